@@ -9,7 +9,7 @@
     fit.to_frame(), fit.plot.envelope("f1_00"), gap.effects.to_frame(), gap.plot.forces()
     calib.report(session)
 
-All public names stand in `calib.interface`. They are loaded when first asked for, so that importing the package alone
+All public names are in `calib.interface`. They are loaded on first use, so that importing the package alone
 costs nothing beyond the standard library. The motor is driven by `calib.capture`, which needs nothing else of it.
 """
 

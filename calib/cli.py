@@ -1,4 +1,4 @@
-"""The command line. What has not changed is not made again; what shows or exports uses what stands."""
+"""The command line. What has not changed is not made again; what shows or exports uses existing results."""
 
 import sys
 from typing import Annotated
@@ -65,7 +65,7 @@ def main() -> None:
 def version(
     show: Annotated[bool, typer.Option("--version", help="print the versions and exit")] = False,
 ) -> None:
-    """Options that stand before a command."""
+    """Options before a command."""
     if show:
         from session.results import program_version
         from swimmer.engine import ENGINE

@@ -7,12 +7,12 @@ from diagnosis.sentences import by_how_much, plain, sentences
 from swimmer.effects import catalogue
 
 _ROWS, _NEXT = 6, 3  # effects, at least, and experiments that are shown
-_TELLS = 0.2  # error below which an experiment tells two effects apart
-_OFF = 0.1  # share by which tails beat beside their commands, from which numbers of the session are to be checked
+_SEPARATES = 0.2  # error below which an experiment separates two effects
+_OFF = 0.1  # relative difference of beat and command, from which numbers of the session are to be checked
 
 
 def diagnosis_lines(data: DiagnosisResult) -> list[str]:
-    """Where, which and how far; then the likeliest effects, what to check, and what to measure next."""
+    """Where, which and how far; then the most probable effects, what to check, and what to measure next."""
     lines = [*sentences(data), ""]
     lines.append(f"{'effect':28} {'probability':>11}  fitted")
     for number, (name, chance) in enumerate(data.chances.items()):
@@ -23,7 +23,7 @@ def diagnosis_lines(data: DiagnosisResult) -> list[str]:
     return [*lines, *(f"check: {each}" for each in _checks(data)), *_next(data), *_models(data)]
 
 
-def biggest_doubt(data: DiagnosisResult) -> str:
+def main_caveat(data: DiagnosisResult) -> str:
     """What should be looked at before a diagnosis is believed, the first of all."""
     checks = _checks(data)
     if checks:
@@ -35,48 +35,48 @@ def biggest_doubt(data: DiagnosisResult) -> str:
 
 
 def next_experiment(data: DiagnosisResult) -> str:
-    """The one that tells most."""
-    found = [each for each in data.next_experiments if each.expected_error < _TELLS]
+    """The most informative one."""
+    found = [each for each in data.next_experiments if each.expected_error < _SEPARATES]
     if not found:
-        return "none of those it knows would tell more"
+        return "none of the known ones is expected to add information"
     pair = " from ".join(map(plain, found[0].separates))
-    return f"{found[0].describe[:1].lower()}{found[0].describe[1:]} (tells {pair})"
+    return f"{found[0].describe[:1].lower()}{found[0].describe[1:]} (separates {pair})"
 
 
 def _next(data: DiagnosisResult) -> list[str]:
-    """Experiments that tell something apart, each once."""
-    told: dict[str, list[str]] = {}
+    """Experiments that separate effects, each once."""
+    pairs_of: dict[str, list[str]] = {}
     for each in data.next_experiments:
-        if each.expected_error < _TELLS:
+        if each.expected_error < _SEPARATES:
             pair = " from ".join(map(plain, each.separates))
-            told.setdefault(each.describe, []).append(f"{pair}, {each.expected_error:.0%} error left")
-    return [f"next: {what} (tells {'; '.join(pairs)})" for what, pairs in list(told.items())[:_NEXT]]
+            pairs_of.setdefault(each.describe, []).append(f"{pair}, expected error {each.expected_error:.0%}")
+    return [f"next: {what} (separates {'; '.join(pairs)})" for what, pairs in list(pairs_of.items())[:_NEXT]]
 
 
 def _models(data: DiagnosisResult) -> list[str]:
-    """Files of twins with effects, and which of several alternatives stands in them."""
+    """Files of twins with effects, and which of several alternatives they contain."""
     either = [plain(group[0]) for group in data.groups if len(group) > 1]
-    chosen = f"; with {' and '.join(either)}, the likeliest of those told" if either else ""
+    chosen = f"; with {' and '.join(either)}, the most probable of each group" if either else ""
     names = data.models
     return [f"model: {name}{'' if name.startswith('calibrated+everything.') else chosen}" for name in names]
 
 
 def _checks(data: DiagnosisResult) -> list[str]:
-    """What makes a diagnosis doubtful, or should be looked at before it is believed."""
-    told = []
+    """Caveats of a diagnosis, to be checked before it is used."""
+    caveats = []
     if data.effects and data.gap.evaluated_on and data.gap.shrinkage <= 0:
-        told.append("on held-out trials the gap does not shrink with what is named")
+        caveats.append("on held-out trials the gap does not shrink with what is named")
     if data.effects and data.gap.with_effects_mm > data.gap.baseline_mm:
-        told.append(
+        caveats.append(
             f"held-out markers are {data.gap.with_effects_mm:.1f} mm off with what is named, "
             f"{data.gap.baseline_mm:.1f} mm without: nearer in units of their noise at most, not in millimetres"
         )
     if lacking := data.withheld_from_catalogue:
-        told.append(f"this diagnosis was made without {', '.join(map(plain, lacking))}; run it again for the whole")
+        caveats.append(f"this diagnosis was made without {', '.join(map(plain, lacking))}; run it again for the whole")
     known = [f.measured_hz / f.commanded_hz - 1 for f in data.frequencies.values() if f.commanded_hz]
     off = sum(known) / len(known) if known else 0.0
     if abs(off) > _OFF and (data.verdict == "unexplained" or any(_of_drive(name) for name in data.effects)):
-        told.append(
+        caveats.append(
             f"tails beat {abs(off):.0%} {'slower' if off < 0 else 'faster'} than commanded; fps of the camera, and "
             "commanded_hz in turns a second, should be sure before clock, gear or motor are blamed"
         )
@@ -85,12 +85,12 @@ def _checks(data: DiagnosisResult) -> list[str]:
         f"{plain(effect)} ({plain(name)})" for effect in fitted for name, own in fitted[effect].items() if own.at_bound
     ]
     if ends:
-        told.append(f"as strong as it may be, so perhaps stronger or something else: {', '.join(ends)}")
+        caveats.append(f"at the bound of its strength, so perhaps stronger or another effect: {', '.join(ends)}")
     if len(data.missing_forces.trials) == 1:
-        told.append("one swim was fitted; two or more at different speeds tell far more")
+        caveats.append("one swim was fitted; two or more at different speeds determine far more")
     elif data.effects and not data.evidence.cross_validation.trials:
-        told.append("two swims were fitted: no name was checked on a swim left out, which takes three")
-    return told
+        caveats.append("two swims were fitted: no name was checked on a swim left out, which takes three")
+    return caveats
 
 
 def _of_drive(name: str) -> bool:
@@ -112,28 +112,28 @@ def supposition_lines(data: SuppositionResult) -> list[str]:
     lines += ["", f"{'':28} {'plain':>11} {'supposed':>11}"]
     for swims, gap in (("fitted", data.fitted), ("held out", data.gap)):
         if gap.evaluated_on:
-            lines.append(_beside(f"{swims}: markers, mm", gap.baseline_mm, gap.with_effects_mm))
+            lines.append(_compared(f"{swims}: markers, mm", gap.baseline_mm, gap.with_effects_mm))
             speeds = 1000 * gap.speed_mae_before, 1000 * gap.speed_mae_after
-            lines.append(_beside(f"{swims}: speed, mm/s", *speeds))
+            lines.append(_compared(f"{swims}: speed, mm/s", *speeds))
     if not isnan(data.gap.shrinkage):
         lines.append(f"The held-out gap {by_how_much(data.gap)}.")
     return lines
 
 
-def _beside(what: str, before: float, after: float) -> str:
+def _compared(what: str, before: float, after: float) -> str:
     return f"{what:28} " + " ".join(f"{'-' if isnan(each) else f'{each:.1f}':>11}" for each in (before, after))
 
 
 def _fitted(parameters: EffectParameters, effect: str) -> str:
     """The clearest of an effect's parameters, by how many half intervals they are from zero."""
     found = parameters_of(parameters, effect).items()
-    told = sorted(found, key=lambda item: -abs(item[1].value) / max(item[1].ci95[1] - item[1].ci95[0], 1e-12))[:3]
-    return ", ".join(_parameter(name, own) for name, own in told)
+    largest = sorted(found, key=lambda item: -abs(item[1].value) / max(item[1].ci95[1] - item[1].ci95[0], 1e-12))[:3]
+    return ", ".join(_parameter(name, own) for name, own in largest)
 
 
-def _parameter(name: str, told: FittedParameter) -> str:
+def _parameter(name: str, fitted: FittedParameter) -> str:
     """With as many digits as its interval has to say, two of its half at least."""
-    low, high = told.ci95
+    low, high = fitted.ci95
     places = max(1 - floor(log10(max(high - low, 1e-12) / 2)), 0)
-    unit = "" if told.unit == "1" else f" {told.unit}"
-    return f"{name} {told.value:.{places}f} ({low:.{places}f} to {high:.{places}f}){unit}"
+    unit = "" if fitted.unit == "1" else f" {fitted.unit}"
+    return f"{name} {fitted.value:.{places}f} ({low:.{places}f} to {high:.{places}f}){unit}"

@@ -1,6 +1,6 @@
 """The command `calib`: a door in front of the command line, whose imports take a second that Ctrl-C may fall into.
 
-Files of a user hide a package of this program where they have its name and lie where Python looks first: that is said.
+Files of a user hide a package of this program where they have its name and Python looks there first: that is reported.
 """
 
 import sys
@@ -19,9 +19,9 @@ def check_shadowing() -> None:
     """
     hidden = [(name, place) for name in PACKAGES if (place := _place(name)) is not None]
     if hidden:
-        told = "; ".join(f"{place} hides the package `{name}`" for name, place in hidden)
+        places = "; ".join(f"{place} hides the package `{name}`" for name, place in hidden)
         raise ImportError(
-            f"calib cannot be loaded: {told}. Expected the packages in {_HOME}. Rename the file or folder, or start "
+            f"calib cannot be loaded: {places}. Expected the packages in {_HOME}. Rename the file or folder, or start "
             "Python in another folder; then restart the notebook's kernel."
         )
 

@@ -1,9 +1,9 @@
 """The functions behind `import calib`, one a command; the command line is a thin layer on top of them.
 
 A session is given as what `open_session` returns, or as the path of its folder. What has not changed since it was made
-is not made again, so that every function returns at once where its results stand. Functions that compute are `run`,
-`track`, `fit`, `posterior`, `diagnose` and `effect_test`; all others use what stands. Results are frozen and read from
-finished files; every one has `to_frame()`, `summary()` and, where there is something to see, `plot`.
+is not made again, so that every function returns at once where its results are current. Functions that compute are
+`run`, `track`, `fit`, `posterior`, `diagnose` and `effect_test`; all others use existing results. Results are frozen
+and read from finished files; every one has `to_frame()`, `summary()` and, where there is something to see, `plot`.
 
 Errors are a `SwimcalError`: `InputError` (all faults of what was given, at once), `NotEnoughData`, `NotConverged`,
 `SimulationDiverged`, `ModelMismatch`, `SessionLocked`, `ResultsNotWritable`.
@@ -118,20 +118,20 @@ def fit(
 ) -> FitResult | StructureResult:
     """Fits the five fluid coefficients, with hinges, crank, frequencies, phases and elongated body theory; forecasts.
 
-    The coefficients are the likeliest in a hierarchical model of the fit trials: beside them it has what differs from
+    The coefficients are the mode of a hierarchical model of the fit trials, which also has what differs from
     trial to trial (trim, registration of the head frame, boxes, start) and a model discrepancy over frequency. Every
-    held-out trial is forecast by the twin alone, from its command, and after its first two beats; beside these stand a
+    held-out trial is forecast by the twin alone, from its command, and after its first two beats; compared with a
     line, a power law and a constant stride through the fitted speeds, and "goes on as in its first two beats".
 
     Hinge stiffness and damping come from free decays, and with these the crank arm from dry runs. What was not recorded
-    is assumed to be as the robot is described. Another fit that stands there is kept in `results/kept`.
+    is assumed to be as the robot is described. A previous fit is kept in `results/kept`.
 
     Args:
         session: opened, or its folder.
         effort: how hard to search.
         workers: threads; 0 for all cores.
         objective: "published" also runs the published search (Bayesian optimisation, then Nelder-Mead, of the mean
-            marker distance) and keeps it beside the fit, for comparison; it takes minutes.
+            marker distance) and keeps it next to the fit, for comparison; it takes minutes.
         progress: show it on standard error.
 
     Returns:
@@ -162,7 +162,7 @@ def fit(
 def posterior(
     session: AnySession, effort: EffortName = "full", *, workers: int = 0, progress: bool = True
 ) -> PosteriorResult:
-    """Draws from the posterior of the five coefficients given the fit trials; fits first where no fit stands.
+    """Draws from the posterior of the five coefficients given the fit trials; fits first where there is no fit.
 
     Stopped, it goes on where it was.
 
@@ -196,7 +196,7 @@ def diagnose(
     workers: int = 0,
     progress: bool = True,
 ) -> GapResult:
-    """Tells where the sim-to-real gap lies, which effect that the twin leaves out makes it, and how far it shrinks.
+    """Finds where the sim-to-real gap is, which unmodelled effect causes it, and how far it shrinks with that effect.
 
     Args:
         session: opened, or its folder.
@@ -259,8 +259,8 @@ def track(
 
     Args:
         session: opened, or its folder.
-        method: "hybrid", "spots" or "csrt"; default: that of the tracks which stand, else hybrid.
-        export: another form to write beside the tracks: "deeplabcut", "movement" or "fishsim".
+        method: "hybrid", "spots" or "csrt"; default: that of the existing tracks, else hybrid.
+        export: another form to write next to the tracks: "deeplabcut", "movement" or "fishsim".
         workers: threads; 0 for all cores.
         progress: show it on standard error.
 
@@ -303,7 +303,7 @@ def load_tracks(path: str | Path, markers: Sequence[str], fps: float = 60.0) -> 
     """Reads tracks of any program: this one's CSV, DeepLabCut, movement, or the authors' headerless CSV.
 
     Args:
-        path: the file; its form is told from its content.
+        path: the file; its form is recognised from its content.
         markers: to take; in files without a header, their order.
         fps: frames a second, for forms without time.
 
@@ -331,7 +331,7 @@ def convert_tracks(
     """Converts tracks between this program, DeepLabCut, movement and the authors' CSV.
 
     Args:
-        path: the file; its form is told from its content.
+        path: the file; its form is recognised from its content.
         out: the file to write.
         to: "swimcal", "deeplabcut", "movement" or "fishsim".
         markers: to take; in files without a header, their order; default: the published nine.
@@ -366,7 +366,7 @@ def run(
     too.
 
     Args, Raises:
-        As `fit`. Draws that did not converge are only said in `notes`.
+        As `fit`. Draws that did not converge are only reported in `notes`.
 
     Example:
         >>> run("datasets/sample", "quick").file.name           # doctest: +SKIP
@@ -380,25 +380,25 @@ def run(
         if effort == "full":
             try:
                 pipeline.posterior()
-            except NotConverged as refusal:  # said beside the results, which stand without it
-                pipeline.said.append(f"! {refusal}")
+            except NotConverged as refusal:  # a note: the other results do not need it
+                pipeline.notes.append(f"! {refusal}")
             pipeline.diagnosis()
         pipeline.report()
         return fit_result(pipeline)
 
 
 def report(sessions: AnySession | Sequence[AnySession], index: str | Path | None = None) -> Export:
-    """Writes the HTML report of what stands in each session, and an index when there are several; fits nothing.
+    """Writes the HTML report of the current results of each session, and an index of several; fits nothing.
 
     Args:
         sessions: one or more.
-        index: where the index goes; default: `index.html` beside the first session.
+        index: where the index goes; default: `index.html` next to the first session.
 
     Returns:
         The pages, the index last, and what they show.
 
     Raises:
-        InputError: no fit of a session's recordings stands; names the command that makes one.
+        InputError: a session has no fit of its recordings; names the command that makes one.
 
     Example:
         >>> report("datasets/sample")                           # doctest: +SKIP
@@ -413,7 +413,7 @@ def report(sessions: AnySession | Sequence[AnySession], index: str | Path | None
             files.append(pipeline.report())
         fit = pipeline.the_fit()
         entries.append((pipeline.session.name, files[-1], fit.result()))
-        notes += [f"{pipeline.session.name}: {fit.name}", *pipeline.said]
+        notes += [f"{pipeline.session.name}: {fit.name}", *pipeline.notes]
     if len(entries) > 1 or index is not None:
         files.append(Path(index) if index is not None else folders[0].resolve().parent / "index.html")
         write_index(files[-1], entries)
@@ -421,7 +421,7 @@ def report(sessions: AnySession | Sequence[AnySession], index: str | Path | None
 
 
 def view(session: AnySession, *, open_viewer: bool = False) -> Export:
-    """Writes the rerun recording of the tracks that stand, with the twin and the missing forces where there are any.
+    """Writes the rerun recording of the current tracks, with the twin and the missing forces where there are any.
 
     Args:
         session: opened, or its folder.
@@ -440,18 +440,18 @@ def view(session: AnySession, *, open_viewer: bool = False) -> Export:
         file = recording.make_recording(pipeline)
     if open_viewer:
         recording.open_viewer(file)
-    return Export((file,), tuple(pipeline.said))
+    return Export((file,), tuple(pipeline.notes))
 
 
 def export_mjcf(source: AnySession | None = None, out: str | Path = "robot.xml") -> Export:
-    """Writes an MJCF for a plain `mujoco`: of the fit that stands for a session, nominal for a robot; fits nothing.
+    """Writes an MJCF for a plain `mujoco`: of the current fit for a session, nominal for a robot; fits nothing.
 
     Args:
         source: a session, or a robot's TOML; default: the published 0.57 m fish.
         out: the file to write.
 
     Raises:
-        InputError: no fit of the session's recordings stands, or the robot's file has faults.
+        InputError: the session has no fit of its recordings, or the robot's file has faults.
         ResultsNotWritable: `out` cannot be written.
 
     Example:
@@ -477,7 +477,7 @@ def load_twin(
     effects: Iterable[str | Effect] = (),
     workers: int = 0,
 ) -> SwimTwin:
-    """A twin to drive, by `SwimTwin.swim`: that of the fit which stands for a session, or of a robot.
+    """A twin to drive, by `SwimTwin.swim`: of the current fit for a session, or of a robot.
 
     Args:
         source: a session, or a robot's TOML; default: the published 0.57 m fish.
@@ -487,7 +487,7 @@ def load_twin(
         workers: threads; 0 for all cores.
 
     Raises:
-        InputError: no fit stands, no such effect, or faults of the robot's file.
+        InputError: no current fit, no such effect, or faults of the robot's file.
 
     Example:
         >>> swim = load_twin().swim([0.8, 1.2], seconds=4.0)
@@ -523,17 +523,17 @@ def compare(
     """One table of several sessions below each other; the first level of its index is the session's name.
 
     Args:
-        items: results of one kind; a session or its folder stands for the fit that stands there.
+        items: results of one kind; a session or its folder means its current fit.
         table: as their `to_frame` takes it.
 
     Raises:
-        InputError: no fit stands in a session, or no such table.
+        InputError: a session has no current fit, or no such table.
 
     Example:
         >>> compare(["datasets/sample"], "coefficients").shape  # doctest: +SKIP
         (5, 1)
     """
-    results = [_standing_fit(item) if isinstance(item, Session | str | Path) else item for item in items]
+    results = [_current_fit(item) if isinstance(item, Session | str | Path) else item for item in items]
     names = [result.session.name for result in results]
     return pd.concat([result.to_frame(table) for result in results], keys=names, names=["session"])
 
@@ -550,15 +550,15 @@ def new_session(
 ) -> Path:
     """Makes a session folder of one's own videos or tracks.
 
-    A commented `session.toml` is written with all that the files tell; what is left to fill in stands in its first
-    lines, marked TODO.
+    A commented `session.toml` is written with all that the files contain; its first lines, marked TODO, list what
+    you still have to fill in.
 
     Args:
         folder: to make; new or empty.
         videos, tracks: one a trial, in any order; they are copied. Tracks may also be datasets by the trial's name.
         robot: its TOML; default: the published 0.57 m fish.
         fps: frames a second of tracks without time.
-        commands_hz: crank turns a second, one a trial in the order of `videos`, then `tracks`; default: as told by
+        commands_hz: crank turns a second, one a trial in the order of `videos`, then `tracks`; default: from
             names such as f1_25, else to fill in.
         fit: swim trials to fit, the others are held out; default: every other one.
 
@@ -566,7 +566,7 @@ def new_session(
         The folder, for `open_session`.
 
     Raises:
-        InputError: every fault of the files at once, or `folder` is not empty; nothing is left of it.
+        InputError: every fault of the files at once, or `folder` is not empty; nothing is written.
         ResultsNotWritable: the folder cannot be written.
 
     Example:
@@ -602,7 +602,7 @@ def new_public_session(folder: str | Path, source: str | Path, fit: Sequence[str
 
 
 def new_synthetic_session(folder: str | Path, seed: int = 0, *, progress: bool = True) -> Path:
-    """Makes a session of swims, dry runs and free decays simulated with the twin; the truth stands in `truth.json`.
+    """Makes a session of swims, dry runs and free decays simulated with the twin; the truth is in `truth.json`.
 
     Args:
         folder: to make; new or empty.
@@ -620,8 +620,8 @@ def new_synthetic_session(folder: str | Path, seed: int = 0, *, progress: bool =
     """
     from synthetic import default_plan, make_session
 
-    with progress_bar(quiet=not progress) as tell:
-        tell("simulating the swims", 0.0)
+    with progress_bar(quiet=not progress) as report:
+        report("simulating the swims", 0.0)
         return make_session(Path(folder), default_plan(seed))
 
 
@@ -649,6 +649,6 @@ def _effects_of(effects: Iterable[str | Effect]) -> Iterable[Effect]:
     return (each if isinstance(each, Effect) else catalogue()[each] for each in asked)
 
 
-def _standing_fit(session: AnySession) -> FitResult:
+def _current_fit(session: AnySession) -> FitResult:
     with _working(session, Options(), False) as pipeline:
         return fit_result(pipeline)

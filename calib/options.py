@@ -1,4 +1,4 @@
-"""The work on one session: how it is done, what every stage has to know, and what is told of it."""
+"""The work on one session: how it is done, what every stage has to know, and what it reports."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -19,7 +19,7 @@ STARTS = {"quick": 2, "full": 4}
 """Of the search for the coefficients, by effort."""
 PUBLISHED_S = {"quick": 3_000.0, "full": 18_000.0}
 """Seconds that the published search may simulate, by effort."""
-Tell = Callable[[str, float | None], None]
+Progress = Callable[[str, float | None], None]
 """Called with what is going on and the share done, None when unknown."""
 
 
@@ -34,14 +34,14 @@ class Options:
     Attributes:
         effort: "quick" or "full".
         workers: threads; 0 for all cores.
-        tracker: see `tracking.tracker.TRACKERS`; None: that of the tracks which stand there, else hybrid.
-        tell: receives progress.
+        tracker: see `tracking.tracker.TRACKERS`; None: that of the existing tracks, else hybrid.
+        progress: receives it.
     """
 
     effort: EffortName = "full"
     workers: int = 0
     tracker: TrackerName | None = None
-    tell: Tell = field(default=_silent)
+    progress: Progress = field(default=_silent)
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,13 +52,13 @@ class Job:
         session: as read.
         options: effort, threads, progress.
         made: files, in the order in which they were made.
-        said: sentences for the user.
+        notes: sentences for the user.
     """
 
     session: Session
     options: Options
     made: list[Path] = field(default_factory=list)
-    said: list[str] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
 
     @property
     def results(self) -> Path:
@@ -76,6 +76,6 @@ class Job:
         inputs, sha256 = file_hashes(self.session), model_sha256(self.robot)
         return Provenance(ENGINE, sha256, inputs, self.session.seed, self.options.effort)
 
-    def tell(self, message: str, share: float | None = None) -> None:
-        """Tells what is going on, and the share done where it is known."""
-        self.options.tell(message, share)
+    def progress(self, message: str, share: float | None = None) -> None:
+        """Reports what is going on, and the share done where it is known."""
+        self.options.progress(message, share)

@@ -1,4 +1,4 @@
-"""A session of one's own files: a commented `session.toml` with all that they tell, and what is left to fill in."""
+"""A session of one's own files: a commented `session.toml` whose first lines list what is missing."""
 
 import json
 import os
@@ -22,13 +22,13 @@ from swimmer import RobotSpec, load_robot
 from tracking.records import import_tracks
 from tracking.video import Video
 
-_FPS = 60.0  # where no file tells
+_FPS = 60.0  # where no file gives it
 _HZ = (r"(?:^|_)f(\d+)[_.p](\d+)(?:_|$)", r"(\d+)[_.p](\d+) ?_?hz")  # in names: f1_25, 1.25hz
 
 
 @dataclass
 class _Trial:
-    """What files tell of a trial."""
+    """What files contain about a trial."""
 
     name: str
     video: Path | None = None
@@ -39,7 +39,7 @@ class _Trial:
 
     @property
     def kind(self) -> str:
-        """As its name tells."""
+        """From its name."""
         return "free_decay" if "decay" in self.name else "dry" if "dry" in self.name else "swim"
 
 
@@ -112,7 +112,7 @@ def _trials(
 
 
 def _of_file(path: Path, robot: RobotSpec, fps: float) -> Tracks:
-    """Tracks of a file in any form; a file with a header of ours says itself which markers it has."""
+    """Tracks of a file in any form; a file with a header of ours names its markers."""
     markers = _markers(robot)
     if "".join(path.suffixes[-2:]) in (".csv", ".csv.gz") or path.suffix == ".csv":
         header = read_table(path).header or ()
@@ -143,7 +143,7 @@ def _name(path: Path) -> str:
 
 
 def _command(trials: Mapping[str, _Trial], commands_hz: Sequence[float]) -> None:
-    """What the motor was told in each trial, as given, else as the names tell."""
+    """The command of the motor in each trial, as given, else from the names."""
     driven = [trial for trial in trials.values() if trial.kind != "free_decay"]
     if commands_hz and len(commands_hz) != len(driven):
         faults = FaultCollector("--commands")
@@ -151,11 +151,11 @@ def _command(trials: Mapping[str, _Trial], commands_hz: Sequence[float]) -> None
         faults.add("", "not one for each trial", found=f"{len(commands_hz)}", expected=f"{len(driven)}: of {names}")
         faults.raise_if_any()
     for number, trial in enumerate(driven):
-        told = next((match for pattern in _HZ if (match := re.search(pattern, trial.name.lower()))), None)
+        found = next((match for pattern in _HZ if (match := re.search(pattern, trial.name.lower()))), None)
         if commands_hz:
             trial.commanded_hz = float(commands_hz[number])
-        elif told:
-            trial.commanded_hz = float(f"{told[1]}.{told[2]}")
+        elif found:
+            trial.commanded_hz = float(f"{found[1]}.{found[2]}")
 
 
 def _put(source: Path, target: Path) -> None:
@@ -175,7 +175,7 @@ def _text(
     robot_file: str | Path | None,
     fit: Sequence[str],
 ) -> str:
-    """`session.toml` with comments, and first what is left to fill in."""
+    """`session.toml` with comments, and first what the user has to fill in."""
     swims = [trial.name for trial in trials if trial.kind == "swim"]
     template = environment("calib", escaped=False).get_template("session.toml.j2")
     return template.render(

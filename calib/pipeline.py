@@ -46,7 +46,7 @@ class Pipeline:
 
     def __init__(self, session: Session, options: Options | None = None) -> None:
         self.job = Job(session, options or Options())
-        self.session, self.options, self.made, self.said = session, self.job.options, self.job.made, self.job.said
+        self.session, self.options, self.made, self.notes = session, self.job.options, self.job.made, self.job.notes
 
     @cached_property
     def recordings(self) -> Recordings:
@@ -79,33 +79,33 @@ class Pipeline:
         return self._fit_of(self.options.effort)
 
     @property
-    def standing_fit(self) -> FitStage | None:
-        """The fit that stands, whatever its effort; None where there is none of these recordings."""
+    def current_fit(self) -> FitStage | None:
+        """The current fit, whatever its effort; None where there is none of these recordings."""
         fits = map(self._fit_of, get_args(EffortName))
         return next((stage for stage in fits if stage.is_current), None)
 
-    def standing_published(self) -> PublishedStage | None:
-        """The published search that stands, whatever its effort; None where there is none of these recordings."""
+    def current_published(self) -> PublishedStage | None:
+        """The current published search, whatever its effort; None where there is none of these recordings."""
         stages = (self._published_of(effort) for effort in get_args(EffortName))
         return next((stage for stage in stages if stage.is_current), None)
 
     def the_fit(self) -> FitStage:
-        """The fit that stands.
+        """The current fit.
 
         Raises:
             InputError: there is none, or it was made from other recordings.
         """
-        if (stage := self.standing_fit) is not None:
+        if (stage := self.current_fit) is not None:
             return stage
-        what, found, aside = "no fit stands", "nothing", ""
+        what, found, aside = "there is no fit", "nothing", ""
         if self.fits.file.is_file():
-            what, aside = "the fit that stands is out of date", "; what stands is kept aside"
+            what, aside = "the fit is out of date", "; it is kept aside"
             found = "one of other recordings, another program or edited by hand"
         step = f"Run `calib fit {self.session.folder}`{aside}."
         raise InputError([Fault(str(self.fits.file), "", what, found, "the fit of these recordings", next_step=step)])
 
-    def standing_posterior(self, fit: FitStage) -> PosteriorStage | None:
-        """The posterior of a fit that stands, whatever its effort; None where there is none."""
+    def current_posterior(self, fit: FitStage) -> PosteriorStage | None:
+        """The posterior of the current fit, whatever its effort; None where there is none."""
         stages = (PosteriorStage(self.job, fit, effort) for effort in get_args(EffortName))
         return next((stage for stage in stages if stage.is_current), None)
 
@@ -126,10 +126,10 @@ class Pipeline:
         return stage.file
 
     def structured(self) -> Path:
-        """`results/structure.json`, up to date: all that dry experiments alone can tell."""
+        """`results/structure.json`, up to date: all that dry experiments alone determine."""
         self.recordings.tracks()
         _ = self.structure
-        self.said.append(f"{self.session.name}: no swim to fit; what follows is from the dry experiments alone")
+        self.notes.append(f"{self.session.name}: no swim to fit; what follows is from the dry experiments alone")
         return self.structures.file
 
     def calibrated(self) -> Calibration:
@@ -137,15 +137,15 @@ class Pipeline:
         return self.fits.current()
 
     def posterior(self) -> Path:
-        """`results/posterior.nc` of the fit that stands, up to date, and its summary in `calibration.json`.
+        """`results/posterior.nc` of the current fit, up to date, and its summary in `calibration.json`.
 
-        Where no fit stands, one of this effort is made first.
+        Where there is no fit, one of this effort is made first.
 
         Raises:
             NotConverged: draws that must not be relied on; nothing is written.
         """
         if self.only_dry:
-            _ = self.trials  # says what is missing
+            _ = self.trials  # raises what is missing
         fit = self._fit_to_build_on()
         stage = PosteriorStage(self.job, fit)
         if not stage.is_current:
@@ -153,13 +153,13 @@ class Pipeline:
             stage.make(
                 calibration, self.trials, Twin(calibration.robot, self.trials[0].markers, workers=self.options.workers)
             )
-        self.said += [f"! posterior: {doubt}" for doubt in stage.doubts]
+        self.notes += [f"! posterior: {message}" for message in stage.doubts]
         return stage.file
 
     def _fit_to_build_on(self) -> FitStage:
-        """The fit that stands; where none does, one of this effort is made first."""
-        if (fit := self.standing_fit) is None:
-            self.said.append(f"No fit of these recordings stood there; a {self.fits.name} was made first.")
+        """The current fit; where there is none, one of this effort is made first."""
+        if (fit := self.current_fit) is None:
+            self.notes.append(f"There was no fit of these recordings; a {self.fits.name} was made first.")
             self.fit()
             fit = self.fits
         return fit
@@ -172,7 +172,7 @@ class Pipeline:
     ) -> DiagnosisStage:
         """`results/diagnosis.json`, up to date; the plain twin is the robot as described, with the fit's coefficients.
 
-        Where no fit stands, one of this effort is made first.
+        Where there is no fit, one of this effort is made first.
 
         Args:
             without: names that the catalogue is to lack.
@@ -192,9 +192,9 @@ class Pipeline:
         self.recordings.tracks()
         return DiagnosisStage(self.job, self.recordings, self._fit_to_build_on()).suppose(names)
 
-    def standing_diagnosis(self) -> DiagnosisStage | None:
-        """The diagnosis of the fit that stands, whatever its effort and what its catalogue lacked; None without."""
-        if (fit := self.standing_fit) is None:
+    def current_diagnosis(self) -> DiagnosisStage | None:
+        """The diagnosis of the current fit, whatever its effort and what its catalogue lacked; None without."""
+        if (fit := self.current_fit) is None:
             return None
         lacking = DiagnosisStage(self.job, self.recordings, fit).withheld
         efforts = get_args(EffortName)
@@ -202,14 +202,14 @@ class Pipeline:
         return next((stage for stage in stages if stage.is_current), None)
 
     def report(self) -> Path:
-        """`results/report.html` of the results that stand, up to date; nothing else is computed.
+        """`results/report.html` from the current results, up to date; nothing else is computed.
 
         Raises:
-            InputError: no fit of these recordings stands.
+            InputError: there is no fit of these recordings.
         """
         fit = self.the_fit()
-        beside = self.standing_published(), self.standing_posterior(fit), self.standing_diagnosis()
-        stage = ReportStage(self.job, fit, *beside)
+        others = self.current_published(), self.current_posterior(fit), self.current_diagnosis()
+        stage = ReportStage(self.job, fit, *others)
         if not stage.is_current:
             stage.make(fit.read(), self.recordings.notes)
         return stage.file
@@ -231,5 +231,5 @@ def working(folder: Path, quiet: bool, options: Options | None = None) -> Iterat
         options: effort, threads; who is told of the progress is replaced.
     """
     session = open_session(folder.parent if folder.name == SESSION_FILE else folder)
-    with session_lock(session.folder), progress_bar(quiet) as tell:
-        yield Pipeline(session, replace(options or Options(), tell=tell))
+    with session_lock(session.folder), progress_bar(quiet) as progress:
+        yield Pipeline(session, replace(options or Options(), progress=progress))

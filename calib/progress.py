@@ -6,28 +6,29 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 from rich.console import Console
-from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+from rich.progress import BarColumn, SpinnerColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+from rich.progress import Progress as RichProgress
 
-from calib.options import Tell
+from calib.options import Progress
 
 EVERY_S = 10.0
 
 
 @contextmanager
-def progress_bar(quiet: bool) -> Iterator[Tell]:
+def progress_bar(quiet: bool) -> Iterator[Progress]:
     """What is going on, the share done and an estimate of the time left, on standard error or in the notebook."""
     console = Console(stderr=True)
     if quiet:
         yield lambda _message, _share: None
     elif "ipykernel" in sys.modules:
-        with _in_notebook() as tell:
-            yield tell
+        with _in_notebook() as report:
+            yield report
     elif not console.is_terminal:
         yield Lines(lambda line: print(line, file=sys.stderr, flush=True))
     else:
         columns = (SpinnerColumn(), TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
-        left = (TextColumn("left:"), TimeRemainingColumn())
-        with Progress(*columns, *left, console=console, transient=True) as bar:
+        remaining = (TextColumn("left:"), TimeRemainingColumn())
+        with RichProgress(*columns, *remaining, console=console, transient=True) as bar:
             yield Bar(bar)
 
 
@@ -38,7 +39,7 @@ class Bar:
         bar: without tasks; its elapsed time is that of all stages.
     """
 
-    def __init__(self, bar: Progress) -> None:
+    def __init__(self, bar: RichProgress) -> None:
         self._bar, self._share = bar, 0.0
         self._task = bar.add_task("reading", total=None)
         self._began = bar.tasks[0].start_time
@@ -54,7 +55,7 @@ class Bar:
 
 
 class Lines:
-    """Receives progress; what takes long is said as it begins, and then every ten seconds with the time left.
+    """Receives progress; what takes long is reported as it begins, and then every ten seconds with the time left.
 
     Args:
         write: a line.
@@ -83,13 +84,13 @@ class Lines:
     def _done(self, now: float, share: float | None) -> str:
         if share is None or share <= self._from:
             return ""
-        left_s = (1 - share) * (now - self._began) / (share - self._from)
-        left = f"{left_s:.0f} s" if left_s < 90 else f"{left_s / 60:.0f} min"
-        return f", {share:.0%} done, about {left} left"
+        remaining_s = (1 - share) * (now - self._began) / (share - self._from)
+        remaining = f"{remaining_s:.0f} s" if remaining_s < 90 else f"{remaining_s / 60:.0f} min"
+        return f", {share:.0%} done, about {remaining} left"
 
 
 @contextmanager
-def _in_notebook() -> Iterator[Tell]:
+def _in_notebook() -> Iterator[Progress]:
     """One line below the cell, which goes away at the end."""
     from IPython.display import HTML, display
 

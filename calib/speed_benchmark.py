@@ -18,6 +18,7 @@ SECONDS, WARMUP_S, FINER = 8.0, 1.0, 8
 TIME_S = np.arange(0.0, SECONDS, 1 / 60)
 START_SPEED_M_S = 0.1
 _REPEATS = 7
+_CRANK_RAD_S = 2 * np.pi
 
 
 # An input of the benchmark, not a result: near the optimum `calib fit` finds for the public trials f1_00 and f1_75 with
@@ -128,26 +129,26 @@ def _exported(coefficients: FluidCoefficients, water: bool) -> mujoco.MjModel:
     return mujoco.MjModel.from_xml_string(spec.to_xml())
 
 
-def _real_time(model: mujoco.MjModel, hz: float = 1.0) -> float:
+def _real_time(model: mujoco.MjModel) -> float:
     """Simulated seconds a second, best of some runs of 10 s."""
     data, steps, best = mujoco.MjData(model), round(10.0 / model.opt.timestep), np.inf
     for _ in range(_REPEATS):
         mujoco.mj_resetData(model, data)
-        data.joint("crank").qvel[0] = data.ctrl[0] = 2 * np.pi * hz
+        data.joint("crank").qvel[0] = data.ctrl[0] = _CRANK_RAD_S
         began = time.perf_counter()
         mujoco.mj_step(model, data, steps)
         best = min(best, time.perf_counter() - began)
     return float(steps * model.opt.timestep / best)
 
 
-def _real_time_batch(model: mujoco.MjModel, simulations: int = 32, hz: float = 1.0) -> tuple[float, int]:
+def _real_time_batch(model: mujoco.MjModel, simulations: int = 32) -> tuple[float, int]:
     batch = Batch(model, simulations)
     steps, best = round(5.0 / model.opt.timestep), np.inf
     crank = model.joint("crank")
     for _ in range(3):
         batch.reset()
-        batch.bind("qvel")[:, crank.dofadr[0]] = 2 * np.pi * hz
-        batch.bind("ctrl")[:] = 2 * np.pi * hz
+        batch.bind("qvel")[:, crank.dofadr[0]] = _CRANK_RAD_S
+        batch.bind("ctrl")[:] = _CRANK_RAD_S
         began = time.perf_counter()
         batch.step(nstep=steps)
         best = min(best, time.perf_counter() - began)

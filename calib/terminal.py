@@ -6,12 +6,12 @@ from pathlib import Path
 from calib.results.result import Export, Result
 
 
-def tell(result: Result, as_json: bool, verbose: bool, main: Path | None = None) -> None:
+def print_result(result: Result, as_json: bool, verbose: bool, main: Path | None = None) -> None:
     """The outcome on standard output; the path of the main result comes last.
 
     Args:
         result: of a function of `calib`.
-        as_json: the content of its file, what was made and what was said.
+        as_json: the content of its file, the files made and the notes.
         verbose: every number and every flag instead of the summary.
         main: the main result; default: the result's own file.
     """
@@ -26,7 +26,7 @@ def tell(result: Result, as_json: bool, verbose: bool, main: Path | None = None)
         print(line)
 
 
-def tell_export(made: Export) -> None:
+def print_export(made: Export) -> None:
     """What was written: what it is, then the files."""
     for line in (*made.notes, *made.files):
         print(line)

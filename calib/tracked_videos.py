@@ -1,4 +1,4 @@
-"""Tracking and correcting videos on the command line: what is tracked, what fails, what is told."""
+"""Tracking and correcting videos on the command line: what is tracked, what fails, what is reported."""
 
 import json
 from collections import Counter
@@ -22,8 +22,8 @@ from tracking.tracker import TrackerName
 from tracking.video import Video
 
 
-def camera_doubts(found: Iterable[TrackedTrial], camera: CameraSpec, robot: RobotSpec) -> tuple[Flag, ...]:
-    """The doubts about lens, size and height, of each kind the first: the videos share one camera.
+def camera_flags(found: Iterable[TrackedTrial], camera: CameraSpec, robot: RobotSpec) -> tuple[Flag, ...]:
+    """The flags of lens, size and height, of each kind the first: the videos share one camera.
 
     Args:
         found: the tracks of every video.
@@ -62,7 +62,7 @@ def check_form(form: str, option: str) -> None:
 
 
 def write_click_pages(folder: Path, as_json: bool) -> None:
-    """A page a video on which to click its start boxes; tells where they are.
+    """A page a video on which to click its start boxes; prints where they are.
 
     Raises:
         InputError: no video, or one that cannot be read.
@@ -78,7 +78,7 @@ def track_videos(pipeline: Pipeline, export: str) -> tuple[dict[str, TrackedTria
 
     Args:
         pipeline: of the session.
-        export: a form of `tracking.records.FORMATS` to write beside them; empty for none.
+        export: a form of `tracking.records.FORMATS` to write next to them; empty for none.
 
     Raises:
         InputError: no video, or no such form; or faults of videos, boxes or edits, after all other videos are tracked.
@@ -96,20 +96,20 @@ def track_videos(pipeline: Pipeline, export: str) -> tuple[dict[str, TrackedTria
 
 
 def tell_tracks(session: Path, method: TrackerName | None, export: str, workers: int, as_json: bool) -> None:
-    """Tracks the videos of a session and tells what came of each; arguments as of `calib.track`."""
+    """Tracks the videos of a session and prints the outcome of each; arguments as of `calib.track`."""
     with working(session, as_json, Options(workers=workers, tracker=method)) as pipeline:
         tracks, exported = track_videos(pipeline, export)
         videos = pipeline.recordings.videos
         boxes = of_each(_filmed(pipeline.session), videos.boxes)
-    doubts = camera_doubts(tracks.values(), pipeline.session.camera, pipeline.job.robot)
+    of_camera = camera_flags(tracks.values(), pipeline.session.camera, pipeline.job.robot)
     if as_json:
-        told = {
+        report = {
             name: shares_of(found)
             | {"tracks": str(videos.folder / f"{name}.csv"), "boxes": boxes[name].to_json()}
-            | {"flags": [flag.to_json() for flag in found.flags], "camera": [flag.to_json() for flag in doubts]}
+            | {"flags": [flag.to_json() for flag in found.flags], "camera": [flag.to_json() for flag in of_camera]}
             for name, found in tracks.items()
         }
-        print(json.dumps(plain_json(told), indent=1))
+        print(json.dumps(plain_json(report), indent=1))
         return
     shares = f"{'seen':>7} {'counts':>7} {'filled':>7} {'missing':>8}"
     print(f"{'trial':12} {'frames':>7} {shares} {'confidence':>11}  flags")
@@ -120,7 +120,7 @@ def tell_tracks(session: Path, method: TrackerName | None, export: str, workers:
     for name, found in tracks.items():
         whole = [flag for flag in found.flags if flag.frames is None and flag.message]
         print("".join(f"! {name}: {flag.message}\n" for flag in whole), end="")
-    print("".join(f"! {flag.message}\n" for flag in doubts), end="")
+    print("".join(f"! {flag.message}\n" for flag in of_camera), end="")
     print("".join(f"{path}\n" for path in exported), end="")
     print(videos.folder)
 

@@ -105,7 +105,7 @@ def _everything(every: Everything, gap: Gap | None) -> AllEffects:
 def _decays(found: Diagnosis) -> tuple[FreeDecay, ...]:
     told = []
     for ring in found.ground.model.rings:
-        off, se = np.expm1(ring.left), np.exp(ring.left) * ring.sd
+        off, se = np.expm1(ring.residual), np.exp(ring.residual) * ring.sd
         told.append(FreeDecay(ring.name, float(off[0]), float(se[0]), float(off[1]), float(se[1])))
     return (*told, *(FreeDecay(name, not_used=why) for name, why in found.decays_left_out.items()))
 

@@ -151,7 +151,7 @@ class Ground:
     def with_ring(self, ring: Ring) -> "Ground":
         """The same swims and one more free decay."""
         model = SessionModel(self.model.trials, (*self.model.rings, ring))
-        numbers = len(ring.left)
+        numbers = len(ring.residual)
         alike = None if self.alike is None else np.vstack([self.alike, np.zeros((numbers, self.alike.shape[1]))])
         found = replace(self, model=model, alike=alike)
         found.__dict__.update(slopes=np.vstack([self.slopes, np.zeros((numbers, 5))]))

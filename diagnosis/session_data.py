@@ -10,7 +10,7 @@ import numpy as np
 from diagnosis.discrepancy import Discrepancy
 from diagnosis.ground import Ground
 from fitting.free_decay import DecayTrial, Ring, fit_decay
-from fitting.free_decay.decay_flags import doubt_of_decay
+from fitting.free_decay.decay_flags import fault_of_decay
 from fitting.out_of_water import NOTHING, OutOfWater
 from fitting.signatures.view_of import with_picture
 from fitting.trial import MeasuredTrial
@@ -89,7 +89,7 @@ def rings_of(decays: Sequence[DecayTrial], twin: Twin) -> Rings:
     for trial in decays:
         try:
             fit = fit_decay(trial, twin.robot, workers=twin.workers)
-            doubt, ring = doubt_of_decay(fit), Ring.of(trial, fit, twin.robot)
+            doubt, ring = fault_of_decay(fit), Ring.of(trial, fit, twin.robot)
             if doubt is None and not np.isfinite(ring.of_twin(twin)).all():
                 doubt = "a twin with the fitted hinges does not stand"
         except SimulationDiverged as problem:

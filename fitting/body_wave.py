@@ -1,4 +1,4 @@
-"""The wave along the body, and the dimensionless numbers of the swim, measured and simulated alike."""
+"""The wave along the body, and the dimensionless numbers of the swim, both measured and simulated."""
 
 from typing import NamedTuple
 

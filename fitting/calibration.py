@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fitting.coefficient_fit import CoefficientFit, fit_coefficients
-from fitting.ebt import FORMS, EbtFit, fit_every_form, speeds_beside
+from fitting.ebt import FORMS, EbtFit, fit_every_form, model_speeds
 from fitting.forecast import fit_phase, forecast
 from fitting.model.robot_doubt import doubts_of
 from fitting.model.session_forecast import TWIN, Forecast, SessionForecast, forecast_session
@@ -21,12 +21,12 @@ from session.errors import SimulationDiverged
 from swimmer import FluidCoefficients, RobotSpec, Twin
 from tracking import HeadFrame
 
-Tell = Callable[[str, float | None], None]
+Progress = Callable[[str, float | None], None]
 
 
 @dataclass(frozen=True, eq=False)
 class CalibratedTrial:
-    """One trial beside the calibrated twin.
+    """One trial and the calibrated twin.
 
     Attributes:
         measured: as measured.
@@ -34,7 +34,7 @@ class CalibratedTrial:
         phase_rad: crank phase at time 0.
         simulated_hz: frequency the twin was driven with (held-out trials: from their known part only).
         scores: marker distances over the scored frames.
-        speeds: forward speed over the kept whole beats by every model, m/s, see `fitting.ebt.speeds_beside`.
+        speeds: forward speed over the kept whole beats by every model, m/s, see `fitting.ebt.model_speeds`.
         flags: of tracks and frequency, and of this comparison.
     """
 
@@ -135,7 +135,7 @@ def calibrate(
     starts: int = 3,
     seed: int = 0,
     workers: int = 0,
-    tell: Tell = lambda _message, _share: None,
+    progress: Progress = lambda _message, _share: None,
 ) -> Calibration:
     """Fits the coefficients and elongated body theory on the fit trials, then compares and forecasts every trial.
 
@@ -145,7 +145,7 @@ def calibrate(
         starts: of the search for the coefficients.
         seed: of the search.
         workers: threads; 0 for all cores.
-        tell: of the progress.
+        progress: receives it.
 
     Raises:
         NotEnoughData: no fit trial, or trials without a usable sample; all of them at once.
@@ -154,14 +154,14 @@ def calibrate(
     _refuse_unusable(trials)
     twin = Twin(structure.robot, trials[0].markers, workers=workers)
     fitted = [trial for trial in trials if trial.role == "fit"]
-    fit, mode = fit_coefficients(fitted, twin, doubts_of(structure.sources), starts, seed, tell)
-    tell("forecasting the trials", 0.9)
+    fit, mode = fit_coefficients(fitted, twin, doubts_of(structure.sources), starts, seed, progress)
+    progress("forecasting the trials", 0.9)
     found = assemble(trials, twin, fit, {}, structure, forecast_session(mode, trials, seed))
     return replace(found, forecasts=found.forecasts.with_models({t.measured.name: _alone(t) for t in found.trials}))
 
 
 def _alone(trial: CalibratedTrial) -> dict[str, Forecast]:
-    """What the twin says of a trial by itself, and elongated body theory from its measured tail."""
+    """A forecast of a trial by the twin, and by elongated body theory from the trial's measured tail."""
     mm = 1000.0
     twin = Forecast(trial.speed_twin, None, mm * trial.scores.marker_error_m, mm * trial.scores.shape_error_m)
     return {TWIN: twin} | {f"ebt_{form.name}": Forecast(trial.speeds[form.name]) for form in FORMS}
@@ -173,9 +173,9 @@ def calibrate_as_published(
     budget_s: float,
     seed: int = 0,
     workers: int = 0,
-    tell: Tell = lambda _message, _share: None,
+    progress: Progress = lambda _message, _share: None,
 ) -> tuple[PublishedFit, tuple[CalibratedTrial, ...]]:
-    """The published search on the fit trials, and every trial beside the twin that it leads to; for comparison.
+    """The published search on the fit trials, and every trial with the twin that results; for comparison.
 
     Args, Raises:
         As `calibrate`; `budget_s` are simulated seconds.
@@ -184,10 +184,10 @@ def calibrate_as_published(
     twin = Twin(structure.robot, trials[0].markers, workers=workers)
     fitted = tuple(trial for trial in trials if trial.role == "fit")
 
-    def told(share: float, best_m: float) -> None:
-        tell(f"searching as published, {1000 * best_m:.1f} mm so far", share)
+    def report(share: float, best_m: float) -> None:
+        progress(f"searching as published, {1000 * best_m:.1f} mm so far", share)
 
-    fit = published_search(Swims(twin, fitted), budget_s, seed, told)
+    fit = published_search(Swims(twin, fitted), budget_s, seed, report)
     phases = dict(zip([trial.name for trial in fitted], fit.phase_rad, strict=True))
     return fit, compare_trials(trials, twin, fit.coefficients, phases, fit_every_form(fitted, structure.robot))
 
@@ -215,7 +215,7 @@ def assemble(
     structure: Structure,
     forecasts: SessionForecast,
 ) -> Calibration:
-    """Every trial beside a twin whose coefficients are known.
+    """Every trial with a twin whose coefficients are known.
 
     Args:
         trials: all swims.
@@ -245,7 +245,7 @@ def compare_trials(
     phases: Mapping[str, float],
     ebts: Mapping[str, EbtFit],
 ) -> tuple[CalibratedTrial, ...]:
-    """Every trial beside the twin with some coefficients; arguments as for `assemble`."""
+    """Every trial with the twin at given coefficients; arguments as for `assemble`."""
     fitted_hz = _fitted_hz([trial for trial in trials if trial.role == "fit"])
     compared = []
     for trial in trials:
@@ -278,7 +278,7 @@ def _compare(
         phase_rad=phase_rad,
         simulated_hz=hz,
         scores=score(trial, simulated),
-        speeds=speeds_beside(trial, simulated, ebts, twin.robot),
+        speeds=model_speeds(trial, simulated, ebts, twin.robot),
         flags=(*trial.flags, *_extrapolated(trial, fitted_hz)),
     )
 
@@ -287,5 +287,5 @@ def _extrapolated(trial: MeasuredTrial, fitted_hz: tuple[float, float]) -> tuple
     low, high = fitted_hz
     if low * 0.999 <= trial.frequency.hz <= high * 1.001:
         return ()
-    message = f"{trial.frequency.hz:.3f} Hz lies outside the fitted {low:.3f} to {high:.3f} Hz"
+    message = f"{trial.frequency.hz:.3f} Hz is outside the fitted {low:.3f} to {high:.3f} Hz"
     return (Flag("extrapolated", message=message),)

@@ -20,11 +20,11 @@ _PER_M = 1000.0  # mm
 
 @dataclass(frozen=True)
 class TrialResult:
-    """One trial beside the calibrated twin; speeds in m/s, forward positive (see `CalibratedTrial`).
+    """One trial and the calibrated twin; speeds in m/s, forward positive (see `CalibratedTrial`).
 
     Attributes:
         role: "fit" or "holdout".
-        commanded_hz: what the motor was told; None where it is not known.
+        commanded_hz: as sent to the motor; None where it is not known.
         frequency_hz, frequency_se_hz: measured, with its standard error.
         simulated_hz: that the twin was driven with.
         phase_rad: of the crank at time 0.
@@ -61,7 +61,7 @@ class TrialResult:
 
 @dataclass(frozen=True)
 class Experiment:
-    """A dry experiment: its kind, whether the structure was taken from it, what is doubtful."""
+    """A dry experiment: its kind, whether the structure was taken from it, its flags."""
 
     kind: str
     used: bool
@@ -115,14 +115,14 @@ CALIBRATION = ResultFile("calibration.json", CalibrationResult)
 
 def calibration_result(calibration: Calibration) -> CalibrationResult:
     """The record of a calibration."""
-    foretold, ebts = forecast_from_command(calibration), calibration.ebts
+    forecasts, ebts = forecast_from_command(calibration), calibration.ebts
     return CalibrationResult(
         coefficients=calibration.coefficients,
         hinge_stiffness=calibration.robot.tail.hinge_stiffness_n_m,
         crank_arm_m=calibration.robot.crank.arm_m,
         structure={source.quantity: source for source in calibration.structure.sources},
         experiments=_experiments(calibration.structure),
-        trials={t.measured.name: _trial(t, foretold.get(t.measured.name)) for t in calibration.trials},
+        trials={t.measured.name: _trial(t, forecasts.get(t.measured.name)) for t in calibration.trials},
         ebt=EbtResult(
             beta=calibration.ebt.beta,
             drag_coefficient=calibration.ebt.drag_coefficient,
@@ -167,7 +167,7 @@ def _experiments(structure: Structure) -> dict[str, Experiment]:
     return {name: Experiment(kind, name in used, flags) for name, (kind, flags) in (decays | runs).items()}
 
 
-def _trial(trial: CalibratedTrial, foretold: CommandForecast | None) -> TrialResult:
+def _trial(trial: CalibratedTrial, forecast: CommandForecast | None) -> TrialResult:
     measured, scores = trial.measured, trial.scores
     return TrialResult(
         role=measured.role,
@@ -188,5 +188,5 @@ def _trial(trial: CalibratedTrial, foretold: CommandForecast | None) -> TrialRes
         speed_ebt_of_twin={form.name: trial.speeds[form.name + FROM_TWIN] for form in FORMS},
         head_displacement="nose",
         flags=trial.flags,
-        from_command=foretold,
+        from_command=forecast,
     )

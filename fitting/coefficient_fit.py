@@ -1,4 +1,4 @@
-"""The recommended coefficients of a session, the mode of the hierarchical model, and what is doubtful about them."""
+"""The recommended coefficients of a session, the mode of the hierarchical model, with flags."""
 
 import time
 from collections.abc import Callable, Mapping, Sequence
@@ -26,7 +26,7 @@ class CoefficientFit:
     """The coefficients and how they were found.
 
     Attributes:
-        coefficients: the likeliest.
+        coefficients: at the mode.
         interval: (5, 2) 90 % interval of each by the curvature there, within the bounds.
         components: standard deviation of each variance component by its name (see `fitting.model.variance`).
         ends: of all starts, the best first.
@@ -51,9 +51,9 @@ def fit_coefficients(
     doubts: Sequence[Doubt],
     starts: int = 3,
     seed: int = 0,
-    tell: Callable[[str, float | None], None] = lambda _message, _share: None,
+    progress: Callable[[str, float | None], None] = lambda _message, _share: None,
 ) -> tuple[CoefficientFit, Mode]:
-    """Finds the likeliest coefficients of some trials; in which order these come does not matter.
+    """Finds the posterior mode of the coefficients of some trials; the order of the trials does not matter.
 
     Args:
         trials: of the role "fit".
@@ -61,14 +61,14 @@ def fit_coefficients(
         doubts: how well the numbers of the robot are known.
         starts: how many of the screened points are gone on from.
         seed: of the screening.
-        tell: of the progress.
+        progress: receives it.
 
     Raises:
         SimulationDiverged: from every start.
     """
     began = time.perf_counter()
     ordered = sorted(trials, key=lambda trial: trial.name)
-    mode = find_mode(SessionModel.of(twin, ordered, doubts, with_course=True), starts, seed, tell)
+    mode = find_mode(SessionModel.of(twin, ordered, doubts, with_course=True), starts, seed, progress)
     reach = _NORMAL_90 * np.sqrt(np.diag(mode.coefficient_covariance))
     ends = np.column_stack([mode.coefficients - reach, mode.coefficients + reach])
     interval = np.clip(ends, *COEFFICIENT_BOUNDS)
@@ -87,13 +87,13 @@ def fit_coefficients(
 def _flags(mode: Mode, interval: np.ndarray) -> tuple[Flag, ...]:
     best, (low, high) = mode.ends[0], COEFFICIENT_BOUNDS
     flags = [
-        Flag("at_bound", message=f"{name} = {value:.3g} lies at its bound {bound:g}: the data pull it further")
+        Flag("at_bound", message=f"{name} = {value:.3g} is at its bound {bound:g}: the data favour a value beyond it")
         for name, value in zip(NAMES, mode.coefficients, strict=True)
         for bound in (low, high)
         if abs(value - bound) < _AT_BOUND * (high - low)
     ]
     if not best.converged:
-        flags.append(Flag("not_converged", message="the likeliest start had not converged: a likelier fit may be near"))
+        flags.append(Flag("not_converged", message="the best start had not converged: a better fit may be near"))
     if not best.forward:
         message = "started from rest, the fitted twin swims backward at some frequencies"
         flags.append(Flag("swims_backward", message=message))

@@ -1,4 +1,4 @@
-"""Speeds foretold from the command alone, with nothing that was measured in the trial itself.
+"""Speeds forecast from the command alone, with nothing that was measured in the trial itself.
 
 The beat is the command times the mean ratio of beat to command over the fit trials; the speed is the one at which the
 calibrated twin settles at that beat (see `fitting.sweep`). The forecast of `fitting.forecast` knows more: a held-out
@@ -16,12 +16,12 @@ from session import Flag
 
 
 class CommandForecast(NamedTuple):
-    """What is foretold of one held-out trial.
+    """The forecast of one held-out trial.
 
     Attributes:
         frequency_hz: of its beat; nan where no command is known.
-        speeds: m/s by the model's name, as in `fitting.ebt.speeds_beside`: the twin and elongated body theory from the
-            twin's tail; nan where the frequency is not known, or lies outside the sweep.
+        speeds: m/s by the model's name, as in `fitting.ebt.model_speeds`: the twin and elongated body theory from the
+            twin's tail; nan where the frequency is not known, or is outside the sweep.
         flags: why there is no speed.
     """
 
@@ -34,7 +34,7 @@ def forecast_from_command(calibration: Calibration) -> dict[str, CommandForecast
     """The forecast of every held-out trial by its name."""
     ratio = beat_to_command(calibration)
     held_out = (trial.measured for trial in calibration.trials if trial.measured.role != "fit")
-    return {trial.name: _foretold(calibration, ratio, trial.commanded_hz) for trial in held_out}
+    return {trial.name: _forecast(calibration, ratio, trial.commanded_hz) for trial in held_out}
 
 
 def beat_to_command(calibration: Calibration) -> float:
@@ -44,7 +44,7 @@ def beat_to_command(calibration: Calibration) -> float:
     return float(np.mean(ratios)) if ratios else float("nan")
 
 
-def _foretold(calibration: Calibration, ratio: float, commanded_hz: float | None) -> CommandForecast:
+def _forecast(calibration: Calibration, ratio: float, commanded_hz: float | None) -> CommandForecast:
     hz = ratio * (commanded_hz or np.nan)
     speeds = {name if name == "twin" else name + FROM_TWIN: v for name, v in calibration.sweep.at(hz).items()}
     return CommandForecast(hz, speeds, _flags(calibration.sweep.frequency_hz, ratio, hz))
@@ -53,9 +53,9 @@ def _foretold(calibration: Calibration, ratio: float, commanded_hz: float | None
 def _flags(swept_hz: np.ndarray, ratio: float, hz: float) -> tuple[Flag, ...]:
     if not np.isfinite(hz):
         whose = "its command" if np.isfinite(ratio) else "the command of every fit trial"
-        return (Flag("no_command", message=f"{whose} is not known, so its beat cannot be foretold from the command"),)
+        return (Flag("no_command", message=f"{whose} is not known, so its beat cannot be forecast from the command"),)
     low, high = float(swept_hz.min()), float(swept_hz.max())
     if low <= hz <= high:
         return ()
-    message = f"{hz:.3f} Hz, foretold from the command, lies outside the {low:.3f} to {high:.3f} Hz of the sweep"
+    message = f"{hz:.3f} Hz, forecast from the command, is outside the {low:.3f} to {high:.3f} Hz of the sweep"
     return (Flag("extrapolated", message=message),)

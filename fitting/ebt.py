@@ -17,7 +17,7 @@ from swimmer.large_amplitude import steady_speed_large
 from tracking import HeadFrame
 
 EBT_RATIO_ONLY = "ebt_ratio_only"
-"""The flag that says what is not identifiable of elongated body theory; it belongs to every fit of it."""
+"""The flag that names what is not identifiable in elongated body theory; every fit of it has it."""
 
 
 @dataclass(frozen=True)
@@ -52,7 +52,7 @@ class EbtFit:
         form: the way it is used.
         beta: shape factor of the added mass, kept at 1 within its published bounds [0.9, 1.1].
         drag_coefficient: c_D, on the reference area of the robot, within its published bounds [0, 10].
-        flags: what is doubtful, the ratio first of all.
+        flags: that only the ratio is identifiable, and others.
     """
 
     form: EbtForm
@@ -101,7 +101,7 @@ def fit_every_form(trials: Sequence[MeasuredTrial], robot: RobotSpec) -> dict[st
     return {form.name: fit_ebt(form, tails, measured, robot) for form in FORMS}
 
 
-def speeds_beside(
+def model_speeds(
     trial: MeasuredTrial, simulated: HeadFrame, ebts: Mapping[str, EbtFit], robot: RobotSpec
 ) -> dict[str, float]:
     """Forward speed over the kept whole beats of a trial by the name of every model, m/s.
@@ -122,5 +122,5 @@ def _flags(ratio: float, highest: float) -> tuple[Flag, ...]:
     only_ratio = "only c_D / beta is identifiable from the speed; beta is kept at 1"
     flags = [Flag(EBT_RATIO_ONLY, message=f"EBT: {only_ratio} (c_D / beta = {ratio:.3g})")]
     if ratio < 1e-3 or ratio > 0.999 * highest:
-        flags.append(Flag("at_bound", message=f"EBT: c_D / beta = {ratio:.3g} lies at its bound"))
+        flags.append(Flag("at_bound", message=f"EBT: c_D / beta = {ratio:.3g} is at its bound"))
     return tuple(flags)

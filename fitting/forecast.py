@@ -1,4 +1,4 @@
-"""What known coefficients say of a trial: its own phase from its own first beats, then the twin runs ahead alone."""
+"""The twin's forecast of a trial from known coefficients: phase from the trial's first beats, then simulation."""
 
 import numpy as np
 
@@ -54,7 +54,7 @@ def frames_in_step(trial: MeasuredTrial) -> slice:
 def phase_from_harmonic(twin: Twin, trial: MeasuredTrial, coefficients: np.ndarray, frequency_hz: float) -> np.ndarray:
     """Crank phases at time 0 that bring the twin's tail in step with the measured one.
 
-    One simulation at phase 0 tells how far the tail's first harmonic, over the angle of the crank, lags behind it.
+    One simulation at phase 0 gives the lag of the tail's first harmonic behind the crank.
 
     Args:
         twin, trial, frequency_hz: as for `swim`.

@@ -72,7 +72,7 @@ def estimate_frequency(
             "See the flags of its markers, set better start boxes and track it again, or leave the trial out"
         )
     if _range(lateral_m, weight) < STILL_M:
-        raise NotEnoughData("the tail does not move: a robot at rest, or a video that stands")
+        raise NotEnoughData("the tail does not move: a robot at rest, or a frozen video")
     start = _strongest(time_s, lateral_m, weight)
     for _ in range(_REWEIGHTINGS):
         hz = _refined(time_s, lateral_m, weight, start)

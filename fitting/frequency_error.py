@@ -22,7 +22,6 @@ def standard_error(
     residual: np.ndarray,
     weight: np.ndarray,
     frames_per_beat: float,
-    longest_beats: float = np.inf,
 ) -> float:
     """Standard error of a number that k markers share (a frequency, a speed), when all else is fitted to each of them.
 
@@ -32,7 +31,6 @@ def standard_error(
         residual: (n, k) m.
         weight: (n, k) of each sample in the regression, 0 leaves it out.
         frames_per_beat: how many.
-        longest_beats: for how long residuals are thought to last at most, beats.
 
     Returns:
         In the number's unit; nan where no marker has more blocks than regressors, or none beats.
@@ -49,9 +47,7 @@ def standard_error(
     curvature = float((weight * slope**2).sum())
     if curvature <= 0 or all(marker.freedom <= 0 for marker in markers):
         return float("nan")
-    longest = 1 - 1 / (longest_beats * BLOCKS_PER_BEAT)
-    correlations = CORRELATIONS[longest >= CORRELATIONS]
-    spreads, deviances = np.array([_spread(pull, markers, correlation) for correlation in correlations]).T
+    spreads, deviances = np.array([_spread(pull, markers, correlation) for correlation in CORRELATIONS]).T
     spread = softmax(-deviances / 2) @ spreads  # the correlation is not known either
     return float(np.sqrt(spread)) / curvature
 

@@ -1,8 +1,8 @@
 """Does a calibrated twin swim forward from rest, as the robot does?
 
 MuJoCo's fluid model has two steady states for many sets of coefficients: started at the measured speed such a twin
-follows the trials, started from rest it settles swimming backward. No trial that begins mid-swim can tell them
-apart, but the robot itself does: it starts from rest.
+follows the trials, started from rest it settles swimming backward. No trial that begins mid-swim can
+separate them, but the robot itself does: it starts from rest.
 """
 
 import numpy as np

@@ -1,7 +1,7 @@
 """What the twin leaves out, effect by effect: whether the trials ask for it, and what it would do to coefficients.
 
 A misfit in no particular direction is judged by all numbers at once, among which one effect may hide that moves
-coefficients by much. So each effect is asked by itself as well (score test; Rao 1948).
+coefficients by much. So each effect is also tested alone (score test; Rao 1948).
 """
 
 from typing import NamedTuple
@@ -11,7 +11,7 @@ import numpy as np
 from fitting.coefficient_fit import NAMES
 from session import Flag
 
-LEFT_OUT_P = 0.01  # of any effect as likely by chance, below which the likeliest is worth a flag
+LEFT_OUT_P = 0.01  # family-wise; below, the most significant effect gets a flag
 LEFT_OUT_SD = 1.0  # standard deviations by which a coefficient has to be off with it
 _AS_LIKELY = 2.0  # difference of squares, twice that of ln likelihoods, within which another is named as well
 _MOST = 3  # names
@@ -72,10 +72,10 @@ class EffectsLeftOut(NamedTuple):
     """What the trials say of all effects that the twin leaves out.
 
     Attributes:
-        tried: each parameter of each, the likeliest first.
+        tried: each parameter of each, the most significant first.
         seen_from: standard deviations by which an effect has to move the trials to be flagged in 19 of 20 sessions.
-        silent: effects that move no gait.
-        diverged: effects that could not be asked, since no twin with them stood.
+        silent: effects that change no features.
+        diverged: effects that could not be tested, since every twin with them diverged.
     """
 
     tried: tuple[LeftOut, ...] = ()
@@ -85,7 +85,7 @@ class EffectsLeftOut(NamedTuple):
 
     @property
     def effects(self) -> tuple[str, ...]:
-        """Names of those that were asked."""
+        """Names of those that were tested."""
         return tuple(dict.fromkeys(each.effect for each in self.tried))
 
     @property
@@ -99,11 +99,11 @@ class EffectsLeftOut(NamedTuple):
         if not self.tried or not self.tried[0].asked:
             return ()
         best = self.tried[0]
-        alike = [each for each in self.tried if best.z**2 - max(each.z, 0.0) ** 2 < _AS_LIKELY]
-        if max(np.abs(each.moved).max() for each in alike) <= LEFT_OUT_SD:
+        close = [each for each in self.tried if best.z**2 - max(each.z, 0.0) ** 2 < _AS_LIKELY]
+        if max(np.abs(each.moved).max() for each in close) <= LEFT_OUT_SD:
             return ()
-        names = " or ".join(each.name.replace("_", " ") for each in alike[:_MOST])
-        more = f" or {len(alike) - _MOST} more" if len(alike) > _MOST else ""
+        names = " or ".join(each.name.replace("_", " ") for each in close[:_MOST])
+        more = f" or {len(close) - _MOST} more" if len(close) > _MOST else ""
         moved = float(best.moved[best.most])
         way = "lower" if moved > 0 else "higher"
         message = (

@@ -1,4 +1,4 @@
-"""What a posterior says of one coefficient."""
+"""The marginal posterior of one coefficient."""
 
 from typing import NamedTuple
 
@@ -9,7 +9,7 @@ _NEAR_BOUND = 0.02  # of the range
 
 
 class Marginal(NamedTuple):
-    """The posterior of one coefficient; determined is none that presses against a bound, however narrow it is there."""
+    """The posterior of one coefficient; one that is cut off at a bound is not determined, however narrow."""
 
     mean: float
     sd: float
@@ -21,12 +21,12 @@ class Marginal(NamedTuple):
 
     @property
     def narrow(self) -> bool:
-        """Whether the 90 % interval is, be it by the trials or by a bound."""
+        """Whether the 90 % interval is narrow, by the trials or by a bound."""
         return self.q95 <= _WIDE * self.q05 or self.q95 - self.q05 <= _WIDE_BY
 
     @property
     def at_bounds(self) -> tuple[float, ...]:
-        """The bounds of the prior that it presses against: its interval reaches them, and would reach further."""
+        """The bounds of the prior that cut it off: its interval reaches them, and would reach further."""
         reach = _NEAR_BOUND * (COEFFICIENT_BOUNDS[1] - COEFFICIENT_BOUNDS[0])
         near = zip(COEFFICIENT_BOUNDS, (self.q05, self.q95), strict=True)
         return tuple(float(bound) for bound, end in near if abs(end - bound) < reach < self.sd)

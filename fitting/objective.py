@@ -16,7 +16,7 @@ from swimmer import Runs, Twin
 from tracking import HeadFrame
 
 COEFFICIENT_BOUNDS = (0.0, 10.0)
-LOST_M = 1.0  # distance that stands for a simulation that blew up
+LOST_M = 1.0  # distance assigned to a simulation that diverged
 
 
 @dataclass(frozen=True, eq=False)

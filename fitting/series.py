@@ -13,16 +13,16 @@ def bridged(time_s: np.ndarray, series: np.ndarray, at_s: np.ndarray | None = No
     return result
 
 
-def design(time_s: np.ndarray, frequency_hz: float, harmonics: int, drift: int = 1) -> np.ndarray:
-    """(n, 1 + drift + 2 * harmonics) columns: powers of time up to `drift`, then cosine and sine of each harmonic.
+def design(time_s: np.ndarray, frequency_hz: float, harmonics: int) -> np.ndarray:
+    """(n, 2 + 2 * harmonics) columns: a constant and a drift in time, then cosine and sine of each harmonic.
 
     Time is counted from `time_s` = 0; phases therefore refer to time 0.
     """
     span = max(float(np.ptp(time_s)), 1e-9)
-    powers = [((time_s - time_s.mean()) / span) ** k for k in range(drift + 1)]
+    drift = (time_s - time_s.mean()) / span
     angle = 2 * np.pi * frequency_hz * time_s
     waves = [wave(k * angle) for k in range(1, harmonics + 1) for wave in (np.cos, np.sin)]
-    return np.stack(powers + waves, axis=1)
+    return np.stack([np.ones_like(drift), drift, *waves], axis=1)
 
 
 def weighted_fit(columns: np.ndarray, series: np.ndarray, weight: np.ndarray) -> np.ndarray:

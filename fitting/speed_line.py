@@ -9,7 +9,7 @@ def speed_line(fitted_hz: Sequence[float], fitted_speed: Sequence[float], hz: Se
     """Speeds by a straight line in frequency through the fitted trials, m/s; nan without any.
 
     Of trials of one frequency alone the line goes through the origin, so that the stride is constant. A held-out trial
-    is to be asked for at the frequency of its first two beats, as the twin is.
+    is forecast at the frequency of its first two beats, as by the twin.
 
     Args:
         fitted_hz, fitted_speed: (n,) measured beat frequencies, Hz, and forward speeds, m/s.

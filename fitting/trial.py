@@ -20,7 +20,7 @@ from tracking import HeadFrame
 Beat = Callable[[np.ndarray], SwimFrequency]
 """The frequency of some frames (n,)."""
 
-FIRST_BEATS = 1.2  # of the command, in which a held-out trial is first asked for its frequency
+FIRST_BEATS = 1.2  # of the command, from which the frequency of a held-out trial is first estimated
 KNOWN_BEATS = 2.0  # of a held-out trial that may set its own frequency, phase and start
 SCALE_OFF = 0.05  # relative difference of the scale that is worth a flag
 SCORED_S = 4.0  # of each trial, after warm-up, that the published distance is taken over
@@ -99,12 +99,12 @@ class MeasuredTrial:
 
     @property
     def without_log(self) -> MeasuredTrial:
-        """The same frames beside a crank that turns evenly: what the motor does has to show in how the fish beats.
+        """The same frames with a crank that turns evenly: what the motor does must show in the beat of the fish.
 
         How fast it turned by its log stays known.
 
         Raises:
-            NotEnoughData: held out, its tail tells no frequency by itself in the part that may be looked at.
+            NotEnoughData: held out, its tail gives no frequency in the part that may be used.
         """
         if self.turn is None or self.beat is None:
             return self
@@ -145,12 +145,12 @@ def measure_trial(
     weight = np.where(np.isfinite(head.shape_m).all(axis=-1), weight, 0.0)
     time_s = tracks.time_s - tracks.time_s[0]
 
-    doubts = _clock_and_scale(time_s, camera, robot)
+    flags = _clock_and_scale(time_s, camera, robot)
     beat = estimate_frequency(time_s, head.shape_m[:, tail, 1], weight[:, tail], spec.commanded_hz)
     motor = None if motor is None else motor.against(beat, tracks.time_s)
     turn = motor.turn.shifted(float(tracks.time_s[0])) if motor is not None and motor.usable else None
     frequency = _of_crank(beat, turn, motor, time_s)
-    of_frames = (*quality.flags, *doubts, *beat.flags)
+    of_frames = (*quality.flags, *flags, *beat.flags)
     every_frame = np.ones(len(time_s), bool)
     trial = MeasuredTrial(
         name=spec.name,
@@ -200,7 +200,7 @@ def _clock_and_scale(time_s: np.ndarray, camera: CameraSpec, robot: RobotSpec) -
     spacing_s, scale = np.diff(time_s), camera.scale_length_m / robot.scale_length_m
     if rate_is_off(camera.fps, float(np.median(spacing_s)), float(np.mean(spacing_s))):
         raise NotEnoughData(
-            f"its time stamps say {1 / np.median(spacing_s):.3g} frames a second, [camera] fps says {camera.fps:g}; "
+            f"its time stamps give {1 / np.median(spacing_s):.3g} frames a second, [camera] fps is {camera.fps:g}; "
             "expected the same within 5 %. Correct the one that is wrong: frequencies and speeds go by it."
         )
     flags = []

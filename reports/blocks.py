@@ -1,6 +1,6 @@
 """What a report is built of: sections of blocks.
 
-How each looks stands in `templates/blocks.html.j2`, one macro a kind.
+`templates/blocks.html.j2` has the look of each, one macro a kind.
 
 Text is escaped when it is rendered; only `markupsafe.Markup` goes in as it is.
 """
@@ -37,7 +37,7 @@ class Plot:
         figure: drawn with the colours of `reports.style`; may be changed and saved with matplotlib.
         name: unique in the page; also the name of a file saved from it.
         caption: what to see in it; the first sentence is for those who cannot see it.
-        caveat: what makes it doubtful; empty if nothing does.
+        caveat: empty if there is none.
     """
 
     figure: Figure = field(repr=False)
@@ -144,7 +144,7 @@ class Section:
         title: its heading.
         anchor: its id in the page.
         blocks: what it shows, in order.
-        caveats: what makes its numbers doubtful; printed before the blocks.
+        caveats: of its numbers; printed before the blocks.
         parts: sections within it.
     """
 

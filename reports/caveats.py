@@ -1,4 +1,4 @@
-"""What makes a trial's numbers doubtful, in sentences for the reader."""
+"""Caveats of a trial's numbers, in sentences for the reader."""
 
 import numpy as np
 
@@ -25,7 +25,7 @@ def trial_caveats(trial: CalibratedTrial) -> tuple[str, ...]:
 
 
 def speed_caveats(trial: CalibratedTrial) -> tuple[str, ...]:
-    """What makes its speed doubtful, in a word each."""
+    """Caveats of its speed, in a word each."""
     kinds = {
         flag.kind: flag.kind.replace("_", " ") for flag in trial.flags if flag.kind in ("extrapolated", "few_beats")
     }

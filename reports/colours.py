@@ -1,6 +1,6 @@
 """The colours of figures and pages, for light and for dark ground.
 
-Figures are drawn in the light colours, so that they stand on their own in a notebook or a talk; in a page each becomes
+Figures are drawn in the light colours, so that they can be used in a notebook or a talk; in a page each becomes
 a CSS variable (`reports.svg`), and the page chooses.
 """
 
@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 
 class Ink(NamedTuple):
-    """A colour on light and on dark ground. No two share a light colour: it tells them apart."""
+    """A colour on light and on dark ground. No two share a light colour: it identifies them."""
 
     light: str
     dark: str

@@ -1,4 +1,4 @@
-"""What the forecasts of held-out trials are worth, in sentences: the model beside simple baselines."""
+"""What the forecasts of held-out trials are worth, in sentences: the model and simple baselines."""
 
 from math import isfinite
 
@@ -29,7 +29,7 @@ def beaten(forecasts: SessionForecast) -> bool:
 def speed_sentence(forecasts: SessionForecast) -> str:
     """How well held-out speeds are forecast from the command, and whether that beats the best simple baseline."""
     if not forecasts.held_out:
-        return "No trial is held out: nothing says how well the twin forecasts."
+        return "No trial is held out: how well the twin forecasts is not known."
     own, best = in_mm(forecasts.mean(COMMAND, "speed_error")), forecasts.best_baseline
     text = f"From the command, held-out speeds are forecast to {own} mm/s"
     if not best:

@@ -18,7 +18,7 @@ class LoggedTrial:
     Attributes:
         name: of the trial.
         kind: "dry" or "swim".
-        motor: what its log says.
+        motor: from its log.
     """
 
     name: str
@@ -39,7 +39,7 @@ class LoggedTrial:
 
     @property
     def command(self) -> tuple[np.ndarray, np.ndarray] | None:
-        """(k,) times, s, and (k,) the speeds told then, turns/s; None where they were not kept."""
+        """(k,) times, s, and (k,) the speeds commanded then, turns/s; None where they were not kept."""
         commands = self.motor.commands
         if commands is None:
             return None

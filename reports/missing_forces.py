@@ -12,15 +12,15 @@ from swimmer import RobotSpec
 HEAD = ("head_along", "head_across", "head_moment")
 FORCES = HEAD[:2]  # N; all others N m
 LEAST_LIKE = 0.7  # correlation from which a force goes with a motion
-LEAST_CLEAR = 0.1  # share of the beat in which it is clear of zero, from which it is asked what it goes with
+LEAST_CLEAR = 0.1  # share of the beat in which it differs from zero, from which it is correlated with motions
 _LEVEL = 0.03  # correlations as near as this are level
 _ON_MIDDLE_M, _BESIDE_M = 0.005, 0.02  # off the middle plane; from the outer hinges to where their links are read
 
 
 def force_name(joint: str) -> str:
     """What is missing there, in words."""
-    told = {HEAD[0]: "force along the head", HEAD[1]: "force across the head", HEAD[2]: "moment on the head"}
-    return told.get(joint) or f"torque in {joint.replace('_', ' ')}"
+    names = {HEAD[0]: "force along the head", HEAD[1]: "force across the head", HEAD[2]: "moment on the head"}
+    return names.get(joint) or f"torque in {joint.replace('_', ' ')}"
 
 
 class Likeness(NamedTuple):
@@ -73,13 +73,13 @@ def motions(trial: CalibratedTrial, kept: np.ndarray, robot: RobotSpec) -> dict[
 
 def _rates(motion: np.ndarray, time_s: np.ndarray) -> dict[str, np.ndarray]:
     speed = np.gradient(motion, time_s)
-    told = {
+    series = {
         "deflection": motion,
         "speed": speed,
         "speed squared": speed * np.abs(speed),
         "acceleration": np.gradient(speed, time_s),
     }
-    return {name: _about_mean(values) for name, values in told.items()}
+    return {name: _about_mean(values) for name, values in series.items()}
 
 
 def _about_mean(values: np.ndarray) -> np.ndarray:

@@ -36,7 +36,7 @@ def with_error(value: float, se: float, decimals: int = 1) -> str:
 
 
 def percent(share: float | None) -> str:
-    """A share as a percentage; it says 100 % only when nothing is left out."""
+    """A share as a percentage; 100 % only when nothing is left out."""
     if share is None or not math.isfinite(share):
         return MISSING
     return f"{share:.0%}".replace("%", " %") if share in (0.0, 1.0) else f"{min(100 * share, 99.9):.1f} %"

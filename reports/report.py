@@ -26,10 +26,10 @@ def write_report(path: Path, context: ReportContext) -> None:
 
 def render_report(context: ReportContext, sections: Sequence[SectionBuilder] = SECTIONS) -> str:
     """The report, or some of its sections, as HTML: opens offline, holds its figures, and loads nothing."""
-    asked = [
+    per_question = [
         (question, [build(context) for build in builders if build in sections]) for question, builders in QUESTIONS
     ]
-    built = [(question, [one for one in own if one is not None]) for question, own in asked]
+    built = [(question, [one for one in own if one is not None]) for question, own in per_question]
     calibration, provenance = context.calibration, context.provenance
     trials = counted(len(calibration.trials), "trial")
     return render_page(

@@ -1,6 +1,6 @@
 """One look for all figures: matplotlib's settings, sizes, panels, legends and the marks of roles."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager
 from functools import wraps
 from pathlib import Path
@@ -132,9 +132,9 @@ def legend_on_top(figure: Figure, columns: int, handles: Sequence[Any] = ()) -> 
     figure.legend(handles=handles, loc="upper left", bbox_to_anchor=(left, top), ncols=columns)
 
 
-def legend_above(axes: Axes, columns: int, handles: Sequence[Any] = (), **options: Any) -> None:
-    """A legend in one or two lines over the panel: of these handles, or of each label that is drawn, once."""
-    handles = handles or _labelled([axes])
+def legend_above(axes: Axes, columns: int, **options: Any) -> None:
+    """A legend in one or two lines over the panel: of each label that is drawn, once."""
+    handles = _labelled([axes])
     axes.legend(handles=handles, loc="lower left", bbox_to_anchor=(0.0, 1.01), ncols=columns, **options)
 
 
@@ -144,7 +144,7 @@ def _labelled(drawn: Sequence[Axes]) -> list[Any]:
 
 
 def role_marker(colour: str, role: str) -> Look:
-    """Plot options that tell roles apart: filled circles were fitted, open diamonds were held out."""
+    """Plot options by role: filled circles were fitted, open diamonds were held out."""
     fit = role == "fit"
     return {
         "marker": "o" if fit else "D",
@@ -157,7 +157,7 @@ def role_marker(colour: str, role: str) -> Look:
     }
 
 
-def role_handles(colour: str, roles: Iterable[str] = ("fit", "holdout")) -> list[Line2D]:
+def role_handles(colour: str) -> list[Line2D]:
     """For a legend of roles."""
     names = {"fit": "fit trial", "holdout": "held-out trial"}
-    return [Line2D([], [], label=names[role], **role_marker(colour, role)) for role in roles]
+    return [Line2D([], [], label=label, **role_marker(colour, role)) for role, label in names.items()]

@@ -1,4 +1,4 @@
-"""A matplotlib figure as inline SVG: small, in the page's own font, its colours left to the page."""
+"""A matplotlib figure as inline SVG: small, in the page's own font, its colours set by the page."""
 
 import io
 import re

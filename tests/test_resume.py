@@ -28,7 +28,7 @@ def test_third():
 
 @pytest.fixture
 def project(tmp_path: Path) -> Path:
-    """A git repository with three tests, of which the second can be told to fail or to kill the run."""
+    """A git repository with three tests, of which the second can be reported to fail or to kill the run."""
     (tmp_path / "pytest.ini").write_text("[pytest]\n")
     (tmp_path / ".gitignore").write_text(".pytest_cache/\n__pycache__/\n")
     (tmp_path / "test_some.py").write_text(TESTS)

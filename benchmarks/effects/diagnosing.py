@@ -36,7 +36,7 @@ def diagnose(session: Path, discrepancy: Discrepancy, without: frozenset[str]) -
 class CommandLine:
     """Any program that takes a session's folder, and `--exclude EFFECT[,EFFECT]`, as `calib diagnose` does.
 
-    It may find the discrepancy beside the sessions; it is not told.
+    It is not given the discrepancy, which is next to the sessions.
     """
 
     words: tuple[str, ...]  # of the command, to which these are appended
@@ -50,8 +50,8 @@ class CommandLine:
         lacking = ("--exclude", ",".join(sorted(without))) if without else ()
         ended = subprocess.run([*self.words, str(session), *lacking], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
         if ended.returncode:
-            said = ended.stderr.decode(errors="replace").strip().splitlines()
-            raise ProgramFailed(f"ended with status {ended.returncode}: {said[-1] if said else 'no word of why'}")
+            lines = ended.stderr.decode(errors="replace").strip().splitlines()
+            raise ProgramFailed(f"ended with status {ended.returncode}: {lines[-1] if lines else 'no message'}")
 
 
 def program_of(command: str) -> Program:
@@ -83,15 +83,15 @@ def diagnose_suite(suite: SuiteFolder, program: Program, run: Run) -> tuple[Fail
 def diagnose_without(suite: SuiteFolder, program: Program, run: Run) -> tuple[Failure, ...]:
     """Diagnoses each session with one effect once more, by a catalogue that lacks it, in a copy in `F/without`.
 
-    This opens the answers, of sessions that are diagnosed; but the program is told one name only, and that this is not
-    to be found.
+    This opens the answers, of sessions that are diagnosed; but the program gets only the name that its catalogue is to
+    lack.
 
     Args, Returns: as of `diagnose_suite`.
 
     Raises:
         InputError: as of `diagnose_suite`, or a session is not diagnosed yet.
     """
-    suite.check_diagnosed()  # the name of what is there stands in a folder from now on
+    suite.check_diagnosed()  # the name of the true effect is in a folder from now on
     pieces = [(suite.without / name, frozenset({effect})) for name, effect in lacking(suite).items()]
     for copy, _ in pieces:
         _copy(suite.sessions / copy.name, copy)

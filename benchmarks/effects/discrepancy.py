@@ -31,7 +31,7 @@ from session.create import FISHSIM_MARKERS
 from swimmer import load_robot
 from swimmer.effects import catalogue
 
-LENGTH = 127  # of a gait of nine markers
+LENGTH = 127  # features of nine markers
 SEEDS, WITH_EFFECTS = range(9000, 9200), 25  # of sessions; how many of them are asked what effects would do
 _STARTED_M = 2e-4  # standard deviation that refits start from, m and m/s
 _TOGETHER = 5  # sessions that are simulated at a time
@@ -55,12 +55,12 @@ _NEVER = "measurement"  # family of effects of which a twin's error shows nothin
 
 @dataclass(frozen=True, eq=False)
 class BaseSession:
-    """A robot that is as described, in water of some kind, beside the twin refitted to it; without noise."""
+    """A robot that is as described, in water of some kind, with the twin refitted to it; without noise."""
 
     seed: int  # of the session
     frequency_hz: np.ndarray  # (t,) of each swim
-    measured: np.ndarray  # (t, 127) their gaits, m and m/s
-    left: np.ndarray  # (t, 127) what the twin leaves of them
+    measured: np.ndarray  # (t, 127) their features, m and m/s
+    residual: np.ndarray  # (t, 127) of the twin
     slopes: np.ndarray  # (k, 5) of these with the coefficients
     noise: np.ndarray  # (k, k) that a tracker would add
     # by effect and parameter, (k,) what one standard deviation of its prior does; empty where not asked
@@ -73,13 +73,13 @@ class BaseSession:
 
     @property
     def in_phase(self) -> np.ndarray:
-        """(t, 127) what is left when all tails begin at phase 0."""
-        return advanced(self.left, -self.phase_rad)
+        """(t, 127) residual when all tails begin at phase 0."""
+        return advanced(self.residual, -self.phase_rad)
 
     @property
     def noise_in_phase(self) -> np.ndarray:
-        """(127, 127) mean of the noise of one gait, at that phase."""
-        own = [slice(LENGTH * i, LENGTH * (i + 1)) for i in range(len(self.left))]
+        """(127, 127) mean noise covariance of the features of a trial, at that phase."""
+        own = [slice(LENGTH * i, LENGTH * (i + 1)) for i in range(len(self.residual))]
         turns = [advanced(np.eye(LENGTH), -phase) for phase in self.phase_rad]
         return np.mean([turn.T @ self.noise[i, i] @ turn for turn, i in zip(turns, own, strict=True)], axis=0)
 
@@ -95,7 +95,7 @@ def _session(seed: int, with_effects: bool) -> Filming[BaseSession]:
     drawn = replace(drawn, world=replace(drawn.world, nuisances=Nuisances()))
     plain = Discrepancy.independent(_STARTED_M**2 * np.eye(LENGTH))
     rows = SessionRows.of(drawn, (yield from drawn.recorded()), plain)
-    left = rows.left_of_gaits
+    residual = rows.residual_features
     columns: dict[tuple[str, int], np.ndarray] = {}
     if with_effects:
         every = {name: effect for name, effect in catalogue().items() if effect.family != _NEVER}
@@ -103,17 +103,19 @@ def _session(seed: int, with_effects: bool) -> Filming[BaseSession]:
             for number, parameter in enumerate(signature.effect.parameters):
                 slope = little(signature, number)
                 if slope is not None:
-                    columns[signature.effect.name, number] = parameter.sd * slope[: left.size]
-    slopes = row_slopes(rows.model, rows.coefficients)[: left.size]
+                    columns[signature.effect.name, number] = parameter.sd * slope[: residual.size]
+    slopes = row_slopes(rows.model, rows.coefficients)[: residual.size]
     hertz = np.array([each.trial.frequency.hz for each in rows.model.trials])
-    return BaseSession(seed, hertz, rows.model.measured.reshape(left.shape), left, slopes, rows.tracking, columns)
+    return BaseSession(
+        seed, hertz, rows.model.measured.reshape(residual.shape), residual, slopes, rows.tracking, columns
+    )
 
 
 def discrepancy_of(sessions: Sequence[BaseSession]) -> Discrepancy:
-    """Of many sessions: what a twin leaves of each gait, how alike that is in two, and in all gaits of a session.
+    """Of many sessions: the residual of each trial, its correlation between two, and among all trials of a session.
 
-    What it leaves of each gait is as large as makes all sessions likeliest, each with a size of its own beside; of
-    effects it looks like as much as those sessions that were asked call for, of each by itself.
+    Its size maximises the likelihood of all sessions, each with a factor of its own; so does the strength of each
+    effect that it resembles, alone, in the sessions with responses of effects.
     """
     found = in_common(sessions, robust_covariance([session.in_phase for session in sessions]))
     sizes = {size * scale for size in _SIZES for scale in SCALES}
@@ -130,10 +132,10 @@ def discrepancy_of(sessions: Sequence[BaseSession]) -> Discrepancy:
 
 
 def in_common(sessions: Sequence[BaseSession], covariance: np.ndarray) -> Discrepancy:
-    """What swims of one session have in common, by directions in which what is left of a gait is independent.
+    """What swims of one session have in common, by directions in which the residual is independent.
 
-    Directions are those of a covariance (127, 127) against the noise of the tracks. In each of them products of what is
-    left of two swims tell both shares, by least squares that are held back by some pairs that have nothing in common.
+    Directions are those of a covariance (127, 127) against the noise of the tracks. In each of them both shares come
+    from products of the residuals of two trials, by least squares with some pairs added that have nothing in common.
     """
     noise = np.mean([session.noise_in_phase for session in sessions], axis=0)
     root = np.linalg.cholesky(noise)
@@ -149,31 +151,31 @@ def in_common(sessions: Sequence[BaseSession], covariance: np.ndarray) -> Discre
         products += list((along[:, one] * along[:, other]).T)
         squares.append((along**2).mean(axis=1))
     variance = np.mean(squares, axis=0)  # shrinking has made the large ones too small
-    told = np.vstack([np.column_stack([np.ones(len(near)), near]), np.sqrt(_HELD_BACK) * np.eye(2)])
-    common = np.array([nnls(told, np.append(own, [0.0, 0.0]))[0] for own in np.transpose(products / variance)])
+    design = np.vstack([np.column_stack([np.ones(len(near)), near]), np.sqrt(_HELD_BACK) * np.eye(2)])
+    common = np.array([nnls(design, np.append(own, [0.0, 0.0]))[0] for own in np.transpose(products / variance)])
     common *= np.minimum(1.0, _MOST / np.maximum(common.sum(axis=1), _MOST))[:, None]
     beats = [advanced(session.measured, -session.phase_rad) for session in sessions]
     beat = np.mean(np.concatenate([harmonics_of(gaits)[:, :, 1, 0] for gaits in beats]), axis=0)
     return Discrepancy(directions * np.sqrt(variance), common, beat=beat)
 
 
-def robust_covariance(left: Sequence[np.ndarray]) -> np.ndarray:
-    """(127, 127) second moments of what is left (t, 127) in many sessions, shrunk (Ledoit and Wolf 2004).
+def robust_covariance(residual: Sequence[np.ndarray]) -> np.ndarray:
+    """(127, 127) second moments of the residual (t, 127) in many sessions, shrunk (Ledoit and Wolf 2004).
 
     About zero, not about their mean: what the twin leaves of every swim alike is its error too. A session counts by its
     directions, not by its size (Tyler 1987), so that a few in which the twin is far off do not say how all are.
     """
-    found = _shrunk(left)
+    found = _shrunk(residual)
     for _ in range(_ROBUST):
         root = np.linalg.cholesky(found)
-        sizes = np.array([np.sqrt((solve_triangular(root, own.T, lower=True) ** 2).mean()) for own in left])
+        sizes = np.array([np.sqrt((solve_triangular(root, own.T, lower=True) ** 2).mean()) for own in residual])
         sizes /= np.exp(np.log(sizes).mean())
-        found = _shrunk([own / size for own, size in zip(left, sizes, strict=True)])
+        found = _shrunk([own / size for own, size in zip(residual, sizes, strict=True)])
     return found
 
 
-def _shrunk(left: Sequence[np.ndarray]) -> np.ndarray:
-    pooled = np.vstack(left)
+def _shrunk(residual: Sequence[np.ndarray]) -> np.ndarray:
+    pooled = np.vstack(residual)
     scale = np.sqrt((pooled**2).mean(axis=0))
     shrunk, _ = ledoit_wolf(pooled / scale, assume_centered=True)
     return np.asarray(shrunk * np.outer(scale, scale))
@@ -182,7 +184,7 @@ def _shrunk(left: Sequence[np.ndarray]) -> np.ndarray:
 def _strengths(rows: Mapping[float, Sequence["_Row"]]) -> dict[tuple[str, int], float]:
     """Of each parameter the likeliest when there is no other: so much of it these sessions look like by themselves.
 
-    Of those that make what is left likelier.
+    Of those that make the residual likelier.
     """
     every = sorted(set.intersection(*(set(row.across) for own in rows.values() for row in own)))
     without = _unlikely(rows)
@@ -199,7 +201,7 @@ def _strengths(rows: Mapping[float, Sequence["_Row"]]) -> dict[tuple[str, int], 
 
 @dataclass(frozen=True, eq=False)
 class _Row:
-    """A session, whitened: squares of what is left and of columns, their products, and the rest of its log density."""
+    """A session, whitened: squares of the residual and of columns, their products, and the rest of its log density."""
 
     square: float
     squares: Mapping[tuple[str, int], float]
@@ -211,12 +213,12 @@ class _Row:
         of_gaits = size**2 * discrepancy.of_gaits(session.frequency_hz, session.phase_rad) + session.noise
         root = np.linalg.cholesky(of_gaits + session.slopes @ np.diag(PRIOR_SD**2) @ session.slopes.T)
         noise = np.linalg.cholesky(session.noise) @ np.random.default_rng([session.seed, 7]).standard_normal(len(root))
-        left = solve_triangular(root, session.left.ravel() + noise, lower=True)
+        residual = solve_triangular(root, session.residual.ravel() + noise, lower=True)
         white = {key: solve_triangular(root, column, lower=True) for key, column in session.columns.items()}
         return cls(
-            float(left @ left),
+            float(residual @ residual),
             {key: float(column @ column) for key, column in white.items()},
-            {key: float(column @ left) for key, column in white.items()},
+            {key: float(column @ residual) for key, column in white.items()},
             -float(np.log(np.diag(root)).sum()),
         )
 
@@ -246,7 +248,7 @@ def measure(path: Path, workers: int = 0) -> None:
     found: list[BaseSession] = []
     for seeds, with_effects in ((asked, True), (others, False)):
         batches = {str(first): list(seeds[first : first + _TOGETHER]) for first in range(0, len(seeds), _TOGETHER)}
-        run = Run(workers, progress=lambda said, _: print(f"{_TOGETHER} sessions each: {said}", file=sys.stderr))
+        run = Run(workers, progress=lambda done, _: print(f"{_TOGETHER} sessions each: {done}", file=sys.stderr))
         work = partial(base_sessions, with_effects=with_effects)
         if failures := run_cases(work, batches, run, lambda _, sessions: found.extend(sessions)):
             raise RuntimeError(f"{failures[0].name}: {failures[0].message}")

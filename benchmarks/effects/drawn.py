@@ -13,7 +13,7 @@ from session.create import FISHSIM_MARKERS
 from swimmer import load_robot
 
 KNOWN_TO = {"hinge_stiffness": 0.02, "hinge_damping": 0.05, "mass": 0.02}
-"""Relative standard deviation by which a robot departs from its description: as well as dry experiments tell it."""
+"""Relative standard deviation of a robot from its description: that of dry experiments."""
 GLUED_SD_M = 0.001  # of a marker from its place on the body, each way
 FLOATS_SD_M = 0.002
 """Of how deep a robot floats, as it was trimmed that day; of its tail 8 to 10 cm are under water."""
@@ -36,7 +36,7 @@ class DrawnTrial:
 
     @property
     def commanded_hz(self) -> float | None:
-        """What the crank was told; None where it does not turn."""
+        """Of the crank; None where it does not turn."""
         return self.trial.frequency_hz or None
 
 
@@ -124,7 +124,7 @@ def _trials(recorded: Recorded, random: np.random.Generator) -> tuple[DrawnTrial
 
 
 def _decay(random: np.random.Generator) -> Trial:
-    """All hinges bent alike, to either side, and let go."""
+    """All hinges bent equally, to either side, and let go."""
     bent = (float(random.choice([-1.0, 1.0]) * _TAIL_BENT_RAD),) * len(load_robot().hinges)
     return Trial("free_decay", _DECAY_S, bent_rad=bent, release_s=_RELEASED_S)
 
@@ -134,7 +134,7 @@ def _dry(hz: float, random: np.random.Generator) -> Trial:
 
 
 def _swim(hz: float, seconds: float, random: np.random.Generator) -> Trial:
-    """Along the picture, begun so that its middle lies in the middle."""
+    """Along the picture, begun so that its middle is in the middle."""
     heading = float(random.uniform(-_HEADING_RAD, _HEADING_RAD) + np.pi * random.integers(2))
     start_speed = 0.1 * hz
     way = start_speed * (seconds + 1.0) / 2 + 0.2  # and half a fish

@@ -25,7 +25,7 @@ class Answer:
     kind: Kind  # no effect, one, two or many of the catalogue, or one that the catalogue does not hold
     effects: tuple[str, ...] = ()  # names of the catalogue that are present
     outside: str | None = None  # name of what is present and not in the catalogue; None where all is
-    # for each of the effects, those that these data cannot tell from it (two-way error above 5 %)
+    # for each of the effects, those that these data cannot separate from it (two-way error above 5 %)
     alike: tuple[tuple[str, ...], ...] = ()
     # whitened distance from the nearest rival, each refitted; of the weakest of several, 0 of null
     detectability: float = 0.0

@@ -32,9 +32,9 @@ from swimmer.effects import Effect, catalogue
 from synthetic.motor_log import CURRENT_A, PULSE_RAD, SPEED_RAD_S, VOLTAGE_V, save_motor_log
 
 Maker = Callable[[np.random.Generator], Strong]
-_READING_S, _CLOCK_S = 0.02, 1000.0  # between readings of the motor; where its clock may stand
+_READING_S, _CLOCK_S = 0.02, 1000.0  # between readings of the motor; latest start of its clock
 _FILED = 946_684_800  # seconds since 1970: every file has the time stamp of 2000-01-01
-_TRACKS_BYTES = 32_768  # that every file of tracks is filled up to: how well it packs would tell how it moves
+_TRACKS_BYTES = 32_768  # that every file of tracks is filled up to: its packed size would depend on the motion
 _CURRENT_A, _AMPERE_PER_N_M, _VOLT, _WARM_C = 0.25, 0.6, 12.1, 31.0
 
 
@@ -42,7 +42,7 @@ _CURRENT_A, _AMPERE_PER_N_M, _VOLT, _WARM_C = 0.25, 0.6, 12.1, 31.0
 class Making:
     """What sessions are made from."""
 
-    mechanisms: Mapping[str, Maker]  # by name, what reality can do; of the catalogue and beside it
+    mechanisms: Mapping[str, Maker]  # by name, of the second simulator; of the catalogue and others
     discrepancy: Discrepancy  # what the refitted twin leaves in the base state
     effects: Mapping[str, Effect]  # the catalogue's own forms
 
@@ -106,7 +106,7 @@ class Making:
 
 
 def making_of(suite: SuiteFolder) -> Making:
-    """All that reality can do, beside the discrepancy of a suite."""
+    """All mechanisms of the second simulator, and the discrepancy of a suite."""
     return Making(EVERY, Discrepancy.load(suite.discrepancy), catalogue())
 
 
@@ -152,7 +152,7 @@ def write_session(
 
 
 def undated(path: Path) -> None:
-    """Gives a file or folder the time stamp that all have: how long it took to make would tell what is in it."""
+    """Gives a file or folder the time stamp that all have: the time to make it would depend on what is in it."""
     os.utime(path, (_FILED, _FILED))
 
 
@@ -175,7 +175,7 @@ def _table(each: DrawnTrial) -> dict[str, Any]:
 def _logged(
     folder: Path, drawn: DrawnWorld, each: DrawnTrial, recording: Recording, random: np.random.Generator
 ) -> dict[str, Any]:
-    """Writes the log of a motor, where there is one; its clock is told by hand."""
+    """Writes the log of a motor, where there is one; its clock offset is given by hand."""
     if not drawn.plan.recorded.logged or each.trial.kind == "free_decay":
         return {}
     offset_s = float(np.round(random.uniform(0.0, _CLOCK_S), 3))
@@ -185,7 +185,7 @@ def _logged(
 
 
 def _log(drive: Drive, duration_s: float, offset_s: float, random: np.random.Generator) -> MotorLog:
-    """What the motor says at even times on a clock of its own, in its own steps, while its trial is filmed."""
+    """Readings of the motor at even times on a clock of its own, in its own steps, while its trial is filmed."""
     time_s = np.arange(0.0, duration_s + 1e-9, _READING_S)
     crank = CubicSpline(drive.time_s, drive.angle_rad)
     load_a = _AMPERE_PER_N_M * np.interp(time_s, drive.time_s, drive.torque_n_m)

@@ -1,4 +1,4 @@
-"""A withheld session without noise, as a diagnosis would see it: rows of gaits, and all that disturbs them."""
+"""A withheld session without noise, as a diagnosis would see it: rows of features, and all that disturbs them."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -35,7 +35,7 @@ _STILL = 0.1  # whitened length of a step after which none is taken
 class Change(NamedTuple):
     """What something in the water changes of a session's row, seen from some coefficients."""
 
-    # (k,) what is left there, less what is left of the base state, brought back along the slopes of `space` to the
+    # (k,) the residual there minus that of the base state, brought back along the Jacobian of `space` to the
     # coefficients of the base state
     row: np.ndarray
     space: Whitened  # with slopes there; all that disturbs the row has unit size
@@ -47,10 +47,9 @@ class Change(NamedTuple):
 
 
 def nearest(model: SessionModel, start: np.ndarray, covariance: np.ndarray) -> np.ndarray:
-    """(5,) coefficients whose twin comes nearest, by steps of Gauss and Newton.
+    """(5,) coefficients of the best fitting twin, by Gauss-Newton.
 
-    Slopes are simulated at the start and after long steps; after short ones they are mended by what the step has
-    changed.
+    The Jacobian is simulated at the start and after long steps, and updated (Broyden) after short ones.
 
     Args:
         model: the swims.
@@ -58,21 +57,21 @@ def nearest(model: SessionModel, start: np.ndarray, covariance: np.ndarray) -> n
         covariance: (k + b, k + b) of the row.
     """
     at = np.array(start, float)
-    left, slopes = left_row(model, at), row_slopes(model, at)
+    residual, slopes = left_row(model, at), row_slopes(model, at)
     for _ in range(_ROUNDS):
         space = Whitened.of(covariance, slopes, PRIOR_SD)
-        before, at = at, np.clip(at + _GAIN * space.coefficients(left), *COEFFICIENT_BOUNDS)
+        before, at = at, np.clip(at + _GAIN * space.coefficients(residual), *COEFFICIENT_BOUNDS)
         step = at - before
         length = space.moved(step)
         if length < _STILL:
             break
-        left_before, left = left, left_row(model, at)
-        slopes = row_slopes(model, at) if length > LONG else mended(slopes, step, left_before - left, PRIOR_SD)
+        before_step, residual = residual, left_row(model, at)
+        slopes = row_slopes(model, at) if length > LONG else mended(slopes, step, before_step - residual, PRIOR_SD)
     return at
 
 
-def told_by(changes: Sequence[Change], signatures: Sequence[Signature]) -> tuple[int, Together]:
-    """The nearest that some effects, or none, come to what is changed, and the number of the change that tells it.
+def closest_fit(changes: Sequence[Change], signatures: Sequence[Signature]) -> tuple[int, Together]:
+    """The closest fit of some effects, or of none, to what is changed, and the number of the change that gives it.
 
     Seen from where coefficients end nearest to those that they are seen from: farther off the twin is not linear.
     """
@@ -83,11 +82,11 @@ def told_by(changes: Sequence[Change], signatures: Sequence[Signature]) -> tuple
 
 @dataclass(frozen=True, eq=False)
 class SessionRows:
-    """The swims of one role of a session in its base state beside the twin."""
+    """The swims of one role of a session in its base state, with the twin."""
 
     drawn: DrawnWorld  # the session
     role: str  # of the swims that are in the rows
-    model: SessionModel  # these swims, without noise, beside the plain twin
+    model: SessionModel  # these swims, without noise, with the plain twin
     discrepancy: Discrepancy  # what the refitted twin leaves in the base state
     given: np.ndarray | None = None  # (5,) coefficients that other swims gave; None where these give them
 
@@ -116,19 +115,19 @@ class SessionRows:
         return nearest(self.model, start, covariance)
 
     @cached_property
-    def left(self) -> np.ndarray:
-        """(k,) what the refitted twin leaves of the base state."""
+    def residual(self) -> np.ndarray:
+        """(k,) of the refitted twin in the base state."""
         return left_row(self.model, self.coefficients)
 
     @property
-    def left_of_gaits(self) -> np.ndarray:
-        """(t, 127) what it leaves of each swim's gait."""
+    def residual_features(self) -> np.ndarray:
+        """(t, 127) of the features of each swim."""
         count = len(self.model.trials)
-        return self.left[:-count].reshape(count, -1)
+        return self.residual[:-count].reshape(count, -1)
 
     @cached_property
     def tracking(self) -> np.ndarray:
-        """(k, k) covariance of the gaits with the noise of the tracker as it is."""
+        """(k, k) covariance of the features with the noise of the tracker as it is."""
         return block_diag(*[_noise(model, self.drawn.world.noise) for model in self.model.trials])
 
     @cached_property
@@ -144,7 +143,7 @@ class SessionRows:
         Where coefficients would have to go far to follow it, which they do not in a straight line, also from those of
         the twin that is refitted to these recordings in truth.
         """
-        others = self._beside(recordings)
+        others = self._seen_by_twin(recordings)
         from_base = self._change(others, self.coefficients)
         if not np.isfinite(from_base.row).all() or from_base.strays(from_base.row) <= LONG:
             return (from_base,)
@@ -157,64 +156,64 @@ class SessionRows:
     def refitted(self, recordings: Mapping[str, Recording]) -> np.ndarray:
         """(5,) coefficients of the plain twin that comes nearest to other recordings of the same trials.
 
-        What is left of the gaits of the base state is taken off them first.
+        The residual of the base state is subtracted first.
 
         Raises:
             ValueError, LinAlgError: a twin diverged on the way.
         """
-        others = self._beside(recordings)
+        others = self._seen_by_twin(recordings)
         return self._nearest(self._changed(others, with_course=False), self._turns(others))
 
     def _nearest(self, others: SessionModel, turns: np.ndarray) -> np.ndarray:
         return nearest(others, self.coefficients, turns.T @ self._disturbing @ turns)
 
     def ground(self, recordings: Mapping[str, Recording], at: np.ndarray) -> Ground:
-        """Other recordings of the same trials, without noise, as a diagnosis stands before its swims.
+        """Other recordings of the same trials, without noise, as a diagnosis sees its swims.
 
-        What is left of the gaits of the base state is taken off them: where markers are glued, a form that moves
+        The residual of the base state is subtracted: where markers are glued, a form that moves
         markers would follow that too.
 
         Args:
             recordings: by name.
-            at: (5,) coefficients of the plain twin beside them.
+            at: (5,) coefficients of the plain twin.
         """
-        model = self._changed(self._beside(recordings), with_course=True)
+        model = self._changed(self._seen_by_twin(recordings), with_course=True)
         noise = block_diag(*[_noise(each, self.drawn.world.noise) for each in model.trials])
         camera = camera_of(self.drawn)
         return Ground(model, camera, at, self.discrepancy, self._off, model.disturbances(at, noise))
 
     def _changed(self, others: SessionModel, *, with_course: bool) -> SessionModel:
-        """Other recordings without what is left of the gaits of the base state, at their own phases of the beat."""
-        left = self._left_with_course if with_course else self.left_of_gaits
-        base = [advanced(own, ahead) for own, ahead in zip(left, self._ahead(others), strict=True)]
+        """Other recordings without the residual of the base state, at their own phases of the beat."""
+        residual = self._residual_with_course if with_course else self.residual_features
+        base = [advanced(own, ahead) for own, ahead in zip(residual, self._ahead(others), strict=True)]
         pairs = zip(others.trials, base, strict=True)
         return SessionModel(tuple(_Changed.of(each, own, with_course=with_course) for each, own in pairs))
 
     @cached_property
-    def _left_with_course(self) -> np.ndarray:
-        """(t, k) what the refitted twin leaves of the base state, of gaits with their course and their sliding."""
+    def _residual_with_course(self) -> np.ndarray:
+        """(t, k) residual of the base state, with course and sliding."""
         trials = tuple(replace(each, with_course=True) for each in self.model.trials)
         return left_row(SessionModel(trials), self.coefficients)[: -len(trials)].reshape(len(trials), -1)
 
     def _change(self, others: SessionModel, at: np.ndarray) -> Change:
-        """The twin beats at the frequency of either; how far that is from the base state stands behind the gaits.
+        """The twin beats at the frequency of either; how far that is from the base state comes after the features.
 
         Rows are compared at one phase of the beat: what the twin leaves turns with it, and that is no effect.
         """
         step = at - self.coefficients
         space = self.space if not step.any() else replace(self.space, slopes=row_slopes(self.model, at))
-        left = self._turns(others) @ left_row(others, at)
-        return Change(left - self.left + space.slopes @ step, space, step)
+        residual = self._turns(others) @ left_row(others, at)
+        return Change(residual - self.residual + space.slopes @ step, space, step)
 
-    def _beside(self, recordings: Mapping[str, Recording]) -> SessionModel:
-        """Other recordings of the same trials beside the same twin."""
+    def _seen_by_twin(self, recordings: Mapping[str, Recording]) -> SessionModel:
+        """Other recordings of the same trials with the same twin."""
         others = measured(self.drawn, recordings, self.role)
         return SessionModel(
             tuple(replace(model, trial=trial) for model, trial in zip(self.model.trials, others, strict=True))
         )
 
     def _turns(self, others: SessionModel) -> np.ndarray:
-        """(k, k) brings gaits of other recordings to the phase of the base state."""
+        """(k, k) brings features of other recordings to the phase of the base state."""
         pairs = zip(self.model.trials, self._ahead(others), strict=True)
         turns = [advanced(np.eye(len(base.measured)), -ahead).T for base, ahead in pairs]
         return np.asarray(block_diag(*turns, np.eye(len(turns))))
@@ -252,7 +251,7 @@ class SessionRows:
 
 @dataclass(frozen=True, eq=False)
 class _Changed(TrialModel):
-    """A swim without what is left of it in the base state."""
+    """A swim without its residual in the base state."""
 
     base: np.ndarray = field(kw_only=True)  # (k,) that, at the phase of this swim
 
@@ -263,7 +262,7 @@ class _Changed(TrialModel):
 
     @cached_property
     def measured(self) -> np.ndarray:
-        """(k,) the gait less that."""
+        """(k,) the features minus that."""
         return np.asarray(super().measured - self.base)
 
 
@@ -283,13 +282,13 @@ def tracks_of(recording: Recording, position_px: np.ndarray) -> Tracks:
 
 
 def camera_of(drawn: DrawnWorld) -> CameraSpec:
-    """What the session says of its camera."""
+    """The camera as the session describes it."""
     fps = drawn.trials[0].trial.fps
     return CameraSpec(fps=fps, scale_length_m=load_robot().scale_length_m)
 
 
 def _noise(model: TrialModel, noise: PixelNoise) -> np.ndarray:
-    """(127, 127) covariance of a gait with the noise of the tracker as it is; rounding counts as white."""
+    """(127, 127) covariance of features with the noise of the tracker as it is; rounding counts as white."""
     lasting, rounding = noise.sd_px**2, noise.grid_px**2 / 12
     white = rounding / (lasting + rounding)
     lag_s = np.abs(model.gait.time_s[:, None] - model.gait.time_s)

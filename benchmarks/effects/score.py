@@ -10,8 +10,8 @@ import numpy as np
 from scipy.stats import norm
 
 from benchmarks.effects.folder import Answer, Kind
+from benchmarks.effects.scored_diagnosis import Diagnosis, Gap
 from benchmarks.effects.suite import DETECTABILITIES
-from benchmarks.effects.told import Gap, Told
 from benchmarks.scores import Estimate, Measure, Share, median, resampled
 
 CONFIDENT = 0.9
@@ -28,10 +28,10 @@ Measures = dict[str, Measure]
 
 @dataclass(frozen=True)
 class Case:
-    """A session: what is true of it and what was told."""
+    """A session: its answer and its diagnosis."""
 
     answer: Answer
-    told: Told
+    diagnosis: Diagnosis
 
     @property
     def level(self) -> float:
@@ -40,23 +40,23 @@ class Case:
 
     @property
     def clear(self) -> bool:
-        """Whether its data tell what is present from every other effect."""
+        """Whether its data separate what is present from every other effect."""
         return self.level >= CLEAR
 
     @property
     def named_right(self) -> bool:
         """Whether the likeliest name is that of an effect that is present."""
-        return self.told.first is not None and self.answer.present(self.told.first)
+        return self.diagnosis.first is not None and self.answer.present(self.diagnosis.first)
 
     @property
     def in_set(self) -> bool:
-        """Whether at most three names are told, all present effects among them."""
-        return len(self.told.names) <= _SET and set(self.answer.effects) <= self.told.names
+        """Whether at most three effects are named, all present effects among them."""
+        return len(self.diagnosis.names) <= _SET and set(self.answer.effects) <= self.diagnosis.names
 
     @property
     def in_groups(self) -> bool:
-        """Whether at most three groups are told, and each present effect is in another of them."""
-        effects, groups = self.answer.effects, self.told.said
+        """Whether at most three groups are named, and each present effect is in another of them."""
+        effects, groups = self.answer.effects, self.diagnosis.named_groups
         return len(groups) <= _SET and any(
             all(effect in group for effect, group in zip(effects, chosen, strict=True))
             for chosen in permutations(groups, len(effects))
@@ -64,18 +64,18 @@ class Case:
 
     @property
     def confidently_wrong(self) -> bool:
-        """Whether an effect that is not present is told with a probability above 0.9."""
-        return any(p > CONFIDENT and not self.answer.present(name) for name, p in self.told.chances.items())
+        """Whether an effect that is not present has a probability above 0.9."""
+        return any(p > CONFIDENT and not self.answer.present(name) for name, p in self.diagnosis.probability_of.items())
 
     @property
     def unexplained(self) -> bool:
         """Whether that is the verdict."""
-        return self.told.verdict == "unexplained"
+        return self.diagnosis.verdict == "unexplained"
 
     @property
     def stage_right(self) -> bool:
         """Whether most of the gap is put on the stage where the effect acts."""
-        return self.told.stage == self.answer.stage
+        return self.diagnosis.stage == self.answer.stage
 
     @property
     def interval_counts(self) -> bool:
@@ -84,13 +84,13 @@ class Case:
         What was fitted reaches what the true effects reach only where noise moves its parameters little: at a
         detectability of d the error of a parameter costs at most about 1 / d^2 of the shrinkage, 4 % at five.
         """
-        right = bool(self.answer.effects) and set(self.answer.effects) == self.told.names
-        return self.clear and right and self.answer.oracle_shrinkage is not None and self.told.interval is not None
+        right = bool(self.answer.effects) and set(self.answer.effects) == self.diagnosis.names
+        return self.clear and right and self.answer.oracle_shrinkage is not None and self.diagnosis.interval is not None
 
     @property
     def interval_holds(self) -> bool:
         """Whether it does."""
-        (low, high), true = self.told.interval or (np.nan, np.nan), self.answer.oracle_shrinkage
+        (low, high), true = self.diagnosis.interval or (np.nan, np.nan), self.answer.oracle_shrinkage
         return true is not None and low <= true <= high
 
 
@@ -113,13 +113,13 @@ CLEAR_SINGLE = clear(of_kind("single"))
 
 
 def measures(cases: Sequence[Case]) -> Measures:
-    """What is asked of a diagnosis, and what tells more about it, of all sessions of a suite."""
+    """The required measures of a diagnosis, and others, of all sessions of a suite."""
     share = partial(_share, cases)
     null, outside, two = of_kind("null"), of_kind("outside"), of_kind("double")
     interval = "interval holds the oracle's, d ≥ 5"
-    seconds = median([case.told.seconds for case in cases if case.told.seconds is not None])
+    seconds = median([case.diagnosis.seconds for case in cases if case.diagnosis.seconds is not None])
     return {
-        "false_alarms": share("alarm where there is nothing", lambda c: c.told.verdict != "no_gap", null, "≤ 1 %"),
+        "false_alarms": share("alarm where there is nothing", lambda c: c.diagnosis.verdict != "no_gap", null, "≤ 1 %"),
         "right_first": share("right name first, d ≥ 5", lambda c: c.named_right, CLEAR_SINGLE, "≥ 85 %"),
         "right_in_three": share("right name among three, d ≥ 5", lambda c: c.in_set, CLEAR_SINGLE, "≥ 90 %"),
         "confident_wrong": share("wrong name above 90 %", lambda c: c.confidently_wrong, asked="≤ 2 %"),
@@ -130,8 +130,8 @@ def measures(cases: Sequence[Case]) -> Measures:
         "interval_holds": share(interval, lambda c: c.interval_holds, lambda c: c.interval_counts, "92 to 98 %"),
         **_calibration(cases),
         "shrinkage": Measure("shrinkage over the oracle's, d ≥ 5, median", _shrinkage_over_oracle(cases), "≥ 0.9"),
-        "said_right": Measure("what is said holds what is there", _said_right(cases)),
-        "only_wrong": share("only wrong names said, however sure", _only_wrong),
+        "groups_right": Measure("named groups with a present effect", _groups_right(cases)),
+        "only_wrong": share("only wrong names, at any probability", _only_wrong),
         "unexplained_clear": share("outside: unexplained, d ≥ 5", lambda c: c.unexplained, clear(outside)),
         "doubles_clear": share("two: each in its group, d ≥ 5", lambda c: c.in_groups, clear(two)),
         "stage_clear": share("most of the gap on its stage, d ≥ 5", lambda c: c.stage_right, clear(has_stage)),
@@ -155,7 +155,7 @@ def by_detectability(cases: Sequence[Case]) -> Measures:
 
 
 def measures_without(cases: Sequence[Case]) -> Measures:
-    """Of sessions with one effect, diagnosed by a catalogue that lacked it: no name that they tell can be right.
+    """Of sessions with one effect, diagnosed by a catalogue that lacked it: no name can be right.
 
     From a detectability of five on no other effect follows it: from there `unexplained` is asked for, and the stage.
     """
@@ -174,12 +174,14 @@ def measures_together(cases: Sequence[Case]) -> Measures:
     """
     found = {
         f"called_for_{kind}": _share(
-            cases, f"called for, {kind}", lambda c: c.told.everything is not None, of_kind(kind)
+            cases, f"called for, {kind}", lambda c: c.diagnosis.everything is not None, of_kind(kind)
         )
         for kind in get_args(Kind)
     }
-    told = [case.told for case in cases]
-    forecasts = [(t.everything.gap or Gap(), (t.gap or Gap()) if t.said else None) for t in told if t.everything]
+    asked = [case.diagnosis for case in cases]
+    forecasts = [
+        (t.everything.gap or Gap(), (t.gap or Gap()) if t.named_groups else None) for t in asked if t.everything
+    ]
     errors = {
         "plain": [both.speed_mae_before for both, _ in forecasts],
         "names alone": [both.speed_mae_before if named is None else named.speed_mae_after for both, named in forecasts],
@@ -208,32 +210,32 @@ def reachable(cases: Sequence[Case], counts: Callable[[Case], bool]) -> float:
     return float(norm.sf(norm.isf(_FALSE_ALARMS) - d).mean()) if d.size else float("nan")
 
 
-def calibration_error(told: np.ndarray, true: np.ndarray) -> float:
+def calibration_error(predicted: np.ndarray, true: np.ndarray) -> float:
     """Mean difference between probabilities (k,) and how often they came true (k,), over ten bins.
 
     Expected calibration error (Naeini et al. 2015); nan of none.
     """
-    if not len(told):
+    if not len(predicted):
         return float("nan")
-    which = np.clip(np.digitize(told, _BINS) - 1, 0, len(_BINS) - 2)
+    which = np.clip(np.digitize(predicted, _BINS) - 1, 0, len(_BINS) - 2)
     count = np.bincount(which, minlength=len(_BINS) - 1)
-    apart = np.bincount(which, told - true, minlength=len(_BINS) - 1)
+    apart = np.bincount(which, predicted - true, minlength=len(_BINS) - 1)
     return float(np.abs(apart).sum() / count.sum())
 
 
-def error_by_chance(told: np.ndarray) -> Estimate:
-    """The error of as many probabilities (k,) that come true just as often as they say; nan of none.
+def error_by_chance(predicted: np.ndarray) -> Estimate:
+    """The error of as many probabilities (k,) that come true exactly as often as predicted; nan of none.
 
     The interval holds 95 % of such errors.
     """
     random = np.random.default_rng(0)
-    errors = [calibration_error(told, random.uniform(size=len(told)) < told) for _ in range(_DRAWS)]
+    errors = [calibration_error(predicted, random.uniform(size=len(predicted)) < predicted) for _ in range(_DRAWS)]
     low, high = np.quantile(errors, [0.025, 0.975])
     return Estimate(float(np.mean(errors)), (float(low), float(high)))
 
 
 def _calibration(cases: Sequence[Case]) -> Measures:
-    """Most probabilities are small, and whoever tells none but small ones errs by little: those from 10 % on apart."""
+    """Most probabilities are small, and the error is small where all are: those from 10 % on apart."""
     by_chance = error_by_chance(np.array([p for p, _ in _probabilities(cases, _SUSPECT)]))
     return {
         "calibration": Measure("calibration error", resampled(cases, lambda c: _error(c, _WORTH_TELLING)), "≤ 0.05"),
@@ -243,13 +245,18 @@ def _calibration(cases: Sequence[Case]) -> Measures:
 
 
 def _error(cases: Sequence[Case], least: float) -> float:
-    told = _probabilities(cases, least)
-    return calibration_error(np.array([p for p, _ in told]), np.array([true for _, true in told], bool))
+    found = _probabilities(cases, least)
+    return calibration_error(np.array([p for p, _ in found]), np.array([true for _, true in found], bool))
 
 
 def _probabilities(cases: Sequence[Case], least: float) -> list[tuple[float, bool]]:
     """All from some size on, and whether each came true."""
-    return [(p, case.answer.present(name)) for case in cases for name, p in case.told.chances.items() if p >= least]
+    return [
+        (p, case.answer.present(name))
+        for case in cases
+        for name, p in case.diagnosis.probability_of.items()
+        if p >= least
+    ]
 
 
 def _share(
@@ -262,20 +269,20 @@ def _share(
     return Measure(label, Share.among(cases, right, counts), asked)
 
 
-def _said_right(cases: Sequence[Case]) -> Share:
-    """Of all groups that are said, in any session, those that hold an effect which is present."""
-    groups = [(case.answer, group) for case in cases for group in case.told.said]
-    return Share.among(groups, lambda said: any(map(said[0].present, said[1])))
+def _groups_right(cases: Sequence[Case]) -> Share:
+    """Of all named groups, in any session, those that hold an effect which is present."""
+    groups = [(case.answer, group) for case in cases for group in case.diagnosis.named_groups]
+    return Share.among(groups, lambda named: any(map(named[0].present, named[1])))
 
 
 def _only_wrong(case: Case) -> bool:
-    return bool(case.told.names) and not any(map(case.answer.present, case.told.names))
+    return bool(case.diagnosis.names) and not any(map(case.answer.present, case.diagnosis.names))
 
 
 def _shrinkage_over_oracle(cases: Sequence[Case]) -> Estimate:
-    """Over clear sessions whose effects are all told: what weak effects shrink by is mostly noise.
+    """Over clear sessions whose effects are all named: what weak effects shrink by is mostly noise.
 
     And where the true effects, in the twin's form, shrink the gap at all.
     """
-    both = [(c.told.shrinkage, c.answer.oracle_shrinkage) for c in cases if c.clear and c.in_set]
-    return median([told / true for told, true in both if told is not None and true is not None and true > 0.0])
+    both = [(c.diagnosis.shrinkage, c.answer.oracle_shrinkage) for c in cases if c.clear and c.in_set]
+    return median([found / true for found, true in both if found is not None and true is not None and true > 0.0])

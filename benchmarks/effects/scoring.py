@@ -1,4 +1,4 @@
-"""Opens the answers of a suite and scores what was said of its sessions."""
+"""Opens the answers of a suite and scores the diagnoses of its sessions."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -15,7 +15,7 @@ from benchmarks.effects.score import (
     of_kind,
     reachable,
 )
-from benchmarks.effects.told import Told, read_told
+from benchmarks.effects.scored_diagnosis import Diagnosis, read_diagnosis
 from benchmarks.scores import Scores, Table
 from diagnosis.diagnosis import ALL_AT_ONCE
 from session import FaultCollector, InputError
@@ -43,7 +43,7 @@ class Outcome:
         """
         kinds = [case.answer.kind for case in self.cases]
         counts = ", ".join(f"{kinds.count(kind)} {kind}" for kind in dict.fromkeys(sorted(kinds)))
-        asked = [case for case in self.cases if case.told.effort in ALL_AT_ONCE]
+        asked = [case for case in self.cases if case.diagnosis.effort in ALL_AT_ONCE]
         caption = f"{len(kinds)} sessions: {counts}"
         tables = [Table.of(caption, {PROGRAM: measures(self.cases)})]
         if self.without:
@@ -81,39 +81,40 @@ def score_file(path: Path) -> Outcome:
 
 
 def score_suite(suite: SuiteFolder) -> tuple[Case, ...]:
-    """The diagnoses in the folders of the sessions, of any program, beside what is true.
+    """The diagnoses in the folders of the sessions, of any program, with the answers.
 
     Raises:
         InputError: a diagnosis is missing or not by the contract; all at once.
     """
-    told = _all_told(suite, suite.names, lambda name: _told(suite.sessions / name))
+    found = _diagnoses(suite, suite.names, lambda name: _diagnosis(suite.sessions / name))
     true = suite.true()  # opened last: a diagnosis that is still to come could have seen them
-    return tuple(Case(answer, told[answer.session]) for answer in true)
+    return tuple(Case(answer, found[answer.session]) for answer in true)
 
 
 def score_without(suite: SuiteFolder) -> tuple[Case, ...]:
-    """The diagnoses whose catalogue lacked the effect that is there, beside what is true.
+    """The diagnoses whose catalogue lacked the effect that is there, with the answers.
 
     Raises:
         InputError: as of `score_suite`, or a diagnosis was made by another catalogue.
     """
     answers = {answer.session: answer for answer in suite.true() if answer.kind == "single"}
-    told = _all_told(suite, tuple(answers), lambda name: _told(suite.without / name, frozenset(answers[name].effects)))
-    return tuple(Case(answer, told[name]) for name, answer in answers.items())
+    lacking = {name: frozenset(answer.effects) for name, answer in answers.items()}
+    found = _diagnoses(suite, tuple(answers), lambda name: _diagnosis(suite.without / name, lacking[name]))
+    return tuple(Case(answer, found[name]) for name, answer in answers.items())
 
 
-def _told(session: Path, lacking: frozenset[str] = frozenset()) -> Told:
+def _diagnosis(session: Path, lacking: frozenset[str] = frozenset()) -> Diagnosis:
     """With the time that it took, where only the benchmark knows."""
-    told, clock = read_told(session / DIAGNOSIS, lacking), session / SECONDS
-    return replace(told, seconds=float(clock.read_text())) if told.seconds is None and clock.exists() else told
+    found, clock = read_diagnosis(session / DIAGNOSIS, lacking), session / SECONDS
+    return replace(found, seconds=float(clock.read_text())) if found.seconds is None and clock.exists() else found
 
 
-def _all_told(suite: SuiteFolder, names: Sequence[str], told: Callable[[str], Told]) -> dict[str, Told]:
+def _diagnoses(suite: SuiteFolder, names: Sequence[str], read: Callable[[str], Diagnosis]) -> dict[str, Diagnosis]:
     """Of sessions, by name; all faults at once."""
     faults, diagnoses = FaultCollector(str(suite.folder)), {}
     for name in names:
         try:
-            diagnoses[name] = told(name)
+            diagnoses[name] = read(name)
         except InputError as error:
             faults.extend_capped(list(error.faults))
     faults.raise_if_any()

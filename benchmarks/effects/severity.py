@@ -1,7 +1,7 @@
 """How strong an effect must be to be as detectable as is asked, every rival refitted, the plain twin first of all.
 
 The effect's own form in the catalogue is refitted too, and does not follow it exactly either: a form that stays o away
-from the truth is told from a rival that stays r away as if they were sqrt(r^2 - o^2) apart (their expected log
+from the truth is separated from a rival that stays r away as if they were sqrt(r^2 - o^2) apart (their expected log
 likelihood ratio is half the square of that).
 """
 
@@ -13,14 +13,14 @@ import numpy as np
 
 from benchmarks.effects.drawn import DrawnWorld
 from benchmarks.effects.filming import Filming
-from benchmarks.effects.rows import SessionRows, told_by
+from benchmarks.effects.rows import SessionRows, closest_fit
 from benchmarks.reality import Mechanism
 from fitting.signatures import Signature
 from session import NotEnoughData
 from session.errors import SimulationDiverged
 
 SEPARATE = 3.3  # distance from which two effects are confused in at most 5 % of cases
-_CLEARLY = 0.9  # share of it below which they cannot be told apart: 3.3 itself is asked, and reached to 5 %
+_CLEARLY = 0.9  # share of it below which they cannot be separated: 3.3 itself is asked, and reached to 5 %
 Strong = Callable[[float], tuple[Mechanism, ...]]
 _FIRST, _MOST, _ROUNDS = 1.0, 30.0, 6
 _GROWTH = 4.0  # of a strength from one try to the next
@@ -46,7 +46,7 @@ class Strength:
 
     @property
     def alike(self) -> tuple[str, ...]:
-        """Rivals that these data cannot tell from it."""
+        """Rivals that these data cannot separate from it."""
         return tuple(rival.name for rival in self.rivals if rival.distance < _CLEARLY * SEPARATE)
 
 
@@ -121,14 +121,14 @@ def _tried(
     if not np.isfinite(changes[0].row).all():
         return None
 
-    own = 0.0 if itself is None else told_by(changes, [itself])[1].distance
-    found = {each.effect.name: told_by(changes, [each])[1].distance for each in rivals}
+    own = 0.0 if itself is None else closest_fit(changes, [itself])[1].distance
+    found = {each.effect.name: closest_fit(changes, [each])[1].distance for each in rivals}
     apart = sorted((_apart(distance, own), name) for name, distance in found.items())
-    plain = _apart(told_by(changes, [])[1].distance, own)
+    plain = _apart(closest_fit(changes, [])[1].distance, own)
     nearer = tuple(Other(name, distance) for distance, name in apart)
     return Strength(value, mechanisms, min([plain, *(other.distance for other in nearer)]), nearer)
 
 
 def _apart(rival: float, own: float) -> float:
-    """How far a rival at one distance is told from a form at another; 0 where it is nearer."""
+    """Separation of a rival at one distance from a form at another; 0 where it is nearer."""
     return float(np.sqrt(max(rival**2 - own**2, 0.0)))

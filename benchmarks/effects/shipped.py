@@ -1,6 +1,6 @@
 """The small suite that is shipped: `python -m benchmarks.effects.shipped datasets/withheld` makes it.
 
-Sessions that stand there stay; to make all anew, remove `small/sessions` and `small/answers` first.
+Existing sessions stay; to make all anew, remove `small/sessions` and `small/answers` first.
 """
 
 import re
@@ -18,8 +18,8 @@ from session.results import sha256_of, write_whole
 SEED = 1
 
 
-def ship(folder: Path, workers: int = 0) -> None:
-    """Makes `small/` in a folder, and writes the checksum of its sessions into the card beside it.
+def ship(folder: Path) -> None:
+    """Makes `small/` in a folder, and writes the checksum of its sessions into the card next to it.
 
     Raises:
         InputError: `small/` holds another suite.
@@ -27,7 +27,8 @@ def ship(folder: Path, workers: int = 0) -> None:
     """
     suite = SuiteFolder(folder / "small")
     write_whole(suite.discrepancy, shipped_discrepancy().read_bytes())  # it may have been measured anew
-    if failures := make_suite(suite, SEED, SMALL, Run(workers, progress=lambda said, _: print(said, file=sys.stderr))):
+    run = Run(progress=lambda message, _: print(message, file=sys.stderr))
+    if failures := make_suite(suite, SEED, SMALL, run):
         raise RuntimeError(f"small suite: {len(failures)} sessions failed, the first: {failures[0].message}")
     card = folder / "CARD.md"
     found = checksum_of_sessions(suite)

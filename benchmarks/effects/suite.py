@@ -1,6 +1,6 @@
 """Which sessions a suite holds: what is present in each, how strong, and what was recorded; nothing is simulated here.
 
-What was recorded is drawn before, and independently of, what is present: nothing but the tracks can tell.
+What was recorded is drawn before, and independently of, what is present: only the tracks contain information on it.
 """
 
 from collections.abc import Sequence
@@ -37,7 +37,7 @@ class Recorded:
 class SessionPlan:
     """One session of a suite."""
 
-    name: str  # says nothing
+    name: str  # carries no information
     seed: int  # of all that is drawn for it: robot, water, markers, camera, noise
     recorded: Recorded  # what it holds
     kind: Kind  # what is present
@@ -91,7 +91,7 @@ def plan_suite(
         seed: of everything.
         size: of the suite.
         catalogued: names of effects of the catalogue that reality can make.
-        outside: names of what it can make beside them.
+        outside: names of what else it can make.
     """
     random = np.random.default_rng([seed, 7])
     present = _present(size, catalogued, outside, random)

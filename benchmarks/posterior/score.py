@@ -1,4 +1,4 @@
-"""Simulation-based calibration of the posterior (Talts et al. 2018): is what it says of drawn sessions true of them?
+"""Simulation-based calibration of the posterior (Talts et al. 2018): do its intervals cover the truth?
 
 Truths are drawn from the prior, sessions are made from them, and the posterior of each is sampled. The rank of the
 truth among the draws is uniform when the posterior is right.
@@ -32,13 +32,13 @@ WARNINGS = (
     "noise_not_white",
     "fit_outside",
 )
-"""Flags that tell a reader not to believe the intervals."""
+"""Flags by which a reader is warned not to trust the intervals."""
 Five = tuple[float, ...]
 
 
 @dataclass(frozen=True)
 class PosteriorScore:
-    """What the posterior said of one drawn session; fives are in the order of `swimmer.FluidCoefficients`."""
+    """The posterior of one drawn session against its truth; fives are in the order of `swimmer.FluidCoefficients`."""
 
     # seed, effect, strength: that it was drawn with
     seed: int
@@ -65,7 +65,7 @@ class PosteriorScore:
     misfit_p: float  # how often noise and nuisances alone would misfit as much
     flags: tuple[str, ...]  # kinds
     simulations: int  # of each trial
-    seconds: float  # that fit and posterior took, beside whatever else ran
+    seconds: float  # that fit and posterior took, with whatever else ran
 
     @property
     def warnings(self) -> frozenset[str]:

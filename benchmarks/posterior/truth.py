@@ -26,7 +26,7 @@ from synthetic.streams import Stream
 
 SLOWEST_HZ, FASTEST_HZ, APART_HZ = 0.5, 1.4, 0.3
 SECONDS = 5.0
-LEAST_M_S = 0.01  # from rest: a robot that stands still says nothing
+LEAST_M_S = 0.01  # from rest: a robot that does not swim is not informative
 GLUED_SD_M = 0.001  # of a marker from its place on the body, each way
 CAMERA = SyntheticCamera(width_px=8000, height_px=8000)  # the scale of the published videos, and room for any course
 NOISE = TrackingNoise()
@@ -195,7 +195,7 @@ def _measured(
 
 
 def _varied(position_px: np.ndarray, time_s: np.ndarray, px_per_m: float, random: np.random.Generator) -> np.ndarray:
-    """(n, m, 2) markers of a trial that also turns, slips sideways and swims faster, its nose beside the body's line.
+    """(n, m, 2) markers of a trial that also turns, slips sideways and swims faster, its nose off the body's line.
 
     The smooth path of the fish is laid anew; what it does about that path stays, but turns along.
     """

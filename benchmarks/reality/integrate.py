@@ -1,7 +1,7 @@
 """The integrator: a linearly implicit Rosenbrock-W method of second order for mass q'' = force.
 
 ROS2 of Verwer, Spee, Blom and Hundsdorfer (SIAM J. Sci. Comput. 20, 1999) with gamma = 1 - 1/sqrt(2): L-stable, and of
-second order whatever matrix stands for the Jacobian. Here that matrix holds springs, dampers and tendons, whose rates
+second order whatever matrix replaces the Jacobian. Here that matrix holds springs, dampers and tendons, whose rates
 exceed 10^4 per second, and about how the water resists; all else is taken explicitly. For u = (q, q') the stages are
 
     (1 - gamma h A) k1 = h F(t, u) + gamma h^2 F_t,

@@ -24,7 +24,7 @@ class Equations:
     # stiffness, damping: (n, N, N) symmetric, positive semidefinite
     stiffness: np.ndarray
     damping: np.ndarray
-    force_rate: np.ndarray  # (n, N) slope of the force over time where the fish stands still
+    force_rate: np.ndarray  # (n, N) slope of the force over time where the fish does not move
     now: Instant  # what they hold for
     # the same for each group of mechanisms that acts while it swims, its rows alone; the whole for others
     seen: list[Instant]

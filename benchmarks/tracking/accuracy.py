@@ -18,7 +18,6 @@ from benchmarks.video.truth import ClipTruth, load_truth, truth_file
 from session import InputError
 from session.results import sha256_of
 from swimmer import load_robot
-from tracking.boxes import Box, StartBoxes
 from tracking.records import SampleState, TrackedTrial, fill_gaps
 from tracking.tracker import follow_video, trusted
 from tracking.video import Video
@@ -127,9 +126,8 @@ def score_clip(clip: Clip, folder: Path) -> TrackingScore:
 
 
 def _track(path: Path, truth: ClipTruth, method: str) -> TrackedTrial:
-    boxes = StartBoxes(0, {name: Box(*box) for name, box in truth.start_boxes().items()})
     with Video(path) as video:
-        return follow_video(video, boxes, truth.markers, method)  # type: ignore[arg-type]
+        return follow_video(video, truth.start_boxes(), truth.markers, method)  # type: ignore[arg-type]
 
 
 def _score(clip: Clip, truth: ClipTruth, judged: TrackedTrial, tracked: TrackedTrial, seconds: float) -> TrackingScore:

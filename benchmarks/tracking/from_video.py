@@ -21,9 +21,10 @@ from synthetic import PLAUSIBLE_COEFFICIENTS, SyntheticCamera, SyntheticPlan, Sy
 from tracking.tracker import TrackerName
 
 SPEEDS_HZ, SECONDS = (0.6, 1.0, 1.4), 5.5
+_SEED = 0  # of the crank phases and the pictures
 
 
-def cost_table(folder: Path, crf: float, trackers: tuple[TrackerName, ...], progress: Progress, seed: int = 0) -> Table:
+def cost_table(folder: Path, crf: float, trackers: tuple[TrackerName, ...], progress: Progress) -> Table:
     """Films a swimmer at three speeds, and fits it from perfect tracks and from each tracker's.
 
     Args:
@@ -31,11 +32,10 @@ def cost_table(folder: Path, crf: float, trackers: tuple[TrackerName, ...], prog
         crf: quality of the H.264 videos.
         trackers: to be compared.
         progress: called with a message and the share done.
-        seed: of the crank phases and the pictures.
     """
-    filmed = folder / f"filmed-{crf:g}-{seed}"
+    filmed = folder / f"filmed-{crf:g}"
     if not filmed.exists():
-        plan, video = _plan(seed), SessionVideo(crf=crf)
+        plan, video = _plan(), SessionVideo(crf=crf)
         make_session(filmed, plan, video, lambda name, done, of: progress(f"filming {name}", done / of))
     perfect = _with_true_tracks(filmed, folder / f"{filmed.name}-perfect")
     rows = [_fitted(perfect, None, progress), *(_fitted(filmed, tracker, progress) for tracker in trackers)]
@@ -43,8 +43,8 @@ def cost_table(folder: Path, crf: float, trackers: tuple[TrackerName, ...], prog
     return Table(caption, ("fitted from", "rms px", "marker mm", *FluidCoefficients._fields), tuple(rows))
 
 
-def _plan(seed: int) -> SyntheticPlan:
-    random = np.random.default_rng(seed)
+def _plan() -> SyntheticPlan:
+    random = np.random.default_rng(_SEED)
     trials = tuple(
         SyntheticTrial(
             name=f"f{hz:.2f}".replace(".", "_"),
@@ -56,7 +56,7 @@ def _plan(seed: int) -> SyntheticPlan:
         )
         for hz in SPEEDS_HZ
     )
-    return SyntheticPlan(trials=trials, seed=seed, camera=SyntheticCamera(width_px=1920, height_px=1080))
+    return SyntheticPlan(trials=trials, seed=_SEED, camera=SyntheticCamera(width_px=1920, height_px=1080))
 
 
 def _with_true_tracks(filmed: Path, copy: Path) -> Path:
@@ -81,7 +81,7 @@ def _fitted(folder: Path, tracker: TrackerName | None, progress: Progress) -> tu
     def report(message: str, share: float | None) -> None:
         progress(f"{name}: {message}", share)
 
-    pipeline = Pipeline(open_session(folder), replace(Options(tracker=tracker), tell=report))
+    pipeline = Pipeline(open_session(folder), replace(Options(tracker=tracker), progress=report))
     calibration = pipeline.calibrated()
     errors = (found / true - 1 for found, true in zip(calibration.coefficients, PLAUSIBLE_COEFFICIENTS, strict=True))
     summary = calibration.summary("fit")

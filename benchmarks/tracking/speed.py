@@ -12,14 +12,14 @@ from typing import Any
 
 from benchmarks.scores import Table
 from benchmarks.video.truth import load_truth, truth_file
-from tracking.boxes import Box, StartBoxes
 from tracking.tracker import TrackerName, follow_video
 from tracking.video import Video
 
 ROUNDS = 5
+_CSRT_FRAMES = 20  # that plain CSRT is given
 
 
-def speed_table(videos: Sequence[Path], csrt_frames: int = 20) -> Table:
+def speed_table(videos: Sequence[Path]) -> Table:
     """Frames a second of rendered clips: reading alone and tracking by turns, each in a fresh process.
 
     Start-up is included, but for plain CSRT, which is slow and given the first frames alone. The ratio is of the two in
@@ -28,13 +28,12 @@ def speed_table(videos: Sequence[Path], csrt_frames: int = 20) -> Table:
 
     Args:
         videos: with their truth next to them.
-        csrt_frames: how many frames plain CSRT is given.
     """
     columns = ("frames a second", "reading alone", "tracking", "ratio", "plain CSRT", "memory (growth at the end)")
-    return Table(f"Speed, the median of {ROUNDS} rounds", columns, tuple(_row(path, csrt_frames) for path in videos))
+    return Table(f"Speed, the median of {ROUNDS} rounds", columns, tuple(_row(path) for path in videos))
 
 
-def _row(path: Path, csrt_frames: int) -> tuple[str, ...]:
+def _row(path: Path) -> tuple[str, ...]:
     truth = load_truth(truth_file(path))
     rounds = [(_alone(_read, path), *_alone(_track, path)) for _ in range(ROUNDS)]
     reading, tracking, most, growth = zip(*rounds, strict=True)
@@ -46,7 +45,7 @@ def _row(path: Path, csrt_frames: int) -> tuple[str, ...]:
         f"{frames / median(reading):.0f}",
         f"{frames / median(tracking):.0f}",
         f"{median(read / tracked for read, tracked in zip(reading, tracking, strict=True)):.2f}",
-        f"{_alone(_track_csrt, path, csrt_frames):.1f}",
+        f"{_alone(_track_csrt, path):.1f}",
         f"{max(most):.0f} MB ({max(growth):+.0f})",
     )
 
@@ -74,12 +73,12 @@ def _track(path: Path) -> tuple[float, float, float]:
     truth, memory = load_truth(truth_file(path)), []
     began = time.perf_counter()
     with Video(path) as video:
-        follow_video(video, _boxes(path), truth.markers, progress=lambda *_: memory.append(_most_mb()))
+        follow_video(video, truth.start_boxes(), truth.markers, progress=lambda *_: memory.append(_most_mb()))
     seconds = time.perf_counter() - began
     return seconds, _most_mb(), _most_mb() - memory[len(memory) // 3]
 
 
-def _track_csrt(path: Path, frames: int) -> float:
+def _track_csrt(path: Path) -> float:
     """Frames a second, from the first frame that is done on."""
     truth = load_truth(truth_file(path))
     method: TrackerName = "csrt"
@@ -87,18 +86,13 @@ def _track_csrt(path: Path, frames: int) -> float:
 
     def enough(done: int, _frames: int, _fps: float) -> None:
         ticks.append((done, time.perf_counter()))
-        if done > frames:
+        if done > _CSRT_FRAMES:
             raise KeyboardInterrupt
 
     with suppress(KeyboardInterrupt), Video(path) as video:
-        follow_video(video, _boxes(path), truth.markers, method, progress=enough)
+        follow_video(video, truth.start_boxes(), truth.markers, method, progress=enough)
     (first, began), (last, ended) = ticks[0], ticks[-1]
     return (last - first) / (ended - began)
-
-
-def _boxes(path: Path) -> StartBoxes:
-    truth = load_truth(truth_file(path))
-    return StartBoxes(0, {name: Box(*box) for name, box in truth.start_boxes().items()})
 
 
 def _most_mb() -> float:

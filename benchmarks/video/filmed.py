@@ -14,7 +14,7 @@ from benchmarks.video.plan import ClipPlan
 from benchmarks.video.render import Encoding, write_scene
 from benchmarks.video.scene import PoolScene
 from benchmarks.video.stage import staged
-from benchmarks.video.truth import boxes_file, save_boxes
+from benchmarks.video.truth import boxes_file
 from session import Tracks
 from session.toml_source import Table
 from session.tracks import save_tracks
@@ -22,6 +22,7 @@ from swimmer import RobotSpec
 from synthetic.plan import SyntheticPlan
 from synthetic.recorder import Progress
 from synthetic.swims import TrueRun
+from tracking.boxes import save_boxes
 
 
 class SessionVideo(Table):
@@ -46,7 +47,7 @@ class SessionVideo(Table):
         truth = scene.truth
         perfect = Tracks(truth.markers, truth.time_s, truth.shown_px, np.ones(truth.shown_px.shape[:2]))
         save_tracks(folder / "truth" / f"{name}.csv", perfect)
-        save_boxes(folder / boxes_file(video), truth)
+        save_boxes(folder / boxes_file(video), truth.start_boxes())
         write_scene(scene, {folder / video: Encoding(crf=self.crf)}, lambda done: progress(name, done, frames))
         return {"video": video.as_posix(), "boxes": boxes_file(video).as_posix()}
 

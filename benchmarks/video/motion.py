@@ -81,14 +81,13 @@ class RobotPoints:
         return np.concatenate([flat, np.broadcast_to(self.height_m[:, None], (*flat.shape[:-1], 1))], axis=-1)
 
 
-def twin_motion(robot: RobotSpec, frequency_hz: float, seconds: float, phase_rad: float = 0.0) -> Motion:
+def twin_motion(robot: RobotSpec, frequency_hz: float, seconds: float) -> Motion:
     """A developed swim of the twin with plausible coefficients, towards -x from about the origin.
 
     Args:
         robot: the robot.
         frequency_hz: turns of the crank a second.
         seconds: from the first frame to the last.
-        phase_rad: of the crank in the first frame.
 
     Raises:
         session.SimulationDiverged: the motion is unstable.
@@ -97,7 +96,7 @@ def twin_motion(robot: RobotSpec, frequency_hz: float, seconds: float, phase_rad
     runs = Runs(
         coefficients=np.array([PLAUSIBLE_COEFFICIENTS], float),
         frequency_hz=np.array([frequency_hz]),
-        phase_rad=np.array([phase_rad - 2 * np.pi * frequency_hz * _RUN_IN_S]),
+        phase_rad=np.array([-2 * np.pi * frequency_hz * _RUN_IN_S]),
         velocity=np.array([[_START_M_S, 0.0, 0.0]]),
     )
     seen = Twin(robot, scene=Scene(timestep_s=_TIMESTEP_S)).simulate(runs, _RUN_IN_S + time_s)

@@ -10,6 +10,7 @@ from scipy.special import erf
 
 # ITU-R BT.709, limited range: luma weights of red, green, blue.
 _KR, _KG, _KB = 0.2126, 0.7152, 0.0722
+_MARGIN_PX = 3.0
 
 
 class Colour(NamedTuple):
@@ -70,11 +71,11 @@ class Picture:
         self.blue = self.data[height_px : height_px * 5 // 4].reshape(half)
         self.red = self.data[height_px * 5 // 4 :].reshape(half)
 
-    def region(self, low: np.ndarray, high: np.ndarray, margin_px: float = 3.0) -> Region:
+    def region(self, low: np.ndarray, high: np.ndarray) -> Region:
         """The part of the picture around a box from corner (x, y) `low` to `high`, px."""
-        left, top = (max(0, int(c - margin_px) // 2 * 2) for c in low)
-        right = min(self.width_px, int(high[0] + margin_px + 2) // 2 * 2)
-        return Region(left, top, right, min(self.height_px, int(high[1] + margin_px + 2) // 2 * 2))
+        left, top = (max(0, int(c - _MARGIN_PX) // 2 * 2) for c in low)
+        right = min(self.width_px, int(high[0] + _MARGIN_PX + 2) // 2 * 2)
+        return Region(left, top, right, min(self.height_px, int(high[1] + _MARGIN_PX + 2) // 2 * 2))
 
     def blend(self, region: Region, cover: np.ndarray, colour: Colour) -> None:
         """Paints a colour over a region.

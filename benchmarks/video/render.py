@@ -10,8 +10,9 @@ from typing import NamedTuple
 
 from benchmarks.video.plan import ClipPlan
 from benchmarks.video.scene import PoolScene
-from benchmarks.video.truth import ClipTruth, boxes_file, save_boxes, truth_file
+from benchmarks.video.truth import ClipTruth, boxes_file, truth_file
 from benchmarks.video.writer import Codec, VideoWriter
+from tracking.boxes import save_boxes
 
 
 class Encoding(NamedTuple):
@@ -41,7 +42,7 @@ def render_encodings(plan: ClipPlan, videos: Mapping[Path, Encoding], progress: 
     write_scene(scene, videos, progress)
     for path in videos:
         scene.truth.save(truth_file(path))
-        save_boxes(boxes_file(path), scene.truth)
+        save_boxes(boxes_file(path), scene.truth.start_boxes())
     return scene.truth
 
 

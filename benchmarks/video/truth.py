@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from session.results import write_whole, writing_whole
+from session.results import writing_whole
+from tracking.boxes import Box, StartBoxes
 
 _BOX_MARGIN_PX = 3.0
 _ARRAYS = ("time_s", "position_px", "shown_px", "visible_share", "diameter_px")
@@ -36,14 +36,14 @@ class ClipTruth:
         """(n, m) bool, True where a disc is seen whole."""
         return self.visible_share > 0.999
 
-    def start_boxes(self) -> dict[str, tuple[float, float, float, float]]:
-        """x, y, width and height (px, whole numbers) around each marker in the first frame, as drawn by hand."""
+    def start_boxes(self) -> StartBoxes:
+        """Around each marker in the first frame, in whole pixels, as drawn by hand."""
         boxes = {}
         for name, centre, diameter in zip(self.markers, self.shown_px[0], self.diameter_px, strict=True):
             size = round(float(diameter) + 2 * _BOX_MARGIN_PX)
             left, top = (round(float(c) - (size - 1) / 2) for c in centre)
-            boxes[name] = (float(left), float(top), float(size), float(size))
-        return boxes
+            boxes[name] = Box(float(left), float(top), float(size), float(size))
+        return StartBoxes(0, boxes)
 
     def save(self, path: Path) -> None:
         """Writes the truth as .npz.
@@ -71,12 +71,3 @@ def truth_file(video: Path) -> Path:
 def boxes_file(video: Path) -> Path:
     """Where the start boxes of a video are: `clean.boxes.json` next to `clean.mp4`."""
     return video.with_suffix(".boxes.json")
-
-
-def save_boxes(path: Path, truth: ClipTruth) -> None:
-    """Writes start boxes in the first frame in the form of the public contract.
-
-    Raises:
-        session.ResultsNotWritable: the file cannot be written.
-    """
-    write_whole(path, json.dumps({"frame": 0, "boxes": truth.start_boxes()}, indent=1) + "\n")

@@ -40,9 +40,9 @@ REFUSALS = {
     1: "could not do it",
     2: "does not know the instruction",
     3: "got a damaged packet",
-    4: "says the value is out of range",
-    5: "says the value has the wrong length",
-    6: "says the value is beyond a limit",
+    4: "reports that the value is out of range",
+    5: "reports that the value has the wrong length",
+    6: "reports that the value is beyond a limit",
     7: "does not allow access",
 }
 """The error numbers of a status packet (ROBOTIS e-Manual, Protocol 2.0, section 4.3.6)."""

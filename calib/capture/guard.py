@@ -52,7 +52,7 @@ class Guard:
         """Judges a reading.
 
         Raises:
-            MotorFault: the motor must stop; the message says why.
+            MotorFault: the motor must stop; the message gives the reason.
         """
         if reading.hardware_error:
             raise MotorFault(f"the motor reports: {registers.describe_hardware_error(reading.hardware_error)}")

@@ -208,7 +208,7 @@ def _check_reach(settings: CaptureSettings, reading: Reading, report: Report) ->
 def _report_result(result: TrialResult, report: Report) -> None:
     speed = f"{result.measured_hz:.3f} turns/s measured"
     if math.isnan(result.measured_hz):
-        speed = f"driven too briefly to tell its speed, of which the first {RISE_S:g} s do not count"
+        speed = f"driven too briefly to measure its speed, of which the first {RISE_S:g} s do not count"
     report(f"{result.name}: {result.rows} rows at {result.rate_hz:.0f} Hz, {speed}")
     if result.rate_hz < SLOWEST_LOG_HZ:
         report(

@@ -16,6 +16,6 @@ FORMS = ("swimcal", "deeplabcut", "movement", "fishsim")
 
 SessionFolder = Annotated[Path, typer.Argument(metavar="SESSION", help="a session folder, with its session.toml")]
 Effort = Annotated[EffortOption, typer.Option(help="how hard to search; recorded in the results")]
-Workers = Annotated[int, typer.Option(min=0, help="threads; 0: all cores, or as SWIMCAL_WORKERS says")]
+Workers = Annotated[int, typer.Option(min=0, help="threads; 0: all cores, or SWIMCAL_WORKERS")]
 Verbose = Annotated[bool, typer.Option("--verbose", "-v", help="every number and every flag, not the summary alone")]
 AsJson = Annotated[bool, typer.Option("--json", help="print the outcome as JSON on standard output")]

@@ -21,7 +21,7 @@ def speed(
     ] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Times real time on one core and on all, beside a bare step without fluid; distance to an 8 times finer step."""
+    """Times real time on one core and on all, and a bare step without fluid; distance to an 8 times finer step."""
     from calib.pipeline import working
     from calib.speed_benchmark import measure_speed, speed_table
 
@@ -34,7 +34,7 @@ def speed(
 
 
 def add_development_benchmarks() -> None:
-    """Adds the commands of the folder ``benchmarks`` of a checkout; the help says where there is none.
+    """Adds the commands of the folder ``benchmarks`` of a checkout; the help explains where there is none.
 
     It is found by its place, not by its name: an installed package of another project may be called ``benchmarks``.
     """

@@ -43,8 +43,8 @@ def lens(
     from tracking.lens import calibrate_lens, save_camera
 
     spec = _board(description)
-    with progress_bar(as_json) as tell:
-        tell("looking for the board", None)
+    with progress_bar(as_json) as report:
+        report("looking for the board", None)
         found = calibrate_lens(_pictures(pictures), spec)
     save_camera(out, found.calibration)
     if as_json:
@@ -67,7 +67,7 @@ def scale(
     camera: Annotated[Path | None, typer.Option(help="the camera file of `calib camera lens`")] = None,
     board_height_m: Annotated[float, typer.Option(help="of the board above the water, m")] = 0.0,
 ) -> None:
-    """Metres per pixel from a board in the pool, beside the nose-neck distance; the camera's height with a lens."""
+    """Metres per pixel from a board in the pool, and by the nose-neck distance; the camera's height with a lens."""
     from session.camera import load_camera
     from tracking.lens import scale_from_board
 

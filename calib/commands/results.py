@@ -35,7 +35,7 @@ def new(  # noqa: PLR0913
     robot: Annotated[Path | None, typer.Option(help="the robot's TOML; default: the published 0.57 m fish")] = None,
     fps: Annotated[float | None, typer.Option(help="frames a second of tracks without time")] = None,
     commands: Annotated[
-        str, typer.Option(help="crank turns a second of each trial, comma-separated; default: as names like f1_25 tell")
+        str, typer.Option(help="crank turns a second of each trial, comma-separated; default: from names like f1_25")
     ] = "",
     from_fishsim: Annotated[
         Path | None,
@@ -45,7 +45,7 @@ def new(  # noqa: PLR0913
     fit: Annotated[str, typer.Option(help="trials to fit on, comma-separated; the others are held out")] = "",
     seed: Annotated[int, typer.Option(min=0, help="of a synthetic session")] = 0,
 ) -> None:
-    """Makes a session folder of your videos or tracks, and tells what is left to fill in."""
+    """Makes a session folder from your videos or tracks, and lists what you still have to fill in."""
     from calib import interface
     from session.folder import SESSION_FILE
 
@@ -68,12 +68,12 @@ def new(  # noqa: PLR0913
     print(session)
 
 
-def _numbers(told: str) -> tuple[float, ...]:
+def _numbers(text: str) -> tuple[float, ...]:
     try:
-        return tuple(float(number) for number in told.split(",") if number.strip())
+        return tuple(float(number) for number in text.split(",") if number.strip())
     except ValueError as error:
         raise typer.BadParameter(
-            f"found {told!r}, expected numbers such as 0.5,0.75", param_hint="--commands"
+            f"found {text!r}, expected numbers such as 0.5,0.75", param_hint="--commands"
         ) from error
 
 
@@ -87,11 +87,11 @@ def run(
     """Does everything the session's data allow: tracks, fit, MJCF, posterior and gap (effort full), report."""
     from calib import interface
     from calib.results.structure import StructureResult
-    from calib.terminal import tell
+    from calib.terminal import print_result
 
     result = interface.run(session, effort, workers=workers, progress=not as_json)
     page = None if isinstance(result, StructureResult) else result.session.results / "report.html"
-    tell(result, as_json, verbose, page)
+    print_result(result, as_json, verbose, page)
 
 
 def fit(
@@ -108,16 +108,16 @@ def fit(
     """Finds hinges and crank, swim frequencies and phases, the five fluid coefficients and EBT; writes the MJCF.
 
     Hinge stiffness and damping come from free decays, and with these the crank arm from dry runs. What was not
-    recorded is assumed to be as the robot is described, and that is said. Without a swim it ends with hinges and crank.
+    recorded is assumed to be as the robot is described, and reported so. Without a swim it ends with hinges and crank.
     Held-out trials are forecast from their command, and again after their first two beats; a line, a power law and a
-    constant stride through the fitted speeds stand beside it. The other commands take the fit that stands, whatever its
-    effort; only another fit replaces it.
+    constant stride through the fitted speeds are given for comparison. The other commands use the current fit,
+    whatever its effort; only another fit replaces it.
     """
     from calib import interface
-    from calib.terminal import tell
+    from calib.terminal import print_result
 
     found = interface.fit(session, effort, workers=workers, objective=objective, progress=not as_json)
-    tell(found, as_json, verbose)
+    print_result(found, as_json, verbose)
 
 
 def posterior(
@@ -132,9 +132,9 @@ def posterior(
     Stopped, it goes on where it was. Where the draws are not enough nothing is reported.
     """
     from calib import interface
-    from calib.terminal import tell
+    from calib.terminal import print_result
 
-    tell(interface.posterior(session, effort, workers=workers, progress=not as_json), as_json, verbose)
+    print_result(interface.posterior(session, effort, workers=workers, progress=not as_json), as_json, verbose)
 
 
 def diagnose(
@@ -148,39 +148,40 @@ def diagnose(
     verbose: Verbose = False,
     as_json: AsJson = False,
 ) -> None:
-    """Tells where the sim-to-real gap lies, which unmodelled effect makes it, and how far it shrinks with that effect.
+    """Finds where the sim-to-real gap is, which unmodelled effect causes it, and how far it shrinks with that effect.
 
     Writes results/diagnosis.json and, where an effect is named, the model with it. With --test it writes
     results/supposed.json alone.
     """
     from calib import interface
-    from calib.terminal import tell
+    from calib.terminal import print_result
 
     excluded, tested = _effects_named("--exclude", exclude), _effects_named("--test", test)
     if tested and excluded:
         raise typer.BadParameter("takes effects of the whole catalogue; leave --exclude out", param_hint="--test")
     if tested:
-        tell(interface.effect_test(session, tested, effort, workers=workers, progress=not as_json), as_json, verbose)
+        alone = interface.effect_test(session, tested, effort, workers=workers, progress=not as_json)
+        print_result(alone, as_json, verbose)
         return
     found = interface.diagnose(session, effort, exclude=excluded, workers=workers, progress=not as_json)
-    tell(found, as_json, verbose)
+    print_result(found, as_json, verbose)
 
 
-def _effects_named(option: str, told: str | None) -> tuple[str, ...]:
+def _effects_named(option: str, text: str | None) -> tuple[str, ...]:
     """The names in a comma-separated list.
 
     Raises:
         InputError: the option was given and holds none.
     """
-    names = tuple(name.strip() for name in (told or "").split(",") if name.strip())
-    if told is not None and not names:
+    names = tuple(name.strip() for name in (text or "").split(",") if name.strip())
+    if text is not None and not names:
         from session import InputError
         from session.errors import Fault
         from swimmer.effects import catalogue
 
         step = "Name some, or leave the option out; docs/effects.md has the table."
         expected, choices = "names of the catalogue, comma-separated", tuple(catalogue())
-        raise InputError([Fault(option, "", "names no effect", repr(told), expected, choices, step)])
+        raise InputError([Fault(option, "", "names no effect", repr(text), expected, choices, step)])
     return names
 
 
@@ -188,14 +189,14 @@ def report(
     sessions: Annotated[list[Path], typer.Argument(metavar="SESSION...", help="one or more session folders")],
     index: Annotated[
         Path | None,
-        typer.Option(help="where the index of several sessions goes; default: index.html beside the first"),
+        typer.Option(help="where the index of several sessions goes; default: index.html next to the first"),
     ] = None,
 ) -> None:
-    """Writes the HTML report of what stands in each session, and an index when there are several; fits nothing."""
+    """Writes the HTML report of the current results of each session, and an index of several; fits nothing."""
     from calib import interface
-    from calib.terminal import tell_export
+    from calib.terminal import print_export
 
-    tell_export(interface.report(sessions, index))
+    print_export(interface.report(sessions, index))
 
 
 def mjcf(
@@ -205,8 +206,8 @@ def mjcf(
     ] = None,
     out: Annotated[Path, typer.Option(help="the file to write")] = Path("robot.xml"),
 ) -> None:
-    """Writes the MJCF: that of the fit which stands for a session, nominal for a robot; fits nothing."""
+    """Writes the MJCF: of the current fit for a session, nominal for a robot; fits nothing."""
     from calib import interface
-    from calib.terminal import tell_export
+    from calib.terminal import print_export
 
-    tell_export(interface.export_mjcf(source, out))
+    print_export(interface.export_mjcf(source, out))

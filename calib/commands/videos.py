@@ -13,7 +13,7 @@ TRACKER_HELP = "hybrid: spots, and CSRT where none answers; spots: without CSRT;
 def track(
     session: SessionFolder,
     method: Annotated[
-        TrackerOption | None, typer.Option(help=f"{TRACKER_HELP}; default: that of the tracks which stand, else hybrid")
+        TrackerOption | None, typer.Option(help=f"{TRACKER_HELP}; default: that of the existing tracks, else hybrid")
     ] = None,
     click: Annotated[
         bool, typer.Option("--click", help="only write a page on which to click the start boxes of each video")
@@ -52,19 +52,19 @@ def view(
     session: SessionFolder,
     show: Annotated[bool, typer.Option("--open", help="open it in the Rerun viewer")] = False,
 ) -> None:
-    """Writes the rerun recording: video, tracks, states, confidence and, once there is a fit, the twin beside them."""
+    """Writes the rerun recording: video, tracks, states, confidence and, once there is a fit, the twin."""
     from calib import interface
     from calib.stages.recording import open_viewer
-    from calib.terminal import tell_export
+    from calib.terminal import print_export
 
     made = interface.view(session)
-    tell_export(made)
+    print_export(made)
     if show:
         open_viewer(made.file)
 
 
 def convert(
-    tracks: Annotated[Path, typer.Argument(help="tracks in any of the forms; which one is told from the content")],
+    tracks: Annotated[Path, typer.Argument(help="tracks in any of the forms; recognised from the content")],
     out: Annotated[Path, typer.Option(help="the file to write")],
     to: Annotated[str, typer.Option(help=f"the form to write: {', '.join(FORMS)}")] = "swimcal",
     markers: Annotated[

@@ -68,10 +68,10 @@ class MotorPhysics:
 
     def advance(self, duration_s: float) -> None:
         """Moves on by a time, in steps of at most 2 ms unless it rests without torque."""
-        left = duration_s
-        while left > 0:
+        remaining_s = duration_s
+        while remaining_s > 0:
             resting = not self.drive.enabled and self.velocity_rad_s == 0.0
-            step = left if resting else min(left, STEP_S)
+            step = remaining_s if resting else min(remaining_s, STEP_S)
             before = self.velocity_rad_s
             if self.drive.enabled:
                 self._drive(step)
@@ -79,7 +79,7 @@ class MotorPhysics:
                 self._coast(step)
             self.angle_rad += 0.5 * (before + self.velocity_rad_s) * step
             self._heat(step)
-            left -= step
+            remaining_s -= step
 
     def available_nm(self, direction: float) -> float:
         """Largest torque towards `direction` (its sign) at the present speed, from the speed-torque line."""

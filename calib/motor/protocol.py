@@ -11,7 +11,7 @@ HEADER = b"\xff\xff\xfd\x00"
 BROADCAST_ID = 0xFE
 MAX_ID = 0xFC
 ALERT = 0x80
-"""Bit of the error byte that says that Hardware Error Status (70) is not zero."""
+"""Bit of the error byte that means that Hardware Error Status (70) is not zero."""
 
 STUFFED, PLAIN = b"\xff\xff\xfd\xfd", b"\xff\xff\xfd"
 LONGEST = 1024

@@ -112,5 +112,5 @@ def run_emulator(motor: Emulator, report: Callable[[str], None]) -> None:
             report("")
         state = motor.state
     turns_s = state.velocity_rad_s / (2 * math.pi)
-    left = "not driven" if motor.stopped else "STILL DRIVEN"
-    report(f"Ended. The motor is {left}, at {turns_s:.2f} turns/s, {state.temperature_c:.0f} degrees C.")
+    state_of_drive = "not driven" if motor.stopped else "STILL DRIVEN"
+    report(f"Ended. The motor is {state_of_drive}, at {turns_s:.2f} turns/s, {state.temperature_c:.0f} degrees C.")

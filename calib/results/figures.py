@@ -10,12 +10,12 @@ from session.stage import Stage
 
 
 class Figures:
-    """Some figures of the report; each is drawn when it is first asked for, and shows itself in a notebook.
+    """Some figures of the report; each is drawn on first use, and shows itself in a notebook.
 
-    `names` tells all that there are. A figure has a matplotlib `figure` that may be changed and saved, and a `caption`.
+    `names` lists them. A figure has a matplotlib `figure` that may be changed and saved, and a `caption`.
 
     Args:
-        stage: whose result is drawn; it must still stand when the figures are drawn.
+        stage: whose result is drawn; it must still be current when the figures are drawn.
         draw: all of them, by the name they have in the report.
     """
 
@@ -26,13 +26,13 @@ class Figures:
     def _plots(self) -> dict[str, Plot]:
         if not self._stage.is_current:
             next_step = "Ask for the result again, then for its figures."
-            what = "another result stands there now"
+            what = "the result has been replaced"
             raise InputError([Fault(str(self._stage.file), "", what, "", "", next_step=next_step)])
         return dict(self._draw())
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Those that there are; what begins with the name of a trial is asked for with that trial."""
+        """Those that there are; one that begins with the name of a trial is called with that trial."""
         return tuple(self._plots)
 
     def __getitem__(self, name: str) -> Plot:
@@ -90,7 +90,7 @@ class FitFigures(Figures):
     residual_time = _figure("residual-time", "Distance between measured and simulated markers, over time.")
     phase_portrait = _figure("phase-portrait", "Angle and angular rate of the tail, measured and simulated.")
     body_wave = _figure("body-wave", "Amplitude and phase of the wave along the fish, measured and simulated.")
-    forecasts = _figure("forecast-speeds", "Speeds of held-out trials beside what is forecast of them.")
+    forecasts = _figure("forecast-speeds", "Speeds of held-out trials, measured and forecast.")
     coefficients = _figure("coefficient-values", "The coefficients with their intervals, and where every start ended.")
     decay = _numbered("decay", "A free decay, measured and fitted.")
     decay_spectrum = _numbered("decay-spectrum", "The spectrum of a free decay.")
@@ -102,12 +102,12 @@ class FitFigures(Figures):
 class PosteriorFigures(Figures):
     """Figures of a posterior."""
 
-    intervals = _figure("posterior-intervals", "The 90 % interval of every coefficient beside its prior.")
+    intervals = _figure("posterior-intervals", "The 90 % interval of every coefficient and its prior.")
     corner = _figure("posterior-corner", "The joint posterior of every pair of coefficients.")
     speeds = _figure("posterior-sweep", "Speed over frequency with its predictive band.")
     trials = _figure("posterior-trials", "The speed of every trial with its predictive interval.")
-    further_trial = _figure("posterior-further-plot", "What one more trial would tell, over its frequency.")
-    left_out = _figure("posterior-left-out-plot", "Effects that the trials ask for and the twin leaves out.")
+    further_trial = _figure("posterior-further-plot", "Expected information of one more trial, over its frequency.")
+    left_out = _figure("posterior-left-out-plot", "Effects that the trials support and the twin leaves out.")
     whiteness = _figure("posterior-whiteness", "Autocorrelation of the residuals of every trial.")
     trace = _figure("posterior-trace", "The chains over their draws.")
     ranks = _figure("posterior-ranks", "Rank histograms of the chains.")

@@ -27,10 +27,10 @@ _SAID_ELSEWHERE = ("ebt_ratio_only",)  # kinds of flags that are true of every f
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class FitResult(Result):
-    """A calibrated twin beside every swim trial; what `calibration.json` holds, read from there.
+    """A calibrated twin and every swim trial; what `calibration.json` holds, read from there.
 
     Speeds in m/s, forward positive. Tables of `to_frame`: "trials" (a row a swim trial), "coefficients" (value with its
-    90 % interval at the mode, of the published search and of the posterior where they stand), "components" (standard
+    90 % interval at the mode, of the published search and of the posterior where they exist), "components" (standard
     deviation of each variance component), "forecasts" (a row a trial and model, simple baselines among them),
     "speed_errors" (mean absolute error by model and role, m/s) and "flags". Frames have the keys of the file as
     columns.
@@ -61,7 +61,7 @@ class FitResult(Result):
 
     @property
     def flags(self) -> tuple[Flag, ...]:
-        """What is doubtful about the fit as a whole; flags of a trial stand in `trials`."""
+        """Flags of the fit as a whole; those of a trial are in `trials`."""
         return self.data.flags
 
     @property
@@ -76,7 +76,7 @@ class FitResult(Result):
             return "unchecked"
         if not beaten(self.forecasts):
             return "worse_than_baseline"
-        return "doubtful" if self._doubts() else "good"
+        return "doubtful" if self._caveats() else "good"
 
     def summary(self) -> str:
         """How well it forecasts, what was found, how far to trust it, and what to do next."""
@@ -84,15 +84,15 @@ class FitResult(Result):
         held = [name for name, trial in self.trials.items() if trial.role == "holdout"]
         coefficients = self.coefficients._asdict()
         values = ", ".join(f"{in_words(name)} {of_its_size(value)}" for name, value in coefficients.items())
-        doubts = self._doubts()
-        more = f" (and {len(doubts) - 1} more kinds of doubt)" if len(doubts) > 1 else ""
+        caveats = self._caveats()
+        more = f" (and {len(caveats) - 1} more kinds)" if len(caveats) > 1 else ""
         lines = [
             f"{self.session.name}: {speed_sentence(self.forecasts)}",
             marker_sentence(self.forecasts),
             f"{self.name.capitalize()}, fitted to {listed(fitted)}; held out: {listed(held) or 'none'}.",
             f"Coefficients: {values}.",
             f"Mean speed error, mm/s: {self._speeds_in_words()}.",
-            f"Biggest doubt: {doubts[0]}{more}." if doubts else "No doubt was raised.",
+            f"Main caveat: {caveats[0]}{more}." if caveats else "No caveat.",
             f"Verdict: {in_words(self.verdict)}. Next: calib posterior {self.session.folder}",
         ]
         return "\n".join(filter(None, lines))
@@ -182,7 +182,7 @@ class FitResult(Result):
         summary = self.data.summary["fit"]
         return "" if summary is None else f"{shown(_MM * summary.speed_mae_twin)} on fit trials"
 
-    def _doubts(self) -> list[str]:
+    def _caveats(self) -> list[str]:
         """A sentence a kind of flag: of the fit first, then of trials, those that concern most frames first."""
         whole: dict[str, str] = {}
         for flag in self.flags:

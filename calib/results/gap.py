@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass, field
 
 import pandas as pd
 
-from calib.diagnosis_summary import biggest_doubt, diagnosis_lines, next_experiment, supposition_lines
+from calib.diagnosis_summary import diagnosis_lines, main_caveat, next_experiment, supposition_lines
 from calib.results.figures import GapFigures
 from calib.results.result import Result
 from diagnosis.result import (
@@ -25,7 +25,7 @@ from reports.numbers import in_words
 
 
 class Effects(tuple[str, ...]):
-    """Names of the effects that a diagnosis names, with what it says of all others in `to_frame`."""
+    """Names of the effects that a diagnosis names, with all others in `to_frame`."""
 
     _data: DiagnosisResult
 
@@ -42,8 +42,8 @@ class Effects(tuple[str, ...]):
     def to_frame(self) -> pd.DataFrame:
         """A row an effect of the catalogue and parameter: probability, whether it is named, value, 95 % interval.
 
-        The likeliest come first; effects that were not added to the twin have no value. The last row is the probability
-        of something that the catalogue does not hold.
+        The most probable come first; effects that were not added to the twin have no value. The last row is the
+        probability of an effect outside the catalogue.
         """
         rows = []
         for name, probability in self._data.chances.items():
@@ -58,7 +58,7 @@ class Effects(tuple[str, ...]):
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class GapResult(Result):
-    """Where the gap between twin and robot lies, which effect makes it, and how far it shrinks with that effect.
+    """Where the gap between twin and robot is, which effect causes it, and how far it shrinks with that effect.
 
     Tables of `to_frame`: "effects" (see `Effects.to_frame`), "where" (share of the gap by split and part), "trials"
     (held-out trials without and with the effects: mm and m/s) and "next_experiments".
@@ -85,12 +85,12 @@ class GapResult(Result):
 
     @property
     def groups(self) -> tuple[tuple[str, ...], ...]:
-        """Alternatives that the data cannot tell apart (inner), which act together (outer)."""
+        """Alternatives that the data cannot separate (inner), which act together (outer)."""
         return self.data.groups
 
     @property
     def probabilities(self) -> Mapping[str, float]:
-        """That an effect is present, the likeliest first, and `none_of_these`."""
+        """That an effect is present, the most probable first, and `none_of_these`."""
         return self.data.probabilities
 
     @property
@@ -109,18 +109,18 @@ class GapResult(Result):
         return self.data.missing_forces
 
     def summary(self) -> str:
-        """Where, which, how far, the biggest doubt, the next experiment and the verdict, in six lines."""
+        """Where, which, how far, the main caveat, the next experiment and the verdict, in six lines."""
         return "\n".join(
             [
                 *sentences(self.data),
-                f"Biggest doubt: {biggest_doubt(self.data)}.",
+                f"Main caveat: {main_caveat(self.data)}.",
                 f"Next experiment: {next_experiment(self.data)}.",
                 f"Verdict: {in_words(self.verdict)}. Next: calib report {self.session.folder}",
             ]
         )
 
     def details(self) -> list[str]:
-        """Where, which and how far; then the likeliest effects, what to check, and what to measure next."""
+        """Where, which and how far; then the most probable effects, what to check, and what to measure next."""
         return diagnosis_lines(self.data)
 
     def _tables(self) -> Mapping[str, Callable[[], pd.DataFrame]]:
@@ -188,9 +188,9 @@ class EffectTest(Result):
 
 def _parameters(found: EffectParameters, effect: str) -> Iterator[dict[str, object]]:
     """The fitted parameters of an effect as parts of rows; one empty part where it was not fitted."""
-    told = parameters_of(found, effect)
-    if not told:
+    parameters = parameters_of(found, effect)
+    if not parameters:
         yield {}
-    for name, each in told.items():
+    for name, each in parameters.items():
         low, high = each.ci95
         yield {"parameter": name, "value": each.value, "low": low, "high": high, "unit": each.unit}

@@ -23,7 +23,7 @@ _OF_FIT = tuple(build for build in SECTIONS if build not in (posterior.build, ga
 
 
 def fit_result(pipeline: Pipeline) -> FitResult:
-    """The fit that stands."""
+    """The current fit."""
     stage = pipeline.the_fit()
     figures = FitFigures(stage, lambda: gallery(_context(pipeline), _OF_FIT))
     return FitResult(
@@ -38,7 +38,7 @@ def fit_result(pipeline: Pipeline) -> FitResult:
 
 
 def posterior_result(pipeline: Pipeline) -> PosteriorResult:
-    """The posterior of the fit that stands."""
+    """The posterior of the current fit."""
     fit = pipeline.the_fit()
     stage = PosteriorStage(pipeline.job, fit)
     found = stage.read()
@@ -84,11 +84,11 @@ def _context(pipeline: Pipeline) -> ReportContext:
 
 
 def _published(pipeline: Pipeline) -> PublishedResult | None:
-    stage = pipeline.standing_published()
+    stage = pipeline.current_published()
     return None if stage is None else stage.read()
 
 
 def _common(pipeline: Pipeline) -> dict[str, Any]:
-    """What all results say: of which session, what was said, and the files that were made."""
-    notes = (*pipeline.said, *pipeline.recordings.notes)
+    """What all results have: the session, the notes, and the files that were made."""
+    notes = (*pipeline.notes, *pipeline.recordings.notes)
     return {"session": pipeline.session, "notes": notes, "made": tuple(pipeline.made)}

@@ -55,7 +55,7 @@ class PosteriorResult(Result):
 
     @property
     def verdict(self) -> str:
-        """One word: determined (all five), partly_determined or undetermined; doubtful where a flag says more."""
+        """One word: determined (all five), partly_determined or undetermined; doubtful where there are other flags."""
         if any(flag.kind != "unidentifiable" for flag in self.flags):
             return "doubtful"
         determined = sum(one.determined for one in self.coefficients.values())
@@ -69,17 +69,17 @@ class PosteriorResult(Result):
             for name, one in of.items()
         )
         loose = [in_words(name) for name, one in of.items() if not one.determined]
-        told = f"Not determined by these trials: {listed(loose)}." if loose else "The trials determine all five."
+        found = f"Not determined by these trials: {listed(loose)}." if loose else "The trials determine all five."
         inside, count, _ = data.inside("holdout")
         held = f"; the speed of {inside} of {count} held-out trials lies in its 90 % band" if count else ""
-        doubts = list(dict.fromkeys(flag.message for flag in self.flags if flag.kind != "unidentifiable"))
-        more = f" (and {len(doubts) - 1} more)" if len(doubts) > 1 else ""
+        caveats = list(dict.fromkeys(flag.message for flag in self.flags if flag.kind != "unidentifiable"))
+        more = f" (and {len(caveats) - 1} more)" if len(caveats) > 1 else ""
         return "\n".join(
             [
                 f"{self.session.name}: {self.name}.",
                 f"Mean and 90 % interval: {intervals}.",
-                f"{told[:-1]}{held}.",
-                f"Biggest doubt: {doubts[0]}{more}." if doubts else "No doubt was raised.",
+                f"{found[:-1]}{held}.",
+                f"Main caveat: {caveats[0]}{more}." if caveats else "No caveat.",
                 f"Verdict: {in_words(self.verdict)}. Next: calib diagnose {self.session.folder}",
             ]
         )

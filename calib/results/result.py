@@ -1,4 +1,4 @@
-"""What all results have in common: tables by name, the view in a notebook, and what was said and made on the way."""
+"""What all results have in common: tables by name, the view in a notebook, notes, and the files made."""
 
 import html
 from collections.abc import Callable, Iterable, Mapping
@@ -48,13 +48,13 @@ class Tables:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Result(Tables):
-    """A result that stands in a file.
+    """A result that is stored in a file.
 
     Attributes:
         session: that it is of.
         name: what it is, in words.
         file: that holds it.
-        notes: what was said while it was made: what was left out, what was kept aside.
+        notes: sentences from its making, such as what was left out and what was kept aside.
         made: files that were made anew.
     """
 
@@ -74,7 +74,7 @@ class Result(Tables):
 
 @dataclass(frozen=True)
 class Export:
-    """Files that a function wrote of what stands, and what they are.
+    """Files that a function wrote from existing results, and what they are.
 
     Attributes:
         files: in the order in which they were made; an index comes last.
@@ -108,13 +108,13 @@ def flag_frame(flags: Iterable[tuple[str, Flag]]) -> pd.DataFrame:
 
 
 def flag_lines(flags: Iterable[tuple[str, Flag]]) -> list[str]:
-    """A line a doubt with the names of the trials that raise it; those about the whole come last."""
-    doubts: dict[str, list[str]] = {}
+    """A line for each flag with the names of its trials; flags of the whole come last."""
+    trials: dict[str, list[str]] = {}
     whole = []
     for name, flag in flags:
         place = "" if flag.frames is None else f"frames {flag.frames[0]} to {flag.frames[1]}, {flag.kind}: "
         if name:
-            doubts.setdefault(f"{place}{flag.message}", []).append(name)
+            trials.setdefault(f"{place}{flag.message}", []).append(name)
         else:
             whole.append(f"! {flag.message}")
-    return [*(f"! {', '.join(dict.fromkeys(names))}: {doubt}" for doubt, names in doubts.items()), *whole]
+    return [*(f"! {', '.join(dict.fromkeys(names))}: {flag}" for flag, names in trials.items()), *whole]

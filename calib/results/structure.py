@@ -25,12 +25,12 @@ class StructureResult(Result):
     data: Structure = field(repr=False)
 
     def summary(self) -> str:
-        """Where each number of the structure comes from, the biggest doubt, and what to do next."""
+        """Where each number of the structure comes from, the main caveat, and what to do next."""
         flags = self.to_frame("flags")
-        doubt = f"Biggest doubt: {flags.message.iloc[0]}." if len(flags) else "No doubt was raised."
+        caveat = f"Main caveat: {flags.message.iloc[0]}." if len(flags) else "No caveat."
         sources = [source.sentence for source in self.data.sources]
         add = f"Next: film a swim, add it to {self.session.folder / 'session.toml'}"
-        return "\n".join([f"{self.session.name}: {self.name}.", *sources, doubt, add])
+        return "\n".join([f"{self.session.name}: {self.name}.", *sources, caveat, add])
 
     def details(self) -> list[str]:
         """A line a number of the structure, and every flag: of the experiments, each once, then of the whole."""

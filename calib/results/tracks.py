@@ -38,10 +38,10 @@ class TrackResult(Tables, Mapping[str, "xr.Dataset"]):
 
     Attributes:
         session: that was tracked.
-        tracked: what the tracker says of every sample, by trial.
+        tracked: the tracker's record of every sample, by trial.
         measured: the swim trials, measured.
-        flags: what is doubtful, by trial.
-        notes: what was said while it was made.
+        flags: by trial.
+        notes: sentences from its making.
     """
 
     session: Session = field(repr=False)
@@ -64,16 +64,16 @@ class TrackResult(Tables, Mapping[str, "xr.Dataset"]):
         return len(self.tracked)
 
     def summary(self) -> str:
-        """How much was seen, and what is doubtful, in three lines."""
+        """How much was seen, and the flags, in three lines."""
         frame = self.to_frame()
         worst = frame.seen.idxmin()
         kinds = Counter(flag.kind for own in self.flags.values() for flag in own)
-        told = ", ".join(f"{kind.replace('_', ' ')} ({count})" for kind, count in kinds.most_common(4))
+        listed = ", ".join(f"{kind.replace('_', ' ')} ({count})" for kind, count in kinds.most_common(4))
         return "\n".join(
             [
                 f"{self.session.name}: {counted(len(frame), 'trial')}, {int(frame.frames.sum())} frames.",
                 f"Seen: {frame.seen.mean():.1%} of the samples; least in {worst}, {frame.seen[worst]:.1%}.",
-                f"Flags: {told or 'none'}. Next: calib fit {self.session.folder}",
+                f"Flags: {listed or 'none'}. Next: calib fit {self.session.folder}",
             ]
         )
 
@@ -110,8 +110,8 @@ def shares_of(found: TrackedTrial) -> dict[str, float]:
     if found.weight is not None:
         shares["counts"] = found.weight[since] > 0
     confidence = np.average(found.tracks.confidence[since], weights=seen) if seen.any() else 0.0
-    told = {"frames": len(found.state), "confidence": float(confidence)}
-    return told | {name: float(share.mean()) for name, share in shares.items()}
+    row = {"frames": len(found.state), "confidence": float(confidence)}
+    return row | {name: float(share.mean()) for name, share in shares.items()}
 
 
 def _measured(trial: MeasuredTrial, frames: int) -> dict[str, tuple[tuple[str, ...], np.ndarray, dict[str, str]]]:

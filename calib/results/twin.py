@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class SwimTwin:
-    """A robot with its fluid coefficients and, if asked for, effects that the plain twin leaves out.
+    """A robot with its fluid coefficients and, optionally, effects that the plain twin leaves out.
 
     Attributes:
         robot: as described, with what dry experiments say of it.

@@ -27,7 +27,7 @@ def write_affected_twin(results: Path, ground: Ground, best: Refit, name: str, r
 
     Args:
         results: folder.
-        ground: the fitted swims beside the nearest plain twin.
+        ground: the fitted swims and the plain twin fitted to them.
         best: the twin with effects, fitted to them.
         name: of the files, for its effects.
         robot_file: the robot's own; None for the built-in one.
@@ -36,14 +36,14 @@ def write_affected_twin(results: Path, ground: Ground, best: Refit, name: str, r
     views = views_of(ground.model, ground.camera, tuple(map(float, ground.at)))
     values, coefficients = affected.in_trial(views[0], best.values), FluidCoefficients(*map(float, best.at))
     names = [effect.name for effect in best.effects]
-    said = ", ".join(
+    parameters = ", ".join(
         f"{effect.name}.{parameter.name} = {value:.6g} {parameter.unit}"
         for effect, own in zip(best.effects, best.by_effect.values(), strict=True)
         for parameter, value in zip(effect.parameters, own, strict=True)
     )
     spec = add_scenery(affected.spec(coefficients, values), affected.robot)
     spec.add_text(name="calibrated_with", data=f"{program_version()}, MuJoCo {ENGINE}")
-    spec.add_text(name="effects", data=f"{said}; in the frame of trial {ground.swims[0].name}")
+    spec.add_text(name="effects", data=f"{parameters}; in the frame of trial {ground.swims[0].name}")
     for trial, view in zip(ground.swims, views, strict=False):  # the views of dry runs come last
         own, hz = affected.in_trial(view, best.values), trial.frequency.hz
         phase = fit_phase(SettledTwin(affected, best.values, view), trial, coefficients)
@@ -60,7 +60,7 @@ def write_affected_twin(results: Path, ground: Ground, best: Refit, name: str, r
             names=names,
             program=program_version(),
             trial=ground.swims[0].name,
-            parameters=said,
+            parameters=parameters,
             robot="None  # the built-in one" if robot_file is None else f"Path({str(robot_file)!r})",
             markers=ground.twin.markers,
             values=values.tolist(),

@@ -88,7 +88,7 @@ class DiagnosisStage(Stage):
 
         job, found = self._job, self._asked(diagnose, self.effects, discrepancy)
         if (kept := self.keep_aside()) is not None:
-            job.said.append(f"The diagnosis that stood there is kept in {kept}.")
+            job.notes.append(f"The diagnosis that stood there is kept in {kept}.")
         for path in job.results.glob("calibrated+*"):
             path.unlink()
         twins = {} if found.refit is None else {"+".join(effect.name for effect in found.refit.effects): found.refit}
@@ -153,7 +153,7 @@ class DiagnosisStage(Stage):
             np.array(self._fit.result().coefficients),
             self._recordings.out_of_water,
         )
-        return question(data, effects, Settings(job.options.effort, seed=job.session.seed), job.tell)
+        return question(data, effects, Settings(job.options.effort, seed=job.session.seed), job.progress)
 
 
 def check_names(option: str, names: Iterable[str], known: Mapping[str, Effect]) -> None:

@@ -103,16 +103,16 @@ class StructureStage(Stage):
 
     def _make(self) -> tuple[Path, ...]:
         job, experiments = self._job, self._recordings.experiments
-        found = identify_structure(experiments, job.robot, self._origin, job.options.workers, job.tell)
+        found = identify_structure(experiments, job.robot, self._origin, job.options.workers, job.progress)
         written = STRUCTURE.write(job.results, job.provenance, found)
         job.made.extend(written)
         for source in found.sources:
-            job.tell(source.sentence)
+            job.progress(source.sentence)
         return written
 
 
 class FitStage(Stage):
-    """The five coefficients, elongated body theory, and every trial beside the twin.
+    """The five coefficients, elongated body theory, and every trial with the twin.
 
     Args:
         job: the work on the session.
@@ -146,7 +146,7 @@ class FitStage(Stage):
 
         Raises:
             ModelMismatch: it was made with another engine, or another robot than the session describes; what the
-                session's dry experiments say of the robot stands in its structure.
+                session's dry experiments determine is in its structure.
         """
         job, made_with = self._job, read_provenance(self.file)
         check_engine(made_with, job.robot, str(self.file))
@@ -188,12 +188,12 @@ class FitStage(Stage):
     def _made(self) -> Calibration:
         job = self._job
         self._say_why_again()
-        structure, trials = self._structures.current(), self._recordings.swims  # that stands even without a swim
+        structure, trials = self._structures.current(), self._recordings.swims  # the structure needs no swim
         starts, workers = STARTS[self.effort], job.options.workers
-        calibration = calibrate(trials, structure, starts, job.session.seed, workers, job.tell)
+        calibration = calibrate(trials, structure, starts, job.session.seed, workers, job.progress)
         mjcf = calibrated_mjcf(calibration)
         if (kept := self.keep_aside(job.results / name for name in _UPON)) is not None:
-            job.said.append(f"The fit that stood there is kept in {kept}, with what rested on it.")
+            job.notes.append(f"The previous fit is kept in {kept}, with what depends on it.")
         written = (*CALIBRATION.write(job.results, self._provenance, calibration_result(calibration)), self.mjcf_file)
         write_whole(self.mjcf_file, mjcf)
         self.mark(written)
@@ -201,7 +201,7 @@ class FitStage(Stage):
         return calibration
 
     def _say_why_again(self) -> None:
-        """Notes what differs from the calibration that stands there and is about to be replaced."""
+        """Notes what differs from the calibration that is about to be replaced."""
         job = self._job
         try:
             made_with = read_provenance(self.file)
@@ -210,7 +210,7 @@ class FitStage(Stage):
         then, now = made_with.to_json(), self._provenance.to_json()
         differ = [f"{key} {_short(then[key])} -> {_short(now[key])}" for key in now if then[key] != now[key]]
         if differ:
-            job.said.append(f"{self.file} was made otherwise ({'; '.join(differ)}) and is made again.")
+            job.notes.append(f"{self.file} was made otherwise ({'; '.join(differ)}) and is made again.")
 
 
 class PublishedStage(Stage):
@@ -225,7 +225,7 @@ class PublishedStage(Stage):
 
     def __init__(self, job: Job, recordings: Recordings, structures: StructureStage, effort: EffortName) -> None:
         self._job, self._recordings, self._structures, self.effort = job, recordings, structures, effort
-        settings = {"seed": job.session.seed, "effort": self.effort}
+        settings = {"seed": job.session.seed, "effort": effort, "form": 2}
         super().__init__(job.results / PUBLISHED.name, {}, settings, [recordings])
 
     def make(self) -> None:
@@ -236,7 +236,9 @@ class PublishedStage(Stage):
         """
         job, structure = self._job, self._structures.current()
         budget_s, workers = PUBLISHED_S[self.effort], job.options.workers
-        found = calibrate_as_published(self._recordings.swims, structure, budget_s, job.session.seed, workers, job.tell)
+        found = calibrate_as_published(
+            self._recordings.swims, structure, budget_s, job.session.seed, workers, job.progress
+        )
         written = PUBLISHED.write(job.results, replace(job.provenance, effort=self.effort), published_result(*found))
         self.mark(written)
         job.made.extend(written)

@@ -69,11 +69,11 @@ class PosteriorStage(Stage):
         from fitting.signatures.score_tests import score_tests
 
         job, mode = self._job, mode_of(calibration, trials, twin)
-        posterior = sample_posterior(mode, EFFECTIVE[self.effort], job.session.seed, job.tell)
+        posterior = sample_posterior(mode, EFFECTIVE[self.effort], job.session.seed, job.progress)
         if posterior.draws.flags:
             raise NotConverged(self._refusal(posterior.draws.flags[0].message))
-        left_out = score_tests(mode, job.session.camera, catalogue().values(), job.tell)
-        summary = summarise(posterior, trials, job.session.seed, job.tell, left_out)
+        left_out = score_tests(mode, job.session.camera, catalogue().values(), job.progress)
+        summary = summarise(posterior, trials, job.session.seed, job.progress, left_out)
         provenance = replace(job.provenance, effort=self.effort)
         stamp = {key: value for key, value in provenance.to_json().items() if isinstance(value, str | int)}
         with writing_whole(self.file) as part:

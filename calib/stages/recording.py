@@ -1,4 +1,4 @@
-"""What `calib view` shows: videos, tracks, and once there is a fit, the twin beside them, and what it misses."""
+"""What `calib view` shows: videos, tracks, and once there is a fit, the twin, and the missing forces."""
 
 import shutil
 import subprocess
@@ -22,7 +22,7 @@ from tracking.video import Video
 
 
 def make_recording(pipeline: Pipeline) -> Path:
-    """``results/session.rrd``, made anew of the tracks that stand; a fit is shown if one stands and is current.
+    """``results/session.rrd``, made anew from the current tracks; a fit is shown if it is current.
 
     Raises:
         InputError: tracks or a video cannot be read.
@@ -35,7 +35,7 @@ def make_recording(pipeline: Pipeline) -> Path:
             f"{session.name}: nothing to show. Expected at least one [[trial]] with a tracks file or a video; found "
             f"{len(session.trials)} trials. {' '.join(pipeline.recordings.notes)}"
         )
-    untracked = [spec for spec in specs if spec.tracks is None and not pipeline.recordings.videos.stand(spec)]
+    untracked = [spec for spec in specs if spec.tracks is None and not pipeline.recordings.videos.are_current(spec)]
     renew = f"run `calib track {session.folder}`"
     if len(untracked) == len(specs):
         raise NotEnoughData(
@@ -43,17 +43,17 @@ def make_recording(pipeline: Pipeline) -> Path:
         )
     if untracked:
         names = ", ".join(spec.name for spec in untracked)
-        pipeline.said.append(f"Not shown, for their tracks are missing or out of date: {names}; {renew}.")
+        pipeline.notes.append(f"Not shown, for their tracks are missing or out of date: {names}; {renew}.")
     specs = [spec for spec in specs if spec not in untracked]
-    fit = None if untracked else pipeline.standing_fit
+    fit = None if untracked else pipeline.current_fit
     calibration = None if fit is None else fit.read()
     if calibration is None and not untracked and pipeline.fits.file.is_file():
-        pipeline.said.append(f"{pipeline.fits.file} is out of date and is not shown; run `calib fit {session.folder}`.")
+        pipeline.notes.append(f"{pipeline.fits.file} is out of date, not shown; run `calib fit {session.folder}`.")
     fitted = {} if calibration is None else {trial.measured.name: trial for trial in calibration.trials}
-    stage = pipeline.standing_diagnosis()
+    stage = pipeline.current_diagnosis()
     forces = None if stage is None else stage.read().missing_forces
     trials = [_recorded(pipeline, spec, fitted.get(spec.name), forces) for spec in specs]
-    pipeline.options.tell("writing the recording", None)
+    pipeline.options.progress("writing the recording", None)
     write_recording(path, trials, session.name)
     pipeline.made.append(path)
     return path
@@ -96,7 +96,7 @@ def _proxy(pipeline: Pipeline, trial: str, video: Path, frames: int) -> Path:
     path = pipeline.session.results / "tracking" / f"{trial}.proxy.mp4"
     proxy = Stage(path, {"video": pipeline.recordings.videos.sha256(video)}, {"proxy": 1})
     if not proxy.is_current:
-        make_proxy(video, path, progress=lambda done: pipeline.job.tell(f"copying {trial} small", done / frames))
+        make_proxy(video, path, progress=lambda done: pipeline.job.progress(f"copying {trial} small", done / frames))
         proxy.mark()
     return path
 
@@ -128,10 +128,10 @@ def open_viewer(recording: Path) -> None:
     Raises:
         SwimcalError: there is none, or it cannot be started.
     """
-    beside = str(Path(sys.executable).parent)
-    viewer = shutil.which("rerun", path=beside) or shutil.which("rerun")
+    scripts = str(Path(sys.executable).parent)
+    viewer = shutil.which("rerun", path=scripts) or shutil.which("rerun")
     if viewer is None:
-        raise _not_opened(recording, f"no command `rerun` in {beside} or on the path")
+        raise _not_opened(recording, f"no command `rerun` in {scripts} or on the path")
     try:
         subprocess.Popen([viewer, str(recording)], start_new_session=True)
     except OSError as error:

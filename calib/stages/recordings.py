@@ -66,7 +66,7 @@ class Recordings:
 
     @property
     def swims(self) -> list[MeasuredTrial]:
-        """All usable swims of the session, measured; the tracks of all its trials then stand in ``results/tracks``.
+        """All usable swims of the session, measured; the tracks of all its trials are then in ``results/tracks``.
 
         Raises:
             InputError: videos or boxes cannot be used; all of them at once.
@@ -126,7 +126,7 @@ class Recordings:
 
     @property
     def recorded(self) -> dict[str, TrackedTrial]:
-        """What a camera saw, by trial; videos are tracked, unless their tracks stand.
+        """What a camera saw, by trial; videos are tracked, unless their tracks are current.
 
         Raises:
             InputError: what is wrong with any of them.
@@ -154,7 +154,7 @@ class Recordings:
         """All usable trials that can be measured, in the order of the session; the swims all can."""
         measured, problems, faults = [], [], FaultCollector()
         for spec in self._usable:
-            self._job.tell(f"reading {spec.name}")
+            self._job.progress(f"reading {spec.name}")
             try:
                 with faults.nested():
                     measured.append(self._measure(spec, self._recorded(spec)))
@@ -192,11 +192,11 @@ class Recordings:
         return self._flagged(swim, recorded, swim.metres_per_px)
 
     def _flagged(self, trial: T, recorded: TrackedTrial, metres_per_px: float | None = None) -> T:
-        """The trial with the tracker's and the lens's doubts beside its own, if it was filmed."""
+        """The trial with the flags of tracker and lens added, if it was filmed."""
         if recorded.picture_px is None:
             return trial
-        doubts = lens_flags(self._session.camera, picture_px=recorded.picture_px, metres_per_px=metres_per_px)
-        flags = (*recorded.flags, *(flag.later(recorded.first_frame) for flag in trial.flags), *doubts)
+        of_lens = lens_flags(self._session.camera, picture_px=recorded.picture_px, metres_per_px=metres_per_px)
+        flags = (*recorded.flags, *(flag.later(recorded.first_frame) for flag in trial.flags), *of_lens)
         return replace(trial, flags=tuple(dict.fromkeys(flags)))
 
     def _file(self, trial: str) -> Path:

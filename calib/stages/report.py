@@ -1,4 +1,4 @@
-"""``results/report.html`` of a session, from the results that stand."""
+"""``results/report.html`` of a session, from the current results."""
 
 from dataclasses import replace
 
@@ -13,7 +13,7 @@ from session.stage import Stage
 
 
 class ReportStage(Stage):
-    """The report of a fit, with its posterior and the diagnosis where they stand.
+    """The report of a fit, with its posterior and the diagnosis where they are current.
 
     Args:
         job: the work on the session.
@@ -53,7 +53,7 @@ class ReportStage(Stage):
             ResultsNotWritable: it cannot be written.
         """
         job = self._job
-        job.tell("writing the report")
+        job.progress("writing the report")
         context = ReportContext(
             job.session,
             calibration,

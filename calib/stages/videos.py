@@ -39,7 +39,7 @@ class Videos:
     """Tracks the videos of a session; what has not changed is not tracked again.
 
     ``results/tracking/<trial>.csv`` with its states and flags is the trial after edits and filled gaps, in
-    ``results/tracking/raw`` as the tracker left it; beside them stand the boxes and their picture.
+    ``results/tracking/raw`` as the tracker left it; next to them the boxes and their picture.
 
     Args:
         job: the work on the session.
@@ -79,7 +79,7 @@ class Videos:
 
         Raises:
             InputError: the video cannot be read, or its boxes are faulty or were not found; a page to click them then
-                stands in `folder`.
+                is in `folder`.
         """
         if spec.name not in self._boxes:
             with self._opened(spec) as video:
@@ -120,7 +120,7 @@ class Videos:
         return page
 
     def _boxes_file(self, spec: TrialSpec) -> Path:
-        """Where a person's boxes belong: as the session names them, else beside the video, where they are found."""
+        """Where a person's boxes belong: as the session names them, else next to the video, where they are found."""
         return spec.boxes or self._video(spec).with_name(f"{spec.name}.boxes.json")
 
     def _layout_m(self, names: tuple[str, ...]) -> np.ndarray:
@@ -132,7 +132,7 @@ class Videos:
         layout_m, stage = self._layout_m(names), self._found_stage(spec, names)
         if stage.is_current:
             return load_boxes(stage.file, names)
-        self._job.tell(f"{spec.name}: looking for the markers", None)
+        self._job.progress(f"{spec.name}: looking for the markers", None)
         problems: list[InputError] = []
         for number in [number for number in _SEARCHED if number < video.info.frames]:
             try:
@@ -162,13 +162,13 @@ class Videos:
             return load_tracked(folder, spec.name)
 
         def progress(done: int, frames: int, fps: float) -> None:
-            self._job.tell(f"tracking {spec.name}, {fps:.0f} frames a second", done / frames)
+            self._job.progress(f"tracking {spec.name}, {fps:.0f} frames a second", done / frames)
 
         partial = Partial(folder / f".{spec.name}.partial.npz", stage.fingerprint)
         names = self._job.session.markers
         tracked = follow_video(video, boxes, names, tracker, partial, progress)
-        doubts = doubtful_boxes(video.frame(boxes.frame).luma, boxes, names)
-        tracked = replace(tracked, flags=(*doubts, *tracked.flags))
+        flags = doubtful_boxes(video.frame(boxes.frame).luma, boxes, names)
+        tracked = replace(tracked, flags=(*flags, *tracked.flags))
         save_tracked(folder, spec.name, tracked)
         stage.mark(TrackedFiles.of(folder, spec.name))
         return tracked
@@ -182,7 +182,7 @@ class Videos:
         if stage.is_current:
             return load_tracked(self.folder, spec.name)
         if log.edits:
-            self._job.tell(f"{spec.name}: replaying {len(log.in_force)} edits", None)
+            self._job.progress(f"{spec.name}: replaying {len(log.in_force)} edits", None)
         tracked = trusted(fill_gaps(apply_edits(raw, log, retracker(video))), self._job.robot)
         save_tracked(self.folder, spec.name, tracked)
         assert tracked.weight is not None
@@ -196,8 +196,8 @@ class Videos:
         tracker = self._raw_stage(spec, boxes, self._tracker(spec, boxes))
         return Stage(TrackedFiles.of(self.folder, spec.name).tracks, edits, {}, [tracker])
 
-    def stand(self, spec: TrialSpec) -> bool:
-        """Whether the tracks that stand are of this video, its boxes and its edits."""
+    def are_current(self, spec: TrialSpec) -> bool:
+        """Whether the existing tracks are of this video, its boxes and its edits."""
         names = self._job.session.markers
         with self._opened(spec) as video:
             boxes = self._given(spec, video)
@@ -218,8 +218,8 @@ class Videos:
     def _tracker(self, spec: TrialSpec, boxes: StartBoxes) -> TrackerName:
         if self._job.options.tracker is not None:
             return self._job.options.tracker
-        stand = [name for name in TRACKERS if self._raw_stage(spec, boxes, name).is_current]
-        return stand[0] if stand else TRACKERS[0]
+        current = [name for name in TRACKERS if self._raw_stage(spec, boxes, name).is_current]
+        return current[0] if current else TRACKERS[0]
 
     def _raw_stage(self, spec: TrialSpec, boxes: StartBoxes, tracker: TrackerName) -> Stage:
         settings = {"boxes": boxes.to_json(), "markers": self._job.session.markers, "tracker": tracker}

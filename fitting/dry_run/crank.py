@@ -12,7 +12,7 @@ from session import Flag
 
 @dataclass(frozen=True, eq=False)
 class CrankTrial:
-    """One dry run beside the twin with the fitted arm.
+    """One dry run and the twin with the fitted arm.
 
     Attributes:
         measured: the run.
@@ -52,7 +52,7 @@ class CrankFit:
 
     Attributes:
         arm_m, arm_se_m: of the joint fit of all runs, and its standard error, m.
-        smooth_m: smallest and largest arm around it over which the tail moves smoothly; the arm lies within, m.
+        smooth_m: smallest and largest arm around it over which the tail moves smoothly; the arm is within, m.
         trials: the runs.
         flags: what is doubtful about the arm.
     """

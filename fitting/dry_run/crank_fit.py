@@ -122,7 +122,7 @@ def _assembled(
             tendons=uses[i],
             flags=trial.flags,
         )
-        doubts = trial_flags(one, smooth)
-        found.append(replace(one, flags=(*trial.flags, *doubts)))
-    doubts = fit_flags(joint, response, [cell.arm_m for cell in lowest])
-    return CrankFit(joint.arm_m, joint.arm_se_m, smooth, tuple(found), tuple(doubts))
+        flags = trial_flags(one, smooth)
+        found.append(replace(one, flags=(*trial.flags, *flags)))
+    flags = fit_flags(joint, response, [cell.arm_m for cell in lowest])
+    return CrankFit(joint.arm_m, joint.arm_se_m, smooth, tuple(found), tuple(flags))

@@ -20,10 +20,10 @@ _EDGE = 0.02  # of a range: an estimate this close to its end is at its end
 
 
 def trial_flags(found: CrankTrial, smooth_m: tuple[float, float]) -> Iterator[Flag]:
-    """The doubts about one trial's speed, phase and distance.
+    """The flags of one trial's speed, phase and distance.
 
     Args:
-        found: the trial beside the twin.
+        found: the trial and the twin.
         smooth_m: smallest and largest arm over which the motion is smooth, m.
     """
     run, hz, arm_m = found.measured, found.surface.hz, found.published.arm_m
@@ -32,7 +32,7 @@ def trial_flags(found: CrankTrial, smooth_m: tuple[float, float]) -> Iterator[Fl
     if turns < FEWEST_TURNS or scored_s <= 0.95 * SCORED_S:
         message = (
             f"only {seconds:.1f} s, {turns:.1f} turns of the crank, after the warm-up; the published distance asks for "
-            f"{SCORED_S:g} s, and fewer than {FEWEST_TURNS:g} turns tell speed from phase poorly"
+            f"{SCORED_S:g} s, and fewer than {FEWEST_TURNS:g} turns separate speed from phase poorly"
         )
         yield Flag("too_short", message=message)
     if not _inside(found.speed_hz, hz[0], hz[-1]):
@@ -41,7 +41,7 @@ def trial_flags(found: CrankTrial, smooth_m: tuple[float, float]) -> Iterator[Fl
     if not _inside(arm_m, *smooth_m):
         smoothly = f"{1000 * smooth_m[0]:.1f} to {1000 * smooth_m[1]:.1f} mm"
         message = (
-            f"the lowest published distance of this run alone lies at {1000 * arm_m:.1f} mm, at or beyond the "
+            f"the lowest published distance of this run alone is at {1000 * arm_m:.1f} mm, at or beyond the "
             f"end of the arms with which the tail moves smoothly, {smoothly}"
         )
         yield Flag("at_bound", message=message)
@@ -61,13 +61,13 @@ def _of_motion(found: CrankTrial) -> Iterator[Flag]:
     if abs(found.scale - 1) > SCALE_OFF:
         message = (
             f"all markers together give a scale {100 * (found.scale - 1):+.0f} % off that of nose and neck: a box "
-            "beside its marker, parallax, or a robot unlike its description"
+            "off its marker, parallax, or a robot that differs from its description"
         )
         yield Flag("scale_off_robot", message=message)
     if found.tendons.slack_share > SLACK_SHARE:
         message = (
             f"for {100 * found.tendons.slack_share:.0f} % of the turn a tendon is shorter than at rest, by up to "
-            f"{100 * found.tendons.shortening:.1f} %: a string would hang slack there, the twin's springs push"
+            f"{100 * found.tendons.shortening:.1f} %: a string would be slack there, the twin's springs push"
         )
         yield Flag("tendon_slack", message=message)
     if found.tendons.stretch - PUBLISHED_STRETCH > STRETCH_OFF:
@@ -79,7 +79,7 @@ def _of_motion(found: CrankTrial) -> Iterator[Flag]:
 
 
 def fit_flags(joint: JointFit, response: DryResponse, arm_per_trial_m: Sequence[float]) -> Iterator[Flag]:
-    """The doubts about the arm."""
+    """The flags of the arm."""
     low, high = response.range_of(joint.branch)
     if not _inside(joint.arm_m, low, high):
         snaps = joint.arm_m > (low + high) / 2 and high < response.arm_m[-1]

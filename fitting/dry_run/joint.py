@@ -84,7 +84,7 @@ def fit_joint(trials: Sequence[DryTrial], response: DryResponse, starts: Sequenc
 
 @dataclass(frozen=True, eq=False)
 class _Part:
-    """A trial beside the tail's motion; its phase is counted at the middle of the trial, apart from its speed."""
+    """A trial and the tail's motion; its phase is counted at the middle of the trial, apart from its speed."""
 
     trial: DryTrial
     response: DryResponse
@@ -106,14 +106,14 @@ class _Part:
         return np.concatenate([about.ravel() / self.spread.frame_m, mean / self.spread.offset_m])
 
     def about_mean(self, series: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """(m,) weighted means, 0 for a marker never seen; (n, m) what is left, times the root of the weight."""
+        """(m,) weighted means, 0 for a marker never seen; (n, m) residuals, times the root of the weight."""
         weight = self.trial.weight
         values = np.where(weight > 0, series, 0.0)
         mean = (weight * values).sum(axis=0) / np.maximum(weight.sum(axis=0), 1e-12)
         return mean, np.sqrt(weight) * (values - mean)
 
     def posed(self, model: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """(2,) place and turned scale that lay the model onto the tracks; (n m + m,) what is left."""
+        """(2,) place and turned scale that lay the model onto the tracks; (n m + m,) residuals."""
         columns = np.column_stack([self.split(np.ones(model.shape, complex)), self.split(model)])
         tracks = self.split(self.trial.place_m)
         pose = np.linalg.solve(columns.conj().T @ columns, columns.conj().T @ tracks)
@@ -135,8 +135,8 @@ def _points(point: np.ndarray) -> list[np.ndarray]:
 
 def _solved(parts: list[_Part], response: DryResponse, branch: int, point: np.ndarray) -> np.ndarray:
     def errors(x: np.ndarray) -> np.ndarray:
-        left = [part.posed(part.model(*p))[1] for part, p in zip(parts, _points(x), strict=True)]
-        return np.concatenate(left).view(float)
+        residuals = [part.posed(part.model(*p))[1] for part, p in zip(parts, _points(x), strict=True)]
+        return np.concatenate(residuals).view(float)
 
     low, high = response.range_of(branch)
     slowest, fastest = response.hz[0], response.hz[-1]

@@ -24,7 +24,7 @@ class DryTrial:
     Attributes:
         name, commanded_hz: as in the session.
         markers: names of the m markers.
-        time_s: (n,) from the first frame of the recording, or of the drive where a motor log tells it, s.
+        time_s: (n,) from the first frame of the recording, or of the drive where a motor log gives it, s.
         even_s: (n,) when the crank would be where it is if it turned evenly at its mean speed; `time_s` without a log.
         place_m: (n, m) x + i y on the pool, right-handed seen from above, m; nan where missing.
         head_m: (n, m) x + i y in the head frame (published normaliser), the nose starting at 0, m.
@@ -69,7 +69,7 @@ def measure_dry_run(
 
     Args:
         spec, tracks, camera, robot: the run, n frames of it, what filmed it and what was filmed.
-        warmup_s: left out of every comparison, unless a usable log says when the drive is steady.
+        warmup_s: left out of every comparison, unless a usable log shows when the drive is steady.
         motor: what the motor did (`fitting.motor_clock.read_motor`); only the frames of its steady drive are then
             used, and how unevenly it turned. Default: the crank turns evenly.
 

@@ -7,17 +7,17 @@ from fitting.dry_run.error_surface import Cell, ErrorSurface, in_head_frame, pub
 from fitting.dry_run.measured import DryTrial
 from fitting.dry_run.response import DryResponse
 
-_EVALUATIONS = 250
+_EVALUATIONS, _VALLEYS = 250, 3
 
 
-def lowest_point(trial: DryTrial, response: DryResponse, surface: ErrorSurface, most: int = 3) -> Cell:
+def lowest_point(trial: DryTrial, response: DryResponse, surface: ErrorSurface) -> Cell:
     """The lowest point of a surface: its deepest valleys, each followed to its floor (Nelder and Mead 1965).
 
     A valley beyond a snap of the tail, where nothing is interpolated, stays at its cell.
     """
     own = response.select(trial.markers)
     return min(
-        (_refined(trial, own, surface, cell) for cell in surface.valleys(most)), key=lambda cell: cell.distance_m
+        (_refined(trial, own, surface, cell) for cell in surface.valleys(_VALLEYS)), key=lambda cell: cell.distance_m
     )
 
 

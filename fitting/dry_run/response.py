@@ -128,7 +128,7 @@ def simulate_response(
         robot: with everything but its arm.
         markers: names of the m markers.
         arm_m: (a,) increasing, m.
-        range_hz: slowest and fastest turns a second asked for.
+        range_hz: slowest and fastest commanded turns a second.
         workers: threads; 0 for all cores.
 
     Raises:
@@ -174,7 +174,7 @@ def simulate_turns(robot: RobotSpec, markers: tuple[str, ...], hz: np.ndarray, w
 
 
 def _one_turn(time_s: np.ndarray, crank_rad: np.ndarray, marker_m: np.ndarray) -> Turn:
-    """Cut out where the crank passes 0, evenly in time; the motor's own speed is a little below the one asked for."""
+    """Cut out where the crank passes 0, evenly in time; the motor's own speed is a little below the commanded one."""
     passes = CubicSpline(crank_rad, time_s)(2 * np.pi * np.array([_SETTLING_TURNS, _SETTLING_TURNS + 1]))
     share = np.arange(ANGLES) / ANGLES
     at = passes[0] + (passes[1] - passes[0]) * share

@@ -1,4 +1,4 @@
-"""What the tendons do while the tail is driven in air: how far they stretch, and for how long they hang loose."""
+"""What the tendons do while the tail is driven in air: how far they stretch, and for how long they are slack."""
 
 from dataclasses import replace
 from typing import NamedTuple
@@ -11,7 +11,7 @@ from swimmer import RobotSpec, Runs, Twin
 from swimmer.mjcf import DRY
 
 PUBLISHED_STRETCH = 0.03  # "Simple Models, Real Swimming" (2026): about 3 % in use
-SLACK = 1e-3  # a tendon shorter than at rest by more than this share hangs loose
+SLACK = 1e-3  # a tendon shorter than at rest by more than this share is slack
 _ANGLES = 60  # of a turn, at which the tendons are looked at
 
 
@@ -21,7 +21,7 @@ class TendonUse(NamedTuple):
     Attributes:
         stretch: longest length over that at rest, less 1.
         shortening: 1 less the shortest length over that at rest.
-        slack_share: of turn and tendons in which a string would hang loose; the twin's springs push there.
+        slack_share: of turn and tendons in which a string would be slack; the twin's springs push there.
     """
 
     stretch: float

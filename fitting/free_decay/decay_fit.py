@@ -218,7 +218,7 @@ def _assembled(problem: _Problem, descent: _Descent, matched_stiffness_n_m: floa
     stiffness, damping = np.exp(x[:2])
     relative = np.sqrt(np.diag(result.covariance)[:2] + STEP_SE**2)
     simulated = problem.modelled(x[None])[0][0]  # (n, k)
-    left = np.where(problem.used, problem.lateral - simulated, np.nan)
+    residual = np.where(problem.used, problem.lateral - simulated, np.nan)
     rest = (problem.used * problem.lateral).sum(axis=0) / np.maximum(problem.used.sum(axis=0), 1)  # (k,)
     moved = float(np.nansum(np.where(problem.used, problem.lateral - rest, 0.0) ** 2))
     found = DecayFit(
@@ -235,10 +235,10 @@ def _assembled(problem: _Problem, descent: _Descent, matched_stiffness_n_m: floa
         markers=trial.markers,
         measured_m=np.where(problem.used, problem.lateral, np.nan) - x[-k:],
         simulated_m=simulated - x[-k:],
-        rms_m=float(np.sqrt(np.nanmean(left**2))),
-        explained=max(1.0 - float(np.nansum(left**2)) / max(moved, 1e-300), 0.0),
+        rms_m=float(np.sqrt(np.nanmean(residual**2))),
+        explained=max(1.0 - float(np.nansum(residual**2)) / max(moved, 1e-300), 0.0),
         converged=converged,
         flags=(*trial.flags, *spectrum.flags),
     )
-    doubts = decay_flags(trial, found, problem.seen & ~problem.used)
-    return replace(found, flags=(*found.flags, *doubts))
+    flags = decay_flags(trial, found, problem.seen & ~problem.used)
+    return replace(found, flags=(*found.flags, *flags))

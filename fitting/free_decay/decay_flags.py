@@ -16,12 +16,12 @@ WRONG = ("head_moves", "poor_fit", "not_converged")  # flags of a decay that mus
 WORST_SE = (0.03, 0.3)  # relative standard errors of stiffness and damping that are worth a flag
 
 
-def doubt_of_decay(fit: DecayFit) -> str | None:
+def fault_of_decay(fit: DecayFit) -> str | None:
     """Why a free decay is not believed; None where it is."""
-    if doubt := next((flag.message for flag in fit.flags if flag.kind in WRONG), None):
-        return doubt
+    if message := next((flag.message for flag in fit.flags if flag.kind in WRONG), None):
+        return message
     se = fit.stiffness_se_n_m / fit.stiffness_n_m
-    return None if se < WORST_SE[0] else f"it tells the stiffness to {100 * se:.0f} % only"
+    return None if se < WORST_SE[0] else f"it determines the stiffness to {100 * se:.0f} % only"
 
 
 def decay_flags(trial: DecayTrial, fit: DecayFit, rejected: np.ndarray) -> Iterator[Flag]:
@@ -30,12 +30,12 @@ def decay_flags(trial: DecayTrial, fit: DecayFit, rejected: np.ndarray) -> Itera
     Args:
         trial: the decay, n frames of k markers.
         fit: of it.
-        rejected: (n, k) samples that it left out, for they lie too far from the twin.
+        rejected: (n, k) samples left out as too far from the twin.
     """
     for name, out in zip(trial.markers, rejected.T, strict=True):
         if out.any():
             at = trial.first_frame + np.flatnonzero(out)
-            message = f"{int(out.sum())} samples of {name} lie where no tracking error puts them; they are left out"
+            message = f"{int(out.sum())} samples of {name} are farther off than any tracking error; they are left out"
             yield Flag("jump", (name,), (int(at[0]), int(at[-1])), message)
     for name, weight in zip(trial.markers, trial.weight.T, strict=True):
         if (seen := float((weight > 0).mean())) < LEAST_SEEN:
@@ -52,4 +52,4 @@ def decay_flags(trial: DecayTrial, fit: DecayFit, rejected: np.ndarray) -> Itera
     relative = (fit.stiffness_se_n_m / fit.stiffness_n_m, fit.damping_se_n_m_s / fit.damping_n_m_s)
     for name, se, worst in zip(("stiffness", "damping"), relative, WORST_SE, strict=True):
         if not se < worst:
-            yield Flag("unidentifiable", message=f"the decay tells the {name} to {100 * se:.0f} % only")
+            yield Flag("unidentifiable", message=f"the decay determines the {name} to {100 * se:.0f} % only")

@@ -1,4 +1,4 @@
-"""A free decay as measured: the tail markers beside the clamped head, from the release until the tail is at rest."""
+"""A free decay as measured: the tail markers and the clamped head, from the release until the tail is at rest."""
 
 from dataclasses import dataclass
 
@@ -33,9 +33,9 @@ def measure_yield(head_m: np.ndarray, fin_m: np.ndarray, reach: float) -> tuple[
     carried, fin = carried[good] - carried[good].mean(), fin_m[good] - fin_m[good].mean()
     power = max(float(fin @ fin), 1e-300)
     share = float(carried @ fin) / power
-    left = carried - share * fin
-    lasting = max(_lag_one(left) * _lag_one(fin), 0.0)
-    variance = left @ left / (len(fin) - 2) / power * (1 + lasting) / max(1 - lasting, 1e-3)
+    residual = carried - share * fin
+    lasting = max(_lag_one(residual) * _lag_one(fin), 0.0)
+    variance = residual @ residual / (len(fin) - 2) / power * (1 + lasting) / max(1 - lasting, 1e-3)
     return share, float(np.sqrt(variance))
 
 
@@ -158,7 +158,7 @@ def _in_robot_frame(
     for head in (nose, neck):
         trusted = (weight[:, head] > 0) & np.isfinite(position_m[:, head]).all(axis=-1)
         if not trusted.any():
-            raise NotEnoughData(f"{markers[head]} is never seen well enough to tell where the head is; track it again")
+            raise NotEnoughData(f"{markers[head]} is never seen well enough to locate the head; track it again")
         still[:, head] = np.median(position_m[trusted, head], axis=0)
     turned = to_head_frame(np.concatenate([position_m, still[:, [nose, neck]]], axis=1), -2, -1).shape_m[:, :-2]
     return turned + robot.marker_positions_m(("nose",))[0, :2]
@@ -171,7 +171,7 @@ def _reach(robot: RobotSpec, marker: str) -> float:
 
 
 def _within(flags: tuple[Flag, ...], release: Release) -> tuple[Flag, ...]:
-    """Those that concern the decay: a tail that is held still, say, looks like a video that stands."""
+    """Those that concern the decay: a tail that is held still, for example, looks like a frozen video."""
     spans = [flag.frames or (release.first, release.last) for flag in flags]
     return tuple(
         flag for flag, (first, last) in zip(flags, spans, strict=True) if last > release.first and first <= release.last

@@ -1,4 +1,4 @@
-"""What free decays say of the two numbers of a robot that they tell: stiffness and damping, alike in all its hinges."""
+"""Stiffness and damping, the same in all hinges, from free decays."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -21,13 +21,13 @@ def hinges_of(robot: RobotSpec) -> np.ndarray:
 
 def with_hinges(robot: RobotSpec, stiffness_n_m: float, damping_n_m_s: float) -> RobotSpec:
     """The robot with these, N m/rad and N m s/rad."""
-    told = {"hinge_stiffness_n_m": float(stiffness_n_m), "hinge_damping_n_m_s": float(damping_n_m_s)}
-    return robot.model_copy(update={"tail": robot.tail.model_copy(update=told)})
+    hinges = {"hinge_stiffness_n_m": float(stiffness_n_m), "hinge_damping_n_m_s": float(damping_n_m_s)}
+    return robot.model_copy(update={"tail": robot.tail.model_copy(update=hinges)})
 
 
 @dataclass(frozen=True, eq=False)
 class DecayFit:
-    """What a free decay says about the hinges.
+    """The hinges from one free decay.
 
     Attributes:
         name: of the trial.
@@ -98,8 +98,8 @@ def combine_decays(fits: Sequence[DecayFit]) -> HingeEstimate:
     for k, (name, unit) in enumerate((("stiffness", "N m/rad"), ("damping", "N m s/rad"))):
         if len(fits) > 1 and chi2.sf(scatter[k], len(fits) - 1) < LEAST_CHANCE:
             parts = zip(fits, values[:, k], errors[:, k], strict=True)
-            said = ", ".join(f"{fit.name} {value:.3g} ± {value * error:.1g}" for fit, value, error in parts)
-            message = f"the decays disagree about the {name} by more than their errors, look at each of them: {said}"
+            listed = ", ".join(f"{fit.name} {value:.3g} ± {value * error:.1g}" for fit, value, error in parts)
+            message = f"the decays disagree about the {name} by more than their errors, look at each of them: {listed}"
             flags.append(Flag("decays_disagree", message=f"{message} {unit}"))
     return HingeEstimate(
         stiffness_n_m=float(stiffness),

@@ -27,12 +27,12 @@ class LastingNoise:
 
 @dataclass(frozen=True, eq=False)
 class Regression:
-    """What a linear regression under lasting noise says.
+    """A linear regression under correlated noise.
 
     Attributes:
         step: (p,) estimate.
         covariance: (p, p).
-        noise: the likeliest.
+        noise: of maximum likelihood.
     """
 
     step: np.ndarray
@@ -137,6 +137,6 @@ def _variance(model: Linearised, curvature: np.ndarray, moment: np.ndarray, tota
     for _ in range(3):
         normal = curvature / variance + np.diag(model.precision) + 1e-12 * np.eye(len(moment))
         step = np.linalg.solve(normal, moment / variance + model.pull)
-        left = total - 2 * step @ moment + step @ curvature @ step
-        variance = max(left, 0.0) / free + 1e-14
+        squares = total - 2 * step @ moment + step @ curvature @ step
+        variance = max(squares, 0.0) / free + 1e-14
     return variance

@@ -11,7 +11,7 @@ from session import Flag, NotEnoughData
 LEAST_SWING_M = 0.005  # way from side to side below which nothing was released
 SLOW = 0.25  # of the fastest swing, below which the tail is still held
 FADED = 0.02  # of the first swing, below which the tail is at rest
-REST_S = 0.6  # at rest that is kept: it tells where the markers sit on the straight tail
+REST_S = 0.6  # at rest that is kept: for the places of the markers on the straight tail
 LONGEST_S = 2.0  # of a decay; later swings add little
 STILL_S = 0.3  # over which a tail is at rest, longer than the half of any swing
 STRUCK, STRUCK_SHARE = 3.0, 0.1  # growth of a swing that no free decay shows; and of the first swing
@@ -19,7 +19,7 @@ STRUCK, STRUCK_SHARE = 3.0, 0.1  # growth of a swing that no free decay shows; a
 
 @dataclass(frozen=True)
 class Release:
-    """The frames of a free decay, first and last included, and what is doubtful about them."""
+    """The frames of a free decay, first and last included, with flags."""
 
     first: int
     last: int

@@ -1,6 +1,6 @@
 """A free decay in two numbers that a diagnosis reads: how stiff and how damped its hinges are against the description.
 
-A released tail rings in air, beside no water and no tendons, so it tells of hinges, masses and the clock alone. The
+A released tail rings in air, without water and tendons, so it depends on hinges, masses and the clock alone. The
 numbers are those of the fit of the whole decay. What else would change them is seen on a twin with the fitted hinges,
 released in the fitted pose, which swings as the tail did, however far off the description is: they are those of the
 hinges with which the plain twin would swing as that one does.
@@ -25,7 +25,7 @@ TO_COME_SD = (0.009, 0.011)
 _MOVES = frozenset({"robot", "mjcf", "force", "damping", "clock"})  # ways in which an effect can change a decay
 _NO_FLUID = 5  # coefficients, which nothing in air depends on
 _DIFFERENCE, _LONGEST, _ROUNDS, _SETTLED = 0.01, 0.7, 6, 2e-3  # of logarithms: in slopes, of a step, and the last one
-_MOST = 2.0  # that a decay tells: what swings quite otherwise is like no hinges
+_MOST = 2.0  # a larger difference comes from no hinges
 _LASTS_S, _BENT_RAD = 1.5, 0.2  # of one that could be filmed
 
 
@@ -37,14 +37,14 @@ class Ring:
         trial: n frames of k tail markers, with those samples that the fit used.
         start_rad: (2, h) hinge angles (rad) and rates (rad/s) in the first frame.
         robot: with hinges as fitted, else as described.
-        left: (2,) see `NUMBERS`, as fitted, less those of the description.
+        residual: (2,) see `NUMBERS`, as fitted, minus those of the description.
         sd: (2,) by tracking noise.
     """
 
     trial: DecayTrial
     start_rad: np.ndarray
     robot: RobotSpec
-    left: np.ndarray
+    residual: np.ndarray
     sd: np.ndarray
 
     @classmethod
@@ -57,7 +57,7 @@ class Ring:
 
     @classmethod
     def to_come(cls, name: str, robot: RobotSpec, markers: tuple[str, ...], frame_s: float) -> "Ring":
-        """One that could be filmed of a robot as described: all its hinges bent alike and let go.
+        """One that could be filmed of a robot as described: all its hinges bent equally and let go.
 
         Args:
             name: of the trial.
@@ -83,12 +83,12 @@ class Ring:
         is nan where a twin diverged.
 
         Args:
-            twin: any of the robot's, which tells the markers; it may have other masses.
+            twin: any of the robot's, for the markers; it may have other masses.
             effects: with the parameters that its markers give them.
             values: of all of them.
         """
         values = np.zeros((1, sum(len(effect.parameters) for effect in effects))) if values is None else values
-        robot = with_hinges(twin.robot, *hinges_of(twin.robot) * np.exp(self.left))
+        robot = with_hinges(twin.robot, *hinges_of(twin.robot) * np.exp(self.residual))
         scenes = [replace(self._scene, timestep_s=self._scene.timestep_s / share) for share in (1, 2)]
         coarse, fine = (
             self._swings(_Released(Twin(robot, twin.markers, scene, twin.workers), effects, self.start_rad), values)
@@ -107,18 +107,18 @@ class Ring:
 
         However wide they swing. Of what swings like no hinges it is where the last of the steps led.
         """
-        told, seen = np.zeros((len(lateral_m), NUMBERS)), self._seen(lateral_m)
+        found, seen = np.zeros((len(lateral_m), NUMBERS)), self._seen(lateral_m)
         slopes = _DIFFERENCE * np.vstack([np.zeros(NUMBERS), np.eye(NUMBERS)])
         for _ in range(_ROUNDS):
-            moved = self._seen(self._moved((told[:, None] + slopes).reshape(-1, NUMBERS)))
-            plain, *others = np.moveaxis(moved.reshape(len(told), 1 + NUMBERS, -1), 1, 0)
+            moved = self._seen(self._moved((found[:, None] + slopes).reshape(-1, NUMBERS)))
+            plain, *others = np.moveaxis(moved.reshape(len(found), 1 + NUMBERS, -1), 1, 0)
             columns = np.stack([*((each - plain) / _DIFFERENCE for each in others), plain], axis=-1)  # (s, i, 3)
             turned = np.swapaxes(columns, 1, 2)
             step = (np.linalg.pinv(turned @ columns) @ turned @ (seen - plain)[..., None])[:, :NUMBERS, 0]
-            told = np.clip(told + np.clip(step, -_LONGEST, _LONGEST), -_MOST, _MOST)
+            found = np.clip(found + np.clip(step, -_LONGEST, _LONGEST), -_MOST, _MOST)
             if not (np.abs(step) > _SETTLED).any():
                 break
-        return np.where(np.isfinite(lateral_m).all(axis=(1, 2))[:, None], told, np.nan)
+        return np.where(np.isfinite(lateral_m).all(axis=(1, 2))[:, None], found, np.nan)
 
     def _moved(self, numbers: np.ndarray) -> np.ndarray:
         """(s, n, k) across the body, m, of plain twins whose hinges are off the fitted ones by (s, 2)."""
@@ -157,8 +157,8 @@ def ring_changes(ring: Ring, twin: Twin, effects: Sequence[Effect], values: np.n
     own = np.where(act.astype(bool), values, 0.0)
     if not own.any():
         return np.zeros((len(values), NUMBERS))
-    told = ring.of_twin(twin, effects, np.vstack([np.zeros_like(own[:1]), own]))
-    return np.asarray(told[1:] - told[0])
+    found = ring.of_twin(twin, effects, np.vstack([np.zeros_like(own[:1]), own]))
+    return np.asarray(found[1:] - found[0])
 
 
 class _Released(AffectedTwin):

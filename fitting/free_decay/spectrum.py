@@ -1,4 +1,4 @@
-"""The spectrum of a released tail, the first estimate of how it rings: the measured one and the twin's alike."""
+"""The spectrum of a released tail, the first estimate of how it rings, for both the measured tail and the twin's."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -14,7 +14,7 @@ from session import Flag
 HIGHEST_HZ = 15.0
 FEWEST_PERIODS = 2.0  # recorded after the release
 SECOND_PEAK = 0.5  # of the highest, from which a spectrum has two
-PEAK_PROMINENCE = 0.3  # of the highest, by which a peak stands out of the valley before it
+PEAK_PROMINENCE = 0.3  # of the highest, least prominence of a peak over the valley before it
 AT_REST = 2 / 3  # of the recording, after which the tail is taken to rest
 _FINER = 16  # times as many bins as the record has
 
@@ -46,7 +46,7 @@ class DecaySpectrum:
 
 
 def measure_decay(trial: DecayTrial) -> DecaySpectrum:
-    """The spectrum of a free decay, with what is doubtful about it."""
+    """The spectrum of a free decay, with flags."""
     found = spectrum_of(trial.time_s, trial.lateral_m)
     return replace(found, flags=(*_peak_flags(found), *_ring_flags(float(trial.time_s[-1]), found.peak_hz)))
 

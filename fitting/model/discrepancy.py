@@ -1,7 +1,5 @@
 """How gaits differ from the twin's where its wave or its speed is off by a share of itself."""
 
-from typing import NamedTuple
-
 import numpy as np
 
 from fitting.model.features import HARMONICS, harmonics_of
@@ -9,13 +7,6 @@ from fitting.model.features import HARMONICS, harmonics_of
 _LENGTH_M = 0.12  # over which discrepancies along the body are alike
 _OF_ITS_OWN = 0.2  # share of a discrepancy's variance that each marker has to itself
 _OF_HARMONIC = 0.5  # discrepancy of each harmonic over that of the one before
-
-
-class Discrepancy(NamedTuple):
-    """Of a twin that is off by 100 %: (k, k) covariance of its wave, and (k, t) how its speed in each trial shows."""
-
-    wave: np.ndarray
-    speed: np.ndarray
 
 
 def wave_discrepancy(measured: np.ndarray, position_m: np.ndarray) -> np.ndarray:

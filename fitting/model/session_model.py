@@ -1,7 +1,7 @@
 """All trials of a session at once: their gaits in one row, and the covariance of what is known to disturb them."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
 
@@ -10,10 +10,9 @@ from scipy.linalg import block_diag
 
 from fitting.free_decay.ring import NUMBERS as RING_NUMBERS
 from fitting.free_decay.ring import Ring
-from fitting.model.discrepancy import Discrepancy, wave_discrepancy
-from fitting.model.features import SPEED, beat_phase
+from fitting.model.features import beat_phase
 from fitting.model.robot_doubt import Doubt, doubted_twins, doubts_of
-from fitting.model.trial_model import Freedoms, TrialModel, freedoms_together, simulated_together
+from fitting.model.trial_model import TrialModel, freedoms_together, simulated_together
 from fitting.structure import assumed
 from fitting.trial import MeasuredTrial
 from swimmer import Twin
@@ -50,11 +49,6 @@ class Disturbances(NamedTuple):
     per_marker: np.ndarray
     robot: np.ndarray
 
-    @classmethod
-    def mean(cls, looks: Sequence["Disturbances"]) -> "Disturbances":
-        """Of the columns, not of their squares: the twin's roughness moves each look's by chance."""
-        return cls(*(np.mean(parts, axis=0) for parts in zip(*looks, strict=True)))
-
     def beside(self, more: "Disturbances") -> "Disturbances":
         """Of the same trials and others after them, (l,), which share markers and robot with them."""
         return Disturbances(
@@ -79,10 +73,6 @@ class Disturbances(NamedTuple):
         """(k, k) with boxes and markers that far off."""
         boxes, markers = off.box_m * self.per_box, off.marker_m * self.per_marker
         return np.asarray(self.fixed + boxes @ boxes.T + markers @ markers.T)
-
-    def shared(self, marker_sd_m: float) -> np.ndarray:
-        """(k, q) of what all trials share, by standard deviations: markers that far off their places, and the robot."""
-        return np.hstack([marker_sd_m * self.per_marker, self.robot])
 
 
 @dataclass(frozen=True, eq=False)
@@ -140,7 +130,7 @@ class SessionModel:
     @cached_property
     def rings_left(self) -> np.ndarray:
         """(r,) of the decays, as fitted less as described: no coefficient matters in air."""
-        return np.concatenate([np.zeros(0), *(ring.left for ring in self.rings)])
+        return np.concatenate([np.zeros(0), *(ring.residual for ring in self.rings)])
 
     @cached_property
     def rings_doubted(self) -> np.ndarray:
@@ -173,34 +163,13 @@ class SessionModel:
         """(k, k) covariance of the tracking noise."""
         return block_diag(*[model.noise_covariance for model in self.trials])
 
-    @cached_property
-    def discrepancy(self) -> Discrepancy:
-        """What a twin does that is off by 100 %, in each trial by itself."""
-        along_m = self.trials[0].twin.robot.marker_positions_m(self.trials[0].trial.markers)[:, 0]
-        wave = block_diag(*[wave_discrepancy(model.measured, along_m) for model in self.trials])
-        speeds = [np.eye(len(model.measured))[:, SPEED] * model.measured[SPEED] for model in self.trials]
-        return Discrepancy(wave, block_diag(*[speed[:, None] for speed in speeds]))
-
-    @cached_property
-    def at_half_steps(self) -> "SessionModel":
-        """The same trials beside a twin with half the time step."""
-        twin = self.trials[0].twin
-        finer = twin.at_step(twin.scene.timestep_s / 2)
-        return SessionModel(tuple(replace(model, twin=finer) for model in self.trials))
-
     def simulated(self, coefficients: np.ndarray) -> np.ndarray:
         """(s, k) rows of coefficients (s, 5); nan where the twin diverged."""
         return np.hstack(simulated_together(self.trials, coefficients))
 
     def disturbances(self, coefficients: np.ndarray, noise: np.ndarray | None = None) -> Disturbances:
         """What noise and nuisances do at coefficients (5,); noise (k, k) by default as the tracks show it."""
-        return self._disturbances(freedoms_together(self.trials, coefficients), noise)
-
-    def disturbances_of_tracks(self, coefficients: np.ndarray) -> Disturbances:
-        """What those nuisances do that lie in the tracks, not in how the fish started and what it is like: roughly."""
-        return self._disturbances([model.of_tracks(coefficients) for model in self.trials])
-
-    def _disturbances(self, freedoms: Sequence[Freedoms], noise: np.ndarray | None = None) -> Disturbances:
+        freedoms = freedoms_together(self.trials, coefficients)
         own = block_diag(*[freedom.own for freedom in freedoms])
         boxes = block_diag(*[freedom.boxes for freedom in freedoms])
         markers, robot = (np.vstack(each) for each in zip(*[(f.markers, f.robot) for f in freedoms], strict=True))

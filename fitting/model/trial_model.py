@@ -22,7 +22,6 @@ START_SD = (0.01, 0.02, 0.2)  # of the head's velocity at time 0: along, across 
 PHASE_SD_RAD = 0.5  # of the crank's phase beside the one that puts the tail in step
 PLACE_SD_M = 0.05  # of the whole fish beside its smooth path
 LEAST_FREQUENCY_SE = 1e-4  # relative
-_PHASE_COLUMN = -3  # of what nuisances of a trial do
 _SHIFT_M, _START_STEP, _FREQUENCY_STEP = 1e-3, (0.01, 0.01, 0.1), 0.005
 
 
@@ -183,15 +182,6 @@ class Freedoms(NamedTuple):
     boxes: np.ndarray
     markers: np.ndarray
     robot: np.ndarray
-
-    def shared(self, marker_sd_m: float) -> np.ndarray:
-        """(k, q) of what all trials share, by standard deviations: markers that far off their places, and the robot."""
-        return np.hstack([marker_sd_m * self.markers, self.robot])
-
-    @property
-    def in_step(self) -> np.ndarray:
-        """(k, q - 1) `own` without the phase."""
-        return np.delete(self.own, _PHASE_COLUMN, axis=1)
 
 
 def simulated_together(models: Sequence[TrialModel], coefficients: np.ndarray) -> list[np.ndarray]:

@@ -20,7 +20,7 @@ OUTSIDE_S = 0.1  # of a code, that a log may leave out: the last reading falls s
 CLEARLY = 1.2  # times as well as at any other offset
 PLAUSIBLE_RATE = 1e-3  # relative; quartz clocks agree ten times better, 59.94 taken for 60 frames a second reaches it
 QUARTZ = 1e-4  # relative standard error of two clocks against each other, before any code is seen
-LAG_SPREAD_S = {"dry": 0.0003, "swim": 0.0035}  # standard deviation of the tail's lag over where the crank stands
+LAG_SPREAD_S = {"dry": 0.0003, "swim": 0.0035}  # standard deviation of the tail's lag over the crank's angle
 CONTRADICTS = 3.0  # standard errors, beyond which the codes overrule that
 
 
@@ -30,9 +30,9 @@ class MotorClock:
 
     The moment of a code is when the tail follows the crank. It lags behind by about 1 ms in air and 9 ms in water
     (the built-in robot): the offset is off by as much, and in a fit the crank's phase takes it up. In water it is 3 to
-    12 ms, by where in its turn the crank stands; that it differs between the codes is in the standard errors
-    (`LAG_SPREAD_S`), beside the tracking and, for the rate, what is known of quartz. Of tracks as good as the published
-    ones that of the rate comes to 1e-4. Where the crank stands across at a code the tail hardly moves: such a code is
+    12 ms, with the crank's angle; that it differs between the codes is in the standard errors (`LAG_SPREAD_S`),
+    besides the tracking and, for the rate, the tolerance of quartz. For tracks like the published ones the standard
+    error of the rate is 1e-4. Where the crank is sideways at a code the tail hardly moves: such a code is
     worth less, and its error may then reach some 50 ms.
 
     Attributes:
@@ -66,11 +66,11 @@ def find_clock(
         tail: n frames; None where no tail is seen.
         turn: of the crank, on the motor's clock less `zero_s`.
         commands: on the motor's clock; None where it is not known what was commanded.
-        zero_s: so that the numbers stay small: a host's clock may stand at days.
+        zero_s: so that the numbers stay small: a host's clock may count days.
         spec: the trial, for its offset and whether it swims.
     """
-    told = {part: span for part in CODES if commands and (span := commands.span_s(part)) is not None}
-    codes = {part: (begins - zero_s, ends - zero_s) for part, (begins, ends) in told.items()}
+    commanded = {part: span for part in CODES if commands and (span := commands.span_s(part)) is not None}
+    codes = {part: (begins - zero_s, ends - zero_s) for part, (begins, ends) in commanded.items()}
     codes = {part: span for part, span in codes.items() if _logged(span, turn)}
     spans = list(codes.values())
     seen: dict[str, CodeDelay] = {}
@@ -80,7 +80,7 @@ def find_clock(
         seen = {p: d for p, d in zip(codes, delays, strict=True) if d is not None and d.explained >= LEAST_EXPLAINED}
         lag_s = LAG_SPREAD_S[spec.kind]
         seen = {part: delay._replace(se_s=float(np.hypot(delay.se_s, lag_s))) for part, delay in seen.items()}
-    flags = tuple(_not_seen(part, part in codes) for part in told if part not in seen)
+    flags = tuple(_not_seen(part, part in codes) for part in commanded if part not in seen)
     if not seen:
         given_s = spec.motor_offset_s
         message = f"offset {given_s:g} s as in session.toml, not found from a code; the rate is taken for 1"
@@ -93,7 +93,7 @@ def find_clock(
 def _joined(codes: list[CodeDelay]) -> tuple[float, float, float, float]:
     """Offset at the video's time 0 and rate, each with its standard error.
 
-    Codes far apart tell the rate better than what is known of quartz, codes close together worse: both count, unless
+    Codes far apart give the rate better than the tolerance of quartz, codes close together worse: both count, unless
     they contradict each other.
     """
     if len(codes) > 1:
@@ -104,7 +104,7 @@ def _joined(codes: list[CodeDelay]) -> tuple[float, float, float, float]:
 
 
 def _regressed(codes: list[CodeDelay], drift_se: float) -> tuple[float, float, float, float]:
-    """The same, of clocks that are known beforehand to run alike with this standard error."""
+    """The same, of clocks whose rates are known beforehand to agree with this standard error."""
     columns = np.array([[1.0, code.middle_s] for code in codes] + [[0.0, 1.0]])  # offset, drift
     found = np.array([code.offset_s for code in codes] + [0.0])
     weight = 1 / np.array([code.se_s for code in codes] + [drift_se])

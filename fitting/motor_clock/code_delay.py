@@ -1,6 +1,6 @@
 """The exact moment of one code in a video, with a standard error that allows for tracking errors that last.
 
-The markers count alike. Weighing them by the covariance of their errors, which are mostly those of nose and neck, is
+All markers have equal weight. Weights by the covariance of their errors, mostly those of nose and neck, would be
 four times as exact in air; in water the markers lag each by another time, and it then trusts the wrong differences.
 """
 
@@ -36,7 +36,7 @@ class CodeDelay(NamedTuple):
 
 
 def code_delay(tail: TailMotion, turn: CrankTurn, code: tuple[float, float], offset_s: float) -> CodeDelay | None:
-    """Refines the moment of a code; None where the code does not lie in the video, or runs away from there.
+    """Refines the moment of a code; None where the code is not in the video, or the refinement leaves it.
 
     Every marker has a constant, a drift, and a linear map of cosine and sine of the crank's angle of its own; all
     share the offset.
@@ -64,14 +64,14 @@ def code_delay(tail: TailMotion, turn: CrankTurn, code: tuple[float, float], off
     if abs(found - offset_s) > FARTHEST_S:
         return None
     columns = _crank(time_s, turn, found)[0]
-    left, total = _residual(columns, lateral), _residual(columns[:, :2], lateral)
+    residual, total = _residual(columns, lateral), _residual(columns[:, :2], lateral)
     markers = int(seen.sum())
     few = np.sqrt(markers / (markers - 1)) if markers > 1 else 1.0  # CR1; Cameron and Miller 2015
     return CodeDelay(
         offset_s=found,
         se_s=float(few * np.sqrt(result.covariance[0, 0])),
         middle_s=sum(code) / 2 - found,
-        explained=1 - float((left**2).sum() / max(float((total**2).sum()), 1e-30)),
+        explained=1 - float((residual**2).sum() / max(float((total**2).sum()), 1e-30)),
     )
 
 

@@ -31,7 +31,7 @@ class Found(NamedTuple):
 
 
 def search(tail: TailMotion, turn: CrankTurn, codes: list[tuple[float, float]]) -> Found | None:
-    """Tries every offset at which one of the codes at least lies in the video; None where none can.
+    """Tries every offset at which at least one of the codes is in the video; None where none can be.
 
     Args:
         tail: n frames.

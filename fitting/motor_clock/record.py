@@ -15,7 +15,7 @@ from session.commands import MotorCommands, load_commands
 from session.motor import MotorLog, load_motor
 from swimmer import CrankTurn, RobotSpec
 
-OFF_COMMAND = 0.05  # relative; beyond, the motor did not do what it was told
+OFF_COMMAND = 0.05  # relative; beyond, the motor did not follow its command
 HOLE_S = 0.1  # without a reading; the crank may do anything in it
 SAG = 0.1  # of the supply voltage, relative
 
@@ -81,7 +81,7 @@ def steady_stretch(turn: CrankTurn) -> tuple[float, float]:
 
 RISE_S = 1.0  # after the command of the drive, in which the motor comes up to speed; as in `calib capture`
 COVERED = 0.5  # share of the frames that a log on a given clock must cover to be believed to belong to them
-BEAT_OFF_CRANK = 0.01  # relative, and three standard errors; every trial has the same codes, this tells whose log it is
+BEAT_OFF_CRANK = 0.01  # relative, and three standard errors; every trial has the same codes, this shows whose log it is
 OTHER_COMMAND_KIND, OFF_CRANK_KIND = "other_command", "beat_off_crank"  # of flags
 OTHER_COMMAND = 0.02  # relative; a servo's speeds come in steps of 0.004 turns a second
 FEWEST_FRAMES = 12
@@ -94,7 +94,7 @@ class MotorRecord:
 
     Attributes:
         log: as read, on the motor's clock.
-        commands: what it was told, on the same clock; None where that is not known.
+        commands: as sent to it, on the same clock; None where that is not known.
         clock: of the log, against the video's.
         turn: of the crank, on the clock of the video (time as in the tracks).
         drive_s: the steady stretch on the clock of the video, from `RISE_S` after its command to its end; without
@@ -126,8 +126,8 @@ class MotorRecord:
     def logged_hz(self) -> float | None:
         """Turns a second over the drive by the motor's own clock; None of a log that may be another trial's.
 
-        Commands beside it that are not the session's say so; without commands, a tail that beats otherwise, unless the
-        motor turned as fast as this trial asks for.
+        That is a log whose commands differ from the session's or, without commands, one whose tail beats otherwise,
+        unless the motor turned as fast as this trial asks for.
         """
         kinds, hz = {flag.kind for flag in self.flags}, self.measured_hz / self.clock.rate
         as_asked = self.commands is not None or abs(hz / self.commanded_hz - 1) <= OTHER_COMMAND
@@ -243,10 +243,10 @@ def motor_record(
 
 def _wanted(clock: MotorClock, commands: MotorCommands | None, turn: CrankTurn) -> tuple[float, float]:
     """The steady drive as commanded, else as logged; on the clock of the video."""
-    told = commands.span_s("drive") if commands else None
-    if told is None:
+    span = commands.span_s("drive") if commands else None
+    if span is None:
         return steady_stretch(turn)
-    return clock.video_s(told[0] + RISE_S), clock.video_s(told[1])
+    return clock.video_s(span[0] + RISE_S), clock.video_s(span[1])
 
 
 def _within(wanted_s: tuple[float, float], turn: CrankTurn, time_s: np.ndarray | None = None) -> tuple[float, float]:
@@ -264,18 +264,18 @@ def _speed(turn: CrankTurn, stretch_s: tuple[float, float]) -> tuple[float, floa
 
 
 def _commanded(commands: MotorCommands | None, spec: TrialSpec) -> float:
-    """Turns a second of the drive; those of the session where the commands do not tell; nan where neither does."""
+    """Turns a second of the drive; those of the session where there are no commands; nan without either."""
     if commands is not None and "drive" in commands.part:
         return abs(float(commands.velocity_rad_s[commands.part.index("drive")])) / (2 * np.pi)
     return spec.commanded_hz if spec.commanded_hz is not None else np.nan
 
 
 def _other_command(commanded_hz: float, spec: TrialSpec) -> tuple[Flag, ...]:
-    """Whether the motor was told another speed than the session says."""
+    """Whether the commanded speed differs from that of the session."""
     if spec.commanded_hz is None or not abs(commanded_hz / spec.commanded_hz - 1) > OTHER_COMMAND:
         return ()
     message = (
-        f"the commands beside its motor log ask for {commanded_hz:.3g} turns a second, commanded_hz in session.toml is "
+        f"the commands of its motor log ask for {commanded_hz:.3g} turns a second, commanded_hz in session.toml is "
         f"{spec.commanded_hz:g}: are log and commands this trial's?"
     )
     return (Flag(OTHER_COMMAND_KIND, message=message),)
@@ -285,7 +285,7 @@ def _not_laid(clock: MotorClock, covered: float) -> tuple[Flag, ...]:
     """Why a log is not used whose clock was only given, and what to give."""
     message = (
         f"the motor log could not be laid on the video and is not used: no code was seen, and motor_offset_s = "
-        f"{clock.offset_s:g} puts it beside {100 * covered:.0f} % of the frames. Film the coded wiggles, or give "
+        f"{clock.offset_s:g} makes it cover {100 * covered:.0f} % of the frames. Film the coded wiggles, or give "
         "motor_offset_s, the motor's clock minus the video's"
     )
     return (*(flag for flag in clock.flags if flag.kind != "clock_given"), Flag("clock_given", message=message))

@@ -9,7 +9,7 @@ import numpy as np
 
 from fitting.dry_run import CrankFit, CrankTrial, DryTrial, crank_response, fit_crank
 from fitting.free_decay import DecayFit, DecayTrial, HingeEstimate, combine_decays, fit_decay
-from fitting.free_decay.decay_flags import doubt_of_decay
+from fitting.free_decay.decay_flags import fault_of_decay
 from fitting.structure.sources import (
     ARM,
     BUILT_IN,
@@ -26,9 +26,9 @@ from session import Flag
 from session.errors import SimulationDiverged
 from swimmer import RobotSpec
 
-WRONG_RUN = ("head_moves", "poor_fit")  # flags of a dry run that is not believed beside others
+WRONG_RUN = ("head_moves", "poor_fit")  # flags of a dry run that is not used with others
 WRONG_ARM = ("at_bound", "unidentifiable")  # flags of all of them together, whose arm is not
-Tell = Callable[[str], None]
+Progress = Callable[[str], None]
 """Called with what is going on."""
 
 
@@ -51,18 +51,18 @@ def identify_structure(
     robot: RobotSpec,
     origin: str = BUILT_IN,
     workers: int = 0,
-    tell: Tell = lambda _message: None,
+    progress: Progress = lambda _message: None,
 ) -> Structure:
-    """The structure of a robot from its dry experiments; what they do not tell is taken from its description.
+    """The structure of a robot from its dry experiments; what they do not determine is taken from its description.
 
-    An experiment that could not be measured or must not be believed is reported, not used.
+    An experiment that could not be measured or must not be used is reported, not used.
 
     Args:
         experiments: as measured.
         robot: as described.
         origin: where it is described, for the reader.
         workers: threads; 0 for all cores.
-        tell: receives progress.
+        progress: receives it.
 
     Raises:
         NotEnoughData: the twin's tail moves smoothly over no range of crank arms.
@@ -70,13 +70,13 @@ def identify_structure(
     """
     decays = []
     for trial in experiments.decays:
-        tell(f"fitting the free decay {trial.name}")
+        progress(f"fitting the free decay {trial.name}")
         with _named(f"trial {trial.name}"):
             decays.append(fit_decay(trial, robot, workers=workers))
     hinges, of_hinges, hinge_flags = _hinges(decays, experiments.unmeasured_decays, robot, origin)
     hinged = with_sources(robot, of_hinges)
     if experiments.runs:
-        tell(f"fitting the crank arm to {', '.join(trial.name for trial in experiments.runs)}")
+        progress(f"fitting the crank arm to {', '.join(trial.name for trial in experiments.runs)}")
     with _named(_listed("trial", [trial.name for trial in experiments.runs])):
         crank, of_arm, crank_flags = _crank(experiments, hinged, origin, workers)
     return Structure(
@@ -101,14 +101,14 @@ def _named(trials: str) -> Iterator[None]:
 def _hinges(
     fits: Sequence[DecayFit], unmeasured: Mapping[str, str], robot: RobotSpec, origin: str
 ) -> tuple[HingeEstimate | None, tuple[Source, ...], tuple[Flag, ...]]:
-    """What the free decays say together, where stiffness and damping are from, and which decays are not believed."""
-    doubts = {**unmeasured} | {fit.name: doubt for fit in fits if (doubt := doubt_of_decay(fit))}
-    flags = tuple(_not_used(f"free decay {name}", doubt) for name, doubt in doubts.items())
-    believed = [fit for fit in fits if fit.name not in doubts]
-    if not believed:
-        why = f"{_listed('free decay', list(doubts))} not used" if doubts else "no free decay"
+    """The common fit of the free decays, where stiffness and damping are from, and which decays are not used."""
+    refused = {**unmeasured} | {fit.name: why for fit in fits if (why := fault_of_decay(fit))}
+    flags = tuple(_not_used(f"free decay {name}", why) for name, why in refused.items())
+    used = [fit for fit in fits if fit.name not in refused]
+    if not used:
+        why = f"{_listed('free decay', list(refused))} not used" if refused else "no free decay"
         return None, tuple(assumed_source(quantity, robot, origin, why) for quantity in HINGES), flags
-    found, names = combine_decays(believed), tuple(fit.name for fit in believed)
+    found, names = combine_decays(used), tuple(fit.name for fit in used)
     stiffness = measured_source(STIFFNESS, found.stiffness_n_m, found.stiffness_se_n_m, names, "free decay")
     damping = measured_source(DAMPING, found.damping_n_m_s, found.damping_se_n_m_s, names, "free decay")
     return found, (stiffness, damping), (*flags, *found.flags)
@@ -117,39 +117,39 @@ def _hinges(
 def _crank(
     experiments: DryExperiments, robot: RobotSpec, origin: str, workers: int
 ) -> tuple[CrankFit | None, Source, tuple[Flag, ...]]:
-    """What the dry runs say together, where the arm is from, and which runs are not believed."""
+    """The common fit of the dry runs, where the arm is from, and which runs are not used."""
     runs, unmeasured = experiments.runs, experiments.unmeasured_runs
     flags = tuple(_not_used(f"dry run {name}", why) for name, why in unmeasured.items())
     if not runs:
         why = f"{_listed('dry run', list(unmeasured))} not used" if unmeasured else "no dry run"
         return None, assumed_source(ARM, robot, origin, why), flags
-    fit, refused = _believed_fit(runs, robot, workers)
-    flags = (*flags, *(_not_used(f"dry run {name}", doubt) for name, doubt in refused.items()))
+    fit, refused = _fit_of_used(runs, robot, workers)
+    flags = (*flags, *(_not_used(f"dry run {name}", why) for name, why in refused.items()))
     names = tuple(trial.name for trial in fit.trials)
     whole = _listed("dry run", list(names))
-    doubt = _first(fit.flags, WRONG_ARM)
-    if doubt is not None:
-        flags = (*flags, _not_used(f"the crank arm of {whole}", doubt))
-    if doubt is not None or len(refused) == len(runs):
+    fault = _first(fit.flags, WRONG_ARM)
+    if fault is not None:
+        flags = (*flags, _not_used(f"the crank arm of {whole}", fault))
+    if fault is not None or len(refused) == len(runs):
         return fit, assumed_source(ARM, robot, origin, f"{whole} not used"), flags
     return fit, measured_source(ARM, fit.arm_m, fit.arm_se_m, names, "dry run"), (*flags, *fit.flags)
 
 
-def _believed_fit(runs: Sequence[DryTrial], robot: RobotSpec, workers: int) -> tuple[CrankFit, dict[str, str]]:
-    """The fit of the runs that are believed, of all where none is, and why the others are not.
+def _fit_of_used(runs: Sequence[DryTrial], robot: RobotSpec, workers: int) -> tuple[CrankFit, dict[str, str]]:
+    """The fit of the runs that are used, of all where none is, and why the others are not.
 
-    A wrong run makes the fit of the others poor as well, so the worst goes first and the rest is asked again.
+    A wrong run makes the fit of the others poor as well, so the worst is left out first and the rest is fitted again.
     """
     response = crank_response(runs, robot, workers=workers)
     fit = whole = fit_crank(runs, robot, response=response, workers=workers)
     refused: dict[str, str] = {}
-    while doubts := {trial.name: doubt for trial in fit.trials if (doubt := _first(trial.flags, WRONG_RUN))}:
-        worst = max((trial for trial in fit.trials if trial.name in doubts), key=_misfit)
-        refused[worst.name] = doubts[worst.name]
-        left = [run for run in runs if run.name not in refused]
-        if not left:
+    while faults := {trial.name: fault for trial in fit.trials if (fault := _first(trial.flags, WRONG_RUN))}:
+        worst = max((trial for trial in fit.trials if trial.name in faults), key=_misfit)
+        refused[worst.name] = faults[worst.name]
+        remaining = [run for run in runs if run.name not in refused]
+        if not remaining:
             return whole, refused
-        fit = fit_crank(left, robot, response=response, workers=workers)
+        fit = fit_crank(remaining, robot, response=response, workers=workers)
     return fit, refused
 
 

@@ -50,11 +50,11 @@ class Structure:
 
     Attributes:
         robot: as described, with what was measured in the place of what was assumed.
-        decays: every free decay beside its twin, believed or not.
-        hinges: of the decays that are believed; None where there is none.
-        crank: of the dry runs that are believed, else of all of them, and then not used; None where there is none.
+        decays: every free decay and its twin, used or not.
+        hinges: of the decays that are used; None where there is none.
+        crank: of the dry runs that are used, else of all of them, and then not used; None where there is none.
         sources: hinge stiffness, hinge damping and crank arm, in this order.
-        flags: which experiments are not believed, and what is doubtful about those that are.
+        flags: which experiments are not used, and the flags of those that are.
     """
 
     robot: RobotSpec = field(metadata=KEPT_ELSEWHERE)
@@ -66,7 +66,7 @@ class Structure:
 
 
 STRUCTURE = ResultFile("structure.json", Structure, named=(DryTrial,), arrays_apart=True)
-"""In SI units; the dry runs as measured, and the robot's description, stand elsewhere."""
+"""In SI units, without the dry runs as measured and the robot's description."""
 
 
 class Quantity(NamedTuple):

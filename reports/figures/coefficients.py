@@ -28,7 +28,7 @@ def coefficients_figure(fit: CoefficientFit, published: FluidCoefficients | None
     best, bound = np.sqrt(fit.coefficients), coefficients_at_bound(fit)
     for row, ends in zip(rows, np.sqrt(fit.interval), strict=True):
         axes.plot(ends, [row] * 2, color=TWIN, linewidth=2.0, zorder=2.6)
-    for chosen, colour, label in ((~bound, TWIN, "likeliest"), (bound, WARN, "at its bound")):
+    for chosen, colour, label in ((~bound, TWIN, "mode"), (bound, WARN, "at its bound")):
         if chosen.any():
             axes.plot(best[chosen], rows[chosen], "D", color=colour, markersize=6, label=label, zorder=3)
     if published is not None:
@@ -63,6 +63,6 @@ def _scale_by_root(axes: Axes, ticks: tuple[float, ...]) -> None:
 
 
 def coefficients_at_bound(fit: CoefficientFit) -> np.ndarray:
-    """(5,) True where a flag says that the coefficient lies at its bound."""
+    """(5,) True where a flag puts the coefficient at its bound."""
     messages = [flag.message for flag in fit.flags if flag.kind == "at_bound"]
     return np.array([any(name in message for message in messages) for name in FluidCoefficients._fields])

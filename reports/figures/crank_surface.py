@@ -11,7 +11,7 @@ from reports.numbers import MM, shortened
 from reports.style import FULL_WIDTH_IN, Grid, Look, Margins, legend_on_top, panels, styled
 
 ABOVE_MM = (0.5, 1.0, 2.0, 4.0, 8.0, 16.0)  # the lowest point: contours
-_SHADE = 0.11  # of each level; they lie on one another
+_SHADE = 0.11  # of each level; they overlap
 
 
 @styled

@@ -1,4 +1,4 @@
-"""A free decay: its curves beside the twin's, and its spectrum."""
+"""A free decay: its curves and the twin's, and its spectrum."""
 
 from itertools import pairwise
 
@@ -12,8 +12,8 @@ from reports.numbers import MM, shortened
 from reports.style import HALF_WIDTH_IN, Margins, legend_above, panel, styled
 
 _LABEL_GAP = 0.074  # least distance between two names, of the height
-_CLOSE = 0.24  # of the time, before 0, that is left for the names
-_STEP_S = 0.1  # in which the end of the time axis is chosen, so that like decays are drawn alike
+_CLOSE = 0.24  # of the time, before 0, that is reserved for the names
+_STEP_S = 0.1  # in which the end of the time axis is chosen, so that similar decays get the same axis
 _FADED = 0.02  # of the first swing, below which nothing is to be seen
 _SHOWN = 2.6  # times the frequency, up to where the spectrum is drawn, to a whole Hz
 

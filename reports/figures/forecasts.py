@@ -1,4 +1,4 @@
-"""Speeds of held-out trials beside what is forecast of them."""
+"""Speeds of held-out trials, measured and forecast."""
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -27,10 +27,10 @@ def forecasts_figure(forecasts: SessionForecast) -> Figure:
         for model, colour, shift in ((COMMAND, TWIN, _SHIFT), (BEATS, EBT, -_SHIFT)):
             if model not in trial.forecasts:
                 continue
-            told, at = trial.forecasts[model], row + shift
-            if told.speed_ci90 is not None:
-                axes.plot(np.array(told.speed_ci90) * MM, [at] * 2, color=colour, linewidth=1.4)
-            axes.plot(told.speed * MM, at, "o", color=colour, markersize=5, label=labels[model])
+            forecast, at = trial.forecasts[model], row + shift
+            if forecast.speed_ci90 is not None:
+                axes.plot(np.array(forecast.speed_ci90) * MM, [at] * 2, color=colour, linewidth=1.4)
+            axes.plot(forecast.speed * MM, at, "o", color=colour, markersize=5, label=labels[model])
         if best:
             look: Look = {"color": MUTED, "markersize": 5, "label": MODELS[best]}
             axes.plot(trial.forecasts[best].speed * MM, row, "D", **look)

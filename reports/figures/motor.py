@@ -27,7 +27,7 @@ from reports.style import (
 _MOST_TURNS = 40  # drawn of each trial
 _TALL_IN, _ROW_IN = 2.2, 1.4  # of all panels where there are one or two rows, of each row where there are more
 _LEAST_REACH = 1.0, 0.3  # per cent above and below: of the mean speed of a turn, of the command
-_MOST_IN_HALF = 4  # dots, with names beside them
+_MOST_IN_HALF = 4  # dots, with names next to them
 
 
 @styled
@@ -50,7 +50,7 @@ def motor_speed_figure(trials: Sequence[LoggedTrial]) -> Figure:
 
 def _limits(trials: Sequence[LoggedTrial]) -> tuple[float, float]:
     """Of the axis of speeds that all panels share, with room for the bar on top."""
-    speeds = np.concatenate([np.concatenate([trial.speed[1], _told(trial)[1]]) for trial in trials])
+    speeds = np.concatenate([np.concatenate([trial.speed[1], _commanded(trial)[1]]) for trial in trials])
     known = speeds[np.isfinite(speeds)]
     slowest, fastest = float(known.min(initial=0.0)), float(known.max(initial=0.1))
     room = 0.12 * (fastest - slowest)
@@ -59,10 +59,10 @@ def _limits(trials: Sequence[LoggedTrial]) -> tuple[float, float]:
 
 def _draw_speed(axes: Axes, trial: LoggedTrial) -> None:
     time_s, speed = trial.speed
-    told_s, told = _told(trial)
+    commanded_s, commanded = _commanded(trial)
     stepped: Look = {"drawstyle": "steps-post", "solid_joinstyle": "miter", "linewidth": 2.4, "alpha": 0.8}
     axes.plot(time_s - trial.zero_s, speed, color=INK, linewidth=0.9, label="measured by the motor", zorder=2.1)
-    axes.plot(told_s - trial.zero_s, told, color=EBT, label="commanded", **stepped)
+    axes.plot(commanded_s - trial.zero_s, commanded, color=EBT, label="commanded", **stepped)
     drive_s, on_top = np.array(trial.motor.drive_s) - trial.zero_s, axes.get_xaxis_transform()
     axes.plot(drive_s, [0.985, 0.985], color=MUTED, linewidth=2.5, transform=on_top, label="steady stretch")
     for start, end in np.array(trial.codes).reshape(-1, 2) - trial.zero_s:
@@ -70,7 +70,7 @@ def _draw_speed(axes: Axes, trial: LoggedTrial) -> None:
     axes.set_xlim(time_s[0] - trial.zero_s, time_s[-1] - trial.zero_s)
 
 
-def _told(trial: LoggedTrial) -> tuple[np.ndarray, np.ndarray]:
+def _commanded(trial: LoggedTrial) -> tuple[np.ndarray, np.ndarray]:
     """The command, its last speed held to the end of the log; where none was kept, one over the steady stretch."""
     command = trial.command
     if command is None:
@@ -98,7 +98,7 @@ def motor_turn_figure(trials: Sequence[LoggedTrial]) -> Figure:
 
 
 def _turn_layout(count: int) -> tuple[float, int]:
-    """As of all small multiples, but one or two fill the width, where nothing stands beside them, and four do not."""
+    """As of all small multiples, but one or two fill the width, and four do not."""
     if count < 3:
         return FULL_WIDTH_IN, max(count, 1)
     return (HALF_WIDTH_IN, 2) if count == 4 else small_multiples(count)

@@ -60,7 +60,7 @@ def draw_tail(axes: Axes, robot: RobotSpec, face: str = SHADE, fin: str = TWIN) 
 
 
 def _draw_tendons(axes: Axes, robot: RobotSpec) -> None:
-    """From the crank's anchors through the guides; they change sides where the description says so."""
+    """From the crank's anchors through the guides; they change sides where the description has them do so."""
     x = [robot.crank.position_m[0], *(robot.segment_x_m[:, 1] - robot.tail.guide_inset_m)]
     y = [robot.crank.anchor_offset_m]
     y += [(-1 if s.tendon_crosses else 1) * s.guide_offset_m for s in robot.tail.segment]
@@ -70,7 +70,7 @@ def _draw_tendons(axes: Axes, robot: RobotSpec) -> None:
 
 
 def _draw_markers(axes: Axes, markers: tuple[str, ...], places: np.ndarray, half_width: float) -> None:
-    """Rings with slanted names; those off the middle are named beside their ring."""
+    """Rings with slanted names; those off the middle are named next to their ring."""
     low, high = 0.42 * half_width, 0.56 * half_width
     on_middle = np.abs(places[:, 1]) < 1.0
     named_at = places[:, 0].copy()

@@ -20,7 +20,7 @@ _SHOWN = {"twin": 0.22, "published": 0.0, "large": -0.22}  # models, and how far
 
 @styled
 def speed_sweep_figure(calibration: Calibration) -> Figure:
-    """Points are trials, told apart by role; lines are simulated; the shaded ranges were not fitted."""
+    """Points are trials, marked by role; lines are simulated; the shaded ranges were not fitted."""
     figure, axes = panel(HALF_WIDTH_IN, 3.88, Margins(top=0.9))
     sweep = calibration.sweep
     _shade_extrapolated(axes, sweep)

@@ -1,4 +1,4 @@
-"""One trial beside its twin: the midline through a beat, the way swum, the tail's motion over time."""
+"""One trial and its twin: the midline through a beat, the way swum, the tail's motion over time."""
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -61,7 +61,7 @@ def beat_midlines(trial: CalibratedTrial, robot: RobotSpec) -> tuple[np.ndarray,
 
     Args:
         trial: its compared frames are used, without flagged samples.
-        robot: tells which markers lie on the midline.
+        robot: for the markers on the midline.
 
     Returns:
         (16, k, 2) each: the mean of k markers from nose to fin in each sixteenth of a beat, relative to the
@@ -118,7 +118,7 @@ def forward_path_figure(trial: CalibratedTrial) -> Figure:
 
 @styled
 def lateral_motion_figure(trial: CalibratedTrial, robot: RobotSpec) -> Figure:
-    """One row a tail marker, all to one scale; flagged samples stand out and do not count."""
+    """One row a tail marker, all to one scale; flagged samples are marked and do not count."""
     tail = tail_markers(robot, trial.measured.markers)
     spread = np.unique(np.linspace(0, len(tail) - 1, min(len(tail), _MOST_ROWS)).round().astype(int))
     chosen = [tail[i] for i in spread]  # from the root to the fin

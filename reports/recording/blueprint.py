@@ -18,7 +18,7 @@ TRAIL_S = 0.5
 
 def blueprint_of(trials: Sequence[RecordedTrial]) -> rrb.Blueprint:
     """The layout for these trials, with the time of the video as the timeline."""
-    tabs = [rrb.Horizontal(_picture(trial), _beside(trial), column_shares=[3, 2], name=trial.name) for trial in trials]
+    tabs = [rrb.Horizontal(_picture(trial), _series(trial), column_shares=[3, 2], name=trial.name) for trial in trials]
     return rrb.Blueprint(
         rrb.Tabs(*tabs, active_tab=0),
         rrb.BlueprintPanel(state="collapsed"),
@@ -39,7 +39,7 @@ def _picture(trial: RecordedTrial) -> rrb.Spatial2DView:
     )
 
 
-def _beside(trial: RecordedTrial) -> rrb.Vertical:
+def _series(trial: RecordedTrial) -> rrb.Vertical:
     shares: dict[rrb.View | rrb.Container, float] = {}
     if trial.residual_mm is not None:
         shares[_lines(trial, RESIDUAL, "residual to the twin, mm")] = 2.0

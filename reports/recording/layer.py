@@ -43,7 +43,7 @@ class Layer(NamedTuple):
     Attributes:
         entity: its path.
         static: what holds at all times (Rerun archetypes).
-        rows: (r,) numbers of the frames at which something stands.
+        rows: (r,) numbers of the frames at which there is something.
         columns: Rerun columns of r rows each; empty where everything is static.
     """
 

@@ -45,7 +45,7 @@ class MissingOverTime(NamedTuple):
 
 
 def missing_layers(trial: str, missing: MissingOverTime, nose_px: np.ndarray, neck_px: np.ndarray) -> list[Layer]:
-    """The arrow in the picture and the lines beside it.
+    """The arrow in the picture and the lines next to it.
 
     Args:
         trial: its name.

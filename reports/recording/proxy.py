@@ -42,7 +42,7 @@ def make_proxy(video: Path, out: Path, max_height_px: int = 720, progress: Progr
         InputError: the video cannot be read.
         ResultsNotWritable: the copy cannot be written.
     """
-    os.environ.setdefault("SVT_LOG", "1")  # errors alone: what the encoder says goes past Python to the terminal
+    os.environ.setdefault("SVT_LOG", "1")  # errors alone: the encoder's messages go past Python to the terminal
     done = 0
     with Video(video) as source, writing_whole(out) as part, av.open(str(part), "w") as sink:
         info = source.info

@@ -42,7 +42,7 @@ def write_recording(path: Path, trials: Sequence[RecordedTrial], name: str = "sw
         name: of the recording in the viewer, such as the session's.
 
     Raises:
-        ResultsNotWritable: the file cannot be written; what stood there is unchanged.
+        ResultsNotWritable: the file cannot be written; the previous one is unchanged.
         InputError: what was written cannot be read back whole.
     """
     layers = {trial.name: trial_layers(trial) for trial in trials}
@@ -70,7 +70,7 @@ def trial_layers(trial: RecordedTrial) -> list[Layer]:
 def check_recording(path: Path, entities: Collection[str]) -> None:
     """Checks, without a viewer, that a recording is whole and holds these entities and a layout.
 
-    Rerun says nothing of a file that it could not write whole, and only warns of one that breaks off.
+    Rerun does not report a file that it could not write whole, and only warns of one that breaks off.
 
     Raises:
         InputError: it cannot be read, or something is missing.

@@ -1,4 +1,4 @@
-"""The layers beside the picture: confidence and residual over time, states, flags, and the trial's numbers."""
+"""The layers next to the picture: confidence and residual over time, states, flags, and the trial's numbers."""
 
 import numpy as np
 import rerun as rr
@@ -12,7 +12,7 @@ CONFIDENCE, RESIDUAL, STATES, FLAGS, SUMMARY = "confidence", "residual_mm", "sta
 
 
 def series_layers(trial: RecordedTrial) -> list[Layer]:
-    """The layers beside the picture; what the trial has no data for is left out."""
+    """The layers next to the picture; what the trial has no data for is left out."""
     layers = [lines(entity_of(trial.name, CONFIDENCE), trial.markers, trial.tracked.tracks.confidence)]
     if trial.residual_mm is not None:
         layers.append(lines(entity_of(trial.name, RESIDUAL), trial.markers, trial.residual_mm))

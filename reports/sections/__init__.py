@@ -8,9 +8,9 @@ from collections.abc import Callable
 from reports.blocks import Section
 from reports.context import ReportContext
 from reports.sections import (
+    caveats,
     coefficients,
     definitions,
-    doubts,
     dry_runs,
     forecasts,
     free_decay,
@@ -31,7 +31,7 @@ SectionBuilder = Callable[[ReportContext], Section | None]
 
 QUESTIONS: tuple[tuple[str, tuple[SectionBuilder, ...]], ...] = (
     ("", (summary.build,)),  # the first screen, never folded
-    ("What makes these numbers doubtful?", (doubts.build,)),
+    ("Which caveats apply?", (caveats.build,)),
     (
         "How well does the twin swim?",
         (

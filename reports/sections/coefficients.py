@@ -1,4 +1,4 @@
-"""The five fluid coefficients: the likeliest, how far the data hold them, and how the published objective differs."""
+"""The five fluid coefficients: the mode, how far the data determine them, and the published search for comparison."""
 
 import numpy as np
 
@@ -20,15 +20,16 @@ _AS_LIKELY = 2.0  # log density within which ends are as likely
 
 
 def build(context: ReportContext) -> Section:
-    """Values with intervals, what differs between trials, and the published search beside them."""
+    """Values with intervals, what differs between trials, and the published search for comparison."""
     fit, published = context.calibration.fit, context.published
     best = fit.ends[0]
     equals = sum(end.log_density > best.log_density - _AS_LIKELY for end in fit.ends)
     text = (
-        "The likeliest coefficients of a hierarchical model of the fit trials, by Gauss-Newton and restricted "
+        "The mode of a hierarchical model of the fit trials, by Gauss-Newton and restricted "
         f"likelihood from {counted(len(fit.ends), 'start')} ({fit.simulations} simulations of the fit trials, "
-        f"{shown(fit.seconds)} s). {counted(equals, 'start')} ended as likely. Beside the coefficients the model has "
-        "what differs from trial to trial and a discrepancy of the twin; their sizes stand below."
+        f"{shown(fit.seconds)} s). {equals} of them ended within two of the highest log density. "
+        "Beside the coefficients the model has "
+        "what differs from trial to trial and a discrepancy of the twin; their sizes are below."
     )
     figure = Plot(
         coefficients_figure(fit, None if published is None else published.fit.coefficients),
@@ -37,7 +38,13 @@ def build(context: ReportContext) -> Section:
         "from the best and yet as likely would mean that the data do not determine the coefficient. Crosses swim "
         "backward from rest, which the robot does not.",
     )
-    blocks: list[Block] = [Prose(text), Plots((figure,)), _table(fit, published), *_beside(context), _components(fit)]
+    blocks: list[Block] = [
+        Prose(text),
+        Plots((figure,)),
+        _table(fit, published),
+        *_search(context),
+        _components(fit),
+    ]
     caveats = tuple(sentence(flag.message or flag.kind) for flag in fit.flags)
     return Section("Fluid coefficients", "coefficients", tuple(blocks), caveats)
 
@@ -59,12 +66,12 @@ def _table(fit: CoefficientFit, published: PublishedResult | None) -> Table:
         )
     caption = (
         f"Coefficients of the fluid forces (no unit), bounds {low:g} to {high:g}. The interval is that of the normal "
-        "approximation about the likeliest; the posterior knows better. The authors' values belong to their own model."
+        "approximation around the mode; the posterior is more accurate. The authors' values belong to their own model."
     )
     return Table(caption, _COLUMNS, tuple(rows))
 
 
-def _beside(context: ReportContext) -> tuple[Block, ...]:
+def _search(context: ReportContext) -> tuple[Block, ...]:
     """How the published search differs, and why."""
     published = context.published
     if published is None:
@@ -83,10 +90,10 @@ def _beside(context: ReportContext) -> tuple[Block, ...]:
                 (words, "speed, twin alone [mm/s]", *map(_speed, (own, other))),
             ]
     caption = (
-        "How the published search differs. It makes the mean distance of the markers as tracked small, and takes trim "
-        "(a steady turn and slip, which displace the markers by centimetres in seconds), boxes off their markers and "
-        "the twin's own errors for the water's doing. The recommended fit counts them as what they are: its markers "
-        "may lie farther off as tracked where trials turn, and its coefficients do not answer for it. "
+        "How the published search differs. It makes the mean distance of the markers as tracked small, and attributes "
+        "trim (a steady turn and slip, which displace the markers by centimetres in seconds), boxes off their markers "
+        "and the twin's own errors to the fluid. The recommended fit models each of them: its marker "
+        "errors may be larger where trials turn, without an error of its coefficients. "
         f"{counted(published.fit.simulations, 'simulation')} of the fit trials, {shown(published.fit.seconds)} s; "
         f"{'converged' if published.fit.converged else 'not converged within its budget'}."
     )
@@ -106,7 +113,7 @@ def _components(fit: CoefficientFit) -> Table:
         level = "from trial to trial" if component.level == "trial" else "never"
         rows.append((in_words(component.name), level, f"{significant(value, 2)} {shown_unit}", component.meaning))
     caption = (
-        "Variance components of the fit trials by restricted likelihood with priors: what moves a trial beside the "
+        "Variance components of the fit trials by restricted likelihood with priors: what changes a trial besides the "
         "coefficients. “Never” is common to all trials."
     )
     return Table(caption, _COMPONENTS, tuple(rows), (), True)

@@ -28,8 +28,8 @@ TERMS = {
     "bias, worst": "Mean of predicted minus measured speed, and the largest absolute error.",
     "profile": "The objective along one coefficient while all others follow to where, to first order, they best make "
     "up for it: an upper bound, since one step a place is not a search. A slice holds them.",
-    "flag": "A doubt with its place, found by rule and not by hand. Flagged samples have no weight; a flag of a fit "
-    "or of a trial stands beside the numbers it concerns.",
+    "flag": "A warning with its place, found by rule and not by hand. Flagged samples have no weight; a flag of a fit "
+    "or of a trial is shown next to the numbers it concerns.",
     "boxes off, markers off": "By more than a hand misses (10 mm each way), or by more than 15 mm from where the "
     "robot's description has it, a box or a marker would have to sit for the shape of the fish to come out as it was "
     "tracked. Beside the posterior: markers sit off by more than 5 mm (standard deviation over all of them).",

@@ -1,4 +1,4 @@
-"""The dry runs: the crank arm, as published and from all runs together, and what each run says."""
+"""The dry runs: the crank arm, as published and from all runs together, and the values of each run."""
 
 from dataclasses import replace
 from typing import TypeVar
@@ -64,7 +64,7 @@ def _arm(fit: CrankFit) -> str:
 
 def _table(fit: CrankFit) -> Table:
     caption = (
-        "Each dry run: speed and crank angle in the first frame (of the drive, where a motor log tells it), "
+        "Each dry run: speed and crank angle in the first frame (of the drive, where a motor log gives it), "
         "mean marker distance over 4 s of the twin with the "
         "joint arm, and the lowest this run reaches alone, with its arm."
     )
@@ -105,14 +105,14 @@ def _tendons(fit: CrankFit) -> str:
 
 
 def _caveats(fit: CrankFit) -> tuple[str, ...]:
-    """The doubts about the arm, then those about runs; what all runs share is said once, by the first."""
-    said, texts = set(), [sentence(flag.message) for flag in fit.flags]
+    """The flags of the arm, then those of runs; what all runs share is printed once, at the first."""
+    printed, texts = set(), [sentence(flag.message) for flag in fit.flags]
     others = " and the other run" if len(fit.trials) == 2 else " and all others"
     for trial in fit.trials:
         for flag in trial.flags:
             shared = len(fit.trials) > 1 and all(flag.kind in {f.kind for f in t.flags} for t in fit.trials)
-            if shared and flag.kind in said:
+            if shared and flag.kind in printed:
                 continue
-            said.add(flag.kind)
+            printed.add(flag.kind)
             texts.append(sentence(f"{trial.name}{others if shared else ''}: {flag.message}"))
     return tuple(texts)

@@ -1,4 +1,4 @@
-"""What the model forecasts of held-out trials, beside simple baselines."""
+"""Forecasts of held-out trials by the model and by simple baselines."""
 
 from fitting.model.session_forecast import BEATS, COMMAND
 from reports.blocks import Plot, Plots, Prose, Section, Table, table_head
@@ -20,9 +20,9 @@ def build(context: ReportContext) -> Section | None:
     plot = Plot(
         forecasts_figure(forecasts),
         "forecast-speeds",
-        "Speeds of held-out trials with 90 % bands. From the command: what the fitted trials tell of the twin's error "
-        "is added to the twin. After two beats: what is the trial's own is told by its first two beats. A band that "
-        "misses the measured speed is too narrow.",
+        "Speeds of held-out trials with 90 % bands. From the command: the twin, corrected by its error in the "
+        "fitted trials. After two beats: trim, registration and boxes come from the trial's first two beats. A band "
+        "that misses the measured speed is too narrow.",
     )
     blocks = (
         Prose(f"{speed_sentence(forecasts)} {marker_sentence(forecasts)}".strip()),
@@ -65,4 +65,4 @@ def _caveats(context: ReportContext) -> tuple[str, ...]:
     missed = sum(not inside for _, inside in bands)
     if missed <= 0.2 * len(bands):
         return ()
-    return (f"{missed} of {len(bands)} measured speeds lie outside their 90 % bands: the bands are too narrow.",)
+    return (f"{missed} of {len(bands)} measured speeds are outside their 90 % bands: the bands are too narrow.",)

@@ -1,4 +1,4 @@
-"""The free decays: stiffness and damping of the hinges, how the tail rings, and the twin's decay beside it."""
+"""The free decays: stiffness and damping of the hinges, how the tail rings, and the twin's decay."""
 
 from fitting import Structure
 from fitting.free_decay import DecayFit, HingeEstimate
@@ -10,7 +10,7 @@ from reports.numbers import counted, in_mm, percent, sentence, shown, significan
 PUBLISHED_HZ = 3.5  # "Simple Models, Real Swimming" (2026)
 METHOD = (
     "The head is clamped in air, the tendons are off, the bent tail is let go, and the twin’s hinges are turned until "
-    "it decays alike, first in the peak of its spectrum, then over the whole curve. Damping draws the peak below the "
+    "its decay agrees, first in the peak of its spectrum, then over the whole curve. Damping draws the peak below the "
     f"frequency of the same tail without damping; published for this kind of robot: {PUBLISHED_HZ:g} Hz."
 )
 COLUMNS = table_head(
@@ -27,7 +27,7 @@ def build(context: ReportContext) -> Section | None:
 
 
 def free_decay_section(structure: Structure) -> Section:
-    """What the decays say together, a table of them, and for each its spectrum and its curve beside the twin's."""
+    """The common fit, a table of the decays, and for each its spectrum and its curve with the twin's."""
     plots = [plot for number, fit in enumerate(structure.decays, start=1) for plot in _plots(fit, number)]
     caveats = [sentence(f"{fit.name}: {flag.message}") for fit in structure.decays for flag in fit.flags]
     caveats += [sentence(flag.message) for flag in (structure.hinges.flags if structure.hinges else ())]

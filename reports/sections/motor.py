@@ -30,7 +30,7 @@ def build(context: ReportContext) -> Section | None:
 def motor_section(trials: tuple[LoggedTrial, ...]) -> Section:
     """Two tables of the trials, and their speeds drawn."""
     turning = Table(
-        "Speed over the steady stretch beside the command as it was sent, in the motor’s steps, and the clock of the "
+        "Speed over the steady stretch and the command as it was sent, in the motor’s steps, and the clock of the "
         "log against the video’s, ± standard error.",
         TURNING,
         tuple(map(_turning_row, trials)),
@@ -57,10 +57,10 @@ def _text(trials: tuple[LoggedTrial, ...]) -> str:
 
 
 def _followed(trials: tuple[LoggedTrial, ...]) -> str:
-    doubted = [trial.name for trial in trials if not trial.motor.usable]
-    if len(doubted) == len(trials):
+    unused = [trial.name for trial in trials if not trial.motor.usable]
+    if len(unused) == len(trials):
         return ", but no log could be used: every crank is taken to turn evenly"
-    but = f", but not in {listed(doubted)}, where the log is not used: see below" if doubted else ""
+    but = f", but not in {listed(unused)}, where the log is not used: see below" if unused else ""
     return f", and the twin’s crank follows the measured angle instead of an even turn{but}"
 
 
@@ -107,7 +107,7 @@ def _plots(trials: tuple[LoggedTrial, ...]) -> tuple[Plot, ...]:
     speeds = Plot(
         motor_speed_figure(trials),
         "motor-speed",
-        "Speed of the crank over each trial, as the motor measured it, beside what it was told. On grey ground the "
+        "Speed of the crank over each trial, as the motor measured it, and its command. On grey ground the "
         "coded wiggles; the bar on top marks the steady stretch, over which the numbers are taken. Time is that of the "
         f"video{own}.",
     )

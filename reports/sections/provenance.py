@@ -45,7 +45,7 @@ def _made_with(context: ReportContext) -> tuple[tuple[str, str], ...]:
         ("model sha256", made.model_sha256),
         ("seed", str(made.seed)),
         ("effort", made.effort),
-        ("fit", "likeliest coefficients of the hierarchical model, Gauss-Newton and restricted likelihood"),
+        ("fit", "mode of the hierarchical model, Gauss-Newton and restricted likelihood"),
         ("warm-up", f"{context.session.warmup_s:g} s of every trial left out"),
     )
 

@@ -21,7 +21,7 @@ COLUMNS = table_head(
 
 
 def build(context: ReportContext) -> Section:
-    """The sweep; without held-out trials it says that its errors are those of the fit."""
+    """The sweep; without held-out trials with a note that its errors are those of the fit."""
     calibration = context.calibration
     low, high = calibration.sweep.fitted_hz
     diverged = int(np.isnan(calibration.sweep.speed_twin).sum())
@@ -49,14 +49,14 @@ def build(context: ReportContext) -> Section:
 
 def _table(calibration: Calibration) -> Table:
     trials = sorted(calibration.trials, key=lambda trial: trial.measured.frequency.hz)
-    foretold = forecast_from_command(calibration)
-    missing = [f"{name}: {flag.message}" for name, forecast in foretold.items() for flag in forecast.flags]
+    forecasts = forecast_from_command(calibration)
+    missing = [f"{name}: {flag.message}" for name, forecast in forecasts.items() for flag in forecast.flags]
     without = "".join(f" No forecast by command of {sentence(text)}" for text in missing)
     totals = []
     for role, title in (("fit", "fit"), ("holdout", "held out")):
         if summary := calibration.summary(role):
             twin, published, large = (in_mm(summary.speed_mae[name]) for name in ("twin", "published", "large"))
-            commanded = _mean_by_command(trials, foretold) if role == "holdout" else ""
+            commanded = _mean_by_command(trials, forecasts) if role == "holdout" else ""
             totals.append(("mean", title, "", "", "", "", twin, commanded, published, large, ""))
     return Table(
         "Forward speed of each trial: slope over the whole beats of the compared frames, forward positive. "
@@ -65,24 +65,24 @@ def _table(calibration: Calibration) -> Table:
         "and nothing of the trial is looked at. Errors are in mm/s, their means of absolute ones."
         f"{without}",
         COLUMNS,
-        tuple(_row(trial, foretold.get(trial.measured.name)) for trial in trials),
+        tuple(_row(trial, forecasts.get(trial.measured.name)) for trial in trials),
         tuple(totals),
     )
 
 
-def _mean_by_command(trials: Sequence[CalibratedTrial], foretold: Mapping[str, CommandForecast]) -> str:
+def _mean_by_command(trials: Sequence[CalibratedTrial], forecasts: Mapping[str, CommandForecast]) -> str:
     """Over the trials that have such a forecast."""
     speeds = {trial.measured.name: trial.measured.speed for trial in trials}
-    errors = np.array([forecast.speeds["twin"] - speeds[name] for name, forecast in foretold.items()])
+    errors = np.array([forecast.speeds["twin"] - speeds[name] for name, forecast in forecasts.items()])
     known = np.abs(errors[np.isfinite(errors)])
     return in_mm(float(known.mean())) if len(known) else MISSING
 
 
-def _row(trial: CalibratedTrial, foretold: CommandForecast | None) -> tuple[str, ...]:
+def _row(trial: CalibratedTrial, forecast: CommandForecast | None) -> tuple[str, ...]:
     measured = trial.measured
-    by_command = float("nan") if foretold is None else foretold.speeds["twin"]
+    by_command = float("nan") if forecast is None else forecast.speeds["twin"]
     models = (trial.speed_twin, by_command, trial.speed_ebt, trial.speeds["large"])
-    unknown = () if foretold is None else tuple(flag.kind.replace("_", " ") for flag in foretold.flags)
+    unknown = () if forecast is None else tuple(flag.kind.replace("_", " ") for flag in forecast.flags)
     return (
         measured.name,
         "fit" if measured.role == "fit" else "held out",
@@ -99,13 +99,13 @@ def _theory(ebts: Mapping[str, EbtFit]) -> str:
     """The one number of each form of the theory, and that there is only one."""
     ratios = [f"{significant(e.drag_coefficient / (e.beta or 1.0))} ({model_label(name)})" for name, e in ebts.items()]
     at_bound = [flag.message.removeprefix("EBT: ") for ebt in ebts.values() for flag in ebt.flags]
-    doubts = [sentence(text) for text in dict.fromkeys(at_bound) if "identifiable" not in text]
+    caveats = [sentence(text) for text in dict.fromkeys(at_bound) if "identifiable" not in text]
     return " ".join(
         [
             "Elongated body theory has two numbers, the shape factor β of the added mass and the drag coefficient c_D. "
             "Thrust is proportional to β and drag to c_D, so that from speeds only their ratio c_D / β is "
             f"identifiable; β is kept at 1. Fitted to the same fit trials, it is {listed(ratios)}. That the "
             "forms differ so much shows that it takes up what each leaves out; it is no property of the robot.",
-            *doubts,
+            *caveats,
         ]
     )

@@ -5,11 +5,11 @@ from reports.blocks import Prose, Section, Terms
 from reports.context import ReportContext
 from reports.forecast_words import marker_sentence, speed_sentence
 from reports.numbers import counted, in_mm, in_words, listed, of_its_size, shown, spanned
-from reports.sections.doubts import doubts
+from reports.sections.caveats import caveats_of
 
 
 def build(context: ReportContext) -> Section:
-    """What it is, how good, how sure, what is missing, the biggest doubt and the next step; all on one screen."""
+    """What it is, how good, how sure, what is missing, the main caveat and the next step; all on one screen."""
     return Section(
         "Summary",
         "summary",
@@ -19,14 +19,14 @@ def build(context: ReportContext) -> Section:
 
 def _answers(context: ReportContext) -> tuple[tuple[str, str], ...]:
     """Questions with their answers."""
-    found = doubts(context)
-    more = f" {counted(len(found) - 1, 'further doubt')} below." if len(found) > 1 else ""
+    found = caveats_of(context)
+    more = f" {counted(len(found) - 1, 'further caveat')} below." if len(found) > 1 else ""
     return (
         ("What", _what(context)),
         ("How good", _how_good(context)),
         ("How sure", _how_sure(context)),
         ("What is missing", _what_is_missing(context)),
-        ("Biggest doubt", f"{found[0]}{more}" if found else "None was raised."),
+        ("Main caveat", f"{found[0]}{more}" if found else "None."),
         ("Next step", _next_step(context)),
     )
 
@@ -56,14 +56,14 @@ def _how_good(context: ReportContext) -> str:
 def _how_sure(context: ReportContext) -> str:
     found = context.posterior
     if found is None:
-        return "Not known: no posterior stands for this fit."
-    told = [
+        return "Not known: this fit has no posterior."
+    determined = [
         f"{in_words(name)} {spanned(one.q05, one.q95, of_its_size)}"
         for name, one in found.marginals.items()
         if one.determined
     ]
     loose = [in_words(name) for name, one in found.marginals.items() if not one.determined]
-    sure = f"Determined by these trials (90 % interval): {listed(told)}. " if told else ""
+    sure = f"Determined by these trials (90 % interval): {listed(determined)}. " if determined else ""
     return f"{sure}Not determined: {listed(loose) or 'none'}."
 
 

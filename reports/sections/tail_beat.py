@@ -14,12 +14,12 @@ COLUMNS = table_head(
     "trial | swimming number [measured, 10³] | twin [10³] | Reynolds [measured, 10³] | twin [10³] | "
     "Strouhal [measured] | twin [] | lag of the fin [measured, °] | twin [°]"
 )
-TOLD = 0.7  # share of a marker's samples that its beat can be told from; gaps come back at one phase of the beat
+LEAST_SEEN = 0.7  # share of a marker's samples needed for its beat; gaps come back at one phase of the beat
 Waves = tuple[BodyWave, BodyWave]
 
 
 def build(context: ReportContext) -> Section:
-    """Portraits, waves and numbers, measured beside simulated."""
+    """Portraits, waves and numbers, measured and simulated."""
     trials, robot = context.calibration.trials, context.calibration.robot
     waves = [_waves(trial) for trial in trials]
     names = [trial.measured.name for trial in trials]
@@ -47,25 +47,25 @@ def build(context: ReportContext) -> Section:
 
 
 def _waves(trial: CalibratedTrial) -> Waves:
-    """Measured and simulated; the measured one is nan for a marker that is flagged too often to tell."""
+    """Measured and simulated; the measured one is nan for a marker that is flagged too often."""
     measured = trial.measured
     wave = body_wave(measured, measured.head)
     columns = [measured.markers.index(name) for name in wave.markers]
-    told = (measured.weight[measured.kept][:, columns] > 0).mean(axis=0) >= TOLD
-    amplitude, lag = (np.where(told, values, np.nan) for values in (wave.amplitude_m, wave.lag_rad))
+    known = (measured.weight[measured.kept][:, columns] > 0).mean(axis=0) >= LEAST_SEEN
+    amplitude, lag = (np.where(known, values, np.nan) for values in (wave.amplitude_m, wave.lag_rad))
     return wave._replace(amplitude_m=amplitude, lag_rad=lag), body_wave(measured, trial.simulated)
 
 
 def _caveats(trials: tuple[CalibratedTrial, ...], waves: list[Waves]) -> tuple[str, ...]:
-    untold = [
+    unclear = [
         f"{name} of {trial.measured.name}"
         for trial, (measured, _) in zip(trials, waves, strict=True)
         for name, amplitude in zip(measured.markers, measured.amplitude_m, strict=True)
         if not np.isfinite(amplitude)
     ]
-    if not untold:
+    if not unclear:
         return ()
-    return (f"Too often flagged for its beat to be told: {listed(untold)}; left out of the measured wave.",)
+    return (f"Too often flagged to estimate its beat: {listed(unclear)}; left out of the measured wave.",)
 
 
 def _numbers(trial: CalibratedTrial, waves: Waves, robot: RobotSpec) -> tuple[SwimNumbers, SwimNumbers]:

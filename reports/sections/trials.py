@@ -1,4 +1,4 @@
-"""Each trial beside the twin: shape through the beat, distance swum, lateral motion, scores and flags."""
+"""Each trial and the twin: shape through the beat, distance swum, lateral motion, scores and flags."""
 
 import numpy as np
 

@@ -25,10 +25,8 @@ def test_the_posteriors_tables_are_those_of_its_sessions() -> None:
 
 def test_the_posterior_meets_what_is_asked() -> None:
     outcome = sessions()
-    covered = outcome.warnings["covered"].found
-    assert 0.86 <= covered.value <= 0.94
-    for found in outcome.calibrations.values():
-        low, high = found["covered"].found.interval
+    coverages = [outcome.warnings["covered"], *(found["covered"] for found in outcome.calibrations.values())]
+    for low, high in (coverage.found.interval for coverage in coverages):
         assert low <= 0.94
         assert high >= 0.86
     assert np.max([score.r_hat for score in outcome.sessions]) <= 1.01

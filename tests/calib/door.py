@@ -96,7 +96,7 @@ def edit(path: Path, old: str, new: str) -> None:
     path.write_text(text.replace(old, new, 1))
 
 
-def assert_told(outcome: Outcome, *parts: str) -> None:
+def assert_reports(outcome: Outcome, *parts: str) -> None:
     """One clear message on standard error, exit code 2, no traceback."""
     assert outcome.code == 2, outcome
     assert outcome.out == ""

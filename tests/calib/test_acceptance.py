@@ -61,11 +61,11 @@ class TestRealRobot:
         assert held_out.speed_mae["smoothed"] < held_out.speed_mae["published"]
 
     def test_its_diagnosis_names_clock_or_gear_and_what_the_camera_does(self, real: Real) -> None:
-        told = real.pipeline.diagnosis().read()
+        reported = real.pipeline.diagnosis().read()
 
-        assert {"time_base_error", "drive_ratio_error", "camera_parallax"} <= set(told.effects)
-        assert told.remainder is not None
-        assert told.remainder.share < 0.2
+        assert {"time_base_error", "drive_ratio_error", "camera_parallax"} <= set(reported.effects)
+        assert reported.remainder is not None
+        assert reported.remainder.share < 0.2
 
     def test_held_out_beats_are_three_quarters_of_the_command_as_those_of_the_fit(self, real: Real) -> None:
         for trial in (trial for trial in real.data.trials.values() if trial.from_command is not None):
@@ -80,9 +80,9 @@ class TestRealRobot:
     def test_what_cannot_be_trusted_says_so(self, real: Real) -> None:
         low, high = 0.01, 9.99
         at_bound = [name for name, value in real.data.coefficients._asdict().items() if not low < value < high]
-        told = [flag.message for flag in real.data.flags if flag.kind == "at_bound"]
+        reported = [flag.message for flag in real.data.flags if flag.kind == "at_bound"]
 
-        assert all(any(message.startswith(name) for message in told) for name in at_bound)
+        assert all(any(message.startswith(name) for message in reported) for name in at_bound)
 
     def test_it_is_done_in_half_a_minute(self, real: Real) -> None:
         assert real.seconds < SLACK * CORE_S

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from calib.pipeline import Pipeline, open_session
 from session import SwimcalError
-from tests.calib.door import Front, assert_told, edit, files_in
+from tests.calib.door import Front, assert_reports, edit, files_in
 from tests.session.test_broken_input import mutated
 
 Break = Callable[[Path], None]
@@ -107,13 +107,13 @@ def _markers(folder: Path, names: list[str]) -> None:
 
 
 @pytest.mark.parametrize("case", CASES)
-def test_a_broken_session_is_told_what_is_wrong_and_left_alone(calib: Front, fresh: Path, case: str) -> None:
+def test_a_broken_session_is_reported_what_is_wrong_and_left_alone(calib: Front, fresh: Path, case: str) -> None:
     break_it, parts = CASES[case]
     break_it(fresh)
     before = files_in(fresh)
     outcome = calib("run", fresh, "--effort", "quick")
 
-    assert_told(outcome, *parts)
+    assert_reports(outcome, *parts)
     measured = case in ("shorter than a beat", "nose on neck")
     allowed = {".swimcal.lock", "results/.stages.json", "results/tracks/fast.csv"}  # of the sound trial
     assert files_in(fresh).keys() - before.keys() <= (allowed if measured else set())
@@ -121,7 +121,7 @@ def test_a_broken_session_is_told_what_is_wrong_and_left_alone(calib: Front, fre
 
 @pytest.mark.parametrize("command", ["run", "fit", "report", "mjcf"])
 def test_every_command_checks_its_session(calib: Front, tmp_path: Path, command: str) -> None:
-    assert_told(calib(command, tmp_path / "nowhere"), str(tmp_path / "nowhere"), "no session.toml here")
+    assert_reports(calib(command, tmp_path / "nowhere"), str(tmp_path / "nowhere"), "no session.toml here")
 
 
 def test_all_faults_come_at_once(calib: Front, fresh: Path) -> None:
@@ -129,15 +129,15 @@ def test_all_faults_come_at_once(calib: Front, fresh: Path) -> None:
         CASES[case][0](fresh)
     cell("abc")(fresh)
 
-    assert_told(calib("run", fresh), "camera.fps", "'swimm'", "tail_9")
+    assert_reports(calib("run", fresh), "camera.fps", "'swimm'", "tail_9")
 
 
 def test_results_that_cannot_be_written_are_said_to_be(calib: Front, fresh: Path) -> None:
-    (fresh / "results").write_text("a file stands in its place")
+    (fresh / "results").write_text("a file in its place")
     before = files_in(fresh)
 
-    assert_told(calib("run", fresh, "--effort", "quick"), str(fresh / "results"), "cannot be written", "expected")
-    assert (fresh / "results").read_text() == "a file stands in its place"
+    assert_reports(calib("run", fresh, "--effort", "quick"), str(fresh / "results"), "cannot be written", "expected")
+    assert (fresh / "results").read_text() == "a file in its place"
     assert files_in(fresh).keys() - before.keys() <= {".swimcal.lock"}
 
 
@@ -148,7 +148,7 @@ def test_results_that_cannot_be_written_later_leave_what_stood_there(calib: Fron
     (finished / "results" / "calibrated.xml").unlink()
     (finished / "results" / "calibrated.xml").mkdir()
 
-    assert_told(calib("run", finished, "--effort", "quick"), "calibrated.xml", "cannot be written")
+    assert_reports(calib("run", finished, "--effort", "quick"), "calibrated.xml", "cannot be written")
     assert (finished / "results" / "report.html").read_bytes() == before
     assert not [name for name in files_in(finished) if ".part." in name]
 

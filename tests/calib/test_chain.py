@@ -1,4 +1,4 @@
-"""`calib fit` on a session with dry experiments: stiffness -> crank -> swims -> fluid, told and kept."""
+"""`calib fit` on a session with dry experiments: stiffness -> crank -> swims -> fluid, reported and kept."""
 
 import json
 import shutil
@@ -19,7 +19,7 @@ from swimmer import load_robot
 from swimmer.engine import model_sha256
 from synthetic import make_session
 from synthetic.motor import SyntheticMotor
-from tests.calib.door import Front, assert_told, edit, with_little_effort
+from tests.calib.door import Front, assert_reports, edit, with_little_effort
 from tests.calib.test_left_out import change_tracks, only
 from tests.calib.test_run import SCHEMA, remade, results_of
 from tests.fitting.structure.experiments import DESCRIBED, PLAN, TRUE
@@ -113,8 +113,8 @@ def test_it_tells_what_was_taken_from_where(calib: Front, fitted: Path) -> None:
 
     for sentence in ("(standard error) from free decay pull", "(standard error) from dry runs dry_slow, dry_fast"):
         assert [line for line in lines if line.endswith(sentence)]
-    told = json.loads(calib("fit", fitted, "--effort", "quick", "--json").out)
-    assert told["calibration"]["structure"]["hinge_stiffness"]["trials"] == ["pull"]
+    reported = json.loads(calib("fit", fitted, "--effort", "quick", "--json").out)
+    assert reported["calibration"]["structure"]["hinge_stiffness"]["trials"] == ["pull"]
 
 
 @pytest.mark.long
@@ -152,8 +152,8 @@ def test_a_session_without_a_swim_gives_the_structure_alone(calib: Front, unfitt
         f"tracks/{name}.csv" for name in ("dry_slow", "dry_fast", "pull")
     }
     with remade(unfitted):
-        told = json.loads(calib("fit", unfitted, "--json").out)
-    assert [source["quantity"] for source in told["structure"]["sources"]] == list(KEYS)
+        reported = json.loads(calib("fit", unfitted, "--json").out)
+    assert [source["quantity"] for source in reported["structure"]["sources"]] == list(KEYS)
 
 
 def test_what_needs_a_swim_says_so_once_the_structure_stands(calib: Front, unfitted: Path) -> None:
@@ -162,7 +162,7 @@ def test_what_needs_a_swim_says_so_once_the_structure_stands(calib: Front, unfit
     outcome = calib("run", unfitted, "--effort", "quick")
     assert outcome.code == 0
     assert "no swim to fit" in outcome.out
-    assert_told(calib("posterior", unfitted), "no swim with tracks", "found pull (free_decay)")
+    assert_reports(calib("posterior", unfitted), "no swim with tracks", "found pull (free_decay)")
     assert results_of(unfitted).keys() >= STRUCTURE
 
 
@@ -192,7 +192,7 @@ def test_an_experiment_that_is_held_out_is_not_used(calib: Front, unfitted: Path
     assert "free decay pull not used: hinge stiffness 0.65 N m/rad as in robot.toml" in outcome.out
 
 
-def test_what_is_wrong_with_any_trial_is_told_at_once(calib: Front, unfitted: Path) -> None:
+def test_what_is_wrong_with_any_trial_is_reported_at_once(calib: Front, unfitted: Path) -> None:
     def stand_still(position_px: np.ndarray) -> None:
         position_px[:] = position_px[:1]
 
@@ -204,7 +204,7 @@ def test_what_is_wrong_with_any_trial_is_told_at_once(calib: Front, unfitted: Pa
     change_tracks(unfitted, "slow", lose_the_tail)
     outcome = calib("fit", unfitted, "--effort", "quick")
 
-    assert_told(outcome, "trial pull: its tail swings by 0.0 mm only", "trial dry_fast:", "trial slow:")
+    assert_reports(outcome, "trial pull: its tail swings by 0.0 mm only", "trial dry_fast:", "trial slow:")
     assert not STRUCTURE & results_of(unfitted).keys()
 
 

@@ -17,7 +17,7 @@ from diagnosis import Verdict, diagnosis
 from diagnosis.everything import Everything
 from diagnosis.result import DIAGNOSIS, SUPPOSITION
 from reports import ReportContext
-from tests.calib.door import ROOT, Front, assert_told, edit, files_in, with_little_effort
+from tests.calib.door import ROOT, Front, assert_reports, edit, files_in, with_little_effort
 
 SCHEMA = ROOT.parent / "shared" / "design" / "schema" / "diagnosis.schema.json"
 QUICK = ("--effort", "quick")
@@ -32,7 +32,7 @@ def diagnosed_session(fresh_session: Path, tmp_path_factory: pytest.TempPathFact
         patch.setattr(diagnosis, "_UNEXPLAINED", 2.0)
         patch.setattr(diagnosis, "verdict_of", lambda _found: Verdict("named", (("scale_error",),)))
         patch.setattr(diagnosis, "ALL_AT_ONCE", ("quick",))
-        patch.setattr(diagnosis, "everything", lambda *told: Everything(0.5, 20.0, told[3]))
+        patch.setattr(diagnosis, "everything", lambda *reported: Everything(0.5, 20.0, reported[3]))
         Pipeline(open_session(folder), Options("quick", workers=1)).diagnosis()
     return folder
 
@@ -56,18 +56,18 @@ def test_it_writes_the_contract_and_the_model_with_the_effect(diagnosed: Path) -
 
 
 def test_it_tells_what_all_effects_at_once_forecast(diagnosed: Path) -> None:
-    told = DIAGNOSIS.read(diagnosed / "results").everything
-    assert told is not None
-    assert told.share_of_priors == 0.5
-    assert {each.effect for each in told.strengths} == {"scale_error"}
-    assert told.gap.evaluated_on == ("fast",)
+    reported = DIAGNOSIS.read(diagnosed / "results").everything
+    assert reported is not None
+    assert reported.share_of_priors == 0.5
+    assert {each.effect for each in reported.strengths} == {"scale_error"}
+    assert reported.gap.evaluated_on == ("fast",)
 
 
 def test_what_no_model_can_hold_runs_as_a_script(diagnosed: Path) -> None:
     script = diagnosed / "results" / "calibrated+scale_error.py"
-    told: dict[str, object] = {}
-    exec(compile(script.read_text(), str(script), "exec"), told)
-    assert np.isfinite(told["trajectories"].head).all()  # type: ignore[attr-defined]
+    reported: dict[str, object] = {}
+    exec(compile(script.read_text(), str(script), "exec"), reported)
+    assert np.isfinite(reported["trajectories"].head).all()  # type: ignore[attr-defined]
 
 
 def test_what_has_not_changed_is_not_made_again(calib: Front, diagnosed: Path) -> None:
@@ -99,17 +99,17 @@ def test_another_catalogue_is_another_diagnosis_which_says_so_everywhere(
 
 
 def test_an_effect_that_there_is_not_is_refused_with_the_choices(calib: Front, fresh: Path) -> None:
-    assert_told(calib("diagnose", fresh, "--exclude", "gremlins"), "gremlins", "crank_arm_error", "docs/effects.md")
+    assert_reports(calib("diagnose", fresh, "--exclude", "gremlins"), "gremlins", "crank_arm_error", "docs/effects.md")
     assert not (fresh / "results" / "diagnosis.json").exists()
 
 
 @pytest.mark.parametrize("option", ["--exclude", "--test"])
-@pytest.mark.parametrize("told", ["", " , "])
+@pytest.mark.parametrize("names", ["", " , "])
 def test_an_option_that_names_no_effect_is_refused_with_the_choices(
-    calib: Front, fresh: Path, option: str, told: str
+    calib: Front, fresh: Path, option: str, names: str
 ) -> None:
     before = files_in(fresh)
-    assert_told(calib("diagnose", fresh, option, told), f"{option}: names no effect; found {told!r}", "wave_drag")
+    assert_reports(calib("diagnose", fresh, option, names), f"{option}: names no effect; found {names!r}", "wave_drag")
     assert files_in(fresh) == before
 
 
@@ -117,7 +117,7 @@ def test_a_session_without_fitted_swims_is_refused(calib: Front, fresh: Path) ->
     text = (fresh / "session.toml").read_text()
     if 'role = "fit"' in text:
         edit(fresh / "session.toml", 'role = "fit"', 'role = "holdout"')
-    assert_told(calib("diagnose", fresh, *QUICK), 'role = "fit"')
+    assert_reports(calib("diagnose", fresh, *QUICK), 'role = "fit"')
 
 
 @pytest.mark.long
@@ -158,7 +158,7 @@ def test_what_somebody_supposes_is_weighed_and_changes_no_diagnosis(calib: Front
 
 def test_what_nobody_knows_cannot_be_supposed(calib: Front, diagnosed: Path) -> None:
     outcome = calib("diagnose", diagnosed, *QUICK, "--test", "gremlins,scale_error,elves")
-    assert_told(outcome, "gremlins", "elves", "scale_error")
+    assert_reports(outcome, "gremlins", "elves", "scale_error")
     assert calib("diagnose", diagnosed, "--test", "scale_error", "--exclude", "wave_drag").code == 2
     assert not (diagnosed / "results" / "supposed.json").exists()
 

@@ -19,8 +19,8 @@ def checks(data: DiagnosisResult) -> list[str]:
 def beating(at: float, verdict: str = "named", named: tuple[str, ...] = (CLOCK,)) -> DiagnosisResult:
     """Tails beat at so much of their command."""
     frequencies = {"medium": {"commanded_hz": 1.0, "measured_hz": at}, "fast": {"commanded_hz": None, "measured_hz": 1}}
-    told = {"groups": [[name] for name in named], "effects": named, "effect_parameters": {}}
-    return made_diagnosed(verdict, frequencies=frequencies, **told)
+    reported = {"groups": [[name] for name in named], "effects": named, "effect_parameters": {}}
+    return made_diagnosed(verdict, frequencies=frequencies, **reported)
 
 
 def test_an_effect_that_is_as_strong_as_it_may_be_is_to_be_checked() -> None:
@@ -31,12 +31,12 @@ def test_an_effect_that_is_as_strong_as_it_may_be_is_to_be_checked() -> None:
 
 @pytest.mark.parametrize(("at", "said"), [(0.5, "50% slower"), (1.2, "20% faster")])
 def test_a_clock_or_gear_that_is_far_off_may_be_a_number_of_the_session(at: float, said: str) -> None:
-    (told,) = checks(beating(at))
-    assert said in told
-    assert "fps" in told
+    (reported,) = checks(beating(at))
+    assert said in reported
+    assert "fps" in reported
     assert checks(beating(0.97)) == []
-    (told,) = checks(beating(at, "unexplained", ()))
-    assert said in told
+    (reported,) = checks(beating(at, "unexplained", ()))
+    assert said in reported
 
 
 def test_what_the_catalogue_lacked_is_said() -> None:
@@ -58,14 +58,14 @@ def test_names_that_no_trial_left_out_could_check_are_said_to_be_unchecked() -> 
     assert not any(said in line for line in diagnosis_lines(made_diagnosed("named", evidence=checked)))
 
 
-def test_an_experiment_is_told_once_with_all_that_it_tells_apart() -> None:
+def test_an_experiment_is_reported_once_with_all_that_it_tells_apart() -> None:
     pairs = {("tendon_slack", "tendon_friction"): 0.1, ("wave_drag", CLOCK): 0.04, ("wave_drag", "tendon_slack"): 0.3}
     experiments = tuple(Experiment("Film a swim at 0.8 Hz", pair, error) for pair, error in pairs.items())
     data = replace(made_diagnosed("inseparable"), next_experiments=experiments)
-    told = [line for line in diagnosis_lines(data) if line.startswith("next: ")]
-    assert told == [
-        "next: Film a swim at 0.8 Hz (tells tendon slack from tendon friction, 10% error left; "
-        "wave drag from time base error, 4% error left)"
+    reported = [line for line in diagnosis_lines(data) if line.startswith("next: ")]
+    assert reported == [
+        "next: Film a swim at 0.8 Hz (separates tendon slack from tendon friction, expected error 10%; "
+        "wave drag from time base error, expected error 4%)"
     ]
 
 
@@ -86,5 +86,5 @@ def test_numbers_have_the_digits_of_their_interval_and_ratios_no_unit() -> None:
 
 def test_a_supposed_gap_that_grows_is_said_to_grow() -> None:
     gap = made_diagnosed("named", gap={"shrinkage": -0.04, "shrinkage_ci95": [-0.25, 0.2]}).gap
-    told = SuppositionResult(("wave_drag",), 1.4, {"wave_drag": 1.4}, {}, gap, gap)
-    assert supposition_lines(told)[-1] == "The held-out gap grows by 4% (-20% to 25%)."
+    reported = SuppositionResult(("wave_drag",), 1.4, {"wave_drag": 1.4}, {}, gap, gap)
+    assert supposition_lines(reported)[-1] == "The held-out gap grows by 4% (-20% to 25%)."

@@ -42,6 +42,6 @@ def test_one_that_is_held_out_is_no_evidence(folder: Path) -> None:
 def test_a_free_decay_is_evidence_but_not_one_that_is_held_out(tmp_path: Path) -> None:
     folder = Path(shutil.copytree(WITH_DECAY, tmp_path / "pool", ignore=shutil.ignore_patterns("results")))
     assert [decay.name for decay in pipeline(folder).recordings.out_of_water.decays] == ["decay"]
-    told = 'tracks = "trials/decay.csv.gz"\nrole = '
-    edit(folder / "session.toml", f'{told}"fit"', f'{told}"holdout"')
+    reported = 'tracks = "trials/decay.csv.gz"\nrole = '
+    edit(folder / "session.toml", f'{reported}"fit"', f'{reported}"holdout"')
     assert not pipeline(folder).recordings.out_of_water.decays

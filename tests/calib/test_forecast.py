@@ -72,8 +72,8 @@ def test_the_published_search_leaves_the_fit_alone_and_is_made_once(finished: Pa
     assert files_in(finished)["results/published.json"] == before
     again = front.fit(finished, "quick", progress=False)
     assert isinstance(again, front.FitResult)
-    told = json.loads(published.read_text())["fit"]["coefficients"]
-    assert again.to_frame("coefficients").published.to_dict() == told
+    reported = json.loads(published.read_text())["fit"]["coefficients"]
+    assert again.to_frame("coefficients").published.to_dict() == reported
 
 
 @pytest.mark.long

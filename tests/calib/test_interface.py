@@ -55,7 +55,7 @@ def test_a_finished_fit_is_read_and_nothing_is_computed(finished: Path, monkeypa
     assert files_in(finished) == {**before, **{name: files_in(finished)[name] for name in (".swimcal.lock",)}}
 
 
-def test_tables_and_figures_that_there_are_not_are_told_with_the_choices(finished: Path) -> None:
+def test_tables_and_figures_that_there_are_not_are_reported_with_the_choices(finished: Path) -> None:
     found = front.fit(finished, **QUIET)
     with pytest.raises(front.InputError, match=r"no such table; found 'wrong'; .* choices: trials, coefficients"):
         found.to_frame("wrong")
@@ -92,7 +92,7 @@ def test_every_figure_of_the_report_is_a_method(finished: Path) -> None:
 def test_figures_of_a_fit_that_was_replaced_are_refused(finished: Path) -> None:
     found = front.fit(finished, **QUIET)
     (finished / "results" / "calibrated.xml").write_text("another")
-    with pytest.raises(front.InputError, match="another result stands there now"):
+    with pytest.raises(front.InputError, match="the result has been replaced"):
         found.plot.speeds()
 
 

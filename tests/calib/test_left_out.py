@@ -11,7 +11,7 @@ import pytest
 
 from session.motor import MOTOR_COLUMNS
 from session.tracks import load_tracks, save_tracks
-from tests.calib.door import PLAN, Front, assert_told, edit, files_in
+from tests.calib.door import PLAN, Front, assert_reports, edit, files_in
 
 MOTOR_LOG = ",".join(MOTOR_COLUMNS) + "\n" + "".join(f"{k / 100},{k * 0.06},6.2,0.5,12,30,0\n" for k in range(300))
 
@@ -57,10 +57,10 @@ def test_other_trials_are_left_out_with_a_note_that_says_why(calib: Front, fresh
     assert "Trial clamped was left out" in report
 
 
-def test_a_session_with_nothing_to_fit_is_told_so(calib: Front, fresh: Path) -> None:
+def test_a_session_with_nothing_to_fit_is_reported_so(calib: Front, fresh: Path) -> None:
     edit(fresh / "session.toml", 'role = "fit"', 'role = "holdout"')
 
-    assert_told(calib("run", fresh), 'no swim has role = "fit"')
+    assert_reports(calib("run", fresh), 'no swim has role = "fit"')
     assert not (fresh / "results" / "calibration.json").exists()
 
 
@@ -94,7 +94,7 @@ def test_a_trial_whose_tail_cannot_be_trusted_is_named(calib: Front, fresh: Path
     change_tracks(fresh, name, lose_the_tail)
     outcome = calib("run", fresh, "--effort", "quick")
 
-    assert_told(outcome, f"trial {name}:", "usable tail marker", "leave the trial out")
+    assert_reports(outcome, f"trial {name}:", "usable tail marker", "leave the trial out")
     assert set(files_in(fresh / "results")) <= {".stages.json", "tracks/slow.csv", "tracks/fast.csv"}
 
 

@@ -6,7 +6,7 @@ import pytest
 
 from calib.pipeline import open_session
 from synthetic import read_truth
-from tests.calib.door import PLAN, Front, assert_told
+from tests.calib.door import PLAN, Front, assert_reports
 from tests.session.sample import FISHSIM, needs_fishsim
 
 
@@ -37,7 +37,7 @@ def tracks_of_a_checkout(folder: Path) -> Path:
 def test_a_trial_to_fit_that_is_not_there_is_refused_and_nothing_made(calib: Front, tmp_path: Path) -> None:
     source = tracks_of_a_checkout(tmp_path / "fishsim")
 
-    assert_told(calib("new", tmp_path / "s", "--from-fishsim", source, "--fit", "f1_0"), "'f1_0'", "choices: f1_00")
+    assert_reports(calib("new", tmp_path / "s", "--from-fishsim", source, "--fit", "f1_0"), "'f1_0'", "choices: f1_00")
     assert not (tmp_path / "s").exists()
 
 
@@ -52,7 +52,7 @@ def test_a_synthetic_session_comes_with_its_truth_and_its_seed(
 
 
 @pytest.mark.parametrize("options", [[], ["--synthetic", "--from-fishsim", "x"]])
-def test_it_is_told_to_make_one_of_both(calib: Front, tmp_path: Path, options: list[str]) -> None:
+def test_it_is_reported_to_make_one_of_both(calib: Front, tmp_path: Path, options: list[str]) -> None:
     outcome = calib("new", tmp_path / "s", *options)
 
     assert outcome.code == 2

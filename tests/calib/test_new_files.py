@@ -11,7 +11,7 @@ import calib as front
 from session import load_session
 from session.create import FISHSIM_MARKERS
 from swimmer import load_robot
-from tests.calib.door import ROOT, Front, assert_told
+from tests.calib.door import ROOT, Front, assert_reports
 
 SAMPLE = ROOT / "datasets" / "sample" / "trials"
 
@@ -38,11 +38,11 @@ def test_a_session_holds_what_the_files_tell_and_says_what_is_missing(calib: Fro
     assert "to fill in: commanded_hz of swim: crank turns a second" in outcome.out
     text = (tmp_path / "pool" / "session.toml").read_text()
     assert "1280 x 720 px" in text or "frames a second" in text
-    assert_told(calib("fit", tmp_path / "pool"), "commanded_hz", "key is missing")
+    assert_reports(calib("fit", tmp_path / "pool"), "commanded_hz", "key is missing")
     (tmp_path / "pool" / "session.toml").write_text(text.replace("# commanded_hz = 1.0", "commanded_hz = 1.0"))
     session = load_session(tmp_path / "pool", load_robot)
-    told = {trial.name: (trial.commanded_hz, trial.role) for trial in session.trials}
-    assert told == {"swim": (1.0, "fit"), "swim_f0_60": (0.6, "holdout"), "f1_00": (1.0, "fit")}
+    reported = {trial.name: (trial.commanded_hz, trial.role) for trial in session.trials}
+    assert reported == {"swim": (1.0, "fit"), "swim_f0_60": (0.6, "holdout"), "f1_00": (1.0, "fit")}
     assert session.camera.fps == pytest.approx(60.0, rel=1e-3)
 
 
@@ -73,8 +73,8 @@ def test_tracks_go_to_a_session_and_back_as_datasets(own: Path, tmp_path: Path) 
         (("--tracks", "{own}/f1_00.csv", "--fit", "f9"), ("no such trial to fit", "f1_00")),
     ],
 )
-def test_faults_are_told_at_once_and_nothing_is_left(
+def test_faults_are_reported_at_once_and_nothing_is_left(
     calib: Front, own: Path, tmp_path: Path, options: tuple[str, ...], parts: tuple[str, ...]
 ) -> None:
-    assert_told(calib("new", tmp_path / "pool", *(option.format(own=own) for option in options)), *parts)
+    assert_reports(calib("new", tmp_path / "pool", *(option.format(own=own) for option in options)), *parts)
     assert sorted(path.name for path in tmp_path.iterdir()) == ["recorded"]

@@ -11,7 +11,7 @@ import pytest
 from calib.pipeline import Options, Pipeline, open_session
 from fitting import left_out
 from fitting.posterior import sampling
-from tests.calib.door import FEW_EFFECTS, ROOT, Front, assert_told, files_in, little_posterior, with_little_effort
+from tests.calib.door import FEW_EFFECTS, ROOT, Front, assert_reports, files_in, little_posterior, with_little_effort
 
 SCHEMA = ROOT.parent / "shared" / "design" / "schema" / "calibration.schema.json"
 QUICK = ("--effort", "quick")
@@ -65,18 +65,18 @@ def test_the_calibration_with_a_posterior_has_the_public_form(sampled_session: P
 
 
 def test_each_effect_was_asked_and_the_likeliest_is_flagged(sampled_session: Path) -> None:
-    told = json.loads((sampled_session / "results" / "posterior.json").read_text())
+    reported = json.loads((sampled_session / "results" / "posterior.json").read_text())
 
-    assert {each["effect"] for each in told["left_out"]["tried"]} == set(FEW_EFFECTS)
-    assert "effect_left_out" in [flag["kind"] for flag in told["flags"]]
+    assert {each["effect"] for each in reported["left_out"]["tried"]} == set(FEW_EFFECTS)
+    assert "effect_left_out" in [flag["kind"] for flag in reported["flags"]]
 
 
 def test_arviz_reads_draws_statistics_gaits_and_what_they_were_made_with(sampled_session: Path) -> None:
     data = arviz.from_netcdf(sampled_session / "results" / "posterior.nc", engine="h5netcdf")
-    told = calibration_of(sampled_session)["posterior"]
+    reported = calibration_of(sampled_session)["posterior"]
 
     assert {"posterior", "sample_stats", "observed_data"} <= set(data.groups())
-    assert float(data.posterior["kutta_lift"].mean()) == pytest.approx(told["kutta_lift"]["mean"])  # type: ignore[index]
+    assert float(data.posterior["kutta_lift"].mean()) == pytest.approx(reported["kutta_lift"]["mean"])  # type: ignore[index]
     assert 0 < float(data.sample_stats["acceptance_rate"]) < 1
     assert data.observed_data["trial"].to_numpy().tolist() == ["slow"]
     assert data.attrs["effort"] == "quick"
@@ -118,7 +118,7 @@ def test_it_refuses_to_report_chains_that_disagree(
     before = calibration_of(finished)
     outcome = calib("posterior", finished, *QUICK)
 
-    assert_told(outcome, "posterior.nc: not written", "R-hat", "wanted 0.5", "leave out faulty ones")
+    assert_reports(outcome, "posterior.nc: not written", "R-hat", "wanted 0.5", "leave out faulty ones")
     assert calibration_of(finished) == before
     assert not (finished / "results" / "posterior.nc").exists()
 

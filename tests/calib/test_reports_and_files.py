@@ -12,7 +12,7 @@ from calib import speed_benchmark as speed
 from calib.pipeline import Options, Pipeline, open_session
 from session.errors import ModelMismatch
 from swimmer import PUBLISHED_COEFFICIENTS
-from tests.calib.door import Front, assert_told, files_in
+from tests.calib.door import Front, assert_reports, files_in
 
 
 def test_reports_of_several_sessions_get_an_index(calib: Front, finished: Path, tmp_path: Path) -> None:
@@ -47,7 +47,7 @@ def test_the_mjcf_of_a_faulty_robot_is_refused_and_not_written(calib: Front, tmp
     robot = tmp_path / "robot.toml"
     robot.write_text('name = "x"\nlenght = 3\n')
 
-    assert_told(calib("mjcf", robot, "--out", tmp_path / "fish.xml"), str(robot), "lenght")
+    assert_reports(calib("mjcf", robot, "--out", tmp_path / "fish.xml"), str(robot), "lenght")
     assert list(tmp_path.iterdir()) == [robot]
 
 
@@ -79,16 +79,16 @@ def test_the_benchmark_tells_ratios_of_one_run(calib: Front, monkeypatch: pytest
     monkeypatch.setattr(speed, "_REPEATS", 1)
     monkeypatch.setattr(speed, "FREQUENCIES_HZ", np.array([0.8, 1.2]))
     outcome = calib("benchmark", "speed", "--json")
-    told = json.loads(outcome.out)
+    reported = json.loads(outcome.out)
 
-    assert told["fluid_cost"] == pytest.approx(told["real_time_without_fluid"] / told["real_time_one_core"])
-    assert told["scaling"] == pytest.approx(told["real_time_all_cores"] / told["real_time_one_core"])
-    assert told["fluid_cost"] > 1
-    assert told["cores"] >= 1
-    assert all(error["coefficients"]["kutta_lift"] > 0 for error in told["step_errors"])
+    assert reported["fluid_cost"] == pytest.approx(reported["real_time_without_fluid"] / reported["real_time_one_core"])
+    assert reported["scaling"] == pytest.approx(reported["real_time_all_cores"] / reported["real_time_one_core"])
+    assert reported["fluid_cost"] > 1
+    assert reported["cores"] >= 1
+    assert all(error["coefficients"]["kutta_lift"] > 0 for error in reported["step_errors"])
 
 
-def test_versions_are_told(calib: Front) -> None:
+def test_versions_are_reported(calib: Front) -> None:
     outcome = calib("--version")
 
     assert outcome.code == 0

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from session.lock import session_lock
-from tests.calib.door import ROOT, Front, assert_told, edit, files_in, little_posterior, process
+from tests.calib.door import ROOT, Front, assert_reports, edit, files_in, little_posterior, process
 from tests.reports.undrawn import nothing_drawn
 
 SCHEMA = ROOT.parent / "shared" / "design" / "schema" / "calibration.schema.json"
@@ -108,12 +108,12 @@ def _without_times(content: bytes) -> str:
 
 def test_json_is_all_that_stands_on_standard_output(calib: Front, finished: Path) -> None:
     outcome = calib("run", finished, "--effort", "quick", "--json")
-    told = json.loads(outcome.out)
+    reported = json.loads(outcome.out)
 
     assert outcome.err == ""
-    assert told["result"] == str(finished / "results" / "report.html")
-    assert told["made"] == []
-    assert told["calibration"] == json.loads((finished / "results" / "calibration.json").read_text())
+    assert reported["result"] == str(finished / "results" / "report.html")
+    assert reported["made"] == []
+    assert reported["calibration"] == json.loads((finished / "results" / "calibration.json").read_text())
 
 
 def test_provenance_names_engine_inputs_and_effort(finished: Path) -> None:
@@ -211,5 +211,5 @@ def test_ctrl_c_ends_with_130_and_the_same_command_goes_on(fresh: Path) -> None:
 
 def test_two_runs_at_once_are_refused(calib: Front, fresh: Path) -> None:
     with session_lock(fresh):
-        assert_told(calib("run", fresh), str(fresh), "is being worked on", "Wait for that run")
+        assert_reports(calib("run", fresh), str(fresh), "is being worked on", "Wait for that run")
     assert results_of(fresh) == {}

@@ -13,7 +13,7 @@ import pytest
 from calib.pipeline import Options, Pipeline, open_session
 from session.camera import load_camera
 from session.create import FISHSIM_MARKERS
-from tests.calib.door import Front, assert_told, edit, files_in
+from tests.calib.door import Front, assert_reports, edit, files_in
 from tests.calib.filmed import (
     FRAMES,
     NAMES,
@@ -86,7 +86,7 @@ def test_without_boxes_a_page_is_written_and_they_belong_beside_the_video_wherev
     (filmed / "trials" / "slow.mp4").rename(filmed / "films" / "slow.mp4")
     place = filmed / "films" / "slow.boxes.json"
 
-    assert_told(calib("track", filmed), "slow.mp4", "slow.click.html", str(place))
+    assert_reports(calib("track", filmed), "slow.mp4", "slow.click.html", str(place))
     assert not list((filmed / "results" / "tracking").glob("*.csv"))
     assert "films/slow.boxes.json" in (filmed / "results" / "tracking" / "slow.click.html").read_text()
     place.write_bytes(boxes)
@@ -100,8 +100,8 @@ def test_a_click_page_can_be_asked_for(calib: Front, filmed: Path) -> None:
     assert outcome.out.splitlines() == [str(page)]
     x = json.loads((filmed / "trials" / "slow.boxes.json").read_text())["boxes"]["nose"][0]
     assert str(round(x, 2)) in page.read_text()  # the boxes there are to begin with
-    told = json.loads(calib("track", filmed, "--click", "--json").out)
-    assert told == {"slow": str(page)}
+    reported = json.loads(calib("track", filmed, "--click", "--json").out)
+    assert reported == {"slow": str(page)}
     assert not list((filmed / "results" / "tracking").glob("*.csv"))
 
 
@@ -136,11 +136,11 @@ BOXES: dict[str, tuple[Callable[[dict[str, Any]], None], tuple[str, ...]]] = {
 
 
 @pytest.mark.parametrize("case", BOXES)
-def test_boxes_that_cannot_be_used_are_told(calib: Front, filmed: Path, case: str) -> None:
+def test_boxes_that_cannot_be_used_are_reported(calib: Front, filmed: Path, case: str) -> None:
     change, parts = BOXES[case]
     change_boxes(filmed, "slow", change)
 
-    assert_told(calib("track", filmed), *parts)
+    assert_reports(calib("track", filmed), *parts)
     assert not (filmed / "results" / "tracking" / "slow.csv").exists()
     assert not [name for name in files_in(filmed) if ".part." in name]
 
@@ -162,7 +162,7 @@ def test_a_broken_video_is_one_clear_error(calib: Front, filmed: Path, content: 
     (filmed / "trials" / "slow.mp4").write_bytes(content)
     outcome = calib("track", filmed)
 
-    assert_told(outcome, str(filmed / "trials" / "slow.mp4"))
+    assert_reports(outcome, str(filmed / "trials" / "slow.mp4"))
     assert len(outcome.err.splitlines()) == 1
 
 
@@ -194,8 +194,8 @@ def index_first(path: Path) -> None:
     moved.replace(path)
 
 
-def test_a_session_without_video_is_told_so(calib: Front, fresh: Path) -> None:
-    assert_told(calib("track", fresh), "session.toml", "no video to track", "video = ")
+def test_a_session_without_video_is_reported_so(calib: Front, fresh: Path) -> None:
+    assert_reports(calib("track", fresh), "session.toml", "no video to track", "video = ")
 
 
 def test_tracks_of_a_file_win_over_the_video(calib: Front, filmed: Path) -> None:
@@ -275,8 +275,8 @@ def test_doubts_about_the_lens_reach_the_results(
     edit(tracked / "session.toml", "fps = 30.0", 'fps = 30.0\ncalibration = "camera.toml"')
     with_tracks(tracked, "fast")
 
-    told = json.loads(calib("track", tracked, "--json").out)
-    assert {flag["kind"] for flag in told["slow"]["camera"]} == kinds
+    reported = json.loads(calib("track", tracked, "--json").out)
+    assert {flag["kind"] for flag in reported["slow"]["camera"]} == kinds
     trials = Pipeline(open_session(tracked)).trials
     doubted = {trial.name: {flag.kind for flag in trial.flags} for trial in trials}
     assert doubted == {"slow": kinds, "fast": set()}

@@ -14,7 +14,7 @@ from rich.progress import Progress
 from calib.pipeline import Pipeline, open_session
 from calib.progress import Bar, Lines
 from session.create import FISHSIM_MARKERS
-from tests.calib.door import ROOT, Front, assert_told, edit, files_in
+from tests.calib.door import ROOT, Front, assert_reports, edit, files_in
 from tests.calib.filmed import FRAMES, NAMES, PLAN, change_boxes, read, tracks_of, with_tracks
 from tracking.tracker import MarkerTracker
 
@@ -91,10 +91,10 @@ def test_ctrl_c_in_the_middle_and_going_on_gives_the_same_tracks(
             np.testing.assert_array_equal(whole.confidence, resumed.confidence)
 
 
-def test_a_trial_without_enough_to_measure_is_told(calib: Front, tracked: Path) -> None:
+def test_a_trial_without_enough_to_measure_is_reported(calib: Front, tracked: Path) -> None:
     edit(tracked / "session.toml", "warmup_s = 1.0", "warmup_s = 9.0")
 
-    assert_told(calib("fit", tracked, "--effort", "quick"), "trial slow", "trial fast", "warm-up")
+    assert_reports(calib("fit", tracked, "--effort", "quick"), "trial slow", "trial fast", "warm-up")
 
 
 @pytest.mark.long

@@ -9,7 +9,7 @@ import pytest
 
 from benchmarks.video.writer import VideoWriter
 from session.camera import CameraCalibration, load_camera
-from tests.calib.door import Front, assert_told, edit
+from tests.calib.door import Front, assert_reports, edit
 from tests.tracking.lens.render import Scene, poses
 from tracking.lens import BoardSpec, save_camera
 from tracking.lens.pictures import read_picture
@@ -59,11 +59,11 @@ def test_a_board_is_drawn(calib: Front, tmp_path: Path, suffix: str) -> None:
     assert out.stat().st_size > 1000
 
 
-def test_a_faulty_description_of_the_board_is_told(calib: Front, tmp_path: Path) -> None:
+def test_a_faulty_description_of_the_board_is_reported(calib: Front, tmp_path: Path) -> None:
     (tmp_path / "board.toml").write_text("[board]\ncolums = 9\nrows = 6\nsquare_m = 30.0\n")
     outcome = calib("camera", "board", "--out", tmp_path / "b.pdf", "--description", tmp_path / "board.toml")
 
-    assert_told(outcome, "3 faults", "colums", "columns", "square_m")
+    assert_reports(outcome, "3 faults", "colums", "columns", "square_m")
     assert not (tmp_path / "b.pdf").exists()
 
 
@@ -85,10 +85,10 @@ def test_the_lens_as_json_is_all_that_stands_on_standard_output(
 ) -> None:
     outcome = calib("camera", "lens", *pictures, "--out", tmp_path / "camera.toml", "--json")
 
-    told = json.loads(outcome.out)
+    reported = json.loads(outcome.out)
     assert outcome.err == ""
-    assert told["camera"]["fx_px"] == load_camera(tmp_path / "camera.toml").fx_px
-    assert set(told) == {"camera", "rms_px", "coverage", "flags"}
+    assert reported["camera"]["fx_px"] == load_camera(tmp_path / "camera.toml").fx_px
+    assert set(reported) == {"camera", "rms_px", "coverage", "flags"}
 
 
 def test_a_session_takes_the_camera_file(calib: Front, tracked: Path, film: Path) -> None:
@@ -101,9 +101,9 @@ def test_a_session_takes_the_camera_file(calib: Front, tracked: Path, film: Path
 
 
 @pytest.mark.parametrize("name", ["board.png", "board.mp4"])
-def test_what_is_not_there_is_told(calib: Front, tmp_path: Path, name: str) -> None:
-    assert_told(calib("camera", "lens", tmp_path / name, "--out", tmp_path / "camera.toml"), str(tmp_path / name))
-    assert_told(calib("camera", "scale", tmp_path / "a.png"), str(tmp_path / "a.png"))
+def test_what_is_not_there_is_reported(calib: Front, tmp_path: Path, name: str) -> None:
+    assert_reports(calib("camera", "lens", tmp_path / name, "--out", tmp_path / "camera.toml"), str(tmp_path / name))
+    assert_reports(calib("camera", "scale", tmp_path / "a.png"), str(tmp_path / "a.png"))
     assert list(tmp_path.iterdir()) == []
 
 
@@ -124,11 +124,11 @@ def test_a_level_board_gives_the_scale_and_with_a_lens_the_height(calib: Front, 
 
 
 def test_a_board_off_the_surface_needs_a_lens(calib: Front, pictures: list[Path]) -> None:
-    assert_told(calib("camera", "scale", pictures[0], "--board-height-m", "0.1"), "calibrate the lens")
+    assert_reports(calib("camera", "scale", pictures[0], "--board-height-m", "0.1"), "calibrate the lens")
 
 
-def test_another_board_than_described_is_told(calib: Front, tmp_path: Path, pictures: list[Path]) -> None:
+def test_another_board_than_described_is_reported(calib: Front, tmp_path: Path, pictures: list[Path]) -> None:
     (tmp_path / "board.toml").write_text('[board]\nkind = "chessboard"\ncolumns = 12\nrows = 5\nsquare_m = 0.03\n')
     outcome = calib("camera", "lens", *pictures[:4], "--description", tmp_path / "board.toml")
 
-    assert_told(outcome, "0 of 4 pictures", "chessboard board of 12 x 5 squares")
+    assert_reports(outcome, "0 of 4 pictures", "chessboard board of 12 x 5 squares")

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.calib.door import Front, assert_told
+from tests.calib.door import Front, assert_reports
 from tests.calib.filmed import read
 from tracking.records import TrackedTrial, export_tracks
 from tracking.records.formats import FORMATS
@@ -36,25 +36,25 @@ CASES: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
 
 
 @pytest.mark.parametrize("case", CASES)
-def test_what_cannot_be_converted_is_told(calib: Front, filmed_session: Path, tmp_path: Path, case: str) -> None:
+def test_what_cannot_be_converted_is_reported(calib: Front, filmed_session: Path, tmp_path: Path, case: str) -> None:
     arguments, parts = CASES[case]
     export_tracks(TrackedTrial.of(read(filmed_session / "truth" / "slow.csv")), tmp_path / "dlc.csv", "deeplabcut")
 
-    assert_told(calib("convert", tmp_path / "dlc.csv", "--out", tmp_path / "o.csv", *arguments), *parts)
+    assert_reports(calib("convert", tmp_path / "dlc.csv", "--out", tmp_path / "o.csv", *arguments), *parts)
     assert not (tmp_path / "o.csv").exists()
 
 
-def test_a_file_of_another_width_is_told(calib: Front, filmed_session: Path, tmp_path: Path) -> None:
+def test_a_file_of_another_width_is_reported(calib: Front, filmed_session: Path, tmp_path: Path) -> None:
     true = read(filmed_session / "truth" / "slow.csv")
     export_tracks(TrackedTrial.of(true), tmp_path / "f.csv", "fishsim")
     outcome = calib("convert", tmp_path / "f.csv", "--out", tmp_path / "o.csv", "--markers", "nose,neck")
 
-    assert_told(outcome, "f.csv", "18 in every row", "4: x and y of the 2 markers")
-    assert_told(calib("convert", tmp_path / "none.csv", "--out", tmp_path / "o.csv"), "none.csv")
+    assert_reports(outcome, "f.csv", "18 in every row", "4: x and y of the 2 markers")
+    assert_reports(calib("convert", tmp_path / "none.csv", "--out", tmp_path / "o.csv"), "none.csv")
 
 
 def test_a_packed_file_is_read_and_not_written(calib: Front, fresh_session: Path, tmp_path: Path) -> None:
     packed = fresh_session / "trials" / "slow.csv.gz"
 
     assert calib("convert", packed, "--out", tmp_path / "o.csv").code == 0
-    assert_told(calib("convert", packed, "--out", tmp_path / "o.csv.gz"), "without .gz")
+    assert_reports(calib("convert", packed, "--out", tmp_path / "o.csv.gz"), "without .gz")

@@ -8,7 +8,7 @@ import pytest
 
 from calib.pipeline import Pipeline, open_session
 from session.create import FISHSIM_MARKERS
-from tests.calib.door import Front, assert_told, edit
+from tests.calib.door import Front, assert_reports, edit
 from tests.calib.filmed import read, tracks_of, with_tracks
 from tracking.records import SampleState, load_tracked
 
@@ -57,12 +57,12 @@ def test_a_swap_that_makes_it_worse_is_doubted_and_counts_nowhere(calib: Front, 
     assert used.confidence[40:, [A, B]].min() > 0
 
 
-def test_what_is_seen_and_does_not_count_is_told(calib: Front, tracked: Path) -> None:
+def test_what_is_seen_and_does_not_count_is_reported(calib: Front, tracked: Path) -> None:
     calib("edit", tracked, "slow", SWAP)
-    told = json.loads(calib("track", tracked, "--json").out)["slow"]
+    reported = json.loads(calib("track", tracked, "--json").out)["slow"]
 
     used = read(tracked / "results" / "tracks" / "slow.csv")
-    assert told["counts"] == np.mean(used.confidence > 0) < told["seen"] == 1.0
+    assert reported["counts"] == np.mean(used.confidence > 0) < reported["seen"] == 1.0
 
 
 def test_a_box_is_tracked_on_from(calib: Front, tracked: Path) -> None:
@@ -121,11 +121,11 @@ def test_an_edit_that_does_not_fit_is_refused_and_nothing_written(calib: Front, 
     arguments, parts = CASES[case]
     with_tracks(tracked, "fast")
 
-    assert_told(calib("edit", tracked, *arguments), *parts)
+    assert_reports(calib("edit", tracked, *arguments), *parts)
     assert not list((tracked / "trials").glob("*.jsonl"))
 
 
 def test_a_trial_with_both_tracks_and_video_is_not_edited(calib: Front, tracked: Path) -> None:
     edit(tracked / "session.toml", 'video = "trials/fast.mp4"', 'tracks = "truth/fast.csv"\nvideo = "trials/fast.mp4"')
 
-    assert_told(calib("edit", tracked, "fast", SWAP), "its tracks come from a file")
+    assert_reports(calib("edit", tracked, "fast", SWAP), "its tracks come from a file")

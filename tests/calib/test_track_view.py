@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.calib.door import Front, assert_told, edit
+from tests.calib.door import Front, assert_reports, edit
 from tests.calib.filmed import FRAMES, NAMES
 from tests.calib.test_left_out import MOTOR_LOG
 from tests.cases import later
@@ -69,13 +69,13 @@ def test_tracks_too_short_to_measure_are_still_shown(calib: Front, filmed: Path)
     assert shown(calib, filmed).entities["/slow/confidence"].rows[SCALARS] == FRAMES["slow"]
 
 
-def test_a_session_with_nothing_to_show_is_told_so(calib: Front, fresh: Path) -> None:
+def test_a_session_with_nothing_to_show_is_reported_so(calib: Front, fresh: Path) -> None:
     head = (fresh / "session.toml").read_text().split("[[trial]]")[0]
     trial = '[[trial]]\nname = "logged"\nkind = "swim"\nmotor = "logged.motor.csv"\ncommanded_hz = 0.8\n'
     (fresh / "session.toml").write_text(head + trial)
     (fresh / "logged.motor.csv").write_text(MOTOR_LOG)
 
-    assert_told(calib("view", fresh), "nothing to show", "Trial logged")
+    assert_reports(calib("view", fresh), "nothing to show", "Trial logged")
     assert not (fresh / "results" / "session.rrd").exists()
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from calib.pipeline import Options, Pipeline, open_session
-from tests.calib.door import Front, assert_told, edit, little_posterior, with_little_effort
+from tests.calib.door import Front, assert_reports, edit, little_posterior, with_little_effort
 from tests.once import made_once
 
 OF_FIT = {"calibration.json", "calibrated.xml", "report.html"}
@@ -106,7 +106,7 @@ def test_another_effort_replaces_its_own_results_and_keeps_them_aside(
 
 def test_without_a_fit_what_shows_says_how_to_make_one(calib: Front, fresh: Path, tmp_path: Path) -> None:
     for command in (("report", fresh), ("mjcf", fresh, "--out", tmp_path / "fish.xml")):
-        assert_told(calib(*command), "no fit stands", f"calib fit {fresh}")
+        assert_reports(calib(*command), "there is no fit", f"calib fit {fresh}")
     assert not (tmp_path / "fish.xml").exists()
 
 
@@ -114,7 +114,7 @@ def test_a_fit_that_is_out_of_date_is_named_and_left_alone(calib: Front, whole: 
     edit(whole / "session.toml", "[fit]", "[fit]\nseed = 7")
     before = results(whole)
     for command in (("report", whole), ("mjcf", whole, "--out", tmp_path / "fish.xml")):
-        assert_told(calib(*command), "out of date", f"calib fit {whole}")
+        assert_reports(calib(*command), "out of date", f"calib fit {whole}")
     assert results(whole) == before
 
 

@@ -43,12 +43,12 @@ def test_the_checksums_of_the_card_are_those_of_the_files() -> None:
 
 
 def test_the_card_tells_what_it_must_and_keeps_its_text_when_checksums_are_written(tmp_path: Path) -> None:
-    told = (SAMPLE / "CARD.md").read_text()
-    assert all(f"**{part}" in told for part in ("What", "How made", "Truth", "Seed", "Licence", "Checksums"))
-    (tmp_path / "CARD.md").write_text(told)
+    reported = (SAMPLE / "CARD.md").read_text()
+    assert all(f"**{part}" in reported for part in ("What", "How made", "Truth", "Seed", "Licence", "Checksums"))
+    (tmp_path / "CARD.md").write_text(reported)
     (tmp_path / "truth.json").write_text("{}")
     write_checksums(tmp_path)
-    assert (tmp_path / "CARD.md").read_text().startswith(told.split("| file | sha256 |")[0])
+    assert (tmp_path / "CARD.md").read_text().startswith(reported.split("| file | sha256 |")[0])
     assert listed(tmp_path / "CARD.md") == checksums(tmp_path)
 
 

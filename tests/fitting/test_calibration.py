@@ -53,7 +53,7 @@ def test_trials_beyond_the_fitted_speeds_are_flagged(trials: dict[str, MeasuredT
 
     assert "extrapolated" not in [flag.kind for flag in compared[1].flags]
     (flag,) = [flag for flag in compared[2].flags if flag.kind == "extrapolated"]
-    assert "1.200 Hz lies outside the fitted 0.800 to 1.000 Hz" in flag.message
+    assert "1.200 Hz is outside the fitted 0.800 to 1.000 Hz" in flag.message
 
 
 def test_without_a_fit_trial_it_is_refused(trials: dict[str, MeasuredTrial]) -> None:

@@ -1,4 +1,4 @@
-"""What frozen coefficients say of a trial that they were not fitted to, and what is foretold from its command alone."""
+"""What frozen coefficients say of a trial that they were not fitted to, and what is forecast from its command alone."""
 
 from __future__ import annotations
 
@@ -55,17 +55,17 @@ HELD_OUT, SPEED_PER_HZ = "slow", 0.1
 
 def commanded(slow: float | None, medium: float | None = None, fast: float | None = None) -> Calibration:
     """Trials at 0.5 (held out), 0.8 and 1.3 Hz whose commands are these, Hz; the sweep is from 0.4 to 1.5 Hz."""
-    made, told = made_calibration(), {"slow": slow, "medium": medium, "fast": fast}
+    made, commands = made_calibration(), {"slow": slow, "medium": medium, "fast": fast}
     return replace(
         made,
         trials=tuple(
-            replace(trial, measured=replace(trial.measured, commanded_hz=told[trial.measured.name]))
+            replace(trial, measured=replace(trial.measured, commanded_hz=commands[trial.measured.name]))
             for trial in made.trials
         ),
     )
 
 
-def foretold(calibration: Calibration) -> CommandForecast:
+def of_command(calibration: Calibration) -> CommandForecast:
     (name,) = (found := forecast_from_command(calibration))
     assert name == HELD_OUT
     return found[name]
@@ -73,7 +73,7 @@ def foretold(calibration: Calibration) -> CommandForecast:
 
 def test_the_beat_is_the_command_times_the_mean_ratio() -> None:
     calibration = commanded(1.0, 0.8 / 0.7, 1.3 / 0.8)
-    found = foretold(calibration)
+    found = of_command(calibration)
 
     assert beat_to_command(calibration) == pytest.approx(0.75)
     assert found.frequency_hz == pytest.approx(0.75)
@@ -89,7 +89,7 @@ def test_nothing_measured_in_the_trial_enters() -> None:
     lost = replace(slow.measured, weight=0 * slow.measured.weight, frequency=fitted[0].measured.frequency)
     blind = replace(calibration, trials=(replace(slow, measured=lost, simulated_hz=np.nan, speeds={}), *fitted))
 
-    assert foretold(blind) == foretold(calibration)
+    assert of_command(blind) == of_command(calibration)
 
 
 @pytest.mark.parametrize(
@@ -98,7 +98,7 @@ def test_nothing_measured_in_the_trial_enters() -> None:
     ids=["trial", "fit trials"],
 )
 def test_without_a_command_there_is_no_forecast_and_that_is_said(calibration: Calibration, whose: str) -> None:
-    found = foretold(calibration)
+    found = of_command(calibration)
 
     assert np.isnan([found.frequency_hz, *found.speeds.values()]).all()
     assert [flag.kind for flag in found.flags] == ["no_command"]
@@ -106,9 +106,9 @@ def test_without_a_command_there_is_no_forecast_and_that_is_said(calibration: Ca
 
 
 def test_beyond_the_sweep_there_is_no_forecast_and_that_is_said() -> None:
-    found = foretold(commanded(3.0, 1.0, 1.3 / 0.8))
+    found = of_command(commanded(3.0, 1.0, 1.3 / 0.8))
 
     assert found.frequency_hz == pytest.approx(2.4)
     assert np.isnan(list(found.speeds.values())).all()
     assert [flag.kind for flag in found.flags] == ["extrapolated"]
-    assert "2.400 Hz, foretold from the command, lies outside the 0.400 to 1.500 Hz" in found.flags[0].message
+    assert "2.400 Hz, forecast from the command, is outside the 0.400 to 1.500 Hz" in found.flags[0].message

@@ -1,4 +1,4 @@
-"""Twins that swim backward from rest are told apart from those that swim forward, as the robot does."""
+"""Twins that swim backward from rest are reported apart from those that swim forward, as the robot does."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ BACKWARD = (0.0, 3.46, 10.0, 1.095, 0.0)
 """As close to the public tracks as the other, when started at the measured speed."""
 
 
-def test_known_twins_are_told_apart_at_low_frequency(trials: dict[str, MeasuredTrial]) -> None:
+def test_known_twins_are_reported_apart_at_low_frequency(trials: dict[str, MeasuredTrial]) -> None:
     twin = Twin(load_robot(), ("nose", "neck"))
     like_public = tuple(
         replace(trials["slow"], frequency=replace(trials["slow"].frequency, hz=hz)) for hz in (0.75, 1.31)

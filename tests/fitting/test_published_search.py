@@ -43,13 +43,13 @@ def swims() -> Swims:
 
 
 @pytest.fixture(scope="module")
-def told() -> list[tuple[float, float]]:
+def reported() -> list[tuple[float, float]]:
     return []
 
 
 @pytest.fixture(scope="module")
-def fit(swims: Swims, told: list[tuple[float, float]]) -> PublishedFit:
-    return published_search(swims, BUDGET_S, progress=lambda share, best_m: told.append((share, best_m)))
+def fit(swims: Swims, reported: list[tuple[float, float]]) -> PublishedFit:
+    return published_search(swims, BUDGET_S, progress=lambda share, best_m: reported.append((share, best_m)))
 
 
 def test_the_best_is_as_far_off_as_it_says_and_within_bounds(swims: Swims, fit: PublishedFit) -> None:
@@ -59,8 +59,8 @@ def test_the_best_is_as_far_off_as_it_says_and_within_bounds(swims: Swims, fit: 
     np.testing.assert_array_equal(fit.coefficients, np.clip(fit.coefficients, 0, 10))
 
 
-def test_progress_is_told_the_share_spent_and_the_best(fit: PublishedFit, told: list[tuple[float, float]]) -> None:
-    shares, best = np.array(told).T
+def test_progress_is_the_share_spent_and_the_best(fit: PublishedFit, reported: list[tuple[float, float]]) -> None:
+    shares, best = np.array(reported).T
 
     assert (np.diff(shares) >= 0).all()
     assert shares[-1] == 1.0

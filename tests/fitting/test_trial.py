@@ -157,7 +157,7 @@ def test_stamps_win_over_a_frame_rate_that_is_a_little_off(session: Session) -> 
 @pytest.mark.parametrize("fps", [30.0, 56.0, 64.0, 120.0])
 def test_stamps_of_another_frame_rate_are_refused(session: Session, fps: float) -> None:
     camera = replace(session.camera, fps=fps)
-    with pytest.raises(NotEnoughData, match="its time stamps say 60 frames a second"):
+    with pytest.raises(NotEnoughData, match="its time stamps give 60 frames a second"):
         measured(replace(session, camera=camera), "slow", tracks_of(session, "slow"))
 
 

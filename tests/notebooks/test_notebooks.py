@@ -59,5 +59,5 @@ def test_it_runs_in_a_fresh_checkout_without_error_or_warning(
     NotebookClient(notebook, timeout=240, kernel_name="python3", resources=place).execute()
 
     outputs = [output for cell in notebook.cells if cell.cell_type == "code" for output in cell.outputs]
-    told = [output.text for output in outputs if output.get("name") == "stderr"]
-    assert told == []
+    reported = [output.text for output in outputs if output.get("name") == "stderr"]
+    assert reported == []

@@ -160,5 +160,5 @@ def made_forces(size: float = 0.004, sd: float = 0.0003) -> MissingForces:
 
 def _set(probability: float, *effects: str, other: bool = False, like: str | None = None) -> dict[str, Any]:
     """An explanation with its probability."""
-    told = {"effects": list(effects), "something_else": other, "that_looks_like": like}
-    return told | {"probability": probability}
+    reported = {"effects": list(effects), "something_else": other, "that_looks_like": like}
+    return reported | {"probability": probability}

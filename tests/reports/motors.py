@@ -38,12 +38,12 @@ def made_logged(
         temperature_c=np.linspace(25.0, 31.0, len(time_s)),
         error=np.zeros(len(time_s)),
     )
-    told_s = RATE * np.array([0.0, 0.5, 1.5, 2.0, 8.0, 8.5, 9.5]) + OFFSET_S
+    reported_s = RATE * np.array([0.0, 0.5, 1.5, 2.0, 8.0, 8.5, 9.5]) + OFFSET_S
     parts = ("rest", "start_code", "rest", "drive", "rest", "end_code", "rest")
-    told = forward * 2 * np.pi * hz / 0.98 * np.array([0.0, 0.4, 0.0, 1.0, 0.0, -0.4, 0.0])
+    reported = forward * 2 * np.pi * hz / 0.98 * np.array([0.0, 0.4, 0.0, 1.0, 0.0, -0.4, 0.0])
     record: dict[str, Any] = {
         "log": log,
-        "commands": MotorCommands(told_s, parts, told) if coded else None,
+        "commands": MotorCommands(reported_s, parts, reported) if coded else None,
         "clock": MotorClock(OFFSET_S, 0.0012, RATE, 2e-5, "code" if coded else "given", ()),
         "turn": CrankTurn.measured(log_s, log.position_rad).shifted(OFFSET_S, RATE),
         "drive_s": DRIVE_S,

@@ -80,7 +80,7 @@ def made_fit() -> CoefficientFit:
         End(np.full(5, 5.0 - rank), np.array(end), density, rank == 0, rank < 2)
         for rank, (end, density) in enumerate(zip(found, (100.0, 99.5, 101.0), strict=True))
     )
-    flags = (Flag("at_bound", message="magnus_lift = 0 lies at its bound 0: the data pull it further"),)
+    flags = (Flag("at_bound", message="magnus_lift = 0 is at its bound 0: the data favour a value beyond it"),)
     interval = np.column_stack([0.9 * np.array(BEST), 1.1 * np.array(BEST)])
     return CoefficientFit(BEST, interval, MEDIANS, ends, simulations=321, seconds=4.2, flags=flags)
 
@@ -121,7 +121,7 @@ def made_trial(robot: RobotSpec, name: str, *, flagged: bool = False, seconds: f
     if flagged:
         measured = with_faults(measured)
     twin = swimming(robot, time_s, hz, speed=0.11 * hz, size=1.15)
-    extrapolated = Flag("extrapolated", message=f"{hz:.3f} Hz lies outside the fitted 0.800 to 1.300 Hz")
+    extrapolated = Flag("extrapolated", message=f"{hz:.3f} Hz is outside the fitted 0.800 to 1.300 Hz")
     return CalibratedTrial(
         measured=measured,
         simulated=twin,

@@ -1,4 +1,4 @@
-"""What is foretold from the command alone stands beside the other forecasts, and its absence is explained."""
+"""What is forecast from the command alone stands beside the other forecasts, and its absence is explained."""
 
 import re
 
@@ -41,11 +41,11 @@ def test_a_line_of_the_sweep_comes_from_a_frequency_not_from_the_command(page: P
 
 @pytest.mark.usefixtures("words_alone")
 @pytest.mark.parametrize("command", [None, 9.0], ids=["unknown", "beyond the sweep"])
-def test_without_it_the_reason_is_told(command: float | None) -> None:
+def test_without_it_the_reason_is_reported(command: float | None) -> None:
     page = page_of(commanded(command, 1.0, 1.5))
-    told = "slow: its command is not known" if command is None else "foretold from the command, lies outside"
+    reported = "slow: its command is not known" if command is None else "forecast from the command, is outside"
 
     assert "No forecast by command of slow:" in page.text
-    assert told in page.text
+    assert reported in page.text
     assert ("no command" in page.text.split("Elongated body theory has")[0]) == (command is None)
     assert not re.search(r"\bnan\b", page.text)

@@ -1,4 +1,4 @@
-"""The crank's error surface and section show arm, runs and doubts."""
+"""The crank's error surface and section show arm, runs and flags."""
 
 from dataclasses import replace
 

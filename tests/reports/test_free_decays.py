@@ -1,4 +1,4 @@
-"""The free decays in the report: the numbers that were fitted, the figures whole, the doubts said."""
+"""The free decays in the report: the numbers that were fitted, the figures whole, the flags shown."""
 
 from dataclasses import replace
 

@@ -90,7 +90,7 @@ def test_shares_stand_at_their_parts_negative_ones_too(page: Page) -> None:
     assert "60 to 75 %" in page.text
 
 
-def test_effects_that_act_together_are_told_with_what_they_leave(page: Page) -> None:
+def test_effects_that_act_together_are_reported_with_what_they_leave(page: Page) -> None:
     assert "Together tendon slack wave drag" in page.text
     assert "With tendon slack and wave drag, 12 % of the gap in the fitted swims remains" in page.text
     assert "(p < 0.001): something else is there too." in page.text
@@ -103,7 +103,7 @@ def test_a_remainder_that_noise_would_leave_passes_for_noise() -> None:
     assert "passes for noise (p = 0.40)" in page_of(made_diagnosed(remainder=rest)).text
 
 
-def test_alternatives_are_told_as_such_and_what_would_separate_them(pages: dict[str, Page]) -> None:
+def test_alternatives_are_reported_as_such_and_what_would_separate_them(pages: dict[str, Page]) -> None:
     text = pages["inseparable"].text
 
     assert "Verdict: inseparable." in text
@@ -147,7 +147,7 @@ def test_without_a_held_out_gap_nothing_shrinks() -> None:
 
 
 @pytest.mark.usefixtures("words_alone")
-def test_all_effects_at_once_are_told_where_they_are_called_for() -> None:
+def test_all_effects_at_once_are_reported_where_they_are_called_for() -> None:
     page = page_of(made_diagnosed("unexplained", everything=made_everything()))
 
     assert "the fitted swims call for more than is named (e^41 times as probable so)" in page.text

@@ -30,7 +30,7 @@ def test_missing_forces_have_the_size_and_the_course_of_their_harmonics() -> Non
     ("motion", "sign"), [("deflection", -1.0), ("speed", -1.0), ("acceleration", 1.0)], ids=["spring", "damper", "mass"]
 )
 def test_a_torque_goes_with_the_motion_that_makes_it(motion: str, sign: float) -> None:
-    """In two swims of different frequency: a spring and a mass are in phase, and told apart all the same."""
+    """In two swims of different frequency: a spring and a mass are in phase, and reported apart all the same."""
     trials = [gently(made_trial(ROBOT, name, seconds=10.0)) for name in FITTED]
     mean = np.zeros((len(FITTED), len(JOINTS), 7))
     for place, trial in enumerate(trials):

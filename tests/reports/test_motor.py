@@ -1,4 +1,4 @@
-"""The motor in the report: on the clock of the video, its uneven turn shown, its doubts said."""
+"""The motor in the report: on the clock of the video, its uneven turn and its flags shown."""
 
 import numpy as np
 import pytest
@@ -27,11 +27,11 @@ def test_the_speed_through_a_turn_is_that_of_the_crank_whichever_way_it_turns(fo
 def test_command_codes_and_speed_lie_on_the_clock_of_the_video() -> None:
     trial = made_logged()
     (axes,) = motor_speed_figure([trial]).axes
-    (told,) = [line for line in axes.lines if to_hex(line.get_color()) == EBT]
+    (reported,) = [line for line in axes.lines if to_hex(line.get_color()) == EBT]
 
     np.testing.assert_allclose(trial.codes, [(0.5, 1.5), (8.5, 9.5)])
-    np.testing.assert_allclose(told.get_xdata()[:-1], [0.0, 0.5, 1.5, 2.0, 8.0, 8.5, 9.5], atol=1e-9)
-    assert max(told.get_ydata()) == pytest.approx(0.6 / 0.98)
+    np.testing.assert_allclose(reported.get_xdata()[:-1], [0.0, 0.5, 1.5, 2.0, 8.0, 8.5, 9.5], atol=1e-9)
+    assert max(reported.get_ydata()) == pytest.approx(0.6 / 0.98)
     assert axes.get_xlim() == pytest.approx((0.0, 9.99))
 
 

@@ -48,7 +48,7 @@ def page_of(calibration: Calibration, session: Session | None = None) -> Page:
 
 
 def test_every_section_is_there_and_every_link_leads_to_one(page: Page) -> None:
-    sections = ["summary", "doubts", "forecasts", "speed", "trials", "residuals", "tail-beat", "coefficients"]
+    sections = ["summary", "caveats", "forecasts", "speed", "trials", "residuals", "tail-beat", "coefficients"]
     sections += ["gap", "robot-sketch", "structure", "tracks", "provenance", "reading"]
     links = [target[1:] for target in page.targets if target.startswith("#")]
 
@@ -83,7 +83,7 @@ def test_the_first_screen_gives_the_numbers_that_the_calibration_has(page: Page)
 def test_doubts_stand_in_the_summary_and_with_their_trial(page: Page) -> None:
     summary, rest = page.text.split("Speed Forward", 1)[0], page.text
 
-    assert "magnus_lift = 0 lies at its bound 0: the data pull it further." in summary
+    assert "magnus_lift = 0 is at its bound 0: the data favour a value beyond it." in summary
     assert "outside the range of the trials that were fitted" in summary
     assert "slow: the swim frequency differs from the command" in summary.replace("Slow", "slow")
     assert "The tail beats at 0.500 Hz, -25 % off the commanded 0.67 Hz." in rest
@@ -110,7 +110,7 @@ def test_provenance_names_inputs_versions_and_seed(page: Page) -> None:
 def test_without_held_out_trials_it_says_that_nothing_was_predicted() -> None:
     page = page_of(made_calibration(("medium", "fast")))
 
-    assert "No trial is held out: nothing says how well the twin forecasts." in page.text
+    assert "No trial is held out: how well the twin forecasts is not known." in page.text
     assert "No trial was held out: every speed error below is one of the fit." in page.text
     assert not re.search(r"\bnan\b", page.text)
 
@@ -147,7 +147,7 @@ def test_forecasts_stand_beside_a_baseline_on_the_first_screen(page: Page) -> No
 def test_the_first_screen_answers_every_question_in_few_words(html_of_medium: str) -> None:
     """What stands before anything is unfolded, headings of what is folded included."""
     screen = html_of_medium.split('<details class="question">')[0]
-    for question in ("What", "How good", "How sure", "What is missing", "Biggest doubt", "Next step"):
+    for question in ("What", "How good", "How sure", "What is missing", "Main caveat", "Next step"):
         assert f"<dt>{question}</dt>" in screen
     shown = Page(
         re.sub(

@@ -54,7 +54,7 @@ def test_forecasts_stand_beside_the_best_simple_baseline(full: Page) -> None:
 def test_without_a_held_out_trial_nothing_is_said_of_forecasts() -> None:
     page = page_of(names=("medium", "fast"))
     assert "forecasts" not in page.ids
-    assert "No trial is held out: nothing says how well" in page.text
+    assert "No trial is held out: how well the twin forecasts is not known" in page.text
 
 
 def test_bands_that_miss_are_called_too_narrow() -> None:
@@ -63,17 +63,17 @@ def test_bands_that_miss_are_called_too_narrow() -> None:
     narrow = replace(slow.forecasts["from_command"], speed_ci90=(0.9, 1.0))
     trials = {**made.trials, "slow": replace(slow, forecasts={**slow.forecasts, "from_command": narrow})}
     page = page_of(forecasts, forecasts=replace(made, trials=trials))
-    assert "1 of 2 measured speeds lie outside their 90 % bands" in page.text
+    assert "1 of 2 measured speeds are outside their 90 % bands" in page.text
 
 
 def test_the_published_search_stands_beside_the_fit_and_why_it_differs(full: Page) -> None:
     assert "slender drag 7.8 7.02 to 8.58 3" in full.text
     assert re.search(r"fit trials markers, as tracked \[mm\] [\d.]+ [\d.]+", full.text)
-    assert "takes trim" in full.text
+    assert "attributes trim" in full.text
     assert "calib fit SESSION --objective published does" in page_of(coefficients).text
 
 
-def test_what_differs_between_trials_is_told_with_its_size(full: Page) -> None:
+def test_what_differs_between_trials_is_reported_with_its_size(full: Page) -> None:
     assert "turning from trial to trial 1.7 °/s" in full.text
     assert "wave common never 5 %" in full.text
 

@@ -45,7 +45,7 @@ def test_text_keeps_its_digits_and_is_escaped() -> None:
     assert 'aria-label="a &#34;quoted&#34; &lt;name&gt;"' in svg
 
 
-def test_inks_are_told_apart_by_their_light_colour() -> None:
+def test_inks_are_reported_apart_by_their_light_colour() -> None:
     lights = [ink.light for ink in INKS.values()]
 
     assert len(set(lights)) == len(lights)

@@ -124,8 +124,8 @@ class FluidMemory(Mechanism):
         speed = np.hypot(now.flow.along_m_s, now.flow.across_m_s) @ area / area.sum()
         travelled = speed[:, None] * step_s / self.semichord_m
         held = _stacked(now.water).shape
-        left = np.concatenate([np.broadcast_to(np.exp(-f * travelled), held) for _, f in _WAGNER], axis=1)
-        return np.asarray(left * (np.tile(_stacked(now.water), len(_WAGNER)) - state[:, :-1]))
+        remaining = np.concatenate([np.broadcast_to(np.exp(-f * travelled), held) for _, f in _WAGNER], axis=1)
+        return np.asarray(remaining * (np.tile(_stacked(now.water), len(_WAGNER)) - state[:, :-1]))
 
 
 def _stacked(forces: StripForces) -> np.ndarray:
@@ -259,7 +259,7 @@ class SurfaceMotion(Mechanism):
 
     roll'' + 2 z w roll' + w^2 roll = g a, a the acceleration across the head; pitch alike with that along it. Before
     the film they are driven by its mirror image. Markers swing about an axis below them, and come nearer to the camera
-    where the body pitches up; in a dry run the head stands still, and nothing swings.
+    where the body pitches up; in a dry run the head does not move, and nothing swings.
     """
 
     # roll_per_m, pitch_per_m: g

@@ -114,7 +114,7 @@ class JointFriction(Mechanism):
     """The LuGre model: bristles bend before they slip, with a higher torque to break away than to keep sliding.
 
     Canudas de Wit, Olsson, Astrom and Lischinsky, IEEE Trans. Automatic Control 40 (1995): z' = w - |w| z s_0 / g(w),
-    torque s_0 z, g(w) = T (1 + e exp(-(w / w_s)^2)); the hinge's own damper stands for that of the bristles. The state
+    torque s_0 z, g(w) = T (1 + e exp(-(w / w_s)^2)); the hinge's own damper replaces that of the bristles. The state
     is where the bristles' roots are, q - z, so that within a step they are a spring.
     """
 

@@ -42,7 +42,7 @@ def says_slack(session: Path, discrepancy: Discrepancy, without: frozenset[str])
     """A program that finds slack tendons everywhere, as long as it knows of them; it keeps a count of its runs."""
     assert discrepancy.directions.shape == (127, 127)
     named = "tendon_slack" not in without
-    told = {
+    reported = {
         "verdict": "named" if named else "unexplained",
         "groups": [["tendon_slack"]] if named else [],
         "probabilities": {"tendon_slack": 0.95, "none_of_these": 0.05} if named else {"none_of_these": 1.0},
@@ -52,7 +52,7 @@ def says_slack(session: Path, discrepancy: Discrepancy, without: frozenset[str])
     }
     path = session / DIAGNOSIS
     path.parent.mkdir(exist_ok=True)
-    path.write_text(json.dumps(told))
+    path.write_text(json.dumps(reported))
     with (session / "runs").open("a") as file:
         file.write("once\n")
 

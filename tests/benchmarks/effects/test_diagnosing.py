@@ -1,4 +1,4 @@
-"""A program is run over a suite once for each session, and told no more than what its catalogue is to lack."""
+"""A program is run over a suite once for each session, and reported no more than what its catalogue is to lack."""
 
 import json
 import sys
@@ -17,7 +17,7 @@ from calib.options import Options
 from diagnosis import Discrepancy
 from session import InputError
 from tests.benchmarks.effects.suites import ANSWERS, runs, says_slack, suite_in
-from tests.calib.door import Front, assert_told
+from tests.calib.door import Front, assert_reports
 from tests.cases import later
 
 ALONE = Run(workers=1)
@@ -73,7 +73,7 @@ def test_without_the_effect_the_sessions_with_one_are_diagnosed_in_copies(suite:
 
 
 def test_scores_without_the_effect(suite: SuiteFolder) -> None:
-    """Clear slack is unexplained and on its stage; where the scale is off, slack is told with confidence."""
+    """Clear slack is unexplained and on its stage; where the scale is off, slack is reported with confidence."""
     diagnose_suite(suite, says_slack, ALONE)
     diagnose_without(suite, says_slack, ALONE)
     found = measures_without(score_without(suite))
@@ -82,7 +82,7 @@ def test_scores_without_the_effect(suite: SuiteFolder) -> None:
         "stage_right": (1, 1),
         "confident_wrong": (1, 2),
     }
-    seconds = [case.told.seconds for case in score_suite(suite)]  # measured, as the program does not tell
+    seconds = [case.diagnosis.seconds for case in score_suite(suite)]  # measured, as the program does not tell
     assert all(each is not None and 0.0 <= each < 10.0 for each in seconds)
     assert "Without the effect that is there" in score_all(suite).scores("").text()
 
@@ -124,9 +124,9 @@ def test_the_toolkit_s_own_program_is_told_what_to_leave_out(
 
     monkeypatch.setattr("benchmarks.effects.diagnosing.open_session", lambda folder: folder)
     monkeypatch.setattr("benchmarks.effects.diagnosing.Pipeline", Recorded)
-    diagnose(suite.sessions / NAMES[0], told := Discrepancy.independent(np.eye(127)), frozenset({"wave_drag"}))
+    diagnose(suite.sessions / NAMES[0], reported := Discrepancy.independent(np.eye(127)), frozenset({"wave_drag"}))
     assert asked[0][:3] == (suite.sessions / NAMES[0], "quick", frozenset({"wave_drag"}))
-    assert asked[0][3] is told
+    assert asked[0][3] is reported
 
 
 def test_any_command_may_be_the_program(suite: SuiteFolder, tmp_path: Path) -> None:
@@ -158,12 +158,12 @@ def test_the_command_line_diagnoses_withholds_and_scores(suite: SuiteFolder, cal
         "import json, pathlib, sys\n"
         "path = pathlib.Path(sys.argv[1]) / 'results' / 'diagnosis.json'\n"
         "path.parent.mkdir(exist_ok=True)\n"
-        "told = dict(verdict='no_gap', groups=[], probabilities={'none_of_these': 1.0}, where=None, gap=None)\n"
-        "path.write_text(json.dumps(told | {'withheld_from_catalogue': sys.argv[3:]}))\n"
+        "reported = dict(verdict='no_gap', groups=[], probabilities={'none_of_these': 1.0}, where=None, gap=None)\n"
+        "path.write_text(json.dumps(reported | {'withheld_from_catalogue': sys.argv[3:]}))\n"
     )
     effects = ("benchmark", "effects", suite.folder)
     early = calib(*effects, "--part", "score")
-    assert_told(early, "not every session is diagnosed", "--part diagnose")
+    assert_reports(early, "not every session is diagnosed", "--part diagnose")
     for part in ("diagnose", "withhold"):
         ended = calib(*effects, "--part", part, "--program", f"{sys.executable} {script}", "--workers", "1")
         assert (ended.code, ended.out.strip()) == (0, "all done")

@@ -34,7 +34,7 @@ STRENGTHS = {PARAMETERS[0]: 0.15, PARAMETERS[2]: 0.1}
 def session(
     seed: int, size: float = 1.0, strong: float = 1.0, everywhere: float = 0.0, near: float = 0.0
 ) -> BaseSession:
-    """Of swims that begin at any phase, and have shares of what is left in common."""
+    """Of swims that begin at any phase, and have shares of the residual in common."""
     random = np.random.default_rng(seed)
     phase = random.uniform(-np.pi, np.pi, TRIALS)
     between = everywhere + near * nearness(HERTZ) + (1 - everywhere - near) * np.eye(TRIALS)
@@ -104,20 +104,20 @@ def test_what_is_measured_is_written_with_its_seeds(tmp_path: Path, monkeypatch:
     monkeypatch.setattr(discrepancy, "SEEDS", range(50))
     measure(tmp_path / "made" / "discrepancy.npz", workers=1)
     found = Discrepancy.load(tmp_path / "made" / "discrepancy.npz")
-    told = discrepancy_of([*drawn(range(25), True), *drawn(range(25, 50), False)])
-    assert found.directions == pytest.approx(told.directions, rel=1e-6)
-    assert found.common == pytest.approx(told.common, abs=1e-6)
-    assert found.strengths.keys() == told.strengths.keys()
-    assert all(own == pytest.approx(told.strengths[name]) for name, own in found.strengths.items())
+    reported = discrepancy_of([*drawn(range(25), True), *drawn(range(25, 50), False)])
+    assert found.directions == pytest.approx(reported.directions, rel=1e-6)
+    assert found.common == pytest.approx(reported.common, abs=1e-6)
+    assert found.strengths.keys() == reported.strengths.keys()
+    assert all(own == pytest.approx(reported.strengths[name]) for name, own in found.strengths.items())
     assert np.load(tmp_path / "made" / "discrepancy.npz")["seeds"].tolist() == list(range(50))
 
 
 @pytest.mark.long
 def test_a_twin_leaves_little_of_a_base_session_and_it_is_told_what_effects_would_do() -> None:
     (found,) = base_sessions([9005], with_effects=True)
-    assert found.left.shape[1] == LENGTH
-    assert 1e-6 < np.sqrt((found.left[:, 1:] ** 2).mean()) < 5e-4
+    assert found.residual.shape[1] == LENGTH
+    assert 1e-6 < np.sqrt((found.residual[:, 1:] ** 2).mean()) < 5e-4
     names = {name for name, _ in found.columns}
     assert {"segment_coefficients", "tendon_compliance", "fluid_memory"} <= names
     assert not {"marker_offset", "scale_error"} & names
-    assert all(column.shape == (found.left.size,) for column in found.columns.values())
+    assert all(column.shape == (found.residual.size,) for column in found.columns.values())

@@ -58,7 +58,7 @@ def traces(folder: Path, number: int, plan: SessionPlan) -> list[float]:
     session = folder / "sessions" / plan.name
     files = sorted(path for path in session.rglob("*") if path.is_file())
     packed = [path for path in files if path.suffix == ".gz"]
-    told = [path.read_bytes() for path in files if path.name.endswith(".motor.csv")]
+    reported = [path.read_bytes() for path in files if path.name.endswith(".motor.csv")]
     rows = [gzip.decompress(path.read_bytes()).count(b"\n") for path in packed]
     offsets = [trial.motor_offset_s or 0.0 for trial in load_session(session).trials]
     return [
@@ -67,8 +67,8 @@ def traces(folder: Path, number: int, plan: SessionPlan) -> list[float]:
         len(files),
         *(path.stat().st_size for path in packed),
         *rows,
-        sum(map(len, told)),
-        sum(text.count(b"\n") for text in told),
+        sum(map(len, reported)),
+        sum(text.count(b"\n") for text in reported),
         float(np.mean(offsets)),
         (session / "session.toml").stat().st_size,
         *(path.stat().st_mtime for path in (session, session / "trials", *packed)),
@@ -86,8 +86,8 @@ def area(seen: np.ndarray, true: np.ndarray) -> float:
     """Under the curve of a cross-validated forest; 0.5 is chance."""
     forest = RandomForestClassifier(300, min_samples_leaf=3, random_state=0)
     folds = int(min(9, true.sum(), (~true).sum()))
-    told = cross_val_predict(forest, seen, true, cv=folds, method="predict_proba")[:, 1]
-    return float(roc_auc_score(true, told))
+    reported = cross_val_predict(forest, seen, true, cv=folds, method="predict_proba")[:, 1]
+    return float(roc_auc_score(true, reported))
 
 
 def within_chance(seen: np.ndarray, true: np.ndarray) -> bool:

@@ -62,7 +62,7 @@ def test_each_sees_its_own_and_all_are_simulated_at_once(asked: list[int]) -> No
 
 @pytest.mark.long
 def test_where_one_ends_the_next_begins(asked: list[int]) -> None:
-    """And not before: works are begun as there is room for them, and told in their order."""
+    """And not before: works are begun as there is room for them, and reported in their order."""
     begun: list[int] = []
 
     def work(number: int, rounds: int) -> Filming[int]:

@@ -16,7 +16,7 @@ import pytest
 
 from benchmarks.effects.drawn import DrawnWorld, draw_world
 from benchmarks.effects.filming import Filming, film_together
-from benchmarks.effects.rows import Change, SessionRows, told_by
+from benchmarks.effects.rows import Change, SessionRows, closest_fit
 from benchmarks.effects.suite import Recorded, SessionPlan
 from benchmarks.reality import Mechanism, Recording
 from benchmarks.reality.mechanisms import CATALOGUED, FAMILIES
@@ -70,7 +70,7 @@ def left_by_the_twin(name: str) -> float:
     """Share that the twin, with its own form of the effect refitted, leaves of what reality's does to a session."""
     changes = in_its_own_form()[name]
     (itself,) = rows().signatures({name: catalogue()[name]})
-    return told_by(changes, [itself])[1].distance / told_by(changes, [])[1].distance
+    return closest_fit(changes, [itself])[1].distance / closest_fit(changes, [])[1].distance
 
 
 def left_in_reality(name: str) -> float:

@@ -52,9 +52,9 @@ def test_what_shows_in_how_markers_slide_counts_as_a_diagnosis_counts_it() -> No
     known = discrepancy_for(FISHSIM_MARKERS, load_robot())
     fitted = SessionRows.of(drawn, base, known)
     held = SessionRows.of(drawn, base, known, "holdout", fitted.coefficients)
-    told = oracle_shrinkage([catalogue()["lens_distortion"]], fitted, held, bent)
-    assert told is not None
-    assert told > 0.5
+    reported = oracle_shrinkage([catalogue()["lens_distortion"]], fitted, held, bent)
+    assert reported is not None
+    assert reported > 0.5
 
 
 @pytest.mark.long
@@ -64,6 +64,6 @@ def test_how_markers_are_glued_in_every_session_is_not_what_a_form_that_moves_ma
     known, effects = discrepancy_for(FISHSIM_MARKERS, load_robot()), [catalogue()["marker_offset"]]
     fitted = SessionRows.of(drawn, base, known)
     held = SessionRows.of(drawn, base, known, "holdout", fitted.coefficients)
-    told = oracle_shrinkage(effects, fitted, held, moved)
-    assert told is not None
-    assert told > 0.6
+    reported = oracle_shrinkage(effects, fitted, held, moved)
+    assert reported is not None
+    assert reported > 0.6

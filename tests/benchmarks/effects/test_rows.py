@@ -13,7 +13,7 @@ import pytest
 from benchmarks.effects import rows as rows_module
 from benchmarks.effects.drawn import DrawnWorld, draw_world
 from benchmarks.effects.filming import Filming, film_together
-from benchmarks.effects.rows import Change, SessionRows, told_by
+from benchmarks.effects.rows import Change, SessionRows, closest_fit
 from benchmarks.effects.suite import Recorded, SessionPlan
 from benchmarks.reality import Recording
 from diagnosis import discrepancy_for
@@ -68,18 +68,18 @@ class Toy:
 def test_what_the_plain_twin_follows_is_told_from_where_its_coefficients_go() -> None:
     """In a straight line from the base state it would never get there: from there 16 squared over 100 are missing."""
     toy, row = Toy(), np.array([16.0, 2.56, 0.0])
-    number, told = told_by([toy.seen_from(place, row) for place in (0.0, 16.0)], [])
+    number, reported = closest_fit([toy.seen_from(place, row) for place in (0.0, 16.0)], [])
     assert number == 1
-    assert told.distance < 0.1
-    assert told_by([toy.seen_from(0.0, row)], [])[1].distance > 2.0
+    assert reported.distance < 0.1
+    assert closest_fit([toy.seen_from(0.0, row)], [])[1].distance > 2.0
 
 
 def test_what_an_effect_does_is_told_from_where_coefficients_are_with_it() -> None:
     toy, row = Toy(), np.array([20.0, 10.0, 1.0])
-    number, told = told_by([toy.seen_from(place, row) for place in (0.0, 22.2)], [toy.effect])
+    number, reported = closest_fit([toy.seen_from(place, row) for place in (0.0, 22.2)], [toy.effect])
     assert number == 0
-    assert told.distance < 0.1
-    assert told.values[0] == pytest.approx([10.0], rel=0.01)
+    assert reported.distance < 0.1
+    assert reported.values[0] == pytest.approx([10.0], rel=0.01)
 
 
 @pytest.mark.long
@@ -92,7 +92,7 @@ def test_other_water_is_followed_by_the_refitted_twin_however_far_it_has_to_go()
     assert there[0] / rows.coefficients[0] == pytest.approx(FAR[0], rel=0.15)
     left = [change.space.length(change.row) for change in (from_base, refitted)]
     assert left[1] < 0.7 * left[0]
-    assert told_by([from_base, refitted], [])[0] == 1
+    assert closest_fit([from_base, refitted], [])[0] == 1
 
 
 @pytest.mark.long

@@ -18,7 +18,7 @@ from benchmarks.effects.score import (
     of_kind,
     reachable,
 )
-from benchmarks.effects.told import AllAtOnce, Gap, Told, Where
+from benchmarks.effects.scored_diagnosis import AllAtOnce, Diagnosis, Gap, Where
 from benchmarks.scores import Estimate, Share
 
 NULL = Answer("n", "null")
@@ -28,15 +28,15 @@ BOTH = Answer("b", "double", ("tendon_slack", "scale_error"), None, ((), ()), 5.
 TETHER = Answer("t", "outside", outside="tether", detectability=10.0, stage="body")
 
 
-def told(
+def made(
     verdict: Any, *groups: tuple[str, ...], shrinkage: float | None = None, stage: str = "tail", **p: float
-) -> Told:
+) -> Diagnosis:
     gap = None if shrinkage is None else Gap(shrinkage, (shrinkage - 0.1, shrinkage + 0.1))
-    return Told(verdict, groups, {"none_of_these": 0.0, **p}, Where({stage: 0.6, "floor": 0.4}), gap, seconds=10.0)
+    return Diagnosis(verdict, groups, {"none_of_these": 0.0, **p}, Where({stage: 0.6, "floor": 0.4}), gap, seconds=10.0)
 
 
-def measured(*cases: tuple[Answer, Told]) -> Measures:
-    return measures([Case(answer, told) for answer, told in cases])
+def measured(*cases: tuple[Answer, Diagnosis]) -> Measures:
+    return measures([Case(answer, found) for answer, found in cases])
 
 
 def counted(found: Measures, *names: str) -> list[tuple[int, int]]:
@@ -48,59 +48,63 @@ def value(found: Measures, name: str) -> float:
 
 
 def test_a_false_alarm_is_whatever_is_not_no_gap() -> None:
-    quiet, named, unexplained = told("no_gap"), told("named", ("scale_error",), scale_error=0.6), told("unexplained")
+    quiet, named, unexplained = (
+        made("no_gap"),
+        made("named", ("scale_error",), scale_error=0.6),
+        made("unexplained"),
+    )
     found = measured((NULL, quiet), (NULL, named), (NULL, unexplained), (NULL, quiet))
     assert counted(found, "false_alarms", "right_first") == [(2, 4), (0, 0)]
 
 
 def test_the_right_name_counts_first_and_in_a_set_where_it_is_clear() -> None:
-    first = told("inseparable", ("tendon_slack", "tendon_friction"), tendon_slack=0.6, tendon_friction=0.3)
-    second = told("inseparable", ("tendon_slack", "tendon_friction"), tendon_slack=0.3, tendon_friction=0.6)
-    wrong = told("named", ("tendon_friction",), tendon_friction=0.95)
-    wide = told("named", ("tendon_slack", "a", "b"), ("c",), tendon_slack=0.9)  # a set of four is no answer
-    found = measured((SLACK, first), (SLACK, second), (SLACK, wrong), (SLACK, wide), (WEAK, told("no_gap")))
+    first = made("inseparable", ("tendon_slack", "tendon_friction"), tendon_slack=0.6, tendon_friction=0.3)
+    second = made("inseparable", ("tendon_slack", "tendon_friction"), tendon_slack=0.3, tendon_friction=0.6)
+    wrong = made("named", ("tendon_friction",), tendon_friction=0.95)
+    wide = made("named", ("tendon_slack", "a", "b"), ("c",), tendon_slack=0.9)  # a set of four is no answer
+    found = measured((SLACK, first), (SLACK, second), (SLACK, wrong), (SLACK, wide), (WEAK, made("no_gap")))
     assert counted(found, "right_first", "right_in_three", "confident_wrong") == [(2, 4), (2, 4), (1, 5)]
     assert counted(found, "first_at_2", "first_at_5", "first_at_10") == [(0, 1), (2, 4), (0, 0)]
 
 
-def test_every_group_that_is_said_is_right_or_wrong() -> None:
-    either = told("inseparable", ("tendon_friction", "tendon_slack"), ("wave_drag",))
-    alone, nothing = told("named", ("scale_error",)), told("unexplained")
+def test_every_group_that_is_named_is_right_or_wrong() -> None:
+    either = made("inseparable", ("tendon_friction", "tendon_slack"), ("wave_drag",))
+    alone, nothing = made("named", ("scale_error",)), made("unexplained")
     found = measured((SLACK, either), (NULL, alone), (BOTH, alone), (SLACK, nothing))
-    assert counted(found, "said_right", "only_wrong") == [(2, 4), (1, 4)]
+    assert counted(found, "groups_right", "only_wrong") == [(2, 4), (1, 4)]
 
 
 def test_what_is_clear_is_counted_apart_beside_what_can_be_reached() -> None:
     """At d = 10 a matched filter sees it, at the threshold for one false alarm in a hundred one of two."""
     faint = replace(TETHER, detectability=2.326)
-    cases = [(TETHER, told("unexplained")), *((answer, told("no_gap")) for answer in (faint, BOTH, NULL))]
+    cases = [(TETHER, made("unexplained")), *((answer, made("no_gap")) for answer in (faint, BOTH, NULL))]
     found = measured(*cases)
     assert counted(found, "unexplained_clear", "unexplained_outside", "doubles_clear") == [(1, 1), (1, 2), (0, 1)]
-    both = [Case(answer, told) for answer, told in cases]
+    both = [Case(answer, found) for answer, found in cases]
     assert reachable(both, of_kind("outside")) == pytest.approx(0.75, abs=1e-3)
     assert np.isnan(reachable(both, of_kind("many")))
 
 
 def test_both_of_two_must_be_in_groups_of_their_own() -> None:
-    right = told("named", ("tendon_slack", "tendon_friction"), ("scale_error",), tendon_slack=0.9, scale_error=0.9)
-    as_alternatives = told("inseparable", ("tendon_slack", "scale_error"), tendon_slack=0.5, scale_error=0.5)
-    one = told("named", ("tendon_slack",), tendon_slack=0.99)
-    beside = told("inseparable", ("tendon_slack", "scale_error"), ("wave_drag",), tendon_slack=0.5, scale_error=0.5)
-    whatever = told("named", ("tendon_slack",), ("scale_error",), ("wave_drag",), ("bend_offset",), tendon_slack=0.9)
+    right = made("named", ("tendon_slack", "tendon_friction"), ("scale_error",), tendon_slack=0.9, scale_error=0.9)
+    as_alternatives = made("inseparable", ("tendon_slack", "scale_error"), tendon_slack=0.5, scale_error=0.5)
+    one = made("named", ("tendon_slack",), tendon_slack=0.99)
+    beside = made("inseparable", ("tendon_slack", "scale_error"), ("wave_drag",), tendon_slack=0.5, scale_error=0.5)
+    whatever = made("named", ("tendon_slack",), ("scale_error",), ("wave_drag",), ("bend_offset",), tendon_slack=0.9)
     found = measured(*((BOTH, each) for each in (right, as_alternatives, one, beside, whatever)))
     assert counted(found, "doubles_in_groups") == [(1, 5)]
 
 
 def test_outside_the_catalogue_a_sure_name_is_worse_than_a_guess() -> None:
-    sure, guess = (told("named", ("wave_drag",), wave_drag=p) for p in (0.95, 0.6))
-    found = measured((TETHER, told("unexplained")), (TETHER, sure), (TETHER, guess))
+    sure, guess = (made("named", ("wave_drag",), wave_drag=p) for p in (0.95, 0.6))
+    found = measured((TETHER, made("unexplained")), (TETHER, sure), (TETHER, guess))
     assert counted(found, "unexplained_outside", "confident_outside") == [(1, 3), (1, 3)]
 
 
 def test_intervals_and_stages_count_where_they_can_be_right() -> None:
-    right = told("named", ("tendon_slack",), tendon_slack=0.99, shrinkage=0.75)
-    off = told("named", ("tendon_slack",), tendon_slack=0.99, shrinkage=0.5, stage="camera")
-    found = measured((SLACK, right), (SLACK, off), (WEAK, told("unexplained", shrinkage=0.4)), (NULL, told("no_gap")))
+    right = made("named", ("tendon_slack",), tendon_slack=0.99, shrinkage=0.75)
+    off = made("named", ("tendon_slack",), tendon_slack=0.99, shrinkage=0.5, stage="camera")
+    found = measured((SLACK, right), (SLACK, off), (WEAK, made("unexplained", shrinkage=0.4)), (NULL, made("no_gap")))
     assert counted(found, "stage_right", "interval_holds") == [(1, 3), (1, 2)]
     elsewhere = replace(off, where=Where({"tail": 0.1, "body": 0.8}))
     assert counted(measured((SLACK, elsewhere)), "stage_right") == [(0, 1)]
@@ -108,7 +112,7 @@ def test_intervals_and_stages_count_where_they_can_be_right() -> None:
 
 def test_what_weak_effects_shrink_by_is_not_held_against_the_oracle() -> None:
     clear, weak = (
-        told("named", (name,), shrinkage=shrinkage) for name, shrinkage in (("tendon_slack", 0.6), ("scale_error", 4.0))
+        made("named", (name,), shrinkage=shrinkage) for name, shrinkage in (("tendon_slack", 0.6), ("scale_error", 4.0))
     )
     no_form = replace(SLACK, oracle_shrinkage=-6.0)
     for others in ((WEAK, weak), (no_form, clear)):
@@ -135,10 +139,10 @@ def test_a_few_probabilities_err_by_chance_and_many_do_not() -> None:
 
 def test_small_probabilities_do_not_water_the_error_down() -> None:
     """Those below 1 % do not count; of those from 10 % on, where somebody looks, there is one, and it is wrong."""
-    half = told("named", ("tendon_slack",), tendon_slack=0.5, **{f"e{i}": 0.001 for i in range(30)})
+    half = made("named", ("tendon_slack",), tendon_slack=0.5, **{f"e{i}": 0.001 for i in range(30)})
     assert value(measured((SLACK, half)), "calibration") == pytest.approx(0.5)
     small = {f"e{i}": 0.015 for i in range(30)}
-    quiet, loud = (Told("no_gap", (), small | more) for more in ({}, {"e0": 0.8}))
+    quiet, loud = (Diagnosis("no_gap", (), small | more) for more in ({}, {"e0": 0.8}))
     found = measured(*[(SLACK, quiet)] * 5, (SLACK, loud))
     error = found["calibration"].found
     assert isinstance(error, Estimate)
@@ -147,35 +151,35 @@ def test_small_probabilities_do_not_water_the_error_down() -> None:
     assert value(found, "of_suspects") == pytest.approx(0.8)
 
 
-def together(named: float | None, every: float | None, plain: float = 0.010) -> Told:
+def together(named: float | None, every: float | None, plain: float = 0.010) -> Diagnosis:
     """With these errors of held-out speeds, m/s."""
     gap = Gap(0.1, None, plain, named)
     everything = None if every is None else AllAtOnce(Gap(0.3, None, plain, every))
-    return Told("named", () if named is None else (("tendon_slack",),), {}, gap=gap, everything=everything)
+    return Diagnosis("named", () if named is None else (("tendon_slack",),), {}, gap=gap, everything=everything)
 
 
 def test_all_at_once_counts_where_called_for_against_what_there_is_without() -> None:
     many = Answer("m", "many", ("tendon_slack", "wave_drag"), detectability=3.3)
-    diagnoses: Sequence[Told] = (
+    diagnoses: Sequence[Diagnosis] = (
         together(0.004, 0.006),  # better than plain, worse than with the name
         together(None, 0.012),  # worse than plain, which is all that there is without
         together(0.011, 0.002),
         together(0.003, None),
     )
-    found = measures_together([Case(NULL, Told("no_gap", (), {})), *(Case(many, each) for each in diagnoses)])
+    found = measures_together([Case(NULL, Diagnosis("no_gap", (), {})), *(Case(many, each) for each in diagnoses)])
     assert counted(found, "called_for_null", "called_for_many") == [(0, 1), (3, 4)]
     assert counted(found, "nearer_than_plain", "nearer_than_names alone") == [(2, 3), (1, 3)]
     errors = [value(found, f"error_{label}") for label in ("plain", "names alone", "all at once")]
     assert errors == pytest.approx([10.0, 10.0, 6.0])
     assert value(found, "shrinkage") == pytest.approx(0.3)
-    blank = measures_together([Case(many, Told("unexplained", (), {}, everything=AllAtOnce()))])
+    blank = measures_together([Case(many, Diagnosis("unexplained", (), {}, everything=AllAtOnce()))])
     assert "nearer_than_plain" not in blank  # no held-out swim counts: no comparison
 
 
 def test_every_share_has_its_interval() -> None:
-    right = told("named", ("tendon_slack",), tendon_slack=0.99, wave_drag=0.15, shrinkage=0.75)
-    wrong = told("inseparable", ("tendon_slack", "wave_drag"), tendon_slack=0.3, wave_drag=0.6, shrinkage=0.2)
-    outside, quiet = told("unexplained", shrinkage=0.4, stage="body"), told("no_gap", scale_error=0.04)
+    right = made("named", ("tendon_slack",), tendon_slack=0.99, wave_drag=0.15, shrinkage=0.75)
+    wrong = made("inseparable", ("tendon_slack", "wave_drag"), tendon_slack=0.3, wave_drag=0.6, shrinkage=0.2)
+    outside, quiet = made("unexplained", shrinkage=0.4, stage="body"), made("no_gap", scale_error=0.04)
     cases = [(SLACK, right), (SLACK, wrong), (WEAK, quiet), (BOTH, wrong), (TETHER, outside), (NULL, quiet)] * 6
     for row in measured(*cases).values():
         if not isinstance(row.found, Share) or row.found.of:

@@ -12,7 +12,7 @@ from scipy.optimize import least_squares
 from benchmarks.effects import severity
 from benchmarks.effects.drawn import draw_world
 from benchmarks.effects.filming import Filming, film_together
-from benchmarks.effects.rows import SessionRows, camera_of, told_by
+from benchmarks.effects.rows import SessionRows, camera_of, closest_fit
 from benchmarks.effects.severity import Strength, strength_for
 from benchmarks.effects.suite import Recorded, SessionPlan
 from benchmarks.reality import Recording
@@ -40,12 +40,12 @@ def filming() -> Filming[tuple[SessionRows, Strength, Mapping[str, Recording]]]:
 
 
 def in_truth(rows: SessionRows, recordings: Mapping[str, Recording], effects: Sequence[Effect]) -> float:
-    """Distance of the nearest twin with effects, coefficients and values moved with the simulation, from what is told.
+    """Distance of the nearest twin with effects, coefficients and values moved with the simulation, not linearly.
 
     A routine of its own, from the nearest that a straight line finds: SciPy's trust region, over shares of each range.
     """
     changes = rows.changes(recordings)
-    number, told = told_by(changes, rows.signatures({effect.name: effect for effect in effects}))
+    number, reported = closest_fit(changes, rows.signatures({effect.name: effect for effect in effects}))
     others = rows._beside(recordings)
     seen, turns = rows._changed(others, with_course=False), rows._turns(others)
     session = AffectedSession.of(effects, seen, camera_of(rows.drawn), rows.coefficients)
@@ -63,8 +63,8 @@ def in_truth(rows: SessionRows, recordings: Mapping[str, Recording], effects: Se
 
     low = np.array([COEFFICIENT_BOUNDS[0]] * 5 + [parameter.low for parameter in parameters])
     high = np.array([COEFFICIENT_BOUNDS[1]] * 5 + [parameter.high for parameter in parameters])
-    straight = rows.coefficients + changes[number].space.coefficients(told.left)
-    start = np.clip((np.concatenate([straight, *told.values]) - low) / (high - low), STEP, 1 - STEP)
+    straight = rows.coefficients + changes[number].space.coefficients(reported.left)
+    start = np.clip((np.concatenate([straight, *reported.values]) - low) / (high - low), STEP, 1 - STEP)
     found = least_squares(residuals, start, bounds=(0, 1), diff_step=STEP, max_nfev=ROUNDS)
     return float(np.sqrt(2 * found.cost))
 

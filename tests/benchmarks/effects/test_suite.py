@@ -64,19 +64,19 @@ def test_a_seed_gives_the_same_suite_again_and_another_seed_another() -> None:
 
 def test_names_order_and_what_was_recorded_do_not_tell_what_is_present(large: tuple[SessionPlan, ...]) -> None:
     """A classifier of everything but the tracks is at chance: it cannot tell null from the rest."""
-    told = np.array([_metadata(number, plan) for number, plan in enumerate(large)])
+    reported = np.array([_metadata(number, plan) for number, plan in enumerate(large)])
     null = np.array([plan.kind == "null" for plan in large])
     forest = RandomForestClassifier(60, min_samples_leaf=5, random_state=0)
-    area = cross_val_score(forest, told, null, cv=5, scoring="roc_auc").mean()
+    area = cross_val_score(forest, reported, null, cv=5, scoring="roc_auc").mean()
     assert abs(area - 0.5) < 0.07
 
 
 def test_a_giveaway_would_be_seen(large: tuple[SessionPlan, ...]) -> None:
     """The check above can fail: with one file more where something is present, it does."""
-    told = np.array([[*_metadata(number, plan), plan.kind != "null"] for number, plan in enumerate(large)])
+    reported = np.array([[*_metadata(number, plan), plan.kind != "null"] for number, plan in enumerate(large)])
     null = np.array([plan.kind == "null" for plan in large])
     forest = RandomForestClassifier(20, min_samples_leaf=5, random_state=0)
-    assert cross_val_score(forest, told, null, cv=5, scoring="roc_auc").mean() > 0.9
+    assert cross_val_score(forest, reported, null, cv=5, scoring="roc_auc").mean() > 0.9
 
 
 def _metadata(number: int, plan: SessionPlan) -> list[float]:

@@ -57,7 +57,7 @@ def dry_trial(
     commanded_hz: float | None = None,
     robot: RobotSpec = ROBOT,
 ) -> DryTrial:
-    """A measured dry run; its command is 3 % above its speed unless told."""
+    """A measured dry run; its command is 3 % above its speed unless reported."""
     spec = TrialSpec(f"dry_{hz:g}", "dry", commanded_hz=commanded_hz or 1.03 * hz)
     return measure_dry_run(spec, tracks_of(arm_m, hz, phase_rad, seed, noise, seconds), CAMERA, robot)
 

@@ -91,7 +91,7 @@ def test_only_tendons_unlike_those_of_the_built_in_robot_are_flagged() -> None:
 
     assert first.tendons.slack_share > 0.5
     assert first.tendons.stretch < 0.001
-    assert "a string would hang slack there, the twin's springs push" in flags["tendon_slack"]
+    assert "a string would be slack there, the twin's springs push" in flags["tendon_slack"]
     assert "published are about 3 %" in flags["tendon_stretch"]
 
 
@@ -110,8 +110,8 @@ def test_a_run_that_holds_too_little_is_flagged_and_a_good_one_is_not(
 ) -> None:
     fit = fit_crank([dry_trial(arm_m, *part, noise=NOISELESS, seconds=seconds)], ROBOT, shared_response(), SMALL)
 
-    told = [(flag.kind, flag.message) for flag in (*fit.flags, *fit.trials[0].flags)]
-    assert any(each[0] == kind and message in each[1] for each in told) if kind else not told
+    reported = [(flag.kind, flag.message) for flag in (*fit.flags, *fit.trials[0].flags)]
+    assert any(each[0] == kind and message in each[1] for each in reported) if kind else not reported
 
 
 @pytest.mark.long
@@ -159,7 +159,7 @@ def test_a_head_that_is_not_clamped_is_seen() -> None:
     assert "head_moves" not in [flag.kind for flag in both(0)[0].flags]
 
 
-def test_a_tail_that_moves_otherwise_is_told() -> None:
+def test_a_tail_that_moves_otherwise_is_reported() -> None:
     """Half the fin's swing is taken away, which no crank does."""
     tracks = tracks_of(0.036, *SLOW, seed=0, noise=NOISELESS)
     position_px = tracks.position_px.copy()

@@ -79,7 +79,7 @@ def test_a_decay_of_the_linear_chain_gives_its_stiffness_back() -> None:
         *later((slice(None), 5, np.nan, "clipped")),
     ],
 )
-def test_samples_out_of_place_or_sight_are_left_out_and_told(
+def test_samples_out_of_place_or_sight_are_left_out_and_reported(
     frames: slice, marker: int, off_px: float | list[float], kind: str
 ) -> None:
     tracks = decay_tracks(LIGHT)

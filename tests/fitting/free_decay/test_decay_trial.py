@@ -1,4 +1,4 @@
-"""The release is found without being told, and a clamp that yields is told from tracking errors."""
+"""The release is found without being reported, and a clamp that yields is reported from tracking errors."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ def flagged(place_m: np.ndarray, truth: Truth, seed: int) -> list[str]:
 
 
 @pytest.mark.parametrize("truth", [DAMPED, LIGHT])
-def test_a_clamp_that_yields_is_told_from_tracking_errors(truth: Truth) -> None:
+def test_a_clamp_that_yields_is_reported_from_tracking_errors(truth: Truth) -> None:
     place = swings([truth])[0]
 
     for seed in range(6):

@@ -22,7 +22,7 @@ def problem(seed: int, correlation_s: float = 0.1, shared: float = 0.0) -> Linea
     return Linearised(TIME_S, np.ones((80, 3), bool), jacobian @ TRUTH + error, jacobian, np.zeros(2), np.zeros(2))
 
 
-def test_errors_that_last_are_told_from_white_ones() -> None:
+def test_errors_that_last_are_reported_from_white_ones() -> None:
     lasting = [regress(problem(seed)).noise for seed in range(8)]
     white = [regress(problem(seed, correlation_s=0.0)).noise for seed in range(8)]
 

@@ -41,9 +41,9 @@ def first() -> Ring:
 def test_it_leaves_by_how_much_the_hinges_are_not_as_described(stiffer: float, damped: float) -> None:
     """However far off they are: a tail that is described as creeping may ring."""
     seen = ring(robot(stiffer, damped))
-    assert np.abs((seen.left + np.log1p([stiffer, damped])) / seen.sd).max() < 3.5
-    told = seen.of_twin(twin(robot(stiffer, damped)), [catalogue()["joint_damping"]], np.array([[0.0], [0.5]]))
-    assert told == pytest.approx(np.array([[0.0, 0.0], [0.0, np.log(1.5)]]), abs=0.03)
+    assert np.abs((seen.residual + np.log1p([stiffer, damped])) / seen.sd).max() < 3.5
+    reported = seen.of_twin(twin(robot(stiffer, damped)), [catalogue()["joint_damping"]], np.array([[0.0], [0.5]]))
+    assert reported == pytest.approx(np.array([[0.0, 0.0], [0.0, np.log(1.5)]]), abs=0.03)
 
 
 def test_a_sample_that_no_tracking_error_explains_hardly_moves_it() -> None:
@@ -51,7 +51,7 @@ def test_a_sample_that_no_tracking_error_explains_hardly_moves_it() -> None:
     position = np.array(tracks.position_px)
     position[45, MARKERS.index("tail_3")] += 66.0
     seen = ring(robot(), tracks=replace(tracks, position_px=position))
-    assert np.abs(seen.left / seen.sd).max() < 3.5
+    assert np.abs(seen.residual / seen.sd).max() < 3.5
     assert (seen.sd < 1.5 * first().sd).all()
     assert (seen.trial.weight == 0).sum() > (first().trial.weight == 0).sum()
 
@@ -67,9 +67,9 @@ def test_a_sample_that_no_tracking_error_explains_hardly_moves_it() -> None:
 )
 def test_effects_move_it_as_hinges_and_clocks_do(name: str, value: float, expected: tuple[float, float]) -> None:
     effect, plain = catalogue()[name], twin(robot())
-    told = first().of_twin(plain, [effect], np.array([[0.0], [value]]))
-    assert told[0] == pytest.approx(np.zeros(2), abs=1e-4)
-    assert told[1] - told[0] == pytest.approx(np.array(expected), abs=0.03)
+    reported = first().of_twin(plain, [effect], np.array([[0.0], [value]]))
+    assert reported[0] == pytest.approx(np.zeros(2), abs=1e-4)
+    assert reported[1] - reported[0] == pytest.approx(np.array(expected), abs=0.03)
 
 
 def test_it_tells_of_hinges_masses_and_the_clock_alone() -> None:

@@ -67,10 +67,10 @@ def test_without_commands_the_offset_is_that_of_the_session() -> None:
     assert record.clock.found_by == "given"
     assert kinds(record.flags) == {"clock_given"}
     assert record.usable
-    told = one.commands.span_s("drive")
-    assert told is not None
-    assert one.motor.video(told[0]) < record.drive_s[0] < one.motor.video(told[0] + 1)
-    assert record.drive_s[1] == pytest.approx(one.motor.video(told[1]), abs=0.2)
+    span = one.commands.span_s("drive")
+    assert span is not None
+    assert one.motor.video(span[0]) < record.drive_s[0] < one.motor.video(span[0] + 1)
+    assert record.drive_s[1] == pytest.approx(one.motor.video(span[1]), abs=0.2)
 
 
 def test_a_log_that_cannot_be_laid_on_the_video_says_what_to_give() -> None:
@@ -78,19 +78,19 @@ def test_a_log_that_cannot_be_laid_on_the_video_says_what_to_give() -> None:
     (flag,) = record.flags
     assert not record.usable
     assert flag.kind == "clock_given"
-    assert "motor_offset_s = 0 puts it beside 0 % of the frames" in flag.message
+    assert "motor_offset_s = 0 makes it cover 0 % of the frames" in flag.message
     assert record.measured_hz == pytest.approx(0.99 * HZ, rel=0.02)
 
 
 def test_a_log_beside_the_beat_belongs_by_its_commands_or_speed() -> None:
     record = recorded(filmed(6)[0])
     off = SwimFrequency(0.8 * record.measured_hz, 1e-4, 0.0, 0.02, 0.9, 8.0, None)
-    told = record.against(off, np.linspace(*record.drive_s, 100))
-    assert "beat_off_crank" in kinds(told.flags)
-    assert told.logged_hz == record.logged_hz
-    alone = replace(told, commands=None)
-    assert replace(alone, commanded_hz=1.01 * told.measured_hz).logged_hz == record.logged_hz
-    assert replace(alone, commanded_hz=1.05 * told.measured_hz).logged_hz is None
+    reported = record.against(off, np.linspace(*record.drive_s, 100))
+    assert "beat_off_crank" in kinds(reported.flags)
+    assert reported.logged_hz == record.logged_hz
+    alone = replace(reported, commands=None)
+    assert replace(alone, commanded_hz=1.01 * reported.measured_hz).logged_hz == record.logged_hz
+    assert replace(alone, commanded_hz=1.05 * reported.measured_hz).logged_hz is None
     assert replace(alone, commanded_hz=np.nan).logged_hz is None
 
 
@@ -105,12 +105,12 @@ def test_frames_stamped_at_another_rate_are_flagged() -> None:
     assert as_filmed.logged_hz == pytest.approx(0.99 * HZ, rel=0.005)
 
 
-def test_the_drive_and_its_speed_are_told_on_the_clock_of_the_video() -> None:
+def test_the_drive_and_its_speed_are_reported_on_the_clock_of_the_video() -> None:
     one = filmed(6)[0]
     record = recorded(one)
-    told = one.commands.span_s("drive")
-    assert told is not None
-    assert record.drive_s == pytest.approx((one.motor.video(told[0] + 1), one.motor.video(told[1])), abs=2 * FRAME_S)
+    span = one.commands.span_s("drive")
+    assert span is not None
+    assert record.drive_s == pytest.approx((one.motor.video(span[0] + 1), one.motor.video(span[1])), abs=2 * FRAME_S)
     assert record.commanded_hz == pytest.approx(HZ)
     assert record.measured_hz == pytest.approx(0.99 * HZ, rel=0.02)
     assert record.ripple == pytest.approx(np.hypot(*one.motor.ripple), rel=0.2)
@@ -150,7 +150,7 @@ def test_a_log_without_readings_is_refused() -> None:
 def test_intervals_hold_what_tracking_errors_do_to_offset_and_rate(in_water: bool) -> None:
     """In 240 drives, tracked as well as the published ones and up to twice as badly.
 
-    What is told beforehand of quartz is true here: the rate of every drive is drawn from N(1, `QUARTZ`), by stamping
+    The prior on quartz is true here: the rate of every drive is drawn from N(1, `QUARTZ`), by stamping
     its frames anew. What the tail lags behind the crank on average is left to the phase of a fit.
     """
     random = np.random.default_rng(7)

@@ -82,20 +82,20 @@ def test_it_recovers_a_robot_unlike_its_description(structure: Structure) -> Non
 @pytest.mark.long
 @pytest.mark.usefixtures("few_points")
 def test_the_dry_runs_are_fitted_with_the_hinges_of_the_decay(structure: Structure) -> None:
-    """The motion that the crank is read from is that of the measured hinges: the same runs, told those hinges."""
+    """The motion that the crank is read from is that of the measured hinges: the same runs, reported those hinges."""
     hinges = DESCRIBED.tail.model_copy(
         update={name: getattr(structure.robot.tail, name) for name in ("hinge_stiffness_n_m", "hinge_damping_n_m_s")}
     )
-    told = identify_structure(
+    reported = identify_structure(
         measured()._replace(decays=()), DESCRIBED.model_copy(update={"tail": hinges}), origin="robot.toml"
     )
 
     unlike = identify_structure(measured()._replace(decays=()), DESCRIBED).robot.crank.arm_m
-    assert told.robot.crank.arm_m == pytest.approx(structure.robot.crank.arm_m, rel=1e-4)
+    assert reported.robot.crank.arm_m == pytest.approx(structure.robot.crank.arm_m, rel=1e-4)
     assert unlike != pytest.approx(structure.robot.crank.arm_m, rel=4e-4)
-    assert told.decays == ()
-    assert by_quantity(told)["hinge_stiffness"].sentence.startswith("no free decay: hinge stiffness 0.7")
-    assert by_quantity(told)["hinge_stiffness"].sentence.endswith("as in robot.toml")
+    assert reported.decays == ()
+    assert by_quantity(reported)["hinge_stiffness"].sentence.startswith("no free decay: hinge stiffness 0.7")
+    assert by_quantity(reported)["hinge_stiffness"].sentence.endswith("as in robot.toml")
 
 
 def test_without_a_dry_run_the_arm_is_assumed(of_decay: Structure) -> None:

@@ -58,7 +58,7 @@ def test_markers_stand_where_the_tracks_have_them(trial: RecordedTrial, entities
     assert [len(row) for row in positions[LOST]] == [len(MARKERS) - 1] * 6
 
 
-def test_marker_names_and_colours_are_told_once(entities: dict[str, EntityContents]) -> None:
+def test_marker_names_and_colours_are_reported_once(entities: dict[str, EntityContents]) -> None:
     (context,) = rows_of(entities["/f1_00/picture"], "AnnotationContext:context")
     infos = [entry["class_description"]["info"] for entry in context[0]]
     assert [info["label"] for info in infos] == list(MARKERS)
@@ -103,7 +103,7 @@ def test_series_equal_their_inputs(trial: RecordedTrial, entities: dict[str, Ent
     assert rows_of(series, "SeriesLines:names") == [list(MARKERS)]
 
 
-def test_states_are_told_where_they_change(entities: dict[str, EntityContents]) -> None:
+def test_states_are_reported_where_they_change(entities: dict[str, EntityContents]) -> None:
     lanes = [entity for entity in entities if entity.startswith("/f1_00/states/")]
     assert sorted(lanes) == [f"/f1_00/states/{k + 1:02d}_{marker}" for k, marker in enumerate(MARKERS)]
     lost = entities["/f1_00/states/04_caudal_fin"]

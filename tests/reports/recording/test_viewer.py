@@ -29,7 +29,7 @@ def viewer(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[ViewerCl
     _draw_with_software(tmp_path, monkeypatch)
     executable = shutil.which("rerun", path=str(Path(sys.executable).parent)) or shutil.which("rerun")
     if executable is None:
-        pytest.skip("no Rerun viewer beside this Python or on the path")
+        pytest.skip("no Rerun viewer next to this Python or on the path")
     with socket.socket() as free:
         free.bind(("127.0.0.1", 0))
         port = free.getsockname()[1]

@@ -1,4 +1,4 @@
-"""What a program says of a session: its `diagnosis.json`, whoever wrote it, as far as scores need it."""
+"""The diagnosis of a session by any program: of its `diagnosis.json` what the scores need."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -40,7 +40,7 @@ class AllAtOnce:
 
 
 @dataclass(frozen=True)
-class Told:
+class Diagnosis:
     """A diagnosis by the public contract; what else the contract has stays unread."""
 
     verdict: Literal["named", "inseparable", "unexplained", "no_gap"]  # one of four
@@ -50,27 +50,27 @@ class Told:
     where: Where | None = None  # shares of the gap
     gap: Gap | None = None  # with the effects that are named
     everything: AllAtOnce | None = None  # all effects at once; None where that is not called for, or was not asked
-    seconds: FiniteFloat | None = None  # that it took; None where it is not told
-    effort: str | None = None  # with which it was made; None where that is not told
+    seconds: FiniteFloat | None = None  # that it took; None where it is not given
+    effort: str | None = None  # with which it was made; None where it is not given
     withheld_from_catalogue: tuple[str, ...] | None = None  # effects that the catalogue lacked
 
     @property
-    def said(self) -> tuple[tuple[str, ...], ...]:
+    def named_groups(self) -> tuple[tuple[str, ...], ...]:
         """The groups, of a verdict that names some."""
         return self.groups if self.verdict in ("named", "inseparable") else ()
 
     @property
     def names(self) -> frozenset[str]:
         """All that it names."""
-        return frozenset(name for group in self.said for name in group)
+        return frozenset(name for group in self.named_groups for name in group)
 
     @property
     def first(self) -> str | None:
-        """The likeliest of what it names."""
+        """The most probable of what it names."""
         return max(sorted(self.names), key=lambda name: self.probabilities.get(name, 0.0), default=None)
 
     @property
-    def chances(self) -> dict[str, float]:
+    def probability_of(self) -> dict[str, float]:
         """Probabilities of effects."""
         return {name: p for name, p in self.probabilities.items() if name != NONE}
 
@@ -93,10 +93,10 @@ class Told:
         return None if low is None or high is None else (low, high)
 
 
-_CONTRACT = TypeAdapter(Told)
+_CONTRACT = TypeAdapter(Diagnosis)
 
 
-def read_told(path: Path, lacking: frozenset[str] = frozenset()) -> Told:
+def read_diagnosis(path: Path, lacking: frozenset[str] = frozenset()) -> Diagnosis:
     """Reads a diagnosis.
 
     Args:
@@ -116,9 +116,9 @@ def read_told(path: Path, lacking: frozenset[str] = frozenset()) -> Told:
         raise
     except ValidationError as error:
         for fault in error.errors():
-            key, said = ".".join(map(str, fault["loc"])), fault["msg"].removeprefix("Input should be ")
+            key, expected = ".".join(map(str, fault["loc"])), fault["msg"].removeprefix("Input should be ")
             found_there = "nothing" if fault["type"] == "missing" else repr(fault["input"])[:_SHOWN]
-            faults.add(key, "not by the contract", found=found_there, expected=said, next_step=again)
+            faults.add(key, "not by the contract", found=found_there, expected=expected, next_step=again)
         faults.raise_if_any()
         raise
     withheld = set(found.withheld_from_catalogue or ())

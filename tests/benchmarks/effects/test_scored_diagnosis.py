@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from benchmarks.effects.told import Told, read_told
+from benchmarks.effects.scored_diagnosis import Diagnosis, read_diagnosis
 from session import InputError
 from session.records import from_plain, to_plain
 
@@ -28,21 +28,21 @@ def written(folder: Path, **changes: Any) -> Path:
 
 
 def test_it_is_read(tmp_path: Path) -> None:
-    told = read_told(written(tmp_path))
-    assert told.first == "scale_error"
-    assert told.names == {"tendon_slack", "tendon_friction", "scale_error"}
-    assert told.stage == "tail"  # floor is no stage that an effect acts at
-    assert (told.shrinkage, told.interval, told.seconds) == (0.7, (0.6, 0.8), 41.0)
+    reported = read_diagnosis(written(tmp_path))
+    assert reported.first == "scale_error"
+    assert reported.names == {"tendon_slack", "tendon_friction", "scale_error"}
+    assert reported.stage == "tail"  # floor is no stage that an effect acts at
+    assert (reported.shrinkage, reported.interval, reported.seconds) == (0.7, (0.6, 0.8), 41.0)
 
 
 def test_what_does_not_apply_is_none(tmp_path: Path) -> None:
-    told = read_told(written(tmp_path, verdict="no_gap", groups=[], gap=None, where=None, seconds=None))
-    assert (told.first, told.stage, told.shrinkage, told.interval, told.seconds) == (None,) * 5
+    reported = read_diagnosis(written(tmp_path, verdict="no_gap", groups=[], gap=None, where=None, seconds=None))
+    assert (reported.first, reported.stage, reported.shrinkage, reported.interval, reported.seconds) == (None,) * 5
 
 
 def test_all_faults_are_told_at_once(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"(?s)verdict.*perhaps.*probabilities\.x.*1\.5"):
-        read_told(written(tmp_path, verdict="perhaps", probabilities={"x": 1.5, "none_of_these": 0.0}))
+        read_diagnosis(written(tmp_path, verdict="perhaps", probabilities={"x": 1.5, "none_of_these": 0.0}))
 
 
 @pytest.mark.parametrize(
@@ -63,7 +63,7 @@ def test_what_is_not_by_the_contract_is_told_where_it_stands(
     changes: dict[str, Any], place: str, tmp_path: Path
 ) -> None:
     with pytest.raises(InputError, match=place):
-        read_told(written(tmp_path, **changes))
+        read_diagnosis(written(tmp_path, **changes))
 
 
 @pytest.mark.parametrize("text", ["", "[]", "{}", '"named"'])
@@ -71,17 +71,17 @@ def test_what_is_no_diagnosis_is_refused(tmp_path: Path, text: str) -> None:
     path = tmp_path / "diagnosis.json"
     path.write_text(text)
     with pytest.raises(InputError):
-        read_told(path)
+        read_diagnosis(path)
 
 
 def test_a_record_of_it_comes_back(tmp_path: Path) -> None:
     for changes in ({}, {"verdict": "no_gap", "groups": [], "gap": None, "where": None}):
-        told = read_told(written(tmp_path, **changes))
-        assert from_plain(Told, json.loads(json.dumps(to_plain(told)))) == told
+        reported = read_diagnosis(written(tmp_path, **changes))
+        assert from_plain(Diagnosis, json.loads(json.dumps(to_plain(reported)))) == reported
 
 
 def test_a_diagnosis_by_a_catalogue_that_lacks_something_is_no_diagnosis_by_the_whole(tmp_path: Path) -> None:
     path = written(tmp_path, withheld_from_catalogue=["wave_drag"])
     with pytest.raises(InputError, match=r"(?s)another catalogue.*wave_drag.*nothing withheld"):
-        read_told(path)
-    assert read_told(path, frozenset({"wave_drag"})).first == "scale_error"
+        read_diagnosis(path)
+    assert read_diagnosis(path, frozenset({"wave_drag"})).first == "scale_error"

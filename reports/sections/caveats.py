@@ -1,4 +1,4 @@
-"""What makes the numbers of a report doubtful."""
+"""Caveats of the numbers of a report."""
 
 from diagnosis.result import DiagnosisResult
 from fitting.ebt import EBT_RATIO_ONLY
@@ -10,19 +10,19 @@ from session.flags import FLAG_KINDS
 
 
 def build(context: ReportContext) -> Section | None:
-    """All doubts, and notes of the run; None where there are neither."""
+    """All caveats, and notes of the run; None where there are neither."""
     blocks: list[Block] = []
-    if found := doubts(context):
+    if found := caveats_of(context):
         blocks.append(Points("Before you rely on these numbers", found, doubtful=True))
     if context.notes:
         blocks.append(Points("About this run", tuple(map(sentence, context.notes))))
-    return Section("Doubts", "doubts", tuple(blocks)) if blocks else None
+    return Section("Caveats", "caveats", tuple(blocks)) if blocks else None
 
 
-def doubts(context: ReportContext) -> tuple[str, ...]:
+def caveats_of(context: ReportContext) -> tuple[str, ...]:
     """Flags of the fit in full, those of whole trials by kind."""
     calibration = context.calibration
-    doubts = [sentence(flag.message or flag.kind) for flag in calibration.flags if flag.kind != EBT_RATIO_ONLY]
+    caveats = [sentence(flag.message or flag.kind) for flag in calibration.flags if flag.kind != EBT_RATIO_ONLY]
     names: dict[str, list[str]] = {}
     for trial in calibration.trials:
         for kind in dict.fromkeys(flag.kind for flag in whole_trial_flags(trial)):
@@ -31,12 +31,12 @@ def doubts(context: ReportContext) -> tuple[str, ...]:
     for kind, trials in names.items():
         where = "every trial" if len(trials) == everywhere else listed(trials)
         size = _off_command(context) if kind == "frequency_off_command" else ""
-        doubts.append(sentence(f"{where}: {FLAG_KINDS.get(kind, kind.replace('_', ' '))}{size}"))
-    return (*doubts, *_of_the_gap(context.diagnosed))
+        caveats.append(sentence(f"{where}: {FLAG_KINDS.get(kind, kind.replace('_', ' '))}{size}"))
+    return (*caveats, *_of_the_gap(context.diagnosed))
 
 
 def _of_the_gap(found: DiagnosisResult | None) -> tuple[str, ...]:
-    """What a diagnosis says that this fit leaves out."""
+    """Effects that this fit leaves out, by the diagnosis."""
     if found is None or found.verdict == "no_gap":
         return ()
     named = listed([" or ".join(map(in_words, group)) for group in found.groups])
