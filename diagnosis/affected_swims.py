@@ -22,7 +22,7 @@ from tracking import HeadFrame
 _DRAWS = 8
 
 
-class Swum(NamedTuple):
+class ForecastScore(NamedTuple):
     """One trial beside a twin that runs ahead alone.
 
     Attributes:
@@ -63,15 +63,15 @@ class SettledTwin(AffectedTwin):
         return replace(told, marker_m=(self.robot.scale_length_m / span)[:, None, None, None] * seen)
 
 
-def swum(
+def forecast_scores(
     ground: Ground, trials: Sequence[MeasuredTrial], effects: Sequence[Effect], at: np.ndarray, values: np.ndarray
-) -> list[Swum]:
+) -> list[ForecastScore]:
     """Swims beside a twin at coefficients (5,) with effects at values (p,); frequency and phase are the trial's own."""
     found = []
     for trial in trials:
         head = _ahead(ground, trial, effects, at, values)
         speed = float(forward_speed(trial.time_s, head.forward_m, trial.kept, trial.frequency.hz))
-        found.append(Swum(trial.name, score(trial, head).marker_error_m, trial.speed, speed))
+        found.append(ForecastScore(trial.name, score(trial, head).marker_error_m, trial.speed, speed))
     return found
 
 

@@ -8,7 +8,7 @@ from collections.abc import Collection
 import numpy as np
 
 from diagnosis.constants import AGAINST
-from diagnosis.evidence import Explanations
+from diagnosis.evidence import Hypotheses
 from diagnosis.generic import generic_size
 from diagnosis.ground import Ground
 from diagnosis.probabilities import Probabilities
@@ -16,22 +16,22 @@ from fitting.model.features import advanced
 from fitting.model.session_model import SessionModel
 
 
-def placebo_for(explanations: Explanations, probabilities: Probabilities, named: Collection[str]) -> str | None:
+def placebo_for(hypotheses: Hypotheses, probabilities: Probabilities, named: Collection[str]) -> str | None:
     """Of the effects that the evidence speaks against, the one that moves the fitted swims most.
 
     With as many parameters as the named ones have, or as near to that as there is.
     """
-    count = sum(_parameters(explanations, i) for i, name in enumerate(probabilities.names) if name in named)
+    count = sum(_parameters(hypotheses, i) for i, name in enumerate(probabilities.names) if name in named)
     found = []
     for i, (name, chance) in enumerate(zip(probabilities.names, probabilities.marginal, strict=True)):
-        if explanations.best[i] is not None and name not in named and chance <= AGAINST:
-            size = max(form.size for form in explanations.effects[i].forms)
-            found.append((abs(_parameters(explanations, i) - count), -size, name))
+        if hypotheses.best[i] is not None and name not in named and chance <= AGAINST:
+            size = max(form.size for form in hypotheses.effects[i].forms)
+            found.append((abs(_parameters(hypotheses, i) - count), -size, name))
     return min(found)[-1] if found else None
 
 
-def _parameters(explanations: Explanations, effect: int) -> int:
-    return max((len(form.parameters) for form in explanations.effects[effect].forms), default=0)
+def _parameters(hypotheses: Hypotheses, effect: int) -> int:
+    return max((len(form.parameters) for form in hypotheses.effects[effect].forms), default=0)
 
 
 def carried_over(ground: Ground, beside: Ground) -> np.ndarray:

@@ -12,7 +12,7 @@ import numpy as np
 from scipy.linalg import solve_triangular
 
 from diagnosis.constants import FEWEST_TRIALS
-from diagnosis.evidence import Explanations
+from diagnosis.evidence import Hypotheses
 from diagnosis.gap import Shrinkage, shrinkage_of
 from diagnosis.ground import Ground
 from diagnosis.probabilities import Probabilities
@@ -52,14 +52,14 @@ class Validated(NamedTuple):
 
 
 def validated(
-    found: Validated, ground: Ground, explanations: Explanations, refitting: Callable[[Sequence[str]], Refit], seed: int
+    found: Validated, ground: Ground, hypotheses: Hypotheses, refitting: Callable[[Sequence[str]], Refit], seed: int
 ) -> Validated:
     """Withdraws names, the least probable first, for as long as they forecast trials left out worse.
 
     Args:
         found: before.
         ground: the fitted trials.
-        explanations: of these.
+        hypotheses: of these.
         refitting: the twin with effects of these names.
         seed: of the draws.
     """
@@ -69,7 +69,7 @@ def validated(
     plain = left_out(ground, Refit.plain(ground))
     while best is not None:
         skill = shrinkage_of(plain, left_out(ground, best), ground.trial_of[ground.told], seed)
-        against = refutable(skill, best, explanations)
+        against = refutable(skill, best, hypotheses)
         if not against:
             return Validated(verdict, probabilities, best, skill, refutations)
         weakest = min(against, key=lambda name: probabilities.marginal[probabilities.names.index(name)])
@@ -82,14 +82,14 @@ def validated(
     return Validated(verdict, probabilities, None, None, refutations)
 
 
-def refutable(skill: Shrinkage, best: Refit, explanations: Explanations) -> tuple[str, ...]:
+def refutable(skill: Shrinkage, best: Refit, hypotheses: Hypotheses) -> tuple[str, ...]:
     """Effects of a refitted twin one of which forecasts speak against; none where they do not.
 
     Never those that change frequencies: the skill leaves these out.
     """
     if skill.interval is None or skill.interval[1] >= 0:
         return ()
-    return tuple(effect.name for effect in best.effects if explanations.shows_in_gaits(effect.name))
+    return tuple(effect.name for effect in best.effects if hypotheses.shows_in_gaits(effect.name))
 
 
 def left_out(ground: Ground, fit: Refit) -> np.ndarray:

@@ -8,25 +8,25 @@ import numpy as np
 from scipy.stats import chi2
 from threadpoolctl import threadpool_limits
 
-from diagnosis.beside_the_beat import BesideTheBeat, beside_the_beat
 from diagnosis.constants import MOST_LEFT
 from diagnosis.controls import placebo_for
 from diagnosis.cross_validation import Validated, validated
 from diagnosis.everything import Everything, everything
-from diagnosis.evidence import Belief, Explanations
+from diagnosis.evidence import Hypotheses, Priors
 from diagnosis.experiments import next_experiments
 from diagnosis.explaining import explained
 from diagnosis.forms import Shown
 from diagnosis.from_forms import refitted
 from diagnosis.ground import Ground
 from diagnosis.held_out import Gap, HeldOut
+from diagnosis.local_discrepancies import LocalDiscrepancy, likely_of, local_discrepancies
+from diagnosis.non_periodic import NonPeriodic, non_periodic
 from diagnosis.probabilities import Probabilities
 from diagnosis.pruning import pruned
 from diagnosis.pushes import Responses, responses
 from diagnosis.refit import Refit
 from diagnosis.result import Experiment, Remainder
 from diagnosis.session_data import SessionData
-from diagnosis.strangers import Stranger, likely_of, strangers
 from diagnosis.verdict import Verdict, verdict_of
 from diagnosis.where import Where, locate
 from fitting.signatures import Signature, signature_of
@@ -45,12 +45,12 @@ class Settings:
 
     Attributes:
         effort: "quick" or "full".
-        belief: before the session.
+        priors: before the session.
         seed: of what is drawn.
     """
 
     effort: Literal["quick", "full"] = "full"
-    belief: Belief = field(default_factory=Belief)
+    priors: Priors = field(default_factory=Priors)
     seed: int = 0
 
 
@@ -67,7 +67,7 @@ class Diagnosis:
         shown: the same, whitened.
         elsewhere: where something that is in no catalogue was looked for.
         beside: what shows beside the beat, in the fitted swims.
-        explanations: with their evidence.
+        hypotheses: with their evidence.
         probabilities: after the session.
         verdict: what is said.
         where: shares of the gap.
@@ -84,9 +84,9 @@ class Diagnosis:
     ground: Ground
     signatures: tuple[Signature, ...]
     shown: tuple[Shown, ...]
-    elsewhere: tuple[Stranger, ...]
-    beside: BesideTheBeat
-    explanations: Explanations
+    elsewhere: tuple[LocalDiscrepancy, ...]
+    beside: NonPeriodic
+    hypotheses: Hypotheses
     probabilities: Probabilities
     verdict: Verdict
     where: Where
@@ -118,11 +118,11 @@ def diagnose(
         SimulationDiverged: the plain twin.
         NotEnoughData: no fitted swim.
     """
-    weighed = _weighed(data, effects, settings.belief, tell)
+    weighed = _weighed(data, effects, settings.priors, tell)
 
     def refitting(names: Sequence[str]) -> Refit:
         chosen = [effects[name] for name in names]
-        return refitted(weighed.ground, weighed.explanations, chosen, _ROUNDS[settings.effort])
+        return refitted(weighed.ground, weighed.hypotheses, chosen, _ROUNDS[settings.effort])
 
     tell("refitting with the effects", 0.75)
     said = _named(weighed, refitting, settings, len(effects))
@@ -133,10 +133,10 @@ def diagnose(
     return Diagnosis(
         ground=weighed.ground,
         signatures=weighed.signatures,
-        shown=tuple(weighed.explanations.effects),
+        shown=tuple(weighed.hypotheses.effects),
         elsewhere=weighed.elsewhere,
         beside=weighed.beside,
-        explanations=weighed.explanations,
+        hypotheses=weighed.hypotheses,
         probabilities=said.probabilities,
         verdict=said.verdict,
         where=locate(weighed.ground, weighed.forces, weighed.signatures, said.verdict.effects, weighed.placed),
@@ -146,7 +146,7 @@ def diagnose(
         validation=said,
         everything=_everything(weighed, effects, said, swims, settings.effort),
         experiments=next_experiments(
-            weighed.ground, weighed.explanations, said.verdict, said.probabilities, effects, settings.seed
+            weighed.ground, weighed.hypotheses, said.verdict, said.probabilities, effects, settings.seed
         ),
         decays_left_out=weighed.decays_left_out,
     )
@@ -158,19 +158,19 @@ class _Weighed(NamedTuple):
     ground: Ground
     signatures: tuple[Signature, ...]
     forces: Responses
-    elsewhere: tuple[Stranger, ...]
-    beside: BesideTheBeat
-    explanations: Explanations
+    elsewhere: tuple[LocalDiscrepancy, ...]
+    beside: NonPeriodic
+    hypotheses: Hypotheses
     probabilities: Probabilities
     decays_left_out: Mapping[str, str]
 
     @property
-    def placed(self) -> Sequence[Stranger]:
+    def placed(self) -> Sequence[LocalDiscrepancy]:
         """Where something that is in no catalogue is likely."""
         return likely_of(self.elsewhere, self.probabilities.at_place)
 
 
-def _weighed(data: SessionData, effects: Mapping[str, Effect], belief: Belief, tell: Tell) -> _Weighed:
+def _weighed(data: SessionData, effects: Mapping[str, Effect], priors: Priors, tell: Tell) -> _Weighed:
     tell("the plain twin", 0.0)
     ground = data.ground
     signatures = []
@@ -179,17 +179,17 @@ def _weighed(data: SessionData, effects: Mapping[str, Effect], belief: Belief, t
         signatures.append(signature_of(effect, ground.model, ground.camera, ground.at))
     tell("missing forces", 0.6)
     forces = responses(ground)
-    tell("weighing explanations", 0.65)
-    elsewhere = strangers(ground, forces)
-    beside = beside_the_beat(ground.swims)
-    found = explained(ground, signatures, belief, elsewhere, tuple(each.log_odds for each in beside))
+    tell("weighing hypotheses", 0.65)
+    elsewhere = local_discrepancies(ground, forces)
+    beside = non_periodic(ground.swims)
+    found = explained(ground, signatures, priors, elsewhere, tuple(each.log_odds for each in beside))
     return _Weighed(
         found.ground,
         tuple(signatures),
         forces,
         elsewhere,
         beside,
-        found.explanations,
+        found.hypotheses,
         found.probabilities,
         data.rings.left_out,
     )
@@ -199,7 +199,7 @@ def _named(weighed: _Weighed, refitting: Refitting, settings: Settings, effects:
     """What is said, of the fitted trials alone.
 
     Args:
-        weighed: the explanations.
+        weighed: the hypotheses.
         refitting: a twin with effects of these names.
         settings: of the diagnosis.
         effects: how many the catalogue has.
@@ -207,22 +207,22 @@ def _named(weighed: _Weighed, refitting: Refitting, settings: Settings, effects:
     probabilities, verdict = weighed.probabilities, verdict_of(weighed.probabilities)
     if not verdict.first:
         return Validated(verdict, probabilities, None)
-    best, gone, kept = pruned(weighed.ground, refitting(verdict.first), refitting, settings.belief, effects)
+    best, gone, kept = pruned(weighed.ground, refitting(verdict.first), refitting, settings.priors, effects)
     probabilities = _beside(probabilities, verdict, gone, kept)
     verdict = verdict.without(gone, probabilities) if gone else verdict
     most_stays = _remainder(weighed, best).share > MOST_LEFT and probabilities.with_other > 0.5
-    if most_stays and (doubtful := [n for n in verdict.first if weighed.explanations.shows_in_gaits(n)]):
+    if most_stays and (doubtful := [n for n in verdict.first if weighed.hypotheses.shows_in_gaits(n)]):
         verdict = verdict.without(doubtful, probabilities)  # what is left may be what only looks like these
         best = refitting(verdict.first) if verdict.first else best
     if not verdict.first:
         return Validated(Verdict("unexplained", ()), probabilities, None)
     said = Validated(verdict, probabilities, best)
-    return validated(said, weighed.ground, weighed.explanations, refitting, settings.seed)
+    return validated(said, weighed.ground, weighed.hypotheses, refitting, settings.seed)
 
 
 def _placebo(weighed: _Weighed, said: Validated, refitting: Refitting) -> Refit | None:
     """The twin with an effect in the place of the named ones that the evidence speaks against."""
-    name = placebo_for(weighed.explanations, said.probabilities, set(said.verdict.effects))
+    name = placebo_for(weighed.hypotheses, said.probabilities, set(said.verdict.effects))
     return None if name is None else refitting([name])
 
 

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from diagnosis.affected_swims import Swum
+from diagnosis.affected_swims import ForecastScore
 from diagnosis.constants import FEWEST_TRIALS
 from diagnosis.diagnosis import Diagnosis
 from diagnosis.everything import Everything
@@ -143,7 +143,7 @@ def _gap(gap: Gap | None) -> GapSize:
     )
 
 
-def _size(before: Sequence[Swum], after: Sequence[Swum], **more: object) -> GapSize:
+def _size(before: Sequence[ForecastScore], after: Sequence[ForecastScore], **more: object) -> GapSize:
     """Means over the same swims without and with effects."""
     return GapSize(
         baseline_mm=_mean_mm([each.marker_error_m for each in before]),
@@ -183,7 +183,7 @@ def _parameter(parameter: Parameter, value: float, half: float) -> FittedParamet
 
 
 def _evidence(found: Diagnosis) -> Evidence:
-    chances, row = found.probabilities, found.explanations.row
+    chances, row = found.probabilities, found.hypotheses.row
     likeliest = sorted(chances.of.items(), key=lambda item: -item[1])[:_SETS]
     places = (
         Place(each.place, each.same, float(chance))
@@ -192,7 +192,7 @@ def _evidence(found: Diagnosis) -> Evidence:
     )
     sway, delay = (
         BesideBeat(told.rms, told.log_odds, min(chances.with_other * chance, 1.0))  # sums of exponentials round
-        for told, chance in zip(found.beside, found.explanations.showing_beside, strict=True)
+        for told, chance in zip(found.beside, found.hypotheses.showing_beside, strict=True)
     )
     return Evidence(
         squares=row.squares,

@@ -30,7 +30,7 @@ _ROUNDS = 4  # of the search for the likeliest sizes
 
 
 @dataclass(frozen=True)
-class Belief:
+class Priors:
     """What is believed before a session is looked at; fitted to sessions of development (see docs/benchmarks.md).
 
     Attributes:
@@ -61,24 +61,24 @@ class Belief:
 
 
 @dataclass(frozen=True, eq=False)
-class Explanations:
-    """All explanations of one row.
+class Hypotheses:
+    """All hypotheses of one row.
 
     Attributes:
         rows: the row to be explained: first with what forms have wrong, then for each way in which something else may
             be; all as likely.
         effects: that may explain it.
-        belief: before the row.
+        priors: before the row.
         numbers: where the whitened row holds what is beside the gaits: frequencies, and how free decays ring.
         places: where something else may be: how likely against each other, and (q, b) what it does to the whitened row.
         beside: by which the tracks speak for a motion beside the beat, and for beats that are late (log Bayes
-            factors), see `diagnosis.beside_the_beat`.
+            factors), see `diagnosis.non_periodic`.
         lacking: the second of the rows, of a gap like what all effects do, with one of them left out.
     """
 
     rows: tuple[Row, ...]
     effects: Sequence[Shown]
-    belief: Belief
+    priors: Priors
     numbers: slice = field(default_factory=lambda: slice(0, 0))
     places: tuple[tuple[float, np.ndarray], ...] = ()
     beside: tuple[float, ...] = (0.0,)
@@ -90,22 +90,22 @@ class Explanations:
         return self.rows[0]
 
     @property
-    def beside_the_beat(self) -> float:
+    def non_periodic(self) -> float:
         """What shows beside the beat adds to the log evidence of something else, which may make some or none."""
-        return float(np.logaddexp(np.log1p(-self.belief.besides), logsumexp(self._each_beside)))
+        return float(np.logaddexp(np.log1p(-self.priors.besides), logsumexp(self._each_beside)))
 
     @property
     def showing_beside(self) -> tuple[float, ...]:
         """Probabilities that something else shows beside the beat, in each way, where there is something else."""
-        return tuple(np.exp(self._each_beside - self.beside_the_beat).tolist())
+        return tuple(np.exp(self._each_beside - self.non_periodic).tolist())
 
     @property
     def _each_beside(self) -> np.ndarray:
-        return np.log(self.belief.besides / len(self.beside)) + np.array(self.beside)
+        return np.log(self.priors.besides / len(self.beside)) + np.array(self.beside)
 
     def evidence(self, present: Sequence[int], other: bool) -> float:
         """Log evidence of some effects, each in its best form, with or without something else beside them."""
-        return self._of_gaits(present, other) + (self.beside_the_beat if other else 0.0)
+        return self._of_gaits(present, other) + (self.non_periodic if other else 0.0)
 
     def _of_gaits(self, present: Sequence[int], other: bool) -> float:
         if not present:
@@ -135,7 +135,7 @@ class Explanations:
         weights = np.array([weight for weight, _ in self.places])
         at_places = np.log(weights / weights.sum()) + [_mean(list(likeliest.beside(p, SIZES))) for p in self._placed]
         alone -= float(sum(np.log(len(self.effects[i].ways)) for i in present))
-        return np.asarray(alone + self.beside_the_beat - np.log(2 if forms else 1) + at_places)
+        return np.asarray(alone + self.non_periodic - np.log(2 if forms else 1) + at_places)
 
     def mixed(self, present: tuple[int, ...], without: int | None = None) -> float:
         """Log evidence of some effects beside a mixture of what all do, or all but one; without what forms have wrong.
@@ -155,7 +155,7 @@ class Explanations:
 
     def unseen(self, effect: int) -> float:
         """Probability that something which looks like an effect strays too little from it to show."""
-        length, least = float(np.linalg.norm(self.row.turn @ self._moved[effect])), self.belief.strays
+        length, least = float(np.linalg.norm(self.row.turn @ self._moved[effect])), self.priors.strays
         return float(np.clip(np.log(SHOWS / max(least * length, _SILENT)) / -np.log(least), 0.0, 1.0))
 
     def shows_in_gaits(self, name: str) -> bool:
@@ -215,12 +215,12 @@ class Explanations:
         Over one size in full; over more along each axis through the likeliest point, as if they were independent there.
         """
         likeliest, evidence = self._around(row, forms, other)
-        return evidence + (likeliest.gained(self._directions[row], self.belief.alike) if forms else 0.0)
+        return evidence + (likeliest.gained(self._directions[row], self.priors.alike) if forms else 0.0)
 
     def _around(self, row: Row, forms: tuple[Form, ...], other: bool) -> tuple[Sized, float]:
         """With the likeliest sizes, and the log evidence over all, forms being right but in no particular direction."""
         axes = [_sizes(form) for form in forms] + ([SIZES] if other else [])
-        columns, unlike = Columns.of(row, forms), self.belief.unlike
+        columns, unlike = Columns.of(row, forms), self.priors.unlike
 
         def sizes(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
             every = np.array([axis[places] for axis, places in zip(axes, points.T, strict=True)]).reshape(

@@ -23,7 +23,7 @@ from scipy.special import expit
 from scipy.stats import norm
 
 from diagnosis.constants import MOST_ALIKE
-from diagnosis.evidence import Explanations
+from diagnosis.evidence import Hypotheses
 from diagnosis.ground import Ground
 from diagnosis.probabilities import Probabilities
 from diagnosis.result import Experiment, ProposedTrial
@@ -84,7 +84,7 @@ class _Confused(NamedTuple):
 
 def next_experiments(
     ground: Ground,
-    explanations: Explanations,
+    hypotheses: Hypotheses,
     verdict: Verdict,
     probabilities: Probabilities,
     effects: Mapping[str, Effect],
@@ -94,8 +94,8 @@ def next_experiments(
 
     Those of each group of the verdict; of a gap that is unexplained the likeliest three.
     """
-    confused = [_likeliest(explanations, probabilities)] if verdict.name == "unexplained" else verdict.groups
-    strengths = _strengths(explanations, {name for group in confused for name in group}, ground, effects)
+    confused = [_likeliest(hypotheses, probabilities)] if verdict.name == "unexplained" else verdict.groups
+    strengths = _strengths(hypotheses, {name for group in confused for name in group}, ground, effects)
     tried = [pair for group in confused for pair in combinations((name for name in group if name in strengths), 2)]
     odds = {pair: log_odds for pair in tried if (log_odds := _odds(probabilities, pair)) is not None}
     if not odds:
@@ -191,18 +191,18 @@ class _Looks:
         return min(found, default=0.0)
 
 
-def _likeliest(explanations: Explanations, probabilities: Probabilities) -> tuple[str, ...]:
-    shows = [i for i, form in enumerate(explanations.best) if form is not None]
+def _likeliest(hypotheses: Hypotheses, probabilities: Probabilities) -> tuple[str, ...]:
+    shows = [i for i, form in enumerate(hypotheses.best) if form is not None]
     order = sorted(shows, key=lambda i: -probabilities.marginal[i])
     return tuple(probabilities.names[i] for i in order[:MOST_ALIKE])
 
 
 def _strengths(
-    explanations: Explanations, names: set[str], ground: Ground, effects: Mapping[str, Effect]
+    hypotheses: Hypotheses, names: set[str], ground: Ground, effects: Mapping[str, Effect]
 ) -> dict[str, np.ndarray]:
     """(p,) of each effect, where it alone comes nearest to what is left."""
     target, found = ground.space.freed(ground.left), {}
-    for each, form in zip(explanations.effects, explanations.best, strict=True):
+    for each, form in zip(hypotheses.effects, hypotheses.best, strict=True):
         if each.name in names and form is not None:
             suited = effects[each.name].suited(ground.twin.robot, ground.trials[0].markers)
             values = np.zeros(len(suited.parameters))

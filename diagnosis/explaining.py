@@ -1,4 +1,4 @@
-"""All explanations of what the nearest plain twin leaves, and how large the twin's own error is beside them."""
+"""All hypotheses of what the nearest plain twin leaves, and how large the twin's own error is beside them."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -8,12 +8,12 @@ import numpy as np
 from scipy.special import logsumexp, softmax
 
 from diagnosis.constants import SCALES, SUSPECTED, UNLIKELY
-from diagnosis.evidence import Belief, Explanations
+from diagnosis.evidence import Hypotheses, Priors
 from diagnosis.forms import shown
 from diagnosis.ground import Ground
-from diagnosis.probabilities import Explanation, Probabilities
+from diagnosis.local_discrepancies import LocalDiscrepancy
+from diagnosis.probabilities import Hypothesis, Probabilities
 from diagnosis.row import NONE, Row
-from diagnosis.strangers import Stranger
 from fitting.signatures import Signature
 
 
@@ -23,13 +23,13 @@ class Explained:
 
     Attributes:
         ground: with the likeliest of the twin's own errors.
-        explanations: of that.
-        of_errors: of each error that is likely enough, its probability and the explanations there.
+        hypotheses: of that.
+        of_errors: of each error that is likely enough, its probability and the hypotheses there.
     """
 
     ground: Ground
-    explanations: Explanations
-    of_errors: tuple[tuple[float, Explanations], ...]
+    hypotheses: Hypotheses
+    of_errors: tuple[tuple[float, Hypotheses], ...]
 
     @cached_property
     def probabilities(self) -> Probabilities:
@@ -40,11 +40,11 @@ class Explained:
 def explained(
     ground: Ground,
     signatures: Sequence[Signature],
-    belief: Belief,
-    elsewhere: Sequence[Stranger] = (),
+    priors: Priors,
+    elsewhere: Sequence[LocalDiscrepancy] = (),
     beside: tuple[float, ...] = (0.0,),
 ) -> Explained:
-    """All explanations, beside every error that the twin itself may have in this session.
+    """All hypotheses, beside every error that the twin itself may have in this session.
 
     That is of one of several sizes; and of the likeliest of these it may look far more than usual like an effect that
     is suspected.
@@ -56,7 +56,7 @@ def explained(
     Args:
         ground: as fitted.
         signatures: of the catalogue.
-        belief: before the session.
+        priors: before the session.
         elsewhere: what something else might do at one place.
         beside: log Bayes factors of what shows beside the beat.
     """
@@ -64,7 +64,7 @@ def explained(
 
     def weighed(scale: float, far_more: str = "") -> _Weighed:
         here = ground.with_error(scale, known.alike(signatures, far_more))
-        found = replace(_explanations(here, signatures, belief, elsewhere), beside=beside)
+        found = replace(_explanations(here, signatures, priors, elsewhere), beside=beside)
         return _Weighed(here, found, _simple(found))
 
     of_each = [weighed(scale) for scale in SCALES]
@@ -96,13 +96,13 @@ class _Weighed:
 
     Attributes:
         ground: with it.
-        found: all explanations.
+        found: all hypotheses.
         simple: log probability, but for a constant, of nothing, of something else and of each effect by itself.
     """
 
     ground: Ground
-    found: Explanations
-    simple: dict[Explanation, float]
+    found: Hypotheses
+    simple: dict[Hypothesis, float]
 
     @property
     def log_likelihood(self) -> float:
@@ -117,18 +117,18 @@ class _Weighed:
         return [self.found.effects[i].name for key in likely for i in key.present]
 
 
-def _simple(found: Explanations) -> dict[Explanation, float]:
-    alone = [Explanation((i,)) for i, each in enumerate(found.effects) if each.ways]
+def _simple(found: Hypotheses) -> dict[Hypothesis, float]:
+    alone = [Hypothesis((i,)) for i, each in enumerate(found.effects) if each.ways]
     count = len(found.effects)
     return {
-        key: found.evidence(key.present, key.other) + found.belief.log_prior(len(key.present), key.other, count)
-        for key in (Explanation(()), Explanation((), other=True), *alone)
+        key: found.evidence(key.present, key.other) + found.priors.log_prior(len(key.present), key.other, count)
+        for key in (Hypothesis(()), Hypothesis((), other=True), *alone)
     }
 
 
 def _explanations(
-    ground: Ground, signatures: Sequence[Signature], belief: Belief, elsewhere: Sequence[Stranger]
-) -> Explanations:
+    ground: Ground, signatures: Sequence[Signature], priors: Priors, elsewhere: Sequence[LocalDiscrepancy]
+) -> Hypotheses:
     effects = shown(signatures, ground.space)
     gaits = len(ground.model.measured)
     frequencies = slice(gaits, gaits + ground.model.frequencies)
@@ -143,4 +143,4 @@ def _explanations(
         return Row.of(ground.space, ground.left, ground.generic, others, frequencies)
 
     numbers = slice(gaits, gaits + ground.model.beside)
-    return Explanations((wrong, like_any, loose), effects, belief, numbers, places, lacking=lacking)
+    return Hypotheses((wrong, like_any, loose), effects, priors, numbers, places, lacking=lacking)

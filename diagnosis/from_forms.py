@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from diagnosis.evidence import Explanations
+from diagnosis.evidence import Hypotheses
 from diagnosis.ground import Ground
 from diagnosis.refit import Refit, refit
 from swimmer.effects import Effect
@@ -12,17 +12,17 @@ from swimmer.effects import Effect
 _HELD = 0.2  # by which strengths are held back: slopes of strong effects are rough
 
 
-def refitted(ground: Ground, explanations: Explanations, effects: Sequence[Effect], rounds: int) -> Refit:
+def refitted(ground: Ground, hypotheses: Hypotheses, effects: Sequence[Effect], rounds: int) -> Refit:
     """The nearest twin with effects.
 
     Args:
         ground: the fitted swims beside the nearest plain twin.
-        explanations: that hold forms of these effects.
+        hypotheses: that hold forms of these effects.
         effects: that act, at least one.
         rounds: steps at most.
     """
-    names = [each.name for each in explanations.effects]
-    chosen = [explanations.best[names.index(effect.name)] for effect in effects]
+    names = [each.name for each in hypotheses.effects]
+    chosen = [hypotheses.best[names.index(effect.name)] for effect in effects]
     forms = [form for form in chosen if form is not None]
     assert len(forms) == len(effects), "an effect that does nothing explains nothing"
     columns = np.hstack([form.columns for form in forms])

@@ -6,7 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
-from diagnosis.affected_swims import Swum, noise_floor_m, swum
+from diagnosis.affected_swims import ForecastScore, forecast_scores, noise_floor_m
 from diagnosis.controls import carried_over
 from diagnosis.gap import Shrinkage, shrinkage_of
 from diagnosis.ground import Ground
@@ -34,8 +34,8 @@ class Gap:
     """
 
     shrinkage: Shrinkage
-    before: tuple[Swum, ...]
-    after: tuple[Swum, ...]
+    before: tuple[ForecastScore, ...]
+    after: tuple[ForecastScore, ...]
     hertz: np.ndarray
     baselines: Mapping[str, list[float]]
     noise_floor_m: float
@@ -76,7 +76,7 @@ class HeldOut:
         after, scored = self._plain, None
         controls, otherwise = None, None
         if best is not None:
-            after = tuple(swum(ground, self.swims, best.effects, best.at, best.values))
+            after = tuple(forecast_scores(ground, self.swims, best.effects, best.at, best.values))
             scored = beside.whitened_swims(left[1])
             controls = self._controls(placebo, left[-1])
             if not as_fitted:
@@ -128,8 +128,8 @@ class HeldOut:
         return self.ground.held_out(self.swims)
 
     @cached_property
-    def _plain(self) -> tuple[Swum, ...]:
-        return tuple(swum(self.ground, self.swims, (), self.ground.at, np.zeros(0)))
+    def _plain(self) -> tuple[ForecastScore, ...]:
+        return tuple(forecast_scores(self.ground, self.swims, (), self.ground.at, np.zeros(0)))
 
     @cached_property
     def _noise_floor_m(self) -> float:

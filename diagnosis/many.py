@@ -11,27 +11,27 @@ from collections.abc import Collection
 
 from scipy.special import expit
 
-from diagnosis.evidence import Explanations
+from diagnosis.evidence import Hypotheses
 
 _CLEARLY = 10.0  # log Bayes factor of a mixture against a gap without structure, from which its parts are looked at
 _ODDS = -4.6  # logarithm of those of each effect to be in a mixture, before a session is looked at: one in a hundred
 _STANDS = 0.9  # probability from which an effect is
 
 
-def standing(explanations: Explanations, present: Collection[int]) -> dict[int, float]:
+def standing(hypotheses: Hypotheses, present: Collection[int]) -> dict[int, float]:
     """Probabilities of effects that are in a mixture of everything beside others, of those that surely are.
 
     Args:
-        explanations: of a session.
+        hypotheses: of a session.
         present: effects beside the mixture.
     """
-    mixed, loose = explanations.mixed(tuple(present)), explanations.loose(tuple(present))
+    mixed, loose = hypotheses.mixed(tuple(present)), hypotheses.loose(tuple(present))
     if mixed - loose < _CLEARLY:
         return {}
     found = {}
-    for effect, each in enumerate(explanations.effects):
+    for effect, each in enumerate(hypotheses.effects):
         if each.ways and effect not in present:
-            chance = float(expit(mixed - explanations.mixed(tuple(present), without=effect) + _ODDS))
+            chance = float(expit(mixed - hypotheses.mixed(tuple(present), without=effect) + _ODDS))
             if chance >= _STANDS:
                 found[effect] = chance
     return found

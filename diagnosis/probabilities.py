@@ -10,11 +10,11 @@ import numpy as np
 from scipy.special import expit, logsumexp
 
 from diagnosis.constants import AT_PLACES, GROWN, MOST_EFFECTS, PAIRED
-from diagnosis.evidence import Explanations
+from diagnosis.evidence import Hypotheses
 from diagnosis.many import standing
 
 
-class Explanation(NamedTuple):
+class Hypothesis(NamedTuple):
     """One of all that there may be.
 
     Attributes:
@@ -44,32 +44,32 @@ class Probabilities:
     """
 
     names: tuple[str, ...]
-    of: dict[Explanation, float]
+    of: dict[Hypothesis, float]
     at_place: tuple[float, ...] = ()
 
     @classmethod
-    def after(cls, explanations: Explanations) -> "Probabilities":
+    def after(cls, hypotheses: Hypotheses) -> "Probabilities":
         """By Bayes' rule: all single effects, pairs of the likeliest, and larger sets where they are likelier still."""
-        logs: dict[Explanation, float] = {}
-        shows = [i for i, each in enumerate(explanations.effects) if each.forms]
+        logs: dict[Hypothesis, float] = {}
+        shows = [i for i, each in enumerate(hypotheses.effects) if each.forms]
         for present in [(), *((i,) for i in shows)]:
-            _try(explanations, logs, present)
+            _try(hypotheses, logs, present)
         for pair in _pairs(logs, shows):
-            _try(explanations, logs, pair)
+            _try(hypotheses, logs, pair)
         for size in range(3, MOST_EFFECTS + 1):
             for present in _larger(logs, shows, size):
-                _try(explanations, logs, present)
-        places = _somewhere(explanations, logs)
-        logs |= _imitations(explanations, logs)
-        logs = _among_many(explanations, logs)
+                _try(hypotheses, logs, present)
+        places = _somewhere(hypotheses, logs)
+        logs |= _imitations(hypotheses, logs)
+        logs = _among_many(hypotheses, logs)
         total = logsumexp(list(logs.values()))
         chances = {key: float(np.exp(value - total)) for key, value in logs.items()}
-        return cls(tuple(each.name for each in explanations.effects), chances, tuple(np.exp(places - total).tolist()))
+        return cls(tuple(each.name for each in hypotheses.effects), chances, tuple(np.exp(places - total).tolist()))
 
     @classmethod
     def averaged(cls, parts: Sequence[tuple[float, "Probabilities"]]) -> "Probabilities":
         """Under several assumptions, with the probability of each; these add up to 1."""
-        found: dict[Explanation, float] = {}
+        found: dict[Hypothesis, float] = {}
         for chance, part in parts:
             for key, of in part.of.items():
                 found[key] = found.get(key, 0.0) + chance * of
@@ -91,12 +91,10 @@ class Probabilities:
         asked = {each for each in self.of if each.seen & own and each.seen & others}
         both = sum(self.of[each] for each in asked)
         kept = min(float(expit(log_odds)) * self.any_seen(others) / max(both, 1e-300), 1.0)
-        found: dict[Explanation, float] = {}
+        found: dict[Hypothesis, float] = {}
         for each, chance in self.of.items():
             like = None if each.like in own else each.like
-            without = Explanation(
-                tuple(i for i in each.present if i not in own), each.other and like == each.like, like
-            )
+            without = Hypothesis(tuple(i for i in each.present if i not in own), each.other and like == each.like, like)
             share = kept if each in asked else 1.0
             for key, part in ((each, share), (without, 1 - share)):
                 found[key] = found.get(key, 0.0) + part * chance
@@ -109,12 +107,12 @@ class Probabilities:
         like it, as likely against each other as both were; where neither was tried, to the latter.
         """
         gone = self.names.index(name)
-        found: dict[Explanation, float] = {}
+        found: dict[Hypothesis, float] = {}
         for each, chance in self.of.items():
             shares = {each: 1.0}
             if gone in each.present:
                 rest = tuple(i for i in each.present if i != gone)
-                without, alike = Explanation(rest, each.other), Explanation(rest, True, gone)
+                without, alike = Hypothesis(rest, each.other), Hypothesis(rest, True, gone)
                 nothing, something = (self.of.get(one, 0.0) for one in (without, alike))
                 share = nothing / (nothing + something) if nothing else 0.0
                 shares = {without: share, alike: 1.0 - share}
@@ -132,7 +130,7 @@ class Probabilities:
     @property
     def null(self) -> float:
         """That there is nothing."""
-        return self.of.get(Explanation(()), 0.0)
+        return self.of.get(Hypothesis(()), 0.0)
 
     @property
     def other(self) -> float:
@@ -161,46 +159,46 @@ class Probabilities:
         return np.minimum(total, 1.0)  # sums of exponentials round
 
 
-def _try(explanations: Explanations, logs: dict[Explanation, float], present: tuple[int, ...]) -> None:
+def _try(hypotheses: Hypotheses, logs: dict[Hypothesis, float], present: tuple[int, ...]) -> None:
     """Weighs a set of effects, with and without something else."""
     for other in (False, True):
-        if (key := Explanation(present, other)) not in logs:
-            prior = explanations.belief.log_prior(len(present), other, len(explanations.effects))
-            logs[key] = explanations.evidence(present, other) + prior
+        if (key := Hypothesis(present, other)) not in logs:
+            prior = hypotheses.priors.log_prior(len(present), other, len(hypotheses.effects))
+            logs[key] = hypotheses.evidence(present, other) + prior
 
 
-def _somewhere(explanations: Explanations, logs: dict[Explanation, float]) -> np.ndarray:
+def _somewhere(hypotheses: Hypotheses, logs: dict[Hypothesis, float]) -> np.ndarray:
     """Weighs what else may be at one place beside the likeliest sets; (n,) by place."""
-    places = np.full(len(explanations.places), -np.inf)
+    places = np.full(len(hypotheses.places), -np.inf)
     if not len(places):
         return places
-    placed = explanations.belief.placed
+    placed = hypotheses.priors.placed
     for key in logs:
         if key.other:
             logs[key] += float(np.log1p(-placed))
-    every = {key.present: max(logs[key], logs[Explanation(key.present, True)]) for key in logs if not key.other}
+    every = {key.present: max(logs[key], logs[Hypothesis(key.present, True)]) for key in logs if not key.other}
     likeliest = sorted(every, key=lambda present: -every[present])[:AT_PLACES]
     for present in {(), *likeliest}:
-        prior = explanations.belief.log_prior(len(present), True, len(explanations.effects)) + np.log(placed)
-        found = prior + explanations.somewhere(present)
-        key = Explanation(present, True)
+        prior = hypotheses.priors.log_prior(len(present), True, len(hypotheses.effects)) + np.log(placed)
+        found = prior + hypotheses.somewhere(present)
+        key = Hypothesis(present, True)
         logs[key] = float(logsumexp([logs[key], *found]))
         places = np.logaddexp(places, found)
     return places
 
 
-def _among_many(explanations: Explanations, logs: dict[Explanation, float]) -> dict[Explanation, float]:
+def _among_many(hypotheses: Hypotheses, logs: dict[Hypothesis, float]) -> dict[Hypothesis, float]:
     """With effects that surely are in the mixture that something else is, where it surely is one, told as present."""
     likeliest = max(logs, key=lambda key: logs[key])
     if not likeliest.other:
         return logs
-    among = standing(explanations, likeliest.present)
+    among = standing(hypotheses, likeliest.present)
     if not among:
         return logs
     chance = min(among.values())
     with np.errstate(divide="ignore"):  # of what is certain
         as_it_was, with_them = np.log1p(-chance), np.log(chance)
-    found: dict[Explanation, float] = {}
+    found: dict[Hypothesis, float] = {}
     for key, log in logs.items():
         shares = {key: log}
         present = tuple(sorted({*key.present, *among}))
@@ -211,28 +209,28 @@ def _among_many(explanations: Explanations, logs: dict[Explanation, float]) -> d
     return found
 
 
-def _imitations(explanations: Explanations, logs: dict[Explanation, float]) -> dict[Explanation, float]:
+def _imitations(hypotheses: Hypotheses, logs: dict[Hypothesis, float]) -> dict[Hypothesis, float]:
     """Each set with something in the place of one of its effects that only looks like it, and how likely that is.
 
     Where it strays too little to show it is as likely as the effect would be, else as that and something else beside;
     but something else strays in gaits: what changes frequencies alone, each trial's by as much, is not made by chance.
     """
-    found, belief = {}, explanations.belief
-    beside = np.log(belief.other) - np.log1p(-belief.other)
+    found, priors = {}, hypotheses.priors
+    beside = np.log(priors.other) - np.log1p(-priors.other)
     with np.errstate(divide="ignore"):
         for present in [each.present for each in logs if each.present and not each.other]:
             for effect in present:
-                unseen = explanations.unseen(effect)
-                alone = logs[Explanation(present)] + np.log(unseen) + explanations.beside_the_beat
-                shows = (1 - unseen) * explanations.of_gaits(effect)
-                strays = logs[Explanation(present, True)] - beside + np.log(shows)
+                unseen = hypotheses.unseen(effect)
+                alone = logs[Hypothesis(present)] + np.log(unseen) + hypotheses.non_periodic
+                shows = (1 - unseen) * hypotheses.of_gaits(effect)
+                strays = logs[Hypothesis(present, True)] - beside + np.log(shows)
                 rest = tuple(i for i in present if i != effect)
-                odds = np.log(belief.imitated)
-                found[Explanation(rest, True, effect)] = float(odds + np.logaddexp(alone, strays))
+                odds = np.log(priors.imitated)
+                found[Hypothesis(rest, True, effect)] = float(odds + np.logaddexp(alone, strays))
     return found
 
 
-def _larger(logs: dict[Explanation, float], shows: list[int], size: int) -> list[tuple[int, ...]]:
+def _larger(logs: dict[Hypothesis, float], shows: list[int], size: int) -> list[tuple[int, ...]]:
     """The likeliest sets with one effect less, and one more; none where a smaller set is likelier than these."""
     sets = sorted((key for key in logs if len(key.present) == size - 1), key=lambda key: -logs[key])[:GROWN]
     if not sets or logs[sets[0]] < max(logs.values()):
@@ -240,9 +238,9 @@ def _larger(logs: dict[Explanation, float], shows: list[int], size: int) -> list
     return sorted({tuple(sorted((*present, i))) for present, *_ in sets for i in shows if i not in present})
 
 
-def _pairs(logs: dict[Explanation, float], shows: list[int]) -> set[tuple[int, int]]:
+def _pairs(logs: dict[Hypothesis, float], shows: list[int]) -> set[tuple[int, int]]:
     """The likeliest with each other; and the two likeliest with all others."""
-    alone = {i: max(logs[Explanation((i,))], logs[Explanation((i,), True)]) for i in shows}
+    alone = {i: max(logs[Hypothesis((i,))], logs[Hypothesis((i,), True)]) for i in shows}
     order = sorted(shows, key=lambda i: -alone[i])
     found = {(min(pair), max(pair)) for pair in combinations(order[:PAIRED], 2)}
     return found | {(min(first, i), max(first, i)) for first in order[:2] for i in order[PAIRED:]}

@@ -15,7 +15,7 @@ from scipy.linalg import solve_triangular
 from scipy.special import logit
 
 from diagnosis.constants import HELD, LITTLE, MOST_WRONG
-from diagnosis.evidence import Belief
+from diagnosis.evidence import Priors
 from diagnosis.ground import Ground
 from diagnosis.refit import Refit, left_at
 from fitting.signatures.session_row import PRIOR_SD
@@ -40,22 +40,22 @@ class Pruned(NamedTuple):
     kept: dict[str, float]
 
 
-def pruned(ground: Ground, best: Refit, refitting: Refitting, belief: Belief, catalogue: int) -> Pruned:
+def pruned(ground: Ground, best: Refit, refitting: Refitting, priors: Priors, catalogue: int) -> Pruned:
     """The twin with as many of its effects as the swims call for; at least one.
 
     Args:
         ground: the fitted swims.
         best: with all of the effects.
         refitting: with some of them, by their names.
-        belief: before the session.
+        priors: before the session.
         catalogue: number of effects that there are.
     """
-    least = float(logit(HELD * (1 + belief.imitated)))  # what is there may be something that only looks like it
+    least = float(logit(HELD * (1 + priors.imitated)))  # what is there may be something that only looks like it
     gone: dict[str, float] = {}
     while len(best.effects) > 1:
         names = [effect.name for effect in best.effects]
         fewer = [refitting([name for name in names if name != without]) for without in names]
-        odds = log_odds(ground, best, fewer, belief, catalogue)
+        odds = log_odds(ground, best, fewer, priors, catalogue)
         weakest = int(np.argmin(odds))
         if odds[weakest] > least:
             return Pruned(best, gone, dict(zip(names, odds.tolist(), strict=True)))
@@ -64,7 +64,7 @@ def pruned(ground: Ground, best: Refit, refitting: Refitting, belief: Belief, ca
     return Pruned(best, gone, {})
 
 
-def log_odds(ground: Ground, fit: Refit, fewer: Sequence[Refit], belief: Belief, catalogue: int) -> np.ndarray:
+def log_odds(ground: Ground, fit: Refit, fewer: Sequence[Refit], priors: Priors, catalogue: int) -> np.ndarray:
     """(e,) of each effect of a refitted twin, against that twin without it.
 
     What an effect does may also be what the forms of the others have wrong, which looks like a little of any effect.
@@ -73,11 +73,11 @@ def log_odds(ground: Ground, fit: Refit, fewer: Sequence[Refit], belief: Belief,
         ground: the fitted swims.
         fit: with e effects, at least two.
         fewer: e twins, each refitted without one of them.
-        belief: before the session.
+        priors: before the session.
         catalogue: number of effects that there are.
     """
-    count, alike = len(fit.effects), belief.alike / catalogue
-    prior = belief.log_prior(count, False, catalogue) - belief.log_prior(count - 1, False, catalogue)
+    count, alike = len(fit.effects), priors.alike / catalogue
+    prior = priors.log_prior(count, False, catalogue) - priors.log_prior(count - 1, False, catalogue)
     together, found = log_evidence(ground, fit) + prior, []
     for effect, without, room in zip(fit.effects, fewer, _room(ground, fit), strict=True):
         wrong = [log_evidence(ground, fit, {effect.name: share * room}) for share in LITTLE]

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from diagnosis.affected_swims import Swum, swum
+from diagnosis.affected_swims import ForecastScore, forecast_scores
 from diagnosis.diagnosis import Settings, Tell
-from diagnosis.evidence import Explanations
+from diagnosis.evidence import Hypotheses
 from diagnosis.explaining import explained
 from diagnosis.from_forms import refitted
 from diagnosis.held_out import Gap, HeldOut
@@ -42,7 +42,7 @@ class Supposition:
     refit: Refit
     log_bayes_factor: float
     of_each: Mapping[str, float]
-    fitted: tuple[tuple[Swum, ...], tuple[Swum, ...]]
+    fitted: tuple[tuple[ForecastScore, ...], tuple[ForecastScore, ...]]
     gap: Gap | None
 
 
@@ -70,28 +70,28 @@ def suppose(
     ground = data.ground
     tell("what the supposed effects would do", 0.4)
     signatures = [signature_of(effect, ground.model, ground.camera, ground.at) for effect in effects]
-    weighed = explained(ground, signatures, settings.belief)
-    ground, explanations = weighed.ground, weighed.explanations
-    _refuse_idle(signatures, explanations)
+    weighed = explained(ground, signatures, settings.priors)
+    ground, hypotheses = weighed.ground, weighed.hypotheses
+    _refuse_idle(signatures, hypotheses)
     rounds = _ROUNDS[settings.effort]
     tell("refitting with them", 0.5)
-    best, plain = refitted(ground, explanations, effects, rounds), refit(ground, (), np.zeros(0), rounds)
+    best, plain = refitted(ground, hypotheses, effects, rounds), refit(ground, (), np.zeros(0), rounds)
     evidence, of_each = log_evidence(ground, best), {}
     for number, effect in enumerate(effects):
         tell(f"refitting without {effect.name.replace('_', ' ')}", 0.6 + 0.3 * number / len(effects))
         others = [other for other in effects if other is not effect]
-        without = refitted(ground, explanations, others, rounds) if others else plain
+        without = refitted(ground, hypotheses, others, rounds) if others else plain
         of_each[effect.name] = evidence - log_evidence(ground, without)
     tell("held-out swims", 0.9)
-    pair = [tuple(swum(ground, ground.swims, fit.effects, fit.at, fit.values)) for fit in (plain, best)]
+    pair = [tuple(forecast_scores(ground, ground.swims, fit.effects, fit.at, fit.values)) for fit in (plain, best)]
     gap = HeldOut(ground, data.of_role(fitted=False), settings.seed).gap(best)
     return Supposition(best, evidence - log_evidence(ground, plain), of_each, (pair[0], pair[1]), gap)
 
 
-def _refuse_idle(signatures: Sequence[Signature], explanations: Explanations) -> None:
+def _refuse_idle(signatures: Sequence[Signature], hypotheses: Hypotheses) -> None:
     """Effects without a form: nothing to refit."""
     faults = []
-    for signature, form in zip(signatures, explanations.best, strict=True):
+    for signature, form in zip(signatures, hypotheses.best, strict=True):
         if form is None:
             stands = np.isfinite(signature.rows).all(axis=1).any()
             why = "changes nothing in the fitted swims" if stands else "makes the twin diverge at every strength tried"

@@ -18,10 +18,10 @@ from scipy.optimize import minimize
 
 from diagnosis.constants import OF_HARMONIC
 from diagnosis.ground import Ground
+from diagnosis.local_discrepancies import LocalDiscrepancy
 from diagnosis.places_off import TAKEN
 from diagnosis.pushes import HEAD, PER_JOINT, Responses
 from diagnosis.ripples import rippled
-from diagnosis.strangers import Stranger
 from fitting.free_decay.ring import NUMBERS as RING_NUMBERS
 from fitting.model.features import (
     COURSE,
@@ -85,7 +85,7 @@ def locate(
     responses: Responses,
     signatures: Sequence[Signature],
     named: Collection[str] = (),
-    placed: Sequence[Stranger] = (),
+    placed: Sequence[LocalDiscrepancy] = (),
 ) -> Where:
     """Splits what is left.
 
@@ -132,7 +132,7 @@ def _ways(
     responses: Responses,
     signatures: Sequence[Signature],
     named: Collection[str],
-    placed: Sequence[Stranger],
+    placed: Sequence[LocalDiscrepancy],
 ) -> dict[Way, np.ndarray]:
     """(k, q) columns of each way: what is steady, and what beats."""
     of_joint = np.moveaxis(responses.columns, 2, 0)  # (j, k, t, 7)

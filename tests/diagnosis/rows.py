@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from diagnosis.evidence import Belief, Explanations
+from diagnosis.evidence import Hypotheses, Priors
 from diagnosis.forms import shown
 from diagnosis.row import Row
 from fitting.signatures import Signature, Whitened
@@ -32,8 +32,8 @@ def catalogue() -> list[Signature]:
     return [*plain, signature("one_sided", DIRECTIONS[10], low=0.0), signature("twin_of_0", alike)]
 
 
-def explanations(left: np.ndarray, signatures: list[Signature] | None = None) -> Explanations:
+def hypotheses(left: np.ndarray, signatures: list[Signature] | None = None) -> Hypotheses:
     """Of what is left (k,)."""
     effects = shown(signatures or catalogue(), SPACE)
     rows = tuple(Row.of(SPACE, left, np.eye(K), like) for like in (effects, effects, ()))
-    return Explanations(rows, effects, Belief())
+    return Hypotheses(rows, effects, Priors())

@@ -8,15 +8,15 @@ import numpy as np
 import pytest
 
 from diagnosis.cross_validation import Validated, left_out, refutable, validated
-from diagnosis.evidence import Explanations
+from diagnosis.evidence import Hypotheses
 from diagnosis.gap import Shrinkage
 from diagnosis.ground import Ground
-from diagnosis.probabilities import Explanation, Probabilities
+from diagnosis.probabilities import Hypothesis, Probabilities
 from diagnosis.refit import Refit, refit
 from diagnosis.verdict import Verdict
 from swimmer.effects import catalogue
 from tests.diagnosis.grounds import ground
-from tests.diagnosis.rows import DIRECTIONS, K, explanations, made, signature
+from tests.diagnosis.rows import DIRECTIONS, K, hypotheses, made, signature
 
 WORSE = (-1.6, -0.1)
 
@@ -28,10 +28,10 @@ def refitted(*names: str) -> Refit:
 
 
 @pytest.fixture(scope="module")
-def weighed() -> Explanations:
+def weighed() -> Hypotheses:
     """Of two effects; the second changes but the last number of the row, which holds a frequency."""
     made = [signature("slack", DIRECTIONS[0]), signature("gear", np.eye(K)[K - 1])]
-    found = explanations(9 * DIRECTIONS[0] + 9 * np.eye(K)[K - 1], made)
+    found = hypotheses(9 * DIRECTIONS[0] + 9 * np.eye(K)[K - 1], made)
     return replace(found, numbers=slice(K - 1, K))
 
 
@@ -46,13 +46,13 @@ def weighed() -> Explanations:
     ],
 )
 def test_only_what_makes_forecasts_of_gaits_surely_worse_is_refuted(
-    weighed: Explanations, names: tuple[str, ...], interval: tuple[float, float] | None, against: tuple[str, ...]
+    weighed: Hypotheses, names: tuple[str, ...], interval: tuple[float, float] | None, against: tuple[str, ...]
 ) -> None:
     told = Shrinkage(2.0, 3.0, None if interval is None else sum(interval) / 2, interval)
     assert refutable(told, refitted(*names), weighed) == against
 
 
-def test_two_fitted_trials_say_nothing(weighed: Explanations) -> None:
+def test_two_fitted_trials_say_nothing(weighed: Hypotheses) -> None:
     before = Validated(Verdict("named", (("slack",),)), Probabilities(("slack",), {}), refitted("slack"))
     assert validated(before, ground(), weighed, lambda names: refitted(*names), 0) is before
 
@@ -73,11 +73,11 @@ def test_a_trial_left_out_has_no_part_in_its_own_forecast() -> None:
 
 
 def test_what_is_refuted_is_not_there_and_all_else_as_before() -> None:
-    like_a = Explanation((), True, 0)
-    sets = {Explanation(()): 0.1, Explanation((0,)): 0.5, Explanation((0, 1)): 0.1, like_a: 0.2, Explanation((1,)): 0.1}
+    like_a = Hypothesis((), True, 0)
+    sets = {Hypothesis(()): 0.1, Hypothesis((0,)): 0.5, Hypothesis((0, 1)): 0.1, like_a: 0.2, Hypothesis((1,)): 0.1}
     found = Probabilities(("a", "b"), sets).refuted("a")
     assert found.marginal == pytest.approx([0.0, 0.2])
     assert found.null == pytest.approx(0.1 + 0.5 / 3)
     assert found.of[like_a] == pytest.approx(0.2 + 1.0 / 3)
-    assert found.of[Explanation((1,))] == pytest.approx(0.2)
+    assert found.of[Hypothesis((1,))] == pytest.approx(0.2)
     assert sum(found.of.values()) == pytest.approx(1.0)

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from diagnosis.discrepancy import discrepancy_for
-from diagnosis.evidence import Belief
+from diagnosis.evidence import Priors
 from diagnosis.experiments import _Confused, _Looks, _with_a_decay
 from diagnosis.explaining import explained
 from diagnosis.ground import Ground
@@ -61,7 +61,7 @@ def seen(slower: float | None = None, logged: float | None = None) -> tuple[Grou
     beside = tuple(replace(each, trial=trial) for each, trial in zip(known.model.trials, told, strict=True))
     rings = () if slower is None else rings_of([decay(slower=slower)], exact_twin(1)).believed
     at = replace(known, model=type(known.model)(beside, rings))  # its slopes are found anew
-    found = explained(at, signatures(at), Belief())
+    found = explained(at, signatures(at), Priors())
     return found.ground, found.probabilities
 
 
@@ -92,7 +92,7 @@ def test_water_and_motors_do_not_move_it() -> None:
 
 def test_hinges_within_what_is_doubted_of_them_are_no_effect() -> None:
     at = ground(0.03, -0.05)
-    assert explained(at, signatures(at), Belief()).probabilities.null > 0.5
+    assert explained(at, signatures(at), Priors()).probabilities.null > 0.5
 
 
 def test_it_speaks_for_a_clock_or_for_a_gear() -> None:

@@ -1,18 +1,18 @@
-"""Explanations are weighed as they should be: what is there is found, what is not is not, and chances come true."""
+"""Hypotheses are weighed as they should be: what is there is found, what is not is not, and chances come true."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 
-from diagnosis.evidence import Belief, Explanations
+from diagnosis.evidence import Hypotheses, Priors
 from diagnosis.forms import shown
-from diagnosis.probabilities import Explanation, Probabilities
+from diagnosis.probabilities import Hypothesis, Probabilities
 from diagnosis.row import NONE, Row
 from diagnosis.verdict import Verdict, verdict_of
 from fitting.signatures import Signature
 from tests.cases import later
-from tests.diagnosis.rows import DIRECTIONS, SPACE, K, catalogue, explanations, made, signature
+from tests.diagnosis.rows import DIRECTIONS, SPACE, K, catalogue, hypotheses, made, signature
 
 LAST = slice(K - 2, K)
 
@@ -22,11 +22,11 @@ def noise(seed: int) -> np.ndarray:
 
 
 def after(left: np.ndarray) -> Probabilities:
-    return Probabilities.after(explanations(left))
+    return Probabilities.after(hypotheses(left))
 
 
-def chances(sets: dict[tuple[int, ...], float], other: float) -> dict[Explanation, float]:
-    return {Explanation(present): chance for present, chance in sets.items()} | {Explanation((), True): other}
+def chances(sets: dict[tuple[int, ...], float], other: float) -> dict[Hypothesis, float]:
+    return {Hypothesis(present): chance for present, chance in sets.items()} | {Hypothesis((), True): other}
 
 
 @pytest.mark.parametrize("strength", [8.0, -8.0, 25.0])
@@ -63,7 +63,7 @@ def test_a_form_explains_only_strengths_near_those_that_were_tried() -> None:
     rows = strengths * DIRECTIONS[1] + np.where(strengths == 30.0, 30.0, 0.0) * DIRECTIONS[2]
     bent = Signature(made("bent"), strengths, rows, np.zeros((4, 0)))
     weak, strong, sideways = (
-        Probabilities.after(explanations(noise(12) + left, [bent, signature("plain", DIRECTIONS[5])])).marginal[0]
+        Probabilities.after(hypotheses(noise(12) + left, [bent, signature("plain", DIRECTIONS[5])])).marginal[0]
         for left in (8 * DIRECTIONS[1], 35 * (DIRECTIONS[1] + DIRECTIONS[2]), 6 * (DIRECTIONS[1] + DIRECTIONS[2]))
     )
     assert min(weak, strong) > 0.8
@@ -103,16 +103,16 @@ def test_chances_come_true() -> None:
 
 
 def test_an_effect_that_did_not_stand_hands_its_chance_on() -> None:
-    sets = {Explanation((0,)): 0.2, Explanation((0, 1)): 0.5, Explanation((2,)): 0.1}
-    sets |= {Explanation((1,), True): 0.1, Explanation((0,), True, 1): 0.1}
+    sets = {Hypothesis((0,)): 0.2, Hypothesis((0, 1)): 0.5, Hypothesis((2,)): 0.1}
+    sets |= {Hypothesis((1,), True): 0.1, Hypothesis((0,), True, 1): 0.1}
     before = Probabilities(("a", "b", "c"), sets)
     after = before.with_odds(["b"], -np.log(4.0), beside=["a"])
     beside = 0.2 * 0.8  # one fifth of where the other is seen, where both had been 0.6
     assert sum(after.of.values()) == pytest.approx(1.0)
     assert after.marginal == pytest.approx([0.8, 0.1 + beside * 5 / 6, 0.1])
     assert after.any_seen([1]) == pytest.approx(0.1 + beside)
-    assert after.of[Explanation((0,))] == pytest.approx(0.2 + 0.6 - beside)
-    assert after.of[Explanation((1,), True)] == 0.1  # that there is neither was not asked
+    assert after.of[Hypothesis((0,))] == pytest.approx(0.2 + 0.6 - beside)
+    assert after.of[Hypothesis((1,), True)] == 0.1  # that there is neither was not asked
     assert before.with_odds(["a"], 20.0, beside=["b"]).marginal == pytest.approx(before.marginal)
 
 
@@ -141,8 +141,8 @@ def test_a_likely_name_is_said_beside_a_sure_one_and_not_alone() -> None:
     assert verdict_of(found).groups == (("a",), ("b",))
     assert verdict_of(found).without(["b"], found).groups == (("a",),)
     assert verdict_of(found).without(["a"], found).name == "unexplained"
-    imitated = {Explanation((1,), True, 0): 0.36, Explanation((), True, 0): 0.19}
-    looked = Probabilities(("a", "b"), {Explanation((0, 1)): 0.29, Explanation((0,)): 0.16} | imitated)
+    imitated = {Hypothesis((1,), True, 0): 0.36, Hypothesis((), True, 0): 0.19}
+    looked = Probabilities(("a", "b"), {Hypothesis((0, 1)): 0.29, Hypothesis((0,)): 0.16} | imitated)
     assert verdict_of(looked).name == "unexplained"  # the sure one may as well be something that looks like it
 
 
@@ -156,7 +156,7 @@ def test_what_changes_frequencies_alone_is_no_chance_likeness() -> None:
     ways = ((effects, NONE), (effects, LAST), ((), NONE))
     rows = tuple(Row.of(SPACE, left, np.eye(K), like, but) for like, but in ways)
     known, unknown = (
-        Probabilities.after(Explanations(rows, effects, Belief(), frequencies)).marginal[0]
+        Probabilities.after(Hypotheses(rows, effects, Priors(), frequencies)).marginal[0]
         for frequencies in (LAST, NONE)
     )
     assert known > 0.9

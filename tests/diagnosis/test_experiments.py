@@ -9,11 +9,11 @@ import pytest
 from scipy.stats import norm
 
 from diagnosis import experiments
-from diagnosis.evidence import Belief
+from diagnosis.evidence import Priors
 from diagnosis.experiments import Experiment, _Looks, _odds, borne_out, error_left, next_experiments
 from diagnosis.explaining import explained
 from diagnosis.ground import Ground
-from diagnosis.probabilities import Explanation, Probabilities
+from diagnosis.probabilities import Hypothesis, Probabilities
 from diagnosis.verdict import Verdict
 from fitting.model.session_model import SessionModel
 from fitting.model.trial_model import TrialModel
@@ -44,8 +44,8 @@ def recommended(group: tuple[str, ...]) -> tuple[Experiment, ...]:
     told = replace(plain, model=type(plain.model)(beside))
     effects = {name: catalogue()[name] for name in (CLOCK, RATIO, DAMPING)}
     signatures = [signature_of(effect, told.model, CAMERA, told.at) for effect in effects.values()]
-    found, verdict = explained(told, signatures, Belief()), Verdict("inseparable", (group,))
-    return next_experiments(found.ground, found.explanations, verdict, found.probabilities, effects)
+    found, verdict = explained(told, signatures, Priors()), Verdict("inseparable", (group,))
+    return next_experiments(found.ground, found.hypotheses, verdict, found.probabilities, effects)
 
 
 def by_text(found: tuple[Experiment, ...], text: str) -> Experiment:
@@ -94,7 +94,7 @@ def test_the_error_left_is_that_of_choosing_the_likelier(distance: float, log_od
 
 
 def test_two_that_are_probably_both_there_are_not_to_be_told_apart() -> None:
-    both, one, other = Explanation((0, 1)), Explanation((0,)), Explanation((1,), other=True)
+    both, one, other = Hypothesis((0, 1)), Hypothesis((0,)), Hypothesis((1,), other=True)
     found = Probabilities(("a", "b"), {both: 0.6, one: 0.25, other: 0.15})
     assert found.either_or("a", "b") == pytest.approx((0.25, 0.15, 0.6))
     assert _odds(found, ("a", "b")) is None

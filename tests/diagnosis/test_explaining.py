@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from diagnosis.discrepancy import Discrepancy
-from diagnosis.evidence import Belief
+from diagnosis.evidence import Priors
 from diagnosis.explaining import explained
 from diagnosis.ground import Ground
 from diagnosis.probabilities import Probabilities
@@ -54,7 +54,7 @@ def ground(seed: int, error: float, gap: np.ndarray) -> Ground:
 @pytest.mark.parametrize("gap", [0.0, 15.0, 45.0])
 @pytest.mark.parametrize("error", [0.7, *later(1.4), 2.0])
 def test_the_error_of_a_session_is_found_whatever_the_gap(error: float, gap: float) -> None:
-    found = explained(ground(1, error, gap * DIRECTIONS[4]), catalogue(), Belief())
+    found = explained(ground(1, error, gap * DIRECTIONS[4]), catalogue(), Priors())
     assert found.ground.error == error
     assert gap or verdict_of(found.probabilities).name == "no_gap"
     if gap >= 15 * error:
@@ -66,17 +66,17 @@ def test_what_few_sessions_show_far_more_of_is_no_surer_than_that(strength: floa
     """Of five standard deviations most sessions would make a name, of eighteen all."""
     known = replace(Discrepancy.independent(np.eye(1)), strengths={"effect_4": (0.5,)})
     row = cast(Ground, replace(cast(Row, ground(2, 0.7, strength * DIRECTIONS[4])), discrepancy=known))
-    beside = explained(row, catalogue(), Belief())
+    beside = explained(row, catalogue(), Priors())
     usual = beside.probabilities
     assert verdict_of(usual).name == "named"
     few = replace(known, heavy={"effect_4": (3.0, 0.1)})
-    found = explained(cast(Ground, replace(cast(Row, row), discrepancy=few)), catalogue(), Belief())
+    found = explained(cast(Ground, replace(cast(Row, row), discrepancy=few)), catalogue(), Priors())
     assert (verdict_of(found.probabilities).name == "named") == named
     assert found.probabilities.null >= usual.null
 
 
 def test_between_two_sizes_a_gap_is_no_surer_than_both_let_it_be() -> None:
-    found = explained(ground(3, 0.85, 8.5 * DIRECTIONS[4]), catalogue(), Belief())
+    found = explained(ground(3, 0.85, 8.5 * DIRECTIONS[4]), catalogue(), Priors())
     chances, of_errors = zip(*((chance, Probabilities.after(one)) for chance, one in found.of_errors), strict=True)
     assert sum(chance > 0.1 for chance in chances) == 2
     nulls, average = [each.null for each in of_errors], found.probabilities

@@ -6,25 +6,25 @@ from dataclasses import replace
 
 import numpy as np
 
-from diagnosis.evidence import Explanations
+from diagnosis.evidence import Hypotheses
 from diagnosis.forms import shown
 from diagnosis.many import standing
 from diagnosis.probabilities import Probabilities
 from diagnosis.row import Row
 from diagnosis.verdict import verdict_of
-from tests.diagnosis.rows import DIRECTIONS, SPACE, K, catalogue, explanations
+from tests.diagnosis.rows import DIRECTIONS, SPACE, K, catalogue, hypotheses
 
 ACTING = (1, 2, 3, 4, 5, 6, 8, 9)  # of those that have nothing to do with each other
 
 
-def asked(left: np.ndarray) -> Explanations:
+def asked(left: np.ndarray) -> Hypotheses:
     signatures = catalogue()
     effects = shown(signatures, SPACE)
 
     def lacking(effect: int) -> Row:
         return Row.of(SPACE, left, np.eye(K), [each for number, each in enumerate(effects) if number != effect])
 
-    return replace(explanations(left, signatures), lacking=lacking)
+    return replace(hypotheses(left, signatures), lacking=lacking)
 
 
 def gap(seed: int, sizes: dict[int, float]) -> np.ndarray:

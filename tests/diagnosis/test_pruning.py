@@ -12,7 +12,7 @@ from scipy.linalg import block_diag, solve_triangular
 from scipy.stats import norm
 
 from diagnosis.constants import WIDER
-from diagnosis.evidence import Belief
+from diagnosis.evidence import Priors
 from diagnosis.pruning import log_evidence, log_odds, pruned
 from diagnosis.refit import Refit, refit
 from swimmer.effects import catalogue
@@ -37,7 +37,7 @@ def both() -> Refit:
 
 @pytest.mark.long
 def test_what_is_not_there_goes_and_what_is_there_stays(both: Refit) -> None:
-    found = pruned(ground("shorter"), both, refitting, Belief(), 33)
+    found = pruned(ground("shorter"), both, refitting, Priors(), 33)
     assert [effect.name for effect in found.best.effects] == ["crank_arm_error"]
     assert found.best.values[0] == pytest.approx(ARM, abs=0.006)
     assert list(found.gone) == ["bend_offset"]
@@ -63,7 +63,7 @@ def test_a_single_effect_is_not_asked() -> None:
         raise AssertionError
 
     alone = with_effects("crank_arm_error")
-    assert pruned(ground("shorter"), alone, never, Belief(), 33) == (alone, {}, {})
+    assert pruned(ground("shorter"), alone, never, Priors(), 33) == (alone, {}, {})
 
 
 def with_third(
@@ -110,8 +110,8 @@ def test_what_is_little_beside_others_may_be_what_forms_have_wrong(
     monkeypatch: pytest.MonkeyPatch, share: float, sure: tuple[float, float], believed: tuple[float, float]
 ) -> None:
     fit, fewer = with_third(monkeypatch, share)
-    right = log_odds(ground("shorter"), fit, fewer, replace(Belief(), alike=1e-9), 33)[1]
-    doubted = log_odds(ground("shorter"), fit, fewer, Belief(), 33)[1]
+    right = log_odds(ground("shorter"), fit, fewer, replace(Priors(), alike=1e-9), 33)[1]
+    doubted = log_odds(ground("shorter"), fit, fewer, Priors(), 33)[1]
     assert sure[0] < right < sure[1]
     assert believed[0] < doubted < believed[1]
 
@@ -120,7 +120,7 @@ def test_a_twin_that_diverges_without_an_effect_is_no_error(monkeypatch: pytest.
     fit, fewer = with_third(monkeypatch, share=0.2)
     rows = np.full((3, len(fit.left)), np.nan)
     monkeypatch.setattr("diagnosis.pruning.left_at", lambda *_args: rows)
-    assert (log_odds(ground("shorter"), fit, fewer, Belief(), 33) > 5).all()
+    assert (log_odds(ground("shorter"), fit, fewer, Priors(), 33) > 5).all()
 
 
 @pytest.mark.parametrize("multiple", [0.03, 0.3, 1.0])

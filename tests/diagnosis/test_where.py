@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from diagnosis.ground import Ground
+from diagnosis.local_discrepancies import LocalDiscrepancy, local_discrepancies
 from diagnosis.pushes import HEAD, Pushes, Responses
-from diagnosis.strangers import Stranger, strangers
 from diagnosis.where import STAGES, Where, locate
 from fitting.signatures import Signature, signature_of
 from session.create import FISHSIM_MARKERS
@@ -29,7 +29,7 @@ def located(
     gap: np.ndarray,
     signatures: Sequence[Signature] = (),
     named: Collection[str] = (),
-    placed: Sequence[Stranger] = (),
+    placed: Sequence[LocalDiscrepancy] = (),
 ) -> Where:
     other: Ground = replace(ground())
     other.__dict__["left"] = ground().left + gap
@@ -88,7 +88,7 @@ def test_an_effect_that_is_named_lies_at_its_stage(pushed: Responses) -> None:
 @pytest.mark.parametrize("place", ["hinge tail_2", "whole tail"])
 def test_what_is_at_a_place_lies_at_its_stage(pushed: Responses, place: str) -> None:
     """A torque in one hinge, or in all, moves all markers, so a little of it looks like the camera's."""
-    (one,) = (each for each in strangers(ground(), pushed) if each.same and each.place == place)
+    (one,) = (each for each in local_discrepancies(ground(), pushed) if each.same and each.place == place)
     gap = of_length(12, one.columns[:, 1])
     told = {bool(placed): located(pushed, gap, placed=placed).by_stage for placed in ((), (one,))}
     assert told[True]["tail"] > max(0.3, told[False]["tail"] + 0.05)
@@ -97,7 +97,7 @@ def test_what_is_at_a_place_lies_at_its_stage(pushed: Responses, place: str) -> 
 
 
 def test_every_place_has_a_stage(pushed: Responses) -> None:
-    found = {each.place: each.stage for each in strangers(ground(), pushed)}
+    found = {each.place: each.stage for each in local_discrepancies(ground(), pushed)}
     assert set(found.values()) == set(STAGES) - {"floor"}
     told = [found[place] for place in ("hinge tail_2", "whole tail", "head, steadily", "marker nose")]
     assert told == ["tail", "tail", "body", "camera"]

@@ -8,15 +8,15 @@ import mujoco
 import numpy as np
 import pytest
 
-from diagnosis.evidence import Belief, Explanations
+from diagnosis.evidence import Hypotheses, Priors
 from diagnosis.explaining import explained
 from diagnosis.forms import shown
 from diagnosis.ground import Ground
+from diagnosis.local_discrepancies import LocalDiscrepancy, likely_of, local_discrepancies
 from diagnosis.probabilities import Probabilities
 from diagnosis.pushes import Responses, across
 from diagnosis.ripples import smeared
 from diagnosis.row import Row
-from diagnosis.strangers import Stranger, likely_of, strangers
 from diagnosis.verdict import verdict_of
 from fitting.model.features import advanced
 from fitting.signatures import signature_of
@@ -36,7 +36,7 @@ def among(left: np.ndarray) -> Probabilities:
     effects = shown(catalogue(), SPACE)
     rows = tuple(Row.of(SPACE, left, np.eye(K), like) for like in (effects, effects, ()))
     places = tuple((1.0, SPACE.freed(place).T) for place in PLACES)
-    return Probabilities.after(Explanations(rows, effects, Belief(), places=places))
+    return Probabilities.after(Hypotheses(rows, effects, Priors(), places=places))
 
 
 def noise(seed: int) -> np.ndarray:
@@ -75,7 +75,7 @@ def test_an_effect_that_comes_and_goes_is_not_believed_to_be_itself() -> None:
         effects = shown([effect, *catalogue()], SPACE, trials)
         rows = tuple(Row.of(SPACE, left, np.eye(K), like) for like in (effects, effects, ()))
         places = ((1.0, SPACE.freed(PLACES[0]).T),)
-        chances.append(Probabilities.after(Explanations(rows, effects, Belief(), places=places)))
+        chances.append(Probabilities.after(Hypotheses(rows, effects, Priors(), places=places)))
     steady, varying = chances
     assert steady.marginal[0] > 0.8
     assert varying.marginal[0] < 0.6
@@ -106,11 +106,11 @@ def test_beats_that_come_early_and_late_are_those_of_the_mean() -> None:
 
 
 @pytest.fixture(scope="module")
-def elsewhere(pushed: Responses) -> tuple[Stranger, ...]:
-    return strangers(ground(), pushed)
+def elsewhere(pushed: Responses) -> tuple[LocalDiscrepancy, ...]:
+    return local_discrepancies(ground(), pushed)
 
 
-def test_a_marker_that_lags_in_its_socket_is_found_at_the_marker(elsewhere: tuple[Stranger, ...]) -> None:
+def test_a_marker_that_lags_in_its_socket_is_found_at_the_marker(elsewhere: tuple[LocalDiscrepancy, ...]) -> None:
     lagging = next(each for each in elsewhere if (each.place, each.same) == ("marker tail_4", True))
     gap = lagging.columns @ np.array([0.0, *[0.0] * 6, 0.0, 0.8, 0.5, 0.3, -0.2, 0.1, 0.2, 0.0])
     gap *= 15 / np.linalg.norm(ground().space.freed(gap))
@@ -118,7 +118,7 @@ def test_a_marker_that_lags_in_its_socket_is_found_at_the_marker(elsewhere: tupl
     here.__dict__.update(left=ground().left + gap, slopes=ground().slopes, generic=ground().generic)
     effects = (MarkerOffset(FISHSIM_MARKERS), StiffnessGradient())
     known = [signature_of(effect, here.model, CAMERA, here.at) for effect in effects]
-    found = explained(here, known, Belief(), elsewhere).probabilities
+    found = explained(here, known, Priors(), elsewhere).probabilities
     most = elsewhere[int(np.argmax(found.at_place))]
     assert most.place == "marker tail_4"
     assert sum(p for p, each in zip(found.at_place, elsewhere, strict=True) if each.place == most.place) > 0.8
@@ -126,7 +126,7 @@ def test_a_marker_that_lags_in_its_socket_is_found_at_the_marker(elsewhere: tupl
 
 def test_of_a_place_that_is_likely_the_likeliest_is_told() -> None:
     free, alike, nose = (
-        Stranger(place, same, np.zeros((K, 1)))
+        LocalDiscrepancy(place, same, np.zeros((K, 1)))
         for place, same in (("hinge tail_2", False), ("hinge tail_2", True), ("marker nose", True))
     )
     assert likely_of((free, alike, nose), (0.2, 0.35, 0.45)) == (alike,)

@@ -38,7 +38,7 @@ STAGE_OF = {
 """Of a place, by its first word; what drags on the tail from outside is the body's, as of effects of the catalogue."""
 
 
-class Stranger(NamedTuple):
+class LocalDiscrepancy(NamedTuple):
     """What anything at one place would do.
 
     Attributes:
@@ -59,23 +59,23 @@ class Stranger(NamedTuple):
         return STAGE_OF[self.place.split()[0].rstrip(",")]
 
 
-def likely_of(strangers: Sequence[Stranger], at_place: Sequence[float]) -> tuple[Stranger, ...]:
-    """At each place where there probably is one, the likeliest of its strangers.
+def likely_of(sought: Sequence[LocalDiscrepancy], at_place: Sequence[float]) -> tuple[LocalDiscrepancy, ...]:
+    """At each place where there probably is one, the likeliest.
 
     Args:
-        strangers: that were looked for.
+        sought: that were looked for.
         at_place: probability of each.
     """
     whole: dict[str, float] = {}
-    best: dict[str, tuple[float, Stranger]] = {}
-    for each, chance in zip(strangers, at_place, strict=True):
+    best: dict[str, tuple[float, LocalDiscrepancy]] = {}
+    for each, chance in zip(sought, at_place, strict=True):
         whole[each.place] = whole.get(each.place, 0.0) + chance
         if each.place not in best or chance > best[each.place][0]:
             best[each.place] = chance, each
     return tuple(best[place][1] for place, chance in whole.items() if chance >= PLACED)
 
 
-def strangers(ground: Ground, responses: Responses) -> tuple[Stranger, ...]:
+def local_discrepancies(ground: Ground, responses: Responses) -> tuple[LocalDiscrepancy, ...]:
     """At every place: a marker seen elsewhere, and forces that are missing, each a mean and harmonics of the beat.
 
     Also markers and boxes that sit elsewhere, a picture that is drawn out of shape, and beats that come early and late.
@@ -85,9 +85,9 @@ def strangers(ground: Ground, responses: Responses) -> tuple[Stranger, ...]:
     for weight, places in ((1.0, dry), (OF_WATER, tuple(_by_water(ground, responses)))):
         for place, columns in places:
             within = columns.reshape(len(columns), len(ground.trials), -1)
-            found.append(Stranger(place, True, within.sum(axis=1), weight))
+            found.append(LocalDiscrepancy(place, True, within.sum(axis=1), weight))
             if len(ground.trials) > 1:
-                found.append(Stranger(place, False, within.reshape(len(columns), -1)))
+                found.append(LocalDiscrepancy(place, False, within.reshape(len(columns), -1)))
     found += _sitting_elsewhere(ground)
     return tuple(found)
 
@@ -111,7 +111,7 @@ def _at_markers(ground: Ground) -> Iterator[tuple[str, np.ndarray]]:
         yield f"marker {marker}", columns
 
 
-def _sitting_elsewhere(ground: Ground) -> Iterator[Stranger]:
+def _sitting_elsewhere(ground: Ground) -> Iterator[LocalDiscrepancy]:
     """(k, 2) of each marker that is elsewhere on the body, and of each box beside its marker, alike in all trials.
 
     Nose and neck take scale and heading with them. Boxes that are alike in all trials are not the ones that were put a
@@ -123,7 +123,7 @@ def _sitting_elsewhere(ground: Ground) -> Iterator[Stranger]:
         for number, marker in enumerate(markers):
             columns = np.zeros((len(ground.left), 2))
             columns[:gaits] = moved[:, 2 * number : 2 * number + 2]
-            yield Stranger(f"marker {marker}", True, columns)
+            yield LocalDiscrepancy(f"marker {marker}", True, columns)
 
 
 def _in_picture(ground: Ground) -> tuple[str, np.ndarray]:

@@ -9,11 +9,11 @@ from functools import lru_cache
 import numpy as np
 import pytest
 
-from diagnosis.beside_the_beat import Beside, beside_the_beat
+from diagnosis.non_periodic import Beside, non_periodic
 from diagnosis.probabilities import Probabilities
 from diagnosis.verdict import verdict_of
 from fitting import MeasuredTrial
-from tests.diagnosis.rows import K, explanations
+from tests.diagnosis.rows import K, hypotheses
 from tests.fitting.exact_swims import exact_swims
 
 NOISE_M, SWAY_M = 5e-4, 1e-3
@@ -44,11 +44,11 @@ def lasting(trial: MeasuredTrial, shape: tuple[int, ...], scale_s: float, random
 
 
 def sway_of(trials: Sequence[MeasuredTrial]) -> Beside:
-    return beside_the_beat(trials).motion
+    return non_periodic(trials).motion
 
 
 def delay_of(trials: Sequence[MeasuredTrial]) -> Beside:
-    return beside_the_beat(trials).delay
+    return non_periodic(trials).delay
 
 
 def test_noise_of_markers_is_no_sway_and_makes_no_beat_late() -> None:
@@ -107,7 +107,7 @@ def test_wandering_clocks_and_warming_motors_are_no_motion() -> None:
 
 
 def test_it_speaks_for_something_else_and_its_absence_hardly_against() -> None:
-    quiet = explanations(np.random.default_rng([0, 5]).standard_normal(K))
+    quiet = hypotheses(np.random.default_rng([0, 5]).standard_normal(K))
     none, shaken, still = (Probabilities.after(replace(quiet, beside=(0.0, odds))) for odds in (0.0, 50.0, -50.0))
     assert verdict_of(none).name == "no_gap"
     assert verdict_of(shaken).name == "unexplained"

@@ -46,7 +46,7 @@ class Beside(NamedTuple):
     log_odds: float
 
 
-class BesideTheBeat(NamedTuple):
+class NonPeriodic(NamedTuple):
     """Of a session: the motion of the whole fish, and how late its beats are."""
 
     motion: Beside
@@ -184,10 +184,10 @@ class _Split(NamedTuple):
     of_one: np.ndarray
 
 
-def beside_the_beat(trials: Sequence[MeasuredTrial]) -> BesideTheBeat:
+def non_periodic(trials: Sequence[MeasuredTrial]) -> NonPeriodic:
     """What moves the fish in these trials, or makes it late; nothing where no trial tells."""
     swims = [each for each in map(_Swim.of, trials) if each is not None]
-    return BesideTheBeat(
+    return NonPeriodic(
         _together([each.motion for each in swims], LEAST_OF_MOTION),
         _together([each.delay for each in swims], LEAST_OF_DELAY),
     )
