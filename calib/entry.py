@@ -15,7 +15,7 @@ def check_shadowing() -> None:
     """That every package of this program is the one that was installed with it.
 
     Raises:
-        ImportError: another file has the name of one; names it and says what to do.
+        ImportError: another file has the name of one; names it and the next step.
     """
     hidden = [(name, place) for name in PACKAGES if (place := _place(name)) is not None]
     if hidden:

@@ -228,7 +228,7 @@ def working(folder: Path, quiet: bool, options: Options | None = None) -> Iterat
     Args:
         folder: of the session, or its `session.toml`.
         quiet: no progress.
-        options: effort, threads; who is told of the progress is replaced.
+        options: effort, threads; `progress` is replaced.
     """
     session = open_session(folder.parent if folder.name == SESSION_FILE else folder)
     with session_lock(session.folder), progress_bar(quiet) as progress:

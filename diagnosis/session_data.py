@@ -11,7 +11,7 @@ from diagnosis.discrepancy import Discrepancy
 from diagnosis.ground import Ground
 from fitting.free_decay import DecayTrial, Ring, fit_decay
 from fitting.free_decay.decay_flags import fault_of_decay
-from fitting.out_of_water import NOTHING, OutOfWater
+from fitting.in_air import NOTHING, ExperimentsInAir
 from fitting.signatures.view_of import with_picture
 from fitting.trial import MeasuredTrial
 from session import CameraSpec, NotEnoughData
@@ -40,7 +40,7 @@ class SessionData:
     camera: CameraSpec
     discrepancy: Discrepancy
     at: np.ndarray
-    dry: OutOfWater = NOTHING
+    dry: ExperimentsInAir = NOTHING
 
     def of_role(self, fitted: bool) -> tuple[MeasuredTrial, ...]:
         """The swims that are fitted, or those that are not, without the logs of their motors."""

@@ -117,7 +117,7 @@ class Table:
 
 @dataclass(frozen=True)
 class Points:
-    """A list of sentences under a title; `doubtful` ones stand out."""
+    """A list of sentences under a title; `doubtful` ones are highlighted."""
 
     kind: ClassVar[str] = "points"
     title: str

@@ -232,7 +232,7 @@ class _Row:
 
 
 def _sized(rows: Mapping[float, Sequence[_Row]], size: float) -> dict[float, Sequence[_Row]]:
-    """Rows by the size that sessions may have beside that of most."""
+    """Rows by the size that a session may have relative to most."""
     return {scale: rows[size * scale] for scale in SCALES}
 
 

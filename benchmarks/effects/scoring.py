@@ -22,7 +22,7 @@ from session import FaultCollector, InputError
 
 PROGRAM = "diagnosis"
 _NOTES = (
-    "d: detectability, how far what an effect does lies from what its nearest rival, refitted, can do, in standard "
+    "d: detectability, distance of the response of an effect from its nearest rival, refitted, in standard "
     "deviations of noise, nuisances and discrepancy.",
     "95 % intervals: of shares by Wilson, of numbers by drawing sessions anew, of chance by drawing what comes true.",
 )

@@ -53,9 +53,9 @@ class PosteriorOutcome:
 
     @property
     def gaps(self) -> list[int]:
-        """Seeds below the highest that have no score: sessions that failed, or that nobody has run."""
+        """Seeds between the lowest and the highest that have no score: sessions that failed, or that nobody has run."""
         seeds = {score.seed for score in self.sessions}
-        return sorted(set(range(max(seeds, default=-1) + 1)) - seeds)
+        return sorted(set(range(min(seeds, default=0), max(seeds, default=-1) + 1)) - seeds)
 
     @property
     def calibrations(self) -> dict[str, dict[str, Measure]]:

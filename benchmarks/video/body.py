@@ -15,7 +15,7 @@ from swimmer import RobotSpec
 from swimmer.robot import Marker
 
 _SKIN_M = 0.006  # of the flexible cover, on either side of a tail segment
-_DRY_M = 0.004  # by which the tail's tops stand out of the water
+_DRY_M = 0.004  # by which the tail's tops are above the water
 _CLEAR = ("plate", "fin")  # parts of acrylic by their names, which let the water shine through
 
 

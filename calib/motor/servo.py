@@ -1,7 +1,7 @@
 """The servo without its serial line: control table and motor joined, with watchdog, protections and virtual time.
 
 Source: ROBOTIS e-manual, "XW540-T140-R". Where the manual is silent the servo does what is harder on its host, and
-the docstring says so. It turns in velocity mode (1) only; in the other modes it holds.
+it is in the docstring. It turns in velocity mode (1) only; in the other modes it holds.
 """
 
 import math
@@ -28,7 +28,7 @@ WATCHDOG_UNIT_S = 0.02
 BOOT_S = 0.3
 """Time without an answer after a reboot (assumed; the manual gives none)."""
 OVERLOAD_S = 1.0
-"""How long more than 80 % of the stall torque is borne before Overload (assumed; the manual says "persistent")."""
+"""How long more than 80 % of the stall torque is borne before Overload (assumed; in the manual "persistent")."""
 CHECK_S = 0.05
 
 

@@ -71,7 +71,7 @@ class PosteriorResult(Result):
         loose = [in_words(name) for name, one in of.items() if not one.determined]
         found = f"Not determined by these trials: {listed(loose)}." if loose else "The trials determine all five."
         inside, count, _ = data.inside("holdout")
-        held = f"; the speed of {inside} of {count} held-out trials lies in its 90 % band" if count else ""
+        held = f"; the speed of {inside} of {count} held-out trials is in its 90 % band" if count else ""
         caveats = list(dict.fromkeys(flag.message for flag in self.flags if flag.kind != "unidentifiable"))
         more = f" (and {len(caveats) - 1} more)" if len(caveats) > 1 else ""
         return "\n".join(

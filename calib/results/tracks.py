@@ -102,7 +102,7 @@ def shares_of(found: TrackedTrial) -> dict[str, float]:
     """Frames of a trial, and of its samples from that of the boxes on the shares that were seen, count, are filled and
     missing, with the mean confidence of those seen.
 
-    Not all that is seen counts in a fit: see `docs/tracking.md`, "What it says of each sample".
+    Not all that is seen counts in a fit: see `docs/tracking.md`.
     """
     since = slice(found.first_frame, None)
     seen, missing = found.seen[since], found.state[since] == SampleState.MISSING

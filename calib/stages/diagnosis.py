@@ -151,7 +151,7 @@ class DiagnosisStage(Stage):
             job.session.camera,
             discrepancy_for(markers, job.robot) if discrepancy is None else discrepancy,
             np.array(self._fit.result().coefficients),
-            self._recordings.out_of_water,
+            self._recordings.in_air,
         )
         return question(data, effects, Settings(job.options.effort, seed=job.session.seed), job.progress)
 

@@ -15,8 +15,8 @@ from fitting import MeasuredTrial, measure_trial
 from fitting.dry_run import DryTrial, measure_dry_run
 from fitting.free_decay import DecayTrial, measure_decay_trial
 from fitting.free_decay.decay_trial import FAR_OUT_PX
+from fitting.in_air import ExperimentsInAir
 from fitting.motor_clock import read_motor
-from fitting.out_of_water import OutOfWater
 from fitting.structure import DryExperiments
 from session import FaultCollector, NotEnoughData, Tracks, TrialSpec
 from session.stage import Stage, fingerprint_of
@@ -97,7 +97,7 @@ class Recordings:
         return DryExperiments(decays, runs, lost["free_decay"], lost["dry"])
 
     @property
-    def out_of_water(self) -> OutOfWater:
+    def in_air(self) -> ExperimentsInAir:
         """All usable free decays and dry runs that may be fitted, as a diagnosis reads them: runs measured as swims.
 
         Raises:
@@ -112,7 +112,7 @@ class Recordings:
                     motor = read_motor(spec, tracks, camera, robot)
                     run = measure_trial(spec, tracks, camera, robot, self._session.warmup_s, motor)
                     runs.append(self._flagged(run, recorded, run.metres_per_px))
-        return OutOfWater(runs, self.experiments.decays)
+        return ExperimentsInAir(runs, self.experiments.decays)
 
     @property
     def has_swims(self) -> bool:

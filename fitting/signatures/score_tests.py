@@ -15,9 +15,6 @@ from fitting.signatures.view_of import with_picture
 from session import CameraSpec
 from swimmer.effects import Effect
 
-_ALLOWED = frozenset(
-    {"stiffness_error", "joint_damping", "crank_arm_error", "marker_offset", "head_frame_misalignment"}
-)  # that are nuisances of the model
 _ONE_SD = (-1.0, 1.0)
 _SILENT = 1e-6  # whitened length below which an effect does nothing that coefficients do not
 _MISSED = 0.05  # of the sessions with an effect that counts as seen
@@ -93,7 +90,7 @@ def _of_way(way: _Way, space: Whitened, residual: np.ndarray, sd: np.ndarray, tr
     size = float(np.clip(z / length, 0.0, reach / parameter.sd))  # in standard deviations of the prior
     z = z if z <= 0 else float(np.sqrt(2 * size * length * z - (size * length) ** 2))
     moves = way.sign * space.coefficients(way.moved) / sd
-    allowed = way.effect.name in _ALLOWED
+    allowed = way.effect.in_fit
     return LeftOut(
         effect=way.effect.name,
         parameter=parameter.name,

@@ -24,6 +24,7 @@ class HeadFrameMisalignment(Effect):
     physics = "The line from nose to neck, which every marker is turned by, makes an angle with the head's axis."
     source = "Geometry of the published normaliser; boxes are placed by hand."
     seen_in = frozenset({"free_decay", "dry", "swim"})
+    in_fit = True
     parameters = (
         Parameter("nose_across", "m", -_MOST_M, _MOST_M, _SD_M),
         Parameter("neck_across", "m", -_MOST_M, _MOST_M, _SD_M),
@@ -169,6 +170,7 @@ class MarkerOffset(Effect):
     physics = "A marker that rides on its link off its place is off by a constant vector in the link's frame."
     source = "Rigid-body kinematics; markers are glued and boxes placed by hand."
     seen_in = frozenset({"free_decay", "dry", "swim"})
+    in_fit = True
 
     def __init__(self, markers: tuple[str, ...]) -> None:
         self._markers = _others(markers)

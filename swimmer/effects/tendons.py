@@ -20,6 +20,7 @@ class CrankArmError(Effect):
     physics = "The tendon's stroke, and with it the tail's amplitude, grows with the radius of its anchor."
     source = "Geometry; the paper identifies 39.5 mm where 40 mm were measured."
     seen_in = frozenset({"dry", "swim"})
+    in_fit = True
     parameters = (Parameter("relative", "1", -0.25, 0.25, 0.05),)
 
     def robot(self, robot: RobotSpec, values: np.ndarray) -> RobotSpec:

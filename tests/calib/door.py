@@ -65,7 +65,7 @@ def front_door(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[st
 
 
 def with_little_effort(patch: pytest.MonkeyPatch, true_report: bool = False) -> None:
-    """A short search, little beside it, and a report without figures."""
+    """A short search, little next to it, and a report without figures."""
     patch.setattr(fit_stage, "STARTS", {"quick": 1, "full": 1})
     patch.setattr(fit_stage, "PUBLISHED_S", {"quick": 100.0, "full": 100.0})
     patch.setattr(mode, "_SCREENED", 8)

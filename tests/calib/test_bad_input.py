@@ -132,7 +132,7 @@ def test_all_faults_come_at_once(calib: Front, fresh: Path) -> None:
     assert_reports(calib("run", fresh), "camera.fps", "'swimm'", "tail_9")
 
 
-def test_results_that_cannot_be_written_are_said_to_be(calib: Front, fresh: Path) -> None:
+def test_results_that_cannot_be_written_are_reported_to_be(calib: Front, fresh: Path) -> None:
     (fresh / "results").write_text("a file in its place")
     before = files_in(fresh)
 
@@ -142,7 +142,7 @@ def test_results_that_cannot_be_written_are_said_to_be(calib: Front, fresh: Path
 
 
 @pytest.mark.long
-def test_results_that_cannot_be_written_later_leave_what_stood_there(calib: Front, finished: Path) -> None:
+def test_results_that_cannot_be_written_later_leave_what_was_there(calib: Front, finished: Path) -> None:
     """A folder stands where the calibrated model goes."""
     before = (finished / "results" / "report.html").read_bytes()
     (finished / "results" / "calibrated.xml").unlink()

@@ -126,7 +126,7 @@ def test_another_search_does_not_find_the_structure_again(calib: Front, fitted: 
 
 
 @pytest.mark.long
-def test_a_missing_decay_is_assumed_and_said(calib: Front, unfitted: Path) -> None:
+def test_a_missing_decay_is_assumed_and_reported(calib: Front, unfitted: Path) -> None:
     outcome = calib("fit", only(unfitted, "slow", "fast", "dry_fast"), "--effort", "quick")
     data = json.loads((unfitted / "results" / "calibration.json").read_text())
 
@@ -167,7 +167,7 @@ def test_what_needs_a_swim_says_so_once_the_structure_stands(calib: Front, unfit
 
 
 @pytest.mark.long
-def test_an_experiment_that_cannot_be_measured_is_left_out_and_said(calib: Front, unfitted: Path) -> None:
+def test_an_experiment_that_cannot_be_measured_is_left_out_and_reported(calib: Front, unfitted: Path) -> None:
     def stand_still(position_px: np.ndarray) -> None:
         position_px[:] = position_px[:1]
 
@@ -209,7 +209,7 @@ def test_what_is_wrong_with_any_trial_is_reported_at_once(calib: Front, unfitted
 
 
 @pytest.mark.long
-def test_an_experiment_that_is_not_believed_is_said(calib: Front, unfitted: Path) -> None:
+def test_an_experiment_that_is_not_believed_is_reported(calib: Front, unfitted: Path) -> None:
     def shake(position_px: np.ndarray) -> None:
         position_px[:, 3:] += np.random.default_rng(0).normal(0.0, 6.0, position_px[:, 3:].shape)
 
@@ -226,8 +226,8 @@ def test_an_experiment_that_is_not_believed_is_said(calib: Front, unfitted: Path
 
 
 @pytest.mark.long
-def test_a_trial_with_a_motor_log_is_shown_beside_the_frames_it_was_measured_from(tmp_path: Path) -> None:
-    """Only the steady drive is compared: the twin stands beside those frames of the recording, and beside no other."""
+def test_a_trial_with_a_motor_log_is_shown_next_to_the_frames_it_was_measured_from(tmp_path: Path) -> None:
+    """Only the steady drive is compared: the twin are next to those frames of the recording, and next to no other."""
     swim = PLAN.trials[0].model_copy(update={"seconds": 17.0, "motor": SyntheticMotor(drive_s=5.0)})
     plan = PLAN.model_copy(update={"trials": (swim,), "dry_runs": (), "free_decays": ()})
     folder = make_session(tmp_path / "pool", plan)

@@ -39,19 +39,19 @@ def test_a_clock_or_gear_that_is_far_off_may_be_a_number_of_the_session(at: floa
     assert said in reported
 
 
-def test_what_the_catalogue_lacked_is_said() -> None:
+def test_what_the_catalogue_lacked_is_reported() -> None:
     assert any(
         "without scale error" in line for line in checks(made_diagnosed(withheld_from_catalogue=["scale_error"]))
     )
 
 
-def test_a_single_fitted_swim_is_said_to_be_little() -> None:
+def test_a_single_fitted_swim_is_reported_to_be_little() -> None:
     data = made_diagnosed("unexplained")
     data = replace(data, missing_forces=replace(data.missing_forces, trials=("fast",)))
     assert any("one swim was fitted" in line for line in checks(data))
 
 
-def test_names_that_no_trial_left_out_could_check_are_said_to_be_unchecked() -> None:
+def test_names_that_no_trial_left_out_could_check_are_reported_to_be_unchecked() -> None:
     said = "no name was checked on a swim left out"
     assert any(said in line for line in diagnosis_lines(made_diagnosed("named")))
     checked = {"cross_validation": {"trials": ["a", "b", "c"], "shrinkage": 0.4, "shrinkage_ci95": [0.1, 0.6]}}
@@ -84,7 +84,7 @@ def test_numbers_have_the_digits_of_their_interval_and_ratios_no_unit() -> None:
     assert line.endswith("relative -0.2505 (-0.2526 to -0.2484)")
 
 
-def test_a_supposed_gap_that_grows_is_said_to_grow() -> None:
+def test_a_supposed_gap_that_grows_is_reported_to_grow() -> None:
     gap = made_diagnosed("named", gap={"shrinkage": -0.04, "shrinkage_ci95": [-0.25, 0.2]}).gap
     reported = SuppositionResult(("wave_drag",), 1.4, {"wave_drag": 1.4}, {}, gap, gap)
     assert supposition_lines(reported)[-1] == "The held-out gap grows by 4% (-20% to 25%)."

@@ -24,7 +24,7 @@ def pipeline(folder: Path) -> Pipeline:
 
 
 def test_a_dry_run_has_a_gait_whose_head_stands_still(folder: Path) -> None:
-    (run,) = pipeline(folder).recordings.out_of_water.runs
+    (run,) = pipeline(folder).recordings.in_air.runs
     assert run.name.startswith("dry")
     assert run.commanded_hz is not None
     assert run.frequency.hz == pytest.approx(run.commanded_hz, rel=0.01)
@@ -36,12 +36,12 @@ def test_a_dry_run_has_a_gait_whose_head_stands_still(folder: Path) -> None:
 
 def test_one_that_is_held_out_is_no_evidence(folder: Path) -> None:
     edit(folder / "session.toml", 'commanded_hz = 0.73\nrole = "fit"', 'commanded_hz = 0.73\nrole = "holdout"')
-    assert pipeline(folder).recordings.out_of_water.runs == []
+    assert pipeline(folder).recordings.in_air.runs == []
 
 
 def test_a_free_decay_is_evidence_but_not_one_that_is_held_out(tmp_path: Path) -> None:
     folder = Path(shutil.copytree(WITH_DECAY, tmp_path / "pool", ignore=shutil.ignore_patterns("results")))
-    assert [decay.name for decay in pipeline(folder).recordings.out_of_water.decays] == ["decay"]
+    assert [decay.name for decay in pipeline(folder).recordings.in_air.decays] == ["decay"]
     reported = 'tracks = "trials/decay.csv.gz"\nrole = '
     edit(folder / "session.toml", f'{reported}"fit"', f'{reported}"holdout"')
-    assert not pipeline(folder).recordings.out_of_water.decays
+    assert not pipeline(folder).recordings.in_air.decays

@@ -1,4 +1,4 @@
-"""Forecasts stand beside simple baselines in file, frames and sentences, and the published search beside the fit."""
+"""Forecasts are next to simple baselines in file, frames and sentences, and the published search next to the fit."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def found(finished: Path) -> front.FitResult:
     return fit
 
 
-def test_every_forecast_of_the_file_stands_beside_baselines(finished: Path) -> None:
+def test_every_forecast_of_the_file_is_next_to_baselines(finished: Path) -> None:
     trials = json.loads((finished / "results" / "calibration.json").read_text())["forecasts"]["trials"]
     assert {"twin", "from_command", "line", "power_law", "constant_stride", "ebt_large"} <= set(
         trials["fast"]["forecasts"]

@@ -35,7 +35,7 @@ def test_a_session_holds_what_the_files_tell_and_says_what_is_missing(calib: Fro
 
     assert outcome.code == 0, outcome.err
     assert outcome.out.splitlines()[-1] == str(tmp_path / "pool")
-    assert "to fill in: commanded_hz of swim: crank turns a second" in outcome.out
+    assert "to fill in: commanded_hz of swim: commanded crank turns a second" in outcome.out
     text = (tmp_path / "pool" / "session.toml").read_text()
     assert "1280 x 720 px" in text or "frames a second" in text
     assert_reports(calib("fit", tmp_path / "pool"), "commanded_hz", "key is missing")

@@ -106,7 +106,7 @@ def _without_times(content: bytes) -> str:
     return "\n".join(line for line in content.decode().splitlines() if '"seconds"' not in line)
 
 
-def test_json_is_all_that_stands_on_standard_output(calib: Front, finished: Path) -> None:
+def test_json_is_all_there_is_on_standard_output(calib: Front, finished: Path) -> None:
     outcome = calib("run", finished, "--effort", "quick", "--json")
     reported = json.loads(outcome.out)
 
@@ -167,7 +167,7 @@ def test_from_a_straight_tail_at_any_phase_the_calibrated_file_does_not_diverge(
 
 @pytest.mark.long
 @pytest.mark.parametrize("stage", ["fit.calibrated_mjcf", "report.write_report"])
-def test_an_interrupted_write_leaves_what_stood_there(
+def test_an_interrupted_write_leaves_what_was_there(
     calib: Front, finished: Path, monkeypatch: pytest.MonkeyPatch, stage: str
 ) -> None:
     before = {name: (finished / "results" / name).read_bytes() for name in ("calibrated.xml", "report.html")}

@@ -75,7 +75,7 @@ def test_boxes_that_are_not_given_are_found_and_kept(calib: Front, filmed: Path)
     assert files_in(filmed / "results") == before
 
 
-def test_without_boxes_a_page_is_written_and_they_belong_beside_the_video_wherever_it_lies(
+def test_without_boxes_a_page_is_written_and_they_belong_next_to_the_video_wherever_it_lies(
     calib: Front, filmed: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     refuse_to_find(monkeypatch)
@@ -152,8 +152,8 @@ def test_a_doubtful_box_is_flagged_and_its_samples_count(
 
     assert calib("track", with_tracks(filmed, "fast")).code == 0
     flags = json.loads((filmed / "results" / "tracking" / "slow.flags.json").read_text())
-    doubted = [flag["markers"] for flag in flags if flag["kind"] == "doubtful_box"]
-    assert doubted == [[name] for name in FISHSIM_MARKERS]
+    flagged = [flag["markers"] for flag in flags if flag["kind"] == "doubtful_box"]
+    assert flagged == [[name] for name in FISHSIM_MARKERS]
     assert (read(filmed / "results" / "tracks" / "slow.csv").confidence > 0).mean() > 0.9
 
 
@@ -267,7 +267,7 @@ cy_px = 139.5
         (720, "height_above_water_m = 3.0", {"lens_other_size", "camera_height_off_scale"}),
     ],
 )
-def test_doubts_about_the_lens_reach_the_results(
+def test_flags_about_the_lens_reach_the_results(
     calib: Front, tracked: Path, height_px: int, more: str, kinds: set[str]
 ) -> None:
     (tracked / "camera.toml").write_text(CAMERA.format(height_px, more))
@@ -278,5 +278,5 @@ def test_doubts_about_the_lens_reach_the_results(
     reported = json.loads(calib("track", tracked, "--json").out)
     assert {flag["kind"] for flag in reported["slow"]["camera"]} == kinds
     trials = Pipeline(open_session(tracked)).trials
-    doubted = {trial.name: {flag.kind for flag in trial.flags} for trial in trials}
-    assert doubted == {"slow": kinds, "fast": set()}
+    flagged = {trial.name: {flag.kind for flag in trial.flags} for trial in trials}
+    assert flagged == {"slow": kinds, "fast": set()}

@@ -80,7 +80,7 @@ def test_pictures_or_a_video_of_the_board_give_the_lens(
     assert load_camera(out).fx_px == pytest.approx(LENS.fx_px, rel=0.01)
 
 
-def test_the_lens_as_json_is_all_that_stands_on_standard_output(
+def test_the_lens_as_json_is_all_there_is_on_standard_output(
     calib: Front, tmp_path: Path, pictures: list[Path]
 ) -> None:
     outcome = calib("camera", "lens", *pictures, "--out", tmp_path / "camera.toml", "--json")

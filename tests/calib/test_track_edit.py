@@ -47,7 +47,7 @@ def test_a_swap_is_replayed_and_the_raw_tracks_stay(calib: Front, tracked: Path)
     assert "edited" in flags(tracked)
 
 
-def test_a_swap_that_makes_it_worse_is_doubted_and_counts_nowhere(calib: Front, tracked: Path) -> None:
+def test_a_swap_that_makes_it_worse_is_flagged_and_counts_nowhere(calib: Front, tracked: Path) -> None:
     calib("edit", tracked, "slow", SWAP)
 
     assert "swap" in calib("track", tracked).out.splitlines()[1]

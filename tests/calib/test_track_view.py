@@ -38,7 +38,7 @@ def test_before_a_fit_it_shows_videos_and_tracks(calib: Front, tracked: Path) ->
 
 
 @pytest.mark.parametrize("again", [False, *later(True)])
-def test_after_a_fit_of_any_kind_it_shows_the_twin_beside_them(calib: Front, fitted: Path, again: bool) -> None:
+def test_after_a_fit_of_any_kind_it_shows_the_twin_next_to_them(calib: Front, fitted: Path, again: bool) -> None:
     if again:
         assert calib("fit", fitted, "--objective", "shape").code == 0
     contents = shown(calib, fitted)

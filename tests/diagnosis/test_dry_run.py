@@ -8,7 +8,7 @@ import pytest
 from diagnosis import Diagnosis, SessionData, Settings, diagnose, discrepancy_for
 from diagnosis.diagnosis_file import diagnosis_result
 from diagnosis.ground import Ground
-from fitting.out_of_water import OutOfWater
+from fitting.in_air import ExperimentsInAir
 from fitting.signatures import Signature, signature_of
 from session.create import FISHSIM_MARKERS
 from swimmer import Twin
@@ -26,7 +26,7 @@ def found() -> Diagnosis:
     swims, twin = [*trials(), trials()[0].with_role("holdout")], Twin(shorter(), FISHSIM_MARKERS, workers=1)
     effects = {name: catalogue()[name] for name in (*NAMES, "scale_error")}
     discrepancy = discrepancy_for(FISHSIM_MARKERS, ROBOT)
-    data = SessionData(swims, twin, CAMERA, discrepancy, AT, OutOfWater([dry_run()], [decay()]))
+    data = SessionData(swims, twin, CAMERA, discrepancy, AT, ExperimentsInAir([dry_run()], [decay()]))
     return diagnose(data, effects, Settings("quick"))
 
 

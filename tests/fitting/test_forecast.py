@@ -97,7 +97,7 @@ def test_nothing_measured_in_the_trial_enters() -> None:
     [(commanded(None, 1.0, 1.5), "its command"), (commanded(1.0), "the command of every fit trial")],
     ids=["trial", "fit trials"],
 )
-def test_without_a_command_there_is_no_forecast_and_that_is_said(calibration: Calibration, whose: str) -> None:
+def test_without_a_command_there_is_no_forecast_and_that_is_reported(calibration: Calibration, whose: str) -> None:
     found = of_command(calibration)
 
     assert np.isnan([found.frequency_hz, *found.speeds.values()]).all()
@@ -105,7 +105,7 @@ def test_without_a_command_there_is_no_forecast_and_that_is_said(calibration: Ca
     assert found.flags[0].message.startswith(f"{whose} is not known")
 
 
-def test_beyond_the_sweep_there_is_no_forecast_and_that_is_said() -> None:
+def test_beyond_the_sweep_there_is_no_forecast_and_that_is_reported() -> None:
     found = of_command(commanded(3.0, 1.0, 1.3 / 0.8))
 
     assert found.frequency_hz == pytest.approx(2.4)

@@ -32,7 +32,7 @@ def test_what_moves_no_coefficient_is_flagged_if_it_may_be_what_does() -> None:
     assert len(flags(still, other)) == 1
 
 
-def test_it_is_said_which_way_and_whether_beyond_what_intervals_allow() -> None:
+def test_it_is_reported_which_way_and_whether_beyond_what_intervals_allow() -> None:
     (flag,) = flags(left_out("scale_error", 5.0, 1e-5, shows=2.0, moves=(0.5, -2.0, 0.0, 0.0, 0.0)))
     assert "slender drag would be 5.0 of its standard deviations higher" in flag.message
     (flag,) = flags(left_out("crank_arm_error", 5.0, 1e-5, shows=2.0, moves=MOVES)._replace(allowed=True))

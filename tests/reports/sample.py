@@ -114,7 +114,7 @@ def made_forecast(trial: CalibratedTrial) -> ForecastTrial:
 
 
 def made_trial(robot: RobotSpec, name: str, *, flagged: bool = False, seconds: float = 6.0) -> CalibratedTrial:
-    """One trial beside its twin."""
+    """One trial next to its twin."""
     role, hz = ROLES.get(name, ("fit", 1.0))
     time_s = np.arange(0.0, seconds, 1 / FPS)
     measured = measured_trial(robot, name, role, hz, time_s)

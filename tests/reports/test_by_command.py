@@ -1,4 +1,4 @@
-"""What is forecast from the command alone stands beside the other forecasts, and its absence is explained."""
+"""What is forecast from the command alone are next to the other forecasts, and its absence is explained."""
 
 import re
 
@@ -26,7 +26,7 @@ def page() -> Page:
         return page_of(commanded(0.8, 0.8 / 0.75, 1.3 / 0.75))
 
 
-def test_the_error_of_the_forecast_stands_beside_that_of_the_twin(page: Page) -> None:
+def test_the_error_of_the_forecast_is_next_to_that_of_the_twin(page: Page) -> None:
     error = 1000 * (0.06 - SLOW_M_S)
 
     assert "its frequency is the command times 0.750, the mean ratio over the fit trials" in page.text

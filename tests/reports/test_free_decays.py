@@ -30,7 +30,7 @@ def structure_of(*fits: DecayFit, believed: tuple[str, ...] = ("decay_1",)) -> S
     return Structure(ROBOT, fits, hinges, None, (source,))
 
 
-def test_every_marker_is_drawn_beside_the_twin(fit: DecayFit) -> None:
+def test_every_marker_is_drawn_next_to_the_twin(fit: DecayFit) -> None:
     lines = [line for line in decay_curve_figure(fit).axes[0].lines if len(line.get_xdata())]
 
     twin = [line.get_ydata() for line in lines if to_hex(line.get_color()) == TWIN]

@@ -62,7 +62,7 @@ def test_a_log_of_another_time_than_the_video_still_draws() -> None:
     assert section.blocks[-1].rows[0][2] == "–"  # type: ignore[union-attr]
 
 
-def test_without_a_log_there_is_no_section_and_the_turn_is_said_to_be_assumed() -> None:
+def test_without_a_log_there_is_no_section_and_the_turn_is_reported_to_be_assumed() -> None:
     context = made_context()
 
     assert motor.build(context) is None

@@ -80,7 +80,7 @@ def test_the_first_screen_gives_the_numbers_that_the_calibration_has(page: Page)
         assert alone in page.text
 
 
-def test_doubts_stand_in_the_summary_and_with_their_trial(page: Page) -> None:
+def test_flags_stand_in_the_summary_and_with_their_trial(page: Page) -> None:
     summary, rest = page.text.split("Speed Forward", 1)[0], page.text
 
     assert "magnus_lift = 0 is at its bound 0: the data favour a value beyond it." in summary
@@ -115,7 +115,7 @@ def test_without_held_out_trials_it_says_that_nothing_was_predicted() -> None:
     assert not re.search(r"\bnan\b", page.text)
 
 
-def test_a_trial_of_which_nothing_counts_is_drawn_and_said() -> None:
+def test_a_trial_of_which_nothing_counts_is_drawn_and_reported() -> None:
     trial = made_trial(load_robot(), "fast")
     measured = replace(trial.measured, weight=np.zeros_like(trial.measured.weight))
     lost = replace(trial, measured=measured, scores=trial.scores._replace(used_fraction=0.0, marker_error_m=np.nan))
@@ -140,7 +140,7 @@ def test_the_same_results_give_the_same_file(medium: ReportContext, html_of_medi
     assert render_report(medium) == html_of_medium
 
 
-def test_forecasts_stand_beside_a_baseline_on_the_first_screen(page: Page) -> None:
+def test_forecasts_are_next_to_a_baseline_on_the_first_screen(page: Page) -> None:
     assert "by the best simple baseline (line in frequency)" in page.text.split("Before you rely")[0]
 
 

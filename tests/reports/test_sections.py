@@ -41,7 +41,7 @@ def full() -> Page:
         return page_of(published=True)
 
 
-def test_forecasts_stand_beside_the_best_simple_baseline(full: Page) -> None:
+def test_forecasts_are_next_to_the_best_simple_baseline(full: Page) -> None:
     beside = "the best simple baseline (line in frequency) to 2.0 mm/s: the twin does not beat it (gain −2.0 mm/s)"
     assert f"From the command, held-out speeds are forecast to 4.0 mm/s, by {beside}." in full.text
     assert (
@@ -51,7 +51,7 @@ def test_forecasts_stand_beside_the_best_simple_baseline(full: Page) -> None:
     assert "the same after two beats 3.0 12.0 6.0 90 %" in full.text
 
 
-def test_without_a_held_out_trial_nothing_is_said_of_forecasts() -> None:
+def test_without_a_held_out_trial_nothing_is_reported_of_forecasts() -> None:
     page = page_of(names=("medium", "fast"))
     assert "forecasts" not in page.ids
     assert "No trial is held out: how well the twin forecasts is not known" in page.text
@@ -66,7 +66,7 @@ def test_bands_that_miss_are_called_too_narrow() -> None:
     assert "1 of 2 measured speeds are outside their 90 % bands" in page.text
 
 
-def test_the_published_search_stands_beside_the_fit_and_why_it_differs(full: Page) -> None:
+def test_the_published_search_is_next_to_the_fit_and_why_it_differs(full: Page) -> None:
     assert "slender drag 7.8 7.02 to 8.58 3" in full.text
     assert re.search(r"fit trials markers, as tracked \[mm\] [\d.]+ [\d.]+", full.text)
     assert "attributes trim" in full.text

@@ -40,7 +40,7 @@ def test_what_was_assumed_is_named_with_why() -> None:
     assert row == ("crank arm", "39.5", "mm", "assumed; no dry run: crank arm 39.5 mm as in the built-in robot")
 
 
-def test_experiments_that_are_not_used_are_said_once_other_doubts_stand_with_theirs() -> None:
+def test_experiments_that_are_not_used_are_reported_once_other_flags_stand_with_theirs() -> None:
     flags = (Flag("not_used", message="free decay decay_2 is not used: the head moves"), Flag("at_bound"))
     section = structure.build(of(replace(made_calibration().structure, flags=flags)))
 

@@ -179,7 +179,7 @@ class RollingShutter(Mechanism):
     """
 
     readout_s: float  # from the first line to the last
-    stamped: float  # share of the lines that are read before the instant that the frame is said to be of
+    stamped: float  # share of the lines that are read before the time stamp of the frame
 
     def picture(self, picture: Picture) -> Picture:
         """From the paths through all frames; fixed points of x(t + readout (line / lines - stamped))."""

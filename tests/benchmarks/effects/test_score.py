@@ -74,7 +74,7 @@ def test_every_group_that_is_named_is_right_or_wrong() -> None:
     assert counted(found, "groups_right", "only_wrong") == [(2, 4), (1, 4)]
 
 
-def test_what_is_clear_is_counted_apart_beside_what_can_be_reached() -> None:
+def test_what_is_clear_is_counted_apart_next_to_what_can_be_reached() -> None:
     """At d = 10 a matched filter sees it, at the threshold for one false alarm in a hundred one of two."""
     faint = replace(TETHER, detectability=2.326)
     cases = [(TETHER, made("unexplained")), *((answer, made("no_gap")) for answer in (faint, BOTH, NULL))]

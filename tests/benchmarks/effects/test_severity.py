@@ -46,7 +46,7 @@ def in_truth(rows: SessionRows, recordings: Mapping[str, Recording], effects: Se
     """
     changes = rows.changes(recordings)
     number, reported = closest_fit(changes, rows.signatures({effect.name: effect for effect in effects}))
-    others = rows._beside(recordings)
+    others = rows._seen_by_twin(recordings)
     seen, turns = rows._changed(others, with_course=False), rows._turns(others)
     session = AffectedSession.of(effects, seen, camera_of(rows.drawn), rows.coefficients)
     parameters = [parameter for effect in session.effects for parameter in effect.parameters]

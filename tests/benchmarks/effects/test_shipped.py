@@ -62,7 +62,7 @@ def test_every_session_holds_what_was_planned() -> None:
 
 
 def test_every_log_is_as_long_as_its_own_trial() -> None:
-    """One that went on for as long as others beside it reported how the session was made."""
+    """One that went on for as long as others next to it reported how the session was made."""
     logs = 0
     for name in PLANS:
         session = load_session(SUITE.sessions / name)

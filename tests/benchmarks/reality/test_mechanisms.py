@@ -36,7 +36,7 @@ class Push(Mechanism):
 
 
 def test_mechanisms_that_differ_in_more_than_numbers_are_kept_apart():
-    """Two of a class in one simulation, others beside it: each acts by its own fields, in any company."""
+    """Two of a class in one simulation, others next to it: each acts by its own fields, in any company."""
     sets = [
         (Push("along", -0.1 + 0j),),
         (Push("across", -0.1 + 0j),),

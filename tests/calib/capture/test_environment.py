@@ -23,7 +23,7 @@ BAUD = "1000000"
 
 @pytest.fixture(scope="module")
 def robot(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder with all that the robot's computer has beside the standard library."""
+    """A folder with all that the robot's computer has next to the standard library."""
     folder = tmp_path_factory.mktemp("robot")
     (folder / "calib").mkdir()
     for name in ON_THE_ROBOT:

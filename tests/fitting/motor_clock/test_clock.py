@@ -1,4 +1,4 @@
-"""The clock of a motor log: found from the codes wherever they are, with an honest error; doubted where it must be."""
+"""The clock of a motor log: found from the codes wherever they are, with an honest error; flagged where it must be."""
 
 from __future__ import annotations
 
@@ -82,7 +82,7 @@ def test_a_log_that_cannot_be_laid_on_the_video_says_what_to_give() -> None:
     assert record.measured_hz == pytest.approx(0.99 * HZ, rel=0.02)
 
 
-def test_a_log_beside_the_beat_belongs_by_its_commands_or_speed() -> None:
+def test_a_log_that_disagrees_with_the_beat_belongs_by_its_commands_or_speed() -> None:
     record = recorded(filmed(6)[0])
     off = SwimFrequency(0.8 * record.measured_hz, 1e-4, 0.0, 0.02, 0.9, 8.0, None)
     reported = record.against(off, np.linspace(*record.drive_s, 100))

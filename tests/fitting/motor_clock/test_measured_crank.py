@@ -55,7 +55,7 @@ def test_only_the_frames_of_the_drive_are_measured() -> None:
     assert weight[trial.first_frame :][: len(trial.weight)] == pytest.approx(trial.weight)
 
 
-def test_its_frequency_is_that_of_the_crank_beside_the_tail_s_beat() -> None:
+def test_its_frequency_is_that_of_the_crank_and_not_of_the_tail() -> None:
     _, record, trial = swum()
     assert trial.turn is not None
     assert trial.beat is not None

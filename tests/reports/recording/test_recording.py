@@ -167,7 +167,7 @@ def test_one_that_is_not_whole_fails_its_check(tmp_path: Path, file: Path) -> No
             check_recording(path, ["/f1_00/picture/markers"])
 
 
-def test_a_proxy_that_is_no_video_leaves_what_stood_there(tmp_path: Path) -> None:
+def test_a_proxy_that_is_no_video_leaves_what_was_there(tmp_path: Path) -> None:
     proxy, path = tmp_path / "proxy.mp4", tmp_path / "session.rrd"
     proxy.write_bytes(b"not a video")
     path.write_bytes(b"before")

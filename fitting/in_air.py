@@ -1,4 +1,4 @@
-"""What a diagnosis reads of a robot that is held in air."""
+"""Experiments with the robot held in air, as a diagnosis uses them."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -7,8 +7,8 @@ from fitting.free_decay import DecayTrial
 from fitting.trial import MeasuredTrial
 
 
-class OutOfWater(NamedTuple):
-    """Experiments that know no water.
+class ExperimentsInAir(NamedTuple):
+    """Experiments without water.
 
     Attributes:
         runs: with the head clamped, measured as swims are.
@@ -19,4 +19,4 @@ class OutOfWater(NamedTuple):
     decays: Sequence[DecayTrial] = ()
 
 
-NOTHING = OutOfWater()
+NOTHING = ExperimentsInAir()
