@@ -29,7 +29,7 @@ def diagnosed_session(fresh_session: Path, tmp_path_factory: pytest.TempPathFact
     folder = Path(shutil.copytree(fresh_session, tmp_path_factory.mktemp("diagnosed") / "pool"))
     with pytest.MonkeyPatch.context() as patch:
         with_little_effort(patch)
-        patch.setattr(diagnosis, "_UNEXPLAINED", 2.0)
+        patch.setattr(diagnosis, "MOST_LEFT", 2.0)
         patch.setattr(diagnosis, "verdict_of", lambda _found: Verdict("named", (("scale_error",),)))
         patch.setattr(diagnosis, "ALL_AT_ONCE", ("quick",))
         patch.setattr(diagnosis, "everything", lambda *reported: Everything(0.5, 20.0, reported[3]))
