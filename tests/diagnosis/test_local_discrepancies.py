@@ -26,7 +26,7 @@ from swimmer.effects.measurement import MarkerOffset
 from swimmer.effects.structure import StiffnessGradient
 from tests.cases import later
 from tests.diagnosis.grounds import CAMERA, ground
-from tests.diagnosis.rows import DIRECTIONS, SPACE, K, catalogue, signature
+from tests.diagnosis.rows import DIRECTIONS, SPACE, K, catalogue
 
 PLACES = np.linalg.qr(np.random.default_rng(6).standard_normal((K, 60)))[0].T.reshape(6, 10, K)
 
@@ -60,26 +60,6 @@ def test_noise_and_an_effect_that_is_there_are_at_no_place(seed: int) -> None:
     found = among(noise(seed) + 12.0 * DIRECTIONS[5])
     assert verdict_of(found).groups == (("effect_5",),)
     assert sum(found.at_place) < 0.2
-
-
-def test_an_effect_that_comes_and_goes_is_not_believed_to_be_itself() -> None:
-    """Two trials; what looks like the effect is there in the first, and the other way round in the second."""
-    trials = [slice(0, K // 2), slice(K // 2, K)]
-    both = np.ones(K) / np.sqrt(K - 5)
-    both[:5] = 0.0  # coefficients take that
-    effect = signature("comes_and_goes", both)
-    turned = np.where(np.arange(K) < K // 2, 1.5, 0.3)
-    chances = []
-    for shape in (np.ones(K), turned):
-        left = noise(3) + 40.0 * shape * both
-        effects = shown([effect, *catalogue()], SPACE, trials)
-        rows = tuple(Row.of(SPACE, left, np.eye(K), like) for like in (effects, effects, ()))
-        places = ((1.0, SPACE.freed(PLACES[0]).T),)
-        chances.append(Probabilities.after(Hypotheses(rows, effects, Priors(), places=places)))
-    steady, varying = chances
-    assert steady.marginal[0] > 0.8
-    assert varying.marginal[0] < 0.6
-    assert verdict_of(varying).name == "unexplained"
 
 
 def test_a_force_across_the_tail_is_on_its_joints_as_mujoco_says() -> None:
