@@ -21,8 +21,8 @@ LOOKED_AT = 10
 """Of the most probable effects, for a group: all sets of three of more would take long."""
 MOST_LEFT = 0.5
 """Share of a gap beside a name, above which it is withdrawn if an unknown effect is more probable. Development."""
-IN_GAITS = 0.5
-"""Share of the squares of what an effect does, from which it shows in gaits, not in frequencies: the larger part."""
+IN_FEATURES = 0.5
+"""Share of the squares of what an effect does, from which it shows in features, not in frequencies: the larger part."""
 
 # Prior
 SIZES = np.geomspace(1.0, 1024.0, 6)

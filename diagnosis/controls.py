@@ -41,12 +41,12 @@ def carried_over(ground: Ground, beside: Ground) -> np.ndarray:
     their beats go on; and what the twin leaves of swims alike where nothing is wrong. Masked markers tell nothing, and
     are not corrected.
     """
-    gait = len(ground.model.measured) // len(ground.trials)
+    features = len(ground.model.measured) // len(ground.trials)
     both = SessionModel((*ground.model.trials[: len(ground.swims)], *beside.model.trials))
     told, asked = ground.told, beside.told
-    others = len(ground.swims) * gait + asked
+    others = len(ground.swims) * features + asked
     covariance, left = ground.covariance[np.ix_(told, told)], ground.left[told]
-    of_one = np.linalg.cholesky(ground.generic[:gait, :gait]).T
+    of_one = np.linalg.cholesky(ground.generic[:features, :features]).T
     of_all = np.hstack([advanced(of_one, float(phase)) for phase in both.phase_rad]).T
     alike, of_others = of_all[told], of_all[others]
     among = alike @ alike.T

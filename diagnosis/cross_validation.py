@@ -89,7 +89,7 @@ def refutable(skill: Shrinkage, best: Refit, hypotheses: Hypotheses) -> tuple[st
     """
     if skill.interval is None or skill.interval[1] >= 0:
         return ()
-    return tuple(effect.name for effect in best.effects if hypotheses.shows_in_gaits(effect.name))
+    return tuple(effect.name for effect in best.effects if hypotheses.shows_in_features(effect.name))
 
 
 def left_out(ground: Ground, fit: Refit) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""What a refitted twin leaves of gaits where nothing is wrong: how two simulators of one robot differ.
+"""What a refitted twin leaves of features where nothing is wrong: how two simulators of one robot differ.
 
 Measured between the twin and a second simulator over sessions of drawn water (`calib benchmark effects`), for the nine
 published markers; of other markers it is taken to be as of the nearest of these along the body, each by itself. How
@@ -33,8 +33,8 @@ class Discrepancy:
     """Of a session like most: of each swim, alike in swims at alike frequencies, and a little of some effects.
 
     Attributes:
-        directions: (g, q) what is left of one gait is independent in these, by standard deviations, m and m/s; at the
-            phase at which the tail is farthest left.
+        directions: (g, q) in which the residual of one swim's features is independent, by standard deviations, m and
+            m/s; at the phase at which the tail is farthest left.
         common: (q, 2) share of each direction's variance that all swims of a session have in common, and that those at
             alike frequencies have in common beside; the rest each has to itself.
         strengths: by name of an effect, the standard deviation of each of its parameters, in those of their priors:
@@ -53,7 +53,7 @@ class Discrepancy:
 
     @classmethod
     def independent(cls, covariance: np.ndarray) -> "Discrepancy":
-        """Of a covariance (g, g) at that phase of what is left of each gait, no two swims with anything in common."""
+        """Of a covariance (g, g) at that phase of the residual of each swim, no two swims with anything in common."""
         return cls(np.linalg.cholesky(covariance), np.zeros((len(covariance), 2)))
 
     @classmethod
@@ -91,9 +91,9 @@ class Discrepancy:
         )
 
     def over(self, model: SessionModel) -> np.ndarray:
-        """(k, k) covariance of what is left of the gaits of a model.
+        """(k, k) covariance of what is left of the features of a model.
 
-        Runs with the head clamped in air have nothing in common with swims; of its course, where gaits hold it, each
+        Runs with the head clamped in air have nothing in common with swims; of its course, where features hold it, each
         trial has its own, and so has each marker of its sliding.
         """
         trials = model.trials
@@ -101,14 +101,14 @@ class Discrepancy:
         clamped = np.array([each.twin.scene.head_clamped for each in trials])
         count, length, whole = len(trials), len(self.directions), len(trials[0].measured)
         result = np.zeros((count, whole, count, whole))
-        of_gaits = self.of_gaits(hertz, model.phase_rad).reshape(count, length, count, length)
-        result[:, :length, :, :length] = of_gaits * np.equal.outer(clamped, clamped)[:, None, :, None]
+        of_features = self.of_features(hertz, model.phase_rad).reshape(count, length, count, length)
+        result[:, :length, :, :length] = of_features * np.equal.outer(clamped, clamped)[:, None, :, None]
         slides = max(whole - length - len(COURSE_SD), 0)
         course = np.diag(np.square([*(SLIDE_SD_M_S,) * slides, *COURSE_SD]))[: whole - length, : whole - length]
         result[:, length:, :, length:] = np.einsum("ij,ab->iajb", np.eye(count), course)
         return result.reshape(count * whole, -1)
 
-    def of_gaits(self, hertz: np.ndarray, phase_rad: np.ndarray) -> np.ndarray:
+    def of_features(self, hertz: np.ndarray, phase_rad: np.ndarray) -> np.ndarray:
         """(t g, t g) covariance of what is left of swims at frequencies (t,), whose tails begin at phases (t,)."""
         turned = advanced(np.repeat(self.directions.T[:, None], len(hertz), axis=1), phase_rad)  # (q, t, g)
         shared = self.shared(hertz)
@@ -145,12 +145,12 @@ def nearness(hertz: np.ndarray) -> np.ndarray:
 
 
 def shipped_discrepancy() -> Traversable:
-    """The file that every diagnosis uses, of gaits of the published markers."""
+    """The file that every diagnosis uses, of features of the published markers."""
     return files("diagnosis").joinpath("discrepancy.npz")
 
 
 def discrepancy_for(markers: tuple[str, ...], robot: RobotSpec) -> Discrepancy:
-    """Of gaits of these markers, without their course."""
+    """Of features of these markers, without their course."""
     with as_file(shipped_discrepancy()) as path:
         known = Discrepancy.load(path)
     return known if markers == FISHSIM_MARKERS else _of_markers(known, markers, robot)

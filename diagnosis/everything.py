@@ -4,7 +4,7 @@ Two swims seldom say which of many small effects there are; what these do togeth
 this that moves the fish. So no name is claimed here: every parameter of the catalogue is normal about none, as wide as
 its prior or narrower, all by one share, which the evidence of the fitted swims chooses beside a gap of no particular
 cause (ridge regression, Hoerl and Kennard 1970; its width by evidence, MacKay 1992); effects that are named keep their
-freedom about what they were fitted to. The evidence is linear about the twin with these, of gaits alone: how often a
+freedom about what they were fitted to. The evidence is linear about the twin with these, of features alone: how often a
 tail beats is a datum of its own. Held-out swims tell whether all that forecasts better.
 """
 
@@ -90,9 +90,9 @@ def likeliest_share(ground: Ground, signatures: Sequence[Signature], named: Refi
     """
     told = [rows for rows in map(_slopes, signatures) if rows is not None]
     assert len(told) == len(signatures), "an effect that makes the twin diverge is in no twin"
-    effects, gaits = [each.effect for each in signatures], slice(None, len(ground.model.measured))
-    columns, left = np.vstack([ground.slopes.T, *told]).T[gaits], named.left[gaits]
-    known, generic = ground.covariance[gaits, gaits], ground.generic[gaits, gaits]
+    effects, features = [each.effect for each in signatures], slice(None, len(ground.model.measured))
+    columns, left = np.vstack([ground.slopes.T, *told]).T[features], named.left[features]
+    known, generic = ground.covariance[features, features], ground.generic[features, features]
     ridges = [_Ridge.of(known + size**2 * generic, columns, left) for size in _GAPS_M]
     sides = np.append(np.zeros(len(PRIOR_SD)), _sides(effects, named))
     shares = (_NONE, *SHARES)

@@ -20,7 +20,7 @@ from math import comb
 import numpy as np
 from scipy.special import logsumexp
 
-from diagnosis.constants import IN_GAITS, SHOWS, SIZES
+from diagnosis.constants import IN_FEATURES, SHOWS, SIZES
 from diagnosis.forms import Form, Shown
 from diagnosis.row import Row
 from diagnosis.sized import Columns, Sized
@@ -69,7 +69,7 @@ class Hypotheses:
             be; all as likely.
         effects: that may explain it.
         priors: before the row.
-        numbers: where the whitened row holds what is beside the gaits: frequencies, and how free decays ring.
+        numbers: where the whitened row holds what is beside the features: frequencies, and how free decays ring.
         places: where something else may be: how likely against each other, and (q, b) what it does to the whitened row.
         beside: by which the tracks speak for a motion beside the beat, and for beats that are late (log Bayes
             factors), see `diagnosis.non_periodic`.
@@ -105,9 +105,9 @@ class Hypotheses:
 
     def evidence(self, present: Sequence[int], other: bool) -> float:
         """Log evidence of some effects, each in its best form, with or without something else beside them."""
-        return self._of_gaits(present, other) + (self.non_periodic if other else 0.0)
+        return self._of_features(present, other) + (self.non_periodic if other else 0.0)
 
-    def _of_gaits(self, present: Sequence[int], other: bool) -> float:
+    def _of_features(self, present: Sequence[int], other: bool) -> float:
         if not present:
             return self._over_sizes((), other)
         alone = [self._alone(other)[i] for i in present]
@@ -158,15 +158,15 @@ class Hypotheses:
         length, least = float(np.linalg.norm(self.row.turn @ self._moved[effect])), self.priors.strays
         return float(np.clip(np.log(SHOWS / max(least * length, _SILENT)) / -np.log(least), 0.0, 1.0))
 
-    def shows_in_gaits(self, name: str) -> bool:
-        """Whether what an effect does is mostly in gaits.
+    def shows_in_features(self, name: str) -> bool:
+        """Whether what an effect does is mostly in features.
 
         Frequencies are changed by clock and drive alone, in each trial by as much as the effect says: not by chance.
         """
-        return self.of_gaits([each.name for each in self.effects].index(name)) >= IN_GAITS
+        return self.of_features([each.name for each in self.effects].index(name)) >= IN_FEATURES
 
-    def of_gaits(self, effect: int) -> float:
-        """Share of the squared length of what an effect does that is in gaits, not in the numbers beside them."""
+    def of_features(self, effect: int) -> float:
+        """Share of the squared length of what an effect does that is in features, not in the numbers beside them."""
         squares = self._moved[effect] ** 2
         if squares.sum() < _SILENT:
             return 1.0

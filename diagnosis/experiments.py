@@ -30,7 +30,7 @@ from diagnosis.result import Experiment, ProposedTrial
 from diagnosis.verdict import Verdict
 from fitting.free_decay import Ring
 from fitting.free_decay.ring import ring_changes, shows_in_decays
-from fitting.model.noise import GaitNoise
+from fitting.model.noise import FeatureNoise
 from fitting.model.session_model import SessionModel
 from fitting.signatures import Signature, Whitened, signature_of
 from fitting.signatures.session_row import with_trial
@@ -161,7 +161,7 @@ class _Looks:
             tried = strengths_tried(effects[name].suited(ground.twin.robot, ground.trials[0].markers))
             both = signature_of(effects[name], model, ground.camera, ground.at, np.vstack([tried, strength]))
             changes[name] = both.rows[-1]
-            signatures[name] = replace(both, values=tried, gaits=both.gaits[:-1], beside=both.beside[:-1])
+            signatures[name] = replace(both, values=tried, features=both.features[:-1], beside=both.beside[:-1])
         return cls(signatures, changes, strengths)
 
     def with_trial(self, more: "_Looks", model: SessionModel) -> "_Looks":
@@ -170,8 +170,8 @@ class _Looks:
         signatures = {}
         for name, signature in self.signatures.items():
             rows = with_trial(signature.rows.T, more.signatures[name].rows.T, model).T
-            gaits = signature.gaits.shape[1] + more.signatures[name].gaits.shape[1]
-            signatures[name] = replace(signature, gaits=rows[:, :gaits], beside=rows[:, gaits:])
+            features = signature.features.shape[1] + more.signatures[name].features.shape[1]
+            signatures[name] = replace(signature, features=rows[:, :features], beside=rows[:, features:])
         return _Looks(signatures, changes, self.strengths)
 
     def with_ring(self, ring: Ring, twin: Twin) -> "_Looks":
@@ -273,7 +273,7 @@ def _measured(ground: Ground, twin: Twin, hz: float, kind: str, seed: int) -> Me
     time_s = np.arange(0.0, run_in_s + _SECONDS, frame_s)
     velocity = np.array([[-_START_M_S * hz, 0.0, 0.0]])
     told = twin.simulate(Runs(ground.at[None], np.array([hz]), np.zeros(1), velocity), time_s)
-    noise = GaitNoise.typical([model.noise for model in ground.model.trials], time_s)
+    noise = FeatureNoise.typical([model.noise for model in ground.model.trials], time_s)
     noise_m = noise.drawn(time_s, np.random.default_rng([seed, 13]))
     middle_px = np.array(picture_px(ground.trials, ground.camera)) / 2
     position_px = (told.marker_m[0] - told.marker_m[0].mean(axis=(0, 1)) + noise_m) / like.metres_per_px

@@ -130,8 +130,8 @@ def _explanations(
     ground: Ground, signatures: Sequence[Signature], priors: Priors, elsewhere: Sequence[LocalDiscrepancy]
 ) -> Hypotheses:
     effects = shown(signatures, ground.space)
-    gaits = len(ground.model.measured)
-    frequencies = slice(gaits, gaits + ground.model.frequencies)
+    features = len(ground.model.measured)
+    frequencies = slice(features, features + ground.model.frequencies)
     wrong, like_any, loose = (
         Row.of(ground.space, ground.left, ground.generic, like, but)
         for like, but in ((effects, NONE), (effects, frequencies), ((), NONE))
@@ -142,5 +142,5 @@ def _explanations(
         others = [each for number, each in enumerate(effects) if number != effect]
         return Row.of(ground.space, ground.left, ground.generic, others, frequencies)
 
-    numbers = slice(gaits, gaits + ground.model.beside)
+    numbers = slice(features, features + ground.model.beside)
     return Hypotheses((wrong, like_any, loose), effects, priors, numbers, places, lacking=lacking)

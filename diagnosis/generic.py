@@ -1,4 +1,4 @@
-"""A gap of no particular cause: how gaits would differ if anything at all were amiss, of a size that is not known.
+"""A gap of no particular cause: how features would differ if anything at all were amiss, of a size that is not known.
 
 Displacements of a marker are alike to those of its neighbours along the body, less so the further they are, and the
 higher a harmonic is the smaller they are; each trial has its own. How far frequencies are from their commands has a
@@ -30,7 +30,7 @@ _OF_HERTZ_M = (1e-6, 1.0)
 
 
 def generic_covariance(along_m: np.ndarray, trials: int, frequencies: int, rings: int = 0) -> np.ndarray:
-    """(k, k) for displacements of one metre: of t gaits of markers at (m,) along the body, and of what is beside them.
+    """(k, k) for displacements of one metre: of t swims with markers at (m,) along the body, and of the other numbers.
 
     Args:
         along_m: (m,) place of each marker on the straight robot, m.
@@ -47,8 +47,8 @@ def generic_covariance(along_m: np.ndarray, trials: int, frequencies: int, rings
     assert SPEED == 0
     assert len(COURSE_PER_M) == len(COURSE)
     slides = SLIDE_PER_M**2 * between[:SLIDES, :SLIDES]
-    gait = block_diag([[SPEED_PER_M**2]], markers, slides, np.diag(np.square(COURSE_PER_M)))
-    return block_diag(*[gait] * trials, HERTZ_PER_M**2 * np.eye(frequencies), RING_PER_M**2 * np.eye(rings))
+    features = block_diag([[SPEED_PER_M**2]], markers, slides, np.diag(np.square(COURSE_PER_M)))
+    return block_diag(*[features] * trials, HERTZ_PER_M**2 * np.eye(frequencies), RING_PER_M**2 * np.eye(rings))
 
 
 def generic_size(left: np.ndarray, covariance: np.ndarray, generic: np.ndarray) -> float:
@@ -63,7 +63,7 @@ class GenericGap:
     Attributes:
         known: (k, k) covariance.
         generic: (k, k) of a gap of one metre.
-        frequencies: how many the row holds behind the gaits.
+        frequencies: how many the row holds behind the features.
         rings: numbers of free decays, at its end.
     """
 
@@ -73,7 +73,7 @@ class GenericGap:
     rings: int = 0
 
     def covariance(self, left: np.ndarray) -> np.ndarray:
-        """(k, k) with the likeliest size of gaits, frequencies and decays, each its own, in what is left (k,)."""
+        """(k, k) with the likeliest size of features, frequencies and decays, each its own, in what is left (k,)."""
         parts = [
             beside.likeliest_m(left[own], ends) ** 2 * self.generic[own, own]
             for own, beside, ends in zip(self._parts, self._beside, (_SIZES_M, _OF_HERTZ_M, _SIZES_M), strict=True)

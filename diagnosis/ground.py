@@ -32,7 +32,7 @@ _LEAST_BOX_M = TAKEN.box_m / 3  # boxes are placed by hand, however well the mea
 class Ground:
     """The trials of one role beside the twin that was fitted: swims, and dry runs after them.
 
-    A row holds the gaits of t trials, and then the frequencies that their commands lead to, as they were filmed and,
+    A row holds the features of t trials, and then the frequencies that their commands lead to, as they were filmed and,
     where motors were logged, as they turned; and then how free decays ring: k numbers in all.
 
     Attributes:
@@ -42,7 +42,7 @@ class Ground:
         discrepancy: what the refitted twin leaves where nothing is wrong.
         off: how far boxes and markers are off; for markers stands an effect of the catalogue.
         disturbances: what noise and nuisances do, at the coefficients.
-        error: size of what the twin leaves of each gait in this session, against most sessions.
+        error: size of what the twin leaves of the features of each in this session, against most sessions.
         alike: (k, c) what it leaves of all trials alike, of unit strength; None where that is not known.
     """
 
@@ -177,10 +177,10 @@ class Ground:
 
     @cached_property
     def observed(self) -> np.ndarray:
-        """(g,) gait features that the tracks tell: not those of a marker that is masked in nearly all frames."""
+        """(g,) features that the tracks tell: not those of a marker that is masked in nearly all frames."""
         told = []
         for model in self.model.trials:
-            seen = model.gait.usable.sum(axis=0) >= _LEAST_FRAMES  # (m,)
+            seen = model.reader.usable.sum(axis=0) >= _LEAST_FRAMES  # (m,)
             length = len(model.measured)
             places, slides = np.ones(length, bool), places_of_slides(length)
             places[places_of_markers(length)] = np.repeat(seen, 2 * OF_A_MARKER)
@@ -194,12 +194,12 @@ class Ground:
 
     @cached_property
     def told(self) -> np.ndarray:
-        """(q,) places of the observed gait features of all swims, which are scored."""
-        gaits = len(self.model.measured) // len(self.trials) * len(self.swims)
-        return np.flatnonzero(self.observed[:gaits])
+        """(q,) places of the observed features of all swims, which are scored."""
+        features = len(self.model.measured) // len(self.trials) * len(self.swims)
+        return np.flatnonzero(self.observed[:features])
 
     def whitened_swims(self, left: np.ndarray) -> np.ndarray:
-        """(..., q) of unit noise, the observed gait features of all swims in residuals (..., k).
+        """(..., q) of unit noise, the observed features of all swims in residuals (..., k).
 
         Without frequencies and decays, which are data of their own.
         """
@@ -249,13 +249,13 @@ class Ground:
     @cached_property
     def covariance(self) -> np.ndarray:
         """(k, k) of all that disturbs the row."""
-        gaits = self.disturbances.of(self.off) + self.error**2 * self._of_twin
-        apart = row_covariance(self.model, gaits, self.disturbances.robot)
+        features = self.disturbances.of(self.off) + self.error**2 * self._of_twin
+        apart = row_covariance(self.model, features, self.disturbances.robot)
         return apart if self.alike is None else apart + self.alike @ self.alike.T
 
     @cached_property
     def _of_twin(self) -> np.ndarray:
-        """(k, k) what the twin leaves of the gaits where nothing is wrong, in most sessions."""
+        """(k, k) what the twin leaves of the features where nothing is wrong, in most sessions."""
         return self.discrepancy.over(self.model)
 
     @cached_property

@@ -113,9 +113,9 @@ class HeldOut:
 
     def _forecast_hz(self, left: np.ndarray) -> np.ndarray:
         """(t,) that the commands lead to with a twin that leaves a residual (k,); nan without a command."""
-        gaits = len(self._beside.model.measured)
+        features = len(self._beside.model.measured)
         commanded = np.array([trial.commanded_hz is not None for trial in self.swims])
-        return np.where(commanded, self._measured_hz - left[gaits : gaits + len(self.swims)], np.nan)
+        return np.where(commanded, self._measured_hz - left[features : features + len(self.swims)], np.nan)
 
     @property
     def _baselines(self) -> Mapping[str, list[float]]:
@@ -138,6 +138,6 @@ class HeldOut:
 
 
 def _stands(left: Sequence[np.ndarray], trials: int) -> np.ndarray:
-    """(t,) whether no twin diverged on a trial, of what each leaves (k,) of the gaits."""
-    gaits = np.array([np.reshape(row, (trials, -1)) for row in left])
-    return np.asarray(np.isfinite(gaits).all(axis=(0, 2)))
+    """(t,) whether no twin diverged on a trial, of what each leaves (k,) of the features."""
+    features = np.array([np.reshape(row, (trials, -1)) for row in left])
+    return np.asarray(np.isfinite(features).all(axis=(0, 2)))

@@ -24,7 +24,7 @@ from fitting.model.features import (
     places_of_slides,
 )
 
-_SIDEWAYS = -2  # place of the sideways speed in a gait with its course
+_SIDEWAYS = -2  # place of the sideways speed in features with its course
 _RIPPLE_RAD, _SMEAR_RAD = 0.02, 0.2  # against each other
 STAGE_OF = {
     "marker": "camera",
@@ -102,12 +102,12 @@ def _at_markers(ground: Ground) -> Iterator[tuple[str, np.ndarray]]:
     own = len(ground.model.measured) // len(phases)
     slides = np.arange(own)[places_of_slides(own)]
     for number, marker in enumerate(ground.trials[0].markers):
-        gaits = np.zeros((2 * OF_A_MARKER + 1, own))
-        gaits[:-1, SPEED + 1 + 2 * OF_A_MARKER * number :][:, : 2 * OF_A_MARKER] = np.diag(np.tile(decay, 2))
-        gaits[-1, slides[number : number + 1]] = SLIDE_PER_M
-        columns = np.zeros((len(ground.left), len(phases), len(gaits)))
+        features = np.zeros((2 * OF_A_MARKER + 1, own))
+        features[:-1, SPEED + 1 + 2 * OF_A_MARKER * number :][:, : 2 * OF_A_MARKER] = np.diag(np.tile(decay, 2))
+        features[-1, slides[number : number + 1]] = SLIDE_PER_M
+        columns = np.zeros((len(ground.left), len(phases), len(features)))
         for trial, phase in enumerate(phases):
-            columns[own * trial : own * (trial + 1), trial] = advanced(gaits, float(phase)).T
+            columns[own * trial : own * (trial + 1), trial] = advanced(features, float(phase)).T
         yield f"marker {marker}", columns
 
 
@@ -117,37 +117,37 @@ def _sitting_elsewhere(ground: Ground) -> Iterator[LocalDiscrepancy]:
     Nose and neck take scale and heading with them. Boxes that are alike in all trials are not the ones that were put a
     little off in each.
     """
-    disturbed, gaits, markers = ground.disturbances, len(ground.model.measured), ground.trials[0].markers
-    per_box = disturbed.per_box.reshape(gaits, len(ground.trials), -1).sum(axis=1)
+    disturbed, features, markers = ground.disturbances, len(ground.model.measured), ground.trials[0].markers
+    per_box = disturbed.per_box.reshape(features, len(ground.trials), -1).sum(axis=1)
     for moved in (disturbed.per_marker, per_box):
         for number, marker in enumerate(markers):
             columns = np.zeros((len(ground.left), 2))
-            columns[:gaits] = moved[:, 2 * number : 2 * number + 2]
+            columns[:features] = moved[:, 2 * number : 2 * number + 2]
             yield LocalDiscrepancy(f"marker {marker}", True, columns)
 
 
 def _in_picture(ground: Ground) -> tuple[str, np.ndarray]:
     """(k, t, 4) of a picture that is drawn out along and across the fish, and sheared either way."""
-    gaits = [model.measured for model in ground.model.trials]
-    columns = np.zeros((len(ground.left), len(gaits), 4))
-    for trial, gait in enumerate(gaits):
-        beats, speeds = of_markers(gait), (SPEED, _SIDEWAYS)  # along and across, either
-        own = columns[len(gait) * trial : len(gait) * (trial + 1), trial]
+    features = [model.measured for model in ground.model.trials]
+    columns = np.zeros((len(ground.left), len(features), 4))
+    for trial, one in enumerate(features):
+        beats, speeds = of_markers(one), (SPEED, _SIDEWAYS)  # along and across, either
+        own = columns[len(one) * trial : len(one) * (trial + 1), trial]
         for number, (to, of) in enumerate(product((0, 1), repeat=2)):
             seen = np.zeros_like(beats)
             seen[:, to] = beats[:, of]
-            own[places_of_markers(len(gait)), number] = seen.ravel()
-            own[speeds[to], number] = gait[speeds[of]]
-        slides = places_of_slides(len(gait))
-        own[slides, 0] = gait[slides]  # along; across they are not told
+            own[places_of_markers(len(one)), number] = seen.ravel()
+            own[speeds[to], number] = one[speeds[of]]
+        slides = places_of_slides(len(one))
+        own[slides, 0] = one[slides]  # along; across they are not told
     return "picture", columns
 
 
 def _in_time(ground: Ground) -> tuple[str, np.ndarray]:
     """(k, t, 5) of beats that come early and late, in step with the crank or not."""
-    gaits = [model.measured for model in ground.model.trials]
-    within = [np.column_stack([_SMEAR_RAD**2 * smeared(gait), _RIPPLE_RAD * rippled(gait)]) for gait in gaits]
-    columns = np.zeros((len(ground.left), len(gaits), within[0].shape[1]))
+    features = [model.measured for model in ground.model.trials]
+    within = [np.column_stack([_SMEAR_RAD**2 * smeared(one), _RIPPLE_RAD * rippled(one)]) for one in features]
+    columns = np.zeros((len(ground.left), len(features), within[0].shape[1]))
     for trial, own in enumerate(within):
         columns[len(own) * trial : len(own) * (trial + 1), trial] = own
     return "timing of the beat", columns

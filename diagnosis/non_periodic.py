@@ -1,11 +1,11 @@
 """What goes beside the beat: motion of the whole fish in no step with the crank, and beats that keep no time.
 
-Gaits hold what repeats with the crank; what does not would pass for tracking noise. But a tracker errs at each marker
-by itself. Waves, eddies, a tether or a camera that shakes move all markers together; a recorder that loses frames, or
-a drive that slips, makes all of them late by the same time, each by as much as it moves in that. So what drift and
-harmonics leave of the markers, but for how a swim settles, is split over short stretches of time into a motion of the
-whole (along, across, turning), into a delay, and the rest, which tells the noise. Under noise alone all have the same
-variance (analysis of variance; Fisher 1925).
+Features hold what repeats with the crank; what does not would pass for tracking noise. But a tracker errs at each
+marker by itself. Waves, eddies, a tether or a camera that shakes move all markers together; a recorder that loses
+frames, or a drive that slips, makes all of them late by the same time, each by as much as it moves in that. So what
+drift and harmonics leave of the markers, but for how a swim settles, is split over short stretches of time into a
+motion of the whole (along, across, turning), into a delay, and the rest, which tells the noise. Under noise alone all
+have the same variance (analysis of variance; Fisher 1925).
 """
 
 from collections.abc import Sequence
@@ -17,7 +17,7 @@ import numpy as np
 from scipy.special import logsumexp
 
 from diagnosis.constants import LEAST_OF_DELAY, LEAST_OF_MOTION, MOST_BESIDE
-from fitting.model.features import Gait
+from fitting.model.features import FeatureReader
 from fitting.model.noise import smooth_swim
 from fitting.trial import MeasuredTrial
 
@@ -86,16 +86,16 @@ class _Swim:
     @classmethod
     def of(cls, trial: MeasuredTrial) -> "_Swim | None":
         """None where frames, or markers, are too few."""
-        gait = Gait.of(trial)
-        told = gait.usable.mean(axis=0) >= _MOSTLY
-        frames = np.flatnonzero(gait.usable[:, told].all(axis=1))
-        begun_s = gait.time_s - gait.time_s[0]
-        columns = np.column_stack([smooth_swim(gait), *(np.exp(-begun_s / each) for each in _SETTLES_S)])[frames]
-        stretch = np.floor(gait.time_s[frames] / _STRETCH_S).astype(int)
+        features = FeatureReader.of(trial)
+        told = features.usable.mean(axis=0) >= _MOSTLY
+        frames = np.flatnonzero(features.usable[:, told].all(axis=1))
+        begun_s = features.time_s - features.time_s[0]
+        columns = np.column_stack([smooth_swim(features), *(np.exp(-begun_s / each) for each in _SETTLES_S)])[frames]
+        stretch = np.floor(features.time_s[frames] / _STRETCH_S).astype(int)
         if len(np.unique(stretch)) <= columns.shape[1] or told.sum() <= _WHOLE:
             return None
-        time_s = gait.time_s[frames]
-        place, cruise = (each[frames] for each in gait.cruising(trial.position_m[trial.kept]))
+        time_s = features.time_s[frames]
+        place, cruise = (each[frames] for each in features.cruising(trial.position_m[trial.kept]))
         left = _beside(columns, place[:, told])
         fitted = place[:, told] - left
         speed = cruise[:, None] + np.gradient(fitted, time_s, axis=0)

@@ -23,7 +23,7 @@ def places_off(left: np.ndarray, trials: int, disturbances: Disturbances, marker
     """The likeliest sizes.
 
     Args:
-        left: (k,) measured less simulated row of gaits.
+        left: (k,) measured less simulated row of features.
         trials: how many stand in the row.
         disturbances: of the row.
         marker_m: that of markers, where it is known; default: found too.
@@ -47,5 +47,5 @@ def places_off(left: np.ndarray, trials: int, disturbances: Disturbances, marker
 
 
 def mean_places(length: int, trials: int) -> np.ndarray:
-    """(2 m t,) where a row of so many gaits, of length k, holds the means of its markers."""
+    """(2 m t,) where a row of so many features, of length k, holds the means of its markers."""
     return of_markers(np.arange(length).reshape(trials, -1))[..., 0].ravel()

@@ -213,7 +213,7 @@ def _imitations(hypotheses: Hypotheses, logs: dict[Hypothesis, float]) -> dict[H
     """Each set with something in the place of one of its effects that only looks like it, and how likely that is.
 
     Where it strays too little to show it is as likely as the effect would be, else as that and something else beside;
-    but something else strays in gaits: what changes frequencies alone, each trial's by as much, is not made by chance.
+    but something else strays in features: what changes frequencies alone, of each trial by as much, is no chance.
     """
     found, priors = {}, hypotheses.priors
     beside = np.log(priors.other) - np.log1p(-priors.other)
@@ -222,7 +222,7 @@ def _imitations(hypotheses: Hypotheses, logs: dict[Hypothesis, float]) -> dict[H
             for effect in present:
                 unseen = hypotheses.unseen(effect)
                 alone = logs[Hypothesis(present)] + np.log(unseen) + hypotheses.non_periodic
-                shows = (1 - unseen) * hypotheses.of_gaits(effect)
+                shows = (1 - unseen) * hypotheses.of_features(effect)
                 strays = logs[Hypothesis(present, True)] - beside + np.log(shows)
                 rest = tuple(i for i in present if i != effect)
                 odds = np.log(priors.imitated)

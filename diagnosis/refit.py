@@ -150,7 +150,7 @@ class _Joint:
         at, values = points[:, :5], points[:, 5:]
         measured = self.ground.model.measured
         beside = self.ground.left[len(measured) :] - self.session.beside(values)
-        return np.hstack([measured - self.session.gaits(at, values), beside])
+        return np.hstack([measured - self.session.features(at, values), beside])
 
     def count_as_disturbance(self, left: np.ndarray, point: np.ndarray) -> float:
         """Sets the size of a gap of no particular cause by what is left (k,) at a point; the misfit there with it."""

@@ -1,32 +1,32 @@
-"""What a crank, or a clock, that does not run evenly does to a gait."""
+"""What a crank, or a clock, that does not run evenly does to features."""
 
 import numpy as np
 
 from fitting.model.features import HARMONICS, advanced, harmonics_of, of_markers
 
 
-def rippled(gait: np.ndarray) -> np.ndarray:
-    """(g, 4) how a gait (g,) changes, over rad, whose crank runs ahead by a cosine or sine of one turn or of two."""
-    return np.column_stack([_ahead(gait, order, sine) for order in (1, 2) for sine in (False, True)])
+def rippled(features: np.ndarray) -> np.ndarray:
+    """(g, 4) how features (g,) changes, over rad, whose crank runs ahead by a cosine or sine of one turn or of two."""
+    return np.column_stack([_ahead(features, order, sine) for order in (1, 2) for sine in (False, True)])
 
 
-def smeared(gait: np.ndarray) -> np.ndarray:
-    """(g,) how a gait changes, over rad^2, whose beats come early and late by a phase that goes with none of them.
+def smeared(features: np.ndarray) -> np.ndarray:
+    """(g,) how features changes, over rad^2, whose beats come early and late by a phase that goes with none of them.
 
     Harmonic h falls by h^2 / 2 of the variance of that phase.
     """
-    result = np.zeros_like(gait)
-    of_markers(result)[..., 1:] = -0.5 * np.repeat(np.arange(1, HARMONICS + 1) ** 2, 2) * of_markers(gait)[..., 1:]
+    result = np.zeros_like(features)
+    of_markers(result)[..., 1:] = -0.5 * np.repeat(np.arange(1, HARMONICS + 1) ** 2, 2) * of_markers(features)[..., 1:]
     return result
 
 
-def _ahead(gait: np.ndarray, order: int, sine: bool) -> np.ndarray:
-    """(g,) how a gait changes, over rad, whose crank runs ahead by a cosine, or sine, of `order` turns."""
+def _ahead(features: np.ndarray, order: int, sine: bool) -> np.ndarray:
+    """(g,) how features changes, over rad, whose crank runs ahead by a cosine, or sine, of `order` turns."""
     step = 1e-4
-    slope = (advanced(gait, step) - advanced(gait, -step)) / (2 * step)
+    slope = (advanced(features, step) - advanced(features, -step)) / (2 * step)
     rates = harmonics_of(slope)  # (m, 2, 3) complex, Re(rate exp(i h turn))
     ahead = -1j if sine else 1.0 + 0j
-    result = np.zeros_like(gait)
+    result = np.zeros_like(features)
     beats = of_markers(result)
     for h in range(1, HARMONICS + 1):
         rate = rates[..., h - 1]

@@ -30,7 +30,7 @@ class SessionData:
         trials: all swims; those of the role "fit" say which effect, the others score it.
         twin: plain, of the robot as described.
         camera: that filmed them.
-        discrepancy: what a refitted twin leaves of gaits where nothing is wrong.
+        discrepancy: what a refitted twin leaves of features where nothing is wrong.
         at: (5,) the recommended coefficients of the session, fitted to the same swims.
         dry: what was measured out of the water: that too says which effect.
     """

@@ -145,8 +145,8 @@ def _ways(
     found[Way("camera", "in the picture")] = _misboxed(ground)
     found[Way("camera", "beating")] = _in_each_trial(ground, _beats)
     found[Way("camera", "sliding")] = _in_each_trial(ground, _slides)
-    found[Way("camera", "scale")] = _in_each_trial(ground, lambda gait: _SCALE * gait[:, None])
-    found[Way("drive", "ripple")] = _in_each_trial(ground, lambda gait: _RIPPLE_RAD * rippled(gait))
+    found[Way("camera", "scale")] = _in_each_trial(ground, lambda features: _SCALE * features[:, None])
+    found[Way("drive", "ripple")] = _in_each_trial(ground, lambda features: _RIPPLE_RAD * rippled(features))
     found[Way("drive", "frequency")] = _other_frequencies(ground)
     found[Way("tail", "free decays")] = _RINGING * np.eye(len(ground.left))[:, ground.model.places_of_rings]
     told = [_of_each_parameter(signature) for signature in signatures if signature.effect.stage == "drive"]
@@ -174,37 +174,37 @@ def _of_each_stretch(signature: Signature) -> np.ndarray:
 
 
 def _in_each_trial(ground: Ground, columns: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
-    """(k, q) columns (g, p) of each trial's gait, by itself."""
-    return _of_gaits(ground, block_diag(*[columns(model.measured) for model in ground.model.trials]))
+    """(k, q) columns (g, p) of each trial's features, by itself."""
+    return _of_features(ground, block_diag(*[columns(model.measured) for model in ground.model.trials]))
 
 
-def _of_gaits(ground: Ground, columns: np.ndarray) -> np.ndarray:
-    """(k, q) of columns that change gaits alone."""
+def _of_features(ground: Ground, columns: np.ndarray) -> np.ndarray:
+    """(k, q) of columns that change features alone."""
     return np.vstack([columns, np.zeros((ground.model.beside, columns.shape[1]))])
 
 
 def _misplaced(ground: Ground) -> np.ndarray:
     """(k, 2 m) each marker elsewhere on the body, the same in all trials."""
-    return _of_gaits(ground, TAKEN.marker_m * ground.disturbances.per_marker)
+    return _of_features(ground, TAKEN.marker_m * ground.disturbances.per_marker)
 
 
 def _misboxed(ground: Ground) -> np.ndarray:
     """(k, b) each box beside its marker in the picture, in each trial by itself."""
-    return _of_gaits(ground, _SEEN_M * ground.disturbances.per_box)
+    return _of_features(ground, _SEEN_M * ground.disturbances.per_box)
 
 
-def _beats(gait: np.ndarray) -> np.ndarray:
+def _beats(features: np.ndarray) -> np.ndarray:
     """(g, 12 m) each marker's harmonics otherwise."""
     decay = np.repeat(OF_HARMONIC ** np.arange(HARMONICS), 2)
-    markers = of_markers(gait)
-    sizes = np.zeros(len(gait))
-    sizes[places_of_markers(len(gait))] = np.broadcast_to(np.append(0.0, decay), markers.shape).ravel()
+    markers = of_markers(features)
+    sizes = np.zeros(len(features))
+    sizes[places_of_markers(len(features))] = np.broadcast_to(np.append(0.0, decay), markers.shape).ravel()
     return _SEEN_M * np.diag(sizes)[:, sizes > 0]
 
 
-def _slides(gait: np.ndarray) -> np.ndarray:
+def _slides(features: np.ndarray) -> np.ndarray:
     """(g, s) each marker sliding along the fish."""
-    return _SEEN_M / _SLIDES_S * np.eye(len(gait))[:, places_of_slides(len(gait))]
+    return _SEEN_M / _SLIDES_S * np.eye(len(features))[:, places_of_slides(len(features))]
 
 
 def _other_frequencies(ground: Ground) -> np.ndarray:
@@ -278,12 +278,12 @@ def _split(ground: Ground, left: np.ndarray) -> dict[str, dict[str, float]]:
     squares /= squares.sum()
     trials, markers = ground.trials, ground.trials[0].markers
     count = len(ground.model.measured)
-    gaits, hertz, ringing = np.split(squares, [count, count + ground.model.frequencies])
-    gaits = gaits.reshape(len(trials), -1)
+    features, hertz, ringing = np.split(squares, [count, count + ground.model.frequencies])
+    features = features.reshape(len(trials), -1)
     of_trial = np.array(hertz[: len(trials)])
     of_trial[list(ground.model.logged)] += hertz[len(trials) :]
-    speed, beats, course = gaits[:, SPEED], of_markers(gaits), gaits[:, -len(COURSE) :]
-    slides = gaits[:, places_of_slides(gaits.shape[1])].sum(axis=0)  # (s,)
+    speed, beats, course = features[:, SPEED], of_markers(features), features[:, -len(COURSE) :]
+    slides = features[:, places_of_slides(features.shape[1])].sum(axis=0)  # (s,)
     bands = {"mean": beats[..., 0].sum(), "drift": slides.sum()}
     bands |= {f"harmonic_{h}": beats[..., 2 * h - 1 : 2 * h + 1].sum() for h in range(1, HARMONICS + 1)}
     rings = zip(ground.model.rings, ringing.reshape(-1, RING_NUMBERS), strict=True)
@@ -291,7 +291,7 @@ def _split(ground: Ground, left: np.ndarray) -> dict[str, dict[str, float]]:
     no_markers = (speed, course, hertz, *([ringing] if of_decay else ()))
     alone = {name: float(part.sum()) for name, part in zip(OF_NO_MARKER, no_markers, strict=False)}
     return {
-        "by_trial": {t.name: float(g.sum() + f) for t, g, f in zip(trials, gaits, of_trial, strict=True)} | of_decay,
+        "by_trial": {t.name: float(g.sum() + f) for t, g, f in zip(trials, features, of_trial, strict=True)} | of_decay,
         "by_marker": {name: float(beats[:, i].sum() + slides[i : i + 1].sum()) for i, name in enumerate(markers)}
         | alone,
         "by_axis": {"along": float(beats[:, :, 0].sum() + slides.sum()), "across": float(beats[:, :, 1].sum())} | alone,

@@ -155,7 +155,7 @@ def in_common(sessions: Sequence[BaseSession], covariance: np.ndarray) -> Discre
     common = np.array([nnls(design, np.append(own, [0.0, 0.0]))[0] for own in np.transpose(products / variance)])
     common *= np.minimum(1.0, _MOST / np.maximum(common.sum(axis=1), _MOST))[:, None]
     beats = [advanced(session.measured, -session.phase_rad) for session in sessions]
-    beat = np.mean(np.concatenate([harmonics_of(gaits)[:, :, 1, 0] for gaits in beats]), axis=0)
+    beat = np.mean(np.concatenate([harmonics_of(features)[:, :, 1, 0] for features in beats]), axis=0)
     return Discrepancy(directions * np.sqrt(variance), common, beat=beat)
 
 
@@ -210,8 +210,8 @@ class _Row:
 
     @classmethod
     def of(cls, session: BaseSession, discrepancy: Discrepancy, size: float) -> "_Row":
-        of_gaits = size**2 * discrepancy.of_gaits(session.frequency_hz, session.phase_rad) + session.noise
-        root = np.linalg.cholesky(of_gaits + session.slopes @ np.diag(PRIOR_SD**2) @ session.slopes.T)
+        of_features = size**2 * discrepancy.of_features(session.frequency_hz, session.phase_rad) + session.noise
+        root = np.linalg.cholesky(of_features + session.slopes @ np.diag(PRIOR_SD**2) @ session.slopes.T)
         noise = np.linalg.cholesky(session.noise) @ np.random.default_rng([session.seed, 7]).standard_normal(len(root))
         residual = solve_triangular(root, session.residual.ravel() + noise, lower=True)
         white = {key: solve_triangular(root, column, lower=True) for key, column in session.columns.items()}

@@ -16,7 +16,7 @@ from diagnosis.described import robot_doubts
 from diagnosis.discrepancy import Discrepancy
 from diagnosis.ground import Ground
 from fitting.model.features import advanced, phase_between
-from fitting.model.noise import GaitNoise
+from fitting.model.noise import FeatureNoise
 from fitting.model.session_model import START_PHASE_RAD, PlacesOff, SessionModel
 from fitting.model.trial_model import TrialModel
 from fitting.objective import COEFFICIENT_BOUNDS
@@ -291,7 +291,7 @@ def _noise(model: TrialModel, noise: PixelNoise) -> np.ndarray:
     """(127, 127) covariance of features with the noise of the tracker as it is; rounding counts as white."""
     lasting, rounding = noise.sd_px**2, noise.grid_px**2 / 12
     white = rounding / (lasting + rounding)
-    lag_s = np.abs(model.gait.time_s[:, None] - model.gait.time_s)
+    lag_s = np.abs(model.reader.time_s[:, None] - model.reader.time_s)
     correlation = (1 - white) * np.exp(-lag_s / noise.correlation_s) + white * np.eye(len(lag_s))
-    sd_m = np.full(model.gait.usable.shape[1], np.sqrt(lasting + rounding) * model.trial.metres_per_px)
-    return GaitNoise(sd_m, noise.correlation_s, white, correlation).covariance(model.gait)
+    sd_m = np.full(model.reader.usable.shape[1], np.sqrt(lasting + rounding) * model.trial.metres_per_px)
+    return FeatureNoise(sd_m, noise.correlation_s, white, correlation).covariance(model.reader)

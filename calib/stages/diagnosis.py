@@ -74,7 +74,7 @@ class DiagnosisStage(Stage):
         """Diagnoses and writes.
 
         Args:
-            discrepancy: what a refitted twin leaves of gaits where nothing is wrong; default: what it leaves of the
+            discrepancy: what a refitted twin leaves of features where nothing is wrong; default: what it leaves of the
                 toolkit's second simulator.
 
         Raises:

@@ -1,4 +1,4 @@
-"""How gaits differ from the twin's where its wave or its speed is off by a share of itself."""
+"""How features differ from the twin's where its wave or its speed is off by a share of itself."""
 
 import numpy as np
 
@@ -10,7 +10,7 @@ _OF_HARMONIC = 0.5  # discrepancy of each harmonic over that of the one before
 
 
 def wave_discrepancy(measured: np.ndarray, position_m: np.ndarray) -> np.ndarray:
-    """(k, k) covariance of a twin whose wave is off by 100 %, for one measured gait (k,) of m markers.
+    """(k, k) covariance of a twin whose wave is off by 100 %, for one measured features (k,) of m markers.
 
     Of each marker the first harmonic by its own size, higher ones by half of the one before, alike for neighbours along
     the body. Means do not count: they are those of the boxes.

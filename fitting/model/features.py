@@ -19,17 +19,17 @@ HARMONICS = 3
 PATH_DEGREE, HEADING_DEGREE = 3, 2
 SPEED = 0  # place of the forward speed in a summary; the markers follow
 OF_A_MARKER = 1 + 2 * HARMONICS  # mean, then cosine and sine of each harmonic, for x and then for y
-COURSE = ("sideways", "turning")  # the last numbers of a gait, where they are read
+COURSE = ("sideways", "turning")  # the last numbers of features, where they are read
 SLIDES = 2 * OF_A_MARKER - len(COURSE) - 1
 """Markers, at most, whose sliding is read with the course: so all that follows the markers is less than one more."""
 _SHARE_OF_FRAMES = 0.5  # that a marker must be seen in to carry the path
 
 
 @dataclass(frozen=True, eq=False)
-class Gait:
-    """Reads gaits off marker positions in the frames of one trial that are compared.
+class FeatureReader:
+    """Reads features off marker positions in the frames of one trial that are compared.
 
-    A gait is (1 + 14 m,): forward speed (m/s), then (m, 2, 7) for each marker, along and across the fish, its mean and
+    They are (1 + 14 m,): forward speed (m/s), then (m, 2, 7) for each marker, along and across the fish, its mean and
     the cosines and sines of three harmonics of the crank's turn since time 0 (m). With the course there follow by how
     fast each marker, up to the eleventh, slides forward along the fish (m/s, beside the smooth path of all), the speed
     of its middle to the left (m/s), and the rate of turning, counter-clockwise (rad/s).
@@ -50,7 +50,7 @@ class Gait:
     span_m: float | None = None
 
     @classmethod
-    def of(cls, trial: MeasuredTrial, with_course: bool = False) -> "Gait":
+    def of(cls, trial: MeasuredTrial, with_course: bool = False) -> "FeatureReader":
         """The reader for a trial."""
         time_s = trial.time_s[trial.kept]
         turn_rad = trial.crank_rad(time_s, trial.frequency.hz)
@@ -64,7 +64,7 @@ class Gait:
         return replace(read, span_m=span_m)
 
     def __call__(self, position_m: np.ndarray) -> np.ndarray:
-        """(..., k) gaits of positions (..., n, m, 2); what does not count may be nan."""
+        """(..., k) features of positions (..., n, m, 2); what does not count may be nan."""
         flat = position_m.reshape(-1, *position_m.shape[-3:])
         place, path, speed, turning = self._cruise(flat)
         beats = np.einsum("mcn,snm->smc", self._beats, place - path[..., None])  # (s, m, 8)
@@ -73,8 +73,8 @@ class Gait:
         told = [speed.real.mean(axis=-1)[:, None], parts.reshape(len(parts), -1)]
         if self.span_m is not None:
             told.append(np.column_stack([slid[:, :SLIDES], speed.imag.mean(axis=-1), turning.mean(axis=-1)]))
-        gait = np.concatenate(told, axis=1)
-        return gait.reshape(*position_m.shape[:-3], gait.shape[-1])
+        features = np.concatenate(told, axis=1)
+        return features.reshape(*position_m.shape[:-3], features.shape[-1])
 
     def cruising(self, position_m: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Places (n, m) of positions (n, m, 2) in the frame that cruises with the fish, and (n,) how fast that goes.
@@ -159,7 +159,7 @@ class Gait:
 
     @cached_property
     def sums(self) -> np.ndarray:
-        """(k, 2, m, r) which of the readers, along and across, add up to each number of a gait, to first order.
+        """(k, 2, m, r) which of the readers, along and across, add up to each number of features, to first order.
 
         But for what an error of the heading makes of the forward speed: some 0.2 mm/s sideways.
         """
@@ -218,47 +218,48 @@ def waves(turn_rad: np.ndarray, harmonics: int) -> np.ndarray:
     return np.stack([wave(k * turn_rad) for k in range(1, harmonics + 1) for wave in (np.cos, np.sin)], axis=1)
 
 
-def of_markers(gait: np.ndarray) -> np.ndarray:
-    """(..., m, 2, 7) what gaits (..., k) hold of their markers, along and across."""
-    return gait[..., places_of_markers(gait.shape[-1])].reshape(*gait.shape[:-1], -1, 2, OF_A_MARKER)
+def of_markers(features: np.ndarray) -> np.ndarray:
+    """(..., m, 2, 7) what features (..., k) hold of their markers, along and across."""
+    return features[..., places_of_markers(features.shape[-1])].reshape(*features.shape[:-1], -1, 2, OF_A_MARKER)
 
 
 def places_of_markers(length: int) -> slice:
-    """Where a gait of k numbers holds those of its markers: between its speed and its course."""
+    """Where features of k numbers holds those of its markers: between its speed and its course."""
     return slice(SPEED + 1, length - (length - 1) % (2 * OF_A_MARKER))
 
 
 def places_of_slides(length: int) -> slice:
-    """Where a gait of k numbers with its course holds how fast markers slide along the fish."""
+    """Where features of k numbers with its course holds how fast markers slide along the fish."""
     return slice(places_of_markers(length).stop, length - len(COURSE))
 
 
-def harmonics_of(gait: np.ndarray) -> np.ndarray:
-    """(..., m, 2, 3) complex harmonics a - i b of gaits (..., k): place = Re(harmonic exp(i h turn))."""
-    beats = of_markers(gait)
+def harmonics_of(features: np.ndarray) -> np.ndarray:
+    """(..., m, 2, 3) complex harmonics a - i b of features (..., k): place = Re(harmonic exp(i h turn))."""
+    beats = of_markers(features)
     return beats[..., 1::2] - 1j * beats[..., 2::2]
 
 
-def advanced(gait: np.ndarray, phase_rad: ArrayLike) -> np.ndarray:
-    """Gaits (..., k) of the same swim with the crank ahead by an angle (...,)."""
+def advanced(features: np.ndarray, phase_rad: ArrayLike) -> np.ndarray:
+    """Features (..., k) of the same swim with the crank ahead by an angle (...,)."""
     turned = (
-        harmonics_of(gait) * np.exp(1j * np.multiply.outer(phase_rad, np.arange(1, HARMONICS + 1)))[..., None, None, :]
+        harmonics_of(features)
+        * np.exp(1j * np.multiply.outer(phase_rad, np.arange(1, HARMONICS + 1)))[..., None, None, :]
     )
-    result, beats = np.array(gait), np.array(of_markers(gait))
+    result, beats = np.array(features), np.array(of_markers(features))
     beats[..., 1::2], beats[..., 2::2] = turned.real, -turned.imag
-    result[..., places_of_markers(gait.shape[-1])] = beats.reshape(*gait.shape[:-1], -1)
+    result[..., places_of_markers(features.shape[-1])] = beats.reshape(*features.shape[:-1], -1)
     return result
 
 
-def phase_between(gait: np.ndarray, measured: np.ndarray, tail: list[int]) -> np.ndarray:
-    """(...,) by how much gaits (..., k) must be advanced for their tails to beat in step with a measured one (k,)."""
-    simulated, seen = (harmonics_of(part)[..., 0][..., tail, :] for part in (gait, measured))
+def phase_between(features: np.ndarray, measured: np.ndarray, tail: list[int]) -> np.ndarray:
+    """(...,) by how much features (..., k) must be advanced for their tails to beat in step with measured (k,)."""
+    simulated, seen = (harmonics_of(part)[..., 0][..., tail, :] for part in (features, measured))
     return np.angle((simulated.conj() * seen).sum(axis=(-2, -1)))
 
 
-def beat_phase(gait: np.ndarray, tail: list[int]) -> np.ndarray:
-    """(...,) phase, rad, of the sideways beat of the tail in gaits (..., k) at time 0: 0 where it is farthest left."""
-    return np.angle(harmonics_of(gait)[..., tail, 1, 0].sum(axis=-1))
+def beat_phase(features: np.ndarray, tail: list[int]) -> np.ndarray:
+    """(...,) phase, rad, of the sideways beat of the tail in features (..., k) at time 0; 0: it is farthest left."""
+    return np.angle(harmonics_of(features)[..., tail, 1, 0].sum(axis=-1))
 
 
 def _readers(columns: np.ndarray, usable: np.ndarray) -> np.ndarray:

@@ -13,9 +13,9 @@ from scipy.linalg import cho_factor, cho_solve
 
 from fitting.forecast import SETTLED_S
 from fitting.in_pool import head_frame
-from fitting.model.features import COURSE, HARMONICS, SPEED, Gait, advanced, of_markers, phase_between, waves
+from fitting.model.features import COURSE, HARMONICS, SPEED, FeatureReader, advanced, of_markers, phase_between, waves
 from fitting.model.mode import Mode, jacobian_at, time_step_errors
-from fitting.model.noise import GaitNoise
+from fitting.model.noise import FeatureNoise
 from fitting.model.trial_model import Freedoms, TrialModel, freedoms_together
 from fitting.model.variance import COEFFICIENT_SD, Block, Covariance
 from fitting.trial import MeasuredTrial
@@ -225,8 +225,8 @@ def _noise(mode: Mode, window: TrialModel, scatter: Scatter, simulated: np.ndarr
 
 
 def _tracking_noise(mode: Mode, window: TrialModel) -> np.ndarray:
-    gait: Gait = window.gait
-    return GaitNoise.typical([block.model.noise for block in mode.blocks], gait.time_s).covariance(gait)
+    reader: FeatureReader = window.reader
+    return FeatureNoise.typical([block.model.noise for block in mode.blocks], reader.time_s).covariance(reader)
 
 
 def _conditional(mode: Mode, late: Block, jacobian: np.ndarray, early: tuple[Block, float] | None) -> FeatureForecast:

@@ -16,7 +16,7 @@ from scipy.optimize import brentq, minimize
 from threadpoolctl import threadpool_limits
 
 from fitting.model.across_markers import across_markers
-from fitting.model.features import Gait, waves
+from fitting.model.features import FeatureReader, waves
 from fitting.model.noise_part import NoisePart, falling
 
 _HARMONICS, _DRIFT = 5, 3
@@ -30,7 +30,7 @@ _JITTER = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
-class GaitNoise:
+class FeatureNoise:
     """Noise of one trial's tracks.
 
     Attributes:
@@ -48,7 +48,7 @@ class GaitNoise:
     parts: tuple[NoisePart, ...] = ()
 
     @classmethod
-    def of_parts(cls, sd_m: np.ndarray, parts: Sequence[NoisePart], time_s: np.ndarray) -> "GaitNoise":
+    def of_parts(cls, sd_m: np.ndarray, parts: Sequence[NoisePart], time_s: np.ndarray) -> "FeatureNoise":
         """From the lasting parts, for frames at times (n,); what they leave of the variance is white."""
         correlation = np.asarray(sum(part.over(time_s) for part in parts))
         correlation[np.diag_indices_from(correlation)] = 1.0 + _JITTER
@@ -56,7 +56,7 @@ class GaitNoise:
         return cls(sd_m, _lasting(parts), white, correlation, tuple(parts))
 
     @classmethod
-    def typical(cls, noises: Sequence["GaitNoise"], time_s: np.ndarray) -> "GaitNoise":
+    def typical(cls, noises: Sequence["FeatureNoise"], time_s: np.ndarray) -> "FeatureNoise":
         """What the noises of some trials are like in the mean, for frames at times (n,); sizes are their medians."""
         parts = [replace(part, share=part.share / len(noises)) for noise in noises for part in noise.parts]
         return cls.of_parts(np.median([noise.sd_m for noise in noises], axis=0), parts, time_s)
@@ -85,38 +85,38 @@ class GaitNoise:
             total += in_time @ random.standard_normal(shape) @ across.T
         return np.moveaxis(total, 0, -1) * self.sd_m[:, None]
 
-    def covariance(self, gait: Gait) -> np.ndarray:
-        """(k, k) of a gait of these frames."""
-        rows = self.sd_m[:, None, None] * gait.readers  # (m, r, n)
+    def covariance(self, reader: FeatureReader) -> np.ndarray:
+        """(k, k) of features of these frames."""
+        rows = self.sd_m[:, None, None] * reader.readers  # (m, r, n)
         each = np.zeros(rows.shape[:2] * 2)  # (m, r, m, r) between what is read of each marker, either way
         for part in self.parts:
-            each += part.across[:, None, :, None] * np.einsum("iam,jbm->iajb", rows @ part.over(gait.time_s), rows)
+            each += part.across[:, None, :, None] * np.einsum("iam,jbm->iajb", rows @ part.over(reader.time_s), rows)
         for m, own in enumerate(rows):
             each[m, :, m] = own @ self.correlation @ own.T
-        both = np.moveaxis(gait.sums, 1, 0).reshape(2, len(gait.sums), -1)  # (2, k, m r)
+        both = np.moveaxis(reader.sums, 1, 0).reshape(2, len(reader.sums), -1)  # (2, k, m r)
         return np.asarray(sum(sums @ each.reshape((sums.shape[1],) * 2) @ sums.T for sums in both))
 
 
-def noise_of(gait: Gait, position_m: np.ndarray) -> GaitNoise:
-    """The noise in positions (n, m, 2) of the frames of a gait."""
-    columns, time_s = smooth_swim(gait), gait.time_s
-    groups = _by_mask(gait.usable, position_m, columns.shape[1])
+def noise_of(reader: FeatureReader, position_m: np.ndarray) -> FeatureNoise:
+    """The noise in positions (n, m, 2) of the frames of features."""
+    columns, time_s = smooth_swim(reader), reader.time_s
+    groups = _by_mask(reader.usable, position_m, columns.shape[1])
     with threadpool_limits(1):  # the matrices are small: threads cost more than they save
-        shares, sd_m = _in_time(groups, columns, time_s, gait.usable.shape[1])
+        shares, sd_m = _in_time(groups, columns, time_s, reader.usable.shape[1])
         sd_m = np.where(np.isfinite(sd_m), np.maximum(sd_m, _LEAST_M), np.nanmax(sd_m))
         alone = [NoisePart(*share, np.eye(len(sd_m))) for share in shares]
-        apart = GaitNoise.of_parts(sd_m, alone, time_s)
+        apart = FeatureNoise.of_parts(sd_m, alone, time_s)
         across = across_markers(
-            position_m / sd_m[:, None], gait.usable, columns, [p.over(time_s) for p in alone], apart.correlation
+            position_m / sd_m[:, None], reader.usable, columns, [p.over(time_s) for p in alone], apart.correlation
         )
     parts = [NoisePart(*share, together) for share, together in zip(shares, across, strict=True)]
-    return GaitNoise.of_parts(sd_m, parts, time_s)
+    return FeatureNoise.of_parts(sd_m, parts, time_s)
 
 
-def smooth_swim(gait: Gait) -> np.ndarray:
+def smooth_swim(reader: FeatureReader) -> np.ndarray:
     """(n, 14) drift and harmonics, beside which noise is looked for."""
-    scaled = 2 * (gait.time_s - gait.time_s.mean()) / np.ptp(gait.time_s)
-    return np.column_stack([scaled**k for k in range(_DRIFT + 1)] + [waves(gait.turn_rad, _HARMONICS)])
+    scaled = 2 * (reader.time_s - reader.time_s.mean()) / np.ptp(reader.time_s)
+    return np.column_stack([scaled**k for k in range(_DRIFT + 1)] + [waves(reader.turn_rad, _HARMONICS)])
 
 
 class _Share(NamedTuple):

@@ -1,4 +1,4 @@
-"""All trials of a session at once: their gaits in one row, and the covariance of what is known to disturb them."""
+"""All trials of a session at once: their features in one row, and the covariance of what is known to disturb them."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -17,7 +17,7 @@ from fitting.structure import assumed
 from fitting.trial import MeasuredTrial
 from swimmer import Twin
 
-START_PHASE_RAD = 1.0  # of the crank in simulations; gaits are put in step afterwards
+START_PHASE_RAD = 1.0  # of the crank in simulations; features are put in step afterwards
 
 
 class PlacesOff(NamedTuple):
@@ -33,7 +33,7 @@ class PlacesOff(NamedTuple):
 
 
 class Disturbances(NamedTuple):
-    """Of gaits of length k: noise, and columns by which a standard deviation of each nuisance moves them.
+    """Of features of length k: noise, and columns by which a standard deviation of each nuisance moves them.
 
     Attributes:
         noise: (k, k) covariance.
@@ -77,7 +77,7 @@ class Disturbances(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class SessionModel:
-    """The trials a posterior rests on; gaits of all of them stand in one row of length k.
+    """The trials a posterior rests on; features of all of them stand in one row of length k.
 
     Attributes:
         trials: each beside the twin.
@@ -113,7 +113,7 @@ class SessionModel:
 
     @property
     def beside(self) -> int:
-        """How many numbers a diagnosis reads beside the gaits: frequencies, and then `Ring.left` of each decay."""
+        """How many numbers a diagnosis reads beside the features: frequencies, and then `Ring.left` of each decay."""
         return self.frequencies + self.of_rings
 
     @property
@@ -134,7 +134,7 @@ class SessionModel:
 
     @cached_property
     def rings_doubted(self) -> np.ndarray:
-        """(r, q) of the decays what is doubted of the robot, by its standard deviations, as of the gaits."""
+        """(r, q) of the decays what is doubted of the robot, by its standard deviations, as of the features."""
         if not self.rings:
             return np.zeros((0, len(self.trials[0].doubted)))
         told = [

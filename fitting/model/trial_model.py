@@ -1,4 +1,4 @@
-"""The gait of one trial as a function of the coefficients, and what else may have moved it.
+"""The features of one trial as a function of the coefficients, and what else may have moved it.
 
 Of several trials it is faster to ask for all at once than for one after the other: the cores share their simulations.
 """
@@ -10,8 +10,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fitting.model.features import OF_A_MARKER, Gait, advanced, phase_between, places_of_markers
-from fitting.model.noise import GaitNoise, noise_of
+from fitting.model.features import OF_A_MARKER, FeatureReader, advanced, phase_between, places_of_markers
+from fitting.model.noise import FeatureNoise, noise_of
 from fitting.model.robot_doubt import DoubtedTwin
 from fitting.trial import MeasuredTrial
 from swimmer import Runs, Trajectories, Twin
@@ -27,14 +27,14 @@ _SHIFT_M, _START_STEP, _FREQUENCY_STEP = 1e-3, (0.01, 0.01, 0.1), 0.005
 
 @dataclass(frozen=True, eq=False)
 class TrialModel:
-    """One trial beside the twin, both as gaits of length k.
+    """One trial beside the twin, both as features of length k.
 
     Attributes:
         twin: with the trial's markers.
         trial: as measured.
         phase_rad: crank phase that simulations start from; they are then put in step.
         doubted: twins of robots that differ as the robot may.
-        with_course: whether gaits hold how straight the fish goes.
+        with_course: whether features hold how straight the fish goes.
     """
 
     twin: Twin
@@ -44,45 +44,45 @@ class TrialModel:
     with_course: bool = False
 
     @cached_property
-    def gait(self) -> Gait:
+    def reader(self) -> FeatureReader:
         """The reader."""
-        return Gait.of(self.trial, self.with_course)
+        return FeatureReader.of(self.trial, self.with_course)
 
     @cached_property
     def measured(self) -> np.ndarray:
-        """(k,) the measured gait."""
-        return self.gait(self._kept(self.trial.position_m))
+        """(k,) the measured features."""
+        return self.reader(self._kept(self.trial.position_m))
 
     @cached_property
-    def noise(self) -> GaitNoise:
+    def noise(self) -> FeatureNoise:
         """Of the tracks."""
-        return noise_of(self.gait, self._kept(self.trial.position_m))
+        return noise_of(self.reader, self._kept(self.trial.position_m))
 
     @cached_property
     def noise_covariance(self) -> np.ndarray:
-        """(k, k) of the measured gait."""
-        return self.noise.covariance(self.gait)
+        """(k, k) of the measured features."""
+        return self.noise.covariance(self.reader)
 
     def simulated(self, coefficients: np.ndarray) -> np.ndarray:
-        """(s, k) gaits of coefficients (s, 5), in step with the measured tail; nan where the twin diverged."""
+        """(s, k) features of coefficients (s, 5), in step with the measured tail; nan where the twin diverged."""
         return simulated_together((self,), coefficients)[0]
 
     def freedoms(self, coefficients: np.ndarray) -> "Freedoms":
-        """By how much the gait moves with one standard deviation of each nuisance, at coefficients (5,)."""
+        """By how much the features moves with one standard deviation of each nuisance, at coefficients (5,)."""
         return freedoms_together((self,), coefficients)[0]
 
     def of_tracks(self, coefficients: np.ndarray) -> "Freedoms":
         """Those of `freedoms` that lie in the tracks: phase, place, boxes and markers; the twin is simulated once."""
         trajectories = self.trajectories(coefficients[None])
         marker_m = self._kept(trajectories.marker_m[0])  # (n, m, 2)
-        gait = self.in_step(self.gait(marker_m))
+        features = self.in_step(self.reader(marker_m))
         kinematics = MarkerKinematics(self.twin.robot, self.trial.markers)
         body = self._kept(kinematics.axes(trajectories.head[0], trajectories.hinges_rad[0]))  # (n, m, 2, 2)
         pool = np.broadcast_to(np.eye(2), body.shape)
-        own = [PHASE_SD_RAD * _slope_of_phase(gait), *_of_place(len(gait))]
-        boxes = self._of_shifts(marker_m, pool, gait)
-        markers = self._of_shifts(marker_m, body, gait)
-        robot = np.zeros((len(gait), 0))
+        own = [PHASE_SD_RAD * _slope_of_phase(features), *_of_place(len(features))]
+        boxes = self._of_shifts(marker_m, pool, features)
+        markers = self._of_shifts(marker_m, body, features)
+        robot = np.zeros((len(features), 0))
         return Freedoms(np.column_stack(own), np.column_stack(boxes), np.column_stack(markers), robot)
 
     def _of_sure_robot(self, coefficients: np.ndarray) -> "Freedoms":
@@ -97,27 +97,27 @@ class TrialModel:
         step = np.array([*_START_STEP, _FREQUENCY_STEP])
         steps = np.vstack([np.diag(step), -np.diag(step)])  # (8, 4)
         positions = self.positions(np.tile(coefficients, (len(steps), 1)), 1 + steps[:, 3], steps[:, :3])
-        up, down = np.split(self.in_step(self.gait(positions)), 2)
+        up, down = np.split(self.in_step(self.reader(positions)), 2)
         return (np.array([*START_SD, relative]) / (2 * step))[:, None] * (up - down)
 
-    def _of_shifts(self, marker_m: np.ndarray, axes: np.ndarray, gait: np.ndarray) -> list[np.ndarray]:
+    def _of_shifts(self, marker_m: np.ndarray, axes: np.ndarray, features: np.ndarray) -> list[np.ndarray]:
         """The slope with each marker's shift along each of its axes (n, m, 2, 2), 1/m.
 
         The tracks are scaled by the distance between nose and neck, so a shift of either scales all.
         """
-        slopes, nose, neck = [], self.gait.nose, self.gait.neck
+        slopes, nose, neck = [], self.reader.nose, self.reader.neck
         length = np.linalg.norm(marker_m[:, nose] - marker_m[:, neck], axis=-1).mean()
         for marker in range(marker_m.shape[1]):
             for axis in range(2):
                 shifted = np.array(marker_m)
                 shifted[:, marker] += _SHIFT_M * axes[:, marker, axis]
                 shifted *= length / np.linalg.norm(shifted[:, nose] - shifted[:, neck], axis=-1).mean()
-                slopes.append((self.in_step(self.gait(shifted)) - gait) / _SHIFT_M)
+                slopes.append((self.in_step(self.reader(shifted)) - features) / _SHIFT_M)
         return slopes
 
-    def in_step(self, gait: np.ndarray) -> np.ndarray:
-        """(..., k) gaits with their tails in step with the measured one."""
-        return advanced(gait, phase_between(gait, self.measured, list(self.trial.tail)))
+    def in_step(self, features: np.ndarray) -> np.ndarray:
+        """(..., k) features with their tails in step with the measured one."""
+        return advanced(features, phase_between(features, self.measured, list(self.trial.tail)))
 
     def positions(
         self, coefficients: np.ndarray, faster: np.ndarray | None = None, shift: np.ndarray | None = None
@@ -155,9 +155,9 @@ class TrialModel:
             turns=tuple(turned[float(by)] for by in faster) if turned else None,
         )
 
-    def gaits_of(self, told: Trajectories) -> np.ndarray:
+    def features_of(self, told: Trajectories) -> np.ndarray:
         """(s, k) of trajectories up to the last frame that is kept, in step with the measured tail."""
-        return self.in_step(self.gait(self._kept(told.marker_m)))
+        return self.in_step(self.reader(self._kept(told.marker_m)))
 
     def _kept(self, series: np.ndarray) -> np.ndarray:
         """The kept frames of positions (n, m, 2) or (s, n, m, 2), or of axes (n, m, 2, 2)."""
@@ -166,7 +166,7 @@ class TrialModel:
 
 
 class Freedoms(NamedTuple):
-    """(k, q) columns: what nuisances do to a gait.
+    """(k, q) columns: what nuisances do to features.
 
     Of the trial: velocity at time 0, frequency, phase, and where the fish is; and, by the metre, where each box sits
     on its marker (with the scale and the heading that go with the boxes of nose and neck). Of the session: by the
@@ -188,7 +188,7 @@ def simulated_together(models: Sequence[TrialModel], coefficients: np.ndarray) -
     """(s, k) each, `TrialModel.simulated` of several trials, those beside the same twin at once."""
     runs, times = [model.runs(coefficients) for model in models], [model.time_s for model in models]
     told = simulate_together([model.twin for model in models], runs, times)
-    return [model.gaits_of(each) for model, each in zip(models, told, strict=True)]
+    return [model.features_of(each) for model, each in zip(models, told, strict=True)]
 
 
 def freedoms_together(models: Sequence[TrialModel], coefficients: np.ndarray) -> list[Freedoms]:
@@ -206,9 +206,9 @@ def freedoms_together(models: Sequence[TrialModel], coefficients: np.ndarray) ->
     return [each._replace(robot=np.column_stack([each.robot, *own])) for each, own in zip(found, columns, strict=True)]
 
 
-def _slope_of_phase(gait: np.ndarray) -> np.ndarray:
+def _slope_of_phase(features: np.ndarray) -> np.ndarray:
     step = 1e-4
-    return (advanced(gait, step) - advanced(gait, -step)) / (2 * step)
+    return (advanced(features, step) - advanced(features, -step)) / (2 * step)
 
 
 def _of_place(length: int) -> list[np.ndarray]:

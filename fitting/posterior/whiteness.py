@@ -12,7 +12,7 @@ from scipy.linalg import solve_triangular
 from scipy.stats import chi2
 
 from fitting.model.features import HARMONICS
-from fitting.model.noise import GaitNoise, smooth_swim
+from fitting.model.noise import FeatureNoise, smooth_swim
 from fitting.model.trial_model import TrialModel
 from session import Flag
 
@@ -122,17 +122,17 @@ def noise_flags(found: Sequence[Whiteness]) -> list[Flag]:
 
 def whiteness(model: TrialModel) -> Whiteness:
     """Of one trial's tracks; of a long trial its beginning."""
-    gait, noise = model.gait, model.noise
-    position_m, columns = model.trial.position_m[model.trial.kept], smooth_swim(gait)
-    seen = gait.usable.sum(axis=0) >= max(_ENOUGH, 2 * columns.shape[1])
+    reader, noise = model.reader, model.noise
+    position_m, columns = model.trial.position_m[model.trial.kept], smooth_swim(reader)
+    seen = reader.usable.sum(axis=0) >= max(_ENOUGH, 2 * columns.shape[1])
     along_m = model.twin.robot.marker_positions_m(model.trial.markers)[:, 0]
     order = np.array([m for m in np.argsort(along_m) if seen[m]], int)
-    at, samples = _whitened(columns, position_m, gait.usable, gait.time_s, noise, order)
+    at, samples = _whitened(columns, position_m, reader.usable, reader.time_s, noise, order)
     lags = range(1, min(_LAGS, len(at) // 4) + 1)
     in_time = np.array([_pair(samples, *_both(at[:-lag].ravel(), at[lag:].ravel())) for lag in lags]).reshape(-1, 3)
-    lag_s = float(np.median(np.diff(gait.time_s))) * np.array(lags)
-    fastest_hz = HARMONICS * np.ptp(gait.turn_rad) / (2 * np.pi * np.ptp(gait.time_s))
-    time_s = gait.time_s[: len(at)]
+    lag_s = float(np.median(np.diff(reader.time_s))) * np.array(lags)
+    fastest_hz = HARMONICS * np.ptp(reader.turn_rad) / (2 * np.pi * np.ptp(reader.time_s))
+    time_s = reader.time_s[: len(at)]
     slow = np.exp(-0.5 * (2 * np.pi * fastest_hz * (time_s[:, None] - time_s)) ** 2)
     found = []
     for first, second in zip(at.T[:-1], at.T[1:], strict=True):
@@ -151,7 +151,7 @@ def whiteness(model: TrialModel) -> Whiteness:
         neighbours_raw=raw,
         neighbours=innovations,
         neighbours_limit=np.sqrt(chi2.ppf(_BY_CHANCE, count) * variance.sum(axis=1)) / count,
-        frames=len(gait.time_s),
+        frames=len(reader.time_s),
         effective=noise.effective,
         white=noise.white,
         lasts_s=noise.lasts_s,
@@ -172,7 +172,7 @@ def _whitened(
     position_m: np.ndarray,
     usable: np.ndarray,
     time_s: np.ndarray,
-    noise: GaitNoise,
+    noise: FeatureNoise,
     order: np.ndarray,
 ) -> tuple[np.ndarray, _Samples]:
     """(n, m) number of each sample of markers in this order, by time and then along the body; -1: does not count."""

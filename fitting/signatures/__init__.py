@@ -1,4 +1,4 @@
-"""What effects do to gaits: how a trial would look if the robot or the camera did what the plain twin leaves out."""
+"""What effects do to features: how a trial would look if the robot or the camera did what the plain twin leaves out."""
 
 from fitting.signatures.affected_session import AffectedSession
 from fitting.signatures.separation import Together, Whitened

@@ -49,11 +49,11 @@ class AffectedSession:
         """With the parameters that these trials' markers give them."""
         return self.trials[0].twin.effects
 
-    def gaits(self, coefficients: np.ndarray, values: np.ndarray) -> np.ndarray:
-        """(s, k) rows of gaits of coefficients (s, 5) and values (s, p); nan where the twin diverged."""
+    def features(self, coefficients: np.ndarray, values: np.ndarray) -> np.ndarray:
+        """(s, k) rows of features of coefficients (s, 5) and values (s, p); nan where the twin diverged."""
         runs, times = [trial.runs(coefficients, values) for trial in self.trials], [t.model.time_s for t in self.trials]
         told = simulate_together([trial.twin for trial in self.trials], runs, times)
-        return np.hstack([trial.gaits(own, each) for trial, own, each in zip(self.trials, runs, told, strict=True)])
+        return np.hstack([trial.features(own, each) for trial, own, each in zip(self.trials, runs, told, strict=True)])
 
     def hertz(self, values: np.ndarray) -> np.ndarray:
         """(s, f) frequencies that the trials' commands lead to with values (s, p); nan where there is no command.
@@ -64,7 +64,7 @@ class AffectedSession:
         return np.column_stack([*filmed, *(self.trials[number].logged_hz(values) for number in self.logged)])
 
     def beside(self, values: np.ndarray) -> np.ndarray:
-        """(s, b) by how much values (s, p) change the numbers beside the gaits; 0 where nobody knows.
+        """(s, b) by how much values (s, p) change the numbers beside the features; 0 where nobody knows.
 
         Of frequencies, and of free decays: there act only effects that can show in one.
         """
@@ -86,7 +86,7 @@ def views_of(model: SessionModel, camera: CameraSpec, coefficients: tuple[float,
 
 
 @lru_cache(maxsize=8)
-def plain_gaits(model: SessionModel, camera: CameraSpec, coefficients: tuple[float, ...]) -> np.ndarray:
-    """(k,) the row of gaits without any effect, which is that of every effect of no strength."""
+def plain_features(model: SessionModel, camera: CameraSpec, coefficients: tuple[float, ...]) -> np.ndarray:
+    """(k,) the row of features without any effect, which is that of every effect of no strength."""
     at = np.array([coefficients])
-    return AffectedSession.of((), model, camera, at[0]).gaits(at, np.zeros((1, 0)))[0]
+    return AffectedSession.of((), model, camera, at[0]).features(at, np.zeros((1, 0)))[0]

@@ -11,7 +11,7 @@ from swimmer.effects import AffectedRuns, AffectedTwin, View
 
 @dataclass(frozen=True, eq=False)
 class AffectedTrial:
-    """What effects do to the gait of one trial.
+    """What effects do to the features of one trial.
 
     Attributes:
         model: the trial beside the plain twin.
@@ -65,7 +65,7 @@ class AffectedTrial:
             values=np.array([self.twin.in_trial(self.view, value) for value in values]),
         )
 
-    def gaits(self, runs: AffectedRuns, told: Trajectories) -> np.ndarray:
+    def features(self, runs: AffectedRuns, told: Trajectories) -> np.ndarray:
         """(s, k) of its runs, as tracks would show them, scaled by nose and neck; nan where the twin diverged."""
         trial = self.model.trial
         seen = self.twin.observed(runs, told, [self.view] * len(runs))
@@ -73,4 +73,4 @@ class AffectedTrial:
         span = np.median(np.linalg.norm(seen[:, :, nose] - seen[:, :, neck], axis=-1), axis=1)
         scaled = (self.twin.robot.scale_length_m / span)[:, None, None, None] * seen
         kept = np.compress(trial.kept[: len(self.model.time_s)], scaled, axis=1)
-        return self.model.in_step(self.model.gait(kept))
+        return self.model.in_step(self.model.reader(kept))

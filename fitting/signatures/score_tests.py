@@ -52,7 +52,9 @@ def _asked(mode: Mode, signatures: list[Signature]) -> EffectsLeftOut:
     seen_from = float(norm.isf(LEFT_OUT_P / max(len(ways), 1)) + norm.isf(_MISSED))
     found = [_of_way(way, space, residual, sd, len(ways), seen_from) for way in ways]
     shown = {each.effect for each in found}
-    others = {each.effect.name: np.isfinite(each.gaits).any() for each in signatures if each.effect.name not in shown}
+    others = {
+        each.effect.name: np.isfinite(each.features).any() for each in signatures if each.effect.name not in shown
+    }
     return EffectsLeftOut(
         tried=tuple(sorted(_stronger(found), key=lambda each: -each.z)),
         seen_from=seen_from,
@@ -62,7 +64,7 @@ def _asked(mode: Mode, signatures: list[Signature]) -> EffectsLeftOut:
 
 
 class _Way(NamedTuple):
-    """One parameter of an effect, one way: (k,) how gaits move with one standard deviation of its prior."""
+    """One parameter of an effect, one way: (k,) how features move with one standard deviation of its prior."""
 
     effect: Effect
     number: int
@@ -73,10 +75,10 @@ class _Way(NamedTuple):
 def _ways(signature: Signature, space: Whitened) -> list[_Way]:
     """Those that show, and with which the twin stands."""
     found = []
-    for values, gaits in zip(signature.values, signature.gaits, strict=True):
+    for values, features in zip(signature.values, signature.features, strict=True):
         number = int(np.argmax(np.abs(values)))
         sd, size = signature.effect.parameters[number].sd, values[number]
-        moved = gaits * sd / abs(size)
+        moved = features * sd / abs(size)
         if np.isfinite(moved).all() and space.length(moved) > _SILENT:
             found.append(_Way(signature.effect, number, float(np.sign(size)), moved))
     return found

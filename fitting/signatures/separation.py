@@ -32,7 +32,7 @@ class Together(NamedTuple):
 class Whitened:
     """A space in which all that disturbs a session's row of k numbers has unit size and coefficients are free.
 
-    The row holds the gaits of t trials, and then the numbers beside them.
+    The row holds the features of t trials, and then the numbers beside them.
 
     Attributes:
         root: (k, k) lower Cholesky factor of the covariance of noise, nuisances and the twin's own discrepancy.

@@ -1,6 +1,6 @@
 """A session as one row.
 
-A row holds the gaits of all swims, then how far each beats from its command, and then how free decays ring.
+A row holds the features of all swims, then how far each beats from its command, and then how free decays ring.
 """
 
 import numpy as np
@@ -20,7 +20,7 @@ LONG = 10.0
 
 
 def left_row(model: SessionModel, at: np.ndarray) -> np.ndarray:
-    """(k + b,) what the twin at coefficients (5,) leaves of the gaits, and of the numbers beside them.
+    """(k + b,) what the twin at coefficients (5,) leaves of the features, and of the numbers beside them.
 
     Of frequencies what they are off their commands, Hz: first those of all tails, as filmed, then those of the motors
     that were logged; and then of free decays.
@@ -40,39 +40,39 @@ def _off_command(trial: MeasuredTrial) -> float:
 
 
 def row_slopes(model: SessionModel, at: np.ndarray) -> np.ndarray:
-    """(k + b, 5) of the row with the coefficients, on which only gaits depend; even steps in their roots."""
+    """(k + b, 5) of the row with the coefficients, on which only features depend; even steps in their roots."""
     roots = np.sqrt(np.maximum(at, _LEAST)) + _STEP * np.vstack([np.eye(5), -np.eye(5)])
     points = np.clip(roots, 0.0, np.sqrt(COEFFICIENT_BOUNDS[1])) ** 2
-    gaits = model.simulated(points)
-    slopes = (gaits[:5] - gaits[5:]) / np.diag(points[:5] - points[5:])[:, None]
+    features = model.simulated(points)
+    slopes = (features[:5] - features[5:]) / np.diag(points[:5] - points[5:])[:, None]
     return np.vstack([slopes.T, np.zeros((model.beside, 5))])
 
 
 def with_trial(rows: np.ndarray, more: np.ndarray, model: SessionModel) -> np.ndarray:
     """Rows (k + b, ...) of the trials of a model, and those (g + 1, ...) of one trial more, whose motor has no log."""
-    gaits = len(rows) - model.beside
-    filmed = gaits + len(model.trials)
-    return np.concatenate([rows[:gaits], more[:-1], rows[gaits:filmed], more[-1:], rows[filmed:]])
+    features = len(rows) - model.beside
+    filmed = features + len(model.trials)
+    return np.concatenate([rows[:features], more[:-1], rows[features:filmed], more[-1:], rows[filmed:]])
 
 
-def row_covariance(model: SessionModel, gaits: np.ndarray, robot: np.ndarray | None = None) -> np.ndarray:
-    """(k + b, k + b) from that of the gaits (k, k): frequencies are as far off their commands as motors are.
+def row_covariance(model: SessionModel, features: np.ndarray, robot: np.ndarray | None = None) -> np.ndarray:
+    """(k + b, k + b) from that of the features (k, k): frequencies are as far off their commands as motors are.
 
     Args:
         model: the swims.
-        gaits: covariance of all that disturbs them.
-        robot: (k, q) what is doubted of the robot does to gaits, which decays have in common with them; default: they
-            have nothing.
+        features: covariance of all that disturbs them.
+        robot: (k, q) what is doubted of the robot does to features, which decays have in common with them; default:
+            nothing.
     """
     whose = [*range(len(model.trials)), *model.logged]
     hertz = np.diag([TOLD_TO * model.trials[number].trial.frequency.hz for number in whose])
     alike = np.where(np.equal.outer(whose, whose), _ALIKE, 0.0) + (1 - _ALIKE) * np.eye(len(whose))
     doubted = model.rings_doubted
-    apart = block_diag(gaits, hertz @ alike @ hertz, np.diag(model.rings_sd**2) + doubted @ doubted.T)
+    apart = block_diag(features, hertz @ alike @ hertz, np.diag(model.rings_sd**2) + doubted @ doubted.T)
     if robot is not None and robot.shape[1] == doubted.shape[1]:  # else it is not doubted yet
         shared = robot @ doubted.T
-        apart[: len(gaits), len(apart) - len(doubted) :] = shared
-        apart[len(apart) - len(doubted) :, : len(gaits)] = shared.T
+        apart[: len(features), len(apart) - len(doubted) :] = shared
+        apart[len(apart) - len(doubted) :, : len(features)] = shared.T
     return np.asarray(apart)
 
 

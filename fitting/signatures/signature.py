@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fitting.model.session_model import SessionModel
-from fitting.signatures.affected_session import AffectedSession, plain_gaits
+from fitting.signatures.affected_session import AffectedSession, plain_features
 from session import CameraSpec
 from swimmer.effects import Effect
 
@@ -15,24 +15,24 @@ STRENGTHS = (-3.0, -1.0, 1.0, 3.0)  # standard deviations of a parameter's prior
 
 @dataclass(frozen=True, eq=False)
 class Signature:
-    """Of one effect on trials whose gaits stand in one row of length k, and which tell b numbers beside.
+    """Of one effect on trials whose features stand in one row of length k, and which tell b numbers beside.
 
     Attributes:
         effect: with the parameters that these trials' markers give it.
         values: (q, p) strengths that were tried.
-        gaits: (q, k) change of the row of gaits; nan where the twin diverged.
+        features: (q, k) change of the row of features; nan where the twin diverged.
         beside: (q, b) change of what the trials' commands lead to, as filmed and as logged, Hz, and of how decays ring.
     """
 
     effect: Effect
     values: np.ndarray
-    gaits: np.ndarray
+    features: np.ndarray
     beside: np.ndarray
 
     @property
     def rows(self) -> np.ndarray:
         """(q, k + b) both, side by side."""
-        return np.hstack([self.gaits, self.beside])
+        return np.hstack([self.features, self.beside])
 
 
 def signature_of(
@@ -58,8 +58,10 @@ def signature_of(
     session = AffectedSession.of([effect], model, camera, coefficients)
     suited = session.effects[0]
     values = strengths(suited, sizes) if values is None else values
-    plain = plain_gaits(model, camera, tuple(map(float, coefficients)))
-    rows = session.gaits(np.tile(coefficients, (len(values), 1)), values) if len(values) else np.zeros((0, len(plain)))
+    plain = plain_features(model, camera, tuple(map(float, coefficients)))
+    rows = (
+        session.features(np.tile(coefficients, (len(values), 1)), values) if len(values) else np.zeros((0, len(plain)))
+    )
     return Signature(suited, values, rows - plain, session.beside(values))
 
 

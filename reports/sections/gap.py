@@ -81,8 +81,8 @@ def _how(found: DiagnosisResult) -> str:
     evidence = found.evidence
     mean_square = evidence.squares / evidence.numbers
     return (
-        "Twin and swims are compared by their gaits: forward speed, slip and turning, the frequency that the command "
-        "leads to, mean and three harmonics of every marker, and how fast it slides along the fish; "
+        "Twin and swims are compared by their features: forward speed, slip and turning, the frequency that the "
+        "command leads to, mean and three harmonics of every marker, and how fast it slides along the fish; "
         f"{evidence.numbers} numbers in all, in standard deviations of tracking noise, hand-placed boxes, marker "
         "places and the twin’s own error. The nearest plain twin (published "
         f"geometry, five coefficients fitted to these numbers) leaves {shown(mean_square, 1)} in the mean of "

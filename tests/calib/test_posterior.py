@@ -71,7 +71,7 @@ def test_each_effect_was_asked_and_the_likeliest_is_flagged(sampled_session: Pat
     assert "effect_left_out" in [flag["kind"] for flag in reported["flags"]]
 
 
-def test_arviz_reads_draws_statistics_gaits_and_what_they_were_made_with(sampled_session: Path) -> None:
+def test_arviz_reads_draws_statistics_features_and_what_they_were_made_with(sampled_session: Path) -> None:
     data = arviz.from_netcdf(sampled_session / "results" / "posterior.nc", engine="h5netcdf")
     reported = calibration_of(sampled_session)["posterior"]
 

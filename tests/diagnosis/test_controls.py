@@ -12,17 +12,17 @@ from diagnosis.ground import Ground
 from fitting.model.features import advanced
 from tests.diagnosis.grounds import ground
 
-GAIT = len(ground().left) // len(ground().trials) - 1
+LENGTH = len(ground().left) // len(ground().trials) - 1
 
 
 def gap_of(size_m: float, seed: int = 0) -> np.ndarray:
-    """(g,) of one gait: smooth along the body, as a gap of no particular cause is."""
-    alike = ground().generic[:GAIT, :GAIT]
-    return size_m * np.linalg.cholesky(alike) @ np.random.default_rng(seed).standard_normal(GAIT)
+    """(g,) of the features of one: smooth along the body, as a gap of no particular cause is."""
+    alike = ground().generic[:LENGTH, :LENGTH]
+    return size_m * np.linalg.cholesky(alike) @ np.random.default_rng(seed).standard_normal(LENGTH)
 
 
 def with_left(gaps: list[np.ndarray]) -> Ground:
-    """Gaps of a gait whose tail begins farthest left."""
+    """Gaps of features whose tail begins farthest left."""
     other: Ground = replace(ground())
     turned = [advanced(gap, float(phase)) for gap, phase in zip(gaps, ground().model.phase_rad, strict=True)]
     other.__dict__["left"] = np.concatenate([*turned, np.zeros(len(gaps))])
@@ -43,12 +43,12 @@ def test_only_what_swims_have_in_common_is_carried_over() -> None:
 def test_a_masked_marker_is_neither_corrected_nor_scored() -> None:
     masked, marker = with_left([gap_of(5e-3)] * 2), 3
     own = slice(1 + 14 * marker, 15 + 14 * marker)
-    masked.__dict__["observed"] = np.ones(2 * GAIT, bool)
+    masked.__dict__["observed"] = np.ones(2 * LENGTH, bool)
     masked.observed[own] = False
     masked.left[own] = 0.0
     corrected = carried_over(masked, masked)
     np.testing.assert_array_equal(corrected[own], 0.0)
-    assert len(masked.whitened_swims(corrected)) == 2 * GAIT - 14
+    assert len(masked.whitened_swims(corrected)) == 2 * LENGTH - 14
     assert squares(masked, corrected) < 0.1 * squares(masked, masked.left)
 
 

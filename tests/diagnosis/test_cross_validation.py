@@ -45,7 +45,7 @@ def weighed() -> Hypotheses:
         (("gear",), WORSE, ()),
     ],
 )
-def test_only_what_makes_forecasts_of_gaits_surely_worse_is_refuted(
+def test_only_what_makes_forecasts_of_features_surely_worse_is_refuted(
     weighed: Hypotheses, names: tuple[str, ...], interval: tuple[float, float] | None, against: tuple[str, ...]
 ) -> None:
     told = Shrinkage(2.0, 3.0, None if interval is None else sum(interval) / 2, interval)

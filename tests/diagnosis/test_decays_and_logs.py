@@ -73,8 +73,8 @@ def test_its_numbers_end_the_row() -> None:
     assert at.slopes[-2:] == pytest.approx(np.zeros((2, 5)))
 
 
-def test_robots_that_are_a_little_off_move_it_with_the_gaits() -> None:
-    """By 2 % in stiffness and in the tail's mass, and 5 % in damping; what else disturbs a gait is no matter of its."""
+def test_robots_that_are_a_little_off_move_it_with_the_features() -> None:
+    """By 2 % in stiffness and in the tail's mass, and 5 % in damping; what else disturbs features does not matter."""
     at = ground()
     assert np.sqrt(np.diag(at.covariance)[-2:]) == pytest.approx([0.03, 0.055], abs=0.01)
     shared = at.covariance[: len(at.model.measured), -2:]

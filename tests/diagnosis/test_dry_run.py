@@ -37,10 +37,10 @@ def signatures(found: Diagnosis) -> dict[str, Signature]:
 
 
 def dry_part(ground: Ground, rows: np.ndarray) -> np.ndarray:
-    """The gait of the last trial."""
+    """The features of the last trial."""
     count = len(ground.trials)
-    gaits = rows[..., : len(ground.model.measured)]
-    return np.asarray(np.split(gaits, count, axis=-1)[-1])
+    features = rows[..., : len(ground.model.measured)]
+    return np.asarray(np.split(features, count, axis=-1)[-1])
 
 
 def test_neither_coefficients_nor_water_move_it(found: Diagnosis, signatures: dict[str, Signature]) -> None:

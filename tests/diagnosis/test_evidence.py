@@ -147,7 +147,7 @@ def test_a_likely_name_is_said_beside_a_sure_one_and_not_alone() -> None:
 
 
 def test_what_changes_frequencies_alone_is_no_chance_likeness() -> None:
-    """Beside it something else is amiss with the gaits, of which the first 98 numbers are."""
+    """Beside it something else is amiss with the features, of which the first 98 numbers are."""
     clock = signature("clock", np.eye(K)[K - 1])
     others, strange = catalogue()[:3], np.random.default_rng(3).standard_normal(K)
     strange[K - 2 :] = 0.0

@@ -141,5 +141,5 @@ def test_what_effects_do_to_one_more_swim_joins_the_others(name: str, strength: 
     assert np.abs(anew.changes[name]).max() > 1e-6
     assert np.allclose(joined.changes[name], anew.changes[name], rtol=0, atol=1e-12)
     assert np.array_equal(joined.signatures[name].values, anew.signatures[name].values)
-    assert np.allclose(joined.signatures[name].gaits, anew.signatures[name].gaits, rtol=0, atol=1e-12)
+    assert np.allclose(joined.signatures[name].features, anew.signatures[name].features, rtol=0, atol=1e-12)
     assert np.allclose(joined.signatures[name].beside, anew.signatures[name].beside, rtol=0, atol=1e-12)

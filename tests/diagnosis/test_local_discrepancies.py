@@ -79,10 +79,10 @@ def test_a_force_across_the_tail_is_on_its_joints_as_mujoco_says() -> None:
 
 
 def test_beats_that_come_early_and_late_are_those_of_the_mean() -> None:
-    gait = ground().model.trials[0].measured
+    features = ground().model.trials[0].measured
     phase = 1e-3
-    mean = 0.5 * (advanced(gait, phase) + advanced(gait, -phase))
-    assert (mean - gait) / phase**2 == pytest.approx(smeared(gait), rel=1e-3, abs=1e-9)
+    mean = 0.5 * (advanced(features, phase) + advanced(features, -phase))
+    assert (mean - features) / phase**2 == pytest.approx(smeared(features), rel=1e-3, abs=1e-9)
 
 
 @pytest.fixture(scope="module")

@@ -48,10 +48,10 @@ def session(
 
 
 def beating(phase: np.ndarray) -> np.ndarray:
-    """Gaits whose markers are farthest left at a phase."""
-    gait = np.zeros(LENGTH)
-    of_markers(gait)[:, 1, 1] = 0.02
-    return advanced(np.tile(gait, (len(phase), 1)), phase)
+    """Features whose markers are farthest left at a phase."""
+    features = np.zeros(LENGTH)
+    of_markers(features)[:, 1, 1] = 0.02
+    return advanced(np.tile(features, (len(phase), 1)), phase)
 
 
 def covariance() -> np.ndarray:
@@ -60,7 +60,7 @@ def covariance() -> np.ndarray:
 
 
 def apart(found: np.ndarray) -> float:
-    """Mean of the square of a whitened gait, which is 1 where a covariance is the true one."""
+    """Mean of the square of a whitened features, which is 1 where a covariance is the true one."""
     root = np.linalg.cholesky(covariance())
     return float(np.trace(np.linalg.solve(root, np.linalg.solve(root, found).T)) / LENGTH)
 

@@ -17,7 +17,7 @@ TRUTH, SD = np.array([1.0, 3.0, 5.0, 4.0, 2.0]), 0.01
 
 @dataclass(frozen=True, eq=False)
 class LinearModel:
-    """One trial whose gait is linear in the coefficients but for a bend; it counts how often it was asked."""
+    """One trial whose features are linear in the coefficients but for a bend; it counts how often it was asked."""
 
     bend: float = 0.0
 
@@ -26,7 +26,7 @@ class LinearModel:
 
     @property
     def measured(self) -> np.ndarray:
-        return self._gait(TRUTH[None])[0]
+        return self._features(TRUTH[None])[0]
 
     @property
     def trials(self) -> list[SimpleNamespace]:
@@ -36,9 +36,9 @@ class LinearModel:
 
     def simulated(self, coefficients: np.ndarray) -> np.ndarray:
         self.asked.append(len(coefficients))
-        return self._gait(coefficients)
+        return self._features(coefficients)
 
-    def _gait(self, coefficients: np.ndarray) -> np.ndarray:
+    def _features(self, coefficients: np.ndarray) -> np.ndarray:
         return (coefficients + self.bend * coefficients**2) @ self.slopes.T
 
 

@@ -56,8 +56,8 @@ def in_truth(rows: SessionRows, recordings: Mapping[str, Recording], effects: Se
     def residuals(shares: np.ndarray) -> np.ndarray:
         point = low + (high - low) * shares
         at, values = point[None, :5], point[None, 5:]
-        gaits = seen.measured - session.gaits(at, values)[0]
-        row = turns @ np.concatenate([gaits, commanded - (session.hertz(values) - plain_hz)[0]])
+        features = seen.measured - session.features(at, values)[0]
+        row = turns @ np.concatenate([features, commanded - (session.hertz(values) - plain_hz)[0]])
         white = solve_triangular(rows.space.root, row, lower=True)
         return np.concatenate([white, (point[:5] - rows.coefficients) / PRIOR_SD])
 

@@ -1,4 +1,4 @@
-"""A gait holds speed and beat, whatever course the fish takes and wherever its crank began."""
+"""Features holds speed and beat, whatever course the fish takes and wherever its crank began."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from fitting import measure_trial
 from fitting.model.features import (
     COURSE,
     SPEED,
-    Gait,
+    FeatureReader,
     advanced,
     harmonics_of,
     phase_between,
@@ -38,20 +38,20 @@ from tests.session.sample import FISHSIM, needs_fishsim
 
 
 def test_a_wave_of_known_size_and_lag_has_its_harmonics() -> None:
-    gait = reader()(cruising())
-    across = harmonics_of(gait)[:, 1]  # (m, 3)
-    assert gait[SPEED] == pytest.approx(SPEED_M_S)
+    features = reader()(cruising())
+    across = harmonics_of(features)[:, 1]  # (m, 3)
+    assert features[SPEED] == pytest.approx(SPEED_M_S)
     assert across[:, 0] == pytest.approx(AMPLITUDE_M * np.exp(-1j * LAG_RAD), abs=1e-9)
     assert across[:, 1] == pytest.approx(0.0, abs=1e-9)
     assert across[:, 2] == pytest.approx(-0.1j * AMPLITUDE_M, abs=1e-9)
-    assert harmonics_of(gait)[:, 0] == pytest.approx(0.0, abs=1e-9)
-    means = gait[1:].reshape(-1, 2, 7)[..., 0]
+    assert harmonics_of(features)[:, 0] == pytest.approx(0.0, abs=1e-9)
+    means = features[1:].reshape(-1, 2, 7)[..., 0]
     assert means[:, 0] - means[0, 0] == pytest.approx(-ALONG_M)
     assert means[:, 1] == pytest.approx(0.0, abs=1e-9)
 
 
 @pytest.mark.parametrize("heading_rad", [0.3, 2.0, 3.1, -2.5])
-def test_a_pool_that_is_turned_and_shifted_shows_the_same_gait(heading_rad: float) -> None:
+def test_a_pool_that_is_turned_and_shifted_shows_the_same_features(heading_rad: float) -> None:
     straight = cruising() @ [1.0, 1j]
     turned = pool(straight * np.exp(1j * heading_rad) + 2.0 - 1.5j)
     assert reader()(turned) == pytest.approx(reader()(cruising()), abs=1e-10)
@@ -64,33 +64,33 @@ def test_the_course_is_how_fast_it_slips_and_turns() -> None:
     bent = pool(path[:, None] + (shape() + ALONG_M.mean()) * np.exp(1j * heading)[:, None])
     read = replace(reader(), span_m=float(ALONG_M[1]))
 
-    gait = read(bent)
+    features = read(bent)
 
-    plain, slides = reader()(bent), places_of_slides(len(gait))
-    assert gait[-len(COURSE) :] == pytest.approx([slip, turning], abs=1e-4)
-    assert gait[: len(plain)] == pytest.approx(plain)
+    plain, slides = reader()(bent), places_of_slides(len(features))
+    assert features[-len(COURSE) :] == pytest.approx([slip, turning], abs=1e-4)
+    assert features[: len(plain)] == pytest.approx(plain)
     assert (slides.start, slides.stop) == (len(plain), len(plain) + len(ALONG_M))
-    assert gait[slides] == pytest.approx(0.0, abs=2e-4)
-    assert advanced(gait, 0.7)[len(plain) :] == pytest.approx(gait[len(plain) :])
-    assert advanced(gait, 0.7)[: len(plain)] == pytest.approx(advanced(plain, 0.7))
-    assert phase_between(gait, advanced(gait, 0.7), [4, 5, 6]) == pytest.approx(0.7)
+    assert features[slides] == pytest.approx(0.0, abs=2e-4)
+    assert advanced(features, 0.7)[len(plain) :] == pytest.approx(features[len(plain) :])
+    assert advanced(features, 0.7)[: len(plain)] == pytest.approx(advanced(plain, 0.7))
+    assert phase_between(features, advanced(features, 0.7), [4, 5, 6]) == pytest.approx(0.7)
 
 
-def test_an_advanced_gait_is_that_of_a_simulation_with_another_phase() -> None:
+def test_an_advanced_features_is_that_of_a_simulation_with_another_phase() -> None:
     ahead, hz = np.array([0.0, 0.4, -1.1]), 1.0
     time_s = np.arange(0.0, 9.0, 1 / 60)
     runs = Runs(np.tile(PLAUSIBLE_COEFFICIENTS, (3, 1)), np.full(3, hz), 1.0 + ahead, np.tile([-0.15, 0, 0], (3, 1)))
     twin, late = exact_twin(), time_s >= 5.0
     nose, neck = twin.markers.index("nose"), twin.markers.index("neck")
-    read = Gait(
+    read = FeatureReader(
         time_s[late], 2 * np.pi * hz * time_s[late], np.ones((int(late.sum()), len(twin.markers)), bool), nose, neck
     )
-    gaits = read(twin.simulate(runs, time_s).marker_m[:, late])
-    expected = advanced(np.tile(gaits[0], (2, 1)), ahead[1:])
-    assert harmonics_of(gaits[1:]) == pytest.approx(harmonics_of(expected), abs=2e-4)
-    assert np.abs(harmonics_of(gaits[1:]) - harmonics_of(gaits[0])).max() > 5e-3
+    features = read(twin.simulate(runs, time_s).marker_m[:, late])
+    expected = advanced(np.tile(features[0], (2, 1)), ahead[1:])
+    assert harmonics_of(features[1:]) == pytest.approx(harmonics_of(expected), abs=2e-4)
+    assert np.abs(harmonics_of(features[1:]) - harmonics_of(features[0])).max() > 5e-3
     tail = list(range(3, len(twin.markers)))
-    assert phase_between(np.tile(gaits[0], (2, 1)), gaits[1], tail)[0] == pytest.approx(0.4, abs=5e-3)
+    assert phase_between(np.tile(features[0], (2, 1)), features[1], tail)[0] == pytest.approx(0.4, abs=5e-3)
 
 
 TRIALS = ("f0_75", "f1_00", "f1_25", "f1_75")  # the slowest swims at 20 mm/s, too slowly to tell
@@ -105,8 +105,8 @@ def test_high_markers_run_ahead_and_the_tail_falls_behind() -> None:
         tracks = load_tracks(FISHSIM / f"{name}.csv", FISHSIM_MARKERS, 60.0)
         spec = TrialSpec(name, "swim", commanded_hz=float(name[1:].replace("_", ".")))
         trial = measure_trial(spec, tracks, camera, load_robot(), 1.0)
-        gait = Gait.of(trial, with_course=True)(trial.position_m[trial.kept])
-        found.append(gait[places_of_slides(len(gait))] / gait[0])
+        features = FeatureReader.of(trial, with_course=True)(trial.position_m[trial.kept])
+        found.append(features[places_of_slides(len(features))] / features[0])
     over_speed = np.array(found)  # (t, 9)
     dorsal, caudal = (FISHSIM_MARKERS.index(name) for name in ("dorsal_fin", "caudal_fin"))
     assert (over_speed[:, [dorsal, caudal]] > 0.012).all()

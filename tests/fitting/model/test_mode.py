@@ -67,7 +67,7 @@ def test_a_fitted_trial_lies_within_the_bands_of_its_repeat(mode: Mode) -> None:
 def test_tracks_made_of_features_have_these_features(mode: Mode) -> None:
     window = mode.blocks[0].model
     tracks = tracks_of(window.measured[None], window)[0]
-    found = window.in_step(window.gait(tracks[window.trial.kept]))
+    found = window.in_step(window.reader(tracks[window.trial.kept]))
     assert found == pytest.approx(window.measured, abs=2e-3)
 
 

@@ -1,4 +1,4 @@
-"""What is doubted of the robot moves a gait as a robot made so does, and by as much as it is doubted."""
+"""What is doubted of the robot moves features as a robot made so does, and by as much as it is doubted."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def test_what_was_measured_is_free_by_its_standard_error() -> None:
 
 
 @pytest.mark.parametrize("which", range(3))
-def test_it_moves_a_gait_as_a_robot_made_so(model: SessionModel, robot: np.ndarray, which: int) -> None:
+def test_it_moves_a_features_as_a_robot_made_so(model: SessionModel, robot: np.ndarray, which: int) -> None:
     doubt = doubts_of(assumed(ROBOT).sources)[which]
     twins = [exact_twin().of_robot(doubt.robot(ROBOT, sign * doubt.sd / 2)) for sign in (1, -1)]
     more, less = (SessionModel.of(twin, [model.trials[0].trial]).simulated(TRUTH[None])[0] for twin in twins)

@@ -58,15 +58,15 @@ def likelihood() -> Likelihood:
     speed = np.zeros((LENGTH, TRIALS))
     speed[0, 0], speed[LENGTH // 2, 1] = 2.0, 3.0
     points = random.uniform(2.0, 4.0, (120, 5))
-    gaits = points @ random.standard_normal((5, LENGTH))
-    measured = gaits.mean(axis=0) + random.standard_normal(LENGTH)
+    features = points @ random.standard_normal((5, LENGTH))
+    measured = features.mean(axis=0) + random.standard_normal(LENGTH)
     wave = half[:, :5] @ half[:, :5].T  # of low rank, as where means do not count
     return Likelihood(
         measured,
         known @ known.T + 0.1 * np.eye(LENGTH),
         wave,
         speed,
-        fit_emulator(points, gaits),
+        fit_emulator(points, features),
         np.zeros(2),
         np.ones(2),
     )
@@ -75,11 +75,11 @@ def likelihood() -> Likelihood:
 @pytest.mark.parametrize("wave", [1e-3, 0.05, 1.0])
 @pytest.mark.parametrize("speed", [1e-3, 0.05, 1.0])
 def test_it_is_a_dense_normal_with_both_discrepancies(likelihood: Likelihood, wave: float, speed: float) -> None:
-    gaits = likelihood.measured + np.random.default_rng(1).standard_normal((6, LENGTH))
+    features = likelihood.measured + np.random.default_rng(1).standard_normal((6, LENGTH))
     sizes = np.tile([wave, speed], (6, 1))
     covariance = likelihood.known + wave**2 * likelihood.wave + speed**2 * likelihood.speed @ likelihood.speed.T
-    dense = multivariate_normal(likelihood.measured, covariance).logpdf(gaits)
-    ours = likelihood.of_features(gaits, sizes) - 0.5 * LENGTH * np.log(2 * np.pi)
+    dense = multivariate_normal(likelihood.measured, covariance).logpdf(features)
+    ours = likelihood.of_features(features, sizes) - 0.5 * LENGTH * np.log(2 * np.pi)
     assert ours == pytest.approx(dense, rel=1e-7)
 
 
@@ -95,14 +95,14 @@ def test_it_says_nothing_of_what_was_never_simulated(likelihood: Likelihood) -> 
 
 
 def test_a_wave_that_is_off_is_off_by_its_size_and_alike_nearby() -> None:
-    gait = reader()(cruising())
-    total = wave_discrepancy(gait, ALONG_M)
-    first = np.arange(1, len(gait)).reshape(-1, 2, 1 + 2 * HARMONICS)[:, 1, 1]  # cosine across
+    features = reader()(cruising())
+    total = wave_discrepancy(features, ALONG_M)
+    first = np.arange(1, len(features)).reshape(-1, 2, 1 + 2 * HARMONICS)[:, 1, 1]  # cosine across
     sd = np.sqrt(np.diag(total)[first])
     assert sd[-1] == pytest.approx(0.05 / np.sqrt(2), rel=1e-6)
     likeness = total[np.ix_(first, first)] / np.outer(sd, sd)
     assert likeness[-1, -2] > 0.6 > likeness[-1, 2] > 0
-    assert (np.diag(total)[np.arange(1, len(gait)).reshape(-1, 2, 7)[..., 0]] == 0).all()
+    assert (np.diag(total)[np.arange(1, len(features)).reshape(-1, 2, 7)[..., 0]] == 0).all()
     assert np.linalg.eigvalsh(total).min() > -1e-12
 
 

@@ -1,4 +1,4 @@
-"""What a nuisance does to a gait is what a simulation shows that is displaced by it."""
+"""What a nuisance does to features is what a simulation shows that is displaced by it."""
 
 from __future__ import annotations
 
@@ -35,8 +35,8 @@ def simulated(model: TrialModel, velocity: np.ndarray, hz: float = 1.0, robot: R
 
 def read(model: TrialModel, marker_m: np.ndarray) -> np.ndarray:
     """(k,) in step with what was measured."""
-    gait = model.gait(marker_m)
-    return advanced(gait, phase_between(gait, model.measured, list(model.trial.tail)))
+    features = model.reader(marker_m)
+    return advanced(features, phase_between(features, model.measured, list(model.trial.tail)))
 
 
 def rescaled(marker_m: np.ndarray, like_m: np.ndarray) -> np.ndarray:
@@ -45,10 +45,10 @@ def rescaled(marker_m: np.ndarray, like_m: np.ndarray) -> np.ndarray:
     return marker_m * wanted / length
 
 
-def test_the_simulated_gait_at_the_truth_is_the_measured_one(model: TrialModel) -> None:
-    gait = model.simulated(TRUTH[None])[0]
-    assert gait[1:] == pytest.approx(model.measured[1:], abs=2e-3)
-    assert gait[0] == pytest.approx(model.measured[0], abs=3e-3)
+def test_the_simulated_features_at_the_truth_is_the_measured_one(model: TrialModel) -> None:
+    features = model.simulated(TRUTH[None])[0]
+    assert features[1:] == pytest.approx(model.measured[1:], abs=2e-3)
+    assert features[0] == pytest.approx(model.measured[0], abs=3e-3)
 
 
 @pytest.mark.parametrize("axis", [0, 1, 2])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from fitting.model.features import Gait
+from fitting.model.features import FeatureReader
 
 ALONG_M = np.array([0.0, 0.142, 0.25, 0.32, 0.40, 0.48, 0.55])
 FPS, SECONDS, HZ, SPEED_M_S = 60.0, 4.0, 1.1, 0.12
@@ -14,9 +14,11 @@ AMPLITUDE_M = np.array([0.0, 0.0, 0.004, 0.012, 0.022, 0.035, 0.05])
 LAG_RAD = np.linspace(0.0, 2.0, len(ALONG_M))
 
 
-def reader(usable: np.ndarray | None = None) -> Gait:
+def reader(usable: np.ndarray | None = None) -> FeatureReader:
     """Of all frames; nose and neck come first."""
-    return Gait(TIME_S, TURN_RAD, np.ones((len(TIME_S), len(ALONG_M)), bool) if usable is None else usable, 0, 1)
+    return FeatureReader(
+        TIME_S, TURN_RAD, np.ones((len(TIME_S), len(ALONG_M)), bool) if usable is None else usable, 0, 1
+    )
 
 
 def shape() -> np.ndarray:

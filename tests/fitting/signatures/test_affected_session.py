@@ -37,8 +37,8 @@ def test_trials_together_are_as_each_by_itself(name: str) -> None:
     values = np.array([[0.0], [parameter.sd], [2 * parameter.sd]])
     values = np.hstack([values, np.zeros((3, len(session.effects[0].parameters) - 1))])
     at = np.tile(AT, (3, 1))
-    alone = [AffectedSession((trial,)).gaits(at, values) for trial in session.trials]
-    together = session.gaits(at, values)
+    alone = [AffectedSession((trial,)).features(at, values) for trial in session.trials]
+    together = session.features(at, values)
     assert np.isfinite(together).all()
     np.testing.assert_allclose(together, np.hstack(alone), rtol=0, atol=1e-9)
     assert np.abs(together[1] - together[0]).max() > 1e-5
@@ -60,6 +60,6 @@ def test_fish_that_only_look_different_are_simulated_once(
     monkeypatch.setattr(AffectedTwin, "_states", counted)
     parameters = session.effects[0].parameters
     values = np.outer([0.0, 0.5, 1.0, 2.0], np.eye(len(parameters))[0] * parameters[0].sd)
-    gaits = session.gaits(np.tile(AT, (4, 1)), values)
+    features = session.features(np.tile(AT, (4, 1)), values)
     assert simulated == [fish]
-    assert len(np.unique(gaits, axis=0)) == 4
+    assert len(np.unique(features, axis=0)) == 4

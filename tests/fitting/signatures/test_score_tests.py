@@ -27,7 +27,7 @@ from tests.fitting.exact_swims import ROBOT, exact_swims, exact_twin
 TRUTH = np.array(PLAUSIBLE_COEFFICIENTS, float)
 CAMERA = CameraSpec(fps=60.0, scale_length_m=ROBOT.scale_length_m)
 EFFECTS = {name: catalogue()[name] for name in ("crank_arm_error", "scale_error", "tendon_slack", "entrained_water")}
-SD = 3e-4  # of the noise of every number of a gait
+SD = 3e-4  # of the noise of every number of features
 LONGER = 0.02
 
 
@@ -103,7 +103,7 @@ def test_noise_alone_asks_for_something_as_seldom_as_it_says(linear: Linear) -> 
 @pytest.mark.usefixtures("once")
 def test_an_effect_of_one_sign_is_asked_for_one_way(linear: Linear) -> None:
     slack = tested.signature_of(EFFECTS["tendon_slack"], linear.model, CAMERA, TRUTH)
-    row = slack.gaits[int(np.argmax(slack.values[:, 0]))]
+    row = slack.features[int(np.argmax(slack.values[:, 0]))]
     there, missing = (asked(linear.mode(linear.middle + sign * row)).tried for sign in (1, -1))
     assert there[0].effect == "tendon_slack"
     assert there[0].value > 0
@@ -112,10 +112,12 @@ def test_an_effect_of_one_sign_is_asked_for_one_way(linear: Linear) -> None:
     assert opposite.value == 0
 
 
-def test_what_diverges_or_moves_no_gait_is_named_and_not_asked(linear: Linear, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_diverges_or_moves_nothing_is_named_and_not_asked(linear: Linear, monkeypatch: pytest.MonkeyPatch) -> None:
     def broken(effect: Effect, *_: Any, **__: Any) -> Signature:
-        gaits = np.full((1, len(linear.middle)), np.nan if effect.name == "tendon_slack" else 0.0)
-        return Signature(effect, np.array([[parameter.sd for parameter in effect.parameters]]), gaits, np.zeros((1, 2)))
+        features = np.full((1, len(linear.middle)), np.nan if effect.name == "tendon_slack" else 0.0)
+        return Signature(
+            effect, np.array([[parameter.sd for parameter in effect.parameters]]), features, np.zeros((1, 2))
+        )
 
     monkeypatch.setattr(tested, "signature_of", broken)
     found = asked(linear.mode(linear.middle))

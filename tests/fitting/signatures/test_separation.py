@@ -59,7 +59,7 @@ def test_a_rival_of_two_parameters_uses_both(space: Whitened) -> None:
 def test_a_rival_that_turns_is_nearest_on_the_right_stretch(space: Whitened) -> None:
     """Along one direction while it is weak and along another once it is strong; no single slope comes near both."""
     bent = signature("bent", np.eye(K)[6:7], (0.0, 6.0))
-    bent.gaits[1] = 3 * np.eye(K)[7]
+    bent.features[1] = 3 * np.eye(K)[7]
     weak, strong = space.together(np.eye(K)[6], [bent]), space.together(4 * np.eye(K)[7], [bent])
     assert (weak.distance, *weak.values[0]) == pytest.approx((0.0, 1.0), abs=1e-6)
     assert (strong.distance, *strong.values[0]) == pytest.approx((0.0, 4.0), abs=1e-6)
