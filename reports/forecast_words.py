@@ -9,8 +9,8 @@ from reports.numbers import in_mm, shown, spanned
 
 MODELS = {
     TWIN: "twin alone",
-    COMMAND: "twin and learned discrepancy",
-    BEATS: "the same after two beats",
+    COMMAND: "twin with discrepancy",
+    BEATS: "that after two beats",
     CONTINUED: "goes on as in two beats",
     "line": "line in frequency",
     "power_law": "power law in frequency",
@@ -27,20 +27,20 @@ def beaten(forecasts: SessionForecast) -> bool:
 
 
 def speed_sentence(forecasts: SessionForecast) -> str:
-    """How well held-out speeds are forecast from the command, and whether that beats the best simple baseline."""
+    """How well held-out speeds are forecast given the frequency, and whether that is better than the best baseline."""
     if not forecasts.held_out:
         return "No trial is held out: how well the twin forecasts is not known."
     own, best = in_mm(forecasts.mean(COMMAND, "speed_error")), forecasts.best_baseline
-    text = f"From the command, held-out speeds are forecast to {own} mm/s"
+    text = f"Mean speed error of held-out trials, given their frequency: twin with learned discrepancy {own} mm/s"
     if not best:
         return f"{text}; no baseline can be drawn through the fitted speeds."
     gain = forecasts.gain(COMMAND, best)
     ends = "" if gain.interval is None else f", 90 % interval over trials {spanned(*gain.interval, in_mm)}"
     sure = gain.interval is not None and gain.interval[0] > 0
-    how = "does not beat it" if not gain.mean > 0 else "beats it" if sure else "beats it, but not surely"
+    how = "is not better" if not gain.mean > 0 else "is better" if sure else "is better, but not significantly"
     return (
-        f"{text}, by the best simple baseline ({MODELS[best]}) to {in_mm(forecasts.mean(best, 'speed_error'))} mm/s: "
-        f"the twin {how} (gain {in_mm(gain.mean)} mm/s{ends})."
+        f"{text}, best baseline ({MODELS[best]}) {in_mm(forecasts.mean(best, 'speed_error'))} mm/s. The twin {how} "
+        f"(gain {in_mm(gain.mean)} mm/s{ends})."
     )
 
 
@@ -53,10 +53,10 @@ def marker_sentence(forecasts: SessionForecast) -> str:
     if not all(isfinite(each) for pair in values.values() for each in pair):
         return ""
     (path, shape), (goes_on, goes_on_shape) = values[BEATS], values[CONTINUED]
-    how = "beats" if path < goes_on else "does not beat"
+    how = "better" if path < goes_on else "not better"
     return (
-        f"After two beats, held-out markers are forecast to {shown(path)} mm ({shown(shape)} relative to the nose), by "
-        f"going on as in these beats to {shown(goes_on)} mm ({shown(goes_on_shape)}): the twin {how} that."
+        f"Mean marker error of held-out trials after two beats: twin {shown(path)} mm ({shown(shape)} relative to the "
+        f"nose), baseline ({MODELS[CONTINUED]}) {shown(goes_on)} mm ({shown(goes_on_shape)}). The twin is {how}."
     )
 
 

@@ -163,7 +163,7 @@ def _flags(posterior: Posterior) -> list[Flag]:
         interval = f"90 % interval {marginal.q05:.2g} to {marginal.q95:.2g}"
         if at := marginal.at_bounds:
             bounds = " and ".join(f"{bound:g}" for bound in at)
-            message = f"{name} presses against its bound {bounds}, which is not the trials' doing: {interval}"
+            message = f"{name} presses against its bound {bounds}: the prior, not the trials, ends its {interval}"
             flags.append(Flag("at_bound", message=message))
         if not marginal.narrow:
             flags.append(Flag("unidentifiable", message=f"{name} is not determined: {interval}"))

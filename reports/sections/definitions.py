@@ -18,16 +18,13 @@ TERMS = {
     "speed error": "Predicted minus measured speed; in the summary its absolute value, averaged over trials.",
     "held out": "A held-out trial took no part in any fit: coefficients and session-wide numbers are frozen. Its "
     f"frequency, phase and start come from its own first {KNOWN_BEATS:g} beats, at most its first half; only the rest "
-    "is compared. Twin and theory get the same freedom.",
+    "is compared. EBT gets the measured tail of the whole trial.",
     "EBT": "Elongated body theory. Steady form, as published: mean thrust ½ m (⟨hₜ²⟩ − U²⟨hₓ²⟩) with m = ¼ ρ π β d² "
     "balances drag ½ ρ c_D S U². “Smoothed” takes the lateral speed hₜ from a Savitzky-Golay filter instead of "
     "differences between frames, which the noise of tracks inflates; “large amplitude” keeps the angle of the tail "
     "tip and its motion along the way. All are fitted to the same fit trials by the same search.",
-    "interval": "90 %, by bootstrap: trials are drawn with replacement, each with a measurement error of its speed "
-    "from the scatter of its beats.",
-    "bias, worst": "Mean of predicted minus measured speed, and the largest absolute error.",
-    "profile": "The objective along one coefficient while all others follow to where, to first order, they best make "
-    "up for it: an upper bound, since one step a place is not a search. A slice holds them.",
+    "interval": "90 %. Of coefficients by the normal approximation at the mode, or of the posterior where so labelled; "
+    "of gains over trials.",
     "flag": "A warning with its place, found by rule and not by hand. Flagged samples have no weight; a flag of a fit "
     "or of a trial is shown next to the numbers it concerns.",
     "boxes off, markers off": "By more than a hand misses (10 mm each way), or by more than 15 mm from where the "

@@ -20,7 +20,7 @@ def build(context: ReportContext) -> Section | None:
     plot = Plot(
         forecasts_figure(forecasts),
         "forecast-speeds",
-        "Speeds of held-out trials with 90 % bands. From the command: the twin, corrected by its error in the "
+        "Speeds of held-out trials with 90 % bands. Given the frequency: the twin, corrected by its error in the "
         "fitted trials. After two beats: trim, registration and boxes come from the trial's first two beats. A band "
         "that misses the measured speed is too narrow.",
     )

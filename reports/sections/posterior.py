@@ -183,8 +183,8 @@ def _predicted(found: PosteriorSummary) -> tuple[Block, ...]:
         for trial in found.trials
     )
     caption = (
-        "Forward speed along a smooth path, measured and predicted, and the share of the scored marker coordinates "
-        "inside their 90 % bands. Bands of fit trials are those of another trial like it; those of held-out trials use "
+        "Speed along a smoothed path (so not that of the speed table), measured and predicted, and the share of the "
+        "scored marker coordinates inside their 90 % bands. Bands of fit trials are those of another trial like it; those of held-out trials use "
         "the frequency and start of their own first two beats. All are in step with the tail."
     )
     return Prose(_inside(found)), Plots((swings,)), Table(caption, TRIALS, rows)
@@ -237,8 +237,8 @@ def _left_out(found: PosteriorSummary) -> tuple[Block, ...]:
         else "They ask for none."
     )
     said = (
-        f"Were they as large as robots usually have them, one at a time, {hidden} would most often raise no flag here "
-        "and yet move a coefficient by more than its standard deviation: the intervals hold for a robot without."
+        f"At its usual size, each of {hidden} would most often raise no flag here and yet bias a coefficient by more "
+        "than its standard deviation: the intervals hold for a robot without them."
         if hidden
         else "None that would most often raise no flag here would move a coefficient by more than its standard "
         "deviation, were it as large as robots usually have it."
@@ -288,7 +288,7 @@ def _checks(found: PosteriorSummary) -> tuple[Block, ...]:
         f"{shown(found.acceptance, 2)}, autocorrelation {shown(found.autocorrelation, 0)} steps: at least "
         f"{shown(least, 0)} effective draws of each coefficient, R-hat at most {shown(worst, 3)}. At fresh draws the "
         f"emulator of the twin misses its ln likelihood by {shown(found.emulator_error, 2)} (standard deviation). "
-        f"Noise and nuisances alone would put features as far from the twin in {percent(found.misfit_p)} of sessions."
+        f"Goodness of fit: noise and nuisances alone leave residuals as large in {percent(found.misfit_p)} of sessions."
     )
     white = Plot(
         posterior_whiteness_figure(found),

@@ -34,10 +34,10 @@ def test_its_first_sentence_says_whether_the_baselines_are_beaten(found: front.F
     errors = found.to_frame("speed_errors").holdout
     best = errors[["line", "power_law", "constant_stride"]].min()
     if errors["from_command"] < best:
-        assert "beats it" in lines[0]
+        assert "The twin is better" in lines[0]
         assert found.verdict != "worse_than_baseline"
     else:
-        assert "does not beat it" in lines[0]
+        assert "The twin is not better" in lines[0]
         assert found.verdict == "worse_than_baseline"
     assert lines[0] in found._repr_html_()
 

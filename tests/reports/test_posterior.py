@@ -70,7 +70,7 @@ def test_the_most_telling_swim_is_named_for_what_is_not_determined(page: Page) -
 def test_what_the_twin_leaves_out_is_reported_by_what_it_would_do(page: Page) -> None:
     assert "Each of 2 effects of the catalogue was asked" in page.text
     assert "The furthest is entrained water: 2.1 standard deviations, nominal p 0.9 for any of 2" in page.text
-    assert "one at a time, entrained water would most often raise no flag here and yet move" in page.text
+    assert "each of entrained water would most often raise no flag here and yet bias" in page.text
     assert "No feature tells of drive ratio error." in page.text
     assert re.search(r"entrained water 0\.0022 m 2\.1 0\.9 blunt drag \+2\.4 sd", page.text)
 

@@ -42,13 +42,11 @@ def full() -> Page:
 
 
 def test_forecasts_are_next_to_the_best_simple_baseline(full: Page) -> None:
-    beside = "the best simple baseline (line in frequency) to 2.0 mm/s: the twin does not beat it (gain −2.0 mm/s)"
-    assert f"From the command, held-out speeds are forecast to 4.0 mm/s, by {beside}." in full.text
-    assert (
-        "markers are forecast to 12.0 mm (6.0 relative to the nose), by going on as in these beats to 9.0" in full.text
-    )
+    line = "best baseline (line in frequency) 2.0 mm/s. The twin is not better (gain −2.0 mm/s)."
+    assert f"given their frequency: twin with learned discrepancy 4.0 mm/s, {line}" in full.text
+    assert "twin 12.0 mm (6.0 relative to the nose), baseline (goes on as in two beats) 9.0 mm" in full.text
     assert "goes on as in two beats (baseline) 1.0 9.0 5.0" in full.text
-    assert "the same after two beats 3.0 12.0 6.0 90 %" in full.text
+    assert "that after two beats 3.0 12.0 6.0 90 %" in full.text
 
 
 def test_without_a_held_out_trial_nothing_is_reported_of_forecasts() -> None:
