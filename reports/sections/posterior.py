@@ -184,8 +184,9 @@ def _predicted(found: PosteriorSummary) -> tuple[Block, ...]:
     )
     caption = (
         "Speed along a smoothed path (so not that of the speed table), measured and predicted, and the share of the "
-        "scored marker coordinates inside their 90 % bands. Bands of fit trials are those of another trial like it; those of held-out trials use "
-        "the frequency and start of their own first two beats. All are in step with the tail."
+        "scored marker coordinates inside their 90 % bands. Bands of fit trials are those of another trial like it; "
+        "those of held-out trials use the frequency and start of their own first two beats. All are in step with the "
+        "tail."
     )
     return Prose(_inside(found)), Plots((swings,)), Table(caption, TRIALS, rows)
 
