@@ -8,6 +8,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from fitting.model import Mode, SessionModel, find_mode
+from fitting.model.forecast import NORMAL_90
 from fitting.model.mode import End
 from fitting.model.robot_doubt import Doubt
 from fitting.objective import COEFFICIENT_BOUNDS
@@ -16,7 +17,6 @@ from session import Flag
 from swimmer import FluidCoefficients, Twin
 
 NAMES = FluidCoefficients._fields
-_NORMAL_90 = 1.645
 _AT_BOUND = 1e-3  # of the range
 _WIDE, _WIDE_BY = 2.5, 0.5  # factor and difference between the ends of an interval from which it is worth a flag
 
@@ -69,7 +69,7 @@ def fit_coefficients(
     began = time.perf_counter()
     ordered = sorted(trials, key=lambda trial: trial.name)
     mode = find_mode(SessionModel.of(twin, ordered, doubts, with_course=True), starts, seed, progress)
-    reach = _NORMAL_90 * np.sqrt(np.diag(mode.coefficient_covariance))
+    reach = NORMAL_90 * np.sqrt(np.diag(mode.coefficient_covariance))
     ends = np.column_stack([mode.coefficients - reach, mode.coefficients + reach])
     interval = np.clip(ends, *COEFFICIENT_BOUNDS)
     fit = CoefficientFit(

@@ -99,7 +99,7 @@ fit.plot.coefficients()
 # ## 4. Compare with baselines
 #
 # A straight line in frequency through the fitted speeds is what a first-year student would try; a twin that forecasts
-# worse is not worth its trouble. `from_command` is the twin with what the fit trials tell of its error,
+# worse is not worth its trouble. `given_frequency` is the twin with what the fit trials tell of its error,
 # `after_two_beats` knows the first two beats of the trial as well, `continued` goes on as in these beats. Elongated
 # body theory (Lighthill) sees the measured tail of the whole trial.
 

@@ -3,13 +3,13 @@
 from math import isfinite
 
 from fitting.ebt import FORMS
-from fitting.model.session_forecast import BASELINES, BEATS, COMMAND, CONTINUED, TWIN, SessionForecast
+from fitting.model.session_forecast import BASELINES, BEATS, CONTINUED, GIVEN, TWIN, SessionForecast
 from reports.models import model_label
 from reports.numbers import in_mm, shown, spanned
 
 MODELS = {
     TWIN: "twin alone",
-    COMMAND: "twin with discrepancy",
+    GIVEN: "twin with discrepancy",
     BEATS: "that after two beats",
     CONTINUED: "goes on as in two beats",
     "line": "line in frequency",
@@ -23,18 +23,18 @@ MODELS = {
 def beaten(forecasts: SessionForecast) -> bool:
     """Whether speeds forecast from the command are better than every simple baseline, on average."""
     best = forecasts.best_baseline
-    return bool(best) and forecasts.gain(COMMAND, best).mean > 0
+    return bool(best) and forecasts.gain(GIVEN, best).mean > 0
 
 
 def speed_sentence(forecasts: SessionForecast) -> str:
     """How well held-out speeds are forecast given the frequency, and whether that is better than the best baseline."""
     if not forecasts.held_out:
         return "No trial is held out: how well the twin forecasts is not known."
-    own, best = in_mm(forecasts.mean(COMMAND, "speed_error")), forecasts.best_baseline
+    own, best = in_mm(forecasts.mean(GIVEN, "speed_error")), forecasts.best_baseline
     text = f"Mean speed error of held-out trials, given their frequency: twin with learned discrepancy {own} mm/s"
     if not best:
         return f"{text}; no baseline can be drawn through the fitted speeds."
-    gain = forecasts.gain(COMMAND, best)
+    gain = forecasts.gain(GIVEN, best)
     ends = "" if gain.interval is None else f", 90 % interval over trials {spanned(*gain.interval, in_mm)}"
     sure = gain.interval is not None and gain.interval[0] > 0
     how = "is not better" if not gain.mean > 0 else "is better" if sure else "is better, but not significantly"

@@ -26,7 +26,7 @@ from swimmer.scenery import add_scenery
 if TYPE_CHECKING:
     from fitting.marginal import Marginal
 
-_FORM = 10  # of calibration.json
+_FORM = 11  # of calibration.json
 _UPON = ("posterior.nc", "report.html")  # results that rest on a fit
 
 

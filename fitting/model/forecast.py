@@ -110,14 +110,10 @@ class Windows:
     @classmethod
     def of(cls, mode: Mode, trial: MeasuredTrial) -> "Windows":
         """Of a trial that was not fitted."""
-        like = mode.model.trials[0]
-        own = replace(trial, frequency=trial.start_frequency)
-        known = own.known & (own.time_s > SETTLED_S)
-        early = replace(own, kept=known) if known.sum() >= _FEWEST else None
-        of = (None if each is None else replace(like, trial=each) for each in (early, own))
-        first, late = of
-        assert late is not None
-        return cls(first, late)
+        late = replace(mode.model.trials[0], trial=replace(trial, frequency=trial.start_frequency))
+        known = trial.known & (trial.time_s > SETTLED_S)
+        early = replace(late, trial=replace(late.trial, kept=known)) if known.sum() >= _FEWEST else None
+        return cls(early, late)
 
 
 class Scatter(NamedTuple):
@@ -143,8 +139,8 @@ def repeated(mode: Mode, number: int) -> FeatureForecast:
     return _conditional(mode, again, mode.jacobian[number * rows :][:rows], None)
 
 
-def forecast_from_command(mode: Mode, window: TrialModel, scatter: Scatter = EVEN) -> FeatureForecast:
-    """Of a window of a new trial, by what the fitted trials alone tell; in step with its tail."""
+def forecast_given_frequency(mode: Mode, window: TrialModel, scatter: Scatter = EVEN) -> FeatureForecast:
+    """Of a window of a new trial, by its frequency and what the fitted trials tell; in step with its tail."""
     return _conditional(mode, block_of(mode, window, scatter), jacobian_at([window], mode.coefficients), None)
 
 

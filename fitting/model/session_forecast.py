@@ -15,7 +15,7 @@ from fitting.model.forecast import (
     Scatter,
     Windows,
     forecast_after_beats,
-    forecast_from_command,
+    forecast_given_frequency,
     repeated,
     scatter_of,
     tracks_of,
@@ -27,7 +27,7 @@ from fitting.speed_line import speed_constant_stride, speed_line, speed_power_la
 from fitting.trial import MeasuredTrial
 from tracking import HeadFrame
 
-TWIN, COMMAND, BEATS, REPEAT, CONTINUED = "twin", "from_command", "after_two_beats", "repeat", "continued"
+TWIN, GIVEN, BEATS, REPEAT, CONTINUED = "twin", "given_frequency", "after_two_beats", "repeat", "continued"
 BASELINES = {"line": speed_line, "power_law": speed_power_law, "constant_stride": speed_constant_stride}
 _MM = 1000.0
 _FEWEST = 2  # trials that an interval over trials needs
@@ -60,9 +60,9 @@ class ForecastTrial:
         frequency_hz: that forecasts are asked for at: of its first two beats where it is held out.
         speed_measured: m/s.
         forecasts: by model. Of every trial "twin" (the calibrated twin alone) and elongated body theory in its forms
-            from the measured tail ("ebt_published", "ebt_smoothed", "ebt_large"). Of a held-out one "from_command" (the
-            twin with what the fitted trials tell of its error), "after_two_beats" (and with what its own first two
-            beats tell), and the baselines "continued" (goes on as in its first two beats), "line", "power_law" and
+            from the measured tail ("ebt_published", "ebt_smoothed", "ebt_large"). Of a held-out one "given_frequency"
+            (the twin with what the fitted trials tell of its error), "after_two_beats" (and with what its own first
+            two beats tell), and the baselines "continued" (goes on as in its first two beats), "line", "power_law" and
             "constant_stride". Of a fitted one "repeat": what another trial like it would do.
     """
 
@@ -111,10 +111,10 @@ class SessionForecast:
         reach = float(student.ppf(0.95, len(found) - 1) * found.std(ddof=1) / np.sqrt(len(found)))
         return Gain(float(found.mean()), (float(found.mean()) - reach, float(found.mean()) + reach))
 
-    def with_models(self, speeds: Mapping[str, Mapping[str, Forecast]]) -> "SessionForecast":
+    def with_models(self, further: Mapping[str, Mapping[str, Forecast]]) -> "SessionForecast":
         """The same with further forecasts, by trial and model, in front."""
         trials = {
-            name: replace(trial, forecasts={**speeds[name], **trial.forecasts}) for name, trial in self.trials.items()
+            name: replace(trial, forecasts={**further[name], **trial.forecasts}) for name, trial in self.trials.items()
         }
         return replace(self, trials=trials)
 
@@ -165,7 +165,7 @@ def _fitted(mode: Mode, number: int, seed: int) -> ForecastTrial:
 
 def _held_out(mode: Mode, trial: MeasuredTrial, scatter: Scatter, seed: int) -> ForecastTrial:
     windows, fitted = Windows.of(mode, trial), [block.model.trial for block in mode.blocks]
-    found = {COMMAND: _scored(trial, forecast_from_command(mode, windows.late, scatter), seed)}
+    found = {GIVEN: _scored(trial, forecast_given_frequency(mode, windows.late, scatter), seed)}
     if windows.early is not None:
         found[BEATS] = _scored(trial, forecast_after_beats(mode, windows, scatter), seed)
         goes_on = head_frame(trial.markers, tracks_of(windows.early.measured[None], windows.late)[0])

@@ -10,6 +10,7 @@ from threadpoolctl import threadpool_limits
 from fitting.coefficient_fit import NAMES
 from fitting.marginal import Marginal
 from fitting.model import Mode
+from fitting.model.forecast import NORMAL_90
 from fitting.model.mode import Progress
 from fitting.objective import COEFFICIENT_BOUNDS
 from fitting.posterior.sampling import Draws, sample
@@ -22,7 +23,6 @@ MISFIT_P = 0.01  # below which noise and nuisances alone do not explain a misfit
 _MARKERS_OFF_M = 0.005  # from which where markers sit is worth a flag
 _DISCREPANT = 0.02  # relative, from which the error of the twin's wave is worth a flag
 _BESIDE = 0.1  # share of the draws that a 90 % interval leaves out
-_NORMAL_90 = 1.645
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,7 +75,7 @@ class Posterior:
         Where the fit presses against a bound (nearer than half its own 90 % interval) the interval is one-sided: from
         that bound on.
         """
-        reach = _NORMAL_90 * np.sqrt(np.diag(self.mode.coefficient_covariance))
+        reach = NORMAL_90 * np.sqrt(np.diag(self.mode.coefficient_covariance))
         low, high = COEFFICIENT_BOUNDS
         found = []
         for name, fit, draws, near in zip(NAMES, self.mode.coefficients, self.coefficients.T, reach, strict=True):

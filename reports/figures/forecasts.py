@@ -3,7 +3,7 @@
 import numpy as np
 from matplotlib.figure import Figure
 
-from fitting.model.session_forecast import BEATS, COMMAND, SessionForecast
+from fitting.model.session_forecast import BEATS, GIVEN, SessionForecast
 from reports.colours import EBT, INK, MUTED, TWIN
 from reports.forecast_words import MODELS
 from reports.numbers import MM, shortened
@@ -19,12 +19,12 @@ def forecasts_figure(forecasts: SessionForecast) -> Figure:
     names = sorted(found, key=lambda name: found[name].frequency_hz)
     best = forecasts.best_baseline
     figure, axes = panel(HALF_WIDTH_IN, 1.3 + 0.42 * len(names), Margins(left=0.85, top=0.52))
-    labels = {COMMAND: "given the frequency", BEATS: "after two beats"}
+    labels = {GIVEN: "given the frequency", BEATS: "after two beats"}
     for row, name in enumerate(names):
         trial = found[name]
         measured = trial.speed_measured * MM
         axes.plot([measured] * 2, [row - 0.34, row + 0.34], color=INK, linewidth=1.6, label="measured")
-        for model, colour, shift in ((COMMAND, TWIN, _SHIFT), (BEATS, EBT, -_SHIFT)):
+        for model, colour, shift in ((GIVEN, TWIN, _SHIFT), (BEATS, EBT, -_SHIFT)):
             if model not in trial.forecasts:
                 continue
             forecast, at = trial.forecasts[model], row + shift

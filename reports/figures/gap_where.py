@@ -14,7 +14,6 @@ from reports.style import FULL_WIDTH_IN, add_panel, legend_on_top, styled
 
 _ROW_IN, _LEFT_IN, _TOP_IN, _BOTTOM_IN, _LABEL_IN, _GAP_IN = 0.2, 0.62, 0.52, 0.34, 0.82, 0.3
 _NAMES = {"floor": "noise"}
-_MARKS = ("o", "s", "^", "D", "v", "P")  # of as many trials
 
 
 @styled

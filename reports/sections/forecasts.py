@@ -1,6 +1,6 @@
 """Forecasts of held-out trials by the model and by simple baselines."""
 
-from fitting.model.session_forecast import BEATS, COMMAND
+from fitting.model.session_forecast import BEATS, GIVEN
 from reports.blocks import Plot, Plots, Prose, Section, Table, table_head
 from reports.context import ReportContext
 from reports.figures.forecasts import forecasts_figure
@@ -58,7 +58,7 @@ def _caveats(context: ReportContext) -> tuple[str, ...]:
     bands = [
         (model, low <= trial.speed_measured <= high)
         for trial in context.calibration.forecasts.held_out
-        for model in (COMMAND, BEATS)
+        for model in (GIVEN, BEATS)
         if model in trial.forecasts and (band := trial.forecasts[model].speed_ci90) is not None
         for low, high in [band]
     ]

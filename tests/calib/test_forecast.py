@@ -22,7 +22,7 @@ def found(finished: Path) -> front.FitResult:
 
 def test_every_forecast_of_the_file_is_next_to_baselines(finished: Path) -> None:
     trials = json.loads((finished / "results" / "calibration.json").read_text())["forecasts"]["trials"]
-    assert {"twin", "from_command", "line", "power_law", "constant_stride", "ebt_large"} <= set(
+    assert {"twin", "given_frequency", "line", "power_law", "constant_stride", "ebt_large"} <= set(
         trials["fast"]["forecasts"]
     )
     assert {"twin", "repeat"} <= set(trials["slow"]["forecasts"])
@@ -33,7 +33,7 @@ def test_its_first_sentence_says_whether_the_baselines_are_beaten(found: front.F
     lines = found.summary().splitlines()
     errors = found.to_frame("speed_errors").holdout
     best = errors[["line", "power_law", "constant_stride"]].min()
-    if errors["from_command"] < best:
+    if errors["given_frequency"] < best:
         assert "The twin is better" in lines[0]
         assert found.verdict != "worse_than_baseline"
     else:
@@ -51,8 +51,8 @@ def test_the_twin_alone_has_the_same_numbers_everywhere(found: front.FitResult) 
 
 def test_its_frames_hold_what_the_file_holds(found: front.FitResult) -> None:
     frame = found.to_frame("forecasts")
-    forecast = found.forecasts.trials["fast"].forecasts["from_command"]
-    assert frame.speed["fast", "from_command"] == forecast.speed
+    forecast = found.forecasts.trials["fast"].forecasts["given_frequency"]
+    assert frame.speed["fast", "given_frequency"] == forecast.speed
     assert forecast.speed_ci90 is not None
     assert forecast.speed_ci90[0] < forecast.speed < forecast.speed_ci90[1]
     assert np.isnan(frame.speed_q05["fast", "line"])

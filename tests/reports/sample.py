@@ -109,7 +109,7 @@ def made_forecast(trial: CalibratedTrial) -> ForecastTrial:
         "power_law": Forecast(speed - 0.003),
         "constant_stride": Forecast(speed + 0.01),
     }
-    own = {"from_command": banded, "after_two_beats": replace(banded, speed=speed + 0.003)}
+    own = {"given_frequency": banded, "after_two_beats": replace(banded, speed=speed + 0.003)}
     return ForecastTrial(role, measured.frequency.hz, speed, {**twin, **own, **baselines})
 
 

@@ -58,8 +58,8 @@ def test_without_a_held_out_trial_nothing_is_reported_of_forecasts() -> None:
 def test_bands_that_miss_are_called_too_narrow() -> None:
     made = made_calibration().forecasts
     slow = made.trials["slow"]
-    narrow = replace(slow.forecasts["from_command"], speed_ci90=(0.9, 1.0))
-    trials = {**made.trials, "slow": replace(slow, forecasts={**slow.forecasts, "from_command": narrow})}
+    narrow = replace(slow.forecasts["given_frequency"], speed_ci90=(0.9, 1.0))
+    trials = {**made.trials, "slow": replace(slow, forecasts={**slow.forecasts, "given_frequency": narrow})}
     page = page_of(forecasts, forecasts=replace(made, trials=trials))
     assert "1 of 2 measured speeds are outside their 90 % bands" in page.text
 

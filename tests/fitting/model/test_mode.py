@@ -8,7 +8,14 @@ import pytest
 from benchmarks.posterior.truth import DrawnSession, draw_session
 from fitting.model import COMPONENTS, Covariance, Mode, find_mode, mode_at
 from fitting.model.features import SPEED
-from fitting.model.forecast import Windows, forecast_after_beats, forecast_from_command, repeated, scatter_of, tracks_of
+from fitting.model.forecast import (
+    Windows,
+    forecast_after_beats,
+    forecast_given_frequency,
+    repeated,
+    scatter_of,
+    tracks_of,
+)
 from fitting.model.robot_doubt import doubted_twins, doubts_of
 from fitting.model.session_forecast import BASELINES
 from fitting.model.session_model import START_PHASE_RAD, SessionModel
@@ -49,7 +56,7 @@ def test_a_held_out_trial_is_forecast_and_its_first_beats_tell_more(drawn: Drawn
     trial = drawn.held_out[0]
     windows = Windows.of(mode, trial)
     scatter = scatter_of(mode)
-    before, after = forecast_from_command(mode, windows.late, scatter), forecast_after_beats(mode, windows, scatter)
+    before, after = forecast_given_frequency(mode, windows.late, scatter), forecast_after_beats(mode, windows, scatter)
     measured = windows.late.measured[SPEED]
     for told in (before, after):
         assert abs(told.speed - measured) < FAR_SD * told.speed_sd
@@ -120,7 +127,7 @@ def test_nothing_of_what_is_scored_enters_a_forecast(drawn: DrawnSession, mode: 
     place = np.array(late.trial.position_m)
     place[late.trial.kept] *= 1.1
     other = replace(late, trial=replace(late.trial, position_m=place))
-    one, same = (forecast_from_command(mode, window) for window in (late, other))
+    one, same = (forecast_given_frequency(mode, window) for window in (late, other))
     assert same.mean == pytest.approx(one.mean, abs=1e-5)
     assert same.covariance == pytest.approx(one.covariance, abs=1e-6)
 
@@ -150,6 +157,6 @@ def test_two_beats_tell_a_speed_that_the_fitted_trials_do_not(drawn: DrawnSessio
     other = replace(trial, position_m=trial.position_m + more[:, None])
     windows = Windows.of(mode, other)
     measured = windows.late.measured[SPEED]
-    before, after = forecast_from_command(mode, windows.late), forecast_after_beats(mode, windows)
+    before, after = forecast_given_frequency(mode, windows.late), forecast_after_beats(mode, windows)
     assert abs(after.speed - measured) < 0.75 * abs(before.speed - measured)
     assert abs(after.speed - measured) < FAR_SD * after.speed_sd
