@@ -29,12 +29,8 @@ SIZES = np.geomspace(1.0, 1024.0, 6)
 """Root mean square whitened length of what an effect does: log-uniform from what is just seen to what bounds allow."""
 SHOWS = 3.0
 """Whitened length from which something shows: three standard deviations."""
-LITTLE = (0.05, 0.2)
-"""Shares of what effects do, by which their forms may be wrong in one direction (docs/withheld.md, form error)."""
 MOST_WRONG = 40.0
 """Whitened length beyond which a form is no more wrong in all: what is left then is something else. Development."""
-SOMETHING_ELSE = 3.0
-"""Log evidence from which something else counts, and so what is wrong with it: odds of 20."""
 LOOSE = 0.3
 """Share of the variance of something else that is like no effect. Development."""
 OF_WATER = 0.1
@@ -46,15 +42,11 @@ SCALES = {0.7: 0.3, 1.0: 0.45, 1.4: 0.18, 2.0: 0.07}
 
 As in base sessions of the benchmark, with larger ones taken to be somewhat likelier than there.
 """
-SUSPECTED = 0.1
-"""Share of what one effect, nothing and something else explain, from which an effect may be the twin's error."""
-UNLIKELY = 0.02
-"""Probability of an error of the twin, below which it counts no more."""
 WITHIN = {"hinge_stiffness": 0.02, "hinge_damping": 0.05, "crank_arm": 0.005, "mass": 0.02}
 """Relative standard deviation of each number of a robot about its description, as well as dry experiments tell it."""
 WIDER = 5.0
 """Than its own prior is that of a parameter beside which it is refitted, so that data decide."""
-MOST_EFFECTS = 4
+MOST_EFFECTS = 3
 """Effects at once."""
 PAIRED, GROWN, AT_PLACES = 8, 3, 12
 """Of the most probable effects, of which pairs are tried; sets that are tried with one more; sets with a place."""

@@ -25,13 +25,13 @@ def placebo_for(hypotheses: Hypotheses, probabilities: Probabilities, named: Col
     found = []
     for i, (name, chance) in enumerate(zip(probabilities.names, probabilities.marginal, strict=True)):
         if hypotheses.best[i] is not None and name not in named and chance <= AGAINST:
-            size = max(form.size for form in hypotheses.effects[i].forms)
+            size = max(each.size for each in hypotheses.effects[i].linear)
             found.append((abs(_parameters(hypotheses, i) - count), -size, name))
     return min(found)[-1] if found else None
 
 
 def _parameters(hypotheses: Hypotheses, effect: int) -> int:
-    return max((len(form.parameters) for form in hypotheses.effects[effect].forms), default=0)
+    return max((len(each.parameters) for each in hypotheses.effects[effect].linear), default=0)
 
 
 def carried_over(ground: Ground, beside: Ground) -> np.ndarray:

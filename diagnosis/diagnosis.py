@@ -8,6 +8,7 @@ import numpy as np
 from scipy.stats import chi2
 from threadpoolctl import threadpool_limits
 
+from diagnosis.backward_elimination import backward_elimination
 from diagnosis.constants import MOST_LEFT
 from diagnosis.controls import placebo_for
 from diagnosis.cross_validation import Validated, validated
@@ -15,14 +16,12 @@ from diagnosis.everything import Everything, everything
 from diagnosis.evidence import Hypotheses, Priors
 from diagnosis.experiments import next_experiments
 from diagnosis.explaining import explained
-from diagnosis.forms import Shown
 from diagnosis.from_forms import refitted
 from diagnosis.ground import Ground
 from diagnosis.held_out import Gap, HeldOut
 from diagnosis.local_discrepancies import LocalDiscrepancy, likely_of, local_discrepancies
 from diagnosis.non_periodic import NonPeriodic, non_periodic
 from diagnosis.probabilities import Probabilities
-from diagnosis.pruning import pruned
 from diagnosis.pushes import Responses, responses
 from diagnosis.refit import Refit
 from diagnosis.result import Experiment, Remainder
@@ -64,7 +63,6 @@ class Diagnosis:
     Attributes:
         ground: the fitted swims beside the nearest plain twin.
         signatures: what every effect would do.
-        shown: the same, whitened.
         elsewhere: where something that is in no catalogue was looked for.
         beside: what shows beside the beat, in the fitted swims.
         hypotheses: with their evidence.
@@ -83,7 +81,6 @@ class Diagnosis:
 
     ground: Ground
     signatures: tuple[Signature, ...]
-    shown: tuple[Shown, ...]
     elsewhere: tuple[LocalDiscrepancy, ...]
     beside: NonPeriodic
     hypotheses: Hypotheses
@@ -133,7 +130,6 @@ def diagnose(
     return Diagnosis(
         ground=weighed.ground,
         signatures=weighed.signatures,
-        shown=tuple(weighed.hypotheses.effects),
         elsewhere=weighed.elsewhere,
         beside=weighed.beside,
         hypotheses=weighed.hypotheses,
@@ -207,8 +203,9 @@ def _named(weighed: _Weighed, refitting: Refitting, settings: Settings, effects:
     probabilities, verdict = weighed.probabilities, verdict_of(weighed.probabilities)
     if not verdict.first:
         return Validated(verdict, probabilities, None)
-    best, gone, kept = pruned(weighed.ground, refitting(verdict.first), refitting, settings.priors, effects)
-    probabilities = _beside(probabilities, verdict, gone, kept)
+    best, gone = backward_elimination(weighed.ground, refitting(verdict.first), refitting, settings.priors, effects)
+    for name in gone:
+        probabilities = probabilities.refuted(name)
     verdict = verdict.without(gone, probabilities) if gone else verdict
     most_stays = _remainder(weighed, best).share > MOST_LEFT and probabilities.with_other > 0.5
     if most_stays and (doubtful := [n for n in verdict.first if weighed.hypotheses.shows_in_features(n)]):
@@ -235,19 +232,6 @@ def _everything(
     named = said.best or Refit.plain(weighed.ground)
     every = everything(weighed.ground, weighed.signatures, effects, named, _ROUNDS[effort])
     return None if every is None else (every, swims.gap(every.refit, as_fitted=True))
-
-
-def _beside(
-    before: Probabilities, verdict: Verdict, gone: Mapping[str, float], kept: Mapping[str, float]
-) -> Probabilities:
-    """With the log odds of the likeliest of each group beside the others, those that went first before the rest."""
-    found, groups = before, {group[0]: group for group in verdict.groups}
-    for name, log_odds in (*gone.items(), *kept.items()):
-        others = [other for first, group in groups.items() if first != name for other in group]
-        found = found.with_odds(groups[name], log_odds, others)
-        if name in gone:
-            del groups[name]
-    return found
 
 
 def _remainder(weighed: _Weighed, best: Refit) -> Remainder:

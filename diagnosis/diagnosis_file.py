@@ -183,7 +183,7 @@ def _parameter(parameter: Parameter, value: float, half: float) -> FittedParamet
 
 
 def _evidence(found: Diagnosis) -> Evidence:
-    chances, row = found.probabilities, found.hypotheses.row
+    chances, residual = found.probabilities, found.hypotheses.like_any
     likeliest = sorted(chances.of.items(), key=lambda item: -item[1])[:_SETS]
     places = (
         Place(each.place, each.same, float(chance))
@@ -192,16 +192,15 @@ def _evidence(found: Diagnosis) -> Evidence:
     )
     sway, delay = (
         BesideBeat(told.rms, told.log_odds, min(chances.with_other * chance, 1.0))  # sums of exponentials round
-        for told, chance in zip(found.beside, found.hypotheses.showing_beside, strict=True)
+        for told, chance in zip(found.beside, found.hypotheses.shares_non_periodic, strict=True)
     )
     return Evidence(
-        squares=row.squares,
-        numbers=len(row.left),
+        squares=float(residual.value @ residual.value),
+        numbers=len(residual.value),
         sets=tuple(
             EffectSet(
                 effects=tuple(chances.names[i] for i in each.present),
                 something_else=each.other,
-                that_looks_like=None if each.like is None else chances.names[each.like],
                 probability=chance,
             )
             for each, chance in likeliest

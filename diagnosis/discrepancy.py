@@ -121,21 +121,16 @@ class Discrepancy:
         own = np.eye(len(hertz))[:, :, None] * (1 - everywhere - beside)
         return everywhere + nearness(hertz)[:, :, None] * beside + own
 
-    def alike(self, signatures: Iterable[Signature], far_more: str = "") -> np.ndarray:
-        """(k, c) columns of unit strength: what one standard deviation of each parameter of these effects does.
-
-        Args:
-            signatures: of the effects.
-            far_more: one of `heavy`, of which it is that much more than usual; of none where it is empty.
-        """
+    def alike(self, signatures: Iterable[Signature]) -> np.ndarray:
+        """(k, c) columns of unit strength: what one standard deviation of each parameter of these effects does."""
         columns = []
         for signature in signatures:
-            more = self.heavy[far_more][0] if signature.effect.name == far_more else 1.0
+            times, share = self.heavy.get(signature.effect.name, (1.0, 0.0))
+            more = float(np.sqrt(1 + share * (times**2 - 1)))  # over all sessions
             for number, usual in enumerate(self.strengths.get(signature.effect.name, ())):
-                strength = more * usual
                 slope = little(signature, number)
-                if slope is not None and strength > 0:
-                    columns.append(strength * signature.effect.parameters[number].sd * slope)
+                if slope is not None and usual > 0:
+                    columns.append(more * usual * signature.effect.parameters[number].sd * slope)
         return np.column_stack(columns) if columns else np.zeros((1, 0))
 
 

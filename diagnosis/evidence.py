@@ -1,58 +1,56 @@
-"""How probable a whitened row is under each explanation: nothing, effects of the catalogue, or something else.
+"""Marginal likelihood of the residual under each hypothesis: one Gaussian linear model.
 
-Every explanation is normal: nothing leaves unit noise; an effect adds its columns, its strength normal about zero with
-a size that is not known (uniform in its logarithm, from what is just seen to what its bounds allow), its columns those
-of the stretch in which the strength lies; and what shows is never quite what a form says, by a share of its own length
-in no particular direction, and perhaps by what looks like a little of another effect, for that is likelier than one
-more effect. Something else is a gap of a size that is not known: in no particular direction, or at one place; and it
-may move the fish beside its beat as well, or make beats late, of which the row does not tell. So evidences are formulas
-(Rasmussen and Williams 2006, chapter 5), and forms with more freedom pay for it by themselves. Approximate are five
-things: several sizes count as independent about the likeliest, bounds are held parameter by parameter, what a form has
-wrong is taken at the strength that the row has, of effects that act together only the likeliest stretches count, and
-what is at one place is weighed beside effects of the sizes that are likeliest without it.
+In the whitened residual space the residual is normal with covariance
+
+    I + sum_k s_k^2 D_k D_k' + (e^2 |D|^2 + s^2) G
+
+D_k: columns of effect k, whose strengths are normal about zero; s_k: its size. |D|: the norm of what all effects of the
+hypothesis do, of which no form holds a share e, the form error. s: the size of an unknown effect, of covariance G of
+mean variance 1: a random mixture of what all effects do, or one that only neighbouring markers share. Sizes and form
+errors are averaged over a grid, sizes log-uniform from just detectable to what bounds allow; strengths stay within the
+range of their linear response (Rasmussen and Williams 2006, chapter 5). An unknown effect may instead act at one place,
+by columns of its own, and may show apart from the beat as well.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
-from functools import cache, cached_property
+from functools import cached_property
+from itertools import product
 from math import comb
+from typing import NamedTuple
 
 import numpy as np
-from scipy.special import logsumexp
+from scipy.linalg import solve_triangular
+from scipy.special import log_ndtr, logsumexp
 
-from diagnosis.constants import IN_FEATURES, SHOWS, SIZES
-from diagnosis.forms import Form, Shown
-from diagnosis.row import Row
-from diagnosis.sized import Columns, Sized
+from diagnosis.constants import IN_FEATURES, LOOSE, MOST_WRONG, SHOWS, SIZES
+from diagnosis.effect_response import EffectResponse, LinearResponse
+from fitting.signatures import Whitened
 
-_SILENT = 1e-9
-_ROUNDS = 4  # of the search for the likeliest sizes
+_TINY = 1e-12
 
 
 @dataclass(frozen=True)
 class Priors:
-    """What is believed before a session is looked at; fitted to sessions of development (see docs/benchmarks.md).
+    """Before a session is looked at; from sessions of development.
 
     Attributes:
-        unlike: share of what an effect does that its form does not hold, in no particular direction.
-        alike: probability that its form is also wrong by what looks like a little of some effect.
+        form_error: shares of the norm of what an effect does that its form may not hold, each as likely.
         number: prior probabilities of none, one, two … effects.
-        other: prior probability that there is something else, beside whatever effects.
-        placed: of that, that it is at one place.
-        besides: of that, that it shows beside the beat too; in either way as likely.
-        imitated: odds, against an effect, that something outside the catalogue looks like it.
-        strays: least share of its own length by which what looks like an effect strays from it; at most all of it, and
-            as likely in each octave between.
+        other: prior probability of an unknown effect, with whatever effects.
+        placed: of that, that it acts at one place.
+        non_periodic: of that, that it shows apart from the beat too.
+        look_alike: odds, against an effect, of an unknown one that looks like it.
+        differs: least share of its norm by which such a one differs; at most all of it, log-uniform.
     """
 
-    unlike: float = 0.25
-    alike: float = 0.5
-    number: tuple[float, ...] = (0.5, 0.38, 0.1, 0.015, 0.005)
+    form_error: tuple[float, ...] = (0.2, 0.5)
+    number: tuple[float, ...] = (0.5, 0.38, 0.1, 0.015)
     other: float = 0.1
     placed: float = 0.4
-    besides: float = 0.3
-    imitated: float = 0.3
-    strays: float = 0.05
+    non_periodic: float = 0.3
+    look_alike: float = 0.3
+    differs: float = 0.05
 
     def log_prior(self, present: int, other: bool, effects: int) -> float:
         """Of one set of so many effects out of all."""
@@ -61,221 +59,263 @@ class Priors:
 
 
 @dataclass(frozen=True, eq=False)
-class Hypotheses:
-    """All hypotheses of one row.
+class Residual:
+    """The whitened residual in the eigenvectors of the covariance of an unknown effect.
 
     Attributes:
-        rows: the row to be explained: first with what forms have wrong, then for each way in which something else may
-            be; all as likely.
-        effects: that may explain it.
-        priors: before the row.
-        numbers: where the whitened row holds what is beside the features: frequencies, and how free decays ring.
-        places: where something else may be: how likely against each other, and (q, b) what it does to the whitened row.
-        beside: by which the tracks speak for a motion beside the beat, and for beats that are late (log Bayes
-            factors), see `diagnosis.non_periodic`.
-        lacking: the second of the rows, of a gap like what all effects do, with one of them left out.
+        turn: (q, k) from the whitened residual space.
+        value: (q,) the residual.
+        spread: (q,) variance of the unknown effect, of mean 1.
     """
 
-    rows: tuple[Row, ...]
-    effects: Sequence[Shown]
+    turn: np.ndarray
+    value: np.ndarray
+    spread: np.ndarray
+
+    @classmethod
+    def of(
+        cls,
+        space: Whitened,
+        left: np.ndarray,
+        generic: np.ndarray,
+        effects: Sequence[EffectResponse] = (),
+        frequencies: slice = slice(0, 0),
+    ) -> "Residual":
+        """Beside an unknown effect like any of these, but for a share `LOOSE` of its variance.
+
+        Frequencies it leaves alone: only clock and drive change these.
+
+        Args:
+            space: that whitens.
+            left: (k,) the residual.
+            generic: (k, k) covariance of an unknown effect without structure; all of it where no effects are given.
+            effects: that it is like.
+            frequencies: where they stand.
+        """
+        others = np.ones((len(generic) + len(space.precision), 1))
+        others[frequencies] = 0.0
+        values, vectors = np.linalg.eigh(generic)
+        loose = space.freed((vectors * np.sqrt(np.maximum(values, 0.0))).T).T  # (k, q)
+        like = [others * each.slopes / np.linalg.norm(each.slopes) for each in effects if each.ways]
+        share = LOOSE if like else 1.0
+        parts = [np.sqrt(share) * loose / np.linalg.norm(loose)]
+        parts += [np.sqrt((1 - share) / len(like)) * part for part in like]
+        turn, singular, _ = np.linalg.svd(np.hstack(parts), full_matrices=False)
+        inside = singular > 1e-9 * singular[0]
+        spread, turn = singular[inside] ** 2, turn[:, inside].T
+        return cls(turn, turn @ space.freed(left), spread / spread.mean())
+
+
+class Sized(NamedTuple):
+    """Log densities of a residual on a grid of sizes, but for (2 pi)^(q/2), and the variances with the likeliest sizes.
+
+    Attributes:
+        evidence: averaged over the grid.
+        columns: (q, p) of the effects, with the likeliest sizes.
+        variance: (q,) of the rest with these.
+    """
+
+    evidence: float
+    columns: np.ndarray
+    variance: np.ndarray
+
+
+def sized(residual: Residual, responses: Sequence[LinearResponse], other: bool, form_errors: Sequence[float]) -> Sized:
+    """A residual with effects of these responses, and with an unknown effect or without."""
+    axes = [*map(_sizes, responses), SIZES if other else [0.0], form_errors if responses else [0.0]]
+    grid = np.array(list(product(*axes)))  # (s, r + 2)
+    parts = [residual.turn @ each.columns / each.size for each in responses]
+    columns = np.hstack([np.zeros((len(residual.value), 0)), *parts])  # (q, p)
+    whose = np.repeat(np.arange(len(parts)), [part.shape[1] for part in parts])
+    sizes = grid[:, whose]  # (s, p)
+    wrong = grid[:, -1] * _norms(residual, responses, columns, whose, sizes)
+    variance = 1 + np.outer((wrong**2 + grid[:, -2] ** 2) / len(residual.value), residual.spread)  # (s, q)
+    weighted = np.swapaxes(columns / variance[:, :, None], 1, 2)  # (s, p, q)
+    precision = np.eye(columns.shape[1]) + sizes[:, :, None] * (weighted @ columns) * sizes[:, None]
+    along, covariance = sizes * (weighted @ residual.value), np.linalg.inv(precision)
+    mean = (covariance @ along[:, :, None])[:, :, 0]
+    squares = (residual.value**2 / variance + np.log(variance)).sum(axis=1) - (along * mean).sum(axis=1)
+    logs = -0.5 * (squares + np.linalg.slogdet(precision)[1])
+    if len(whose):
+        ends = [np.vstack([each.low, each.high, each.bounds]) * each.size for each in responses]
+        low, high, least, most = np.hstack(ends)[:, None] / sizes
+        sd = np.sqrt(np.diagonal(covariance, axis1=1, axis2=2))
+        logs += (log_mass((low - mean) / sd, (high - mean) / sd) - log_mass(least, most)).sum(axis=1)
+    best = int(np.argmax(logs))
+    return Sized(_mean(logs), columns * sizes[best], variance[best])
+
+
+def _sizes(response: LinearResponse) -> np.ndarray:
+    """Of what an effect does, as far as its bounds allow."""
+    reach = float(np.abs(response.bounds).max()) * response.size
+    return SIZES[max(reach, SIZES[0]) >= SIZES]
+
+
+def _norms(
+    residual: Residual,
+    responses: Sequence[LinearResponse],
+    columns: np.ndarray,
+    whose: np.ndarray,
+    sizes: np.ndarray,
+) -> np.ndarray:
+    """(s,) of what effects do before coefficients are refitted, as strong as the residual has them; up to a limit."""
+    gram = sizes[:, :, None] * (columns.T @ columns) * sizes[:, None]
+    covariance = np.linalg.inv(np.eye(len(whose)) + gram)
+    mean = (covariance @ (sizes * (columns.T @ residual.value))[:, :, None])[:, :, 0]
+    before = np.array([each.before_refit for each in responses])[whose] ** 2 if len(whose) else np.zeros(0)
+    same = np.equal.outer(whose, whose) * before
+    squares = (same * gram * (mean[:, :, None] * mean[:, None] + covariance)).sum(axis=(1, 2))
+    return np.minimum(np.sqrt(squares), MOST_WRONG)
+
+
+def log_mass(low: np.ndarray, high: np.ndarray) -> np.ndarray:
+    """Logarithm of how probable a standard normal number is between two ends, however far out they lie."""
+    left, right = np.where(low > 0, -high, low), np.where(low > 0, -low, high)  # the tail that does not round to 1
+    most = log_ndtr(right)
+    return np.asarray(most + np.log1p(-np.exp(np.minimum(log_ndtr(left) - most, -_TINY))))
+
+
+def _mean(logs: Sequence[float] | np.ndarray) -> float:
+    return float(np.logaddexp.reduce(logs) - np.log(len(logs))) if len(logs) else -np.inf
+
+
+def _gained(white: np.ndarray, columns: np.ndarray) -> float:
+    """Log Bayes factor of more columns (q, b), all of one size, where the rest of the residual (q,) is white."""
+    squares, turn = np.linalg.eigh(columns.T @ columns)
+    along = turn.T @ (columns.T @ white)
+    grown = 1 + np.outer(SIZES**2, np.maximum(squares, 0.0))  # (s, b)
+    return _mean(0.5 * (np.outer(SIZES**2, along**2) / grown - np.log(grown)).sum(axis=1))
+
+
+@dataclass(frozen=True, eq=False)
+class Hypotheses:
+    """All hypotheses of one residual.
+
+    Attributes:
+        like_any, loose: the residual beside an unknown effect like any of the catalogue, and beside one without
+            structure.
+        effects: that may be present.
+        priors: before the session.
+        beside: where the whitened residual holds what is no feature: frequencies, and how free decays ring.
+        places: where an unknown effect may act: prior weight, and (k, b) what it does in the whitened residual space.
+        non_periodic: log Bayes factors of what the tracks show apart from the beat, see `diagnosis.non_periodic`.
+    """
+
+    like_any: Residual
+    loose: Residual
+    effects: Sequence[EffectResponse]
     priors: Priors
-    numbers: slice = field(default_factory=lambda: slice(0, 0))
+    beside: slice = field(default_factory=lambda: slice(0, 0))
     places: tuple[tuple[float, np.ndarray], ...] = ()
-    beside: tuple[float, ...] = (0.0,)
-    lacking: Callable[[int], Row] | None = None
+    non_periodic: tuple[float, ...] = (0.0,)
 
     @property
-    def row(self) -> Row:
-        """The first."""
-        return self.rows[0]
+    def log_non_periodic(self) -> float:
+        """What shows apart from the beat adds to the log evidence of an unknown effect, which may show there or not."""
+        return float(np.logaddexp(np.log1p(-self.priors.non_periodic), logsumexp(self._each_non_periodic)))
 
     @property
-    def non_periodic(self) -> float:
-        """What shows beside the beat adds to the log evidence of something else, which may make some or none."""
-        return float(np.logaddexp(np.log1p(-self.priors.besides), logsumexp(self._each_beside)))
+    def shares_non_periodic(self) -> tuple[float, ...]:
+        """Probabilities that an unknown effect shows apart from the beat, in each way, if there is one."""
+        return tuple(np.exp(self._each_non_periodic - self.log_non_periodic).tolist())
 
     @property
-    def showing_beside(self) -> tuple[float, ...]:
-        """Probabilities that something else shows beside the beat, in each way, where there is something else."""
-        return tuple(np.exp(self._each_beside - self.non_periodic).tolist())
-
-    @property
-    def _each_beside(self) -> np.ndarray:
-        return np.log(self.priors.besides / len(self.beside)) + np.array(self.beside)
+    def _each_non_periodic(self) -> np.ndarray:
+        return np.log(self.priors.non_periodic / len(self.non_periodic)) + np.array(self.non_periodic)
 
     def evidence(self, present: Sequence[int], other: bool) -> float:
-        """Log evidence of some effects, each in its best form, with or without something else beside them."""
-        return self._of_features(present, other) + (self.non_periodic if other else 0.0)
+        """Log evidence of some effects, with or without an unknown one.
 
-    def _of_features(self, present: Sequence[int], other: bool) -> float:
-        if not present:
-            return self._over_sizes((), other)
-        alone = [self._alone(other)[i] for i in present]
-        if not all(alone):
-            return -np.inf
-        total = [_of_ways(self.effects[i], logs) for i, logs in zip(present, alone, strict=True)]
+        Of several the likeliest responses count, each with the share that it has of its effect by itself.
+        """
+        added = self.log_non_periodic if other else 0.0
         if len(present) == 1:
-            return total[0]
-        best = tuple(self.effects[i].forms[int(np.argmax(logs))] for i, logs in zip(present, alone, strict=True))
-        chosen = sum(max(logs) - of_all for logs, of_all in zip(alone, total, strict=True))
-        return self._over_sizes(best, other) - chosen
+            return self._of_effect(present[0], other) + added
+        best = [self._best(i, other) for i in present]
+        if any(each is None for each in best):
+            return -np.inf
+        responses = [each for each in best if each is not None]
+        shares = sum(self._of_effect(i, other) - max(self._alone[other][i]) for i in present)
+        return self._evidence(responses, other) + shares + added
 
-    def somewhere(self, present: Sequence[int]) -> np.ndarray:
-        """(n,) log evidence of some effects with something else at each of n places, which `evidence` leaves out.
+    def at_places(self, present: Sequence[int]) -> np.ndarray:
+        """(n,) log evidence of some effects, of their likeliest sizes, with an unknown one at each of n places.
 
-        Beside effects that is half as likely as alone.
-
-        What is added to what the effects alone explain is taken at their likeliest sizes, and stands in the place of
-        what their forms have wrong in one direction.
+        With effects that is half as likely as alone.
         """
-        forms = tuple(form for form in (self.best[i] for i in present) if form is not None)
-        if not self.places or len(forms) < len(present):
+        responses = [each for each in (self.best[i] for i in present) if each is not None]
+        if not self.places or len(responses) < len(present):
             return np.full(len(self.places), -np.inf)
-        likeliest, alone = self._around(self.row, forms, False)
-        weights = np.array([weight for weight, _ in self.places])
-        at_places = np.log(weights / weights.sum()) + [_mean(list(likeliest.beside(p, SIZES))) for p in self._placed]
-        alone -= float(sum(np.log(len(self.effects[i].ways)) for i in present))
-        return np.asarray(alone + self.non_periodic - np.log(2 if forms else 1) + at_places)
+        found = sized(self.like_any, responses, False, self.priors.form_error)
+        root = np.linalg.cholesky(np.diag(found.variance) + found.columns @ found.columns.T)
+        white = solve_triangular(root, np.column_stack([self.like_any.value, *self._placed]), lower=True)
+        weights, ends = np.array([weight for weight, _ in self.places]), np.cumsum([p.shape[1] for p in self._placed])
+        gained = [_gained(white[:, 0], part) for part in np.split(white[:, 1:], ends[:-1], axis=1)]
+        prior = np.log(weights / weights.sum()) - np.log(2 if present else 1)
+        shares = sum(self._of_effect(i, False) - max(self._alone[False][i]) for i in present)
+        return np.asarray(found.evidence + prior + shares + gained + self.log_non_periodic)
 
-    def mixed(self, present: tuple[int, ...], without: int | None = None) -> float:
-        """Log evidence of some effects beside a mixture of what all do, or all but one; without what forms have wrong.
+    def look_alike_odds(self, effect: int, other: bool) -> float:
+        """Odds that what looks like an effect is an unknown one which differs from it.
 
-        -inf where some effect does nothing.
+        Where it differs by too little to show, without another unknown effect; where that shows, with one. But only
+        clock and drive change frequencies, in each trial by as much as an effect says: not by chance.
         """
-        row = self.rows[1] if without is None or self.lacking is None else self.lacking(without)
-        return self._beside_gap(row, present)
-
-    def loose(self, present: tuple[int, ...]) -> float:
-        """The same beside a gap that has no structure."""
-        return self._beside_gap(self.rows[2], present)
-
-    def _beside_gap(self, row: Row, present: tuple[int, ...]) -> float:
-        forms = tuple(form for form in (self.best[i] for i in present) if form is not None)
-        return -np.inf if len(forms) < len(present) else self._around(row, forms, True)[1]
-
-    def unseen(self, effect: int) -> float:
-        """Probability that something which looks like an effect strays too little from it to show."""
-        length, least = float(np.linalg.norm(self.row.turn @ self._moved[effect])), self.priors.strays
-        return float(np.clip(np.log(SHOWS / max(least * length, _SILENT)) / -np.log(least), 0.0, 1.0))
+        length, least = float(np.linalg.norm(self._moved[effect])), self.priors.differs
+        unseen = float(np.clip(np.log(SHOWS / max(least * length, _TINY)) / -np.log(least), 0.0, 1.0))
+        if not other:
+            return self.priors.look_alike * unseen
+        by_chance = self.priors.other / (1 - self.priors.other)
+        return self.priors.look_alike * (1 - unseen) * self._of_features(effect) / by_chance
 
     def shows_in_features(self, name: str) -> bool:
-        """Whether what an effect does is mostly in features.
+        """Whether most of what an effect does is in features, not in frequencies or free decays."""
+        return self._of_features([each.name for each in self.effects].index(name)) >= IN_FEATURES
 
-        Frequencies are changed by clock and drive alone, in each trial by as much as the effect says: not by chance.
-        """
-        return self.of_features([each.name for each in self.effects].index(name)) >= IN_FEATURES
-
-    def of_features(self, effect: int) -> float:
-        """Share of the squared length of what an effect does that is in features, not in the numbers beside them."""
+    def _of_features(self, effect: int) -> float:
         squares = self._moved[effect] ** 2
-        if squares.sum() < _SILENT:
-            return 1.0
-        return float(np.delete(squares, self.numbers).sum() / squares.sum())
+        return float(np.delete(squares, self.beside).sum() / squares.sum()) if squares.sum() > _TINY else 1.0
 
     @cached_property
-    def _moved(self) -> tuple[np.ndarray, ...]:
-        """(q,) of the whitened row, what each effect does in its best form where it comes nearest to what is left."""
-        turn, left = self.row.turn, self.row.left
-        return tuple(
-            np.zeros(turn.shape[1]) if form is None else form.columns @ form.nearest(left, turn @ form.columns)
-            for form in self.best
-        )
-
-    @cached_property
-    def best(self) -> tuple[Form | None, ...]:
-        """The form of each effect that explains most; None where it does nothing.
-
-        Beside something else where there is likely to be something else.
-        """
+    def best(self) -> tuple[LinearResponse | None, ...]:
+        """The likeliest response of each effect, with an unknown one if that is likely; None where it does nothing."""
         other = self.evidence((), other=True) > self.evidence((), other=False)
-        return tuple(
-            each.forms[int(np.argmax(logs))] if logs else None
-            for each, logs in zip(self.effects, self._alone(other), strict=True)
-        )
+        return tuple(self._best(i, other) for i in range(len(self.effects)))
 
-    def _alone(self, other: bool) -> list[list[float]]:
-        """Log evidence of each form of each effect by itself, without or with something else."""
-        return self._alone_beside if other else self._alone_without
+    def _best(self, effect: int, other: bool) -> LinearResponse | None:
+        logs = self._alone[other][effect]
+        return self.effects[effect].linear[int(np.argmax(logs))] if logs else None
 
-    @cached_property
-    def _alone_without(self) -> list[list[float]]:
-        return [[self._over_sizes((form,), False) for form in each.forms] for each in self.effects]
-
-    @cached_property
-    def _alone_beside(self) -> list[list[float]]:
-        return [[self._over_sizes((form,), True) for form in each.forms] for each in self.effects]
-
-    def _over_sizes(self, forms: tuple[Form, ...], other: bool) -> float:
-        """Log evidence, averaged over the sizes of the forms and of something else, whichever way that may be."""
-        return _mean([self._in(row, forms, other) for row in (self.rows[1:] if other else self.rows[:1])])
-
-    def _in(self, row: Row, forms: tuple[Form, ...], other: bool) -> float:
-        """The same of one way.
-
-        Over one size in full; over more along each axis through the likeliest point, as if they were independent there.
-        """
-        likeliest, evidence = self._around(row, forms, other)
-        return evidence + (likeliest.gained(self._directions[row], self.priors.alike) if forms else 0.0)
-
-    def _around(self, row: Row, forms: tuple[Form, ...], other: bool) -> tuple[Sized, float]:
-        """With the likeliest sizes, and the log evidence over all, forms being right but in no particular direction."""
-        axes = [_sizes(form) for form in forms] + ([SIZES] if other else [])
-        columns, unlike = Columns.of(row, forms), self.priors.unlike
-
-        def sizes(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-            every = np.array([axis[places] for axis, places in zip(axes, points.T, strict=True)]).reshape(
-                -1, len(points)
-            )
-            return every[: len(forms)].T, every[-1] if other else np.zeros(len(points))
-
-        @cache  # the last lines are gone along twice
-        def line(number: int, *point: int) -> np.ndarray:
-            points = np.tile(point, (len(axes[number]), 1))
-            points[:, number] = np.arange(len(points))
-            return columns.evidences(*sizes(points), unlike)
-
-        point = [len(axis) // 2 for axis in axes]
-        along: list[np.ndarray] = []
-        for _ in range(_ROUNDS if len(axes) > 1 else len(axes)):
-            before, along = list(point), []
-            for number in range(len(axes)):
-                along.append(line(number, *point[:number], 0, *point[number + 1 :]))
-                point[number] = int(np.argmax(along[-1]))
-            if before == point:
-                break
-        (of_forms,), (of_other,) = sizes(np.array([point], int))
-        likeliest = Sized(columns, tuple(map(float, of_forms)), float(of_other), unlike)
-        if not along:
-            return likeliest, likeliest.evidence
-        return likeliest, float(max(along[-1]) + sum(_mean(list(each)) - max(each) for each in along))
+    def _of_effect(self, effect: int, other: bool) -> float:
+        """Log evidence of one effect: ranges of strengths add up, and all ways are as likely."""
+        ends = np.cumsum([len(way) for way in self.effects[effect].ways])[:-1]
+        of_ways = np.split(np.array(self._alone[other][effect]), ends)
+        return _mean([float(np.logaddexp.reduce(own)) for own in of_ways if len(own)])
 
     @cached_property
-    def _placed(self) -> tuple[np.ndarray, ...]:
-        """(q, b) what something else does at each place in the first row, of a length of one in all."""
-        turned = (self.row.turn @ part for _, part in self.places)
-        return tuple(part / max(float(np.linalg.norm(part)), _SILENT) for part in turned)
+    def _alone(self) -> tuple[list[list[float]], list[list[float]]]:
+        """Log evidence of each response of each effect by itself, without and with an unknown effect."""
+
+        def alone(other: bool) -> list[list[float]]:
+            return [[self._evidence([response], other) for response in each.linear] for each in self.effects]
+
+        return alone(other=False), alone(other=True)
 
     @cached_property
-    def _directions(self) -> dict[Row, np.ndarray]:
-        """(q, d) in each row, of unit length, what each parameter of each effect does."""
-        found = {}
-        for row in self.rows:
-            columns = row.turn @ np.hstack([each.slopes for each in self.effects if each.ways])
-            found[row] = columns / np.maximum(np.linalg.norm(columns, axis=0), _SILENT)
-        return found
+    def _placed(self) -> list[np.ndarray]:
+        """(q, b) what an unknown effect does at each place, of norm 1."""
+        turned = [self.like_any.turn @ columns for _, columns in self.places]
+        return [each / max(float(np.linalg.norm(each)), _TINY) for each in turned]
 
+    @cached_property
+    def _moved(self) -> list[np.ndarray]:
+        """(k,) what each effect alone does, whitened, where it comes nearest to the residual."""
+        turn, value = self.like_any.turn, self.like_any.value
+        return [
+            np.zeros(turn.shape[1]) if each is None else each.columns @ each.nearest(value, turn @ each.columns)
+            for each in self.best
+        ]
 
-def _sizes(form: Form) -> np.ndarray:
-    """Of what a form does, as far as its bounds allow."""
-    reach = float(np.abs(form.bounds).max()) * form.size
-    return np.asarray([size for size in SIZES if size <= max(reach, SIZES[0])])
-
-
-def _of_ways(effect: Shown, logs: list[float]) -> float:
-    """Log evidence of an effect from those of its forms: these add up within a way, and all ways are as likely."""
-    ends = np.cumsum([len(way) for way in effect.ways])[:-1]
-    return _mean([float(np.logaddexp.reduce(own)) for own in np.split(np.array(logs), ends)])
-
-
-def _mean(logs: list[float]) -> float:
-    return float(np.logaddexp.reduce(logs) - np.log(len(logs))) if logs else -np.inf
+    def _evidence(self, responses: Sequence[LinearResponse], other: bool) -> float:
+        residuals = (self.like_any, self.loose) if other else (self.like_any,)
+        return _mean([sized(each, responses, other, self.priors.form_error).evidence for each in residuals])

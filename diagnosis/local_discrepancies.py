@@ -1,11 +1,10 @@
-"""Something that no catalogue holds, but that acts at one place: a marker, the head, a hinge, the tail, picture, time.
+"""An unknown effect that acts at one place: at a marker, on the head, in a hinge, across the tail.
 
 What is amiss at one place is told by few numbers: so it shows where a gap of no particular cause of the same length
 would not. It may be the same in all trials, or another in each.
 """
 
 from collections.abc import Iterator, Sequence
-from itertools import product
 from typing import NamedTuple
 
 import numpy as np
@@ -13,23 +12,16 @@ import numpy as np
 from diagnosis.constants import OF_HARMONIC, OF_WATER, PLACED, SLIDE_PER_M
 from diagnosis.ground import Ground
 from diagnosis.pushes import HEAD, Responses, across
-from diagnosis.ripples import rippled, smeared
 from fitting.model.features import (
     HARMONICS,
     OF_A_MARKER,
     SPEED,
     advanced,
-    of_markers,
-    places_of_markers,
     places_of_slides,
 )
 
-_SIDEWAYS = -2  # place of the sideways speed in features with its course
-_RIPPLE_RAD, _SMEAR_RAD = 0.02, 0.2  # against each other
 STAGE_OF = {
     "marker": "camera",
-    "picture": "camera",
-    "timing": "drive",
     "hinge": "tail",
     "whole": "tail",
     "tail": "body",
@@ -76,19 +68,15 @@ def likely_of(sought: Sequence[LocalDiscrepancy], at_place: Sequence[float]) -> 
 
 
 def local_discrepancies(ground: Ground, responses: Responses) -> tuple[LocalDiscrepancy, ...]:
-    """At every place: a marker seen elsewhere, and forces that are missing, each a mean and harmonics of the beat.
-
-    Also markers and boxes that sit elsewhere, a picture that is drawn out of shape, and beats that come early and late.
-    """
+    """At every place: a marker seen elsewhere, and forces that are missing, each a mean and harmonics of the beat."""
     found = []
-    dry = (*_at_markers(ground), *_in_hinges(responses), _in_picture(ground), _in_time(ground))
+    dry = (*_at_markers(ground), *_in_hinges(responses))
     for weight, places in ((1.0, dry), (OF_WATER, tuple(_by_water(ground, responses)))):
         for place, columns in places:
             within = columns.reshape(len(columns), len(ground.trials), -1)
             found.append(LocalDiscrepancy(place, True, within.sum(axis=1), weight))
             if len(ground.trials) > 1:
                 found.append(LocalDiscrepancy(place, False, within.reshape(len(columns), -1)))
-    found += _sitting_elsewhere(ground)
     return tuple(found)
 
 
@@ -109,48 +97,6 @@ def _at_markers(ground: Ground) -> Iterator[tuple[str, np.ndarray]]:
         for trial, phase in enumerate(phases):
             columns[own * trial : own * (trial + 1), trial] = advanced(features, float(phase)).T
         yield f"marker {marker}", columns
-
-
-def _sitting_elsewhere(ground: Ground) -> Iterator[LocalDiscrepancy]:
-    """(k, 2) of each marker that is elsewhere on the body, and of each box beside its marker, alike in all trials.
-
-    Nose and neck take scale and heading with them. Boxes that are alike in all trials are not the ones that were put a
-    little off in each.
-    """
-    disturbed, features, markers = ground.disturbances, len(ground.model.measured), ground.trials[0].markers
-    per_box = disturbed.per_box.reshape(features, len(ground.trials), -1).sum(axis=1)
-    for moved in (disturbed.per_marker, per_box):
-        for number, marker in enumerate(markers):
-            columns = np.zeros((len(ground.left), 2))
-            columns[:features] = moved[:, 2 * number : 2 * number + 2]
-            yield LocalDiscrepancy(f"marker {marker}", True, columns)
-
-
-def _in_picture(ground: Ground) -> tuple[str, np.ndarray]:
-    """(k, t, 4) of a picture that is drawn out along and across the fish, and sheared either way."""
-    features = [model.measured for model in ground.model.trials]
-    columns = np.zeros((len(ground.left), len(features), 4))
-    for trial, one in enumerate(features):
-        beats, speeds = of_markers(one), (SPEED, _SIDEWAYS)  # along and across, either
-        own = columns[len(one) * trial : len(one) * (trial + 1), trial]
-        for number, (to, of) in enumerate(product((0, 1), repeat=2)):
-            seen = np.zeros_like(beats)
-            seen[:, to] = beats[:, of]
-            own[places_of_markers(len(one)), number] = seen.ravel()
-            own[speeds[to], number] = one[speeds[of]]
-        slides = places_of_slides(len(one))
-        own[slides, 0] = one[slides]  # along; across they are not told
-    return "picture", columns
-
-
-def _in_time(ground: Ground) -> tuple[str, np.ndarray]:
-    """(k, t, 5) of beats that come early and late, in step with the crank or not."""
-    features = [model.measured for model in ground.model.trials]
-    within = [np.column_stack([_SMEAR_RAD**2 * smeared(one), _RIPPLE_RAD * rippled(one)]) for one in features]
-    columns = np.zeros((len(ground.left), len(features), within[0].shape[1]))
-    for trial, own in enumerate(within):
-        columns[len(own) * trial : len(own) * (trial + 1), trial] = own
-    return "timing of the beat", columns
 
 
 def _in_hinges(responses: Responses) -> Iterator[tuple[str, np.ndarray]]:

@@ -1,4 +1,4 @@
-"""From evidences to probabilities: of nothing, of sets of effects, and of something else beside them."""
+"""From evidences to probabilities: of nothing, of sets of effects, and of an unknown effect, by Bayes' rule."""
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
@@ -7,30 +7,22 @@ from itertools import combinations
 from typing import NamedTuple
 
 import numpy as np
-from scipy.special import expit, logsumexp
+from scipy.special import logsumexp
 
 from diagnosis.constants import AT_PLACES, GROWN, MOST_EFFECTS, PAIRED
 from diagnosis.evidence import Hypotheses
-from diagnosis.many import standing
 
 
 class Hypothesis(NamedTuple):
-    """One of all that there may be.
+    """What may be present.
 
     Attributes:
-        present: effects by their places.
-        other: whether there is something else beside them.
-        like: an effect that this something else looks like, and which is not there; None where it looks like none.
+        present: effects by their places in the catalogue, each itself or an unknown one that looks like it.
+        other: whether there is an unknown effect besides.
     """
 
     present: tuple[int, ...]
     other: bool = False
-    like: int | None = None
-
-    @property
-    def seen(self) -> frozenset[int]:
-        """Effects that it looks like, present or not."""
-        return frozenset(self.present if self.like is None else (*self.present, self.like))
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,72 +31,22 @@ class Probabilities:
 
     Attributes:
         names: (e,) of the effects.
-        of: probability of each explanation that was tried; they add up to 1.
-        at_place: (n,) that there is something else, at each place, beside whatever effects.
+        of: probability of each hypothesis that was tried; they add up to 1.
+        at_place: (n,) of an unknown effect at each place, with whatever effects.
+        look_alike: (2, e) odds that what looks like an effect is an unknown one: where there is no other unknown one,
+            and where there is.
     """
 
     names: tuple[str, ...]
     of: dict[Hypothesis, float]
     at_place: tuple[float, ...] = ()
-
-    @classmethod
-    def after(cls, hypotheses: Hypotheses) -> "Probabilities":
-        """By Bayes' rule: all single effects, pairs of the likeliest, and larger sets where they are likelier still."""
-        logs: dict[Hypothesis, float] = {}
-        shows = [i for i, each in enumerate(hypotheses.effects) if each.forms]
-        for present in [(), *((i,) for i in shows)]:
-            _try(hypotheses, logs, present)
-        for pair in _pairs(logs, shows):
-            _try(hypotheses, logs, pair)
-        for size in range(3, MOST_EFFECTS + 1):
-            for present in _larger(logs, shows, size):
-                _try(hypotheses, logs, present)
-        places = _somewhere(hypotheses, logs)
-        logs |= _imitations(hypotheses, logs)
-        logs = _among_many(hypotheses, logs)
-        total = logsumexp(list(logs.values()))
-        chances = {key: float(np.exp(value - total)) for key, value in logs.items()}
-        return cls(tuple(each.name for each in hypotheses.effects), chances, tuple(np.exp(places - total).tolist()))
-
-    @classmethod
-    def averaged(cls, parts: Sequence[tuple[float, "Probabilities"]]) -> "Probabilities":
-        """Under several assumptions, with the probability of each; these add up to 1."""
-        found: dict[Hypothesis, float] = {}
-        for chance, part in parts:
-            for key, of in part.of.items():
-                found[key] = found.get(key, 0.0) + chance * of
-        places = np.sum([chance * np.array(part.at_place) for chance, part in parts], axis=0)
-        return cls(parts[0][1].names, found, tuple(places.tolist()))
-
-    def with_odds(self, group: Collection[str], log_odds: float, beside: Collection[str]) -> "Probabilities":
-        """With these odds of a group beside others, if it was taken for likelier; one that was not stays as it is.
-
-        Its sets in which others are seen pass the rest on to those without it: what there would be without any of the
-        others was not asked.
-
-        Args:
-            group: alternatives of which one is seen.
-            log_odds: that it is, if one of the others is.
-            beside: the others, which act with it.
-        """
-        own, others = ({self.names.index(name) for name in part} for part in (group, beside))
-        asked = {each for each in self.of if each.seen & own and each.seen & others}
-        both = sum(self.of[each] for each in asked)
-        kept = min(float(expit(log_odds)) * self.any_seen(others) / max(both, 1e-300), 1.0)
-        found: dict[Hypothesis, float] = {}
-        for each, chance in self.of.items():
-            like = None if each.like in own else each.like
-            without = Hypothesis(tuple(i for i in each.present if i not in own), each.other and like == each.like, like)
-            share = kept if each in asked else 1.0
-            for key, part in ((each, share), (without, 1 - share)):
-                found[key] = found.get(key, 0.0) + part * chance
-        return Probabilities(self.names, found, self.at_place)
+    look_alike: np.ndarray | None = None
 
     def refuted(self, name: str) -> "Probabilities":
-        """With this effect not there after all; what else there is stays as likely as it was.
+        """With this effect not there after all.
 
-        Each set that holds it passes on to what there is without: nothing in its place, or something else that looks
-        like it, as likely against each other as both were; where neither was tried, to the latter.
+        Each set that holds it passes its probability on to what there is without: nothing in its place, or an unknown
+        effect, as likely against each other as they were.
         """
         gone = self.names.index(name)
         found: dict[Hypothesis, float] = {}
@@ -112,16 +54,16 @@ class Probabilities:
             shares = {each: 1.0}
             if gone in each.present:
                 rest = tuple(i for i in each.present if i != gone)
-                without, alike = Hypothesis(rest, each.other), Hypothesis(rest, True, gone)
-                nothing, something = (self.of.get(one, 0.0) for one in (without, alike))
-                share = nothing / (nothing + something) if nothing else 0.0
-                shares = {without: share, alike: 1.0 - share}
+                nothing, unknown = (self.of.get(Hypothesis(rest, other), 0.0) for other in (each.other, True))
+                share = nothing / (nothing + unknown) if nothing else 0.0
+                shares = {Hypothesis(rest, True): 1 - share}
+                shares[Hypothesis(rest, each.other)] = shares.get(Hypothesis(rest, each.other), 0.0) + share
             for key, share in shares.items():
                 found[key] = found.get(key, 0.0) + share * chance
-        return Probabilities(self.names, found, self.at_place)
+        return Probabilities(self.names, found, self.at_place, self.look_alike)
 
     def either_or(self, one: str, other: str) -> tuple[float, float, float]:
-        """That the one of two effects is there and not the other, the other and not the one, and both."""
+        """That the one of two effects is seen and not the other, the other and not the one, and both."""
         first, second = self.names.index(one), self.names.index(other)
         there = [(first in each.present, second in each.present, chance) for each, chance in self.of.items()]
         alone = sum(p for a, b, p in there if a and not b), sum(p for a, b, p in there if b and not a)
@@ -134,41 +76,88 @@ class Probabilities:
 
     @property
     def other(self) -> float:
-        """That there is something else, and no effect of the catalogue."""
-        return sum(chance for each, chance in self.of.items() if each.other and not each.present)
+        """That there is an unknown effect, and none of the catalogue."""
+        return sum(p * self._none_of(each, each.present) for each, p in self.of.items() if each.present or each.other)
 
     @property
     def with_other(self) -> float:
-        """That there is something else, beside whatever effects."""
-        return sum(chance for each, chance in self.of.items() if each.other)
+        """That there is an unknown effect, with whatever effects."""
+        return sum(p if each.other else p * (1 - self._all_of(each)) for each, p in self.of.items())
 
     def any_present(self, effects: Collection[int]) -> float:
         """That at least one of some effects is present."""
-        return sum(chance for each, chance in self.of.items() if set(each.present) & set(effects))
+        return sum(p * (1 - self._none_of(each, set(each.present) & set(effects))) for each, p in self.of.items())
 
     def any_seen(self, effects: Collection[int]) -> float:
-        """That at least one of some effects is present, or something else that looks like it."""
-        return sum(chance for each, chance in self.of.items() if each.seen & set(effects))
+        """That at least one of some effects is present, or an unknown one that looks like it."""
+        return sum(p for each, p in self.of.items() if set(each.present) & set(effects))
 
     @cached_property
     def marginal(self) -> np.ndarray:
         """(e,) that each effect is present."""
-        total = np.zeros(len(self.names))
-        for each, chance in self.of.items():
-            total[list(each.present)] += chance
-        return np.minimum(total, 1.0)  # sums of exponentials round
+        return np.minimum([self.any_present([i]) for i in range(len(self.names))], 1.0)  # sums of exponentials round
+
+    def _unknown(self, each: Hypothesis, effect: int) -> float:
+        """Probability that what looks like an effect is an unknown one."""
+        odds = 0.0 if self.look_alike is None else float(self.look_alike[int(each.other), effect])
+        return odds / (1 + odds)
+
+    def _none_of(self, each: Hypothesis, effects: Collection[int]) -> float:
+        return float(np.prod([self._unknown(each, i) for i in effects]))
+
+    def _all_of(self, each: Hypothesis) -> float:
+        return float(np.prod([1 - self._unknown(each, i) for i in each.present]))
 
 
-def _try(hypotheses: Hypotheses, logs: dict[Hypothesis, float], present: tuple[int, ...]) -> None:
-    """Weighs a set of effects, with and without something else."""
+class Weighed(NamedTuple):
+    """Log evidence times prior of hypotheses, and of an unknown effect at each of n places."""
+
+    logs: dict[Hypothesis, float]
+    places: np.ndarray
+
+    @classmethod
+    def of(cls, hypotheses: Hypotheses) -> "Weighed":
+        """All single effects, pairs of the likeliest, and larger sets where they are likelier still."""
+        logs: dict[Hypothesis, float] = {}
+        shows = [i for i, each in enumerate(hypotheses.effects) if each.linear]
+        for present in [(), *((i,) for i in shows)]:
+            _weigh(hypotheses, logs, present)
+        for pair in _pairs(logs, shows):
+            _weigh(hypotheses, logs, pair)
+        for size in range(3, MOST_EFFECTS + 1):
+            for present in _larger(logs, shows, size):
+                _weigh(hypotheses, logs, present)
+        return cls(logs, _weigh_places(hypotheses, logs))
+
+
+def posterior(parts: Sequence[tuple[float, Weighed]], hypotheses: Hypotheses) -> Probabilities:
+    """Under several assumptions, with the log probability of each, and the hypotheses of the likeliest."""
+    logs: dict[Hypothesis, float] = {}
+    for assumed, part in parts:
+        for key, log in part.logs.items():
+            logs[key] = float(np.logaddexp(logs.get(key, -np.inf), assumed + log))
+    every = range(len(hypotheses.effects))
+    odds = np.array([[hypotheses.look_alike_odds(i, other) for i in every] for other in (False, True)])
+    logs = {key: log + float(np.log1p(odds[int(key.other), list(key.present)]).sum()) for key, log in logs.items()}
+    total = logsumexp(list(logs.values()))
+    places = logsumexp([assumed + part.places for assumed, part in parts], axis=0) if len(parts[0][1].places) else []
+    return Probabilities(
+        names=tuple(each.name for each in hypotheses.effects),
+        of={key: float(np.exp(log - total)) for key, log in logs.items()},
+        at_place=tuple(np.exp(np.subtract(places, total)).tolist()),
+        look_alike=odds,
+    )
+
+
+def _weigh(hypotheses: Hypotheses, logs: dict[Hypothesis, float], present: tuple[int, ...]) -> None:
+    """A set of effects, with and without an unknown one."""
     for other in (False, True):
-        if (key := Hypothesis(present, other)) not in logs:
-            prior = hypotheses.priors.log_prior(len(present), other, len(hypotheses.effects))
-            logs[key] = hypotheses.evidence(present, other) + prior
+        prior = hypotheses.priors.log_prior(len(present), other, len(hypotheses.effects))
+        logs[Hypothesis(present, other)] = hypotheses.evidence(present, other) + prior
 
 
-def _somewhere(hypotheses: Hypotheses, logs: dict[Hypothesis, float]) -> np.ndarray:
-    """Weighs what else may be at one place beside the likeliest sets; (n,) by place."""
+def _weigh_places(hypotheses: Hypotheses, logs: dict[Hypothesis, float]) -> np.ndarray:
+    """Adds an unknown effect at one place to the likeliest sets; (n,) by place."""
     places = np.full(len(hypotheses.places), -np.inf)
     if not len(places):
         return places
@@ -180,54 +169,11 @@ def _somewhere(hypotheses: Hypotheses, logs: dict[Hypothesis, float]) -> np.ndar
     likeliest = sorted(every, key=lambda present: -every[present])[:AT_PLACES]
     for present in {(), *likeliest}:
         prior = hypotheses.priors.log_prior(len(present), True, len(hypotheses.effects)) + np.log(placed)
-        found = prior + hypotheses.somewhere(present)
+        found = prior + hypotheses.at_places(present)
         key = Hypothesis(present, True)
         logs[key] = float(logsumexp([logs[key], *found]))
         places = np.logaddexp(places, found)
     return places
-
-
-def _among_many(hypotheses: Hypotheses, logs: dict[Hypothesis, float]) -> dict[Hypothesis, float]:
-    """With effects that surely are in the mixture that something else is, where it surely is one, told as present."""
-    likeliest = max(logs, key=lambda key: logs[key])
-    if not likeliest.other:
-        return logs
-    among = standing(hypotheses, likeliest.present)
-    if not among:
-        return logs
-    chance = min(among.values())
-    with np.errstate(divide="ignore"):  # of what is certain
-        as_it_was, with_them = np.log1p(-chance), np.log(chance)
-    found: dict[Hypothesis, float] = {}
-    for key, log in logs.items():
-        shares = {key: log}
-        present = tuple(sorted({*key.present, *among}))
-        if key.other and present != key.present:
-            shares = {key: log + as_it_was, key._replace(present=present): log + with_them}
-        for each, told in shares.items():
-            found[each] = float(np.logaddexp(found.get(each, -np.inf), told))
-    return found
-
-
-def _imitations(hypotheses: Hypotheses, logs: dict[Hypothesis, float]) -> dict[Hypothesis, float]:
-    """Each set with something in the place of one of its effects that only looks like it, and how likely that is.
-
-    Where it strays too little to show it is as likely as the effect would be, else as that and something else beside;
-    but something else strays in features: what changes frequencies alone, of each trial by as much, is no chance.
-    """
-    found, priors = {}, hypotheses.priors
-    beside = np.log(priors.other) - np.log1p(-priors.other)
-    with np.errstate(divide="ignore"):
-        for present in [each.present for each in logs if each.present and not each.other]:
-            for effect in present:
-                unseen = hypotheses.unseen(effect)
-                alone = logs[Hypothesis(present)] + np.log(unseen) + hypotheses.non_periodic
-                shows = (1 - unseen) * hypotheses.of_features(effect)
-                strays = logs[Hypothesis(present, True)] - beside + np.log(shows)
-                rest = tuple(i for i in present if i != effect)
-                odds = np.log(priors.imitated)
-                found[Hypothesis(rest, True, effect)] = float(odds + np.logaddexp(alone, strays))
-    return found
 
 
 def _larger(logs: dict[Hypothesis, float], shows: list[int], size: int) -> list[tuple[int, ...]]:
@@ -235,7 +181,7 @@ def _larger(logs: dict[Hypothesis, float], shows: list[int], size: int) -> list[
     sets = sorted((key for key in logs if len(key.present) == size - 1), key=lambda key: -logs[key])[:GROWN]
     if not sets or logs[sets[0]] < max(logs.values()):
         return []
-    return sorted({tuple(sorted((*present, i))) for present, *_ in sets for i in shows if i not in present})
+    return sorted({tuple(sorted((*present, i))) for present, _ in sets for i in shows if i not in present})
 
 
 def _pairs(logs: dict[Hypothesis, float], shows: list[int]) -> set[tuple[int, int]]:

@@ -275,15 +275,13 @@ class EffectSet:
     """Effects that may be present together.
 
     Attributes:
-        effects: their names.
-        something_else: whether something is there that the catalogue does not hold.
-        that_looks_like: the effect that this looks like, if any.
+        effects: their names; each itself, or an unknown one that looks like it.
+        something_else: whether there is an unknown effect besides.
         probability: of just this set.
     """
 
     effects: tuple[str, ...]
     something_else: bool
-    that_looks_like: str | None
     probability: float
 
 

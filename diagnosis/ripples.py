@@ -10,16 +10,6 @@ def rippled(features: np.ndarray) -> np.ndarray:
     return np.column_stack([_ahead(features, order, sine) for order in (1, 2) for sine in (False, True)])
 
 
-def smeared(features: np.ndarray) -> np.ndarray:
-    """(g,) how features changes, over rad^2, whose beats come early and late by a phase that goes with none of them.
-
-    Harmonic h falls by h^2 / 2 of the variance of that phase.
-    """
-    result = np.zeros_like(features)
-    of_markers(result)[..., 1:] = -0.5 * np.repeat(np.arange(1, HARMONICS + 1) ** 2, 2) * of_markers(features)[..., 1:]
-    return result
-
-
 def _ahead(features: np.ndarray, order: int, sine: bool) -> np.ndarray:
     """(g,) how features changes, over rad, whose crank runs ahead by a cosine, or sine, of `order` turns."""
     step = 1e-4

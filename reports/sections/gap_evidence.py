@@ -113,12 +113,11 @@ def _explanations(found: DiagnosisResult) -> Table:
     rows = []
     for told in found.evidence.sets:
         names = [in_words(name) for name in told.effects]
-        like = f" that looks like {in_words(told.that_looks_like)}" if told.that_looks_like else ""
-        other = [f"something else{like}"] if told.something_else else []
+        other = ["something else"] if told.something_else else []
         rows.append((" + ".join([*names, *other]) or "nothing", shown(told.probability, 3)))
     caption = (
-        "The likeliest explanations, each weighed by its evidence. “Something else” is an error that no effect of "
-        "the catalogue makes; it may look like one."
+        "The likeliest explanations, each weighed by its evidence. An effect stands for itself and for what only looks "
+        "like it; “something else” is an error that no effect of the catalogue makes."
     )
     return Table(caption, SET, tuple(rows))
 

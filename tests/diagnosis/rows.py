@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
-from diagnosis.evidence import Hypotheses, Priors
-from diagnosis.forms import shown
-from diagnosis.row import Row
+from diagnosis.effect_response import effect_responses
+from diagnosis.evidence import Hypotheses, Priors, Residual
+from diagnosis.probabilities import Probabilities, Weighed, posterior
 from fitting.signatures import Signature, Whitened
 from tests.fitting.signatures.made import Made
 
@@ -32,8 +34,12 @@ def catalogue() -> list[Signature]:
     return [*plain, signature("one_sided", DIRECTIONS[10], low=0.0), signature("twin_of_0", alike)]
 
 
-def hypotheses(left: np.ndarray, signatures: list[Signature] | None = None) -> Hypotheses:
+def hypotheses(left: np.ndarray, signatures: list[Signature] | None = None, **more: Any) -> Hypotheses:
     """Of what is left (k,)."""
-    effects = shown(signatures or catalogue(), SPACE)
-    rows = tuple(Row.of(SPACE, left, np.eye(K), like) for like in (effects, effects, ()))
-    return Hypotheses(rows, effects, Priors())
+    effects = effect_responses(signatures or catalogue(), SPACE)
+    like_any, loose = (Residual.of(SPACE, left, np.eye(K), like) for like in (effects, ()))
+    return Hypotheses(like_any, loose, effects, Priors(), **more)
+
+
+def after(found: Hypotheses) -> Probabilities:
+    return posterior([(0.0, Weighed.of(found))], found)

@@ -54,7 +54,7 @@ def test_a_masked_marker_is_neither_corrected_nor_scored() -> None:
 
 def test_a_placebo_is_unlikely_not_named_and_as_free_as_the_named() -> None:
     forms = {"named": (1, 5.0), "likely": (1, 9.0), "weak": (1, 1.0), "strong": (1, 4.0), "free": (3, 8.0)}
-    effects = [SimpleNamespace(forms=[SimpleNamespace(parameters=range(p), size=s)]) for p, s in forms.values()]
+    effects = [SimpleNamespace(linear=[SimpleNamespace(parameters=range(p), size=s)]) for p, s in forms.values()]
     hypotheses = SimpleNamespace(effects=effects, best=[1] * len(forms))
     chances = SimpleNamespace(names=tuple(forms), marginal=np.array([0.95, 0.4, 0.001, 0.001, 0.001]))
     assert placebo_for(hypotheses, chances, {"named"}) == "strong"  # type: ignore[arg-type]

@@ -32,7 +32,7 @@ def weighed() -> Hypotheses:
     """Of two effects; the second changes but the last number of the row, which holds a frequency."""
     made = [signature("slack", DIRECTIONS[0]), signature("gear", np.eye(K)[K - 1])]
     found = hypotheses(9 * DIRECTIONS[0] + 9 * np.eye(K)[K - 1], made)
-    return replace(found, numbers=slice(K - 1, K))
+    return replace(found, beside=slice(K - 1, K))
 
 
 @pytest.mark.parametrize(
@@ -73,11 +73,11 @@ def test_a_trial_left_out_has_no_part_in_its_own_forecast() -> None:
 
 
 def test_what_is_refuted_is_not_there_and_all_else_as_before() -> None:
-    like_a = Hypothesis((), True, 0)
-    sets = {Hypothesis(()): 0.1, Hypothesis((0,)): 0.5, Hypothesis((0, 1)): 0.1, like_a: 0.2, Hypothesis((1,)): 0.1}
+    unknown = Hypothesis((), True)
+    sets = {Hypothesis(()): 0.1, Hypothesis((0,)): 0.5, Hypothesis((0, 1)): 0.1, unknown: 0.2, Hypothesis((1,)): 0.1}
     found = Probabilities(("a", "b"), sets).refuted("a")
     assert found.marginal == pytest.approx([0.0, 0.2])
     assert found.null == pytest.approx(0.1 + 0.5 / 3)
-    assert found.of[like_a] == pytest.approx(0.2 + 1.0 / 3)
+    assert found.of[unknown] == pytest.approx(0.2 + 1.0 / 3)
     assert found.of[Hypothesis((1,))] == pytest.approx(0.2)
     assert sum(found.of.values()) == pytest.approx(1.0)

@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from itertools import product
+
 import numpy as np
 import pytest
+from scipy.stats import multivariate_normal, norm
 
-from diagnosis.evidence import Hypotheses, Priors
-from diagnosis.forms import shown
+from diagnosis.effect_response import effect_responses
+from diagnosis.evidence import SIZES, Residual, log_mass, sized
 from diagnosis.probabilities import Hypothesis, Probabilities
-from diagnosis.row import NONE, Row
 from diagnosis.verdict import Verdict, verdict_of
 from fitting.signatures import Signature
 from tests.cases import later
-from tests.diagnosis.rows import DIRECTIONS, SPACE, K, catalogue, hypotheses, made, signature
+from tests.diagnosis.rows import DIRECTIONS, SPACE, K, after, catalogue, hypotheses, made, signature
 
 LAST = slice(K - 2, K)
 
@@ -21,8 +24,8 @@ def noise(seed: int) -> np.ndarray:
     return np.random.default_rng([seed, 5]).standard_normal(K)
 
 
-def after(left: np.ndarray) -> Probabilities:
-    return Probabilities.after(hypotheses(left))
+def after_all(left: np.ndarray) -> Probabilities:
+    return after(hypotheses(left))
 
 
 def chances(sets: dict[tuple[int, ...], float], other: float) -> dict[Hypothesis, float]:
@@ -31,20 +34,20 @@ def chances(sets: dict[tuple[int, ...], float], other: float) -> dict[Hypothesis
 
 @pytest.mark.parametrize("strength", [8.0, -8.0, 25.0])
 def test_an_effect_that_is_there_is_named(strength: float) -> None:
-    found = after(noise(1) + strength * DIRECTIONS[4])
+    found = after_all(noise(1) + strength * DIRECTIONS[4])
     assert sum(found.of.values()) == pytest.approx(1.0)
     assert found.marginal[4] > 0.8
     assert verdict_of(found).groups == (("effect_4",),)
 
 
 def test_two_that_are_there_are_named_together() -> None:
-    verdict = verdict_of(after(noise(2) + 9 * DIRECTIONS[2] - 8 * DIRECTIONS[7]))
+    verdict = verdict_of(after_all(noise(2) + 9 * DIRECTIONS[2] - 8 * DIRECTIONS[7]))
     assert verdict.name == "named"
     assert {group[0] for group in verdict.groups} == {"effect_2", "effect_7"}
 
 
 def test_two_that_look_alike_are_told_as_alternatives() -> None:
-    verdict = verdict_of(after(noise(3) + 8 * DIRECTIONS[0]))
+    verdict = verdict_of(after_all(noise(3) + 8 * DIRECTIONS[0]))
     assert verdict.name == "inseparable"
     assert set(verdict.groups[0]) == {"effect_0", "twin_of_0"}
     either = Probabilities(("a", "b"), chances({(): 0.0, (0,): 0.5, (1,): 0.2, (0, 1): 0.25}, other=0.05))
@@ -52,7 +55,7 @@ def test_two_that_look_alike_are_told_as_alternatives() -> None:
 
 
 def test_an_effect_of_one_sign_does_not_explain_the_other() -> None:
-    there, not_there = (after(noise(4) + s * DIRECTIONS[10]) for s in (9.0, -9.0))
+    there, not_there = (after_all(noise(4) + s * DIRECTIONS[10]) for s in (9.0, -9.0))
     assert there.marginal[10] > 0.8
     assert not_there.marginal[10] < 0.2
 
@@ -63,7 +66,7 @@ def test_a_form_explains_only_strengths_near_those_that_were_tried() -> None:
     rows = strengths * DIRECTIONS[1] + np.where(strengths == 30.0, 30.0, 0.0) * DIRECTIONS[2]
     bent = Signature(made("bent"), strengths, rows, np.zeros((4, 0)))
     weak, strong, sideways = (
-        Probabilities.after(hypotheses(noise(12) + left, [bent, signature("plain", DIRECTIONS[5])])).marginal[0]
+        after(hypotheses(noise(12) + left, [bent, signature("plain", DIRECTIONS[5])])).marginal[0]
         for left in (8 * DIRECTIONS[1], 35 * (DIRECTIONS[1] + DIRECTIONS[2]), 6 * (DIRECTIONS[1] + DIRECTIONS[2]))
     )
     assert min(weak, strong) > 0.8
@@ -72,14 +75,14 @@ def test_a_form_explains_only_strengths_near_those_that_were_tried() -> None:
 
 def test_what_no_effect_looks_like_is_unexplained() -> None:
     strange = np.linalg.qr(np.vstack([DIRECTIONS, np.random.default_rng(6).standard_normal((8, K))]).T)[0].T[12:]
-    found = after(noise(5) + 7 * strange.sum(axis=0))
+    found = after_all(noise(5) + 7 * strange.sum(axis=0))
     assert found.other > 0.5
     assert verdict_of(found).name == "unexplained"
 
 
 @pytest.mark.parametrize("seed", [20, 21, *later(*range(22, 28))])
 def test_noise_alone_is_no_gap(seed: int) -> None:
-    assert verdict_of(after(noise(seed))).name == "no_gap"
+    assert verdict_of(after_all(noise(seed))).name == "no_gap"
 
 
 @pytest.mark.long
@@ -91,7 +94,7 @@ def test_chances_come_true() -> None:
         if random.random() < 0.5:
             present = int(random.integers(10))
             left = left + random.choice([-1, 1]) * np.exp(random.uniform(0.0, 3.0)) * DIRECTIONS[present]
-        chances = after(left).marginal[:10]
+        chances = after_all(left).marginal[:10]
         told.append(chances)
         true.append(np.arange(10) == (-1 if present is None else present))
     p, hit = np.concatenate(told), np.concatenate(true)
@@ -102,25 +105,19 @@ def test_chances_come_true() -> None:
             assert abs(hit[bin_].mean() - p[bin_].mean()) < 0.08 + 3 * error
 
 
-def test_an_effect_that_did_not_stand_hands_its_chance_on() -> None:
-    sets = {Hypothesis((0,)): 0.2, Hypothesis((0, 1)): 0.5, Hypothesis((2,)): 0.1}
-    sets |= {Hypothesis((1,), True): 0.1, Hypothesis((0,), True, 1): 0.1}
-    before = Probabilities(("a", "b", "c"), sets)
-    after = before.with_odds(["b"], -np.log(4.0), beside=["a"])
-    beside = 0.2 * 0.8  # one fifth of where the other is seen, where both had been 0.6
-    assert sum(after.of.values()) == pytest.approx(1.0)
-    assert after.marginal == pytest.approx([0.8, 0.1 + beside * 5 / 6, 0.1])
-    assert after.any_seen([1]) == pytest.approx(0.1 + beside)
-    assert after.of[Hypothesis((0,))] == pytest.approx(0.2 + 0.6 - beside)
-    assert after.of[Hypothesis((1,), True)] == 0.1  # that there is neither was not asked
-    assert before.with_odds(["a"], 20.0, beside=["b"]).marginal == pytest.approx(before.marginal)
+def test_what_only_looks_like_an_effect_counts_as_unknown() -> None:
+    sets = {Hypothesis((0,)): 0.5, Hypothesis((0, 1), True): 0.4, Hypothesis(()): 0.1}
+    found = Probabilities(("a", "b"), sets, look_alike=np.array([[0.25, 0.0], [1.0, 3.0]]))
+    assert found.marginal == pytest.approx([0.5 * 0.8 + 0.4 * 0.5, 0.4 * 0.25])
+    assert found.other == pytest.approx(0.5 * 0.2 + 0.4 * 0.5 * 0.75)
+    assert found.any_seen([0]) == pytest.approx(0.9)
 
 
 def test_a_name_that_a_gap_only_looks_like_is_not_said() -> None:
     """Both look like the first effect, by 0.99 and by 0.9 of their length; of the second too much is something else."""
     aside = np.random.default_rng(3).standard_normal((4, K)) @ (np.eye(K) - DIRECTIONS.T @ DIRECTIONS)
     aside = aside.sum(axis=0) / np.linalg.norm(aside.sum(axis=0))
-    near, far = (after(noise(1) + 40 * (cos * DIRECTIONS[4] + np.sqrt(1 - cos**2) * aside)) for cos in (0.995, 0.8))
+    near, far = (after_all(noise(1) + 40 * (cos * DIRECTIONS[4] + np.sqrt(1 - cos**2) * aside)) for cos in (0.995, 0.8))
     assert verdict_of(near).groups == (("effect_4",),)
     assert far.any_seen([4]) > 0.9
     assert verdict_of(far).name == "unexplained"
@@ -141,8 +138,8 @@ def test_a_likely_name_is_said_beside_a_sure_one_and_not_alone() -> None:
     assert verdict_of(found).groups == (("a",), ("b",))
     assert verdict_of(found).without(["b"], found).groups == (("a",),)
     assert verdict_of(found).without(["a"], found).name == "unexplained"
-    imitated = {Hypothesis((1,), True, 0): 0.36, Hypothesis((), True, 0): 0.19}
-    looked = Probabilities(("a", "b"), {Hypothesis((0, 1)): 0.29, Hypothesis((0,)): 0.16} | imitated)
+    odds = np.array([[1.2, 0.0], [0.0, 0.0]])
+    looked = Probabilities(("a", "b"), {Hypothesis((0, 1)): 0.65, Hypothesis((0,)): 0.35}, look_alike=odds)
     assert verdict_of(looked).name == "unexplained"  # the sure one may as well be something that looks like it
 
 
@@ -151,13 +148,52 @@ def test_what_changes_frequencies_alone_is_no_chance_likeness() -> None:
     clock = signature("clock", np.eye(K)[K - 1])
     others, strange = catalogue()[:3], np.random.default_rng(3).standard_normal(K)
     strange[K - 2 :] = 0.0
-    effects = shown([clock, *others], SPACE)
-    left = noise(6) + 40 * np.eye(K)[K - 1] + 4 * strange
-    ways = ((effects, NONE), (effects, LAST), ((), NONE))
-    rows = tuple(Row.of(SPACE, left, np.eye(K), like, but) for like, but in ways)
+    effects, left = effect_responses([clock, *others], SPACE), noise(6) + 40 * np.eye(K)[K - 1] + 4 * strange
+    like_any = Residual.of(SPACE, left, np.eye(K), effects, LAST)
     known, unknown = (
-        Probabilities.after(Hypotheses(rows, effects, Priors(), frequencies)).marginal[0]
-        for frequencies in (LAST, NONE)
+        after(replace(hypotheses(left, [clock, *others], beside=beside), like_any=like_any)).marginal[0]
+        for beside in (LAST, slice(0, 0))
     )
     assert known > 0.9
     assert unknown < 0.8
+
+
+@pytest.mark.parametrize(("low", "high"), [(-1.0, 2.0), (0.0, np.inf), (3.0, 4.0), (-4.0, -3.0), (-np.inf, np.inf)])
+def test_the_mass_between_two_ends_is_that_of_the_normal(low: float, high: float) -> None:
+    assert np.exp(log_mass(np.array(low), np.array(high))) == pytest.approx(norm.sf(low) - norm.sf(high))
+
+
+@pytest.mark.parametrize("other", [False, True])
+def test_the_evidence_is_that_of_the_normal_distribution_averaged_over_sizes(
+    monkeypatch: pytest.MonkeyPatch, other: bool
+) -> None:
+    """Of two effects that may be as strong as any and whose forms are right."""
+    effects = effect_responses([signature(f"effect_{i}", DIRECTIONS[i], -1e5, 1e5) for i in (0, 1)], SPACE)
+    residual = Residual.of(SPACE, noise(2) + 12 * DIRECTIONS[0], np.eye(K), effects)
+    responses = [each.linear[0] for each in effects]
+    columns = np.hstack([residual.turn @ each.columns / each.size for each in responses])
+    q, densities = len(residual.value), []
+    monkeypatch.setattr("diagnosis.evidence.SIZES", few := np.array([1.0, 64.0]))
+    for own in product(few, few, few if other else [0.0]):
+        covariance = np.diag(1 + own[2] ** 2 / q * residual.spread) + columns * np.square(own[:2]) @ columns.T
+        densities.append(multivariate_normal(np.zeros(q), covariance).logpdf(residual.value))
+    expected = np.logaddexp.reduce(densities) - np.log(len(densities))
+    found = sized(residual, responses, other, (0.0,)).evidence - q / 2 * np.log(2 * np.pi)
+    assert found == pytest.approx(expected, abs=0.02)
+
+
+def test_places_add_what_their_columns_explain() -> None:
+    """Beside one effect with the likeliest size, by the density of the normal distribution."""
+    places = ((1.0, SPACE.freed(np.eye(K)[[7, 9]]).T),)
+    found = hypotheses(noise(3) + 10 * DIRECTIONS[2] + 8 * np.eye(K)[7], places=places)
+    residual = sized(found.like_any, [found.best[2]], False, found.priors.form_error)  # type: ignore[list-item]
+    known = np.diag(residual.variance) + residual.columns @ residual.columns.T
+    place = found.like_any.turn @ found.places[0][1]
+    place /= np.linalg.norm(place)
+    q, value = len(known), found.like_any.value
+    with_place = [multivariate_normal(np.zeros(q), known + s**2 * place @ place.T).logpdf(value) for s in SIZES]
+    gained = (
+        np.logaddexp.reduce(with_place) - np.log(len(SIZES)) - multivariate_normal(np.zeros(q), known).logpdf(value)
+    )
+    alone = found.evidence((2,), other=False)
+    assert found.at_places((2,))[0] - alone == pytest.approx(gained - np.log(2) + found.log_non_periodic, abs=1e-6)

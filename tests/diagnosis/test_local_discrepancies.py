@@ -8,17 +8,13 @@ import mujoco
 import numpy as np
 import pytest
 
-from diagnosis.evidence import Hypotheses, Priors
+from diagnosis.evidence import Priors
 from diagnosis.explaining import explained
-from diagnosis.forms import shown
 from diagnosis.ground import Ground
 from diagnosis.local_discrepancies import LocalDiscrepancy, likely_of, local_discrepancies
 from diagnosis.probabilities import Probabilities
 from diagnosis.pushes import Responses, across
-from diagnosis.ripples import smeared
-from diagnosis.row import Row
 from diagnosis.verdict import verdict_of
-from fitting.model.features import advanced
 from fitting.signatures import signature_of
 from session.create import FISHSIM_MARKERS
 from swimmer import build_mjcf, load_robot
@@ -26,17 +22,14 @@ from swimmer.effects.measurement import MarkerOffset
 from swimmer.effects.structure import StiffnessGradient
 from tests.cases import later
 from tests.diagnosis.grounds import CAMERA, ground
-from tests.diagnosis.rows import DIRECTIONS, SPACE, K, catalogue
+from tests.diagnosis.rows import DIRECTIONS, SPACE, K, after, hypotheses
 
 PLACES = np.linalg.qr(np.random.default_rng(6).standard_normal((K, 60)))[0].T.reshape(6, 10, K)
 
 
 def among(left: np.ndarray) -> Probabilities:
     """Of what is left (k,), where something else may be at one of six places, ten numbers each."""
-    effects = shown(catalogue(), SPACE)
-    rows = tuple(Row.of(SPACE, left, np.eye(K), like) for like in (effects, effects, ()))
-    places = tuple((1.0, SPACE.freed(place).T) for place in PLACES)
-    return Probabilities.after(Hypotheses(rows, effects, Priors(), places=places))
+    return after(hypotheses(left, places=tuple((1.0, SPACE.freed(place).T) for place in PLACES)))
 
 
 def noise(seed: int) -> np.ndarray:
@@ -49,7 +42,7 @@ def test_what_is_amiss_at_one_place_is_found_there() -> None:
     assert verdict_of(found).name == "unexplained"
     assert int(np.argmax(found.at_place)) == 3
     assert found.at_place[3] > 0.8
-    assert found.other > 0.8
+    assert found.other > 0.75
 
 
 @pytest.mark.parametrize("seed", [1, *later(2, 3, 4)])
@@ -76,13 +69,6 @@ def test_a_force_across_the_tail_is_on_its_joints_as_mujoco_says() -> None:
         expected = across(float(place_m), robot.hinge_x_m)
         assert jacobian[1, :3] == pytest.approx(expected[:3], abs=1e-9)  # surge, sway, yaw
         assert jacobian[1, joints] == pytest.approx(expected[3:], abs=1e-9)
-
-
-def test_beats_that_come_early_and_late_are_those_of_the_mean() -> None:
-    features = ground().model.trials[0].measured
-    phase = 1e-3
-    mean = 0.5 * (advanced(features, phase) + advanced(features, -phase))
-    assert (mean - features) / phase**2 == pytest.approx(smeared(features), rel=1e-3, abs=1e-9)
 
 
 @pytest.fixture(scope="module")

@@ -84,7 +84,7 @@ def _plain_data(verdict: str, held_out: bool) -> dict[str, Any]:
             "numbers": 256,
             "sets": [
                 _set(0.7, "tendon_slack", "wave_drag"),
-                _set(0.1, "wave_drag", other=True, like="tendon_slack"),
+                _set(0.1, "wave_drag", other=True),
                 _set(0.02, other=True),
                 _set(0.001),
             ],
@@ -158,7 +158,6 @@ def made_forces(size: float = 0.004, sd: float = 0.0003) -> MissingForces:
     return MissingForces(JOINTS, FITTED, mean, np.full_like(mean, sd))
 
 
-def _set(probability: float, *effects: str, other: bool = False, like: str | None = None) -> dict[str, Any]:
+def _set(probability: float, *effects: str, other: bool = False) -> dict[str, Any]:
     """An explanation with its probability."""
-    reported = {"effects": list(effects), "something_else": other, "that_looks_like": like}
-    return reported | {"probability": probability}
+    return {"effects": list(effects), "something_else": other, "probability": probability}

@@ -216,8 +216,7 @@ def test_parameters_have_intervals_units_and_their_physics(page: Page) -> None:
 
 def test_explanations_are_listed_with_their_weight(page: Page) -> None:
     assert (
-        "tendon slack + wave drag 0.700 wave drag + something else that looks like tendon slack 0.100 "
-        "something else 0.020 nothing 0.001"
+        "tendon slack + wave drag 0.700 wave drag + something else 0.100 something else 0.020 nothing 0.001"
     ) in page.text
 
 
