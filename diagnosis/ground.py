@@ -17,7 +17,7 @@ from fitting.model.session_model import START_PHASE_RAD, Disturbances, PlacesOff
 from fitting.model.trial_model import TrialModel
 from fitting.objective import COEFFICIENT_BOUNDS
 from fitting.signatures import Whitened
-from fitting.signatures.session_row import PRIOR_SD, left_row, row_covariance, row_slopes, with_trial
+from fitting.signatures.session_row import PRIOR_SD, left_row, row_covariance, row_slopes
 from fitting.trial import MeasuredTrial
 from session import CameraSpec
 from session.errors import SimulationDiverged
@@ -117,7 +117,11 @@ class Ground:
 
     def held_out(self, trials: Sequence[MeasuredTrial]) -> "Ground":
         """Other swims beside the same twin, their boxes as far off as those of the fitted ones."""
-        model = _beside(self.model.trials[0].twin, trials)
+        return self.other_trials(trials, self.twin)
+
+    def other_trials(self, trials: Sequence[MeasuredTrial], twin: Twin) -> "Ground":
+        """The same of trials beside a twin that may be clamped."""
+        model = _beside(twin, trials)
         return replace(self, model=model, disturbances=model.disturbances(self.at), alike=None)
 
     def with_error(self, error: float, alike: np.ndarray) -> "Ground":
@@ -130,31 +134,6 @@ class Ground:
         found = replace(self, error=error, alike=of_swims)
         known = {"left": self.left, "slopes": self.slopes, "generic": self.generic, "_of_twin": self._of_twin}
         found.__dict__.update(known)  # as they were, and not cheap
-        return found
-
-    def with_trial(self, twin: Twin, trial: MeasuredTrial) -> "Ground":
-        """The same swims and one more, without a log, which may have a twin of its own; it alone is simulated.
-
-        What disturbs the others stays as it was found.
-        """
-        more = _beside(twin, [trial])
-        assert not more.logged
-        found = replace(
-            self,
-            model=SessionModel((*self.model.trials, *more.trials), self.model.rings),
-            disturbances=self.disturbances.beside(more.disturbances(self.at)),
-            alike=None,
-        )
-        found.__dict__.update(slopes=with_trial(self.slopes, row_slopes(more, self.at), self.model))
-        return found
-
-    def with_ring(self, ring: Ring) -> "Ground":
-        """The same swims and one more free decay."""
-        model = SessionModel(self.model.trials, (*self.model.rings, ring))
-        numbers = len(ring.residual)
-        alike = None if self.alike is None else np.vstack([self.alike, np.zeros((numbers, self.alike.shape[1]))])
-        found = replace(self, model=model, alike=alike)
-        found.__dict__.update(slopes=np.vstack([self.slopes, np.zeros((numbers, 5))]))
         return found
 
     @property

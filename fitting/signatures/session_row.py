@@ -48,13 +48,6 @@ def row_slopes(model: SessionModel, at: np.ndarray) -> np.ndarray:
     return np.vstack([slopes.T, np.zeros((model.beside, 5))])
 
 
-def with_trial(rows: np.ndarray, more: np.ndarray, model: SessionModel) -> np.ndarray:
-    """Rows (k + b, ...) of the trials of a model, and those (g + 1, ...) of one trial more, whose motor has no log."""
-    features = len(rows) - model.beside
-    filmed = features + len(model.trials)
-    return np.concatenate([rows[:features], more[:-1], rows[features:filmed], more[-1:], rows[filmed:]])
-
-
 def row_covariance(model: SessionModel, features: np.ndarray, robot: np.ndarray | None = None) -> np.ndarray:
     """(k + b, k + b) from that of the features (k, k): frequencies are as far off their commands as motors are.
 

@@ -14,7 +14,7 @@ import pytest
 
 from diagnosis.discrepancy import discrepancy_for
 from diagnosis.evidence import Priors
-from diagnosis.experiments import _Confused, _Looks, _with_a_decay
+from diagnosis.experiments import _Pair, _with_a_decay
 from diagnosis.explaining import explained
 from diagnosis.ground import Ground
 from diagnosis.probabilities import Probabilities
@@ -131,21 +131,17 @@ def without() -> Ground:
     return replace(ground(), model=type(ground().model)(ground().model.trials))
 
 
-@cache
-def looks() -> _Looks:
+def pair(*names: str) -> _Pair:
     """Each effect by a standard deviation of its first parameter."""
-    effects = {name: catalogue()[name] for name in TRIED}
-    strengths = {
-        name: np.append(effect.parameters[0].sd, np.zeros(len(effect.parameters) - 1))
-        for name, effect in effects.items()
-    }
-    return _Looks.of(without(), without().model, strengths, effects)
+    one, other = (catalogue()[name] for name in names)
+    strengths = [np.eye(len(each.parameters))[0] * each.parameters[0].sd for each in (one, other)]
+    return _Pair((one, other), (strengths[0], strengths[1]), 0.0)
 
 
 def test_it_is_recommended_where_it_would_tell_something() -> None:
-    pairs = [("stiffness_error", "background_current"), (RATIO, "background_current")]
-    (told,) = _with_a_decay(without(), [_Confused(pair, 0.0, 0.0) for pair in pairs], looks())
-    assert told.separates == pairs[0]
+    pairs = [pair("stiffness_error", "background_current"), pair(RATIO, "background_current")]
+    (told,) = _with_a_decay(without(), pairs)
+    assert told.separates == ("stiffness_error", "background_current")
     assert told.expected_error < 0.5
 
 

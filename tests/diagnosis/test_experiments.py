@@ -10,18 +10,13 @@ from scipy.stats import norm
 
 from diagnosis import experiments
 from diagnosis.evidence import Priors
-from diagnosis.experiments import Experiment, _Looks, _odds, borne_out, error_left, next_experiments
+from diagnosis.experiments import Experiment, _odds, _Pair, borne_out, error_left, next_experiments
 from diagnosis.explaining import explained
-from diagnosis.ground import Ground
 from diagnosis.probabilities import Hypothesis, Probabilities
 from diagnosis.verdict import Verdict
-from fitting.model.session_model import SessionModel
-from fitting.model.trial_model import TrialModel
 from fitting.signatures import signature_of
-from fitting.signatures.view_of import with_picture
 from swimmer.effects import catalogue
-from tests.cases import later
-from tests.diagnosis.grounds import CAMERA, ground, trials
+from tests.diagnosis.grounds import CAMERA, ground
 
 CLOCK, RATIO, DAMPING = "time_base_error", "drive_ratio_error", "joint_damping"
 OFF = 1.05  # times as fast as filmed the motors were told to turn
@@ -72,11 +67,11 @@ def test_swims_that_told_what_they_should_are_believed() -> None:
 
 
 def test_only_what_a_trial_adds_and_swims_bear_out_counts() -> None:
-    """As far apart as 9 and as likely as each other: what makes it 15 adds 12, a swim two ninths of its square."""
+    """As far apart as 9 and as likely as each other: of what a swim adds counts two ninths of the square."""
     seen = iter([9.0])
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(experiments, "SPEEDS_HZ", (1.4,))
-        patch.setattr(_Looks, "apart", lambda *_: next(seen, 15.0))
+        patch.setattr(_Pair, "apart", lambda *_: next(seen, 12.0))
         patch.setattr(experiments, "_odds", lambda *_: 0.0)
         told = recommended((CLOCK, RATIO))
     assert by_text(told, "swim at 1.4 Hz").expected_error == pytest.approx(norm.cdf(-12 * np.sqrt(2 / 9) / 2))
@@ -114,32 +109,3 @@ def test_the_most_telling_comes_first_and_nothing_is_swum_again(found: tuple[Exp
         for each in found
         if each.trial is not None and each.trial.kind == "swim" and not each.trial.logged
     )
-
-
-def logged_first(whole: Ground, *more: TrialModel) -> SessionModel:
-    """The swims of a ground, the first of them logged, and others after them."""
-    first, *rest = whole.model.trials
-    logged = replace(first, trial=replace(first.trial, commanded_hz=1.0, logged_hz=1.0))
-    return SessionModel((logged, *rest, *more))
-
-
-def without_the_last(whole: Ground, model: SessionModel) -> Ground:
-    others = replace(whole, model=SessionModel(model.trials[:-1]))
-    return replace(others, disturbances=others.model.disturbances(whole.at))
-
-
-@pytest.mark.parametrize(
-    ("name", "strength"), [(RATIO, 0.02), *later(("crank_arm_error", 0.03)), ("lens_distortion", 0.05)]
-)
-def test_what_effects_do_to_one_more_swim_joins_the_others(name: str, strength: float) -> None:
-    whole = replace(ground(), camera=with_picture(CAMERA, trials()))
-    model, effects, strengths = logged_first(whole), {name: catalogue()[name]}, {name: np.array([strength])}
-    others = without_the_last(whole, model)
-    apart = [_Looks.of(others, each, strengths, effects) for each in (others.model, SessionModel(model.trials[-1:]))]
-    joined = apart[0].with_trial(apart[1], others.model)
-    anew = _Looks.of(replace(whole, model=model), model, strengths, effects)
-    assert np.abs(anew.changes[name]).max() > 1e-6
-    assert np.allclose(joined.changes[name], anew.changes[name], rtol=0, atol=1e-12)
-    assert np.array_equal(joined.signatures[name].values, anew.signatures[name].values)
-    assert np.allclose(joined.signatures[name].features, anew.signatures[name].features, rtol=0, atol=1e-12)
-    assert np.allclose(joined.signatures[name].beside, anew.signatures[name].beside, rtol=0, atol=1e-12)
