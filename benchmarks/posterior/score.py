@@ -10,8 +10,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from benchmarks.posterior.effect_names import Effect
-from benchmarks.posterior.effects import effect_of
 from benchmarks.posterior.truth import DrawnSession, draw_session
 from fitting.model import COMPONENTS, find_mode
 from fitting.model.session_model import SessionModel
@@ -40,10 +38,7 @@ Five = tuple[float, ...]
 class PosteriorScore:
     """The posterior of one drawn session against its truth; fives are in the order of `swimmer.FluidCoefficients`."""
 
-    # seed, effect, strength: that it was drawn with
-    seed: int
-    effect: Effect
-    strength: float
+    seed: int  # that it was drawn with
     frequency_hz: tuple[float, ...]  # of its two trials
     tried: int  # sets of coefficients drawn until one swam forward
     varied: bool  # whether its trials differ in trim, registration and speed
@@ -95,16 +90,13 @@ class PosteriorScore:
         return float(np.abs(self.off_sd).max())
 
 
-def score_session(case: tuple[int, Effect, float]) -> PosteriorScore:
+def score_session(seed: int) -> PosteriorScore:
     """Draws a session, samples its posterior and compares it with the truth, on one core.
 
     Args:
-        case: seed of the session and of the sampler; the effect that the twin leaves out, "any" is one of them in turn;
-            strength of that, in shares of its full strength.
+        seed: of the session and of the sampler; the trials of every other one vary.
     """
-    seed, effect, strength = case
-    varied = effect == "none" and seed % 2 == 1
-    drawn = draw_session(seed, effect_of(effect, seed), strength, workers=1, varied=varied)
+    drawn = draw_session(seed, workers=1, varied=seed % 2 == 1)
     began = time.perf_counter()
     mode = find_mode(SessionModel.of(drawn.twin, drawn.trials, with_course=True), STARTS, seed)
     posterior = sample_posterior(mode, EFFECTIVE, seed)
@@ -118,8 +110,6 @@ def _score(drawn: DrawnSession, posterior: Posterior, flags: Sequence[Flag], sec
     q05, q50, q95 = np.quantile(draws, [0.05, 0.5, 0.95], axis=0)
     return PosteriorScore(
         seed=drawn.seed,
-        effect=drawn.effect,
-        strength=drawn.strength,
         frequency_hz=tuple(trial.frequency.hz for trial in drawn.trials),
         tried=drawn.tried,
         varied=drawn.varied,

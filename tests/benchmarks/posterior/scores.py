@@ -16,8 +16,6 @@ def score(seed: int, narrow: float = 1.0, shift: float = 0.0, warns: bool = Fals
     ones = (1.0,) * 5
     return PosteriorScore(
         seed=seed,
-        effect="none",
-        strength=1.0,
         frequency_hz=(0.7, 1.2),
         tried=1,
         varied=seed % 2 == 1,
