@@ -45,7 +45,6 @@ class DrawnSession:
     camera: CameraSpec  # that filmed it
     robot: RobotSpec  # that swam
     noise: TrackingNoise  # that its tracks were made with
-    tried: int  # how many sets of coefficients were drawn until one swam forward
     varied: bool = False  # whether trials differ in trim, registration of the head frame and speed
 
 
@@ -75,7 +74,7 @@ def draw_session(
     nominal = load_robot()
     twin = Twin(nominal, FISHSIM_MARKERS, workers=workers)
     frequency_hz = _frequencies(random)
-    truth, tried = _forward_swimmer(twin, frequency_hz, random)
+    truth = _forward_swimmer(twin, frequency_hz, random)
     robot = _reglued(_built(nominal, seed), random)
     random.random()  # keeps the sessions of earlier scores
     noise = drawn_noise(seed)
@@ -97,7 +96,6 @@ def draw_session(
         camera=camera,
         robot=robot,
         noise=noise,
-        tried=tried,
         varied=varied,
     )
 
@@ -115,17 +113,13 @@ def _frequencies(random: np.random.Generator) -> np.ndarray:
             return pair
 
 
-def _forward_swimmer(
-    twin: Twin, frequency_hz: np.ndarray, random: np.random.Generator
-) -> tuple[FluidCoefficients, int]:
-    tried = 0
+def _forward_swimmer(twin: Twin, frequency_hz: np.ndarray, random: np.random.Generator) -> FluidCoefficients:
     while True:
         drawn = random.uniform(*COEFFICIENT_BOUNDS, (_TRIES, 5))
         with np.errstate(invalid="ignore"):
             forward = np.flatnonzero((speed_from_rest(twin, drawn, frequency_hz) > LEAST_M_S).all(axis=1))
         if len(forward):
-            return FluidCoefficients(*map(float, drawn[forward[0]])), tried + int(forward[0]) + 1
-        tried += _TRIES
+            return FluidCoefficients(*map(float, drawn[forward[0]]))
 
 
 def _built(robot: RobotSpec, seed: int) -> RobotSpec:
