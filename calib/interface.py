@@ -411,9 +411,8 @@ def report(sessions: AnySession | Sequence[AnySession], index: str | Path | None
     for folder in folders:
         with _working(folder, Options(), True) as pipeline:
             files.append(pipeline.report())
-        fit = pipeline.the_fit()
-        entries.append((pipeline.session.name, files[-1], fit.result()))
-        notes += [f"{pipeline.session.name}: {fit.name}", *pipeline.notes]
+            entries.append((pipeline.session.name, files[-1], pipeline.the_fit().result()))
+            notes += [f"{pipeline.session.name}: {pipeline.standing}", *pipeline.notes]
     if len(entries) > 1 or index is not None:
         files.append(Path(index) if index is not None else folders[0].resolve().parent / "index.html")
         write_index(files[-1], entries)

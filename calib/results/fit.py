@@ -15,12 +15,11 @@ from calib.results.result import Result, flag_frame, flag_lines
 from fitting import CalibrationResult
 from fitting.calibration_file import PublishedResult, TrialResult
 from fitting.model.session_forecast import SessionForecast
-from reports.forecast_words import MODELS, beaten, marker_sentence, mean_speed_errors, speed_sentence
+from reports.forecast_words import beaten, gain_sentence, marker_sentence, speed_sentence
 from reports.numbers import in_words, listed, of_its_size, shown
 from session import Flag
 from swimmer import FluidCoefficients
 
-_MM = 1000.0
 _HIDDEN = ("flags", "from_command", "speed_ebt_of_twin")  # of a trial, no columns of their own
 _SAID_ELSEWHERE = ("ebt_ratio_only",)  # kinds of flags that are true of every fit
 
@@ -79,19 +78,17 @@ class FitResult(Result):
         return "doubtful" if self._caveats() else "good"
 
     def summary(self) -> str:
-        """How well it forecasts, what was found, how far to trust it, and what to do next."""
+        """What was found, how well it forecasts, how far to trust it, and what to do next, in six lines."""
         fitted = [name for name, trial in self.trials.items() if trial.role == "fit"]
-        held = [name for name, trial in self.trials.items() if trial.role == "holdout"]
         coefficients = self.coefficients._asdict()
         values = ", ".join(f"{in_words(name)} {of_its_size(value)}" for name, value in coefficients.items())
         caveats = self._caveats()
-        more = f" (and {len(caveats) - 1} more kinds)" if len(caveats) > 1 else ""
+        more = " (more: -v)" if len(caveats) > 1 else ""
         lines = [
-            f"{self.session.name}: {speed_sentence(self.forecasts)}",
+            f"{self.session.name}, {self.name} to {listed(fitted, 3)}: {values}.",
+            speed_sentence(self.forecasts),
+            gain_sentence(self.forecasts),
             marker_sentence(self.forecasts),
-            f"{self.name.capitalize()}, fitted to {listed(fitted)}; held out: {listed(held) or 'none'}.",
-            f"Coefficients: {values}.",
-            f"Mean speed error, mm/s: {self._speeds_in_words()}.",
             f"Main caveat: {caveats[0]}{more}." if caveats else "No caveat.",
             f"Verdict: {in_words(self.verdict)}. Next: calib posterior {self.session.folder}",
         ]
@@ -174,13 +171,6 @@ class FitResult(Result):
             yield from ((name, flag) for flag in experiment.flags)
         for name, trial in self.trials.items():
             yield from ((name, flag) for flag in trial.flags)
-
-    def _speeds_in_words(self) -> str:
-        errors = mean_speed_errors(self.forecasts)
-        if errors:
-            return ", ".join(f"{MODELS[name]} {shown(_MM * error)}" for name, error in errors.items())
-        summary = self.data.summary["fit"]
-        return "" if summary is None else f"{shown(_MM * summary.speed_mae_twin)} on fit trials"
 
     def _caveats(self) -> list[str]:
         """A sentence a kind of flag: of the fit first, then of trials, those that concern most frames first."""

@@ -38,7 +38,7 @@ def test_the_sentence_names_what_is_not_determined(page: Page) -> None:
 
 
 def test_every_interval_stands_beside_the_fit(page: Page) -> None:
-    assert re.search(r"magnus lift [\d.]+ 3 ± 2 [\d.]+ to [\d.]+ 69 no", page.text)
+    assert re.search(r"Magnus lift [\d.]+ 3 ± 2 [\d.]+ to [\d.]+ 69 no", page.text)
     assert re.search(r"slender drag [^–]* at a bound angular drag", page.text)
     assert not re.search(r"\bnan\b", page.text)
 
@@ -64,7 +64,7 @@ def test_without_held_out_trials_it_says_so() -> None:
 
 def test_the_most_telling_swim_is_named_for_what_is_not_determined(page: Page) -> None:
     assert "One more swim of 5 s at 0.5 Hz, tracked like these, would narrow what is not determined most" in page.text
-    assert "deviation of slender drag to 50 % and magnus lift to 50 % of what it is. Next best: 1.4 Hz" in page.text
+    assert "deviation of slender drag to 50 % and Magnus lift to 50 % of what it is. Next best: 1.4 Hz" in page.text
 
 
 def test_what_the_twin_leaves_out_is_reported_by_what_it_would_do(page: Page) -> None:
