@@ -29,7 +29,7 @@ def main_caveat(data: DiagnosisResult) -> str:
     if checks:
         return f"{checks[0]}{' (more: -v)' if len(checks) > 1 else ''}"
     if not data.gap.evaluated_on:
-        return "no swim was held out, so nobody knows how far the gap shrinks"
+        return "no trial is held out, so how far the gap shrinks is not known"
     return "none was raised"
 
 

@@ -229,7 +229,7 @@ def diagnose(
 def effect_test(
     session: AnySession, effects: Iterable[str], effort: EffortName = "full", *, workers: int = 0, progress: bool = True
 ) -> EffectTest:
-    """Tells what the swim trials say of some effects together; made anew every time.
+    """Tests some effects together: log Bayes factor over the plain twin; computed anew every time.
 
     Args:
         session: opened, or its folder.

@@ -31,7 +31,7 @@ def write_index(path: Path, entries: Sequence[Entry]) -> None:
             f"{counted(len(entries), 'session')}, {fitted + held_out} trials: {fitted} fitted, {held_out} held out"
         ),
         entries=[
-            {"href": _href(report, path.parent), "name": name, "numbers": _numbers(found), "mind": _mind(found)}
+            {"href": _href(report, path.parent), "name": name, "numbers": _numbers(found), "caveats": _caveats(found)}
             for name, report, found in entries
         ],
     )
@@ -60,7 +60,7 @@ def _numbers(found: CalibrationResult) -> tuple[str, ...]:
     )
 
 
-def _mind(found: CalibrationResult) -> str:
+def _caveats(found: CalibrationResult) -> str:
     """Flags of the fit by kind; that EBT's numbers are not both identifiable is so in every session."""
     kinds = dict.fromkeys(flag.kind for flag in found.flags if flag.kind != EBT_RATIO_ONLY)
     return listed([FLAG_KINDS.get(kind, kind.replace("_", " ")) for kind in kinds]) or MISSING

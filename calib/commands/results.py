@@ -127,7 +127,7 @@ def posterior(
     verbose: Verbose = False,
     as_json: AsJson = False,
 ) -> None:
-    """Tells how sure the five fluid coefficients are: draws from their posterior given the fit trials.
+    """Posterior of the five fluid coefficients: how sure they are, given the fit trials.
 
     Stopped, it goes on where it was. Where the draws are not enough nothing is reported.
     """
@@ -142,9 +142,7 @@ def diagnose(
     effort: Effort = "full",
     workers: Workers = 0,
     exclude: Annotated[str | None, typer.Option(help="effects that the catalogue is to lack, comma-separated")] = None,
-    test: Annotated[
-        str | None, typer.Option(help="instead: ask what the swims say of these effects together, comma-separated")
-    ] = None,
+    test: Annotated[str | None, typer.Option(help="instead: test these effects together, comma-separated")] = None,
     verbose: Verbose = False,
     as_json: AsJson = False,
 ) -> None:

@@ -96,7 +96,7 @@ def posterior_whiteness_figure(found: PosteriorSummary) -> Figure:
     figure, drawn = panels(len(found.whiteness), grid, width, Margins(left=0.5, top=0.5 if wide else 0.62))
     name_panels(drawn, [shortened(white.trial) for white in found.whiteness], grid.columns)
     for axes, white in zip(drawn, found.whiteness, strict=True):
-        axes.plot(white.lag_s, white.raw, "o", color=MUTED, markersize=2.8, label="tracks beside a smooth swim")
+        axes.plot(white.lag_s, white.raw, "o", color=MUTED, markersize=2.8, label="tracking errors")
         axes.plot(white.lag_s, white.innovations, "o", color=TWIN, markersize=3.2, label="left after the noise model")
         axes.axhspan(-white.limit, white.limit, facecolor=FAINT, linewidth=0, label="white, 95 %")
         axes.set_ylim(-0.35, 1.0)
