@@ -11,7 +11,7 @@ MODELS = {
     TWIN: "twin alone",
     GIVEN: "twin with discrepancy",
     BEATS: "that after two beats",
-    CONTINUED: "goes on as in two beats",
+    CONTINUED: "continuation of two beats",
     "line": "line in frequency",
     "power_law": "power law in frequency",
     "constant_stride": "constant stride",

@@ -55,8 +55,8 @@ def _table(context: ReportContext) -> Table:
         )
     caption = (
         f"Means over {counted(len(forecasts.held_out), 'held-out trial')}. Baselines know the fitted speeds and the "
-        "trial's frequency alone; “goes on” knows its first two beats alone. EBT knows the measured tail of the whole "
-        "trial, so that it forecasts nothing."
+        "trial's frequency alone; the continuation knows its first two beats alone. EBT knows the measured tail of the "
+        "whole trial, so that it forecasts nothing."
     )
     return Table(caption, _COLUMNS, tuple(rows))
 
