@@ -342,7 +342,7 @@ def convert_tracks(
         ResultsNotWritable: `out` cannot be written.
 
     Example:
-        >>> convert_tracks("f1_30.h5", "f1_30.csv", markers=["nose", "neck", "tail_1"])  # doctest: +SKIP
+        >>> convert_tracks("f1_30.nc", "f1_30.csv", markers=["nose", "neck", "tail_1"])  # doctest: +SKIP
     """
     from tracking.records import TrackedTrial, export_tracks, import_tracks
 
@@ -556,7 +556,7 @@ def new_session(
         folder: to make; new or empty.
         videos, tracks: one a trial, in any order; they are copied. Tracks may also be datasets by the trial's name.
         robot: its TOML; default: the published 0.57 m fish.
-        fps: frames a second of tracks without time.
+        fps: frames a second, needed for tracks without time.
         commands_hz: crank turns a second, one a trial in the order of `videos`, then `tracks`; default: from
             names such as f1_25, else to fill in.
         fit: swim trials to fit, the others are held out; default: every other one.

@@ -33,7 +33,7 @@ def new(  # noqa: PLR0913
     ] = None,
     tracks: Annotated[list[Path] | None, typer.Option(help="tracks in any form, one a trial; as --videos")] = None,
     robot: Annotated[Path | None, typer.Option(help="the robot's TOML; default: the published 0.57 m fish")] = None,
-    fps: Annotated[float | None, typer.Option(help="frames a second of tracks without time")] = None,
+    fps: Annotated[float | None, typer.Option(help="frames a second; needed for tracks without time")] = None,
     commands: Annotated[
         str, typer.Option(help="crank turns a second of each trial, comma-separated; default: from names like f1_25")
     ] = "",
