@@ -8,6 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
+import numpy as np
 import pandas as pd
 import pytest
 
@@ -107,6 +108,17 @@ def test_every_figure_of_posterior_and_gap_is_a_method(kind: type[Figures]) -> N
     figures = kind(SimpleNamespace(is_current=True), plots)  # type: ignore[arg-type]
     methods = [m for name, m in inspect.getmembers(figures, inspect.ismethod) if not name.startswith("_")]
     assert {method().name for method in methods} == set(figures.names)
+
+
+def test_measured_and_simulated_motion_are_one_labelled_dataset(finished: Path) -> None:
+    found = front.fit(finished, **QUIET)
+    motion = found.motion("fast")
+    assert motion.twin.dims == motion.measured.dims == ("time", "space", "keypoint")
+    away = (motion.twin - motion.measured).where((motion.weight > 0) & motion.scored)
+    error_mm = 1000 * float((away**2).sum("space", skipna=False).pipe(np.sqrt).mean())
+    assert error_mm == pytest.approx(found.trials["fast"].marker_error_mm)
+    with pytest.raises(front.InputError, match="no such trial; found 'none'"):
+        found.motion("none")
 
 
 def test_figures_of_a_fit_that_was_replaced_are_refused(finished: Path) -> None:
