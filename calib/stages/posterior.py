@@ -103,4 +103,4 @@ def mode_of(calibration: Calibration, trials: Iterable[MeasuredTrial], twin: Twi
     fitted = sorted((trial for trial in trials if trial.role == "fit"), key=lambda trial: trial.name)
     model = SessionModel.of(twin, fitted, doubts_of(calibration.structure.sources), with_course=True)
     fit = calibration.fit
-    return mode_at(model, np.array(fit.coefficients), fit.components, fit.ends)
+    return mode_at(model, np.array(fit.coefficients), fit.components, fit.roll, fit.ends)
