@@ -6,7 +6,7 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperCommand
 
-from calib.commands.arguments import AsJson, Effort, ObjectiveOption, SessionFolder, Verbose, Workers
+from calib.commands.arguments import AsJson, Effort, ObjectiveOption, SessionFolder, SessionFolders, Verbose, Workers
 
 _MANY = ("--videos", "--tracks")
 
@@ -78,18 +78,25 @@ def _numbers(text: str) -> tuple[float, ...]:
 
 
 def run(
-    session: SessionFolder,
+    sessions: SessionFolders,
     effort: Effort = "full",
+    jobs: Annotated[int, typer.Option(min=1, help="sessions at a time")] = 1,
     workers: Workers = 0,
     verbose: Verbose = False,
     as_json: AsJson = False,
 ) -> None:
-    """Does everything the session's data allow: tracks, fit, MJCF, posterior and gap (effort full), report."""
+    """Does everything the data allow: tracks, fit, MJCF, posterior and gap (effort full), report.
+
+    Of several sessions it also writes an index, as `calib report`; one that fails stops no other.
+    """
     from calib import interface
     from calib.results.structure import StructureResult
-    from calib.terminal import print_result
+    from calib.terminal import print_export, print_result
 
-    result = interface.run(session, effort, workers=workers, progress=not as_json)
+    if len(sessions) > 1:
+        print_export(interface.run(sessions, effort, jobs=jobs, workers=workers, progress=not as_json), as_json)
+        return
+    result = interface.run(sessions[0], effort, workers=workers, progress=not as_json)
     page = None if isinstance(result, StructureResult) else result.session.results / "report.html"
     print_result(result, as_json, verbose, page)
 
@@ -184,17 +191,18 @@ def _effects_named(option: str, text: str | None) -> tuple[str, ...]:
 
 
 def report(
-    sessions: Annotated[list[Path], typer.Argument(metavar="SESSION...", help="one or more session folders")],
+    sessions: SessionFolders,
     index: Annotated[
         Path | None,
         typer.Option(help="where the index of several sessions goes; default: index.html next to the first"),
     ] = None,
+    as_json: AsJson = False,
 ) -> None:
-    """Writes the HTML report of the current results of each session, and an index of several; fits nothing."""
+    """Writes the HTML report of the current results of each session; of several an index, also as CSV. Fits nothing."""
     from calib import interface
     from calib.terminal import print_export
 
-    print_export(interface.report(sessions, index))
+    print_export(interface.report(sessions if len(sessions) > 1 else sessions[0], index), as_json)
 
 
 def mjcf(
