@@ -11,8 +11,8 @@ from tests.calib.door import Front
 
 
 @pytest.fixture
-def broken(fresh: Path, tmp_path: Path) -> Path:
-    folder = Path(shutil.copytree(fresh, tmp_path / "broken"))
+def broken(fresh_session: Path, tmp_path: Path) -> Path:
+    folder = Path(shutil.copytree(fresh_session, tmp_path / "broken"))
     (folder / "session.toml").write_text("nonsense")
     return folder
 
