@@ -72,6 +72,7 @@ __all__ = [
     "convert_tracks",
     "correct",
     "diagnose",
+    "doctor",
     "effect_test",
     "effects",
     "export_mjcf",
@@ -361,7 +362,7 @@ def convert_tracks(
 
 
 @overload
-def run(
+def run(  # type: ignore[overload-overlap]
     sessions: AnySession, effort: EffortName = "full", *, jobs: int = 1, workers: int = 0, progress: bool = True
 ) -> FitResult | StructureResult: ...
 @overload
@@ -581,6 +582,31 @@ def compare(
     results = [_current_fit(item) if isinstance(item, Session | str | Path) else item for item in items]
     names = [result.session.name for result in results]
     return pd.concat([result.to_frame(table) for result in results], keys=names, names=["session"])
+
+
+def doctor(session: AnySession | None = None, *, motor: bool = False) -> pd.DataFrame:
+    """Checks the installation and, if given, a session and the motor connection.
+
+    Args:
+        session: opened, or its folder.
+        motor: also look for the motor on every serial port; takes up to a minute.
+
+    Returns:
+        A row a check: `state` ("ok", "advice" or "fault"), `found` and `step`, what to do.
+
+    Raises:
+        Nothing: what is wrong is in the table.
+
+    Example:
+        >>> doctor().loc["engine"].state
+        'ok'
+    """
+    from calib.checkup import check_installation, check_motor, check_session
+
+    checks = [*check_installation()]
+    checks += [] if session is None else check_session(_folder(session))
+    checks += check_motor() if motor else []
+    return pd.DataFrame(checks, columns=["check", "state", "found", "step"]).set_index("check")
 
 
 def new_session(

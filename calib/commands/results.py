@@ -217,3 +217,21 @@ def mjcf(
     from calib.terminal import print_export
 
     print_export(interface.export_mjcf(source, out))
+
+
+def doctor(
+    session: Annotated[Path | None, typer.Argument(metavar="[SESSION]", help="a session folder to check, too")] = None,
+    motor: Annotated[bool, typer.Option("--motor", help="also look for the motor on every serial port")] = False,
+    as_json: AsJson = False,
+) -> None:
+    """Checks the installation, a session and the motor connection, and says what to do. Exit code 2 after a fault."""
+    from calib import interface
+
+    found = interface.doctor(session, motor=motor)
+    if as_json:
+        print(found.to_json(orient="index", indent=1))
+    for check, (state, what, step) in [] if as_json else found.iterrows():
+        mark = {"ok": "ok    ", "advice": "advice", "fault": "FAULT "}[state]
+        print(f"{mark} {check}: {what}{'' if not step else f'. {step}'}")
+    if (found.state == "fault").any():
+        raise typer.Exit(2)
