@@ -1,6 +1,7 @@
 """The command line. What has not changed is not made again; what shows or exports uses existing results."""
 
 import sys
+from collections.abc import Callable
 from typing import Annotated
 
 import typer
@@ -16,7 +17,7 @@ app = typer.Typer(
 )
 camera = typer.Typer(no_args_is_help=True, help="The lens and the scale, from a printed board.")
 
-EXAMPLES = {
+EXAMPLES: dict[Callable[..., None], str] = {
     results.run: "calib run pool-1 pool-2 --jobs 2",
     results.new: "calib new pool --videos f0_75.mp4 f1_25.mp4",
     videos.track: "calib track pool --method spots",
