@@ -11,6 +11,7 @@ from fitting.model import Mode, SessionModel, find_mode
 from fitting.model.forecast import NORMAL_90
 from fitting.model.mode import End
 from fitting.model.robot_doubt import Doubt
+from fitting.model.roll import Roll
 from fitting.objective import COEFFICIENT_BOUNDS
 from fitting.trial import MeasuredTrial
 from session import Flag
@@ -29,6 +30,7 @@ class CoefficientFit:
         coefficients: at the mode.
         interval: (5, 2) 90 % interval of each by the curvature there, within the bounds.
         components: standard deviation of each variance component by its name (see `fitting.model.variance`).
+        roll: of the hull, by which simulated markers swing in the fit; it does not move the calibrated twin.
         ends: of all starts, the best first.
         simulations: how often the fit trials were simulated.
         seconds: wall time.
@@ -38,6 +40,7 @@ class CoefficientFit:
     coefficients: FluidCoefficients
     interval: np.ndarray
     components: Mapping[str, float]
+    roll: Roll
     ends: tuple[End, ...]
     simulations: int
     seconds: float
@@ -76,6 +79,7 @@ def fit_coefficients(
         coefficients=FluidCoefficients(*map(float, mode.coefficients)),
         interval=interval,
         components=mode.sizes,
+        roll=mode.roll,
         ends=mode.ends,
         simulations=mode.simulations,
         seconds=time.perf_counter() - began,

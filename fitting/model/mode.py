@@ -16,6 +16,7 @@ from scipy.stats import qmc
 
 from fitting.from_rest import swims_forward
 from fitting.model.features import SPEED
+from fitting.model.roll import NO_ROLL, ROLL_SD, Roll
 from fitting.model.session_model import SessionModel
 from fitting.model.trial_model import TrialModel, freedoms_together, simulated_together
 from fitting.model.variance import COEFFICIENT_SD, FORECAST_SPEED, MEDIANS, Block, Covariance
@@ -28,6 +29,7 @@ _SCREENED = 48
 _TRIED = 4  # times the starts, of which it is asked whether their twins swim forward from rest
 _ROUNDS = 14
 _RENEWED = (0, 2, 5)  # rounds in which nuisances are simulated anew where the coefficients now are
+_NATURALS = tuple(np.linspace(-0.8, 0.8, 9))  # of rolls to begin with, see `Roll.natural`
 _ROOT_STEP = 0.08  # of the differences, in roots of coefficients: Kutta lift roughens the twin below that
 _SHARES = (1.0, 0.5, 0.25, 0.1)  # of a step
 _STILL = 0.2  # length of a step in standard deviations of the coefficients, below which it is the last
@@ -57,7 +59,7 @@ class Mode:
     """The likeliest coefficients, and the normal approximation about them (Laplace).
 
     Attributes:
-        model: the trials it rests on.
+        model: the trials it rests on, with the likeliest roll of the hull.
         coefficients: (5,).
         sizes: standard deviation of each variance component, by its name.
         covariance: of the features.
@@ -77,6 +79,11 @@ class Mode:
     jacobian: np.ndarray
     ends: tuple[End, ...]
     simulations: int
+
+    @property
+    def roll(self) -> Roll:
+        """The likeliest of the hull; how far it may be off is part of the covariance."""
+        return self.model.trials[0].roll
 
     @property
     def total(self) -> np.ndarray:
@@ -144,7 +151,11 @@ def find_mode(
 
 
 def mode_at(
-    model: SessionModel, coefficients: np.ndarray, sizes: Mapping[str, float], ends: tuple[End, ...] = ()
+    model: SessionModel,
+    coefficients: np.ndarray,
+    sizes: Mapping[str, float],
+    roll: Roll = NO_ROLL,
+    ends: tuple[End, ...] = (),
 ) -> Mode:
     """The normal approximation about coefficients (5,) that are known, with variance components of known sizes.
 
@@ -152,8 +163,10 @@ def mode_at(
         model: the trials.
         coefficients: where.
         sizes: standard deviation of each variance component, by its name.
+        roll: of the hull.
         ends: of the search that found them.
     """
+    model = model.rolling(roll)
     blocks = blocks_at(model, coefficients)
     residual = model.measured - model.simulated(coefficients[None])[0]
     jacobian = jacobian_at(model.trials, coefficients)
@@ -218,16 +231,59 @@ class _Descent:
             residual = self._residual(at)
             jacobian = jacobian_at(self.model.trials, at)
             sizes, deviance = covariance.restricted(residual, jacobian, sizes)
+            deviance += self.model.trials[0].roll.deviance
             if converged:
                 break
-            self.simulated += 12
+            self.simulated += 14
+            beside = covariance.beside_roll(sizes) + _free(jacobian)
+            if round_ in _RENEWED:
+                self._start_roll(at, beside)
+                residual = self._residual(at)
+            rolled = self._roll(at, residual, covariance, beside)
+            residual = self._residual(at)
             before, at = at, self._stepped(at, residual, jacobian, covariance.at(sizes))
             root = np.linalg.cholesky(np.linalg.inv(_coefficient_covariance(covariance.at(sizes), jacobian)))
-            converged = bool(np.linalg.norm(root.T @ (at - before)) < _STILL) and round_ >= _RENEWED[1]
+            moved = np.hypot(np.linalg.norm(root.T @ (at - before)), rolled)
+            converged = bool(moved < _STILL) and round_ >= _RENEWED[1]
         if not converged:  # the last step has not been looked at yet
             residual, jacobian = self._residual(at), jacobian_at(self.model.trials, at)
         end = End(self.start, at, -deviance, converged, bool(self.forward))
         return Mode(self.model, at, sizes, covariance, blocks, residual, jacobian, (end,), self.simulated)
+
+    def _start_roll(self, at: np.ndarray, total: np.ndarray) -> None:
+        """Begins with the likeliest roll of a few natural frequencies, in a covariance (K, K) of all else.
+
+        Near its natural frequency a roll turns round, so that a wrong one asks for the wrong sign.
+        """
+        trials = self.model.trials
+        told = [trial.trajectories(at[None]) for trial in trials]
+
+        def row(roll: Roll) -> np.ndarray:
+            own = zip(trials, told, strict=True)
+            return np.concatenate([trial.rolling(roll).features_of(each)[0] for trial, each in own])
+
+        without = row(NO_ROLL)
+        factor = cho_factor(total, lower=True)
+        found: list[tuple[float, Roll]] = []
+        for natural in _NATURALS:
+            column = row(Roll(ROLL_SD[0], natural)) - without
+            pull = column @ cho_solve(factor, self.model.measured - without)
+            information = column @ cho_solve(factor, column) + 1.0
+            roll = NO_ROLL.moved(np.array([pull / information, natural / ROLL_SD[1]]))
+            found.append((0.5 * pull**2 / information - 0.5 * (natural / ROLL_SD[1]) ** 2, roll))
+        self.model = self.model.rolling(max(found)[1])
+
+    def _roll(self, at: np.ndarray, residual: np.ndarray, covariance: Covariance, total: np.ndarray) -> float:
+        """Goes on to the likeliest roll, linear, in a covariance (K, K) of all else; the way in standard deviations."""
+        roll = self.model.trials[0].roll
+        covariance.rolls[:] = np.vstack([each.rolls_at(at) for each in self.model.trials])
+        factor = cho_factor(total, lower=True)
+        information = covariance.rolls.T @ cho_solve(factor, covariance.rolls) + np.eye(2)
+        pull = covariance.rolls.T @ cho_solve(factor, residual) - np.array(roll) / ROLL_SD
+        there = roll.moved(np.linalg.solve(information, pull))
+        self.model = self.model.rolling(there)
+        step = (np.array(there) - np.array(roll)) / ROLL_SD
+        return float(np.sqrt(step @ information @ step))
 
     def _residual(self, at: np.ndarray) -> np.ndarray:
         return self.model.measured - self.model.simulated(at[None])[0]
@@ -248,6 +304,11 @@ class _Descent:
         allowed = _forward(self.model, tried) if self.forward else np.ones(len(tried), bool)
         best = int(np.argmin(np.where(allowed, squares, np.inf)))
         return np.asarray(tried[best] if allowed[best] and squares[best] < white @ white else at)
+
+
+def _free(jacobian: np.ndarray) -> np.ndarray:
+    """(K, K) what coefficients make that may be anywhere."""
+    return np.asarray(COEFFICIENT_SD**2 * jacobian @ jacobian.T)
 
 
 def _coefficient_covariance(total: np.ndarray, jacobian: np.ndarray) -> np.ndarray:

@@ -1,7 +1,7 @@
 """All trials of a session at once: their features in one row, and the covariance of what is known to disturb them."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
 
@@ -12,6 +12,7 @@ from fitting.free_decay.ring import NUMBERS as RING_NUMBERS
 from fitting.free_decay.ring import Ring
 from fitting.model.features import beat_phase
 from fitting.model.robot_doubt import Doubt, doubted_twins, doubts_of
+from fitting.model.roll import Roll
 from fitting.model.trial_model import TrialModel, freedoms_together, simulated_together
 from fitting.structure import assumed
 from fitting.trial import MeasuredTrial
@@ -99,6 +100,10 @@ class SessionModel:
         doubts = doubts_of(assumed(twin.robot).sources) if doubts is None else doubts
         doubted = doubted_twins(twin, doubts)
         return cls(tuple(TrialModel(twin, trial, START_PHASE_RAD, doubted, with_course) for trial in trials))
+
+    def rolling(self, roll: Roll) -> "SessionModel":
+        """The same with another roll of the hull."""
+        return replace(self, trials=tuple(trial.rolling(roll) for trial in self.trials))
 
     @property
     def logged(self) -> tuple[int, ...]:

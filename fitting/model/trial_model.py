@@ -13,11 +13,13 @@ import numpy as np
 from fitting.model.features import OF_A_MARKER, FeatureReader, advanced, phase_between, places_of_markers
 from fitting.model.noise import FeatureNoise, noise_of
 from fitting.model.robot_doubt import DoubtedTwin
+from fitting.model.roll import NO_ROLL, ROLL_STEP, Roll
 from fitting.trial import MeasuredTrial
 from swimmer import Runs, Trajectories, Twin
 from swimmer.kinematics import MarkerKinematics
 from swimmer.twin import simulate_together
 
+_OF_TRACKS = ("reader", "measured", "noise", "noise_covariance")
 START_SD = (0.01, 0.02, 0.2)  # of the head's velocity at time 0: along, across (m/s), yaw (rad/s)
 PHASE_SD_RAD = 0.5  # of the crank's phase beside the one that puts the tail in step
 PLACE_SD_M = 0.05  # of the whole fish beside its smooth path
@@ -35,6 +37,7 @@ class TrialModel:
         phase_rad: crank phase that simulations start from; they are then put in step.
         doubted: twins of robots that differ as the robot may.
         with_course: whether features hold how straight the fish goes.
+        roll: of the hull, with which simulated markers swing.
     """
 
     twin: Twin
@@ -42,6 +45,13 @@ class TrialModel:
     phase_rad: float
     doubted: tuple[DoubtedTwin, ...] = ()
     with_course: bool = False
+    roll: Roll = NO_ROLL
+
+    def rolling(self, roll: Roll) -> "TrialModel":
+        """The same with another roll; what is known of the measured tracks is not computed anew."""
+        found = replace(self, roll=roll)
+        found.__dict__.update({name: self.__dict__[name] for name in _OF_TRACKS if name in self.__dict__})
+        return found
 
     @cached_property
     def reader(self) -> FeatureReader:
@@ -74,7 +84,7 @@ class TrialModel:
     def of_tracks(self, coefficients: np.ndarray) -> "Freedoms":
         """Those of `freedoms` that lie in the tracks: phase, place, boxes and markers; the twin is simulated once."""
         trajectories = self.trajectories(coefficients[None])
-        marker_m = self._kept(trajectories.marker_m[0])  # (n, m, 2)
+        marker_m = self._kept(self._marker_m(trajectories)[0])  # (n, m, 2)
         features = self.in_step(self.reader(marker_m))
         kinematics = MarkerKinematics(self.twin.robot, self.trial.markers)
         body = self._kept(kinematics.axes(trajectories.head[0], trajectories.hinges_rad[0]))  # (n, m, 2, 2)
@@ -83,7 +93,9 @@ class TrialModel:
         boxes = self._of_shifts(marker_m, pool, features)
         markers = self._of_shifts(marker_m, body, features)
         robot = np.zeros((len(features), 0))
-        return Freedoms(np.column_stack(own), np.column_stack(boxes), np.column_stack(markers), robot)
+        return Freedoms(
+            np.column_stack(own), np.column_stack(boxes), np.column_stack(markers), robot, self._of_roll(trajectories)
+        )
 
     def _of_sure_robot(self, coefficients: np.ndarray) -> "Freedoms":
         """`freedoms` of a robot that nobody doubts."""
@@ -115,6 +127,16 @@ class TrialModel:
                 slopes.append((self.in_step(self.reader(shifted)) - features) / _SHIFT_M)
         return slopes
 
+    def rolls_at(self, coefficients: np.ndarray) -> np.ndarray:
+        """(k, 2) of `Freedoms.rolls`, at coefficients (5,)."""
+        return self._of_roll(self.trajectories(coefficients[None]))
+
+    def _of_roll(self, told: Trajectories) -> np.ndarray:
+        """(k, 2) the change of the features with one prior standard deviation of each number of the roll."""
+        either = [[self.roll.shifted(number, sign) for sign in (1, -1)] for number in range(len(self.roll))]
+        rows = [[self.rolling(roll).features_of(told)[0] for roll in pair] for pair in either]
+        return np.column_stack([(up - down) / (2 * ROLL_STEP) for up, down in rows])
+
     def in_step(self, features: np.ndarray) -> np.ndarray:
         """(..., k) features with their tails in step with the measured one."""
         return advanced(features, phase_between(features, self.measured, list(self.trial.tail)))
@@ -129,7 +151,7 @@ class TrialModel:
             faster: (s,) by which the crank turns faster.
             shift: (s, 3) of the velocity at time 0.
         """
-        return self._kept(self.trajectories(coefficients, faster, shift).marker_m)
+        return self._kept(self._marker_m(self.trajectories(coefficients, faster, shift)))
 
     def trajectories(
         self, coefficients: np.ndarray, faster: np.ndarray | None = None, shift: np.ndarray | None = None
@@ -157,7 +179,11 @@ class TrialModel:
 
     def features_of(self, told: Trajectories) -> np.ndarray:
         """(s, k) of trajectories up to the last frame that is kept, in step with the measured tail."""
-        return self.in_step(self.reader(self._kept(told.marker_m)))
+        return self.in_step(self.reader(self._kept(self._marker_m(told))))
+
+    def _marker_m(self, told: Trajectories) -> np.ndarray:
+        """(s, n, m, 2) with the roll, m."""
+        return self.roll.seen(told, self.twin.robot, self.trial.markers)
 
     def _kept(self, series: np.ndarray) -> np.ndarray:
         """The kept frames of positions (n, m, 2) or (s, n, m, 2), or of axes (n, m, 2, 2)."""
@@ -176,12 +202,14 @@ class Freedoms(NamedTuple):
         own: those of the trial, by their standard deviations.
         boxes, markers: boxes 1 m off their markers, and markers 1 m off their places on the body.
         robot: what is doubted of it, by its standard deviations.
+        rolls: the two numbers of the hull's roll, by their standard deviations.
     """
 
     own: np.ndarray
     boxes: np.ndarray
     markers: np.ndarray
     robot: np.ndarray
+    rolls: np.ndarray
 
 
 def simulated_together(models: Sequence[TrialModel], coefficients: np.ndarray) -> list[np.ndarray]:

@@ -90,10 +90,12 @@ class Covariance:
 
     Attributes:
         known: (K, K) of tracking noise, and of nuisances whose size is known.
+        rolls: (K, 2) what the hull's roll does, by the standard deviations of its two numbers.
         units: by the component's name, (K, K) of unit size.
     """
 
     known: np.ndarray
+    rolls: np.ndarray
     units: Mapping[str, np.ndarray]
 
     @classmethod
@@ -135,11 +137,16 @@ class Covariance:
             "speed_own": own([block.features[SPEED] * _unit_columns(length, [SPEED]) for block in blocks]),
         }
         known = noise + own([each.own for each in freedoms]) + common([each.robot for each in freedoms])
-        return cls(known + common([block.time_step[:, None] for block in blocks]), units)
+        known += common([block.time_step[:, None] for block in blocks])
+        return cls(known, np.vstack([each.rolls for each in freedoms]), units)
+
+    def beside_roll(self, sizes: Mapping[str, float]) -> np.ndarray:
+        """(K, K) with components of these standard deviations, without the roll."""
+        return self.known + np.asarray(sum(sizes[name] ** 2 * unit for name, unit in self.units.items()))
 
     def at(self, sizes: Mapping[str, float]) -> np.ndarray:
         """(K, K) with components of these standard deviations."""
-        return self.known + np.asarray(sum(sizes[name] ** 2 * unit for name, unit in self.units.items()))
+        return self.beside_roll(sizes) + self.rolls @ self.rolls.T
 
     def restricted(
         self, residual: np.ndarray, jacobian: np.ndarray, start: Mapping[str, float]
@@ -151,7 +158,7 @@ class Covariance:
             jacobian: (K, 5) of the simulated features.
             start: standard deviations to begin with.
         """
-        free = self.known + COEFFICIENT_SD**2 * jacobian @ jacobian.T
+        free = self.known + self.rolls @ self.rolls.T + COEFFICIENT_SD**2 * jacobian @ jacobian.T
         units = [self.units[component.name] for component in COMPONENTS]
         mean, sd = _LN_MEDIAN, _LN_SD
 

@@ -7,16 +7,17 @@ import numpy as np
 from fitting import CalibratedTrial, Calibration
 from fitting.command_forecast import CommandForecast, beat_to_command, forecast_from_command
 from fitting.ebt import EbtFit
-from reports.blocks import Plot, Plots, Prose, Section, Table, table_head
+from fitting.speed_law import Slope, SpeedLaw
+from reports.blocks import Block, Plot, Plots, Prose, Section, Table, table_head
 from reports.caveats import speed_caveats
 from reports.context import ReportContext
 from reports.figures.speed import speed_errors_figure, speed_sweep_figure
 from reports.models import model_label
-from reports.numbers import MISSING, in_mm, listed, sentence, shown, significant
+from reports.numbers import MISSING, in_mm, listed, sentence, shown, significant, spanned
 
 COLUMNS = table_head(
-    "trial | role | command [Hz] | beat [Hz] | measured [mm/s] | twin [mm/s] | error [mm/s] | by command [error] | "
-    "EBT, publ. [error] | EBT, large [error] | mind"
+    "trial | role | command [Hz] | beat [Hz] | measured [mm/s] | twin [mm/s] | error [mm/s] | from command [error] | "
+    "EBT, publ. [error] | EBT, large [error] | caveats"
 )
 
 
@@ -42,16 +43,74 @@ def build(context: ReportContext) -> Section:
     return Section(
         "Speed",
         "speed",
-        (Plots((sweep, errors)), _table(context.calibration), Prose(_theory(context.calibration.ebts))),
+        (
+            Plots((sweep, errors)),
+            *_law(calibration),
+            _table(calibration),
+            Prose(_theory(calibration.ebts)),
+        ),
         () if context.trials("holdout") else ("No trial was held out: every speed error below is one of the fit.",),
     )
+
+
+def _law(calibration: Calibration) -> tuple[Block, ...]:
+    """Nothing where trials tell no law."""
+    law = calibration.speed_law
+    if law is None:
+        return ()
+    labels = {"measured": "measured", "line": "line in frequency", "power_law": "power law in frequency"}
+    exponents = [(labels.get(name) or model_label(name), each) for name, each in law.exponents.items()]
+    rows = [(name, shown(each.value, 2), _interval(each)) for name, each in exponents]
+    if law.residual is not None:
+        rows.append(("measured over twin", shown(law.residual.value, 2), _interval(law.residual)))
+    of_speed = Table(
+        "Exponent of the speed over the beat frequency, over all trials, with its 90 % interval over trials (Student). "
+        f"{law.sentence}",
+        table_head("speed | exponent [] | 90 % interval []"),
+        tuple(rows),
+    )
+    of_trials = Table(
+        "What may change the law. St is the Strouhal number with the width of the fin's stroke, Re the Reynolds number "
+        f"with the fish's length.{_trends(law)}",
+        table_head(
+            "trial | beat [Hz] | way of a beat [mm] | amplitude [mm] | St [] | Re [] | heading [°] | turning [°/s]"
+        ),
+        tuple(
+            (
+                name,
+                shown(each.frequency_hz, 2),
+                in_mm(law.stride_m[name]),
+                in_mm(each.amplitude_m),
+                shown(each.strouhal, 1),
+                significant(each.reynolds),
+                shown(each.heading_deg, 0),
+                shown(each.turning_deg_s, 1),
+            )
+            for name, each in law.trials.items()
+        ),
+    )
+    return of_speed, of_trials
+
+
+def _interval(slope: Slope) -> str:
+    """Its interval in words."""
+    return MISSING if slope.interval is None else spanned(*slope.interval, lambda end: shown(end, 2))
+
+
+def _trends(law: SpeedLaw) -> str:
+    """Those that are significant."""
+    words = {"amplitude_m": "amplitude", "reynolds": "Re", "strouhal": "St", "heading_deg": "heading"}
+    found = [words.get(name, "turning") for name, slope in law.trends.items() if slope.differs_from_zero]
+    if not found:
+        return ""
+    return f" The twin's relative speed error goes with {listed(found)} (90 %); these are not independent."
 
 
 def _table(calibration: Calibration) -> Table:
     trials = sorted(calibration.trials, key=lambda trial: trial.measured.frequency.hz)
     forecasts = forecast_from_command(calibration)
     missing = [f"{name}: {flag.message}" for name, forecast in forecasts.items() for flag in forecast.flags]
-    without = "".join(f" No forecast by command of {sentence(text)}" for text in missing)
+    without = "".join(f" No forecast from the command of {sentence(text)}" for text in missing)
     totals = []
     for role, title in (("fit", "fit"), ("holdout", "held out")):
         if summary := calibration.summary(role):
@@ -60,9 +119,10 @@ def _table(calibration: Calibration) -> Table:
             totals.append(("mean", title, "", "", "", "", twin, commanded, published, large, ""))
     return Table(
         "Forward speed of each trial: slope over the whole beats of the compared frames, forward positive. "
-        "The twin has the frequency, phase and start of a held-out trial from its first two beats; by command, its "
-        f"frequency is the command times {shown(beat_to_command(calibration), 3)}, the mean ratio over the fit trials, "
-        "and nothing of the trial is looked at. Errors are in mm/s, their means of absolute ones."
+        "The twin has the frequency, phase and start of a held-out trial from its first two beats. The forecast from "
+        "the command uses nothing of the trial: its frequency is the command times "
+        f"{shown(beat_to_command(calibration), 3)}, the mean ratio over the fit trials. Errors are in mm/s; "
+        "means are of absolute errors."
         f"{without}",
         COLUMNS,
         tuple(_row(trial, forecasts.get(trial.measured.name)) for trial in trials),
@@ -104,8 +164,8 @@ def _theory(ebts: Mapping[str, EbtFit]) -> str:
         [
             "Elongated body theory has two numbers, the shape factor β of the added mass and the drag coefficient c_D. "
             "Thrust is proportional to β and drag to c_D, so that from speeds only their ratio c_D / β is "
-            f"identifiable; β is kept at 1. Fitted to the same fit trials, it is {listed(ratios)}. That the "
-            "forms differ so much shows that it takes up what each leaves out; it is no property of the robot.",
+            f"identifiable; β is kept at 1. Fitted to the same fit trials, it is {listed(ratios)}. The "
+            "forms differ because each leaves out other effects: the ratio is no property of the robot.",
             *caveats,
         ]
     )

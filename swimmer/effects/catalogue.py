@@ -5,11 +5,11 @@ from functools import lru_cache
 from importlib.metadata import entry_points
 from types import MappingProxyType
 
-from swimmer.effects import drive, fluid, measurement, structure, tendons
+from swimmer.effects import drive, floating, fluid, measurement, structure, tendons
 from swimmer.effects.added import GROUP, added_effects
 from swimmer.effects.effect import Effect
 
-FAMILIES = (measurement, drive, tendons, structure, fluid)
+FAMILIES = (measurement, drive, tendons, structure, fluid, floating)
 
 
 @lru_cache(maxsize=1)

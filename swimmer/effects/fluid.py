@@ -1,11 +1,13 @@
 """Effects of the water."""
 
+from collections.abc import Callable
+
 import mujoco
 import numpy as np
 
 from swimmer.effects.effect import Effect, Parameter, StepForce, StepState
 from swimmer.effects.plates import Plates
-from swimmer.effects.seen import Seen, View
+from swimmer.effects.seen import View
 from swimmer.fluid import added_volumes
 from swimmer.mjcf import Scene
 from swimmer.robot import RobotSpec
@@ -274,13 +276,11 @@ def hump(froude: np.ndarray) -> np.ndarray:
     return np.asarray(2 * x4 / (1 + x4**2))
 
 
-class _Waves:
-    """Drag along the head's axis."""
+class _AlongTheHead:
+    """A resistance along the head's axis: a force in N by the speed there in m/s, of all simulations (n,)."""
 
-    def __init__(self, robot: RobotSpec, plates: Plates, on_hump: np.ndarray) -> None:
-        self.plates = plates
-        self.hull_speed = np.sqrt(GRAVITY_M_S2 * 2 * plates.half_m[0, 0])  # Fr = 1
-        self.scale = 0.5 * robot.water.density_kg_m3 * robot.elongated_body.reference_area_m2 * on_hump[:, 0]
+    def __init__(self, plates: Plates, resistance: Callable[[np.ndarray], np.ndarray]) -> None:
+        self.plates, self.resistance = plates, resistance
 
     @np.errstate(over="ignore", invalid="ignore")  # a simulation that blows up is marked later
     def __call__(self, state: StepState) -> np.ndarray:
@@ -288,7 +288,7 @@ class _Waves:
         head = motion.along[:, 0]
         speed = np.real(head.conj() * motion.velocity[:, 0])
         force = np.zeros_like(motion.place)
-        force[:, 0] = -self.scale * hump(np.abs(speed) / self.hull_speed) * np.abs(speed) * speed * head
+        force[:, 0] = -np.sign(speed) * self.resistance(np.abs(speed)) * head
         return self.plates.generalised(force, motion)
 
 
@@ -305,70 +305,59 @@ class WaveDrag(Effect):
 
     def force(self, robot: RobotSpec, scene: Scene, values: np.ndarray) -> StepForce | None:
         """On the head."""
-        return _Waves(robot, Plates(robot, scene), values) if scene.in_water and values.any() else None
+        if not scene.in_water or not values.any():
+            return None
+        plates = Plates(robot, scene)
+        hull_speed = np.sqrt(GRAVITY_M_S2 * 2 * plates.half_m[0, 0])  # Fr = 1
+        scale = 0.5 * robot.water.density_kg_m3 * robot.elongated_body.reference_area_m2 * values[:, 0]
+        return _AlongTheHead(plates, lambda speed: scale * hump(speed / hull_speed) * speed**2)
 
 
-ROLL_HZ, PITCH_HZ, DAMPING = 2.0, 1.6, 0.2
-"""Natural frequencies of a small float, and their damping ratio."""
-_HARMONICS = np.arange(1, 4)
+class LinearDrag(Effect):
+    """A pull on the head against its velocity through the pool, in proportion to it."""
 
-
-def swing(driven: np.ndarray, beat_rad: np.ndarray, time_s: np.ndarray, natural_hz: float) -> np.ndarray:
-    """(f,) lasting answer x of x'' + 2 z w x' + w^2 x = w^2 d to a drive d (f,), beat by beat; w = 2 pi natural_hz.
-
-    Args:
-        driven: d, of which the first three harmonics count.
-        beat_rad: (f,) angle of the crank.
-        time_s: (f,).
-        natural_hz: of the oscillator.
-    """
-    turning = np.exp(1j * np.outer(beat_rad, _HARMONICS))  # (f, 3)
-    columns = np.column_stack([np.ones(len(time_s)), turning.real, turning.imag])
-    cosine, sine = np.linalg.lstsq(columns, driven, rcond=None)[0][1:].reshape(2, -1)
-    faster = _HARMONICS * np.polyfit(time_s, beat_rad, 1)[0] / (2 * np.pi * natural_hz)  # over the natural frequency
-    answer = (cosine - 1j * sine) / (1 - faster**2 + 2j * DAMPING * faster)
-    return np.asarray((turning @ answer).real)
-
-
-class SurfaceMotion(Effect):
-    """Raised markers swing over the water line, at which nose and neck are: sideways with roll, lengthwise with pitch.
-
-    Roll and pitch are what a damped float does when the head's acceleration shakes it, across and along: in proportion
-    to it far below the natural frequency, late near it. Heave moves nothing in a picture taken from straight above and
-    far, so there is none.
-    """
-
-    name = "surface_motion"
+    name = "linear_drag"
     family = "fluid"
-    stage = "camera"
-    physics = (
-        "A shaken float rolls and pitches; a marker z above the water line moves by -z roll to the right, z pitch aft."
-    )
-    source = "Driven damped oscillator; kinematics of a floating body, small angles."
+    stage = "body"
+    physics = "Drag c v on the head: of a cable in tow or creeping flow; a stand-in for drag that grows less than v^2."
+    source = "Stokes; White, Viscous Fluid Flow (2006), chapter 3."
     seen_in = frozenset({"swim"})
-    parameters = (
-        Parameter("roll", "rad s^2/m", -0.3, 0.3, 0.02),
-        Parameter("pitch", "rad s^2/m", -0.6, 0.6, 0.06),
-        Parameter("pitch_over_height", "rad s^2/m^2", -0.3, 0.3, 0.025),
-    )
+    parameters = (Parameter("drag", "N s/m", 0.0, 10.0, 0.5),)
 
-    def observe(self, seen: Seen, values: np.ndarray) -> np.ndarray:
-        """About the axes of the head: the tail's hinges are upright, so it rolls and pitches along."""
-        nose = seen.names.index("nose")
-        if not values.any() or not np.isfinite(seen.marker_m).all():
-            return seen.marker_m
-        axes = seen.axes[:, nose]  # (f, 2, 2): backward, right
-        velocity = np.gradient(seen.marker_m[:, nose], seen.time_s, axis=0)
-        shaken = np.einsum("fkd,fd->fk", axes, np.gradient(velocity, seen.time_s, axis=0))  # m/s^2
-        pitch, roll = (
-            swing(value * shaken[:, k], seen.crank_rad, seen.time_s, hz)
-            for k, (value, hz) in enumerate(((1.0, PITCH_HZ), (values[0], ROLL_HZ)))
-        )
-        lean = values[1] * pitch[:, None] * axes[:, 0] - roll[:, None] * axes[:, 1]
-        behind = np.einsum("fmd,fd->fm", seen.marker_m - seen.marker_m[:, [seen.names.index("neck")]], axes[:, 0])
-        nearer = -values[2] * pitch[:, None] * behind  # over the camera's height
-        swung = seen.marker_m + seen.above_m[:, None] * lean[:, None]
-        return np.asarray(swung + nearer[..., None] * (seen.marker_m - seen.view.axis_m))
+    def mjcf(self, spec: mujoco.MjSpec, robot: RobotSpec, scene: Scene, values: np.ndarray) -> None:
+        """As damping of surge and sway."""
+        if scene.in_water and not scene.head_clamped and values[0] > 0:
+            for joint in ("surge", "sway"):
+                damping = np.array(spec.joint(joint).damping)
+                damping[0] = values[0]
+                spec.joint(joint).damping = damping
+
+
+class SkinFriction(Effect):
+    """Friction of a laminar boundary layer on both sides of head and tail, which quadratic drag does not hold.
+
+    One at the parameter 1 is that of a smooth flat plate as long as the fish; a wavy motion thins the layer (Ehrenstein
+    and Eloy 2013), and roughness adds to it.
+    """
+
+    name = "skin_friction"
+    family = "fluid"
+    stage = "body"
+    physics = "Drag 1/2 rho S U^2 c with c = 1.328 / sqrt(Re): it grows as U^1.5, so that slow swimmers pay more."
+    source = "Blasius; Gazzola, Argentina and Mahadevan, Nature Physics 10 (2014); Ehrenstein and Eloy, JFM 716 (2013)."
+    seen_in = frozenset({"swim"})
+    parameters = (Parameter("times_plate", "1", 0.0, 60.0, 2.0),)
+
+    def force(self, robot: RobotSpec, scene: Scene, values: np.ndarray) -> StepForce | None:
+        """Along the head."""
+        if not scene.in_water or not values.any():
+            return None
+        plates = Plates(robot, scene)
+        wetted_m2 = 2 * (4 * plates.half_m[:, 0] * plates.half_m[:, 2]).sum()
+        length_m, water = 2 * plates.half_m[:, 0].sum(), robot.water
+        kinematic = water.viscosity_pa_s / water.density_kg_m3
+        factor = 0.5 * water.density_kg_m3 * wetted_m2 * 1.328 * np.sqrt(kinematic / length_m)
+        return _AlongTheHead(plates, lambda speed: factor * values[:, 0] * speed**1.5)
 
 
 EFFECTS: tuple[Effect, ...] = (
@@ -378,5 +367,6 @@ EFFECTS: tuple[Effect, ...] = (
     BackgroundCurrent(),
     WallProximity(),
     WaveDrag(),
-    SurfaceMotion(),
+    LinearDrag(),
+    SkinFriction(),
 )

@@ -251,6 +251,50 @@ def wave_drag(random: np.random.Generator) -> AtStrength:
     return lambda strength: (WaveDrag(on_hump * strength, hump, width),)
 
 
+class LinearDrag(Mechanism):
+    """A drag on the hull in proportion to its speed along itself, where it is widest."""
+
+    drag_n_s_m: float
+
+    def force(self, now: Instant, state: np.ndarray) -> np.ndarray:  # noqa: ARG002
+        """Against the head's way through the water."""
+        direction = now.pose.direction[:, :1]
+        speed = ((now.pose.velocity_m_s[:, :1] - now.parameters.current_m_s) * direction.conj()).real
+        return now.push(0, _WATERLINE_M, -self.drag_n_s_m * speed * direction)
+
+
+def linear_drag(random: np.random.Generator) -> AtStrength:
+    """0.2 N s/m at strength 1, linear."""
+    drag_n_s_m = 0.2 * random.uniform(0.8, 1.25)
+    return lambda strength: (LinearDrag(drag_n_s_m * strength),)
+
+
+class SkinFriction(Mechanism):
+    """Friction of a laminar layer on both sides of every strip, thinned by the motion across it.
+
+    0.664 rho u sqrt(nu v / x) on each side of a strip x behind the nose that moves with v in all, u along itself
+    (Blasius for a flat plate; that what crosses the body thins the layer: Ehrenstein and Eloy, JFM 716, 2013).
+    """
+
+    times: float
+
+    def water(self, now: Instant, forces: StripForces, state: np.ndarray) -> StripForces:  # noqa: ARG002
+        """Along each strip."""
+        strips, water = now.layout.strips, now.layout.robot.water
+        behind_m = np.cumsum(strips.length_m) - strips.length_m / 2
+        speed = np.hypot(now.flow.along_m_s, now.flow.across_m_s)
+        layer = np.sqrt(water.viscosity_pa_s / water.density_kg_m3 * speed / behind_m)
+        area = 2 * 2 * strips.half_height_m * strips.length_m
+        pull = -0.664 * self.times * water.density_kg_m3 * area * layer * now.flow.along_m_s
+        return forces.plus(pull, np.zeros_like(pull), np.zeros_like(pull))
+
+
+def skin_friction(random: np.random.Generator) -> AtStrength:
+    """Twice that of a smooth plate at strength 1, linear."""
+    times = 2.0 * random.uniform(0.8, 1.25)
+    return lambda strength: (SkinFriction(times * strength),)
+
+
 _MOST_RAD = 0.4
 
 
@@ -321,3 +365,10 @@ def surface_motion(random: np.random.Generator) -> AtStrength:
     roll_hz, pitch_hz = random.uniform(1.9, 2.1), random.uniform(1.5, 1.7)
     damping, draught = random.uniform(0.18, 0.22), random.uniform(0.0, 0.003)
     return lambda strength: ((SurfaceMotion(strength * roll, strength * pitch, roll_hz, pitch_hz, damping, draught),))
+
+
+def hull_roll(random: np.random.Generator) -> AtStrength:
+    """A soft roll about an axis well below the markers, its natural frequency near the beat; saturates at 0.4 rad."""
+    roll_per_m = 5.0 * random.choice([-1.0, 1.0]) * random.uniform(0.7, 1.4)
+    roll_hz, damping, axis_m = random.uniform(0.42, 0.8), random.uniform(0.16, 0.25), random.uniform(0.035, 0.065)
+    return lambda strength: (SurfaceMotion(strength * roll_per_m, 0.0, roll_hz, 1.6, damping, axis_m),)

@@ -11,7 +11,8 @@ from swimmer.ebt import TailMotion, mean_thrust
 from swimmer.effects import catalogue
 from swimmer.effects.affected_twin import AffectedRuns, AffectedTwin
 from swimmer.effects.effect import Effect, StepState
-from swimmer.effects.fluid import DAMPING, PITCH_HZ, ROLL_HZ, SLOW_M_S
+from swimmer.effects.floating import DAMPING, NATURAL_ROLL_HZ, PITCH_HZ, ROLL_HZ
+from swimmer.effects.fluid import SLOW_M_S
 from swimmer.effects.plates import Plates
 from swimmer.effects.seen import Seen, View
 from swimmer.mjcf import SWIM
@@ -21,7 +22,10 @@ from tests.swimmer.robots import FISH, changed, every_robot
 
 REACTION = catalogue()["added_mass_reaction"]
 CURRENT = catalogue()["background_current"]
+FRICTION = catalogue()["skin_friction"]
+LINEAR = catalogue()["linear_drag"]
 MEMORY = catalogue()["fluid_memory"]
+ROLL = catalogue()["hull_roll"]
 SEGMENTS = catalogue()["segment_coefficients"]
 SURFACE = catalogue()["surface_motion"]
 WALL = catalogue()["wall_proximity"]
@@ -234,15 +238,28 @@ def test_waves_resist_along_the_head_with_a_hump_at_froude_one_half() -> None:
     assert force_of(WAVES, 0.3, turned)[:3] == pytest.approx([on_hump * np.cos(0.6), on_hump * np.sin(0.6), 0.0])
 
 
+def test_drag_of_layers_resists_along_the_head_and_a_cable_in_all_directions() -> None:
+    towed = model_with(LINEAR, np.array([0.7]), FISH)
+    assert towed.dof_damping[:3] == pytest.approx([0.7, 0.7, 0.0])
+    half_m = Plates(FISH, SWIM).half_m
+    wetted_m2, length_m = 8 * (half_m[:, 0] * half_m[:, 2]).sum(), 2 * half_m[:, 0].sum()
+    viscosity = FISH.water.viscosity_pa_s / RHO
+    for speed in (0.05, 0.2):
+        blasius = 1.328 / np.sqrt(speed * length_m / viscosity)
+        drag = 0.5 * RHO * wetted_m2 * blasius * speed**2
+        assert force_of(FRICTION, 3.0, straight(surge=-speed))[SURGE] == pytest.approx(3 * drag)
+
+
 def test_the_water_does_nothing_in_air() -> None:
     air = replace(SWIM, in_water=False)
-    for effect in (REACTION, MEMORY, WALL, WAVES):
+    for effect in (REACTION, MEMORY, WALL, WAVES, FRICTION):
         assert effect.force(FISH, air, np.ones((1, 1))) is None
     twin = Twin(FISH, scene=air, workers=1)
     plain = twin.model
-    for effect in (REACTION, CURRENT):
+    for effect in (REACTION, CURRENT, LINEAR):
         strong = AffectedTwin(twin, [effect]).spec(NO_DRAG, np.ones(len(effect.parameters))).compile()
         assert np.array_equal(strong.body_mass, plain.body_mass)
+        assert np.array_equal(strong.dof_damping, plain.dof_damping)
         assert not strong.opt.wind.any()
 
 
@@ -273,3 +290,16 @@ def test_raised_markers_lean_over_as_a_shaken_float_rolls_and_pitches() -> None:
     pitch = 0.03 * (0.01 * 4 * beat * 1j * np.exp(2j * crank) * answers[1]).real
     assert rolled[:, 2, 0] == pytest.approx(0.05 * roll, abs=0.02 * 0.05 * np.abs(roll).max())  # the right is -x
     assert pitched[:, 2, 1] == pytest.approx(0.05 * pitch, abs=0.02 * 0.05 * np.abs(pitch).max())
+
+
+@pytest.mark.parametrize("natural", [-0.3, 0.0, 0.4])
+def test_markers_swing_by_their_heights_as_a_soft_hull_rolls(natural: float) -> None:
+    hz, (seen, crank) = 0.7, shaken(0.7)
+    names = seen.names
+    effect = ROLL.suited(FISH, names)
+    swung = (effect.observe(seen, np.array([30.0, natural])) - seen.marker_m)[:, :, 0]  # the right is -x
+    turn = hz / (NATURAL_ROLL_HZ * np.exp(natural))
+    roll = 30.0 * (turn**2 / (1 - turn**2 + 2j * DAMPING * turn)) * -0.02 * np.exp(1j * crank)
+    for column, height_m in zip(swung.T, FISH.marker_positions_m(names)[:, 2], strict=True):
+        expected = height_m * -roll.real
+        assert column == pytest.approx(expected, abs=0.02 * np.abs(expected).max())
