@@ -60,7 +60,7 @@ def diagnosis_result(found: Diagnosis, withheld: Sequence[str] = (), models: Seq
         effects=verdict.effects,
         probabilities=dict(sorted(told.items(), key=lambda item: -item[1])) | {NONE: min(chances.other, 1.0)},
         remainder=found.remainder,
-        where=GapShares(where.by_stage, where.by_trial, where.by_marker, where.by_axis, where.by_band),
+        where=GapShares(where.by_stage, where.by_trial, where.by_marker, where.by_axis, where.by_band, where.by_repeat),
         gap=_gap(found.gap),
         effect_parameters={} if found.refit is None else _parameters(found.refit),
         next_experiments=found.experiments,

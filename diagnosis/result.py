@@ -33,13 +33,18 @@ class Remainder:
 
 @dataclass(frozen=True)
 class GapShares:
-    """Shares of the squared whitened residual of the nearest plain twin; those of each split add up to 1."""
+    """Shares of the squared whitened residual of the nearest plain twin; those of each split add up to 1.
+
+    `by_repeat`: what all swim trials have in common ("reproducible"), what each has of its own ("scatter"), and noise
+    ("floor"); empty for one swim trial.
+    """
 
     by_stage: Mapping[str, float]
     by_trial: Mapping[str, float]
     by_marker: Mapping[str, float]
     by_axis: Mapping[str, float]
     by_band: Mapping[str, float]
+    by_repeat: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

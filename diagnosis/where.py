@@ -21,12 +21,13 @@ from diagnosis.ground import Ground
 from diagnosis.local_discrepancies import LocalDiscrepancy
 from diagnosis.places_off import TAKEN
 from diagnosis.pushes import HEAD, PER_JOINT, Responses
-from diagnosis.ripples import rippled
 from fitting.free_decay.ring import NUMBERS as RING_NUMBERS
 from fitting.model.features import (
     COURSE,
     HARMONICS,
     SPEED,
+    advanced,
+    harmonics_of,
     of_markers,
     places_of_markers,
     places_of_slides,
@@ -66,6 +67,8 @@ class Where:
         by_stage: camera, drive, body, tail and floor; may be negative.
         alone: by stage, the share that it would have if it were the only one (the other end of its range).
         by_trial, by_marker, by_axis, by_band: an orthogonal split of the same length.
+        by_repeat: what all swim trials have in common at equal phase of the beat ("reproducible"), what each has of its
+            own ("scatter"), and noise ("floor", which no trial repeats); empty for one swim trial.
         forces: that are missing.
         parts: (5, k) of what is left, by stage.
     """
@@ -76,6 +79,7 @@ class Where:
     by_marker: Mapping[str, float]
     by_axis: Mapping[str, float]
     by_band: Mapping[str, float]
+    by_repeat: Mapping[str, float]
     forces: Forces
     parts: np.ndarray
 
@@ -97,66 +101,71 @@ def locate(
         placed: the same of what no catalogue holds, at its place.
     """
     left = ground.left - ground.slopes @ ground.space.coefficients(ground.left)
-    ways = _ways(ground, responses, signatures, named, placed)
+    columns_of = _components(ground, responses, signatures, named, placed)
     target = ground.space.freed(left)
-    freed = {way: ground.space.freed(part.T).T for way, part in ways.items()}
+    freed = {component: ground.space.freed(part.T).T for component, part in columns_of.items()}
     sizes = _sizes(target, list(freed.values()))
-    weights = {way: size**2 for way, size in zip(freed, sizes, strict=True)}
+    weights = {component: size**2 for component, size in zip(freed, sizes, strict=True)}
     solved = _solved(target, freed, weights)
     total = float(target @ target)
     shares, parts = dict.fromkeys(STAGES, 0.0), {stage: np.zeros_like(left) for stage in STAGES}
-    for way, part in freed.items():
-        amplitude = weights[way] * (part.T @ solved)
-        shares[way.stage] += float(amplitude @ (part.T @ target)) / total
-        parts[way.stage] += ways[way] @ amplitude
+    for component, part in freed.items():
+        amplitude = weights[component] * (part.T @ solved)
+        shares[component.stage] += float(amplitude @ (part.T @ target)) / total
+        parts[component.stage] += columns_of[component] @ amplitude
     shares["floor"] = float(target @ solved) / total
     parts["floor"] = left - sum(parts.values())
     return Where(
         by_stage=shares,
         alone=_alone(target, freed),
         **_split(ground, left),
+        by_repeat=_by_repeat(ground, target),
         forces=_forces(responses, freed, weights, solved),
         parts=np.array([parts[stage] for stage in STAGES]),
     )
 
 
-class Way(NamedTuple):
-    """One way in which a stage makes a gap, of a size of its own."""
+class Component(NamedTuple):
+    """What a stage makes of a gap, of a size of its own."""
 
     stage: str
     what: str
 
 
-def _ways(
+def _components(
     ground: Ground,
     responses: Responses,
     signatures: Sequence[Signature],
     named: Collection[str],
     placed: Sequence[LocalDiscrepancy],
-) -> dict[Way, np.ndarray]:
-    """(k, q) columns of each way: what is steady, and what beats."""
+) -> dict[Component, np.ndarray]:
+    """(k, q) columns of each component: what is steady, and what beats."""
     of_joint = np.moveaxis(responses.columns, 2, 0)  # (j, k, t, 7)
     found = {}
     for stage, joints in (("body", slice(None, len(HEAD))), ("tail", slice(len(HEAD), None))):
         steady, beating = of_joint[joints, ..., :1], of_joint[joints, ..., 1:]
         for what, part in (("steady", steady), ("beating", beating)):
-            found[Way(stage, what)] = np.concatenate([each.reshape(len(each), -1) for each in part], axis=1)
-    found[Way("camera", "on the body")] = _misplaced(ground)
-    found[Way("camera", "in the picture")] = _misboxed(ground)
-    found[Way("camera", "beating")] = _in_each_trial(ground, _beats)
-    found[Way("camera", "sliding")] = _in_each_trial(ground, _slides)
-    found[Way("camera", "scale")] = _in_each_trial(ground, lambda features: _SCALE * features[:, None])
-    found[Way("drive", "ripple")] = _in_each_trial(ground, lambda features: _RIPPLE_RAD * rippled(features))
-    found[Way("drive", "frequency")] = _other_frequencies(ground)
-    found[Way("tail", "free decays")] = _RINGING * np.eye(len(ground.left))[:, ground.model.places_of_rings]
+            found[Component(stage, what)] = np.concatenate([each.reshape(len(each), -1) for each in part], axis=1)
+    found[Component("camera", "on the body")] = _misplaced(ground)
+    found[Component("camera", "in the picture")] = _misboxed(ground)
+    found[Component("camera", "beating")] = _in_each_trial(ground, _beats)
+    found[Component("camera", "sliding")] = _in_each_trial(ground, _slides)
+    found[Component("camera", "scale")] = _in_each_trial(ground, lambda features: _SCALE * features[:, None])
+    found[Component("drive", "ripple")] = _in_each_trial(ground, lambda features: _RIPPLE_RAD * rippled(features))
+    found[Component("drive", "frequency")] = _other_frequencies(ground)
+    found[Component("tail", "free decays")] = _RINGING * np.eye(len(ground.left))[:, ground.model.places_of_rings]
     told = [_of_each_parameter(signature) for signature in signatures if signature.effect.stage == "drive"]
-    found[Way("drive", "effects")] = np.hstack([np.zeros((len(ground.left), 0)), *told])
+    found[Component("drive", "effects")] = np.hstack([np.zeros((len(ground.left), 0)), *told])
     for signature in signatures:
         if (effect := signature.effect).name in named:
-            found[Way(effect.stage, effect.name)] = _of_each_stretch(signature)
+            found[Component(effect.stage, effect.name)] = _of_each_stretch(signature)
     for number, each in enumerate(placed):
-        found[Way(each.stage, f"{each.place} {number}")] = each.columns
-    return {way: columns for way, columns in found.items() if columns.size and np.any(ground.space.freed(columns.T))}
+        found[Component(each.stage, f"{each.place} {number}")] = each.columns
+    return {
+        component: columns
+        for component, columns in found.items()
+        if columns.size and np.any(ground.space.freed(columns.T))
+    }
 
 
 def _of_each_parameter(signature: Signature) -> np.ndarray:
@@ -217,6 +226,31 @@ def _other_frequencies(ground: Ground) -> np.ndarray:
     return columns
 
 
+def rippled(features: np.ndarray) -> np.ndarray:
+    """(g, 4) how features (g,) changes, over rad, whose crank runs ahead by a cosine or sine of one turn or of two."""
+    return np.column_stack([_ahead(features, order, sine) for order in (1, 2) for sine in (False, True)])
+
+
+def _ahead(features: np.ndarray, order: int, sine: bool) -> np.ndarray:
+    """(g,) how features changes, over rad, whose crank runs ahead by a cosine, or sine, of `order` turns."""
+    step = 1e-4
+    slope = (advanced(features, step) - advanced(features, -step)) / (2 * step)
+    rates = harmonics_of(slope)  # (m, 2, 3) complex, Re(rate exp(i h turn))
+    ahead = -1j if sine else 1.0 + 0j
+    result = np.zeros_like(features)
+    beats = of_markers(result)
+    for h in range(1, HARMONICS + 1):
+        rate = rates[..., h - 1]
+        for other, product in ((h + order, ahead * rate / 2), (h - order, np.conj(ahead) * rate / 2)):
+            number, told = (other, product) if other >= 0 else (-other, np.conj(product))
+            if number == 0:
+                beats[..., 0] += told.real
+            elif number <= HARMONICS:
+                beats[..., 2 * number - 1] += told.real
+                beats[..., 2 * number] -= told.imag
+    return result
+
+
 def _sizes(target: np.ndarray, parts: list[np.ndarray]) -> np.ndarray:
     """(s,) the likeliest size of each stage, against that of its columns."""
     grams = [part @ part.T for part in parts]
@@ -236,33 +270,57 @@ def _sizes(target: np.ndarray, parts: list[np.ndarray]) -> np.ndarray:
     return np.asarray(np.where(found.x <= low + 1e-6, 0.0, np.exp(found.x)))
 
 
-def _solved(target: np.ndarray, parts: Mapping[Way, np.ndarray], weights: Mapping[Way, float]) -> np.ndarray:
-    covariance = np.eye(len(target)) + sum(weights[way] * part @ part.T for way, part in parts.items())
+def _solved(
+    target: np.ndarray, parts: Mapping[Component, np.ndarray], weights: Mapping[Component, float]
+) -> np.ndarray:
+    covariance = np.eye(len(target)) + sum(weights[component] * part @ part.T for component, part in parts.items())
     return np.asarray(np.linalg.solve(covariance, target))
 
 
-def _alone(target: np.ndarray, parts: Mapping[Way, np.ndarray]) -> dict[str, float]:
+def _alone(target: np.ndarray, parts: Mapping[Component, np.ndarray]) -> dict[str, float]:
     """The share of each stage, were it the only one."""
     found = {}
-    for stage in dict.fromkeys(way.stage for way in parts):
-        own = {way: part for way, part in parts.items() if way.stage == stage}
-        weights = {way: size**2 for way, size in zip(own, _sizes(target, list(own.values())), strict=True)}
+    for stage in dict.fromkeys(component.stage for component in parts):
+        own = {component: part for component, part in parts.items() if component.stage == stage}
+        weights = {component: size**2 for component, size in zip(own, _sizes(target, list(own.values())), strict=True)}
         found[stage] = 1 - float(target @ _solved(target, own, weights)) / float(target @ target)
     return found
 
 
+def _by_repeat(ground: Ground, target: np.ndarray) -> dict[str, float]:
+    """Variance components of displacements that neighbouring markers share, in all swim trials alike or in each."""
+    swims = len(ground.swims)
+    if swims < 2:
+        return {}
+    length = len(ground.model.measured) // len(ground.trials)
+    root = np.linalg.cholesky(ground.generic[:length, :length]).T
+    turned = [advanced(root, float(phase)).T for phase in ground.model.phase_rad[:swims]]
+    freed = {}
+    for what, columns in (("reproducible", np.vstack(turned)), ("scatter", block_diag(*turned))):
+        rows = np.zeros((columns.shape[1], len(ground.left)))
+        rows[:, : swims * length] = columns.T
+        freed[Component("repeat", what)] = ground.space.freed(rows).T
+    weights = dict(zip(freed, _sizes(target, list(freed.values())) ** 2, strict=True))
+    solved, total = _solved(target, freed, weights), float(target @ target)
+    shares = {
+        each.what: weights[each] * float(np.sum((part.T @ solved) * (part.T @ target))) / total
+        for each, part in freed.items()
+    }
+    return shares | {"floor": float(target @ solved) / total}
+
+
 def _forces(
-    responses: Responses, parts: Mapping[Way, np.ndarray], weights: Mapping[Way, float], solved: np.ndarray
+    responses: Responses, parts: Mapping[Component, np.ndarray], weights: Mapping[Component, float], solved: np.ndarray
 ) -> Forces:
     """Mean and standard deviation of the missing forces, given all that was measured."""
     trials, unit = responses.columns.shape[1], responses.unit[:, None]
-    covariance = np.eye(len(solved)) + sum(weights[way] * part @ part.T for way, part in parts.items())
+    covariance = np.eye(len(solved)) + sum(weights[component] * part @ part.T for component, part in parts.items())
     mean, sd = np.zeros((2, len(responses.joints), trials, PER_JOINT))
     for stage, joints in (("body", slice(None, len(HEAD))), ("tail", slice(len(HEAD), None))):
         for what, harmonics in (("steady", slice(None, 1)), ("beating", slice(1, None))):
-            if (way := Way(stage, what)) not in parts:
+            if (component := Component(stage, what)) not in parts:
                 continue
-            columns, prior = parts[way], weights[way]
+            columns, prior = parts[component], weights[component]
             explained = np.einsum("ij,ij->j", columns, np.linalg.solve(covariance, columns))
             shape = mean[joints, :, harmonics].shape
             mean[joints, :, harmonics] = (prior * (columns.T @ solved)).reshape(shape)

@@ -10,10 +10,9 @@ import numpy as np
 import pytest
 
 from diagnosis.non_periodic import Beside, non_periodic
-from diagnosis.probabilities import Probabilities
 from diagnosis.verdict import verdict_of
 from fitting import MeasuredTrial
-from tests.diagnosis.rows import K, hypotheses
+from tests.diagnosis.rows import K, after, hypotheses
 from tests.fitting.exact_swims import exact_swims
 
 NOISE_M, SWAY_M = 5e-4, 1e-3
@@ -108,9 +107,9 @@ def test_wandering_clocks_and_warming_motors_are_no_motion() -> None:
 
 def test_it_speaks_for_something_else_and_its_absence_hardly_against() -> None:
     quiet = hypotheses(np.random.default_rng([0, 5]).standard_normal(K))
-    none, shaken, still = (Probabilities.after(replace(quiet, beside=(0.0, odds))) for odds in (0.0, 50.0, -50.0))
+    none, shaken, still = (after(replace(quiet, non_periodic=(0.0, odds))) for odds in (0.0, 50.0, -50.0))
     assert verdict_of(none).name == "no_gap"
     assert verdict_of(shaken).name == "unexplained"
     assert shaken.with_other > 0.999
     assert none.with_other > still.with_other > 0.75 * none.with_other
-    assert replace(quiet, beside=(-5.0, 50.0)).showing_beside == pytest.approx((0.0, 1.0), abs=1e-3)
+    assert replace(quiet, non_periodic=(-5.0, 50.0)).shares_non_periodic == pytest.approx((0.0, 1.0), abs=1e-3)
