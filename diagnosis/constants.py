@@ -35,6 +35,9 @@ LOOSE = 0.3
 """Share of the variance of something else that is like no effect. Development."""
 OF_WATER = 0.1
 """How likely forces of the water at one place are, alike in all trials: there the twin's own error acts too."""
+MIXED, NEEDED = 10.0, 15.0
+"""Log Bayes factors: from which an unknown effect is a mixture of the catalogue, and one of its effects needed in it.
+Development."""
 PLACED = 0.5
 """Probability from which a place is told: more likely than not."""
 SCALES = {0.7: 0.3, 1.0: 0.45, 1.4: 0.18, 2.0: 0.07}

@@ -6,9 +6,9 @@ from typing import NamedTuple
 import numpy as np
 from scipy.special import logsumexp
 
-from diagnosis.constants import SCALES
+from diagnosis.constants import MIXED, NEEDED, SCALES
 from diagnosis.effect_response import effect_responses
-from diagnosis.evidence import Hypotheses, Priors, Residual
+from diagnosis.evidence import Hypotheses, Priors, Residual, sized
 from diagnosis.ground import Ground
 from diagnosis.local_discrepancies import LocalDiscrepancy
 from diagnosis.probabilities import Probabilities, Weighed, posterior
@@ -53,7 +53,40 @@ def explained(
         assumed = float(np.log(chance)) + here.space.log_volume
         found.append((assumed + logsumexp(list(weighed.logs.values())), assumed, here, hypotheses, weighed))
     _, _, likeliest, hypotheses, _ = max(found, key=lambda each: each[0])
-    return Explained(likeliest, hypotheses, posterior([(each[1], each[4]) for each in found], hypotheses))
+    probabilities = posterior([(each[1], each[4]) for each in found], hypotheses)
+    most = max(probabilities.of, key=lambda key: probabilities.of[key])
+    needed = needed_in_mixture(likeliest, hypotheses, most.present) if most.other else ()
+    return Explained(likeliest, hypotheses, probabilities.with_needed(needed))
+
+
+def needed_in_mixture(ground: Ground, hypotheses: Hypotheses, present: Sequence[int]) -> tuple[int, ...]:
+    """Effects without which a random mixture of the catalogue is much worse.
+
+    An unknown effect that is clearly such a mixture is many effects at once, and naming one gains nothing beside all of
+    them. But the mixture without that one may be much worse.
+
+    Args:
+        ground: with the discrepancy of the hypotheses.
+        hypotheses: of the residual.
+        present: effects beside the mixture.
+    """
+    responses = [each for each in (hypotheses.best[i] for i in present) if each is not None]
+
+    def evidence(residual: Residual) -> float:
+        return sized(residual, responses, True, hypotheses.priors.form_error).evidence
+
+    mixed, found = evidence(hypotheses.like_any), []
+    if mixed - evidence(hypotheses.loose) < MIXED:
+        return ()
+    features = len(ground.model.measured)
+    frequencies = slice(features, features + ground.model.frequencies)
+    for effect, each in enumerate(hypotheses.effects):
+        if each.ways and effect not in present:
+            others = [other for other in hypotheses.effects if other is not each]
+            without = Residual.of(ground.space, ground.left, ground.generic, others, frequencies)
+            if mixed - evidence(without) >= NEEDED:
+                found.append(effect)
+    return tuple(found)
 
 
 def _hypotheses(

@@ -62,6 +62,17 @@ class Probabilities:
                 found[key] = found.get(key, 0.0) + share * chance
         return Probabilities(self.names, found, self.at_place, self.look_alike)
 
+    def with_needed(self, needed: Sequence[int]) -> "Probabilities":
+        """With effects present wherever there is an unknown effect, which is a mixture that needs them."""
+        found: dict[Hypothesis, float] = {}
+        for each, chance in self.of.items():
+            key = Hypothesis(tuple(sorted({*each.present, *needed})), True) if each.other else each
+            found[key] = found.get(key, 0.0) + chance
+        odds = None if self.look_alike is None else np.array(self.look_alike)
+        if odds is not None:
+            odds[1, list(needed)] = 0.0
+        return Probabilities(self.names, found, self.at_place, odds)
+
     def either_or(self, one: str, other: str) -> tuple[float, float, float]:
         """That the one of two effects is seen and not the other, the other and not the one, and both."""
         first, second = self.names.index(one), self.names.index(other)

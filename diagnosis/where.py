@@ -119,7 +119,7 @@ def locate(
         by_stage=shares,
         alone=_alone(target, freed),
         **_split(ground, left),
-        by_repeat=_by_repeat(ground, target),
+        by_repeat=by_repeat(ground, target),
         forces=_forces(responses, freed, weights, solved),
         parts=np.array([parts[stage] for stage in STAGES]),
     )
@@ -287,8 +287,13 @@ def _alone(target: np.ndarray, parts: Mapping[Component, np.ndarray]) -> dict[st
     return found
 
 
-def _by_repeat(ground: Ground, target: np.ndarray) -> dict[str, float]:
-    """Variance components of displacements that neighbouring markers share, in all swim trials alike or in each."""
+def by_repeat(ground: Ground, target: np.ndarray) -> dict[str, float]:
+    """Shares of displacements that neighbouring markers share: in all swim trials alike, in each its own, and noise.
+
+    Args:
+        ground: the fitted swims.
+        target: (q,) the whitened residual, coefficients refitted.
+    """
     swims = len(ground.swims)
     if swims < 2:
         return {}

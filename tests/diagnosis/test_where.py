@@ -11,7 +11,7 @@ import pytest
 from diagnosis.ground import Ground
 from diagnosis.local_discrepancies import LocalDiscrepancy, local_discrepancies
 from diagnosis.pushes import HEAD, Pushes, Responses
-from diagnosis.where import STAGES, Where, locate
+from diagnosis.where import STAGES, Where, by_repeat, locate
 from fitting.model.features import advanced
 from fitting.signatures import Signature, signature_of
 from session.create import FISHSIM_MARKERS
@@ -109,7 +109,7 @@ def test_no_push_is_the_plain_twin() -> None:
     assert effect.force(ground().twin.robot, ground().twin.scene, np.zeros((2, len(effect.parameters)))) is None
 
 
-def test_what_trials_have_in_common_is_told_from_what_each_has_of_its_own(pushed: Responses) -> None:
+def test_what_trials_have_in_common_is_told_from_what_each_has_of_its_own() -> None:
     at = ground()
     length = len(at.model.measured) // len(at.trials)
     root, random = np.linalg.cholesky(at.generic[:length, :length]), np.random.default_rng(4)
@@ -117,6 +117,6 @@ def test_what_trials_have_in_common_is_told_from_what_each_has_of_its_own(pushed
     for gaps, name in (([drawn[0], drawn[0]], "reproducible"), (drawn, "scatter")):
         turned = [advanced(gap, float(phase)) for gap, phase in zip(gaps, at.model.phase_rad, strict=True)]
         row = np.concatenate([*turned, np.zeros(len(at.left) - 2 * length)])
-        found = located(pushed, of_length(40.0, row)).by_repeat
+        found = by_repeat(at, at.space.freed(of_length(40.0, row)))
         assert sum(found.values()) == pytest.approx(1.0)
         assert found[name] > 0.7
