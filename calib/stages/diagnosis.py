@@ -105,8 +105,8 @@ class DiagnosisStage(Stage):
         self.mark(written)
         job.made.extend(written)
 
-    def suppose(self, names: Sequence[str]) -> SuppositionResult:
-        """Asks what the swims say of effects that a user names; ``results/supposed.json``, made anew every time.
+    def test(self, names: Sequence[str]) -> SuppositionResult:
+        """Tests effects that a user names; ``results/supposed.json``, made anew every time.
 
         Args:
             names: of effects of the catalogue.

@@ -145,7 +145,7 @@ def test_a_session_without_a_swim_gives_the_structure_alone(calib: Front, unfitt
 
     outcome = calib("fit", unfitted)
     assert outcome.code == 0, outcome.err
-    assert "no swim to fit" in outcome.out
+    assert "no swim trial to fit" in outcome.out
     assert "(standard error) from dry runs dry_slow, dry_fast" in outcome.out
     assert outcome.out.splitlines()[-1].endswith("structure.json")
     assert results_of(unfitted).keys() == STRUCTURE | {
@@ -161,7 +161,7 @@ def test_what_needs_a_swim_says_so_once_the_structure_stands(calib: Front, unfit
 
     outcome = calib("run", unfitted, "--effort", "quick")
     assert outcome.code == 0
-    assert "no swim to fit" in outcome.out
+    assert "no swim trial to fit" in outcome.out
     assert_reports(calib("posterior", unfitted), "no swim with tracks", "found pull (free_decay)")
     assert results_of(unfitted).keys() >= STRUCTURE
 
