@@ -116,6 +116,7 @@ def made_everything() -> dict[str, Any]:
             {"effect": "tendon_asymmetry", "parameter": "length", "strength_sd": 1.4},
         ],
         "gap": _gap(True) | {"shrinkage": 0.3, "shrinkage_ci95": [0.1, 0.6]},
+        "attribution": None,
     }
 
 
