@@ -57,9 +57,9 @@ def gap_held_out_figure(gap: GapSize, added: bool) -> Figure:
         added: whether there are effects.
     """
     trials = gap.trials or {}
-    names, told = [*trials, "mean"], list(trials.values())
-    before_mm, after_mm = np.array([[trial.before_mm, trial.after_mm] for trial in told]).T
-    errors = MM * np.abs([[t.speed_before - t.speed_measured, t.speed_after - t.speed_measured] for t in told]).T
+    names, compared = [*trials, "mean"], list(trials.values())
+    before_mm, after_mm = np.array([[trial.before_mm, trial.after_mm] for trial in compared]).T
+    errors = MM * np.abs([[t.speed_before - t.speed_measured, t.speed_after - t.speed_measured] for t in compared]).T
     grid = Grid(2, 0.2 + 0.24 * len(names), (0.22, 0.0))
     figure, (left, right) = panels(2, grid, HALF_WIDTH_IN, Margins(left=0.85, right=0.2, top=0.5, bottom=0.42))
     _rows(left, _with_mean(before_mm), _with_mean(after_mm), added)
