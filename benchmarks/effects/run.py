@@ -42,7 +42,9 @@ def make_suite(suite: SuiteFolder, seed: int, size: SuiteSize, run: Run, shard: 
     todo = [plan for plan in plans[shard] if not suite.made(plan.name)]
     failures: list[Failure] = []
     batches = {batch[0].name: batch for batch in _batches(todo, run.workers)}
-    lost = run_cases(partial(_made_together, suite, size.generator), batches, run, lambda _name, failed: failures.extend(failed))
+    lost = run_cases(
+        partial(_made_together, suite, size.generator), batches, run, lambda _name, failed: failures.extend(failed)
+    )
     return (*failures, *lost)
 
 

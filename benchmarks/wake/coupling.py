@@ -67,7 +67,8 @@ class WakeMotion(Motion):
     """n simulations of one layout in water that holds their wakes.
 
     Args:
-        layout, parameters, frequency_hz, phase_rad, mechanisms: as of `Motion`; the parameters' density counts here.
+        layout, parameters, mechanisms: as of `Motion`; by the parameters' density of water there would be strips.
+        crank: (n,) turns a second, and (n,) angle at time 0.
         panels: of the fish.
         viscous: what the water does besides.
         water: what moves it besides.
@@ -87,11 +88,14 @@ class WakeMotion(Motion):
     ) -> None:
         dry = np.zeros_like(parameters.density_kg_m3)
         super().__init__(layout, replace(parameters, density_kg_m3=dry), *crank, mechanisms)
-        self._density, self._panels, self._viscous, self._water_outside = 1000.0, panels, viscous, water
+        self._panels, self._viscous, self._outside = panels, viscous, water
         self._wake_step_s, self._nodes = step_s, _Nodes(layout, panels)
         self.wake: Wake | None = None
         count = layout.hinges + 3
-        self._held_mass, self._held_force = np.zeros((len(parameters), count, count)), np.zeros((len(parameters), count))
+        self._held_mass, self._held_force = (
+            np.zeros((len(parameters), count, count)),
+            np.zeros((len(parameters), count)),
+        )
         self._before: tuple[np.ndarray, ...] | None = None
 
     def equations(
@@ -102,7 +106,7 @@ class WakeMotion(Motion):
         pose = dry.now.pose
         jacobian = self._nodes.jacobian(pose)
         surface = self._nodes.surface(self._panels, pose)
-        viscous = self._viscous.force(surface, self._water_outside)
+        viscous = self._viscous.force(surface, self._outside)
         force = dry.force + self._held_force + _on_coordinates(_middles(jacobian), viscous)
         return replace(dry, mass=dry.mass + self._held_mass, force=force)
 
@@ -110,7 +114,7 @@ class WakeMotion(Motion):
         """Solves for the circulations, sheds, carries the wake along, and holds the force for the step to come."""
         pose, h = self.chain.pose(position, velocity), self._wake_step_s
         surface, jacobian = self._nodes.surface(self._panels, pose), self._nodes.jacobian(pose)
-        edge, water = surface.node_m[:, -1:], self._water_outside
+        edge, water = surface.node_m[:, -1:], self._outside
         if self.wake is None:
             still = surface.velocity_m_s[:, -1:] - water.velocity(edge)
             self.wake = Wake.none(surface, CORE_M).moved(-h * still)
@@ -121,10 +125,12 @@ class WakeMotion(Motion):
         share = self._panels.collocation[:, None]
         collocated = jacobian[:, :-1] + share * (jacobian[:, 1:] - jacobian[:, :-1])
         passes = (collocated * across.conj()[:, :, None]).real
-        weight = bound.weight_kg_m(self._density)
+        weight = bound.weight_kg_m(self._viscous.density_kg_m3)
         at_once = weight[:, :, None] * (bound.response @ passes)  # (n, m, N) momentum over the rates
         momentum = weight * bound.circulation_m2_s
-        carried = _on_coordinates(jacobian[:, :-1], bound.steady_force(self._density, self._viscous.suction))
+        carried = _on_coordinates(
+            jacobian[:, :-1], bound.steady_force(self._viscous.density_kg_m3, self._viscous.suction)
+        )
         before = self._before or (momentum, velocity, carried)
         growth = (momentum - before[0] - (at_once @ (velocity - before[1])[:, :, None])[..., 0]) / h
         turned = np.swapaxes(middles, 1, 2)

@@ -14,6 +14,7 @@ along it, H and l its half height and length, a force across it
 its first part at the ring's front: what a lower ring behind a higher one no longer holds has left over the edges.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -148,7 +149,6 @@ class Bound:
 
     def carried(self, wake: Wake, water: "Water") -> np.ndarray:
         """(n, k + 1) m/s of the nodes of a wake, the newest of which is at the trailing edge."""
-
         rings = self.surface.rings(wake.core_m, wake.core_m)
 
         def induced(place_m: np.ndarray) -> np.ndarray:
@@ -202,12 +202,12 @@ class Water:
         """(n, p) m/s of the stream."""
         return np.broadcast_to(self.stream_m_s, place_m.shape)
 
-    def mirrored(self, place_m, induced):
-        """What a wall leaves of velocities that are induced at places (n, p)."""
+    def mirrored(self, place_m: np.ndarray, induced: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
+        """(n, p) or (n, p, k) what a wall leaves of velocities that are induced at places (n, p)."""
         own = induced(place_m)
-        if self.wall_m is None:
+        if self.wall_m is None or self.normal is None:
             return own
         behind = self.wall_m - ((place_m - self.wall_m) * self.normal.conj()).conj() * self.normal
         image = induced(behind)
         normal = self.normal.reshape(len(own), *[1] * (own.ndim - 1))
-        return own - (image * normal.conj()).conj() * normal
+        return np.asarray(own - (image * normal.conj()).conj() * normal)

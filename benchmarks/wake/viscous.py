@@ -1,9 +1,9 @@
-"""What a potential flow has not: skin friction, the form drag of what sticks out of the hull, separation from its edges.
+"""What a potential flow has not: skin friction, form drag of what sticks out of the hull, separation from its edges.
 
-- Friction -1/2 rho c_f |u| u on both sides of every panel, u along it, c_f of a flat plate at the Reynolds number of the
-  whole fish: 1.328 / sqrt(Re) where laminar, 0.074 / Re^0.2 where turbulent, whichever is larger (Schlichting, Boundary
-  Layer Theory, chapters 7 and 21; laminar up to some 3e4 here).
-- Form drag -1/2 rho A |U| U of an area A on the head, at its origin, along it.
+- Friction -1/2 rho c_f |u| u on both sides of every panel, u along it, c_f of a flat plate at the Reynolds number of
+  the whole fish: 1.328 / sqrt(Re) where laminar, 0.074 / Re^0.2 where turbulent, whichever is larger (Schlichting,
+  Boundary Layer Theory, chapters 7 and 21; laminar up to some 1e4).
+- Form drag -1/2 rho A |U| U of an area A along the head, spread evenly over it.
 - Cross-flow -1/2 rho c_d 2 h |v| v on the hull ahead of the tail, v across it: water that separates from its upper and
   lower edge is not in the lattice. The tail, which makes the thrust, has none.
 - The suction at the front of a thin plate holds up to a critical leading-edge parameter, beyond which the flow has

@@ -39,7 +39,13 @@ def surface_of(panels: Panels, at: Moved) -> Surface:
 
 
 def swept(
-    panels: Panels, motion: Callable[[float], Moved], step_s: float, steps: int, *, critical: float = 0.0, keep: int = 400
+    panels: Panels,
+    motion: Callable[[float], Moved],
+    step_s: float,
+    steps: int,
+    *,
+    critical: float = 0.0,
+    keep: int = 400,
 ) -> Plate:
     wake: Wake | None = None
     momentum: list[np.ndarray] = []
