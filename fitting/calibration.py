@@ -13,6 +13,8 @@ from fitting.model.session_forecast import TWIN, Forecast, SessionForecast, fore
 from fitting.objective import Swims
 from fitting.published_search import PublishedFit, published_search
 from fitting.scoring import Scores, score
+from fitting.speed_law import SpeedLaw, speed_law
+from fitting.speed_line import speed_line, speed_power_law
 from fitting.structure import Structure
 from fitting.sweep import SpeedSweep, sweep_frequencies, sweep_speed
 from fitting.trial import MeasuredTrial
@@ -113,6 +115,17 @@ class Calibration:
     def flags(self) -> tuple[Flag, ...]:
         """Of the fit as a whole, the structure it builds on first."""
         return (*self.structure.flags, *self.fit.flags, *self.ebt.flags)
+
+    @property
+    def speed_law(self) -> SpeedLaw | None:
+        """With which power of the frequency trials, twin, theory and baselines swim; None of a single frequency."""
+        trials = [trial.measured for trial in self.trials]
+        fitted = [trial for trial in trials if trial.role == "fit"]
+        hz, speed = [each.frequency.hz for each in fitted], [each.speed for each in fitted]
+        at = [trial.frequency.hz for trial in trials]
+        models = {name: [trial.speeds[name] for trial in self.trials] for name in ("twin", "published", "large")}
+        models |= {"line": speed_line(hz, speed, at), "power_law": speed_power_law(hz, speed, at)}
+        return speed_law(trials, models, self.robot)
 
     def summary(self, role: str) -> Summary | None:
         """Means over the fit or the held-out trials; None when there are none."""

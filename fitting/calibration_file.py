@@ -10,6 +10,7 @@ from fitting.ebt import FORMS, FROM_TWIN
 from fitting.marginal import Marginal
 from fitting.model.session_forecast import SessionForecast
 from fitting.published_search import PublishedFit
+from fitting.speed_law import SpeedLaw
 from fitting.structure import Source, Structure
 from session import Flag
 from session.results import ResultFile
@@ -93,6 +94,7 @@ class CalibrationResult:
         flags: of the fit as a whole.
         fit: how the coefficients were found.
         forecasts: of every trial by the hierarchical model, and by simple baselines.
+        speed_law: with which power of the frequency they swim; None of a single frequency.
         posterior: of each coefficient; empty until it was sampled.
     """
 
@@ -107,6 +109,7 @@ class CalibrationResult:
     flags: tuple[Flag, ...]
     fit: CoefficientFit
     forecasts: SessionForecast
+    speed_law: SpeedLaw | None
     posterior: Mapping[str, Marginal] = field(default_factory=dict)
 
 
@@ -132,6 +135,7 @@ def calibration_result(calibration: Calibration) -> CalibrationResult:
         flags=calibration.flags,
         fit=calibration.fit,
         forecasts=calibration.forecasts,
+        speed_law=calibration.speed_law,
     )
 
 

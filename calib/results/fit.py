@@ -32,7 +32,8 @@ class FitResult(Result):
     Speeds in m/s, forward positive. Tables of `to_frame`: "trials" (a row a swim trial), "coefficients" (value with its
     90 % interval at the mode, of the published search and of the posterior where they exist), "components" (standard
     deviation of each variance component), "forecasts" (a row a trial and model, simple baselines among them),
-    "speed_errors" (mean absolute error by model and role, m/s) and "flags". Frames have the keys of the file as
+    "speed_errors" (mean absolute error by model and role, m/s), "exponents" (of the speed
+    over the frequency, with 90 % intervals over trials) and "flags". Frames have the keys of the file as
     columns.
 
     Attributes:
@@ -126,6 +127,7 @@ class FitResult(Result):
             "components": lambda: pd.DataFrame({"sd": dict(self.data.fit.components)}).rename_axis("component"),
             "forecasts": self._forecasts,
             "speed_errors": self._speed_errors,
+            "exponents": self._exponents,
             "flags": lambda: flag_frame(self._all_flags()),
         }
 
@@ -167,6 +169,12 @@ class FitResult(Result):
         frame = self._forecasts()
         frame = frame.assign(error=(frame.speed - frame.speed_measured).abs())
         return frame.pivot_table("error", "model", "role", sort=False).rename_axis(None, axis=1)
+
+    def _exponents(self) -> pd.DataFrame:
+        law = self.data.speed_law
+        found = {} if law is None else law.exponents
+        rows = {name: (each.value, *(each.interval or (nan, nan))) for name, each in found.items()}
+        return pd.DataFrame.from_dict(rows, orient="index", columns=["exponent", "q05", "q95"]).rename_axis("speed")
 
     def _all_flags(self) -> Iterator[tuple[str, Flag]]:
         yield from (("", flag) for flag in self.flags)

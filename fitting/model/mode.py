@@ -29,6 +29,7 @@ _SCREENED = 48
 _TRIED = 4  # times the starts, of which it is asked whether their twins swim forward from rest
 _ROUNDS = 14
 _RENEWED = (0, 2, 5)  # rounds in which nuisances are simulated anew where the coefficients now are
+_NATURALS = tuple(np.linspace(-0.8, 0.8, 9))  # of rolls to begin with, see `Roll.natural`
 _ROOT_STEP = 0.08  # of the differences, in roots of coefficients: Kutta lift roughens the twin below that
 _SHARES = (1.0, 0.5, 0.25, 0.1)  # of a step
 _STILL = 0.2  # length of a step in standard deviations of the coefficients, below which it is the last
@@ -234,7 +235,11 @@ class _Descent:
             if converged:
                 break
             self.simulated += 14
-            rolled = self._roll(at, residual, covariance, covariance.beside_roll(sizes) + _free(jacobian))
+            beside = covariance.beside_roll(sizes) + _free(jacobian)
+            if round_ in _RENEWED:
+                self._start_roll(at, beside)
+                residual = self._residual(at)
+            rolled = self._roll(at, residual, covariance, beside)
             residual = self._residual(at)
             before, at = at, self._stepped(at, residual, jacobian, covariance.at(sizes))
             root = np.linalg.cholesky(np.linalg.inv(_coefficient_covariance(covariance.at(sizes), jacobian)))
@@ -244,6 +249,29 @@ class _Descent:
             residual, jacobian = self._residual(at), jacobian_at(self.model.trials, at)
         end = End(self.start, at, -deviance, converged, bool(self.forward))
         return Mode(self.model, at, sizes, covariance, blocks, residual, jacobian, (end,), self.simulated)
+
+    def _start_roll(self, at: np.ndarray, total: np.ndarray) -> None:
+        """Begins with the likeliest roll of a few natural frequencies, in a covariance (K, K) of all else.
+
+        Near its natural frequency a roll turns round, so that a wrong one asks for the wrong sign.
+        """
+        trials = self.model.trials
+        told = [trial.trajectories(at[None]) for trial in trials]
+
+        def row(roll: Roll) -> np.ndarray:
+            own = zip(trials, told, strict=True)
+            return np.concatenate([trial.rolling(roll).features_of(each)[0] for trial, each in own])
+
+        without = row(NO_ROLL)
+        factor = cho_factor(total, lower=True)
+        found: list[tuple[float, Roll]] = []
+        for natural in _NATURALS:
+            column = row(Roll(ROLL_SD[0], natural)) - without
+            pull = column @ cho_solve(factor, self.model.measured - without)
+            information = column @ cho_solve(factor, column) + 1.0
+            roll = NO_ROLL.moved(np.array([pull / information, natural / ROLL_SD[1]]))
+            found.append((0.5 * pull**2 / information - 0.5 * (natural / ROLL_SD[1]) ** 2, roll))
+        self.model = self.model.rolling(max(found)[1])
 
     def _roll(self, at: np.ndarray, residual: np.ndarray, covariance: Covariance, total: np.ndarray) -> float:
         """Goes on to the likeliest roll, linear, in a covariance (K, K) of all else; the way in standard deviations."""

@@ -7,12 +7,13 @@ import numpy as np
 from fitting import CalibratedTrial, Calibration
 from fitting.command_forecast import CommandForecast, beat_to_command, forecast_from_command
 from fitting.ebt import EbtFit
-from reports.blocks import Plot, Plots, Prose, Section, Table, table_head
+from fitting.speed_law import Slope, SpeedLaw
+from reports.blocks import Block, Plot, Plots, Prose, Section, Table, table_head
 from reports.caveats import speed_caveats
 from reports.context import ReportContext
 from reports.figures.speed import speed_errors_figure, speed_sweep_figure
 from reports.models import model_label
-from reports.numbers import MISSING, in_mm, listed, sentence, shown, significant
+from reports.numbers import MISSING, in_mm, listed, sentence, shown, significant, spanned
 
 COLUMNS = table_head(
     "trial | role | command [Hz] | beat [Hz] | measured [mm/s] | twin [mm/s] | error [mm/s] | by command [error] | "
@@ -42,9 +43,67 @@ def build(context: ReportContext) -> Section:
     return Section(
         "Speed",
         "speed",
-        (Plots((sweep, errors)), _table(context.calibration), Prose(_theory(context.calibration.ebts))),
+        (
+            Plots((sweep, errors)),
+            *_law(calibration),
+            _table(calibration),
+            Prose(_theory(calibration.ebts)),
+        ),
         () if context.trials("holdout") else ("No trial was held out: every speed error below is one of the fit.",),
     )
+
+
+def _law(calibration: Calibration) -> tuple[Block, ...]:
+    """Nothing where trials tell no law."""
+    law = calibration.speed_law
+    if law is None:
+        return ()
+    labels = {"measured": "measured", "line": "line in frequency", "power_law": "power law in frequency"}
+    exponents = [(labels.get(name) or model_label(name), each) for name, each in law.exponents.items()]
+    rows = [(name, shown(each.value, 2), _interval(each)) for name, each in exponents]
+    if law.residual is not None:
+        rows.append(("measured over twin", shown(law.residual.value, 2), _interval(law.residual)))
+    of_speed = Table(
+        "Exponent of the speed over the beat frequency, over all trials, with its 90 % interval over trials (Student). "
+        f"{law.sentence}",
+        table_head("speed | exponent [] | 90 % interval []"),
+        tuple(rows),
+    )
+    of_trials = Table(
+        "What may change the law. St is the Strouhal number with the width of the fin's stroke, Re the Reynolds number "
+        f"with the fish's length.{_trends(law)}",
+        table_head(
+            "trial | beat [Hz] | way of a beat [mm] | amplitude [mm] | St [] | Re [] | heading [°] | turning [°/s]"
+        ),
+        tuple(
+            (
+                name,
+                shown(each.frequency_hz, 2),
+                in_mm(law.stride_m[name]),
+                in_mm(each.amplitude_m),
+                shown(each.strouhal, 1),
+                significant(each.reynolds),
+                shown(each.heading_deg, 0),
+                shown(each.turning_deg_s, 1),
+            )
+            for name, each in law.trials.items()
+        ),
+    )
+    return of_speed, of_trials
+
+
+def _interval(slope: Slope) -> str:
+    """Its interval in words."""
+    return MISSING if slope.interval is None else spanned(*slope.interval, lambda end: shown(end, 2))
+
+
+def _trends(law: SpeedLaw) -> str:
+    """Those that are significant."""
+    words = {"amplitude_m": "amplitude", "reynolds": "Re", "strouhal": "St", "heading_deg": "heading"}
+    found = [words.get(name, "turning") for name, slope in law.trends.items() if slope.differs_from_zero]
+    if not found:
+        return ""
+    return f" The twin's relative speed error goes with {listed(found)} (90 %); these are not independent."
 
 
 def _table(calibration: Calibration) -> Table:

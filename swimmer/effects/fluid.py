@@ -314,23 +314,23 @@ class WaveDrag(Effect):
 
 
 class LinearDrag(Effect):
-    """A drag on the head in proportion to its speed along its axis."""
+    """A pull on the head against its velocity through the pool, in proportion to it."""
 
     name = "linear_drag"
     family = "fluid"
     stage = "body"
-    physics = (
-        "Drag c U along the head: of a cable in tow or creeping flow; a stand-in for drag that grows less than U^2."
-    )
+    physics = "Drag c v on the head: of a cable in tow or creeping flow; a stand-in for drag that grows less than v^2."
     source = "Stokes; White, Viscous Fluid Flow (2006), chapter 3."
     seen_in = frozenset({"swim"})
-    parameters = (Parameter("along", "N s/m", 0.0, 10.0, 0.5),)
+    parameters = (Parameter("drag", "N s/m", 0.0, 10.0, 0.5),)
 
-    def force(self, robot: RobotSpec, scene: Scene, values: np.ndarray) -> StepForce | None:
-        """On the head."""
-        if not scene.in_water or not values.any():
-            return None
-        return _AlongTheHead(Plates(robot, scene), lambda speed: values[:, 0] * speed)
+    def mjcf(self, spec: mujoco.MjSpec, robot: RobotSpec, scene: Scene, values: np.ndarray) -> None:
+        """As damping of surge and sway."""
+        if scene.in_water and not scene.head_clamped and values[0] > 0:
+            for joint in ("surge", "sway"):
+                damping = np.array(spec.joint(joint).damping)
+                damping[0] = values[0]
+                spec.joint(joint).damping = damping
 
 
 class SkinFriction(Effect):

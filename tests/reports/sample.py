@@ -13,6 +13,7 @@ from fitting.frequency import SwimFrequency
 from fitting.in_pool import tail_markers
 from fitting.model.forecast import Scatter
 from fitting.model.mode import End
+from fitting.model.roll import NO_ROLL
 from fitting.model.session_forecast import Forecast, ForecastTrial, SessionForecast
 from fitting.model.variance import MEDIANS
 from fitting.published_search import PublishedFit
@@ -82,7 +83,7 @@ def made_fit() -> CoefficientFit:
     )
     flags = (Flag("at_bound", message="magnus_lift = 0 is at its bound 0: the data favour a value beyond it"),)
     interval = np.column_stack([0.9 * np.array(BEST), 1.1 * np.array(BEST)])
-    return CoefficientFit(BEST, interval, MEDIANS, ends, simulations=321, seconds=4.2, flags=flags)
+    return CoefficientFit(BEST, interval, MEDIANS, NO_ROLL, ends, simulations=321, seconds=4.2, flags=flags)
 
 
 def made_published(calibration: Calibration) -> PublishedResult:

@@ -252,24 +252,21 @@ def wave_drag(random: np.random.Generator) -> AtStrength:
 
 
 class LinearDrag(Mechanism):
-    """A cable in tow from the neck: it pulls against the neck's motion, in whatever direction, in proportion to it."""
+    """A drag on the hull in proportion to its speed along itself, where it is widest."""
 
-    pull_n_s_m: float
-    neck_m: float  # behind the nose's end of the keel
+    drag_n_s_m: float
 
     def force(self, now: Instant, state: np.ndarray) -> np.ndarray:  # noqa: ARG002
-        """At the neck."""
+        """Against the head's way through the water."""
         direction = now.pose.direction[:, :1]
-        arm = direction * self.neck_m
-        velocity = now.pose.velocity_m_s[:, :1] + 1j * now.pose.rate_rad_s[:, :1] * arm - now.parameters.current_m_s
-        return now.push(0, self.neck_m, -self.pull_n_s_m * velocity)
+        speed = ((now.pose.velocity_m_s[:, :1] - now.parameters.current_m_s) * direction.conj()).real
+        return now.push(0, _WATERLINE_M, -self.drag_n_s_m * speed * direction)
 
 
 def linear_drag(random: np.random.Generator) -> AtStrength:
-    """0.2 N s/m at strength 1, linear; the cable somewhere on the first half of the head."""
-    pull_n_s_m = 0.2
-    neck_m = random.uniform(0.0, 0.08)
-    return lambda strength: (LinearDrag(pull_n_s_m * strength, neck_m),)
+    """0.2 N s/m at strength 1, linear."""
+    drag_n_s_m = 0.2 * random.uniform(0.8, 1.25)
+    return lambda strength: (LinearDrag(drag_n_s_m * strength),)
 
 
 class SkinFriction(Mechanism):

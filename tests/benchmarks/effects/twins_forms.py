@@ -225,16 +225,25 @@ class Wall(WallProximity):
         return forces.plus(force.real, force.imag)
 
 
-class AlongTheHead(Mechanism):
-    """Drag on the head by a power of its speed along itself."""
+class Towed(Mechanism):
+    """A pull on the head's origin against its velocity."""
+
+    drag_n_s_m: float
+
+    def force(self, now: Instant, state: np.ndarray) -> np.ndarray:  # noqa: ARG002
+        velocity = now.pose.velocity_m_s[:, :1] - now.parameters.current_m_s
+        return now.push(0, 0.0, -self.drag_n_s_m * velocity)
+
+
+class Layer(Mechanism):
+    """Drag on the head by the power 1.5 of its speed along itself."""
 
     factor: float
-    power: float
 
     def force(self, now: Instant, state: np.ndarray) -> np.ndarray:  # noqa: ARG002
         direction = now.pose.direction[:, :1]
         speed = ((now.pose.velocity_m_s[:, :1] - now.parameters.current_m_s) * direction.conj()).real
-        drag = -self.factor * np.abs(speed) ** self.power * np.sign(speed)
+        drag = -self.factor * np.sqrt(np.abs(speed)) * speed
         return now.push(0, now.layout.robot.head.fluid_centre_m[0], drag * direction)
 
 
@@ -288,8 +297,8 @@ TWINS_FORMS: Mapping[str, TwinsForm] = {
     "background_current": TwinsForm(lambda right, up: BackgroundCurrent(right, up, 0.0), (0.015, 0.015)),
     "wall_proximity": TwinsForm(_wall, (16.0,)),
     "wave_drag": TwinsForm(Waves, (0.5,)),
-    "linear_drag": TwinsForm(lambda along: AlongTheHead(along, 1.0), (0.2,)),
-    "skin_friction": TwinsForm(lambda times: AlongTheHead(0.05 * times, 1.5), (2.0,)),
+    "linear_drag": TwinsForm(Towed, (0.2,)),
+    "skin_friction": TwinsForm(lambda times: Layer(0.05 * times), (2.0,)),
     "hull_roll": TwinsForm(
         lambda roll, natural: SurfaceMotion(roll, 0.0, NATURAL_ROLL_HZ * np.exp(natural), PITCH_HZ, DAMPING, 0.05),
         (5.0, 0.1),

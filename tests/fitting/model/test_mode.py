@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from benchmarks.posterior.truth import DrawnSession, draw_session
+from benchmarks.reality.mechanisms.fluid import SurfaceMotion
 from fitting.model import COMPONENTS, Covariance, Mode, find_mode, mode_at
 from fitting.model.features import SPEED
 from fitting.model.forecast import (
@@ -34,6 +35,25 @@ def mode_of(drawn: DrawnSession, starts: int = 2) -> Mode:
     return find_mode(SessionModel(tuple(windows)), starts)
 
 
+def rolling(drawn: DrawnSession, per_sway: float, natural_hz: float) -> DrawnSession:
+    """The same swims of a hull that rolls, integrated in time by the second simulator's oscillator."""
+    robot, float_ = drawn.twin.robot, SurfaceMotion(per_sway, 0.0, natural_hz, 1.0, 0.2, 0.0)
+    mass_kg = sum(part.mass_kg for part in robot.head.part)
+    centre_m = sum(part.mass_kg * part.centre_m[0] for part in robot.head.part) / mass_kg
+    swims = []
+    for trial in drawn.trials:
+        told = drawn.twin.simulate(TrialModel(drawn.twin, trial, 1.0).runs(np.array([drawn.truth])), trial.time_s)
+        x, y, yaw = told.head[0].T
+        centre = x + 1j * y + centre_m * np.exp(1j * yaw)
+        pushed = (np.gradient(np.gradient(centre, trial.time_s), trial.time_s) * np.exp(-1j * yaw)).imag
+        roll = float_._swing(trial.time_s, per_sway * pushed, natural_hz)
+        swung = 1j * np.exp(1j * yaw)[:, None] * roll[:, None] * robot.marker_positions_m(trial.markers)[:, 2]
+        place = told.marker_m[0] + np.stack([swung.real, swung.imag], axis=-1)
+        noise = np.random.default_rng(len(swims)).normal(0.0, 3e-4, place.shape)
+        swims.append(replace(trial, position_m=place + noise))
+    return replace(drawn, trials=tuple(swims))
+
+
 @pytest.fixture(scope="module")
 def drawn() -> DrawnSession:
     return draw_session(2, held_out_hz=(HELD_OUT_HZ,), step=1 / 16)
@@ -50,6 +70,15 @@ def test_the_truth_is_found_from_starts_all_over_the_box(drawn: DrawnSession, mo
     assert mode.ends[0].converged
     start = mode.ends[0].start
     assert np.abs(start - mode.coefficients).max() > 10 * np.median(sd)
+
+
+def test_a_roll_of_the_hull_is_found_with_the_coefficients(drawn: DrawnSession, mode: Mode) -> None:
+    assert abs(mode.roll.per_sway) < 5  # there is none
+    found = mode_of(rolling(drawn, 25.0, 0.75))
+    assert found.roll.per_sway == pytest.approx(25.0, rel=0.15)
+    assert found.roll.natural_hz == pytest.approx(0.75, rel=0.1)
+    sd = np.sqrt(np.diag(found.coefficient_covariance))
+    assert np.abs((found.coefficients - np.array(drawn.truth)) / sd).max() < FAR_SD
 
 
 def test_a_held_out_trial_is_forecast_and_its_first_beats_tell_more(drawn: DrawnSession, mode: Mode) -> None:
@@ -83,7 +112,7 @@ def test_a_component_is_found_where_trials_tell_it_and_keeps_its_prior_where_the
     count = 400
     units = {component.name: np.zeros((count, count)) for component in COMPONENTS}
     units["turning"] = np.diag((np.arange(count) < count // 2).astype(float))
-    covariance = Covariance(1e-4 * np.eye(count), units)
+    covariance = Covariance(1e-4 * np.eye(count), np.zeros((count, 2)), units)
     residual = np.sqrt(np.diag(covariance.at(MEDIANS | {"turning": 0.2}))) * random.standard_normal(count)
     found, _ = covariance.restricted(residual, np.zeros((count, 5)), MEDIANS)
     assert found["turning"] == pytest.approx(0.2, rel=0.2)

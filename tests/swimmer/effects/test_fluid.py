@@ -238,9 +238,9 @@ def test_waves_resist_along_the_head_with_a_hump_at_froude_one_half() -> None:
     assert force_of(WAVES, 0.3, turned)[:3] == pytest.approx([on_hump * np.cos(0.6), on_hump * np.sin(0.6), 0.0])
 
 
-def test_drag_of_layers_and_of_creeping_flow_resists_along_the_head() -> None:
-    assert force_of(LINEAR, 0.7, straight(surge=-0.3))[:3] == pytest.approx([0.7 * 0.3, 0.0, 0.0])
-    assert force_of(LINEAR, 0.7, straight(sway=-0.3))[:3] == pytest.approx(0.0)
+def test_drag_of_layers_resists_along_the_head_and_a_cable_in_all_directions() -> None:
+    towed = model_with(LINEAR, np.array([0.7]), FISH)
+    assert towed.dof_damping[:3] == pytest.approx([0.7, 0.7, 0.0])
     half_m = Plates(FISH, SWIM).half_m
     wetted_m2, length_m = 8 * (half_m[:, 0] * half_m[:, 2]).sum(), 2 * half_m[:, 0].sum()
     viscosity = FISH.water.viscosity_pa_s / RHO
@@ -252,13 +252,14 @@ def test_drag_of_layers_and_of_creeping_flow_resists_along_the_head() -> None:
 
 def test_the_water_does_nothing_in_air() -> None:
     air = replace(SWIM, in_water=False)
-    for effect in (REACTION, MEMORY, WALL, WAVES, LINEAR, FRICTION):
+    for effect in (REACTION, MEMORY, WALL, WAVES, FRICTION):
         assert effect.force(FISH, air, np.ones((1, 1))) is None
     twin = Twin(FISH, scene=air, workers=1)
     plain = twin.model
-    for effect in (REACTION, CURRENT):
+    for effect in (REACTION, CURRENT, LINEAR):
         strong = AffectedTwin(twin, [effect]).spec(NO_DRAG, np.ones(len(effect.parameters))).compile()
         assert np.array_equal(strong.body_mass, plain.body_mass)
+        assert np.array_equal(strong.dof_damping, plain.dof_damping)
         assert not strong.opt.wind.any()
 
 

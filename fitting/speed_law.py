@@ -1,0 +1,156 @@
+"""The law of the speed: with which power of the beat frequency trials swim, and with which the twin does."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from scipy.stats import t as student
+
+from fitting.trial import MeasuredTrial
+from swimmer import RobotSpec
+
+LEVEL = 0.9
+_FEWEST = 3  # trials that tell a slope with its interval
+
+
+class Slope(NamedTuple):
+    """Of a straight line through points, by least squares.
+
+    Attributes:
+        value: the slope.
+        interval: at 90 %, Student's over the points; None of two.
+    """
+
+    value: float
+    interval: tuple[float, float] | None
+
+    @property
+    def differs_from_zero(self) -> bool:
+        """Whether its interval leaves out 0."""
+        return self.interval is not None and (self.interval[0] > 0 or self.interval[1] < 0)
+
+
+class SwimNumbers(NamedTuple):
+    """What may change the law, of one trial.
+
+    Attributes:
+        frequency_hz: of its beat.
+        amplitude_m: half the sideways width of the hindmost marker's motion in the head frame.
+        reynolds: speed times the fish's length over the kinematic viscosity.
+        strouhal: frequency times twice the amplitude over the speed.
+        heading_deg: mean, in the picture.
+        turning_deg_s: rate of turning.
+    """
+
+    frequency_hz: float
+    amplitude_m: float
+    reynolds: float
+    strouhal: float
+    heading_deg: float
+    turning_deg_s: float
+
+
+@dataclass(frozen=True)
+class SpeedLaw:
+    """Of all swim trials of a session, fitted and held out.
+
+    Attributes:
+        trials: by name.
+        stride_m: by name, the way of a beat.
+        exponents: of the speed over the frequency, by "measured" and the names of models.
+        residual: slope of ln(measured speed / twin's) with ln frequency: 0 where the twin has the right law.
+        trends: slope of the same with each of the other numbers, in units of its standard deviation over the trials.
+    """
+
+    trials: Mapping[str, SwimNumbers]
+    stride_m: Mapping[str, float]
+    exponents: Mapping[str, Slope]
+    residual: Slope | None
+    trends: Mapping[str, Slope]
+
+    @property
+    def sentence(self) -> str:
+        """What it says of the twin."""
+        if self.residual is None or self.residual.interval is None:
+            return "Fewer than three trials swim forward: they say nothing of the law of the speed."
+        if not self.residual.differs_from_zero:
+            return "The twin's speed grows with the frequency as the measured one, within the scatter of the trials."
+        if self.residual.value > 0:
+            return (
+                "The measured speed grows more steeply with the frequency than the twin's. Drag that grows less than "
+                "the squared speed would do this (skin friction, a cable in tow), or thrust that slow beats lose."
+            )
+        return (
+            "The measured speed grows less with the frequency than the twin's. Drag that grows more than the squared "
+            "speed would do this (waves), or a tail that yields or a motor that sags at fast beats."
+        )
+
+
+def speed_law(
+    trials: Sequence[MeasuredTrial], models: Mapping[str, Sequence[float]], robot: RobotSpec
+) -> SpeedLaw | None:
+    """The law of some trials; None where fewer than two of different frequencies swim forward.
+
+    Args:
+        trials: swims.
+        models: speeds of these trials by each model, m/s; that of "twin" is compared.
+        robot: that swam.
+    """
+    forward = np.array([trial.speed > 0 for trial in trials], bool)
+    swims = [trial for trial, swam in zip(trials, forward, strict=True) if swam]
+    hz = np.array([trial.frequency.hz for trial in swims])
+    if len(swims) < 2 or np.ptp(hz) == 0:
+        return None
+    speed, ln_hz = np.array([trial.speed for trial in swims]), np.log(hz)
+    numbers = {trial.name: _numbers(trial, robot) for trial in swims}
+    found = {name: np.array(each, float)[forward] for name, each in models.items()}
+    found = {name: each for name, each in found.items() if (each > 0).all()}
+    exponents = {"measured": slope(ln_hz, np.log(speed))}
+    exponents |= {name: slope(ln_hz, np.log(each)) for name, each in found.items()}
+    left = np.log(speed / found["twin"]) if "twin" in found else None
+    return SpeedLaw(
+        numbers,
+        {trial.name: trial.speed / trial.frequency.hz for trial in swims},
+        exponents,
+        None if left is None else slope(ln_hz, left),
+        {} if left is None else _trends(numbers, left),
+    )
+
+
+def slope(x: np.ndarray, y: np.ndarray) -> Slope:
+    """Of y (n,) over x (n,), at least two."""
+    off = x - x.mean()
+    value = float(off @ y / (off @ off))
+    if len(x) < _FEWEST:
+        return Slope(value, None)
+    left = y - y.mean() - value * off
+    freedom = len(x) - 2
+    reach = float(student.ppf(0.5 + LEVEL / 2, freedom) * np.sqrt(left @ left / freedom / (off @ off)))
+    return Slope(value, (value - reach, value + reach))
+
+
+def _trends(numbers: Mapping[str, SwimNumbers], left: np.ndarray) -> dict[str, Slope]:
+    table = np.array(list(numbers.values()))
+    found = {}
+    for name, column in zip(SwimNumbers._fields, table.T, strict=True):
+        if name != "frequency_hz" and len(left) >= _FEWEST and column.std() > 0:
+            found[name] = slope((column - column.mean()) / column.std(), left)
+    return found
+
+
+def _numbers(trial: MeasuredTrial, robot: RobotSpec) -> SwimNumbers:
+    kept = trial.kept
+    behind = trial.head.shape_m[kept, trial.tail[-1], 1]
+    amplitude_m = float(np.sqrt(2) * np.nanstd(behind))
+    heading = np.unwrap(trial.head.heading_rad)
+    time_s = trial.time_s
+    known = np.isfinite(heading)
+    return SwimNumbers(
+        trial.frequency.hz,
+        amplitude_m,
+        trial.speed * robot.length_m * robot.water.density_kg_m3 / robot.water.viscosity_pa_s,
+        2 * amplitude_m * trial.frequency.hz / trial.speed,
+        float(np.degrees(np.angle(np.exp(1j * heading[known]).mean()))),
+        float(np.degrees(np.polyfit(time_s[known], heading[known], 1)[0])),
+    )
