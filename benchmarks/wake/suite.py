@@ -16,7 +16,7 @@ DETECTABILITIES = (2.0, 5.0, 10.0)
 """Fewer levels than of a large suite, so that there are some sessions of each."""
 SLOWEST_HZ, FASTEST_HZ = 0.4, 1.7
 _HELD_OUT = 2
-_BEATS = (1.4, 4.0)  # after warm-up
+_BEATS = {"fit": (1.4, 4.0), "holdout": (2.6, 4.0)}  # after warm-up; of a held-out swim half may be looked at
 _TILT_SD_RAD, _TRIM_SD_RAD = 0.02, 0.015
 _TRIES = 12
 _SLOWEST_M_S, _FASTEST_M_S, _FOLDED_RAD = 0.015, 0.3, 0.75  # of swims in the base state: else another robot is drawn
@@ -76,12 +76,14 @@ def _world(random: np.random.Generator) -> WakeWorld:
 
 def _trials(recorded: Recorded, random: np.random.Generator) -> tuple[DrawnTrial, ...]:
     roles = [*((hz, "fit") for hz in recorded.fit_hz), *((hz, "holdout") for hz in recorded.holdout_hz)]
-    return tuple(DrawnTrial(f"f{hz:.2f}".replace(".", "_"), role, _swim(hz, random)) for hz, role in sorted(roles))
+    return tuple(
+        DrawnTrial(f"f{hz:.2f}".replace(".", "_"), role, _swim(hz, _BEATS[role], random)) for hz, role in sorted(roles)
+    )
 
 
-def _swim(hz: float, random: np.random.Generator) -> TrimmedTrial:
+def _swim(hz: float, beats: tuple[float, float], random: np.random.Generator) -> TrimmedTrial:
     """To anywhere, begun so that its middle is in the middle of the picture."""
-    seconds = float(np.round(WARMUP_S + random.uniform(*_BEATS) / hz, 1))
+    seconds = float(np.round(WARMUP_S + random.uniform(*beats) / hz, 1))
     heading, start_speed = float(random.uniform(0.0, 2 * np.pi)), 0.1 * hz
     way = start_speed * (seconds + 1.0) / 2 - 0.2  # less half a fish, whose origin is near its nose
     place = -way * np.exp(1j * heading) + complex(*random.uniform(-0.1, 0.1, 2))
