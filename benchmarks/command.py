@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from benchmarks.posterior.effect_names import Effect
 from calib.commands.arguments import AsJson
 
 if TYPE_CHECKING:
@@ -43,20 +42,18 @@ def posterior(
     ] = None,
     first: Annotated[int, typer.Option(min=0, help="first session of this shard")] = 0,
     count: Annotated[int, typer.Option(min=0, help="sessions of this shard; 0: only the table of what is there")] = 300,
-    effect: Annotated[Effect, typer.Option(help="what the robot does and the twin leaves out")] = "none",
-    strength: Annotated[float, typer.Option(min=0, help="of that, in shares of its full strength")] = 1.0,
     workers: Annotated[int, typer.Option(min=0, help="sessions at a time; 0: one on each core")] = 0,
     scheduler: Annotated[str | None, typer.Option(help="address of a dask scheduler; default: here")] = None,
     as_json: AsJson = False,
 ) -> None:
     """Draws sessions from the prior; measures how often posteriors hold the truth (simulation-based calibration)."""
     from benchmarks.cases import Run
-    from benchmarks.posterior.report import Asked, measure_posterior
+    from benchmarks.posterior.report import measure_posterior
     from calib.progress import progress_bar
 
-    asked, command = Asked(first, count, effect, strength), f"calib benchmark posterior --folder {folder or 'FOLDER'}"
+    seeds, command = range(first, first + count), f"calib benchmark posterior --folder {folder or 'FOLDER'}"
     with TemporaryDirectory() if folder is None else nullcontext(folder) as place, progress_bar(as_json) as progress:
-        outcome = measure_posterior(Path(place), asked, Run(workers, scheduler, progress))
+        outcome = measure_posterior(Path(place), seeds, Run(workers, scheduler, progress))
     _print(outcome.scores(command), as_json)
 
 

@@ -1,6 +1,7 @@
 """The command line. What has not changed is not made again; what shows or exports uses existing results."""
 
 import sys
+from collections.abc import Callable
 from typing import Annotated
 
 import typer
@@ -11,27 +12,35 @@ from session import SwimcalError
 
 app = typer.Typer(
     no_args_is_help=True,
-    add_completion=False,
     pretty_exceptions_enable=False,
     help="From videos or tracks of a tendon-driven robot fish to a calibrated MuJoCo twin and a report.",
 )
 camera = typer.Typer(no_args_is_help=True, help="The lens and the scale, from a printed board.")
 
-app.command()(results.run)
-app.command(cls=results.SeveralFiles)(results.new)
-app.command()(videos.track)
-app.command()(videos.edit)
-app.command()(results.fit)
-app.command()(results.posterior)
-app.command()(results.diagnose)
-app.command()(results.report)
-app.command()(videos.view)
-app.command()(videos.convert)
-app.command()(results.mjcf)
+EXAMPLES: dict[Callable[..., None], str] = {
+    results.run: "calib run pool-1 pool-2 --jobs 2",
+    results.new: "calib new pool --videos f0_75.mp4 f1_25.mp4",
+    videos.track: "calib track pool --method spots",
+    videos.edit: """calib edit pool f1_00 '{"op": "undo", "line": 2}'""",
+    results.fit: "calib fit pool --effort quick",
+    results.posterior: "calib posterior pool",
+    results.diagnose: "calib diagnose pool --exclude tendon_slack",
+    results.report: "calib report pool-1 pool-2 --index all.html",
+    videos.view: "calib view pool --open",
+    videos.convert: "calib convert f1_00.csv --out f1_00.nc --to movement",
+    results.mjcf: "calib mjcf pool --out fish.xml",
+    results.doctor: "calib doctor pool --motor",
+    cameras.board: "calib camera board --out board.pdf",
+    cameras.lens: "calib camera lens board.mp4 --out camera.toml",
+    cameras.scale: "calib camera scale board_on_water.png --camera camera.toml",
+}
+"""Of each command, for its help."""
+OF_CAMERA = (cameras.board, cameras.lens, cameras.scale)
+
 app.add_typer(camera, name="camera")
-camera.command()(cameras.board)
-camera.command()(cameras.lens)
-camera.command()(cameras.scale)
+for command, example in EXAMPLES.items():
+    kind = results.SeveralFiles if command is results.new else None
+    (camera if command in OF_CAMERA else app).command(cls=kind, epilog=f"Example: {example}")(command)
 app.add_typer(benchmarks.benchmark, name="benchmark")
 
 

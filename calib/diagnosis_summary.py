@@ -27,10 +27,9 @@ def main_caveat(data: DiagnosisResult) -> str:
     """What should be looked at before a diagnosis is believed, the first of all."""
     checks = _checks(data)
     if checks:
-        more = f" (and {len(checks) - 1} more)" if len(checks) > 1 else ""
-        return f"{checks[0]}{more}"
+        return f"{checks[0]}{' (more: -v)' if len(checks) > 1 else ''}"
     if not data.gap.evaluated_on:
-        return "no swim was held out, so nobody knows how far the gap shrinks"
+        return "no trial is held out, so how far the gap shrinks is not known"
     return "none was raised"
 
 

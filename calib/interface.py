@@ -11,10 +11,11 @@ Errors are a `SwimcalError`: `InputError` (all faults of what was given, at once
 
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, overload
 
 import pandas as pd
 
+from calib.batch import run_all, run_pipeline
 from calib.options import EffortName, ObjectiveName, Options
 from calib.pipeline import open_session as _open_session
 from calib.pipeline import working
@@ -37,7 +38,7 @@ from calib.results.twin import SwimTwin
 from calib.stages.diagnosis import check_names
 from calib.stages.fit import nominal_mjcf
 from calib.tracked_videos import check_form, correct_track, track_videos
-from reports import write_index
+from reports import IndexEntry, write_index
 from session import FaultCollector, InputError, NotEnoughData, Session, SwimcalError
 from session.create import FISHSIM_MARKERS, new_from_fishsim
 from session.errors import ModelMismatch, NotConverged, ResultsNotWritable, SessionLocked, SimulationDiverged
@@ -71,6 +72,7 @@ __all__ = [
     "convert_tracks",
     "correct",
     "diagnose",
+    "doctor",
     "effect_test",
     "effects",
     "export_mjcf",
@@ -121,7 +123,7 @@ def fit(
     The coefficients are the mode of a hierarchical model of the fit trials, which also has what differs from
     trial to trial (trim, registration of the head frame, boxes, start) and a model discrepancy over frequency. Every
     held-out trial is forecast by the twin alone, given its frequency, and after its first two beats; compared with a
-    line, a power law and a constant stride through the fitted speeds, and "goes on as in its first two beats".
+    line, a power law and a constant stride through the fitted speeds, and the continuation of its first two beats.
 
     Hinge stiffness and damping come from free decays, and with these the crank arm from dry runs. What was not recorded
     is assumed to be as the robot is described. A previous fit is kept in `results/kept`.
@@ -229,7 +231,7 @@ def diagnose(
 def effect_test(
     session: AnySession, effects: Iterable[str], effort: EffortName = "full", *, workers: int = 0, progress: bool = True
 ) -> EffectTest:
-    """Tells what the swim trials say of some effects together; made anew every time.
+    """Tests some effects together: log Bayes factor over the plain twin; computed anew every time.
 
     Args:
         session: opened, or its folder.
@@ -342,7 +344,7 @@ def convert_tracks(
         ResultsNotWritable: `out` cannot be written.
 
     Example:
-        >>> convert_tracks("f1_30.h5", "f1_30.csv", markers=["nose", "neck", "tail_1"])  # doctest: +SKIP
+        >>> convert_tracks("f1_30.nc", "f1_30.csv", markers=["nose", "neck", "tail_1"])  # doctest: +SKIP
     """
     from tracking.records import TrackedTrial, export_tracks, import_tracks
 
@@ -359,65 +361,109 @@ def convert_tracks(
     return Path(out)
 
 
+@overload
+def run(  # type: ignore[overload-overlap]
+    sessions: AnySession, effort: EffortName = "full", *, jobs: int = 1, workers: int = 0, progress: bool = True
+) -> FitResult | StructureResult: ...
+@overload
 def run(
-    session: AnySession, effort: EffortName = "full", *, workers: int = 0, progress: bool = True
-) -> FitResult | StructureResult:
-    """Does everything the session's data allow: tracks, fit, MJCF, report; with full effort posterior and diagnosis
-    too.
+    sessions: Sequence[AnySession],
+    effort: EffortName = "full",
+    *,
+    jobs: int = 1,
+    workers: int = 0,
+    progress: bool = True,
+) -> Export: ...
+def run(
+    sessions: AnySession | Sequence[AnySession],
+    effort: EffortName = "full",
+    *,
+    jobs: int = 1,
+    workers: int = 0,
+    progress: bool = True,
+) -> FitResult | StructureResult | Export:
+    """Does everything the data allow: tracks, fit, MJCF, report; with full effort posterior and diagnosis too.
 
-    Args, Raises:
-        As `fit`. Draws that did not converge are only reported in `notes`.
+    Args:
+        sessions: one, opened or its folder; or several: then a session that fails stops no other.
+        effort: how hard to search.
+        jobs: sessions at a time, each in a process of its own.
+        workers: threads of each session; 0 for its share of the cores.
+        progress: show it on standard error.
+
+    Returns:
+        The fit, or what the dry experiments say alone; of several sessions their reports and the index, as `report`.
+
+    Raises:
+        InputError, NotEnoughData, SimulationDiverged: as `fit`, of a single session. Draws that did not converge are
+            only reported in `notes`.
 
     Example:
         >>> run("datasets/sample", "quick").file.name           # doctest: +SKIP
         'calibration.json'
+        >>> run(["pool-1", "pool-2"], jobs=2).failures          # doctest: +SKIP
+        {}
     """
-    with _working(session, Options(effort, workers), progress) as pipeline:
-        if pipeline.only_dry:
-            pipeline.structured()
-            return structure_result(pipeline)
-        pipeline.fit()
-        if effort == "full":
-            try:
-                pipeline.posterior()
-            except NotConverged as refusal:  # a note: the other results do not need it
-                pipeline.notes.append(f"! {refusal}")
-            pipeline.diagnosis()
-        pipeline.report()
-        return fit_result(pipeline)
+    if isinstance(sessions, Session | str | Path):
+        with _working(sessions, Options(effort, workers), progress) as pipeline:
+            run_pipeline(pipeline)
+            return structure_result(pipeline) if pipeline.only_dry else fit_result(pipeline)
+    folders = [_folder(each) for each in sessions]
+    return _indexed(folders, None, run_all(folders, effort, jobs, workers, progress))
 
 
 def report(sessions: AnySession | Sequence[AnySession], index: str | Path | None = None) -> Export:
     """Writes the HTML report of the current results of each session, and an index of several; fits nothing.
 
     Args:
-        sessions: one or more.
-        index: where the index goes; default: `index.html` next to the first session.
+        sessions: one, or several: then one without a report is listed in the index with the reason.
+        index: where the index goes, with a CSV of the same numbers; default: `index.html` next to the first session.
 
     Returns:
         The pages, the index last, and what they show.
 
     Raises:
-        InputError: a session has no fit of its recordings; names the command that makes one.
+        InputError: a single session has no fit of its recordings; names the command that makes one.
 
     Example:
         >>> report("datasets/sample")                           # doctest: +SKIP
     """
+    if isinstance(sessions, Session | str | Path) and index is None:
+        entry, note = _reported(_folder(sessions))
+        assert entry.report is not None
+        return Export((entry.report,), (note,))
     several = [sessions] if isinstance(sessions, Session | str | Path) else sessions
-    folders = [_folder(each) for each in several]
-    entries, files, notes = [], [], []
+    return _indexed([_folder(each) for each in several], index, {})
+
+
+def _indexed(folders: Sequence[Path], index: str | Path | None, failures: Mapping[Path, str]) -> Export:
+    """The reports of several sessions and their index; those that failed are listed with the reason."""
+    entries, notes, failed = [], [], dict(failures)
     for folder in folders:
-        open_session(folder)  # all faults of all sessions first
-    for folder in folders:
-        with _working(folder, Options(), True) as pipeline:
-            files.append(pipeline.report())
-        fit = pipeline.the_fit()
-        entries.append((pipeline.session.name, files[-1], fit.result()))
-        notes += [f"{pipeline.session.name}: {fit.name}", *pipeline.notes]
-    if len(entries) > 1 or index is not None:
-        files.append(Path(index) if index is not None else folders[0].resolve().parent / "index.html")
-        write_index(files[-1], entries)
-    return Export(tuple(files), tuple(notes))
+        if folder not in failed:
+            try:
+                entry, note = _reported(folder)
+                entries.append(entry)
+                notes.append(note)
+                continue
+            except SwimcalError as problem:
+                failed[folder] = str(problem)
+        entries.append(IndexEntry(folder.name, error=failed[folder]))
+    path = Path(index) if index is not None else folders[0].resolve().parent / "index.html"
+    page, table = write_index(path, entries)
+    reports = [entry.report for entry in entries if entry.report is not None]
+    by_name = {folder.name: why for folder, why in failed.items()}
+    return Export((*reports, table, page), tuple(notes), by_name)
+
+
+def _reported(folder: Path) -> tuple[IndexEntry, str]:
+    """What the index has of a session whose report is up to date, and what the report shows."""
+    with _working(folder, Options(), False) as pipeline:
+        page, fit, diagnosis = pipeline.report(), fit_result(pipeline), pipeline.current_diagnosis()
+    gap = None if diagnosis is None else diagnosis.read()
+    effort = pipeline.the_fit().effort
+    entry = IndexEntry(pipeline.session.name, page, fit.data, effort, fit.verdict, gap)
+    return entry, " ".join([f"{pipeline.session.name}: {pipeline.standing}", *pipeline.notes])
 
 
 def view(session: AnySession, *, open_viewer: bool = False) -> Export:
@@ -538,6 +584,31 @@ def compare(
     return pd.concat([result.to_frame(table) for result in results], keys=names, names=["session"])
 
 
+def doctor(session: AnySession | None = None, *, motor: bool = False) -> pd.DataFrame:
+    """Checks the installation and, if given, a session and the motor connection.
+
+    Args:
+        session: opened, or its folder.
+        motor: also look for the motor on every serial port; takes up to a minute.
+
+    Returns:
+        A row a check: `state` ("ok", "advice" or "fault"), `found` and `step`, what to do.
+
+    Raises:
+        Nothing: what is wrong is in the table.
+
+    Example:
+        >>> doctor().loc["engine"].state
+        'ok'
+    """
+    from calib.checkup import check_installation, check_motor, check_session
+
+    checks = [*check_installation()]
+    checks += [] if session is None else check_session(_folder(session))
+    checks += check_motor() if motor else []
+    return pd.DataFrame(checks, columns=["check", "state", "found", "step"]).set_index("check")
+
+
 def new_session(
     folder: str | Path,
     *,
@@ -557,7 +628,7 @@ def new_session(
         folder: to make; new or empty.
         videos, tracks: one a trial, in any order; they are copied. Tracks may also be datasets by the trial's name.
         robot: its TOML; default: the published 0.57 m fish.
-        fps: frames a second of tracks without time.
+        fps: frames a second, needed for tracks without time.
         commands_hz: crank turns a second, one a trial in the order of `videos`, then `tracks`; default: from
             names such as f1_25, else to fill in.
         fit: swim trials to fit, the others are held out; default: every other one.

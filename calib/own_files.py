@@ -6,14 +6,16 @@ import re
 import shutil
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from math import nan
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from reports.page import environment
-from session import FaultCollector, Tracks
+from session import FaultCollector, InputError, Tracks
 from session.create import FISHSIM_MARKERS, new_folder
+from session.errors import Fault
 from session.folder import SESSION_FILE
 from session.results import write_whole
 from session.tables import read_table
@@ -22,7 +24,6 @@ from swimmer import RobotSpec, load_robot
 from tracking.records import import_tracks
 from tracking.video import Video
 
-_FPS = 60.0  # where no file gives it
 _HZ = (r"(?:^|_)f(\d+)[_.p](\d+)(?:_|$)", r"(\d+)[_.p](\d+) ?_?hz")  # in names: f1_25, 1.25hz
 
 
@@ -69,7 +70,7 @@ def new_from_files(
             )
     faults.raise_if_any()
     rates = [trial.fps for trial in trials.values() if trial.fps]
-    rate = fps or (float(np.median(rates)) if rates else None)
+    rate = fps or float(np.median(rates))
     markers = next((trial.tracks.markers for trial in trials.values() if trial.tracks), _markers(spec))
     ordered = sorted(trials.values(), key=lambda trial: (trial.kind, trial.commanded_hz or 0.0, trial.name))
     with new_folder(folder) as part:
@@ -101,8 +102,9 @@ def _trials(
     named = tracks.items() if isinstance(tracks, Mapping) else ((_name(Path(path)), path) for path in tracks)
     for name, given in named:
         with faults.nested():
-            own = _of_dataset(given) if hasattr(given, "data_vars") else _of_file(Path(given), robot, fps or _FPS)
             trial = found.setdefault(name, _Trial(name))
+            rate = fps or trial.fps
+            own = _of_dataset(given) if hasattr(given, "data_vars") else _of_file(Path(given), robot, rate)
             trial.tracks, trial.fps = own, trial.fps or 1 / float(np.median(np.diff(own.time_s)))
             trial.comments.append(f"tracks: {len(own.time_s)} frames, {own.time_s[-1] - own.time_s[0]:.1f} s")
     if not found and not faults:
@@ -111,14 +113,22 @@ def _trials(
     return found
 
 
-def _of_file(path: Path, robot: RobotSpec, fps: float) -> Tracks:
-    """Tracks of a file in any form; a file with a header of ours names its markers."""
-    markers = _markers(robot)
+def _of_file(path: Path, robot: RobotSpec, fps: float | None) -> Tracks:
+    """Tracks of a file in any form; a file with a header of ours names its markers.
+
+    Raises:
+        InputError: faults of the file, or its form has no time and no frame rate is known.
+    """
+    markers, timed = _markers(robot), True
     if "".join(path.suffixes[-2:]) in (".csv", ".csv.gz") or path.suffix == ".csv":
         header = read_table(path).header or ()
-        if TIME in header:
+        timed = TIME in header
+        if timed:
             markers = tuple(name.removesuffix("_x") for name in header if name.endswith(SUFFIXES[0]))
-    return import_tracks(path, markers, fps)
+    if not timed and not fps:
+        expected = "the frame rate of the camera"
+        raise InputError([Fault(str(path), "", "the file has no time", "", expected, next_step="Add `--fps 60`.")])
+    return import_tracks(path, markers, fps or nan)
 
 
 def _markers(robot: RobotSpec) -> tuple[str, ...]:
@@ -169,7 +179,7 @@ def _put(source: Path, target: Path) -> None:
 def _text(
     name: str,
     trials: Sequence[_Trial],
-    rate: float | None,
+    rate: float,
     markers: Sequence[str],
     robot: RobotSpec,
     robot_file: str | Path | None,
@@ -182,7 +192,6 @@ def _text(
         name=json.dumps(name),
         trials=trials,
         rate=rate,
-        guess_fps=_FPS,
         markers=json.dumps(list(markers)),
         robot=robot,
         robot_file=robot_file,

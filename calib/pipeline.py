@@ -153,13 +153,13 @@ class Pipeline:
             stage.make(
                 calibration, self.trials, Twin(calibration.robot, self.trials[0].markers, workers=self.options.workers)
             )
-        self.notes += [f"! posterior: {message}" for message in stage.doubts]
         return stage.file
 
     def _fit_to_build_on(self) -> FitStage:
         """The current fit; where there is none, one of this effort is made first."""
         if (fit := self.current_fit) is None:
             self.notes.append(f"There was no fit of these recordings; a {self.fits.name} was made first.")
+            self.job.progress(f"no fit of these recordings yet: a {self.fits.name} comes first", 0.0)
             self.fit()
             fit = self.fits
         return fit
@@ -200,6 +200,26 @@ class Pipeline:
         efforts = get_args(EffortName)
         stages = (DiagnosisStage(self.job, self.recordings, fit, lacking, effort) for effort in efforts)
         return next((stage for stage in stages if stage.is_current), None)
+
+    @property
+    def standing(self) -> str:
+        """What there is of the current fit and of which effort; for the rest the command that makes it.
+
+        Raises:
+            InputError: there is no fit of these recordings.
+        """
+        fit = self.the_fit()
+        stages = {"posterior": self.current_posterior(fit), "diagnosis": self.current_diagnosis()}
+        parts, commands = (
+            [fit.name],
+            {"posterior": ("posterior.nc", "posterior"), "diagnosis": ("diagnosis.json", "diagnose")},
+        )
+        for name, stage in stages.items():
+            file, command = commands[name]
+            lacking = f"{name} is out of date" if (self.job.results / file).exists() else f"no {name}"
+            step = f"{lacking} (`calib {command} {self.session.folder}`)"
+            parts.append(step if stage is None else f"{name} of {stage.effort} effort")
+        return ", ".join(parts)
 
     def report(self) -> Path:
         """`results/report.html` from the current results, up to date; nothing else is computed.

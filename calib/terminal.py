@@ -1,7 +1,10 @@
 """What a command prints when it is done: eight lines at most, all of it with -v, or JSON."""
 
 import json
+import sys
 from pathlib import Path
+
+import typer
 
 from calib.results.result import Export, Result
 
@@ -26,7 +29,15 @@ def print_result(result: Result, as_json: bool, verbose: bool, main: Path | None
         print(line)
 
 
-def print_export(made: Export) -> None:
-    """What was written: what it is, then the files."""
-    for line in (*made.notes, *made.files):
-        print(line)
+def print_export(made: Export, as_json: bool = False) -> None:
+    """What was written: what it is, then the files; on standard error which sessions failed, with exit code 2."""
+    if as_json:
+        files = list(map(str, made.files))
+        print(json.dumps({"files": files, "notes": made.notes, "failures": dict(made.failures)}, indent=1))
+    else:
+        for line in (*made.notes, *made.files):
+            print(line)
+        for name, why in made.failures.items():
+            print(f"calib: {name} failed: {why}", file=sys.stderr)
+    if made.failures:
+        raise typer.Exit(2)

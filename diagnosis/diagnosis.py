@@ -8,6 +8,7 @@ import numpy as np
 from scipy.stats import chi2
 from threadpoolctl import threadpool_limits
 
+from diagnosis.attribution import Attribution, attribute
 from diagnosis.constants import MOST_LEFT
 from diagnosis.controls import placebo_for
 from diagnosis.cross_validation import Validated, validated
@@ -75,8 +76,8 @@ class Diagnosis:
         remainder: what it leaves; None where none is named.
         gap: on held-out swims; None without any that the twins can follow.
         validation: of the names, on fitted trials left out in turn; names that these spoke against are not said.
-        everything: the twin with all effects at once, and its held-out gap; None where there is no gap, or the swims
-            call for no more than is named, or with the effort "quick".
+        everything: the twin with all effects at once, its held-out gap, and to what it owes that; None where there is
+            no gap, or the swims call for no more than is named, or with the effort "quick".
         experiments: what to measure next, the most telling first.
         decays_left_out: names of free decays that do not count, and why.
     """
@@ -94,7 +95,7 @@ class Diagnosis:
     remainder: Remainder | None
     gap: Gap | None
     validation: Validated
-    everything: tuple[Everything, Gap | None] | None
+    everything: tuple[Everything, Gap | None, Attribution | None] | None
     experiments: tuple[Experiment, ...]
     decays_left_out: Mapping[str, str]
 
@@ -228,13 +229,16 @@ def _placebo(weighed: _Weighed, said: Validated, refitting: Refitting) -> Refit 
 
 def _everything(
     weighed: _Weighed, effects: Mapping[str, Effect], said: Validated, swims: HeldOut, effort: str
-) -> tuple[Everything, Gap | None] | None:
+) -> tuple[Everything, Gap | None, Attribution | None] | None:
     """The twin with all effects, and what it leaves of held-out swims, just as it was fitted; None if not asked."""
     if effort not in ALL_AT_ONCE or said.verdict.name == "no_gap":
         return None
     named = said.best or Refit.plain(weighed.ground)
     every = everything(weighed.ground, weighed.signatures, effects, named, _ROUNDS[effort])
-    return None if every is None else (every, swims.gap(every.refit, as_fitted=True))
+    if every is None:
+        return None
+    gap = swims.gap(every.refit, as_fitted=True)
+    return every, gap, None if gap is None else attribute(weighed.ground, swims.beside, every.refit, swims.seed)
 
 
 def _beside(

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from diagnosis.affected_swims import ForecastScore
+from diagnosis.attribution import Attribution
 from diagnosis.constants import FEWEST_TRIALS
 from diagnosis.diagnosis import Diagnosis
 from diagnosis.everything import Everything
@@ -90,7 +91,7 @@ def supposition_result(found: Supposition) -> SuppositionResult:
     )
 
 
-def _everything(every: Everything, gap: Gap | None) -> AllEffects:
+def _everything(every: Everything, gap: Gap | None, attribution: Attribution | None) -> AllEffects:
     strengths = sorted(every.strengths.items(), key=lambda item: -abs(item[1]))
     return AllEffects(
         share_of_priors=every.share,
@@ -99,6 +100,7 @@ def _everything(every: Everything, gap: Gap | None) -> AllEffects:
         at_bound=tuple((effect, parameter) for effect, parameter in every.at_bound),
         strengths=tuple(Strength(*own, told) for own, told in strengths),
         gap=_gap(gap),
+        attribution=attribution,
     )
 
 

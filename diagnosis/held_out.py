@@ -66,7 +66,7 @@ class HeldOut:
         """
         if not self.swims:
             return None
-        ground, beside, seed = self.ground, self._beside, self.seed
+        ground, beside, seed = self.ground, self.beside, self.seed
         twins = [twin for twin in (best, placebo) if twin is not None]
         left = [beside.left, *(left_with(beside, twin) for twin in twins)]
         stands = _stands([row[: len(beside.model.measured)] for row in left], len(self.swims))
@@ -90,22 +90,22 @@ class HeldOut:
         """What the gap would shrink by anyhow, with a placebo that leaves a residual (k,)."""
 
         def alone(row: np.ndarray) -> float | None:
-            return shrinkage_of(self._scored, self._beside.whitened_swims(row), self._trial_of, self.seed).value
+            return shrinkage_of(self._scored, self.beside.whitened_swims(row), self._trial_of, self.seed).value
 
         return Controls(
             placebo=None if placebo is None else placebo.effects[0].name,
             with_placebo=None if placebo is None else alone(left),
-            carried_over=alone(carried_over(self.ground, self._beside)),
+            carried_over=alone(carried_over(self.ground, self.beside)),
         )
 
     @cached_property
     def _scored(self) -> np.ndarray:
         """(q,) whitened residual of the plain twin."""
-        return self._beside.whitened_swims(self._beside.left)
+        return self.beside.whitened_swims(self.beside.left)
 
     @property
     def _trial_of(self) -> np.ndarray:
-        return self._beside.trial_of[self._beside.told]
+        return self.beside.trial_of[self.beside.told]
 
     @property
     def _measured_hz(self) -> np.ndarray:
@@ -113,7 +113,7 @@ class HeldOut:
 
     def _forecast_hz(self, left: np.ndarray) -> np.ndarray:
         """(t,) that the commands lead to with a twin that leaves a residual (k,); nan without a command."""
-        features = len(self._beside.model.measured)
+        features = len(self.beside.model.measured)
         commanded = np.array([trial.commanded_hz is not None for trial in self.swims])
         return np.where(commanded, self._measured_hz - left[features : features + len(self.swims)], np.nan)
 
@@ -124,7 +124,8 @@ class HeldOut:
         return {name: baseline(hz, speed, asked) for name, baseline in BASELINES.items()}
 
     @cached_property
-    def _beside(self) -> Ground:
+    def beside(self) -> Ground:
+        """The swims beside the plain twin."""
         return self.ground.held_out(self.swims)
 
     @cached_property
@@ -133,7 +134,7 @@ class HeldOut:
 
     @cached_property
     def _noise_floor_m(self) -> float:
-        each = [noise_floor_m(self._beside, number, self.seed) for number in range(len(self.swims))]
+        each = [noise_floor_m(self.beside, number, self.seed) for number in range(len(self.swims))]
         return float(np.nanmean(each))
 
 

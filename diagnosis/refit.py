@@ -119,6 +119,11 @@ def left_at(ground: Ground, best: Refit, values: np.ndarray) -> np.ndarray:
     return _Joint(ground, best.effects).rows(np.column_stack([np.tile(best.at, (len(values), 1)), values]))
 
 
+def held_out_jacobian(ground: Ground, best: Refit) -> np.ndarray:
+    """(k, 5 + p) of the row of a refitted twin in other swims; nan where it diverges next to it."""
+    return _Joint(ground, best.effects).differences(np.append(best.at, best.values))
+
+
 def left_drawn(ground: Ground, best: Refit, left: np.ndarray, draws: int, seed: int) -> np.ndarray:
     """(d, k) what it would leave, fitted as it might have been: linear about what it leaves (k,).
 

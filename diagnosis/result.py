@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 
@@ -158,6 +158,42 @@ class Strength:
     strength_sd: float
 
 
+class GroupShare(NamedTuple):
+    """Of the joint fit's gain on held-out trials that one group makes.
+
+    Attributes:
+        gap: of the skill score S.
+        gap_ci90: its interval over the posterior of the joint fit.
+        speed: of the decrease of the mean absolute speed error, m/s.
+        speed_ci90: its interval.
+    """
+
+    gap: float
+    gap_ci90: tuple[float, float]
+    speed: float
+    speed_ci90: tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Attribution:
+    """Of what the joint fit of all effects improves.
+
+    Attributes:
+        shares: by group.
+        smallest: the fewest groups that forecast held-out trials as well, within one standard error over these.
+        smallest_speed: the same of their speeds.
+    """
+
+    shares: Mapping[str, GroupShare]
+    smallest: tuple[str, ...]
+    smallest_speed: tuple[str, ...]
+
+    @property
+    def of_speed(self) -> tuple[str, ...]:
+        """Groups whose share of the speed's gain is above zero, by its interval."""
+        return tuple(name for name, share in self.shares.items() if share.speed_ci90[0] > 0)
+
+
 @dataclass(frozen=True)
 class AllEffects:
     """The twin with all effects at once.
@@ -169,6 +205,7 @@ class AllEffects:
         at_bound: effect and parameter.
         strengths: the strongest first.
         gap: of the held-out swims with it.
+        attribution: to which groups of effects it owes that; None without held-out swims.
     """
 
     share_of_priors: float
@@ -177,6 +214,7 @@ class AllEffects:
     at_bound: tuple[tuple[str, str], ...]
     strengths: tuple[Strength, ...]
     gap: GapSize
+    attribution: Attribution | None
 
 
 @dataclass(frozen=True)

@@ -98,10 +98,10 @@ fit.plot.coefficients()
 # %% [markdown]
 # ## 4. Compare with baselines
 #
-# A straight line in frequency through the fitted speeds is what a first-year student would try; a twin that forecasts
-# worse is not worth its trouble. `given_frequency` is the twin with what the fit trials tell of its error,
-# `after_two_beats` knows the first two beats of the trial as well, `continued` goes on as in these beats. Elongated
-# body theory (Lighthill) sees the measured tail of the whole trial.
+# The simplest baseline is a straight line in frequency through the fitted speeds: a twin must beat it.
+# `given_frequency` is the twin with its model discrepancy, as the fit trials determine it. `after_two_beats` knows the
+# first two beats of the trial as well; `continued` is the continuation of these beats. Elongated body theory
+# (Lighthill) sees the measured tail of the whole trial.
 
 # %%
 (1000 * fit.to_frame("speed_errors")).round(1).rename_axis("mean absolute speed error, mm/s")

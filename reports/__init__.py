@@ -1,10 +1,11 @@
 """How results are shown: one self-contained HTML report a session, an index for several, and figures."""
 
 from reports.context import ReportContext
-from reports.index import write_index
+from reports.index import IndexEntry, write_index
 from reports.report import gallery, render_report, write_report
 
 __all__ = [
+    "IndexEntry",
     "ReportContext",
     "gallery",
     "render_report",

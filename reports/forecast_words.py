@@ -11,7 +11,7 @@ MODELS = {
     TWIN: "twin alone",
     GIVEN: "twin with discrepancy",
     BEATS: "that after two beats",
-    CONTINUED: "goes on as in two beats",
+    CONTINUED: "continuation of two beats",
     "line": "line in frequency",
     "power_law": "power law in frequency",
     "constant_stride": "constant stride",
@@ -27,36 +27,37 @@ def beaten(forecasts: SessionForecast) -> bool:
 
 
 def speed_sentence(forecasts: SessionForecast) -> str:
-    """How well held-out speeds are forecast given the frequency, and whether that is better than the best baseline."""
+    """How well held-out speeds are forecast given the frequency, and by the best baseline."""
     if not forecasts.held_out:
         return "No trial is held out: how well the twin forecasts is not known."
-    own, best = in_mm(forecasts.mean(GIVEN, "speed_error")), forecasts.best_baseline
-    text = f"Mean speed error of held-out trials, given their frequency: twin with learned discrepancy {own} mm/s"
-    if not best:
+    own, alone = (in_mm(forecasts.mean(model, "speed_error")) for model in (GIVEN, TWIN))
+    text = f"Held-out speed error, given the frequency: twin with discrepancy {own} mm/s, alone {alone} mm/s"
+    if not (best := forecasts.best_baseline):
         return f"{text}; no baseline can be drawn through the fitted speeds."
+    return f"{text}; {MODELS[best]} {in_mm(forecasts.mean(best, 'speed_error'))} mm/s."
+
+
+def gain_sentence(forecasts: SessionForecast) -> str:
+    """Whether that is better than the best baseline; empty where there is none."""
+    if not (best := forecasts.best_baseline):
+        return ""
     gain = forecasts.gain(GIVEN, best)
     ends = "" if gain.interval is None else f", 90 % interval over trials {spanned(*gain.interval, in_mm)}"
     sure = gain.interval is not None and gain.interval[0] > 0
-    how = "is not better" if not gain.mean > 0 else "is better" if sure else "is better, but not significantly"
-    return (
-        f"{text}, best baseline ({MODELS[best]}) {in_mm(forecasts.mean(best, 'speed_error'))} mm/s. The twin {how} "
-        f"(gain {in_mm(gain.mean)} mm/s{ends})."
-    )
+    how = "not better than the best baseline"
+    if gain.mean > 0:
+        how = f"better than the best baseline{'' if sure else ', but not significantly'}"
+    return f"The twin is {how}: gain {in_mm(gain.mean)} mm/s{ends}."
 
 
 def marker_sentence(forecasts: SessionForecast) -> str:
     """How well held-out markers are forecast after two beats, and by going on as in these; empty where unknown."""
-    values = {
-        model: (forecasts.mean(model, "marker_error_mm"), forecasts.mean(model, "shape_error_mm"))
-        for model in (BEATS, CONTINUED)
-    }
-    if not all(isfinite(each) for pair in values.values() for each in pair):
+    own, goes_on = (forecasts.mean(model, "marker_error_mm") for model in (BEATS, CONTINUED))
+    if not (isfinite(own) and isfinite(goes_on)):
         return ""
-    (path, shape), (goes_on, goes_on_shape) = values[BEATS], values[CONTINUED]
-    how = "better" if path < goes_on else "not better"
     return (
-        f"Mean marker error of held-out trials after two beats: twin {shown(path)} mm ({shown(shape)} relative to the "
-        f"nose), baseline ({MODELS[CONTINUED]}) {shown(goes_on)} mm ({shown(goes_on_shape)}). The twin is {how}."
+        f"Held-out marker error, after two beats: twin {shown(own)} mm; {MODELS[CONTINUED]} {shown(goes_on)} mm. "
+        f"The twin is {'better' if own < goes_on else 'not better'}."
     )
 
 

@@ -76,8 +76,9 @@ def shortened(name: str, most: int = 14) -> str:
 
 
 def in_words(name: str) -> str:
-    """`tendon slack` for `tendon_slack`."""
-    return name.replace("_", " ")
+    """`tendon slack` for `tendon_slack`, `Kutta lift` for `kutta_lift`."""
+    words = name.replace("_", " ")
+    return f"{words[:1].upper()}{words[1:]}" if name in ("kutta_lift", "magnus_lift") else words
 
 
 def sentence(text: str) -> str:

@@ -1,12 +1,11 @@
 """The true swim trials and dry runs of a plan: simulated from before the first frame, seen by camera and motor."""
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from fitting.speed import forward_speed
-from swimmer import RobotSpec, Runs, Scene, Trajectories, Twin
+from swimmer import Runs, Scene, Trajectories, Twin
 from swimmer.mjcf import DRY, SWIM
 from synthetic.motor_log import DrivenMotor, TrueMotor
 from synthetic.plan import SyntheticPlan
@@ -14,8 +13,6 @@ from synthetic.streams import Stream
 from synthetic.trials import SyntheticTrial
 from synthetic.view import check_in_image, in_image
 from tracking import to_head_frame
-
-Making = Callable[[RobotSpec, tuple[str, ...], Scene], Twin]
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,19 +43,18 @@ class TrueRun:
     motor: TrueMotor | None = None
 
 
-def simulate_swims(plan: SyntheticPlan, make: Making = Twin) -> tuple[TrueRun, ...]:
+def simulate_swims(plan: SyntheticPlan) -> tuple[TrueRun, ...]:
     """Simulates all swim trials of a plan in one batch.
 
     Args:
         plan: the session.
-        make: the simulator, from robot, names of markers and scene.
 
     Raises:
         session.InputError: a swim leaves the image.
         session.SimulationDiverged: the planned motion is unstable.
     """
     planned = _planned(plan, plan.trials, Stream.SWIM_MOTOR)
-    return _simulate(plan, planned, replace(SWIM, timestep_s=plan.timestep_s), make)
+    return _simulate(plan, planned, replace(SWIM, timestep_s=plan.timestep_s))
 
 
 def simulate_dry_runs(plan: SyntheticPlan) -> tuple[TrueRun, ...]:
@@ -99,7 +95,7 @@ def _planned(plan: SyntheticPlan, trials: tuple[SyntheticTrial, ...], stream: St
     return [_Planned.of(plan, trial, stream.of(plan.seed, number)) for number, trial in enumerate(trials)]
 
 
-def _simulate(plan: SyntheticPlan, planned: list[_Planned], scene: Scene, make: Making = Twin) -> tuple[TrueRun, ...]:
+def _simulate(plan: SyntheticPlan, planned: list[_Planned], scene: Scene) -> tuple[TrueRun, ...]:
     if not planned:
         return ()
     run_in_s = np.array([each.run_in_s for each in planned])
@@ -114,7 +110,7 @@ def _simulate(plan: SyntheticPlan, planned: list[_Planned], scene: Scene, make: 
     looks = [each.looks_s for each in planned]
     longest = max(map(len, looks))
     time_s = np.array([np.pad(look, (0, longest - len(look)), mode="edge") for look in looks])
-    seen = make(plan.swimmer, plan.markers, scene).simulate(runs, time_s)
+    seen = Twin(plan.swimmer, plan.markers, scene).simulate(runs, time_s)
     true = tuple(_true_run(plan, each, seen, number) for number, each in enumerate(planned))
     check_in_image([(run.trial.name, run.position_px) for run in true], plan.camera)
     return true

@@ -5,42 +5,24 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 from importlib.metadata import version
+from math import nan
 from pathlib import Path
 
 import emcee
 import mujoco
 import numpy as np
-from scipy.stats import chisquare, kstest
+from scipy.stats import kstest
 
 import fitting
 import swimmer
 import synthetic
 from benchmarks.cases import Failure, Records, Run, code_of, read_lines, run_cases
-from benchmarks.posterior.effect_names import Effect
-from benchmarks.posterior.score import RANKED, PosteriorScore, score_session
+from benchmarks.posterior.score import PosteriorScore, score_session
 from benchmarks.scores import Estimate, Measure, Scores, Share, Table, median, resampled
 from fitting.coefficient_fit import NAMES
 
-BINS = 10
 FAR_SD = 4.0  # a truth farther off than this is no chance
-_FEWEST = 5 * BINS  # sessions, for five in each bin
-
-
-@dataclass(frozen=True)
-class Asked:
-    """Which sessions to score."""
-
-    # first, count: seeds
-    first: int = 0
-    count: int = 300
-    effect: Effect = "none"  # that the twin leaves out
-    strength: float = 1.0  # of that, in shares of its full strength
-
-    @property
-    def folder(self) -> str:
-        """Where its records are; every effect, and each strength of it, has a folder of its own."""
-        strength = f"-{self.strength:g}" if self.strength != 1 else ""
-        return "sessions" if self.effect == "none" else f"sessions-{self.effect}{strength}"
+_FEWEST = 50  # sessions, to test for uniformity
 
 
 @dataclass(frozen=True)
@@ -60,9 +42,8 @@ class PosteriorOutcome:
     @property
     def calibrations(self) -> dict[str, dict[str, Measure]]:
         """How well the posterior of each coefficient is calibrated."""
-        rank = np.array([score.rank for score in self.sessions])  # (s, 5)
-        below = np.array([score.below for score in self.sessions])
-        p = holm(np.array([uniform_p(rank[:, i], below[:, i]) for i in range(len(NAMES))]))  # (5, 2)
+        below = np.array([score.below for score in self.sessions])  # (s, 5)
+        p = holm(np.array([uniform_p(below[:, i]) for i in range(len(NAMES))]))  # (5,)
         return {name: _calibration(i, self.sessions, p[i]) for i, name in enumerate(NAMES)}
 
     @property
@@ -90,38 +71,26 @@ class PosteriorOutcome:
         Args:
             command: that made them.
         """
-        sets, count = self._sets, f"{len(self.sessions)} sessions drawn from the prior, made by the twin itself"
-        tables, title, notes = [], "Posterior", []
-        if len(sets) > 1:
-            title = "Posterior with an unmodelled effect"
-            tables.append(_by_effect(sets, count))
-        elif self.sessions:
-            tables.append(Table.of(f"{count}: posterior of each coefficient against the truth", self.calibrations))
-            notes += [f"No score of seeds {', '.join(map(str, self.gaps))}."] if self.gaps else []
+        tables, notes = [], []
         if self.sessions:
+            count = f"{len(self.sessions)} sessions drawn from the prior, made by the twin itself"
+            tables.append(Table.of(f"{count}: posterior of each coefficient against the truth", self.calibrations))
             tables.append(Table.of("Warnings", {"sessions": self.warnings}))
+            notes += [f"No score of seeds {', '.join(map(str, self.gaps))}."] if self.gaps else []
         if self.others:
             notes.append(f"{self.others} files in the folder are of other code and left out.")
         notes += [f"Session {failure.name} failed: {failure.message}." for failure in self.failures]
         data = "synthetic: sessions drawn from the prior, with their truth"
-        return Scores(title, data, command, tuple(tables), tuple(notes))
-
-    @property
-    def _sets(self) -> dict[tuple[str, float], list[PosteriorScore]]:
-        """Sessions by effect and strength."""
-        found: dict[tuple[str, float], list[PosteriorScore]] = {}
-        for score in sorted(self.sessions, key=lambda score: (score.effect == "none", -score.strength, score.effect)):
-            found.setdefault((score.effect, score.strength), []).append(score)
-        return found
+        return Scores("Posterior", data, command, tuple(tables), tuple(notes))
 
 
-def measure_posterior(folder: Path, asked: Asked, run: Run) -> PosteriorOutcome:
+def measure_posterior(folder: Path, seeds: Sequence[int], run: Run) -> PosteriorOutcome:
     """Scores the sessions asked for that the folder lacks, and judges all that it then holds.
 
     Args:
         folder: where scores are kept; several machines may fill it with a shard each. Of a file of scores (.jsonl) the
             table is made as they are, whichever code made them, and nothing is run.
-        asked: the sessions.
+        seeds: of the sessions.
         run: how.
 
     Raises:
@@ -129,10 +98,9 @@ def measure_posterior(folder: Path, asked: Asked, run: Run) -> PosteriorOutcome:
         ResultsNotWritable: the folder is not writable.
     """
     if folder.suffix == ".jsonl":
-        return PosteriorOutcome(read_lines(folder, PosteriorScore, lambda s: f"{s.effect} {s.strength:g} {s.seed}"))
-    records = Records(folder / asked.folder, PosteriorScore, _code())
-    todo = records.missing([str(seed) for seed in range(asked.first, asked.first + asked.count)])
-    cases = {seed: (int(seed), asked.effect, asked.strength) for seed in todo}
+        return PosteriorOutcome(read_lines(folder, PosteriorScore, lambda score: str(score.seed)))
+    records = Records(folder / "sessions", PosteriorScore, _code())
+    cases = {seed: int(seed) for seed in records.missing([str(seed) for seed in seeds])}
     failures = run_cases(score_session, cases, run, records.keep)
     return PosteriorOutcome(tuple(records.every().values()), failures, records.others)
 
@@ -145,12 +113,9 @@ def _code() -> str:
     return code_of(*packages, *scoring, libraries=libraries)
 
 
-def uniform_p(rank: np.ndarray, below: np.ndarray) -> tuple[float, float]:
-    """p-values of uniform ranks (s,), from 0 to 99, over ten bins, and of uniform shares (s,); nan for too few."""
-    if len(rank) < _FEWEST:
-        return float("nan"), float("nan")
-    binned = np.bincount(rank * BINS // (RANKED + 1), minlength=BINS)
-    return float(chisquare(binned).pvalue), float(kstest(below, "uniform").pvalue)
+def uniform_p(below: np.ndarray) -> float:
+    """p-value of uniform shares (s,); nan for too few."""
+    return float(kstest(below, "uniform").pvalue) if len(below) >= _FEWEST else nan
 
 
 def holm(p: np.ndarray) -> np.ndarray:
@@ -162,7 +127,7 @@ def holm(p: np.ndarray) -> np.ndarray:
     return corrected.reshape(p.shape)
 
 
-def _calibration(i: int, scores: Sequence[PosteriorScore], p: np.ndarray) -> dict[str, Measure]:
+def _calibration(i: int, scores: Sequence[PosteriorScore], p: float) -> dict[str, Measure]:
     spread = resampled([score.off_sd[i] for score in scores], lambda off: float(np.sqrt(np.mean(np.square(off)))))
     width = median([score.q95[i] - score.q05[i] for score in scores])
     split = {
@@ -173,27 +138,10 @@ def _calibration(i: int, scores: Sequence[PosteriorScore], p: np.ndarray) -> dic
         "covered": Measure("truths inside the 90 % interval", _covered(scores, i), "86 to 94 %"),
         **split,
         "spread": Measure("rms of (truth - mean) / sd", spread),
-        "ks_p": Measure("uniform ranks, p (Kolmogorov and Smirnov)", _exactly(p[1]), "≥ 0.05"),
-        "chi2_p": Measure("uniform ranks, p (chi-squared, ten bins)", _exactly(p[0]), "≥ 0.05"),
+        "ks_p": Measure("uniform ranks, p (Kolmogorov and Smirnov)", Estimate(float(p), (nan, nan)), "≥ 0.05"),
         "width": Measure("width of the 90 % interval, median", width),
     }
 
 
 def _covered(scores: Sequence[PosteriorScore], i: int) -> Share:
     return Share.among(scores, lambda score: bool(score.covered[i]))
-
-
-def _exactly(value: float) -> Estimate:
-    return Estimate(float(value), (float("nan"),) * 2)
-
-
-def _by_effect(sets: dict[tuple[str, float], list[PosteriorScore]], count: str) -> Table:
-    rows = []
-    for (effect, strength), scores in sets.items():
-        warned, silent = ([score for score in scores if score.warned == which] for which in (True, False))
-        untested = [score for score in warned if score.warnings != {"effect_left_out"}]
-        far = [f"{max(score.farthest for score in some):.1f}" if some else "–" for some in (warned, silent)]
-        rows.append((effect.replace("_", " "), f"{strength:g}", *map(str, map(len, (scores, warned, untested))), *far))
-    farthest = ("largest error with a warning, sd", "without, sd")
-    columns = ("effect", "strength", "sessions", "warn", "warn without score tests", *farthest)
-    return Table(f"{count}, by the unmodelled effect", columns, tuple(rows))

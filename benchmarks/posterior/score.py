@@ -1,7 +1,7 @@
 """Simulation-based calibration of the posterior (Talts et al. 2018): do its intervals cover the truth?
 
-Truths are drawn from the prior, sessions are made from them, and the posterior of each is sampled. The rank of the
-truth among the draws is uniform when the posterior is right.
+Truths are drawn from the prior, sessions are made from them, and the posterior of each is sampled. The share
+of draws below the truth is uniform when the posterior is right.
 """
 
 import time
@@ -10,10 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from benchmarks.posterior.effect_names import Effect
-from benchmarks.posterior.effects import effect_of
 from benchmarks.posterior.truth import DrawnSession, draw_session
-from fitting.model import COMPONENTS, find_mode
+from fitting.model import find_mode
 from fitting.model.session_model import SessionModel
 from fitting.posterior import Posterior, sample_posterior
 from fitting.posterior.posterior import MISFIT_P
@@ -21,7 +19,6 @@ from fitting.signatures.score_tests import score_tests
 from session import Flag
 from swimmer.effects import catalogue
 
-RANKED = 99  # draws among which the truth has a rank: 100 ranks, ten to a bin
 EFFECTIVE, STARTS = 100, 3
 WARNINGS = (
     "model_discrepancy",
@@ -40,31 +37,18 @@ Five = tuple[float, ...]
 class PosteriorScore:
     """The posterior of one drawn session against its truth; fives are in the order of `swimmer.FluidCoefficients`."""
 
-    # seed, effect, strength: that it was drawn with
-    seed: int
-    effect: Effect
-    strength: float
-    frequency_hz: tuple[float, ...]  # of its two trials
-    tried: int  # sets of coefficients drawn until one swam forward
+    seed: int  # that it was drawn with
     varied: bool  # whether its trials differ in trim, registration and speed
     truth: Five  # the coefficients
-    rank: tuple[int, ...]  # of the truth among 99 draws, from 0 to 99
     below: Five  # share of all draws below the truth
-    # q05, q50, q95, mean, sd: of the draws
+    # q05, q95, mean, sd: of the draws
     q05: Five
-    q50: Five
     q95: Five
     mean: Five
     sd: Five
-    # r_hat, ess_bulk: of the draws
-    r_hat: Five
-    ess_bulk: Five
-    fit: Five  # the mode that it is about
-    sizes: tuple[float, ...]  # of the variance components at the mode
-    discrepancy: tuple[float, ...]  # posterior median of the twin's relative error in wave and speed
+    r_hat: Five  # of the draws
     misfit_p: float  # how often noise and nuisances alone would misfit as much
     flags: tuple[str, ...]  # kinds
-    simulations: int  # of each trial
     seconds: float  # that fit and posterior took, with whatever else ran
 
     @property
@@ -95,16 +79,13 @@ class PosteriorScore:
         return float(np.abs(self.off_sd).max())
 
 
-def score_session(case: tuple[int, Effect, float]) -> PosteriorScore:
+def score_session(seed: int) -> PosteriorScore:
     """Draws a session, samples its posterior and compares it with the truth, on one core.
 
     Args:
-        case: seed of the session and of the sampler; the effect that the twin leaves out, "any" is one of them in turn;
-            strength of that, in shares of its full strength.
+        seed: of the session and of the sampler; the trials of every other one vary.
     """
-    seed, effect, strength = case
-    varied = effect == "none" and seed % 2 == 1
-    drawn = draw_session(seed, effect_of(effect, seed), strength, workers=1, varied=varied)
+    drawn = draw_session(seed, workers=1, varied=seed % 2 == 1)
     began = time.perf_counter()
     mode = find_mode(SessionModel.of(drawn.twin, drawn.trials, with_course=True), STARTS, seed)
     posterior = sample_posterior(mode, EFFECTIVE, seed)
@@ -114,31 +95,19 @@ def score_session(case: tuple[int, Effect, float]) -> PosteriorScore:
 
 def _score(drawn: DrawnSession, posterior: Posterior, flags: Sequence[Flag], seconds: float) -> PosteriorScore:
     truth, draws = np.array(drawn.truth), posterior.coefficients
-    ranked = np.random.default_rng([drawn.seed, 8]).choice(draws, min(RANKED, len(draws)), replace=False)
-    q05, q50, q95 = np.quantile(draws, [0.05, 0.5, 0.95], axis=0)
+    q05, q95 = np.quantile(draws, [0.05, 0.95], axis=0)
     return PosteriorScore(
         seed=drawn.seed,
-        effect=drawn.effect,
-        strength=drawn.strength,
-        frequency_hz=tuple(trial.frequency.hz for trial in drawn.trials),
-        tried=drawn.tried,
         varied=drawn.varied,
         truth=_five(truth),
-        rank=tuple(int(r) for r in (ranked < truth).sum(axis=0)),
         below=_five((draws < truth).mean(axis=0)),
         q05=_five(q05),
-        q50=_five(q50),
         q95=_five(q95),
         mean=_five(draws.mean(axis=0)),
         sd=_five(draws.std(axis=0, ddof=1)),
         r_hat=_five(posterior.draws.r_hat[:5]),
-        ess_bulk=_five(posterior.draws.ess_bulk[:5]),
-        fit=_five(posterior.mode.coefficients),
-        sizes=tuple(float(posterior.mode.sizes[each.name]) for each in COMPONENTS),
-        discrepancy=_five(np.median(posterior.discrepancy, axis=0)),
         misfit_p=posterior.misfit_p,
         flags=tuple(flag.kind for flag in flags),
-        simulations=posterior.surrogate.simulations,
         seconds=seconds,
     )
 

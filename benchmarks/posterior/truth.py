@@ -3,14 +3,10 @@
 They are made by the twin itself; of a varied session no trial is quite like the twin, nor like the other.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 
-from benchmarks.posterior.effect_names import Effect
-from benchmarks.posterior.effects import Unmodelled, with_effect
 from fitting.from_rest import speed_from_rest
 from fitting.model.robot_doubt import doubts_of
 from fitting.objective import COEFFICIENT_BOUNDS
@@ -35,7 +31,6 @@ STEP = 1 / 128  # of the twin's own time step: with a sixteenth, Kutta lift was 
 TURNING, SIDEWAYS, REGISTRATION, FASTER = 0.03, 0.005, 0.02, 0.03
 """Standard deviations between the trials of a varied session: rad/s, m/s, rad of the head frame, share of the speed."""
 _COURSE_DEGREE = 3  # of the smooth path that turns and drifts
-_FITTED = 2  # trials
 _TRIES = 16  # coefficients that are tried at once
 
 
@@ -46,24 +41,17 @@ class DrawnSession:
     seed: int  # it was drawn with
     truth: FluidCoefficients  # the coefficients
     trials: list[MeasuredTrial]  # two swims as measured, by a session that believes every marker to be in its place
-    held_out: list[MeasuredTrial]  # further swims
     twin: Twin  # of the robot as the session believes it to be
     camera: CameraSpec  # that filmed it
     robot: RobotSpec  # that swam
-    effect: Effect  # what the robot does that the twin leaves out
-    strength: float  # of that, in shares of its full strength
     noise: TrackingNoise  # that its tracks were made with
-    tried: int  # how many sets of coefficients were drawn until one swam forward
     varied: bool = False  # whether trials differ in trim, registration of the head frame and speed
 
 
 def draw_session(
     seed: int,
-    effect: Effect = "none",
-    strength: float = 1.0,
     workers: int = 0,
     seconds: float = SECONDS,
-    held_out_hz: Sequence[float] = (),
     step: float = STEP,
     varied: bool = False,
 ) -> DrawnSession:
@@ -77,11 +65,8 @@ def draw_session(
 
     Args:
         seed: of all draws.
-        effect: that the twin leaves out.
-        strength: of that, in shares of its full strength.
         workers: threads; 0 for all cores.
         seconds: of each trial.
-        held_out_hz: of further swims.
         step: of the simulation of the truth, in steps of the twin.
         varied: whether trials differ in trim, registration of the head frame and speed.
     """
@@ -89,32 +74,28 @@ def draw_session(
     nominal = load_robot()
     twin = Twin(nominal, FISHSIM_MARKERS, workers=workers)
     frequency_hz = _frequencies(random)
-    truth, tried = _forward_swimmer(twin, frequency_hz, random)
-    unmodelled = with_effect(_reglued(_built(nominal, effect, seed), random), effect, random, strength)
+    truth = _forward_swimmer(twin, frequency_hz, random)
+    robot = _reglued(_built(nominal, seed), random)
+    random.random()  # keeps the sessions of earlier scores
     noise = drawn_noise(seed)
     plan = SyntheticPlan(
-        trials=tuple(_trial(float(hz), seconds, random) for hz in (*frequency_hz, *held_out_hz)),
+        trials=tuple(_trial(float(hz), seconds, random) for hz in frequency_hz),
         seed=seed,
-        robot=unmodelled.robot,
+        robot=robot,
         timestep_s=step * SWIM.timestep_s,
         coefficients=truth,
         noise=noise,
         camera=CAMERA,
     )
     camera = CameraSpec(fps=plan.camera.fps, scale_length_m=nominal.scale_length_m)
-    swims = _measured(plan, unmodelled, camera, nominal, varied)
     return DrawnSession(
         seed=seed,
         truth=truth,
-        trials=swims[:_FITTED],
-        held_out=swims[_FITTED:],
+        trials=_measured(plan, camera, nominal, varied),
         twin=twin,
         camera=camera,
-        robot=unmodelled.robot,
-        effect=effect,
-        strength=strength,
+        robot=robot,
         noise=noise,
-        tried=tried,
         varied=varied,
     )
 
@@ -132,25 +113,20 @@ def _frequencies(random: np.random.Generator) -> np.ndarray:
             return pair
 
 
-def _forward_swimmer(
-    twin: Twin, frequency_hz: np.ndarray, random: np.random.Generator
-) -> tuple[FluidCoefficients, int]:
-    tried = 0
+def _forward_swimmer(twin: Twin, frequency_hz: np.ndarray, random: np.random.Generator) -> FluidCoefficients:
     while True:
         drawn = random.uniform(*COEFFICIENT_BOUNDS, (_TRIES, 5))
         with np.errstate(invalid="ignore"):
             forward = np.flatnonzero((speed_from_rest(twin, drawn, frequency_hz) > LEAST_M_S).all(axis=1))
         if len(forward):
-            return FluidCoefficients(*map(float, drawn[forward[0]])), tried + int(forward[0]) + 1
-        tried += _TRIES
+            return FluidCoefficients(*map(float, drawn[forward[0]]))
 
 
-def _built(robot: RobotSpec, effect: Effect, seed: int) -> RobotSpec:
-    """The robot as it was built: off in what nobody measured, but for the one number that the effect sets."""
+def _built(robot: RobotSpec, seed: int) -> RobotSpec:
+    """The robot as it was built: off in what nobody measured."""
     random = np.random.default_rng([seed, 9])
     for doubt in doubts_of(assumed(robot).sources):
-        off = doubt.sd * float(random.standard_normal())
-        robot = robot if doubt.source.quantity == effect else doubt.robot(robot, off)
+        robot = doubt.robot(robot, doubt.sd * float(random.standard_normal()))
     return robot
 
 
@@ -176,20 +152,16 @@ def _trial(hz: float, seconds: float, random: np.random.Generator) -> SyntheticT
     )
 
 
-def _measured(
-    plan: SyntheticPlan, unmodelled: Unmodelled, camera: CameraSpec, nominal: RobotSpec, varied: bool
-) -> list[MeasuredTrial]:
+def _measured(plan: SyntheticPlan, camera: CameraSpec, nominal: RobotSpec, varied: bool) -> list[MeasuredTrial]:
     """The trials of a plan as a session that knows the nominal robot alone measures them."""
     trials = []
-    for number, swim in enumerate(simulate_swims(plan, unmodelled.twin)):
-        carried = swim.time_s[:, None] * unmodelled.current_m_s * plan.camera.px_per_m  # (n, 2)
-        position_px = swim.position_px + carried[:, None]
+    for number, swim in enumerate(simulate_swims(plan)):
+        position_px = swim.position_px
         if varied:
             random = np.random.default_rng([plan.seed, 11, number])
             position_px = _varied(position_px, swim.time_s, plan.camera.px_per_m, random)
         tracks, _ = tracked(swim.trial, position_px, plan, Stream.SWIM_TRACKER.of(plan.seed, number))
-        role: Literal["fit", "holdout"] = "fit" if number < _FITTED else "holdout"
-        trial = TrialSpec(name=swim.trial.name, kind="swim", commanded_hz=swim.trial.commanded_hz, role=role)
+        trial = TrialSpec(name=swim.trial.name, kind="swim", commanded_hz=swim.trial.commanded_hz)
         trials.append(measure_trial(trial, tracks, camera, nominal, plan.warmup_s))
     return trials
 

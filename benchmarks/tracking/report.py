@@ -5,7 +5,7 @@ from pathlib import Path
 
 from benchmarks.cases import Progress
 from benchmarks.scores import Scores, Table
-from benchmarks.tracking.accuracy import SPEED_CLIP, Clip, accuracy_tables, clips_of, measure_accuracy, render_clips
+from benchmarks.tracking.accuracy import SPEED_CLIP, Clip, accuracy_table, clips_of, measure_accuracy, render_clips
 from benchmarks.tracking.from_video import cost_table
 from benchmarks.tracking.speed import speed_table
 from benchmarks.video.clips import BENCHMARK_CLIPS
@@ -36,7 +36,7 @@ def measure_tracking(folder: Path, part: str, clips: Sequence[str], progress: Pr
     if part in ("all", "accuracy"):
         todo = clips_of(clips)
         render_clips(todo, folder, progress)
-        tables += accuracy_tables(measure_accuracy(todo, folder, progress))
+        tables.append(accuracy_table(measure_accuracy(todo, folder, progress)))
     if part in ("all", "speed"):
         videos = [Clip(SPEED_CLIP, encoding) for encoding in SPEED_ENCODINGS]
         render_clips(videos, folder, progress)

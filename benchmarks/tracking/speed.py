@@ -23,20 +23,19 @@ def speed_table(videos: Sequence[Path]) -> Table:
     """Frames a second of rendered clips: reading alone and tracking by turns, each in a fresh process.
 
     Start-up is included, but for plain CSRT, which is slow and given the first frames alone. The ratio is of the two in
-    one round, which a machine that is slow for a while disturbs less. Memory is the most of a process that tracks, and
-    by how much that rose over the last two thirds of the frames.
+    one round, which a machine that is slow for a while disturbs less. Memory is the most of a process that tracks.
 
     Args:
         videos: with their truth next to them.
     """
-    columns = ("frames a second", "reading alone", "tracking", "ratio", "plain CSRT", "memory (growth at the end)")
+    columns = ("frames a second", "reading alone", "tracking", "ratio", "plain CSRT", "memory")
     return Table(f"Speed, the median of {ROUNDS} rounds", columns, tuple(_row(path) for path in videos))
 
 
 def _row(path: Path) -> tuple[str, ...]:
     truth = load_truth(truth_file(path))
     rounds = [(_alone(_read, path), *_alone(_track, path)) for _ in range(ROUNDS)]
-    reading, tracking, most, growth = zip(*rounds, strict=True)
+    reading, tracking, most = zip(*rounds, strict=True)
     frames, markers = len(truth.time_s), len(truth.markers)
     with Video(path) as video:
         info = video.info
@@ -46,7 +45,7 @@ def _row(path: Path) -> tuple[str, ...]:
         f"{frames / median(tracking):.0f}",
         f"{median(read / tracked for read, tracked in zip(reading, tracking, strict=True)):.2f}",
         f"{_alone(_track_csrt, path):.1f}",
-        f"{max(most):.0f} MB ({max(growth):+.0f})",
+        f"{max(most):.0f} MB",
     )
 
 
@@ -69,13 +68,12 @@ def _read(path: Path) -> float:
     return time.perf_counter() - began
 
 
-def _track(path: Path) -> tuple[float, float, float]:
-    truth, memory = load_truth(truth_file(path)), []
+def _track(path: Path) -> tuple[float, float]:
+    truth = load_truth(truth_file(path))
     began = time.perf_counter()
     with Video(path) as video:
-        follow_video(video, truth.start_boxes(), truth.markers, progress=lambda *_: memory.append(_most_mb()))
-    seconds = time.perf_counter() - began
-    return seconds, _most_mb(), _most_mb() - memory[len(memory) // 3]
+        follow_video(video, truth.start_boxes(), truth.markers)
+    return time.perf_counter() - began, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
 
 
 def _track_csrt(path: Path) -> float:
@@ -93,7 +91,3 @@ def _track_csrt(path: Path) -> float:
         follow_video(video, truth.start_boxes(), truth.markers, method, progress=enough)
     (first, began), (last, ended) = ticks[0], ticks[-1]
     return (last - first) / (ended - began)
-
-
-def _most_mb() -> float:
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024

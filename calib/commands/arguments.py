@@ -15,6 +15,7 @@ FORMS = ("swimcal", "deeplabcut", "movement", "fishsim")
 """Of tracks, for help; what is given is held against `tracking.records.FORMATS`."""
 
 SessionFolder = Annotated[Path, typer.Argument(metavar="SESSION", help="a session folder, with its session.toml")]
+SessionFolders = Annotated[list[Path], typer.Argument(metavar="SESSION...", help="one or more session folders")]
 Effort = Annotated[EffortOption, typer.Option(help="how hard to search; recorded in the results")]
 Workers = Annotated[int, typer.Option(min=0, help="threads; 0: all cores, or SWIMCAL_WORKERS")]
 Verbose = Annotated[bool, typer.Option("--verbose", "-v", help="every number and every flag, not the summary alone")]

@@ -6,7 +6,7 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperCommand
 
-from calib.commands.arguments import AsJson, Effort, ObjectiveOption, SessionFolder, Verbose, Workers
+from calib.commands.arguments import AsJson, Effort, ObjectiveOption, SessionFolder, SessionFolders, Verbose, Workers
 
 _MANY = ("--videos", "--tracks")
 
@@ -33,7 +33,7 @@ def new(  # noqa: PLR0913
     ] = None,
     tracks: Annotated[list[Path] | None, typer.Option(help="tracks in any form, one a trial; as --videos")] = None,
     robot: Annotated[Path | None, typer.Option(help="the robot's TOML; default: the published 0.57 m fish")] = None,
-    fps: Annotated[float | None, typer.Option(help="frames a second of tracks without time")] = None,
+    fps: Annotated[float | None, typer.Option(help="frames a second; needed for tracks without time")] = None,
     commands: Annotated[
         str, typer.Option(help="crank turns a second of each trial, comma-separated; default: from names like f1_25")
     ] = "",
@@ -78,18 +78,25 @@ def _numbers(text: str) -> tuple[float, ...]:
 
 
 def run(
-    session: SessionFolder,
+    sessions: SessionFolders,
     effort: Effort = "full",
+    jobs: Annotated[int, typer.Option(min=1, help="sessions at a time")] = 1,
     workers: Workers = 0,
     verbose: Verbose = False,
     as_json: AsJson = False,
 ) -> None:
-    """Does everything the session's data allow: tracks, fit, MJCF, posterior and gap (effort full), report."""
+    """Does everything the data allow: tracks, fit, MJCF, posterior and gap (effort full), report.
+
+    Of several sessions it also writes an index, as `calib report`; one that fails stops no other.
+    """
     from calib import interface
     from calib.results.structure import StructureResult
-    from calib.terminal import print_result
+    from calib.terminal import print_export, print_result
 
-    result = interface.run(session, effort, workers=workers, progress=not as_json)
+    if len(sessions) > 1:
+        print_export(interface.run(sessions, effort, jobs=jobs, workers=workers, progress=not as_json), as_json)
+        return
+    result = interface.run(sessions[0], effort, workers=workers, progress=not as_json)
     page = None if isinstance(result, StructureResult) else result.session.results / "report.html"
     print_result(result, as_json, verbose, page)
 
@@ -127,7 +134,7 @@ def posterior(
     verbose: Verbose = False,
     as_json: AsJson = False,
 ) -> None:
-    """Tells how sure the five fluid coefficients are: draws from their posterior given the fit trials.
+    """Posterior of the five fluid coefficients: how sure they are, given the fit trials.
 
     Stopped, it goes on where it was. Where the draws are not enough nothing is reported.
     """
@@ -142,9 +149,7 @@ def diagnose(
     effort: Effort = "full",
     workers: Workers = 0,
     exclude: Annotated[str | None, typer.Option(help="effects that the catalogue is to lack, comma-separated")] = None,
-    test: Annotated[
-        str | None, typer.Option(help="instead: ask what the swims say of these effects together, comma-separated")
-    ] = None,
+    test: Annotated[str | None, typer.Option(help="instead: test these effects together, comma-separated")] = None,
     verbose: Verbose = False,
     as_json: AsJson = False,
 ) -> None:
@@ -186,17 +191,18 @@ def _effects_named(option: str, text: str | None) -> tuple[str, ...]:
 
 
 def report(
-    sessions: Annotated[list[Path], typer.Argument(metavar="SESSION...", help="one or more session folders")],
+    sessions: SessionFolders,
     index: Annotated[
         Path | None,
         typer.Option(help="where the index of several sessions goes; default: index.html next to the first"),
     ] = None,
+    as_json: AsJson = False,
 ) -> None:
-    """Writes the HTML report of the current results of each session, and an index of several; fits nothing."""
+    """Writes the HTML report of the current results of each session; of several an index, also as CSV. Fits nothing."""
     from calib import interface
     from calib.terminal import print_export
 
-    print_export(interface.report(sessions, index))
+    print_export(interface.report(sessions if len(sessions) > 1 else sessions[0], index), as_json)
 
 
 def mjcf(
@@ -211,3 +217,21 @@ def mjcf(
     from calib.terminal import print_export
 
     print_export(interface.export_mjcf(source, out))
+
+
+def doctor(
+    session: Annotated[Path | None, typer.Argument(metavar="[SESSION]", help="a session folder to check, too")] = None,
+    motor: Annotated[bool, typer.Option("--motor", help="also look for the motor on every serial port")] = False,
+    as_json: AsJson = False,
+) -> None:
+    """Checks the installation, a session and the motor connection, and says what to do. Exit code 2 after a fault."""
+    from calib import interface
+
+    found = interface.doctor(session, motor=motor)
+    if as_json:
+        print(found.to_json(orient="index", indent=1))
+    for check, (state, what, step) in [] if as_json else found.iterrows():
+        mark = {"ok": "ok    ", "advice": "advice", "fault": "FAULT "}[state]
+        print(f"{mark} {check}: {what}{'' if not step else f'. {step}'}")
+    if (found.state == "fault").any():
+        raise typer.Exit(2)

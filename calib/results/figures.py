@@ -9,6 +9,17 @@ from session.errors import Fault
 from session.stage import Stage
 
 
+def check_current(stage: Stage) -> None:
+    """That the files are still those that a result was read from.
+
+    Raises:
+        InputError: they were replaced.
+    """
+    if not stage.is_current:
+        step = "Ask for the result again, then for what you want of it."
+        raise InputError([Fault(str(stage.file), "", "the result has been replaced", "", "", next_step=step)])
+
+
 class Figures:
     """Some figures of the report; each is drawn on first use, and shows itself in a notebook.
 
@@ -24,10 +35,7 @@ class Figures:
 
     @cached_property
     def _plots(self) -> dict[str, Plot]:
-        if not self._stage.is_current:
-            next_step = "Ask for the result again, then for its figures."
-            what = "the result has been replaced"
-            raise InputError([Fault(str(self._stage.file), "", what, "", "", next_step=next_step)])
+        check_current(self._stage)
         return dict(self._draw())
 
     @property

@@ -1,10 +1,13 @@
 """What a fit found: `results/calibration.json` as attributes, frames, figures and sentences."""
 
+from __future__ import annotations
+
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import asdict, dataclass, field
 from math import nan
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
@@ -12,15 +15,18 @@ import pandas as pd
 from calib.results.figures import FitFigures
 from calib.results.posterior import interval_lines
 from calib.results.result import Result, flag_frame, flag_lines
-from fitting import CalibrationResult
+from fitting import Calibration, CalibrationResult
 from fitting.calibration_file import PublishedResult, TrialResult
 from fitting.model.session_forecast import SessionForecast
-from reports.forecast_words import MODELS, beaten, marker_sentence, mean_speed_errors, speed_sentence
+from reports.forecast_words import beaten, gain_sentence, marker_sentence, speed_sentence
 from reports.numbers import in_words, listed, of_its_size, shown
-from session import Flag
+from session import Flag, InputError
+from session.errors import Fault
 from swimmer import FluidCoefficients
 
-_MM = 1000.0
+if TYPE_CHECKING:
+    import xarray as xr
+
 _HIDDEN = ("flags", "from_command", "speed_ebt_of_twin")  # of a trial, no columns of their own
 _SAID_ELSEWHERE = ("ebt_ratio_only",)  # kinds of flags that are true of every fit
 
@@ -41,6 +47,7 @@ class FitResult(Result):
         data: all that the file holds.
         published: the published search, for comparison; None where it was not run.
         plot: its figures.
+        read: simulates every trial again.
     """
 
     key = "calibration"
@@ -49,6 +56,37 @@ class FitResult(Result):
     data: CalibrationResult = field(repr=False)
     published: PublishedResult | None = field(repr=False)
     plot: FitFigures = field(repr=False)
+    read: Callable[[], Calibration] = field(repr=False)
+
+    def motion(self, trial: str) -> xr.Dataset:
+        """A swim trial as measured and as the twin swims it; the twin is simulated again.
+
+        Returns:
+            Dimensions `time` (s), `space` and `keypoint`. Variables `measured` and `twin` (time, space, keypoint), m,
+            in the head frame (published normaliser), aligned in the first compared frame; `weight` (time, keypoint), 0
+            where a sample does not count; `compared` and `scored` (time), the frames of the marker error.
+
+        Raises:
+            InputError: no such trial, or the fit was replaced.
+        """
+        import xarray as xr
+
+        if trial not in self.trials:
+            raise InputError([Fault("motion", "", "no such trial", repr(trial), "a swim trial", tuple(self.trials))])
+        one = next(each for each in self.read().trials if each.measured.name == trial)
+        measured, places = one.measured, ("time", "space", "keypoint")
+        first = int(np.flatnonzero(measured.kept)[0])
+        twin = one.simulated.position_m + (measured.head.path_m[first] - one.simulated.path_m[first])
+        return xr.Dataset(
+            {
+                "measured": (places, np.swapaxes(measured.head.position_m, 1, 2), {"units": "m"}),
+                "twin": (places, np.swapaxes(twin, 1, 2), {"units": "m"}),
+                "weight": (("time", "keypoint"), measured.weight),
+                "compared": (("time",), measured.kept),
+                "scored": (("time",), measured.scored),
+            },
+            {"time": measured.time_s, "space": ["x", "y"], "keypoint": list(measured.markers)},
+        )
 
     @property
     def coefficients(self) -> FluidCoefficients:
@@ -80,19 +118,17 @@ class FitResult(Result):
         return "doubtful" if self._caveats() else "good"
 
     def summary(self) -> str:
-        """How well it forecasts, what was found, how far to trust it, and what to do next."""
+        """What was found, how well it forecasts, how far to trust it, and what to do next, in six lines."""
         fitted = [name for name, trial in self.trials.items() if trial.role == "fit"]
-        held = [name for name, trial in self.trials.items() if trial.role == "holdout"]
         coefficients = self.coefficients._asdict()
         values = ", ".join(f"{in_words(name)} {of_its_size(value)}" for name, value in coefficients.items())
         caveats = self._caveats()
-        more = f" (and {len(caveats) - 1} more kinds)" if len(caveats) > 1 else ""
+        more = " (more: -v)" if len(caveats) > 1 else ""
         lines = [
-            f"{self.session.name}: {speed_sentence(self.forecasts)}",
+            f"{self.session.name}, {self.name} to {listed(fitted, 3)}: {values}.",
+            speed_sentence(self.forecasts),
+            gain_sentence(self.forecasts),
             marker_sentence(self.forecasts),
-            f"{self.name.capitalize()}, fitted to {listed(fitted)}; held out: {listed(held) or 'none'}.",
-            f"Coefficients: {values}.",
-            f"Mean speed error, mm/s: {self._speeds_in_words()}.",
             f"Main caveat: {caveats[0]}{more}." if caveats else "No caveat.",
             f"Verdict: {in_words(self.verdict)}. Next: calib posterior {self.session.folder}",
         ]
@@ -182,13 +218,6 @@ class FitResult(Result):
             yield from ((name, flag) for flag in experiment.flags)
         for name, trial in self.trials.items():
             yield from ((name, flag) for flag in trial.flags)
-
-    def _speeds_in_words(self) -> str:
-        errors = mean_speed_errors(self.forecasts)
-        if errors:
-            return ", ".join(f"{MODELS[name]} {shown(_MM * error)}" for name, error in errors.items())
-        summary = self.data.summary["fit"]
-        return "" if summary is None else f"{shown(_MM * summary.speed_mae_twin)} on fit trials"
 
     def _caveats(self) -> list[str]:
         """A sentence a kind of flag: of the fit first, then of trials, those that concern most frames first."""

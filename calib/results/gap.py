@@ -21,6 +21,7 @@ from diagnosis.result import (
     parameters_of,
 )
 from diagnosis.sentences import sentences
+from reports.gap_words import how_far
 from reports.numbers import in_words
 
 
@@ -110,9 +111,12 @@ class GapResult(Result):
 
     def summary(self) -> str:
         """Where, which, how far, the main caveat, the next experiment and the verdict, in six lines."""
+        _, where, which = sentences(self.data)
         return "\n".join(
             [
-                *sentences(self.data),
+                where,
+                which,
+                f"How far: {how_far(self.data)}",
                 f"Main caveat: {main_caveat(self.data)}.",
                 f"Next experiment: {next_experiment(self.data)}.",
                 f"Verdict: {in_words(self.verdict)}. Next: calib report {self.session.folder}",

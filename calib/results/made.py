@@ -4,7 +4,7 @@ from dataclasses import replace
 from typing import Any
 
 from calib.pipeline import Pipeline
-from calib.results.figures import FitFigures, GapFigures, PosteriorFigures
+from calib.results.figures import FitFigures, GapFigures, PosteriorFigures, check_current
 from calib.results.fit import FitResult
 from calib.results.gap import EffectTest, GapResult
 from calib.results.posterior import PosteriorResult
@@ -13,6 +13,7 @@ from calib.results.tracks import TrackResult
 from calib.stages.diagnosis import DiagnosisStage
 from calib.stages.posterior import PosteriorStage
 from diagnosis.result import SUPPOSITION, SuppositionResult
+from fitting import Calibration
 from fitting.calibration_file import PublishedResult
 from reports import ReportContext, gallery
 from reports.numbers import in_words, listed
@@ -26,6 +27,11 @@ def fit_result(pipeline: Pipeline) -> FitResult:
     """The current fit."""
     stage = pipeline.the_fit()
     figures = FitFigures(stage, lambda: gallery(_context(pipeline), _OF_FIT))
+
+    def read() -> Calibration:
+        check_current(stage)
+        return stage.read()
+
     return FitResult(
         name=stage.name,
         file=stage.file,
@@ -33,6 +39,7 @@ def fit_result(pipeline: Pipeline) -> FitResult:
         data=stage.result(),
         published=_published(pipeline),
         plot=figures,
+        read=read,
         **_common(pipeline),
     )
 

@@ -12,7 +12,7 @@ import pandas as pd
 from calib.results.figures import PosteriorFigures
 from calib.results.result import Result, flag_frame, flag_lines
 from fitting.marginal import Marginal
-from reports.numbers import in_words, listed, of_its_size, shown
+from reports.numbers import in_words, listed, of_its_size, shown, spanned
 from session import Flag
 
 if TYPE_CHECKING:
@@ -64,20 +64,17 @@ class PosteriorResult(Result):
     def summary(self) -> str:
         """What was found, how far to trust it, and what to do next, in five lines."""
         data, of = self.data, self.coefficients
-        intervals = ", ".join(
-            f"{in_words(name)} {of_its_size(one.mean)} ({of_its_size(one.q05)} to {of_its_size(one.q95)})"
-            for name, one in of.items()
-        )
+        intervals = ", ".join(f"{in_words(name)} {spanned(one.q05, one.q95, of_its_size)}" for name, one in of.items())
         loose = [in_words(name) for name, one in of.items() if not one.determined]
         found = f"Not determined by these trials: {listed(loose)}." if loose else "The trials determine all five."
         inside, count, _ = data.inside("holdout")
         held = f"; the speed of {inside} of {count} held-out trials is in its 90 % band" if count else ""
         caveats = list(dict.fromkeys(flag.message for flag in self.flags if flag.kind != "unidentifiable"))
-        more = f" (and {len(caveats) - 1} more)" if len(caveats) > 1 else ""
+        more = " (more: -v)" if len(caveats) > 1 else ""
         return "\n".join(
             [
                 f"{self.session.name}: {self.name}.",
-                f"Mean and 90 % interval: {intervals}.",
+                f"90 % intervals: {intervals}.",
                 f"{found[:-1]}{held}.",
                 f"Main caveat: {caveats[0]}{more}." if caveats else "No caveat.",
                 f"Verdict: {in_words(self.verdict)}. Next: calib diagnose {self.session.folder}",

@@ -79,10 +79,12 @@ class Export:
     Attributes:
         files: in the order in which they were made; an index comes last.
         notes: what they show, of which effort, and what was left out and how to renew it.
+        failures: of several sessions, why some failed.
     """
 
     files: tuple[Path, ...]
     notes: tuple[str, ...] = ()
+    failures: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def file(self) -> Path:

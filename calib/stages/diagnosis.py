@@ -88,7 +88,7 @@ class DiagnosisStage(Stage):
 
         job, found = self._job, self._asked(diagnose, self.effects, discrepancy)
         if (kept := self.keep_aside()) is not None:
-            job.notes.append(f"The diagnosis that stood there is kept in {kept}.")
+            job.notes.append(f"The previous diagnosis is kept in {kept}.")
         for path in job.results.glob("calibrated+*"):
             path.unlink()
         twins = {} if found.refit is None else {"+".join(effect.name for effect in found.refit.effects): found.refit}

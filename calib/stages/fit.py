@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from fitting.marginal import Marginal
 
 _FORM = 11  # of calibration.json
-_UPON = ("posterior.nc", "report.html")  # results that rest on a fit
+_UPON = ("posterior.nc", "diagnosis.json", "report.html")  # results that rest on a fit
 
 
 def calibrated_mjcf(calibration: Calibration) -> str:
@@ -193,7 +193,7 @@ class FitStage(Stage):
         calibration = calibrate(trials, structure, starts, job.session.seed, workers, job.progress)
         mjcf = calibrated_mjcf(calibration)
         if (kept := self.keep_aside(job.results / name for name in _UPON)) is not None:
-            job.notes.append(f"The previous fit is kept in {kept}, with what depends on it.")
+            job.notes.append(f"The previous fit, with what depends on it, is kept in {kept}.")
         written = (*CALIBRATION.write(job.results, self._provenance, calibration_result(calibration)), self.mjcf_file)
         write_whole(self.mjcf_file, mjcf)
         self.mark(written)
@@ -201,7 +201,7 @@ class FitStage(Stage):
         return calibration
 
     def _say_why_again(self) -> None:
-        """Notes what differs from the calibration that is about to be replaced."""
+        """Says what differs from the calibration that is about to be replaced."""
         job = self._job
         try:
             made_with = read_provenance(self.file)
@@ -210,7 +210,7 @@ class FitStage(Stage):
         then, now = made_with.to_json(), self._provenance.to_json()
         differ = [f"{key} {_short(then[key])} -> {_short(now[key])}" for key in now if then[key] != now[key]]
         if differ:
-            job.notes.append(f"{self.file} was made otherwise ({'; '.join(differ)}) and is made again.")
+            job.progress(f"fitting again: {self.file.name} was made with other {'; '.join(differ)}", 0.0)
 
 
 class PublishedStage(Stage):
@@ -239,6 +239,7 @@ class PublishedStage(Stage):
         found = calibrate_as_published(
             self._recordings.swims, structure, budget_s, job.session.seed, workers, job.progress
         )
+        self.keep_aside()
         written = PUBLISHED.write(job.results, replace(job.provenance, effort=self.effort), published_result(*found))
         self.mark(written)
         job.made.extend(written)

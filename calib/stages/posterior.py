@@ -76,6 +76,8 @@ class PosteriorStage(Stage):
         summary = summarise(posterior, trials, job.session.seed, job.progress, left_out)
         provenance = replace(job.provenance, effort=self.effort)
         stamp = {key: value for key, value in provenance.to_json().items() if isinstance(value, str | int)}
+        if (kept := self.keep_aside()) is not None:
+            job.notes.append(f"The previous posterior is kept in {kept}.")
         with writing_whole(self.file) as part:
             save_draws(part, posterior, stamp)
         written = (self.file, *SUMMARY.write(job.results, provenance, summary))
@@ -88,12 +90,6 @@ class PosteriorStage(Stage):
         from fitting.posterior.summary import read_summary
 
         return read_summary(self._job.results) if self.is_current else None
-
-    @property
-    def doubts(self) -> tuple[str, ...]:
-        """When not to believe it, a sentence each; that a coefficient is not determined stands beside its interval."""
-        found = self.read()
-        return () if found is None else tuple(flag.message for flag in found.flags if flag.kind != "unidentifiable")
 
     def _refusal(self, why: str) -> str:
         return (

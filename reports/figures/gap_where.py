@@ -32,7 +32,7 @@ def gap_shares_figure(found: DiagnosisResult) -> Figure:
         left += size[0] + _GAP_IN + _LABEL_IN
     handles = [
         Patch(facecolor=GAP, alpha=0.8, label="share, all stages together"),
-        Line2D([], [], color=INK, linewidth=1.2, marker="|", markersize=7, label="up to: if it were the only stage"),
+        Line2D([], [], color=INK, linewidth=1.2, marker="|", markersize=7, label="if it were the only stage"),
         Patch(facecolor=MUTED, alpha=0.6, label="noise"),
     ]
     legend_on_top(figure, 3, handles)

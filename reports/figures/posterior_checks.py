@@ -96,8 +96,8 @@ def posterior_whiteness_figure(found: PosteriorSummary) -> Figure:
     figure, drawn = panels(len(found.whiteness), grid, width, Margins(left=0.5, top=0.5 if wide else 0.62))
     name_panels(drawn, [shortened(white.trial) for white in found.whiteness], grid.columns)
     for axes, white in zip(drawn, found.whiteness, strict=True):
-        axes.plot(white.lag_s, white.raw, "o", color=MUTED, markersize=2.8, label="tracks beside a smooth swim")
-        axes.plot(white.lag_s, white.innovations, "o", color=TWIN, markersize=3.2, label="left after the noise model")
+        axes.plot(white.lag_s, white.raw, "o", color=MUTED, markersize=2.8, label="tracking errors")
+        axes.plot(white.lag_s, white.innovations, "o", color=TWIN, markersize=3.2, label="residual of the noise model")
         axes.axhspan(-white.limit, white.limit, facecolor=FAINT, linewidth=0, label="white, 95 %")
         axes.set_ylim(-0.35, 1.0)
         axes.set_xlim(left=0)
@@ -116,9 +116,9 @@ def posterior_left_out_figure(found: PosteriorSummary) -> Figure:
     tried, seen_from = found.left_out.tried, found.left_out.seen_from
     axes.fill_between((_X[0], seen_from), 1.0, _Y[1], color=SHADE, linewidth=0)
     kinds = {
-        "asked for by these trials": (WARN, [each for each in tried if each.asked]),
-        "may move a coefficient unseen": (INK, [each for each in tried if each.hides and not each.asked]),
-        "seen, allowed for, or no matter": (MUTED, [each for each in tried if not each.hides and not each.asked]),
+        "significant here": (WARN, [each for each in tried if each.asked]),
+        "not detectable, yet biases": (INK, [each for each in tried if each.hides and not each.asked]),
+        "detectable, allowed for, or harmless": (MUTED, [each for each in tried if not each.hides and not each.asked]),
     }
     for label, (colour, own) in kinds.items():
         x, y = (np.clip([_place(each)[i] for each in own], *ends) for i, ends in ((0, _X), (1, _Y)))
@@ -126,8 +126,8 @@ def posterior_left_out_figure(found: PosteriorSummary) -> Figure:
     _labels(axes, [(each, colour) for colour, own in kinds.values() if colour != MUTED for each in own])
     axes.axvline(seen_from, color=TWIN, linewidth=0.8, linestyle=(0, (2, 2)))
     axes.set(xscale="log", yscale="log", xlim=_X, ylim=_Y)
-    axes.set_xlabel("how clearly these trials would show it (standard deviations)")
-    axes.set_ylabel("coefficient that it moves most (its sd)")
+    axes.set_xlabel("detectability (standard deviations)")
+    axes.set_ylabel("largest bias of a coefficient (sd)")
     for axis in (axes.xaxis, axes.yaxis):
         axis.set_major_formatter("{x:g}")
         axis.set_minor_locator(NullLocator())

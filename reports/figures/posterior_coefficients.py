@@ -155,7 +155,7 @@ def posterior_further_figure(found: PosteriorSummary) -> Figure:
         sweep.frequency_hz[np.argmin(sweep.shrinkage(chosen))], color=MUTED, linewidth=0.7, linestyle=(0, (2, 2))
     )
     axes.set_ylim(0, 104)
-    axes.set_xlabel("frequency of one more swim (Hz)")
-    axes.set_ylabel("standard deviation left (%)")
+    axes.set_xlabel("frequency of one more trial (Hz)")
+    axes.set_ylabel("standard deviation, % of now")
     legend_above(axes, 3, columnspacing=1.0)
     return figure

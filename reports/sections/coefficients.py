@@ -13,7 +13,7 @@ from reports.figures.coefficients import coefficients_figure
 from reports.numbers import MISSING, counted, in_mm, in_words, sentence, shown, significant
 from swimmer import PUBLISHED_COEFFICIENTS, FluidCoefficients
 
-_COLUMNS = table_head("coefficient | value [] | 90 % interval [] | published search [] | authors' values [] | mind")
+_COLUMNS = table_head("coefficient | value [] | 90 % interval [] | published search [] | authors' values [] | caveats")
 _ERRORS = table_head("over | quantity | recommended fit | published search")
 _COMPONENTS = table_head("component | differs | standard deviation | meaning")
 _AS_LIKELY = 2.0  # log density within which ends are as likely
@@ -28,15 +28,14 @@ def build(context: ReportContext) -> Section:
         "The mode of a hierarchical model of the fit trials, by Gauss-Newton and restricted "
         f"likelihood from {counted(len(fit.ends), 'start')} ({fit.simulations} simulations of the fit trials, "
         f"{shown(fit.seconds)} s). {equals} of them ended within two of the highest log density. "
-        "Beside the coefficients the model has "
-        "what differs from trial to trial and a discrepancy of the twin; their sizes are below."
+        "The model also has parameters that differ from trial to trial and a model discrepancy; their sizes are below."
     )
     figure = Plot(
         coefficients_figure(fit, None if published is None else published.fit.coefficients),
         "coefficient-values",
-        "Each coefficient within its bounds (grey) with its 90 % interval. Dots where other starts ended: those far "
-        "from the best and yet as likely would mean that the data do not determine the coefficient. Crosses swim "
-        "backward from rest, which the robot does not.",
+        "Each coefficient within its bounds (grey) with its 90 % interval. Dots where other starts ended: dots "
+        "far from the best and as probable would mean that the data do not determine the coefficient. Crosses: the "
+        "twin swims backward from rest, unlike the robot.",
     )
     blocks: list[Block] = [
         Prose(text),
@@ -53,7 +52,7 @@ def _table(fit: CoefficientFit, published: PublishedResult | None) -> Table:
     low, high = COEFFICIENT_BOUNDS
     rows = []
     for i, name in enumerate(FluidCoefficients._fields):
-        mind = [in_words(flag.kind) for flag in fit.flags if name in flag.message]
+        caveats = [in_words(flag.kind) for flag in fit.flags if name in flag.message]
         rows.append(
             (
                 in_words(name),
@@ -61,7 +60,7 @@ def _table(fit: CoefficientFit, published: PublishedResult | None) -> Table:
                 " to ".join(significant(end) for end in fit.interval[i]),
                 MISSING if published is None else significant(published.fit.coefficients[i]),
                 significant(PUBLISHED_COEFFICIENTS[i]),
-                ", ".join(mind) or MISSING,
+                ", ".join(caveats) or MISSING,
             )
         )
     caption = (

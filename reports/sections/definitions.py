@@ -29,7 +29,7 @@ TERMS = {
     "or of a trial is shown next to the numbers it concerns.",
     "boxes off, markers off": "By more than a hand misses (10 mm each way), or by more than 15 mm from where the "
     "robot's description has it, a box or a marker would have to sit for the shape of the fish to come out as it was "
-    "tracked. Beside the posterior: markers sit off by more than 5 mm (standard deviation over all of them).",
+    "tracked. Of the posterior: markers are off by more than 5 mm (standard deviation over all of them).",
     "extrapolated": "The trial beats slower or faster than every trial that was fitted.",
 }
 

@@ -4,7 +4,14 @@ from fitting.model.session_forecast import BEATS, GIVEN
 from reports.blocks import Plot, Plots, Prose, Section, Table, table_head
 from reports.context import ReportContext
 from reports.figures.forecasts import forecasts_figure
-from reports.forecast_words import MODELS, is_baseline, marker_sentence, mean_speed_errors, speed_sentence
+from reports.forecast_words import (
+    MODELS,
+    gain_sentence,
+    is_baseline,
+    marker_sentence,
+    mean_speed_errors,
+    speed_sentence,
+)
 from reports.numbers import counted, in_mm, shown, whole_percent
 
 _COLUMNS = table_head(
@@ -25,7 +32,7 @@ def build(context: ReportContext) -> Section | None:
         "that misses the measured speed is too narrow.",
     )
     blocks = (
-        Prose(f"{speed_sentence(forecasts)} {marker_sentence(forecasts)}".strip()),
+        Prose(" ".join(filter(None, (each(forecasts) for each in (speed_sentence, gain_sentence, marker_sentence))))),
         Plots((plot,)),
         _table(context),
     )
@@ -48,8 +55,8 @@ def _table(context: ReportContext) -> Table:
         )
     caption = (
         f"Means over {counted(len(forecasts.held_out), 'held-out trial')}. Baselines know the fitted speeds and the "
-        "trial's frequency alone; “goes on” knows its first two beats alone. EBT knows the measured tail of the whole "
-        "trial, so that it forecasts nothing."
+        "trial's frequency alone; the continuation knows its first two beats alone. EBT knows the measured tail of the "
+        "whole trial, so that it forecasts nothing."
     )
     return Table(caption, _COLUMNS, tuple(rows))
 

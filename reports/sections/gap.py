@@ -4,26 +4,25 @@ from math import isnan
 
 from markupsafe import Markup
 
-from diagnosis.result import AllEffects, Controls, DiagnosisResult, GapSize, Remainder
+from diagnosis.result import AllEffects, Attribution, Controls, DiagnosisResult, GapSize, Remainder
 from reports.blocks import Block, Plots, Points, Prose, Section
 from reports.context import ReportContext
-from reports.numbers import in_words, listed, shown, whole_percent
+from reports.numbers import in_mm, in_words, listed, shown, spanned, whole_percent
 from reports.sections.gap_evidence import evidence, missing, next_experiments
 from reports.sections.gap_plots import gap_plots
 
 _VERDICTS = {
-    "named": "Verdict: named. The data leave no other name of the catalogue.",
-    "inseparable": "Verdict: inseparable. These trials cannot tell the names of a group apart; one of each is enough.",
-    "unexplained": "Verdict: unexplained. There is a gap, and no name of the catalogue can be said of it.",
-    "no_gap": "Verdict: no gap. These trials do not make it sure enough that there is anything but noise, misplaced "
-    "boxes and the twin’s own error.",
+    "named": "Verdict: named. No other effect of the catalogue explains the data.",
+    "inseparable": "Verdict: inseparable. These trials cannot separate the effects of a group; one of each is enough.",
+    "unexplained": "Verdict: unexplained. There is a gap, and no effect of the catalogue explains it.",
+    "no_gap": "Verdict: no gap. Noise, misplaced boxes and the twin’s own error are enough to explain the residual.",
 }
 _NOT_HELD_OUT = (
-    "No swim was held out, so nobody knows how far the gap shrinks on swims that were not fitted. Give one or more "
+    "No trial is held out, so how far the gap shrinks on trials that were not fitted is not known. Give one or more "
     'trials the role "holdout" in session.toml and diagnose again.'
 )
 _SUSPECT = 0.5  # probability of a gap from which a verdict of none is called a near miss
-_STRONGEST = 4  # parameters that are told
+_STRONGEST = 4  # parameters that are listed
 _CLEAR = 0.01  # of the p value from which what remains passes for noise
 
 
@@ -32,9 +31,9 @@ def build(context: ReportContext) -> Section:
     found = context.diagnosed
     if found is None:
         text = (
-            "This session was not diagnosed. calib diagnose SESSION tells where the gap between twin and robot lies, "
-            "which effect that the twin leaves out makes it, and how far it shrinks with that effect; then run "
-            "calib report SESSION again."
+            "This session was not diagnosed. Run calib diagnose SESSION, then calib report SESSION. It finds "
+            "where the gap between twin and robot lies, which unmodelled effect causes it, and how far it shrinks with "
+            "that effect."
         )
         return Section("Sim-to-real gap", "gap", (Prose(text),))
     from diagnosis.sentences import sentences  # its package loads the twin
@@ -69,24 +68,23 @@ def _lead(text: str) -> Markup:
 
 
 def _caveats(context: ReportContext, found: DiagnosisResult) -> tuple[str, ...]:
-    told = []
+    caveats = []
     if (effort := context.diagnosis_effort) != "full":
-        told.append(f"This diagnosis was made with effort {effort}.")
+        caveats.append(f"This diagnosis was made with effort {effort}.")
     if withheld := found.withheld_from_catalogue:
-        told.append(f"Its catalogue lacked {listed([in_words(name) for name in withheld])}.")
-    return tuple(told)
+        caveats.append(f"Its catalogue lacked {listed([in_words(name) for name in withheld])}.")
+    return tuple(caveats)
 
 
 def _how(found: DiagnosisResult) -> str:
     evidence = found.evidence
     mean_square = evidence.squares / evidence.numbers
     return (
-        "Twin and swims are compared by their features: forward speed, slip and turning, the frequency that the "
-        "command leads to, mean and three harmonics of every marker, and how fast it slides along the fish; "
-        f"{evidence.numbers} numbers in all, in standard deviations of tracking noise, hand-placed boxes, marker "
-        "places and the twin’s own error. The nearest plain twin (published "
-        f"geometry, five coefficients fitted to these numbers) leaves {shown(mean_square, 1)} in the mean of "
-        "their squares, where noise would leave 1. It is not the twin of the calibration, which minimises a distance."
+        "Twin and trials are compared by their features: forward speed, slip and turning, the frequency given the "
+        "command, mean and three harmonics of every marker, and its drift along the fish: "
+        f"{evidence.numbers} numbers, whitened by tracking noise, hand-placed boxes, marker places and model "
+        f"discrepancy. The residual of the baseline twin has a mean square of {shown(mean_square, 1)}; noise alone "
+        "would give 1."
     )
 
 
@@ -109,38 +107,64 @@ def _suspicion(found: DiagnosisResult, chance: float) -> str:
     if names and not found.evidence.refuted:  # one that was refuted would be the first
         suspect = f", and the first suspect is {in_words(names[0][0])} ({shown(names[0][1], 2)})"
     return (
-        f"It is a near miss: something is there with a probability of {shown(chance, 2)}{suspect}. "
-        "One more swim would settle it."
+        f"It is a near miss: the probability of some effect is {shown(chance, 2)}{suspect}. "
+        "One more trial would settle it."
     )
 
 
 def _remainder(rest: Remainder, added: str) -> str:
     share, p_value = rest.share, rest.p_value
     if p_value >= _CLEAR:
-        return f"With {added}, what remains of the fitted swims passes for noise (p = {shown(p_value, 2)})."
+        return f"With {added}, the residual of the fitted trials is no more than noise (p = {shown(p_value, 2)})."
     return (
-        f"With {added}, {whole_percent(share)} of the gap in the fitted swims remains, more than noise leaves "
-        f"(p {'< 0.001' if p_value < 0.001 else f'= {shown(p_value, 3)}'}): something else is there too."
+        f"With {added}, {whole_percent(share)} of the gap in the fitted trials remains, more than noise explains "
+        f"(p {'< 0.001' if p_value < 0.001 else f'= {shown(p_value, 3)}'}): another effect is present."
     )
 
 
 def _everything(every: AllEffects) -> str:
     """Of the twin with all effects at once."""
     gap, strongest = every.gap, every.strengths[:_STRONGEST]
-    told = [f"{in_words(each.effect)} ({in_words(each.parameter)} {shown(each.strength_sd, 1)})" for each in strongest]
+    listing = [f"{in_words(s.effect)} ({in_words(s.parameter)} {shown(s.strength_sd, 1)})" for s in strongest]
     far = ""
     if not isnan(gap.shrinkage):
         far = f" With it {_by_how_much(gap.shrinkage)}"
-        far += f" (95 % interval over the noise of these swims {_interval(gap)})." if gap.shrinkage_ci95 else "."
+        far += f" (95 % interval over the noise of these trials {_interval(gap)})." if gap.shrinkage_ci95 else "."
     ends = [f"{in_words(effect)} ({in_words(name)})" for effect, name in every.at_bound]
-    bound = f" As strong as they may be: {listed(ends)}." if ends else ""
+    bound = f" At a bound: {listed(ends)}." if ends else ""
     return (
-        "All effects at once, each a little: the fitted swims call for more than is named "
-        f"(e^{shown(every.log_evidence_gained, 0)} times as probable so), without telling what. This twin has every "
-        "effect of the catalogue, those that are not named as strong as is likeliest where priors are "
-        f"{shown(every.share_of_priors, 2)} times as wide as described.{far} It claims no name; strongest in it, in "
-        f"standard deviations of their priors, are {listed(told)}.{bound}"
+        "All effects at once (joint shrinkage fit): the fitted trials support more than is named, by a log Bayes "
+        f"factor of {shown(every.log_evidence_gained, 0)}, but do not identify what. This twin has every effect of the "
+        "catalogue; the unnamed ones are at their most probable size, with priors "
+        f"{shown(every.share_of_priors, 2)} times as wide as in the catalogue.{far} It names no cause. The largest, in "
+        f"standard deviations of their priors: {listed(listing)}.{bound}{_attribution(every.attribution)}"
     )
+
+
+def _attribution(found: Attribution | None) -> str:
+    """To which groups of effects the joint fit owes its forecasts."""
+    if found is None:
+        return ""
+    shares = [f"{name} {shown(each.gap, 2)} ({spanned(*each.gap_ci90, _two)})" for name, each in found.shares.items()]
+    speeds = [
+        f"{name} {in_mm(each.speed, signed=True)} ({spanned(*each.speed_ci90, in_mm)})"
+        for name, each in found.shares.items()
+    ]
+    fewest = listed(found.smallest) or "no group"
+    speed = (
+        f"Of the speed error alone {listed(found.smallest_speed) or 'no group'} would do as well."
+        if found.of_speed
+        else "The change of the speed error is not attributable with these trials: every interval holds zero."
+    )
+    return (
+        f" Shares of this gain by groups of effects (Shapley, with 90 % intervals): {listed(shares)}; of the decrease "
+        f"of the mean speed error, in mm/s: {listed(speeds)}. The fewest groups that forecast as well within one "
+        f"standard error over trials: {fewest}. {speed}"
+    )
+
+
+def _two(value: float) -> str:
+    return shown(value, 2)
 
 
 def _by_how_much(shrinkage: float) -> str:
@@ -160,34 +184,34 @@ def _added(found: DiagnosisResult) -> str:
 def _shrinkage(found: DiagnosisResult) -> str:
     gap = found.gap
     if not found.effect_parameters:
-        return "Nothing was added to the twin; this is the gap that stands."
+        return "Nothing was added to the twin; this is its gap."
     added = _added(found)
     if isnan(gap.shrinkage):
-        return f"The plain twin leaves no more of the held-out swims than noise: there is no gap for {added} to shrink."
-    told = f"With {added}, both twins refitted to the fitted swims, {_by_how_much(gap.shrinkage)}"
+        return f"The residual of the held-out trials is no more than noise: there is no gap for {added} to shrink."
+    text = f"With {added}, {_by_how_much(gap.shrinkage)}"
     if gap.shrinkage_ci95 is None:
-        told += "."
-        why = " How surely is not known: twins a little off what was fitted diverge."
+        text += "."
+        why = " The interval is not known: twins near the fitted one diverge."
     else:
-        told += f" (95 % interval {_interval(gap)})."
-        why = " The interval is over swims, their noise, how large that is, and how far what was fitted may be off."
+        text += f" (95 % interval {_interval(gap)})."
+        why = " Both twins were refitted to the fit trials. The interval covers trials, noise and fitted parameters."
     if gap.shrinkage > 1:
-        why += " More than all of it is gone, for less is left than noise was taken to leave."
+        why += " Above 100 %: the residual is smaller than the assumed noise."
     worse = " What explains the fitted swims does not carry over." if gap.shrinkage < 0 else ""
-    return told + why + worse + _controls(gap.controls)
+    return text + why + worse + _controls(gap.controls)
 
 
-def _controls(told: Controls | None) -> str:
+def _controls(controls: Controls | None) -> str:
     """What the gap would shrink by anyhow."""
-    if told is None or told.carried_over is None:
+    if controls is None or controls.carried_over is None:
         return ""
     text = ""
-    if told.with_placebo is not None:
+    if controls.with_placebo is not None:
         text += (
-            f" With {in_words(told.placebo or '')} in its place, which the evidence speaks against, it would be "
-            f"{whole_percent(told.with_placebo)};"
+            f" For comparison: {whole_percent(controls.with_placebo)} with {in_words(controls.placebo or '')} instead, "
+            "an effect that the evidence rejects;"
         )
     return (
-        f"{text or ' It would be'} {whole_percent(told.carried_over)} with what is left of the fitted swims carried "
-        "over to these, whatever its cause."
+        f"{text or ' For comparison:'} {whole_percent(controls.carried_over)} with the residual of the fit trials "
+        "interpolated over frequency (kriging), whatever its cause."
     )

@@ -10,49 +10,49 @@ from reports.missing_forces import FORCES, LEAST_CLEAR, LEAST_LIKE, Likeness, Mi
 from reports.numbers import MISSING, in_words, of_its_size, shown, significant, spanned, whole_percent
 from swimmer.effects import catalogue
 
-FORCE = table_head("missing | root mean square [] | clear of zero [% of beat] | goes with | correlation []")
-SET = table_head("explanation | probability []")
+FORCE = table_head("missing | root mean square [] | significant [% of beat] | goes with | correlation []")
+SET = table_head("hypothesis | probability []")
 PLACE = table_head("place | in all trials | probability []")
 DECAY = table_head("free decay | stiffness over mass [%] | damping over mass [%] | used")
 _PLACES = 5  # that are shown, the likeliest
-_LEAST_BESIDE = 0.01  # probability
+_LEAST_NON_PERIODIC = 0.01  # probability
 PARAMETER = table_head("effect | parameter | value [] | 95 % interval [] | unit")
-NEXT = table_head("what to do | tells apart | error left [%]")
+NEXT = table_head("what to do | separates | error after it [%]")
 
 
 def missing(found: DiagnosisResult, context: ReportContext) -> tuple[Prose, Table]:
-    """Which of the missing forces stands out, and what each goes with."""
+    """The most significant of the missing forces, and the motion that each correlates with."""
     forces = found.missing_forces
     like = likenesses(forces, context.calibration.trials, context.calibration.robot)
     rows = tuple(_force_row(forces, place, like) for place in range(len(forces.joints)))
     caption = (
-        "Size of each missing force over all fitted swims, and the motion of that joint in the calibrated twin that it "
-        "goes with: deflection (as a spring), speed (a damper), speed squared (drag) or acceleration (mass). A "
-        f"correlation below {LEAST_LIKE} names none, nor does a force that is clear of zero in less than "
-        f"{100 * LEAST_CLEAR:.0f} % of the beat; motions within 0.03 of the best are both told."
+        "Size of each missing force over all fit trials, the share of the beat in which it differs significantly from "
+        "zero, and the motion of that joint with which it correlates most: deflection (a spring), speed (a damper), "
+        f"speed squared (drag) or acceleration (mass). Not given below a correlation of {LEAST_LIKE} or "
+        f"{100 * LEAST_CLEAR:.0f} % of the beat; motions within 0.03 of the best are both given."
     )
     return Prose(_loudest(found, forces, like)), Table(caption, FORCE, rows)
 
 
 def _loudest(found: DiagnosisResult, forces: MissingForces, like: Mapping[str, Likeness]) -> str:
-    """The force that stands out most, for who has no name to go by."""
+    """The most significant force."""
     clear = forces.clear
     if not (clear > 0.5).any():
-        return "No missing force stands clear of zero over half of the beat."
+        return "No missing force differs significantly from zero over half of the beat."
     place = max(range(len(forces.joints)), key=lambda i: (clear[i], forces.size[i]))
     joint = forces.joints[place]
-    text = f"The clearest of them is the {force_name(joint)}: {_sized(forces, place)}{_with(like.get(joint))}."
+    text = f"The most significant is the {force_name(joint)}: {_sized(forces, place)}{_with(like.get(joint))}."
     if found.verdict == "unexplained":
-        text += " It is a lead to what the catalogue lacks."
+        text += " It is a lead to the effect that the catalogue lacks."
     elif found.verdict == "no_gap":
-        text += " With this verdict it is no more than what noise and boxes can feign."
+        text += " With this verdict noise and boxes can explain it."
     return text
 
 
 def _with(like: Likeness | None) -> str:
     if like is None or abs(like.correlation) < LEAST_LIKE:
-        return ", and it goes with no motion of that joint"
-    return f", and it goes with the {' or '.join(like.motions)} there (correlation {shown(like.correlation, 2)})"
+        return ", and it correlates with no motion of that joint"
+    return f", and it correlates with the {' or '.join(like.motions)} there (correlation {shown(like.correlation, 2)})"
 
 
 def _sized(forces: MissingForces, place: int) -> str:
@@ -64,14 +64,14 @@ def _force_row(forces: MissingForces, place: int, like: Mapping[str, Likeness]) 
     joint = forces.joints[place]
     own = like.get(joint)
     clear = float(forces.clear[place])
-    told = own is not None and clear >= LEAST_CLEAR
-    goes = " or ".join(own.motions) if own and told and abs(own.correlation) >= LEAST_LIKE else MISSING
+    significantly = own is not None and clear >= LEAST_CLEAR
+    goes = " or ".join(own.motions) if own and significantly and abs(own.correlation) >= LEAST_LIKE else MISSING
     return (
         force_name(joint),
         _sized(forces, place),
         shown(100 * clear, 0),
         goes,
-        shown(own.correlation, 2, signed=True) if own and told else MISSING,
+        shown(own.correlation, 2, signed=True) if own and significantly else MISSING,
     )
 
 
@@ -80,9 +80,9 @@ def evidence(found: DiagnosisResult) -> tuple[Block, ...]:
     blocks: list[Block] = [_explanations(found)]
     if rows := _elsewhere(found):
         caption = (
-            "Where something else may act: a marker that is seen elsewhere, a force or torque that no model holds, a "
-            "crank that runs unevenly, each free in every harmonic of the beat; or the whole fish is moved in no step "
-            "with it, as tracks tell where markers stray together."
+            "Where an effect outside the catalogue may act: a marker seen off its place, a force or torque, an uneven "
+            "crank, each free in every harmonic of the beat; or motion of the whole fish that does not repeat with "
+            "the beat."
         )
         blocks.append(Table(caption, PLACE, rows))
     if decays := found.free_decays:
@@ -94,12 +94,12 @@ def evidence(found: DiagnosisResult) -> tuple[Block, ...]:
 
 def _decays(decays: Sequence[FreeDecay]) -> Table:
     rows = []
-    for told in decays:
-        stiffness = _with_error(told.stiffness_over_mass, told.stiffness_over_mass_se)
-        damping = _with_error(told.damping_over_mass, told.damping_over_mass_se)
-        rows.append((told.trial, stiffness, damping, f"no: {told.not_used}" if told.not_used else "yes"))
+    for decay in decays:
+        stiffness = _with_error(decay.stiffness_over_mass, decay.stiffness_over_mass_se)
+        damping = _with_error(decay.damping_over_mass, decay.damping_over_mass_se)
+        rows.append((decay.trial, stiffness, damping, f"no: {decay.not_used}" if decay.not_used else "yes"))
     caption = (
-        "What free decays say of the hinges, against the robot as described: in air, beside no water and no tendons. "
+        "Hinges in the free decays (in air, without tendons), relative to the robot as described. "
         "The errors are those of tracking; a robot counts as described within 3 % in stiffness and 5 % in damping."
     )
     return Table(caption, DECAY, tuple(rows))
@@ -111,33 +111,33 @@ def _with_error(off: float | None, se: float | None) -> str:
 
 def _explanations(found: DiagnosisResult) -> Table:
     rows = []
-    for told in found.evidence.sets:
-        names = [in_words(name) for name in told.effects]
-        like = f" that looks like {in_words(told.that_looks_like)}" if told.that_looks_like else ""
-        other = [f"something else{like}"] if told.something_else else []
-        rows.append((" + ".join([*names, *other]) or "nothing", shown(told.probability, 3)))
+    for each in found.evidence.sets:
+        names = [in_words(name) for name in each.effects]
+        like = f" that looks like {in_words(each.that_looks_like)}" if each.that_looks_like else ""
+        other = [f"another effect{like}"] if each.something_else else []
+        rows.append((" + ".join([*names, *other]) or "no effect", shown(each.probability, 3)))
     caption = (
-        "The likeliest explanations, each weighed by its evidence. “Something else” is an error that no effect of "
-        "the catalogue makes; it may look like one."
+        "The most probable hypotheses, weighted by their evidence. “Another effect” is outside the catalogue; it may "
+        "look like one inside."
     )
     return Table(caption, SET, tuple(rows))
 
 
 def _elsewhere(found: DiagnosisResult) -> tuple[tuple[str, ...], ...]:
-    told = [
+    places = [
         (
             each.probability,
             in_words(each.place),
-            "alike" if each.same_in_all_trials else "each its own",
+            "the same" if each.same_in_all_trials else "different",
         )
         for each in found.evidence.elsewhere
     ]
     sway, delay = found.evidence.sway_m, found.evidence.delay_s
-    for beside, what, unit in ((sway, "the whole fish, beside its beat", "mm"), (delay, "beats early and late", "ms")):
-        if beside.probability >= _LEAST_BESIDE:
-            size = f"{of_its_size(MILLI * beside.rms)} {unit}"
-            told.append((beside.probability, f"{what} ({size})", "each its own"))
-    likeliest = sorted(told, reverse=True)[:_PLACES]
+    for found_there, what, unit in ((sway, "whole fish, non-periodic", "mm"), (delay, "phase jitter", "ms")):
+        if found_there.probability >= _LEAST_NON_PERIODIC:
+            size = f"{of_its_size(MILLI * found_there.rms)} {unit}"
+            places.append((found_there.probability, f"{what} ({size})", "different"))
+    likeliest = sorted(places, reverse=True)[:_PLACES]
     return tuple((place, trials, shown(chance, 3)) for chance, place, trials in likeliest)
 
 
@@ -147,9 +147,9 @@ def _parameters(found: DiagnosisResult) -> Table:
         fitted = parameters_of(found.effect_parameters, effect)
         rows += [(in_words(effect), in_words(name), *_fitted(own)) for name, own in fitted.items()]
     known = {name: effect.physics for name, effect in catalogue().items()}
-    told = ((name, known.get(name, "an effect of the user’s own.")) for name in found.effect_parameters)
-    physics = " ".join(f"{in_words(name)}: {what}" for name, what in told)
-    caption = f"The effects as strong as the refit of the fitted swims has them; zero is the plain twin. {physics}"
+    named = ((name, known.get(name, "an effect of the user’s own.")) for name in found.effect_parameters)
+    physics = " ".join(f"{in_words(name)}: {what}" for name, what in named)
+    caption = f"Parameters of the effects, refitted to the fit trials; zero is the plain twin. {physics}"
     return Table(caption.strip(), PARAMETER, tuple(rows))
 
 
@@ -161,17 +161,16 @@ def _fitted(own: FittedParameter) -> tuple[str, str, str]:
 
 
 def next_experiments(found: DiagnosisResult) -> tuple[Block, ...]:
-    """The menu, the most telling first."""
-    told = found.next_experiments
-    if not told:
-        return (Prose("No further experiment is proposed: nothing is confused, or nothing on the menu helps."),)
+    """The experiments, the most informative first."""
+    experiments = found.next_experiments
+    if not experiments:
+        return (Prose("No further experiment is proposed: no effects are confused, or none of the known ones helps."),)
     rows = tuple(
         (each.describe, " and ".join(map(in_words, each.separates)), whole_percent(each.expected_error)[:-2])
-        for each in told
+        for each in experiments
     )
     caption = (
-        "Experiments by how well they separate what these trials confuse. “Error left” is the chance to still take one "
-        "for the other afterwards, at today’s odds and by what the new trial adds. More swims add less where those "
-        "that were fitted should have told the two apart and did not."
+        "Experiments by how well they separate effects that these trials confuse. “Error after it” is the expected "
+        "probability to take one effect for the other after the experiment."
     )
     return (Table(caption, NEXT, rows),)

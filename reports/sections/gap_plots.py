@@ -10,23 +10,23 @@ from reports.figures.gap_which import gap_effects_figure
 from swimmer import RobotSpec
 
 _CAPTIONS = {
-    "gap-fish": "Red is where the gap comes from: each part is as full of colour as its stage has of what the nearest "
-    "twin leaves. Blue is where it shows: each disc is as large as the share of that marker, of the speed, of the "
-    "course (slip and turning) or of the beat’s frequency.",
-    "gap-shares": "The same by numbers; the bars of each panel add up to 100 %. By stage, stages that can do alike "
-    "share what they could both do: the tick is what each would take if it were alone, and the truth may lie anywhere "
-    "along the line. Speed, course and frequency have neither axis nor band.",
-    "gap-effects": "How likely each effect is, once these swims are seen. Blue are those that are named: the gap has "
-    "to look like one of a group with 0.9, and one of the group to be likelier there than not, for it may be something "
-    "that only looks like it. Several may be present at once, so the bars need not add up to 1.",
-    "gap-waterfall": "Mean squared residual of the held-out swims in units of what disturbs them: what the plain twin "
-    "leaves, what adding the effects takes away, what is left above noise, and noise itself.",
-    "gap-held-out": "The same swims in millimetres and mm/s, run ahead by the twin alone, before and after. The dashed "
-    "line is the distance that tracking noise alone would make.",
-    "gap-everything": "Each held-out swim without effects and with all of them, fitted to the fitted swims alone.",
-    "gap-forces": "What would have to act on the plain twin, beside all that it has, for it to swim like the robot: "
-    "along and across the head, a moment on it, and a torque in every hinge. A line a swim, with two standard "
-    "deviations; where the band covers zero, nothing is called for.",
+    "gap-fish": "Red: where the gap comes from; the colour of a part gives the share of its stage in the residual. "
+    "Blue: where it shows; the size of a disc gives the share of that marker, of the speed, of the course (slip and "
+    "turning) or of the beat frequency.",
+    "gap-shares": "The same in numbers; the bars of each panel add up to 100 %. Where several stages could cause the "
+    "same residual, it is split between them: the bar is the split, the tick what the stage could explain alone; the "
+    "line between covers all splits. Speed, course and frequency have neither axis nor band.",
+    "gap-effects": "Posterior probability of each effect. Blue: named, which takes a probability of 0.9 that the gap "
+    "looks like one of the group, and of 0.5 that one of the group is present rather than a look-alike. Several "
+    "effects may be present at once, so the bars need not add up to 1.",
+    "gap-waterfall": "Mean squared whitened residual of the held-out trials: of the plain twin, the part that the "
+    "effects remove, the part above noise that remains, and noise.",
+    "gap-held-out": "Errors of the held-out trials in mm and mm/s, forecast by the twin alone, without and with the "
+    "effects. Dashed: the distance that tracking noise alone would give.",
+    "gap-everything": "Each held-out trial without effects and with all of them, fitted to the fit trials alone.",
+    "gap-forces": "Forces that the plain twin lacks (generalised residual forces): along and across the head, a moment "
+    "on it, and a torque in every hinge. One line per trial, with a band of two standard deviations; where the band "
+    "covers zero, the force is not significant.",
 }
 
 

@@ -48,12 +48,12 @@ TRIALS = table_head(
     "trial | role | measured [mm/s] | coefficients, 90 % [mm/s] | all, 90 % [mm/s] | speed inside | "
     "marker coordinates inside [%]"
 )
-ROBOT = table_head("number | known to [± %] | from | with the swims off by [%]")
-LEFT_OUT = table_head("effect | asked for [] | from nothing [sd] | p [] | moves")
+ROBOT = table_head("quantity | prior sd [%] | from | posterior offset [%]")
+LEFT_OUT = table_head("effect | estimate [] | from zero [sd] | p [] | largest bias")
 _LIKELIEST = 5  # rows of it
 NOISE = table_head(
-    "trial | frames [] | effective [] | lasts [s] | white share [%] | size [mm] | neighbours alike [] | "
-    "left of that [] | white after the model"
+    "trial | frames [] | effective [] | lasts [s] | white share [%] | size [mm] | neighbours [] | "
+    "after the model [] | white after the model"
 )
 
 
@@ -66,9 +66,9 @@ def build(context: ReportContext) -> Section:
     flags = tuple(sentence(flag.message) for flag in found.flags)
     parts = (
         Section("What was predicted", "posterior-predicted", _predicted(found)),
-        Section("One more swim", "posterior-further", _further(found)),
+        Section("One more trial", "posterior-further", _further(found)),
         Section("What the twin leaves out", "posterior-left-out", _left_out(found)),
-        Section("Whether to believe it", "posterior-checks", _checks(found)),
+        Section("Convergence and noise", "posterior-checks", _checks(found)),
     )
     return Section("How sure", "posterior", _determined(found, context), flags, parts)
 
@@ -78,20 +78,20 @@ def _determined(found: PosteriorSummary, context: ReportContext) -> tuple[Block,
     intervals = Plot(
         posterior_intervals_figure(found, fit),
         "posterior-intervals",
-        "90 % intervals and means within the prior (grey), and the fit (orange), the likeliest coefficients.",
+        "90 % intervals and means within the prior (grey), and the fit (orange), which is the mode.",
     )
     sweep = Plot(
         posterior_sweep_figure(found, context.calibration),
         "posterior-sweep",
-        "Speed over frequency as the posterior has it. Dark: what the coefficients leave open. Light: with all that "
-        "stands between the twin and a trial. Below, all beside the median. Open points were held out.",
+        "Posterior predictive speed over frequency. Dark: uncertainty of the coefficients. Light: with noise, nuisance "
+        "parameters and model discrepancy. Below: the same relative to the median. Open points were held out.",
     )
     corner = Plot(
         posterior_corner_figure(found, fit),
         "posterior-corner",
         "The posterior of each coefficient with its 90 % interval, of each pair, and their correlations. A slanted "
-        "ellipse is a combination that the trials see better than either coefficient. The fit (orange) is the "
-        "likeliest.",
+        "ellipse is a combination that the trials determine better than either coefficient. Orange: the fit, which is "
+        "the mode.",
     )
     return (
         Prose(found.identifiability.sentence, lead=True),
@@ -126,8 +126,8 @@ def _robot(found: PosteriorSummary) -> Table:
         for part in found.robot
     )
     caption = (
-        "What the robot may be off by. It is free by as much as it is not known, and the intervals are as much wider: "
-        "other coefficients take the place of a stiffer hinge. Dry experiments narrow both."
+        "Uncertainty of hinges and crank arm, which the intervals of the coefficients include: a stiffer hinge can be "
+        "traded for other coefficients. Dry experiments narrow both."
     )
     return Table(caption, ROBOT, rows)
 
@@ -146,9 +146,9 @@ def _table(found: PosteriorSummary, fit: FluidCoefficients) -> Table:
             )
         )
     caption = (
-        "The posterior of each coefficient beside the fit. A coefficient counts as determined when the upper "
+        "Posterior of each coefficient and the fit. A coefficient counts as determined when the upper "
         "end of its 90 % interval is at most 2.5 times the lower one, or the interval no wider than 0.5; not when it "
-        "presses against a bound of the prior, which then ends the interval in place of the trials."
+        "lies at a bound of the prior, which then ends the interval."
     )
     return Table(caption, COLUMNS, tuple(rows))
 
@@ -157,8 +157,8 @@ def _directions(found: PosteriorSummary) -> Table:
     seen = found.identifiability
     rows = tuple((seen.combination(i), significant(100 * seen.direction_narrowed[i], 2)) for i in range(len(NAMES)))
     caption = (
-        "Combinations of coefficients from what the trials see best to what they see least: the axes of the "
-        "posterior’s ellipsoid, where the prior is a sphere."
+        "Combinations of coefficients from the best to the least determined: the axes of the posterior’s ellipsoid, "
+        "where the prior is a sphere."
     )
     return Table(caption, DIRECTIONS, rows, folded=True)
 
@@ -167,8 +167,8 @@ def _predicted(found: PosteriorSummary) -> tuple[Block, ...]:
     swings = Plot(
         posterior_trials_figure(found),
         "posterior-trials",
-        "How far each marker swings at the beat of the crank, from nose to fin. Dark: what the coefficients leave "
-        "open; light: with noise, nuisances and the twin’s own error.",
+        "Amplitude of each marker at the beat frequency, from nose to fin. Dark: uncertainty of the coefficients; "
+        "light: with noise, nuisance parameters and model discrepancy.",
     )
     rows = tuple(
         (
@@ -192,17 +192,17 @@ def _predicted(found: PosteriorSummary) -> tuple[Block, ...]:
 
 
 def _inside(found: PosteriorSummary) -> str:
-    said = []
+    sentences = []
     for role, label in (("holdout", "held-out"), ("fit", "fit")):
         speeds, count, share = found.inside(role)
         if count:
-            said.append(
+            sentences.append(
                 f"{speeds} of {counted(count, f'{label} trial')} swam at a speed within its 90 % band, and "
                 f"{percent(share)} of their marker coordinates lie within theirs."
             )
     if found.inside("holdout")[1] == 0:
-        said.insert(0, "No trial was held out.")
-    return " ".join(said)
+        sentences.insert(0, "No trial was held out.")
+    return " ".join(sentences)
 
 
 def _further(found: PosteriorSummary) -> tuple[Block, ...]:
@@ -212,16 +212,16 @@ def _further(found: PosteriorSummary) -> tuple[Block, ...]:
     loose = "what is not determined" if not wanted.all() else "the coefficients"
     effects = listed([f"{name} to {shown(100 * ratios[i], 0)} %" for i, name in enumerate(NAMES) if wanted[i]])
     text = (
-        f"One more swim of 5 s at {shown(best, 1)} Hz, tracked like these, would narrow {loose} most: the standard "
-        f"deviation of {effects} of what it is. Next best: "
+        f"One more swim trial of 5 s at {shown(best, 1)} Hz, tracked like these, would narrow {loose} most: the "
+        f"standard deviation of {effects} of what it is. Next best: "
         f"{listed([f'{shown(sweep.frequency_hz[i], 1)} Hz' for i in order[1:3]])}."
     )
     figure = Plot(
         posterior_further_figure(found),
         "posterior-further-plot",
-        "What each coefficient’s standard deviation would be with one more swim, by its frequency: a linear forecast "
-        "from the twin. Thin dashed: coefficients that the trials determine already.",
-        "It trusts the twin: what all trials share and the twin lacks is not narrowed by more of the same.",
+        "Standard deviation of each coefficient with one more trial, over its frequency: a linear forecast by the "
+        "twin. Thin dashed: coefficients that the trials determine already.",
+        "It assumes that the twin is right: more trials do not reduce an error that all trials share.",
     )
     return Prose(text), Plots((figure,))
 
@@ -229,47 +229,46 @@ def _further(found: PosteriorSummary) -> tuple[Block, ...]:
 def _left_out(found: PosteriorSummary) -> tuple[Block, ...]:
     left_out = found.left_out
     if not left_out.tried:
-        return (Prose(f"No effect was asked for.{_not_asked(found)}"),)
+        return (Prose(f"No effect was tested.{_not_asked(found)}"),)
     best, hidden = left_out.tried[0], listed([in_words(name) for name in left_out.hidden])
     furthest = (
-        f"The furthest is {in_words(best.name)}: {shown(best.z, 1)} standard deviations, nominal p "
-        f"{significant(best.chance, 1)} for any of {len(left_out.tried)} that were tried."
+        f"The largest is {in_words(best.name)}: {shown(best.z, 1)} standard deviations from zero, p "
+        f"{significant(best.chance, 1)} corrected for {len(left_out.tried)} tests."
         if best.z > 0
-        else "They ask for none."
+        else "None is."
     )
-    said = (
-        f"At its usual size, each of {hidden} would most often raise no flag here and yet bias a coefficient by more "
-        "than its standard deviation: the intervals hold for a robot without them."
+    blind = (
+        f"Not detectable here at usual size, yet biasing a coefficient by more than its standard deviation: {hidden}. "
+        "The intervals hold for a robot without them."
         if hidden
-        else "None that would most often raise no flag here would move a coefficient by more than its standard "
-        "deviation, were it as large as robots usually have it."
+        else "No effect of usual size that is not detectable here would bias a coefficient by more than its standard "
+        "deviation."
     )
     text = (
-        f"Each of {counted(len(left_out.effects), 'effect')} of the catalogue was asked by itself whether the features "
-        f"of these trials call for it beside the coefficients. {furthest} {said}"
+        f"Score test of each of {counted(len(left_out.effects), 'effect')} of the catalogue: is it significantly "
+        f"different from zero in these trials? {furthest} {blind}"
         f"{_not_asked(found)}"
     )
     figure = Plot(
         posterior_left_out_figure(found),
         "posterior-left-out-plot",
-        "Each parameter of each effect that the twin leaves out, as large as robots usually have it. Right of the "
-        f"dashed line ({shown(left_out.seen_from, 1)}) it is flagged in 19 of 20 sessions. Shaded: it may be there "
-        "unseen, and coefficients are off, but for what the intervals allow for (hinges, crank arm, boxes, markers).",
+        "Detectability of each unmodelled effect at its usual size, and the bias that it would cause. Right of the "
+        f"dashed line ({shown(left_out.seen_from, 1)}) it is flagged in 19 of 20 sessions. Shaded: not detectable, yet "
+        "it biases coefficients, unless the intervals allow for it (hinges, crank arm, boxes, markers).",
         "Linear about the fit; the sizes are those of the catalogue, not of this robot.",
     )
     rows = tuple(_left_out_row(each) for each in left_out.tried[:_LIKELIEST] if each.z > 0)
     caption = (
-        "What these trials ask for most: the size within its bounds, how far that is from nothing, the nominal "
-        "probability of as much by chance among all that were tried, and how far coefficients are off with it (the one "
-        "that moves most)."
+        "The most significant effects: estimate within its bounds, distance from zero, p corrected for all tests, and "
+        "the coefficient that it would bias most."
     )
     return Prose(text), Plots((figure,)), Table(caption, LEFT_OUT, rows)
 
 
 def _not_asked(found: PosteriorSummary) -> str:
     silent, diverged = ([in_words(name) for name in names] for names in found.left_out[2:])
-    said = f" No feature tells of {listed(silent)}." if silent else ""
-    return said + (f" With {listed(diverged)} the twin diverged: nothing is known of it." if diverged else "")
+    unseen = f" No feature depends on {listed(silent)}." if silent else ""
+    return unseen + (f" Not tested, for the twin diverged: {listed(diverged)}." if diverged else "")
 
 
 def _left_out_row(each: LeftOut) -> tuple[str, ...]:
@@ -294,8 +293,8 @@ def _checks(found: PosteriorSummary) -> tuple[Block, ...]:
     white = Plot(
         posterior_whiteness_figure(found),
         "posterior-whiteness",
-        "Errors of the tracks beside a smooth swim are alike from frame to frame (grey). What the noise model leaves "
-        "(blue) should lie within the band of white noise.",
+        "Autocorrelation of the tracking errors (grey) and of the residual of the noise model (blue), which should lie "
+        "within the band of white noise.",
     )
     trace = Plot(
         posterior_trace_figure(found),
@@ -327,9 +326,9 @@ def _noise(found: PosteriorSummary) -> Table:
         for white in found.whiteness
     )
     caption = (
-        "The noise of each fit trial’s tracks. “Effective” is the number of independent frames that would tell as much "
-        "of a mean; “size” is the median over markers. “Neighbours alike” is the correlation between neighbours along "
-        "the body (root mean square) of what is no faster than the third harmonic of the beat, and “left of that” what "
-        "the noise model does not explain of it, beside what 99 % of trials with white noise stay below."
+        "The noise of each fit trial’s tracks. “Effective” is the number of independent frames with the same "
+        "information about a mean; “size” is the median over markers. “Neighbours” is the correlation between "
+        "neighbouring markers (root mean square) up to the third harmonic of the beat, “after the model” that of the "
+        "residual, with the 99 % limit for white noise."
     )
     return Table(caption, NOISE, rows)

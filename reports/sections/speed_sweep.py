@@ -16,8 +16,8 @@ from reports.models import model_label
 from reports.numbers import MISSING, in_mm, listed, sentence, shown, significant, spanned
 
 COLUMNS = table_head(
-    "trial | role | command [Hz] | beat [Hz] | measured [mm/s] | twin [mm/s] | error [mm/s] | by command [error] | "
-    "EBT, publ. [error] | EBT, large [error] | mind"
+    "trial | role | command [Hz] | beat [Hz] | measured [mm/s] | twin [mm/s] | error [mm/s] | from command [error] | "
+    "EBT, publ. [error] | EBT, large [error] | caveats"
 )
 
 
@@ -110,7 +110,7 @@ def _table(calibration: Calibration) -> Table:
     trials = sorted(calibration.trials, key=lambda trial: trial.measured.frequency.hz)
     forecasts = forecast_from_command(calibration)
     missing = [f"{name}: {flag.message}" for name, forecast in forecasts.items() for flag in forecast.flags]
-    without = "".join(f" No forecast by command of {sentence(text)}" for text in missing)
+    without = "".join(f" No forecast from the command of {sentence(text)}" for text in missing)
     totals = []
     for role, title in (("fit", "fit"), ("holdout", "held out")):
         if summary := calibration.summary(role):
@@ -119,9 +119,10 @@ def _table(calibration: Calibration) -> Table:
             totals.append(("mean", title, "", "", "", "", twin, commanded, published, large, ""))
     return Table(
         "Forward speed of each trial: slope over the whole beats of the compared frames, forward positive. "
-        "The twin has the frequency, phase and start of a held-out trial from its first two beats; by command, its "
-        f"frequency is the command times {shown(beat_to_command(calibration), 3)}, the mean ratio over the fit trials, "
-        "and nothing of the trial is looked at. Errors are in mm/s, their means of absolute ones."
+        "The twin has the frequency, phase and start of a held-out trial from its first two beats. The forecast from "
+        "the command uses nothing of the trial: its frequency is the command times "
+        f"{shown(beat_to_command(calibration), 3)}, the mean ratio over the fit trials. Errors are in mm/s; "
+        "means are of absolute errors."
         f"{without}",
         COLUMNS,
         tuple(_row(trial, forecasts.get(trial.measured.name)) for trial in trials),
@@ -163,8 +164,8 @@ def _theory(ebts: Mapping[str, EbtFit]) -> str:
         [
             "Elongated body theory has two numbers, the shape factor β of the added mass and the drag coefficient c_D. "
             "Thrust is proportional to β and drag to c_D, so that from speeds only their ratio c_D / β is "
-            f"identifiable; β is kept at 1. Fitted to the same fit trials, it is {listed(ratios)}. That the "
-            "forms differ so much shows that it takes up what each leaves out; it is no property of the robot.",
+            f"identifiable; β is kept at 1. Fitted to the same fit trials, it is {listed(ratios)}. The "
+            "forms differ because each leaves out other effects: the ratio is no property of the robot.",
             *caveats,
         ]
     )

@@ -3,24 +3,26 @@
 from fitting import CalibratedTrial
 from reports.blocks import Prose, Section, Terms
 from reports.context import ReportContext
-from reports.forecast_words import marker_sentence, speed_sentence
+from reports.forecast_words import gain_sentence, marker_sentence, speed_sentence
+from reports.gap_words import how_far
 from reports.numbers import counted, in_mm, in_words, listed, of_its_size, shown, spanned
 from reports.sections.caveats import caveats_of
 
 
 def build(context: ReportContext) -> Section:
     """What it is, how good, how sure, what is missing, the main caveat and the next step; all on one screen."""
-    return Section(
-        "Summary",
-        "summary",
-        (Prose(speed_sentence(context.calibration.forecasts), lead=True), Terms(_answers(context))),
-    )
+    return Section("Summary", "summary", (Prose(_lead(context), lead=True), Terms(_answers(context))))
+
+
+def _lead(context: ReportContext) -> str:
+    forecasts = context.calibration.forecasts
+    return f"{speed_sentence(forecasts)} {gain_sentence(forecasts)}".strip()
 
 
 def _answers(context: ReportContext) -> tuple[tuple[str, str], ...]:
     """Questions with their answers."""
     found = caveats_of(context)
-    more = f" {counted(len(found) - 1, 'further caveat')} below." if len(found) > 1 else ""
+    more = " Further caveats are below." if len(found) > 1 else ""
     return (
         ("What", _what(context)),
         ("How good", _how_good(context)),
@@ -43,14 +45,13 @@ def _what(context: ReportContext) -> str:
 
 def _how_good(context: ReportContext) -> str:
     """Markers after two beats, and how near the twin alone comes."""
-    parts = [marker_sentence(context.calibration.forecasts)]
-    for role, words in (("fit", "fit"), ("holdout", "held-out")):
-        if (summary := context.calibration.summary(role)) is not None:
-            parts.append(
-                f"Alone, the twin is off by {in_mm(summary.speed_mae_twin)} mm/s and "
-                f"{shown(summary.marker_error_mm, 0)} mm on {_trials(context.trials(role), words)}."
-            )
-    return " ".join(filter(None, parts))
+    alone = [
+        f"{in_mm(summary.speed_mae_twin)} mm/s and {shown(summary.marker_error_mm, 0)} mm in "
+        f"{_trials(context.trials(role), words)}"
+        for role, words in (("fit", "fit"), ("holdout", "held-out"))
+        if (summary := context.calibration.summary(role)) is not None
+    ]
+    return f"{marker_sentence(context.calibration.forecasts)} Errors of the twin alone: {', '.join(alone)}.".strip()
 
 
 def _how_sure(context: ReportContext) -> str:
@@ -73,9 +74,8 @@ def _what_is_missing(context: ReportContext) -> str:
         return "Not known: the gap was not diagnosed."
     from diagnosis.sentences import sentences  # its package loads the twin
 
-    how_far, _, which = sentences(found)
-    answers = [text.partition(": ")[2] for text in (how_far, which)]
-    return " ".join(f"{answer[:1].upper()}{answer[1:]}" for answer in answers)
+    which = sentences(found)[2].partition(": ")[2]
+    return f"{which[:1].upper()}{which[1:]} {how_far(found)}"
 
 
 def _next_step(context: ReportContext) -> str:

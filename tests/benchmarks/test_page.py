@@ -6,12 +6,12 @@ import numpy as np
 
 from benchmarks.cases import Run
 from benchmarks.page import DOCS, SCORES, page
-from benchmarks.posterior.report import Asked, PosteriorOutcome, measure_posterior
+from benchmarks.posterior.report import PosteriorOutcome, measure_posterior
 from benchmarks.scores import Scores
 
 
 def sessions() -> PosteriorOutcome:
-    return measure_posterior(DOCS / "scores" / "posterior.jsonl", Asked(), Run())
+    return measure_posterior(DOCS / "scores" / "posterior.jsonl", (), Run())
 
 
 def test_the_page_is_up_to_date() -> None:

@@ -76,7 +76,7 @@ def test_what_has_not_changed_is_not_made_again(calib: Front, diagnosed: Path) -
     assert outcome.code == 0
     assert files_in(diagnosed / "results") == before
     lines = outcome.out.splitlines()
-    assert [line.split(":")[0] for line in lines[:3]] == ["How far", "Where", "Which"]
+    assert [line.split(":")[0] for line in lines[:3]] == ["Where", "Which", "How far"]
     assert lines[-1] == str(diagnosed / "results" / "diagnosis.json")
 
 

@@ -6,21 +6,23 @@ from typing import get_args
 
 import pytest
 
-import calib
+import calib as front
+from calib import cli
 from calib.commands import arguments
 from calib.options import STARTS, ObjectiveName
+from tests.calib.door import Front
 from tracking.records.formats import FORMATS
 from tracking.tracker import TRACKERS
 
 
 def test_the_names_it_promises_are_there() -> None:
-    assert [getattr(calib, name).__name__ for name in calib.__all__] == calib.__all__
-    assert len(calib.__all__) <= 40
+    assert [getattr(front, name).__name__ for name in front.__all__] == front.__all__
+    assert len(front.__all__) <= 40
 
 
 def test_a_name_it_does_not_have_is_an_attribute_error() -> None:
     with pytest.raises(AttributeError, match="module 'calib' has no attribute 'nonsense'"):
-        _ = calib.nonsense
+        _ = front.nonsense
 
 
 def test_importing_it_alone_loads_nothing_beyond_the_standard_library() -> None:
@@ -61,3 +63,12 @@ def test_what_its_options_offer_is_what_there_is() -> None:
     assert get_args(arguments.ObjectiveOption) == get_args(ObjectiveName)
     assert get_args(arguments.TrackerOption) == tuple(TRACKERS)
     assert tuple(FORMATS) == arguments.FORMS
+
+
+@pytest.mark.parametrize("command", [*(command.__name__ for command in cli.EXAMPLES), "capture"])
+def test_every_command_says_how_it_is_used(command: str, calib: Front) -> None:
+    group = ("camera",) if command in ("board", "lens", "scale") else ()
+    outcome = calib(*group, command, "--help")
+    assert outcome.code == 0
+    assert f"calib {' '.join([*group, command])}" in outcome.out
+    assert "Example: calib" in outcome.out or command == "capture"

@@ -4,17 +4,26 @@ import doctest
 import inspect
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
+import numpy as np
 import pandas as pd
 import pytest
 
 import calib as front
 from calib import cli, interface
 from calib.entry import PACKAGES
-from calib.results.figures import Figures, FitFigures
+from calib.results.figures import Figures, FitFigures, GapFigures, PosteriorFigures
+from reports import gallery
+from reports.sections import posterior as posterior_section
+from reports.sections.gap_plots import gap_plots
+from swimmer import load_robot
 from tests.calib.door import ROOT, files_in
+from tests.reports.diagnoses import made_diagnosed, made_everything
+from tests.reports.posteriors import made_summary
+from tests.reports.sample import MARKERS, made_context
 
 QUIET = {"effort": "quick", "progress": False}
 FUNCTIONS = [name for name in interface.__all__ if inspect.isfunction(getattr(interface, name))]
@@ -87,6 +96,29 @@ def test_every_figure_of_the_report_is_a_method(finished: Path) -> None:
             (method("slow"), method("fast")) if "trial" in inspect.signature(method).parameters else method()
     assert set(found.plot.names) <= fetched
     assert found.plot.envelope("slow")._repr_png_().startswith(b"\x89PNG")
+
+
+@pytest.mark.parametrize("kind", [PosteriorFigures, GapFigures])
+def test_every_figure_of_posterior_and_gap_is_a_method(kind: type[Figures]) -> None:
+    context = replace(made_context(), posterior=made_summary())
+    plots = {
+        PosteriorFigures: lambda: gallery(context, (posterior_section.build,)),
+        GapFigures: lambda: gap_plots(made_diagnosed(everything=made_everything()), load_robot(), MARKERS),
+    }[kind]
+    figures = kind(SimpleNamespace(is_current=True), plots)  # type: ignore[arg-type]
+    methods = [m for name, m in inspect.getmembers(figures, inspect.ismethod) if not name.startswith("_")]
+    assert {method().name for method in methods} == set(figures.names)
+
+
+def test_measured_and_simulated_motion_are_one_labelled_dataset(finished: Path) -> None:
+    found = front.fit(finished, **QUIET)
+    motion = found.motion("fast")
+    assert motion.twin.dims == motion.measured.dims == ("time", "space", "keypoint")
+    away = (motion.twin - motion.measured).where((motion.weight > 0) & motion.scored)
+    error_mm = 1000 * float((away**2).sum("space", skipna=False).pipe(np.sqrt).mean())
+    assert error_mm == pytest.approx(found.trials["fast"].marker_error_mm)
+    with pytest.raises(front.InputError, match="no such trial; found 'none'"):
+        found.motion("none")
 
 
 def test_figures_of_a_fit_that_was_replaced_are_refused(finished: Path) -> None:

@@ -31,7 +31,7 @@ def own(tmp_path: Path) -> Path:
 
 def test_a_session_holds_what_the_files_tell_and_says_what_is_missing(calib: Front, own: Path, tmp_path: Path) -> None:
     tracks = (own / "swim f0_60.csv", own / "f1_00.csv")
-    outcome = calib("new", tmp_path / "pool", "--videos", own / "swim.mp4", "--tracks", *tracks)
+    outcome = calib("new", tmp_path / "pool", "--videos", own / "swim.mp4", "--tracks", *tracks, "--fps", "60")
 
     assert outcome.code == 0, outcome.err
     assert outcome.out.splitlines()[-1] == str(tmp_path / "pool")
@@ -48,7 +48,9 @@ def test_a_session_holds_what_the_files_tell_and_says_what_is_missing(calib: Fro
 
 def test_commands_and_fit_trials_can_be_named(own: Path, tmp_path: Path) -> None:
     tracks = [str(own / "f1_00.csv"), own / "swim f0_60.csv"]
-    folder = front.new_session(str(tmp_path / "pool"), tracks=tracks, commands_hz=[1.1, 0.7], fit=["swim_f0_60"])
+    folder = front.new_session(
+        str(tmp_path / "pool"), tracks=tracks, fps=60, commands_hz=[1.1, 0.7], fit=["swim_f0_60"]
+    )
     session = front.open_session(folder)
     assert {trial.name: (trial.commanded_hz, trial.role) for trial in session.trials} == {
         "f1_00": (1.1, "holdout"),
@@ -68,9 +70,10 @@ def test_tracks_go_to_a_session_and_back_as_datasets(own: Path, tmp_path: Path) 
 @pytest.mark.parametrize(
     ("options", "parts"),
     [
-        (("--tracks", "{own}/f1_00.csv", "--commands", "1,2"), ("--commands", "found 2", "expected 1")),
+        (("--tracks", "{own}/f1_00.csv"), ("f1_00.csv: the file has no time", "--fps 60")),
+        (("--tracks", "{own}/f1_00.csv", "--fps", "60", "--commands", "1,2"), ("--commands", "found 2", "expected 1")),
         (("--tracks", "{own}/none.csv", "--videos", "{own}/none.mp4"), ("none.csv", "none.mp4")),
-        (("--tracks", "{own}/f1_00.csv", "--fit", "f9"), ("no such trial to fit", "f1_00")),
+        (("--tracks", "{own}/f1_00.csv", "--fps", "60", "--fit", "f9"), ("no such trial to fit", "f1_00")),
     ],
 )
 def test_faults_are_reported_at_once_and_nothing_is_left(

@@ -92,7 +92,7 @@ def test_a_posterior_that_stands_is_not_made_again(calib: Front, sampled: Path) 
 
     assert outcome.code == 0
     assert outcome.out.splitlines()[-1] == str(sampled / "results" / "posterior.nc")
-    assert "kutta lift" in outcome.out
+    assert "Kutta lift" in outcome.out
     assert len(outcome.out.splitlines()) <= 8
     assert files_in(sampled / "results") == before
 

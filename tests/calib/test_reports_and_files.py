@@ -21,7 +21,7 @@ def test_reports_of_several_sessions_get_an_index(calib: Front, finished: Path, 
 
     index = tmp_path / "index.html"
     reports = [folder / "results" / "report.html" for folder in (finished, other)]
-    assert outcome.out.splitlines()[-3:] == [*map(str, reports), str(index)]
+    assert outcome.out.splitlines()[-4:] == [*map(str, reports), str(index.with_suffix(".csv")), str(index)]
     for report in reports:
         assert f'href="{report.relative_to(tmp_path).as_posix()}"' in index.read_text()
 

@@ -46,10 +46,9 @@ def test_it_writes_every_result_and_names_the_report_last(calib: Front, fresh: P
     assert outcome.out.splitlines()[-1] == str(fresh / "results" / "report.html")
     for name in (
         "slow",
-        "fast",
-        "Coefficients",
-        "relative to the nose",
-        "held out",
+        "Kutta lift",
+        "continuation of two beats",
+        "Held-out speed error",
         "line in frequency",
         "Verdict",
         "Next: calib",

@@ -13,6 +13,7 @@ from tests.once import made_once
 
 OF_FIT = {"calibration.json", "calibrated.xml", "report.html"}
 OF_POSTERIOR = {"posterior.nc", "posterior.json"}
+OF_DIAGNOSIS = {"diagnosis.json"}
 
 
 @pytest.fixture(scope="session")
@@ -84,9 +85,9 @@ def test_what_stands_is_used_whatever_its_effort(
 @pytest.mark.parametrize(
     ("command", "own", "kept"),
     [
-        ("fit", OF_FIT | OF_POSTERIOR, OF_FIT | OF_POSTERIOR),
-        ("posterior", OF_POSTERIOR | {"calibration.json"}, set()),
-        ("diagnose", {"diagnosis.json"}, {"diagnosis.json"}),
+        ("fit", OF_FIT | OF_POSTERIOR | OF_DIAGNOSIS, OF_FIT | OF_POSTERIOR | OF_DIAGNOSIS),
+        ("posterior", OF_POSTERIOR | {"calibration.json"}, OF_POSTERIOR),
+        ("diagnose", OF_DIAGNOSIS, OF_DIAGNOSIS),
     ],
 )
 def test_another_effort_replaces_its_own_results_and_keeps_them_aside(
@@ -101,7 +102,15 @@ def test_another_effort_replaces_its_own_results_and_keeps_them_aside(
     assert all(aside[name] == before[name] for name in kept)
     touched = {name for name in changed(before, after) if not name.startswith(("kept/", "calibrated+"))}
     assert touched <= own
-    assert (len(aside) > 0) == (str(whole / "results" / "kept") in outcome.out)
+    assert str(whole / "results" / "kept") in outcome.out
+
+
+def test_a_report_says_what_it_shows_and_what_renews_the_rest(calib: Front, whole: Path) -> None:
+    edit(whole / "results" / "diagnosis.json", '"verdict"', ' "verdict"')
+    (whole / "results" / "posterior.nc").unlink()
+    shown = calib("report", whole).out
+    assert f"fit of quick effort, no posterior (`calib posterior {whole}`)" in shown
+    assert f"diagnosis is out of date (`calib diagnose {whole}`)" in shown
 
 
 def test_without_a_fit_what_shows_says_how_to_make_one(calib: Front, fresh: Path, tmp_path: Path) -> None:

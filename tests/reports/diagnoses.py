@@ -79,24 +79,28 @@ def _plain_data(verdict: str, held_out: bool) -> dict[str, Any]:
             "medium": {"commanded_hz": 1.0, "measured_hz": 0.99},
             "fast": {"commanded_hz": 1.5, "measured_hz": 1.5},
         },
-        "evidence": {
-            "squares": 512.0,
-            "numbers": 256,
-            "sets": [
-                _set(0.7, "tendon_slack", "wave_drag"),
-                _set(0.1, "wave_drag", other=True, like="tendon_slack"),
-                _set(0.02, other=True),
-                _set(0.001),
-            ],
-            "elsewhere": [
-                {"place": "marker tail_4", "same_in_all_trials": True, "probability": 0.07},
-                {"place": "hinge tail_1", "same_in_all_trials": True, "probability": 0.06},
-            ],
-            "refuted": [],
-            "sway_m": {"rms": 0.0004, "log_bayes_factor": 1.0, "probability": 0.03},
-            "delay_s": {"rms": 0.004, "log_bayes_factor": 2.0, "probability": 0.05},
-        },
+        "evidence": _evidence(),
         "withheld_from_catalogue": [],
+    }
+
+
+def _evidence() -> dict[str, Any]:
+    return {
+        "squares": 512.0,
+        "numbers": 256,
+        "sets": [
+            _set(0.7, "tendon_slack", "wave_drag"),
+            _set(0.1, "wave_drag", other=True, like="tendon_slack"),
+            _set(0.02, other=True),
+            _set(0.001),
+        ],
+        "elsewhere": [
+            {"place": "marker tail_4", "same_in_all_trials": True, "probability": 0.07},
+            {"place": "hinge tail_1", "same_in_all_trials": True, "probability": 0.06},
+        ],
+        "refuted": [],
+        "sway_m": {"rms": 0.0004, "log_bayes_factor": 1.0, "probability": 0.03},
+        "delay_s": {"rms": 0.004, "log_bayes_factor": 2.0, "probability": 0.05},
     }
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from reports import write_index, write_report
+from reports import IndexEntry, write_index, write_report
 from tests.cases import later
 from tests.reports.sample import made_context
 from tests.reports.test_index import RESULT
@@ -41,7 +41,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("reports")
     context = made_context(made_bench_calibration())
     write_report(folder / "report.html", context)
-    write_index(folder / "index.html", [("pool", folder / "report.html", RESULT)])
+    write_index(folder / "index.html", [IndexEntry("pool", folder / "report.html", RESULT)])
     return folder
 
 

@@ -45,7 +45,7 @@ def test_without_it_the_reason_is_reported(command: float | None) -> None:
     page = page_of(commanded(command, 1.0, 1.5))
     reported = "slow: its command is not known" if command is None else "forecast from the command, is outside"
 
-    assert "No forecast by command of slow:" in page.text
+    assert "No forecast from the command of slow:" in page.text
     assert reported in page.text
     assert ("no command" in page.text.split("Elongated body theory has")[0]) == (command is None)
     assert not re.search(r"\bnan\b", page.text)

@@ -47,7 +47,7 @@ def page() -> Page:
 def test_without_a_diagnosis_it_tells_how_to_get_one() -> None:
     bare = page_of(None)
 
-    assert "This session was not diagnosed. calib diagnose SESSION tells where" in bare.text
+    assert "This session was not diagnosed. Run calib diagnose SESSION" in bare.text
     assert "gap-fish" not in bare.ids
 
 
@@ -92,15 +92,15 @@ def test_shares_stand_at_their_parts_negative_ones_too(page: Page) -> None:
 
 def test_effects_that_act_together_are_reported_with_what_they_leave(page: Page) -> None:
     assert "Together tendon slack wave drag" in page.text
-    assert "With tendon slack and wave drag, 12 % of the gap in the fitted swims remains" in page.text
-    assert "(p < 0.001): something else is there too." in page.text
+    assert "With tendon slack and wave drag, 12 % of the gap in the fitted trials remains" in page.text
+    assert "(p < 0.001): another effect is present." in page.text
 
 
 @pytest.mark.usefixtures("words_alone")
 def test_a_remainder_that_noise_would_leave_passes_for_noise() -> None:
     rest = {"share": 0.0, "stage": "tail", "p_value": 0.4}
 
-    assert "passes for noise (p = 0.40)" in page_of(made_diagnosed(remainder=rest)).text
+    assert "is no more than noise (p = 0.40)" in page_of(made_diagnosed(remainder=rest)).text
 
 
 def test_alternatives_are_reported_as_such_and_what_would_separate_them(pages: dict[str, Page]) -> None:
@@ -115,15 +115,16 @@ def test_a_gap_that_shrinks_by_more_than_all_of_it_says_why() -> None:
     more = {"shrinkage": 1.2, "shrinkage_ci95": [0.9, 1.2]}
     page = page_of(made_diagnosed(gap=more))
     assert "the held-out gap shrinks by 120 %" in page.text
-    assert "More than all of it is gone, for less is left than noise was taken to leave." in page.text
+    assert "Above 100 %: the residual is smaller than the assumed noise." in page.text
 
 
 def test_shrinkage_comes_with_its_interval_and_what_it_is_over(page: Page) -> None:
     assert "the held-out gap shrinks by 80 % (95 % interval 70 % to 90 %)." in page.text
-    assert "over swims, their noise, how large that is, and how far what was fitted may be off" in page.text
-    assert "More than all of it" not in page.text
+    assert "The interval covers trials, noise and fitted parameters." in page.text
+    assert "Above 100 %" not in page.text
     assert (
-        "With motor speed sag in its place, which the evidence speaks against, it would be 5 %; 30 % with" in page.text
+        "For comparison: 5 % with motor speed sag instead, an effect that the evidence rejects; 30 % with the residual"
+        in page.text
     )
     assert "12.0 → 3.0" in page.text
     assert "11.0 → 2.0" in page.text
@@ -143,23 +144,23 @@ def test_a_gap_that_grows_is_said_and_drawn_as_such() -> None:
 def test_without_a_held_out_gap_nothing_shrinks() -> None:
     shrunk = {"shrinkage": None, "shrinkage_ci95": None, "squares_before": 1.0}
 
-    assert "The plain twin leaves no more of the held-out swims than noise" in page_of(made_diagnosed(gap=shrunk)).text
+    assert "The residual of the held-out trials is no more than noise" in page_of(made_diagnosed(gap=shrunk)).text
 
 
 @pytest.mark.usefixtures("words_alone")
 def test_all_effects_at_once_are_reported_where_they_are_called_for() -> None:
     page = page_of(made_diagnosed("unexplained", everything=made_everything()))
 
-    assert "the fitted swims call for more than is named (e^41 times as probable so)" in page.text
+    assert "the fitted trials support more than is named, by a log Bayes factor of 41" in page.text
     assert (
-        "With it the held-out gap shrinks by 30 % (95 % interval over the noise of these swims 10 % to 60 %)"
+        "With it the held-out gap shrinks by 30 % (95 % interval over the noise of these trials 10 % to 60 %)"
         in page.text
     )
-    assert "As strong as they may be: crank arm error (relative)." in page.text
+    assert "At a bound: crank arm error (relative)." in page.text
     worse = made_everything()["gap"] | {"shrinkage": -0.2, "shrinkage_ci95": [-0.3, 0.1]}
     grown = page_of(made_diagnosed("unexplained", everything=made_everything() | {"gap": worse}))
     assert (
-        "With it the held-out gap grows by 20 % (95 % interval over the noise of these swims −10 % to 30 %)"
+        "With it the held-out gap grows by 20 % (95 % interval over the noise of these trials −10 % to 30 %)"
         in grown.text
     )
     assert "crank arm error (relative −3.2) and tendon asymmetry (length 1.4)" in page.text
@@ -183,7 +184,7 @@ def test_where_nothing_is_named_nothing_was_added(pages: dict[str, Page], verdic
     text = pages[verdict].text
 
     assert says in text
-    assert "Nothing was added to the twin; this is the gap that stands." in text
+    assert "Nothing was added to the twin; this is its gap." in text
     assert "as strong as the refit" not in text
     assert "12.0 →" not in text
 
@@ -192,20 +193,20 @@ def test_where_nothing_is_named_nothing_was_added(pages: dict[str, Page], verdic
 def test_a_near_miss_is_called_that(pages: dict[str, Page]) -> None:
     near = page_of(made_diagnosed("no_gap", no_gap_probability=0.06))
 
-    assert "something is there with a probability of 0.94, and the first suspect is tendon slack (0.93)." in near.text
+    assert "the probability of some effect is 0.94, and the first suspect is tendon slack (0.93)." in near.text
     assert "near miss" not in pages["no_gap"].text
 
 
 def test_an_unexplained_gap_is_led_by_what_is_missing(pages: dict[str, Page]) -> None:
-    assert "The clearest of them is the torque in tail 5: 2.83 mN m" in pages["unexplained"].text
-    assert "It is a lead to what the catalogue lacks." in pages["unexplained"].text
+    assert "The most significant is the torque in tail 5: 2.83 mN m" in pages["unexplained"].text
+    assert "It is a lead to the effect that the catalogue lacks." in pages["unexplained"].text
 
 
 @pytest.mark.usefixtures("words_alone")
 def test_forces_that_noise_could_feign_are_called_that() -> None:
     found = made_diagnosed(missing_forces=to_plain(made_forces(sd=0.004)))
 
-    assert "No missing force stands clear of zero over half of the beat." in page_of(found).text
+    assert "No missing force differs significantly from zero over half of the beat." in page_of(found).text
 
 
 def test_parameters_have_intervals_units_and_their_physics(page: Page) -> None:
@@ -216,16 +217,16 @@ def test_parameters_have_intervals_units_and_their_physics(page: Page) -> None:
 
 def test_explanations_are_listed_with_their_weight(page: Page) -> None:
     assert (
-        "tendon slack + wave drag 0.700 wave drag + something else that looks like tendon slack 0.100 "
-        "something else 0.020 nothing 0.001"
+        "tendon slack + wave drag 0.700 wave drag + another effect that looks like tendon slack 0.100 "
+        "another effect 0.020 no effect 0.001"
     ) in page.text
 
 
 def test_places_of_something_else_and_what_shows_beside_the_beat_are_in_one_table(page: Page) -> None:
     assert (
-        "marker tail 4 alike 0.070 hinge tail 1 alike 0.060 "
-        "beats early and late (4.00 ms) each its own 0.050 "
-        "the whole fish, beside its beat (0.40 mm) each its own 0.030"
+        "marker tail 4 the same 0.070 hinge tail 1 the same 0.060 "
+        "phase jitter (4.00 ms) different 0.050 "
+        "whole fish, non-periodic (0.40 mm) different 0.030"
     ) in page.text
 
 

@@ -76,7 +76,7 @@ def test_the_first_screen_gives_the_numbers_that_the_calibration_has(page: Page)
     for role, words in (("fit", "2 fit trials"), ("holdout", "1 held-out trial")):
         summary = made_calibration().summary(role)
         assert summary is not None
-        alone = f"off by {summary.speed_mae_twin * 1000:.1f} mm/s and {summary.marker_error_mm:.0f} mm on {words}"
+        alone = f"{summary.speed_mae_twin * 1000:.1f} mm/s and {summary.marker_error_mm:.0f} mm in {words}"
         assert alone in page.text
 
 
@@ -141,7 +141,7 @@ def test_the_same_results_give_the_same_file(medium: ReportContext, html_of_medi
 
 
 def test_forecasts_are_next_to_a_baseline_on_the_first_screen(page: Page) -> None:
-    assert "best baseline (line in frequency)" in page.text.split("Before you rely")[0]
+    assert "better than the best baseline" in page.text.split("Before you rely")[0]
 
 
 def test_the_first_screen_answers_every_question_in_few_words(html_of_medium: str) -> None:

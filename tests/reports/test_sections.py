@@ -42,10 +42,10 @@ def full() -> Page:
 
 
 def test_forecasts_are_next_to_the_best_simple_baseline(full: Page) -> None:
-    line = "best baseline (line in frequency) 2.0 mm/s. The twin is not better (gain −2.0 mm/s)."
-    assert f"given their frequency: twin with learned discrepancy 4.0 mm/s, {line}" in full.text
-    assert "twin 12.0 mm (6.0 relative to the nose), baseline (goes on as in two beats) 9.0 mm" in full.text
-    assert "goes on as in two beats (baseline) 1.0 9.0 5.0" in full.text
+    assert "Held-out speed error, given the frequency: twin with discrepancy 4.0 mm/s, alone" in full.text
+    assert "line in frequency 2.0 mm/s. The twin is not better than the best baseline: gain −2.0 mm/s." in full.text
+    assert "after two beats: twin 12.0 mm; continuation of two beats 9.0 mm. The twin is not better." in full.text
+    assert "continuation of two beats (baseline) 1.0 9.0 5.0" in full.text
     assert "that after two beats 3.0 12.0 6.0 90 %" in full.text
 
 

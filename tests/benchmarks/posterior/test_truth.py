@@ -6,15 +6,11 @@ import numpy as np
 import pytest
 
 from benchmarks.posterior import truth as posterior_truth
-from benchmarks.posterior.effect_names import EFFECTS, Effect
-from benchmarks.posterior.effects import CURRENT_M_S, effect_of, with_effect
 from benchmarks.posterior.truth import DrawnSession, draw_session, drawn_noise
 from fitting.from_rest import speed_from_rest
 from fitting.model import SessionModel
 from fitting.model.features import COURSE, harmonics_of
-from session.create import FISHSIM_MARKERS
-from swimmer import Runs, Twin, load_robot
-from swimmer.mjcf import SWIM
+from swimmer import load_robot
 
 COARSE = 1 / 8  # so that a draw takes no seconds
 
@@ -93,45 +89,3 @@ def test_trials_of_a_varied_session_differ_in_trim_registration_and_speed_and_in
     assert np.abs(sideways).max() < 0.02
     beats = harmonics_of(moved)
     assert np.abs(beats[..., 2:, :, :]).max() < 2e-3  # neither nose nor neck
-
-
-@pytest.mark.long
-def test_an_effect_sets_the_one_number_that_it_is_about() -> None:
-    stiffer = draw_session(3, "hinge_stiffness", seconds=3.0, step=COARSE)
-    assert stiffer.robot.tail.hinge_stiffness_n_m == pytest.approx(1.15 * load_robot().tail.hinge_stiffness_n_m)
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("effect", EFFECTS)
-def test_an_unmodelled_effect_changes_the_swim_and_not_the_truth(drawn: DrawnSession, effect: Effect) -> None:
-    other = draw_session(3, effect, seconds=3.0, step=COARSE)
-    assert other.truth == drawn.truth
-    assert other.twin.robot == drawn.twin.robot
-    moved = other.trials[0].position_m - drawn.trials[0].position_m
-    assert np.nanmax(np.abs(moved - np.nanmean(moved, axis=(0, 1)))) > 2e-4  # what nobody measured is off there, too
-
-
-@pytest.mark.parametrize("effect", ["hinge_stiffness", "hinge_damping", "crank_arm"])
-def test_other_effects_change_the_robot(effect: Effect) -> None:
-    assert with_effect(load_robot(), effect, np.random.default_rng(0)).robot != load_robot()
-
-
-def test_a_current_carries_the_fish_along() -> None:
-    current_m_s = with_effect(load_robot(), "current", np.random.default_rng(0)).current_m_s
-    assert np.hypot(*current_m_s) == pytest.approx(CURRENT_M_S)
-
-
-@pytest.mark.parametrize("effect", EFFECTS)
-def test_an_effect_of_no_strength_is_none(effect: Effect) -> None:
-    still = with_effect(load_robot(), effect, np.random.default_rng(0), strength=0.0)
-    assert still.robot == load_robot()
-    assert not still.current_m_s.any()
-    plain = Twin(load_robot(), FISHSIM_MARKERS, workers=1)
-    runs, time_s = Runs(np.full((1, 5), 2.0), np.array([0.8]), np.zeros(1)), np.arange(60) / 60
-    swum = still.twin(load_robot(), FISHSIM_MARKERS, SWIM).simulate(runs, time_s).marker_m
-    np.testing.assert_array_equal(swum, plain.simulate(runs, time_s).marker_m)
-
-
-def test_any_effect_is_each_in_turn() -> None:
-    assert {effect_of("any", seed) for seed in range(len(EFFECTS))} == set(EFFECTS)
-    assert effect_of("none", 5) == "none"

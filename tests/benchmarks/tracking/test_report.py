@@ -34,10 +34,10 @@ def test_every_tracker_is_measured_once_and_compared_to_the_others(
     found = {score.method: score for score in measure_accuracy(clips_of(), tmp_path, quiet)}
     assert found["hybrid"].rms_px < 0.05
     assert found["hybrid"].rms_px < found["csrt"].rms_px
-    assert found["hybrid"].lost == found["hybrid"].astray == 0.0
-    own, _, beside = scores.tables
-    assert own.rows == (("short", f"{found['hybrid'].rms_px:.3f}"),)
-    assert beside.columns[1:] == ("the tracker", "without CSRT", "plain CSRT")
+    assert found["hybrid"].lost == 0.0
+    (table,) = scores.tables
+    assert table.rows[0][:3] == ("short", f"{found['hybrid'].rms_px:.3f}", "0.00%")
+    assert table.columns == ("clip", "ffv1", "lost", "lost, no CSRT", "CSRT: rms, bias, lost")
     monkeypatch.setattr(accuracy, "score_clip", None)  # what is kept is not measured again
     assert measure_tracking(tmp_path, "accuracy", ("short",), quiet) == scores
 

@@ -1,0 +1,145 @@
+"""Whether an installation, a session and a motor are ready, and what to do where they are not."""
+
+import os
+import platform
+import shutil
+import sys
+from collections.abc import Iterator
+from importlib.metadata import PackageNotFoundError, requires, version
+from pathlib import Path
+from typing import NamedTuple
+
+from packaging.requirements import Requirement
+
+from calib.options import Options
+from calib.pipeline import Pipeline, open_session
+from session import Session, SwimcalError
+from session.results import program_version
+from swimmer.engine import ENGINE
+
+_LEAST_BYTES = 1e9  # free, for results with a recording
+_FEWEST_FIT = 2  # trials; a third allows cross-validation
+
+
+class Check(NamedTuple):
+    """One thing that was looked at."""
+
+    check: str
+    state: str  # "ok", "advice" or "fault"
+    found: str
+    step: str = ""  # what to do
+
+
+def check_installation() -> Iterator[Check]:
+    """Packages, engine, codecs, viewer and cores."""
+    where = f"Python {platform.python_version()} on {platform.system()}"
+    yield Check("program", "ok", f"{program_version()}, {where}, {os.cpu_count()} cores")
+    wrong = [problem for line in requires("swimcal") or () if (problem := _unmet(Requirement(line)))]
+    step = "Install again: `make demo`, or `pip install --force-reinstall` of these."
+    yield Check("packages", "fault", "; ".join(wrong), step) if wrong else Check("packages", "ok", "as required")
+    yield _engine()
+    yield _codecs()
+    viewer = shutil.which("rerun", path=str(Path(sys.executable).parent)) or shutil.which("rerun")
+    step = "Install rerun-sdk, or open results/session.rrd on another machine."
+    yield Check("viewer", "ok", viewer) if viewer else Check("viewer", "advice", "no command `rerun`", step)
+
+
+def check_session(folder: Path) -> Iterator[Check]:
+    """Its description, recordings, results and disk."""
+    try:
+        session = open_session(folder)
+    except SwimcalError as problem:
+        yield Check("session", "fault", str(problem), "Correct these, then run `calib doctor` again.")
+        return
+    yield Check("session", "ok", f"{session.name}, {len(session.trials)} trials")
+    yield from _trials(session)
+    yield _disk(session)
+    try:
+        yield Check("results", "ok", Pipeline(session, Options()).standing)
+    except SwimcalError as problem:
+        yield Check("results", "advice", str(problem))
+
+
+def check_motor() -> Iterator[Check]:
+    """The motor on any serial port."""
+    from calib.capture.scan import BAUD_ORDER, PORT_PATTERNS, ports, scan
+
+    names = ports()
+    if not names:
+        step = "Plug in the adapter (U2D2)."
+        yield Check("motor", "fault", f"no serial port among {', '.join(PORT_PATTERNS)}", step)
+        return
+    warnings: list[str] = []
+    found = scan(names, BAUD_ORDER, lambda line: warnings.append(line) if line.startswith("warning") else None)
+    ours = [motor.describe() for motor in found if motor.is_ours]
+    step = "Has it power (12 V)? Is its cable plugged in at both ends? Are you in the group `dialout`?"
+    seen = "; ".join([*(motor.describe() for motor in found), *warnings]) or f"no answer on {', '.join(names)}"
+    yield Check("motor", "ok", "; ".join(ours)) if ours else Check("motor", "fault", seen, step)
+
+
+def _unmet(needed: Requirement) -> str:
+    """What is wrong with a package, if anything."""
+    if needed.marker is not None and not needed.marker.evaluate():
+        return ""
+    try:
+        there = version(needed.name)
+    except PackageNotFoundError:
+        return f"{needed.name} is missing"
+    return (
+        "" if needed.specifier.contains(there, prereleases=True) else f"{needed.name} {there}, not {needed.specifier}"
+    )
+
+
+def _engine() -> Check:
+    """A second of the plain twin."""
+    from calib.interface import load_twin
+
+    try:
+        speed = float(load_twin().swim(1.0, seconds=2.0).speed[0])
+    except Exception as problem:  # whatever it is, it is what the user has to know
+        return Check("engine", "fault", f"MuJoCo {ENGINE}: {problem}", "Install MuJoCo again.")
+    return Check("engine", "ok", f"MuJoCo {ENGINE}, the twin swims at {speed:.3f} m/s")
+
+
+def _codecs() -> Check:
+    """What the tracker needs of PyAV and OpenCV."""
+    import av
+    import cv2
+
+    lacking = [name for name in ("h264", "hevc") if name not in av.codecs_available]
+    if not hasattr(cv2, "TrackerCSRT_create") and not hasattr(cv2, "TrackerCSRT"):
+        lacking.append("CSRT of OpenCV")
+    step = "Install av and opencv-contrib-python-headless; remove other packages of OpenCV."
+    found = f"lacks {', '.join(lacking)}"
+    return Check("video", "fault", found, step) if lacking else Check("video", "ok", "H.264, HEVC, CSRT")
+
+
+def _trials(session: Session) -> Iterator[Check]:
+    swims = [trial for trial in session.trials if trial.kind == "swim"]
+    fitted, held = ([trial for trial in swims if trial.role == role] for role in ("fit", "holdout"))
+    found = f"{len(fitted)} to fit, {len(held)} held out"
+    advice = []
+    if len(fitted) < _FEWEST_FIT:
+        advice.append("Two fit trials at different speeds determine far more than one; with three, names are checked.")
+    if not held:
+        advice.append('Give a trial role = "holdout": without one the quality of forecasts is not known.')
+    yield Check("swim trials", "advice" if advice else "ok", found, " ".join(advice))
+    bare = [trial.name for trial in session.trials if trial.tracks is None and trial.video is None]
+    if bare:
+        yield Check("recordings", "advice", f"neither tracks nor video: {', '.join(bare)}", "These are left out.")
+    kinds = {trial.kind for trial in session.trials}
+    missing = [words for kind, words in (("free_decay", "free decay"), ("dry", "dry run")) if kind not in kinds]
+    if missing:
+        step = "Hinges or crank arm are assumed as described; film these in air (docs/bench.md)."
+        yield Check("dry experiments", "advice", f"no {' and no '.join(missing)}", step)
+    if session.camera.calibration is None:
+        yield Check("lens", "advice", "not calibrated", "See `calib camera` and docs/tracking.md.")
+
+
+def _disk(session: Session) -> Check:
+    folder = session.results if session.results.is_dir() else session.folder
+    if not os.access(folder, os.W_OK):
+        return Check("disk", "fault", f"{folder} is not writable", "Make it writable, or work on a copy.")
+    free = shutil.disk_usage(folder).free
+    step = "" if free > _LEAST_BYTES else "Make room: results with a recording take up to 1 GB."
+    return Check("disk", "advice" if step else "ok", f"{free / 1e9:.0f} GB free", step)

@@ -1,0 +1,41 @@
+"""`calib doctor`: what is right, what could be better, and what is wrong, each with what to do."""
+
+from pathlib import Path
+
+import pytest
+
+import calib as front
+from calib import checkup
+from tests.calib.door import Front
+
+
+def test_an_installation_that_works_has_no_fault(calib: Front) -> None:
+    outcome = calib("doctor")
+    assert outcome.code == 0, outcome.out
+    assert "ok     engine: MuJoCo" in outcome.out
+    assert "ok     packages: as required" in outcome.out
+
+
+def test_a_session_is_checked_with_its_results_and_what_would_help(finished: Path) -> None:
+    found = front.doctor(finished)
+    assert found.loc["session"].state == "ok"
+    assert found.loc["swim trials"].found == "1 to fit, 1 held out"
+    assert "Two fit trials" in found.loc["swim trials"].step
+    assert "fit of quick effort, no posterior" in found.loc["results"].found
+    assert "docs/bench.md" in found.loc["dry experiments"].step
+
+
+def test_a_broken_session_is_a_fault_with_all_that_is_wrong(calib: Front, fresh: Path) -> None:
+    (fresh / "session.toml").write_text("nonsense")
+    outcome = calib("doctor", fresh)
+    assert outcome.code == 2
+    assert f"FAULT  session: {fresh / 'session.toml'}" in outcome.out
+
+
+def test_a_package_of_another_version_and_a_motor_that_is_not_there_are_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(checkup, "requires", lambda _: ["numpy>=99", "nonsense-of-ours", "nothing; python_version<'3'"])
+    monkeypatch.setattr("calib.capture.scan.ports", list)
+    found = front.doctor(motor=True)
+    assert "numpy" in found.loc["packages"].found
+    assert "nonsense-of-ours is missing" in found.loc["packages"].found
+    assert (found.loc["motor"].state, found.loc["packages"].state) == ("fault", "fault")
