@@ -1,7 +1,7 @@
 """The first identification from end to end: measured swims in, a calibrated twin with its scores out."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -10,6 +10,7 @@ from fitting.ebt import FORMS, EbtFit, fit_every_form, model_speeds
 from fitting.forecast import fit_phase, forecast
 from fitting.model.robot_doubt import doubts_of
 from fitting.model.session_forecast import TWIN, Forecast, SessionForecast, forecast_session
+from fitting.model.sway import Sway, sways
 from fitting.objective import Swims
 from fitting.published_search import PublishedFit, published_search
 from fitting.scoring import Scores, score
@@ -87,6 +88,7 @@ class Calibration:
         trials: all swims, in the order of the session.
         sweep: simulated speed over frequency.
         forecasts: of every trial by the hierarchical model, and by simple baselines.
+        sways: of the neck in every trial, by its name.
     """
 
     structure: Structure
@@ -95,6 +97,7 @@ class Calibration:
     trials: tuple[CalibratedTrial, ...]
     sweep: SpeedSweep
     forecasts: SessionForecast
+    sways: Mapping[str, Sway] = field(default_factory=dict)
 
     @property
     def robot(self) -> RobotSpec:
@@ -169,8 +172,9 @@ def calibrate(
     fitted = [trial for trial in trials if trial.role == "fit"]
     fit, mode = fit_coefficients(fitted, twin, doubts_of(structure.sources), starts, seed, progress)
     progress("forecasting the trials", 0.9)
-    found = assemble(trials, twin, fit, {}, structure, forecast_session(mode, trials, seed))
-    return replace(found, forecasts=found.forecasts.with_models({t.measured.name: _alone(t) for t in found.trials}))
+    found = assemble(trials, twin, fit, {}, structure, forecast_session(mode, trials, seed), sways(mode, trials))
+    forecasts = found.forecasts.with_models({t.measured.name: _alone(t) for t in found.trials})
+    return replace(found, forecasts=forecasts)
 
 
 def _alone(trial: CalibratedTrial) -> dict[str, Forecast]:
@@ -227,6 +231,7 @@ def assemble(
     phases: Mapping[str, float],
     structure: Structure,
     forecasts: SessionForecast,
+    sways_of: Mapping[str, Sway],
 ) -> Calibration:
     """Every trial with a twin whose coefficients are known.
 
@@ -237,6 +242,7 @@ def assemble(
         phases: crank phase of each trial by name; those that are missing are found from the trial's known part.
         structure: that the coefficients were fitted with.
         forecasts: of the trials.
+        sways_of: the neck of each trial, by name.
     """
     fitted = [trial for trial in trials if trial.role == "fit"]
     ebts = fit_every_form(fitted, structure.robot)
@@ -248,6 +254,7 @@ def assemble(
         trials=compare_trials(trials, twin, fit.coefficients, phases, ebts),
         sweep=sweep_speed(twin, fit.coefficients, ebts, frequencies, _fitted_hz(fitted)),
         forecasts=forecasts,
+        sways=sways_of,
     )
 
 

@@ -9,6 +9,7 @@ from fitting.command_forecast import CommandForecast, forecast_from_command
 from fitting.ebt import FORMS, FROM_TWIN
 from fitting.marginal import Marginal
 from fitting.model.session_forecast import SessionForecast
+from fitting.model.sway import Sway
 from fitting.published_search import PublishedFit
 from fitting.speed_law import SpeedLaw
 from fitting.structure import Source, Structure
@@ -95,6 +96,7 @@ class CalibrationResult:
         fit: how the coefficients were found.
         forecasts: of every trial by the hierarchical model, and by simple baselines.
         speed_law: with which power of the frequency they swim; None of a single frequency.
+        sways: of the neck in every trial, by its name.
         posterior: of each coefficient; empty until it was sampled.
     """
 
@@ -110,6 +112,7 @@ class CalibrationResult:
     fit: CoefficientFit
     forecasts: SessionForecast
     speed_law: SpeedLaw | None
+    sways: Mapping[str, Sway]
     posterior: Mapping[str, Marginal] = field(default_factory=dict)
 
 
@@ -136,6 +139,7 @@ def calibration_result(calibration: Calibration) -> CalibrationResult:
         fit=calibration.fit,
         forecasts=calibration.forecasts,
         speed_law=calibration.speed_law,
+        sways=calibration.sways,
     )
 
 

@@ -99,6 +99,7 @@ class FitFigures(Figures):
     phase_portrait = _figure("phase-portrait", "Angle and angular rate of the tail, measured and simulated.")
     body_wave = _figure("body-wave", "Amplitude and phase of the wave along the fish, measured and simulated.")
     forecasts = _figure("forecast-speeds", "Speeds of held-out trials, measured and forecast.")
+    hull_roll = _figure("hull-roll", "The neck's sideways sway over frequency: measured, and with and without a roll.")
     coefficients = _figure("coefficient-values", "The coefficients with their intervals, and where every start ended.")
     decay = _numbered("decay", "A free decay, measured and fitted.")
     decay_spectrum = _numbered("decay-spectrum", "The spectrum of a free decay.")

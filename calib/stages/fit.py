@@ -155,7 +155,7 @@ class FitStage(Stage):
         structure = self._structures.current()
         trials = self._recordings.swims
         twin = Twin(structure.robot, trials[0].markers, workers=job.options.workers)
-        return assemble(trials, twin, result.fit, phases, structure, result.forecasts)
+        return assemble(trials, twin, result.fit, phases, structure, result.forecasts, result.sways)
 
     def result(self) -> CalibrationResult:
         """The content of `calibration.json`.

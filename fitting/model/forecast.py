@@ -17,7 +17,7 @@ from fitting.model.features import COURSE, HARMONICS, SPEED, FeatureReader, adva
 from fitting.model.mode import Mode, jacobian_at, time_step_errors
 from fitting.model.noise import FeatureNoise
 from fitting.model.trial_model import Freedoms, TrialModel, freedoms_together
-from fitting.model.variance import COEFFICIENT_SD, Block, Covariance
+from fitting.model.variance import Block, Covariance
 from fitting.trial import MeasuredTrial
 from session import NotEnoughData
 from tracking import HeadFrame
@@ -228,6 +228,9 @@ def _tracking_noise(mode: Mode, window: TrialModel) -> np.ndarray:
 def _conditional(mode: Mode, late: Block, jacobian: np.ndarray, early: tuple[Block, float] | None) -> FeatureForecast:
     """Of a block, given the fitted trials and, where there is one, an early window of its trial.
 
+    The coefficients stay those of the fit, with its covariance: what the wider discrepancy of forecasts would make of
+    them is linear, and leads far off where they are uncertain.
+
     Args:
         mode: of the fitted trials.
         late: whose features are forecast.
@@ -240,14 +243,14 @@ def _conditional(mode: Mode, late: Block, jacobian: np.ndarray, early: tuple[Blo
         blocks, rows = [*blocks, block], [*rows, _ahead(jacobian, phase)]
         residual = np.append(residual, block.model.measured - block.features)
     total = Covariance.of(blocks, mode.blocks).at(mode.forecast_sizes)
-    slopes = np.vstack(rows)
-    total += COEFFICIENT_SD**2 * slopes @ slopes.T
-    count, length = len(mode.residual), len(late.features)
+    slopes, count, length = np.vstack(rows), len(mode.residual), len(late.features)
     asked = np.arange(count, count + length)
     known = np.delete(np.arange(len(total)), asked)
     factor = cho_factor(total[np.ix_(known, known)], lower=True)
     gain = cho_solve(factor, total[np.ix_(known, asked)]).T
     covariance = total[np.ix_(asked, asked)] - gain @ total[np.ix_(known, asked)]
+    of_coefficients = slopes[asked] - gain @ slopes[known]
+    covariance += of_coefficients @ mode.coefficient_covariance @ of_coefficients.T
     return FeatureForecast(late.model, late.features + gain @ residual, covariance)
 
 

@@ -10,6 +10,7 @@ from fitting.objective import COEFFICIENT_BOUNDS
 from reports.blocks import Block, Plot, Plots, Prose, Section, Table, table_head
 from reports.context import ReportContext
 from reports.figures.coefficients import coefficients_figure
+from reports.figures.hull_roll import hull_roll_figure
 from reports.numbers import MISSING, counted, in_mm, in_words, sentence, shown, significant
 from swimmer import PUBLISHED_COEFFICIENTS, FluidCoefficients
 
@@ -41,11 +42,15 @@ def build(context: ReportContext) -> Section:
         Prose(text),
         Plots((figure,)),
         _table(fit, published),
+        *_roll(context),
         *_search(context),
         _components(fit),
     ]
     caveats = tuple(sentence(flag.message or flag.kind) for flag in fit.flags)
     return Section("Fluid coefficients", "coefficients", tuple(blocks), caveats)
+
+
+_LEAST_ROLL_DEG = 2.0
 
 
 def _table(fit: CoefficientFit, published: PublishedResult | None) -> Table:
@@ -101,6 +106,27 @@ def _search(context: ReportContext) -> tuple[Block, ...]:
 
 def _speed(summary: Summary) -> str:
     return in_mm(summary.speed_mae_twin)
+
+
+def _roll(context: ReportContext) -> tuple[Block, ...]:
+    """The roll of the hull that the fit allows for; nothing where there is none to speak of."""
+    calibration = context.calibration
+    roll, sways = calibration.fit.roll, calibration.sways
+    largest = max((sway.roll_deg for sway in sways.values()), default=0.0)
+    if largest < _LEAST_ROLL_DEG:
+        return ()
+    plot = Plot(
+        hull_roll_figure(sways),
+        "hull-roll",
+        "The neck's sideways motion at the beat frequency. A rigid hull sways alike at all frequencies; one that rolls "
+        "has a resonance, and markers above its axis swing sideways with it. The fit corrects for this roll.",
+    )
+    text = (
+        f"The tracks show a roll of the hull by up to {shown(largest, 0)}°, with a natural frequency of "
+        f"{shown(roll.natural_hz, 2)} Hz and {shown(roll.per_sway, 0)} rad for each metre of sway above it. It is part "
+        "of the fit, as a nuisance of the picture; the calibrated twin does not roll."
+    )
+    return Prose(text), Plots((plot,))
 
 
 def _components(fit: CoefficientFit) -> Table:
