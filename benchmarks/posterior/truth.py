@@ -3,6 +3,7 @@
 They are made by the twin itself; of a varied session no trial is quite like the twin, nor like the other.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -31,6 +32,7 @@ STEP = 1 / 128  # of the twin's own time step: with a sixteenth, Kutta lift was 
 TURNING, SIDEWAYS, REGISTRATION, FASTER = 0.03, 0.005, 0.02, 0.03
 """Standard deviations between the trials of a varied session: rad/s, m/s, rad of the head frame, share of the speed."""
 _COURSE_DEGREE = 3  # of the smooth path that turns and drifts
+_FITTED = 2  # trials
 _TRIES = 16  # coefficients that are tried at once
 
 
@@ -41,6 +43,7 @@ class DrawnSession:
     seed: int  # it was drawn with
     truth: FluidCoefficients  # the coefficients
     trials: list[MeasuredTrial]  # two swims as measured, by a session that believes every marker to be in its place
+    held_out: list[MeasuredTrial]  # further swims
     twin: Twin  # of the robot as the session believes it to be
     camera: CameraSpec  # that filmed it
     robot: RobotSpec  # that swam
@@ -52,6 +55,7 @@ def draw_session(
     seed: int,
     workers: int = 0,
     seconds: float = SECONDS,
+    held_out_hz: Sequence[float] = (),
     step: float = STEP,
     varied: bool = False,
 ) -> DrawnSession:
@@ -67,6 +71,7 @@ def draw_session(
         seed: of all draws.
         workers: threads; 0 for all cores.
         seconds: of each trial.
+        held_out_hz: of further swims.
         step: of the simulation of the truth, in steps of the twin.
         varied: whether trials differ in trim, registration of the head frame and speed.
     """
@@ -79,7 +84,7 @@ def draw_session(
     random.random()  # keeps the sessions of earlier scores
     noise = drawn_noise(seed)
     plan = SyntheticPlan(
-        trials=tuple(_trial(float(hz), seconds, random) for hz in frequency_hz),
+        trials=tuple(_trial(float(hz), seconds, random) for hz in (*frequency_hz, *held_out_hz)),
         seed=seed,
         robot=robot,
         timestep_s=step * SWIM.timestep_s,
@@ -88,10 +93,12 @@ def draw_session(
         camera=CAMERA,
     )
     camera = CameraSpec(fps=plan.camera.fps, scale_length_m=nominal.scale_length_m)
+    swims = _measured(plan, camera, nominal, varied)
     return DrawnSession(
         seed=seed,
         truth=truth,
-        trials=_measured(plan, camera, nominal, varied),
+        trials=swims[:_FITTED],
+        held_out=swims[_FITTED:],
         twin=twin,
         camera=camera,
         robot=robot,

@@ -116,6 +116,14 @@ def made_everything() -> dict[str, Any]:
             {"effect": "tendon_asymmetry", "parameter": "length", "strength_sd": 1.4},
         ],
         "gap": _gap(True) | {"shrinkage": 0.3, "shrinkage_ci95": [0.1, 0.6]},
+        "attribution": {
+            "shares": {
+                "camera and markers": {"gap": 0.2, "gap_ci90": [0.1, 0.3], "speed": 0.0, "speed_ci90": [-0.001, 0.001]},
+                "tendons": {"gap": 0.1, "gap_ci90": [-0.05, 0.2], "speed": 0.004, "speed_ci90": [0.002, 0.006]},
+            },
+            "smallest": ["camera and markers"],
+            "smallest_speed": ["tendons"],
+        },
     }
 
 

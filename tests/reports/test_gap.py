@@ -157,6 +157,13 @@ def test_all_effects_at_once_are_reported_where_they_are_called_for() -> None:
         in page.text
     )
     assert "At a bound: crank arm error (relative)." in page.text
+    assert "camera and markers 0.20 (0.10 to 0.30) and tendons 0.10 (−0.05 to 0.20)" in page.text
+    assert "camera and markers 0.0 (−1.0 to 1.0) and tendons +4.0 (2.0 to 6.0)" in page.text
+    assert (
+        "The fewest groups that forecast as well within one standard error over trials: camera and markers."
+        in page.text
+    )
+    assert "Of the speed error alone tendons would do as well." in page.text
     worse = made_everything()["gap"] | {"shrinkage": -0.2, "shrinkage_ci95": [-0.3, 0.1]}
     grown = page_of(made_diagnosed("unexplained", everything=made_everything() | {"gap": worse}))
     assert (

@@ -35,7 +35,7 @@ def linear_mode(seed: int, off_sd: float = 0.0) -> tuple[Mode, np.ndarray, np.nd
         model=SimpleNamespace(measured=measured, simulated=lambda points: np.sqrt(points) @ slopes.T),
         coefficients=at,
         sizes=MEDIANS,
-        covariance=Covariance(SD**2 * np.eye(LENGTH), units),
+        covariance=Covariance(SD**2 * np.eye(LENGTH), np.zeros((LENGTH, 2)), units),
         coefficient_covariance=np.linalg.inv(information),
         residual=measured - slopes @ np.sqrt(at),
         blocks=(None,),
