@@ -72,6 +72,7 @@ def effects(
         str,
         typer.Option(
             help="small: 24 sessions; large: 700; many: 24, most with five small effects; "
+            "wake: 40 of another generator, whose swimmer sheds its wake; "
             "large:2/10: the second tenth of the large one, which others may join"
         ),
     ] = "small",

@@ -90,13 +90,14 @@ def draw_world(plan: SessionPlan) -> Filming[DrawnWorld]:
     raise ValueError(f"session {plan.name}: found no robot that swims forward in {_TRIES} draws, expected one in two")
 
 
-def _world(random: np.random.Generator, sunk_m: float) -> World:
+def drawn_nuisances(random: np.random.Generator, sunk_m: float = 0.0) -> Nuisances:
+    """How a robot departs from its description."""
+
     def about_one(quantity: str) -> float:
         return float(1 + KNOWN_TO[quantity] * random.standard_normal())
 
-    low, high = np.transpose(_COEFFICIENTS)
     shift = GLUED_SD_M * random.standard_normal((len(FISHSIM_MARKERS), 2))
-    nuisances = Nuisances(
+    return Nuisances(
         head_mass=about_one("mass"),
         tail_mass=about_one("mass"),
         hinge_stiffness=about_one("hinge_stiffness"),
@@ -104,6 +105,10 @@ def _world(random: np.random.Generator, sunk_m: float) -> World:
         sunk_m=sunk_m,
         marker_shift_m={name: (float(x), float(y)) for name, (x, y) in zip(FISHSIM_MARKERS, shift, strict=True)},
     )
+
+
+def _world(random: np.random.Generator, sunk_m: float) -> World:
+    nuisances, (low, high) = drawn_nuisances(random, sunk_m), np.transpose(_COEFFICIENTS)
     blunt, slender, angular, kutta, magnus = map(float, random.uniform(low, high))
     return World(coefficients=(blunt, slender, angular, kutta, magnus), nuisances=nuisances)
 

@@ -4,7 +4,7 @@ Work on a session is a generator: it yields the trials that it wants to see and 
 """
 
 from collections.abc import Generator, Iterable, Sequence
-from typing import TypeVar
+from typing import Protocol, TypeVar
 
 import numpy as np
 
@@ -17,7 +17,16 @@ Wanted = Sequence[tuple[World, Trial]]
 Filming = Generator[Wanted, list[Recording], T]
 
 
-def film_together(works: Iterable[Filming[T]], at_once: int | None = None) -> list[T]:
+class Simulate(Protocol):
+    """Simulates trials, as `reality.simulate` does."""
+
+    def __call__(
+        self, trials: Wanted, markers: tuple[str, ...], /, *, allow_divergence: bool = False
+    ) -> list[Recording]:
+        """Their recordings, in their order."""
+
+
+def film_together(works: Iterable[Filming[T]], at_once: int | None = None, by: Simulate | None = None) -> list[T]:
     """What pieces of work end with, in their order; whatever they want to see is simulated in common.
 
     A recording does not depend on its company (to some 1e-7 px). What cannot be simulated is raised within the work
@@ -26,6 +35,7 @@ def film_together(works: Iterable[Filming[T]], at_once: int | None = None) -> li
     Args:
         works: begun as there is room for them.
         at_once: pieces that are under way, at least one; where one ends, the next begins. Default: all.
+        by: what simulates; default: the second simulator.
     """
     assert at_once is None or at_once > 0
     begun = iter(enumerate(works))
@@ -50,18 +60,18 @@ def film_together(works: Iterable[Filming[T]], at_once: int | None = None) -> li
             go_on(number, None)
         if not waiting:
             return [ended[number] for number in sorted(ended)]
-        for number, filmed in _filmed(dict(waiting)).items():
+        for number, filmed in _filmed(dict(waiting), by or simulate).items():
             go_on(number, filmed)
 
 
-def _filmed(wanted: dict[int, Wanted]) -> dict[int, list[Recording] | Exception]:
+def _filmed(wanted: dict[int, Wanted], by: Simulate) -> dict[int, list[Recording] | Exception]:
     trials = [trial for each in wanted.values() for trial in each]
     try:
-        recordings = iter(simulate(trials, FISHSIM_MARKERS, allow_divergence=True))
+        recordings = iter(by(trials, FISHSIM_MARKERS, allow_divergence=True))
     except ValueError as error:
         if len(wanted) == 1:
             return dict.fromkeys(wanted, error)
-        return {number: filmed for own in wanted.items() for number, filmed in _filmed(dict([own])).items()}
+        return {number: filmed for own in wanted.items() for number, filmed in _filmed(dict([own]), by).items()}
     of_each = {number: [next(recordings) for _ in each] for number, each in wanted.items()}
     return {number: _or_lost(own) for number, own in of_each.items()}
 

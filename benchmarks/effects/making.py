@@ -3,7 +3,7 @@
 import gzip
 import os
 import shutil
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -11,15 +11,15 @@ from typing import Any
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from benchmarks.effects.drawn import DrawnTrial, DrawnWorld, draw_world
+from benchmarks.effects.drawn import DrawnTrial, DrawnWorld
 from benchmarks.effects.filming import Filming
 from benchmarks.effects.folder import Answer, SuiteFolder
+from benchmarks.effects.generators import Generator
 from benchmarks.effects.oracle import oracle_shrinkage
 from benchmarks.effects.rows import SessionRows, camera_of, tracks_of
-from benchmarks.effects.severity import Strength, Strong, strength_for
+from benchmarks.effects.severity import Strength, strength_for
 from benchmarks.effects.suite import WARMUP_S, SessionPlan
 from benchmarks.reality import Mechanism, Recording
-from benchmarks.reality.mechanisms import EVERY
 from benchmarks.reality.record import Drive
 from diagnosis import Discrepancy
 from fitting.signatures import Signature
@@ -31,7 +31,6 @@ from session.tracks import save_tracks
 from swimmer.effects import Effect, catalogue
 from synthetic.motor_log import CURRENT_A, PULSE_RAD, SPEED_RAD_S, VOLTAGE_V, save_motor_log
 
-Maker = Callable[[np.random.Generator], Strong]
 _READING_S, _CLOCK_S = 0.02, 1000.0  # between readings of the motor; latest start of its clock
 _FILED = 946_684_800  # seconds since 1970: every file has the time stamp of 2000-01-01
 _TRACKS_BYTES = 32_768  # that every file of tracks is filled up to: its packed size would depend on the motion
@@ -42,7 +41,7 @@ _CURRENT_A, _AMPERE_PER_N_M, _VOLT, _WARM_C = 0.25, 0.6, 12.1, 31.0
 class Making:
     """What sessions are made from."""
 
-    mechanisms: Mapping[str, Maker]  # by name, of the second simulator; of the catalogue and others
+    generator: Generator  # of what is filmed
     discrepancy: Discrepancy  # what the refitted twin leaves in the base state
     effects: Mapping[str, Effect]  # the catalogue's own forms
 
@@ -54,7 +53,7 @@ class Making:
             ResultsNotWritable: the folder cannot be written.
             ValueError: no robot was drawn that swims forward.
         """
-        drawn = yield from draw_world(plan)
+        drawn = yield from self.generator.draw(plan)
         present, answer = yield from self._present(drawn)
         write_session(folder / plan.name, drawn, (yield from drawn.recorded(present)), present)
         return answer
@@ -100,14 +99,14 @@ class Making:
         rows: SessionRows,
         signatures: Sequence[Signature],
     ) -> Filming[Strength]:
-        strong = self.mechanisms[name](random)
+        strong = self.generator.mechanisms[name](random)
         own = name if name in self.effects else None
         return (yield from strength_for(drawn.plan.detectability, strong, own, drawn, rows, signatures))
 
 
-def making_of(suite: SuiteFolder) -> Making:
-    """All mechanisms of the second simulator, and the discrepancy of a suite."""
-    return Making(EVERY, Discrepancy.load(suite.discrepancy), catalogue())
+def making_of(suite: SuiteFolder, generator: Generator) -> Making:
+    """With the discrepancy of a suite, which is that of the second simulator whatever makes the sessions."""
+    return Making(generator, Discrepancy.load(suite.discrepancy), catalogue())
 
 
 def clear_away(folder: Path, name: str) -> None:

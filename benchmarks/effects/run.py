@@ -9,9 +9,9 @@ from threadpoolctl import threadpool_limits
 from benchmarks.cases import Failure, Run, run_cases
 from benchmarks.effects.filming import Filming, film_together
 from benchmarks.effects.folder import SuiteFolder
+from benchmarks.effects.generators import GENERATORS, Generator
 from benchmarks.effects.making import clear_away, making_of
-from benchmarks.effects.suite import WHOLE, SessionPlan, SuiteSize, plan_suite
-from benchmarks.reality.mechanisms import CATALOGUED, OUTSIDE
+from benchmarks.effects.suite import WHOLE, SessionPlan, SuiteSize
 from diagnosis import shipped_discrepancy
 from session import FaultCollector, SwimcalError
 from session.results import write_whole
@@ -35,14 +35,16 @@ def make_suite(suite: SuiteFolder, seed: int, size: SuiteSize, run: Run, shard: 
     Raises:
         InputError: no scheduler answers, or the folder holds another suite.
     """
-    plans = plan_suite(seed, size, tuple(CATALOGUED), tuple(OUTSIDE))
+    plans = GENERATORS[size.generator].plan(seed, size)
     _check_same(suite, plans)
     if not suite.discrepancy.exists():
         write_whole(suite.discrepancy, shipped_discrepancy().read_bytes())
     todo = [plan for plan in plans[shard] if not suite.made(plan.name)]
     failures: list[Failure] = []
     batches = {batch[0].name: batch for batch in _batches(todo, run.workers)}
-    lost = run_cases(partial(_made_together, suite), batches, run, lambda _name, failed: failures.extend(failed))
+    lost = run_cases(
+        partial(_made_together, suite, size.generator), batches, run, lambda _name, failed: failures.extend(failed)
+    )
     return (*failures, *lost)
 
 
@@ -55,17 +57,19 @@ def _batches(plans: Sequence[SessionPlan], workers: int) -> list[tuple[SessionPl
 
 
 @threadpool_limits.wrap(limits=1, user_api="blas")  # small matrices, for which threads only wait
-def _made_together(suite: SuiteFolder, plans: tuple[SessionPlan, ...]) -> list[Failure]:
-    outcomes = film_together((_made(suite, plan) for plan in plans), _TOGETHER)
+def _made_together(suite: SuiteFolder, by: str, plans: tuple[SessionPlan, ...]) -> list[Failure]:
+    generator = GENERATORS[by]
+    works = (_made(suite, generator, plan) for plan in plans)
+    outcomes = film_together(works, _TOGETHER, generator.simulate)
     return [outcome for outcome in outcomes if outcome is not None]
 
 
-def _made(suite: SuiteFolder, plan: SessionPlan) -> Filming[Failure | None]:
+def _made(suite: SuiteFolder, generator: Generator, plan: SessionPlan) -> Filming[Failure | None]:
     if suite.made(plan.name):  # a cluster does again what a worker had done that then died
         return None
     clear_away(suite.sessions, plan.name)
     try:
-        answer = yield from making_of(suite).make(plan, suite.sessions)
+        answer = yield from making_of(suite, generator).make(plan, suite.sessions)
     except (SwimcalError, ValueError, ArithmeticError) as error:
         return Failure(plan.name, f"{type(error).__name__}: {error}")
     answer.write(suite.answer(plan.name))

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import cycle, islice
 from re import fullmatch
+from typing import Literal
 
 import numpy as np
 
@@ -54,12 +55,14 @@ class SuiteSize:
     many: int = 0  # of them, with many effects
     at_once: int = 0  # how many these have
     asked: float = 0.0  # detectability that each of these has by itself
+    generator: Literal["reality", "wake"] = "reality"  # that makes them; see `generators`
 
 
 SIZES = {
     "small": SuiteSize(24, 8),
     "large": SuiteSize(700, 300),
     "many": SuiteSize(24, 6, 18, 5, 3.3),
+    "wake": SuiteSize(40, 14, generator="wake"),
 }
 SMALL, LARGE = SIZES["small"], SIZES["large"]
 WHOLE = slice(None)
@@ -95,7 +98,7 @@ def plan_suite(
     """
     random = np.random.default_rng([seed, 7])
     present = _present(size, catalogued, outside, random)
-    names = _names(len(present), random)
+    names = drawn_names(len(present), random)
     seeds = random.integers(2**31, size=len(present))
     plans = [
         SessionPlan(name, int(own), recorded_by(np.random.default_rng([int(own), 1])), *what)
@@ -107,7 +110,7 @@ def plan_suite(
 def recorded_by(random: np.random.Generator) -> Recorded:
     """What somebody with this robot recorded."""
     swims = int(random.integers(4, 9))
-    speeds = _apart(swims, random)
+    speeds = apart(swims, SLOWEST_HZ, FASTEST_HZ, random)
     fit = sorted(random.choice(swims, max(2, swims // 2), replace=False))
     held_out = [i for i in range(swims) if i not in fit]
     dry = float(random.uniform(0.5, 1.2)) if random.random() < _DRY_SHARE else None
@@ -121,10 +124,10 @@ def recorded_by(random: np.random.Generator) -> Recorded:
     )
 
 
-def _apart(count: int, random: np.random.Generator) -> np.ndarray:
+def apart(count: int, slowest_hz: float, fastest_hz: float, random: np.random.Generator) -> np.ndarray:
     """(count,) speeds to a hundredth of a turn a second, each some way from the next."""
     while True:
-        speeds = np.sort(np.round(random.uniform(SLOWEST_HZ, FASTEST_HZ, count), 2))
+        speeds = np.sort(np.round(random.uniform(slowest_hz, fastest_hz, count), 2))
         if (np.diff(speeds) >= APART_HZ).all():
             return speeds
 
@@ -137,12 +140,12 @@ def _present(
     single, double = round(_SINGLE * something), round(_DOUBLE * something)
     levels = cycle(random.permutation(DETECTABILITIES))
     found: list[tuple[Kind, tuple[str, ...], float]] = [("null", (), 0.0)] * size.null
-    found += [("single", (name,), float(next(levels))) for name in _in_turn(catalogued, single, random)]
+    found += [("single", (name,), float(next(levels))) for name in in_turn(catalogued, single, random)]
     for _ in range(double):
         first, second = random.choice(len(catalogued), 2, replace=False)
         found.append(("double", (catalogued[first], catalogued[second]), float(next(levels))))
     found += [
-        ("outside", (name,), float(next(levels))) for name in _in_turn(outside, something - single - double, random)
+        ("outside", (name,), float(next(levels))) for name in in_turn(outside, something - single - double, random)
     ]
     for _ in range(size.many):
         several = random.choice(len(catalogued), size.at_once, replace=False)
@@ -150,12 +153,13 @@ def _present(
     return found
 
 
-def _in_turn(names: Sequence[str], count: int, random: np.random.Generator) -> list[str]:
-    """Each about equally often; which ones come once more is drawn."""
+def in_turn(names: Sequence[str], count: int, random: np.random.Generator) -> list[str]:
+    """As many as asked, each about equally often; which ones come once more is drawn."""
     return list(islice(cycle([names[i] for i in random.permutation(len(names))]), count))
 
 
-def _names(count: int, random: np.random.Generator) -> list[str]:
+def drawn_names(count: int, random: np.random.Generator) -> list[str]:
+    """Of sessions, in no order."""
     drawn: set[str] = set()
     while len(drawn) < count:
         drawn.add(f"w{random.integers(16**8):08x}")

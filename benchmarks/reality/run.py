@@ -75,7 +75,7 @@ def _simulate_batch(
         np.array([trial.phase_rad for trial in made]),
         [world.mechanisms for world, _ in trials],
     )
-    position, velocity = _start(motion, made, start_s)
+    position, velocity = start_of(motion, made, start_s)
     last_s = np.array([max(float(exposed_s(world, trial).max()), trial.duration_s) for world, trial in trials])
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):  # what blows up is found below
         record = _rolled(motion, made, last_s, start_s, position, velocity, step_s)
@@ -94,7 +94,7 @@ def divergence(trials: Sequence[Trial], lost: np.ndarray, step_s: float = STEP_S
     )
 
 
-def _start(motion: Motion, trials: list[Trial], time_s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def start_of(motion: Motion, trials: list[Trial], time_s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """(n, N) coordinates and rates at times (n, 1): the tail in balance with its tendons, or held bent."""
     layout, each = motion.layout, motion.layout.hinges_per_gap
     hinges, hinge_rates = balanced_hinges(layout, motion.parameters, motion.commanded(time_s))

@@ -11,9 +11,9 @@ import pytest
 
 from benchmarks.effects.filming import film_together
 from benchmarks.effects.folder import Answer
+from benchmarks.effects.generators import GENERATORS
 from benchmarks.effects.making import Making
 from benchmarks.effects.suite import Recorded, SessionPlan
-from benchmarks.reality.mechanisms import EVERY
 from diagnosis import Discrepancy
 from session import load_session
 from swimmer.effects import catalogue
@@ -28,7 +28,7 @@ DISCREPANCY = Discrepancy.independent((2e-4) ** 2 * np.eye(127))
 @pytest.fixture(scope="module")
 def making() -> Making:
     effects = {name: catalogue()[name] for name in TRIED}
-    return Making(EVERY, DISCREPANCY, effects)
+    return Making(GENERATORS["reality"], DISCREPANCY, effects)
 
 
 @pytest.fixture(scope="module")

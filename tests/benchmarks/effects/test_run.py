@@ -2,6 +2,7 @@
 
 import os
 import signal
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +12,7 @@ from distributed import LocalCluster
 from benchmarks.cases import Failure, Run
 from benchmarks.effects import run
 from benchmarks.effects.folder import Answer, SuiteFolder
+from benchmarks.effects.generators import GENERATORS, Generator
 from benchmarks.effects.run import make_suite
 from benchmarks.effects.suite import SessionPlan, SuiteSize, plan_suite, suite_named
 from benchmarks.reality.mechanisms import CATALOGUED, OUTSIDE
@@ -25,9 +27,13 @@ PLANS = plan_suite(4, SIZE, tuple(CATALOGUED), tuple(OUTSIDE))
 NAMES = [plan.name for plan in PLANS]
 
 
+def _planning(plans: tuple[SessionPlan, ...]) -> dict[str, Generator]:
+    return {"reality": replace(GENERATORS["reality"], plan=lambda *_: plans)}
+
+
 @pytest.fixture(autouse=True)
 def _short_swims(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(run, "plan_suite", lambda *_: tuple(shortened(plan) for plan in PLANS))
+    monkeypatch.setattr(run, "GENERATORS", _planning(tuple(shortened(plan) for plan in PLANS)))
     monkeypatch.setattr(run, "_TOGETHER", 1)  # and so two in a piece
 
 
@@ -42,7 +48,7 @@ def tracks(suite: SuiteFolder) -> dict[Path, bytes]:
 
 
 def test_a_new_folder_gets_the_discrepancy_that_is_shipped(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    monkeypatch.setattr(run, "plan_suite", lambda *_: ())
+    monkeypatch.setattr(run, "GENERATORS", _planning(()))
     suite = SuiteFolder(tmp_path / "new" / "suite")
     assert make_suite(suite, 4, SIZE, ALONE) == ()
     assert suite.discrepancy.read_bytes() == shipped_discrepancy().read_bytes()
@@ -97,7 +103,7 @@ def test_a_suite_may_be_made_in_shards(monkeypatch: pytest.MonkeyPatch, tmp_path
     """A fifth is one of five sessions; what is published is what is there; the rest joins it."""
     tried: list[str] = []
 
-    def made(suite: SuiteFolder, plans: tuple[SessionPlan, ...]) -> list[Failure]:
+    def made(suite: SuiteFolder, _by: str, plans: tuple[SessionPlan, ...]) -> list[Failure]:
         for plan in plans:
             tried.append(plan.name)
             write_whole(suite.sessions / plan.name / "session.toml", b"")
@@ -118,7 +124,7 @@ def test_a_suite_may_be_made_in_shards(monkeypatch: pytest.MonkeyPatch, tmp_path
 
 @pytest.mark.parametrize("text", ["", "2/10", "large:0/3", "large:4/3", "small:1/-1", "large:"])
 def test_what_is_no_suite_is_told(text: str) -> None:
-    with pytest.raises(ValueError, match="expected small, large, many, or a part such as large:2/10"):
+    with pytest.raises(ValueError, match="expected small, large, many, wake, or a part such as large:2/10"):
         suite_named(text)
 
 
@@ -131,10 +137,10 @@ def test_a_folder_of_another_suite_is_left_alone(tmp_path: Path) -> None:
 
 @pytest.mark.long
 def test_what_was_made_stands_when_a_cluster_asks_for_it_again(tmp_path: Path) -> None:
-    suite, (plan, *_) = empty_suite(tmp_path), run.plan_suite(4, SIZE, (), ())
-    assert run._made_together(suite, (plan,)) == []
+    suite, (plan, *_) = empty_suite(tmp_path), plan_suite(4, SIZE, (), ())
+    assert run._made_together(suite, "reality", (plan,)) == []
     before = (suite.sessions / plan.name / "session.toml").stat().st_ino
-    assert run._made_together(suite, (plan,)) == []
+    assert run._made_together(suite, "reality", (plan,)) == []
     assert (suite.sessions / plan.name / "session.toml").stat().st_ino == before
 
 

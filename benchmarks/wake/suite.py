@@ -1,0 +1,108 @@
+"""Which sessions a suite of this generator holds, and how robot, water, camera and trials are drawn for one of them."""
+
+from itertools import cycle
+
+import numpy as np
+
+from benchmarks.effects.drawn import DrawnTrial, DrawnWorld, drawn_nuisances
+from benchmarks.effects.filming import Filming
+from benchmarks.effects.folder import Kind
+from benchmarks.effects.suite import WARMUP_S, Recorded, SessionPlan, SuiteSize, apart, drawn_names, in_turn
+from benchmarks.reality import Recording
+from benchmarks.wake.mechanisms import CATALOGUED
+from benchmarks.wake.world import SharedNoise, TiltedCamera, TrimmedTrial, WakeWorld
+
+DETECTABILITIES = (2.0, 5.0, 10.0)
+"""Fewer levels than of a large suite, so that there are some sessions of each."""
+SLOWEST_HZ, FASTEST_HZ = 0.4, 1.7
+_HELD_OUT = 2
+_BEATS = {"fit": (1.4, 4.0), "holdout": (2.6, 4.0)}  # after warm-up; of a held-out swim half may be looked at
+_TILT_SD_RAD, _TRIM_SD_RAD = 0.02, 0.015
+_TRIES = 12
+_SLOWEST_M_S, _FASTEST_M_S, _FOLDED_RAD = 0.015, 0.3, 0.75  # of swims in the base state: else another robot is drawn
+
+
+def plan_wake_suite(seed: int, size: SuiteSize) -> tuple[SessionPlan, ...]:
+    """The sessions, in the order of their names: some with nothing in them, all others with one effect."""
+    random = np.random.default_rng([seed, 8])
+    levels = cycle(random.permutation(DETECTABILITIES))
+    present: list[tuple[Kind, tuple[str, ...], float]] = [("null", (), 0.0)] * size.null
+    singles = in_turn(tuple(CATALOGUED), size.sessions - size.null, random)
+    present += [("single", (name,), float(next(levels))) for name in singles]
+    names, seeds = drawn_names(len(present), random), random.integers(2**31, size=len(present))
+    plans = [
+        SessionPlan(name, int(own), _recorded(np.random.default_rng([int(own), 1])), *what)
+        for name, own, what in zip(names, seeds, present, strict=True)
+    ]
+    return tuple(sorted(plans, key=lambda plan: plan.name))
+
+
+def _recorded(random: np.random.Generator) -> Recorded:
+    """Five or six swims, two of them held out; how long each is, is drawn with it."""
+    swims = int(random.integers(5, 7))
+    speeds = apart(swims, SLOWEST_HZ, FASTEST_HZ, random)
+    held_out = set(random.choice(swims, _HELD_OUT, replace=False).tolist())
+    fit = tuple(float(speed) for i, speed in enumerate(speeds) if i not in held_out)
+    return Recorded(fit, tuple(float(speeds[i]) for i in sorted(held_out)), 0.0, None, False, False)
+
+
+def draw_wake_world(plan: SessionPlan) -> Filming[DrawnWorld]:
+    """Draws robot, water and trials until every swim of the base state is plausible.
+
+    Raises:
+        ValueError: no draw is.
+    """
+    random = np.random.default_rng([plan.seed, 2])
+    for _ in range(_TRIES):
+        drawn = DrawnWorld(plan, _world(random), _trials(plan.recorded, random))
+        recordings = yield [(drawn.world, each.trial) for each in drawn.trials]
+        if all(map(_plausible, recordings)):
+            return drawn
+    raise ValueError(f"session {plan.name}: found no robot that swims as fish do in {_TRIES} draws, expected most to")
+
+
+def _world(random: np.random.Generator) -> WakeWorld:
+    tilt = _TILT_SD_RAD * random.standard_normal(2)
+    return WakeWorld(
+        nuisances=drawn_nuisances(random),
+        camera=TiltedCamera(about_x_rad=float(tilt[0]), about_y_rad=float(tilt[1])),
+        noise=SharedNoise(shared=float(random.uniform(0.7, 0.8))),
+        drag_area_m2=float(np.exp(random.uniform(*np.log((0.05, 0.11))))),
+        cross_drag=float(random.uniform(1.2, 2.4)),
+        roughness=float(random.uniform(1.0, 2.0)),
+        suction=float(random.uniform(0.0, 0.15)),
+    )
+
+
+def _trials(recorded: Recorded, random: np.random.Generator) -> tuple[DrawnTrial, ...]:
+    roles = [*((hz, "fit") for hz in recorded.fit_hz), *((hz, "holdout") for hz in recorded.holdout_hz)]
+    return tuple(
+        DrawnTrial(f"f{hz:.2f}".replace(".", "_"), role, _swim(hz, _BEATS[role], random)) for hz, role in sorted(roles)
+    )
+
+
+def _swim(hz: float, beats: tuple[float, float], random: np.random.Generator) -> TrimmedTrial:
+    """To anywhere, begun so that its middle is in the middle of the picture."""
+    seconds = float(np.round(WARMUP_S + random.uniform(*beats) / hz, 1))
+    heading, start_speed = float(random.uniform(0.0, 2 * np.pi)), 0.1 * hz
+    way = start_speed * (seconds + 1.0) / 2 - 0.2  # less half a fish, whose origin is near its nose
+    place = -way * np.exp(1j * heading) + complex(*random.uniform(-0.1, 0.1, 2))
+    return TrimmedTrial(
+        "swim",
+        seconds,
+        hz,
+        phase_rad=float(random.uniform(0, 2 * np.pi)),
+        start_speed_m_s=start_speed,
+        place_m=complex(place),
+        heading_rad=heading,
+        trim_rad=_TRIM_SD_RAD * float(random.standard_normal()),
+    )
+
+
+def _plausible(recording: Recording) -> bool:
+    """Whether it goes forward, no faster than fish of this size, and its tail does not fold."""
+    half = recording.head[len(recording.head) // 2 :]
+    moved = complex(*(half[-1, :2] - half[0, :2]))
+    speed = (moved * np.exp(-1j * (half[:, 2].mean() + np.pi))).real / (len(half) / recording.trial.fps)
+    folded = np.abs(recording.hinges_rad).max() > _FOLDED_RAD
+    return bool(_SLOWEST_M_S < speed < _FASTEST_M_S and not folded)
