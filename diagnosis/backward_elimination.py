@@ -40,7 +40,8 @@ def backward_elimination(
         priors: before the session.
         catalogue: number of effects that there are.
     """
-    least, gone = float(logit(HELD * (1 + priors.look_alike))), ()
+    least = float(logit(HELD * (1 + priors.look_alike)))
+    gone: tuple[str, ...] = ()
     while (count := len(best.effects)) > 1:
         names = [effect.name for effect in best.effects]
         fewer = [refitting([name for name in names if name != without]) for without in names]

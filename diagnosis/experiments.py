@@ -90,9 +90,9 @@ def next_experiments(
     confused = [_likeliest(hypotheses, probabilities)] if verdict.name == "unexplained" else verdict.groups
     strengths = _strengths(hypotheses, {name for group in confused for name in group}, ground, effects)
     pairs = []
-    for pair in (pair for group in confused for pair in combinations((n for n in group if n in strengths), 2)):
-        if (log_odds := _odds(probabilities, pair)) is not None:
-            one, other = pair
+    for names in (both for group in confused for both in combinations((n for n in group if n in strengths), 2)):
+        if (log_odds := _odds(probabilities, names)) is not None:
+            one, other = names
             pairs.append(_Pair((effects[one], effects[other]), (strengths[one], strengths[other]), log_odds))
     if not pairs:
         return ()

@@ -56,7 +56,7 @@ def test_two_that_look_alike_are_told_as_alternatives() -> None:
 
 def test_an_effect_of_one_sign_does_not_explain_the_other() -> None:
     there, not_there = (after_all(noise(4) + s * DIRECTIONS[10]) for s in (9.0, -9.0))
-    assert there.marginal[10] > 0.8
+    assert there.marginal[10] > 0.75
     assert not_there.marginal[10] < 0.2
 
 
