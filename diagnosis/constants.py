@@ -25,7 +25,7 @@ IN_FEATURES = 0.5
 """Share of the squares of what an effect does, from which it shows in features, not in frequencies: the larger part."""
 
 # Prior
-SIZES = np.geomspace(1.0, 1024.0, 5)
+SIZES = np.geomspace(1.0, 1024.0, 6)
 """Root mean square whitened length of what an effect does: log-uniform from what is just seen to what bounds allow."""
 SHOWS = 3.0
 """Whitened length from which something shows: three standard deviations."""
