@@ -3,7 +3,8 @@
 from math import floor, isnan, log10
 
 from diagnosis.result import DiagnosisResult, EffectParameters, FittedParameter, SuppositionResult, parameters_of
-from diagnosis.sentences import by_how_much, plain, sentences
+from diagnosis.sentences import by_how_much, plain
+from reports.gap_words import gap_sentences
 from swimmer.effects import catalogue
 
 _ROWS, _NEXT = 6, 3  # effects, at least, and experiments that are shown
@@ -13,7 +14,7 @@ _OFF = 0.1  # relative difference of beat and command, from which numbers of the
 
 def diagnosis_lines(data: DiagnosisResult) -> list[str]:
     """Where, which and how far; then the most probable effects, what to check, and what to measure next."""
-    lines = [*sentences(data), ""]
+    lines = [*gap_sentences(data), ""]
     lines.append(f"{'effect':28} {'probability':>11}  fitted")
     for number, (name, chance) in enumerate(data.chances.items()):
         if number < _ROWS or name in data.effects:
@@ -86,9 +87,9 @@ def _checks(data: DiagnosisResult) -> list[str]:
     if ends:
         caveats.append(f"at the bound of its strength, so perhaps stronger or another effect: {', '.join(ends)}")
     if len(data.missing_forces.trials) == 1:
-        caveats.append("one swim was fitted; two or more at different speeds determine far more")
+        caveats.append("one trial was fitted; two or more at different speeds determine far more")
     elif data.effects and not data.evidence.cross_validation.trials:
-        caveats.append("two swims were fitted: no name was checked on a swim left out, which takes three")
+        caveats.append("two trials were fitted: cross-validation of the names takes three")
     return caveats
 
 
@@ -97,18 +98,18 @@ def _of_drive(name: str) -> bool:
     return known is not None and known.stage == "drive"
 
 
-def supposition_lines(data: SuppositionResult) -> list[str]:
-    """What speaks for each supposed effect and for all together; then the gap without and with them."""
+def test_lines(data: SuppositionResult) -> list[str]:
+    """The evidence for each tested effect and for all together; then the gap without and with them."""
     lines = [
-        f"Supposed: {', '.join(plain(name) for name in data.effects)}.",
-        f"The fitted swims are e^{data.log_bayes_factor:.1f} times as probable with "
-        f"{'it' if len(data.effects) == 1 else 'them'} as with the plain twin, whatever else may be amiss.",
+        f"Tested: {', '.join(plain(name) for name in data.effects)}.",
+        f"Log Bayes factor over the plain twin: {data.log_bayes_factor:.1f} (above 0: the fit trials support "
+        f"{'it' if len(data.effects) == 1 else 'them'}).",
         "",
         f"{'effect':28} {'ln factor':>11}  fitted",
     ]
     for name, own in data.log_bayes_factor_of_each.items():
         lines.append(f"{name:28} {own:11.1f}  {_fitted(data.effect_parameters, name)}".rstrip())
-    lines += ["", f"{'':28} {'plain':>11} {'supposed':>11}"]
+    lines += ["", f"{'':28} {'plain':>11} {'tested':>11}"]
     for swims, gap in (("fitted", data.fitted), ("held out", data.gap)):
         if gap.evaluated_on:
             lines.append(_compared(f"{swims}: markers, mm", gap.baseline_mm, gap.with_effects_mm))

@@ -246,7 +246,7 @@ def effect_test(
         -1.2
     """
     with _working(session, Options(effort, workers), progress) as pipeline:
-        return test_result(pipeline, pipeline.supposition(tuple(effects)))
+        return test_result(pipeline, pipeline.effect_test(tuple(effects)))
 
 
 def track(
@@ -692,7 +692,7 @@ def new_synthetic_session(folder: str | Path, seed: int = 0, *, progress: bool =
     from synthetic import default_plan, make_session
 
     with progress_bar(quiet=not progress) as report:
-        report("simulating the swims", 0.0)
+        report("simulating the trials", 0.0)
         return make_session(Path(folder), default_plan(seed))
 
 

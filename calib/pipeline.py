@@ -129,7 +129,7 @@ class Pipeline:
         """`results/structure.json`, up to date: all that dry experiments alone determine."""
         self.recordings.tracks()
         _ = self.structure
-        self.notes.append(f"{self.session.name}: no swim to fit; what follows is from the dry experiments alone")
+        self.notes.append(f"{self.session.name}: no swim trial to fit; what follows is from the dry experiments alone")
         return self.structures.file
 
     def calibrated(self) -> Calibration:
@@ -186,11 +186,11 @@ class Pipeline:
             stage.make(discrepancy)
         return stage
 
-    def supposition(self, names: Sequence[str]) -> "SuppositionResult":
-        """What the swims say of effects that a user names; also in `results/supposed.json`."""
+    def effect_test(self, names: Sequence[str]) -> "SuppositionResult":
+        """Test of effects that a user names; also in `results/supposed.json`."""
         check_names("--test", names, DiagnosisStage(self.job, self.recordings, self.fits).effects)
         self.recordings.tracks()
-        return DiagnosisStage(self.job, self.recordings, self._fit_to_build_on()).suppose(names)
+        return DiagnosisStage(self.job, self.recordings, self._fit_to_build_on()).test(names)
 
     def current_diagnosis(self) -> DiagnosisStage | None:
         """The diagnosis of the current fit, whatever its effort and what its catalogue lacked; None without."""

@@ -18,7 +18,7 @@ def print_result(result: Result, as_json: bool, verbose: bool, main: Path | None
         verbose: every number and every flag instead of the summary.
         main: the main result; default: the result's own file.
     """
-    path, notes = main or result.file, list(result.notes)
+    path, notes = main or result.file, sorted(result.notes, key=lambda note: not note.startswith("!"))
     if as_json:
         made = {"result": str(path), "made": list(map(str, result.made)), "notes": notes}
         print(json.dumps(made | {result.key: json.loads(result.file.with_suffix(".json").read_text())}, indent=1))

@@ -95,7 +95,7 @@ def track_videos(pipeline: Pipeline, export: str) -> tuple[dict[str, TrackedTria
     return tracks, exported
 
 
-def tell_tracks(session: Path, method: TrackerName | None, export: str, workers: int, as_json: bool) -> None:
+def print_tracks(session: Path, method: TrackerName | None, export: str, workers: int, as_json: bool) -> None:
     """Tracks the videos of a session and prints the outcome of each; arguments as of `calib.track`."""
     with working(session, as_json, Options(workers=workers, tracker=method)) as pipeline:
         tracks, exported = track_videos(pipeline, export)

@@ -36,7 +36,7 @@ import calib
 # %% [markdown]
 # ## 1. Track
 #
-# The work is done on a copy of the sample, because corrections are written beside the video. Where a video has no
+# The work is done on a copy of the sample, because corrections are written next to the video. Where a video has no
 # start boxes the markers are found by the robot's layout, at any place, heading, scale and bend; what is found is
 # either certain or refused, and then `calib track SESSION --click` writes a page on which a person clicks them.
 
@@ -94,7 +94,7 @@ plt.show()
 # ## 3. Correct a mistake
 #
 # Suppose that a person sees something wrong with `tail_3` in ten frames: they are dropped, and the gap is filled from
-# the other markers, which hold the shape of the tail. A correction is a line in a log beside the video. The tracker's
+# the other markers, which hold the shape of the tail. A correction is a line in a log next to the video. The tracker's
 # own samples are never overwritten, and an edit is undone by one more line.
 
 # %%
@@ -126,7 +126,7 @@ plt.show()
 #
 # DeepLabCut's CSV and the netCDF of `movement` are written and read. `calib.view` writes a recording for the Rerun
 # viewer: video, boxes, tracks, states, confidence and flags over one time axis, and once there is a fit, the twin
-# beside them.
+# with them.
 
 # %%
 own = session.results / "tracking" / "f1_00_video.csv"

@@ -101,7 +101,7 @@ calib.track(session).to_frame()[["frequency_hz", "speed", "used"]].round(3)
 # %% [markdown]
 # ## 4. Found among others?
 #
-# The new effect beside some of the catalogue. (With all it takes half a minute.)
+# The new effect among some of the catalogue. (With all it takes half a minute.)
 
 # %%
 some = ["crank_arm_error", "stiffness_error", "added_mass_reaction", "segment_coefficients"]

@@ -1,9 +1,17 @@
-"""How far the held-out gap shrinks with what a diagnosis names, in one sentence."""
+"""A diagnosis in three sentences: where the gap is, which effect causes it, how far it shrinks with that."""
 
 from math import isnan
 
 from diagnosis.result import DiagnosisResult
 from reports.numbers import counted, in_mm, shown, spanned, whole_percent
+
+
+def gap_sentences(found: DiagnosisResult) -> tuple[str, str, str]:
+    """Each after its question."""
+    from diagnosis.sentences import sentences  # its package loads the twin
+
+    _, where, which = sentences(found)
+    return where, which, f"How far: {how_far(found)}"
 
 
 def how_far(found: DiagnosisResult) -> str:

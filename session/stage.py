@@ -22,7 +22,7 @@ KEPT = "kept"
 _SHORT = 8  # characters of a stamp
 
 
-class Fingerprinted(Protocol):
+class HasFingerprint(Protocol):
     """Whatever results may depend on."""
 
     @property
@@ -41,7 +41,7 @@ class Stage:
     """
 
     def __init__(
-        self, file: Path, inputs: Mapping[str, str], settings: Mapping[str, Any], after: Iterable[Fingerprinted] = ()
+        self, file: Path, inputs: Mapping[str, str], settings: Mapping[str, Any], after: Iterable[HasFingerprint] = ()
     ) -> None:
         self.file, self._inputs, self._settings, self._after = file, inputs, settings, tuple(after)
 

@@ -63,15 +63,11 @@ class Instant:
 def rows_of(record: _Rows, index: np.ndarray | slice, **known: Any) -> _Rows:
     """Some rows of a dataclass of arrays, and of the dataclasses in it, but for fields known; what has none stays.
 
-    Asked for at every step, so without the constructor, which would look at each field once more. Of rows side by side
-    it is a view: nobody writes into what is shown.
+    Of rows side by side it is a view: nobody writes into what is shown.
     """
     kind: Any = type(record)
-    taken = object.__new__(kind)
-    for name in _field_names(kind):
-        value = known[name] if name in known else _rows_of_field(getattr(record, name), index)
-        object.__setattr__(taken, name, value)
-    return taken
+    names = _field_names(kind)
+    return kind(**{n: known[n] if n in known else _rows_of_field(getattr(record, n), index) for n in names})
 
 
 def _rows_of_field(value: Any, index: np.ndarray | slice) -> Any:

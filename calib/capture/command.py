@@ -96,7 +96,7 @@ def _scan(options: argparse.Namespace) -> int:
         )
     found = scan(names, options.baud or BAUD_ORDER, _complain)
     for motor in found:
-        _say(motor.describe())
+        _print(motor.describe())
     if not any(motor.is_ours for motor in found):
         raise UserError("no XW540-T140-R answers. Has it power (12 V)? Is its cable plugged in at both ends?")
     return 0
@@ -106,12 +106,12 @@ def _run(options: argparse.Namespace) -> int:
     settings = _settings(options)
     port = open_port(options.port, options.baud)
     try:
-        capture(settings, port, _say)
+        capture(settings, port, _print)
     finally:
         with contextlib.suppress(Exception):
             port.closePort()
     added = "1 trial" if len(settings.hz) == 1 else f"{len(settings.hz)} trials"
-    _say(f'{settings.out}: {added} added, role = "{settings.role}"')
+    _print(f'{settings.out}: {added} added, role = "{settings.role}"')
     return 0
 
 
@@ -127,7 +127,7 @@ def _emulate(options: argparse.Namespace) -> int:
     except ImportError as error:
         raise UserError("the emulator needs pseudo-terminals, which this system does not have: use Linux") from error
     motor = Emulator(id=options.id, load_nm=options.load, seed=options.seed, baud=options.baud)
-    run_emulator(motor, _say)
+    run_emulator(motor, _print)
     return 0
 
 
@@ -180,7 +180,7 @@ def _speeds(text: str, faults: list[str]) -> tuple[float, ...]:
     return tuple(speeds)
 
 
-def _say(line: str) -> None:
+def _print(line: str) -> None:
     """Prints a line; a terminal that is gone must not keep the motor from being stopped."""
     with contextlib.suppress(OSError, ValueError):
         print(line, flush=True)

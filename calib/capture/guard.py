@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from calib.capture import registers
 from calib.capture.errors import MotorFault
 from calib.capture.motor import Reading
-from calib.capture.registers import Unwrapped
+from calib.capture.registers import TurnCounter
 
 
 @dataclass(frozen=True)
@@ -37,7 +37,7 @@ class Guard:
 
     def __init__(self, limits: Limits) -> None:
         self._limits = limits
-        self._tick = Unwrapped(registers.TICKS)
+        self._tick = TurnCounter(registers.TICKS)
         self._last: tuple[Reading, int] | None = None
         self._goal = 0
         self._goal_s = float("-inf")

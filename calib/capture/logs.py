@@ -11,7 +11,7 @@ from typing import TextIO
 from calib.capture import registers
 from calib.capture.errors import UserError
 from calib.capture.motor import Reading
-from calib.capture.registers import Unwrapped
+from calib.capture.registers import TurnCounter
 
 MOTOR_HEADER = "time_s,position_rad,velocity_rad_s,current_a,voltage_v,temperature_c,error"
 COMMANDS_HEADER = "time_s,part,velocity_rad_s"
@@ -37,7 +37,7 @@ class TrialLog:
         self.last_s = -math.inf
         self._steady: list[tuple[float, int]] = []  # first and last time and position, s and pulses
         self._commands_path = folder / f"{name}.commands.csv"
-        self._position = Unwrapped(2**32)
+        self._position = TurnCounter(2**32)
         self._motor: TextIO | None = None
         self._commands: TextIO | None = None
 

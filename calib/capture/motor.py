@@ -25,8 +25,8 @@ from calib.capture.registers import (
     VELOCITY_LIMIT,
     VELOCITY_MODE,
     WATCHDOG_S,
-    Measured,
-    Unwrapped,
+    Telemetry,
+    TurnCounter,
 )
 
 WATCHDOG = 20
@@ -56,7 +56,7 @@ class Reading(NamedTuple):
 
     time_s: float
     took_s: float
-    measured: Measured
+    measured: Telemetry
     hardware_error: int = 0
     timely: bool = True
 
@@ -230,7 +230,7 @@ class Freshness:
     """
 
     def __init__(self) -> None:
-        self._tick = Unwrapped(registers.TICKS)
+        self._tick = TurnCounter(registers.TICKS)
         self._reference: tuple[float, float, float] | None = None
         self._shortest_s = math.inf
 

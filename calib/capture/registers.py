@@ -61,7 +61,7 @@ HARDWARE_ERRORS = {
 """The bits of the hardware error status."""
 
 
-class Measured(NamedTuple):
+class Telemetry(NamedTuple):
     """One reading of the motor, in the units of the control table, signed; position and tick wrap.
 
     Attributes:
@@ -81,9 +81,9 @@ class Measured(NamedTuple):
     temperature: int
 
 
-def decode_measured(data: bytes) -> Measured:
+def decode_measured(data: bytes) -> Telemetry:
     """The values of the 27 bytes from address 120 on."""
-    return Measured(*struct.unpack("<H4xhii8xHB", data))
+    return Telemetry(*struct.unpack("<H4xhii8xHB", data))
 
 
 def velocity_units(turns_per_s: float) -> int:
@@ -117,7 +117,7 @@ def describe_hardware_error(bits: int) -> str:
     return ", ".join(known) if known else f"unknown error {bits:#04x}"
 
 
-class Unwrapped:
+class TurnCounter:
     """A counter of `modulus` steps, followed over its wraps.
 
     Between two values it must move by less than half the modulus, either way.

@@ -23,12 +23,12 @@ def track(
     as_json: AsJson = False,
 ) -> None:
     """Tracks the markers in a session's videos, with the state and confidence of each sample, and flags."""
-    from calib.tracked_videos import tell_tracks, write_click_pages
+    from calib.tracked_videos import print_tracks, write_click_pages
 
     if click:
         write_click_pages(session, as_json)
     else:
-        tell_tracks(session, method, export, workers, as_json)
+        print_tracks(session, method, export, workers, as_json)
 
 
 def edit(

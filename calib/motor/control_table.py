@@ -84,7 +84,7 @@ GOALS = frozenset({"goal_pwm", "goal_current", "goal_velocity"})
 """Entries that a tripped bus watchdog makes read-only."""
 
 
-class Refused(Exception):
+class Refusal(Exception):
     """A read or write the control table does not allow; `number` goes into the status packet's error byte."""
 
     def __init__(self, number: ErrorNumber) -> None:
@@ -123,30 +123,30 @@ class ControlTable:
         """The bytes at an address, as the bus reads them.
 
         Raises:
-            Refused: ACCESS where a byte belongs to no entry, DATA_LENGTH for no bytes at all.
+            Refusal: ACCESS where a byte belongs to no entry, DATA_LENGTH for no bytes at all.
         """
         if length == 0:
-            raise Refused(ErrorNumber.DATA_LENGTH)
+            raise Refusal(ErrorNumber.DATA_LENGTH)
         if address + length > SIZE or any(at not in DEFINED for at in range(address, address + length)):
-            raise Refused(ErrorNumber.ACCESS)
+            raise Refusal(ErrorNumber.ACCESS)
         return bytes(self._memory[address : address + length])
 
     def check_write(self, address: int, data: bytes) -> dict[str, int]:
         """What a write from the bus would change: {entry: value}. Nothing is changed yet: a write counts whole.
 
         Raises:
-            Refused: ACCESS for an entry that is read-only, undefined, or in EEPROM while torque is on; DATA_LENGTH
+            Refusal: ACCESS for an entry that is read-only, undefined, or in EEPROM while torque is on; DATA_LENGTH
                 for part of an entry; DATA_RANGE and DATA_LIMIT for values out of bounds, and for goals after the bus
                 watchdog has tripped.
         """
         if not data:
-            raise Refused(ErrorNumber.DATA_LENGTH)
+            raise Refusal(ErrorNumber.DATA_LENGTH)
         values: dict[str, int] = {}
         at, end = address, address + len(data)
         while at < end:
             item = self._writable_at(at)
             if at + item.size > end:
-                raise Refused(ErrorNumber.DATA_LENGTH)
+                raise Refusal(ErrorNumber.DATA_LENGTH)
             raw = data[at - address : at - address + item.size]
             values[item.name] = int.from_bytes(raw, "little", signed=item.low < 0)
             at += item.size
@@ -156,12 +156,12 @@ class ControlTable:
 
     def _writable_at(self, address: int) -> Item:
         if address not in DEFINED:
-            raise Refused(ErrorNumber.ACCESS)
+            raise Refusal(ErrorNumber.ACCESS)
         item = BY_ADDRESS.get(address)
         if item is None:
-            raise Refused(ErrorNumber.DATA_LENGTH)
+            raise Refusal(ErrorNumber.DATA_LENGTH)
         if not item.writable or (address < EEPROM_END and self["torque_enable"]):
-            raise Refused(ErrorNumber.ACCESS)
+            raise Refusal(ErrorNumber.ACCESS)
         return item
 
     def _check_value(self, item: Item, value: int, together: dict[str, int]) -> None:
@@ -170,6 +170,6 @@ class ControlTable:
         if item.name == "bus_watchdog":
             allowed = value == 0 if tripped else value >= 0
         if not allowed or (tripped and item.name in GOALS):
-            raise Refused(ErrorNumber.DATA_RANGE)
+            raise Refusal(ErrorNumber.DATA_RANGE)
         if item.limit and abs(value) > together.get(item.limit, self[item.limit]):
-            raise Refused(ErrorNumber.DATA_LIMIT)
+            raise Refusal(ErrorNumber.DATA_LIMIT)

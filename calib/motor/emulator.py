@@ -10,7 +10,7 @@ import time
 from collections.abc import Callable
 from random import Random
 
-from calib.motor.control_table import Refused
+from calib.motor.control_table import Refusal
 from calib.motor.motor_physics import MotorConstants, MotorPhysics
 from calib.motor.protocol import (
     ALERT,
@@ -131,7 +131,7 @@ class Emulator:
             return b""
         try:
             answer = self._status(ErrorNumber.NONE, self._obey(packet))
-        except Refused as refusal:
+        except Refusal as refusal:
             answer = self._status(refusal.number)
         return answer if own or packet.instruction == Instruction.PING else b""
 
@@ -139,7 +139,7 @@ class Emulator:
         """The parameters of the answer.
 
         Raises:
-            Refused: the motor does not know the instruction, or does not do it.
+            Refusal: the motor does not know the instruction, or does not do it.
         """
         params = packet.params
         match packet.instruction:
@@ -152,9 +152,9 @@ class Emulator:
                 self._servo.write(self.table.check_write(_number(params[:2]), params[2:]))
                 return b""
             case Instruction.READ | Instruction.WRITE:
-                raise Refused(ErrorNumber.DATA_LENGTH)
+                raise Refusal(ErrorNumber.DATA_LENGTH)
             case _:
-                raise Refused(ErrorNumber.INSTRUCTION)
+                raise Refusal(ErrorNumber.INSTRUCTION)
 
     def _status(self, number: ErrorNumber, params: bytes = b"") -> bytes:
         """A status packet: the error byte, with the alert where there is a hardware error, then the parameters."""

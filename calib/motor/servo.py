@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from enum import IntFlag
 from random import Random
 
-from calib.motor.control_table import ControlTable, Refused
+from calib.motor.control_table import ControlTable, Refusal
 from calib.motor.motor_physics import RPM, MotorPhysics
 from calib.motor.protocol import ErrorNumber
 
@@ -103,11 +103,11 @@ class Servo:
         shutdown fails until a reboot; a change of mode resets profile and goals.
 
         Raises:
-            Refused: RESULT_FAIL for torque on after a shutdown.
+            Refusal: RESULT_FAIL for torque on after a shutdown.
         """
         table = self.table
         if values.get("torque_enable") and table["hardware_error_status"] & table["shutdown"]:
-            raise Refused(ErrorNumber.RESULT_FAIL)
+            raise Refusal(ErrorNumber.RESULT_FAIL)
         for name, value in values.items():
             table[name] = value
         if "operating_mode" in values:

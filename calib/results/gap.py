@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass, field
 
 import pandas as pd
 
-from calib.diagnosis_summary import diagnosis_lines, main_caveat, next_experiment, supposition_lines
+from calib.diagnosis_summary import diagnosis_lines, main_caveat, next_experiment, test_lines
 from calib.results.figures import GapFigures
 from calib.results.result import Result
 from diagnosis.result import (
@@ -20,8 +20,7 @@ from diagnosis.result import (
     SuppositionResult,
     parameters_of,
 )
-from diagnosis.sentences import sentences
-from reports.gap_words import how_far
+from reports.gap_words import gap_sentences
 from reports.numbers import in_words
 
 
@@ -111,12 +110,9 @@ class GapResult(Result):
 
     def summary(self) -> str:
         """Where, which, how far, the main caveat, the next experiment and the verdict, in six lines."""
-        _, where, which = sentences(self.data)
         return "\n".join(
             [
-                where,
-                which,
-                f"How far: {how_far(self.data)}",
+                *gap_sentences(self.data),
                 f"Main caveat: {main_caveat(self.data)}.",
                 f"Next experiment: {next_experiment(self.data)}.",
                 f"Verdict: {in_words(self.verdict)}. Next: calib report {self.session.folder}",
@@ -177,7 +173,7 @@ class EffectTest(Result):
 
     def details(self) -> list[str]:
         """The same with blank lines between its parts."""
-        return supposition_lines(self.data)
+        return test_lines(self.data)
 
     def _tables(self) -> Mapping[str, Callable[[], pd.DataFrame]]:
         return {"effects": self._effects}

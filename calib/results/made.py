@@ -71,7 +71,7 @@ def test_result(pipeline: Pipeline, found: SuppositionResult) -> EffectTest:
 
 def structure_result(pipeline: Pipeline) -> StructureResult:
     """What the dry experiments say."""
-    name = "no swim to fit; the dry experiments alone"
+    name = "no swim trial to fit; the dry experiments alone"
     return StructureResult(name=name, file=pipeline.structures.file, data=pipeline.structure, **_common(pipeline))
 
 

@@ -29,7 +29,7 @@ class StructureResult(Result):
         flags = self.to_frame("flags")
         caveat = f"Main caveat: {flags.message.iloc[0]}." if len(flags) else "No caveat."
         sources = [source.sentence for source in self.data.sources]
-        add = f"Next: film a swim, add it to {self.session.folder / 'session.toml'}"
+        add = f"Next: film a swim trial, add it to {self.session.folder / 'session.toml'}"
         return "\n".join([f"{self.session.name}: {self.name}.", *sources, caveat, add])
 
     def details(self) -> list[str]:

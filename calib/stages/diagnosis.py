@@ -52,9 +52,11 @@ class DiagnosisStage(Stage):
         own: tuple[Effect, ...] = (),
     ) -> None:
         self._job, self._recordings, self._fit, self._without, self._own = job, recordings, fit, without, own
-        told = {name: [list(parameter) for parameter in effect.parameters] for name, effect in self.effects.items()}
+        parameters = {
+            name: [list(parameter) for parameter in effect.parameters] for name, effect in self.effects.items()
+        }
         self.effort = effort or job.options.effort
-        settings = {"form": _FORM, "effort": self.effort, "effects": told, "seed": job.session.seed}
+        settings = {"form": _FORM, "effort": self.effort, "effects": parameters, "seed": job.session.seed}
         super().__init__(job.results / "diagnosis.json", {}, settings, [recordings, fit])
 
     @cached_property
@@ -105,8 +107,8 @@ class DiagnosisStage(Stage):
         self.mark(written)
         job.made.extend(written)
 
-    def suppose(self, names: Sequence[str]) -> SuppositionResult:
-        """Asks what the swims say of effects that a user names; ``results/supposed.json``, made anew every time.
+    def test(self, names: Sequence[str]) -> SuppositionResult:
+        """Tests effects that a user names; ``results/supposed.json``, made anew every time.
 
         Args:
             names: of effects of the catalogue.

@@ -187,7 +187,7 @@ class FitStage(Stage):
 
     def _made(self) -> Calibration:
         job = self._job
-        self._say_why_again()
+        self._report_why_again()
         structure, trials = self._structures.current(), self._recordings.swims  # the structure needs no swim
         starts, workers = STARTS[self.effort], job.options.workers
         calibration = calibrate(trials, structure, starts, job.session.seed, workers, job.progress)
@@ -200,7 +200,7 @@ class FitStage(Stage):
         job.made.extend(written)
         return calibration
 
-    def _say_why_again(self) -> None:
+    def _report_why_again(self) -> None:
         """Says what differs from the calibration that is about to be replaced."""
         job = self._job
         try:

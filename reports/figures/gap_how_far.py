@@ -20,7 +20,8 @@ def gap_waterfall_figure(found: DiagnosisResult) -> Figure:
     gap = found.gap
     before, after = gap.squares_before, gap.squares_after
     highest = max(before, after, _FLOOR)
-    figure, axes = panel(HALF_WIDTH_IN, 2.6, Margins(left=0.52, right=0.08, bottom=0.62, top=0.28))
+    bottom = max(0.62, 0.32 + 0.125 * len(found.effect_parameters))  # a line an effect
+    figure, axes = panel(HALF_WIDTH_IN, 1.98 + bottom, Margins(left=0.52, right=0.08, bottom=bottom, top=0.28))
     names = {"plain twin": of_its_size(before)}
     ends, colours = [(0.0, before)], [MUTED]
     if found.effect_parameters:
@@ -29,9 +30,9 @@ def gap_waterfall_figure(found: DiagnosisResult) -> Figure:
         ends.append((before, after))
         colours.append(EBT_SMOOTHED if after <= before else WARN)
         if not isnan(gap.shrinkage):
-            share, above = f"{whole_percent(gap.shrinkage)} of the gap", max(before, after) + 0.105 * highest
+            share, above = f"{whole_percent(gap.shrinkage)} of the gap", max(before, after) + 0.15 * highest
             axes.text(1, above, share, ha="center", va="bottom", fontsize=7.5)
-    names |= {"left": of_its_size(after), "noise": "1"}
+    names |= {"remains": of_its_size(after), "noise": "1"}
     ends += [(max(after, _FLOOR), _FLOOR), (_FLOOR, 0.0)]
     for place, ((start, end), colour, value) in enumerate(
         zip(ends, [*colours, GAP, TWIN], names.values(), strict=True)
@@ -42,7 +43,7 @@ def gap_waterfall_figure(found: DiagnosisResult) -> Figure:
         axes.text(place, above, value, ha="center", va="bottom", fontsize=9, fontweight="bold")
         axes.plot([place + 0.36, place + 0.64], [end, end], color=MUTED, linewidth=0.8 if end else 0.0)
     axes.set_xticks(range(len(names)), list(names))
-    axes.set(xlim=(-0.55, len(names) - 0.45), ylim=(0.0, 1.22 * highest), ylabel="mean squared residual")
+    axes.set(xlim=(-0.55, len(names) - 0.45), ylim=(0.0, 1.28 * highest), ylabel="mean squared residual")
     axes.tick_params(axis="x", length=0)
     axes.grid(visible=False, axis="x")
     return figure
@@ -57,9 +58,9 @@ def gap_held_out_figure(gap: GapSize, added: bool) -> Figure:
         added: whether there are effects.
     """
     trials = gap.trials or {}
-    names, told = [*trials, "mean"], list(trials.values())
-    before_mm, after_mm = np.array([[trial.before_mm, trial.after_mm] for trial in told]).T
-    errors = MM * np.abs([[t.speed_before - t.speed_measured, t.speed_after - t.speed_measured] for t in told]).T
+    names, compared = [*trials, "mean"], list(trials.values())
+    before_mm, after_mm = np.array([[trial.before_mm, trial.after_mm] for trial in compared]).T
+    errors = MM * np.abs([[t.speed_before - t.speed_measured, t.speed_after - t.speed_measured] for t in compared]).T
     grid = Grid(2, 0.2 + 0.24 * len(names), (0.22, 0.0))
     figure, (left, right) = panels(2, grid, HALF_WIDTH_IN, Margins(left=0.85, right=0.2, top=0.5, bottom=0.42))
     _rows(left, _with_mean(before_mm), _with_mean(after_mm), added)

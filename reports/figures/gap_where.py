@@ -65,5 +65,5 @@ def _bars(axes: Axes, shares: Mapping[str, float], alone: Mapping[str, float], s
 
 def _range(share: float, alone: float) -> str:
     """`3 to 10 %`, or one number where both are the same."""
-    told = [whole_percent(value) for value in sorted((share, alone))]
-    return told[0] if told[0] == told[1] else f"{told[0][:-2]} to {told[1]}"
+    ends = [whole_percent(value) for value in sorted((share, alone))]
+    return ends[0] if ends[0] == ends[1] else f"{ends[0][:-2]} to {ends[1]}"

@@ -18,11 +18,11 @@ def gap_effects_figure(found: DiagnosisResult) -> Figure:
     """A bar an effect, the likeliest first; those that are named in colour."""
     chances = found.chances
     others = {"none_of_these": found.none_of_these, "nothing": found.no_gap_probability}
-    told = [name for name in chances if chances[name] >= _LEAST or name in found.effects][:_MOST]
-    rows = [*((name, chances[name]) for name in told), *others.items()]
+    likeliest = [name for name in chances if chances[name] >= _LEAST or name in found.effects][:_MOST]
+    rows = [*((name, chances[name]) for name in likeliest), *others.items()]
     figure, axes = panel(HALF_WIDTH_IN, 0.62 + 0.21 * len(rows), Margins(left=1.55, right=0.42, bottom=0.36, top=0.16))
     axes.axvline(HELD, color=MUTED, linewidth=0.8, linestyle=(0, (4, 3)), zorder=0.5)
-    axes.text(HELD, 0.75, "said from here", ha="center", va="bottom", fontsize=7, color=MUTED)
+    axes.text(HELD, 0.75, "named from here", ha="center", va="bottom", fontsize=7, color=MUTED)
     for row, (name, chance) in enumerate(rows):
         _bar(axes, -row - 0.4 * (name in others), name, chance, found)
     ticks = [-row - 0.4 * (name in others) for row, (name, _) in enumerate(rows)]

@@ -13,7 +13,7 @@ from reports.numbers import MISSING, in_mm, listed, percent, sentence, shown
 
 T = TypeVar("T")
 
-NOT_USED = "The arm below is not used: the swims were fitted with the assumed one."
+NOT_USED = "The arm below is not used: the swim trials were fitted with the assumed one."
 COLUMNS = table_head(
     "dry run | commanded [Hz] | speed [Hz, ± standard error] | off command [%] | phase [°] | distance [mm] | "
     "lowest alone [mm] | arm alone [mm]"

@@ -1,16 +1,13 @@
 """Forecasts of held-out trials by the model and by simple baselines."""
 
 from fitting.model.session_forecast import BEATS, GIVEN
-from reports.blocks import Plot, Plots, Prose, Section, Table, table_head
+from reports.blocks import Plot, Plots, Section, Table, table_head
 from reports.context import ReportContext
 from reports.figures.forecasts import forecasts_figure
 from reports.forecast_words import (
     MODELS,
-    gain_sentence,
     is_baseline,
-    marker_sentence,
     mean_speed_errors,
-    speed_sentence,
 )
 from reports.numbers import counted, in_mm, shown, whole_percent
 
@@ -31,12 +28,7 @@ def build(context: ReportContext) -> Section | None:
         "fitted trials. After two beats: trim, registration and boxes come from the trial's first two beats. A band "
         "that misses the measured speed is too narrow.",
     )
-    blocks = (
-        Prose(" ".join(filter(None, (each(forecasts) for each in (speed_sentence, gain_sentence, marker_sentence))))),
-        Plots((plot,)),
-        _table(context),
-    )
-    return Section("Forecasts", "forecasts", blocks, _caveats(context))
+    return Section("Forecasts", "forecasts", (Plots((plot,)), _table(context)), _caveats(context))
 
 
 def _table(context: ReportContext) -> Table:

@@ -7,6 +7,7 @@ from markupsafe import Markup
 from diagnosis.result import AllEffects, Attribution, Controls, DiagnosisResult, GapSize, Remainder
 from reports.blocks import Block, Plots, Points, Prose, Section
 from reports.context import ReportContext
+from reports.gap_words import gap_sentences
 from reports.numbers import in_mm, in_words, listed, shown, spanned, whole_percent
 from reports.sections.gap_evidence import evidence, missing, next_experiments
 from reports.sections.gap_plots import gap_plots
@@ -36,14 +37,12 @@ def build(context: ReportContext) -> Section:
             "that effect."
         )
         return Section("Sim-to-real gap", "gap", (Prose(text),))
-    from diagnosis.sentences import sentences  # its package loads the twin
-
     plots = gap_plots(found, context.calibration.robot, context.session.markers)
 
     def of(*names: str) -> Plots:
         return Plots(tuple(plots[f"gap-{name}"] for name in names if f"gap-{name}" in plots))
 
-    leads = tuple(Prose(_lead(text), lead=True) for text in sentences(found))
+    leads = tuple(Prose(_lead(text), lead=True) for text in gap_sentences(found))
     where = (of("fish"), Prose(_how(found)), of("shares"))
     how_far: tuple[Block, ...] = (Prose(_NOT_HELD_OUT),)
     if found.gap.trials:
@@ -197,7 +196,7 @@ def _shrinkage(found: DiagnosisResult) -> str:
         why = " Both twins were refitted to the fit trials. The interval covers trials, noise and fitted parameters."
     if gap.shrinkage > 1:
         why += " Above 100 %: the residual is smaller than the assumed noise."
-    worse = " What explains the fitted swims does not carry over." if gap.shrinkage < 0 else ""
+    worse = " What explains the fit trials does not help the held-out ones." if gap.shrinkage < 0 else ""
     return text + why + worse + _controls(gap.controls)
 
 

@@ -27,7 +27,7 @@ def build(context: ReportContext) -> Section:
     """A row for each number of the structure, then how the crank turns."""
     structure = context.calibration.structure
     rows = (*map(_row, structure.sources), *_turns(context))
-    caption = "The structure that the swims were fitted with, in the order in which it was found."
+    caption = "The structure that the swim trials were fitted with, in the order in which it was found."
     return Section(
         "What the twin is built from",
         "structure",
@@ -38,8 +38,8 @@ def build(context: ReportContext) -> Section:
 
 def _text(sources: tuple[Source, ...]) -> str:
     chain = (
-        "Free decays give the hinges, dry runs with these hinges the crank arm, and only then do the swims give the "
-        "coefficients of the fluid. "
+        "Free decays give the hinges, dry runs with these hinges the crank arm, then the swim trials the fluid "
+        "coefficients. "
     )
     missing = [WORDS.get(source.quantity, source.quantity) for source in sources if source.assumed]
     if not missing:

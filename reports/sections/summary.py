@@ -4,7 +4,7 @@ from fitting import CalibratedTrial
 from reports.blocks import Prose, Section, Terms
 from reports.context import ReportContext
 from reports.forecast_words import gain_sentence, marker_sentence, speed_sentence
-from reports.gap_words import how_far
+from reports.gap_words import gap_sentences
 from reports.numbers import counted, in_mm, in_words, listed, of_its_size, shown, spanned
 from reports.sections.caveats import caveats_of
 
@@ -72,10 +72,8 @@ def _what_is_missing(context: ReportContext) -> str:
     found = context.diagnosed
     if found is None:
         return "Not known: the gap was not diagnosed."
-    from diagnosis.sentences import sentences  # its package loads the twin
-
-    which = sentences(found)[2].partition(": ")[2]
-    return f"{which[:1].upper()}{which[1:]} {how_far(found)}"
+    which, how_far = (text.partition(": ")[2] for text in gap_sentences(found)[1:])
+    return f"{which[:1].upper()}{which[1:]} {how_far}"
 
 
 def _next_step(context: ReportContext) -> str:

@@ -89,7 +89,7 @@ def _row(trial: CalibratedTrial, waves: Waves, robot: RobotSpec) -> tuple[str, .
 
 def _table(rows: tuple[tuple[str, ...], ...], last: str) -> Table:
     return Table(
-        f"Dimensionless numbers of each swim, with the amplitude A of {last} and the body length L: swimming number "
+        f"Dimensionless numbers of each trial, with the amplitude A of {last} and the body length L: swimming number "
         "Sw = ω A L / ν, Reynolds number Re = U L / ν, Strouhal number St = 2 A f / U (Gazzola, Argentina and "
         f"Mahadevan, Nature Physics 10, 2014). The lag is that of {last} behind the first tail marker.",
         COLUMNS,

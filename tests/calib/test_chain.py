@@ -127,7 +127,7 @@ def test_another_search_does_not_find_the_structure_again(calib: Front, fitted: 
 
 @pytest.mark.long
 def test_a_missing_decay_is_assumed_and_reported(calib: Front, unfitted: Path) -> None:
-    outcome = calib("fit", only(unfitted, "slow", "fast", "dry_fast"), "--effort", "quick")
+    outcome = calib("fit", only(unfitted, "slow", "fast", "dry_fast"), "--effort", "quick", "-v")
     data = json.loads((unfitted / "results" / "calibration.json").read_text())
 
     assert outcome.code == 0, outcome.err
@@ -145,7 +145,7 @@ def test_a_session_without_a_swim_gives_the_structure_alone(calib: Front, unfitt
 
     outcome = calib("fit", unfitted)
     assert outcome.code == 0, outcome.err
-    assert "no swim to fit" in outcome.out
+    assert "no swim trial to fit" in outcome.out
     assert "(standard error) from dry runs dry_slow, dry_fast" in outcome.out
     assert outcome.out.splitlines()[-1].endswith("structure.json")
     assert results_of(unfitted).keys() == STRUCTURE | {
@@ -161,7 +161,7 @@ def test_what_needs_a_swim_says_so_once_the_structure_stands(calib: Front, unfit
 
     outcome = calib("run", unfitted, "--effort", "quick")
     assert outcome.code == 0
-    assert "no swim to fit" in outcome.out
+    assert "no swim trial to fit" in outcome.out
     assert_reports(calib("posterior", unfitted), "no swim with tracks", "found pull (free_decay)")
     assert results_of(unfitted).keys() >= STRUCTURE
 
@@ -214,7 +214,7 @@ def test_an_experiment_that_is_not_believed_is_reported(calib: Front, unfitted: 
         position_px[:, 3:] += np.random.default_rng(0).normal(0.0, 6.0, position_px[:, 3:].shape)
 
     change_tracks(only(unfitted, "slow", "pull"), "pull", shake)
-    outcome = calib("fit", unfitted, "--effort", "quick")
+    outcome = calib("fit", unfitted, "--effort", "quick", "-v")
     data = json.loads((unfitted / "results" / "calibration.json").read_text())
 
     assert outcome.code == 0, outcome.err

@@ -146,11 +146,11 @@ def test_what_somebody_supposes_is_weighed_and_changes_no_diagnosis(calib: Front
 
     assert outcome.code == 0
     lines = outcome.out.splitlines()
-    assert lines[0] == "Supposed: crank arm error, scale error."
+    assert lines[0] == "Tested: crank arm error, scale error."
     assert lines[-1] == str(diagnosed / "results" / "supposed.json")
     data = SUPPOSITION.read(diagnosed / "results")
     assert list(data.log_bayes_factor_of_each) == ["crank_arm_error", "scale_error"]
-    assert data.fitted.with_effects_placed_mm > 0
+    assert data.fitted.with_effects_mm > 0
     assert data.gap.evaluated_on == ("fast",)
     after = files_in(diagnosed / "results")
     assert {name: after[name] for name in before} == before

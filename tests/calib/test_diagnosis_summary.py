@@ -4,7 +4,8 @@ from dataclasses import replace
 
 import pytest
 
-from calib.diagnosis_summary import diagnosis_lines, supposition_lines
+from calib.diagnosis_summary import diagnosis_lines
+from calib.diagnosis_summary import test_lines as lines_of_test
 from diagnosis.result import DiagnosisResult, Experiment, SuppositionResult
 from tests.reports.diagnoses import made_diagnosed
 
@@ -13,7 +14,7 @@ CLOCK = "time_base_error"
 
 def checks(data: DiagnosisResult) -> list[str]:
     """Beside that of two swims none can be left out."""
-    return [line for line in diagnosis_lines(data) if line.startswith("check: ") and "two swims" not in line]
+    return [line for line in diagnosis_lines(data) if line.startswith("check: ") and "two trials" not in line]
 
 
 def beating(at: float, verdict: str = "named", named: tuple[str, ...] = (CLOCK,)) -> DiagnosisResult:
@@ -48,11 +49,11 @@ def test_what_the_catalogue_lacked_is_reported() -> None:
 def test_a_single_fitted_swim_is_reported_to_be_little() -> None:
     data = made_diagnosed("unexplained")
     data = replace(data, missing_forces=replace(data.missing_forces, trials=("fast",)))
-    assert any("one swim was fitted" in line for line in checks(data))
+    assert any("one trial was fitted" in line for line in checks(data))
 
 
 def test_names_that_no_trial_left_out_could_check_are_reported_to_be_unchecked() -> None:
-    said = "no name was checked on a swim left out"
+    said = "cross-validation of the names takes three"
     assert any(said in line for line in diagnosis_lines(made_diagnosed("named")))
     checked = {"cross_validation": {"trials": ["a", "b", "c"], "shrinkage": 0.4, "shrinkage_ci95": [0.1, 0.6]}}
     assert not any(said in line for line in diagnosis_lines(made_diagnosed("named", evidence=checked)))
@@ -87,4 +88,4 @@ def test_numbers_have_the_digits_of_their_interval_and_ratios_no_unit() -> None:
 def test_a_supposed_gap_that_grows_is_reported_to_grow() -> None:
     gap = made_diagnosed("named", gap={"shrinkage": -0.04, "shrinkage_ci95": [-0.25, 0.2]}).gap
     reported = SuppositionResult(("wave_drag",), 1.4, {"wave_drag": 1.4}, {}, gap, gap)
-    assert supposition_lines(reported)[-1] == "The held-out gap grows by 4% (-20% to 25%)."
+    assert lines_of_test(reported)[-1] == "The held-out gap grows by 4% (-20% to 25%)."

@@ -38,9 +38,9 @@ def test_before_a_fit_it_shows_videos_and_tracks(calib: Front, tracked: Path) ->
 
 
 @pytest.mark.parametrize("again", [False, *later(True)])
-def test_after_a_fit_of_any_kind_it_shows_the_twin_next_to_them(calib: Front, fitted: Path, again: bool) -> None:
+def test_after_a_fit_of_any_effort_it_shows_the_twin_next_to_them(calib: Front, fitted: Path, again: bool) -> None:
     if again:
-        assert calib("fit", fitted, "--objective", "shape").code == 0
+        assert calib("fit", fitted, "--effort", "full").code == 0
     contents = shown(calib, fitted)
 
     calibration = json.loads((fitted / "results" / "calibration.json").read_text())
@@ -63,10 +63,10 @@ def test_a_fit_that_is_out_of_date_is_not_shown(calib: Front, fitted: Path) -> N
 
 
 @pytest.mark.long
-def test_tracks_too_short_to_measure_are_still_shown(calib: Front, filmed: Path) -> None:
-    edit(filmed / "session.toml", "warmup_s = 1.0", "warmup_s = 9.0")
+def test_tracks_too_short_to_measure_are_still_shown(calib: Front, tracked: Path) -> None:
+    edit(tracked / "session.toml", "warmup_s = 1.0", "warmup_s = 9.0")
 
-    assert shown(calib, filmed).entities["/slow/confidence"].rows[SCALARS] == FRAMES["slow"]
+    assert shown(calib, tracked).entities["/slow/confidence"].rows[SCALARS] == FRAMES["slow"]
 
 
 def test_a_session_with_nothing_to_show_is_reported_so(calib: Front, fresh: Path) -> None:

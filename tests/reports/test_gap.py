@@ -69,7 +69,7 @@ def test_the_summary_says_what_a_fit_leaves_out(verdict: str, said: str) -> None
 
 @pytest.mark.parametrize("verdict", VERDICTS)
 def test_three_sentences_answer_the_three_questions(pages: dict[str, Page], verdict: str) -> None:
-    asked = [pages[verdict].text.index(question) for question in ("How far?", "Where?", "Which?")]
+    asked = [pages[verdict].text.index(question) for question in ("Where?", "Which?", "How far?")]
 
     assert asked == sorted(asked)
     assert not re.search(r"\bnan\b|None", pages[verdict].text)
@@ -135,7 +135,7 @@ def test_a_gap_that_grows_is_said_and_drawn_as_such() -> None:
     shrunk = {"shrinkage": -0.5, "shrinkage_ci95": [-0.6, -0.4], "squares_after": 7.0}
     found = made_diagnosed(gap=shrunk)
 
-    assert "What explains the fitted swims does not carry over." in page_of(found).text
+    assert "What explains the fit trials does not help the held-out ones." in page_of(found).text
     assert colours_of(gap_waterfall_figure(found)) >= {WARN}
     assert EBT_SMOOTHED not in colours_of(gap_waterfall_figure(found))
 

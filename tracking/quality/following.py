@@ -46,7 +46,7 @@ class Gate:
 
 
 @dataclass(frozen=True, eq=False)
-class Followed:
+class MotionTrack:
     """What following found."""
 
     active: np.ndarray  # (n, m) the samples that fit
@@ -90,7 +90,7 @@ def follow(
     present: np.ndarray,
     start: np.ndarray,
     gate: Gate,
-) -> Followed:
+) -> MotionTrack:
     """Follows the markers at (n, m, 2) through a trial in the order given; times (n,) may run in either direction.
 
     Only samples that are present (n, m) are judged; from those in `start` (n, m), which fit the body's shape, it begins
@@ -112,7 +112,7 @@ def follow(
         filled = model.shape_and_pose.expected(known[t], start[t])
         place_px[t] = model.to_image(filled[None], shape_only[t : t + 1])[0]
         follower.forget()
-    return Followed(active, place_px)
+    return MotionTrack(active, place_px)
 
 
 class _Follower:

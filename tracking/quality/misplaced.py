@@ -5,7 +5,7 @@ from itertools import pairwise
 import numpy as np
 
 from tracking.quality.body_model import BodyModel, rows_alike
-from tracking.quality.following import Followed, Gate, follow
+from tracking.quality.following import Gate, MotionTrack, follow
 from tracking.stretches import stretches
 
 CLEARLY = 1.5
@@ -29,7 +29,7 @@ def misplaced(
     """(n, m) the samples that fit in neither direction of time, and stretches that both enclose; as for `follow`."""
     ahead = follow(model, time_s, position_px, present, start, gate)
     back = follow(model, -time_s[::-1], position_px[::-1], present[::-1], start[::-1], gate)
-    back = Followed(back.active[::-1], back.place_px[::-1])
+    back = MotionTrack(back.active[::-1], back.place_px[::-1])
     wrong = present & ~ahead.active & ~back.active
     for k in range(position_px.shape[1]):
         for first, last in _enclosed(k, position_px, present, ahead, back):
@@ -67,7 +67,7 @@ def widened(wrong: np.ndarray, off: np.ndarray, join: int) -> np.ndarray:
 
 
 def _enclosed(
-    k: int, position_px: np.ndarray, present: np.ndarray, ahead: Followed, back: Followed
+    k: int, position_px: np.ndarray, present: np.ndarray, ahead: MotionTrack, back: MotionTrack
 ) -> list[tuple[int, int]]:
     """Stretches of marker k that it enters by one jump and leaves by the opposite one.
 

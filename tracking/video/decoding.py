@@ -22,7 +22,7 @@ REPAIR = (
 )
 
 
-class Numbered(NamedTuple):
+class NumberedPicture(NamedTuple):
     """A decoded picture and its place in order of presentation."""
 
     number: int
@@ -48,7 +48,7 @@ class Decoder:
         """Closes the file; pictures already given stay readable."""
         self.container.close()
 
-    def decode(self, index: FrameIndex, start: int | None) -> Iterator[Numbered]:
+    def decode(self, index: FrameIndex, start: int | None) -> Iterator[NumberedPicture]:
         """Readable pictures in order of presentation, from the key frame with stamp `start` or from the file's start.
 
         A seek may land somewhere else; what comes is numbered by its own stamp. Pictures shown before the key frame
@@ -60,7 +60,7 @@ class Decoder:
             number = count if index.pts is None else index.number_of.get(_stamp(picture), -1)
             if number > last and not picture.is_corrupt and number not in index.corrupt:
                 last = number
-                yield Numbered(number, picture)
+                yield NumberedPicture(number, picture)
 
     def _pictures_from_start(self) -> Iterator[av.VideoFrame]:
         """All pictures; a file already read from is opened anew, as not every container can go back to its start."""

@@ -11,7 +11,7 @@ import numpy as np
 
 from session.errors import Fault, InputError
 from tracking.video.damage import lost_frames, missing_at_the_end, suspect_frames
-from tracking.video.decoding import Decoder, Numbered, fault
+from tracking.video.decoding import Decoder, NumberedPicture, fault
 from tracking.video.frame import Frame
 from tracking.video.index import index_frames, read_packets
 from tracking.video.info import VideoInfo
@@ -123,14 +123,14 @@ class Video:
                         return
         self._lost.update(range(wanted, stop))
 
-    def _onwards(self, decoder: Decoder, number: int) -> Iterator[Numbered]:
+    def _onwards(self, decoder: Decoder, number: int) -> Iterator[NumberedPicture]:
         """Frame `number`, or the next readable one after it, and all readable ones that follow.
 
         A start that overshoots (the container's seek landed too late, or the frame only becomes clean from further
         back) is tried again from earlier key frames. Pictures of another size come from damaged headers.
         """
-        first: Numbered | None = None
-        run: Iterator[Numbered] = iter(())
+        first: NumberedPicture | None = None
+        run: Iterator[NumberedPicture] = iter(())
         for start in self._index.starts(number):
             run = (one for one in decoder.decode(self._index, start) if one.number >= number and self._fits(one))
             first = next(run, None)
@@ -140,7 +140,7 @@ class Video:
             yield first
             yield from run
 
-    def _fits(self, numbered: Numbered) -> bool:
+    def _fits(self, numbered: NumberedPicture) -> bool:
         return (numbered.picture.width, numbered.picture.height) == self._stored_size_px
 
     def _survey(self, container: av.container.InputContainer, stream: av.VideoStream) -> None:
@@ -166,7 +166,7 @@ class Video:
             damage=missing_at_the_end(index, container, stream),
         )
 
-    def _as_frame(self, numbered: Numbered) -> Frame:
+    def _as_frame(self, numbered: NumberedPicture) -> Frame:
         number, picture = numbered
         return Frame(number, float(self.info.time_s[number]), picture, self.info.rotation_deg // 90)
 

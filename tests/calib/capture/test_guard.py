@@ -3,7 +3,7 @@ import pytest
 from calib.capture import Limits, MotorFault, registers
 from calib.capture.guard import Guard
 from calib.capture.motor import Reading
-from calib.capture.registers import Measured
+from calib.capture.registers import Telemetry
 
 GOAL = registers.velocity_units(0.6)
 
@@ -11,7 +11,7 @@ GOAL = registers.velocity_units(0.6)
 def reading(k: int, *, velocity: int = GOAL, ampere: float = 0.5, celsius: int = 30, late_ms: int = 0) -> Reading:
     """The kth of readings every 10 ms; the tick wraps on the way."""
     tick = (32000 + 10 * k - late_ms) % registers.TICKS
-    return Reading(5 + k / 100, 0.001, Measured(tick, round(ampere / registers.AMPERE), velocity, 0, 120, celsius))
+    return Reading(5 + k / 100, 0.001, Telemetry(tick, round(ampere / registers.AMPERE), velocity, 0, 120, celsius))
 
 
 def test_a_motor_that_does_what_it_should_is_left_alone() -> None:

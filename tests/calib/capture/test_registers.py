@@ -5,10 +5,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from calib.capture import registers
-from calib.capture.registers import MEASURED, Measured, Unwrapped, decode_measured
+from calib.capture.registers import MEASURED, Telemetry, TurnCounter, decode_measured
 
 
-def block(value: Measured) -> bytes:
+def block(value: Telemetry) -> bytes:
     data = bytearray(MEASURED.size)
     for name, address, size in (
         ("tick", 120, 2),
@@ -25,7 +25,7 @@ def block(value: Measured) -> bytes:
 
 @given(
     st.builds(
-        Measured,
+        Telemetry,
         tick=st.integers(0, 32767),
         current=st.integers(-2048, 2047),
         velocity=st.integers(-1023, 1023),
@@ -34,14 +34,14 @@ def block(value: Measured) -> bytes:
         temperature=st.integers(0, 120),
     )
 )
-def test_values_come_back_signed(value: Measured) -> None:
+def test_values_come_back_signed(value: Telemetry) -> None:
     assert decode_measured(block(value)) == value
 
 
 @pytest.mark.parametrize("modulus", [32768, 2**32])
 @given(steps=st.lists(st.integers(-16383, 16383), min_size=1), start=st.integers(0, 32767))
 def test_counters_go_on_over_their_wraps(modulus: int, steps: list[int], start: int) -> None:
-    counter, total = Unwrapped(modulus), start
+    counter, total = TurnCounter(modulus), start
     counter.follow(start)
     for step in steps:
         total += step

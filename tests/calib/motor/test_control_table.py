@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from calib.motor.control_table import BY_NAME, ITEMS, ControlTable, Refused
+from calib.motor.control_table import BY_NAME, ITEMS, ControlTable, Refusal
 from calib.motor.protocol import ErrorNumber
 
 ACCESS, RANGE, LENGTH, LIMIT = (
@@ -21,7 +21,7 @@ def entry(name: str, value: int) -> tuple[int, bytes]:
 def refusal(table: ControlTable, address: int, data: bytes) -> ErrorNumber | None:
     try:
         table.check_write(address, data)
-    except Refused as refused:
+    except Refusal as refused:
         return refused.number
     return None
 
@@ -38,7 +38,7 @@ def test_entries_do_not_overlap_and_start_at_a_value_they_allow() -> None:
 
 @pytest.mark.parametrize(("address", "length"), [(14, 1), (63, 3), (140, 20), (168, 2), (5000, 1)])
 def test_reading_where_nothing_is_defined_is_an_access_error(address: int, length: int) -> None:
-    with pytest.raises(Refused) as refused:
+    with pytest.raises(Refusal) as refused:
         ControlTable().read(address, length)
     assert refused.value.number is ACCESS
 

@@ -180,7 +180,7 @@ function drawRobot() {
   shape("ellipse", { class: "head", cx: middle, cy: 0, rx: half, ry: 0.155 * long });
   places.forEach(([x, y], k) => shape("circle", { "data-name": data.markers[k], cx: x, cy: -y, r: 0.013 * long }));
 }
-function tell() {
+function showState() {
   const left = data.markers.filter((name) => !state.boxes[name]).length;
   byId("ask").innerHTML = state.current
     ? `<i style="background:${colour[state.current]}"></i>Click the <b>${spoken(state.current)}</b> · ${data.markers.length - left + 1} of ${data.markers.length}`
@@ -202,7 +202,7 @@ function tell() {
   }
 }
 const spoken = (name) => name.replaceAll("_", " ").replace(/[<>&]/g, "");
-function refresh() { tell(); draw(); }
+function refresh() { showState(); draw(); }
 
 // --- saving -----------------------------------------------------------------------------------------------------------
 function asText() {
