@@ -51,8 +51,8 @@ def sways(mode: Mode, trials: Sequence[MeasuredTrial]) -> dict[str, Sway]:
         rows = [model.measured, *(each.features_of(told)[0] for each in (model.rolling(NO_ROLL), model))]
         harmonics = [of_markers(row)[:, 1, 1] + 1j * of_markers(row)[:, 1, 2] for row in rows]  # (m,) each
         roll = abs(harmonics[2][neck] - harmonics[1][neck]) / first.twin.robot.marker_positions_m(("neck",))[0, 2]
-        waves = [_wave(each[neck], each[hindmost]) for each in harmonics]
-        found[trial.name] = Sway(trial.frequency.hz, *waves, float(np.degrees(roll)))
+        measured, rigid, rolling = (_wave(each[neck], each[hindmost]) for each in harmonics)
+        found[trial.name] = Sway(trial.frequency.hz, measured, rigid, rolling, float(np.degrees(roll)))
     return found
 
 
