@@ -13,7 +13,8 @@ SCORES = DOCS / "scores"
 _HEAD = """# Benchmark results
 
 Written by `python -m benchmarks.page` from the files in `scores/`; do not edit. Intervals are 95 % intervals unless a
-table states otherwise. Methods: [withheld effects](withheld.md), [posterior](posterior.md), [tracking](tracking.md)."""
+table states otherwise. Methods: [withheld effects](withheld.md), [third
+generator](wake.md), [posterior](posterior.md), [tracking](tracking.md)."""
 
 
 def page() -> str:
