@@ -35,7 +35,7 @@ LOOSE = 0.3
 """Share of the variance of something else that is like no effect. Development."""
 OF_WATER = 0.1
 """How likely forces of the water at one place are, alike in all trials: there the twin's own error acts too."""
-MIXED, NEEDED = 10.0, 15.0
+MIXED, NEEDED = 10.0, 7.0
 """Log Bayes factors: from which an unknown effect is a mixture of the catalogue, and one of its effects needed in it.
 Development."""
 PLACED = 0.5
@@ -51,6 +51,8 @@ WIDER = 5.0
 """Than its own prior is that of a parameter beside which it is refitted, so that data decide."""
 MOST_EFFECTS = 3
 """Effects at once."""
+MOST_GROUPS = 5
+"""Groups of alternatives that act together, of a mixture."""
 PAIRED, GROWN, AT_PLACES = 8, 3, 12
 """Of the most probable effects, of which pairs are tried; sets that are tried with one more; sets with a place."""
 

@@ -45,7 +45,7 @@ class Priors:
     """
 
     form_error: tuple[float, ...] = (0.2, 0.5)
-    number: tuple[float, ...] = (0.5, 0.38, 0.1, 0.015)
+    number: tuple[float, ...] = (0.5, 0.38, 0.1, 0.015, 0.003, 0.0015, 0.0005)
     other: float = 0.1
     placed: float = 0.4
     non_periodic: float = 0.3

@@ -6,7 +6,7 @@ from itertools import combinations
 
 import numpy as np
 
-from diagnosis.constants import ALARM, BESIDE, ENOUGH, HELD, LOOKED_AT, MOST_ALIKE, MOST_EFFECTS
+from diagnosis.constants import ALARM, BESIDE, ENOUGH, HELD, LOOKED_AT, MOST_ALIKE, MOST_GROUPS
 from diagnosis.probabilities import Probabilities
 from diagnosis.result import VerdictName
 
@@ -51,7 +51,7 @@ def verdict_of(found: Probabilities) -> Verdict:
     Whatever else may be present is left to the remainder; where there is no group at all the gap is unexplained.
     """
     groups: list[tuple[int, ...]] = []
-    while len(groups) < MOST_EFFECTS and (group := _group(found, groups)) is not None:
+    while len(groups) < MOST_GROUPS and (group := _group(found, groups)) is not None:
         groups.append(group)
     held = tuple(_named(found, group) for group in groups if found.any_present(group) >= HELD)
     return _naming(held, found)

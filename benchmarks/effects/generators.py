@@ -26,7 +26,7 @@ class Generator:
 
 
 def _plan_reality(seed: int, size: SuiteSize) -> tuple[SessionPlan, ...]:
-    return plan_suite(seed, size, tuple(CATALOGUED), tuple(OUTSIDE))
+    return plan_suite(seed, size, tuple(name for name in CATALOGUED if name not in size.without), tuple(OUTSIDE))
 
 
 GENERATORS: Mapping[str, Generator] = {

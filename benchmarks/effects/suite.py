@@ -56,10 +56,12 @@ class SuiteSize:
     at_once: int = 0  # how many these have
     asked: float = 0.0  # detectability that each of these has by itself
     generator: Literal["reality", "wake"] = "reality"  # that makes them; see `generators`
+    without: tuple[str, ...] = ()  # effects of the catalogue that are in none of them
 
 
 SIZES = {
-    "small": SuiteSize(24, 8),
+    # It is shipped, and stays as it is: without effects that came into the catalogue later.
+    "small": SuiteSize(24, 8, without=("linear_drag", "skin_friction", "hull_roll")),
     "large": SuiteSize(700, 300),
     "many": SuiteSize(24, 6, 18, 5, 3.3),
     "wake": SuiteSize(40, 14, generator="wake"),

@@ -12,8 +12,8 @@ from benchmarks.effects.folder import Answer, SuiteFolder
 from benchmarks.effects.generators import GENERATORS
 from benchmarks.effects.making import making_of, write_session
 from benchmarks.effects.shipped import SEED, checksum_of_sessions
-from benchmarks.effects.suite import SMALL, plan_suite
-from benchmarks.reality.mechanisms import CATALOGUED, OUTSIDE
+from benchmarks.effects.suite import SMALL
+from benchmarks.reality.mechanisms import OUTSIDE
 from diagnosis import shipped_discrepancy
 from session import load_session
 from session.tracks import load_tracks
@@ -21,7 +21,7 @@ from swimmer.effects import catalogue
 
 FOLDER = Path(__file__).parents[3] / "datasets" / "withheld"
 SUITE = SuiteFolder(FOLDER / "small")
-PLANS = {plan.name: plan for plan in plan_suite(SEED, SMALL, tuple(CATALOGUED), tuple(OUTSIDE))}
+PLANS = {plan.name: plan for plan in GENERATORS[SMALL.generator].plan(SEED, SMALL)}
 
 
 @pytest.fixture(scope="module")
