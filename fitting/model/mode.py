@@ -239,7 +239,7 @@ class _Descent:
             if round_ in _RENEWED:
                 self._start_roll(at, beside)
                 residual = self._residual(at)
-            rolled = self._roll(at, residual, covariance, beside)
+            rolled, covariance = self._roll(at, residual, covariance, beside)
             residual = self._residual(at)
             before, at = at, self._stepped(at, residual, jacobian, covariance.at(sizes))
             root = np.linalg.cholesky(np.linalg.inv(_coefficient_covariance(covariance.at(sizes), jacobian)))
@@ -273,17 +273,23 @@ class _Descent:
             found.append((0.5 * pull**2 / information - 0.5 * (natural / ROLL_SD[1]) ** 2, roll))
         self.model = self.model.rolling(max(found)[1])
 
-    def _roll(self, at: np.ndarray, residual: np.ndarray, covariance: Covariance, total: np.ndarray) -> float:
-        """Goes on to the likeliest roll, linear, in a covariance (K, K) of all else; the way in standard deviations."""
+    def _roll(
+        self, at: np.ndarray, residual: np.ndarray, covariance: Covariance, total: np.ndarray
+    ) -> tuple[float, Covariance]:
+        """Goes on to the likeliest roll, linear, in a covariance (K, K) of all else.
+
+        Returns:
+            The way in standard deviations, and the covariance with what the roll does now.
+        """
         roll = self.model.trials[0].roll
-        covariance.rolls[:] = np.vstack([each.rolls_at(at) for each in self.model.trials])
+        rolls = np.vstack([each.rolls_at(at) for each in self.model.trials])
         factor = cho_factor(total, lower=True)
-        information = covariance.rolls.T @ cho_solve(factor, covariance.rolls) + np.eye(2)
-        pull = covariance.rolls.T @ cho_solve(factor, residual) - np.array(roll) / ROLL_SD
+        information = rolls.T @ cho_solve(factor, rolls) + np.eye(2)
+        pull = rolls.T @ cho_solve(factor, residual) - np.array(roll) / ROLL_SD
         there = roll.moved(np.linalg.solve(information, pull))
         self.model = self.model.rolling(there)
         step = (np.array(there) - np.array(roll)) / ROLL_SD
-        return float(np.sqrt(step @ information @ step))
+        return float(np.sqrt(step @ information @ step)), replace(covariance, rolls=rolls)
 
     def _residual(self, at: np.ndarray) -> np.ndarray:
         return self.model.measured - self.model.simulated(at[None])[0]
