@@ -50,16 +50,6 @@ class Disturbances(NamedTuple):
     per_marker: np.ndarray
     robot: np.ndarray
 
-    def beside(self, more: "Disturbances") -> "Disturbances":
-        """Of the same trials and others after them, (l,), which share markers and robot with them."""
-        return Disturbances(
-            noise=block_diag(self.noise, more.noise),
-            own=block_diag(self.own, more.own),
-            per_box=block_diag(self.per_box, more.per_box),
-            per_marker=np.vstack([self.per_marker, more.per_marker]),
-            robot=np.vstack([self.robot, more.robot]),
-        )
-
     @property
     def finite(self) -> bool:
         """Whether no twin diverged."""

@@ -2,14 +2,12 @@
 
 from collections.abc import Mapping
 
-import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from fitting.model.sway import Sway, Wave
+from fitting.model.sway import Sway
 from reports.colours import EBT, INK, TWIN
 from reports.numbers import MM
-from reports.style import HALF_WIDTH_IN, Grid, Margins, legend_above, panels, styled
+from reports.style import HALF_WIDTH_IN, Grid, Look, Margins, legend_above, panels, styled
 
 
 @styled
@@ -23,20 +21,13 @@ def hull_roll_figure(sways: Mapping[str, Sway]) -> Figure:
         ("twin with the roll", TWIN, "-", [sway.rolling for sway in ordered]),
     ):
         hz = [sway.frequency_hz for sway in ordered]
-        for axes, values in ((above, [wave.amplitude_m * MM for wave in waves]), (below, _phases(waves))):
-            axes.plot(hz, values, mark, color=colour, markersize=5.5, linewidth=1.6, label=label)
+        look: Look = {"color": colour, "markersize": 5.5, "linewidth": 1.6, "label": label}
+        above.plot(hz, [wave.amplitude_m * MM for wave in waves], mark, **look)
+        below.plot(hz, [wave.phase_deg for wave in waves], mark, **look)
     above.set_ylim(bottom=0.0)
     above.set_ylabel("amplitude (mm)")
     below.set_ylabel("ahead of tail (°)")
     below.set_xlabel("swim frequency (Hz)")
-    _without_labels(above)
+    above.set_xticklabels([])
     legend_above(above, 2)
     return figure
-
-
-def _phases(waves: list[Wave]) -> np.ndarray:
-    return np.array([wave.phase_deg for wave in waves])
-
-
-def _without_labels(axes: Axes) -> None:
-    axes.set_xticklabels([])

@@ -72,9 +72,7 @@ def _law(calibration: Calibration) -> tuple[Block, ...]:
     of_trials = Table(
         "What may change the law. St is the Strouhal number with the width of the fin's stroke, Re the Reynolds number "
         f"with the fish's length.{_trends(law)}",
-        table_head(
-            "trial | beat [Hz] | way of a beat [mm] | amplitude [mm] | St [] | Re [] | heading [°] | turning [°/s]"
-        ),
+        table_head("trial | beat [Hz] | stride [mm] | amplitude [mm] | St [] | Re [] | heading [°] | turning [°/s]"),
         tuple(
             (
                 name,
@@ -82,7 +80,7 @@ def _law(calibration: Calibration) -> tuple[Block, ...]:
                 in_mm(law.stride_m[name]),
                 in_mm(each.amplitude_m),
                 shown(each.strouhal, 1),
-                significant(each.reynolds),
+                f"{each.reynolds:,.0f}",
                 shown(each.heading_deg, 0),
                 shown(each.turning_deg_s, 1),
             )
