@@ -101,11 +101,8 @@ def oracle_shrinkage(
     Of all features that a diagnosis uses, course and sliding too. Nothing has noise, and the residual of the base state
     is subtracted, so there is no floor. None where a twin diverges, or the effects do not change held-out trials.
 
-    Args:
-        effects: that are present, in the twin's own form.
-        fitted: rows of the fitted swims.
-        held_out: rows of the others, at the coefficients of the fitted ones.
-        recordings: of all swims with the effects, as they truly are, by name.
+    Effects are in the twin's own form; recordings, by name, are of all swims with them as they truly are. The rows of
+    held-out swims are at the coefficients of the fitted ones.
     """
     try:
         at = fitted.refitted(recordings)

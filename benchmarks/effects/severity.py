@@ -48,14 +48,7 @@ def strength_for(
     """The strength at which the nearest rival is as far as asked, as near as it gets; of several alike the least.
 
     Some effects never get there: a rival follows them however strong they are, or the effect's own form fails first.
-
-    Args:
-        asked: distance.
-        strong: makes the mechanisms at a strength.
-        own: name of the effect, which is no rival of itself; None for one outside the catalogue.
-        drawn: the session.
-        rows: of its base state.
-        signatures: of the whole catalogue.
+    Rivals are all signatures but the effect's own, by its name; one outside the catalogue has none.
 
     Raises:
         SimulationDiverged: at every strength that was tried.
