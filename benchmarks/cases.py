@@ -20,7 +20,8 @@ from typing import Any, Generic, NamedTuple, TypeVar
 
 from distributed import Client, as_completed
 
-from session import FaultCollector
+from session import FaultCollector, InputError
+from session.errors import Fault
 from session.records import from_plain, to_plain
 from session.results import plain_json, sha256_of, write_whole
 from session.stage import fingerprint_of
@@ -113,16 +114,15 @@ def _client(scheduler: str) -> Client:
     try:
         return Client(scheduler, timeout=_PATIENCE_S)
     except (OSError, ValueError) as error:
-        faults = FaultCollector("--scheduler")
-        faults.add(
+        fault = Fault(
+            "--scheduler",
             "",
             "no scheduler answers there",
-            found=f"{scheduler!r} ({error})",
-            expected="the address of a running dask scheduler, such as tcp://127.0.0.1:8786",
+            f"{scheduler!r} ({error})",
+            "the address of a running dask scheduler, such as tcp://127.0.0.1:8786",
             next_step="Start `dask scheduler` and some `dask worker ADDRESS`, or leave the option out.",
         )
-        faults.raise_if_any()
-        raise
+        raise InputError([fault]) from error
 
 
 @dataclass(frozen=True)
@@ -193,9 +193,8 @@ def read_lines(path: Path, kind: type[Record], name_of: Callable[[Record], str])
     try:
         lines = path.read_text().splitlines()
     except (OSError, ValueError) as error:
-        faults.add("", "cannot be read", found=str(error), expected="records, one line of JSON each")
-        faults.raise_if_any()
-        raise
+        fault = Fault(str(path), "", "cannot be read", str(error), "records, one line of JSON each")
+        raise InputError([fault]) from error
     if not lines:
         faults.add("", "holds no record", found="nothing", expected="a line a case", next_step="Give another file.")
     for number, line in enumerate(lines, start=1):

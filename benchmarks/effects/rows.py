@@ -111,8 +111,7 @@ class SessionRows:
         if self.given is not None:
             return self.given
         start = np.array(self.drawn.world.coefficients, float)
-        covariance = self._covariance(start)
-        return nearest(self.model, start, covariance)
+        return nearest(self.model, start, self._covariance(start))
 
     @cached_property
     def residual(self) -> np.ndarray:
@@ -186,8 +185,11 @@ class SessionRows:
         """Other recordings without the residual of the base state, at their own phases of the beat."""
         residual = self._residual_with_course if with_course else self.residual_features
         base = [advanced(own, ahead) for own, ahead in zip(residual, self._ahead(others), strict=True)]
-        pairs = zip(others.trials, base, strict=True)
-        return SessionModel(tuple(_Changed.of(each, own, with_course=with_course) for each, own in pairs))
+        trials = (
+            _Changed(each.twin, each.trial, each.phase_rad, each.doubted, with_course=with_course, base=own)
+            for each, own in zip(others.trials, base, strict=True)
+        )
+        return SessionModel(tuple(trials))
 
     @cached_property
     def _residual_with_course(self) -> np.ndarray:
@@ -254,11 +256,6 @@ class _Changed(TrialModel):
     """A swim without its residual in the base state."""
 
     base: np.ndarray = field(kw_only=True)  # (k,) that, at the phase of this swim
-
-    @classmethod
-    def of(cls, model: TrialModel, base: np.ndarray, *, with_course: bool) -> "_Changed":
-        """With or without its course."""
-        return cls(model.twin, model.trial, model.phase_rad, model.doubted, with_course=with_course, base=base)
 
     @cached_property
     def measured(self) -> np.ndarray:
