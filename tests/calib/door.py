@@ -78,6 +78,11 @@ def with_little_effort(patch: pytest.MonkeyPatch, true_report: bool = False) -> 
         patch.setattr(report_stage, "write_report", lambda path, *_, **__: write_whole(path, "<html></html>"))
 
 
+def hurried() -> None:
+    """Little effort, for as long as the process lives."""
+    with_little_effort(pytest.MonkeyPatch())
+
+
 def process(*arguments: str | Path) -> subprocess.Popen[str]:
     """`calib` as a process of its own."""
     command = [sys.executable, "-c", "from calib.entry import main; main()", *map(str, arguments)]

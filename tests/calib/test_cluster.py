@@ -14,22 +14,14 @@ from distributed import LocalCluster
 
 from calib import spread as of_spread
 from calib.batch import run_all
-from calib.spread import spread
 from session.lock import HOLDER
-from tests.calib.door import Front, assert_reports, lasting, with_little_effort
-
-TWO = 2
-
-
-def hurried() -> None:
-    """Little effort, for as long as the process lives."""
-    with_little_effort(pytest.MonkeyPatch())
+from tests.calib.door import Front, assert_reports, hurried, lasting
 
 
 @pytest.fixture(scope="module")
 def cluster() -> Iterator[LocalCluster]:
     """Two processes of one thread each."""
-    with LocalCluster(n_workers=TWO, threads_per_worker=1, dashboard_address=None) as started:
+    with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as started:
         client = started.get_client()
         client.run(hurried)
         client.register_worker_callbacks(hurried)  # of those that take the place of killed ones
@@ -40,21 +32,6 @@ def cluster() -> Iterator[LocalCluster]:
 def pair(fresh_session: Path, tmp_path: Path) -> list[Path]:
     """Two sessions without results."""
     return [Path(shutil.copytree(fresh_session, tmp_path / name)) for name in ("first", "second")]
-
-
-def fatal(number: int) -> int:
-    """One piece ends its process."""
-    if number == 1:
-        os._exit(1)
-    return 2 * number
-
-
-def lost(number: int, _why: str) -> int:
-    return -number
-
-
-def test_a_process_that_dies_costs_its_own_piece_only() -> None:
-    assert sorted(spread(fatal, [0, 1, 2], lost, jobs=TWO)) == [-1, 0, 4]
 
 
 def test_results_are_those_of_one_process_to_the_last_digit(
@@ -89,9 +66,3 @@ def test_workers_of_another_version_are_refused(
     outcome = calib("run", fresh, "--scheduler", cluster.scheduler_address)
     assert_reports(outcome, "the worker is another version", "expected swimcal 9.9", *cluster.scheduler_info["workers"])
     assert not (fresh / "results").exists()
-
-
-def test_no_scheduler_is_one_clear_message(calib: Front, fresh: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(of_spread, "_PATIENCE_S", 1.0)
-    outcome = calib("run", fresh, "--scheduler", "tcp://127.0.0.1:9")
-    assert_reports(outcome, "no scheduler answers there", "tcp://127.0.0.1:9", "dask worker")
