@@ -3,6 +3,7 @@
 import errno
 import os
 import random
+import shutil
 import signal
 import subprocess
 import sys
@@ -11,10 +12,12 @@ from pathlib import Path
 
 import pytest
 
+from session.lock import HOLDER
 from tests.calib.door import ROOT, Front, assert_reports, edit, files_in, lasting
 from tests.cases import later
 
 _HURRIED = "from tests.calib.door import hurried; hurried(); from calib.entry import main; main()"
+_LONGEST_S = 3.0  # from the beginning of the work to a kill: an undisturbed run takes some 2 s
 _FULL = "import resource; resource.setrlimit(resource.RLIMIT_FSIZE, (2000, 2000)); " + _HURRIED
 
 
@@ -29,14 +32,16 @@ def test_after_kills_at_random_moments_the_results_are_those_of_an_undisturbed_r
     finished: Path, fresh_session: Path, tmp_path: Path, kills: int
 ) -> None:
     expected, folder = lasting(finished), tmp_path / "killed"
-    subprocess.run(["cp", "-r", str(fresh_session), str(folder)], check=True)
-    moments, before = random.Random(kills), 0.0
+    shutil.copytree(fresh_session, folder)
+    holder, moments = folder / "results" / HOLDER, random.Random(kills)
     for _ in range(kills):
-        began, running = time.monotonic(), started(folder)
-        time.sleep(moments.uniform(0.5, max(2 * before, 4.0)))
+        holder.unlink(missing_ok=True)
+        running = started(folder)
+        while not holder.exists() and running.poll() is None:  # until the work begins
+            time.sleep(0.01)
+        time.sleep(moments.uniform(0.0, _LONGEST_S))
         running.send_signal(signal.SIGKILL)
         running.communicate()
-        before = time.monotonic() - began
         assert lasting(folder).items() <= expected.items()  # whatever is there is whole
     last = started(folder)
     _, err = last.communicate(timeout=120)
