@@ -228,11 +228,16 @@ class Course:
         )
         return seen, distance, self.task.off_path(place)
 
-    def act(self, action: np.ndarray) -> Moment:
-        """Accelerates the cranks by actions (n,) in [-1, 1] and swims for one interval."""
+    def act(self, action: np.ndarray, rows: np.ndarray | None = None) -> Moment:
+        """Accelerates the cranks by actions (n,) in [-1, 1] and swims for one interval.
+
+        Args:
+            action: of each swimmer.
+            rows: (r,) those that move; the others stay as they are. Default: all.
+        """
         rules = self.rules
         self.action = np.clip(np.asarray(action, float), -1.0, 1.0)
-        self.swimmers.drive(rules.speed(self.swimmers.crank[1], self.action))
+        self.swimmers.drive(rules.speed(self.swimmers.crank[1], self.action), rows)
         self.time_s += rules.interval_s
         seen, distance, off_path = self.look()
         diverged = self.swimmers.diverged

@@ -1,56 +1,14 @@
 """One swimmer as an environment of gymnasium: `swimgym/Target-v0` and `swimgym/Circle-v0`."""
 
-from dataclasses import replace
-from pathlib import Path
 from typing import Any, ClassVar
 
 import gymnasium
 import numpy as np
 from gymnasium.spaces import Box
 
-from swimgym.course import Circle, Course, Moment, Rules, Targets
+from swimgym.course import Course, Moment
+from swimgym.making import make_course
 from swimgym.picture import view_from_above
-from swimgym.source import Fish, load_fish
-from swimgym.swimmers import Swimmers
-
-TASKS = {"target": Targets, "circle": Circle}
-
-
-def make_course(  # noqa: PLR0913
-    task: str,
-    count: int,
-    *,
-    session: str | Path | None = None,
-    mjcf: str | Path | None = None,
-    fish: Fish | None = None,
-    rules: Rules | None = None,
-    workers: int = 0,
-    **options: Any,
-) -> Course:
-    """n swimmers with a task.
-
-    Args:
-        task: "target" or "circle".
-        count: n.
-        session, mjcf: see `load_fish`; neither: the built-in robot.
-        fish: instead of these, one that was loaded.
-        rules: of action, reward and episode; default: the paper's, see `swimgym.course`.
-        workers: threads; 0 for all cores.
-        options: of the task, see `Targets` and `Circle`; fields of `Rules` change these.
-
-    Raises:
-        InputError, ModelMismatch: see `load_fish`.
-        TypeError: an option that neither the task nor the rules have.
-    """
-    rules, own = rules or Rules(), {name: options.pop(name) for name in RULES if name in options}
-    rules = replace(rules, **own)
-    fish = fish or load_fish(session, mjcf=mjcf)
-    swimmers = Swimmers(fish.models, count, interval_s=rules.interval_s, workers=workers)
-    return Course(swimmers, TASKS[task](count, **options), rules)
-
-
-RULES = tuple(Rules.__dataclass_fields__)
-
 
 def spaces_of(course: Course) -> tuple[Box, Box]:
     """What one swimmer sees and does: SI units without bounds; an acceleration from -1 to 1."""

@@ -78,11 +78,11 @@ class Swimmers:
         offset = turned(self.centre_m, self._position[rows, self._q["yaw"]])
         self._position[np.ix_(rows, self._head_q[:2])] = -offset
 
-    def drive(self, speed_rad_s: np.ndarray) -> None:
-        """Advances all by one interval, their cranks held at speeds (n,), rad/s."""
+    def drive(self, speed_rad_s: np.ndarray, rows: np.ndarray | None = None) -> None:
+        """Advances all, or some (r,), by one interval, with cranks held at speeds (n,), rad/s."""
         self._control[:, 0] = speed_rad_s
         with quiet_engine():
-            self._batch.step(nstep=self.substeps)
+            self._batch.step(rows, nstep=self.substeps)
 
     @property
     def head(self) -> np.ndarray:

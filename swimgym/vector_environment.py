@@ -6,7 +6,8 @@ import numpy as np
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
-from swimgym.environment import make_course, spaces_of, told
+from swimgym.environment import spaces_of, told
+from swimgym.making import make_course
 from swimgym.picture import view_from_above
 
 
