@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from calib.capture.host import INTERRUPTED, let_go_of_a_lost_terminal
-from calib.commands import benchmarks, cameras, results, videos
+from calib.commands import benchmarks, cameras, policies, results, videos
 from session import SwimcalError
 
 app = typer.Typer(
@@ -33,6 +33,7 @@ EXAMPLES: dict[Callable[..., None], str] = {
     cameras.board: "calib camera board --out board.pdf",
     cameras.lens: "calib camera lens board.mp4 --out camera.toml",
     cameras.scale: "calib camera scale board_on_water.png --camera camera.toml",
+    policies.aquarium: "calib aquarium pool --swimmers 200 --out pool.rrd",
 }
 """Of each command, for its help."""
 OF_CAMERA = (cameras.board, cameras.lens, cameras.scale)
@@ -41,7 +42,9 @@ app.add_typer(camera, name="camera")
 for command, example in EXAMPLES.items():
     kind = results.SeveralFiles if command is results.new else None
     (camera if command in OF_CAMERA else app).command(cls=kind, epilog=f"Example: {example}")(command)
+benchmarks.benchmark.command()(policies.gym)
 app.add_typer(benchmarks.benchmark, name="benchmark")
+app.add_typer(policies.policy, name="policy")
 
 
 @app.command(

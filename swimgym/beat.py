@@ -1,7 +1,7 @@
 """A beat of the tail from two numbers, how fast and how much to one side, with one motor.
 
-The crank's angle is the clock: it turns at 2 pi f (1 - s sin(angle)), so the tail lingers on one side and hurries through
-the other, which turns the robot. Nothing is remembered between actions.
+The crank's angle is the clock: it turns at 2 pi f (1 - s sin(angle)), so the tail lingers on one side and hurries
+through the other, which turns the robot. Nothing is remembered between actions.
 """
 
 import numpy as np

@@ -10,8 +10,8 @@ targets and the distance that counts as reached. What the paper leaves open, or 
 - The twin is planar: rates of roll and pitch are there, and 0.
 - The motor turns both ways, at most 5 turns a second.
 - A swimmer starts at rest with a straight tail and the crank at 0.
-- On the circle the target leads the swimmer by a fixed arc, so that no speed has to be prescribed; what is scored is the
-  distance of the steered point from the circle.
+- On the circle the target leads the swimmer by a fixed arc, so that no speed has to be prescribed; what is scored is
+  the distance of the steered point from the circle.
 - A simulation that diverges ends its episode; it has no reward of its own.
 """
 
@@ -87,14 +87,22 @@ class Targets:
         ahead_m: length of the rectangle, from the start on.
         across_m: its width.
         reach_m: distance within which a target is reached.
+
+    Attributes:
+        places: (n, 2) of the targets, m.
+        given_m: (2,) where the next are put instead; None: at random.
     """
 
     def __init__(self, count: int, ahead_m: float = 4.0, across_m: float = 4.0, reach_m: float = 0.05) -> None:
         self.size_m, self.reach_m = np.array([ahead_m, across_m]), reach_m
+        self.given_m: np.ndarray | None = None
         self.places = np.zeros((count, 2))
 
     def begin(self, rows: np.ndarray, rng: np.random.Generator) -> None:
         """Draws targets uniformly, but not where they would be reached at once."""
+        if self.given_m is not None:
+            self.places[rows] = self.given_m
+            return
         drawn, close = np.zeros((len(rows), 2)), np.ones(len(rows), bool)
         while close.any():
             drawn[close] = (rng.random((int(close.sum()), 2)) - [1.0, 0.5]) * self.size_m

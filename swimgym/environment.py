@@ -1,14 +1,15 @@
 """One swimmer as an environment of gymnasium: `swimgym/Target-v0` and `swimgym/Circle-v0`."""
 
-from typing import Any, ClassVar
+from typing import Any
 
 import gymnasium
 import numpy as np
 from gymnasium.spaces import Box
 
-from swimgym.course import Course, Moment
+from swimgym.course import Course, Moment, Targets
 from swimgym.making import make_course
 from swimgym.picture import view_from_above
+
 
 def spaces_of(course: Course) -> tuple[Box, Box]:
     """What one swimmer sees and does: SI units without bounds; an acceleration from -1 to 1."""
@@ -31,7 +32,7 @@ class SwimEnv(gymnasium.Env[np.ndarray, np.ndarray]):
         options: of `make_course`: `session`, `mjcf`, `fish`, those of the task and of the rules.
     """
 
-    metadata: ClassVar[dict[str, Any]] = {"render_modes": ["rgb_array"], "render_fps": 50}
+    metadata: dict[str, Any] = {"render_modes": ["rgb_array"], "render_fps": 50}  # noqa: RUF012 (gymnasium's)
 
     def __init__(self, task: str = "target", render_mode: str | None = None, **options: Any) -> None:
         self.course = make_course(task, 1, **{"workers": 1, **options})
@@ -43,10 +44,9 @@ class SwimEnv(gymnasium.Env[np.ndarray, np.ndarray]):
     ) -> tuple[np.ndarray, dict[str, Any]]:
         """Begins an episode; the option "target_m" (x, y) places its target."""
         super().reset(seed=seed)
+        if isinstance(self.course.task, Targets):
+            self.course.task.given_m = options.get("target_m") if options else None
         seen = self.course.begin(np.zeros(1, int), self.np_random)
-        if options and "target_m" in options:
-            self.course.task.places[0] = options["target_m"]  # type: ignore[attr-defined]
-            seen = self.course.look()[0]
         return seen[0].astype(np.float32), {}
 
     def step(self, action: np.ndarray) -> tuple[np.ndarray, float, bool, bool, dict[str, Any]]:
@@ -56,6 +56,6 @@ class SwimEnv(gymnasium.Env[np.ndarray, np.ndarray]):
         seen, infos = moment.seen[0].astype(np.float32), {name: value[0] for name, value in told(moment).items()}
         return seen, float(moment.reward[0]), ended, bool(moment.timed_out[0]), infos
 
-    def render(self) -> np.ndarray | None:  # type: ignore[override]
+    def render(self) -> np.ndarray | None:
         """(p, p, 3) the pool from above, RGB."""
         return view_from_above(self.course) if self.render_mode == "rgb_array" else None

@@ -6,8 +6,10 @@ from statistics import NormalDist
 
 import numpy as np
 
-from swimgym.course import Course
+from session.errors import Fault, InputError
+from swimgym.course import Course, Targets
 
+FARTHEST_M = 50.0
 Controller = Callable[[np.ndarray], np.ndarray]
 """From what n swimmers see (n, o) to what they do (n,)."""
 
@@ -44,7 +46,10 @@ class Swum:
             "median_s": float(np.median(self.seconds[self.reached])) if self.reached.any() else float("nan"),
         }
         if np.isfinite(self.off_path_m[0]).any():
-            told |= {"off_path_mean_m": float(np.mean(self.off_path_m[0])), "off_path_max_m": float(np.max(self.off_path_m[1]))}
+            told |= {
+                "off_path_mean_m": float(np.mean(self.off_path_m[0])),
+                "off_path_max_m": float(np.max(self.off_path_m[1])),
+            }
         return told
 
 
@@ -69,6 +74,33 @@ def swim(course: Course, controller: Controller, seed: int = 0) -> Swum:
         seconds[ended] = course.time_s[ended]
         live = live[~moment.over[live]]
     return Swum(reached, diverged, seconds, (total / seconds, largest), nearest, start, np.array(path))
+
+
+def reach(course: Course, controller: Controller, target_m: tuple[float, float] | None, seed: int = 0) -> Swum:
+    """One episode, to a target of one's own.
+
+    Args:
+        course: of one swimmer.
+        controller: that steers it.
+        target_m: x, y from the start, the robot heading along -x; None: as the task draws it.
+        seed: of that draw.
+
+    Raises:
+        InputError: the target is no place, or is not reached in the time of an episode.
+    """
+    if target_m is not None:
+        expected = "x and y in m, from 0.05 m to 50 m from the start"
+        if not isinstance(course.task, Targets) or not course.task.reach_m < np.hypot(*target_m) < FARTHEST_M:
+            found, step = f"{target_m[0]:g}, {target_m[1]:g}", "The robot starts at 0, 0 heading along -x."
+            raise InputError([Fault("target", "", "no target to swim to", found, expected, next_step=step)])
+        course.task.given_m = np.array(target_m)
+    swum = swim(course, controller, seed)
+    if not swum.reached[0]:
+        x, y = swum.start_m[0]
+        found = f"{swum.nearest_m[0]:.2f} m away at the nearest, in {swum.seconds[0]:.0f} s"
+        step = "Choose a nearer target, or a policy that was trained for longer."
+        raise InputError([Fault("target", f"{x:g}, {y:g}", "out of reach of this policy", found, "reached", (), step)])
+    return swum
 
 
 def share(hits: np.ndarray, level: float = 0.95) -> tuple[float, float, float]:

@@ -8,10 +8,10 @@ from swimgym.course import Circle, Course, Rules, Targets
 from swimgym.source import Fish, load_fish
 from swimgym.swimmers import Swimmers
 
-TASKS = {"target": Targets, "circle": Circle}
+TASKS: dict[str, Any] = {"target": Targets, "circle": Circle}
 
 
-def make_course(  # noqa: PLR0913
+def make_course(
     task: str,
     count: int,
     *,

@@ -61,8 +61,8 @@ class Policy:
 
     Attributes:
         card: where it comes from.
-        arrays: "law" (p,) of a steering law; or of a network "weight_0", "bias_0", … and "mean", "scale" (o,) of what it
-            sees, with outputs frequency and side of the beat.
+        arrays: "law" (p,) of a steering law; or "weight_0", "bias_0", … of a network from `features` to frequency and
+            side of the beat.
     """
 
     card: Card

@@ -1,7 +1,7 @@
 """Training without torch: the numbers of a steering law by the cross-entropy method on the batched twin.
 
-Rubinstein, Methodol. Comput. Appl. Probab. 1 (1999). Every candidate of a generation swims the same episodes, all of them
-in one batch; the next generation is drawn about the best.
+Rubinstein, Methodol. Comput. Appl. Probab. 1 (1999). Every candidate of a generation swims the same episodes, all of
+them in one batch; the next generation is drawn about the best.
 """
 
 import json
@@ -16,8 +16,8 @@ import numpy as np
 from session.errors import Fault, InputError
 from session.results import write_whole
 from swimgym.course import Rules
-from swimgym.making import make_course
 from swimgym.evaluation import Swum, swim
+from swimgym.making import make_course
 from swimgym.policy import Card, Policy, card_of
 from swimgym.source import Fish
 from swimgym.steering import start_of, steered
@@ -55,7 +55,7 @@ class _State:
     cost: float
 
 
-def search(  # noqa: PLR0913
+def search(
     fish: Fish,
     task: str,
     plan: SearchPlan | None = None,

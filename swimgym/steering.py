@@ -37,7 +37,15 @@ def steered(numbers: np.ndarray, rules: Rules, seen: np.ndarray) -> np.ndarray:
     bearing = np.arctan2(-vector[:, 1], -vector[:, 0])  # to the left
     side = np.sign(bearing)
     told = np.stack(
-        [bearing, np.tanh(bearing / _SIGN_RAD), seen[:, 5], seen[:, 0], seen[:, 1], seen[:, -2], *seen[:, 6 : 6 + hinges].T],
+        [
+            bearing,
+            np.tanh(bearing / _SIGN_RAD),
+            seen[:, 5],
+            seen[:, 0],
+            seen[:, 1],
+            seen[:, -2],
+            *seen[:, 6 : 6 + hinges].T,
+        ],
         axis=1,
     )
     aside = np.tanh((numbers[:, 2:] * told).sum(axis=1))

@@ -71,12 +71,18 @@ class Swimmers:
         """Puts the swimmers into states (n, s) or (s,)."""
         self._batch.state[:] = state
 
-    def rest(self, rows: np.ndarray, heading_rad: np.ndarray | float = 0.0) -> None:
-        """Lays some swimmers (r,) still at the origin again, turned by angles (r,) from heading along -x."""
+    def rest(self, rows: np.ndarray, place_m: np.ndarray | float = 0.0, heading_rad: np.ndarray | float = 0.0) -> None:
+        """Lays some swimmers (r,) still again.
+
+        Args:
+            rows: which.
+            place_m: (r, 2) of the steered point, m.
+            heading_rad: (r,) from heading along -x, counter-clockwise.
+        """
         self._batch.state[rows] = self._start[rows]
         self._position[rows, self._q["yaw"]] = heading_rad
-        offset = turned(self.centre_m, self._position[rows, self._q["yaw"]])
-        self._position[np.ix_(rows, self._head_q[:2])] = -offset
+        arm = turned(self.centre_m, self._position[rows, self._q["yaw"]])
+        self._position[np.ix_(rows, self._head_q[:2])] = place_m - arm
 
     def drive(self, speed_rad_s: np.ndarray, rows: np.ndarray | None = None) -> None:
         """Advances all, or some (r,), by one interval, with cranks held at speeds (n,), rad/s."""
@@ -147,7 +153,7 @@ def _centre_of_mass(model: mujoco.MjModel) -> np.ndarray:
 
 
 def _joints(model: mujoco.MjModel, hinges: tuple[str, ...]) -> np.ndarray:
-    """(h + 2,) x of the foremost edge, the hinges and the rearmost edge of the straight robot in the head's frame, m."""
+    """(h + 2,) x of foremost edge, hinges and rearmost edge of the straight robot in the head's frame, m."""
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
     x = data.geom_xpos[:, 0] - data.xpos[model.body("head").id, 0]

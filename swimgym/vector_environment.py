@@ -1,6 +1,6 @@
 """Many swimmers as one vector environment of gymnasium, all stepped at once on all cores."""
 
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 from gymnasium.vector import AutoresetMode, VectorEnv
@@ -14,9 +14,8 @@ from swimgym.picture import view_from_above
 class SwimVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
     """n fish in one batch. Where an episode ends, the next begins in the same step (gymnasium's same-step mode).
 
-    `infos` holds the arrays of `told`; where episodes ended also
-    `final_obs` (n, o), what was seen last, and `_final_obs` (n,), where. Fish with several models (posterior draws) deal
-    them out to the swimmers.
+    `infos` holds the arrays of `told`; where episodes ended also `final_obs` (n, o), what was seen last, and
+    `_final_obs` (n,), where. Fish with several models (posterior draws) deal them out to the swimmers.
 
     Args:
         num_envs: n.
@@ -24,13 +23,15 @@ class SwimVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         options: of `make_course`: `session`, `mjcf`, `fish`, `workers`, those of the task and of the rules.
     """
 
-    metadata: ClassVar[dict[str, Any]] = {
+    metadata: dict[str, Any] = {  # noqa: RUF012 (gymnasium declares it so)
         "render_modes": ["rgb_array"],
         "render_fps": 50,
         "autoreset_mode": AutoresetMode.SAME_STEP,
     }
 
-    def __init__(self, num_envs: int = 64, task: str = "target", render_mode: str | None = None, **options: Any) -> None:
+    def __init__(
+        self, num_envs: int = 64, task: str = "target", render_mode: str | None = None, **options: Any
+    ) -> None:
         self.course = make_course(task, num_envs, **options)
         self.num_envs, self.render_mode = num_envs, render_mode
         self.single_observation_space, self.single_action_space = spaces_of(self.course)
@@ -44,9 +45,7 @@ class SwimVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         super().reset(seed=seed, options=options)
         return self.course.begin(np.arange(self.num_envs), self.np_random).astype(np.float32), {}
 
-    def step(
-        self, actions: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
+    def step(self, actions: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
         """Actions (n, 1)."""
         moment = self.course.act(np.asarray(actions, float).reshape(self.num_envs))
         infos: dict[str, Any] = dict(told(moment))
