@@ -142,8 +142,9 @@ class Circle:
         return np.stack([np.zeros_like(self.side), -self.side * self.radius_m], axis=1)
 
     def begin(self, rows: np.ndarray, rng: np.random.Generator) -> None:
-        """Draws the sides."""
-        self.side[rows] = self._given or rng.choice([-1.0, 1.0], len(rows))
+        """Draws the sides: half of several to either."""
+        even = np.resize([1.0, -1.0], len(rows)) * rng.choice([-1.0, 1.0])
+        self.side[rows] = self._given or rng.permutation(even)
         self.progress[rows] = 0.0
 
     def ahead(self, place: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -246,7 +247,7 @@ class Course:
         rules = self.rules
         self.action = np.clip(np.asarray(action, float), -1.0, 1.0)
         self.swimmers.drive(rules.speed(self.swimmers.crank[1], self.action), rows)
-        self.time_s += rules.interval_s
+        self.time_s[slice(None) if rows is None else rows] += rules.interval_s
         seen, distance, off_path = self.look()
         diverged = self.swimmers.diverged
         reached = self.task.reached(distance) & ~diverged

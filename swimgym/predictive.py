@@ -60,7 +60,7 @@ class Predictive:
         )
         self._plan = np.zeros((count, self.outlook.beats, 2))
         self._plan[..., 0] = 0.3
-        self._left = 0
+        self._left, self._planned_s = 0, np.full(count, -1.0)
 
     def __call__(self, seen: np.ndarray) -> np.ndarray:
         """(n,) accelerations in [-1, 1]."""
@@ -75,21 +75,25 @@ class Predictive:
         return beat_action(rules, seen, rules.fastest_hz * (1 + beat[:, 0]) / 2, beat[:, 1])
 
     def _plan_anew(self) -> None:
+        """Of the swimmers that have moved since the last plan; the others are done."""
         look, count = self.outlook, len(self._plan)
+        live = np.flatnonzero(self.course.time_s != self._planned_s)
+        self._planned_s = self.course.time_s.copy()
         if self.course.time_s.any():
             self._plan = np.concatenate([self._plan[:, 1:], self._plan[:, -1:]], axis=1)
         noise = self._rng.standard_normal((count, look.plans, look.beats, 2)) * look.spread
         noise[:, : look.plans // 2] = np.cumsum(noise[:, : look.plans // 2], axis=2)  # half of them wander off
         noise[:, 0] = 0.0
         tried = np.clip(self._plan[:, None] + noise, -1.0, 1.0)
-        cost = self._cost(tried.reshape(-1, look.beats, 2)).reshape(count, look.plans)
+        rows = (live[:, None] * look.plans + np.arange(look.plans)).ravel()
+        cost = self._cost(tried.reshape(-1, look.beats, 2), rows).reshape(count, look.plans)
         scale = np.std(cost, axis=1, keepdims=True) + 1e-9
         weight = np.exp(-look.sharpness * (cost - cost.min(axis=1, keepdims=True)) / scale)
         weight /= weight.sum(axis=1, keepdims=True)
         self._plan = (weight[..., None, None] * tried).sum(axis=1)
 
-    def _cost(self, tried: np.ndarray) -> np.ndarray:
-        """(n k,) of plans (n k, b, 2) from where the swimmers are now, m."""
+    def _cost(self, tried: np.ndarray, rows: np.ndarray) -> np.ndarray:
+        """(n k,) of plans (n k, b, 2) from where the swimmers are now, m; only of some (r,) it means something."""
         look, plans = self.outlook, self.outlook.plans
         course = Course(self._many, _copied(self.course.task, plans), self.course.rules)
         self._many.put(np.repeat(self.course.swimmers.state, plans, axis=0))
@@ -98,7 +102,7 @@ class Predictive:
         start = _along(course, look, seen)
         for beat in range(look.beats):
             for _ in range(look.hold):
-                moment = course.act(self._beat(seen, tried[:, beat]))
+                moment = course.act(self._beat(seen, tried[:, beat]), rows)
                 seen = moment.seen
                 done |= moment.reached
                 took += ~done

@@ -173,7 +173,7 @@ class BeatPool(VecEnv):
         """Of the pool, once for each swimmer."""
         return [getattr(self, attr_name, None)] * len(list(self._get_indices(indices)))
 
-    def set_attr(self, attr_name: str, value: Any, indices: Any = None) -> None:
+    def set_attr(self, attr_name: str, value: Any, indices: Any = None) -> None:  # noqa: ARG002
         """Of the pool."""
         setattr(self, attr_name, value)
 
