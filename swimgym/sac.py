@@ -98,6 +98,7 @@ def train_sac(
         )
     reporter = _Reporter(plan, pool, state_file, progress)
     model.learn(max(plan.steps - model.num_timesteps, 0), callback=reporter, reset_num_timesteps=False)
+    reporter.write()
     card = card_of(task, "sac", fish, course, plan.seed)
     training = {**asdict(plan), "trained_s": monotonic() - began}
     return Policy(replace(card, training=training), _arrays(model))
@@ -202,10 +203,11 @@ class _Reporter(BaseCallback):
             share = self._pool.hits / max(self._pool.ends, 1)
             self._pool.hits = self._pool.ends = 0
             self._progress(f"{self.num_timesteps} choices, {share:.0%} reached", self.num_timesteps / self._plan.steps)
-            self._write()
+            self.write()
         return True
 
-    def _write(self) -> None:
+    def write(self) -> None:
+        """Writes the state, if it is to be kept."""
         if self._file is not None:
             self._file.parent.mkdir(parents=True, exist_ok=True)
             model: Any = self.model

@@ -4,7 +4,6 @@ import av
 import numpy as np
 import pytest
 
-from session import InputError
 from swimgym.aquarium import FPS, play, swim_together, write_shoal
 from swimgym.making import make_course
 from swimgym.speed import measure_gym_speed

@@ -74,14 +74,14 @@ def test_another_robot_or_engine_is_refused() -> None:
     course = make_course("target", 1, fish=fish(), workers=1)
     own = policy()
     own.check(fish(), course)
-    with pytest.raises(ModelMismatch, match="robot: trained with eel, here fish_057.*calib policy train"):
+    with pytest.raises(ModelMismatch, match=r"robot: trained with eel, here fish_057.*calib policy train"):
         replace(own, card=replace(own.card, robot="eel")).check(fish(), course)
     with pytest.raises(ModelMismatch, match=r"MuJoCo: trained with 3\.1\.2"):
         replace(own, card=replace(own.card, mujoco="3.1.2")).check(fish(), course)
 
 
 def test_what_is_no_policy_is_named(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="there is no such policy.*calib policy train"):
+    with pytest.raises(InputError, match=r"there is no such policy.*calib policy train"):
         load_policy(tmp_path / "target.npz")
     policy().save(tmp_path / "target.npz")
     card = json.loads((tmp_path / "target.json").read_text())

@@ -78,7 +78,7 @@ def test_what_is_no_fish_is_named(tmp_path: Path) -> None:
     pendulum.write_text("<mujoco")
     with pytest.raises(InputError, match="it is no MJCF"):
         load_fish(mjcf=pendulum)
-    with pytest.raises(InputError, match="there is no posterior.*calib posterior"):
+    with pytest.raises(InputError, match=r"there is no posterior.*calib posterior"):
         load_fish(session_with_fit(tmp_path / "pool"), draws=3)
     with pytest.raises(InputError, match="calib diagnose"):
         load_fish(tmp_path / "pool", effects=True)
