@@ -107,4 +107,4 @@ def share(hits: np.ndarray, level: float = 0.95) -> tuple[float, float, float]:
     """The share of hits (n,), and Wilson's interval (J. Am. Stat. Assoc. 22, 1927)."""
     n, p, z = len(hits), float(np.mean(hits)), NormalDist().inv_cdf(0.5 + level / 2)
     middle, half = p + z**2 / (2 * n), z * np.sqrt(p * (1 - p) / n + z**2 / (4 * n**2))
-    return p, float((middle - half) / (1 + z**2 / n)), float((middle + half) / (1 + z**2 / n))
+    return p, float((middle - half) / (1 + z**2 / n)), min(float((middle + half) / (1 + z**2 / n)), 1.0)

@@ -17,6 +17,8 @@ from swimgym.steering import steered
 from swimmer.engine import ENGINE
 
 SCHEMA = 1
+SHIPPED = Path(__file__).parent / "policies"
+"""Policies `target` and `circle` that were trained on `datasets/sample`, fitted at quick effort."""
 
 
 @dataclass(frozen=True)

@@ -19,7 +19,7 @@ PACKAGES = PROJECT["tool"]["setuptools"]["packages"]
 LOCK = ROOT / "requirements.lock"
 PAGES = ("README.md", "CONTRIBUTING.md")
 DATA = re.compile(
-    r"swimmer/robots/[^/]+\.toml$|diagnosis/discrepancy\.npz$|(reports|calib|tracking/boxes)/templates/[^/]+$"
+    r"swimmer/robots/[^/]+\.toml$|diagnosis/discrepancy\.npz$|swimgym/policies/[^/]+$|(reports|calib|tracking/boxes)/templates/[^/]+$"
 )
 NOT_SHIPPED = {"tests", "benchmarks"}
 
