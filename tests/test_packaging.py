@@ -102,7 +102,7 @@ def test_the_wheel_holds_the_packages_with_their_data_and_nothing_else(wheel: Pa
     data = {name for name in committed_files() if DATA.match(name)}
 
     assert shipped == code | data
-    assert {name.split("/")[0] for name in data} == {"swimmer", "diagnosis", "reports", "calib", "tracking"}
+    assert {name.split("/")[0] for name in data} == {"swimmer", "diagnosis", "reports", "swimgym", "calib", "tracking"}
     assert any(name.endswith("/licenses/LICENSE") for name in names)
 
 
