@@ -17,7 +17,7 @@ from scipy.stats import qmc
 from fitting.model.features import SPEED
 from fitting.model.roll import NO_ROLL, ROLL_SD, Roll
 from fitting.model.session_model import SessionModel
-from fitting.model.trial_model import TrialModel, freedoms_together, simulated_together
+from fitting.model.trial_model import TrialModel, freedoms_together, simulated_together, trajectories_together
 from fitting.model.variance import COEFFICIENT_SD, FORECAST_SPEED, MEDIANS, Block, Covariance
 from fitting.objective import COEFFICIENT_BOUNDS
 from session.errors import SimulationDiverged
@@ -27,6 +27,7 @@ Progress = Callable[[str, float | None], None]
 _SCREENED = 48
 _TRIED = 4  # times the starts, of which it is asked whether their twins swim forward from rest
 _ROUNDS = 14
+_RACED = 6  # rounds of all descents, after which the better half goes on
 _RENEWED = (0, 2, 5)  # rounds in which nuisances are simulated anew where the coefficients now are
 _NATURALS = tuple(np.linspace(-0.8, 0.8, 9))  # of rolls to begin with, see `Roll.natural`
 _ROOT_STEP = 0.08  # of the differences, in roots of coefficients: Kutta lift roughens the twin below that
@@ -137,16 +138,21 @@ def find_mode(
     """
     points = _screened(seed)
     simulated = model.simulated(points)
-    found: list[Mode] = []
-    for number, start in enumerate(_promising(model, points, simulated, starts)):
-        tell("fitting the coefficients", number / starts)
-        if (each := _Descent(model, start).run()) is not None:
-            found.append(each)
+    descents = [_Descent(model, start) for start in _promising(model, points, simulated, starts)]
+    for number, descent in enumerate(descents):
+        tell("fitting the coefficients", 0.5 * number / starts)
+        descent.go_on(_RACED)
+    descents.sort(key=lambda each: (not each.forward, -each.log_density))
+    for number, descent in enumerate(descents[: (starts + 1) // 2]):
+        tell("fitting the coefficients", 0.5 + number / starts)
+        descent.go_on(_ROUNDS)
+    found = [each for each in descents if np.isfinite(each.log_density)]
     if not found:
         raise SimulationDiverged("the twin diverged from every start; look into the flags of the fit trials")
-    found.sort(key=lambda each: (not each.ends[0].forward, -each.ends[0].log_density))
-    spent = len(points) + sum(each.simulations for each in found)
-    return replace(found[0], ends=tuple(each.ends[0] for each in found), simulations=spent)
+    found.sort(key=lambda each: (not each.forward, -each.log_density))
+    spent = len(points) + sum(each.simulated for each in descents)
+    ends = tuple(each.mode.ends[0] for each in found)
+    return replace(found[0].mode, ends=ends, simulations=spent)
 
 
 def mode_at(
@@ -207,108 +213,119 @@ def time_step_errors(trials: Sequence[TrialModel], coefficients: np.ndarray) -> 
 
 
 class _Descent:
-    """From one start."""
+    """From one start, as far as it was told to go.
+
+    Attributes:
+        log_density: where it is; -inf where the twin diverged on the way.
+    """
 
     def __init__(self, model: SessionModel, start: np.ndarray) -> None:
         self.model, self.start, self.simulated = model, start, 0
-        self.forward = model.swim_forward(start[None])[0]
+        self.forward = bool(model.swim_forward(start[None])[0])
+        self.log_density, self._round, self._converged = -np.inf, 0, False
+        self._at, self._sizes = start, dict(MEDIANS)
 
-    def run(self) -> Mode | None:
-        """None where the twin diverges on the way."""
+    def go_on(self, rounds: int) -> None:
+        """Goes on until so many rounds are behind it, or until it has converged."""
         try:
-            return self._run()
+            while self._round < rounds and not self._converged:
+                self._step()
+            self._look()
         except (np.linalg.LinAlgError, ValueError):  # what is simulated is not finite
-            return None
+            self.log_density, self._converged = -np.inf, True
 
-    def _run(self) -> Mode:
-        at, sizes, converged = self.start, dict(MEDIANS), False
-        for round_ in range(_ROUNDS):
-            if round_ in _RENEWED:
-                blocks = blocks_at(self.model, at)
-                covariance = Covariance.of(blocks)
-                self.simulated += 16
-            residual = self._residual(at)
-            jacobian = jacobian_at(self.model.trials, at)
-            sizes, deviance = covariance.restricted(residual, jacobian, sizes)
-            deviance += self.model.trials[0].roll.deviance
-            if converged:
-                break
-            self.simulated += 14
-            others = covariance.without_roll(sizes) + _free(jacobian)
-            if round_ in _RENEWED:
-                self._start_roll(at, others)
-                residual = self._residual(at)
-            rolled, covariance = self._roll(at, residual, covariance, others)
-            residual = self._residual(at)
-            before, at = at, self._stepped(at, residual, jacobian, covariance.at(sizes))
-            root = np.linalg.cholesky(np.linalg.inv(_coefficient_covariance(covariance.at(sizes), jacobian)))
-            moved = np.hypot(np.linalg.norm(root.T @ (at - before)), rolled)
-            converged = bool(moved < _STILL) and round_ >= _RENEWED[1]
-        if not converged:  # the last step has not been looked at yet
-            residual, jacobian = self._residual(at), jacobian_at(self.model.trials, at)
-        end = End(self.start, at, -deviance, converged, bool(self.forward))
-        return Mode(self.model, at, sizes, covariance, blocks, residual, jacobian, (end,), self.simulated)
+    def _step(self) -> None:
+        if self._round in _RENEWED:
+            self._blocks = blocks_at(self.model, self._at)
+            self._covariance = Covariance.of(self._blocks)
+            self.simulated += 16
+        self._look()
+        self.simulated += 14
+        jacobian, others = self._jacobian, self._covariance.without_roll(self._sizes) + _free(self._jacobian)
+        if self._round in _RENEWED:
+            self._start_roll(others)
+        rolled = self._roll(others)
+        total = self._covariance.at(self._sizes)
+        before, self._at = self._at, self._stepped(jacobian, total)
+        root = np.linalg.cholesky(np.linalg.inv(_coefficient_covariance(total, jacobian)))
+        moved = np.hypot(np.linalg.norm(root.T @ (self._at - before)), rolled)
+        self._converged = bool(moved < _STILL) and self._round >= _RENEWED[1]
+        self._round += 1
 
-    def _start_roll(self, at: np.ndarray, total: np.ndarray) -> None:
+    def _look(self) -> None:
+        """Where it is: trajectories, residual, slopes, the likeliest sizes there."""
+        self._trajectories = trajectories_together(self.model.trials, self._at[None])
+        self._residual, self._jacobian = self._residual_with(None), jacobian_at(self.model.trials, self._at)
+        self._sizes, deviance = self._covariance.restricted(self._residual, self._jacobian, self._sizes)
+        self.log_density = -deviance - self.model.trials[0].roll.deviance
+
+    def _residual_with(self, roll: Roll | None) -> np.ndarray:
+        """(K,) where it is, with another roll of the hull or with its own."""
+        trials = self.model.trials if roll is None else self.model.rolling(roll).trials
+        rows = [trial.features_of(each)[0] for trial, each in zip(trials, self._trajectories, strict=True)]
+        return np.asarray(self.model.measured - np.concatenate(rows))
+
+    @property
+    def mode(self) -> Mode:
+        """Where it is."""
+        end = End(self.start, self._at, self.log_density, self._converged, self.forward)
+        return Mode(
+            self.model,
+            self._at,
+            self._sizes,
+            self._covariance,
+            self._blocks,
+            self._residual,
+            self._jacobian,
+            (end,),
+            self.simulated,
+        )
+
+    def _start_roll(self, total: np.ndarray) -> None:
         """Begins with the likeliest roll of a few natural frequencies, in a covariance (K, K) of all else.
 
         Near its natural frequency a roll turns round, so that a wrong one asks for the wrong sign.
         """
-        trials = self.model.trials
-        told = [trial.trajectories(at[None]) for trial in trials]
-
-        def row(roll: Roll) -> np.ndarray:
-            own = zip(trials, told, strict=True)
-            return np.concatenate([trial.rolling(roll).features_of(each)[0] for trial, each in own])
-
-        without = row(NO_ROLL)
-        factor = cho_factor(total, lower=True)
+        without, factor = self._residual_with(NO_ROLL), cho_factor(total, lower=True)
         found: list[tuple[float, Roll]] = []
         for natural in _NATURALS:
-            column = row(Roll(ROLL_SD[0], natural)) - without
-            pull = column @ cho_solve(factor, self.model.measured - without)
+            column = without - self._residual_with(Roll(ROLL_SD[0], natural))
+            pull = column @ cho_solve(factor, without)
             information = column @ cho_solve(factor, column) + 1.0
             roll = NO_ROLL.moved(np.array([pull / information, natural / ROLL_SD[1]]))
             found.append((0.5 * pull**2 / information - 0.5 * (natural / ROLL_SD[1]) ** 2, roll))
         self.model = self.model.rolling(max(found)[1])
+        self._residual = self._residual_with(None)
 
-    def _roll(
-        self, at: np.ndarray, residual: np.ndarray, covariance: Covariance, total: np.ndarray
-    ) -> tuple[float, Covariance]:
-        """Goes on to the likeliest roll, linear, in a covariance (K, K) of all else.
-
-        Returns:
-            The way in standard deviations, and the covariance with what the roll does now.
-        """
-        roll = self.model.trials[0].roll
-        rolls = np.vstack([each.rolls_at(at) for each in self.model.trials])
+    def _roll(self, total: np.ndarray) -> float:
+        """Goes on to the likeliest roll, linear, in a covariance (K, K) of all else; the way in standard deviations."""
+        roll, trials = self.model.trials[0].roll, zip(self.model.trials, self._trajectories, strict=True)
+        rolls = np.vstack([trial.slopes_of_roll(each) for trial, each in trials])
         factor = cho_factor(total, lower=True)
         information = rolls.T @ cho_solve(factor, rolls) + np.eye(2)
-        pull = rolls.T @ cho_solve(factor, residual) - np.array(roll) / ROLL_SD
+        pull = rolls.T @ cho_solve(factor, self._residual) - np.array(roll) / ROLL_SD
         there = roll.moved(np.linalg.solve(information, pull))
         self.model = self.model.rolling(there)
+        self._residual, self._covariance = self._residual_with(None), replace(self._covariance, rolls=rolls)
         step = (np.array(there) - np.array(roll)) / ROLL_SD
-        return float(np.sqrt(step @ information @ step)), replace(covariance, rolls=rolls)
+        return float(np.sqrt(step @ information @ step))
 
-    def _residual(self, at: np.ndarray) -> np.ndarray:
-        return self.model.measured - self.model.simulated(at[None])[0]
-
-    def _stepped(self, at: np.ndarray, residual: np.ndarray, jacobian: np.ndarray, total: np.ndarray) -> np.ndarray:
+    def _stepped(self, jacobian: np.ndarray, total: np.ndarray) -> np.ndarray:
         """(5,) one step on, or the same where no share of it gains. A twin that swims forward from rest goes on to."""
         root = np.linalg.cholesky(total)
-        white, columns = (solve_triangular(root, each, lower=True) for each in (residual, jacobian))
+        white, columns = (solve_triangular(root, each, lower=True) for each in (self._residual, jacobian))
         low, high = COEFFICIENT_BOUNDS
-        step = lsq_linear(columns, white, bounds=(low - at - 1e-9, high - at + 1e-9)).x
-        tried = np.clip(at + np.outer(_SHARES, step), low, high)
-        residuals = self.model.measured - self.model.simulated(tried)
+        step = lsq_linear(columns, white, bounds=(low - self._at - 1e-9, high - self._at + 1e-9)).x
+        tried = np.clip(self._at + np.outer(_SHARES, step), low, high)
+        rows = self.model.measured - self.model.simulated(tried)
         self.simulated += len(tried)
-        squares = [
-            float((solve_triangular(root, row, lower=True) ** 2).sum()) if np.isfinite(row).all() else np.inf
-            for row in residuals
-        ]
-        allowed = self.model.swim_forward(tried) if self.forward else np.ones(len(tried), bool)
-        best = int(np.argmin(np.where(allowed, squares, np.inf)))
-        return np.asarray(tried[best] if allowed[best] and squares[best] < white @ white else at)
+        squares = np.nan_to_num((solve_triangular(root, np.nan_to_num(rows, nan=1e3).T, lower=True) ** 2).sum(axis=0))
+        for best in np.argsort(squares):
+            if squares[best] >= white @ white:
+                break
+            if not self.forward or self.model.swim_forward(tried[[best]])[0]:
+                return np.asarray(tried[best])
+        return self._at
 
 
 def _free(jacobian: np.ndarray) -> np.ndarray:

@@ -94,7 +94,11 @@ class TrialModel:
         markers = self._of_shifts(marker_m, body, features)
         robot = np.zeros((len(features), 0))
         return Freedoms(
-            np.column_stack(own), np.column_stack(boxes), np.column_stack(markers), robot, self._of_roll(trajectories)
+            np.column_stack(own),
+            np.column_stack(boxes),
+            np.column_stack(markers),
+            robot,
+            self.slopes_of_roll(trajectories),
         )
 
     def _of_sure_robot(self, coefficients: np.ndarray) -> "Freedoms":
@@ -127,11 +131,7 @@ class TrialModel:
                 slopes.append((self.in_step(self.reader(shifted)) - features) / _SHIFT_M)
         return slopes
 
-    def rolls_at(self, coefficients: np.ndarray) -> np.ndarray:
-        """(k, 2) of `Freedoms.rolls`, at coefficients (5,)."""
-        return self._of_roll(self.trajectories(coefficients[None]))
-
-    def _of_roll(self, told: Trajectories) -> np.ndarray:
+    def slopes_of_roll(self, told: Trajectories) -> np.ndarray:
         """(k, 2) the change of the features with one prior standard deviation of each number of the roll."""
         either = [[self.roll.shifted(number, sign) for sign in (1, -1)] for number in range(len(self.roll))]
         rows = [[self.rolling(roll).features_of(told)[0] for roll in pair] for pair in either]
@@ -214,9 +214,14 @@ class Freedoms(NamedTuple):
 
 def simulated_together(models: Sequence[TrialModel], coefficients: np.ndarray) -> list[np.ndarray]:
     """(s, k) each, `TrialModel.simulated` of several trials, those beside the same twin at once."""
-    runs, times = [model.runs(coefficients) for model in models], [model.time_s for model in models]
-    told = simulate_together([model.twin for model in models], runs, times)
+    told = trajectories_together(models, coefficients)
     return [model.features_of(each) for model, each in zip(models, told, strict=True)]
+
+
+def trajectories_together(models: Sequence[TrialModel], coefficients: np.ndarray) -> list[Trajectories]:
+    """`TrialModel.trajectories` of several trials, those beside the same twin at once."""
+    runs, times = [model.runs(coefficients) for model in models], [model.time_s for model in models]
+    return simulate_together([model.twin for model in models], runs, times)
 
 
 def freedoms_together(models: Sequence[TrialModel], coefficients: np.ndarray) -> list[Freedoms]:
