@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,10 +15,28 @@ from calib.results.result import Tables, flag_frame
 from fitting import MeasuredTrial
 from reports.numbers import counted
 from session import Flag, Session
+from tracking.boxes import StartBoxes
 from tracking.records import SampleState, TrackedTrial, to_movement
 
 if TYPE_CHECKING:
     import xarray as xr
+
+
+@dataclass(frozen=True, eq=False)
+class FilmedTracks:
+    """What was made from the videos of a session.
+
+    Attributes:
+        folder: with the tracks of each trial.
+        boxes: the start boxes of each trial with a video.
+        flags: of lens, size and height, of each kind the first: the videos share one camera.
+        exported: files of the tracks in another form.
+    """
+
+    folder: Path
+    boxes: Mapping[str, StartBoxes] = field(default_factory=dict)
+    flags: tuple[Flag, ...] = ()
+    exported: tuple[Path, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,6 +60,7 @@ class TrackResult(Tables, Mapping[str, "xr.Dataset"]):
         tracked: the tracker's record of every sample, by trial.
         measured: the swim trials, measured.
         flags: by trial.
+        filmed: what was made from the videos.
         notes: sentences from its making.
     """
 
@@ -48,6 +68,7 @@ class TrackResult(Tables, Mapping[str, "xr.Dataset"]):
     tracked: Mapping[str, TrackedTrial] = field(repr=False)
     measured: Mapping[str, MeasuredTrial] = field(repr=False)
     flags: Mapping[str, tuple[Flag, ...]] = field(repr=False)
+    filmed: FilmedTracks = field(repr=False)
     notes: tuple[str, ...] = ()
 
     def __getitem__(self, trial: str) -> xr.Dataset:
