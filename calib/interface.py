@@ -341,10 +341,9 @@ def load_tracks(path: str | Path, markers: Sequence[str], fps: float = 60.0) -> 
         >>> load_tracks("datasets/sample/trials/f1_30.csv.gz", names).position.attrs["units"]
         'px'
     """
-    from tracking.records import TrackedTrial, import_tracks, to_movement
+    from tracking.records import import_tracks
 
-    tracks = import_tracks(Path(path), tuple(markers), fps)
-    return to_movement(TrackedTrial.of(tracks), source_file=str(path)).isel(individual=0, drop=True)
+    return import_tracks(Path(path), tuple(markers), fps)
 
 
 def convert_tracks(
@@ -366,7 +365,7 @@ def convert_tracks(
     Example:
         >>> convert_tracks("f1_30.nc", "f1_30.csv", markers=["nose", "neck", "tail_1"])  # doctest: +SKIP
     """
-    from tracking.records import TrackedTrial, export_tracks, import_tracks
+    from tracking.records import as_tracked, export_tracks, import_tracks
 
     check_form(to, "--to")
     names, faults = tuple(markers) or FISHSIM_MARKERS, FaultCollector("the options")
@@ -377,7 +376,7 @@ def convert_tracks(
     if Path(out).suffix == ".gz":
         faults.add("--out", "packed files are read, not written", found=str(out), expected="a name without .gz")
     faults.raise_if_any()
-    export_tracks(TrackedTrial.of(import_tracks(Path(path), names, fps)), Path(out), to)
+    export_tracks(as_tracked(import_tracks(Path(path), names, fps)), Path(out), to)
     return Path(out)
 
 

@@ -6,21 +6,25 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
+import xarray as xr
+
 from calib.pipeline import Pipeline, working
 from calib.results.tracks import FilmedTracks, TrackResult, shares_of
 from calib.stages.videos import of_each
 from session import CameraSpec, Flag, InputError, NotEnoughData, Session, TrialSpec
 from session.errors import Fault
 from session.results import plain_json
+from session.tracks import markers_of
 from swimmer import RobotSpec
 from tracking import to_pool
 from tracking.lens import lens_flags
-from tracking.records import EditLog, TrackedTrial, export_tracks
+from tracking.records import EditLog, export_tracks
 from tracking.records.formats import FORMATS
+from tracking.records.tracked import counting
 from tracking.video import Video
 
 
-def camera_flags(found: Iterable[TrackedTrial], camera: CameraSpec, robot: RobotSpec) -> tuple[Flag, ...]:
+def camera_flags(found: Iterable[xr.Dataset], camera: CameraSpec, robot: RobotSpec) -> tuple[Flag, ...]:
     """The flags of lens, size and height, of each kind the first: the videos share one camera.
 
     Args:
@@ -36,12 +40,12 @@ def camera_flags(found: Iterable[TrackedTrial], camera: CameraSpec, robot: Robot
     return tuple(flags.values())
 
 
-def _metres_per_px(found: TrackedTrial, camera: CameraSpec, robot: RobotSpec) -> float | None:
+def _metres_per_px(found: xr.Dataset, camera: CameraSpec, robot: RobotSpec) -> float | None:
     """The scale by the nose-neck distance; None where nose and neck are never seen."""
-    tracks = found.counting
-    heights_m = robot.marker_positions_m(tracks.markers)[:, 2]
+    tracks = counting(found)
+    heights_m = robot.marker_positions_m(markers_of(tracks))[:, 2]
     try:
-        return to_pool(tracks, camera, tracks.confidence, heights_m)[1]
+        return to_pool(tracks, camera, tracks.confidence.values, heights_m)[1]
     except NotEnoughData:
         return None
 

@@ -6,14 +6,16 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
+import xarray as xr
 
 from fitting.frequency import SwimFrequency, estimate_frequency
 from fitting.in_pool import head_frame, head_is_trusted, in_pool
 from fitting.motor_clock import MotorRecord
 from fitting.series import design, weighted_fit
 from fitting.speed import forward_speed
-from session import CameraSpec, Flag, NotEnoughData, Tracks, TrialSpec
+from session import CameraSpec, Flag, NotEnoughData, TrialSpec
 from session.session_checks import OTHER_UNIT, rate_is_off
+from session.tracks import markers_of
 from swimmer import CrankTurn, RobotSpec
 from tracking import HeadFrame
 
@@ -122,7 +124,7 @@ class MeasuredTrial:
 
 def measure_trial(
     spec: TrialSpec,
-    tracks: Tracks,
+    tracks: xr.Dataset,
     camera: CameraSpec,
     robot: RobotSpec,
     warmup_s: float,
@@ -140,15 +142,15 @@ def measure_trial(
     """
     first_frame, tracks = (0, tracks) if motor is None else motor.driven(tracks, spec.name)
     position_m, metres_per_px, quality, tail = in_pool(tracks, camera, robot, f"trial {spec.name}")
-    weight = quality.weight * head_is_trusted(tracks.markers, quality.weight)[:, None]
-    head = head_frame(tracks.markers, position_m)
+    weight = quality.weight * head_is_trusted(markers_of(tracks), quality.weight)[:, None]
+    head = head_frame(markers_of(tracks), position_m)
     weight = np.where(np.isfinite(head.shape_m).all(axis=-1), weight, 0.0)
-    time_s = tracks.time_s - tracks.time_s[0]
+    time_s = tracks.time.values - tracks.time.values[0]
 
     flags = _clock_and_scale(time_s, camera, robot)
     beat = estimate_frequency(time_s, head.shape_m[:, tail, 1], weight[:, tail], spec.commanded_hz)
-    motor = None if motor is None else motor.against(beat, tracks.time_s)
-    turn = motor.turn.shifted(float(tracks.time_s[0])) if motor is not None and motor.usable else None
+    motor = None if motor is None else motor.against(beat, tracks.time.values)
+    turn = motor.turn.shifted(float(tracks.time.values[0])) if motor is not None and motor.usable else None
     frequency = _of_crank(beat, turn, motor, time_s)
     of_frames = (*quality.flags, *flags, *beat.flags)
     every_frame = np.ones(len(time_s), bool)
@@ -156,7 +158,7 @@ def measure_trial(
         name=spec.name,
         role="fit",
         commanded_hz=spec.commanded_hz,
-        markers=tracks.markers,
+        markers=markers_of(tracks),
         time_s=time_s,
         position_m=position_m,
         head=head,

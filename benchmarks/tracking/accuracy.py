@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import cv2
 import numpy as np
+import xarray as xr
 
 import tracking
 from benchmarks.cases import Progress, Records, Run, code_of, run_cases
@@ -16,7 +17,8 @@ from benchmarks.video.render import ENCODINGS, Encoding, render_encodings
 from benchmarks.video.truth import ClipTruth, load_truth, truth_file
 from session import InputError
 from session.results import sha256_of
-from tracking.records import SampleState, TrackedTrial
+from session.tracks import pixels_of
+from tracking.records import SampleState
 from tracking.tracker import follow_video
 from tracking.video import Video
 
@@ -117,14 +119,14 @@ def score_clip(clip: Clip, folder: Path) -> TrackingScore:
     return _score(clip, truth, tracked)
 
 
-def _track(path: Path, truth: ClipTruth, method: str) -> TrackedTrial:
+def _track(path: Path, truth: ClipTruth, method: str) -> xr.Dataset:
     with Video(path) as video:
         return follow_video(video, truth.start_boxes(), truth.markers, method)  # type: ignore[arg-type]
 
 
-def _score(clip: Clip, truth: ClipTruth, tracked: TrackedTrial) -> TrackingScore:
-    error = tracked.tracks.position_px - truth.shown_px  # (n, m, 2)
-    measured = tracked.state == SampleState.MEASURED
+def _score(clip: Clip, truth: ClipTruth, tracked: xr.Dataset) -> TrackingScore:
+    error = pixels_of(tracked) - truth.shown_px  # (n, m, 2)
+    measured = tracked.state.values == SampleState.MEASURED
     on_marker = np.linalg.norm(error, axis=2) < WRONG * truth.diameter_px
     good = measured & on_marker & truth.visible
     return TrackingScore(

@@ -16,7 +16,8 @@ from fitting import MeasuredTrial
 from reports.numbers import counted
 from session import Flag, Session
 from tracking.boxes import StartBoxes
-from tracking.records import SampleState, TrackedTrial, to_movement
+from tracking.records import SampleState, to_movement
+from tracking.records.tracked import seen_in
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -65,7 +66,7 @@ class TrackResult(Tables, Mapping[str, "xr.Dataset"]):
     """
 
     session: Session = field(repr=False)
-    tracked: Mapping[str, TrackedTrial] = field(repr=False)
+    tracked: Mapping[str, xr.Dataset] = field(repr=False)
     measured: Mapping[str, MeasuredTrial] = field(repr=False)
     flags: Mapping[str, tuple[Flag, ...]] = field(repr=False)
     filmed: FilmedTracks = field(repr=False)
@@ -106,7 +107,7 @@ class TrackResult(Tables, Mapping[str, "xr.Dataset"]):
         rows = {name: self._row(name, found) for name, found in self.tracked.items()}
         return pd.DataFrame.from_dict(rows, orient="index").rename_axis("trial")
 
-    def _row(self, name: str, found: TrackedTrial) -> dict[str, object]:
+    def _row(self, name: str, found: xr.Dataset) -> dict[str, object]:
         shares = shares_of(found)
         row: dict[str, object] = {column: shares[column] for column in ("frames", "seen", "filled", "missing")}
         row["flags"] = len(self.flags[name])
@@ -119,19 +120,19 @@ class TrackResult(Tables, Mapping[str, "xr.Dataset"]):
         return row | {"speed": swim.speed, "used": swim.used_fraction}
 
 
-def shares_of(found: TrackedTrial) -> dict[str, float]:
+def shares_of(found: xr.Dataset) -> dict[str, float]:
     """Frames of a trial, and of its samples from that of the boxes on the shares that were seen, count, are filled and
     missing, with the mean confidence of those seen.
 
     Not all that is seen counts in a fit: see `docs/tracking.md`.
     """
-    since = slice(found.first_frame, None)
-    seen, missing = found.seen[since], found.state[since] == SampleState.MISSING
+    own = found.isel(time=slice(found.first_frame, None))
+    seen, missing = seen_in(own), own.state.values == SampleState.MISSING
     shares = {"seen": seen, "filled": ~missing & ~seen, "missing": missing}
-    if found.weight is not None:
-        shares["counts"] = found.weight[since] > 0
-    confidence = np.average(found.tracks.confidence[since], weights=seen) if seen.any() else 0.0
-    row = {"frames": len(found.state), "confidence": float(confidence)}
+    if "weight" in own:
+        shares["counts"] = own.weight.values > 0
+    confidence = np.average(own.confidence.values, weights=seen) if seen.any() else 0.0
+    row = {"frames": found.sizes["time"], "confidence": float(confidence)}
     return row | {name: float(share.mean()) for name, share in shares.items()}
 
 

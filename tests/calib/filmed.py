@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import xarray as xr
 
-from session import Tracks
 from session.create import FISHSIM_MARKERS
 from session.tracks import load_tracks
 from synthetic import SyntheticCamera, SyntheticPlan, SyntheticTrial
@@ -57,12 +57,12 @@ def cut_short(folder: Path, name: str, share: float = 0.7) -> None:
     path.write_bytes(data[: int(share * len(data))])
 
 
-def read(path: Path) -> Tracks:
+def read(path: Path) -> xr.Dataset:
     """A file of tracks in the contract's form."""
     return load_tracks(path, FISHSIM_MARKERS, PLAN.camera.fps)
 
 
-def tracks_of(folder: Path, name: str, stage: str = "") -> Tracks:
+def tracks_of(folder: Path, name: str, stage: str = "") -> xr.Dataset:
     """The tracks of a trial as ``results/tracking`` has them; `stage` ``"raw"``: as the tracker left them."""
     return read(folder / "results" / "tracking" / stage / f"{name}.csv")
 

@@ -34,11 +34,13 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
+import xarray as xr
 from scipy.interpolate import CubicSpline
 from threadpoolctl import threadpool_limits
 
 from session import Flag
-from tracking.records.tracked import SampleState, TrackedTrial
+from session.tracks import markers_of, pixels_of
+from tracking.records.tracked import SampleState, samples_of, seen_in, with_samples
 from tracking.stretches import stretches
 
 REACH_FRAMES = 300
@@ -72,7 +74,7 @@ class Filling(NamedTuple):
     error_px: float  # RMS an axis in rehearsals
 
 
-def fill_gaps(tracked: TrackedTrial) -> TrackedTrial:
+def fill_gaps(tracked: xr.Dataset) -> xr.Dataset:
     """Fills the gaps that are short enough and can be filled well enough.
 
     A gap is a stretch of a marker without samples that are measured or set by hand; it is taken from those alone,
@@ -83,22 +85,22 @@ def fill_gaps(tracked: TrackedTrial) -> TrackedTrial:
     Args:
         tracked: of n frames and m markers.
     """
-    time_s, seen = tracked.tracks.time_s, tracked.seen
-    place = tracked.tracks.position_px @ np.array([1, 1j])  # (n, m)
-    samples = tracked.samples
+    time_s, seen = tracked.time.values, seen_in(tracked)
+    place = pixels_of(tracked) @ np.array([1, 1j])  # (n, m)
+    samples = samples_of(tracked)
     flags = [flag for flag in tracked.flags if flag.kind != "gap"]
     spans = [(k, slice(first, last + 1)) for k in range(seen.shape[1]) for first, last in stretches(~seen[:, k])]
     with threadpool_limits(1):  # the matrices are small: threads cost more than they save
         answers = [_filled(time_s, place, seen, k, span) for k, span in spans]
     for (k, span), (filling, why) in zip(spans, answers, strict=True):
         if filling is None:
-            flags.append(_flag(tracked.tracks.markers[k], span, why))
+            flags.append(_flag(markers_of(tracked)[k], span, why))
             continue
         filled = samples[span, k]
         filled["position_px"] = np.stack([filling.place.real, filling.place.imag], axis=1)
-        filled["confidence"] = _confidence(time_s, tracked.tracks.confidence[:, k], span)
+        filled["confidence"] = _confidence(time_s, tracked.confidence.values[:, k], span)
         filled["state"], filled["size_px"] = SampleState.INTERPOLATED, np.nan
-    return tracked.with_samples(samples, tuple(flags))
+    return with_samples(tracked, samples, tuple(flags))
 
 
 def _flag(marker: str, span: slice, why: str) -> Flag:
