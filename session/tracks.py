@@ -67,9 +67,14 @@ def markers_of(tracks: xr.Dataset) -> tuple[str, ...]:
     return tuple(tracks.keypoint.values.tolist())
 
 
+def by_marker(position: xr.DataArray) -> np.ndarray:
+    """(n, m, 2) positions for loops over numbers; a view."""
+    return position.transpose("time", "keypoint", "space").values
+
+
 def pixels_of(tracks: xr.Dataset) -> np.ndarray:
-    """(n, m, 2) positions, px, for loops over numbers; a view."""
-    return tracks.position.transpose("time", "keypoint", "space").values
+    """(n, m, 2) positions, px; a view."""
+    return by_marker(tracks.position)
 
 
 def load_tracks(path: Path, markers: Sequence[str], fps: float, *, minimum: int = 2) -> xr.Dataset:

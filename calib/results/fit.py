@@ -81,11 +81,10 @@ class FitResult(Result):
             {
                 "measured": (places, np.swapaxes(measured.head.position_m, 1, 2), {"units": "m"}),
                 "twin": (places, np.swapaxes(twin, 1, 2), {"units": "m"}),
-                "weight": (("time", "keypoint"), measured.weight),
+                "weight": measured.tracks.weight,
                 "compared": (("time",), measured.kept),
                 "scored": (("time",), measured.scored),
-            },
-            {"time": measured.time_s, "space": ["x", "y"], "keypoint": list(measured.markers)},
+            }
         )
 
     @property

@@ -73,11 +73,13 @@ class TrackResult(Tables, Mapping[str, "xr.Dataset"]):
     notes: tuple[str, ...] = ()
 
     def __getitem__(self, trial: str) -> xr.Dataset:
-        data = to_movement(self.tracked[trial]).isel(individual=0, drop=True)
-        if trial in self.measured:
-            data = data.assign(_measured(self.measured[trial], data.sizes["time"]))
-            data.attrs["metres_per_px"] = self.measured[trial].metres_per_px
-        return data
+        tracked = self.tracked[trial]
+        data = to_movement(tracked).isel(individual=0, drop=True)
+        if (swim := self.measured.get(trial)) is None:
+            return data
+        measured = _measured(swim, data.time[tracked.first_frame + swim.first_frame :])
+        found = data.assign(measured.reindex(time=data.time, fill_value={"weight": 0.0}))
+        return found.assign_attrs(metres_per_px=swim.metres_per_px)
 
     def __iter__(self) -> Iterator[str]:
         return iter(self.tracked)
@@ -136,20 +138,9 @@ def shares_of(found: xr.Dataset) -> dict[str, float]:
     return row | {name: float(share.mean()) for name, share in shares.items()}
 
 
-def _measured(trial: MeasuredTrial, frames: int) -> dict[str, tuple[tuple[str, ...], np.ndarray, dict[str, str]]]:
-    """What is measured in a swim, laid on all frames of its tracks."""
-    first, count, metres = trial.first_frame, len(trial.time_s), {"units": "m"}
-
-    def whole(values: np.ndarray) -> np.ndarray:
-        filled = np.full((frames, *values.shape[1:]), np.nan)
-        filled[first : first + count] = values
-        return filled
-
-    places = ("time", "space", "keypoint")
-    return {
-        "weight": (("time", "keypoint"), trial.weight_of(frames), {}),
-        "position_pool": (places, whole(np.swapaxes(trial.position_m, 1, 2)), metres),
-        "position_head": (places, whole(np.swapaxes(trial.head.shape_m, 1, 2)), metres),
-        "heading": (("time",), whole(trial.head.heading_rad), {"units": "rad"}),
-        "forward": (("time",), whole(trial.head.forward_m), metres),
-    }
+def _measured(swim: MeasuredTrial, time: xr.DataArray) -> xr.Dataset:
+    """What is measured in a swim, its frames at the first of these times."""
+    own = swim.tracks[["weight", "position_pool", "position_head", "heading"]]
+    forward = -swim.tracks.path.sel(space="x", drop=True)
+    own = own.assign(forward=forward.assign_attrs(units="m"))
+    return own.assign_coords(time=time[: own.sizes["time"]])

@@ -32,7 +32,7 @@ def truth(trials: tuple[MeasuredTrial, ...]) -> Placement:
 
 def misplaced(trial: MeasuredTrial, truth: Placement, noise_m: np.ndarray | float = 0.0) -> MeasuredTrial:
     seen = truth.seen(trial, trial.head)
-    return replace(trial, head=replace(seen, shape_m=seen.shape_m + noise_m))
+    return trial.seen_as(head=replace(seen, shape_m=seen.shape_m + noise_m))
 
 
 def test_misplaced_boxes_and_markers_are_found_again(trials: tuple[MeasuredTrial, ...], truth: Placement) -> None:
