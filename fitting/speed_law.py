@@ -108,13 +108,13 @@ def speed_law(
     found = {name: each for name, each in found.items() if (each > 0).all()}
     exponents = {"measured": slope(ln_hz, np.log(speed))}
     exponents |= {name: slope(ln_hz, np.log(each)) for name, each in found.items()}
-    left = np.log(speed / found["twin"]) if "twin" in found else None
+    residual = np.log(speed / found["twin"]) if "twin" in found else None
     return SpeedLaw(
         numbers,
         {trial.name: trial.speed / trial.frequency.hz for trial in swims},
         exponents,
-        None if left is None else slope(ln_hz, left),
-        {} if left is None else _trends(numbers, left),
+        None if residual is None else slope(ln_hz, residual),
+        {} if residual is None else _trends(numbers, residual),
     )
 
 
@@ -124,18 +124,18 @@ def slope(x: np.ndarray, y: np.ndarray) -> Slope:
     value = float(off @ y / (off @ off))
     if len(x) < _FEWEST:
         return Slope(value, None)
-    left = y - y.mean() - value * off
+    residual = y - y.mean() - value * off
     freedom = len(x) - 2
-    reach = float(student.ppf(0.5 + LEVEL / 2, freedom) * np.sqrt(left @ left / freedom / (off @ off)))
+    reach = float(student.ppf(0.5 + LEVEL / 2, freedom) * np.sqrt(residual @ residual / freedom / (off @ off)))
     return Slope(value, (value - reach, value + reach))
 
 
-def _trends(numbers: Mapping[str, SwimNumbers], left: np.ndarray) -> dict[str, Slope]:
+def _trends(numbers: Mapping[str, SwimNumbers], residual: np.ndarray) -> dict[str, Slope]:
     table = np.array(list(numbers.values()))
     found = {}
     for name, column in zip(SwimNumbers._fields, table.T, strict=True):
-        if name != "frequency_hz" and len(left) >= _FEWEST and column.std() > 0:
-            found[name] = slope((column - column.mean()) / column.std(), left)
+        if name != "frequency_hz" and len(residual) >= _FEWEST and column.std() > 0:
+            found[name] = slope((column - column.mean()) / column.std(), residual)
     return found
 
 

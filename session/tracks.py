@@ -51,7 +51,7 @@ def as_tracks(
             f"{n} frames of {m} markers: expected {(n, m, 2)} and {(n, m)}"
         )
     step_s = float(np.median(np.diff(time_s))) if n > 1 else 0.0
-    fps = 1 / step_s if step_s > 0 else np.nan
+    fps = round(1 / step_s, 6) if step_s > 0 else np.nan
     return xr.Dataset(
         {
             "position": (("time", "space", "keypoint"), np.swapaxes(position_px, 1, 2), {"units": "px"}),

@@ -149,3 +149,20 @@ def test_without_a_terminal_progress_is_a_line_every_ten_seconds() -> None:
         "calib: fitting, 50% done, about 20 s left",
         "calib: fitting, 75% done, about 10 s left",
     ]
+
+
+def test_a_step_that_takes_long_is_reported_every_ten_seconds_too() -> None:
+    clock, lines = [0.0], []
+    tell = Lines(lines.append, clock=lambda: clock[0])
+    tell("fitting", 0.0)
+    for second in range(1, 36):
+        clock[0] = second
+        if second == 15:
+            tell("fitting", 0.5)
+        tell.tick()
+    assert lines == [
+        "calib: fitting",
+        "calib: fitting",
+        "calib: fitting, 50% done, about 10 s left",
+        "calib: fitting, 50% done",
+    ]

@@ -1,4 +1,4 @@
-"""Filling gaps: short stretches without a sample, from the other markers and from before and after.
+"""GapFill gaps: short stretches without a sample, from the other markers and from before and after.
 
 A beating tail turns round within a gap of a few frames, and interpolation in time does not see it. The other
 markers do. So a missing marker is put where the markers that are seen throughout the gap put it, by a regression
@@ -67,7 +67,7 @@ HALVES_S = 0.1
 """At this distance in time from the nearest of them half of it."""
 
 
-class Filling(NamedTuple):
+class GapFill(NamedTuple):
     """What one gap of f frames is filled with."""
 
     place: np.ndarray  # (f,) complex positions x + i y, px
@@ -108,7 +108,7 @@ def _flag(marker: str, span: slice, why: str) -> Flag:
     return Flag("gap", (marker,), (span.start, span.stop - 1), f"{marker} is not seen in {frames}: {why}")
 
 
-def _filled(time_s: np.ndarray, place: np.ndarray, seen: np.ndarray, k: int, span: slice) -> tuple[Filling | None, str]:
+def _filled(time_s: np.ndarray, place: np.ndarray, seen: np.ndarray, k: int, span: slice) -> tuple[GapFill | None, str]:
     """What the gap `span` of marker k is filled with, or None and why not."""
     if span.start == 0 or span.stop == len(time_s):
         return None, "there is no sample on one side of it"
@@ -129,7 +129,7 @@ def _filled(time_s: np.ndarray, place: np.ndarray, seen: np.ndarray, k: int, spa
     return best, ""
 
 
-def _in_time(time_s: np.ndarray, place: np.ndarray, seen: np.ndarray, span: slice) -> Filling | None:
+def _in_time(time_s: np.ndarray, place: np.ndarray, seen: np.ndarray, span: slice) -> GapFill | None:
     """A cubic spline in time through the (n,) places of one marker."""
 
     def fill(gap: slice, known: np.ndarray) -> np.ndarray:
@@ -142,7 +142,7 @@ def _in_time(time_s: np.ndarray, place: np.ndarray, seen: np.ndarray, span: slic
 
 def _from_others(
     time_s: np.ndarray, place: np.ndarray, seen: np.ndarray, k: int, span: slice, lag: int
-) -> Filling | None:
+) -> GapFill | None:
     """Where the others that are seen throughout the gap put marker k, shifted to meet its own samples."""
     around = slice(max(span.start - 1 - lag, 0), span.stop + 1 + lag)
     others = np.flatnonzero(seen[around].all(axis=0) & (np.arange(seen.shape[1]) != k))
@@ -174,7 +174,7 @@ def _from_others(
 
 def _rehearsed(
     fill: Callable[[slice, np.ndarray], np.ndarray], place: np.ndarray, known: np.ndarray, span: slice
-) -> Filling | None:
+) -> GapFill | None:
     """The filling of a gap and its error in gaps of the same length; None if too few can be rehearsed."""
     margin, long = 2 * END_FRAMES, span.stop - span.start
     runs = [(first + margin, last + 2 - margin - long) for first, last in stretches(known)]
@@ -189,7 +189,7 @@ def _rehearsed(
         without[gap] = False
         errors.append(fill(gap, without) - place[gap])
     error_px = float(np.sqrt(np.mean(np.abs(errors) ** 2) / 2))
-    return Filling(fill(span, known), error_px)
+    return GapFill(fill(span, known), error_px)
 
 
 def _confidence(time_s: np.ndarray, confidence: np.ndarray, span: slice) -> np.ndarray:

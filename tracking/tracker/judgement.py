@@ -58,7 +58,11 @@ def judge(tracked: xr.Dataset, layout: RobotSpec) -> tuple[Flag, ...]:
     low_confidence = seen & (tracked.confidence.values < LEAST_CONFIDENCE)
     suspicions = {
         "lost_marker": (~seen, 1, "is not seen"),
-        "drift": (low_confidence, DRIFT_FRAMES, "looks unlike itself; it may have drifted onto something else"),
+        "drift": (
+            low_confidence,
+            DRIFT_FRAMES,
+            "has lost its appearance; the tracker may have drifted",
+        ),
         "size": (_wrong_size(tracked), 1, "appears in another size"),
     }
     flags = [
