@@ -681,8 +681,9 @@ def new_session(  # noqa: PLR0913  it is the command `new`, of which a user give
 
     films, own = _several(videos), tracks if isinstance(tracks, Mapping) else _several(tracks)
     if bool(films or own) + (from_fishsim is not None) + synthetic != 1:
+        what = "several sources of trials" if films or own or from_fishsim is not None else "no trials"
         expected = "one of these: --videos and --tracks, --from-fishsim DIR, --synthetic"
-        raise InputError([Fault("a new session", "", "not one source of trials", "", expected)])
+        raise InputError([Fault("a new session", "", what, "", expected)])
     if from_fishsim is not None:
         new_from_fishsim(Path(folder), Path(from_fishsim), tuple(fit))
     elif synthetic:

@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from session.create import FISHSIM_MARKERS
-from session.tracks import load_tracks
+from session.tracks import load_tracks, pixels_of
 from synthetic import SyntheticCamera, SyntheticPlan, SyntheticTrial
 from tests.calib.door import edit
 
@@ -70,4 +70,4 @@ def tracks_of(folder: Path, name: str, stage: str = "") -> xr.Dataset:
 def farthest_px(folder: Path, name: str) -> float:
     """The greatest error of any sample against the truth."""
     found, true = tracks_of(folder, name), read(folder / "truth" / f"{name}.csv")
-    return float(np.nanmax(np.abs(found.position_px - true.position_px[: len(found.time_s)])))
+    return float(np.nanmax(np.abs(pixels_of(found) - pixels_of(true)[: len(found.time.values)])))

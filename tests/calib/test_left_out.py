@@ -109,8 +109,8 @@ def test_flagged_stretches_are_left_out_by_weight(calib: Front, fresh: Path) -> 
     assert outcome.code == 0, outcome.err
     used = load_tracks(fresh / "results" / "tracks" / "slow.csv", PLAN.markers, 60.0)
     column = PLAN.markers.index("tail_5")
-    assert (used.confidence[70:110, column] == 0).mean() > 0.5
-    assert np.delete(used.confidence, column, axis=1).mean() > 0.9
+    assert (used.confidence.values[70:110, column] == 0).mean() > 0.5
+    assert np.delete(used.confidence.values, column, axis=1).mean() > 0.9
 
 
 @pytest.mark.long

@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from session.tracks import pixels_of
 from tests.calib.door import Front, assert_reports
 from tests.calib.filmed import read
 from tracking.records import export_tracks
@@ -22,8 +23,8 @@ def test_tracks_of_every_form_become_the_contracts(
 
     assert outcome == (0, f"{tmp_path / 'ours.csv'}\n", "")
     ours = read(tmp_path / "ours.csv")
-    np.testing.assert_allclose(ours.position_px, true.position_px, atol=1e-6)
-    np.testing.assert_allclose(ours.time_s, true.time_s, atol=1e-5)
+    np.testing.assert_allclose(pixels_of(ours), pixels_of(true), atol=1e-6)
+    np.testing.assert_allclose(ours.time.values, true.time.values, atol=1e-5)
 
 
 CASES: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
