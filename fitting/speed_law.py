@@ -78,12 +78,13 @@ class SpeedLaw:
             return "The twin's speed grows with the frequency as the measured one, within the scatter of the trials."
         if self.residual.value > 0:
             return (
-                "The measured speed grows more steeply with the frequency than the twin's. Drag that grows less than "
-                "the squared speed would do this (skin friction, a cable in tow), or thrust that slow beats lose."
+                "The measured speed grows more steeply with the frequency than the twin's. Possible causes: drag that "
+                "grows less than with the squared speed (skin friction, a cable in tow), or a loss of thrust at slow "
+                "beats."
             )
         return (
-            "The measured speed grows less with the frequency than the twin's. Drag that grows more than the squared "
-            "speed would do this (waves), or a tail that yields or a motor that sags at fast beats."
+            "The measured speed grows less with the frequency than the twin's. Possible causes: drag that grows more "
+            "than with the squared speed (waves), or a tail that yields or a motor that slows down at fast beats."
         )
 
 
