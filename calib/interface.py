@@ -14,7 +14,7 @@ Errors are a `SwimcalError`: `InputError` (all faults of what was given, at once
 
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import Any, Literal, overload
+from typing import TYPE_CHECKING, Any, Literal, overload
 
 import pandas as pd
 
@@ -51,6 +51,9 @@ from session.results import write_whole
 from swimmer import PUBLISHED_COEFFICIENTS, FluidCoefficients, Twin, load_robot
 from swimmer.effects import AffectedTwin, Effect, Parameter, catalogue
 from tracking.tracker import TrackerName
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 __all__ = [
     "Effect",
@@ -321,7 +324,7 @@ def correct(session: AnySession, trial: str, correction: str | Mapping[str, Any]
     return correct_track(_folder(session), trial, correction)
 
 
-def load_tracks(path: str | Path, markers: Sequence[str], fps: float = 60.0) -> Any:
+def load_tracks(path: str | Path, markers: Sequence[str], fps: float = 60.0) -> "xr.Dataset":
     """Reads tracks of any program: this one's CSV, DeepLabCut, movement, or the authors' headerless CSV.
 
     Args:
@@ -331,7 +334,7 @@ def load_tracks(path: str | Path, markers: Sequence[str], fps: float = 60.0) -> 
 
     Returns:
         An `xarray.Dataset` with `position` (time, space, keypoint), px, x to the right and y down, nan where
-        missing, and `confidence` (time, keypoint).
+        missing, and `confidence` (time, keypoint); attributes `fps`, `time_unit` and `source`, the file.
 
     Raises:
         InputError: every fault of the file at once.
