@@ -8,28 +8,23 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor
-from concurrent.futures import as_completed as as_completed_here
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
-from multiprocessing import get_context
 from pathlib import Path
 from typing import Any, Generic, NamedTuple, TypeVar
 
-from distributed import Client, as_completed
-
-from session import FaultCollector
+from calib.spread import spread
+from session import FaultCollector, InputError
+from session.errors import Fault
 from session.records import from_plain, to_plain
 from session.results import plain_json, sha256_of, write_whole
 from session.stage import fingerprint_of
 
 Progress = Callable[[str, float | None], None]
-_PATIENCE_S = 10.0  # with a scheduler
 Case = TypeVar("Case")
 Record = TypeVar("Record")
-Outcome = TypeVar("Outcome")
 
 
 class Failure(NamedTuple):
@@ -68,7 +63,12 @@ def run_cases(
         InputError: no scheduler answers.
     """
     failures = []
-    outcomes = _spread(partial(_tried, work), list(cases.items()), run.workers, run.scheduler)
+    tried, named = partial(_tried, work), list(cases.items())
+    processes = min(run.workers or os.cpu_count() or 1, len(cases))
+    if processes <= 1 and run.scheduler is None:
+        outcomes: Iterable[tuple[str, Record | Failure]] = map(tried, named)
+    else:
+        outcomes = spread(tried, named, _lost, processes, run.scheduler)
     for done, (name, outcome) in enumerate(outcomes, 1):
         if isinstance(outcome, Failure):
             failures.append(outcome)
@@ -79,50 +79,16 @@ def run_cases(
     return tuple(failures)
 
 
+def _lost(named: tuple[str, Case], why: str) -> tuple[str, Failure]:
+    return named[0], Failure(named[0], why)
+
+
 def _tried(work: Callable[[Case], Record], named: tuple[str, Case]) -> tuple[str, Record | Failure]:
     name, case = named
     try:
         return name, work(case)
     except Exception as error:  # whatever it is, it is this case's failure and no other's
         return name, Failure(name, f"{type(error).__name__}: {error}")
-
-
-def _spread(
-    work: Callable[[Case], Outcome], pieces: Sequence[Case], workers: int = 0, scheduler: str | None = None
-) -> Iterator[Outcome]:
-    """Outcomes as they come, in any order; with one worker in this process.
-
-    What a dask worker leaves that dies is done again. One thread a piece: two pieces at once take less than one after
-    the other.
-    """
-    processes = min(workers or os.cpu_count() or 1, len(pieces))
-    if scheduler is not None:
-        with _client(scheduler) as client:
-            yield from (future.result() for future in as_completed(client.map(work, pieces, pure=False)))
-    elif processes <= 1:
-        yield from map(work, pieces)
-    else:
-        pool = ProcessPoolExecutor(processes, mp_context=get_context("spawn"))
-        try:
-            yield from (future.result() for future in as_completed_here([pool.submit(work, each) for each in pieces]))
-        finally:
-            pool.shutdown(cancel_futures=True)
-
-
-def _client(scheduler: str) -> Client:
-    try:
-        return Client(scheduler, timeout=_PATIENCE_S)
-    except (OSError, ValueError) as error:
-        faults = FaultCollector("--scheduler")
-        faults.add(
-            "",
-            "no scheduler answers there",
-            found=f"{scheduler!r} ({error})",
-            expected="the address of a running dask scheduler, such as tcp://127.0.0.1:8786",
-            next_step="Start `dask scheduler` and some `dask worker ADDRESS`, or leave the option out.",
-        )
-        faults.raise_if_any()
-        raise
 
 
 @dataclass(frozen=True)
@@ -193,9 +159,8 @@ def read_lines(path: Path, kind: type[Record], name_of: Callable[[Record], str])
     try:
         lines = path.read_text().splitlines()
     except (OSError, ValueError) as error:
-        faults.add("", "cannot be read", found=str(error), expected="records, one line of JSON each")
-        faults.raise_if_any()
-        raise
+        fault = Fault(str(path), "", "cannot be read", str(error), "records, one line of JSON each")
+        raise InputError([fault]) from error
     if not lines:
         faults.add("", "holds no record", found="nothing", expected="a line a case", next_step="Give another file.")
     for number, line in enumerate(lines, start=1):

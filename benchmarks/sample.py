@@ -45,9 +45,9 @@ def make_sample(folder: Path) -> Path:
 
 def checksums(folder: Path) -> dict[str, str]:
     """The sha256 of every file of a dataset by its name in the folder, without results and the card."""
-    files = {path.relative_to(folder).as_posix(): path for path in sorted(folder.rglob("*")) if path.is_file()}
-    own = {name: path for name, path in files.items() if name != CARD_FILE and not name.startswith(("results/", "."))}
-    return {name: sha256_of(path) for name, path in own.items()}
+    files = {path.relative_to(folder): path for path in sorted(folder.rglob("*")) if path.is_file()}
+    own = {name: path for name, path in files.items() if "results" not in name.parts and name.name[0] != "."}
+    return {name.as_posix(): sha256_of(path) for name, path in own.items() if name != Path(CARD_FILE)}
 
 
 def write_checksums(folder: Path) -> None:

@@ -58,11 +58,6 @@ class Estimate(NamedTuple):
     value: float
     interval: tuple[float, float]
 
-    def times(self, factor: float) -> Estimate:
-        """In another unit."""
-        low, high = self.interval
-        return Estimate(factor * self.value, (factor * low, factor * high))
-
     def __str__(self) -> str:
         if np.isnan(self.value):
             return "none"

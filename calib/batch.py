@@ -2,14 +2,15 @@
 
 import sys
 from collections.abc import Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
-from multiprocessing import get_context
+from functools import partial
 from os import cpu_count
 from pathlib import Path
 from time import monotonic
+from typing import NamedTuple
 
 from calib.options import EffortName, Options
 from calib.pipeline import Pipeline, working
+from calib.spread import spread
 from session.errors import NotConverged
 
 
@@ -28,42 +29,60 @@ def run_pipeline(pipeline: Pipeline) -> None:
     pipeline.report()
 
 
-def run_all(folders: Sequence[Path], effort: EffortName, jobs: int, workers: int, progress: bool) -> Mapping[Path, str]:
+class Ended(NamedTuple):
+    """How the run of a session ended."""
+
+    folder: Path
+    error: str  # why it failed; empty if it did not
+    seconds: float
+
+
+def run_all(
+    folders: Sequence[Path],
+    effort: EffortName,
+    jobs: int = 1,
+    workers: int = 0,
+    progress: bool = False,
+    scheduler: str | None = None,
+) -> Mapping[Path, str]:
     """Runs all sessions, and says when each is done.
 
     Args:
         folders: of the sessions.
         effort: how hard to search.
         jobs: sessions at a time.
-        workers: threads of each; 0 for its share of the cores.
+        workers: threads of each; 0 for its share of the cores, one where a scheduler is given.
         progress: show it on standard error.
+        scheduler: address of a dask scheduler, whose workers run the sessions; they need to see the same folders.
 
     Returns:
         Why sessions failed, by folder.
+
+    Raises:
+        InputError: of the scheduler or its workers.
     """
-    threads = workers or max((cpu_count() or 1) // jobs, 1)
+    threads = workers or (1 if scheduler else max((cpu_count() or 1) // jobs, 1))
     failures: dict[Path, str] = {}
-    pool = ProcessPoolExecutor(jobs, mp_context=get_context("spawn"))
-    try:
-        futures = {pool.submit(_run_one, folder, effort, threads): folder for folder in folders}
-        for done, future in enumerate(as_completed(futures), 1):
-            folder, (error, seconds) = futures[future], future.result()
-            if error:
-                failures[folder] = error
-            if progress:
-                state = f"{'failed' if error else 'done'} after {seconds:.0f} s, {done} of {len(folders)}"
-                print(f"calib: {folder.name}: {state}", file=sys.stderr, flush=True)
-    finally:
-        pool.shutdown(cancel_futures=True)
+    given = {folder.resolve(): folder for folder in folders}
+    work = partial(_run_one, effort=effort, workers=threads)
+    for done, ended in enumerate(spread(work, list(given), _lost, jobs, scheduler), 1):
+        if ended.error:
+            failures[given[ended.folder]] = ended.error
+        if progress:
+            state = f"{'failed' if ended.error else 'done'} after {ended.seconds:.0f} s, {done} of {len(folders)}"
+            print(f"calib: {ended.folder.name}: {state}", file=sys.stderr, flush=True)
     return failures
 
 
-def _run_one(folder: Path, effort: EffortName, workers: int) -> tuple[str, float]:
-    """Why it failed, if it did, and the seconds that it took."""
+def _run_one(folder: Path, effort: EffortName, workers: int) -> Ended:
     began, error = monotonic(), ""
     try:
         with working(folder, True, Options(effort, workers)) as pipeline:
             run_pipeline(pipeline)
     except Exception as problem:  # whatever it is, it is this session's and no other's
         error = str(problem) or type(problem).__name__
-    return error, monotonic() - began
+    return Ended(folder, error, monotonic() - began)
+
+
+def _lost(folder: Path, why: str) -> Ended:
+    return Ended(folder, f"{folder}: not finished; found: {why}", float("nan"))

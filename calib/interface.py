@@ -385,15 +385,22 @@ def convert_tracks(
 
 @overload
 def run(  # type: ignore[overload-overlap]
-    sessions: AnySession, effort: EffortName = "full", *, jobs: int = 1, workers: int = 0, progress: bool = True
-) -> FitResult | StructureResult: ...
-@overload
-def run(
-    sessions: Sequence[AnySession],
+    sessions: AnySession,
     effort: EffortName = "full",
     *,
     jobs: int = 1,
     workers: int = 0,
+    scheduler: None = None,
+    progress: bool = True,
+) -> FitResult | StructureResult: ...
+@overload
+def run(
+    sessions: AnySession | Sequence[AnySession],
+    effort: EffortName = "full",
+    *,
+    jobs: int = 1,
+    workers: int = 0,
+    scheduler: str | None = None,
     progress: bool = True,
 ) -> Export: ...
 def run(
@@ -402,6 +409,7 @@ def run(
     *,
     jobs: int = 1,
     workers: int = 0,
+    scheduler: str | None = None,
     progress: bool = True,
 ) -> FitResult | StructureResult | Export:
     """Does everything the data allow: tracks, fit, MJCF, report; with full effort posterior and diagnosis too.
@@ -410,15 +418,18 @@ def run(
         sessions: one, opened or its folder; or several: then a session that fails stops no other.
         effort: how hard to search.
         jobs: sessions at a time, each in a process of its own.
-        workers: threads of each session; 0 for its share of the cores.
+        workers: threads of each session; 0 for its share of the cores, one with a scheduler.
+        scheduler: address of a dask scheduler, whose workers run the sessions; they need to see the same folders.
         progress: show it on standard error.
 
     Returns:
-        The fit, or what the dry experiments say alone; of several sessions their reports and the index, as `report`.
+        The fit, or what the dry experiments say alone; of several sessions, or with a scheduler, their reports and the
+        index, as `report`.
 
     Raises:
         InputError, NotEnoughData, SimulationDiverged: as `fit`, of a single session. Draws that did not converge are
             only reported in `notes`.
+        InputError: no scheduler answers, or a worker has another version of the program or the engine.
 
     Example:
         >>> run("datasets/sample", "quick").file.name           # doctest: +SKIP
@@ -427,11 +438,13 @@ def run(
         {}
     """
     if isinstance(sessions, Session | str | Path):
-        with _working(sessions, Options(effort, workers), progress) as pipeline:
-            run_pipeline(pipeline)
-            return structure_result(pipeline) if pipeline.only_dry else fit_result(pipeline)
+        if scheduler is None:
+            with _working(sessions, Options(effort, workers), progress) as pipeline:
+                run_pipeline(pipeline)
+                return structure_result(pipeline) if pipeline.only_dry else fit_result(pipeline)
+        sessions = [sessions]
     folders = [_folder(each) for each in sessions]
-    return _indexed(folders, None, run_all(folders, effort, jobs, workers, progress))
+    return _indexed(folders, None, run_all(folders, effort, jobs, workers, progress, scheduler))
 
 
 def report(sessions: AnySession | Sequence[AnySession], index: str | Path | None = None) -> Export:

@@ -13,6 +13,7 @@ from pathlib import Path
 from filelock import FileLock, Timeout
 
 from session.errors import ResultsNotWritable, SessionLocked
+from session.results import PARTS
 
 LOCK = ".swimcal.lock"
 HOLDER = ".holder.json"
@@ -40,10 +41,18 @@ def session_lock(folder: Path) -> Iterator[None]:
             "expected: a writable folder. Make it writable, or work on a copy of the session."
         ) from error
     try:
+        _remove_parts(folder / "results")
         with _noted(folder / "results" / HOLDER):
             yield
     finally:
         lock.release()
+
+
+def _remove_parts(results: Path) -> None:
+    """Removes what runs were writing when they were killed: nobody else writes while the lock is held."""
+    for part in [*results.glob(PARTS), *results.glob(f"*/{PARTS}")]:
+        with suppress(OSError):
+            part.unlink()
 
 
 @contextmanager

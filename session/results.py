@@ -65,6 +65,10 @@ PROVENANCE = ("schema", "program", "mujoco", "model_sha256", "inputs", "seed", "
 """Keys of every JSON result, in this order, before its own."""
 
 
+PARTS = ".*.part.*"
+"""Pattern of the temporary files of `writing_whole`."""
+
+
 @contextmanager
 def writing_whole(path: Path) -> Iterator[Path]:
     """Gives the block a temporary path next to `path`, renamed to it when the block ends well.

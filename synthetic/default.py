@@ -4,7 +4,7 @@ import numpy as np
 
 from synthetic.motor import SyntheticMotor
 from synthetic.plan import SyntheticPlan
-from synthetic.trials import Merge, SyntheticDecay, SyntheticTrial
+from synthetic.trials import Merge, SyntheticDecay, SyntheticTrial, trial_name
 
 SPEEDS_HZ = (0.4, 0.6, 0.8, 1.0, 1.3)
 """Commanded crank turns a second: the range of the published swim trials."""
@@ -38,7 +38,7 @@ def default_plan(seed: int = 0) -> SyntheticPlan:
 def _swim(commanded_hz: float, phase_rad: float, heading_rad: float) -> SyntheticTrial:
     fastest = commanded_hz == max(SPEEDS_HZ)
     return SyntheticTrial(
-        name=_name("f", commanded_hz),
+        name=trial_name("f", commanded_hz),
         frequency_hz=_reached(commanded_hz),
         commanded_hz=commanded_hz,
         seconds=max(FEWEST_S, round(FEWEST_BEATS / commanded_hz, 1)),
@@ -64,7 +64,7 @@ def _dry_experiments(
             clock_rate=rate,
         )
         run = SyntheticTrial(
-            name=_name("dry_", hz),
+            name=trial_name("dry_", hz),
             frequency_hz=_reached(hz),
             commanded_hz=hz,
             seconds=round(motor.ends_s + 0.4, 1),
@@ -75,10 +75,6 @@ def _dry_experiments(
         runs.append(run)
     bends = enumerate(BENT_RAD, start=1)
     return tuple(runs), tuple(SyntheticDecay(name=f"decay_{n}", heading_rad=heading_rad, bent_rad=b) for n, b in bends)
-
-
-def _name(prefix: str, hz: float) -> str:
-    return f"{prefix}{hz:.2f}".replace(".", "_")
 
 
 def _reached(commanded_hz: float) -> float:

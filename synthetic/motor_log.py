@@ -46,13 +46,27 @@ def read_motor(drive: Drive, time_s: np.ndarray, crank_rad: np.ndarray, random: 
     lag_rad_s = np.interp(time_s, drive.time_s, drive.reference_rad_s - drive.speed_rad_s)
     turning = np.clip(speed_rad_s / 0.1, -1.0, 1.0)
     current_a = _FRICTION_A * turning + _LOAD_A_S * lag_rad_s + CURRENT_A * random.standard_normal(len(time_s))
+    voltage_v = _SUPPLY_V - _SUPPLY_OHM * np.abs(current_a)
+    warm_c = _WARM_C + _WARMS_C_S * (time_s - time_s[0])
+    return in_steps(time_s, crank_rad + zero_rad, speed_rad_s, current_a, voltage_v, warm_c)
+
+
+def in_steps(
+    time_s: np.ndarray,
+    crank_rad: np.ndarray,
+    speed_rad_s: np.ndarray,
+    current_a: np.ndarray,
+    voltage_v: np.ndarray,
+    warm_c: np.ndarray,
+) -> MotorLog:
+    """The log of a motor without faults, (r,) of everything, in the steps in which it answers."""
     return MotorLog(
         time_s=time_s,
-        position_rad=PULSE_RAD * np.floor((crank_rad + zero_rad) / PULSE_RAD),
+        position_rad=PULSE_RAD * np.floor(crank_rad / PULSE_RAD),
         velocity_rad_s=SPEED_RAD_S * np.round(speed_rad_s / SPEED_RAD_S),
         current_a=CURRENT_A * np.round(current_a / CURRENT_A),
-        voltage_v=VOLTAGE_V * np.round((_SUPPLY_V - _SUPPLY_OHM * np.abs(current_a)) / VOLTAGE_V),
-        temperature_c=np.round(_WARM_C + _WARMS_C_S * (time_s - time_s[0])),
+        voltage_v=VOLTAGE_V * np.round(voltage_v / VOLTAGE_V),
+        temperature_c=np.round(warm_c),
         error=np.zeros(len(time_s)),
     )
 

@@ -13,6 +13,11 @@ from synthetic.motor import SyntheticMotor
 Pixels = tuple[float, float]  # x to the right, y down
 
 
+def trial_name(prefix: str, hz: float) -> str:
+    """Of a trial at some turns of the crank a second: `f0_80`."""
+    return f"{prefix}{hz:.2f}".replace(".", "_")
+
+
 class SyntheticCamera(Table):
     """A camera that looks straight down: no lens, no parallax, exact clock.
 

@@ -121,6 +121,21 @@ def test_everything_imports_from_the_wheel(wheel: Path, tmp_path: Path) -> None:
     assert all(Path(line).is_relative_to(tmp_path) for line in done.stdout.splitlines()), done.stdout
 
 
+@pytest.mark.long
+def test_the_wheel_says_which_benchmarks_need_a_checkout(wheel: Path, tmp_path: Path) -> None:
+    zipfile.ZipFile(wheel).extractall(tmp_path / "site")
+    code = (
+        f"import sys; sys.path.insert(0, {str(tmp_path / 'site')!r})\n"
+        "from calib.commands.benchmarks import benchmark\n"
+        "print(benchmark.info.help, [command.callback.__name__ for command in benchmark.registered_commands])\n"
+    )
+
+    done = subprocess.run([sys.executable, "-P", "-c", code], cwd=tmp_path, capture_output=True, text=True)
+
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.rstrip().endswith("from a checkout of swimcal only. ['speed']")
+
+
 @pytest.mark.parametrize("page", PAGES)
 def test_the_targets_that_a_page_names_are_in_the_makefile(page: str) -> None:
     targets = set(re.findall(r"^([a-z-]+):", (ROOT / "Makefile").read_text(), re.MULTILINE))

@@ -7,7 +7,7 @@ import shlex
 import shutil
 import subprocess
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -92,15 +92,10 @@ def diagnose_without(suite: SuiteFolder, program: Program, run: Run) -> tuple[Fa
         InputError: as of `diagnose_suite`, or a session is not diagnosed yet.
     """
     suite.check_diagnosed()  # the name of the true effect is in a folder from now on
-    pieces = [(suite.without / name, frozenset({effect})) for name, effect in lacking(suite).items()]
+    pieces = [(suite.without / name, frozenset(answer.effects)) for name, answer in suite.singles.items()]
     for copy, _ in pieces:
         _copy(suite.sessions / copy.name, copy)
     return _diagnosed(suite, program, pieces, run)
-
-
-def lacking(suite: SuiteFolder) -> Mapping[str, str]:
-    """The effect of each session that holds a single one of the catalogue."""
-    return {answer.session: answer.effects[0] for answer in suite.true() if answer.kind == "single"}
 
 
 def _copy(session: Path, folder: Path) -> None:

@@ -11,6 +11,7 @@ from benchmarks.reality import Mechanism, Nuisances, Recording, Trial, World
 from benchmarks.reality.mechanism import worn
 from session.create import FISHSIM_MARKERS
 from swimmer import load_robot
+from synthetic.trials import trial_name
 
 KNOWN_TO = {"hinge_stiffness": 0.02, "hinge_damping": 0.05, "mass": 0.02}
 """Relative standard deviation of a robot from its description: that of dry experiments."""
@@ -115,34 +116,31 @@ def _world(random: np.random.Generator, sunk_m: float) -> World:
 
 def _trials(recorded: Recorded, random: np.random.Generator) -> tuple[DrawnTrial, ...]:
     swims = [
-        DrawnTrial(_name("f", hz), role, _swim(hz, recorded.seconds, random))
+        DrawnTrial(trial_name("f", hz), role, _swim(hz, recorded.seconds, random))
         for hz, role in sorted(
             [*((hz, "fit") for hz in recorded.fit_hz), *((hz, "holdout") for hz in recorded.holdout_hz)]
         )
     ]
     others = []
-    if recorded.dry_hz is not None:
-        others.append(DrawnTrial(_name("dry", recorded.dry_hz), "fit", _dry(recorded.dry_hz, random)))
-    if recorded.free_decay:
-        others.append(DrawnTrial("decay", "fit", _decay(random)))
+    if (hz := recorded.dry_hz) is not None:
+        dry = Trial("dry", _DRY_S, hz, phase_rad=float(random.uniform(0, 2 * np.pi)))
+        others.append(DrawnTrial(trial_name("dry", hz), "fit", dry))
+    if recorded.free_decay:  # all hinges bent equally, to either side
+        bent = (float(random.choice([-1.0, 1.0]) * _TAIL_BENT_RAD),) * len(load_robot().hinges)
+        others.append(DrawnTrial("decay", "fit", Trial("free_decay", _DECAY_S, bent_rad=bent, release_s=_RELEASED_S)))
     return (*swims, *others)
 
 
-def _decay(random: np.random.Generator) -> Trial:
-    """All hinges bent equally, to either side, and let go."""
-    bent = (float(random.choice([-1.0, 1.0]) * _TAIL_BENT_RAD),) * len(load_robot().hinges)
-    return Trial("free_decay", _DECAY_S, bent_rad=bent, release_s=_RELEASED_S)
-
-
-def _dry(hz: float, random: np.random.Generator) -> Trial:
-    return Trial("dry", _DRY_S, hz, phase_rad=float(random.uniform(0, 2 * np.pi)))
-
-
 def _swim(hz: float, seconds: float, random: np.random.Generator) -> Trial:
-    """Along the picture, begun so that its middle is in the middle."""
+    """Along the picture; and half a fish."""
     heading = float(random.uniform(-_HEADING_RAD, _HEADING_RAD) + np.pi * random.integers(2))
+    return swim_past_middle(hz, seconds, heading, 0.2, random)
+
+
+def swim_past_middle(hz: float, seconds: float, heading: float, more_m: float, random: np.random.Generator) -> Trial:
+    """Begun so that its middle, a little before or behind, is about the middle of the picture."""
     start_speed = 0.1 * hz
-    way = start_speed * (seconds + 1.0) / 2 + 0.2  # and half a fish
+    way = start_speed * (seconds + 1.0) / 2 + more_m
     place = -way * np.exp(1j * heading) + complex(*random.uniform(-0.1, 0.1, 2))
     return Trial(
         "swim",
@@ -153,10 +151,6 @@ def _swim(hz: float, seconds: float, random: np.random.Generator) -> Trial:
         place_m=complex(place),
         heading_rad=heading,
     )
-
-
-def _name(kind: str, hz: float) -> str:
-    return f"{kind}{hz:.2f}".replace(".", "_")
 
 
 def _forward_m_s(recording: Recording) -> float:

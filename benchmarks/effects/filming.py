@@ -3,8 +3,8 @@
 Work on a session is a generator: it yields the trials that it wants to see and is sent their recordings.
 """
 
-from collections.abc import Generator, Iterable, Sequence
-from typing import Protocol, TypeVar
+from collections.abc import Callable, Generator, Iterable, Sequence
+from typing import TypeVar
 
 import numpy as np
 
@@ -15,15 +15,7 @@ from session.create import FISHSIM_MARKERS
 T = TypeVar("T")
 Wanted = Sequence[tuple[World, Trial]]
 Filming = Generator[Wanted, list[Recording], T]
-
-
-class Simulate(Protocol):
-    """Simulates trials, as `reality.simulate` does."""
-
-    def __call__(
-        self, trials: Wanted, markers: tuple[str, ...], /, *, allow_divergence: bool = False
-    ) -> list[Recording]:
-        """Their recordings, in their order."""
+Simulate = Callable[..., list[Recording]]  # called as `reality.simulate` is
 
 
 def film_together(works: Iterable[Filming[T]], at_once: int | None = None, by: Simulate | None = None) -> list[T]:

@@ -5,7 +5,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal, Self
 
-from session import FaultCollector
+from session import InputError
+from session.errors import Fault
 from session.records import from_plain, to_plain
 from session.results import plain_json, write_whole
 
@@ -36,10 +37,6 @@ class Answer:
     seed: int = 0  # of all that was drawn for the session
     strengths: tuple[float, ...] = ()  # that each of what is present was made with
 
-    def present(self, name: str) -> bool:
-        """Whether an effect of this name is."""
-        return name in self.effects
-
     @classmethod
     def read(cls, path: Path) -> Self:
         """The answer in a file.
@@ -60,20 +57,14 @@ class Answer:
 
 
 class SuiteFolder:
-    """Where a suite is.
-
-    Attributes:
-        folder: of the suite.
-        sessions: a folder a session.
-        answers: a file a session; nothing but the scorer opens them.
-        discrepancy: what every diagnosis may know of reality's base state.
-        without: copies of sessions, to be diagnosed by a catalogue that lacks the effect that is there.
-    """
+    """Where a suite is."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
-        self.sessions, self.answers = folder / "sessions", folder / "answers"
-        self.discrepancy, self.without = folder / "discrepancy.npz", folder / "without"
+        self.sessions = folder / "sessions"  # a folder a session
+        self.answers = folder / "answers"  # a file a session; nothing but the scorer opens them
+        self.discrepancy = folder / "discrepancy.npz"  # what every diagnosis may know of reality's base state
+        self.without = folder / "without"  # copies of sessions, for a catalogue that lacks the effect that is there
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -85,15 +76,15 @@ class SuiteFolder:
         names = sorted(path.stem for path in self.answers.glob("*.json"))
         begun = {path.name for path in self.sessions.glob("[!.]*")} - set(names)
         if not names or begun:
-            faults = FaultCollector(str(self.folder))
-            faults.add(
+            fault = Fault(
+                str(self.folder),
                 "",
                 "no suite of withheld effects",
-                found="one that broke off" if begun or self.sessions.is_dir() else "no answers",
-                expected="a folder that `calib benchmark effects FOLDER --part make` has finished",
+                "one that broke off" if begun or self.sessions.is_dir() else "no answers",
+                "a folder that `calib benchmark effects FOLDER --part make` has finished",
                 next_step="Make it, or copy datasets/withheld/small.",
             )
-            faults.raise_if_any()
+            raise InputError([fault])
         return tuple(names)
 
     def check_diagnosed(self) -> None:
@@ -104,15 +95,9 @@ class SuiteFolder:
         """
         names = self.names
         if missing := [name for name in names if not (self.sessions / name / DIAGNOSIS).exists()]:
-            faults = FaultCollector(str(self.folder))
-            faults.add(
-                "",
-                "not every session is diagnosed, as it must be before an answer is opened",
-                found=f"{len(missing)} of {len(names)} are missing",
-                expected="all",
-                next_step="Go on with --part diagnose, or with a program of yours.",
-            )
-            faults.raise_if_any()
+            what, step = "not every session is diagnosed", "Go on with --part diagnose, or with a program of yours."
+            found, expected = f"{len(missing)} of {len(names)} are missing", "all, before an answer is opened"
+            raise InputError([Fault(str(self.folder), "", what, found, expected, next_step=step)])
 
     def true(self) -> tuple[Answer, ...]:
         """All answers, in the order of the names.
@@ -121,6 +106,11 @@ class SuiteFolder:
             InputError: there is no whole suite.
         """
         return tuple(Answer.read(self.answer(name)) for name in self.names)
+
+    @property
+    def singles(self) -> dict[str, Answer]:
+        """The answers of the sessions that hold one effect of the catalogue, by name."""
+        return {answer.session: answer for answer in self.true() if answer.kind == "single"}
 
     def answer(self, name: str) -> Path:
         """The answer of a session."""

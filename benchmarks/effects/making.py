@@ -2,7 +2,6 @@
 
 import gzip
 import os
-import shutil
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -13,28 +12,29 @@ from scipy.interpolate import CubicSpline
 
 from benchmarks.effects.drawn import DrawnTrial, DrawnWorld
 from benchmarks.effects.filming import Filming
-from benchmarks.effects.folder import Answer, SuiteFolder
+from benchmarks.effects.folder import Answer
 from benchmarks.effects.generators import Generator
-from benchmarks.effects.oracle import oracle_shrinkage
-from benchmarks.effects.rows import SessionRows, camera_of, tracks_of
+from benchmarks.effects.rows import SessionRows, camera_of, closest_fit, tracks_of
 from benchmarks.effects.severity import Strength, strength_for
 from benchmarks.effects.suite import WARMUP_S, SessionPlan
 from benchmarks.reality import Mechanism, Recording
 from benchmarks.reality.record import Drive
 from diagnosis import Discrepancy
-from fitting.signatures import Signature
+from diagnosis.refit import refit, residual_with
 from session import load_session
 from session.create import FISHSIM_MARKERS, new_folder, write_session_toml
 from session.motor import MotorLog
 from session.results import write_whole
 from session.tracks import save_tracks
-from swimmer.effects import Effect, catalogue
-from synthetic.motor_log import CURRENT_A, PULSE_RAD, SPEED_RAD_S, VOLTAGE_V, save_motor_log
+from swimmer.effects import Effect
+from synthetic.motor_log import CURRENT_A, in_steps, save_motor_log
 
 _READING_S, _CLOCK_S = 0.02, 1000.0  # between readings of the motor; latest start of its clock
 _FILED = 946_684_800  # seconds since 1970: every file has the time stamp of 2000-01-01
 _TRACKS_BYTES = 32_768  # that every file of tracks is filled up to: its packed size would depend on the motion
 _CURRENT_A, _AMPERE_PER_N_M, _VOLT, _WARM_C = 0.25, 0.6, 12.1, 31.0
+_ROUNDS = 8  # of a refit with the true effects
+_SHOWS = 1.0  # squared standard deviations that the plain twin must leave of all held-out trials
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,7 +42,7 @@ class Making:
     """What sessions are made from."""
 
     generator: Generator  # of what is filmed
-    discrepancy: Discrepancy  # what the refitted twin leaves in the base state
+    discrepancy: Discrepancy  # what the refitted twin leaves in the base state of the second simulator
     effects: Mapping[str, Effect]  # the catalogue's own forms
 
     def make(self, plan: SessionPlan, folder: Path) -> Filming[Answer]:
@@ -66,9 +66,10 @@ class Making:
         fitted = SessionRows.of(drawn, base, self.discrepancy)
         signatures = fitted.signatures(self.effects)
         random = np.random.default_rng([plan.seed, 3])
-        strengths = []
+        strengths: list[Strength] = []
         for name in plan.effects:
-            strengths.append((yield from self._strength(name, random, drawn, fitted, signatures)))
+            strong, own = self.generator.mechanisms[name](random), name if name in self.effects else None
+            strengths.append((yield from strength_for(plan.detectability, strong, own, drawn, fitted, signatures)))
         present = tuple(mechanism for strength in strengths for mechanism in strength.mechanisms)
         known = [self.effects[name] for name in plan.effects if name in self.effects]
         shrinkage = None
@@ -91,28 +92,31 @@ class Making:
             strengths=tuple(strength.value for strength in strengths),
         )
 
-    def _strength(
-        self,
-        name: str,
-        random: np.random.Generator,
-        drawn: DrawnWorld,
-        rows: SessionRows,
-        signatures: Sequence[Signature],
-    ) -> Filming[Strength]:
-        strong = self.generator.mechanisms[name](random)
-        own = name if name in self.effects else None
-        return (yield from strength_for(drawn.plan.detectability, strong, own, drawn, rows, signatures))
 
+def oracle_shrinkage(
+    effects: Sequence[Effect], fitted: SessionRows, held_out: SessionRows, recordings: Mapping[str, Recording]
+) -> float | None:
+    """S = 1 - L_with / L_plain of held-out trials, both twins refitted on the fitted ones with the simulation.
 
-def making_of(suite: SuiteFolder, generator: Generator) -> Making:
-    """With the discrepancy of a suite, which is that of the second simulator whatever makes the sessions."""
-    return Making(generator, Discrepancy.load(suite.discrepancy), catalogue())
+    Of all features that a diagnosis uses, course and sliding too. Nothing has noise, and the residual of the base state
+    is subtracted, so there is no floor. None where a twin diverges, or the effects do not change held-out trials.
 
-
-def clear_away(folder: Path, name: str) -> None:
-    """Removes a session from a folder of sessions, whole or broken off."""
-    for there in (folder / name, *folder.glob(f".{name}.*")):
-        shutil.rmtree(there, ignore_errors=True)
+    Effects are in the twin's own form; recordings, by name, are of all swims with them as they truly are. The rows of
+    held-out swims are at the coefficients of the fitted ones.
+    """
+    try:
+        at = fitted.refitted(recordings)
+        _, start = closest_fit(
+            fitted.changes(recordings), fitted.signatures({effect.name: effect for effect in effects})
+        )
+        best = refit(fitted.linear(recordings, at), effects, np.concatenate(start.values), _ROUNDS)
+        held = held_out.linear(recordings, at)
+        plain, rest = (
+            float((held.whitened_swims(row) ** 2).sum()) for row in (held.residual, residual_with(held, best))
+        )
+    except (np.linalg.LinAlgError, ValueError):  # a twin diverged, and what it leaves is not finite
+        return None
+    return 1 - rest / plain if plain > _SHOWS else None
 
 
 def write_session(
@@ -135,7 +139,9 @@ def write_session(
             save_tracks(plain, tracks)
             write_whole(plain.with_suffix(".csv.gz"), _packed(plain.read_bytes()))
             plain.unlink()
-            tables.append(_table(each) | _logged(part, drawn, each, recording, random))
+            table = {"name": each.name, "kind": each.trial.kind, "tracks": f"trials/{each.name}.csv.gz"}
+            asked = {"commanded_hz": each.commanded_hz, "role": each.role}
+            tables.append(table | asked | _logged(part, drawn, each, recording, random))
         camera = camera_of(drawn)
         write_session_toml(
             part,
@@ -146,29 +152,14 @@ def write_session(
             fit={"warmup_s": WARMUP_S},
         )
         load_session(part)
-    for path in [*folder.rglob("*"), folder]:
-        undated(path)
-
-
-def undated(path: Path) -> None:
-    """Gives a file or folder the time stamp that all have: the time to make it would depend on what is in it."""
-    os.utime(path, (_FILED, _FILED))
+    for path in [*folder.rglob("*"), folder]:  # the time to make it would depend on what is in it
+        os.utime(path, (_FILED, _FILED))
 
 
 def _packed(plain: bytes) -> bytes:
     """Compressed, then filled up with the zeros that readers of the format skip (gzip, RFC 1952)."""
     packed = gzip.compress(plain, mtime=0)
     return packed + bytes(-len(packed) % _TRACKS_BYTES)
-
-
-def _table(each: DrawnTrial) -> dict[str, Any]:
-    return {
-        "name": each.name,
-        "kind": each.trial.kind,
-        "tracks": f"trials/{each.name}.csv.gz",
-        "commanded_hz": each.commanded_hz,
-        "role": each.role,
-    }
 
 
 def _logged(
@@ -190,12 +181,7 @@ def _log(drive: Drive, duration_s: float, offset_s: float, random: np.random.Gen
     load_a = _AMPERE_PER_N_M * np.interp(time_s, drive.time_s, drive.torque_n_m)
     current_a = _CURRENT_A + load_a + CURRENT_A * random.standard_normal(len(time_s))
     zero_rad = 2 * np.pi * random.random()
-    return MotorLog(
-        time_s=time_s + offset_s,
-        position_rad=PULSE_RAD * np.floor((crank(time_s) + zero_rad) / PULSE_RAD),
-        velocity_rad_s=SPEED_RAD_S * np.round(crank(time_s, 1) / SPEED_RAD_S),
-        current_a=CURRENT_A * np.round(current_a / CURRENT_A),
-        voltage_v=np.full(len(time_s), VOLTAGE_V * round(_VOLT / VOLTAGE_V)),
-        temperature_c=np.full(len(time_s), _WARM_C),
-        error=np.zeros(len(time_s)),
+    even = np.ones(len(time_s))
+    return in_steps(
+        time_s + offset_s, crank(time_s) + zero_rad, crank(time_s, 1), current_a, _VOLT * even, _WARM_C * even
     )

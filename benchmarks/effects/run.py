@@ -1,6 +1,7 @@
 """Makes the sessions of a suite, and their answers; broken off, it goes on where it was."""
 
 import os
+import shutil
 from collections.abc import Sequence
 from functools import partial
 
@@ -10,11 +11,13 @@ from benchmarks.cases import Failure, Run, run_cases
 from benchmarks.effects.filming import Filming, film_together
 from benchmarks.effects.folder import SuiteFolder
 from benchmarks.effects.generators import GENERATORS, Generator
-from benchmarks.effects.making import clear_away, making_of
+from benchmarks.effects.making import Making
 from benchmarks.effects.suite import WHOLE, SessionPlan, SuiteSize
-from diagnosis import shipped_discrepancy
-from session import FaultCollector, SwimcalError
+from diagnosis import Discrepancy, shipped_discrepancy
+from session import InputError, SwimcalError
+from session.errors import Fault
 from session.results import write_whole
+from swimmer.effects import catalogue
 
 _TOGETHER = 32  # sessions under way at a time: as many are lost when a worker dies
 _PIECES = 2  # as many sessions as that a piece of work has: the last of them are made with ever less company
@@ -67,9 +70,11 @@ def _made_together(suite: SuiteFolder, by: str, plans: tuple[SessionPlan, ...]) 
 def _made(suite: SuiteFolder, generator: Generator, plan: SessionPlan) -> Filming[Failure | None]:
     if suite.made(plan.name):  # a cluster does again what a worker had done that then died
         return None
-    clear_away(suite.sessions, plan.name)
+    for broken_off in (suite.sessions / plan.name, *suite.sessions.glob(f".{plan.name}.*")):
+        shutil.rmtree(broken_off, ignore_errors=True)
+    making = Making(generator, Discrepancy.load(suite.discrepancy), catalogue())
     try:
-        answer = yield from making_of(suite, generator).make(plan, suite.sessions)
+        answer = yield from making.make(plan, suite.sessions)
     except (SwimcalError, ValueError, ArithmeticError) as error:
         return Failure(plan.name, f"{type(error).__name__}: {error}")
     answer.write(suite.answer(plan.name))
@@ -79,13 +84,13 @@ def _made(suite: SuiteFolder, generator: Generator, plan: SessionPlan) -> Filmin
 def _check_same(suite: SuiteFolder, plans: Sequence[SessionPlan]) -> None:
     there = {path.name for path in suite.sessions.glob("[!.]*") if path.is_dir()}  # not what broke off
     strange = there - {plan.name for plan in plans}
-    faults = FaultCollector(str(suite.sessions))
     if strange:
-        faults.add(
+        fault = Fault(
+            str(suite.sessions),
             "",
             "the folder holds sessions of another suite",
-            found=", ".join(sorted(strange)[:3]),
-            expected="an empty folder, or sessions of the same seed and size",
+            ", ".join(sorted(strange)[:3]),
+            "an empty folder, or sessions of the same seed and size",
             next_step="Give another folder, or the seed and size it was made with.",
         )
-    faults.raise_if_any()
+        raise InputError([fault])

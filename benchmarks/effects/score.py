@@ -46,7 +46,7 @@ class Case:
     @property
     def named_right(self) -> bool:
         """Whether the likeliest name is that of an effect that is present."""
-        return self.diagnosis.first is not None and self.answer.present(self.diagnosis.first)
+        return self.diagnosis.first in self.answer.effects
 
     @property
     def in_set(self) -> bool:
@@ -65,7 +65,8 @@ class Case:
     @property
     def confidently_wrong(self) -> bool:
         """Whether an effect that is not present has a probability above 0.9."""
-        return any(p > CONFIDENT and not self.answer.present(name) for name, p in self.diagnosis.probability_of.items())
+        confident = {name for name, p in self.diagnosis.probability_of.items() if p > CONFIDENT}
+        return not confident <= set(self.answer.effects)
 
     @property
     def unexplained(self) -> bool:
@@ -178,24 +179,22 @@ def measures_together(cases: Sequence[Case]) -> Measures:
         )
         for kind in get_args(Kind)
     }
-    asked = [case.diagnosis for case in cases]
-    forecasts = [
-        (t.everything.gap or Gap(), (t.gap or Gap()) if t.named_groups else None) for t in asked if t.everything
-    ]
+    asked = [(c.diagnosis, c.diagnosis.everything.gap or Gap()) for c in cases if c.diagnosis.everything]
+    named = [(t.gap or Gap()).speed_mae_after if t.named_groups else gap.speed_mae_before for t, gap in asked]
     errors = {
-        "plain": [both.speed_mae_before for both, _ in forecasts],
-        "names alone": [both.speed_mae_before if named is None else named.speed_mae_after for both, named in forecasts],
-        "all at once": [both.speed_mae_after for both, _ in forecasts],
+        "plain": [gap.speed_mae_before for _, gap in asked],
+        "names alone": named,
+        "all at once": [gap.speed_mae_after for _, gap in asked],
     }
-    for label, others in list(errors.items())[:2]:
-        pairs = [(own, other) for own, other in zip(errors["all at once"], others, strict=True)]
-        known = [(own, other) for own, other in pairs if own is not None and other is not None]
-        nearer = Share.among(known, lambda pair: pair[0] < pair[1])
-        found[f"nearer_than_{label}"] = Measure(f"held-out speeds: better than {label}", nearer)
+    for label in ("plain", "names alone"):
+        pairs = zip(errors["all at once"], errors[label], strict=True)
+        nearer = [own < other for own, other in pairs if own is not None and other is not None]
+        share = Share(sum(nearer), len(nearer))
+        found[f"nearer_than_{label}"] = Measure(f"held-out speeds: better than {label}", share)
     for label, each in errors.items():
-        error = median([value for value in each if value is not None])
-        found[f"error_{label}"] = Measure(f"speed error, {label}, mm/s, median", error.times(1000.0))
-    shrinkages = [both.shrinkage for both, _ in forecasts if both.shrinkage is not None]
+        error = median([1000.0 * value for value in each if value is not None])
+        found[f"error_{label}"] = Measure(f"speed error, {label}, mm/s, median", error)
+    shrinkages = [gap.shrinkage for _, gap in asked if gap.shrinkage is not None]
     found["shrinkage"] = Measure("shrinkage of the held-out gap, median", median(shrinkages))
     return {name: row for name, row in found.items() if not (isinstance(row.found, Share) and not row.found.of)}
 
@@ -252,7 +251,7 @@ def _error(cases: Sequence[Case], least: float) -> float:
 def _probabilities(cases: Sequence[Case], least: float) -> list[tuple[float, bool]]:
     """All from some size on, and whether each came true."""
     return [
-        (p, case.answer.present(name))
+        (p, name in case.answer.effects)
         for case in cases
         for name, p in case.diagnosis.probability_of.items()
         if p >= least
@@ -272,11 +271,11 @@ def _share(
 def _groups_right(cases: Sequence[Case]) -> Share:
     """Of all named groups, in any session, those that hold an effect which is present."""
     groups = [(case.answer, group) for case in cases for group in case.diagnosis.named_groups]
-    return Share.among(groups, lambda named: any(map(named[0].present, named[1])))
+    return Share.among(groups, lambda named: bool(set(named[0].effects) & set(named[1])))
 
 
 def _only_wrong(case: Case) -> bool:
-    return bool(case.diagnosis.names) and not any(map(case.answer.present, case.diagnosis.names))
+    return bool(case.diagnosis.names) and not case.diagnosis.names & set(case.answer.effects)
 
 
 def _shrinkage_over_oracle(cases: Sequence[Case]) -> Estimate:

@@ -6,7 +6,8 @@ from typing import Annotated, Literal
 
 from pydantic import Field, FiniteFloat, TypeAdapter, ValidationError
 
-from session import FaultCollector
+from session import FaultCollector, InputError
+from session.errors import Fault
 
 NONE = "none_of_these"
 _CAUSES = ("camera", "drive", "body", "tail")  # stages that an effect can act at
@@ -111,9 +112,8 @@ def read_diagnosis(path: Path, lacking: frozenset[str] = frozenset()) -> Diagnos
     try:
         found = _CONTRACT.validate_json(path.read_text(), strict=True)
     except OSError as error:
-        faults.add("", "cannot be read", found=str(error), expected="a diagnosis.json", next_step=again)
-        faults.raise_if_any()
-        raise
+        unread = Fault(str(path), "", "cannot be read", str(error), "a diagnosis.json", next_step=again)
+        raise InputError([unread]) from error
     except ValidationError as error:
         for fault in error.errors():
             key, expected = ".".join(map(str, fault["loc"])), fault["msg"].removeprefix("Input should be ")

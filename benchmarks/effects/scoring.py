@@ -36,11 +36,7 @@ class Outcome:
     without: Sequence[Case] = ()  # of the program whose catalogue lacked the effect that is there
 
     def scores(self, command: str) -> Scores:
-        """All tables.
-
-        Args:
-            command: that made them.
-        """
+        """All tables, with the command that made them."""
         kinds = [case.answer.kind for case in self.cases]
         counts = ", ".join(f"{kinds.count(kind)} {kind}" for kind in dict.fromkeys(sorted(kinds)))
         asked = [case for case in self.cases if case.diagnosis.effort in ALL_AT_ONCE]
@@ -97,9 +93,10 @@ def score_without(suite: SuiteFolder) -> tuple[Case, ...]:
     Raises:
         InputError: as of `score_suite`, or a diagnosis was made by another catalogue.
     """
-    answers = {answer.session: answer for answer in suite.true() if answer.kind == "single"}
-    lacking = {name: frozenset(answer.effects) for name, answer in answers.items()}
-    found = _diagnoses(suite, tuple(answers), lambda name: _diagnosis(suite.without / name, lacking[name]))
+    answers = suite.singles
+    found = _diagnoses(
+        suite, tuple(answers), lambda name: _diagnosis(suite.without / name, frozenset(answers[name].effects))
+    )
     return tuple(Case(answer, found[name]) for name, answer in answers.items())
 
 

@@ -7,7 +7,6 @@ likelihood ratio is half the square of that).
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 
@@ -28,13 +27,6 @@ _CLOSE = 0.05  # relative, of the distance that is asked
 _FALLEN = 1.1  # times as far with less strength
 
 
-class Other(NamedTuple):
-    """A rival, and by how much an effect's own form is nearer than it."""
-
-    name: str
-    distance: float
-
-
 @dataclass(frozen=True, eq=False)
 class Strength:
     """An effect in a session."""
@@ -42,12 +34,12 @@ class Strength:
     value: float  # that its mechanism is made with
     mechanisms: tuple[Mechanism, ...]  # at that strength
     detectability: float  # by how much its own form is nearer than the nearest rival, the plain twin among them
-    rivals: tuple[Other, ...]  # all others, the nearest first
+    rivals: Mapping[str, float]  # by how much it is nearer than each other one, by name, the nearest first
 
     @property
     def alike(self) -> tuple[str, ...]:
         """Rivals that these data cannot separate from it."""
-        return tuple(rival.name for rival in self.rivals if rival.distance < _CLEARLY * SEPARATE)
+        return tuple(name for name, distance in self.rivals.items() if distance < _CLEARLY * SEPARATE)
 
 
 def strength_for(
@@ -56,14 +48,7 @@ def strength_for(
     """The strength at which the nearest rival is as far as asked, as near as it gets; of several alike the least.
 
     Some effects never get there: a rival follows them however strong they are, or the effect's own form fails first.
-
-    Args:
-        asked: distance.
-        strong: makes the mechanisms at a strength.
-        own: name of the effect, which is no rival of itself; None for one outside the catalogue.
-        drawn: the session.
-        rows: of its base state.
-        signatures: of the whole catalogue.
+    Rivals are all signatures but the effect's own, by its name; one outside the catalogue has none.
 
     Raises:
         SimulationDiverged: at every strength that was tried.
@@ -122,11 +107,9 @@ def _tried(
         return None
 
     own = 0.0 if itself is None else closest_fit(changes, [itself])[1].distance
-    found = {each.effect.name: closest_fit(changes, [each])[1].distance for each in rivals}
-    apart = sorted((_apart(distance, own), name) for name, distance in found.items())
+    apart = sorted((_apart(closest_fit(changes, [each])[1].distance, own), each.effect.name) for each in rivals)
     plain = _apart(closest_fit(changes, [])[1].distance, own)
-    nearer = tuple(Other(name, distance) for distance, name in apart)
-    return Strength(value, mechanisms, min([plain, *(other.distance for other in nearer)]), nearer)
+    return Strength(value, mechanisms, min([plain, *(d for d, _ in apart)]), {name: d for d, name in apart})
 
 
 def _apart(rival: float, own: float) -> float:

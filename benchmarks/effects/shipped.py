@@ -11,9 +11,10 @@ from pathlib import Path
 from benchmarks.cases import Run
 from benchmarks.effects.folder import SuiteFolder
 from benchmarks.effects.run import make_suite
-from benchmarks.effects.suite import SMALL
+from benchmarks.effects.suite import SIZES
+from benchmarks.sample import checksums
 from diagnosis import shipped_discrepancy
-from session.results import sha256_of, write_whole
+from session.results import write_whole
 
 SEED = 1
 
@@ -28,7 +29,7 @@ def ship(folder: Path) -> None:
     suite = SuiteFolder(folder / "small")
     write_whole(suite.discrepancy, shipped_discrepancy().read_bytes())  # it may have been measured anew
     run = Run(progress=lambda message, _: print(message, file=sys.stderr))
-    if failures := make_suite(suite, SEED, SMALL, run):
+    if failures := make_suite(suite, SEED, SIZES["small"], run):
         raise RuntimeError(f"small suite: {len(failures)} sessions failed, the first: {failures[0].message}")
     card = folder / "CARD.md"
     found = checksum_of_sessions(suite)
@@ -37,8 +38,7 @@ def ship(folder: Path) -> None:
 
 def checksum_of_sessions(suite: SuiteFolder) -> str:
     """Of the lines `<sha256>  sessions/<file>` of all files, but for results, in the order of the paths."""
-    files = sorted(path for path in suite.sessions.rglob("*") if path.is_file() and "results" not in path.parts)
-    lines = [f"{sha256_of(path)}  {path.relative_to(suite.folder).as_posix()}\n" for path in files]
+    lines = [f"{digest}  sessions/{name}\n" for name, digest in checksums(suite.sessions).items()]
     return sha256("".join(lines).encode()).hexdigest()
 
 

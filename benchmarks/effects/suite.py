@@ -3,7 +3,7 @@
 What was recorded is drawn before, and independently of, what is present: only the tracks contain information on it.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import cycle, islice
 from re import fullmatch
@@ -19,6 +19,8 @@ _SINGLE, _DOUBLE = 0.6, 0.2  # of the sessions with something in them; the rest 
 BEATS = 3.0  # that the slowest swim makes after warm-up: its first half is what a held-out trial may be looked at
 WARMUP_S = 1.0
 _DRY_SHARE, _DECAY_SHARE, _LOG_SHARE = 0.4, 0.4, 0.4
+Present = tuple[Kind, tuple[str, ...], float]
+"""Kind, effects and detectability of a session."""
 
 
 @dataclass(frozen=True)
@@ -66,7 +68,6 @@ SIZES = {
     "many": SuiteSize(24, 6, 18, 5, 3.3),
     "wake": SuiteSize(40, 14, generator="wake"),
 }
-SMALL, LARGE = SIZES["small"], SIZES["large"]
 WHOLE = slice(None)
 
 
@@ -90,20 +91,20 @@ def plan_suite(
 ) -> tuple[SessionPlan, ...]:
     """The sessions of a suite, in the order of their names.
 
-    Each effect, and each detectability, comes about equally often; the two of a double are drawn at random.
-
-    Args:
-        seed: of everything.
-        size: of the suite.
-        catalogued: names of effects of the catalogue that reality can make.
-        outside: names of what else it can make.
+    Each effect, and each detectability, comes about equally often; the two of a double are drawn at random. Names are
+    those of effects of the catalogue that reality can make, and of what else it can make.
     """
     random = np.random.default_rng([seed, 7])
-    present = _present(size, catalogued, outside, random)
-    names = drawn_names(len(present), random)
-    seeds = random.integers(2**31, size=len(present))
+    return plans_of(_present(size, catalogued, outside, random), recorded_by, random)
+
+
+def plans_of(
+    present: Sequence[Present], record: Callable[[np.random.Generator], Recorded], random: np.random.Generator
+) -> tuple[SessionPlan, ...]:
+    """Sessions with these in them, in the order of names that carry no information; `record` draws what is recorded."""
+    names, seeds = drawn_names(len(present), random), random.integers(2**31, size=len(present))
     plans = [
-        SessionPlan(name, int(own), recorded_by(np.random.default_rng([int(own), 1])), *what)
+        SessionPlan(name, int(own), record(np.random.default_rng([int(own), 1])), *what)
         for name, own, what in zip(names, seeds, present, strict=True)
     ]
     return tuple(sorted(plans, key=lambda plan: plan.name))
@@ -136,12 +137,12 @@ def apart(count: int, slowest_hz: float, fastest_hz: float, random: np.random.Ge
 
 def _present(
     size: SuiteSize, catalogued: Sequence[str], outside: Sequence[str], random: np.random.Generator
-) -> list[tuple[Kind, tuple[str, ...], float]]:
+) -> list[Present]:
     """What is in each session, in no order."""
     something = size.sessions - size.null - size.many
     single, double = round(_SINGLE * something), round(_DOUBLE * something)
     levels = cycle(random.permutation(DETECTABILITIES))
-    found: list[tuple[Kind, tuple[str, ...], float]] = [("null", (), 0.0)] * size.null
+    found: list[Present] = [("null", (), 0.0)] * size.null
     found += [("single", (name,), float(next(levels))) for name in in_turn(catalogued, single, random)]
     for _ in range(double):
         first, second = random.choice(len(catalogued), 2, replace=False)

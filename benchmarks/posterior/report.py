@@ -51,26 +51,23 @@ class PosteriorOutcome:
         """How often sessions warn, and what they miss in silence."""
         kinds = Counter(kind for score in self.sessions for kind in score.warnings)
         share = partial(Share.among, self.sessions)
-        missed = share(lambda score: not score.warned and not score.covered.all())
+        missed = share(lambda score: not (score.warnings or score.covered.all()))
         covered = Share(sum(int(s.covered.sum()) for s in self.sessions), len(NAMES) * len(self.sessions))
         seconds = median([score.seconds for score in self.sessions])
         return {
             "covered": Measure("truths of all coefficients inside", covered, "86 to 94 %"),
-            "warned": Measure("sessions that warn", share(lambda s: s.warned)),
+            "warned": Measure("sessions that warn", share(lambda s: bool(s.warnings))),
             **{kind: Measure(f"… {kind}", Share(count, len(self.sessions))) for kind, count in kinds.most_common()},
             "silent": Measure("no warning, a 90 % interval misses", missed),
             "far_silent": Measure(
-                f"no warning, {FAR_SD:g} sd off", share(lambda s: not s.warned and s.farthest > FAR_SD)
+                f"no warning, {FAR_SD:g} sd off",
+                share(lambda s: not (s.warnings or (np.abs(s.off_sd) <= FAR_SD).all())),
             ),
             "seconds": Measure("seconds a session, median", seconds),
         }
 
     def scores(self, command: str) -> Scores:
-        """All tables.
-
-        Args:
-            command: that made them.
-        """
+        """All tables, with the command that made them."""
         tables, notes = [], []
         if self.sessions:
             count = f"{len(self.sessions)} sessions drawn from the prior, made by the twin itself"

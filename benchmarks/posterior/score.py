@@ -58,11 +58,6 @@ class PosteriorScore:
         return frozenset(misfit | (set(WARNINGS) & set(self.flags)))
 
     @property
-    def warned(self) -> bool:
-        """Whether there is any."""
-        return bool(self.warnings)
-
-    @property
     def covered(self) -> np.ndarray:
         """(5,) whether the 90 % interval holds the truth."""
         truth = np.array(self.truth)
@@ -72,11 +67,6 @@ class PosteriorScore:
     def off_sd(self) -> np.ndarray:
         """(5,) truth less posterior mean, in standard deviations."""
         return (np.array(self.truth) - np.array(self.mean)) / np.array(self.sd)
-
-    @property
-    def farthest(self) -> float:
-        """The largest of these, without its sign."""
-        return float(np.abs(self.off_sd).max())
 
 
 def score_session(seed: int) -> PosteriorScore:

@@ -20,6 +20,7 @@ from swimmer.mjcf import SWIM
 from synthetic import SyntheticCamera, SyntheticPlan, SyntheticTrial, TrackingNoise, simulate_swims
 from synthetic.recorder import tracked
 from synthetic.streams import Stream
+from synthetic.trials import trial_name
 
 SLOWEST_HZ, FASTEST_HZ, APART_HZ = 0.5, 1.4, 0.3
 SECONDS = 5.0
@@ -81,8 +82,7 @@ def draw_session(
     frequency_hz = _frequencies(random)
     truth = _forward_swimmer(twin, frequency_hz, random)
     robot = _reglued(_built(nominal, seed), random)
-    random.random()  # keeps the sessions of earlier scores
-    noise = drawn_noise(seed)
+    noise = NOISE.model_copy(update={"shared": float(random.uniform(0.0, MOST_SHARED))})
     plan = SyntheticPlan(
         trials=tuple(_trial(float(hz), seconds, random) for hz in (*frequency_hz, *held_out_hz)),
         seed=seed,
@@ -105,11 +105,6 @@ def draw_session(
         noise=noise,
         varied=varied,
     )
-
-
-def drawn_noise(seed: int) -> TrackingNoise:
-    """Of the tracks: the share in common is drawn from a stream of its own, so that all else of a seed stays."""
-    return NOISE.model_copy(update={"shared": float(np.random.default_rng([seed, 10]).uniform(0.0, MOST_SHARED))})
 
 
 def _frequencies(random: np.random.Generator) -> np.ndarray:
@@ -150,7 +145,7 @@ def _reglued(robot: RobotSpec, random: np.random.Generator) -> RobotSpec:
 def _trial(hz: float, seconds: float, random: np.random.Generator) -> SyntheticTrial:
     phase_rad, heading_rad = random.uniform(0.0, 2 * np.pi, 2)
     return SyntheticTrial(
-        name=f"f{hz:.2f}".replace(".", "_"),
+        name=trial_name("f", hz),
         frequency_hz=hz,
         commanded_hz=hz,
         seconds=seconds,

@@ -17,28 +17,17 @@ _Rows = TypeVar("_Rows")
 
 @dataclass(frozen=True, eq=False)
 class Instant:
-    """What is known before the mechanisms add their part.
+    """What is known before the mechanisms add their part."""
 
-    Attributes:
-        time_s: (n, 1) since the first frame, s; negative in the run-in.
-        pose: of the links, and how they move.
-        turn: of the crank.
-        pull: of the tendons.
-        flow: how the strips move through the water.
-        water: quasi-steady forces on the strips.
-        parameters: of these simulations.
-        layout: of the fish, common to all.
-    """
-
-    time_s: np.ndarray
-    pose: Pose
-    turn: Turn
-    pull: Pull
-    flow: Flow
-    water: StripForces
-    layout: Layout
-    chain: Chain
-    parameters: Parameters
+    time_s: np.ndarray  # (n, 1) since the first frame, s; negative in the run-in
+    pose: Pose  # of the links, and how they move
+    turn: Turn  # of the crank
+    pull: Pull  # of the tendons
+    flow: Flow  # how the strips move through the water
+    water: StripForces  # quasi-steady forces on the strips
+    layout: Layout  # of the fish, common to all
+    chain: Chain  # of its links
+    parameters: Parameters  # of these simulations
 
     def bend(self, torque_n_m: np.ndarray) -> np.ndarray:
         """(n, N) generalised force of torques (n, h) that bend the hinges."""

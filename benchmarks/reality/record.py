@@ -70,11 +70,7 @@ class Record:
 
 
 class Recorder:
-    """Keeps every few steps of a batch.
-
-    Args:
-        step_s: of the integrator.
-    """
+    """Keeps every few steps of a batch, by the integrator's step."""
 
     def __init__(self, step_s: float) -> None:
         self._every, self._step_s = max(int(_KEEP_S / step_s + 1e-9), 1), step_s

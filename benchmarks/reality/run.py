@@ -1,6 +1,6 @@
 """Simulates trials: batches of them at once, filmed by their worlds' cameras."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -9,7 +9,7 @@ from benchmarks.reality.integrate import step
 from benchmarks.reality.layout import HINGES_PER_GAP, Layout, lay_out
 from benchmarks.reality.motion import Motion
 from benchmarks.reality.parameters import Parameters
-from benchmarks.reality.record import Record, Recorder
+from benchmarks.reality.record import Recorder
 from benchmarks.reality.start import balanced_hinges
 from benchmarks.reality.world import Trial, World, prepared_parameters
 from session.errors import SimulationDiverged
@@ -40,8 +40,6 @@ def simulate(
     Raises:
         SimulationDiverged: a simulation blew up and `allow_divergence` is False.
     """
-    if not trials:
-        return []
     robot = load_robot()
     layout, names = lay_out(robot, hinges_per_gap), markers or tuple(robot.markers)
     order = sorted(range(len(trials)), key=lambda i: _company(*trials[i]))
@@ -59,30 +57,57 @@ def _company(world: World, trial: Trial) -> tuple[int, list[str]]:
 
 
 def _simulate_batch(
-    trials: list[tuple[World, Trial]],
-    layout: Layout,
+    trials: list[tuple[World, Trial]], layout: Layout, markers: tuple[str, ...], step_s: float, allow_divergence: bool
+) -> list[Recording]:
+    parameters = Parameters.stacked([prepared_parameters(world, trial, layout, markers) for world, trial in trials])
+    motion = Motion(layout, parameters, *cranks(trials), [world.mechanisms for world, _ in trials])
+    return filmed(motion, trials, markers, step_s, allow_divergence)
+
+
+def cranks(trials: Sequence[tuple[World, Trial]]) -> tuple[np.ndarray, np.ndarray]:
+    """(n,) turns a second of each trial's crank, as commanded, and its angle at time 0."""
+    return np.array([trial.frequency_hz for _, trial in trials]), np.array([trial.phase_rad for _, trial in trials])
+
+
+def filmed(
+    motion: Motion,
+    trials: Sequence[tuple[World, Trial]],
     markers: tuple[str, ...],
     step_s: float,
     allow_divergence: bool,
+    before_step: Callable[[int, np.ndarray, np.ndarray], None] = lambda *_: None,
 ) -> list[Recording]:
-    parameters = Parameters.stacked([prepared_parameters(world, trial, layout, markers) for world, trial in trials])
+    """Runs a batch until every trial's end and last frame, and films each by the camera of its world.
+
+    Args:
+        motion: of the trials, in their order.
+        trials: n of them.
+        markers: names of those wanted.
+        step_s: of the integrator.
+        allow_divergence: what blows up becomes nan instead of an error.
+        before_step: is shown the number of each step, and coordinates and rates (n, N) then.
+    """
     made = [trial for _, trial in trials]
     start_s = -np.array([[trial.lead_s] for trial in made])
-    motion = Motion(
-        layout,
-        parameters,
-        np.array([trial.frequency_hz for trial in made]),
-        np.array([trial.phase_rad for trial in made]),
-        [world.mechanisms for world, _ in trials],
-    )
     position, velocity = start_of(motion, made, start_s)
     last_s = np.array([max(float(exposed_s(world, trial).max()), trial.duration_s) for world, trial in trials])
-    with np.errstate(over="ignore", invalid="ignore", divide="ignore"):  # what blows up is found below
-        record = _rolled(motion, made, last_s, start_s, position, velocity, step_s)
+    steps = int(np.ceil((float((last_s - start_s[:, 0]).max()) + _SPARE_S) / step_s)) + 1
+    release = np.array([[trial.release_s if trial.kind == "free_decay" else -np.inf] for trial in made])
+    recorder, states = Recorder(step_s), motion.start_states(start_s, position, velocity)
+    with np.errstate(all="ignore"):  # what blows up is found below
+        for k in range(steps):
+            before_step(k, position, velocity)
+            time_s = start_s + k * step_s
+            later, faster, at = step(motion, time_s, position, velocity, states, step_s)
+            recorder.add(k, at.now, position, velocity)
+            states = motion.advanced(at, states, step_s)
+            let_go = time_s >= release - 1e-9
+            position, velocity = np.where(let_go, later, position), np.where(let_go, faster, velocity)
+    record = recorder.finished(start_s)
     if (lost := record.lost).any() and not allow_divergence:
         raise divergence(made, lost, step_s)
     record.position[lost] = np.nan
-    return [film(world, trial, record, row, layout, parameters, markers) for row, (world, trial) in enumerate(trials)]
+    return [film(*each, record, row, motion.layout, motion.parameters, markers) for row, each in enumerate(trials)]
 
 
 def divergence(trials: Sequence[Trial], lost: np.ndarray, step_s: float = STEP_S) -> SimulationDiverged:
@@ -94,7 +119,7 @@ def divergence(trials: Sequence[Trial], lost: np.ndarray, step_s: float = STEP_S
     )
 
 
-def start_of(motion: Motion, trials: list[Trial], time_s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def start_of(motion: Motion, trials: Sequence[Trial], time_s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """(n, N) coordinates and rates at times (n, 1): the tail in balance with its tendons, or held bent."""
     layout, each = motion.layout, motion.layout.hinges_per_gap
     hinges, hinge_rates = balanced_hinges(layout, motion.parameters, motion.commanded(time_s))
@@ -109,29 +134,3 @@ def start_of(motion: Motion, trials: list[Trial], time_s: np.ndarray) -> tuple[n
     position[:, 3:] = position[:, 2:3] + np.cumsum(hinges, axis=1)
     velocity[:, 3:] = np.cumsum(hinge_rates, axis=1)
     return position, velocity
-
-
-def _rolled(
-    motion: Motion,
-    trials: list[Trial],
-    last_s: np.ndarray,
-    time_s: np.ndarray,
-    position: np.ndarray,
-    velocity: np.ndarray,
-    step_s: float,
-) -> Record:
-    """The motion from times (n, 1) until every trial's end and last frame at times (n,)."""
-    release = np.array([[trial.release_s if trial.kind == "free_decay" else -np.inf] for trial in trials])
-    longest = float((last_s - time_s[:, 0]).max())
-    steps = int(np.ceil((longest + _SPARE_S) / step_s)) + 1
-    recorder = Recorder(step_s)
-    states = motion.start_states(time_s, position, velocity)
-    start_s = time_s
-    for k in range(steps):
-        time_s = start_s + k * step_s
-        later, faster, at = step(motion, time_s, position, velocity, states, step_s)
-        recorder.add(k, at.now, position, velocity)
-        states = motion.advanced(at, states, step_s)
-        let_go = time_s >= release - 1e-9
-        position, velocity = np.where(let_go, later, position), np.where(let_go, faster, velocity)
-    return recorder.finished(start_s)

@@ -40,7 +40,7 @@ class Tendons:
     """Path and tension of the tendons of n simulations."""
 
     def __init__(self, layout: Layout, parameters: Parameters, chain: Chain) -> None:
-        self._layout, self._chain = layout, chain
+        self._chain = chain
         self._stiffness, self._damping = parameters.tendon_stiffness_n_m, parameters.tendon_damping_n_s_m
         crank = layout.robot.crank
         self._axle_m, self._height_m = crank.position_m[0], crank.position_m[2]

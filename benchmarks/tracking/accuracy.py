@@ -2,19 +2,19 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
 import cv2
 import numpy as np
-import xarray as xr
 
 import tracking
 from benchmarks.cases import Progress, Records, Run, code_of, run_cases
 from benchmarks.scores import Table
 from benchmarks.video.clips import BENCHMARK_CLIPS
 from benchmarks.video.render import ENCODINGS, Encoding, render_encodings
-from benchmarks.video.truth import ClipTruth, load_truth, truth_file
+from benchmarks.video.truth import load_truth, truth_file
 from session import InputError
 from session.results import sha256_of
 from session.tracks import pixels_of
@@ -95,17 +95,12 @@ def measure_accuracy(todo: Sequence[Clip], folder: Path, progress: Progress) -> 
     )
     names = {f"{each.file(folder).stem}.{each.method}": each for each in todo}
     truths = {name: sha256_of(truth_file(each.file(folder))) for name, each in names.items()}
-    missing = {name: (each, folder) for name, each in names.items() if records.read(name, truths[name]) is None}
-    run = Run(workers=1, progress=progress)  # a video is decoded by all cores
-    failures = run_cases(_tracked, missing, run, lambda name, score: records.keep(name, score, truths[name]))
-    if failures:
+    missing = {name: each for name, each in names.items() if records.read(name, truths[name]) is None}
+    run, work = Run(workers=1, progress=progress), partial(score_clip, folder=folder)  # all cores decode a video
+    if failures := run_cases(work, missing, run, lambda name, score: records.keep(name, score, truths[name])):
         raise RuntimeError(f"{failures[0].name}: {failures[0].message}")
     found = (records.read(name, truths[name]) for name in names)
     return [score for score in found if score is not None]
-
-
-def _tracked(case: tuple[Clip, Path]) -> TrackingScore:
-    return score_clip(*case)
 
 
 def score_clip(clip: Clip, folder: Path) -> TrackingScore:
@@ -113,18 +108,10 @@ def score_clip(clip: Clip, folder: Path) -> TrackingScore:
     path = clip.file(folder)
     truth = load_truth(truth_file(path))
     try:
-        tracked = _track(path, truth, clip.method)
+        with Video(path) as video:
+            tracked = follow_video(video, truth.start_boxes(), truth.markers, clip.method)  # type: ignore[arg-type]
     except InputError:
         return TrackingScore(clip.clip, clip.quality, clip.method)
-    return _score(clip, truth, tracked)
-
-
-def _track(path: Path, truth: ClipTruth, method: str) -> xr.Dataset:
-    with Video(path) as video:
-        return follow_video(video, truth.start_boxes(), truth.markers, method)  # type: ignore[arg-type]
-
-
-def _score(clip: Clip, truth: ClipTruth, tracked: xr.Dataset) -> TrackingScore:
     error = pixels_of(tracked) - truth.shown_px  # (n, m, 2)
     measured = tracked.state.values == SampleState.MEASURED
     on_marker = np.linalg.norm(error, axis=2) < WRONG * truth.diameter_px

@@ -4,7 +4,6 @@ It is fitted on perfect tracks for comparison. The swimmer is the twin at a fine
 real water costs nothing here.
 """
 
-import shutil
 from dataclasses import replace
 from pathlib import Path
 
@@ -15,10 +14,11 @@ from benchmarks.scores import Table
 from benchmarks.video.filmed import SessionVideo
 from calib.options import Options
 from calib.pipeline import Pipeline, open_session
-from session import Session
 from session.tracks import pixels_of
 from swimmer import FluidCoefficients
 from synthetic import PLAUSIBLE_COEFFICIENTS, SyntheticCamera, SyntheticPlan, SyntheticTrial, make_session
+from synthetic.noise import NOISELESS
+from synthetic.trials import trial_name
 from tracking.records.tracked import counting
 from tracking.tracker import TrackerName
 
@@ -29,17 +29,13 @@ _SEED = 0  # of the crank phases and the pictures
 def cost_table(folder: Path, crf: float, trackers: tuple[TrackerName, ...], progress: Progress) -> Table:
     """Films a swimmer at three speeds, and fits it from perfect tracks and from each tracker's.
 
-    Args:
-        folder: for the sessions; videos that are there are used again.
-        crf: quality of the H.264 videos.
-        trackers: to be compared.
-        progress: called with a message and the share done.
+    Sessions that are in the folder are used again. The videos are H.264 of quality `crf`.
     """
-    filmed = folder / f"filmed-{crf:g}"
+    plan, filmed, perfect = _plan(), folder / f"filmed-{crf:g}", folder / "perfect"
     if not filmed.exists():
-        plan, video = _plan(), SessionVideo(crf=crf)
-        make_session(filmed, plan, video, lambda name, done, of: progress(f"filming {name}", done / of))
-    perfect = _with_true_tracks(filmed, folder / f"{filmed.name}-perfect")
+        make_session(filmed, plan, SessionVideo(crf=crf), lambda name, i, of: progress(f"filming {name}", i / of))
+    if not perfect.exists():
+        make_session(perfect, plan.model_copy(update={"noise": NOISELESS}))
     rows = [_fitted(perfect, None, progress), *(_fitted(filmed, tracker, progress) for tracker in trackers)]
     caption = f"A known swimmer, filmed at {', '.join(map(str, SPEEDS_HZ))} Hz and fitted: error of each coefficient"
     return Table(caption, ("fitted from", "rms px", "marker mm", *FluidCoefficients._fields), tuple(rows))
@@ -49,7 +45,7 @@ def _plan() -> SyntheticPlan:
     random = np.random.default_rng(_SEED)
     trials = tuple(
         SyntheticTrial(
-            name=f"f{hz:.2f}".replace(".", "_"),
+            name=trial_name("f", hz),
             frequency_hz=hz,
             commanded_hz=hz,
             seconds=SECONDS,
@@ -59,21 +55,6 @@ def _plan() -> SyntheticPlan:
         for hz in SPEEDS_HZ
     )
     return SyntheticPlan(trials=trials, seed=_SEED, camera=SyntheticCamera(width_px=1920, height_px=1080))
-
-
-def _with_true_tracks(filmed: Path, copy: Path) -> Path:
-    """The same session with the truth's tracks in the place of its videos."""
-    shutil.rmtree(copy, ignore_errors=True)
-    copy.mkdir(parents=True)
-    text = (filmed / "session.toml").read_text()
-    lines = [line for line in text.splitlines() if not line.startswith("boxes")]
-    for number, line in enumerate(lines):
-        if line.startswith("video = "):
-            trial = Path(line.split('"')[1]).stem
-            lines[number] = f'tracks = "{trial}.csv"'
-            shutil.copy(filmed / "truth" / f"{trial}.csv", copy)
-    (copy / "session.toml").write_text("\n".join([*lines, ""]))
-    return copy
 
 
 def _fitted(folder: Path, tracker: TrackerName | None, progress: Progress) -> tuple[str, ...]:
@@ -95,8 +76,7 @@ def _fitted(folder: Path, tracker: TrackerName | None, progress: Progress) -> tu
 
 def _track_rms(pipeline: Pipeline) -> float:
     """Error an axis of the samples that count, over all trials, px."""
-    session: Session = pipeline.session
-    squares = []
+    session, squares = pipeline.session, []
     for spec in session.trials:
         seen = pipeline.recordings.videos.tracks(spec)
         truth = np.loadtxt(session.folder / "truth" / f"{spec.name}.csv", delimiter=",", skiprows=1)[:, 1:]

@@ -10,14 +10,15 @@ from benchmarks.tracking.from_video import cost_table
 from benchmarks.tracking.speed import speed_table
 from benchmarks.video.clips import BENCHMARK_CLIPS
 from benchmarks.video.render import Encoding
-from session import FaultCollector
+from session import InputError
+from session.errors import Fault
 
 SPEED_ENCODINGS = (Encoding("h264", 23), Encoding("hevc", 23))
 FIT_CRF = 23.0
 
 
 def measure_tracking(folder: Path, part: str, clips: Sequence[str], progress: Progress) -> Scores:
-    """Measures accuracy, speed and the cost in the coefficients, or one part of that.
+    """Measures accuracy, speed and the cost in the coefficients ("fit"), or one part of that.
 
     Args:
         folder: where rendered videos go and are found again, and scores of clips.
@@ -28,10 +29,8 @@ def measure_tracking(folder: Path, part: str, clips: Sequence[str], progress: Pr
     Raises:
         InputError: no clip has such a name.
     """
-    faults = FaultCollector("--clips")
-    for name in set(clips) - set(BENCHMARK_CLIPS):
-        faults.add("", "no such clip", found=repr(name), choices=tuple(BENCHMARK_CLIPS))
-    faults.raise_if_any()
+    if unknown := sorted(set(clips) - set(BENCHMARK_CLIPS)):
+        raise InputError([Fault("--clips", "", "no such clip", ", ".join(unknown), "", tuple(BENCHMARK_CLIPS))])
     tables: list[Table] = []
     if part in ("all", "accuracy"):
         todo = clips_of(clips)

@@ -12,7 +12,7 @@ from typing import Any
 
 from benchmarks.scores import Table
 from benchmarks.video.truth import load_truth, truth_file
-from tracking.tracker import TrackerName, follow_video
+from tracking.tracker import follow_video
 from tracking.video import Video
 
 ROUNDS = 5
@@ -23,10 +23,8 @@ def speed_table(videos: Sequence[Path]) -> Table:
     """Frames a second of rendered clips: reading alone and tracking by turns, each in a fresh process.
 
     Start-up is included, but for plain CSRT, which is slow and given the first frames alone. The ratio is of the two in
-    one round, which a machine that is slow for a while disturbs less. Memory is the most of a process that tracks.
-
-    Args:
-        videos: with their truth next to them.
+    one round, which a machine that is slow for a while disturbs less. Memory is the most of a process that tracks. The
+    truth of the videos is next to them.
     """
     columns = ("frames a second", "reading alone", "tracking", "ratio", "plain CSRT", "memory")
     return Table(f"Speed, the median of {ROUNDS} rounds", columns, tuple(_row(path) for path in videos))
@@ -79,7 +77,6 @@ def _track(path: Path) -> tuple[float, float]:
 def _track_csrt(path: Path) -> float:
     """Frames a second, from the first frame that is done on."""
     truth = load_truth(truth_file(path))
-    method: TrackerName = "csrt"
     ticks: list[tuple[int, float]] = []
 
     def enough(done: int, _frames: int, _fps: float) -> None:
@@ -88,6 +85,6 @@ def _track_csrt(path: Path) -> float:
             raise KeyboardInterrupt
 
     with suppress(KeyboardInterrupt), Video(path) as video:
-        follow_video(video, truth.start_boxes(), truth.markers, method, progress=enough)
+        follow_video(video, truth.start_boxes(), truth.markers, "csrt", progress=enough)
     (first, began), (last, ended) = ticks[0], ticks[-1]
     return (last - first) / (ended - began)

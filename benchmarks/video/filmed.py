@@ -63,14 +63,7 @@ class SessionVideo(Table):
 
 
 def film_scene(swim: TrueRun, plan: SyntheticPlan, video: SessionVideo, number: int) -> PoolScene:
-    """The scene of a swim, where the plan has it in the image.
-
-    Args:
-        swim: to be filmed.
-        plan: of its session.
-        video: how.
-        number: of the trial; with the plan's seed, the seed of waves, glints and noise.
-    """
+    """The scene of a swim, where the plan has it in the image; waves, glints and noise by the number of the trial."""
     optics, robot = video.optics(plan), plan.swimmer
     clip = ClipPlan(
         frames=len(swim.time_s),

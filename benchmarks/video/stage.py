@@ -37,15 +37,7 @@ def staged(
     camera: Optics,
     time_s: np.ndarray,
 ) -> Stage:
-    """Looks at a motion through a camera.
-
-    Args:
-        motion: in the camera's pool.
-        robot: that moves.
-        markers: names of the m markers.
-        camera: with its shutter.
-        time_s: (n,) of the frames.
-    """
+    """Looks through a camera at a motion in its pool, at the times (n,) of the frames."""
     points = RobotPoints(robot, [robot.markers[name] for name in markers])
     position_px = camera.project(points(motion.at(time_s)))  # (n, m, 2)
     pace_px_s = (

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -12,7 +11,6 @@ from session.results import writing_whole
 from tracking.boxes import Box, StartBoxes
 
 _BOX_MARGIN_PX = 3.0
-_ARRAYS = ("time_s", "position_px", "shown_px", "visible_share", "diameter_px")
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,16 +49,14 @@ class ClipTruth:
         Raises:
             session.ResultsNotWritable: the file cannot be written.
         """
-        arrays = {name: getattr(self, name) for name in _ARRAYS}
         with writing_whole(path) as part, part.open("wb") as stream:
-            np.savez_compressed(stream, markers=np.array(self.markers), **arrays)
+            np.savez_compressed(stream, **vars(self))
 
 
 def load_truth(path: Path) -> ClipTruth:
     """Reads the truth of a clip."""
     with np.load(path, allow_pickle=False) as stored:
-        arrays: dict[str, Any] = {name: stored[name] for name in _ARRAYS}
-        return ClipTruth(markers=tuple(map(str, stored["markers"])), **arrays)
+        return ClipTruth(**{**stored, "markers": tuple(map(str, stored["markers"]))})
 
 
 def truth_file(video: Path) -> Path:

@@ -12,7 +12,7 @@ import numpy as np
 from benchmarks.reality.instant import Instant
 from benchmarks.reality.layout import Layout
 from benchmarks.reality.mechanism import AtStrength, Mechanism
-from benchmarks.reality.mechanisms import FAMILIES, Drawn
+from benchmarks.reality.mechanisms import FAMILIES, Drawn, none_at_zero
 from benchmarks.reality.parameters import Parameters
 from benchmarks.reality.world import Trial, World
 
@@ -107,14 +107,6 @@ def _wave_drag(random: np.random.Generator) -> AtStrength:
     return lambda strength: (WaveResistance(strength, fades),)
 
 
-def _none_at_zero(draw: Drawn) -> Drawn:
-    def drawn(random: np.random.Generator) -> AtStrength:
-        at = draw(random)
-        return lambda strength: at(strength) if strength else ()
-
-    return drawn
-
-
 _OWN: Mapping[str, Drawn] = {
     "background_current": _background_current,
     "wall_proximity": _wall_proximity,
@@ -125,7 +117,7 @@ _OF_NO_STRIPS = ("linear_drag", "surface_motion", "hull_roll")  # pulled by a ca
 _DRY = ("measurement", "drive", "tendons", "structure")
 CATALOGUED: Mapping[str, Drawn] = {
     **{name: draw for family in _DRY for name, draw in FAMILIES[family].items()},
-    **{name: _none_at_zero(draw) for name, draw in _OWN.items()},
+    **{name: none_at_zero(draw) for name, draw in _OWN.items()},
     **{name: FAMILIES["fluid"][name] for name in _OF_NO_STRIPS},
 }
 """Effects of the catalogue that can be made, by name."""

@@ -5,12 +5,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from benchmarks.reality import simulate as simulate_reality
-from benchmarks.reality.film import Recording, exposed_s, film
-from benchmarks.reality.integrate import step
+from benchmarks.reality.film import Recording
 from benchmarks.reality.layout import Layout, lay_out
 from benchmarks.reality.parameters import Parameters
-from benchmarks.reality.record import Recorder
-from benchmarks.reality.run import divergence, start_of
+from benchmarks.reality.run import cranks, filmed
 from benchmarks.reality.world import Trial, World
 from benchmarks.wake.coupling import HEAD_PANELS, WakeMotion, panels_of
 from benchmarks.wake.lattice import SLENDER, Panels, Water
@@ -23,7 +21,7 @@ STEP_S = 0.004
 _STEPS_A_BEAT = 60
 _LONGEST_S = 0.03  # step of a wake
 _CLASSES = (1, 2, 4, 7)
-_BATCH, _SPARE_S = 96, 0.01
+_BATCH = 96
 
 
 def simulate(
@@ -34,17 +32,11 @@ def simulate(
     *,
     allow_divergence: bool = False,
 ) -> list[Recording]:
-    """Recordings of the trials, in their order, each in its world; those out of water are reality's.
+    """Recordings of the trials, as of `reality.simulate`; those out of water are reality's.
 
     Args:
-        trials: worlds and what is done in them, in any mix.
-        markers: names of the markers wanted; default all of the robot's.
-        step_s: of the integrator.
+        trials, markers, step_s, allow_divergence: as there.
         fineness: how many times as many panels, and as many steps of the wake.
-        allow_divergence: what blows up becomes nan instead of an error.
-
-    Raises:
-        SimulationDiverged: a simulation blew up and `allow_divergence` is False.
     """
     robot = load_robot()
     layout, names = lay_out(robot), markers or tuple(robot.markers)
@@ -59,8 +51,9 @@ def simulate(
         rows.sort(key=lambda i: (-trials[i][1].duration_s, [type(m).__qualname__ for m in trials[i][0].mechanisms]))
         for first in range(0, len(rows), _BATCH):
             batch = rows[first : first + _BATCH]
-            swims = _Swims([trials[i] for i in batch], layout, names, substeps, step_s, fineness)
-            recordings.update(zip(batch, swims.filmed(allow_divergence), strict=True))
+            swims = [trials[i] for i in batch]
+            films = _simulate_batch(swims, layout, names, substeps, step_s, fineness, allow_divergence)
+            recordings.update(zip(batch, films, strict=True))
     return [recordings[i] for i in range(len(trials))]
 
 
@@ -70,60 +63,34 @@ def _substeps(trial: Trial, step_s: float, fineness: int) -> int:
     return max((each for each in _CLASSES if each <= most + 1e-9), default=1)
 
 
-class _Swims:
-    """Trials of one batch."""
+def _simulate_batch(
+    trials: Sequence[tuple[World, Trial]],
+    layout: Layout,
+    markers: tuple[str, ...],
+    substeps: int,
+    step_s: float,
+    fineness: int,
+    allow_divergence: bool,
+) -> list[Recording]:
+    worlds = [world for world, _ in trials]
+    parameters = Parameters.stacked([trial_parameters(*each, layout, markers) for each in trials])
+    panels = panels_of(layout, fineness)
+    motion = WakeMotion(
+        layout,
+        parameters,
+        cranks(trials),
+        [world.mechanisms for world in worlds],
+        panels,
+        _viscous(worlds, layout, panels, fineness),
+        _water(trials, parameters),
+        substeps * step_s,
+    )
 
-    def __init__(
-        self,
-        trials: Sequence[tuple[World, Trial]],
-        layout: Layout,
-        markers: tuple[str, ...],
-        substeps: int,
-        step_s: float,
-        fineness: int,
-    ) -> None:
-        self._trials, self._layout, self._markers = trials, layout, markers
-        self._substeps, self._step_s = substeps, step_s
-        self._made = [trial for _, trial in trials]
-        worlds = [world for world, _ in trials]
-        self._parameters = Parameters.stacked([trial_parameters(*each, layout, markers) for each in trials])
-        panels = panels_of(layout, fineness)
-        self._motion = WakeMotion(
-            layout,
-            self._parameters,
-            (np.array([t.frequency_hz for t in self._made]), np.array([t.phase_rad for t in self._made])),
-            [world.mechanisms for world in worlds],
-            panels,
-            _viscous(worlds, layout, panels, fineness),
-            _water(trials, self._parameters),
-            substeps * step_s,
-        )
+    def renew(k: int, position: np.ndarray, velocity: np.ndarray) -> None:
+        if k % substeps == 0:
+            motion.renew(position, velocity)
 
-    def filmed(self, allow_divergence: bool) -> list[Recording]:
-        """By the camera of each world."""
-        trials, start_s = self._trials, -np.array([[trial.lead_s] for trial in self._made])
-        last_s = np.array([max(float(exposed_s(*each).max()), each[1].duration_s) for each in trials])
-        position, velocity = start_of(self._motion, self._made, start_s)
-        recorder = Recorder(self._step_s)
-        states = self._motion.start_states(start_s, position, velocity)
-        steps = int(np.ceil((float((last_s - start_s[:, 0]).max()) + _SPARE_S) / self._step_s)) + 1
-        with np.errstate(all="ignore"):  # what blows up is found below
-            for k in range(steps):
-                if k % self._substeps == 0:
-                    self._motion.renew(position, velocity)
-                time_s = start_s + k * self._step_s
-                later, faster, at = step(self._motion, time_s, position, velocity, states, self._step_s)
-                recorder.add(k, at.now, position, velocity)
-                states = self._motion.advanced(at, states, self._step_s)
-                position, velocity = later, faster
-        record = recorder.finished(start_s)
-        if (lost := record.lost).any() and not allow_divergence:
-            raise divergence(self._made, lost, self._step_s)
-        record.position[lost] = np.nan
-        return [
-            film(world, trial, record, row, self._layout, self._parameters, self._markers)
-            for row, (world, trial) in enumerate(trials)
-        ]
+    return filmed(motion, trials, markers, step_s, allow_divergence, renew)
 
 
 def _viscous(worlds: Sequence[World], layout: Layout, panels: Panels, fineness: int) -> Viscous:

@@ -4,13 +4,13 @@ from itertools import cycle
 
 import numpy as np
 
-from benchmarks.effects.drawn import DrawnTrial, DrawnWorld, drawn_nuisances
+from benchmarks.effects.drawn import DrawnTrial, DrawnWorld, drawn_nuisances, swim_past_middle
 from benchmarks.effects.filming import Filming
-from benchmarks.effects.folder import Kind
-from benchmarks.effects.suite import WARMUP_S, Recorded, SessionPlan, SuiteSize, apart, drawn_names, in_turn
+from benchmarks.effects.suite import WARMUP_S, Present, Recorded, SessionPlan, SuiteSize, apart, in_turn, plans_of
 from benchmarks.reality import Recording
 from benchmarks.wake.mechanisms import CATALOGUED
 from benchmarks.wake.world import SharedNoise, TiltedCamera, TrimmedTrial, WakeWorld
+from synthetic.trials import trial_name
 
 DETECTABILITIES = (2.0, 5.0, 10.0)
 """Fewer levels than of a large suite, so that there are some sessions of each."""
@@ -26,15 +26,10 @@ def plan_wake_suite(seed: int, size: SuiteSize) -> tuple[SessionPlan, ...]:
     """The sessions, in the order of their names: some with nothing in them, all others with one effect."""
     random = np.random.default_rng([seed, 8])
     levels = cycle(random.permutation(DETECTABILITIES))
-    present: list[tuple[Kind, tuple[str, ...], float]] = [("null", (), 0.0)] * size.null
+    present: list[Present] = [("null", (), 0.0)] * size.null
     singles = in_turn(tuple(CATALOGUED), size.sessions - size.null, random)
     present += [("single", (name,), float(next(levels))) for name in singles]
-    names, seeds = drawn_names(len(present), random), random.integers(2**31, size=len(present))
-    plans = [
-        SessionPlan(name, int(own), _recorded(np.random.default_rng([int(own), 1])), *what)
-        for name, own, what in zip(names, seeds, present, strict=True)
-    ]
-    return tuple(sorted(plans, key=lambda plan: plan.name))
+    return plans_of(present, _recorded, random)
 
 
 def _recorded(random: np.random.Generator) -> Recorded:
@@ -76,27 +71,14 @@ def _world(random: np.random.Generator) -> WakeWorld:
 
 def _trials(recorded: Recorded, random: np.random.Generator) -> tuple[DrawnTrial, ...]:
     roles = [*((hz, "fit") for hz in recorded.fit_hz), *((hz, "holdout") for hz in recorded.holdout_hz)]
-    return tuple(
-        DrawnTrial(f"f{hz:.2f}".replace(".", "_"), role, _swim(hz, _BEATS[role], random)) for hz, role in sorted(roles)
-    )
+    return tuple(DrawnTrial(trial_name("f", hz), role, _swim(hz, _BEATS[role], random)) for hz, role in sorted(roles))
 
 
 def _swim(hz: float, beats: tuple[float, float], random: np.random.Generator) -> TrimmedTrial:
-    """To anywhere, begun so that its middle is in the middle of the picture."""
+    """To anywhere; less half a fish, whose origin is near its nose."""
     seconds = float(np.round(WARMUP_S + random.uniform(*beats) / hz, 1))
-    heading, start_speed = float(random.uniform(0.0, 2 * np.pi)), 0.1 * hz
-    way = start_speed * (seconds + 1.0) / 2 - 0.2  # less half a fish, whose origin is near its nose
-    place = -way * np.exp(1j * heading) + complex(*random.uniform(-0.1, 0.1, 2))
-    return TrimmedTrial(
-        "swim",
-        seconds,
-        hz,
-        phase_rad=float(random.uniform(0, 2 * np.pi)),
-        start_speed_m_s=start_speed,
-        place_m=complex(place),
-        heading_rad=heading,
-        trim_rad=_TRIM_SD_RAD * float(random.standard_normal()),
-    )
+    swim = swim_past_middle(hz, seconds, float(random.uniform(0.0, 2 * np.pi)), -0.2, random)
+    return TrimmedTrial(**vars(swim), trim_rad=_TRIM_SD_RAD * float(random.standard_normal()))
 
 
 def _plausible(recording: Recording) -> bool:

@@ -80,6 +80,9 @@ def run(
     sessions: SessionFolders,
     effort: Effort = "full",
     jobs: Annotated[int, typer.Option(min=1, help="sessions at a time")] = 1,
+    scheduler: Annotated[
+        str | None, typer.Option(help="address of a dask scheduler, whose workers run the sessions; default: here")
+    ] = None,
     workers: Workers = 0,
     verbose: Verbose = False,
     as_json: AsJson = False,
@@ -92,8 +95,9 @@ def run(
     from calib.results.structure import StructureResult
     from calib.terminal import print_export, print_result
 
-    if len(sessions) > 1:
-        print_export(interface.run(sessions, effort, jobs=jobs, workers=workers, progress=not as_json), as_json)
+    if len(sessions) > 1 or scheduler is not None:
+        made = interface.run(sessions, effort, jobs=jobs, workers=workers, scheduler=scheduler, progress=not as_json)
+        print_export(made, as_json)
         return
     result = interface.run(sessions[0], effort, workers=workers, progress=not as_json)
     page = None if isinstance(result, StructureResult) else result.session.results / "report.html"

@@ -14,7 +14,6 @@ from scipy.linalg import cho_factor, cho_solve, solve_triangular
 from scipy.optimize import lsq_linear
 from scipy.stats import qmc
 
-from fitting.from_rest import swims_forward
 from fitting.model.features import SPEED
 from fitting.model.roll import NO_ROLL, ROLL_SD, Roll
 from fitting.model.session_model import SessionModel
@@ -212,7 +211,7 @@ class _Descent:
 
     def __init__(self, model: SessionModel, start: np.ndarray) -> None:
         self.model, self.start, self.simulated = model, start, 0
-        self.forward = _forward(model, start[None])[0]
+        self.forward = model.swim_forward(start[None])[0]
 
     def run(self) -> Mode | None:
         """None where the twin diverges on the way."""
@@ -235,11 +234,11 @@ class _Descent:
             if converged:
                 break
             self.simulated += 14
-            beside = covariance.beside_roll(sizes) + _free(jacobian)
+            others = covariance.without_roll(sizes) + _free(jacobian)
             if round_ in _RENEWED:
-                self._start_roll(at, beside)
+                self._start_roll(at, others)
                 residual = self._residual(at)
-            rolled, covariance = self._roll(at, residual, covariance, beside)
+            rolled, covariance = self._roll(at, residual, covariance, others)
             residual = self._residual(at)
             before, at = at, self._stepped(at, residual, jacobian, covariance.at(sizes))
             root = np.linalg.cholesky(np.linalg.inv(_coefficient_covariance(covariance.at(sizes), jacobian)))
@@ -301,13 +300,13 @@ class _Descent:
         low, high = COEFFICIENT_BOUNDS
         step = lsq_linear(columns, white, bounds=(low - at - 1e-9, high - at + 1e-9)).x
         tried = np.clip(at + np.outer(_SHARES, step), low, high)
-        left = self.model.measured - self.model.simulated(tried)
+        residuals = self.model.measured - self.model.simulated(tried)
         self.simulated += len(tried)
         squares = [
             float((solve_triangular(root, row, lower=True) ** 2).sum()) if np.isfinite(row).all() else np.inf
-            for row in left
+            for row in residuals
         ]
-        allowed = _forward(self.model, tried) if self.forward else np.ones(len(tried), bool)
+        allowed = self.model.swim_forward(tried) if self.forward else np.ones(len(tried), bool)
         best = int(np.argmin(np.where(allowed, squares, np.inf)))
         return np.asarray(tried[best] if allowed[best] and squares[best] < white @ white else at)
 
@@ -336,10 +335,5 @@ def _promising(model: SessionModel, points: np.ndarray, simulated: np.ndarray, s
     wave = np.linalg.norm(rows[..., 1:] - measured[..., 1:], axis=-1) / np.linalg.norm(measured[..., 1:], axis=-1)
     misfit = np.nan_to_num((speed**2 + wave**2).sum(axis=-1), nan=np.inf)
     order = [i for i in np.argsort(misfit)[: _TRIED * starts] if np.isfinite(misfit[i])]
-    forward = _forward(model, points[order])
+    forward = model.swim_forward(points[order])
     return [points[i] for i in [*np.array(order)[forward], *np.array(order)[~forward]][:starts]]
-
-
-def _forward(model: SessionModel, points: np.ndarray) -> np.ndarray:
-    """(s,) whether the twins of coefficients (s, 5) swim forward from rest."""
-    return swims_forward(model.trials[0].twin, points, tuple(each.trial for each in model.trials))

@@ -10,6 +10,7 @@ from scipy.linalg import block_diag
 
 from fitting.free_decay.ring import NUMBERS as RING_NUMBERS
 from fitting.free_decay.ring import Ring
+from fitting.from_rest import swims_forward
 from fitting.model.features import beat_phase
 from fitting.model.robot_doubt import Doubt, doubted_twins, doubts_of
 from fitting.model.roll import Roll
@@ -108,7 +109,7 @@ class SessionModel:
 
     @property
     def beside(self) -> int:
-        """How many numbers a diagnosis reads beside the features: frequencies, and then `Ring.left` of each decay."""
+        """How many numbers a diagnosis reads after the features: frequencies, then `Ring.residual` of each decay."""
         return self.frequencies + self.of_rings
 
     @property
@@ -123,12 +124,12 @@ class SessionModel:
         return slice(end - self.of_rings, end)
 
     @cached_property
-    def rings_left(self) -> np.ndarray:
+    def ring_residuals(self) -> np.ndarray:
         """(r,) of the decays, as fitted less as described: no coefficient matters in air."""
         return np.concatenate([np.zeros(0), *(ring.residual for ring in self.rings)])
 
     @cached_property
-    def rings_doubted(self) -> np.ndarray:
+    def ring_sensitivities(self) -> np.ndarray:
         """(r, q) of the decays what is doubted of the robot, by its standard deviations, as of the features."""
         if not self.rings:
             return np.zeros((0, len(self.trials[0].doubted)))
@@ -161,6 +162,10 @@ class SessionModel:
     def simulated(self, coefficients: np.ndarray) -> np.ndarray:
         """(s, k) rows of coefficients (s, 5); nan where the twin diverged."""
         return np.hstack(simulated_together(self.trials, coefficients))
+
+    def swim_forward(self, coefficients: np.ndarray) -> np.ndarray:
+        """(s,) whether the twins of coefficients (s, 5) swim forward from rest."""
+        return swims_forward(self.trials[0].twin, coefficients, tuple(each.trial for each in self.trials))
 
     def disturbances(self, coefficients: np.ndarray, noise: np.ndarray | None = None) -> Disturbances:
         """What noise and nuisances do at coefficients (5,); noise (k, k) by default as the tracks show it."""

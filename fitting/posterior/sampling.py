@@ -9,6 +9,7 @@ import xarray
 from fitting.coefficient_fit import NAMES
 from fitting.model.mode import Progress
 from fitting.objective import COEFFICIENT_BOUNDS
+from fitting.posterior.forward import ForwardSwimming
 from fitting.posterior.likelihood import Likelihood
 from fitting.posterior.quiet_arviz import arviz
 from session import Flag
@@ -50,28 +51,35 @@ class Draws:
         return self.chains.reshape(-1, self.chains.shape[-1])
 
 
-def log_posterior(likelihood: Likelihood, points: np.ndarray) -> np.ndarray:
-    """(s,) ln density of points (s, 7): uniform in the coefficients, normal in the ln sizes of the discrepancies."""
+def log_posterior(likelihood: Likelihood, prior: ForwardSwimming, points: np.ndarray) -> np.ndarray:
+    """(s,) ln density of points (s, 7).
+
+    The prior is uniform in the coefficients of twins that swim forward from rest, normal in the ln sizes of the
+    discrepancies.
+    """
     low, high = COEFFICIENT_BOUNDS
     coefficients, ln_sizes = points[:, :5], points[:, 5:]
     inside = ((coefficients >= low) & (coefficients <= high)).all(axis=1)
     result = np.full(len(points), -np.inf)
     result[inside] = likelihood(coefficients[inside], np.exp(ln_sizes[inside]))
+    result += prior.log_probability(coefficients)
     return result - 0.5 * (((ln_sizes - likelihood.ln_mean) / likelihood.ln_sd) ** 2).sum(axis=1)
 
 
-def sampler(likelihood: Likelihood, random: np.random.Generator) -> emcee.EnsembleSampler:
+def sampler(likelihood: Likelihood, prior: ForwardSwimming, random: np.random.Generator) -> emcee.EnsembleSampler:
     """An ensemble (Foreman-Mackey et al. 2013) that moves by differential evolution (ter Braak and Vrugt 2008)."""
     ensemble = emcee.EnsembleSampler(
-        WALKERS, len(VARIABLES), lambda points: log_posterior(likelihood, points), vectorize=True, moves=_MOVES
+        WALKERS, len(VARIABLES), lambda points: log_posterior(likelihood, prior, points), vectorize=True, moves=_MOVES
     )
     ensemble.random_state = np.random.RandomState(int(random.integers(2**31))).get_state()
     return ensemble
 
 
-def placed(walkers: np.ndarray, likelihood: Likelihood, random: np.random.Generator) -> np.ndarray:
+def placed(
+    walkers: np.ndarray, likelihood: Likelihood, prior: ForwardSwimming, random: np.random.Generator
+) -> np.ndarray:
     """(w, 7) walkers, those that stand where nothing is known put next to others."""
-    known = np.isfinite(log_posterior(likelihood, walkers))
+    known = np.isfinite(log_posterior(likelihood, prior, walkers))
     others = walkers[random.choice(np.flatnonzero(known), len(walkers))]
     others = others * (1 + _APART * random.standard_normal(others.shape))
     return np.where(known[:, None], walkers, others)
@@ -79,6 +87,7 @@ def placed(walkers: np.ndarray, likelihood: Likelihood, random: np.random.Genera
 
 def sample(
     likelihood: Likelihood,
+    prior: ForwardSwimming,
     walkers: np.ndarray,
     effective: int = 400,
     seed: int = 0,
@@ -88,13 +97,14 @@ def sample(
 
     Args:
         likelihood: by an emulator.
+        prior: of swimming forward.
         walkers: (w, 7) where to start.
         effective: draws wanted.
         seed: of the moves.
         tell: of the progress.
     """
     random = np.random.default_rng([seed, 2])
-    ensemble, state = sampler(likelihood, random), placed(walkers, likelihood, random)
+    ensemble, state = sampler(likelihood, prior, random), placed(walkers, likelihood, prior, random)
     while True:
         state = ensemble.run_mcmc(state, _CHUNK, skip_initial_state_check=True)
         draws = _judged(ensemble, effective)

@@ -13,6 +13,7 @@ from fitting.model import Mode
 from fitting.model.mode import Progress
 from fitting.objective import COEFFICIENT_BOUNDS
 from fitting.posterior.emulator import fit_emulator
+from fitting.posterior.forward import ForwardSwimming
 from fitting.posterior.likelihood import SPEEDS, WAVE, Likelihood, size_of
 from fitting.posterior.sampling import WALKERS, placed, sampler
 
@@ -29,6 +30,7 @@ class Surrogate(NamedTuple):
 
     Attributes:
         likelihood: by the emulator.
+        prior: that it swims forward from rest.
         walkers: (w, 7) draws to start from.
         simulations: of each trial.
         error: standard deviation of emulated minus simulated ln likelihood at fresh draws.
@@ -37,6 +39,7 @@ class Surrogate(NamedTuple):
     """
 
     likelihood: Likelihood
+    prior: ForwardSwimming
     walkers: np.ndarray
     simulations: int
     error: float
@@ -55,12 +58,14 @@ def fit_surrogate(mode: Mode, seed: int = 0, tell: Progress = lambda _message, _
     points = _about(mode, _FIRST, _OUTWARD, random)
     good, features = _simulated(mode, points)
     points, features = points[good], features[good]
+    forward = mode.model.swim_forward(points)
     walkers, before, error, settled = _begin(mode, random), np.full((3, 5), np.inf), np.inf, False
     for round_ in range(_ROUNDS):
         tell(f"emulating the twin, round {round_ + 1}", round_ / _ROUNDS)
         likelihood = Likelihood.of(mode, fit_emulator(points, features))
-        ensemble = sampler(likelihood, random)
-        ensemble.run_mcmc(placed(walkers, likelihood, random), _STEPS, skip_initial_state_check=True)
+        prior = ForwardSwimming.of(points, forward)
+        ensemble = sampler(likelihood, prior, random)
+        ensemble.run_mcmc(placed(walkers, likelihood, prior, random), _STEPS, skip_initial_state_check=True)
         walkers, drawn = ensemble.get_last_sample().coords, ensemble.get_chain(discard=_STEPS // 2, flat=True)
         places, spread = np.quantile(drawn[:, :5], [0.05, 0.5, 0.95], axis=0), drawn[:, :5].std(axis=0)
         fresh = drawn[random.choice(len(drawn), _ROUND, replace=False)]
@@ -69,12 +74,13 @@ def fit_surrogate(mode: Mode, seed: int = 0, tell: Progress = lambda _message, _
         inner = good & (np.arange(_ROUND) < _ROUND // 2)
         error, held = _missed(likelihood, fresh[inner], more[inner])
         points, features = np.vstack([points, fresh[good, :5]]), np.vstack([features, more[good]])
+        forward = np.append(forward, mode.model.swim_forward(fresh[good, :5]))
         settled = held and bool((np.abs(places - before) < _STABLE_SD * spread).all())
         before = places
         if settled and error < _GOOD_ENOUGH:
             break
     likelihood = Likelihood.of(mode, fit_emulator(points, features))
-    return Surrogate(likelihood, walkers, len(points), error, settled)
+    return Surrogate(likelihood, ForwardSwimming.of(points, forward), walkers, len(points), error, settled)
 
 
 def _simulated(mode: Mode, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-import os
-import signal
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import pytest
 from distributed import LocalCluster
 
-from benchmarks import cases
-from benchmarks.cases import Records, Run, _spread, read_lines, run_cases, write_lines
+from benchmarks.cases import Records, Run, read_lines, run_cases, write_lines
 from session import InputError
-from tests.cases import later
 
 ALONE = Run(workers=1)
 
@@ -88,38 +84,3 @@ def test_the_workers_of_a_scheduler_do_it_as_well(records: Records[Square]) -> N
     with LocalCluster(n_workers=1, threads_per_worker=1, processes=False, dashboard_address=None) as cluster:
         run_cases(squared, numbers(0, 1, 2), Run(scheduler=cluster.scheduler_address), records.keep)
     assert [*records.every()] == ["0", "1", "2"]
-
-
-def test_a_scheduler_that_does_not_answer_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(cases, "_PATIENCE_S", 0.2)
-    with pytest.raises(InputError, match=r"--scheduler: no scheduler answers there.*tcp://127\.0\.0\.1:1.*dask worker"):
-        run_cases(squared, numbers(1), Run(scheduler="tcp://127.0.0.1:1"))
-
-
-def done_here(number: int) -> tuple[int, int]:
-    return number**2, os.getpid()
-
-
-def killed_once(marker: str) -> str:
-    """Kills the process it runs in, the first time that it is tried."""
-    path = Path(marker)
-    if not path.exists():
-        path.touch()
-        os.kill(os.getpid(), signal.SIGKILL)
-    return path.name
-
-
-@pytest.mark.parametrize("workers", [1, *later(2)])
-def test_every_piece_is_done_once(workers: int) -> None:
-    done = list(_spread(done_here, range(5), workers))
-    assert sorted(value for value, _ in done) == [0, 1, 4, 9, 16]
-    assert (os.getpid() in {process for _, process in done}) == (workers == 1)
-
-
-def test_what_a_killed_worker_leaves_is_done_by_the_other_and_nothing_twice(tmp_path: Path) -> None:
-    pieces = [str(tmp_path / str(number)) for number in range(6)]
-    for piece in pieces[1:]:
-        Path(piece).touch()
-    with LocalCluster(n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None) as cluster:
-        done = list(_spread(killed_once, pieces, scheduler=cluster.scheduler_address))
-    assert sorted(done) == [str(number) for number in range(6)]

@@ -21,7 +21,7 @@ def test_intervals_by_resampling_hold_the_truth_about_as_often_as_they_say() -> 
     assert 0.88 <= np.mean([low <= 0.8 <= high for low, high in found]) <= 1.0
     assert str(median([0.5])) == "0.5"  # too little for an interval
     assert str(median([])) == "none"
-    assert str(Estimate(0.5, (0.25, 1.0)).times(10)) == "5 (2.5 to 10)"
+    assert str(Estimate(5.0, (2.5, 10.0))) == "5 (2.5 to 10)"
 
 
 def test_scores_come_back_from_their_file_and_read_as_markdown(tmp_path: Path) -> None:

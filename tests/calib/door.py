@@ -1,5 +1,6 @@
 """The command line from outside: what it prints, writes and ends with."""
 
+import re
 import subprocess
 import sys
 from collections.abc import Callable
@@ -77,6 +78,11 @@ def with_little_effort(patch: pytest.MonkeyPatch, true_report: bool = False) -> 
         patch.setattr(report_stage, "write_report", lambda path, *_, **__: write_whole(path, "<html></html>"))
 
 
+def hurried() -> None:
+    """Little effort, for as long as the process lives."""
+    with_little_effort(pytest.MonkeyPatch())
+
+
 def process(*arguments: str | Path) -> subprocess.Popen[str]:
     """`calib` as a process of its own."""
     command = [sys.executable, "-c", "from calib.entry import main; main()", *map(str, arguments)]
@@ -88,6 +94,17 @@ def files_in(folder: Path) -> dict[str, int]:
     return {
         path.relative_to(folder).as_posix(): path.stat().st_mtime_ns for path in folder.rglob("*") if path.is_file()
     }
+
+
+def lasting(folder: Path) -> dict[str, str]:
+    """Content of each result of the contract, by name, without what differs from run to run: times."""
+    results = folder / "results"
+    found = {
+        name: (results / name).read_text(errors="replace")
+        for name in files_in(results)
+        if not name.startswith((".", "kept/"))
+    }
+    return {name: re.sub(r'"seconds": [0-9.e-]+', "", text) for name, text in found.items()}
 
 
 def edit(path: Path, old: str, new: str) -> None:

@@ -17,7 +17,9 @@ from benchmarks.reality.mechanisms import drive, fluid, measurement, outside, st
 Drawn = Callable[[np.random.Generator], AtStrength]
 
 
-def _none_at_zero(draw: Drawn) -> Drawn:
+def none_at_zero(draw: Drawn) -> Drawn:
+    """The same with nothing that acts at strength 0."""
+
     def drawn(random: np.random.Generator) -> AtStrength:
         at = draw(random)
         return lambda strength: at(strength) if strength else ()
@@ -28,7 +30,7 @@ def _none_at_zero(draw: Drawn) -> Drawn:
 def _in(module: ModuleType) -> dict[str, Drawn]:
     """How each mechanism of a module is drawn, in their order; at strength 0 there is none."""
     own = {name: each for name, each in vars(module).items() if isfunction(each) and each.__module__ == module.__name__}
-    return {name: _none_at_zero(draw) for name, draw in own.items() if not name.startswith("_")}
+    return {name: none_at_zero(draw) for name, draw in own.items() if not name.startswith("_")}
 
 
 FAMILIES: Mapping[str, Mapping[str, Drawn]] = {

@@ -213,8 +213,7 @@ class CamberedFin(Mechanism):
 
 def cambered_fin(random: np.random.Generator) -> AtStrength:
     """To either side; a lift coefficient of about 0.1 at strength 1, linear."""
-    lift = 0.1
-    lift = lift * random.choice([-1.0, 1.0]) * random.uniform(0.7, 1.4)
+    lift = 0.1 * random.choice([-1.0, 1.0]) * random.uniform(0.7, 1.4)
     return lambda strength: (CamberedFin(lift * strength),)
 
 

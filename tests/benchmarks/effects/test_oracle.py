@@ -9,7 +9,7 @@ import pytest
 
 from benchmarks.effects.drawn import DrawnWorld, draw_world
 from benchmarks.effects.filming import Filming, film_together
-from benchmarks.effects.oracle import oracle_shrinkage
+from benchmarks.effects.making import oracle_shrinkage
 from benchmarks.effects.rows import SessionRows
 from benchmarks.effects.suite import Recorded, SessionPlan
 from benchmarks.reality import Recording

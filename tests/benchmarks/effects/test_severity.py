@@ -63,7 +63,7 @@ def in_truth(rows: SessionRows, recordings: Mapping[str, Recording], effects: Se
 
     low = np.array([COEFFICIENT_BOUNDS[0]] * 5 + [parameter.low for parameter in parameters])
     high = np.array([COEFFICIENT_BOUNDS[1]] * 5 + [parameter.high for parameter in parameters])
-    straight = rows.coefficients + changes[number].space.coefficients(reported.left)
+    straight = rows.coefficients + changes[number].space.coefficients(reported.residual)
     start = np.clip((np.concatenate([straight, *reported.values]) - low) / (high - low), STEP, 1 - STEP)
     found = least_squares(residuals, start, bounds=(0, 1), diff_step=STEP, max_nfev=ROUNDS)
     return float(np.sqrt(2 * found.cost))
@@ -116,6 +116,6 @@ def test_what_cannot_be_simulated_is_made_weaker(monkeypatch: pytest.MonkeyPatch
 def test_the_nearest_rival_is_as_far_when_it_is_refitted_with_the_simulation() -> None:
     ((rows, found, recordings),) = film_together([filming()])
     assert found.detectability == pytest.approx(ASKED, rel=0.05)
-    nearest = found.rivals[0].name
+    nearest, distance = next(iter(found.rivals.items()))
     own, rival = (in_truth(rows, recordings, [catalogue()[name]]) for name in (TRUE, nearest))
-    assert np.sqrt(rival**2 - own**2) == pytest.approx(found.rivals[0].distance, rel=0.08)
+    assert np.sqrt(rival**2 - own**2) == pytest.approx(distance, rel=0.08)

@@ -10,18 +10,18 @@ from benchmarks.effects.drawn import draw_world
 from benchmarks.effects.filming import film_together
 from benchmarks.effects.folder import Answer, SuiteFolder
 from benchmarks.effects.generators import GENERATORS
-from benchmarks.effects.making import making_of, write_session
+from benchmarks.effects.making import Making, write_session
 from benchmarks.effects.shipped import SEED, checksum_of_sessions
-from benchmarks.effects.suite import SMALL
+from benchmarks.effects.suite import SIZES
 from benchmarks.reality.mechanisms import OUTSIDE
-from diagnosis import shipped_discrepancy
+from diagnosis import Discrepancy, shipped_discrepancy
 from session import load_session
 from session.tracks import load_tracks, pixels_of
 from swimmer.effects import catalogue
 
 FOLDER = Path(__file__).parents[3] / "datasets" / "withheld"
 SUITE = SuiteFolder(FOLDER / "small")
-PLANS = {plan.name: plan for plan in GENERATORS[SMALL.generator].plan(SEED, SMALL)}
+PLANS = {plan.name: plan for plan in GENERATORS[SIZES["small"].generator].plan(SEED, SIZES["small"])}
 
 
 @pytest.fixture(scope="module")
@@ -99,7 +99,8 @@ def test_the_seed_gives_this_answer(answers: dict[str, Answer], tmp_path: Path) 
     """Of the clear effect whose session is made fastest: whoever changes severities or the oracle has to ship anew."""
     clear = [plan for plan in PLANS.values() if plan.kind == "single" and answers[plan.name].detectability > 4.5]
     plan = min(clear, key=lambda each: len((*each.recorded.fit_hz, *each.recorded.holdout_hz)))
-    (made,) = film_together([making_of(SUITE, GENERATORS["reality"]).make(plan, tmp_path)])
+    making = Making(GENERATORS["reality"], Discrepancy.load(SUITE.discrepancy), catalogue())
+    (made,) = film_together([making.make(plan, tmp_path)])
     shipped = answers[plan.name]
     assert made.strengths == pytest.approx(shipped.strengths, rel=1e-3)
     assert made.detectability == pytest.approx(shipped.detectability, abs=0.02)

@@ -7,7 +7,7 @@ import pytest
 from sklearn.ensemble import RandomForestClassifier
 from sklearn.model_selection import cross_val_score
 
-from benchmarks.effects.suite import APART_HZ, DETECTABILITIES, LARGE, SIZES, SMALL, SessionPlan, plan_suite
+from benchmarks.effects.suite import APART_HZ, DETECTABILITIES, SIZES, SessionPlan, plan_suite
 
 CATALOGUED = tuple(f"effect_{i}" for i in range(33))
 OUTSIDE = tuple(f"other_{i}" for i in range(8))
@@ -15,7 +15,7 @@ OUTSIDE = tuple(f"other_{i}" for i in range(8))
 
 @pytest.fixture(scope="module")
 def large() -> tuple[SessionPlan, ...]:
-    return plan_suite(1, LARGE, CATALOGUED, OUTSIDE)
+    return plan_suite(1, SIZES["large"], CATALOGUED, OUTSIDE)
 
 
 def test_a_large_suite_has_the_shares_that_are_asked(large: tuple[SessionPlan, ...]) -> None:
@@ -56,7 +56,7 @@ def test_every_session_can_be_fitted_and_scored(large: tuple[SessionPlan, ...]) 
 
 
 def test_a_seed_gives_the_same_suite_again_and_another_seed_another() -> None:
-    one, again, other = (plan_suite(seed, SMALL, CATALOGUED, OUTSIDE) for seed in (3, 3, 4))
+    one, again, other = (plan_suite(seed, SIZES["small"], CATALOGUED, OUTSIDE) for seed in (3, 3, 4))
     assert one == again
     assert len(one) == 24
     assert {plan.name for plan in one}.isdisjoint(plan.name for plan in other)

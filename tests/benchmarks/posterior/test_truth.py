@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from benchmarks.posterior import truth as posterior_truth
-from benchmarks.posterior.truth import DrawnSession, draw_session, drawn_noise
+from benchmarks.posterior.truth import DrawnSession, draw_session
 from fitting.from_rest import speed_from_rest
 from fitting.model import SessionModel
 from fitting.model.features import COURSE, harmonics_of
@@ -28,14 +28,7 @@ def test_a_seed_draws_the_same_session_again(drawn: DrawnSession) -> None:
 
 
 @pytest.mark.long
-def test_the_share_of_the_noise_in_common_is_uniform(drawn: DrawnSession) -> None:
-    shares = np.array([drawn_noise(seed).shared for seed in range(400)])
-    assert drawn.noise == drawn_noise(3)
-    np.testing.assert_allclose(np.quantile(shares, [0.0, 0.25, 0.5, 0.75, 1.0]), np.linspace(0, 0.8, 5), atol=0.06)
-
-
-@pytest.mark.long
-def test_the_share_of_the_noise_in_common_has_a_stream_of_its_own(
+def test_the_share_of_the_noise_in_common_changes_nothing_else(
     drawn: DrawnSession, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(posterior_truth, "MOST_SHARED", 0.0)

@@ -38,18 +38,18 @@ def test_every_tracker_is_measured_once_and_compared_to_the_others(
     (table,) = scores.tables
     assert table.rows[0][:3] == ("short", f"{found['hybrid'].rms_px:.3f}", "0.00%")
     assert table.columns == ("clip", "ffv1", "lost", "lost, no CSRT", "CSRT: rms, bias, lost")
-    monkeypatch.setattr(accuracy, "score_clip", None)  # what is kept is not measured again
+    monkeypatch.setattr(accuracy, "score_clip", pytest.fail)  # what is kept is not measured again
     assert measure_tracking(tmp_path, "accuracy", ("short",), quiet) == scores
 
 
 def test_a_tracker_that_refuses_its_boxes_loses_everything(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def refuse(*_: object) -> None:
+    def refuse(*_: object, **__: object) -> None:
         raise InputError([])
 
     clip = accuracy.Clip("short", LOSSLESS)
     monkeypatch.setattr(accuracy, "BENCHMARK_CLIPS", {"short": SHORT})
     accuracy.render_clips([clip], tmp_path, quiet)
-    monkeypatch.setattr(accuracy, "_track", refuse)
+    monkeypatch.setattr(accuracy, "follow_video", refuse)
     assert score_clip(clip, tmp_path).lost == 1.0
 
 

@@ -32,7 +32,11 @@ def linear_mode(seed: int, off_sd: float = 0.0) -> tuple[Mode, np.ndarray, np.nd
     jacobian = slopes / (2 * np.sqrt(at))
     information = jacobian.T @ jacobian / SD**2 + COEFFICIENT_SD**-2.0 * np.eye(5)
     mode = SimpleNamespace(
-        model=SimpleNamespace(measured=measured, simulated=lambda points: np.sqrt(points) @ slopes.T),
+        model=SimpleNamespace(
+            measured=measured,
+            simulated=lambda points: np.sqrt(points) @ slopes.T,
+            swim_forward=lambda points: np.ones(len(points), bool),
+        ),
         coefficients=at,
         sizes=MEDIANS,
         covariance=Covariance(SD**2 * np.eye(LENGTH), np.zeros((LENGTH, 2)), units),

@@ -1,0 +1,139 @@
+"""Pieces of work side by side: each in a process of its own here, or as the tasks of a dask cluster.
+
+A process that dies costs its own piece only.
+"""
+
+from __future__ import annotations
+
+import platform
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+from concurrent.futures import as_completed as as_completed_here
+from concurrent.futures.process import BrokenProcessPool
+from functools import partial
+from multiprocessing import get_context
+from typing import TYPE_CHECKING, NamedTuple, TypeVar
+
+from session import InputError
+from session.errors import Fault
+from session.results import program_version
+from swimmer.engine import ENGINE
+
+if TYPE_CHECKING:
+    from distributed import Client
+
+Piece = TypeVar("Piece")
+Outcome = TypeVar("Outcome")
+_PATIENCE_S = 10.0  # with a scheduler
+_DIED = "its process died (killed, or out of memory?); the same command goes on from there"
+
+
+class Versions(NamedTuple):
+    """What a worker must have as here, for the same results to the last digit."""
+
+    program: str
+    engine: str
+
+    @classmethod
+    def here(cls) -> Versions:
+        """Of this process."""
+        return cls(program_version(), ENGINE)
+
+
+def spread(
+    work: Callable[[Piece], Outcome],
+    pieces: Sequence[Piece],
+    lost: Callable[[Piece, str], Outcome],
+    jobs: int = 1,
+    scheduler: str | None = None,
+) -> Iterator[Outcome]:
+    """Outcomes as they come, in any order.
+
+    Args:
+        work: on a piece; it can be pickled and raises nothing. Workers elsewhere need to see the same files.
+        pieces: of work.
+        lost: the outcome of a piece whose process died, and why.
+        jobs: pieces at a time.
+        scheduler: address of a dask scheduler whose workers do it instead; what one leaves that dies is done by others.
+
+    Raises:
+        InputError: no scheduler answers, it has no workers, or some of another version.
+    """
+    if scheduler is not None:
+        yield from _elsewhere(work, pieces, lost, scheduler)
+        return
+    threads = ThreadPoolExecutor(jobs)
+    try:
+        futures = {threads.submit(_alone, work, piece): piece for piece in pieces}
+        for future in as_completed_here(futures):
+            try:
+                yield future.result()
+            except BrokenProcessPool:
+                yield lost(futures[future], _DIED)
+    finally:
+        threads.shutdown(cancel_futures=True)
+
+
+def _alone(work: Callable[[Piece], Outcome], piece: Piece) -> Outcome:
+    with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as own:
+        return own.submit(work, piece).result()
+
+
+def _elsewhere(
+    work: Callable[[Piece], Outcome], pieces: Sequence[Piece], lost: Callable[[Piece, str], Outcome], scheduler: str
+) -> Iterator[Outcome]:
+    from distributed import KilledWorker, as_completed
+
+    with _client(scheduler) as client:
+        _check_workers(client, scheduler)
+        futures = client.map(partial(_if_alike, work, lost, Versions.here()), pieces, pure=False)
+        of = {future.key: piece for future, piece in zip(futures, pieces, strict=True)}
+        for future in as_completed(futures):
+            try:
+                yield future.result()
+            except KilledWorker:
+                yield lost(of[future.key], _DIED)
+
+
+def _if_alike(
+    work: Callable[[Piece], Outcome], lost: Callable[[Piece, str], Outcome], wanted: Versions, piece: Piece
+) -> Outcome:
+    """A worker may have joined since all were asked for their versions."""
+    found = Versions.here()
+    if found != wanted:
+        return lost(piece, f"worker {platform.node()} has {', '.join(found)}; expected: {', '.join(wanted)}")
+    return work(piece)
+
+
+def _client(scheduler: str) -> Client:
+    try:
+        from distributed import Client
+    except ImportError as error:
+        fault = Fault(
+            "--scheduler", "", "dask is not installed", "", "the extra `cluster`", (), "pip install 'swimcal[cluster]'"
+        )
+        raise InputError([fault]) from error
+    try:
+        return Client(scheduler, timeout=_PATIENCE_S)
+    except (OSError, ValueError) as error:
+        expected = "the address of a running dask scheduler, such as tcp://127.0.0.1:8786"
+        step = "Start `dask scheduler` and some `dask worker ADDRESS`, or leave the option out."
+        found = f"{scheduler!r} ({error})"
+        fault = Fault("--scheduler", "", "no scheduler answers there", found, expected, next_step=step)
+        raise InputError([fault]) from error
+
+
+def _check_workers(client: Client, scheduler: str) -> None:
+    """All of them, at once."""
+    wanted, faults = Versions.here(), []
+    found = client.run(Versions.here, on_error="return")
+    for worker, versions in sorted(found.items()):
+        if versions != wanted:
+            told = ", ".join(versions) if isinstance(versions, Versions) else f"no swimcal ({versions})"
+            expected, step = ", ".join(wanted), "Install the same version there, or stop this worker."
+            faults.append(Fault("--scheduler", worker, "the worker is another version", told, expected, (), step))
+    if not found:
+        step = f"Start some: `dask worker {scheduler}`."
+        faults.append(Fault("--scheduler", "", "no workers", scheduler, "one or more", (), step))
+    if faults:
+        raise InputError(faults)
