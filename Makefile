@@ -13,10 +13,11 @@ LOCK_ARGS ?= # e.g. --upgrade, or --upgrade-package numpy
 # Whoever asks Python to write no bytecode would have every process of the tests compile all that it imports anew.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: help demo test test-all check check-beside-compiling format lock
+.PHONY: help demo policies test test-all check check-beside-compiling format lock
 
 help:
 	@echo "make demo      install everything into $(VENV), calibrate datasets/sample, print the path of its report"
+	@echo "make policies  install torch and stable-baselines3 too, train a small policy on datasets/sample and score it"
 	@echo "make test      linter, type check, import contract and tests"
 	@echo "make test-all  the same with the long tests; interrupted, it goes on where it was"
 	@echo "make check     linter, type check and import contract alone"
@@ -25,6 +26,14 @@ help:
 
 demo: $(VENV)/.installed
 	@$(BIN)/calib run --effort quick datasets/sample
+
+# TORCH names another build of it, such as a wheel for the CPU alone.
+TORCH ?= torch
+policies: $(VENV)/.installed
+	$(BIN)/python -m pip install --no-compile $(TORCH) --editable '.[policies]'
+	$(BIN)/calib fit --effort quick datasets/sample
+	$(BIN)/calib policy train --method sac --effort quick datasets/sample
+	$(BIN)/calib policy evaluate --episodes 200 datasets/sample
 
 # A thread for each process: threads of one test would wait for those of another.
 test test-all: export SWIMCAL_WORKERS = 1

@@ -42,6 +42,8 @@ OF_COMMAND = {"edit": "correct", "convert": "convert_tracks", "mjcf": "export_mj
 """The functions that are not called as their commands."""
 OF_CHECKOUT = {"benchmark tracking", "benchmark posterior", "benchmark effects"}
 """Commands that are not in the installed program."""
+OF_SWIMGYM = {"aquarium", "benchmark gym", "policy train", "policy evaluate", "policy play"}
+"""Commands of the optional package `swimgym`, which has functions of its own."""
 PRINTING = {"as_json", "verbose", "help"}
 """Options that change nothing but what is printed."""
 OF_OPTION = {
@@ -95,7 +97,7 @@ def test_the_examples_are_right(monkeypatch: pytest.MonkeyPatch) -> None:
         assert doctest.testmod(module).failed == 0
 
 
-@pytest.mark.parametrize("command", sorted(set(COMMANDS) - OF_CHECKOUT))
+@pytest.mark.parametrize("command", sorted(set(COMMANDS) - OF_CHECKOUT - OF_SWIMGYM))
 def test_whatever_a_command_does_a_function_does(command: str) -> None:
     """Each has a function of its name, and each of its options a parameter, but for what is listed above."""
     name = OF_COMMAND.get(command, command.replace(" ", "."))
