@@ -13,6 +13,7 @@ All public names are in `calib.interface`. They are loaded on first use, so that
 costs nothing beyond the standard library. The motor is driven by `calib.capture`, which needs nothing else of it.
 """
 
+from importlib import import_module
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
@@ -20,18 +21,27 @@ if TYPE_CHECKING:
     from calib.interface import *  # noqa: F403
 
 
+_MODULES = ("benchmark", "camera", "capture")
+"""Public modules, each with the functions of a command that has commands of its own."""
+
+
 def __getattr__(name: str) -> Any:
-    if name != "__all__" and (name.startswith("_") or find_spec(f"{__name__}.{name}")):  # a module is no name of these
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    unknown = AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    if name == "capture":  # on the robot's computer, where there is nothing else
+        return import_module("calib.capture")
+    if name not in ("__all__", *_MODULES) and (name.startswith("_") or find_spec(f"{__name__}.{name}")):
+        raise unknown  # a module is no public name, but for those
     from calib.entry import check_shadowing
 
     check_shadowing()
+    if name in _MODULES:
+        return import_module(f"calib.{name}")
     from calib import interface
 
     if name == "__all__":
         return interface.__all__
     if name not in interface.__all__:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+        raise unknown
     return getattr(interface, name)
 
 

@@ -65,7 +65,7 @@ def check_session(folder: Path) -> Iterator[Check]:
 
 def check_motor() -> Iterator[Check]:
     """The motor on any serial port."""
-    from calib.capture.scan import BAUD_ORDER, PORT_PATTERNS, ports, scan
+    from calib.capture.search import BAUD_ORDER, PORT_PATTERNS, ports, search
 
     names = ports()
     if not names:
@@ -73,7 +73,7 @@ def check_motor() -> Iterator[Check]:
         yield Check("motor", "fault", f"no serial port among {', '.join(PORT_PATTERNS)}", step)
         return
     warnings: list[str] = []
-    found = scan(names, BAUD_ORDER, lambda line: warnings.append(line) if line.startswith("warning") else None)
+    found = search(names, BAUD_ORDER, lambda line: warnings.append(line) if line.startswith("warning") else None)
     ours = [motor.describe() for motor in found if motor.is_ours]
     step = "Has it power (12 V)? Is its cable plugged in at both ends? Are you in the group `dialout`?"
     seen = "; ".join([*(motor.describe() for motor in found), *warnings]) or f"no answer on {', '.join(names)}"

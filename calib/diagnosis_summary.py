@@ -65,31 +65,33 @@ def _checks(data: DiagnosisResult) -> list[str]:
     """Caveats of a diagnosis, to be checked before it is used."""
     caveats = []
     if data.effects and data.gap.evaluated_on and data.gap.shrinkage <= 0:
-        caveats.append("on held-out trials the gap does not shrink with what is named")
+        caveats.append("the named effects do not reduce the gap on held-out trials")
     if data.effects and data.gap.with_effects_mm > data.gap.baseline_mm:
         caveats.append(
-            f"held-out markers are {data.gap.with_effects_mm:.1f} mm off with what is named, "
-            f"{data.gap.baseline_mm:.1f} mm without: nearer in units of their noise at most, not in millimetres"
+            f"the held-out marker error is {data.gap.with_effects_mm:.1f} mm with the named effects, "
+            f"{data.gap.baseline_mm:.1f} mm without: at best they reduce it relative to the noise"
         )
     if lacking := data.withheld_from_catalogue:
-        caveats.append(f"this diagnosis was made without {', '.join(map(plain, lacking))}; run it again for the whole")
+        caveats.append(
+            f"this diagnosis was made without {', '.join(map(plain, lacking))}; run it again with the whole catalogue"
+        )
     known = [f.measured_hz / f.commanded_hz - 1 for f in data.frequencies.values() if f.commanded_hz]
     off = sum(known) / len(known) if known else 0.0
     if abs(off) > _OFF and (data.verdict == "unexplained" or any(_of_drive(name) for name in data.effects)):
         caveats.append(
-            f"tails beat {abs(off):.0%} {'slower' if off < 0 else 'faster'} than commanded; fps of the camera, and "
-            "commanded_hz in turns a second, should be sure before clock, gear or motor are blamed"
+            f"tails beat {100 * abs(off):.0f} % {'slower' if off < 0 else 'faster'} than commanded: check [camera] fps "
+            "and commanded_hz (crank turns per second) before you blame clock, gear or motor"
         )
     fitted = {effect: parameters_of(data.effect_parameters, effect) for effect in data.effect_parameters}
     ends = [
         f"{plain(effect)} ({plain(name)})" for effect in fitted for name, own in fitted[effect].items() if own.at_bound
     ]
     if ends:
-        caveats.append(f"at the bound of its strength, so perhaps stronger or another effect: {', '.join(ends)}")
+        caveats.append(f"at a bound, so it may be stronger, or another effect: {', '.join(ends)}")
     if len(data.missing_forces.trials) == 1:
         caveats.append("one trial was fitted; two or more at different speeds determine far more")
     elif data.effects and not data.evidence.cross_validation.trials:
-        caveats.append("two trials were fitted: cross-validation of the names takes three")
+        caveats.append("two trials were fitted: cross-validation of the named effects needs three")
     return caveats
 
 

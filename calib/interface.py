@@ -1,5 +1,8 @@
 """The functions behind `import calib`, one a command; the command line is a thin layer on top of them.
 
+Commands with commands of their own are modules: `calib.camera` (board, lens, scale), `calib.capture` (scan, run,
+emulate: the motor) and `calib.benchmark` (speed).
+
 A session is given as what `open_session` returns, or as the path of its folder. What has not changed since it was made
 is not made again, so that every function returns at once where its results are current. Functions that compute are
 `run`, `track`, `fit`, `posterior`, `diagnose` and `effect_test`; all others use existing results. Results are frozen
@@ -11,10 +14,11 @@ Errors are a `SwimcalError`: `InputError` (all faults of what was given, at once
 
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import Any, overload
+from typing import TYPE_CHECKING, Any, Literal, overload
 
 import pandas as pd
 
+from calib import benchmark, camera, capture
 from calib.batch import run_all, run_pipeline
 from calib.options import EffortName, ObjectiveName, Options
 from calib.pipeline import open_session as _open_session
@@ -37,16 +41,19 @@ from calib.results.tracks import TrackResult
 from calib.results.twin import SwimTwin
 from calib.stages.diagnosis import check_names
 from calib.stages.fit import nominal_mjcf
-from calib.tracked_videos import check_form, correct_track, track_videos
+from calib.tracked_videos import check_form, click_pages, correct_track, track_videos
 from reports import IndexEntry, write_index
 from session import FaultCollector, InputError, NotEnoughData, Session, SwimcalError
 from session.create import FISHSIM_MARKERS, new_from_fishsim
-from session.errors import ModelMismatch, NotConverged, ResultsNotWritable, SessionLocked, SimulationDiverged
+from session.errors import Fault, ModelMismatch, NotConverged, ResultsNotWritable, SessionLocked, SimulationDiverged
 from session.folder import SESSION_FILE
 from session.results import write_whole
 from swimmer import PUBLISHED_COEFFICIENTS, FluidCoefficients, Twin, load_robot
 from swimmer.effects import AffectedTwin, Effect, Parameter, catalogue
 from tracking.tracker import TrackerName
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 __all__ = [
     "Effect",
@@ -68,6 +75,9 @@ __all__ = [
     "SwimTwin",
     "SwimcalError",
     "TrackResult",
+    "benchmark",
+    "camera",
+    "capture",
     "compare",
     "convert_tracks",
     "correct",
@@ -79,9 +89,7 @@ __all__ = [
     "fit",
     "load_tracks",
     "load_twin",
-    "new_public_session",
     "new_session",
-    "new_synthetic_session",
     "open_session",
     "posterior",
     "report",
@@ -249,25 +257,42 @@ def effect_test(
         return test_result(pipeline, pipeline.effect_test(tuple(effects)))
 
 
+@overload
 def track(
     session: AnySession,
     *,
     method: TrackerName | None = None,
     export: str = "",
+    click: Literal[False] = False,
     workers: int = 0,
     progress: bool = True,
-) -> TrackResult:
+) -> TrackResult: ...
+@overload
+def track(session: AnySession, *, click: Literal[True], workers: int = 0, progress: bool = True) -> Export: ...
+def track(
+    session: AnySession,
+    *,
+    method: TrackerName | None = None,
+    export: str = "",
+    click: bool = False,
+    workers: int = 0,
+    progress: bool = True,
+) -> TrackResult | Export:
     """Tracks the markers in a session's videos, and reads the tracks of its other trials.
 
     Args:
         session: opened, or its folder.
         method: "hybrid", "spots" or "csrt"; default: that of the existing tracks, else hybrid.
         export: another form to write next to the tracks: "deeplabcut", "movement" or "fishsim".
+        click: only write a page a video on which to click its start boxes, and track nothing.
         workers: threads; 0 for all cores.
         progress: show it on standard error.
 
+    Returns:
+        The tracks; with `click` the pages, named `<trial>.click.html`.
+
     Raises:
-        InputError: faults of videos, boxes or edits, after all other videos are tracked.
+        InputError: faults of videos, boxes or edits, after all other videos are tracked; with `click`, no video.
 
     Example:
         >>> tracks = track("datasets/sample", progress=False)
@@ -275,9 +300,7 @@ def track(
         ('time', 'space', 'keypoint')
     """
     with _working(session, Options(workers=workers, tracker=method), progress) as pipeline:
-        if any(spec.tracks is None and spec.video is not None for spec in pipeline.session.trials):
-            track_videos(pipeline, export)
-        return track_result(pipeline)
+        return Export(click_pages(pipeline)) if click else track_result(pipeline, track_videos(pipeline, export))
 
 
 def correct(session: AnySession, trial: str, correction: str | Mapping[str, Any]) -> str:
@@ -301,7 +324,7 @@ def correct(session: AnySession, trial: str, correction: str | Mapping[str, Any]
     return correct_track(_folder(session), trial, correction)
 
 
-def load_tracks(path: str | Path, markers: Sequence[str], fps: float = 60.0) -> Any:
+def load_tracks(path: str | Path, markers: Sequence[str], fps: float = 60.0) -> "xr.Dataset":
     """Reads tracks of any program: this one's CSV, DeepLabCut, movement, or the authors' headerless CSV.
 
     Args:
@@ -311,7 +334,7 @@ def load_tracks(path: str | Path, markers: Sequence[str], fps: float = 60.0) -> 
 
     Returns:
         An `xarray.Dataset` with `position` (time, space, keypoint), px, x to the right and y down, nan where
-        missing, and `confidence` (time, keypoint).
+        missing, and `confidence` (time, keypoint); attributes `fps`, `time_unit` and `source`, the file.
 
     Raises:
         InputError: every fault of the file at once.
@@ -321,10 +344,9 @@ def load_tracks(path: str | Path, markers: Sequence[str], fps: float = 60.0) -> 
         >>> load_tracks("datasets/sample/trials/f1_30.csv.gz", names).position.attrs["units"]
         'px'
     """
-    from tracking.records import TrackedTrial, import_tracks, to_movement
+    from tracking.records import import_tracks
 
-    tracks = import_tracks(Path(path), tuple(markers), fps)
-    return to_movement(TrackedTrial.of(tracks), source_file=str(path)).isel(individual=0, drop=True)
+    return import_tracks(Path(path), tuple(markers), fps)
 
 
 def convert_tracks(
@@ -346,7 +368,7 @@ def convert_tracks(
     Example:
         >>> convert_tracks("f1_30.nc", "f1_30.csv", markers=["nose", "neck", "tail_1"])  # doctest: +SKIP
     """
-    from tracking.records import TrackedTrial, export_tracks, import_tracks
+    from tracking.records import as_tracked, export_tracks, import_tracks
 
     check_form(to, "--to")
     names, faults = tuple(markers) or FISHSIM_MARKERS, FaultCollector("the options")
@@ -357,7 +379,7 @@ def convert_tracks(
     if Path(out).suffix == ".gz":
         faults.add("--out", "packed files are read, not written", found=str(out), expected="a name without .gz")
     faults.raise_if_any()
-    export_tracks(TrackedTrial.of(import_tracks(Path(path), names, fps)), Path(out), to)
+    export_tracks(as_tracked(import_tracks(Path(path), names, fps)), Path(out), to)
     return Path(out)
 
 
@@ -622,7 +644,7 @@ def doctor(session: AnySession | None = None, *, motor: bool = False) -> pd.Data
     return pd.DataFrame(checks, columns=["check", "state", "found", "step"]).set_index("check")
 
 
-def new_session(
+def new_session(  # noqa: PLR0913  it is the command `new`, of which a user gives three or four
     folder: str | Path,
     *,
     videos: Iterable[str | Path] = (),
@@ -630,12 +652,17 @@ def new_session(
     robot: str | Path | None = None,
     fps: float | None = None,
     commands_hz: Sequence[float] = (),
+    from_fishsim: str | Path | None = None,
+    synthetic: bool = False,
     fit: Sequence[str] = (),
+    seed: int = 0,
+    progress: bool = True,
 ) -> Path:
-    """Makes a session folder of one's own videos or tracks.
+    """Makes a session folder of one's own videos or tracks, of the public tracks, or one simulated with the twin.
 
-    A commented `session.toml` is written with all that the files contain; its first lines, marked TODO, list what
-    you still have to fill in.
+    Of your own files a commented `session.toml` is written with all that they contain; its first lines, marked TODO,
+    list what you still have to fill in. The truth of a synthetic session, of swims, dry runs and free decays, is in
+    `truth.json`.
 
     Args:
         folder: to make; new or empty.
@@ -644,69 +671,44 @@ def new_session(
         fps: frames a second, needed for tracks without time.
         commands_hz: crank turns a second, one a trial in the order of `videos`, then `tracks`; default: from
             names such as f1_25, else to fill in.
-        fit: swim trials to fit, the others are held out; default: every other one.
-
-    Returns:
-        The folder, for `open_session`.
-
-    Raises:
-        InputError: every fault of the files at once, or `folder` is not empty; nothing is written.
-        ResultsNotWritable: the folder cannot be written.
-
-    Example:
-        >>> new_session("pool", videos=["f0_75.mp4", "f1_25.mp4"], commands_hz=[0.75, 1.25])  # doctest: +SKIP
-    """
-    from calib.own_files import new_from_files
-
-    new_from_files(Path(folder), videos, tracks, robot, fps, commands_hz, fit)
-    return Path(folder)
-
-
-def new_public_session(folder: str | Path, source: str | Path, fit: Sequence[str] = ()) -> Path:
-    """Makes a session of the public tracks of the robot fish.
-
-    Args:
-        folder: to make; new or empty.
-        source: a checkout of the authors' repository, or a folder of its marker CSVs.
-        fit: trials to fit, the others are held out; default: f1_00 and f1_75, as published.
-
-    Returns:
-        The folder, for `open_session`.
-
-    Raises:
-        InputError, ResultsNotWritable: as `new_session`.
-
-    Source:
-        Michelis et al. (2026), "Simple Models, Real Swimming", public data.
-
-    Example:
-        >>> new_public_session("pool", "fishsim")               # doctest: +SKIP
-    """
-    return new_from_fishsim(Path(folder), Path(source), tuple(fit))
-
-
-def new_synthetic_session(folder: str | Path, seed: int = 0, *, progress: bool = True) -> Path:
-    """Makes a session of swims, dry runs and free decays simulated with the twin; the truth is in `truth.json`.
-
-    Args:
-        folder: to make; new or empty.
-        seed: of coefficients and noise.
+        from_fishsim: instead of your own files: a checkout of the authors' repository, or a folder of its marker CSVs.
+        synthetic: instead of files: simulate the trials.
+        fit: trials to fit, the others are held out; default: every other one, of the public tracks f1_00 and f1_75.
+        seed: of the coefficients and the noise of a synthetic session.
         progress: show it on standard error.
 
     Returns:
         The folder, for `open_session`.
 
     Raises:
-        InputError, ResultsNotWritable: as `new_session`.
+        InputError: every fault of the files at once, not one source of trials, or `folder` is not empty; nothing is
+            written.
+        ResultsNotWritable: the folder cannot be written.
+
+    Source:
+        Michelis et al. (2026), "Simple Models, Real Swimming", public data.
 
     Example:
-        >>> new_synthetic_session("pool", seed=3)               # doctest: +SKIP
+        >>> new_session("pool", videos=["f0_75.mp4", "f1_25.mp4"], commands_hz=[0.75, 1.25])  # doctest: +SKIP
+        >>> new_session("public", from_fishsim="fishsim")       # doctest: +SKIP
     """
+    from calib.own_files import new_from_files
     from synthetic import default_plan, make_session
 
-    with progress_bar(quiet=not progress) as report:
-        report("simulating the trials", 0.0)
-        return make_session(Path(folder), default_plan(seed))
+    films, own = _several(videos), tracks if isinstance(tracks, Mapping) else _several(tracks)
+    if bool(films or own) + (from_fishsim is not None) + synthetic != 1:
+        what = "several sources of trials" if films or own or from_fishsim is not None else "no trials"
+        expected = "one of these: --videos and --tracks, --from-fishsim DIR, --synthetic"
+        raise InputError([Fault("a new session", "", what, "", expected)])
+    if from_fishsim is not None:
+        new_from_fishsim(Path(folder), Path(from_fishsim), tuple(fit))
+    elif synthetic:
+        with progress_bar(quiet=not progress) as report:
+            report("simulating the trials", 0.0)
+            make_session(Path(folder), default_plan(seed))
+    else:
+        new_from_files(Path(folder), films, own, robot, fps, commands_hz, fit)
+    return Path(folder)
 
 
 def _folder(session: AnySession) -> Path:
@@ -715,6 +717,11 @@ def _folder(session: AnySession) -> Path:
         return session.folder
     path = Path(session)
     return path.parent if path.name == SESSION_FILE else path
+
+
+def _several(paths: str | Path | Iterable[str | Path]) -> list[Path]:
+    """The paths, of which one may be given alone."""
+    return [Path(path) for path in ([paths] if isinstance(paths, str | Path) else paths)]
 
 
 def _working(session: AnySession, options: Options, progress: bool) -> Any:

@@ -11,15 +11,16 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import xarray as xr
 
 from reports.page import environment
-from session import FaultCollector, InputError, Tracks
+from session import FaultCollector, InputError
 from session.create import FISHSIM_MARKERS, new_folder
 from session.errors import Fault
 from session.folder import SESSION_FILE
 from session.results import write_whole
 from session.tables import read_table
-from session.tracks import SUFFIXES, TIME, save_tracks
+from session.tracks import SUFFIXES, TIME, as_tracks, markers_of, save_tracks
 from swimmer import RobotSpec, load_robot
 from tracking.records import import_tracks
 from tracking.video import Video
@@ -33,7 +34,7 @@ class _Trial:
 
     name: str
     video: Path | None = None
-    tracks: Tracks | None = None
+    tracks: xr.Dataset | None = None
     commanded_hz: float | None = None
     comments: list[str] = field(default_factory=list)
     fps: float | None = None
@@ -71,7 +72,7 @@ def new_from_files(
     faults.raise_if_any()
     rates = [trial.fps for trial in trials.values() if trial.fps]
     rate = fps or float(np.median(rates))
-    markers = next((trial.tracks.markers for trial in trials.values() if trial.tracks), _markers(spec))
+    markers = next((markers_of(trial.tracks) for trial in trials.values() if trial.tracks is not None), _markers(spec))
     ordered = sorted(trials.values(), key=lambda trial: (trial.kind, trial.commanded_hz or 0.0, trial.name))
     with new_folder(folder) as part:
         (part / "trials").mkdir()
@@ -105,15 +106,15 @@ def _trials(
             trial = found.setdefault(name, _Trial(name))
             rate = fps or trial.fps
             own = _of_dataset(given) if hasattr(given, "data_vars") else _of_file(Path(given), robot, rate)
-            trial.tracks, trial.fps = own, trial.fps or 1 / float(np.median(np.diff(own.time_s)))
-            trial.comments.append(f"tracks: {len(own.time_s)} frames, {own.time_s[-1] - own.time_s[0]:.1f} s")
+            trial.tracks, trial.fps = own, trial.fps or own.fps
+            trial.comments.append(f"tracks: {own.sizes['time']} frames, {np.ptp(own.time.values):.1f} s")
     if not found and not faults:
         faults.add("", "no video and no tracks", expected="at least one of --videos, --tracks")
     faults.raise_if_any()
     return found
 
 
-def _of_file(path: Path, robot: RobotSpec, fps: float | None) -> Tracks:
+def _of_file(path: Path, robot: RobotSpec, fps: float | None) -> xr.Dataset:
     """Tracks of a file in any form; a file with a header of ours names its markers.
 
     Raises:
@@ -136,14 +137,14 @@ def _markers(robot: RobotSpec) -> tuple[str, ...]:
     return FISHSIM_MARKERS if set(FISHSIM_MARKERS) <= set(robot.markers) else tuple(robot.markers)
 
 
-def _of_dataset(data: Any) -> Tracks:
-    """Tracks of an `xarray.Dataset` as `calib.track` gives it."""
+def _of_dataset(data: Any) -> xr.Dataset:
+    """Tracks as another program may have them, in any order of dimensions."""
     position_px = data.position.transpose("time", "keypoint", "space").to_numpy()
     if "confidence" in data:
         confidence = data.confidence.transpose("time", "keypoint").to_numpy()
     else:
         confidence = np.isfinite(position_px).all(axis=-1).astype(float)
-    return Tracks(tuple(map(str, data.keypoint.to_numpy())), data.time.to_numpy(), position_px, confidence)
+    return as_tracks(tuple(map(str, data.keypoint.to_numpy())), data.time.to_numpy(), position_px, confidence)
 
 
 def _name(path: Path) -> str:

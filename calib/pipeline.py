@@ -177,7 +177,7 @@ class Pipeline:
         Args:
             without: names that the catalogue is to lack.
             discrepancy: see `DiagnosisStage.make`.
-            own: effects that the catalogue is to have besides.
+            own: further effects that the catalogue is to have.
         """
         check_names("--exclude", sorted(without), catalogue())
         self.recordings.tracks()

@@ -1,6 +1,7 @@
 """Progress: a bar on a terminal and in a notebook, elsewhere a plain line every ten seconds; with the time left."""
 
 import sys
+import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -24,7 +25,8 @@ def progress_bar(quiet: bool) -> Iterator[Progress]:
         with _in_notebook() as report:
             yield report
     elif not console.is_terminal:
-        yield Lines(lambda line: print(line, file=sys.stderr, flush=True))
+        with _ticking(Lines(lambda line: print(line, file=sys.stderr, flush=True))) as lines:
+            yield lines
     else:
         columns = (SpinnerColumn(), TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
         remaining = (TextColumn("left:"), TimeRemainingColumn())
@@ -69,24 +71,50 @@ class Lines:
         self._write, self._every_s, self._clock = write, every_s, clock
         self._began = self._last = clock()
         self._from, self._share, self._long = 0.0, 0.0, False
+        self._message, self._done, self._ends = "reading", "", 0.0
 
     def __call__(self, message: str, share: float | None) -> None:
-        """Writes a line where one is due."""
+        """Takes in what is going on, and writes a line where one is due."""
         now, first = self._clock(), share is not None and not self._long
         if share is None or share < self._share:
             self._began, self._from = now, share or 0.0
-        self._share = share or 0.0
-        if not first and now - self._last < self._every_s:
-            return
-        self._long, self._last = self._long or first, now
-        self._write(f"calib: {message}{self._done(now, share)}")
+        self._share, self._message, self._done = share or 0.0, message, ""
+        if share is not None and share > self._from:
+            self._done = f", {share:.0%} done"
+            self._ends = now + (1 - share) * (now - self._began) / (share - self._from)
+        if first or now - self._last >= self._every_s:
+            self._long = self._long or first
+            self._show(now)
 
-    def _done(self, now: float, share: float | None) -> str:
-        if share is None or share <= self._from:
-            return ""
-        remaining_s = (1 - share) * (now - self._began) / (share - self._from)
+    def tick(self) -> None:
+        """Writes a line where one is due although nothing new was reported."""
+        now = self._clock()
+        if now - self._last >= self._every_s:
+            self._show(now)
+
+    def _show(self, now: float) -> None:
+        self._last = now
+        remaining_s = self._ends - now if self._done else 0.0
         remaining = f"{remaining_s:.0f} s" if remaining_s < 90 else f"{remaining_s / 60:.0f} min"
-        return f", {share:.0%} done, about {remaining} left"
+        self._write(f"calib: {self._message}{self._done}{f', about {remaining} left' if remaining_s >= 0.5 else ''}")
+
+
+@contextmanager
+def _ticking(lines: Lines) -> Iterator[Lines]:
+    """Lines are also written while one step takes long."""
+    ended = threading.Event()
+
+    def tick() -> None:
+        while not ended.wait(1.0):
+            lines.tick()
+
+    clock = threading.Thread(target=tick, daemon=True)
+    clock.start()
+    try:
+        yield lines
+    finally:
+        ended.set()
+        clock.join()
 
 
 @contextmanager

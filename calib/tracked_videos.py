@@ -6,23 +6,25 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
-from calib.options import Options
+import xarray as xr
+
 from calib.pipeline import Pipeline, working
-from calib.results.tracks import shares_of
+from calib.results.tracks import FilmedTracks, TrackResult, shares_of
 from calib.stages.videos import of_each
 from session import CameraSpec, Flag, InputError, NotEnoughData, Session, TrialSpec
 from session.errors import Fault
 from session.results import plain_json
+from session.tracks import markers_of
 from swimmer import RobotSpec
 from tracking import to_pool
 from tracking.lens import lens_flags
-from tracking.records import EditLog, TrackedTrial, export_tracks
+from tracking.records import EditLog, export_tracks
 from tracking.records.formats import FORMATS
-from tracking.tracker import TrackerName
+from tracking.records.tracked import counting
 from tracking.video import Video
 
 
-def camera_flags(found: Iterable[TrackedTrial], camera: CameraSpec, robot: RobotSpec) -> tuple[Flag, ...]:
+def camera_flags(found: Iterable[xr.Dataset], camera: CameraSpec, robot: RobotSpec) -> tuple[Flag, ...]:
     """The flags of lens, size and height, of each kind the first: the videos share one camera.
 
     Args:
@@ -38,12 +40,12 @@ def camera_flags(found: Iterable[TrackedTrial], camera: CameraSpec, robot: Robot
     return tuple(flags.values())
 
 
-def _metres_per_px(found: TrackedTrial, camera: CameraSpec, robot: RobotSpec) -> float | None:
+def _metres_per_px(found: xr.Dataset, camera: CameraSpec, robot: RobotSpec) -> float | None:
     """The scale by the nose-neck distance; None where nose and neck are never seen."""
-    tracks = found.counting
-    heights_m = robot.marker_positions_m(tracks.markers)[:, 2]
+    tracks = counting(found)
+    heights_m = robot.marker_positions_m(markers_of(tracks))[:, 2]
     try:
-        return to_pool(tracks, camera, tracks.confidence, heights_m)[1]
+        return to_pool(tracks, camera, tracks.confidence.values, heights_m)[1]
     except NotEnoughData:
         return None
 
@@ -61,68 +63,62 @@ def check_form(form: str, option: str) -> None:
         raise InputError([Fault(option, "", "no such form of tracks", repr(form), "", tuple(FORMATS))])
 
 
-def write_click_pages(folder: Path, as_json: bool) -> None:
-    """A page a video on which to click its start boxes; prints where they are.
+def click_pages(pipeline: Pipeline) -> tuple[Path, ...]:
+    """A page a video on which to click its start boxes.
 
     Raises:
         InputError: no video, or one that cannot be read.
     """
-    with working(folder, as_json) as pipeline:
-        pages = of_each(_filmed(pipeline.session), pipeline.recordings.videos.click_page)
-    files = {name: str(page) for name, page in pages.items()}
-    print(json.dumps(files, indent=1) if as_json else "\n".join(files.values()))
+    return tuple(of_each(filmed_trials(pipeline.session), pipeline.recordings.videos.click_page).values())
 
 
-def track_videos(pipeline: Pipeline, export: str) -> tuple[dict[str, TrackedTrial], list[Path]]:
-    """The tracks of every video of a session, up to date, and the files that they were exported to.
+def track_videos(pipeline: Pipeline, export: str) -> FilmedTracks:
+    """Brings the tracks of every video of a session up to date, and writes them in another form.
 
     Args:
         pipeline: of the session.
         export: a form of `tracking.records.FORMATS` to write next to them; empty for none.
 
     Raises:
-        InputError: no video, or no such form; or faults of videos, boxes or edits, after all other videos are tracked.
+        InputError: no such form; or faults of videos, boxes or edits, after all other videos are tracked.
     """
     if export:
         check_form(export, "--export")
-    filmed, videos, exported = _filmed(pipeline.session), pipeline.recordings.videos, []
-    of_each(filmed, videos.boxes)
-    tracks = of_each(filmed, videos.tracks)
-    if export:
-        for name, found in tracks.items():
-            exported.append(videos.folder / f"{name}{_SUFFIX.get(export, '.nc')}")
-            export_tracks(found, exported[-1], export)
-    return tracks, exported
+    videos = pipeline.recordings.videos
+    filmed = [spec for spec in pipeline.session.trials if is_filmed(spec)]
+    boxes, tracks, exported = of_each(filmed, videos.boxes), of_each(filmed, videos.tracks), []
+    for name, found in tracks.items() if export else ():
+        exported.append(videos.folder / f"{name}{_SUFFIX.get(export, '.nc')}")
+        export_tracks(found, exported[-1], export)
+    flags = camera_flags(tracks.values(), pipeline.session.camera, pipeline.job.robot)
+    return FilmedTracks(videos.folder, boxes, flags, tuple(exported))
 
 
-def print_tracks(session: Path, method: TrackerName | None, export: str, workers: int, as_json: bool) -> None:
-    """Tracks the videos of a session and prints the outcome of each; arguments as of `calib.track`."""
-    with working(session, as_json, Options(workers=workers, tracker=method)) as pipeline:
-        tracks, exported = track_videos(pipeline, export)
-        videos = pipeline.recordings.videos
-        boxes = of_each(_filmed(pipeline.session), videos.boxes)
-    of_camera = camera_flags(tracks.values(), pipeline.session.camera, pipeline.job.robot)
+def print_tracks(found: TrackResult, as_json: bool) -> None:
+    """The tracks of every video."""
+    filmed = found.filmed
+    tracks = {name: found.tracked[name] for name in filmed.boxes}
     if as_json:
         report = {
-            name: shares_of(found)
-            | {"tracks": str(videos.folder / f"{name}.csv"), "boxes": boxes[name].to_json()}
-            | {"flags": [flag.to_json() for flag in found.flags], "camera": [flag.to_json() for flag in of_camera]}
-            for name, found in tracks.items()
+            name: shares_of(own)
+            | {"tracks": str(filmed.folder / f"{name}.csv"), "boxes": filmed.boxes[name].to_json()}
+            | {"flags": [flag.to_json() for flag in own.flags], "camera": [flag.to_json() for flag in filmed.flags]}
+            for name, own in tracks.items()
         }
         print(json.dumps(plain_json(report), indent=1))
         return
     shares = f"{'seen':>7} {'counts':>7} {'filled':>7} {'missing':>8}"
     print(f"{'trial':12} {'frames':>7} {shares} {'confidence':>11}  flags")
-    for name, found in tracks.items():
-        flags = ", ".join(f"{count} {kind}" for kind, count in Counter(flag.kind for flag in found.flags).items())
+    for name, own in tracks.items():
+        flags = ", ".join(f"{count} {kind}" for kind, count in Counter(flag.kind for flag in own.flags).items())
         row = "{frames:7d} {seen:7.2%} {counts:7.2%} {filled:7.2%} {missing:8.2%} {confidence:11.2f}"
-        print(f"{name:12} {row.format(**shares_of(found))}  {flags or 'none'}")
-    for name, found in tracks.items():
-        whole = [flag for flag in found.flags if flag.frames is None and flag.message]
+        print(f"{name:12} {row.format(**shares_of(own))}  {flags or 'none'}")
+    for name, own in tracks.items():
+        whole = [flag for flag in own.flags if flag.frames is None and flag.message]
         print("".join(f"! {name}: {flag.message}\n" for flag in whole), end="")
-    print("".join(f"! {flag.message}\n" for flag in of_camera), end="")
-    print("".join(f"{path}\n" for path in exported), end="")
-    print(videos.folder)
+    print("".join(f"! {flag.message}\n" for flag in filmed.flags), end="")
+    print("".join(f"{path}\n" for path in filmed.exported), end="")
+    print(filmed.folder)
 
 
 def correct_track(session: Path, trial: str, correction: str | Mapping[str, Any]) -> str:
@@ -138,13 +134,18 @@ def correct_track(session: Path, trial: str, correction: str | Mapping[str, Any]
     return f"{log.path}: added line {log.edits[-1].line}; {edits}. `calib track` replays them"
 
 
-def _filmed(session: Session) -> list[TrialSpec]:
-    """The trials to be tracked: those with a video and no tracks of their own.
+def is_filmed(spec: TrialSpec) -> bool:
+    """Whether a trial is to be tracked: it has a video and no tracks of its own."""
+    return spec.video is not None and spec.tracks is None
+
+
+def filmed_trials(session: Session) -> list[TrialSpec]:
+    """The trials to be tracked.
 
     Raises:
         InputError: there is none.
     """
-    filmed = [spec for spec in session.trials if spec.video is not None and spec.tracks is None]
+    filmed = [spec for spec in session.trials if is_filmed(spec)]
     if not filmed:
         file, found = str(session.folder / "session.toml"), f"{len(session.trials)} trials"
         raise InputError([Fault(file, "", "no video to track", found, 'a trial with video = "…"')])
@@ -159,7 +160,7 @@ def _log(session: Session, spec: TrialSpec) -> EditLog:
     """
     if spec.video is None or spec.edits is None or spec.tracks is not None:
         what = "it has no video" if spec.video is None else "its tracks come from a file, not from its video"
-        choices = tuple(each.name for each in session.trials if each.video is not None and each.tracks is None)
+        choices = tuple(each.name for each in session.trials if is_filmed(each))
         file, expected = str(session.folder / "session.toml"), "a trial whose video is tracked here"
         raise InputError([Fault(file, f"trial {spec.name}", what, "", expected, choices)])
     with Video(spec.video) as video:

@@ -105,5 +105,5 @@ def noise_floor_m(linear: LinearModel, number: int, seed: int = 0) -> float:
     for _ in range(_DRAWS):
         noisy_m = clean_m + model.noise.drawn(trial.time_s, random)
         frames = [head_frame(trial.markers, each) for each in (clean_m, noisy_m)]
-        found.append(score(replace(trial, head=frames[1]), frames[0]).marker_error_m)
+        found.append(score(trial.seen_as(head=frames[1]), frames[0]).marker_error_m)
     return float(np.mean(found))

@@ -34,8 +34,9 @@ from fitting.model.session_model import SessionModel
 from fitting.signatures import signature_of
 from fitting.signatures.view_of import TO_PX, picture_px
 from fitting.trial import MeasuredTrial, measure_trial
-from session import CameraSpec, NotEnoughData, Tracks, TrialSpec
+from session import CameraSpec, NotEnoughData, TrialSpec
 from session.errors import SimulationDiverged
+from session.tracks import as_tracks
 from swimmer import Runs, Twin
 from swimmer.effects import AffectedTwin, Effect
 
@@ -213,9 +214,9 @@ def _measured(linear: LinearModel, twin: Twin, proposed: ProposedTrial, seed: in
     noise_m = noise.drawn(time_s, np.random.default_rng([seed, 13]))
     middle_px = np.array(picture_px(linear.trials, linear.camera)) / 2
     position_px = (told.marker_m[0] - told.marker_m[0].mean(axis=(0, 1)) + noise_m) / like.metres_per_px
-    tracks = Tracks(like.markers, time_s, position_px * TO_PX + middle_px, np.ones(position_px.shape[:2]))
+    tracks = as_tracks(like.markers, time_s, position_px * TO_PX + middle_px, np.ones(position_px.shape[:2]))
     spec = TrialSpec(f"{proposed.kind}_{hz:.2f}", "swim", commanded_hz=hz, role="fit")
-    later = tracks.since(int(np.searchsorted(time_s, run_in_s)))
+    later = tracks.isel(time=slice(int(np.searchsorted(time_s, run_in_s)), None))
     return measure_trial(spec, later, CameraSpec(1 / frame_s, twin.robot.scale_length_m), twin.robot, like.warmup_s)
 
 

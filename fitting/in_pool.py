@@ -1,15 +1,17 @@
 """Tracks checked and laid on the pool, with the markers of the tail: what every measurement begins with."""
 
 import numpy as np
+import xarray as xr
 
-from session import CameraSpec, NotEnoughData, Tracks
+from session import CameraSpec, NotEnoughData
+from session.tracks import markers_of
 from swimmer import RobotSpec
 from tracking import HeadFrame, TrackQuality, check_tracks, to_head_frame, to_pool
 from tracking.quality import FLOOR_PX
 
 
 def in_pool(
-    tracks: Tracks, camera: CameraSpec, robot: RobotSpec, whose: str, floor_px: float = FLOOR_PX
+    tracks: xr.Dataset, camera: CameraSpec, robot: RobotSpec, whose: str, floor_px: float = FLOOR_PX
 ) -> tuple[np.ndarray, float, TrackQuality, list[int]]:
     """Markers (n, m, 2) on the pool and their scale (m/px), how far each sample is believed, and which are the tail's.
 
@@ -21,9 +23,9 @@ def in_pool(
     Raises:
         NotEnoughData: no tail marker, or nose and neck are never seen apart.
     """
-    quality = check_tracks(tracks, robot, floor_px)
-    position_m, metres_per_px = to_pool(tracks, camera, quality.weight, robot.marker_positions_m(tracks.markers)[:, 2])
-    tail = tail_markers(robot, tracks.markers)
+    quality, markers = check_tracks(tracks, robot, floor_px), markers_of(tracks)
+    position_m, metres_per_px = to_pool(tracks, camera, quality.weight, robot.marker_positions_m(markers)[:, 2])
+    tail = tail_markers(robot, markers)
     if not tail:
         raise NotEnoughData(f"{whose}: none of its markers sits on the tail; at least one is needed")
     return position_m, metres_per_px, quality, tail

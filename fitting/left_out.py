@@ -107,8 +107,8 @@ class EffectsLeftOut(NamedTuple):
         moved = float(best.moved[best.most])
         way = "lower" if moved > 0 else "higher"
         message = (
-            f"the swims ask for what the twin leaves out: {names}{more} ({best.z:.1f} standard deviations, nominal p "
-            f"{max(best.chance, 1e-16):.1g} for any of {len(self.tried)} that were tried). With "
+            f"the trials support an effect that the twin leaves out: {names}{more} ({best.z:.1f} standard deviations, "
+            f"nominal p {max(best.chance, 1e-16):.1g} for any of {len(self.tried)} that were tried). With "
             f"{best.name.replace('_', ' ')} of {with_unit(best.value, best.unit)}"
             f"{', beyond what the intervals allow for,' if best.allowed else ''} "
             f"{NAMES[best.most].replace('_', ' ')} would be {abs(moved):.1f} of its standard deviations {way}; "

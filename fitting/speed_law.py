@@ -78,12 +78,13 @@ class SpeedLaw:
             return "The twin's speed grows with the frequency as the measured one, within the scatter of the trials."
         if self.residual.value > 0:
             return (
-                "The measured speed grows more steeply with the frequency than the twin's. Drag that grows less than "
-                "the squared speed would do this (skin friction, a cable in tow), or thrust that slow beats lose."
+                "The measured speed grows more steeply with the frequency than the twin's. Possible causes: drag that "
+                "grows less than with the squared speed (skin friction, a cable in tow), or a loss of thrust at slow "
+                "beats."
             )
         return (
-            "The measured speed grows less with the frequency than the twin's. Drag that grows more than the squared "
-            "speed would do this (waves), or a tail that yields or a motor that sags at fast beats."
+            "The measured speed grows less with the frequency than the twin's. Possible causes: drag that grows more "
+            "than with the squared speed (waves), or a tail that yields or a motor that slows down at fast beats."
         )
 
 
@@ -108,13 +109,13 @@ def speed_law(
     found = {name: each for name, each in found.items() if (each > 0).all()}
     exponents = {"measured": slope(ln_hz, np.log(speed))}
     exponents |= {name: slope(ln_hz, np.log(each)) for name, each in found.items()}
-    left = np.log(speed / found["twin"]) if "twin" in found else None
+    residual = np.log(speed / found["twin"]) if "twin" in found else None
     return SpeedLaw(
         numbers,
         {trial.name: trial.speed / trial.frequency.hz for trial in swims},
         exponents,
-        None if left is None else slope(ln_hz, left),
-        {} if left is None else _trends(numbers, left),
+        None if residual is None else slope(ln_hz, residual),
+        {} if residual is None else _trends(numbers, residual),
     )
 
 
@@ -124,18 +125,18 @@ def slope(x: np.ndarray, y: np.ndarray) -> Slope:
     value = float(off @ y / (off @ off))
     if len(x) < _FEWEST:
         return Slope(value, None)
-    left = y - y.mean() - value * off
+    residual = y - y.mean() - value * off
     freedom = len(x) - 2
-    reach = float(student.ppf(0.5 + LEVEL / 2, freedom) * np.sqrt(left @ left / freedom / (off @ off)))
+    reach = float(student.ppf(0.5 + LEVEL / 2, freedom) * np.sqrt(residual @ residual / freedom / (off @ off)))
     return Slope(value, (value - reach, value + reach))
 
 
-def _trends(numbers: Mapping[str, SwimNumbers], left: np.ndarray) -> dict[str, Slope]:
+def _trends(numbers: Mapping[str, SwimNumbers], residual: np.ndarray) -> dict[str, Slope]:
     table = np.array(list(numbers.values()))
     found = {}
     for name, column in zip(SwimNumbers._fields, table.T, strict=True):
-        if name != "frequency_hz" and len(left) >= _FEWEST and column.std() > 0:
-            found[name] = slope((column - column.mean()) / column.std(), left)
+        if name != "frequency_hz" and len(residual) >= _FEWEST and column.std() > 0:
+            found[name] = slope((column - column.mean()) / column.std(), residual)
     return found
 
 

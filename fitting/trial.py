@@ -4,16 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
+import xarray as xr
 
 from fitting.frequency import SwimFrequency, estimate_frequency
 from fitting.in_pool import head_frame, head_is_trusted, in_pool
 from fitting.motor_clock import MotorRecord
 from fitting.series import design, weighted_fit
 from fitting.speed import forward_speed
-from session import CameraSpec, Flag, NotEnoughData, Tracks, TrialSpec
+from session import CameraSpec, Flag, NotEnoughData, TrialSpec
 from session.session_checks import OTHER_UNIT, rate_is_off
+from session.tracks import by_marker, markers_of
 from swimmer import CrankTurn, RobotSpec
 from tracking import HeadFrame
 
@@ -36,11 +39,11 @@ class MeasuredTrial:
 
     Attributes:
         name, role, commanded_hz: as in the session.
-        markers: names of the m markers.
-        time_s: (n,) from the first frame, s.
-        position_m: (n, m, 2) on the pool, right-handed seen from above, m.
-        head: the same in the head frame (published normaliser).
-        weight: (n, m) 0 where a sample is flagged, missing, or its frame has no trusted head.
+        tracks: n frames of m markers, time from the first frame, as `session.tracks` has them and with the variables
+            ``weight`` (time, keypoint), 0 where a sample is flagged, missing, or its frame has no trusted head;
+            ``position_pool`` (time, space, keypoint), m, on the pool, right-handed seen from above; and of the
+            published normaliser ``position_head`` (time, space, keypoint), m, relative to the nose, ``path`` (time,
+            space), m, the nose's displacement, and ``heading`` (time), rad. Attribute: ``metres_per_px``.
         frequency: over the whole trial; with a turn its mean, else the tail's beat.
         start_frequency: over the known part only; the same for a fit trial.
         start_velocity: (3,) of the head at time 0 in its own axes (m/s, m/s, rad/s), from the known part.
@@ -50,7 +53,6 @@ class MeasuredTrial:
         speed: forward speed over the whole beats of the kept frames, m/s.
         warmup_s: left out of every comparison, of a drive known to be steady too: the twin has to settle.
         tail: indices of the markers behind the head, from head to fin.
-        metres_per_px: scale of the picture.
         flags: of tracks, frequency and motor.
         first_frame: the number of the first frame in the tracks it was measured from.
         motor: what the motor did; None without a log.
@@ -63,11 +65,7 @@ class MeasuredTrial:
     name: str
     role: str
     commanded_hz: float | None
-    markers: tuple[str, ...]
-    time_s: np.ndarray
-    position_m: np.ndarray
-    head: HeadFrame
-    weight: np.ndarray
+    tracks: xr.Dataset
     frequency: SwimFrequency
     start_frequency: SwimFrequency
     start_velocity: np.ndarray
@@ -77,13 +75,55 @@ class MeasuredTrial:
     speed: float
     warmup_s: float
     tail: tuple[int, ...]
-    metres_per_px: float
     flags: tuple[Flag, ...]
     first_frame: int = 0
     motor: MotorRecord | None = None
     turn: CrankTurn | None = None
     beat: SwimFrequency | None = None
     logged_hz: float | None = None
+
+    @cached_property
+    def markers(self) -> tuple[str, ...]:
+        """The names of the m markers."""
+        return markers_of(self.tracks)
+
+    @cached_property
+    def time_s(self) -> np.ndarray:
+        """(n,) from the first frame, s."""
+        return np.asarray(self.tracks.time.values)
+
+    @cached_property
+    def position_m(self) -> np.ndarray:
+        """(n, m, 2) on the pool, right-handed seen from above, m."""
+        return by_marker(self.tracks.position_pool)
+
+    @cached_property
+    def head(self) -> HeadFrame:
+        """The same in the head frame."""
+        shape_m, path_m = by_marker(self.tracks.position_head), self.tracks.path.values
+        return HeadFrame(shape_m + path_m[:, None], shape_m, path_m, self.tracks.heading.values)
+
+    @cached_property
+    def weight(self) -> np.ndarray:
+        """(n, m) 0 where a sample does not count."""
+        return np.asarray(self.tracks.weight.values)
+
+    @property
+    def metres_per_px(self) -> float:
+        """Scale of the picture."""
+        return float(self.tracks.metres_per_px)
+
+    def seen_as(
+        self,
+        *,
+        position_m: np.ndarray | None = None,
+        head: HeadFrame | None = None,
+        weight: np.ndarray | None = None,
+    ) -> MeasuredTrial:
+        """The same trial with other places on the pool, in the head frame, or other weights."""
+        place = self.position_m if position_m is None else position_m
+        other = head or self.head, self.weight if weight is None else weight
+        return replace(self, tracks=laid_on_pool(self.tracks, place, *other, self.metres_per_px))
 
     def crank_rad(self, time_s: np.ndarray, frequency_hz: float) -> np.ndarray:
         """(k,) angle that the crank has turned since time 0, rad: as measured, else evenly at this frequency."""
@@ -122,7 +162,7 @@ class MeasuredTrial:
 
 def measure_trial(
     spec: TrialSpec,
-    tracks: Tracks,
+    tracks: xr.Dataset,
     camera: CameraSpec,
     robot: RobotSpec,
     warmup_s: float,
@@ -140,15 +180,15 @@ def measure_trial(
     """
     first_frame, tracks = (0, tracks) if motor is None else motor.driven(tracks, spec.name)
     position_m, metres_per_px, quality, tail = in_pool(tracks, camera, robot, f"trial {spec.name}")
-    weight = quality.weight * head_is_trusted(tracks.markers, quality.weight)[:, None]
-    head = head_frame(tracks.markers, position_m)
+    weight = quality.weight * head_is_trusted(markers_of(tracks), quality.weight)[:, None]
+    head = head_frame(markers_of(tracks), position_m)
     weight = np.where(np.isfinite(head.shape_m).all(axis=-1), weight, 0.0)
-    time_s = tracks.time_s - tracks.time_s[0]
+    time_s = tracks.time.values - tracks.time.values[0]
 
     flags = _clock_and_scale(time_s, camera, robot)
     beat = estimate_frequency(time_s, head.shape_m[:, tail, 1], weight[:, tail], spec.commanded_hz)
-    motor = None if motor is None else motor.against(beat, tracks.time_s)
-    turn = motor.turn.shifted(float(tracks.time_s[0])) if motor is not None and motor.usable else None
+    motor = None if motor is None else motor.against(beat, tracks.time.values)
+    turn = motor.turn.shifted(float(tracks.time.values[0])) if motor is not None and motor.usable else None
     frequency = _of_crank(beat, turn, motor, time_s)
     of_frames = (*quality.flags, *flags, *beat.flags)
     every_frame = np.ones(len(time_s), bool)
@@ -156,11 +196,7 @@ def measure_trial(
         name=spec.name,
         role="fit",
         commanded_hz=spec.commanded_hz,
-        markers=tracks.markers,
-        time_s=time_s,
-        position_m=position_m,
-        head=head,
-        weight=weight,
+        tracks=laid_on_pool(tracks.assign_coords(time=time_s), position_m, head, weight, metres_per_px),
         frequency=frequency,
         start_frequency=frequency,
         start_velocity=np.zeros(3),
@@ -170,7 +206,6 @@ def measure_trial(
         speed=np.nan,
         warmup_s=warmup_s,
         tail=tuple(tail),
-        metres_per_px=metres_per_px,
         flags=(*(flag.later(first_frame) for flag in of_frames), *(motor.flags if motor else ())),
         first_frame=first_frame,
         motor=motor,
@@ -179,6 +214,21 @@ def measure_trial(
         logged_hz=None if motor is None else motor.logged_hz,
     )
     return _with_role(trial, spec.role)
+
+
+def laid_on_pool(
+    tracks: xr.Dataset, position_m: np.ndarray, head: HeadFrame, weight: np.ndarray, metres_per_px: float
+) -> xr.Dataset:
+    """Tracks with their places on the pool (n, m, 2) and in the head frame, as `MeasuredTrial.tracks` has them."""
+    metres, places = {"units": "m"}, ("time", "space", "keypoint")
+    variables = {
+        "weight": (("time", "keypoint"), weight),
+        "position_pool": (places, np.swapaxes(position_m, 1, 2), metres),
+        "position_head": (places, np.swapaxes(head.shape_m, 1, 2), metres),
+        "path": (("time", "space"), head.path_m, metres),
+        "heading": (("time",), head.heading_rad, {"units": "rad"}),
+    }
+    return tracks.assign(variables).assign_attrs(metres_per_px=metres_per_px)
 
 
 def _of_crank(

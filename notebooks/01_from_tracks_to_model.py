@@ -68,8 +68,8 @@ plt.show()
 # ## 3. Fit
 #
 # Free decays give the stiffness and damping of the hinges, dry runs the arm of the crank. The five fluid coefficients
-# are then the likeliest in one model of the fit trials, which knows noise, misplaced boxes, trim, and that the twin
-# itself may be off. The other trials are held out, to be forecast.
+# are then the most probable ones in a hierarchical model of the fit trials. Measurement noise, misplaced boxes, trim
+# and a model discrepancy are part of this model. The other trials are held out and forecast.
 
 # %%
 fit = calib.fit(session, effort="quick")
@@ -89,8 +89,8 @@ fit.plot.path("f1_00")
 fit.plot.residual_markers()
 
 # %% [markdown]
-# The coefficients with 90 % intervals, and where the other start of the search ended. Marks that lie apart although
-# they are about as likely are a coefficient that these trials do not identify.
+# The coefficients with 90 % intervals, and where the other start of the search ended. Where two marks of a
+# coefficient lie apart but are about equally likely, these trials do not identify it.
 
 # %%
 fit.plot.coefficients()
@@ -133,8 +133,7 @@ while data.time < 12.0:
 time_s, crank_rad, *place_m = np.array(states).T
 
 # %% [markdown]
-# A beat is a turn of the crank, so the speed is the distance between two places one turn apart, over the time
-# between.
+# A beat is one turn of the crank. The speed is the distance swum during the last turn, divided by its duration.
 
 # %%
 whole = crank_rad >= crank_rad[0] + 2 * np.pi

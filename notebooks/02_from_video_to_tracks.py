@@ -18,7 +18,7 @@
 # the tracker says of its own samples, compares it with plain CSRT and with the truth, and corrects a mistake. `calib
 # track datasets/sample` does the tracking in one command.
 #
-# The video is rendered, so that the truth is known. It is kinder than a pool: see `docs/tracking.md`.
+# The video is rendered, so that the truth is known. Expect larger errors in real video: see `docs/tracking.md`.
 
 # %%
 import shutil
@@ -37,8 +37,9 @@ import calib
 # ## 1. Track
 #
 # The work is done on a copy of the sample, because corrections are written next to the video. Where a video has no
-# start boxes the markers are found by the robot's layout, at any place, heading, scale and bend; what is found is
-# either certain or refused, and then `calib track SESSION --click` writes a page on which a person clicks them.
+# start boxes, the markers are detected by the robot's layout, at any place, heading, scale and bend. A detection
+# below 95 % probability is refused; then `calib track SESSION --click` writes a page on which a person clicks the
+# markers.
 
 # %%
 folder = Path(tempfile.mkdtemp()) / "sample"
@@ -48,7 +49,7 @@ tracks = calib.track(session)
 tracks.to_frame().round(4)
 
 # %% [markdown]
-# The picture of the start boxes is what to look at before hours of video are tracked on them.
+# Look at the picture of the start boxes before you track hours of video from them.
 
 # %%
 Image(session.results / "tracking" / "f1_00_video.boxes.png", width=900)
@@ -72,8 +73,8 @@ plt.show()
 # %% [markdown]
 # ## 2. Compare with the truth, and with plain CSRT
 #
-# The renderer kept where the middle of each disc appeared. Plain CSRT, the tracker that OpenCV brings along, gets the
-# same boxes. Its boxes hold whole pixels, so its centres step.
+# The renderer stored the true centre of each disc. Plain CSRT, the tracker of OpenCV, starts from the same boxes. It
+# reports boxes in whole pixels, so its centres move in steps.
 
 # %%
 truth = calib.load_tracks(folder / "truth" / "f1_00_video.csv", session.markers)
@@ -99,8 +100,8 @@ plt.show()
 
 # %%
 first, last = 60, 69
-said = calib.correct(session, "f1_00_video", {"op": "drop", "markers": ["tail_3"], "frames": [first, last]})
-print(said.rpartition("/")[2])
+message = calib.correct(session, "f1_00_video", {"op": "drop", "markers": ["tail_3"], "frames": [first, last]})
+print(message.rpartition("/")[2])
 filled = calib.track(session, method="hybrid")["f1_00_video"]
 states = ["missing", "measured", "predicted", "interpolated", "by hand"]
 print("tail_3 in these frames:", states[int(filled.state.sel(keypoint="tail_3")[first])])

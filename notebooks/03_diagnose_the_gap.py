@@ -14,11 +14,11 @@
 # %% [markdown]
 # # Diagnose the gap
 #
-# A calibrated twin still differs from the robot. Where, because of what, and how much of the gap closes once that is
-# in the model?
+# A calibrated twin still differs from the robot. Where does the gap arise, which effect causes it, and how much of
+# the gap closes with that effect in the model?
 #
-# The session is one of `datasets/withheld/small`. It was not made with the twin: a second simulator that shares no
-# code with it swam, with one effect in it that the twin leaves out.
+# The session is one of `datasets/withheld/small`. It was made by a second simulator that shares no code with the
+# twin, with one effect that the twin leaves out.
 
 # %%
 import matplotlib.pyplot as plt
@@ -34,8 +34,8 @@ gap
 # %% [markdown]
 # ## Where
 #
-# Shares of the squared residual of the plain twin, in units of all that disturbs the measurement. Red is where the
-# gap comes from, blue where it shows.
+# Shares of the squared residual of the plain twin, whitened by measurement noise and nuisance parameters. Red is
+# where the gap comes from, blue where it shows.
 
 # %%
 gap.plot.fish()
@@ -53,8 +53,8 @@ gap.plot.forces()
 # %% [markdown]
 # ## Which
 #
-# A probability for every effect of the catalogue, and for something that it does not hold. Effects that are named are
-# added to the twin; their parameters have 95 % intervals.
+# The probability of every effect of the catalogue, and of an effect outside it. Effects that are named are added to
+# the twin; their parameters have 95 % intervals.
 
 # %%
 gap.effects.to_frame().head(8)

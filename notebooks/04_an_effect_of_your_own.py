@@ -14,9 +14,9 @@
 # %% [markdown]
 # # An effect of your own
 #
-# The diagnosis knows the effects in `calib.effects()`. Yours may be the next: a fin that has lost a piece, say. An
-# effect is one small class that says what it is and how it enters the model; at zero it must be exactly the plain
-# twin. This notebook writes one, looks at what it does to a swim, and lets a diagnosis find it among others.
+# The diagnosis knows the effects in `calib.effects()`. You can add your own, for example a fin that has lost a piece.
+# An effect is one small class that describes it and how it enters the model. At zero it must equal the plain twin
+# exactly. This notebook writes one, looks at what it does to a swim, and lets a diagnosis find it among others.
 #
 # The swims here are made by the twin itself, with the effect in it. That shows that the class does what it should; it
 # is no proof that the effect is found on a real robot. For that there is `calib benchmark effects`.
@@ -114,7 +114,7 @@ gap.to_frame("trials").T.round(3)
 # %% [markdown]
 # The share that is gone is 0.35 in the robot that swam.
 #
-# ## 5. For good
+# ## 5. Install it
 #
 # In a package of your own, the entry point below puts the effect into every catalogue, and so into `calib diagnose`:
 #

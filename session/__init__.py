@@ -4,7 +4,6 @@ from session.camera import CameraSpec
 from session.errors import FaultCollector, InputError, NotEnoughData, SwimcalError
 from session.flags import Flag
 from session.folder import Session, TrialSpec, load_session
-from session.tracks import Tracks
 
 __all__ = [
     "CameraSpec",
@@ -14,7 +13,6 @@ __all__ = [
     "NotEnoughData",
     "Session",
     "SwimcalError",
-    "Tracks",
     "TrialSpec",
     "load_session",
 ]

@@ -14,7 +14,7 @@ FLAG_KINDS: dict[str, str] = {
     "gap": "samples are missing",
     "lost_marker": "the tracker does not see a marker",
     "only_csrt": "no spot answers, only CSRT sees the marker",
-    "drift": "a marker looks unlike itself for a while; the tracker may have drifted onto something else",
+    "drift": "a marker has lost its appearance for a while; the tracker may have drifted onto something else",
     "size": "a marker appears in another size",
     "swap": "two markers seem to be exchanged",
     "edited": "a person corrected the track",

@@ -6,6 +6,7 @@ import os
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -28,7 +29,10 @@ from session.session_checks import (
 )
 from session.session_file import SessionFile, TrialKind, TrialRole, TrialTable
 from session.toml_source import Key, TomlSource, read_toml
-from session.tracks import Tracks, load_tracks
+from session.tracks import load_tracks
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 SESSION_FILE = "session.toml"
 MOTOR_SUFFIX, COMMANDS_SUFFIX = ".motor.csv", ".commands.csv"
@@ -226,7 +230,7 @@ def _check_recordings(source: TomlSource, content: SessionFile | None, folder: P
                 if content:
                     _check_length(source, key, tracks, content, faults)
                     if trial.get("kind") != "free_decay":  # one may be filmed in slow motion
-                        spacing_s = np.diff(tracks.time_s)
+                        spacing_s = np.diff(tracks.time.values)
                         stamps[trial["name"]] = float(np.median(spacing_s)), float(np.mean(spacing_s))
     if content:
         check_rates(source, content.camera.fps, stamps, faults)
@@ -237,9 +241,11 @@ def _present(folder: Path, name: object) -> Path | None:
     return folder / name if isinstance(name, str) and name and is_file(folder / name) else None
 
 
-def _check_length(source: TomlSource, key: Key, tracks: Tracks, content: SessionFile, faults: FaultCollector) -> None:
+def _check_length(
+    source: TomlSource, key: Key, tracks: xr.Dataset, content: SessionFile, faults: FaultCollector
+) -> None:
     """Tracks that are compared with the twin go on after the warm-up."""
-    duration = float(tracks.time_s[-1] - tracks.time_s[0])
+    duration = float(tracks.time.values[-1] - tracks.time.values[0])
     trial = content.trial[int(key[-1])]
     if trial.kind != "free_decay" and duration <= content.fit.warmup_s:
         faults.add(

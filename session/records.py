@@ -15,9 +15,9 @@ import numpy as np
 KEPT_ELSEWHERE = {"kept_elsewhere": True}
 """Metadata of a dataclass field that is not written with its record; whoever reads the record gives it."""
 
-Elsewhere = Mapping[Any, Any]
-"""What a reader gives: by the name of a field that is kept elsewhere, its value; by a type of which only names are
-written, its records by name."""
+External = Mapping[Any, Any]
+"""What a reader gives: by the name of a field that is kept in another file, its value; by a type of which only names
+are written, its records by name."""
 
 Arrays = dict[str, np.ndarray]
 
@@ -47,30 +47,28 @@ def to_plain(record: Any, named: tuple[type, ...] = (), arrays: Arrays | None = 
     return record
 
 
-def from_plain(
-    kind: Any, data: Any, elsewhere: Elsewhere | None = None, arrays: Mapping[str, Any] | None = None
-) -> Any:
+def from_plain(kind: Any, data: Any, external: External | None = None, arrays: Mapping[str, Any] | None = None) -> Any:
     """A record of this type from what `to_plain` gave; a number that JSON does not know (null) is nan.
 
     Raises:
-        KeyError, TypeError, ValueError: the data are not of this type, or need something `elsewhere` that is not there.
+        KeyError, TypeError, ValueError: the data are not of this type, or need something that `external` lacks.
     """
-    elsewhere, origin = elsewhere or {}, get_origin(kind)
-    if isinstance(kind, type) and kind in elsewhere:
-        return elsewhere[kind][data]
+    external, origin = external or {}, get_origin(kind)
+    if isinstance(kind, type) and kind in external:
+        return external[kind][data]
     if kind is np.ndarray:
         return _array(data, arrays)
     if origin in (Union, UnionType):
-        return _one_of(get_args(kind), data, elsewhere, arrays)
+        return _one_of(get_args(kind), data, external, arrays)
     if origin is tuple:
         kinds = get_args(kind)
         kinds = len(data) * kinds[:1] if kinds[-1] is Ellipsis else kinds
-        return tuple(from_plain(one, item, elsewhere, arrays) for one, item in zip(kinds, data, strict=True))
+        return tuple(from_plain(one, item, external, arrays) for one, item in zip(kinds, data, strict=True))
     if isinstance(origin, type) and issubclass(origin, Mapping):
         of = get_args(kind)[1]
-        return {name: from_plain(of, item, elsewhere, arrays) for name, item in data.items()}
+        return {name: from_plain(of, item, external, arrays) for name, item in data.items()}
     if isinstance(kind, type) and (names := _fields(kind)):
-        return _record(kind, names, data, elsewhere, arrays)
+        return _record(kind, names, data, external, arrays)
     return _plain(kind, data)
 
 
@@ -92,28 +90,28 @@ def _optional(kind: type) -> set[str]:
     return set(getattr(kind, "_field_defaults", ()))
 
 
-def _record(kind: type, names: tuple[str, ...], data: Any, elsewhere: Elsewhere, arrays: Any) -> Any:
+def _record(kind: type, names: tuple[str, ...], data: Any, external: External, arrays: Any) -> Any:
     types, given = get_type_hints(kind), _optional(kind)
     if not isinstance(data, Mapping):
         raise TypeError(f"{kind.__name__}: found {type(data).__name__}, expected its fields by name")
     if strange := sorted(set(data) - set(names)):
         raise KeyError(f"{kind.__name__} has no {', '.join(strange)}")
     there = [name for name in names if name in data or name not in given]
-    read = {name: from_plain(types[name], data[name], elsewhere, arrays) for name in there}
+    read = {name: from_plain(types[name], data[name], external, arrays) for name in there}
     kept = {f.name for f in fields(kind)} - set(names) if is_dataclass(kind) else set()
-    return kind(**read | {name: elsewhere[name] for name in kept})
+    return kind(**read | {name: external[name] for name in kept})
 
 
-def _one_of(kinds: tuple[Any, ...], data: Any, elsewhere: Elsewhere, arrays: Any) -> Any:
+def _one_of(kinds: tuple[Any, ...], data: Any, external: External, arrays: Any) -> Any:
     if data is None and NoneType in kinds:
         return None
     possible = [one for one in kinds if one is not NoneType]
     for one in possible[:-1]:
         try:
-            return from_plain(one, data, elsewhere, arrays)
+            return from_plain(one, data, external, arrays)
         except (KeyError, TypeError, ValueError):
             continue
-    return from_plain(possible[-1], data, elsewhere, arrays)
+    return from_plain(possible[-1], data, external, arrays)
 
 
 def _array(data: Any, arrays: Mapping[str, Any] | None) -> np.ndarray:

@@ -18,7 +18,7 @@ import numpy as np
 
 from session.errors import Fault, InputError, ResultsNotWritable
 from session.flags import Flag
-from session.records import Elsewhere, from_plain, to_plain
+from session.records import External, from_plain, to_plain
 
 T = TypeVar("T")
 
@@ -144,12 +144,12 @@ class ResultFile(Generic[T]):
         write_whole(paths[0], json.dumps(whole, indent=1, allow_nan=False, ensure_ascii=False) + "\n")
         return paths
 
-    def read(self, results: Path, elsewhere: Elsewhere | None = None) -> T:
+    def read(self, results: Path, external: External | None = None) -> T:
         """What `write` wrote.
 
         Args:
             results: the folder.
-            elsewhere: what is in other files, see `session.records`.
+            external: what is in other files, see `session.records`.
 
         Raises:
             InputError: not there, not JSON, or not of this version.
@@ -159,9 +159,9 @@ class ResultFile(Generic[T]):
         try:
             rest = {key: value for key, value in data.items() if key not in PROVENANCE}
             if not self.arrays_apart:
-                return cast(T, from_plain(self.kind, rest, elsewhere))
+                return cast(T, from_plain(self.kind, rest, external))
             with np.load(self.paths(results)[1]) as arrays:
-                return cast(T, from_plain(self.kind, rest, elsewhere, arrays))
+                return cast(T, from_plain(self.kind, rest, external, arrays))
         except (OSError, KeyError, TypeError, ValueError, AttributeError) as error:
             raise _unreadable(path, "not a result of this version", str(error), "what `calib run` writes") from error
 

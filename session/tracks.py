@@ -1,10 +1,20 @@
-"""Tracks: where each marker is in each frame, in pixels of the image."""
+"""Tracks: where each marker is in each frame, in pixels of the image: one labelled `xarray.Dataset`.
+
+Its dimensions are ``time``, ``space`` (x to the right and y down, the centre of the top left pixel at (0, 0)) and
+``keypoint``, as in the package `movement`:
+
+- ``position`` (time, space, keypoint), px, nan where missing;
+- ``confidence`` (time, keypoint) in [0, 1], 0 where the position is missing;
+- ``time``, s, strictly increasing; ``keypoint``, the names of the markers.
+
+Attributes: ``fps``, frames a second; ``time_unit``, "seconds"; ``source``, the file.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,54 +22,62 @@ from session.errors import Fault, FaultCollector, did_you_mean, shown
 from session.results import write_whole
 from session.tables import RawTable, check_time, read_table, to_numbers
 
+if TYPE_CHECKING:
+    import xarray as xr
+
 TIME = "time_s"
 FARTHEST_PX = 1e6
 SUFFIXES = ("_x", "_y", "_confidence")
 
 
-@dataclass(frozen=True, eq=False)
-class Tracks:
-    """The tracks of one trial: n frames of m markers.
+def as_tracks(
+    markers: Sequence[str], time_s: np.ndarray, position_px: np.ndarray, confidence: np.ndarray, source: str = ""
+) -> xr.Dataset:
+    """Tracks of n frames and m markers, as above.
 
-    Attributes:
+    Args:
         markers: names of the m markers.
-        time_s: (n,) time of each frame in seconds, strictly increasing.
-        position_px: (n, m, 2) x to the right and y down, the centre of the top left pixel at (0, 0);
-            nan where missing.
-        confidence: (n, m) in [0, 1]; 0 where the position is missing.
+        time_s: (n,) s, strictly increasing.
+        position_px: (n, m, 2), px, nan where missing.
+        confidence: (n, m) in [0, 1], 0 where missing.
+        source: the file.
     """
+    import xarray as xr  # takes half a second, which a command's help need not wait for
 
-    markers: tuple[str, ...]
-    time_s: np.ndarray
-    position_px: np.ndarray
-    confidence: np.ndarray
-
-    def __post_init__(self) -> None:
-        n, m = len(self.time_s), len(self.markers)
-        if self.position_px.shape != (n, m, 2) or self.confidence.shape != (n, m):
-            raise ValueError(
-                f"position_px {self.position_px.shape} and confidence {self.confidence.shape} do not fit "
-                f"{n} frames of {m} markers: expected {(n, m, 2)} and {(n, m)}"
-            )
-
-    def since(self, frame: int) -> Tracks:
-        """The tracks from this frame on, with their times as they are."""
-        return Tracks(self.markers, self.time_s[frame:], self.position_px[frame:], self.confidence[frame:])
-
-    def select(self, markers: Sequence[str]) -> Tracks:
-        """The tracks of these markers only, in the order given.
-
-        Raises:
-            ValueError: a marker that is not tracked.
-        """
-        unknown = [marker for marker in markers if marker not in self.markers]
-        if unknown:
-            raise ValueError(f"no tracks of {', '.join(unknown)}; choices: {', '.join(self.markers)}")
-        index = [self.markers.index(marker) for marker in markers]
-        return Tracks(tuple(markers), self.time_s, self.position_px[:, index], self.confidence[:, index])
+    n, m = len(time_s), len(markers)
+    if position_px.shape != (n, m, 2) or confidence.shape != (n, m):
+        raise ValueError(
+            f"position_px {position_px.shape} and confidence {confidence.shape} do not fit "
+            f"{n} frames of {m} markers: expected {(n, m, 2)} and {(n, m)}"
+        )
+    step_s = float(np.median(np.diff(time_s))) if n > 1 else 0.0
+    fps = round(1 / step_s, 6) if step_s > 0 else np.nan
+    return xr.Dataset(
+        {
+            "position": (("time", "space", "keypoint"), np.swapaxes(position_px, 1, 2), {"units": "px"}),
+            "confidence": (("time", "keypoint"), confidence),
+        },
+        {"time": ("time", time_s, {"units": "s"}), "space": ["x", "y"], "keypoint": list(markers)},
+        {"fps": fps, "time_unit": "seconds", "source": source},
+    )
 
 
-def load_tracks(path: Path, markers: Sequence[str], fps: float, *, minimum: int = 2) -> Tracks:
+def markers_of(tracks: xr.Dataset) -> tuple[str, ...]:
+    """The names of the m markers."""
+    return tuple(tracks.keypoint.values.tolist())
+
+
+def by_marker(position: xr.DataArray) -> np.ndarray:
+    """(n, m, 2) positions for loops over numbers; a view."""
+    return position.transpose("time", "keypoint", "space").values
+
+
+def pixels_of(tracks: xr.Dataset) -> np.ndarray:
+    """(n, m, 2) positions, px; a view."""
+    return by_marker(tracks.position)
+
+
+def load_tracks(path: Path, markers: Sequence[str], fps: float, *, minimum: int = 2) -> xr.Dataset:
     """Reads the tracks of one trial, in either format of the session folder.
 
     With a header ``time_s,<marker>_x,<marker>_y,<marker>_confidence,…`` the columns may come in any order,
@@ -82,9 +100,9 @@ def load_tracks(path: Path, markers: Sequence[str], fps: float, *, minimum: int 
     _check_columns(table, columns, tuple(markers), faults)
     faults.raise_if_any()
     values = to_numbers(table, columns, faults)  # (n, columns)
-    tracks = _assemble(values, columns, tuple(markers), fps)
+    tracks = _assemble(values, columns, tuple(markers), fps, str(path))
     if not faults:
-        check_time(table, tracks.time_s, faults)
+        check_time(table, tracks.time.values, faults)
         _check_samples(table, values, columns, tracks, faults)
     if len(table.rows) < minimum:
         faults.add("", "too short", found=f"{len(table.rows)} frames", expected=f"at least {minimum}")
@@ -92,15 +110,15 @@ def load_tracks(path: Path, markers: Sequence[str], fps: float, *, minimum: int 
     return tracks
 
 
-def save_tracks(path: Path, tracks: Tracks) -> None:
+def save_tracks(path: Path, tracks: xr.Dataset) -> None:
     """Writes tracks with a header, whole or not at all; `load_tracks` reads the same numbers back.
 
     Raises:
         ResultsNotWritable: the file cannot be written.
     """
-    names = [TIME, *(f"{marker}{suffix}" for marker in tracks.markers for suffix in SUFFIXES)]
-    samples = np.concatenate([tracks.position_px, tracks.confidence[..., None]], axis=2)  # (n, m, 3)
-    table = np.column_stack([tracks.time_s, samples.reshape(len(samples), -1)])  # (n, 1 + 3 m)
+    names = [TIME, *(f"{marker}{suffix}" for marker in markers_of(tracks) for suffix in SUFFIXES)]
+    samples = np.concatenate([pixels_of(tracks), tracks.confidence.values[..., None]], axis=2)  # (n, m, 3)
+    table = np.column_stack([tracks.time.values, samples.reshape(len(samples), -1)])  # (n, 1 + 3 m)
     rows = [",".join("" if cell != cell else repr(cell) for cell in row) for row in table.tolist()]
     write_whole(path, "\n".join([",".join(names), *rows, ""]))
 
@@ -165,7 +183,9 @@ def _check_width(table: RawTable, markers: tuple[str, ...], faults: FaultCollect
         )
 
 
-def _assemble(values: np.ndarray, columns: tuple[str, ...], markers: tuple[str, ...], fps: float) -> Tracks:
+def _assemble(
+    values: np.ndarray, columns: tuple[str, ...], markers: tuple[str, ...], fps: float, source: str
+) -> xr.Dataset:
     index = {name: number for number, name in enumerate(columns)}
     time_s = values[:, index[TIME]] if TIME in index else np.arange(len(values)) / fps
     halves = [index[f"{marker}{suffix}"] for marker in markers for suffix in ("_x", "_y")]
@@ -177,29 +197,29 @@ def _assemble(values: np.ndarray, columns: tuple[str, ...], markers: tuple[str, 
     missing = np.isnan(position_px).any(axis=2)  # (n, m)
     position_px[missing] = np.nan
     confidence[missing] = 0.0
-    return Tracks(markers, time_s, position_px, confidence)
+    return as_tracks(markers, time_s, position_px, confidence, source)
 
 
 def _check_samples(
-    table: RawTable, values: np.ndarray, columns: tuple[str, ...], tracks: Tracks, faults: FaultCollector
+    table: RawTable, values: np.ndarray, columns: tuple[str, ...], tracks: xr.Dataset, faults: FaultCollector
 ) -> None:
-    present = ~np.isnan(tracks.position_px[..., 0])  # (n, m)
+    present = ~np.isnan(pixels_of(tracks)[..., 0])  # (n, m)
     if len(present):
-        for marker in np.array(tracks.markers, dtype=object)[~present.any(axis=0)]:
+        for marker in np.array(markers_of(tracks), dtype=object)[~present.any(axis=0)]:
             faults.add(
                 "",
                 f"marker {marker!r} is missing in every frame",
                 expected="at least one sample",
                 next_step="Remove it from [markers] names, or track it.",
             )
-    far = np.argwhere(np.abs(np.nan_to_num(tracks.position_px)).max(axis=2) > FARTHEST_PX)
+    far = np.argwhere(np.abs(np.nan_to_num(pixels_of(tracks))).max(axis=2) > FARTHEST_PX)
     faults.extend_capped(
         [
             Fault(
                 table.file,
                 f"line {table.rows[row].line}",
-                f"marker {tracks.markers[marker]!r} is beyond any image",
-                "({:g}, {:g})".format(*tracks.position_px[row, marker]),
+                f"marker {markers_of(tracks)[marker]!r} is beyond any image",
+                "({:g}, {:g})".format(*pixels_of(tracks)[row, marker]),
                 f"pixels, no further than {FARTHEST_PX:g} from the corner, or an empty cell for a missing sample",
             )
             for row, marker in far.tolist()

@@ -131,7 +131,7 @@ class DrivenMotor:
         return cls(motor, driven, reading_times(motor, driven, random), random)
 
     @property
-    def looks_s(self) -> np.ndarray:
+    def sampled_s(self) -> np.ndarray:
         """(r,) when it is read, on the clock of the video."""
         return self.motor.video(self.readings_s)
 

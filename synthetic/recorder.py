@@ -6,10 +6,10 @@ from pathlib import Path
 from typing import Protocol
 
 import numpy as np
+import xarray as xr
 
-from session import Tracks
 from session.results import write_whole
-from session.tracks import save_tracks
+from session.tracks import as_tracks, save_tracks
 from synthetic.decays import TrueDecay
 from synthetic.motor_log import save_commands, save_motor_log
 from synthetic.noise import lasting_errors, on_grid, placement_offsets
@@ -88,7 +88,7 @@ class Recorder:
 
 def tracked(
     trial: PlannedTrial, position_px: np.ndarray, plan: SyntheticPlan, random: np.random.Generator
-) -> tuple[Tracks, np.ndarray]:
+) -> tuple[xr.Dataset, np.ndarray]:
     """The tracks of a trial whose markers are at (n, m, 2), and (m, 2) where its boxes sit on their markers, px."""
     noise = plan.noise
     offsets_px = placement_offsets(len(plan.markers), noise, random)
@@ -99,7 +99,7 @@ def tracked(
         fault.apply(boxes_px, plan.markers)
     found_px = np.round(on_grid(boxes_px, noise), _DECIMALS_PX)
     confidence = np.isfinite(found_px).all(axis=2).astype(float)
-    return Tracks(plan.markers, np.round(trial.time_s(plan.camera), _DECIMALS_S), found_px, confidence), offsets_px
+    return as_tracks(plan.markers, np.round(trial.time_s(plan.camera), _DECIMALS_S), found_px, confidence), offsets_px
 
 
 def track_file(trial: PlannedTrial) -> str:
@@ -122,7 +122,7 @@ def _by_marker(plan: SyntheticPlan, offsets_px: np.ndarray) -> dict[str, Pixels]
     return dict(zip(plan.markers, offsets, strict=True))
 
 
-def _save_packed(path: Path, tracks: Tracks) -> None:
+def _save_packed(path: Path, tracks: xr.Dataset) -> None:
     """Writes tracks as .csv.gz without name or time of the file: the same tracks give the same bytes."""
     plain = path.with_suffix("")
     save_tracks(plain, tracks)

@@ -69,7 +69,7 @@ def simulate_dry_runs(plan: SyntheticPlan) -> tuple[TrueRun, ...]:
 
 
 @dataclass(frozen=True, eq=False)
-class _Planned:
+class _RunPlan:
     """A trial before it is simulated, with the times (n,) of its frames, and what is simulated before the first, s."""
 
     trial: SyntheticTrial
@@ -78,24 +78,24 @@ class _Planned:
     motor: DrivenMotor | None
 
     @classmethod
-    def of(cls, plan: SyntheticPlan, trial: SyntheticTrial, random: np.random.Generator) -> "_Planned":
+    def of(cls, plan: SyntheticPlan, trial: SyntheticTrial, random: np.random.Generator) -> "_RunPlan":
         frames_s = trial.time_s(plan.camera)
         if trial.motor is None:
             return cls(trial, frames_s, plan.run_in_s, None)
         return cls(trial, frames_s, 0.0, DrivenMotor.of(trial, trial.motor, random))
 
     @property
-    def looks_s(self) -> np.ndarray:
+    def sampled_s(self) -> np.ndarray:
         """(n + r,) frames, then readings of the motor, since the start of the simulation."""
-        readings_s = np.zeros(0) if self.motor is None else self.motor.looks_s
+        readings_s = np.zeros(0) if self.motor is None else self.motor.sampled_s
         return self.run_in_s + np.concatenate([self.frames_s, readings_s])
 
 
-def _planned(plan: SyntheticPlan, trials: tuple[SyntheticTrial, ...], stream: Stream) -> list[_Planned]:
-    return [_Planned.of(plan, trial, stream.of(plan.seed, number)) for number, trial in enumerate(trials)]
+def _planned(plan: SyntheticPlan, trials: tuple[SyntheticTrial, ...], stream: Stream) -> list[_RunPlan]:
+    return [_RunPlan.of(plan, trial, stream.of(plan.seed, number)) for number, trial in enumerate(trials)]
 
 
-def _simulate(plan: SyntheticPlan, planned: list[_Planned], scene: Scene) -> tuple[TrueRun, ...]:
+def _simulate(plan: SyntheticPlan, planned: list[_RunPlan], scene: Scene) -> tuple[TrueRun, ...]:
     if not planned:
         return ()
     run_in_s = np.array([each.run_in_s for each in planned])
@@ -107,20 +107,20 @@ def _simulate(plan: SyntheticPlan, planned: list[_Planned], scene: Scene) -> tup
         velocity=np.tile([-plan.start_speed_m_s, 0.0, 0.0], (len(planned), 1)),  # the robot swims towards -x
         turns=tuple(None if each.motor is None else each.motor.turn for each in planned),
     )
-    looks = [each.looks_s for each in planned]
-    longest = max(map(len, looks))
-    time_s = np.array([np.pad(look, (0, longest - len(look)), mode="edge") for look in looks])
+    samples = [each.sampled_s for each in planned]
+    longest = max(map(len, samples))
+    time_s = np.array([np.pad(sample, (0, longest - len(sample)), mode="edge") for sample in samples])
     seen = Twin(plan.swimmer, plan.markers, scene).simulate(runs, time_s)
     true = tuple(_true_run(plan, each, seen, number) for number, each in enumerate(planned))
     check_in_image([(run.trial.name, run.position_px) for run in true], plan.camera)
     return true
 
 
-def _true_run(plan: SyntheticPlan, planned: _Planned, seen: Trajectories, number: int) -> TrueRun:
+def _true_run(plan: SyntheticPlan, planned: _RunPlan, seen: Trajectories, number: int) -> TrueRun:
     trial, time_s = planned.trial, planned.frames_s
     frames = slice(0, len(time_s))
     marker_m, crank_rad = seen.marker_m[number, frames], seen.crank_rad[number]
-    motor = None if planned.motor is None else planned.motor.read(crank_rad[len(time_s) : len(planned.looks_s)])
+    motor = None if planned.motor is None else planned.motor.read(crank_rad[len(time_s) : len(planned.sampled_s)])
     turning, kept = _counted(time_s, plan, motor)
     first, last = np.flatnonzero(turning)[[0, -1]]
     forward_m = to_head_frame(marker_m, plan.markers.index("nose"), plan.markers.index("neck")).forward_m

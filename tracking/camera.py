@@ -1,16 +1,18 @@
 """From pixels to metres on the pool: lens, parallax, scale, and the change to a right-handed frame seen from above."""
 
 import numpy as np
+import xarray as xr
 
-from session import CameraSpec, InputError, NotEnoughData, Tracks
+from session import CameraSpec, InputError, NotEnoughData
 from session.camera import CameraCalibration
 from session.errors import Fault
+from session.tracks import markers_of, pixels_of
 from tracking.lens.parallax import true_over_apparent
 from tracking.lens.undistort import to_rays
 
 
 def to_pool(
-    tracks: Tracks,
+    tracks: xr.Dataset,
     camera: CameraSpec,
     weight: np.ndarray | None = None,
     marker_height_m: np.ndarray | None = None,
@@ -40,7 +42,7 @@ def to_pool(
         NotEnoughData: nose and neck are never seen both, apart from each other.
     """
     position_px = _on_plane(tracks, camera, marker_height_m)
-    nose, neck = tracks.markers.index("nose"), tracks.markers.index("neck")
+    nose, neck = markers_of(tracks).index("nose"), markers_of(tracks).index("neck")
     span_px = np.linalg.norm(position_px[:, neck] - position_px[:, nose], axis=1)  # (n,)
     good = np.isfinite(span_px) & (span_px > 0)
     if weight is not None and (trusted := good & (weight[:, nose] > 0) & (weight[:, neck] > 0)).any():
@@ -51,14 +53,16 @@ def to_pool(
     return position_px * np.array([scale, -scale]), scale
 
 
-def _on_plane(tracks: Tracks, camera: CameraSpec, marker_height_m: np.ndarray | None) -> np.ndarray:
+def _on_plane(tracks: xr.Dataset, camera: CameraSpec, marker_height_m: np.ndarray | None) -> np.ndarray:
     """(n, m, 2) where an ideal camera with square pixels would see each marker's foot on the reference plane, px."""
     lens = camera.calibration
     if lens is None:
-        return tracks.position_px
-    rays = to_rays(tracks.position_px, lens)  # (n, m, 2)
+        return pixels_of(tracks)
+    rays = to_rays(pixels_of(tracks), lens)  # (n, m, 2)
     if marker_height_m is not None and lens.height_above_water_m is not None:
-        height_m = marker_height_m - np.mean([marker_height_m[tracks.markers.index(name)] for name in ("nose", "neck")])
+        height_m = marker_height_m - np.mean(
+            [marker_height_m[markers_of(tracks).index(name)] for name in ("nose", "neck")]
+        )
         _check_below_camera(height_m, lens, camera)
         rays = rays * true_over_apparent(rays, height_m, lens.height_above_water_m)[..., None]
     return lens.fx_px * rays + [lens.cx_px, lens.cy_px * lens.fx_px / lens.fy_px]

@@ -6,6 +6,7 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
+import xarray as xr
 from scipy.linalg import block_diag
 
 from benchmarks.effects.drawn import GLUED_SD_M, DrawnWorld
@@ -23,8 +24,9 @@ from fitting.objective import COEFFICIENT_BOUNDS
 from fitting.signatures import Signature, Together, Whitened, signature_of
 from fitting.signatures.session_row import LONG, PRIOR_SD, mended, residual_row, row_covariance, row_slopes
 from fitting.trial import MeasuredTrial, measure_trial
-from session import CameraSpec, Tracks, TrialSpec
+from session import CameraSpec, TrialSpec
 from session.create import FISHSIM_MARKERS
+from session.tracks import as_tracks
 from swimmer import Twin, load_robot
 from swimmer.effects import Effect, catalogue
 
@@ -273,9 +275,9 @@ def measured(drawn: DrawnWorld, recordings: Mapping[str, Recording], role: str) 
     return measured_trials
 
 
-def tracks_of(recording: Recording, position_px: np.ndarray) -> Tracks:
+def tracks_of(recording: Recording, position_px: np.ndarray) -> xr.Dataset:
     """Tracks with every marker seen."""
-    return Tracks(recording.markers, recording.time_s, position_px, np.ones(position_px.shape[:2]))
+    return as_tracks(recording.markers, recording.time_s, position_px, np.ones(position_px.shape[:2]))
 
 
 def camera_of(drawn: DrawnWorld) -> CameraSpec:

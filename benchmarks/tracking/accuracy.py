@@ -17,6 +17,7 @@ from benchmarks.video.render import ENCODINGS, Encoding, render_encodings
 from benchmarks.video.truth import load_truth, truth_file
 from session import InputError
 from session.results import sha256_of
+from session.tracks import pixels_of
 from tracking.records import SampleState
 from tracking.tracker import follow_video
 from tracking.video import Video
@@ -111,8 +112,8 @@ def score_clip(clip: Clip, folder: Path) -> TrackingScore:
             tracked = follow_video(video, truth.start_boxes(), truth.markers, clip.method)  # type: ignore[arg-type]
     except InputError:
         return TrackingScore(clip.clip, clip.quality, clip.method)
-    error = tracked.tracks.position_px - truth.shown_px  # (n, m, 2)
-    measured = tracked.state == SampleState.MEASURED
+    error = pixels_of(tracked) - truth.shown_px  # (n, m, 2)
+    measured = tracked.state.values == SampleState.MEASURED
     on_marker = np.linalg.norm(error, axis=2) < WRONG * truth.diameter_px
     good = measured & on_marker & truth.visible
     return TrackingScore(

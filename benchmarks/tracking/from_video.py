@@ -14,10 +14,12 @@ from benchmarks.scores import Table
 from benchmarks.video.filmed import SessionVideo
 from calib.options import Options
 from calib.pipeline import Pipeline, open_session
+from session.tracks import pixels_of
 from swimmer import FluidCoefficients
 from synthetic import PLAUSIBLE_COEFFICIENTS, SyntheticCamera, SyntheticPlan, SyntheticTrial, make_session
 from synthetic.noise import NOISELESS
 from synthetic.trials import trial_name
+from tracking.records.tracked import counting
 from tracking.tracker import TrackerName
 
 SPEEDS_HZ, SECONDS = (0.6, 1.0, 1.4), 5.5
@@ -79,6 +81,6 @@ def _track_rms(pipeline: Pipeline) -> float:
         seen = pipeline.recordings.videos.tracks(spec)
         truth = np.loadtxt(session.folder / "truth" / f"{spec.name}.csv", delimiter=",", skiprows=1)[:, 1:]
         true_px = truth.reshape(len(truth), -1, 3)[..., :2]
-        counts = seen.counting.confidence > 0
-        squares.append(((seen.counting.position_px - true_px) ** 2)[counts].ravel())
+        counts = counting(seen).confidence.values > 0
+        squares.append(((pixels_of(seen) - true_px) ** 2)[counts].ravel())
     return float(np.sqrt(np.concatenate(squares).mean()))

@@ -15,9 +15,8 @@ from benchmarks.video.render import Encoding, write_scene
 from benchmarks.video.scene import PoolScene
 from benchmarks.video.stage import staged
 from benchmarks.video.truth import boxes_file
-from session import Tracks
 from session.toml_source import Table
-from session.tracks import save_tracks
+from session.tracks import as_tracks, save_tracks
 from swimmer import RobotSpec
 from synthetic.plan import SyntheticPlan
 from synthetic.recorder import Progress
@@ -45,7 +44,7 @@ class SessionVideo(Table):
         video = Path("trials") / f"{name}.mp4"
         scene = film_scene(swim, plan, self, number)
         truth = scene.truth
-        perfect = Tracks(truth.markers, truth.time_s, truth.shown_px, np.ones(truth.shown_px.shape[:2]))
+        perfect = as_tracks(truth.markers, truth.time_s, truth.shown_px, np.ones(truth.shown_px.shape[:2]))
         save_tracks(folder / "truth" / f"{name}.csv", perfect)
         save_boxes(folder / boxes_file(video), truth.start_boxes())
         write_scene(scene, {folder / video: Encoding(crf=self.crf)}, lambda done: progress(name, done, frames))

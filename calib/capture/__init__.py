@@ -5,16 +5,18 @@ It runs on the robot's Raspberry Pi as well as on a laptop, so nothing here impo
 
 from calib.capture.command import main
 from calib.capture.errors import CaptureError, MotorFault, UserError
-from calib.capture.guard import Limits
-from calib.capture.run import CaptureSettings, TrialResult, capture
+from calib.capture.functions import emulate, run, scan
+from calib.capture.search import Found
+from calib.capture.trials import TrialResult
 
 __all__ = [
     "CaptureError",
-    "CaptureSettings",
-    "Limits",
+    "Found",
     "MotorFault",
     "TrialResult",
     "UserError",
-    "capture",
+    "emulate",
     "main",
+    "run",
+    "scan",
 ]

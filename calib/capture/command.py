@@ -1,25 +1,14 @@
 """``calib capture scan | run | emulate``, also ``python -m calib.capture``."""
 
 import argparse
-import contextlib
-import math
-import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from calib.capture.bus import BAUD_RATES, open_port
+from calib.capture.bus import BAUD_RATES
 from calib.capture.errors import CaptureError, Interrupted, UserError
+from calib.capture.functions import REACH, complain, emulate, run, scan, show
 from calib.capture.guard import Limits
 from calib.capture.host import INTERRUPTED
-from calib.capture.registers import RATED_TURNS_PER_S, reach_turns_per_s
-from calib.capture.run import CaptureSettings, capture
-from calib.capture.scan import BAUD_ORDER, PORT_PATTERNS, ports, scan
-from calib.motor import Emulator
-from calib.motor.motor_physics import MotorConstants
-
-HIGHEST_SUPPLY_V = 14.8
-STALL_N_M = MotorConstants().stall_torque_nm
-REACH = f"up to {RATED_TURNS_PER_S:g} crank turns/s at 12 V, in proportion to the voltage"
 
 
 def main(arguments: Sequence[str] | None = None, program: str = "calib capture") -> int:
@@ -31,15 +20,16 @@ def main(arguments: Sequence[str] | None = None, program: str = "calib capture")
     """
     options = _parser(program).parse_args(arguments)
     try:
-        return int(options.command(options))
+        options.command(options)
+        return 0
     except CaptureError as error:
         for line in str(error).splitlines():
-            _complain(f"{program}: {line}")
+            complain(f"{program}: {line}")
         if isinstance(error, Interrupted):
-            _complain(f"{program}: trials that were finished are in the session")
+            complain(f"{program}: trials that were finished are in the session")
         return error.exit_code
     except KeyboardInterrupt:
-        _complain(f"{program}: stopped by Ctrl-C")
+        complain(f"{program}: stopped by Ctrl-C")
         return INTERRUPTED
 
 
@@ -87,105 +77,31 @@ def _add_emulate(parser: argparse.ArgumentParser) -> None:
     parser.set_defaults(command=_emulate)
 
 
-def _scan(options: argparse.Namespace) -> int:
-    names = options.port or ports()
-    if not names:
-        raise UserError(
-            f"no serial port is there; looked for: {', '.join(PORT_PATTERNS)}. Plug in the adapter, or name its "
-            "port with --port."
-        )
-    found = scan(names, options.baud or BAUD_ORDER, _complain)
+def _scan(options: argparse.Namespace) -> None:
+    found = scan(options.port or (), options.baud or ())
     for motor in found:
-        _print(motor.describe())
+        show(motor.describe())
     if not any(motor.is_ours for motor in found):
         raise UserError("no XW540-T140-R answers. Has it power (12 V)? Is its cable plugged in at both ends?")
-    return 0
 
 
-def _run(options: argparse.Namespace) -> int:
-    settings = _settings(options)
-    port = open_port(options.port, options.baud)
-    try:
-        capture(settings, port, _print)
-    finally:
-        with contextlib.suppress(Exception):
-            port.closePort()
-    added = "1 trial" if len(settings.hz) == 1 else f"{len(settings.hz)} trials"
-    _print(f'{settings.out}: {added} added, role = "{settings.role}"')
-    return 0
-
-
-def _emulate(options: argparse.Namespace) -> int:
-    faults: list[str] = []
-    _check_id(options.id, faults)
-    if not 0 <= options.load <= STALL_N_M:
-        faults.append(f"--load: found {options.load:g}; expected: 0 to {STALL_N_M:g} N m, the motor's stall torque")
-    if faults:
-        raise UserError(faults)
-    try:
-        from calib.motor.pseudo_terminal import run_emulator
-    except ImportError as error:
-        raise UserError("the emulator needs pseudo-terminals, which this system does not have: use Linux") from error
-    motor = Emulator(id=options.id, load_nm=options.load, seed=options.seed, baud=options.baud)
-    run_emulator(motor, _print)
-    return 0
-
-
-def _settings(options: argparse.Namespace) -> CaptureSettings:
-    """The options, checked.
-
-    Raises:
-        UserError: all that is wrong with them.
-    """
-    faults: list[str] = []
-    hz = _speeds(options.hz, faults)
-    if options.baud not in BAUD_RATES:
-        faults.append(f"--baud: found {options.baud}; choices: {', '.join(map(str, BAUD_RATES))}")
-    _check_id(options.id, faults)
-    for name, most in (("seconds", 3600.0), ("max_current", 4.9), ("max_temperature", 80.0)):
-        value = getattr(options, name)
-        if not 0 < value <= most:
-            faults.append(f"--{name.replace('_', '-')}: found {value:g}; expected: more than 0, at most {most:g}")
-    if faults:
-        raise UserError(faults)
-    return CaptureSettings(
-        out=options.out,
-        hz=hz,
-        seconds=options.seconds,
+def _run(options: argparse.Namespace) -> None:
+    added = run(
+        options.port,
+        options.hz,
+        options.out,
+        baud=options.baud,
         motor_id=options.id,
+        seconds=options.seconds,
         kind=options.kind,
         role=options.role,
         coded=not options.no_code,
-        limits=Limits(options.max_current, options.max_temperature),
+        max_current_a=options.max_current,
+        max_temperature_c=options.max_temperature,
     )
+    trials = "1 trial" if len(added) == 1 else f"{len(added)} trials"
+    show(f'{options.out}: {trials} added, role = "{options.role}"')
 
 
-def _check_id(motor_id: int, faults: list[str]) -> None:
-    if not 0 <= motor_id <= 252:
-        faults.append(f"--id: found {motor_id}; expected: 0 to 252")
-
-
-def _speeds(text: str, faults: list[str]) -> tuple[float, ...]:
-    """The speeds of ``--hz``; what is no speed within any reach is a fault."""
-    most = reach_turns_per_s(HIGHEST_SUPPLY_V)
-    speeds = []
-    for part in text.split(","):
-        try:
-            speed = float(part)
-        except ValueError:
-            speed = math.nan
-        if not 0.01 <= speed <= most:
-            faults.append(f"--hz: found {part.strip()!r}; expected: 0.01 to {most:.2f} crank turns/s; {REACH}")
-        speeds.append(speed)
-    return tuple(speeds)
-
-
-def _print(line: str) -> None:
-    """Prints a line; a terminal that is gone must not keep the motor from being stopped."""
-    with contextlib.suppress(OSError, ValueError):
-        print(line, flush=True)
-
-
-def _complain(line: str) -> None:
-    with contextlib.suppress(OSError, ValueError):
-        print(line, file=sys.stderr, flush=True)
+def _emulate(options: argparse.Namespace) -> None:
+    emulate(options.id, options.baud, options.load, options.seed)

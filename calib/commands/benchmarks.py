@@ -22,15 +22,10 @@ def speed(
     as_json: AsJson = False,
 ) -> None:
     """Times real time on one core and on all, and a bare step without fluid; distance to an 8 times finer step."""
-    from calib.pipeline import working
-    from calib.speed_benchmark import measure_speed, speed_table
+    from calib import benchmark as measured
 
-    coefficients = None
-    if session is not None:
-        with working(session, as_json) as pipeline:
-            coefficients = pipeline.calibrated().coefficients
-    outcome = measure_speed(coefficients)
-    print(json.dumps(outcome.to_json(), indent=1) if as_json else speed_table(outcome))
+    outcome = measured.speed(session)
+    print(json.dumps(outcome.to_json(), indent=1) if as_json else measured.speed_table(outcome))
 
 
 def add_development_benchmarks() -> None:

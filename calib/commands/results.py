@@ -49,19 +49,18 @@ def new(  # noqa: PLR0913
     from calib import interface
     from session.folder import SESSION_FILE
 
-    own = bool(videos or tracks)
-    if own + (from_fishsim is not None) + synthetic != 1:
-        raise typer.BadParameter("give --videos and --tracks, or --from-fishsim DIR, or --synthetic")
-    fitted = tuple(name.strip() for name in fit.split(",") if name.strip())
-    if from_fishsim is not None:
-        interface.new_public_session(session, from_fishsim, fitted)
-    elif synthetic:
-        interface.new_synthetic_session(session, seed)
-    else:
-        hz = _numbers(commands)
-        interface.new_session(
-            session, videos=videos or (), tracks=tracks or (), robot=robot, fps=fps, commands_hz=hz, fit=fitted
-        )
+    interface.new_session(
+        session,
+        videos=videos or (),
+        tracks=tracks or (),
+        robot=robot,
+        fps=fps,
+        commands_hz=_numbers(commands),
+        from_fishsim=from_fishsim,
+        synthetic=synthetic,
+        fit=tuple(name.strip() for name in fit.split(",") if name.strip()),
+        seed=seed,
+    )
     for line in (session / SESSION_FILE).read_text().splitlines():
         if line.startswith("# TODO"):
             print(f"to fill in: {line.removeprefix('# TODO ')}")

@@ -1,5 +1,6 @@
 """Commands about videos and tracks: `track`, `edit`, `view`, `convert`."""
 
+import json
 from pathlib import Path
 from typing import Annotated
 
@@ -23,12 +24,17 @@ def track(
     as_json: AsJson = False,
 ) -> None:
     """Tracks the markers in a session's videos, with the state and confidence of each sample, and flags."""
-    from calib.tracked_videos import print_tracks, write_click_pages
+    from calib import interface
+    from calib.tracked_videos import filmed_trials, print_tracks
 
     if click:
-        write_click_pages(session, as_json)
-    else:
-        print_tracks(session, method, export, workers, as_json)
+        pages = interface.track(session, click=True, workers=workers, progress=not as_json).files
+        files = {page.name.removesuffix(".click.html"): str(page) for page in pages}
+        print(json.dumps(files, indent=1) if as_json else "\n".join(files.values()))
+        return
+    filmed_trials(interface.open_session(session))
+    found = interface.track(session, method=method, export=export, workers=workers, progress=not as_json)
+    print_tracks(found, as_json)
 
 
 def edit(
@@ -58,7 +64,7 @@ def view(
     from calib.terminal import print_export
 
     made = interface.view(session)
-    print_export(made)
+    print_export(made)  # before a viewer that may be missing
     if show:
         open_viewer(made.file)
 

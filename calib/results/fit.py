@@ -22,13 +22,14 @@ from reports.forecast_words import beaten, gain_sentence, marker_sentence, speed
 from reports.numbers import in_words, listed, of_its_size, shown
 from session import Flag, InputError
 from session.errors import Fault
+from session.flags import FLAG_KINDS
 from swimmer import FluidCoefficients
 
 if TYPE_CHECKING:
     import xarray as xr
 
 _HIDDEN = ("flags", "from_command", "speed_ebt_of_twin")  # of a trial, no columns of their own
-_SAID_ELSEWHERE = ("ebt_ratio_only",)  # kinds of flags that are true of every fit
+_OF_EVERY_FIT = ("ebt_ratio_only",)  # kinds of flags that are true of every fit
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -81,11 +82,10 @@ class FitResult(Result):
             {
                 "measured": (places, np.swapaxes(measured.head.position_m, 1, 2), {"units": "m"}),
                 "twin": (places, np.swapaxes(twin, 1, 2), {"units": "m"}),
-                "weight": (("time", "keypoint"), measured.weight),
+                "weight": measured.tracks.weight,
                 "compared": (("time",), measured.kept),
                 "scored": (("time",), measured.scored),
-            },
-            {"time": measured.time_s, "space": ["x", "y"], "keypoint": list(measured.markers)},
+            }
         )
 
     @property
@@ -115,7 +115,8 @@ class FitResult(Result):
             return "unchecked"
         if not beaten(self.forecasts):
             return "worse_than_baseline"
-        return "doubtful" if self._caveats() else "good"
+        doubtful = any(flag.kind not in _OF_EVERY_FIT for flag in self.flags) or self._flagged_frames()
+        return "doubtful" if doubtful else "good"
 
     def summary(self) -> str:
         """What was found, how well it forecasts, how far to trust it, and what to do next, in six lines."""
@@ -220,15 +221,31 @@ class FitResult(Result):
             yield from ((name, flag) for flag in trial.flags)
 
     def _caveats(self) -> list[str]:
-        """A sentence a kind of flag: of the fit first, then of trials, those that concern most frames first."""
-        whole: dict[str, str] = {}
+        """A sentence a kind of flag: of the fit, of whole trials, then of stretches, those of most frames first."""
+        of_fit: dict[str, str] = {}
         for flag in self.flags:
-            if flag.kind not in _SAID_ELSEWHERE:
-                whole.setdefault(flag.kind, flag.message)
+            if flag.kind not in _OF_EVERY_FIT:
+                of_fit.setdefault(flag.kind, flag.message)
+        names: dict[str, list[str]] = {}
+        for name, trial in self.trials.items():
+            for kind in dict.fromkeys(flag.kind for flag in trial.flags if not flag.markers):
+                names.setdefault(kind, []).append(name)
+        of_trials = [
+            f"{'every trial' if len(own) == len(self.trials) else listed(own)}: {FLAG_KINDS.get(kind, in_words(kind))}"
+            for kind, own in names.items()
+        ]
+        frames = self._flagged_frames().most_common()
+        return [
+            *of_fit.values(),
+            *of_trials,
+            *(f"{name}: {in_words(kind)} in {count} frames" for (name, kind), count in frames),
+        ]
+
+    def _flagged_frames(self) -> Counter[tuple[str, str]]:
+        """How many, by trial and kind of flag."""
         frames: Counter[tuple[str, str]] = Counter()
         for name, trial in self.trials.items():
             for flag in trial.flags:
                 if flag.frames:
                     frames[name, flag.kind] += flag.frames[1] - flag.frames[0] + 1
-        of_trials = [f"{name}: {in_words(kind)} in {count} frames" for (name, kind), count in frames.most_common()]
-        return [*whole.values(), *of_trials]
+        return frames

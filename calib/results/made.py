@@ -9,16 +9,17 @@ from calib.results.fit import FitResult
 from calib.results.gap import EffectTest, GapResult
 from calib.results.posterior import PosteriorResult
 from calib.results.structure import StructureResult
-from calib.results.tracks import TrackResult
+from calib.results.tracks import FilmedTracks, TrackResult
 from calib.stages.diagnosis import DiagnosisStage
 from calib.stages.posterior import PosteriorStage
 from diagnosis.result import SUPPOSITION, SuppositionResult
-from fitting import Calibration
+from fitting import Calibration, MeasuredTrial
 from fitting.calibration_file import PublishedResult
 from reports import ReportContext, gallery
 from reports.numbers import in_words, listed
 from reports.sections import SECTIONS, gap, posterior
 from reports.sections.gap_plots import gap_plots
+from session import NotEnoughData
 
 _OF_FIT = tuple(build for build in SECTIONS if build not in (posterior.build, gap.build))
 
@@ -75,13 +76,19 @@ def structure_result(pipeline: Pipeline) -> StructureResult:
     return StructureResult(name=name, file=pipeline.structures.file, data=pipeline.structure, **_common(pipeline))
 
 
-def track_result(pipeline: Pipeline) -> TrackResult:
-    """The tracks of all trials that a camera saw."""
+def track_result(pipeline: Pipeline, filmed: FilmedTracks) -> TrackResult:
+    """The tracks of all trials that a camera saw; swims that cannot be measured are in the notes."""
     recordings = pipeline.recordings
+    measured: dict[str, MeasuredTrial] = {}
+    problems: tuple[str, ...] = ()
+    try:
+        measured = {trial.name: trial for trial in recordings.swims} if recordings.has_swims else {}
+    except NotEnoughData as problem:
+        problems = tuple(str(problem).splitlines())
     tracked = recordings.recorded
-    measured = {trial.name: trial for trial in recordings.swims} if recordings.has_swims else {}
     flags = {name: measured[name].flags if name in measured else found.flags for name, found in tracked.items()}
-    return TrackResult(pipeline.session, tracked, measured, flags, _common(pipeline)["notes"])
+    notes = (*_common(pipeline)["notes"], *problems)
+    return TrackResult(pipeline.session, tracked, measured, flags, filmed, notes)
 
 
 def _context(pipeline: Pipeline) -> ReportContext:

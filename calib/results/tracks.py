@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,10 +15,29 @@ from calib.results.result import Tables, flag_frame
 from fitting import MeasuredTrial
 from reports.numbers import counted
 from session import Flag, Session
-from tracking.records import SampleState, TrackedTrial, to_movement
+from tracking.boxes import StartBoxes
+from tracking.records import SampleState, to_movement
+from tracking.records.tracked import seen_in
 
 if TYPE_CHECKING:
     import xarray as xr
+
+
+@dataclass(frozen=True, eq=False)
+class FilmedTracks:
+    """What was made from the videos of a session.
+
+    Attributes:
+        folder: with the tracks of each trial.
+        boxes: the start boxes of each trial with a video.
+        flags: of lens, size and height, of each kind the first: the videos share one camera.
+        exported: files of the tracks in another form.
+    """
+
+    folder: Path
+    boxes: Mapping[str, StartBoxes] = field(default_factory=dict)
+    flags: tuple[Flag, ...] = ()
+    exported: tuple[Path, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,21 +61,25 @@ class TrackResult(Tables, Mapping[str, "xr.Dataset"]):
         tracked: the tracker's record of every sample, by trial.
         measured: the swim trials, measured.
         flags: by trial.
+        filmed: what was made from the videos.
         notes: sentences from its making.
     """
 
     session: Session = field(repr=False)
-    tracked: Mapping[str, TrackedTrial] = field(repr=False)
+    tracked: Mapping[str, xr.Dataset] = field(repr=False)
     measured: Mapping[str, MeasuredTrial] = field(repr=False)
     flags: Mapping[str, tuple[Flag, ...]] = field(repr=False)
+    filmed: FilmedTracks = field(repr=False)
     notes: tuple[str, ...] = ()
 
     def __getitem__(self, trial: str) -> xr.Dataset:
-        data = to_movement(self.tracked[trial]).isel(individual=0, drop=True)
-        if trial in self.measured:
-            data = data.assign(_measured(self.measured[trial], data.sizes["time"]))
-            data.attrs["metres_per_px"] = self.measured[trial].metres_per_px
-        return data
+        tracked = self.tracked[trial]
+        data = to_movement(tracked).isel(individual=0, drop=True)
+        if (swim := self.measured.get(trial)) is None:
+            return data
+        measured = _measured(swim, data.time[tracked.first_frame + swim.first_frame :])
+        found = data.assign(measured.reindex(time=data.time, fill_value={"weight": 0.0}))
+        return found.assign_attrs(metres_per_px=swim.metres_per_px)
 
     def __iter__(self) -> Iterator[str]:
         return iter(self.tracked)
@@ -85,7 +109,7 @@ class TrackResult(Tables, Mapping[str, "xr.Dataset"]):
         rows = {name: self._row(name, found) for name, found in self.tracked.items()}
         return pd.DataFrame.from_dict(rows, orient="index").rename_axis("trial")
 
-    def _row(self, name: str, found: TrackedTrial) -> dict[str, object]:
+    def _row(self, name: str, found: xr.Dataset) -> dict[str, object]:
         shares = shares_of(found)
         row: dict[str, object] = {column: shares[column] for column in ("frames", "seen", "filled", "missing")}
         row["flags"] = len(self.flags[name])
@@ -98,36 +122,25 @@ class TrackResult(Tables, Mapping[str, "xr.Dataset"]):
         return row | {"speed": swim.speed, "used": swim.used_fraction}
 
 
-def shares_of(found: TrackedTrial) -> dict[str, float]:
+def shares_of(found: xr.Dataset) -> dict[str, float]:
     """Frames of a trial, and of its samples from that of the boxes on the shares that were seen, count, are filled and
     missing, with the mean confidence of those seen.
 
     Not all that is seen counts in a fit: see `docs/tracking.md`.
     """
-    since = slice(found.first_frame, None)
-    seen, missing = found.seen[since], found.state[since] == SampleState.MISSING
+    own = found.isel(time=slice(found.first_frame, None))
+    seen, missing = seen_in(own), own.state.values == SampleState.MISSING
     shares = {"seen": seen, "filled": ~missing & ~seen, "missing": missing}
-    if found.weight is not None:
-        shares["counts"] = found.weight[since] > 0
-    confidence = np.average(found.tracks.confidence[since], weights=seen) if seen.any() else 0.0
-    row = {"frames": len(found.state), "confidence": float(confidence)}
+    if "weight" in own:
+        shares["counts"] = own.weight.values > 0
+    confidence = np.average(own.confidence.values, weights=seen) if seen.any() else 0.0
+    row = {"frames": found.sizes["time"], "confidence": float(confidence)}
     return row | {name: float(share.mean()) for name, share in shares.items()}
 
 
-def _measured(trial: MeasuredTrial, frames: int) -> dict[str, tuple[tuple[str, ...], np.ndarray, dict[str, str]]]:
-    """What is measured in a swim, laid on all frames of its tracks."""
-    first, count, metres = trial.first_frame, len(trial.time_s), {"units": "m"}
-
-    def whole(values: np.ndarray) -> np.ndarray:
-        filled = np.full((frames, *values.shape[1:]), np.nan)
-        filled[first : first + count] = values
-        return filled
-
-    places = ("time", "space", "keypoint")
-    return {
-        "weight": (("time", "keypoint"), trial.weight_of(frames), {}),
-        "position_pool": (places, whole(np.swapaxes(trial.position_m, 1, 2)), metres),
-        "position_head": (places, whole(np.swapaxes(trial.head.shape_m, 1, 2)), metres),
-        "heading": (("time",), whole(trial.head.heading_rad), {"units": "rad"}),
-        "forward": (("time",), whole(trial.head.forward_m), metres),
-    }
+def _measured(swim: MeasuredTrial, time: xr.DataArray) -> xr.Dataset:
+    """What is measured in a swim, its frames at the first of these times."""
+    own = swim.tracks[["weight", "position_pool", "position_head", "heading"]]
+    forward = -swim.tracks.path.sel(space="x", drop=True)
+    own = own.assign(forward=forward.assign_attrs(units="m"))
+    return own.assign_coords(time=time[: own.sizes["time"]])

@@ -31,7 +31,7 @@ _FORM = 18  # of the files and of what they rest on
 class DiagnosisStage(Stage):
     """``results/diagnosis.json``, and ``calibrated+<effects>.xml``.
 
-    Beside that ``calibrated+everything.xml``, where all effects at once are called for.
+    Also ``calibrated+everything.xml``, where the evidence supports all effects together.
 
     Args:
         job: the work on the session.
@@ -39,7 +39,7 @@ class DiagnosisStage(Stage):
         fit: the calibration whose coefficients the plain twin has.
         without: names that the catalogue is to lack.
         effort: of the diagnosis; default: as the options have it.
-        own: effects that the catalogue is to have besides.
+        own: further effects that the catalogue is to have.
     """
 
     def __init__(

@@ -3,10 +3,10 @@
 import shutil
 import subprocess
 import sys
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import xarray as xr
 
 from calib.pipeline import Pipeline
 from diagnosis.result import MissingForces
@@ -15,9 +15,9 @@ from fitting.scoring import residuals
 from reports.recording import MissingOverTime, RecordedTrial, make_proxy, write_recording
 from session import NotEnoughData, SwimcalError, TrialSpec
 from session.stage import Stage
-from session.tracks import load_tracks
+from session.tracks import load_tracks, pixels_of
 from tracking import check_tracks
-from tracking.records import TrackedTrial
+from tracking.records.tracked import as_tracked
 from tracking.video import Video
 
 
@@ -67,7 +67,7 @@ def _recorded(
     proxy: Path | None = None
     if spec.tracks is not None:
         tracks = load_tracks(spec.tracks, session.markers, session.camera.fps)
-        tracked = TrackedTrial.of(tracks, check_tracks(tracks, pipeline.job.robot).flags)
+        tracked = as_tracked(tracks, check_tracks(tracks, pipeline.job.robot).flags)
     else:
         tracked = pipeline.recordings.videos.tracks(spec)
     if spec.video is not None:
@@ -78,9 +78,9 @@ def _recorded(
         return RecordedTrial(spec.name, tracked, proxy, picture)
     first = tracked.first_frame + fitted.measured.first_frame
     twin_px, residual_mm = _twin(fitted, tracked, first)
-    missing = None if forces is None else MissingOverTime.of(forces, fitted, len(tracked.state), first)
+    missing = None if forces is None else MissingOverTime.of(forces, fitted, tracked.sizes["time"], first)
     more = tuple(flag for flag in fitted.flags if flag not in tracked.flags)
-    tracked = replace(tracked, flags=(*tracked.flags, *more))
+    tracked = tracked.assign_attrs(flags=(*tracked.flags, *more))
     metrics: dict[str, float | str] = {
         "role": fitted.measured.role,
         "frequency_hz": fitted.measured.frequency.hz,
@@ -101,21 +101,21 @@ def _proxy(pipeline: Pipeline, trial: str, video: Path, frames: int) -> Path:
     return path
 
 
-def _twin(fitted: CalibratedTrial, tracked: TrackedTrial, first: int) -> tuple[np.ndarray, np.ndarray]:
+def _twin(fitted: CalibratedTrial, tracked: xr.Dataset, first: int) -> tuple[np.ndarray, np.ndarray]:
     """(n, m, 2) the twin's markers in the picture, px, and (n, m) their distance, mm; nan before the kept frames.
 
     The difference from the measured marker in the head frame, turned by the measured heading, at the trial's scale.
     """
     trial = fitted.measured
-    kept = np.zeros(len(tracked.state), bool)
+    kept = np.zeros(tracked.sizes["time"], bool)
     kept[first : first + len(trial.kept)] = trial.kept
     difference_m = residuals(trial, fitted.simulated, trial.kept)  # (k, m, 2)
     heading = trial.head.heading_rad[trial.kept][:, None]
     cos, sin = np.cos(heading), np.sin(heading)
     x = cos * difference_m[..., 0] - sin * difference_m[..., 1]
     y = sin * difference_m[..., 0] + cos * difference_m[..., 1]
-    twin_px = np.full(tracked.tracks.position_px.shape, np.nan)
-    twin_px[kept] = tracked.tracks.position_px[kept] + np.stack([x, -y], axis=-1) / trial.metres_per_px
+    twin_px = np.full(pixels_of(tracked).shape, np.nan)
+    twin_px[kept] = pixels_of(tracked)[kept] + np.stack([x, -y], axis=-1) / trial.metres_per_px
     residual_mm = np.full(tracked.state.shape, np.nan)
     counts = trial.weight[trial.kept] > 0
     residual_mm[kept] = np.where(counts, 1000 * np.linalg.norm(difference_m, axis=-1), np.nan)

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TypeVar
 
 import numpy as np
+import xarray as xr
 
 from calib.options import Job
 from calib.stages.videos import Videos, of_each
@@ -18,12 +19,12 @@ from fitting.free_decay.decay_trial import FAR_OUT_PX
 from fitting.in_air import ExperimentsInAir
 from fitting.motor_clock import read_motor
 from fitting.structure import DryExperiments
-from session import FaultCollector, NotEnoughData, Tracks, TrialSpec
+from session import FaultCollector, NotEnoughData, TrialSpec
 from session.stage import Stage, fingerprint_of
 from session.tracks import load_tracks, save_tracks
 from tracking import check_tracks
 from tracking.lens import lens_flags
-from tracking.records import TrackedTrial
+from tracking.records.tracked import as_tracked, counting
 
 AnyTrial = MeasuredTrial | DryTrial | DecayTrial
 T = TypeVar("T", bound=AnyTrial)
@@ -107,7 +108,7 @@ class Recordings:
         for spec in self._usable:
             if spec.kind == "dry" and spec.role == "fit":
                 recorded, camera = self._recorded(spec), self._session.camera
-                tracks = recorded.counting.since(recorded.first_frame)
+                tracks = counting(recorded).isel(time=slice(recorded.first_frame, None))
                 with suppress(NotEnoughData):  # one that cannot be measured is left out
                     motor = read_motor(spec, tracks, camera, robot)
                     run = measure_trial(spec, tracks, camera, robot, self._session.warmup_s, motor)
@@ -125,7 +126,7 @@ class Recordings:
         return any(spec.kind != "swim" for spec in self._usable)
 
     @property
-    def recorded(self) -> dict[str, TrackedTrial]:
+    def recorded(self) -> dict[str, xr.Dataset]:
         """What a camera saw, by trial; videos are tracked, unless their tracks are current.
 
         Raises:
@@ -169,14 +170,15 @@ class Recordings:
             self._save(spec, tracks, partial(np.ones, tracks.confidence.shape))
         return measured
 
-    def _recorded(self, spec: TrialSpec) -> TrackedTrial:
+    def _recorded(self, spec: TrialSpec) -> xr.Dataset:
         if spec.tracks is None:
             return self.videos.tracks(spec)
-        return TrackedTrial.of(load_tracks(spec.tracks, self._session.markers, self._session.camera.fps))
+        return as_tracked(load_tracks(spec.tracks, self._session.markers, self._session.camera.fps))
 
-    def _measure(self, spec: TrialSpec, recorded: TrackedTrial) -> AnyTrial:
+    def _measure(self, spec: TrialSpec, recorded: xr.Dataset) -> AnyTrial:
         """One trial by its kind; tracks that are not our own are saved as they are used."""
-        tracks, camera, robot = recorded.counting.since(recorded.first_frame), self._session.camera, self._robot
+        tracks = counting(recorded).isel(time=slice(recorded.first_frame, None))
+        camera, robot = self._session.camera, self._robot
         if spec.kind == "free_decay":
             decay = measure_decay_trial(spec.name, tracks, camera, robot)
             self._save(spec, tracks, lambda: check_tracks(tracks, robot, FAR_OUT_PX).weight)
@@ -188,10 +190,10 @@ class Recordings:
             self._save(spec, tracks, lambda: check_tracks(tracks, robot).weight)
             return self._flagged(run, recorded)
         swim = measure_trial(spec, tracks, camera, robot, self._session.warmup_s, motor)
-        self._save(spec, tracks, lambda: swim.weight_of(len(tracks.time_s)))
+        self._save(spec, tracks, lambda: swim.weight_of(len(tracks.time.values)))
         return self._flagged(swim, recorded, swim.metres_per_px)
 
-    def _flagged(self, trial: T, recorded: TrackedTrial, metres_per_px: float | None = None) -> T:
+    def _flagged(self, trial: T, recorded: xr.Dataset, metres_per_px: float | None = None) -> T:
         """The trial with the flags of tracker and lens added, if it was filmed."""
         if recorded.picture_px is None:
             return trial
@@ -206,11 +208,11 @@ class Recordings:
         """The tracks of a trial as they are used."""
         return Stage(self._file(spec.name), {}, {}, [self])
 
-    def _save(self, spec: TrialSpec, tracks: Tracks, weight: Callable[[], np.ndarray]) -> None:
+    def _save(self, spec: TrialSpec, tracks: xr.Dataset, weight: Callable[[], np.ndarray]) -> None:
         """The tracks as used: what does not count keeps its place, with confidence 0."""
         stage = self._stage(spec)
         if spec.tracks is None or stage.is_current:
             return
-        confidence = np.where(weight() > 0, tracks.confidence, 0.0)
-        save_tracks(stage.file, Tracks(tracks.markers, tracks.time_s, tracks.position_px, confidence))
+        confidence = np.where(weight() > 0, tracks.confidence.values, 0.0)
+        save_tracks(stage.file, tracks.assign(confidence=(("time", "keypoint"), confidence)))
         stage.mark()

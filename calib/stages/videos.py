@@ -9,6 +9,7 @@ from typing import Any, TypeVar
 
 import cv2
 import numpy as np
+import xarray as xr
 
 from calib.options import Job
 from session import FaultCollector, InputError, TrialSpec
@@ -24,7 +25,7 @@ from tracking.boxes import (
     save_boxes,
     write_preview,
 )
-from tracking.records import EditLog, TrackedTrial, apply_edits, fill_gaps, load_tracked, save_tracked
+from tracking.records import EditLog, apply_edits, fill_gaps, load_tracked, save_tracked
 from tracking.records.storage import TrackedFiles
 from tracking.tracker import TRACKERS, TrackerName, doubtful_boxes, follow_video, retracker, trusted
 from tracking.tracker.partial import Partial
@@ -49,14 +50,14 @@ class Videos:
         self._job = job
         self._hashes: dict[Path, str] = {}
         self._boxes: dict[str, StartBoxes] = {}
-        self._tracks: dict[str, TrackedTrial] = {}
+        self._tracks: dict[str, xr.Dataset] = {}
 
     @property
     def folder(self) -> Path:
         """``results/tracking``."""
         return self._job.results / "tracking"
 
-    def tracks(self, spec: TrialSpec) -> TrackedTrial:
+    def tracks(self, spec: TrialSpec) -> xr.Dataset:
         """The tracks of one trial after edits, with filled gaps and judged, up to date.
 
         Raises:
@@ -67,12 +68,13 @@ class Videos:
                 self._tracks[spec.name] = self._tracked(spec, video)
         return self._tracks[spec.name]
 
-    def _tracked(self, spec: TrialSpec, video: Video) -> TrackedTrial:
+    def _tracked(self, spec: TrialSpec, video: Video) -> xr.Dataset:
         boxes = self._boxes_in(spec, video)
         raw = self._raw(spec, video, boxes)
         tracked = self._corrected(spec, video, raw, boxes)
         size_px = video.info.width_px, video.info.height_px
-        return replace(trusted(tracked, self._job.robot), first_frame=boxes.frame, picture_px=size_px)
+        own = {"first_frame": boxes.frame, "picture_px": size_px, "source": str(spec.video)}
+        return trusted(tracked, self._job.robot).assign_attrs(own)
 
     def boxes(self, spec: TrialSpec) -> StartBoxes:
         """The start boxes of one trial: those of the session, else found in the first frames; always with a picture.
@@ -154,7 +156,7 @@ class Videos:
         settings = {"markers": names, "layout_m": self._layout_m(names), "finder": 1}
         return self._stage(f"{spec.name}.boxes.json", spec, settings)
 
-    def _raw(self, spec: TrialSpec, video: Video, boxes: StartBoxes) -> TrackedTrial:
+    def _raw(self, spec: TrialSpec, video: Video, boxes: StartBoxes) -> xr.Dataset:
         """As the tracker left it."""
         tracker = self._tracker(spec, boxes)
         stage, folder = self._raw_stage(spec, boxes, tracker), self.folder / "raw"
@@ -168,12 +170,12 @@ class Videos:
         names = self._job.session.markers
         tracked = follow_video(video, boxes, names, tracker, partial, progress)
         flags = doubtful_boxes(video.frame(boxes.frame).luma, boxes, names)
-        tracked = replace(tracked, flags=(*flags, *tracked.flags))
+        tracked = tracked.assign_attrs(flags=(*flags, *tracked.flags))
         save_tracked(folder, spec.name, tracked)
         stage.mark(TrackedFiles.of(folder, spec.name))
         return tracked
 
-    def _corrected(self, spec: TrialSpec, video: Video, raw: TrackedTrial, boxes: StartBoxes) -> TrackedTrial:
+    def _corrected(self, spec: TrialSpec, video: Video, raw: xr.Dataset, boxes: StartBoxes) -> xr.Dataset:
         """After a person's edits, and with its gaps filled."""
         assert spec.edits is not None
         log = EditLog.load(spec.edits, self._job.session.markers, len(raw.state))
@@ -185,8 +187,7 @@ class Videos:
             self._job.progress(f"{spec.name}: replaying {len(log.in_force)} edits", None)
         tracked = trusted(fill_gaps(apply_edits(raw, log, retracker(video))), self._job.robot)
         save_tracked(self.folder, spec.name, tracked)
-        assert tracked.weight is not None
-        save_tracks(used, replace(tracked.counting, confidence=tracked.weight))
+        save_tracks(used, tracked.assign(confidence=tracked.weight))
         stage.mark((*files, used))
         self._job.made.extend([files.tracks, used])
         return tracked

@@ -103,7 +103,7 @@ def error_surface(trial: DryTrial, response: DryResponse, grid: CrankGrid, worke
     """
     hz = np.linspace(*speed_range([trial]), grid.speeds)
     own = response.select(trial.markers)
-    measured = _Scored.of(trial, own)
+    measured = _ScoredTrial.of(trial, own)
 
     def of_arm(i: int) -> np.ndarray:
         turns = np.tensordot(np.array([own.speed_weights(f) for f in hz]), own.marker_m[i], 1)  # (s, angles, m)
@@ -128,7 +128,7 @@ def in_head_frame(marker_m: np.ndarray, markers: tuple[str, ...]) -> np.ndarray:
 
 
 @dataclass(frozen=True, eq=False)
-class _Scored:
+class _ScoredTrial:
     """What of a trial the distance needs: k frames of the t markers behind the head, in single precision."""
 
     trial: DryTrial
@@ -138,7 +138,7 @@ class _Scored:
     head_m: float  # what the head's own markers, which the grid does not move, add to the mean distance
 
     @classmethod
-    def of(cls, trial: DryTrial, response: DryResponse) -> "_Scored":
+    def of(cls, trial: DryTrial, response: DryResponse) -> "_ScoredTrial":
         tail, scored = list(trial.tail), trial.scored
         weight = trial.head_weight[scored]
         weight = weight / weight.sum()

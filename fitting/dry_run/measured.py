@@ -3,12 +3,14 @@
 from dataclasses import dataclass
 
 import numpy as np
+import xarray as xr
 
 from fitting.frequency import SwimFrequency, estimate_frequency
 from fitting.in_pool import head_frame, head_is_trusted, in_pool
 from fitting.motor_clock import MotorRecord
 from fitting.trial import SCORED_S
-from session import CameraSpec, Flag, NotEnoughData, Tracks, TrialSpec
+from session import CameraSpec, Flag, NotEnoughData, TrialSpec
+from session.tracks import markers_of
 from swimmer import RobotSpec
 
 WARMUP_S = 1.0  # in which the motor comes up to speed
@@ -59,7 +61,7 @@ class DryTrial:
 
 def measure_dry_run(
     spec: TrialSpec,
-    tracks: Tracks,
+    tracks: xr.Dataset,
     camera: CameraSpec,
     robot: RobotSpec,
     warmup_s: float = WARMUP_S,
@@ -82,7 +84,7 @@ def measure_dry_run(
         first_frame, tracks = motor.driven(tracks, spec.name)
         warmup_s = 0.0
     position_m, _, quality, tail = in_pool(tracks, camera, robot, f"trial {spec.name}")
-    since_s = tracks.time_s - tracks.time_s[0]
+    since_s = tracks.time.values - tracks.time.values[0]
     kept = since_s >= warmup_s - 1e-9
     if kept.sum() < _FEWEST_FRAMES:
         raise NotEnoughData(
@@ -90,18 +92,18 @@ def measure_dry_run(
             f"warm-up; at least {_FEWEST_FRAMES} are needed: shorten [fit] warmup_s or record longer"
         )
     time_s, weight = since_s[kept], quality.weight[kept]
-    head = head_frame(tracks.markers, position_m[kept])
+    head = head_frame(markers_of(tracks), position_m[kept])
     lateral = head.shape_m[:, tail, 1]
     frequency = estimate_frequency(time_s, lateral, weight[:, tail], spec.commanded_hz)
-    motor = None if motor is None else motor.against(frequency, tracks.time_s[kept])
+    motor = None if motor is None else motor.against(frequency, tracks.time.values[kept])
     even_s = time_s
     if motor is not None and motor.usable:
-        even_s = _even(since_s, motor.turn.angle(tracks.time_s))[kept]
-    of_frames = (*quality.flags, *frequency.flags, *_moving_head(position_m[kept], tracks.markers))
+        even_s = _even(since_s, motor.turn.angle(tracks.time.values))[kept]
+    of_frames = (*quality.flags, *frequency.flags, *_moving_head(position_m[kept], markers_of(tracks)))
     trial = DryTrial(
         name=spec.name,
         commanded_hz=spec.commanded_hz,
-        markers=tracks.markers,
+        markers=markers_of(tracks),
         time_s=time_s,
         even_s=even_s,
         place_m=_as_complex(position_m[kept]),

@@ -18,7 +18,7 @@ from fitting.free_decay.decay_flags import decay_flags
 from fitting.free_decay.decay_trial import DecayTrial
 from fitting.free_decay.decay_twin import DecayTwin, stable_scene, start_pose
 from fitting.free_decay.hinges import DecayFit
-from fitting.free_decay.lasting_noise import LastingNoise, Linearised, Regression, descend, regress, whitened
+from fitting.free_decay.lasting_noise import LastingNoise, LinearModel, Regression, descend, regress, whitened
 from fitting.free_decay.spectrum import DecaySpectrum, measure_decay, spectrum_of
 from session.errors import SimulationDiverged
 from swimmer import RobotSpec
@@ -123,7 +123,7 @@ class _Problem:
         tilt, scale, offset = x[:, None, -k - 2, None], x[:, None, -k - 1, None], x[:, None, -k:]
         return self._straight[:, 1] + (1 + scale) * moved[..., 1] + tilt * moved[..., 0] + offset, moved
 
-    def linearised(self, x: np.ndarray) -> Linearised:
+    def linearised(self, x: np.ndarray) -> LinearModel:
         """The model near x: one batch of 3 + 2 h decays.
 
         Raises:
@@ -141,7 +141,7 @@ class _Problem:
         simulated = (lateral[1:] - lateral[0]) / steps[:, None, None]  # (2 + 2 h, n, k)
         offsets = np.broadcast_to(np.eye(k), (len(self.trial.time_s), k, k))
         jacobian = np.concatenate([np.moveaxis(simulated, 0, -1), moved[0], offsets], axis=-1)
-        return Linearised(
+        return LinearModel(
             self.trial.time_s,
             self.used,
             np.where(self.seen, self.lateral - lateral[0], 0.0),

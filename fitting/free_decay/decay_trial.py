@@ -3,10 +3,12 @@
 from dataclasses import dataclass
 
 import numpy as np
+import xarray as xr
 
 from fitting.free_decay.release import Release, find_release
 from fitting.in_pool import in_pool
-from session import CameraSpec, Flag, NotEnoughData, Tracks
+from session import CameraSpec, Flag, NotEnoughData
+from session.tracks import markers_of
 from swimmer import RobotSpec
 from tracking import to_head_frame
 
@@ -108,7 +110,7 @@ class DecayTrial:
         return np.where(self.weight > 0, self.position_m[..., 1], np.nan)
 
 
-def measure_decay_trial(name: str, tracks: Tracks, camera: CameraSpec, robot: RobotSpec) -> DecayTrial:
+def measure_decay_trial(name: str, tracks: xr.Dataset, camera: CameraSpec, robot: RobotSpec) -> DecayTrial:
     """Checks and scales the tracks of a free decay, finds its release, and turns them into the robot frame.
 
     The head is clamped, so its axis is that of the median nose and the median neck: their tracking errors would
@@ -124,8 +126,8 @@ def measure_decay_trial(name: str, tracks: Tracks, camera: CameraSpec, robot: Ro
         NotEnoughData: no tail marker, no release, or too few frames after it.
     """
     place_m, metres_per_px, quality, tail = in_pool(tracks, camera, robot, f"trial {name}", FAR_OUT_PX)
-    time_s = tracks.time_s - tracks.time_s[0]
-    position_m = _in_robot_frame(place_m, tracks.markers, quality.weight, robot)
+    time_s = tracks.time.values - tracks.time.values[0]
+    position_m = _in_robot_frame(place_m, markers_of(tracks), quality.weight, robot)
     weight = np.where(np.isfinite(position_m).all(axis=-1), quality.weight, 0.0)
     release = find_release(time_s, position_m[:, tail, 1], weight[:, tail], name)
     kept = slice(release.first, release.last + 1)
@@ -135,10 +137,10 @@ def measure_decay_trial(name: str, tracks: Tracks, camera: CameraSpec, robot: Ro
             f"{time_s[release.first]:.2f} s; at least {FEWEST_FRAMES} are needed. Record until the tail is at rest"
         )
     seen_m = np.where(weight[kept, :, None] > 0, position_m[kept], np.nan)
-    clamp = clamp_flags(seen_m, tracks.markers, tail[-1], _reach(robot, tracks.markers[tail[-1]]))
+    clamp = clamp_flags(seen_m, markers_of(tracks), tail[-1], _reach(robot, markers_of(tracks)[tail[-1]]))
     return DecayTrial(
         name=name,
-        markers=tuple(tracks.markers[i] for i in tail),
+        markers=tuple(markers_of(tracks)[i] for i in tail),
         time_s=time_s[kept] - time_s[release.first],
         position_m=position_m[kept][:, tail],
         weight=weight[kept][:, tail],

@@ -41,7 +41,7 @@ class Regression:
 
 
 @dataclass(frozen=True, eq=False)
-class Linearised:
+class LinearModel:
     """A model near its parameters.
 
     Attributes:
@@ -66,7 +66,7 @@ class Linearised:
         return np.concatenate([self.jacobian, self.residual[..., None]], axis=2)
 
 
-def regress(model: Linearised) -> Regression:
+def regress(model: LinearModel) -> Regression:
     """The step towards the best parameters, averaged over the noise that may be there."""
     choices = [(d, s) for d in DURATIONS_S for s in (WHITE_SHARES if d else (0.0,))]
     solved, deviances = zip(*(_solved(model, *choice) for choice in choices), strict=True)
@@ -78,7 +78,7 @@ def regress(model: Linearised) -> Regression:
     return Regression(step, covariance, solved[int(np.argmax(chance))].noise)
 
 
-def descend(model: Linearised, noise: LastingNoise) -> Regression:
+def descend(model: LinearModel, noise: LastingNoise) -> Regression:
     """The Gauss-Newton step for noise that is known."""
     white = whitened(model.time_s, model.used, model.stacked, noise)[0] / noise.sd_m
     jacobian, residual = white[..., :-1], white[..., -1]
@@ -108,7 +108,7 @@ def whitened(time_s: np.ndarray, used: np.ndarray, series: np.ndarray, noise: La
     return white, log_volume
 
 
-def _solved(model: Linearised, duration_s: float, white_share: float) -> tuple[Regression, float]:
+def _solved(model: LinearModel, duration_s: float, white_share: float) -> tuple[Regression, float]:
     """The regression under noise of one kind, whose size it finds, and its restricted log-likelihood times -2."""
     unit = LastingNoise(duration_s, white_share, 1.0)
     white, log_volume = whitened(model.time_s, model.used, model.stacked, unit)
@@ -131,7 +131,7 @@ def _solved(model: Linearised, duration_s: float, white_share: float) -> tuple[R
     return Regression(step, inverse @ meat @ inverse, noise), deviance
 
 
-def _variance(model: Linearised, curvature: np.ndarray, moment: np.ndarray, total: float, free: int) -> float:
+def _variance(model: LinearModel, curvature: np.ndarray, moment: np.ndarray, total: float, free: int) -> float:
     """Of the innovations, around the regression that its own size lets the prior bend."""
     variance = 1e-6  # (1 mm)^2
     for _ in range(3):

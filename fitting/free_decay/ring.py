@@ -91,12 +91,12 @@ class Ring:
         robot = with_hinges(twin.robot, *hinges_of(twin.robot) * np.exp(self.residual))
         scenes = [replace(self._scene, timestep_s=self._scene.timestep_s / share) for share in (1, 2)]
         coarse, fine = (
-            self._swings(_Released(Twin(robot, twin.markers, scene, twin.workers), effects, self.start_rad), values)
+            self._swings(_ReleasedTwin(Twin(robot, twin.markers, scene, twin.workers), effects, self.start_rad), values)
             for scene in scenes
         )
         return self._matched(2 * fine - coarse)
 
-    def _swings(self, released: "_Released", values: np.ndarray) -> np.ndarray:
+    def _swings(self, released: "_ReleasedTwin", values: np.ndarray) -> np.ndarray:
         """(s, n, k) across the body, m."""
         count, own = len(values), [released.markers.index(name) for name in self.trial.markers]
         runs = AffectedRuns(np.zeros((count, _NO_FLUID)), np.zeros(count), np.zeros(count), values=values)
@@ -161,7 +161,7 @@ def ring_changes(ring: Ring, twin: Twin, effects: Sequence[Effect], values: np.n
     return np.asarray(found[1:] - found[0])
 
 
-class _Released(AffectedTwin):
+class _ReleasedTwin(AffectedTwin):
     """A twin that is let go in air: each simulation begins as far from where it rests, with the same rates (2, h)."""
 
     def __init__(self, twin: Twin, effects: Sequence[Effect], start_rad: np.ndarray) -> None:

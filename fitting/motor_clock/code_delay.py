@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fitting.free_decay.lasting_noise import LastingNoise, Linearised, descend, regress
+from fitting.free_decay.lasting_noise import LastingNoise, LinearModel, descend, regress
 from fitting.motor_clock.tail_motion import TailMotion
 from swimmer import CrankTurn
 
@@ -87,7 +87,7 @@ def _residual(columns: np.ndarray, series: np.ndarray) -> np.ndarray:
     return series - columns @ np.linalg.lstsq(columns, series, rcond=None)[0]
 
 
-def _linearised(time_s: np.ndarray, lateral_m: np.ndarray, turn: CrankTurn, offset_s: float) -> Linearised:
+def _linearised(time_s: np.ndarray, lateral_m: np.ndarray, turn: CrankTurn, offset_s: float) -> LinearModel:
     """The best maps for this offset; how the motion changes with the offset (first) and with the maps."""
     columns, slopes = _crank(time_s, turn, offset_s)
     maps = np.linalg.lstsq(columns, lateral_m, rcond=None)[0]  # (4, k)
@@ -98,4 +98,4 @@ def _linearised(time_s: np.ndarray, lateral_m: np.ndarray, turn: CrankTurn, offs
         jacobian[:, k, 1 + _MAP * k : 1 + _MAP * (k + 1)] = columns
     none = np.zeros(1 + _MAP * markers)
     used = np.ones(lateral_m.shape, bool)
-    return Linearised(time_s, used, lateral_m - columns @ maps, jacobian, none, none)
+    return LinearModel(time_s, used, lateral_m - columns @ maps, jacobian, none, none)

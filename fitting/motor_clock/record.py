@@ -6,11 +6,12 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
+import xarray as xr
 
 from fitting.frequency import SwimFrequency
 from fitting.motor_clock.clock import MotorClock, find_clock
 from fitting.motor_clock.tail_motion import TailMotion, tail_motion
-from session import CameraSpec, Flag, NotEnoughData, Tracks, TrialSpec
+from session import CameraSpec, Flag, NotEnoughData, TrialSpec
 from session.commands import MotorCommands, load_commands
 from session.motor import MotorLog, load_motor
 from swimmer import CrankTurn, RobotSpec
@@ -153,7 +154,7 @@ class MotorRecord:
         )
         return replace(self, usable=False, flags=(*self.flags, Flag(OFF_CRANK_KIND, message=message)))
 
-    def driven(self, tracks: Tracks, name: str) -> tuple[int, Tracks]:
+    def driven(self, tracks: xr.Dataset, name: str) -> tuple[int, xr.Dataset]:
         """The frames of the drive, and the number of the first; all frames where it is not known when it was.
 
         Raises:
@@ -161,18 +162,17 @@ class MotorRecord:
         """
         if not self.laid:
             return 0, tracks
-        inside = np.flatnonzero((tracks.time_s >= self.drive_s[0]) & (tracks.time_s <= self.drive_s[1]))
+        inside = np.flatnonzero((tracks.time.values >= self.drive_s[0]) & (tracks.time.values <= self.drive_s[1]))
         if len(inside) < FEWEST_FRAMES:
             raise NotEnoughData(
                 f"trial {name}: {len(inside)} frames show the steady drive of the motor; at least {FEWEST_FRAMES} are "
                 "needed: record longer, or leave its motor log out of session.toml"
             )
         kept = slice(int(inside[0]), int(inside[-1]) + 1)
-        part = Tracks(tracks.markers, tracks.time_s[kept], tracks.position_px[kept], tracks.confidence[kept])
-        return kept.start, part
+        return kept.start, tracks.isel(time=kept)
 
 
-def read_motor(spec: TrialSpec, tracks: Tracks, camera: CameraSpec, robot: RobotSpec) -> MotorRecord | None:
+def read_motor(spec: TrialSpec, tracks: xr.Dataset, camera: CameraSpec, robot: RobotSpec) -> MotorRecord | None:
     """Reads the motor log of a trial and finds its clock; None where the trial has none.
 
     Args:
@@ -192,7 +192,7 @@ def read_motor(spec: TrialSpec, tracks: Tracks, camera: CameraSpec, robot: Robot
         tail = tail_motion(tracks, camera, robot)
     except NotEnoughData:
         tail = None  # the measurement itself will say so
-    return motor_record(spec, log, commands, tail, tracks.time_s)
+    return motor_record(spec, log, commands, tail, tracks.time.values)
 
 
 def motor_record(

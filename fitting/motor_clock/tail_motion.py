@@ -3,10 +3,12 @@
 from dataclasses import dataclass
 
 import numpy as np
+import xarray as xr
 
 from fitting.in_pool import head_frame, head_is_trusted, in_pool
 from fitting.series import bridged
-from session import CameraSpec, Tracks
+from session import CameraSpec
+from session.tracks import markers_of
 from swimmer import RobotSpec
 
 
@@ -36,14 +38,14 @@ class TailMotion:
         return even[:, self.used.any(axis=0)]
 
 
-def tail_motion(tracks: Tracks, camera: CameraSpec, robot: RobotSpec) -> TailMotion:
+def tail_motion(tracks: xr.Dataset, camera: CameraSpec, robot: RobotSpec) -> TailMotion:
     """The tail's motion in the tracks (n frames) of any trial.
 
     Raises:
         NotEnoughData: no tail marker, or nose and neck are never seen apart.
     """
     position_m, _, quality, tail = in_pool(tracks, camera, robot, "the code of a motor")
-    lateral = head_frame(tracks.markers, position_m).shape_m[:, tail, 1]  # (n, k)
-    trusted = head_is_trusted(tracks.markers, quality.weight)  # (n,)
+    lateral = head_frame(markers_of(tracks), position_m).shape_m[:, tail, 1]  # (n, k)
+    trusted = head_is_trusted(markers_of(tracks), quality.weight)  # (n,)
     used = (quality.weight[:, tail] > 0) & trusted[:, None] & np.isfinite(lateral)
-    return TailMotion(tracks.time_s, lateral, used)
+    return TailMotion(tracks.time.values, lateral, used)

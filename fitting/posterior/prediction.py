@@ -19,7 +19,8 @@ from fitting.model.variance import COEFFICIENT_SD
 from fitting.posterior.posterior import Posterior
 from fitting.sweep import START_SPEED_M_S
 from fitting.trial import MeasuredTrial, measure_trial
-from session import CameraSpec, Flag, Tracks, TrialSpec
+from session import CameraSpec, Flag, TrialSpec
+from session.tracks import as_tracks
 from swimmer import Runs
 
 QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
@@ -208,8 +209,8 @@ def _imagined(posterior: Posterior, hz: float) -> MeasuredTrial:
     start = np.array([[-START_SPEED_M_S, 0.0, 0.0]])
     runs = Runs(posterior.mode.coefficients[None], np.array([hz]), np.zeros(1), start)
     position_px = twin.simulate(runs, time_s).marker_m[0] / like.metres_per_px * np.array([1, -1])
-    tracks = Tracks(like.markers, time_s, position_px, np.ones(position_px.shape[:2]))
+    tracks = as_tracks(like.markers, time_s, position_px, np.ones(position_px.shape[:2]))
     spec = TrialSpec(f"{hz:.2f} Hz", "swim", commanded_hz=hz, role="fit")
     camera = CameraSpec(1 / frame_s, twin.robot.scale_length_m)
-    later = tracks.since(int(np.searchsorted(time_s, run_in_s)))
+    later = tracks.isel(time=slice(int(np.searchsorted(time_s, run_in_s)), None))
     return measure_trial(spec, later, camera, twin.robot, like.warmup_s)

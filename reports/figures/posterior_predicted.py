@@ -36,27 +36,27 @@ _HEIGHT_IN, _BELOW_IN = 4.4, 1.17  # of the sweep, and of its lower panel
 
 @styled
 def posterior_sweep_figure(found: PosteriorSummary, calibration: Calibration) -> Figure:
-    """Bands that hold 50 and 90 % of what the twin may do, and trials; below, the same beside its median."""
+    """Bands that hold 50 and 90 % of what the twin may do, and trials; below, the same minus its median."""
     figure, axes = panel(HALF_WIDTH_IN, _HEIGHT_IN, Margins(top=0.72, bottom=0.55 + _BELOW_IN))
-    beside = add_panel(figure, (0.6, 0.42), (HALF_WIDTH_IN - 0.7, _BELOW_IN))
+    difference = add_panel(figure, (0.6, 0.42), (HALF_WIDTH_IN - 0.7, _BELOW_IN))
     sweep = found.sweep
     middle = sweep.inner[2]
     _draw_speeds(axes, sweep, np.zeros_like(middle))
-    _draw_speeds(beside, sweep, middle)
+    _draw_speeds(difference, sweep, middle)
     for trial in calibration.trials:
         hz, speed = trial.measured.frequency.hz, trial.measured.speed
         mark = role_marker(INK, trial.measured.role)
         axes.plot(hz, speed * MM, **mark)
-        beside.plot(hz, (speed - np.interp(hz, sweep.frequency_hz, middle)) * MM, **mark)
-    for part in (axes, beside):
+        difference.plot(hz, (speed - np.interp(hz, sweep.frequency_hz, middle)) * MM, **mark)
+    for part in (axes, difference):
         for limit in calibration.sweep.fitted_hz:
             part.axvline(limit, color=MUTED, linewidth=0.7, linestyle=(0, (2, 2)))
         part.set_xlim(sweep.frequency_hz[0], sweep.frequency_hz[-1])
     axes.set_ylim(bottom=min(0.0, axes.get_ylim()[0]))
     axes.tick_params(labelbottom=False)
     axes.set_ylabel("forward speed (mm/s)")
-    beside.set_ylabel("minus median")
-    beside.set_xlabel("swim frequency (Hz)")
+    difference.set_ylabel("minus median")
+    difference.set_xlabel("swim frequency (Hz)")
     above: dict[str, Any] = {"loc": "lower left", "columnspacing": 0.9, "handletextpad": 0.5, "borderpad": 0.0}
     bands = [
         Patch(facecolor=TWIN, alpha=0.7, label="coefficients, 90 %"),

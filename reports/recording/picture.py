@@ -11,6 +11,7 @@ from reports.recording.layer import STATE_COLOURS, TWIN, WARN, Layer, entity_of,
 from reports.recording.recorded_trial import RecordedTrial
 from session import InputError
 from session.errors import Fault
+from session.tracks import pixels_of
 
 PICTURE = "picture"
 LINE, FINE = (float(-width) for width in (1.5, 0.75))  # negative: points of the screen, whatever the zoom
@@ -22,7 +23,7 @@ def picture_layers(trial: RecordedTrial) -> list[Layer]:
     layers = [_context(trial)]
     if trial.video_proxy is not None and trial.picture_px is not None:
         layers.append(_video(trial, trial.video_proxy, trial.picture_px))
-    if np.isfinite(trial.tracked.size_px).any():
+    if np.isfinite(trial.tracked["size"].values).any():
         layers.append(_boxes(trial))
     layers += [_trails(trial), _markers(trial)]
     if trial.twin_px is not None:
@@ -87,13 +88,13 @@ def _boxes(trial: RecordedTrial) -> Layer:
     """A box as wide as the marker appears, in the colour of the sample's state; where the size was not measured, the
     marker's median.
     """
-    size = trial.tracked.size_px
+    size = trial.tracked["size"].values
     measured = np.isfinite(size).any(axis=0)  # (m,)
     usual = np.array([np.nanmedian(size[:, k]) if measured[k] else np.nan for k in range(size.shape[1])])
     size = np.where(np.isfinite(size), size, usual)  # (n, m)
     good = trial.present & np.isfinite(size)
     half = np.repeat(0.5 * size[good][:, None], 2, axis=1)  # (k, 2)
-    centres, states = trial.tracked.tracks.position_px[good], trial.tracked.state[good]
+    centres, states = pixels_of(trial.tracked)[good], trial.tracked.state.values[good]
     columns = rr.Boxes2D.columns(centers=centres, half_sizes=half, class_ids=states).partition(good.sum(axis=1))
     names = rr.AnnotationContext([(int(state), state.word, colour) for state, colour in STATE_COLOURS.items()])
     style = rr.Boxes2D.from_fields(radii=FINE, show_labels=False)
@@ -102,14 +103,14 @@ def _boxes(trial: RecordedTrial) -> Layer:
 
 def _markers(trial: RecordedTrial) -> Layer:
     good = trial.present
-    columns = rr.Points2D.columns(positions=trial.tracked.tracks.position_px[good], class_ids=np.nonzero(good)[1])
+    columns = rr.Points2D.columns(positions=pixels_of(trial.tracked)[good], class_ids=np.nonzero(good)[1])
     style = rr.Points2D.from_fields(radii=DOT, show_labels=True)
     return _ragged(trial, "markers", style, columns, good)
 
 
 def _trails(trial: RecordedTrial) -> Layer:
     """Each marker's step since the frame before; the blueprint shows the steps of the last half second."""
-    position_px = trial.tracked.tracks.position_px
+    position_px = pixels_of(trial.tracked)
     before = np.concatenate([np.full_like(position_px[:1], np.nan), position_px[:-1]])
     good = trial.present & np.isfinite(before).all(axis=2)
     steps = np.stack([before, position_px], axis=2)[good]  # (k, 2, 2)
@@ -126,7 +127,7 @@ def _twin(trial: RecordedTrial, twin_px: np.ndarray) -> Layer:
 def _residual_lines(trial: RecordedTrial, twin_px: np.ndarray) -> Layer:
     """From each measured marker to the twin's."""
     good = trial.present & np.isfinite(twin_px).all(axis=2)
-    lines = np.stack([trial.tracked.tracks.position_px, twin_px], axis=2)[good]  # (k, 2, 2)
+    lines = np.stack([pixels_of(trial.tracked), twin_px], axis=2)[good]  # (k, 2, 2)
     style = rr.LineStrips2D.from_fields(radii=FINE, colors=[WARN], show_labels=False)
     return _ragged(trial, "residuals", style, rr.LineStrips2D.columns(strips=lines), good)
 

@@ -5,9 +5,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
+import xarray as xr
 
 from reports.recording.missing import MissingOverTime
-from tracking.records import TrackedTrial
+from session.tracks import markers_of, pixels_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -16,7 +17,7 @@ class RecordedTrial:
 
     Attributes:
         name: of the trial; unique in a recording.
-        tracked: tracks, states, sizes and flags; `TrackedTrial.of` makes one from bare tracks.
+        tracked: tracks, states, sizes and flags; `tracking.records.as_tracked` makes them of bare tracks.
         video_proxy: a small video with the time stamps of the trial's own (`make_proxy`), or None.
         picture_px: width and height of the pictures that `tracked` is in, px; needed with a proxy, which is stretched
             to it.
@@ -28,7 +29,7 @@ class RecordedTrial:
     """
 
     name: str
-    tracked: TrackedTrial
+    tracked: xr.Dataset
     video_proxy: Path | None = None
     picture_px: tuple[int, int] | None = None
     twin_px: np.ndarray | None = None
@@ -39,14 +40,14 @@ class RecordedTrial:
     @property
     def markers(self) -> tuple[str, ...]:
         """The names of the m markers."""
-        return self.tracked.tracks.markers
+        return markers_of(self.tracked)
 
     @property
     def time_s(self) -> np.ndarray:
         """(n,) time of each frame, s."""
-        return self.tracked.tracks.time_s
+        return self.tracked.time.values
 
     @property
     def present(self) -> np.ndarray:
         """(n, m) True where there is a position."""
-        return np.isfinite(self.tracked.tracks.position_px).all(axis=2)
+        return np.isfinite(pixels_of(self.tracked)).all(axis=2)

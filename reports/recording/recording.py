@@ -18,6 +18,7 @@ from reports.recording.series import series_layers
 from session import InputError
 from session.errors import Fault
 from session.results import writing_whole
+from session.tracks import pixels_of
 
 APPLICATION = "swimcal"
 
@@ -62,7 +63,7 @@ def trial_layers(trial: RecordedTrial) -> list[Layer]:
     """Every layer of a trial."""
     layers = [*picture_layers(trial), *series_layers(trial)]
     if trial.missing is not None:
-        head_px = (trial.tracked.tracks.position_px[:, trial.markers.index(name)] for name in ("nose", "neck"))
+        head_px = (pixels_of(trial.tracked)[:, trial.markers.index(name)] for name in ("nose", "neck"))
         layers += missing_layers(trial.name, trial.missing, *head_px)
     return layers
 

@@ -13,7 +13,7 @@ CONFIDENCE, RESIDUAL, STATES, FLAGS, SUMMARY = "confidence", "residual_mm", "sta
 
 def series_layers(trial: RecordedTrial) -> list[Layer]:
     """The layers next to the picture; what the trial has no data for is left out."""
-    layers = [lines(entity_of(trial.name, CONFIDENCE), trial.markers, trial.tracked.tracks.confidence)]
+    layers = [lines(entity_of(trial.name, CONFIDENCE), trial.markers, trial.tracked.confidence.values)]
     if trial.residual_mm is not None:
         layers.append(lines(entity_of(trial.name, RESIDUAL), trial.markers, trial.residual_mm))
     layers += [_states(trial, k) for k in range(len(trial.markers))]
@@ -24,7 +24,7 @@ def series_layers(trial: RecordedTrial) -> list[Layer]:
 
 def _states(trial: RecordedTrial, k: int) -> Layer:
     """The frames at which the state of marker k changes."""
-    state = trial.tracked.state[:, k]
+    state = trial.tracked.state.values[:, k]
     rows = np.flatnonzero(np.concatenate([[True], state[1:] != state[:-1]]))
     columns = rr.StateChange.columns(state=[SampleState(value).word for value in state[rows].tolist()])
     words = [value.word for value in STATE_COLOURS]
@@ -52,7 +52,7 @@ def _flag_text(flag: Flag) -> str:
 
 def _summary(trial: RecordedTrial) -> Layer:
     """A page with the trial's numbers."""
-    count = np.bincount(trial.tracked.state.ravel(), minlength=len(SampleState))
+    count = np.bincount(trial.tracked.state.values.ravel(), minlength=len(SampleState))
     rows = {
         "frames": len(trial.time_s),
         "duration_s": float(trial.time_s[-1] - trial.time_s[0]),

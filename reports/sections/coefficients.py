@@ -34,9 +34,9 @@ def build(context: ReportContext) -> Section:
     figure = Plot(
         coefficients_figure(fit, None if published is None else published.fit.coefficients),
         "coefficient-values",
-        "Each coefficient within its bounds (grey) with its 90 % interval. Dots where other starts ended: dots "
-        "far from the best and as probable would mean that the data do not determine the coefficient. Crosses: the "
-        "twin swims backward from rest, unlike the robot.",
+        "Each coefficient within its bounds (grey) with its 90 % interval. Dots: where other starts ended. "
+        "Distant dots of the same probability mean that the data do not determine the coefficient. Crosses: the twin "
+        "swims backward from rest, unlike the robot.",
     )
     blocks: list[Block] = [
         Prose(text),
@@ -118,13 +118,13 @@ def _roll(context: ReportContext) -> tuple[Block, ...]:
     plot = Plot(
         hull_roll_figure(sways),
         "hull-roll",
-        "The neck's sideways motion at the beat frequency. A rigid hull sways alike at all frequencies; one that rolls "
-        "has a resonance, and markers above its axis swing sideways with it. The fit corrects for this roll.",
+        "The neck's sideways motion at the beat frequency. A rigid hull has the same sway at all frequencies; one that "
+        "rolls has a resonance, and markers above its axis swing sideways with it. The fit corrects for this roll.",
     )
     text = (
         f"The tracks show a roll of the hull by up to {shown(largest, 0)}°, with a natural frequency of "
-        f"{shown(roll.natural_hz, 2)} Hz and {shown(roll.per_sway, 0)} rad for each metre of sway above it. It is part "
-        "of the fit, as a nuisance of the picture; the calibrated twin does not roll."
+        f"{shown(roll.natural_hz, 2)} Hz and {shown(roll.per_sway, 0)} rad per metre of sway at higher "
+        "frequencies. The fit corrects the picture for it; the calibrated twin does not roll."
     )
     return Prose(text), Plots((plot,))
 
@@ -138,7 +138,7 @@ def _components(fit: CoefficientFit) -> Table:
         level = "from trial to trial" if component.level == "trial" else "never"
         rows.append((in_words(component.name), level, f"{significant(value, 2)} {shown_unit}", component.meaning))
     caption = (
-        "Variance components of the fit trials by restricted likelihood with priors: what changes a trial besides the "
-        "coefficients. “Never” is common to all trials."
+        "Variance components of the fit trials by restricted likelihood with priors: what changes a trial in addition "
+        "to the coefficients. “Never”: common to all trials."
     )
     return Table(caption, _COMPONENTS, tuple(rows), (), True)

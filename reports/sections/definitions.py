@@ -11,7 +11,7 @@ TERMS = {
     "marker distance": "Mean distance between measured and simulated marker in the head frame, over unflagged samples "
     f"of the first {SCORED_S:g} s after warm-up (held-out trials: of what follows their known part), aligned at the "
     "first of these frames. “Over all samples” counts the flagged ones too.",
-    "shape alone": "The same relative to the nose in every frame: how the body bends, whatever the way it made.",
+    "shape alone": "The same relative to the nose in every frame: how the body bends, without its path.",
     "samples used": "Share of the samples in the scored window that are not flagged.",
     "speed": "Slope of the distance swum along the head's own axis, by least squares over the whole beats of the "
     "compared frames; forward is positive.",
@@ -22,14 +22,14 @@ TERMS = {
     "EBT": "Elongated body theory. Steady form, as published: mean thrust ½ m (⟨hₜ²⟩ − U²⟨hₓ²⟩) with m = ¼ ρ π β d² "
     "balances drag ½ ρ c_D S U². “Smoothed” takes the lateral speed hₜ from a Savitzky-Golay filter instead of "
     "differences between frames, which the noise of tracks inflates; “large amplitude” keeps the angle of the tail "
-    "tip and its motion along the way. All are fitted to the same fit trials by the same search.",
+    "tip and its motion along the path. All are fitted to the same fit trials by the same search.",
     "interval": "90 %. Of coefficients by the normal approximation at the mode, or of the posterior where so labelled; "
     "of gains over trials.",
     "flag": "A warning with its place, found by rule and not by hand. Flagged samples have no weight; a flag of a fit "
     "or of a trial is shown next to the numbers it concerns.",
-    "boxes off, markers off": "By more than a hand misses (10 mm each way), or by more than 15 mm from where the "
-    "robot's description has it, a box or a marker would have to sit for the shape of the fish to come out as it was "
-    "tracked. Of the posterior: markers are off by more than 5 mm (standard deviation over all of them).",
+    "boxes off, markers off": "The tracked shape of the fish needs a box displaced by more than 10 mm, which is more "
+    "than an error of placing it by hand, or a marker more than 15 mm from where the robot's description has it. In "
+    "the posterior: the standard deviation over all markers is more than 5 mm.",
     "extrapolated": "The trial beats slower or faster than every trial that was fitted.",
 }
 

@@ -116,8 +116,8 @@ def _explanations(found: DiagnosisResult) -> Table:
         other = ["another effect"] if each.something_else else []
         rows.append((" + ".join([*names, *other]) or "no effect", shown(each.probability, 3)))
     caption = (
-        "The most probable hypotheses, weighted by their evidence. An effect stands for itself and for what only looks "
-        "like it; “another effect” is outside the catalogue."
+        "The most probable hypotheses, weighted by their evidence. An effect stands for itself or a look-alike; "
+        "“another effect” is outside the catalogue."
     )
     return Table(caption, SET, tuple(rows))
 

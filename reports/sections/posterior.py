@@ -157,8 +157,8 @@ def _directions(found: PosteriorSummary) -> Table:
     seen = found.identifiability
     rows = tuple((seen.combination(i), significant(100 * seen.direction_narrowed[i], 2)) for i in range(len(NAMES)))
     caption = (
-        "Combinations of coefficients from the best to the least determined: the axes of the posterior’s ellipsoid, "
-        "where the prior is a sphere."
+        "Combinations of coefficients from the best to the least determined: principal axes of the posterior "
+        "in units of the prior."
     )
     return Table(caption, DIRECTIONS, rows, folded=True)
 
@@ -299,7 +299,7 @@ def _checks(found: PosteriorSummary) -> tuple[Block, ...]:
     trace = Plot(
         posterior_trace_figure(found),
         "posterior-trace",
-        "Walkers after the burn-in: bands that neither drift nor pinch have settled.",
+        "Walkers after the burn-in: a band of constant mean and width has converged.",
     )
     ranks = Plot(
         posterior_ranks_figure(found),

@@ -19,8 +19,8 @@ def build(context: ReportContext) -> Section:
             marker_residuals_figure(trials),
             "residual-markers",
             "Mean distance of each marker from the twin’s over the scored window. The tick is the distance relative to "
-            "the nose: a bar that is long where its tick is short comes from the way swum, not from the bend of the "
-            "body; a tick beyond its bar, that the way makes up for the bend. Percentages: less than "
+            "the nose. A long bar with a short tick is an error of the path, not of the shape of the body; where the "
+            "tick is beyond the bar, both errors partly cancel. Percentages: less than "
             f"{TRUSTED * 100:.0f} % of the marker’s samples are unflagged.",
         ),
         Plot(
@@ -49,10 +49,10 @@ def _where(trials: tuple[CalibratedTrial, ...]) -> str:
         f"({in_mm(means[nearest])} mm). "
     )
     if not drifting:
-        return text + "In no trial does the way swum outweigh the shape of the body."
+        return text + "In no trial is the error of the path larger than that of the shape."
     return text + (
-        f"In {listed(drifting)} the distance is more than twice that of the shape alone: there it is mostly the way "
-        "swum, speed and heading, that differs."
+        f"In {listed(drifting)} the distance is more than twice that of the shape alone: mostly an error of the path "
+        "(speed and heading)."
     )
 
 

@@ -29,9 +29,9 @@ def build(context: ReportContext) -> Section:
     sweep = Plot(
         speed_sweep_figure(calibration),
         "sweep",
-        "Forward speed over swim frequency. Look for the measured points on the twin’s line, the open ones "
-        "above all: they took no part in the fit. The lines are simulated from the crank’s frequency, without the "
-        "measured tail: those of elongated body theory (EBT) use the twin’s, its points the measured one.",
+        "Forward speed over swim frequency. Measured points should lie on the twin’s line; open points are held-out "
+        "trials. All lines are simulated from the crank’s frequency alone. Elongated body theory (EBT) takes its lines "
+        "from the twin’s tail motion, its points from the measured one.",
         f"Shaded and dashed: outside the fitted {shown(low, 2)} to {shown(high, 2)} Hz, so extrapolated."
         + (f" The twin diverged at {diverged} frequencies, which are left out." if diverged else ""),
     )

@@ -46,7 +46,7 @@ def _text(sources: tuple[Source, ...]) -> str:
         return chain + "All of it was measured in this session."
     return chain + (
         f"{sentence(listed(missing)).removesuffix('.')} {'was' if len(missing) == 1 else 'were'} not measured in this "
-        "session: what the assumed values are off by, the coefficients of the fluid make up for as far as they can."
+        "session. The fluid coefficients absorb errors of the assumed values, as far as they can."
     )
 
 

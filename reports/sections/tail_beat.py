@@ -37,8 +37,7 @@ def build(context: ReportContext) -> Section:
             "body-wave",
             "The wave along the tail: each dot a tail marker, from the root outwards; radius is the amplitude of its "
             "beat, angle (counter-clockwise from the right) its lag behind the first. A spiral is a travelling wave, a "
-            "ray a standing one. Where the two part in angle the wave runs at another speed; in radius, the tail bends "
-            "more or less.",
+            "ray a standing one. A difference in angle is one of wave speed, a difference in radius one of amplitude.",
         ),
     )
     rows = tuple(_row(trial, pair, robot) for trial, pair in zip(trials, waves, strict=True))

@@ -18,7 +18,7 @@ def build(context: ReportContext) -> Section:
     trials = context.calibration.trials
     rows = [row for trial in trials for row in _rows(trial)]
     if rows:
-        caption = "Flags by trial and kind; every stretch is listed with its trial. What is flagged counts nowhere."
+        caption = "Flags by trial and kind; every stretch is listed with its trial. Flagged samples are not used."
         table: Table | Prose = Table(caption, COLUMNS, tuple(rows))
     else:
         table = Prose("No sample of any trial is flagged: every marker counts in every frame.")

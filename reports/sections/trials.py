@@ -19,9 +19,9 @@ SCORES = table_head(
 def build(context: ReportContext) -> Section:
     """One part a trial, in the order of the session."""
     intro = (
-        "Measured and simulated motion of each trial, in the head frame. Grey ground marks what is not "
-        "compared: the warm-up, and of a held-out trial the first beats, which set its frequency, phase and "
-        "start. The bar on top marks the window that the marker distance is taken over."
+        "Measured and simulated motion of each trial, in the head frame. Grey: frames that are not compared (the "
+        "warm-up; in held-out trials also the first beats, which set frequency, phase and start). The bar on top marks "
+        "the window of the marker distance."
     )
     trials = context.calibration.trials
     parts = tuple(_part(number, trial, context.calibration.robot) for number, trial in enumerate(trials, start=1))
@@ -83,8 +83,8 @@ def _plots(trial: CalibratedTrial, robot: RobotSpec) -> tuple[Plot, ...]:
     path = Plot(
         forward_path_figure(trial),
         f"{name}-path",
-        "Distance swum along the head's own axis, 0 at the first compared frame. The lines part as fast as "
-        "the speeds differ; the dashed line has the slope that elongated body theory as published gives.",
+        "Distance swum along the head's own axis, 0 at the first compared frame. Slopes are speeds; the dashed line "
+        "has the speed by elongated body theory as published.",
     )
     lateral = Plot(
         lateral_motion_figure(trial, robot),

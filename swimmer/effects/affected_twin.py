@@ -13,7 +13,7 @@ from scipy.interpolate import CubicSpline
 from session import InputError
 from session.errors import Fault, shown
 from swimmer.effects.effect import MODEL_WAYS, MOVING_WAYS, Drive, Effect, StepDamper, StepForce, StepState
-from swimmer.effects.seen import Seen, View
+from swimmer.effects.seen import Observation, View
 from swimmer.engine_log import quiet_engine
 from swimmer.fluid import FluidCoefficients
 from swimmer.mjcf import DRY, Scene, build_mjcf
@@ -48,7 +48,7 @@ class AffectedRuns(Runs):
         return [*super()._numbers(), self.values]
 
 
-class _Own(NamedTuple):
+class _EffectColumns(NamedTuple):
     """An effect and which of the values are its own."""
 
     effect: Effect
@@ -68,7 +68,7 @@ class AffectedTwin(Twin):
         self.plain = twin
         self.effects = tuple(effect.suited(twin.robot, twin.markers) for effect in effects)
         ends = np.cumsum([0, *(len(effect.parameters) for effect in self.effects)])
-        self._own = [_Own(e, slice(a, b)) for e, a, b in zip(self.effects, ends[:-1], ends[1:], strict=True)]
+        self._own = [_EffectColumns(e, slice(a, b)) for e, a, b in zip(self.effects, ends[:-1], ends[1:], strict=True)]
         self.size = int(ends[-1])  # number of values
 
     def at_step(self, timestep_s: float) -> "AffectedTwin":
@@ -114,7 +114,7 @@ class AffectedTwin(Twin):
         for i, (values, view) in enumerate(zip(self._values(runs), views, strict=True)):
             seen[i] = trajectories.marker_m[i]
             for effect, columns in self._own:
-                one = Seen(times[i], seen[i], axes[i], trajectories.crank_rad[i], markers, above, view)
+                one = Observation(times[i], seen[i], axes[i], trajectories.crank_rad[i], markers, above, view)
                 seen[i] = _of_shape(seen[i].shape, effect, "observe", effect.observe(one, values[columns]))
         return seen
 

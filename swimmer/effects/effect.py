@@ -9,7 +9,7 @@ import numpy as np
 
 from session.session_file import TrialKind
 from swimmer.crank_turn import Turn
-from swimmer.effects.seen import Seen, View
+from swimmer.effects.seen import Observation, View
 from swimmer.mjcf import Scene
 from swimmer.robot import RobotSpec
 
@@ -155,7 +155,7 @@ class Effect(ABC):
         """(f,) true times of frames that the camera stamps with times (f,), s."""
         return time_s
 
-    def observe(self, seen: Seen, values: np.ndarray) -> np.ndarray:
+    def observe(self, seen: Observation, values: np.ndarray) -> np.ndarray:
         """(f, m, 2) where a camera and a tracker find the markers, m; ``seen.marker_m`` where nothing is wrong."""
         return seen.marker_m
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from swimmer.effects.effect import Effect, Parameter
-from swimmer.effects.seen import Seen
+from swimmer.effects.seen import Observation
 from swimmer.robot import RobotSpec
 
 ROLL_HZ, PITCH_HZ, DAMPING = 2.0, 1.6, 0.2
@@ -52,7 +52,7 @@ class SurfaceMotion(Effect):
         Parameter("pitch_over_height", "rad s^2/m^2", -0.3, 0.3, 0.025),
     )
 
-    def observe(self, seen: Seen, values: np.ndarray) -> np.ndarray:
+    def observe(self, seen: Observation, values: np.ndarray) -> np.ndarray:
         """About the axes of the head: the tail's hinges are upright, so it rolls and pitches along."""
         nose = seen.names.index("nose")
         if not values.any() or not np.isfinite(seen.marker_m).all():
@@ -147,7 +147,7 @@ class HullRoll(Effect):
         """Of this robot's heights."""
         return HullRoll(RollingHull.of(robot, markers))
 
-    def observe(self, seen: Seen, values: np.ndarray) -> np.ndarray:
+    def observe(self, seen: Observation, values: np.ndarray) -> np.ndarray:
         """To either side."""
         if self._hull is None or not values[0] or not np.isfinite(seen.marker_m).all():
             return seen.marker_m

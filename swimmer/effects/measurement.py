@@ -5,7 +5,7 @@ from itertools import pairwise
 import numpy as np
 
 from swimmer.effects.effect import Drive, Effect, Parameter
-from swimmer.effects.seen import Seen
+from swimmer.effects.seen import Observation
 from swimmer.robot import RobotSpec, load_robot
 
 _MOST_M, _SD_M = 0.03, 0.003
@@ -32,7 +32,7 @@ class HeadFrameMisalignment(Effect):
         Parameter("neck_in_picture", "m", -_MOST_M, _MOST_M, _SD_M),
     )
 
-    def observe(self, seen: Seen, values: np.ndarray) -> np.ndarray:
+    def observe(self, seen: Observation, values: np.ndarray) -> np.ndarray:
         """Both shifted across the body: as it is in each frame, and as it was in the first."""
         head = [seen.names.index("nose"), seen.names.index("neck")]
         found, across = seen.marker_m.copy(), seen.axes[:, head, 1]  # (f, 2, 2)
@@ -55,7 +55,7 @@ class ScaleError(Effect):
     seen_in = frozenset({"free_decay", "dry", "swim"})
     parameters = (Parameter("relative", "1", -0.3, 0.3, 0.02), Parameter("in_picture", "1", -0.3, 0.3, 0.02))
 
-    def observe(self, seen: Seen, values: np.ndarray) -> np.ndarray:
+    def observe(self, seen: Observation, values: np.ndarray) -> np.ndarray:
         """The neck further back."""
         nose, neck = seen.names.index("nose"), seen.names.index("neck")
         found = seen.marker_m.copy()
@@ -86,7 +86,7 @@ class CameraParallax(Effect):
         Parameter("neck_nearer", "1", -_MOST, _MOST, _SD),
     )
 
-    def observe(self, seen: Seen, values: np.ndarray) -> np.ndarray:
+    def observe(self, seen: Observation, values: np.ndarray) -> np.ndarray:
         """About the point under the camera."""
         nearness = seen.above_m * values[0]
         nearness[[seen.names.index("nose"), seen.names.index("neck")]] += values[1:]
@@ -104,7 +104,7 @@ class LensDistortion(Effect):
     seen_in = frozenset({"free_decay", "dry", "swim"})
     parameters = (Parameter("k1", "1", -0.3, 0.3, 0.03),)
 
-    def observe(self, seen: Seen, values: np.ndarray) -> np.ndarray:
+    def observe(self, seen: Observation, values: np.ndarray) -> np.ndarray:
         """About the point under the camera."""
         off = seen.marker_m - seen.view.axis_m
         square = (off**2).sum(axis=-1, keepdims=True) / seen.view.half_height_m**2
@@ -151,7 +151,7 @@ class RollingShutter(Effect):
     seen_in = frozenset({"free_decay", "dry", "swim"})
     parameters = (Parameter("readout", "s", 0.0, 0.04, 0.01),)
 
-    def observe(self, seen: Seen, values: np.ndarray) -> np.ndarray:
+    def observe(self, seen: Observation, values: np.ndarray) -> np.ndarray:
         """Each marker where it is when its line is read, to first order in the readout time."""
         lines = (seen.marker_m - seen.view.axis_m) @ seen.view.down / (2 * seen.view.half_height_m)  # (f, m)
         velocity = np.gradient(seen.marker_m, seen.time_s, axis=0)
@@ -184,7 +184,7 @@ class MarkerOffset(Effect):
         """For these markers."""
         return MarkerOffset(markers)
 
-    def observe(self, seen: Seen, values: np.ndarray) -> np.ndarray:
+    def observe(self, seen: Observation, values: np.ndarray) -> np.ndarray:
         """Shifted with their links."""
         shift = np.zeros((len(seen.names), 2))
         shift[[seen.names.index(name) for name in self._markers]] = values.reshape(-1, 2)
@@ -209,7 +209,7 @@ class TrackerDrift(Effect):
         """For these markers."""
         return TrackerDrift(markers)
 
-    def observe(self, seen: Seen, values: np.ndarray) -> np.ndarray:
+    def observe(self, seen: Observation, values: np.ndarray) -> np.ndarray:
         """Further along the body from frame to frame."""
         pace = np.zeros(len(seen.names))
         pace[[seen.names.index(name) for name in self._markers]] = values
@@ -235,7 +235,7 @@ class MarkerSwap(Effect):
         """For these markers."""
         return MarkerSwap(_on_tail(robot, markers))
 
-    def observe(self, seen: Seen, values: np.ndarray) -> np.ndarray:
+    def observe(self, seen: Observation, values: np.ndarray) -> np.ndarray:
         """Each marker drawn towards its neighbours by the share of the time."""
         found = seen.marker_m.copy()
         for (front, rear), share in zip(self._pairs, values, strict=True):

@@ -21,7 +21,7 @@ class View:
 
 
 @dataclass(frozen=True, eq=False)
-class Seen:
+class Observation:
     """The markers of one simulation before camera and tracker err.
 
     Attributes:

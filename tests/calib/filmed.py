@@ -6,10 +6,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import xarray as xr
 
-from session import Tracks
 from session.create import FISHSIM_MARKERS
-from session.tracks import load_tracks
+from session.tracks import load_tracks, pixels_of
 from synthetic import SyntheticCamera, SyntheticPlan, SyntheticTrial
 from tests.calib.door import edit
 
@@ -57,12 +57,12 @@ def cut_short(folder: Path, name: str, share: float = 0.7) -> None:
     path.write_bytes(data[: int(share * len(data))])
 
 
-def read(path: Path) -> Tracks:
+def read(path: Path) -> xr.Dataset:
     """A file of tracks in the contract's form."""
     return load_tracks(path, FISHSIM_MARKERS, PLAN.camera.fps)
 
 
-def tracks_of(folder: Path, name: str, stage: str = "") -> Tracks:
+def tracks_of(folder: Path, name: str, stage: str = "") -> xr.Dataset:
     """The tracks of a trial as ``results/tracking`` has them; `stage` ``"raw"``: as the tracker left them."""
     return read(folder / "results" / "tracking" / stage / f"{name}.csv")
 
@@ -70,4 +70,4 @@ def tracks_of(folder: Path, name: str, stage: str = "") -> Tracks:
 def farthest_px(folder: Path, name: str) -> float:
     """The greatest error of any sample against the truth."""
     found, true = tracks_of(folder, name), read(folder / "truth" / f"{name}.csv")
-    return float(np.nanmax(np.abs(found.position_px - true.position_px[: len(found.time_s)])))
+    return float(np.nanmax(np.abs(pixels_of(found) - pixels_of(true)[: len(found.time.values)])))

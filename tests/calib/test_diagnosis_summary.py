@@ -1,4 +1,4 @@
-"""A diagnosis on the terminal: what is doubtful is said, and each experiment once."""
+"""A diagnosis on the terminal: what is doubtful is caveat, and each experiment once."""
 
 from dataclasses import replace
 
@@ -25,19 +25,19 @@ def beating(at: float, verdict: str = "named", named: tuple[str, ...] = (CLOCK,)
 
 
 def test_an_effect_that_is_as_strong_as_it_may_be_is_to_be_checked() -> None:
-    (said,) = checks(made_diagnosed("named"))
-    assert "wave drag (high)" in said
-    assert "low" not in said
+    (caveat,) = checks(made_diagnosed("named"))
+    assert "wave drag (high)" in caveat
+    assert "low" not in caveat
 
 
-@pytest.mark.parametrize(("at", "said"), [(0.5, "50% slower"), (1.2, "20% faster")])
-def test_a_clock_or_gear_that_is_far_off_may_be_a_number_of_the_session(at: float, said: str) -> None:
+@pytest.mark.parametrize(("at", "caveat"), [(0.5, "50 % slower"), (1.2, "20 % faster")])
+def test_a_clock_or_gear_that_is_far_off_may_be_a_number_of_the_session(at: float, caveat: str) -> None:
     (reported,) = checks(beating(at))
-    assert said in reported
+    assert caveat in reported
     assert "fps" in reported
     assert checks(beating(0.97)) == []
     (reported,) = checks(beating(at, "unexplained", ()))
-    assert said in reported
+    assert caveat in reported
 
 
 def test_what_the_catalogue_lacked_is_reported() -> None:
@@ -53,10 +53,10 @@ def test_a_single_fitted_swim_is_reported_to_be_little() -> None:
 
 
 def test_names_that_no_trial_left_out_could_check_are_reported_to_be_unchecked() -> None:
-    said = "cross-validation of the names takes three"
-    assert any(said in line for line in diagnosis_lines(made_diagnosed("named")))
+    caveat = "cross-validation of the named effects needs three"
+    assert any(caveat in line for line in diagnosis_lines(made_diagnosed("named")))
     checked = {"cross_validation": {"trials": ["a", "b", "c"], "shrinkage": 0.4, "shrinkage_ci95": [0.1, 0.6]}}
-    assert not any(said in line for line in diagnosis_lines(made_diagnosed("named", evidence=checked)))
+    assert not any(caveat in line for line in diagnosis_lines(made_diagnosed("named", evidence=checked)))
 
 
 def test_an_experiment_is_reported_once_with_all_that_it_tells_apart() -> None:

@@ -16,7 +16,8 @@ from tracking.tracker import TRACKERS
 
 
 def test_the_names_it_promises_are_there() -> None:
-    assert [getattr(front, name).__name__ for name in front.__all__] == front.__all__
+    for name in front.__all__:
+        assert getattr(front, name).__name__.removeprefix("calib.") == name
     assert len(front.__all__) <= 40
 
 

@@ -80,7 +80,7 @@ def test_the_published_search_leaves_the_fit_alone_and_is_made_once(finished: Pa
 @needs_fishsim
 def test_two_beats_of_the_real_robot_tell_where_its_markers_go(tmp_path: Path) -> None:
     """At most 20 mm as tracked and 10 mm relative to the nose, over the three held-out trials."""
-    fit = front.fit(front.new_public_session(tmp_path / "pool", FISHSIM), "quick", progress=False)
+    fit = front.fit(front.new_session(tmp_path / "pool", from_fishsim=FISHSIM), "quick", progress=False)
     assert isinstance(fit, front.FitResult)
     assert len(fit.forecasts.held_out) == 3
     assert fit.forecasts.mean("after_two_beats", "marker_error_mm") < 20

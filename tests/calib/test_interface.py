@@ -7,13 +7,17 @@ import sys
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pandas as pd
 import pytest
+import typer
 
 import calib as front
 from calib import cli, interface
+from calib.capture import command as capture_command
+from calib.capture import functions as capture_functions
 from calib.entry import PACKAGES
 from calib.results.figures import Figures, FitFigures, GapFigures, PosteriorFigures
 from reports import gallery
@@ -27,27 +31,81 @@ from tests.reports.sample import MARKERS, made_context
 
 QUIET = {"effort": "quick", "progress": False}
 FUNCTIONS = [name for name in interface.__all__ if inspect.isfunction(getattr(interface, name))]
+PUBLIC = {name: getattr(interface, name) for name in FUNCTIONS} | {
+    f"{module}.{name}": getattr(getattr(interface, module), name)
+    for module in ("benchmark", "camera", "capture")
+    for name in getattr(interface, module).__all__
+    if inspect.isfunction(getattr(getattr(interface, module), name)) and name != "main"
+}
+"""Every public function by its name after `calib.`."""
 OF_COMMAND = {"edit": "correct", "convert": "convert_tracks", "mjcf": "export_mjcf", "new": "new_session"}
-WITHOUT_SESSION = {"capture", "camera", "benchmark", "aquarium"}  # of motor, lens and developers; of `swimgym`
+"""The functions that are not called as their commands."""
+OF_CHECKOUT = {"benchmark tracking", "benchmark posterior", "benchmark effects"}
+"""Commands that are not in the installed program."""
+OF_SWIMGYM = {"aquarium", "benchmark gym", "policy train", "policy evaluate", "policy play"}
+"""Commands of the optional package `swimgym`, which has functions of its own."""
+PRINTING = {"as_json", "verbose", "help"}
+"""Options that change nothing but what is printed."""
+OF_OPTION = {
+    "commands": "commands_hz",
+    "show": "open_viewer",
+    "id": "motor_id",
+    "no_code": "coded",
+    "load": "load_nm",
+    "max_current": "max_current_a",
+    "max_temperature": "max_temperature_c",
+    "test": None,
+}
+"""The parameters that are not called as their options; `--test` of `calib diagnose` is the function `effect_test`."""
+OF_ARGUMENT = {"session": "folder", "tracks": "path"}
+"""Of `calib new` and `calib convert`, where the function says more plainly what it takes."""
 
 
-@pytest.mark.parametrize("name", FUNCTIONS)
+def commands_with_options() -> dict[str, set[str]]:
+    """The names of arguments and options of every command, by its words."""
+    found: dict[str, set[str]] = {}
+
+    def walk(command: Any, words: tuple[str, ...]) -> None:
+        if hasattr(command, "commands"):
+            for name, below in command.commands.items():
+                walk(below, (*words, name))
+        elif words != ("capture",):  # it has a parser of its own
+            found[" ".join(words)] = {parameter.name for parameter in command.params}
+
+    walk(typer.main.get_command(cli.app), ())
+    drive = next(iter(capture_command._parser("calib capture")._subparsers._group_actions)).choices  # type: ignore[union-attr]
+    for name, parser in drive.items():  # type: ignore[union-attr]
+        found[f"capture {name}"] = {action.dest for action in parser._actions}
+    return found
+
+
+COMMANDS = commands_with_options()
+
+
+@pytest.mark.parametrize("name", PUBLIC)
 def test_every_function_says_what_it_takes_and_raises_and_shows_an_example(name: str) -> None:
-    text = inspect.getdoc(getattr(interface, name)) or ""
+    text = inspect.getdoc(PUBLIC[name]) or ""
     assert "Example:" in text
     assert "Raises:" in text or "Args, Raises:" in text or name == "effects"
-    for argument in inspect.signature(getattr(interface, name)).parameters:
+    for argument in inspect.signature(PUBLIC[name]).parameters:
         assert argument in text or "Args, Raises:" in text
 
 
 def test_the_examples_are_right(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(ROOT)
-    assert doctest.testmod(interface).failed == 0
+    for module in (interface, interface.camera, interface.benchmark, capture_functions):
+        assert doctest.testmod(module).failed == 0
 
 
-def test_whatever_a_command_does_a_function_does() -> None:
-    commands = {(info.name or info.callback.__name__) for info in cli.app.registered_commands}  # type: ignore[union-attr]
-    assert {OF_COMMAND.get(name, name) for name in commands - WITHOUT_SESSION} <= set(interface.__all__)
+@pytest.mark.parametrize("command", sorted(set(COMMANDS) - OF_CHECKOUT - OF_SWIMGYM))
+def test_whatever_a_command_does_a_function_does(command: str) -> None:
+    """Each has a function of its name, and each of its options a parameter, but for what is listed above."""
+    name = OF_COMMAND.get(command, command.replace(" ", "."))
+    assert name in PUBLIC
+    parameters = set(inspect.signature(PUBLIC[name]).parameters)
+    for option in COMMANDS[command] - PRINTING:
+        renamed = OF_OPTION.get(option, option)
+        assert renamed is None or {renamed, OF_ARGUMENT.get(option)} & parameters, f"calib.{name} has no {option}"
 
 
 def test_a_finished_fit_is_read_and_nothing_is_computed(finished: Path, monkeypatch: pytest.MonkeyPatch) -> None:

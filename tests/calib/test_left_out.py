@@ -3,15 +3,15 @@
 import gzip
 import json
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from session.motor import MOTOR_COLUMNS
-from session.tracks import load_tracks, save_tracks
+from session.tracks import load_tracks, pixels_of, save_tracks
 from tests.calib.door import PLAN, Front, assert_reports, edit, files_in
+from tests.cases import changed
 
 MOTOR_LOG = ",".join(MOTOR_COLUMNS) + "\n" + "".join(f"{k / 100},{k * 0.06},6.2,0.5,12,30,0\n" for k in range(300))
 
@@ -78,10 +78,10 @@ def change_tracks(folder: Path, name: str, change: Callable[[np.ndarray], None])
     """Changes the positions (n, m, 2) of a trial in place."""
     path = folder / "trials" / f"{name}.csv.gz"
     tracks = load_tracks(path, PLAN.markers, 60.0)
-    change(tracks.position_px)
-    confidence = np.isfinite(tracks.position_px).all(axis=2).astype(float)
+    change(pixels_of(tracks))
+    confidence = np.isfinite(pixels_of(tracks)).all(axis=2).astype(float)
     plain = folder / "plain.csv"
-    save_tracks(plain, replace(tracks, confidence=confidence))
+    save_tracks(plain, changed(tracks, confidence=confidence))
     path.write_bytes(gzip.compress(plain.read_bytes(), mtime=0))
     plain.unlink()
 
@@ -109,8 +109,8 @@ def test_flagged_stretches_are_left_out_by_weight(calib: Front, fresh: Path) -> 
     assert outcome.code == 0, outcome.err
     used = load_tracks(fresh / "results" / "tracks" / "slow.csv", PLAN.markers, 60.0)
     column = PLAN.markers.index("tail_5")
-    assert (used.confidence[70:110, column] == 0).mean() > 0.5
-    assert np.delete(used.confidence, column, axis=1).mean() > 0.9
+    assert (used.confidence.values[70:110, column] == 0).mean() > 0.5
+    assert np.delete(used.confidence.values, column, axis=1).mean() > 0.9
 
 
 @pytest.mark.long

@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from calib import speed_benchmark as speed
+from calib import benchmark
 from calib.pipeline import Options, Pipeline, open_session
 from session.errors import ModelMismatch
 from swimmer import PUBLISHED_COEFFICIENTS
@@ -68,7 +68,7 @@ def test_a_calibration_of_another_engine_or_model_is_refused(finished: Path, key
 
 @pytest.mark.long
 def test_the_step_costs_next_to_nothing_in_accuracy() -> None:
-    error = speed._step_error("a twin that swims like the robot", speed.FITTED)
+    error = benchmark._step_error("a twin that swims like the robot", benchmark.FITTED)
 
     assert error.marker_mean_mm <= 0.2
     assert error.marker_mean_mm <= error.marker_rms_mm <= error.marker_max_mm
@@ -76,8 +76,8 @@ def test_the_step_costs_next_to_nothing_in_accuracy() -> None:
 
 
 def test_the_benchmark_tells_ratios_of_one_run(calib: Front, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(speed, "_REPEATS", 1)
-    monkeypatch.setattr(speed, "FREQUENCIES_HZ", np.array([0.8, 1.2]))
+    monkeypatch.setattr(benchmark, "_REPEATS", 1)
+    monkeypatch.setattr(benchmark, "FREQUENCIES_HZ", np.array([0.8, 1.2]))
     outcome = calib("benchmark", "speed", "--json")
     reported = json.loads(outcome.out)
 

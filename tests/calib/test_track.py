@@ -13,6 +13,7 @@ import pytest
 from calib.pipeline import Options, Pipeline, open_session
 from session.camera import load_camera
 from session.create import FISHSIM_MARKERS
+from session.tracks import pixels_of
 from tests.calib.door import Front, assert_reports, edit, files_in
 from tests.calib.filmed import (
     FRAMES,
@@ -154,7 +155,7 @@ def test_a_doubtful_box_is_flagged_and_its_samples_count(
     flags = json.loads((filmed / "results" / "tracking" / "slow.flags.json").read_text())
     flagged = [flag["markers"] for flag in flags if flag["kind"] == "doubtful_box"]
     assert flagged == [[name] for name in FISHSIM_MARKERS]
-    assert (read(filmed / "results" / "tracks" / "slow.csv").confidence > 0).mean() > 0.9
+    assert (read(filmed / "results" / "tracks" / "slow.csv").confidence.values > 0).mean() > 0.9
 
 
 @pytest.mark.parametrize("content", [b"", b"\0" * 4000], ids=["empty", "zeros"])
@@ -174,7 +175,7 @@ def test_a_truncated_video_is_tracked_as_far_as_it_goes_and_flagged(calib: Front
     assert outcome.code == 0, outcome.err
     assert "damaged_video" in outcome.out
     assert "! slow: the file ends after" in outcome.out
-    assert 30 < len(tracks_of(filmed, "slow").time_s) < FRAMES["slow"]
+    assert 30 < len(tracks_of(filmed, "slow").time.values) < FRAMES["slow"]
     flags = json.loads((filmed / "results" / "tracking" / "slow.flags.json").read_text())
     assert {flag["kind"] for flag in flags} <= {"damaged_video", "gap", "lost_marker"}
     assert farthest_px(filmed, "fast") < 0.5
@@ -222,7 +223,7 @@ def test_tracks_are_exported_in_every_form(calib: Front, tracked: Path, form: st
     assert all(str(file) in outcome.out.splitlines() for file in files)
     for file, name in zip(files, NAMES, strict=True):
         again = import_tracks(file, FISHSIM_MARKERS, PLAN.camera.fps)
-        np.testing.assert_allclose(again.position_px, tracks_of(tracked, name).position_px, atol=1e-6)
+        np.testing.assert_allclose(pixels_of(again), pixels_of(tracks_of(tracked, name)), atol=1e-6)
     assert calib("track", tracked).code == 0
     tracking = {name for name in before if name.startswith("tracking/raw")}
     assert {name: files_in(tracked / "results")[name] for name in tracking} == {n: before[n] for n in tracking}
@@ -231,20 +232,20 @@ def test_tracks_are_exported_in_every_form(calib: Front, tracked: Path, form: st
 @pytest.mark.parametrize("method", ["spots", *later("csrt")])
 def test_a_fit_keeps_the_tracker_that_was_asked_for(calib: Front, tracked: Path, method: str) -> None:
     with_tracks(tracked, "fast")
-    before, tracking = tracks_of(tracked, "slow").position_px, tracked / "results" / "tracking"
+    before, tracking = pixels_of(tracks_of(tracked, "slow")), tracked / "results" / "tracking"
     raw = (tracking / "raw" / "slow.csv").stat().st_mtime_ns
     assert calib("track", tracked, "--method", method).code == 0
-    chosen, files = tracks_of(tracked, "slow").position_px, files_in(tracking)
+    chosen, files = pixels_of(tracks_of(tracked, "slow")), files_in(tracking)
 
     assert files["raw/slow.csv"] > raw
     assert np.array_equal(chosen, before) == (method == "spots")
     Pipeline(open_session(tracked), Options("quick")).recordings.tracks()  # what a fit begins with
     assert calib("track", tracked).code == 0
     assert files_in(tracking) == files
-    used = read(tracked / "results" / "tracks" / "slow.csv").position_px
+    used = pixels_of(read(tracked / "results" / "tracks" / "slow.csv"))
     np.testing.assert_allclose(used, chosen, atol=1e-6)
     assert calib("track", tracked, "--method", "hybrid").code == 0
-    np.testing.assert_array_equal(tracks_of(tracked, "slow").position_px, before)
+    np.testing.assert_array_equal(pixels_of(tracks_of(tracked, "slow")), before)
 
 
 CAMERA = """

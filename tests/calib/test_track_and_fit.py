@@ -14,6 +14,7 @@ from rich.progress import Progress
 from calib.pipeline import Pipeline, open_session
 from calib.progress import Bar, Lines
 from session.create import FISHSIM_MARKERS
+from session.tracks import pixels_of
 from tests.calib.door import ROOT, Front, assert_reports, edit, files_in
 from tests.calib.filmed import FRAMES, NAMES, PLAN, change_boxes, read, tracks_of, with_tracks
 from tracking.tracker import MarkerTracker
@@ -45,7 +46,7 @@ def test_frames_before_the_boxes_count_nowhere_and_keep_their_numbers(filmed: Pa
 
     def later(content: dict[str, object]) -> None:
         content["frame"] = 12
-        corners = true.position_px[12] - 6.5
+        corners = pixels_of(true)[12] - 6.5
         content["boxes"] = {
             name: [*corner, 14, 14] for name, corner in zip(FISHSIM_MARKERS, corners.tolist(), strict=True)
         }
@@ -55,10 +56,10 @@ def test_frames_before_the_boxes_count_nowhere_and_keep_their_numbers(filmed: Pa
     Pipeline(open_session(filmed)).recordings.tracks()
 
     used = read(filmed / "results" / "tracks" / "slow.csv")
-    np.testing.assert_allclose(used.time_s, true.time_s, atol=1e-3)
-    assert (used.confidence[:12] == 0).all()
-    assert np.isnan(used.position_px[:12]).all()
-    assert np.nanmax(np.abs(used.position_px - true.position_px)) < 0.5
+    np.testing.assert_allclose(used.time.values, true.time.values, atol=1e-3)
+    assert (used.confidence.values[:12] == 0).all()
+    assert np.isnan(pixels_of(used)[:12]).all()
+    assert np.nanmax(np.abs(pixels_of(used) - pixels_of(true))) < 0.5
 
 
 def test_ctrl_c_in_the_middle_and_going_on_gives_the_same_tracks(
@@ -87,8 +88,8 @@ def test_ctrl_c_in_the_middle_and_going_on_gives_the_same_tracks(
     for name in NAMES:
         for stage in ("", "raw"):
             whole, resumed = (tracks_of(folder, name, stage) for folder in (tracked_session, filmed))
-            np.testing.assert_array_equal(whole.position_px, resumed.position_px)
-            np.testing.assert_array_equal(whole.confidence, resumed.confidence)
+            np.testing.assert_array_equal(pixels_of(whole), pixels_of(resumed))
+            np.testing.assert_array_equal(whole.confidence.values, resumed.confidence.values)
 
 
 def test_a_trial_without_enough_to_measure_is_reported(calib: Front, tracked: Path) -> None:
@@ -148,4 +149,21 @@ def test_without_a_terminal_progress_is_a_line_every_ten_seconds() -> None:
         "calib: fitting, 25% done, about 30 s left",
         "calib: fitting, 50% done, about 20 s left",
         "calib: fitting, 75% done, about 10 s left",
+    ]
+
+
+def test_a_step_that_takes_long_is_reported_every_ten_seconds_too() -> None:
+    clock, lines = [0.0], []
+    tell = Lines(lines.append, clock=lambda: clock[0])
+    tell("fitting", 0.0)
+    for second in range(1, 36):
+        clock[0] = second
+        if second == 15:
+            tell("fitting", 0.5)
+        tell.tick()
+    assert lines == [
+        "calib: fitting",
+        "calib: fitting",
+        "calib: fitting, 50% done, about 10 s left",
+        "calib: fitting, 50% done",
     ]

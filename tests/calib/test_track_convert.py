@@ -5,10 +5,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from session.tracks import pixels_of
 from tests.calib.door import Front, assert_reports
 from tests.calib.filmed import read
-from tracking.records import TrackedTrial, export_tracks
+from tracking.records import export_tracks
 from tracking.records.formats import FORMATS
+from tracking.records.tracked import as_tracked
 
 
 @pytest.mark.parametrize("form", FORMATS)
@@ -16,13 +18,13 @@ def test_tracks_of_every_form_become_the_contracts(
     calib: Front, filmed_session: Path, tmp_path: Path, form: str
 ) -> None:
     true = read(filmed_session / "truth" / "slow.csv")
-    export_tracks(TrackedTrial.of(true), tmp_path / "theirs", form)
+    export_tracks(as_tracked(true), tmp_path / "theirs", form)
     outcome = calib("convert", tmp_path / "theirs", "--out", tmp_path / "ours.csv", "--fps", "30")
 
     assert outcome == (0, f"{tmp_path / 'ours.csv'}\n", "")
     ours = read(tmp_path / "ours.csv")
-    np.testing.assert_allclose(ours.position_px, true.position_px, atol=1e-6)
-    np.testing.assert_allclose(ours.time_s, true.time_s, atol=1e-5)
+    np.testing.assert_allclose(pixels_of(ours), pixels_of(true), atol=1e-6)
+    np.testing.assert_allclose(ours.time.values, true.time.values, atol=1e-5)
 
 
 CASES: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
@@ -38,7 +40,7 @@ CASES: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
 @pytest.mark.parametrize("case", CASES)
 def test_what_cannot_be_converted_is_reported(calib: Front, filmed_session: Path, tmp_path: Path, case: str) -> None:
     arguments, parts = CASES[case]
-    export_tracks(TrackedTrial.of(read(filmed_session / "truth" / "slow.csv")), tmp_path / "dlc.csv", "deeplabcut")
+    export_tracks(as_tracked(read(filmed_session / "truth" / "slow.csv")), tmp_path / "dlc.csv", "deeplabcut")
 
     assert_reports(calib("convert", tmp_path / "dlc.csv", "--out", tmp_path / "o.csv", *arguments), *parts)
     assert not (tmp_path / "o.csv").exists()
@@ -46,7 +48,7 @@ def test_what_cannot_be_converted_is_reported(calib: Front, filmed_session: Path
 
 def test_a_file_of_another_width_is_reported(calib: Front, filmed_session: Path, tmp_path: Path) -> None:
     true = read(filmed_session / "truth" / "slow.csv")
-    export_tracks(TrackedTrial.of(true), tmp_path / "f.csv", "fishsim")
+    export_tracks(as_tracked(true), tmp_path / "f.csv", "fishsim")
     outcome = calib("convert", tmp_path / "f.csv", "--out", tmp_path / "o.csv", "--markers", "nose,neck")
 
     assert_reports(outcome, "f.csv", "18 in every row", "4: x and y of the 2 markers")

@@ -8,6 +8,7 @@ import pytest
 
 from calib.pipeline import Pipeline, open_session
 from session.create import FISHSIM_MARKERS
+from session.tracks import pixels_of
 from tests.calib.door import Front, assert_reports, edit
 from tests.calib.filmed import read, tracks_of, with_tracks
 from tracking.records import SampleState, load_tracked
@@ -32,14 +33,14 @@ def flags(folder: Path) -> list[str]:
 
 
 def test_a_swap_is_replayed_and_the_raw_tracks_stay(calib: Front, tracked: Path) -> None:
-    before, raw = tracks_of(tracked, "slow").position_px, raw_files(tracked)
+    before, raw = pixels_of(tracks_of(tracked, "slow")), raw_files(tracked)
     outcome = calib("edit", tracked, "slow", SWAP)
 
     log = tracked / "trials" / "slow.edits.jsonl"
     assert (outcome.code, outcome.err) == (0, "")
     assert f"{log}: added line 1; 1 edit counts" in outcome.out
     assert calib("track", tracked).code == 0
-    after = tracks_of(tracked, "slow").position_px
+    after = pixels_of(tracks_of(tracked, "slow"))
     expected = before.copy()
     expected[20:31, [A, B]] = before[20:31, [B, A]]
     np.testing.assert_array_equal(after, expected)
@@ -53,8 +54,8 @@ def test_a_swap_that_makes_it_worse_is_flagged_and_counts_nowhere(calib: Front, 
     assert "swap" in calib("track", tracked).out.splitlines()[1]
     Pipeline(open_session(tracked)).recordings.tracks()
     used = read(tracked / "results" / "tracks" / "slow.csv")
-    assert (used.confidence[20:31, [A, B]] == 0).all()
-    assert used.confidence[40:, [A, B]].min() > 0
+    assert (used.confidence.values[20:31, [A, B]] == 0).all()
+    assert used.confidence.values[40:, [A, B]].min() > 0
 
 
 def test_what_is_seen_and_does_not_count_is_reported(calib: Front, tracked: Path) -> None:
@@ -62,18 +63,18 @@ def test_what_is_seen_and_does_not_count_is_reported(calib: Front, tracked: Path
     reported = json.loads(calib("track", tracked, "--json").out)["slow"]
 
     used = read(tracked / "results" / "tracks" / "slow.csv")
-    assert reported["counts"] == np.mean(used.confidence > 0) < reported["seen"] == 1.0
+    assert reported["counts"] == np.mean(used.confidence.values > 0) < reported["seen"] == 1.0
 
 
 def test_a_box_is_tracked_on_from(calib: Front, tracked: Path) -> None:
-    before = tracks_of(tracked, "slow").position_px
+    before = pixels_of(tracks_of(tracked, "slow"))
     calib("edit", tracked, "slow", DROP)
     x, y = (np.round(before[15, A]) - 5).tolist()
     box = {"op": "box", "marker": "tail_3", "frame": 15, "box": [x, y, 11, 11], "until": 40}
     assert calib("edit", tracked, "slow", json.dumps(box)).code == 0
     assert calib("track", tracked).code == 0
 
-    after, state = tracks_of(tracked, "slow").position_px, states(tracked)
+    after, state = pixels_of(tracks_of(tracked, "slow")), states(tracked)
     assert state[15, A] == SampleState.BY_HAND
     assert (state[16:41, A] == SampleState.MEASURED).all()
     assert np.abs(after[16:41, A] - before[16:41, A]).max() < 0.5

@@ -58,6 +58,7 @@ def changed(before: dict[str, str], after: dict[str, str]) -> set[str]:
         (("report",), set()),
         (("mjcf", "--out", "{out}"), set()),
         (("view",), {"session.rrd"}),
+        (("doctor",), set()),
         (("track",), set()),
         (("fit", "--effort", "quick"), set()),
         (("posterior", "--effort", "quick"), set()),
@@ -114,7 +115,12 @@ def test_a_report_says_what_it_shows_and_what_renews_the_rest(calib: Front, whol
 
 
 def test_without_a_fit_what_shows_says_how_to_make_one(calib: Front, fresh: Path, tmp_path: Path) -> None:
-    for command in (("report", fresh), ("mjcf", fresh, "--out", tmp_path / "fish.xml")):
+    shows = (
+        ("report", fresh),
+        ("mjcf", fresh, "--out", tmp_path / "fish.xml"),
+        ("benchmark", "speed", "--session", fresh),
+    )
+    for command in shows:
         assert_reports(calib(*command), "there is no fit", f"calib fit {fresh}")
     assert not (tmp_path / "fish.xml").exists()
 

@@ -7,7 +7,7 @@ import pytest
 from benchmarks.sample import checksums, make_sample, sample_plan, write_checksums
 from session import Session, load_session
 from session.motor import load_motor
-from session.tracks import load_tracks
+from session.tracks import load_tracks, pixels_of
 from swimmer import load_robot
 from synthetic.motor_log import PULSE_RAD
 from synthetic.truth import Truth, read_truth
@@ -28,7 +28,7 @@ def remade(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def positions(session: Session, name: str) -> np.ndarray:
     path = session.trial(name).tracks
     assert path is not None
-    return load_tracks(path, session.markers, session.camera.fps).position_px
+    return pixels_of(load_tracks(path, session.markers, session.camera.fps))
 
 
 def listed(card: Path) -> dict[str, str]:
@@ -124,8 +124,8 @@ def test_the_video_of_the_sample_is_tracked_to_a_tenth_of_a_pixel() -> None:
         tracked = follow_video(video, load_boxes(spec.boxes, session.markers), session.markers)
 
     assert tracked.seen.all()
-    assert np.sqrt(((tracked.tracks.position_px - truth.position_px) ** 2).mean()) < 0.1
-    np.testing.assert_allclose(tracked.tracks.time_s, truth.time_s, atol=1e-4)
+    assert np.sqrt(((pixels_of(tracked) - truth.position_px) ** 2).mean()) < 0.1
+    np.testing.assert_allclose(tracked.time.values, truth.time_s, atol=1e-4)
 
 
 @pytest.mark.long

@@ -27,7 +27,7 @@ def swims() -> tuple[MeasuredTrial, ...]:
 def moved(by_m: list[np.ndarray]) -> list[MeasuredTrial]:
     """The swims with something added to their markers (n, m, 2)."""
     pairs = zip(swims(), by_m, strict=True)
-    return [replace(trial, position_m=trial.position_m + each) for trial, each in pairs]
+    return [trial.seen_as(position_m=trial.position_m + each) for trial, each in pairs]
 
 
 def noise(random: np.random.Generator) -> list[np.ndarray]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -97,4 +98,4 @@ def _trial(name: str, hz: float, position_m: np.ndarray) -> MeasuredTrial:
         tail=tuple(tail_markers(ROBOT, FISHSIM_MARKERS)),
     )
     speed = float(forward_speed(time_s, trial.head.forward_m, kept, hz))
-    return MeasuredTrial(**vars(trial) | {"speed": speed})
+    return replace(trial, speed=speed)

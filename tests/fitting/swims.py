@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import xarray as xr
 
 from fitting import MeasuredTrial, measure_trial
 from fitting.frequency import SwimFrequency
+from fitting.trial import laid_on_pool
 from session import load_session
-from session.tracks import load_tracks
+from session.tracks import as_tracks, load_tracks
 from swimmer import load_robot
 from synthetic import SyntheticPlan, SyntheticTrial, Truth, make_session, read_truth
 from synthetic.noise import NOISELESS
@@ -40,8 +43,19 @@ def noise_free(folder: Path) -> tuple[dict[str, MeasuredTrial], Truth]:
     return trials, read_truth(session.folder)
 
 
-def by_hand(position_m: np.ndarray, fps: float = 10.0, **changes: Any) -> MeasuredTrial:
-    """A fit trial of hand-made marker positions (n, m, 2) with `MARKERS`, all samples good, no warm-up."""
+def filmed(
+    markers: Sequence[str], time_s: np.ndarray, position_m: np.ndarray, head: HeadFrame, metres_per_px: float = 0.001
+) -> xr.Dataset:
+    """The tracks of markers at (n, m, 2) on the pool, every sample seen."""
+    weight = np.ones(position_m.shape[:2])
+    tracks = as_tracks(markers, time_s, position_m * [1, -1] / metres_per_px, weight)
+    return laid_on_pool(tracks, position_m, head, weight, metres_per_px)
+
+
+def by_hand(
+    position_m: np.ndarray, fps: float = 10.0, markers: tuple[str, ...] = MARKERS, **changes: Any
+) -> MeasuredTrial:
+    """A fit trial of hand-made marker positions (n, m, 2), all samples good, no warm-up."""
     n, m = position_m.shape[:2]
     time_s, everything = np.arange(n) / fps, np.ones(n, bool)
     beat = SwimFrequency(1.0, 0.001, 0.0, 0.05, 1.0, float(time_s[-1]), 1.0)
@@ -49,11 +63,7 @@ def by_hand(position_m: np.ndarray, fps: float = 10.0, **changes: Any) -> Measur
         "name": "hand",
         "role": "fit",
         "commanded_hz": 1.0,
-        "markers": MARKERS[:m],
-        "time_s": time_s,
-        "position_m": position_m,
-        "head": to_head_frame(position_m, 0, 1),
-        "weight": np.ones((n, m)),
+        "tracks": filmed(markers[:m], time_s, position_m, to_head_frame(position_m, 0, 1)),
         "frequency": beat,
         "start_frequency": beat,
         "start_velocity": np.zeros(3),
@@ -63,7 +73,6 @@ def by_hand(position_m: np.ndarray, fps: float = 10.0, **changes: Any) -> Measur
         "speed": 0.0,
         "warmup_s": 0.0,
         "tail": (2, 3, 4),
-        "metres_per_px": 0.001,
         "flags": (),
     }
     return MeasuredTrial(**settings | changes)

@@ -63,7 +63,7 @@ def test_without_a_fit_trial_it_is_refused(trials: dict[str, MeasuredTrial]) -> 
 
 def test_trials_with_nothing_to_compare_are_refused_by_name(trials: dict[str, MeasuredTrial]) -> None:
     def without(trial: MeasuredTrial, frames: np.ndarray) -> MeasuredTrial:
-        return replace(trial, weight=np.where(frames[:, None], 0.0, trial.weight))
+        return trial.seen_as(weight=np.where(frames[:, None], 0.0, trial.weight))
 
     lost = without(trials["slow"], trials["slow"].scored)
     blind = without(trials["new"], trials["new"].known)
@@ -80,7 +80,7 @@ def test_trials_that_do_not_show_the_tail_tip_are_left_out_of_ebt(trials: dict[s
     slow, fast = trials["slow"], trials["fast"]
     weight = slow.weight.copy()
     weight[:, -1] = 0.0
-    tails = [measured_tail(trial, trial.kept) for trial in (replace(slow, weight=weight), fast)]
+    tails = [measured_tail(trial, trial.kept) for trial in (slow.seen_as(weight=weight), fast)]
     for form in FORMS:
         alone = fit_ebt(form, tails[1:], np.array([fast.speed]), robot)
         both = fit_ebt(form, tails, np.array([slow.speed, fast.speed]), robot)

@@ -86,7 +86,7 @@ def test_the_beat_is_the_command_times_the_mean_ratio() -> None:
 def test_nothing_measured_in_the_trial_enters() -> None:
     calibration = commanded(1.0, 1.0, 1.5)
     slow, *fitted = calibration.trials
-    lost = replace(slow.measured, weight=0 * slow.measured.weight, frequency=fitted[0].measured.frequency)
+    lost = replace(slow.measured.seen_as(weight=0 * slow.measured.weight), frequency=fitted[0].measured.frequency)
     blind = replace(calibration, trials=(replace(slow, measured=lost, simulated_hz=np.nan, speeds={}), *fitted))
 
     assert of_command(blind) == of_command(calibration)

@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
+import xarray as xr
 
 from fitting import measure_trial
 from fitting.frequency import estimate_frequency
-from session import CameraSpec, NotEnoughData, Tracks, TrialSpec
+from session import CameraSpec, NotEnoughData, TrialSpec
 from session.create import FISHSIM_MARKERS
-from session.tracks import load_tracks
+from session.tracks import load_tracks, markers_of, pixels_of
 from swimmer import load_robot
-from tests.cases import later
+from tests.cases import changed, later
 from tests.fitting.tails import noisy, tail
 from tests.session.sample import FISHSIM, needs_fishsim
 
@@ -115,26 +114,26 @@ def test_less_than_a_beat_is_refused(frames: int, size: float, weight: float, me
         estimate_frequency(time_s, size * lateral_m, weight * ones)
 
 
-def crossings_hz(tracks: Tracks) -> float:
+def crossings_hz(tracks: xr.Dataset) -> float:
     """The beat of the caudal fin by another road: a line through the times at which it crosses the body's axis."""
-    nose, neck, fin = (tracks.position_px[:, tracks.markers.index(name)] for name in ("nose", "neck", "caudal_fin"))
+    nose, neck, fin = (pixels_of(tracks)[:, markers_of(tracks).index(name)] for name in ("nose", "neck", "caudal_fin"))
     axis = (neck - nose) / np.linalg.norm(neck - nose, axis=1, keepdims=True)
     lateral = (fin - nose)[:, 0] * axis[:, 1] - (fin - nose)[:, 1] * axis[:, 0]
     lateral = np.convolve(np.pad(lateral, 6, mode="edge"), np.hanning(15)[1:-1] / np.hanning(15).sum(), mode="valid")
     lateral = lateral - (lateral.max() + lateral.min()) / 2
     before = np.flatnonzero(np.diff(np.sign(lateral)) != 0)
     share = lateral[before] / (lateral[before] - lateral[before + 1])
-    times = tracks.time_s[before] + share * np.diff(tracks.time_s)[before]
+    times = tracks.time.values[before] + share * np.diff(tracks.time.values)[before]
     number, rising = np.arange(len(times)), (np.arange(len(times)) % 2).astype(float)
     line = np.linalg.lstsq(np.column_stack([np.ones_like(times), rising, number]), times, rcond=None)[0]
     return float(0.5 / line[2])
 
 
-def real(name: str) -> Tracks:
+def real(name: str) -> xr.Dataset:
     return load_tracks(FISHSIM / f"{name}.csv", FISHSIM_MARKERS, 60.0)
 
 
-def measured_hz(tracks: Tracks, name: str) -> float:
+def measured_hz(tracks: xr.Dataset, name: str) -> float:
     camera = CameraSpec(fps=60.0, scale_length_m=0.142, calibration=None, file=None)
     spec = TrialSpec(name, "swim", commanded_hz=float(name[1:].replace("_", ".")))
     return measure_trial(spec, tracks, camera, load_robot(), 1.0).frequency.hz
@@ -150,12 +149,12 @@ def test_every_real_trial_beats_as_often_as_its_fin_crosses_the_axis(name: str) 
 @pytest.mark.parametrize("name", [*REAL[:2], *later(*REAL[2:])])
 def test_faults_put_into_real_tracks_do_not_change_their_beat(name: str) -> None:
     tracks = real(name)
-    position_px, place = tracks.position_px.copy(), tracks.markers.index
+    position_px, place = pixels_of(tracks).copy(), markers_of(tracks).index
     position_px[40:90, place("caudal_fin")] = position_px[40, place("caudal_fin")]
     position_px[100:220, place("tail_3")] = position_px[100:220, place("tail_4")] + [1.5, -1.0]
     position_px[200:206, place("tail_5")] += [80.0, -60.0]
     position_px[230:255, place("tail_4")] = np.nan
     confidence = np.isfinite(position_px).all(axis=2).astype(float)
-    faulty = replace(tracks, position_px=position_px, confidence=confidence)
+    faulty = changed(tracks, position_px=position_px, confidence=confidence)
 
     assert measured_hz(faulty, name) == pytest.approx(measured_hz(tracks, name), rel=0.01)

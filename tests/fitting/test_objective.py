@@ -29,8 +29,8 @@ def test_flagged_samples_do_not_enter(swims: Swims) -> None:
     weight[90:150, 7] = 0.0
     shape = head.shape_m.copy()
     shape[90:150, 7] += 5.0
-    broken = replace(slow, weight=weight, head=replace(head, shape_m=shape))
+    broken = slow.seen_as(weight=weight, head=replace(head, shape_m=shape))
     column = POINT[:6, None]
 
-    flagged = Swims(swims.twin, (replace(slow, weight=weight),)).mean_distance(column)
+    flagged = Swims(swims.twin, (slow.seen_as(weight=weight),)).mean_distance(column)
     assert Swims(swims.twin, (broken,)).mean_distance(column) == pytest.approx(flagged)

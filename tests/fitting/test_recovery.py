@@ -10,8 +10,9 @@ import pytest
 from fitting import MeasuredTrial, measure_trial
 from fitting.coefficient_fit import fit_coefficients
 from fitting.objective import Swims
-from session import CameraSpec, Tracks, TrialSpec
+from session import CameraSpec, TrialSpec
 from session.create import FISHSIM_MARKERS
+from session.tracks import as_tracks
 from synthetic import PLAUSIBLE_COEFFICIENTS
 from tests.cases import later
 from tests.fitting.exact_swims import ROBOT, exact_swims, exact_twin
@@ -36,7 +37,7 @@ def measured(move: Callable[[np.ndarray], np.ndarray], hz: float = 1.0, seconds:
     trial = exact_swims(hz=(hz,), seconds=seconds, noise_m=HALF_PIXEL_M)[0]
     mirrored = trial.position_m * [1.0, -1.0] / PIXEL_M + 1500.0  # y down
     spec = TrialSpec(name=f"{hz:.2f}", kind="swim", role="fit", commanded_hz=hz)
-    tracks = Tracks(FISHSIM_MARKERS, trial.time_s, move(mirrored), np.ones(mirrored.shape[:2]))
+    tracks = as_tracks(FISHSIM_MARKERS, trial.time_s, move(mirrored), np.ones(mirrored.shape[:2]))
     return measure_trial(spec, tracks, CameraSpec(fps=60.0, scale_length_m=0.142), ROBOT, 1.0)
 
 

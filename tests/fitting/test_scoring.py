@@ -34,7 +34,7 @@ def test_flagged_samples_count_in_the_distance_over_all_samples_only() -> None:
     off[3:5, 4] += [0.0, 0.2]
     weight = np.ones((10, 5))
     weight[3:5, 4] = 0.0
-    trial = by_hand(off, weight=weight)
+    trial = by_hand(off).seen_as(weight=weight)
 
     found = score(trial, head_frame_of(position))
     assert found.marker_error_m == pytest.approx(0.0)

@@ -7,15 +7,17 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import xarray as xr
 
 from fitting import MeasuredTrial, measure_trial
 from fitting.forecast import fit_phase
 from fitting.objective import Swims
-from session import CameraSpec, NotEnoughData, Session, Tracks, load_session
+from session import CameraSpec, NotEnoughData, Session, load_session
 from session.camera import CameraCalibration
-from session.tracks import load_tracks
+from session.tracks import load_tracks, markers_of, pixels_of
 from swimmer import load_robot
 from synthetic import Truth, make_session
+from tests.cases import changed
 from tests.fitting.swims import PLAN
 from tests.tracking.lens.render import to_pixels
 from tracking import to_pool
@@ -37,20 +39,20 @@ def session(tmp_path_factory: pytest.TempPathFactory) -> Session:
     return load_session(make_session(tmp_path_factory.mktemp("trial") / "session", PLAN))
 
 
-def tracks_of(session: Session, name: str) -> Tracks:
+def tracks_of(session: Session, name: str) -> xr.Dataset:
     path = session.trial(name).tracks
     assert path is not None
     return load_tracks(path, session.markers, session.camera.fps)
 
 
-def measured(session: Session, name: str, tracks: Tracks | None = None, **changes: object) -> MeasuredTrial:
+def measured(session: Session, name: str, tracks: xr.Dataset | None = None, **changes: object) -> MeasuredTrial:
     spec = replace(session.trial(name), **changes)  # type: ignore[arg-type]
     return measure_trial(spec, tracks or tracks_of(session, name), session.camera, load_robot(), session.warmup_s)
 
 
-def first_frames(tracks: Tracks, seconds: float) -> Tracks:
-    kept = tracks.time_s <= seconds + 1e-9
-    return Tracks(tracks.markers, tracks.time_s[kept], tracks.position_px[kept], tracks.confidence[kept])
+def first_frames(tracks: xr.Dataset, seconds: float) -> xr.Dataset:
+    kept = tracks.time.values <= seconds + 1e-9
+    return tracks.isel(time=kept)
 
 
 def test_a_fit_trial_knows_all_of_itself_and_is_scored_for_4_s(session: Session) -> None:
@@ -77,20 +79,20 @@ def test_nothing_held_out_is_taken_from_the_frames_it_is_scored_on(
 ) -> None:
     """Its rest is replaced by another swim, of another speed and heading, joined to it without a jump."""
     true = first_frames(tracks_of(session, "new"), seconds)
-    other = tracks_of(session, "fast").position_px
+    fast = pixels_of(tracks_of(session, "fast"))
     trial = measured(session, "new", true)
     count = int(trial.known.sum())
-    position_px = true.position_px.copy()
+    position_px = pixels_of(true).copy()
     length = len(position_px) - count
-    rest = np.resize(other, (length, *other.shape[1:]))
+    rest = np.resize(fast, (length, *fast.shape[1:]))
     position_px[count:] = rest + position_px[count - 1, 0] - rest[0, 0]
-    changed = measured(session, "new", replace(true, position_px=position_px))
+    other = measured(session, "new", changed(true, position_px=position_px))
 
-    assert (changed.weight[:count] == trial.weight[:count]).all()
-    np.testing.assert_array_equal(changed.known, trial.known)
-    assert changed.start_frequency.hz == pytest.approx(trial.start_frequency.hz, rel=1e-6)
-    np.testing.assert_allclose(changed.start_velocity, trial.start_velocity, atol=1e-6)
-    phases = [fit_phase(swims.twin, one, truth.plan.coefficients) for one in (trial, changed)]
+    assert (other.weight[:count] == trial.weight[:count]).all()
+    np.testing.assert_array_equal(other.known, trial.known)
+    assert other.start_frequency.hz == pytest.approx(trial.start_frequency.hz, rel=1e-6)
+    np.testing.assert_allclose(other.start_velocity, trial.start_velocity, atol=1e-6)
+    phases = [fit_phase(swims.twin, one, truth.plan.coefficients) for one in (trial, other)]
     assert phases[0] == pytest.approx(phases[1], abs=1e-6)
 
 
@@ -108,16 +110,16 @@ def test_start_speed_and_frequency_are_the_true_ones(name: str, trials: dict[str
 
 def test_frames_without_a_trusted_head_count_for_no_marker(session: Session) -> None:
     tracks = tracks_of(session, "slow")
-    confidence = tracks.confidence.copy()
-    confidence[50:60, tracks.markers.index("neck")] = 0.0
-    trial = measured(session, "slow", replace(tracks, confidence=confidence))
+    confidence = tracks.confidence.values.copy()
+    confidence[50:60, markers_of(tracks).index("neck")] = 0.0
+    trial = measured(session, "slow", changed(tracks, confidence=confidence))
 
     assert not trial.weight[50:60].any()
     assert (trial.weight[:50] > 0).all()
 
 
-def distrusted(tracks: Tracks) -> Tracks:
-    return replace(tracks, confidence=np.where(np.arange(len(tracks.markers)) < 3, tracks.confidence, 0.0))
+def distrusted(tracks: xr.Dataset) -> xr.Dataset:
+    return changed(tracks, confidence=np.where(np.arange(len(markers_of(tracks))) < 3, tracks.confidence.values, 0.0))
 
 
 @pytest.mark.parametrize(
@@ -125,14 +127,14 @@ def distrusted(tracks: Tracks) -> Tracks:
     [
         (lambda tracks: first_frames(tracks, 1.1), r"trial fast: 1.10 s leave .* needed: shorten \[fit\] warmup_s"),
         (
-            lambda tracks: tracks.select(("nose", "neck", "dorsal_fin")),
+            lambda tracks: tracks.sel(keypoint=["nose", "neck", "dorsal_fin"]),
             "trial fast: none of its markers sits on the tail",
         ),
         (distrusted, "fewer than 12 frames with a usable tail marker"),
     ],
 )
 def test_a_trial_that_shows_too_little_is_refused(
-    session: Session, change: Callable[[Tracks], Tracks], message: str
+    session: Session, change: Callable[[xr.Dataset], xr.Dataset], message: str
 ) -> None:
     with pytest.raises(NotEnoughData, match=message):
         measured(session, "fast", change(tracks_of(session, "fast")))
@@ -164,9 +166,9 @@ def test_stamps_of_another_frame_rate_are_refused(session: Session, fps: float) 
 def test_lens_and_heights_of_the_markers_are_undone(session: Session) -> None:
     robot, flat = load_robot(), tracks_of(session, "fast")
     true = to_pool(flat, session.camera)[0]
-    above_m = robot.marker_positions_m(flat.markers)[:, 2] - robot.markers["nose"].position_m[2]  # (m,)
+    above_m = robot.marker_positions_m(markers_of(flat))[:, 2] - robot.markers["nose"].position_m[2]  # (m,)
     ray = (true - np.nanmean(true, axis=(0, 1))) * [1, -1] / (2.4 - above_m)[:, None]
-    filmed = replace(flat, position_px=to_pixels(ray, LENS))
+    filmed = changed(flat, position_px=to_pixels(ray, LENS))
 
     expected = measured(session, "fast")
     camera = replace(session.camera, calibration=LENS)

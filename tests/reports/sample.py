@@ -24,6 +24,7 @@ from reports.context import ReportContext
 from session import CameraSpec, Flag, Session, TrialSpec
 from session.results import Provenance
 from swimmer import FluidCoefficients, RobotSpec, load_robot
+from tests.fitting.swims import filmed
 from tracking import HeadFrame
 
 MARKERS = ("nose", "neck", "dorsal_fin", "tail_1", "tail_3", "tail_5", "caudal_fin")
@@ -143,11 +144,7 @@ def measured_trial(robot: RobotSpec, name: str, role: str, hz: float, time_s: np
         name=name,
         role=role,
         commanded_hz=hz,
-        markers=MARKERS,
-        time_s=time_s,
-        position_m=head.position_m,
-        head=head,
-        weight=np.ones((len(time_s), len(MARKERS))),
+        tracks=filmed(MARKERS, time_s, head.position_m, head, 0.00105),
         frequency=frequency,
         start_frequency=frequency,
         start_velocity=np.zeros(3),
@@ -157,7 +154,6 @@ def measured_trial(robot: RobotSpec, name: str, role: str, hz: float, time_s: np
         speed=0.1 * hz,
         warmup_s=1.0,
         tail=tuple(tail_markers(robot, MARKERS)),
-        metres_per_px=0.00105,
         flags=(),
     )
 
@@ -177,7 +173,7 @@ def with_faults(trial: MeasuredTrial) -> MeasuredTrial:
         Flag("jump", ("neck",), (20, 24), "neck jumps, up to 40 px from where the others put it"),
         Flag("frequency_off_command", message="the tail beats at 0.500 Hz, -25 % off the commanded 0.67 Hz"),
     )
-    return replace(trial, weight=weight, flags=flags)
+    return replace(trial.seen_as(weight=weight), flags=flags)
 
 
 def swimming(robot: RobotSpec, time_s: np.ndarray, hz: float, speed: float, size: float = 1.0) -> HeadFrame:

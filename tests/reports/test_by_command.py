@@ -36,7 +36,7 @@ def test_the_error_of_the_forecast_is_next_to_that_of_the_twin(page: Page) -> No
 
 
 def test_a_line_of_the_sweep_comes_from_a_frequency_not_from_the_command(page: Page) -> None:
-    assert "The lines are simulated from the crank’s frequency, without the measured tail" in page.text
+    assert "All lines are simulated from the crank’s frequency alone" in page.text
 
 
 @pytest.mark.usefixtures("words_alone")

@@ -100,7 +100,7 @@ def test_flagged_samples_do_not_enter_the_midlines() -> None:
     wrong[60:70, 4] += 1.0
     weight = trial.measured.weight.copy()
     weight[60:70, 4] = 0.0
-    measured = replace(trial.measured, head=replace(trial.measured.head, shape_m=wrong), weight=weight)
+    measured = trial.measured.seen_as(head=replace(trial.measured.head, shape_m=wrong), weight=weight)
 
     clean, _ = beat_midlines(trial, ROBOT)
     spoilt, _ = beat_midlines(replace(trial, measured=measured), ROBOT)

@@ -10,6 +10,7 @@ from fitting import CalibratedTrial
 from fitting.model.features import waves
 from reports.missing_forces import likenesses, motions
 from swimmer import load_robot
+from tests.fitting.swims import filmed
 from tests.reports.diagnoses import FITTED, JOINTS, made_forces
 from tests.reports.sample import made_trial
 
@@ -58,9 +59,10 @@ def test_a_bent_hinge_is_read_off_the_markers() -> None:
     behind = np.maximum(place[:, 0] - ROBOT.hinge_x_m[2], 0.0)
     shape = np.stack([place[:, 0] - behind * (1 - np.cos(0.2)), place[:, 1] + behind * np.sin(0.2)], axis=1)
     shapes = np.broadcast_to(shape - shape[markers.index("nose")], (len(trial.measured.time_s), *shape.shape))
+    seen = replace(trial.measured.head, shape_m=shapes)
     bent = replace(
         trial,
-        measured=replace(trial.measured, markers=markers),
+        measured=replace(trial.measured, tracks=filmed(markers, trial.measured.time_s, shapes, seen)),
         simulated=replace(trial.simulated, shape_m=shapes),
     )
 

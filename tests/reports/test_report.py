@@ -117,7 +117,7 @@ def test_without_held_out_trials_it_says_that_nothing_was_predicted() -> None:
 
 def test_a_trial_of_which_nothing_counts_is_drawn_and_reported() -> None:
     trial = made_trial(load_robot(), "fast")
-    measured = replace(trial.measured, weight=np.zeros_like(trial.measured.weight))
+    measured = trial.measured.seen_as(weight=np.zeros_like(trial.measured.weight))
     lost = replace(trial, measured=measured, scores=trial.scores._replace(used_fraction=0.0, marker_error_m=np.nan))
     page = page_of(replace(made_calibration(), trials=(lost,)))
 

@@ -7,8 +7,10 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
+import xarray as xr
 
 import session
+from session.tracks import as_tracks
 
 FISHSIM = Path(__file__).resolve().parents[3] / "shared" / "data" / "fishsim"
 
@@ -74,10 +76,10 @@ def faults_of(folder: Path, **options: object) -> str:
     return str(caught.value)
 
 
-def made_tracks(frames: int = 5) -> session.Tracks:
+def made_tracks(frames: int = 5) -> xr.Dataset:
     rng = np.random.default_rng(3)
     position = rng.uniform(0, 4000, (frames, len(MARKERS), 2))
     confidence = rng.uniform(0, 1, (frames, len(MARKERS)))
     position[1, 2] = np.nan
     confidence[1, 2] = 0.0
-    return session.Tracks(MARKERS, np.arange(frames) / 59.94, position, confidence)
+    return as_tracks(MARKERS, np.arange(frames) / 59.94, position, confidence)

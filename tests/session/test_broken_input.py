@@ -94,9 +94,9 @@ def read(content: bytes, name: str, reader: Callable[[Path], object]) -> None:
 
 def read_tracks(path: Path) -> None:
     tracks = load_tracks(path, MARKERS, 60.0)
-    assert len(tracks.time_s) >= 2
-    assert (tracks.time_s[1:] > tracks.time_s[:-1]).all()
-    assert ((tracks.confidence >= 0) & (tracks.confidence <= 1)).all()
+    assert len(tracks.time.values) >= 2
+    assert (tracks.time.values[1:] > tracks.time.values[:-1]).all()
+    assert ((tracks.confidence.values >= 0) & (tracks.confidence.values <= 1)).all()
 
 
 def read_session(path: Path) -> None:

@@ -4,8 +4,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from session import InputError, Tracks
-from session.tracks import load_tracks, save_tracks
+from session import InputError
+from session.tracks import as_tracks, load_tracks, pixels_of, save_tracks
 from tests.session.sample import FISHSIM, MARKERS, made_tracks, needs_fishsim, tracks_text
 
 HEADER = "time_s,nose_x,nose_y,neck_x,neck_y,tail_1_x,tail_1_y"
@@ -25,10 +25,10 @@ def faults(path: Path, **options: int) -> str:
 
 def test_headerless_rows_are_frames_at_the_nominal_rate(tmp_path: Path) -> None:
     tracks = load_tracks(written(tmp_path, tracks_text(4)), MARKERS, 50.0)
-    assert tracks.position_px.shape == (4, 3, 2)
-    np.testing.assert_allclose(tracks.time_s, [0, 0.02, 0.04, 0.06])
-    np.testing.assert_array_equal(tracks.position_px[2, 1], [42.0, 10.5])
-    np.testing.assert_array_equal(tracks.confidence, 1.0)
+    assert pixels_of(tracks).shape == (4, 3, 2)
+    np.testing.assert_allclose(tracks.time.values, [0, 0.02, 0.04, 0.06])
+    np.testing.assert_array_equal(pixels_of(tracks)[2, 1], [42.0, 10.5])
+    np.testing.assert_array_equal(tracks.confidence.values, 1.0)
 
 
 def test_columns_come_in_any_order_and_confidence_is_optional(tmp_path: Path) -> None:
@@ -36,15 +36,15 @@ def test_columns_come_in_any_order_and_confidence_is_optional(tmp_path: Path) ->
         "neck_y,neck_x,nose_confidence,tail_1_x,tail_1_y,nose_x,nose_y,time_s\n4,3,0.5,5,6,1,2,0.1\n4,3,,5,6,1,2,0.3\n"
     )
     tracks = load_tracks(written(tmp_path, text), MARKERS, 60.0)
-    np.testing.assert_array_equal(tracks.position_px[0], [[1, 2], [3, 4], [5, 6]])
-    np.testing.assert_array_equal(tracks.confidence, [[0.5, 1, 1], [1, 1, 1]])
-    np.testing.assert_array_equal(tracks.time_s, [0.1, 0.3])
+    np.testing.assert_array_equal(pixels_of(tracks)[0], [[1, 2], [3, 4], [5, 6]])
+    np.testing.assert_array_equal(tracks.confidence.values, [[0.5, 1, 1], [1, 1, 1]])
+    np.testing.assert_array_equal(tracks.time.values, [0.1, 0.3])
 
 
 def test_empty_and_nan_cells_are_missing_samples(tmp_path: Path) -> None:
     tracks = load_tracks(written(tmp_path, "1,2,3,4,5,6\n,2,nan,NaN,5,6\n1,2,3,4,5,6\n"), MARKERS, 60.0)
-    assert np.isnan(tracks.position_px[1, :2]).all()
-    np.testing.assert_array_equal(tracks.confidence[1], [0, 0, 1])
+    assert np.isnan(pixels_of(tracks)[1, :2]).all()
+    np.testing.assert_array_equal(tracks.confidence.values[1], [0, 0, 1])
 
 
 @pytest.mark.parametrize("name", ["t.csv", "t.csv.gz"])
@@ -52,32 +52,33 @@ def test_saved_tracks_read_back_the_same(tmp_path: Path, name: str) -> None:
     tracks = made_tracks()
     save_tracks(tmp_path / name, tracks)
     again = load_tracks(tmp_path / name, MARKERS, 1.0)
-    np.testing.assert_array_equal(again.time_s, tracks.time_s)
-    np.testing.assert_array_equal(again.position_px, tracks.position_px)
-    np.testing.assert_array_equal(again.confidence, tracks.confidence)
+    np.testing.assert_array_equal(again.time.values, tracks.time.values)
+    np.testing.assert_array_equal(pixels_of(again), pixels_of(tracks))
+    np.testing.assert_array_equal(again.confidence.values, tracks.confidence.values)
 
 
 def test_packed_tracks_are_unpacked(tmp_path: Path) -> None:
     path = written(tmp_path, gzip.compress(tracks_text(7).encode()), "t.csv.gz")
-    assert len(load_tracks(path, MARKERS, 60.0).time_s) == 7
+    assert len(load_tracks(path, MARKERS, 60.0).time.values) == 7
 
 
 def test_windows_line_ends_and_a_byte_order_mark_are_no_fault(tmp_path: Path) -> None:
     text = "\ufeff" + f"{HEADER}\n0,1,2,3,4,5,6\n1,1,2,3,4,5,6\n\n".replace("\n", "\r\n")
-    assert len(load_tracks(written(tmp_path, text), MARKERS, 60.0).time_s) == 2
+    assert len(load_tracks(written(tmp_path, text), MARKERS, 60.0).time.values) == 2
 
 
-def test_select_keeps_the_order_asked_for() -> None:
+def test_tracks_are_labelled_and_have_units() -> None:
     tracks = made_tracks()
-    chosen = tracks.select(("tail_1", "nose"))
-    np.testing.assert_array_equal(chosen.position_px, tracks.position_px[:, [2, 0]])
-    with pytest.raises(ValueError, match="no tracks of fin; choices: nose, neck, tail_1"):
-        tracks.select(("fin",))
+    assert tracks.position.dims == ("time", "space", "keypoint")
+    assert (tracks.position.units, tracks.time.units) == ("px", "s")
+    assert tracks.fps == pytest.approx(59.94)
+    chosen = tracks.sel(keypoint=["tail_1", "nose"])
+    np.testing.assert_array_equal(pixels_of(chosen), pixels_of(tracks)[:, [2, 0]])
 
 
 def test_arrays_that_do_not_fit_each_other_are_refused() -> None:
     with pytest.raises(ValueError, match=r"expected \(2, 3, 2\) and \(2, 3\)"):
-        Tracks(MARKERS, np.zeros(2), np.zeros((3, 3, 2)), np.zeros((2, 3)))
+        as_tracks(MARKERS, np.zeros(2), np.zeros((3, 3, 2)), np.zeros((2, 3)))
 
 
 @pytest.mark.parametrize(
@@ -132,5 +133,5 @@ def test_absent_file_and_folder_are_reported(tmp_path: Path) -> None:
 @needs_fishsim
 def test_the_public_tracks_load_whole() -> None:
     markers = ("nose", "neck", "dorsal_fin", *(f"tail_{k}" for k in range(1, 6)), "caudal_fin")
-    frames = {path.stem: len(load_tracks(path, markers, 60.0).time_s) for path in sorted(FISHSIM.glob("f*.csv"))}
+    frames = {path.stem: len(load_tracks(path, markers, 60.0).time.values) for path in sorted(FISHSIM.glob("f*.csv"))}
     assert frames == {"f0_50": 541, "f0_75": 301, "f1_00": 301, "f1_25": 301, "f1_75": 301}

@@ -5,8 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+import xarray as xr
+
 from fitting import MeasuredTrial, measure_trial
-from session import Session, Tracks, load_session
+from session import Session, load_session
 from session.tracks import load_tracks
 from swimmer import load_robot
 from synthetic import SyntheticPlan, SyntheticTrial
@@ -58,7 +60,7 @@ def small_plan(*, slow: dict[str, Any] | None = None, **changes: Any) -> Synthet
     return SyntheticPlan(**settings)
 
 
-def tracks_of(session: Session, name: str) -> Tracks:
+def tracks_of(session: Session, name: str) -> xr.Dataset:
     path = session.trial(name).tracks
     assert path is not None
     return load_tracks(path, session.markers, session.camera.fps)

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from session import InputError, load_session
+from session.tracks import pixels_of
 from swimmer import RobotSpec, load_robot
 from synthetic import SyntheticPlan, default_plan, make_session, read_truth
 from synthetic.noise import NOISELESS
@@ -30,7 +31,7 @@ def test_a_session_loads_without_a_fault_and_says_what_was_planned(tmp_path: Pat
     for trial, planned in zip(session.trials, plan.trials, strict=True):
         assert (trial.name, trial.kind, trial.role) == (planned.name, "swim", planned.role)
         assert trial.commanded_hz == planned.commanded_hz
-        assert len(tracks_of(session, trial.name).time_s) == len(planned.time_s(plan.camera))
+        assert len(tracks_of(session, trial.name).time.values) == len(planned.time_s(plan.camera))
 
 
 @pytest.mark.parametrize("plan", [small_plan(), *later(default_plan(0), default_plan(1))])
@@ -56,7 +57,7 @@ def test_tracks_are_the_true_positions_with_the_errors_that_were_planned(tmp_pat
         make_session(tmp_path / name, plan.model_copy(update={"noise": noise}))
         for name, noise in (("noisy", plan.noise), ("clean", NOISELESS))
     )
-    found, true = (tracks_of(load_session(folder), "slow").position_px for folder in (noisy, clean))
+    found, true = (pixels_of(tracks_of(load_session(folder), "slow")) for folder in (noisy, clean))
     offsets = np.array(list(read_truth(noisy).trials["slow"].placement_px.values()))
 
     errors = found - true - offsets

@@ -1,7 +1,8 @@
 import numpy as np
 import pytest
 
-from session import CameraSpec, InputError, Tracks
+from session import CameraSpec, InputError
+from session.tracks import as_tracks
 from swimmer import Runs, Scene, Twin
 from synthetic import SyntheticPlan, simulate_swims
 from synthetic.swims import TrueRun
@@ -14,7 +15,7 @@ HEADING_RAD = 0.4
 def head_frame_of(swim: TrueRun, plan: SyntheticPlan) -> HeadFrame:
     """The head frame that the program finds in the pixels of a swim."""
     confidence = np.ones(swim.position_px.shape[:2])
-    tracks = Tracks(plan.markers, swim.time_s, swim.position_px, confidence)
+    tracks = as_tracks(plan.markers, swim.time_s, swim.position_px, confidence)
     position_m, _ = to_pool(tracks, CameraSpec(plan.camera.fps, plan.swimmer.scale_length_m))
     return to_head_frame(position_m, plan.markers.index("nose"), plan.markers.index("neck"))
 

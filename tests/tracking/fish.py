@@ -5,8 +5,9 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
+import xarray as xr
 
-from session import Tracks
+from session.tracks import as_tracks
 from swimmer.robot import RobotSpec, load_robot
 
 ROBOT = load_robot()
@@ -15,9 +16,9 @@ PX_PER_M = 950.0
 FPS = 60.0
 
 
-def tracks_of(position_px: np.ndarray, markers: Sequence[str] = MARKERS) -> Tracks:
+def tracks_of(position_px: np.ndarray, markers: Sequence[str] = MARKERS) -> xr.Dataset:
     present = np.isfinite(position_px).all(axis=2)
-    return Tracks(tuple(markers), np.arange(len(position_px)) / FPS, position_px, present.astype(float))
+    return as_tracks(tuple(markers), np.arange(len(position_px)) / FPS, position_px, present.astype(float))
 
 
 def swimming_fish(

@@ -4,9 +4,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import xarray as xr
 
-from session import CameraSpec, InputError, NotEnoughData, Tracks
+from session import CameraSpec, InputError, NotEnoughData
 from session.camera import CameraCalibration
+from session.tracks import as_tracks, pixels_of
 from swimmer import load_robot
 from tests.tracking.lens.render import to_pixels
 from tracking import to_pool
@@ -28,7 +30,7 @@ LENS = CameraCalibration(
 CAMERA = CameraSpec(60.0, ROBOT.scale_length_m, LENS, Path("camera.toml"))
 
 
-def filmed(place_m: np.ndarray, lens: CameraCalibration, frames: int = 40) -> tuple[np.ndarray, Tracks]:
+def filmed(place_m: np.ndarray, lens: CameraCalibration, frames: int = 40) -> tuple[np.ndarray, xr.Dataset]:
     """(n, m, 2) true places on the pool of a straight fish that swims about, y up, and its tracks."""
     rng = np.random.default_rng(3)
     heading = rng.uniform(0, 2 * np.pi, frames)
@@ -38,7 +40,7 @@ def filmed(place_m: np.ndarray, lens: CameraCalibration, frames: int = 40) -> tu
     depth = lens.height_above_water_m - (place_m[:, 2] - NOSE_NECK_M)  # (m,)
     ray = true * [1, -1] / depth[:, None]
     pixel = to_pixels(ray, lens)
-    return true, Tracks(MARKERS, np.arange(frames) / 60, pixel, np.ones(pixel.shape[:2]))
+    return true, as_tracks(MARKERS, np.arange(frames) / 60, pixel, np.ones(pixel.shape[:2]))
 
 
 def distances(position_m: np.ndarray) -> np.ndarray:
@@ -64,7 +66,7 @@ def test_without_heights_the_fins_are_displaced_by_parallax() -> None:
 def test_without_a_lens_pixels_are_scaled_and_nothing_else() -> None:
     _, tracks = filmed(PLACE_M, LENS)
     position_m, scale = to_pool(tracks, CameraSpec(60.0, ROBOT.scale_length_m), marker_height_m=PLACE_M[:, 2])
-    assert np.array_equal(position_m, tracks.position_px * np.array([scale, -scale]))
+    assert np.array_equal(position_m, pixels_of(tracks) * np.array([scale, -scale]))
 
 
 def test_a_camera_that_hangs_too_low_is_an_error_of_its_file() -> None:
@@ -76,7 +78,7 @@ def test_a_camera_that_hangs_too_low_is_an_error_of_its_file() -> None:
 
 def test_no_scale_without_nose_and_neck() -> None:
     _, tracks = filmed(PLACE_M, LENS)
-    tracks.position_px[:, MARKERS.index("neck")] = np.nan
+    pixels_of(tracks)[:, MARKERS.index("neck")] = np.nan
     with pytest.raises(NotEnoughData, match="have no scale"):
         to_pool(tracks, CAMERA)
 

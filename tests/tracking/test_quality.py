@@ -3,9 +3,10 @@ from collections.abc import Sequence
 
 import numpy as np
 import pytest
+import xarray as xr
 
-from session import Flag, Tracks
-from session.tracks import load_tracks
+from session import Flag
+from session.tracks import load_tracks, pixels_of
 from swimmer.robot import Marker
 from tests.cases import later
 from tests.session.sample import FISHSIM, needs_fishsim
@@ -63,7 +64,7 @@ def test_faults_in_a_made_up_fish_are_left_out_and_nothing_else(kind: str, speed
     [("swap", ("f1_00",)), *later(*((kind, CLEAN) for kind in ("jump", "swap", "merge", "freeze", "hop")))],
 )
 def test_faults_in_clean_real_trials_are_left_out_and_nothing_else(kind: str, names: tuple[str, ...]) -> None:
-    recall, false = shares_found(kind, [real(name).position_px for name in names], seed=3)
+    recall, false = shares_found(kind, [pixels_of(real(name)) for name in names], seed=3)
     assert recall >= 0.95
     assert false <= 0.005
 
@@ -247,7 +248,7 @@ CERTAIN = {
 """Those by 10 px and more, which must be left out."""
 
 
-def real(name: str) -> Tracks:
+def real(name: str) -> xr.Dataset:
     return load_tracks(FISHSIM / f"{name}.csv", MARKERS, FPS)
 
 

@@ -100,11 +100,11 @@ def body_steps(layout_m: np.ndarray) -> tuple[int, int, tuple[Step, ...]]:
 
 def complete_bodies(blobs: Sequence[Blob], layout_m: np.ndarray) -> Bodies:
     """All ways, the best first, to see the layout (m, 2), m, in the blobs of one polarity."""
-    looks = np.array([(b.x, b.y, b.diameter_px, b.level, b.elongation) for b in blobs[:CANDIDATES]]).reshape(-1, 5)
+    appearance = np.array([(b.x, b.y, b.diameter_px, b.level, b.elongation) for b in blobs[:CANDIDATES]]).reshape(-1, 5)
     nose, neck, steps = body_steps(layout_m)
-    if len(looks) < len(layout_m):
+    if len(appearance) < len(layout_m):
         return Bodies(np.empty((0, len(layout_m)), dtype=int), np.empty(0))
-    partial = _Partial.heads(looks, layout_m, nose, neck)
+    partial = _Partial.heads(appearance, layout_m, nose, neck)
     for step in steps:
         partial = partial.carried_on(step)
     order = np.argsort(partial.cost, kind="stable")
@@ -112,7 +112,7 @@ def complete_bodies(blobs: Sequence[Blob], layout_m: np.ndarray) -> Bodies:
 
 
 @dataclass(frozen=True)
-class Taken:
+class FoundStep:
     """One step along a body that was seen."""
 
     step: Step  # which
@@ -121,7 +121,7 @@ class Taken:
     bend_deg: float  # found, to the direction it should keep
 
 
-def steps_taken(centre_px: np.ndarray, layout_m: np.ndarray) -> tuple[Taken, ...]:
+def found_steps(centre_px: np.ndarray, layout_m: np.ndarray) -> tuple[FoundStep, ...]:
     """Every step behind the head's two front markers, from places (m, 2) in a picture, held against the layout (m, 2).
 
     Raises:
@@ -135,7 +135,7 @@ def steps_taken(centre_px: np.ndarray, layout_m: np.ndarray) -> tuple[Taken, ...
     for step in steps:
         moved = complex(body.moved(step)[0, step.marker])
         off = float(np.abs(body.off_place(step)[:, 0, step.marker]).max())
-        taken.append(Taken(step, off, abs(moved), float(np.rad2deg(np.angle(moved)))))
+        taken.append(FoundStep(step, off, abs(moved), float(np.rad2deg(np.angle(moved)))))
     return tuple(taken)
 
 
@@ -151,11 +151,11 @@ class _Partial:
     cost: np.ndarray
 
     @classmethod
-    def heads(cls, looks: np.ndarray, layout_m: np.ndarray, nose: int, neck: int) -> _Partial:
+    def heads(cls, appearance: np.ndarray, layout_m: np.ndarray, nose: int, neck: int) -> _Partial:
         """Every ordered pair of blobs that look alike, as the head's two front markers."""
-        at = looks[:, 0] - 1j * looks[:, 1]
-        look = np.log(looks[:, 2:])
-        apart = np.abs(at[:, None] - at) / np.sqrt(looks[:, None, 2] * looks[:, 2])
+        at = appearance[:, 0] - 1j * appearance[:, 1]
+        look = np.log(appearance[:, 2:])
+        apart = np.abs(at[:, None] - at) / np.sqrt(appearance[:, None, 2] * appearance[:, 2])
         difference = (look[:, None] - look) / (np.sqrt(2) * np.array([SIZE_SD, LEVEL_SD, ELONGATION_SD]))  # (n, n, 3)
         low, high = DIAMETERS_APART
         first, second = np.nonzero((apart > low) & (apart < high) & (np.abs(difference).max(axis=2) < GATE))

@@ -27,7 +27,7 @@ LONGER = 1.12
 
 
 @dataclass(frozen=True)
-class _Seen:
+class _PolarityBlobs:
     """What one polarity shows."""
 
     polarity: Polarity
@@ -58,7 +58,7 @@ def find_boxes(
     seen = []
     for polarity in ("bright", "dark"):
         blobs = find_blobs(luma, polarity)
-        seen.append(_Seen(polarity, blobs, complete_bodies(blobs, layout_m)))
+        seen.append(_PolarityBlobs(polarity, blobs, complete_bodies(blobs, layout_m)))
     best = min(seen, key=lambda each: each.bodies.cost[:1].min(initial=np.inf))
     confidence, runner_up = _probabilities(seen, len(markers))
     if confidence < CERTAIN:
@@ -71,7 +71,7 @@ def find_boxes(
     return StartBoxes(frame, boxes)
 
 
-def _probabilities(seen: Sequence[_Seen], count: int) -> tuple[float, float]:
+def _probabilities(seen: Sequence[_PolarityBlobs], count: int) -> tuple[float, float]:
     """Probabilities of the best and the next best body, among all bodies and none."""
     costs = np.sort(np.concatenate([each.bodies.cost for each in seen]))
     if len(costs) == 0:
@@ -100,7 +100,7 @@ def _box(blob: Blob, chosen: Sequence[Blob], shape: tuple[int, ...]) -> Box:
 
 
 def _not_certain(
-    file: str, frame: int, seen: Sequence[_Seen], markers: Sequence[str], sure: tuple[float, float]
+    file: str, frame: int, seen: Sequence[_PolarityBlobs], markers: Sequence[str], sure: tuple[float, float]
 ) -> InputError:
     """The error that reports what was seen instead of one body."""
     counts = " and ".join(f"{len(each.blobs)} {each.polarity} blobs" for each in seen)

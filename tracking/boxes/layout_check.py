@@ -14,7 +14,7 @@ from itertools import combinations
 import numpy as np
 
 from session import FaultCollector
-from tracking.boxes.body_chain import Taken, steps_taken
+from tracking.boxes.body_chain import FoundStep, found_steps
 
 IMPOSSIBLE = 6.0
 """Standard deviations beyond which a step along the body cannot be."""
@@ -28,7 +28,7 @@ def check_layout(names: Sequence[str], centre_px: np.ndarray, layout_m: np.ndarr
     `centre_px` (m, 2) are the centres of the boxes, no two on one spot; `layout_m` (m, 2) places on the straight robot.
     """
     try:
-        taken = steps_taken(centre_px, layout_m)
+        taken = found_steps(centre_px, layout_m)
     except ValueError:  # too few markers in a row to tell
         return
     impossible = [each for each in taken if each.off > IMPOSSIBLE]
@@ -44,14 +44,14 @@ def check_layout(names: Sequence[str], centre_px: np.ndarray, layout_m: np.ndarr
         )
 
 
-def _found(taken: Taken, names: Sequence[str]) -> str:
+def _found(taken: FoundStep, names: Sequence[str]) -> str:
     """The step in mm at the scale of the head, and its direction."""
     behind, front = (names[k] for k in taken.step.along)
     degrees = f"{abs(taken.bend_deg):.0f} degrees to the way from {behind} to {front}"
     return f"{1000 * taken.length_m:.0f} mm from it, at {degrees}"
 
 
-def _expected(taken: Taken, layout_m: np.ndarray) -> str:
+def _expected(taken: FoundStep, layout_m: np.ndarray) -> str:
     """What the step may be."""
     spread = taken.step.spread
     wanted_m = layout_m[taken.step.marker] - layout_m[taken.step.before]
@@ -69,6 +69,6 @@ def _exchange(names: Sequence[str], centre_px: np.ndarray, layout_m: np.ndarray)
     for one, other in combinations(range(len(names)), 2):
         order = np.arange(len(names))
         order[[one, other]] = other, one
-        worst[one, other] = max(each.off for each in steps_taken(centre_px[order], layout_m))
+        worst[one, other] = max(each.off for each in found_steps(centre_px[order], layout_m))
     (one, other), off = min(worst.items(), key=lambda item: item[1])
     return f"Exchange {names[one]} and {names[other]}: then they would fit." if off <= LIKELY else ""

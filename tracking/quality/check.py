@@ -9,8 +9,10 @@ close as on one spot. What is wrong is flagged in stretches with a name (`naming
 from dataclasses import dataclass, replace
 
 import numpy as np
+import xarray as xr
 
-from session import Flag, Tracks
+from session import Flag
+from session.tracks import markers_of, pixels_of
 from swimmer.robot import RobotSpec
 from tracking.quality.body_model import BodyModel, centred, layout_model, learned, spacing_spread
 from tracking.quality.following import Gate, fitting_shape
@@ -52,7 +54,7 @@ class TrackQuality:
         return float(np.mean(self.weight > 0)) if self.weight.size else 0.0
 
 
-def check_tracks(tracks: Tracks, layout: RobotSpec, floor_px: float = FLOOR_PX) -> TrackQuality:
+def check_tracks(tracks: xr.Dataset, layout: RobotSpec, floor_px: float = FLOOR_PX) -> TrackQuality:
     """Judges every sample of a trial.
 
     Args:
@@ -63,22 +65,22 @@ def check_tracks(tracks: Tracks, layout: RobotSpec, floor_px: float = FLOOR_PX) 
     Raises:
         ValueError: a marker that the layout lacks.
     """
-    if unknown := [name for name in tracks.markers if name not in layout.markers]:
+    if unknown := [name for name in markers_of(tracks) if name not in layout.markers]:
         raise ValueError(f"no marker {', '.join(unknown)} on {layout.name}; choices: {', '.join(layout.markers)}")
     findings = _findings(tracks, layout, floor_px)
-    frozen = frozen_picture(tracks.position_px)  # (n,)
+    frozen = frozen_picture(pixels_of(tracks))  # (n,)
     believed = findings.present & ~findings.wrong & ~frozen[:, None]
-    flags = (*flags_of(findings, tracks.markers), *frozen_flags(frozen, tracks.markers))
-    return TrackQuality(np.where(believed, tracks.confidence, 0.0), tuple(sorted(flags, key=_first_frame)))
+    flags = (*flags_of(findings, markers_of(tracks)), *frozen_flags(frozen, markers_of(tracks)))
+    return TrackQuality(np.where(believed, tracks.confidence.values, 0.0), tuple(sorted(flags, key=_first_frame)))
 
 
 def _first_frame(flag: Flag) -> int:
     return -1 if flag.frames is None else flag.frames[0]
 
 
-def _findings(tracks: Tracks, layout: RobotSpec, floor_px: float) -> Findings:
-    position_px = tracks.position_px * [1.0, -1.0]  # (n, m, 2), y up: the robot frame seen from above
-    place_m = layout.marker_positions_m(tracks.markers)  # (m, 3)
+def _findings(tracks: xr.Dataset, layout: RobotSpec, floor_px: float) -> Findings:
+    position_px = pixels_of(tracks) * [1.0, -1.0]  # (n, m, 2), y up: the robot frame seen from above
+    place_m = layout.marker_positions_m(markers_of(tracks))  # (m, 3)
     present = np.isfinite(position_px).all(axis=2)
     findings = Findings.none(present, position_px)
     px_per_m = _size(position_px, place_m)
@@ -97,7 +99,7 @@ def _findings(tracks: Tracks, layout: RobotSpec, floor_px: float) -> Findings:
     model = learned(prior, position_px, fitting)
     for _ in range(2):  # the second time without the faults in the model
         fitting = fitting_shape(model, position_px, judged, fitting, gate)
-        wrong = clash | misplaced(model, tracks.time_s, position_px, judged, fitting, gate)
+        wrong = clash | misplaced(model, tracks.time.values, position_px, judged, fitting, gate)
         fitting = judged & ~wrong
         model = learned(prior, position_px, fitting)
         if not wrong.any():

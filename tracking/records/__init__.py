@@ -6,13 +6,13 @@ from tracking.records.formats import export_tracks, import_tracks
 from tracking.records.gaps import fill_gaps
 from tracking.records.movement import to_movement
 from tracking.records.storage import load_tracked, save_tracked
-from tracking.records.tracked import SampleState, TrackedTrial
+from tracking.records.tracked import SampleState, as_tracked
 
 __all__ = [
     "EditLog",
     "SampleState",
-    "TrackedTrial",
     "apply_edits",
+    "as_tracked",
     "export_tracks",
     "fill_gaps",
     "import_tracks",

@@ -19,17 +19,19 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import xarray as xr
 
-from session import FaultCollector, Tracks
+from session import FaultCollector
 from session.results import write_whole
 from session.tables import RawTable, read_table, to_numbers
+from session.tracks import markers_of, pixels_of
 from tracking.records.foreign import check_names, checked_tracks
 
 SCORER = "swimcal"
 COORDS = ("x", "y", "likelihood")
 
 
-def save_deeplabcut(path: Path, tracks: Tracks) -> None:
+def save_deeplabcut(path: Path, tracks: xr.Dataset) -> None:
     """Writes tracks in DeepLabCut's form for one animal, whole or not at all. Times are lost, frames stay.
 
     Raises:
@@ -37,17 +39,17 @@ def save_deeplabcut(path: Path, tracks: Tracks) -> None:
     """
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
-    columns = [(marker, coord) for marker in tracks.markers for coord in COORDS]
+    columns = [(marker, coord) for marker in markers_of(tracks) for coord in COORDS]
     writer.writerow(["scorer", *[SCORER] * len(columns)])
     writer.writerow(["bodyparts", *(marker for marker, _ in columns)])
     writer.writerow(["coords", *(coord for _, coord in columns)])
-    samples = np.concatenate([tracks.position_px, tracks.confidence[..., None]], axis=2)  # (n, m, 3)
+    samples = np.concatenate([pixels_of(tracks), tracks.confidence.values[..., None]], axis=2)  # (n, m, 3)
     for number, row in enumerate(samples.reshape(len(samples), -1).tolist()):
         writer.writerow([number, *("" if cell != cell else repr(cell) for cell in row)])
     write_whole(path, text.getvalue())
 
 
-def load_deeplabcut(path: Path, markers: Sequence[str], fps: float) -> Tracks:
+def load_deeplabcut(path: Path, markers: Sequence[str], fps: float) -> xr.Dataset:
     """Reads DeepLabCut's CSV. Frame k is at k / `fps`; further body parts than the markers are left out.
 
     Raises:

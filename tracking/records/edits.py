@@ -5,11 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
+import xarray as xr
 
 from session import Flag
+from session.tracks import markers_of
 from tracking.records.edit import Drop, Relabel, SetBox, Swap
 from tracking.records.edit_log import EditLog, LoggedEdit
-from tracking.records.tracked import NO_SAMPLE, ONLY_CSRT, SampleState, TrackedTrial, only_csrt_flags
+from tracking.records.tracked import NO_SAMPLE, ONLY_CSRT, SampleState, only_csrt_flags, samples_of, with_samples
 
 Retracker = Callable[[np.ndarray, int, SetBox], tuple[np.ndarray, tuple[Flag, ...]]]
 """Tracks a marker on from a box set by hand.
@@ -19,7 +21,7 @@ It takes the places (n, m, 2) of all markers, px, the number of the one, and its
 """
 
 
-def apply_edits(tracked: TrackedTrial, log: EditLog, retrack: Retracker | None = None) -> TrackedTrial:
+def apply_edits(tracked: xr.Dataset, log: EditLog, retrack: Retracker | None = None) -> xr.Dataset:
     """Replays the edits that count, in the order of the log.
 
     A sample that is swapped or relabelled keeps its state, confidence and size under its new name; one that is
@@ -35,7 +37,7 @@ def apply_edits(tracked: TrackedTrial, log: EditLog, retrack: Retracker | None =
     """
     if not log.in_force:
         return tracked
-    names, samples = tracked.tracks.markers, tracked.samples
+    names, samples = markers_of(tracked), samples_of(tracked)
     flags = [flag for flag in tracked.flags if flag.kind != ONLY_CSRT]
     for logged in log.in_force:
         flags.append(_edited(logged, len(samples)))
@@ -55,7 +57,7 @@ def apply_edits(tracked: TrackedTrial, log: EditLog, retrack: Retracker | None =
                     found, new_flags = retrack(samples["position_px"], k, box)
                     samples[frame + 1 : frame + 1 + len(found), k] = found
                     flags += new_flags
-    return tracked.with_samples(samples, (*only_csrt_flags(samples["by_csrt"], names), *flags))
+    return with_samples(tracked, samples, (*only_csrt_flags(samples["by_csrt"], names), *flags))
 
 
 def _edited(logged: LoggedEdit, frames: int) -> Flag:

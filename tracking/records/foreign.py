@@ -6,11 +6,12 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
+import xarray as xr
 
-from session import FaultCollector, Tracks
+from session import FaultCollector
 from session.errors import Fault, did_you_mean
 from session.results import write_whole
-from session.tracks import FARTHEST_PX
+from session.tracks import FARTHEST_PX, as_tracks, pixels_of
 
 
 def check_names(markers: Sequence[str], found: Sequence[str], what: str, faults: FaultCollector) -> None:
@@ -28,7 +29,7 @@ def checked_tracks(
     confidence: np.ndarray,
     where: Sequence[str],
     faults: FaultCollector,
-) -> Tracks:
+) -> xr.Dataset:
     """Tracks of m markers from samples of another program, (n,), (n, m, 2) and (n, m), each frame at its place there.
 
     A position with one half missing is missing altogether; a confidence that is missing is 1, and 0 where the
@@ -60,10 +61,10 @@ def checked_tracks(
     faults.extend_capped([fault(k, i, "confidence out of range", belief[k, i], "0 to 1") for k, i in outside])
     faults.extend_capped([fault(k, i, "is beyond any image", position[k, i], in_reach) for k, i in far])
     faults.raise_if_any()
-    return Tracks(tuple(markers), np.array(time_s, dtype=float), position, belief)
+    return as_tracks(tuple(markers), np.array(time_s, dtype=float), position, belief)
 
 
-def save_fishsim(path: Path, tracks: Tracks) -> None:
+def save_fishsim(path: Path, tracks: xr.Dataset) -> None:
     """Writes the authors' form, nan where missing, whole or not at all; `session.load_tracks` reads it.
 
     Times and confidences are lost.
@@ -71,5 +72,5 @@ def save_fishsim(path: Path, tracks: Tracks) -> None:
     Raises:
         ResultsNotWritable: the file cannot be written.
     """
-    rows = tracks.position_px.reshape(len(tracks.time_s), -1).tolist()  # (n, 2 m)
+    rows = pixels_of(tracks).reshape(len(tracks.time.values), -1).tolist()  # (n, 2 m)
     write_whole(path, "".join(",".join(map(repr, row)) + "\n" for row in rows))

@@ -5,27 +5,27 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from session import Tracks
+import xarray as xr
+
 from session.tables import read_table
 from session.tracks import load_tracks, save_tracks
 from tracking.records.deeplabcut import is_deeplabcut, load_deeplabcut, save_deeplabcut
 from tracking.records.foreign import save_fishsim
 from tracking.records.movement import load_movement, save_movement
-from tracking.records.tracked import TrackedTrial
 
 SIGNATURES = (b"\x89HDF\r\n\x1a\n", b"CDF")
 """How files of netCDF start: version 4, which is HDF5, and 3."""
-FORMATS: dict[str, Callable[[Path, TrackedTrial], None]] = {
-    "swimcal": lambda path, tracked: save_tracks(path, tracked.tracks),
-    "deeplabcut": lambda path, tracked: save_deeplabcut(path, tracked.tracks),
+FORMATS: dict[str, Callable[[Path, xr.Dataset], None]] = {
+    "swimcal": save_tracks,
+    "deeplabcut": save_deeplabcut,
     "movement": save_movement,
-    "fishsim": lambda path, tracked: save_fishsim(path, tracked.tracks),
+    "fishsim": save_fishsim,
 }
 """The forms that tracks can be written in, by name: the contract's CSV, DeepLabCut's CSV, netCDF as of the package
 `movement`, the authors' CSV without a header."""
 
 
-def import_tracks(path: Path, markers: Sequence[str], fps: float) -> Tracks:
+def import_tracks(path: Path, markers: Sequence[str], fps: float) -> xr.Dataset:
     """Reads tracks in any of the forms in `FORMATS`, which is recognised by the content, not by the name.
 
     Args:
@@ -44,7 +44,7 @@ def import_tracks(path: Path, markers: Sequence[str], fps: float) -> Tracks:
     return load_tracks(path, markers, fps)
 
 
-def export_tracks(tracked: TrackedTrial, path: Path, form: str) -> None:
+def export_tracks(tracked: xr.Dataset, path: Path, form: str) -> None:
     """Writes tracks in a form of `FORMATS`, whole or not at all.
 
     States and sizes are kept by ``movement`` alone, times by ``swimcal`` and ``movement``, confidences by all but

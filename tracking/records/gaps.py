@@ -1,4 +1,4 @@
-"""Filling gaps: short stretches without a sample, from the other markers and from before and after.
+"""GapFill gaps: short stretches without a sample, from the other markers and from before and after.
 
 A beating tail turns round within a gap of a few frames, and interpolation in time does not see it. The other
 markers do. So a missing marker is put where the markers that are seen throughout the gap put it, by a regression
@@ -34,11 +34,13 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
+import xarray as xr
 from scipy.interpolate import CubicSpline
 from threadpoolctl import threadpool_limits
 
 from session import Flag
-from tracking.records.tracked import SampleState, TrackedTrial
+from session.tracks import markers_of, pixels_of
+from tracking.records.tracked import SampleState, samples_of, seen_in, with_samples
 from tracking.stretches import stretches
 
 REACH_FRAMES = 300
@@ -65,14 +67,14 @@ HALVES_S = 0.1
 """At this distance in time from the nearest of them half of it."""
 
 
-class Filling(NamedTuple):
+class GapFill(NamedTuple):
     """What one gap of f frames is filled with."""
 
     place: np.ndarray  # (f,) complex positions x + i y, px
     error_px: float  # RMS an axis in rehearsals
 
 
-def fill_gaps(tracked: TrackedTrial) -> TrackedTrial:
+def fill_gaps(tracked: xr.Dataset) -> xr.Dataset:
     """Fills the gaps that are short enough and can be filled well enough.
 
     A gap is a stretch of a marker without samples that are measured or set by hand; it is taken from those alone,
@@ -83,22 +85,22 @@ def fill_gaps(tracked: TrackedTrial) -> TrackedTrial:
     Args:
         tracked: of n frames and m markers.
     """
-    time_s, seen = tracked.tracks.time_s, tracked.seen
-    place = tracked.tracks.position_px @ np.array([1, 1j])  # (n, m)
-    samples = tracked.samples
+    time_s, seen = tracked.time.values, seen_in(tracked)
+    place = pixels_of(tracked) @ np.array([1, 1j])  # (n, m)
+    samples = samples_of(tracked)
     flags = [flag for flag in tracked.flags if flag.kind != "gap"]
     spans = [(k, slice(first, last + 1)) for k in range(seen.shape[1]) for first, last in stretches(~seen[:, k])]
     with threadpool_limits(1):  # the matrices are small: threads cost more than they save
         answers = [_filled(time_s, place, seen, k, span) for k, span in spans]
     for (k, span), (filling, why) in zip(spans, answers, strict=True):
         if filling is None:
-            flags.append(_flag(tracked.tracks.markers[k], span, why))
+            flags.append(_flag(markers_of(tracked)[k], span, why))
             continue
         filled = samples[span, k]
         filled["position_px"] = np.stack([filling.place.real, filling.place.imag], axis=1)
-        filled["confidence"] = _confidence(time_s, tracked.tracks.confidence[:, k], span)
+        filled["confidence"] = _confidence(time_s, tracked.confidence.values[:, k], span)
         filled["state"], filled["size_px"] = SampleState.INTERPOLATED, np.nan
-    return tracked.with_samples(samples, tuple(flags))
+    return with_samples(tracked, samples, tuple(flags))
 
 
 def _flag(marker: str, span: slice, why: str) -> Flag:
@@ -106,7 +108,7 @@ def _flag(marker: str, span: slice, why: str) -> Flag:
     return Flag("gap", (marker,), (span.start, span.stop - 1), f"{marker} is not seen in {frames}: {why}")
 
 
-def _filled(time_s: np.ndarray, place: np.ndarray, seen: np.ndarray, k: int, span: slice) -> tuple[Filling | None, str]:
+def _filled(time_s: np.ndarray, place: np.ndarray, seen: np.ndarray, k: int, span: slice) -> tuple[GapFill | None, str]:
     """What the gap `span` of marker k is filled with, or None and why not."""
     if span.start == 0 or span.stop == len(time_s):
         return None, "there is no sample on one side of it"
@@ -127,7 +129,7 @@ def _filled(time_s: np.ndarray, place: np.ndarray, seen: np.ndarray, k: int, spa
     return best, ""
 
 
-def _in_time(time_s: np.ndarray, place: np.ndarray, seen: np.ndarray, span: slice) -> Filling | None:
+def _in_time(time_s: np.ndarray, place: np.ndarray, seen: np.ndarray, span: slice) -> GapFill | None:
     """A cubic spline in time through the (n,) places of one marker."""
 
     def fill(gap: slice, known: np.ndarray) -> np.ndarray:
@@ -140,7 +142,7 @@ def _in_time(time_s: np.ndarray, place: np.ndarray, seen: np.ndarray, span: slic
 
 def _from_others(
     time_s: np.ndarray, place: np.ndarray, seen: np.ndarray, k: int, span: slice, lag: int
-) -> Filling | None:
+) -> GapFill | None:
     """Where the others that are seen throughout the gap put marker k, shifted to meet its own samples."""
     around = slice(max(span.start - 1 - lag, 0), span.stop + 1 + lag)
     others = np.flatnonzero(seen[around].all(axis=0) & (np.arange(seen.shape[1]) != k))
@@ -172,7 +174,7 @@ def _from_others(
 
 def _rehearsed(
     fill: Callable[[slice, np.ndarray], np.ndarray], place: np.ndarray, known: np.ndarray, span: slice
-) -> Filling | None:
+) -> GapFill | None:
     """The filling of a gap and its error in gaps of the same length; None if too few can be rehearsed."""
     margin, long = 2 * END_FRAMES, span.stop - span.start
     runs = [(first + margin, last + 2 - margin - long) for first, last in stretches(known)]
@@ -187,7 +189,7 @@ def _rehearsed(
         without[gap] = False
         errors.append(fill(gap, without) - place[gap])
     error_px = float(np.sqrt(np.mean(np.abs(errors) ** 2) / 2))
-    return Filling(fill(span, known), error_px)
+    return GapFill(fill(span, known), error_px)
 
 
 def _confidence(time_s: np.ndarray, confidence: np.ndarray, span: slice) -> np.ndarray:

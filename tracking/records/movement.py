@@ -15,11 +15,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from session import FaultCollector, Tracks
+from session import FaultCollector
 from session.errors import shown
 from session.results import program_version, writing_whole
 from tracking.records.foreign import check_names, checked_tracks
-from tracking.records.tracked import SampleState, TrackedTrial
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -30,46 +29,21 @@ SINGULAR = {"keypoints": "keypoint", "individuals": "individual"}
 DIMENSIONS = ("time", "space", "keypoint", "individual")
 
 
-def to_movement(tracked: TrackedTrial, *, source_file: str = "") -> xr.Dataset:
-    """The trial as a poses dataset of `movement`, time in seconds.
-
-    Args:
-        tracked: of n frames and m markers.
-        source_file: what was tracked.
-    """
-    import xarray as xr  # takes half a second, which only these files need
-
-    tracks = tracked.tracks
-    step_s = np.median(np.diff(tracks.time_s)) if len(tracks.time_s) > 1 else np.nan
-    meanings = {  # of the numbers of the states, as the CF conventions have it (section 3.5, flags)
-        "flag_values": np.array(list(SampleState), dtype=np.int8),
-        "flag_meanings": " ".join(state.word for state in SampleState),
+def to_movement(tracked: xr.Dataset) -> xr.Dataset:
+    """Tracks with their states as a poses dataset of `movement`, time in seconds."""
+    data = tracked[["position", "confidence", "state", "size"]].expand_dims(individual=[INDIVIDUAL], axis=-1)
+    data = data.assign_coords(time=tracked.time.values)  # without units, which readers take for a kind of date
+    data.attrs = {
+        "ds_type": "poses",
+        "source_software": program_version(),
+        "source_file": tracked.source,
+        "time_unit": "seconds",
+        "fps": tracked.fps,
     }
-    of_samples = ("time", "keypoint", "individual")
-    return xr.Dataset(
-        data_vars={
-            "position": (DIMENSIONS, np.swapaxes(tracks.position_px, 1, 2)[..., None], {"units": "px"}),
-            "confidence": (of_samples, tracks.confidence[..., None]),
-            "state": (of_samples, tracked.state[..., None], meanings),
-            "size": (of_samples, tracked.size_px[..., None], {"units": "px", "long_name": "apparent diameter"}),
-        },
-        coords={
-            "time": tracks.time_s,
-            "space": ["x", "y"],
-            "keypoint": list(tracks.markers),
-            "individual": [INDIVIDUAL],
-        },
-        attrs={
-            "ds_type": "poses",
-            "source_software": program_version(),
-            "source_file": source_file,
-            "time_unit": "seconds",
-            "fps": float(1 / step_s),
-        },
-    )
+    return data
 
 
-def save_movement(path: Path, tracked: TrackedTrial) -> None:
+def save_movement(path: Path, tracked: xr.Dataset) -> None:
     """Writes `to_movement` as netCDF, whole or not at all.
 
     Raises:
@@ -80,7 +54,7 @@ def save_movement(path: Path, tracked: TrackedTrial) -> None:
         data.to_netcdf(part, engine="h5netcdf")
 
 
-def load_movement(path: Path, markers: Sequence[str], fps: float) -> Tracks:
+def load_movement(path: Path, markers: Sequence[str], fps: float) -> xr.Dataset:
     """Reads a poses dataset of `movement` with one individual; further keypoints than the markers are left out.
 
     `fps` counts where the file's time is in frames.

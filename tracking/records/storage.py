@@ -7,13 +7,14 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+import xarray as xr
 
-from session import FaultCollector, Flag, InputError, Tracks
+from session import FaultCollector, Flag, InputError
 from session.errors import Fault, shown
 from session.results import writing_whole
 from session.tables import RawTable, read_table, read_text
-from session.tracks import load_tracks, save_tracks
-from tracking.records.tracked import STATE_WORDS, SampleState, TrackedTrial
+from session.tracks import load_tracks, markers_of, pixels_of, save_tracks
+from tracking.records.tracked import STATE_WORDS, SampleState, with_states
 
 AGAIN = "Make it again with `calib track`."
 
@@ -37,7 +38,7 @@ class TrackedFiles(NamedTuple):
         return cls(*(folder / f"{trial}{suffix}" for suffix in (".csv", ".states.csv", ".flags.json")))
 
 
-def save_tracked(folder: Path, trial: str, tracked: TrackedTrial) -> TrackedFiles:
+def save_tracked(folder: Path, trial: str, tracked: xr.Dataset) -> TrackedFiles:
     """Writes the three files of a tracked trial. None of them appears before all are written.
 
     The tracks come last: where they are, so are the others.
@@ -52,13 +53,13 @@ def save_tracked(folder: Path, trial: str, tracked: TrackedTrial) -> TrackedFile
         writing_whole(files.states) as states,
         writing_whole(files.flags) as part,
     ):
-        save_tracks(tracks, tracked.tracks)
+        save_tracks(tracks, tracked)
         states.write_text(_states_csv(tracked), encoding="utf-8", newline="\n")
         part.write_text(json.dumps(flags, indent=1, ensure_ascii=False) + "\n", encoding="utf-8", newline="\n")
     return files
 
 
-def load_tracked(folder: Path, trial: str) -> TrackedTrial:
+def load_tracked(folder: Path, trial: str) -> xr.Dataset:
     """Reads what `save_tracked` wrote, every number as it was.
 
     Raises:
@@ -77,7 +78,7 @@ def load_tracked(folder: Path, trial: str) -> TrackedTrial:
             state, size_px = _load_states(files.states, tracks)
     faults.raise_if_any()
     assert tracks is not None
-    return TrackedTrial(tracks, state, size_px, flags)
+    return with_states(tracks, state, size_px, flags)
 
 
 def _markers(table: RawTable) -> tuple[str, ...]:
@@ -90,14 +91,14 @@ def _markers(table: RawTable) -> tuple[str, ...]:
     return markers
 
 
-def _states_csv(tracked: TrackedTrial) -> str:
+def _states_csv(tracked: xr.Dataset) -> str:
     rows = [
         ",".join([repr(time), *(cell for pair in zip(states, sizes, strict=True) for cell in _cells(*pair))])
         for time, states, sizes in zip(
-            tracked.tracks.time_s.tolist(), tracked.state.tolist(), tracked.size_px.tolist(), strict=True
+            tracked.time.values.tolist(), tracked.state.values.tolist(), tracked["size"].values.tolist(), strict=True
         )
     ]
-    return "\n".join([",".join(_names(tracked.tracks.markers)), *rows, ""])
+    return "\n".join([",".join(_names(markers_of(tracked))), *rows, ""])
 
 
 def _names(markers: tuple[str, ...]) -> tuple[str, ...]:
@@ -108,16 +109,16 @@ def _cells(state: int, size_px: float) -> tuple[str, str]:
     return SampleState(state).word, "" if size_px != size_px else repr(size_px)
 
 
-def _load_states(path: Path, tracks: Tracks) -> tuple[np.ndarray, np.ndarray]:
+def _load_states(path: Path, tracks: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:
     """(n, m) states and sizes, which have to fit the tracks."""
     table = read_table(path)
-    absent = np.isnan(tracks.position_px[..., 0])  # (n, m)
+    absent = np.isnan(pixels_of(tracks)[..., 0])  # (n, m)
     try:
         cells = np.array([row.cells for row in table.rows])  # (n, 1 + 2 m)
         time_s, words, sizes = cells[:, 0].astype(float), cells[:, 1::2], cells[:, 2::2]
         state = np.array([[STATE_WORDS[word] for word in row] for row in words.tolist()], np.int8)
         size_px = np.where(sizes == "", "nan", sizes).astype(float)
-        fit = table.header == _names(tracks.markers) and np.array_equal(time_s, tracks.time_s)
+        fit = table.header == _names(markers_of(tracks)) and np.array_equal(time_s, tracks.time.values)
         fit = fit and np.array_equal(state == SampleState.MISSING, absent)
     except (ValueError, KeyError, IndexError):
         fit = False

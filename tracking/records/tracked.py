@@ -1,14 +1,15 @@
-"""A tracked trial: tracks, and for every sample how it came about."""
+"""Tracks of a video: tracks, and for every sample how it came about."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 from enum import IntEnum
 
 import numpy as np
+import xarray as xr
 
-from session import Flag, Tracks
+from session import Flag
+from session.tracks import as_tracks, markers_of, pixels_of
 from tracking.stretches import stretches
 
 
@@ -34,6 +35,10 @@ class SampleState(IntEnum):
 
 STATE_WORDS = {state.word: state for state in SampleState}
 """The states by the words that files use."""
+STATE_MEANINGS = {  # of the numbers of the states, as the CF conventions have it (section 3.5, flags)
+    "flag_values": np.array(list(SampleState), dtype=np.int8),
+    "flag_meanings": " ".join(state.word for state in SampleState),
+}
 SEEN = (SampleState.MEASURED, SampleState.BY_HAND)
 """The states of samples that somebody or something saw; the others are guesses."""
 UNTRUSTED = ("lost_marker", "drift", "size", "swap")
@@ -43,86 +48,87 @@ ONLY_CSRT = "only_csrt"
 SAMPLE = np.dtype(
     [("position_px", float, 2), ("confidence", float), ("state", np.int8), ("size_px", float), ("by_csrt", bool)]
 )
-"""All that is known of one sample, as in `TrackedTrial`; `by_csrt`: only CSRT saw it."""
+"""All that is known of one sample, as in `with_states`; `by_csrt`: only CSRT saw it."""
 NO_SAMPLE = np.array(((np.nan, np.nan), 0.0, SampleState.MISSING, np.nan, False), SAMPLE)
 
 
-@dataclass(frozen=True, eq=False)
-class TrackedTrial:
-    """What the tracker measures in n frames of m markers.
+def with_states(tracks: xr.Dataset, state: np.ndarray, size_px: np.ndarray, flags: Sequence[Flag] = ()) -> xr.Dataset:
+    """Tracks (n frames of m markers) with how each sample came about.
 
-    Attributes:
+    Args:
         tracks: positions and confidences.
         state: (n, m) int8 of `SampleState`; MISSING exactly where the position is nan.
         size_px: (n, m) apparent diameter of the marker, px; nan where not measured.
         flags: what is doubtful.
-        weight: (n, m) in [0, 1], what each sample counts in a fit (`tracking.tracker.trusted`); None: not judged yet.
-        first_frame: that of the boxes.
-        picture_px: width and height of the video; None where the tracks come from elsewhere.
+
+    Returns:
+        The same with the variables ``state`` and ``size`` (time, keypoint), and the attributes ``flags``,
+        ``first_frame``, that of the boxes, and ``picture_px``, width and height of the video, None where the tracks
+        come from elsewhere. `tracking.tracker.trusted` adds the variable ``weight`` in [0, 1], what each sample counts
+        in a fit.
     """
+    expected = tracks.confidence.shape
+    for name, values in (("state", state), ("size_px", size_px)):
+        if (found := np.shape(values)) != expected:
+            raise ValueError(f"{name}: found shape {found}, expected {expected}, one for each sample")
+    if unknown := set(np.unique(state).tolist()) - set(SampleState):
+        raise ValueError(f"state: found {sorted(unknown)}, expected values of SampleState, 0 to {max(SampleState)}")
+    wrong = np.argwhere((state == SampleState.MISSING) != np.isnan(pixels_of(tracks)).any(axis=2))
+    if len(wrong):
+        row, k = wrong[0].tolist()
+        raise ValueError(
+            f"{len(wrong)} samples are MISSING with a position, or have none without being MISSING; "
+            f"the first: {markers_of(tracks)[k]} in frame {row}"
+        )
+    of_samples = ("time", "keypoint")
+    variables = {
+        "state": (of_samples, state, STATE_MEANINGS),
+        "size": (of_samples, size_px, {"units": "px", "long_name": "apparent diameter"}),
+    }
+    own = {"first_frame": 0, "picture_px": None} | tracks.attrs | {"flags": tuple(flags)}
+    return tracks.assign(variables).assign_attrs(own)
 
-    tracks: Tracks
-    state: np.ndarray
-    size_px: np.ndarray
-    flags: tuple[Flag, ...] = ()
-    weight: np.ndarray | None = None
-    first_frame: int = 0
-    picture_px: tuple[int, int] | None = None
 
-    def __post_init__(self) -> None:
-        expected = self.tracks.confidence.shape
-        for name in ("state", "size_px"):
-            if (found := np.shape(getattr(self, name))) != expected:
-                raise ValueError(f"{name}: found shape {found}, expected {expected}, one for each sample")
-        if unknown := set(np.unique(self.state).tolist()) - set(SampleState):
-            raise ValueError(f"state: found {sorted(unknown)}, expected values of SampleState, 0 to {max(SampleState)}")
-        wrong = np.argwhere((self.state == SampleState.MISSING) != np.isnan(self.tracks.position_px).any(axis=2))
-        if len(wrong):
-            row, k = wrong[0].tolist()
-            raise ValueError(
-                f"{len(wrong)} samples are MISSING with a position, or have none without being MISSING; "
-                f"the first: {self.tracks.markers[k]} in frame {row}"
-            )
+def as_tracked(tracks: xr.Dataset, flags: Sequence[Flag] = ()) -> xr.Dataset:
+    """Tracks from elsewhere: measured where there is a position, of unknown size."""
+    present = np.isfinite(pixels_of(tracks)).all(axis=2)
+    state = np.where(present, SampleState.MEASURED, SampleState.MISSING).astype(np.int8)
+    return with_states(tracks, state, np.full(state.shape, np.nan), flags)
 
-    @classmethod
-    def of(cls, tracks: Tracks, flags: tuple[Flag, ...] = ()) -> TrackedTrial:
-        """Tracks from elsewhere: measured where there is a position, of unknown size."""
-        present = np.isfinite(tracks.position_px).all(axis=2)
-        state = np.where(present, SampleState.MEASURED, SampleState.MISSING).astype(np.int8)
-        return cls(tracks, state, np.full(state.shape, np.nan), flags)
 
-    @property
-    def seen(self) -> np.ndarray:
-        """(n, m) True where the sample is measured or set by hand."""
-        return np.isin(self.state, SEEN)
+def seen_in(tracked: xr.Dataset) -> np.ndarray:
+    """(n, m) True where the sample is measured or set by hand."""
+    return np.isin(tracked.state.values, SEEN)
 
-    @property
-    def counting(self) -> Tracks:
-        """The tracks with confidence 0 where a sample was not seen, or is flagged by the tracker's judgement."""
-        counts = self.seen
-        for flag in self.flags:
-            if flag.kind in UNTRUSTED and flag.frames is not None:
-                columns = [self.tracks.markers.index(name) for name in flag.markers]
-                counts[flag.frames[0] : flag.frames[1] + 1, columns] = False
-        return replace(self.tracks, confidence=np.where(counts, self.tracks.confidence, 0.0))
 
-    @property
-    def samples(self) -> np.ndarray:
-        """(n, m) of `SAMPLE`, a copy to work on."""
-        samples = np.empty(self.state.shape, SAMPLE)
-        samples["position_px"], samples["confidence"] = self.tracks.position_px, self.tracks.confidence
-        samples["state"], samples["size_px"], samples["by_csrt"] = self.state, self.size_px, False
-        for flag in self.flags:
-            if flag.kind == ONLY_CSRT and flag.frames is not None:
-                columns = [self.tracks.markers.index(name) for name in flag.markers]
-                samples["by_csrt"][flag.frames[0] : flag.frames[1] + 1, columns] = True
-        return samples
+def counting(tracked: xr.Dataset) -> xr.Dataset:
+    """The tracks alone, with confidence 0 where a sample was not seen, or is flagged by the tracker's judgement."""
+    counts, names = seen_in(tracked), markers_of(tracked)
+    for flag in tracked.flags:
+        if flag.kind in UNTRUSTED and flag.frames is not None:
+            columns = [names.index(name) for name in flag.markers]
+            counts[flag.frames[0] : flag.frames[1] + 1, columns] = False
+    confidence = np.where(counts, tracked.confidence.values, 0.0)
+    return as_tracks(names, tracked.time.values, pixels_of(tracked), confidence, tracked.source)
 
-    def with_samples(self, samples: np.ndarray, flags: tuple[Flag, ...]) -> TrackedTrial:
-        """The same frames and markers with other samples (n, m) of `SAMPLE`."""
-        position, confidence, state, size = (samples[name].copy() for name in (SAMPLE.names or ())[:4])
-        tracks = replace(self.tracks, position_px=position, confidence=confidence)
-        return replace(self, tracks=tracks, state=state, size_px=size, flags=flags)
+
+def samples_of(tracked: xr.Dataset) -> np.ndarray:
+    """(n, m) of `SAMPLE`, a copy to work on."""
+    samples, names = np.empty(tracked.state.shape, SAMPLE), markers_of(tracked)
+    samples["position_px"], samples["confidence"] = pixels_of(tracked), tracked.confidence.values
+    samples["state"], samples["size_px"], samples["by_csrt"] = tracked.state.values, tracked["size"].values, False
+    for flag in tracked.flags:
+        if flag.kind == ONLY_CSRT and flag.frames is not None:
+            columns = [names.index(name) for name in flag.markers]
+            samples["by_csrt"][flag.frames[0] : flag.frames[1] + 1, columns] = True
+    return samples
+
+
+def with_samples(tracked: xr.Dataset, samples: np.ndarray, flags: Sequence[Flag]) -> xr.Dataset:
+    """The same frames and markers with other samples (n, m) of `SAMPLE`; without weights."""
+    position, confidence, state, size = (samples[name].copy() for name in (SAMPLE.names or ())[:4])
+    tracks = as_tracks(markers_of(tracked), tracked.time.values, position, confidence)
+    return with_states(tracks.assign_attrs(tracked.attrs), state, size, flags)
 
 
 def only_csrt_flags(by_csrt: np.ndarray, markers: Sequence[str]) -> tuple[Flag, ...]:

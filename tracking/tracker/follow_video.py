@@ -5,11 +5,13 @@ from collections.abc import Callable, Iterable, Sequence
 from typing import Literal, get_args
 
 import numpy as np
+import xarray as xr
 
-from session import Flag, InputError, Tracks
+from session import Flag, InputError
 from session.errors import Fault
+from session.tracks import as_tracks
 from tracking.boxes import StartBoxes
-from tracking.records.tracked import NO_SAMPLE, SampleState, TrackedTrial, only_csrt_flags
+from tracking.records.tracked import NO_SAMPLE, SampleState, as_tracked, only_csrt_flags, with_samples
 from tracking.stretches import stretches
 from tracking.tracker.csrt import opencv_on_one_thread
 from tracking.tracker.doubtful_boxes import LEAST_CONTRAST, without_marker
@@ -40,7 +42,7 @@ def follow_video(
     method: TrackerName = "hybrid",
     partial: Partial | None = None,
     progress: Progress | None = None,
-) -> TrackedTrial:
+) -> xr.Dataset:
     """Tracks the markers from the frame of their boxes to the end of the video.
 
     Row k is frame k; frames before that of the boxes, and frames that cannot be read, hold no samples. Interrupted,
@@ -162,7 +164,7 @@ class _Pass:
         row["size_px"], row["by_csrt"] = sighting.diameter_px, sighting.by_csrt
         self._end = number + 1
 
-    def result(self) -> TrackedTrial:
+    def result(self) -> xr.Dataset:
         """Of all frames."""
         info = self._video.info
         flags = list(only_csrt_flags(self._samples["by_csrt"], self._markers))
@@ -171,5 +173,5 @@ class _Pass:
         caveats = [caveat for caveat in info.caveats if caveat != info.damage]
         flags += [Flag("damaged_video", (), None, caveat) for caveat in (*caveats, self._video.damage) if caveat]
         nowhere = np.full((*self._samples.shape, 2), np.nan)
-        empty = TrackedTrial.of(Tracks(self._markers, info.time_s, nowhere, np.zeros(self._samples.shape)))
-        return empty.with_samples(self._samples, tuple(flags))
+        empty = as_tracked(as_tracks(self._markers, info.time_s, nowhere, np.zeros(self._samples.shape)))
+        return with_samples(empty, self._samples, tuple(flags))

@@ -1,15 +1,16 @@
 """What of a tracked trial may count: not markers lost, drifting, of the wrong size, exchanged or misplaced."""
 
-from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
+import xarray as xr
 from scipy.ndimage import median_filter
 
 from session import Flag
+from session.tracks import markers_of, pixels_of
 from swimmer import RobotSpec
 from tracking.quality import check_tracks
-from tracking.records import TrackedTrial
+from tracking.records.tracked import counting, seen_in
 from tracking.stretches import stretches
 
 SIZE_OFF = 0.3
@@ -27,7 +28,7 @@ EXCHANGE_FRAMES = 2
 """The shortest exchange that is flagged."""
 
 
-def trusted(tracked: TrackedTrial, layout: RobotSpec) -> TrackedTrial:
+def trusted(tracked: xr.Dataset, layout: RobotSpec) -> xr.Dataset:
     """Judges a tracked trial by all there is: states, look, order along the body, shape and motion.
 
     Args:
@@ -39,37 +40,43 @@ def trusted(tracked: TrackedTrial, layout: RobotSpec) -> TrackedTrial:
         where a sample does not count, or `tracking.check_tracks` does not believe it.
     """
     own = [flag for flag in (*tracked.flags, *judge(tracked, layout)) if flag.kind != "gap"]
-    first = int(np.argmax(tracked.seen.any(axis=1)))
-    quality = check_tracks(replace(tracked, flags=tuple(own)).counting.since(first), layout)
+    first = int(np.argmax(seen_in(tracked).any(axis=1)))
+    quality = check_tracks(counting(tracked.assign_attrs(flags=tuple(own))).isel(time=slice(first, None)), layout)
     weight = np.zeros(tracked.state.shape)
     weight[first:] = quality.weight
     flags = (*own, *(flag.later(first) for flag in quality.flags))
-    return replace(tracked, flags=tuple(dict.fromkeys(flags)), weight=weight)
+    found = tracked.assign(weight=(("time", "keypoint"), weight))
+    return found.assign_attrs(flags=tuple(dict.fromkeys(flags)))
 
 
-def judge(tracked: TrackedTrial, layout: RobotSpec) -> tuple[Flag, ...]:
+def judge(tracked: xr.Dataset, layout: RobotSpec) -> tuple[Flag, ...]:
     """The flags of a tracked trial, by first frame: ``lost_marker``, ``drift``, ``size`` and ``swap``.
 
     Merged, frozen and jumping markers are found on any tracks, tracked here or elsewhere: `tracking.check_tracks`.
     """
-    low_confidence = tracked.seen & (tracked.tracks.confidence < LEAST_CONFIDENCE)
+    seen = seen_in(tracked)
+    low_confidence = seen & (tracked.confidence.values < LEAST_CONFIDENCE)
     suspicions = {
-        "lost_marker": (~tracked.seen, 1, "is not seen"),
-        "drift": (low_confidence, DRIFT_FRAMES, "looks unlike itself; it may have drifted onto something else"),
+        "lost_marker": (~seen, 1, "is not seen"),
+        "drift": (
+            low_confidence,
+            DRIFT_FRAMES,
+            "has lost its appearance; the tracker may have drifted",
+        ),
         "size": (_wrong_size(tracked), 1, "appears in another size"),
     }
     flags = [
         Flag(kind, (marker,), span, f"{marker} {message}")
         for kind, (where, least, message) in suspicions.items()
-        for k, marker in enumerate(tracked.tracks.markers)
+        for k, marker in enumerate(markers_of(tracked))
         for span in stretches(where[:, k], least)
     ]
     flags += _exchanges(tracked, layout)
     return tuple(sorted(flags, key=lambda flag: flag.frames or (-1, -1)))
 
 
-def _wrong_size(tracked: TrackedTrial) -> np.ndarray:
-    size = tracked.size_px
+def _wrong_size(tracked: xr.Dataset) -> np.ndarray:
+    size = tracked["size"].values
     known = np.isfinite(size)
     typical = np.array(
         [np.median(column[there]) if there.any() else 1.0 for column, there in zip(size.T, known.T, strict=True)]
@@ -78,21 +85,21 @@ def _wrong_size(tracked: TrackedTrial) -> np.ndarray:
     return median_filter(off, size=(SIZE_FRAMES, 1)) > SIZE_OFF
 
 
-def _exchanges(tracked: TrackedTrial, layout: RobotSpec) -> list[Flag]:
+def _exchanges(tracked: xr.Dataset, layout: RobotSpec) -> list[Flag]:
     """Pairs of neighbours on the mid line that are the wrong way round, and of left and right markers.
 
     The markers of the mid line are in one order along the body, however it bends: exchanging two of them back makes
     the line through all of them shorter. A left marker is to the left of the line through the first two of them.
     """
-    names = tracked.tracks.markers
+    names = markers_of(tracked)
     place = layout.marker_positions_m(names)  # (m, 3)
     middle = [k for k in np.argsort(place[:, 0], kind="stable") if abs(place[k, 1]) < 1e-6]
     flags: list[Flag] = []
     for left, right in pairwise(middle):
-        wrong = _shorter_exchanged(tracked.tracks.position_px, middle, left, right)
+        wrong = _shorter_exchanged(pixels_of(tracked), middle, left, right)
         flags += _flagged(names, (left, right), wrong)
     for left, right in _sides(place) if len(middle) > 1 else ():
-        wrong = _mirrored(tracked.tracks.position_px, middle, left, right)
+        wrong = _mirrored(pixels_of(tracked), middle, left, right)
         flags += _flagged(names, (left, right), wrong)
     return flags
 

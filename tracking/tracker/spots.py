@@ -48,10 +48,10 @@ def find_spots(luma: np.ndarray, centre_px: np.ndarray, reach_px: np.ndarray, lo
     brightness; its local maxima are the spots.
     """
     places = np.rint(centre_px).astype(int).tolist()
-    looks = zip(
+    searches = zip(
         places, reach_px.tolist(), look.sign, look.diameter_px.tolist(), look.contrast * look.answer, strict=True
     )
-    found = np.concatenate([np.empty((0, 3)), *(_in_window(luma, *item) for item in looks)])
+    found = np.concatenate([np.empty((0, 3)), *(_in_window(luma, *item) for item in searches)])
     position, strength = found[:, :2], found[:, 2]
     inside = ((position >= 0) & (position < luma.shape[::-1])).all(axis=1)
     return _each_once(position[inside], strength[inside], float(np.min(look.diameter_px, initial=np.inf)) / 2)

@@ -22,7 +22,7 @@ _FAINT, _FAINT_CONFIDENCE = 15.0, 0.4  # answers under so many steps of luma are
 _CONFIDENT = 0.6  # from here on a sample teaches the size of the marker …
 _STEADY = 0.5  # … and from here on its contrast, which light may change fast
 _SLACK_PX = 2.0  # by which a box may be off its marker, beyond half of it
-_STRANGER = 0.5  # strength from which a spot of no marker keeps its own light
+_UNASSIGNED = 0.5  # strength from which a spot of no marker keeps its own light
 _BORDER = 0.25  # diameters from the border of the picture within which a marker counts as gone
 _MISSED = 2.0  # the price of leaving a marker without a spot
 _FAINTER = 0.5  # the price of a spot of no strength
@@ -116,8 +116,8 @@ class MarkerTracker:
 
     def state(self) -> dict[str, np.ndarray]:
         """All it knows, as arrays; `restored` makes a tracker of them that goes on the same."""
-        looks = {"start": self.start.as_array(), "look": self.look.as_array()}
-        return looks | vars(self.motion) | vars(self.spacing) | ({} if self.csrt is None else self.csrt.state())
+        state = {"start": self.start.as_array(), "look": self.look.as_array()}
+        return state | vars(self.motion) | vars(self.spacing) | ({} if self.csrt is None else self.csrt.state())
 
     @classmethod
     def restored(cls, state: Mapping[str, np.ndarray], threads: int = 0) -> "MarkerTracker":
@@ -269,6 +269,6 @@ def _placed(spots: Spots, chosen: np.ndarray, predicted: Prediction) -> tuple[np
 
 def _others(position: np.ndarray, spots: Spots, chosen: np.ndarray, taken_px: np.ndarray | None) -> np.ndarray:
     """(o, 2) all that holds light of its own: the markers, those of others, and strong spots that nobody took."""
-    stranger = spots.strength >= _STRANGER
-    stranger[chosen[chosen >= 0]] = False
-    return np.vstack([position, spots.position_px[stranger], np.empty((0, 2)) if taken_px is None else taken_px])
+    unassigned = spots.strength >= _UNASSIGNED
+    unassigned[chosen[chosen >= 0]] = False
+    return np.vstack([position, spots.position_px[unassigned], np.empty((0, 2)) if taken_px is None else taken_px])

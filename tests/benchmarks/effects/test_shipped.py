@@ -16,7 +16,7 @@ from benchmarks.effects.suite import SIZES
 from benchmarks.reality.mechanisms import OUTSIDE
 from diagnosis import Discrepancy, shipped_discrepancy
 from session import load_session
-from session.tracks import load_tracks
+from session.tracks import load_tracks, pixels_of
 from swimmer.effects import catalogue
 
 FOLDER = Path(__file__).parents[3] / "datasets" / "withheld"
@@ -58,8 +58,8 @@ def test_every_session_holds_what_was_planned() -> None:
         assert {trial.motor is not None for trial in swims} == {recorded.logged}
         assert swims[0].tracks is not None
         tracks = load_tracks(swims[0].tracks, session.markers, session.camera.fps)
-        assert np.isfinite(tracks.position_px).all()
-        assert np.ptp(tracks.time_s) >= recorded.seconds - 1 / session.camera.fps
+        assert np.isfinite(pixels_of(tracks)).all()
+        assert np.ptp(tracks.time.values) >= recorded.seconds - 1 / session.camera.fps
 
 
 def test_every_log_is_as_long_as_its_own_trial() -> None:
@@ -72,7 +72,7 @@ def test_every_log_is_as_long_as_its_own_trial() -> None:
                 logs += 1
                 assert trial.tracks is not None
                 told_s = np.genfromtxt(trial.motor, delimiter=",", names=True)["time_s"]
-                filmed_s = load_tracks(trial.tracks, session.markers, session.camera.fps).time_s
+                filmed_s = load_tracks(trial.tracks, session.markers, session.camera.fps).time.values
                 assert np.ptp(told_s) == pytest.approx(np.ptp(filmed_s), abs=0.04)
     assert logs > 20
 
@@ -88,8 +88,8 @@ def test_the_seed_gives_these_tracks(tmp_path: Path) -> None:
     for trial, made in zip(shipped.trials, load_session(tmp_path / plan.name).trials, strict=True):
         assert trial.tracks is not None
         assert made.tracks is not None
-        found = load_tracks(made.tracks, shipped.markers, shipped.camera.fps).position_px
-        off = np.abs(found - load_tracks(trial.tracks, shipped.markers, shipped.camera.fps).position_px)
+        found = pixels_of(load_tracks(made.tracks, shipped.markers, shipped.camera.fps))
+        off = np.abs(found - pixels_of(load_tracks(trial.tracks, shipped.markers, shipped.camera.fps)))
         assert (off > 0).mean() < 1e-3  # samples on the edge between two places of the grid
         assert off.max() <= 0.5
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from benchmarks.video.filmed import SessionVideo
 from session import load_session
-from session.tracks import load_tracks
+from session.tracks import load_tracks, pixels_of
 from synthetic import SyntheticCamera, make_session, read_truth
 from synthetic.noise import NOISELESS
 from synthetic.trials import Merge
@@ -35,11 +35,11 @@ def test_a_filmed_trial_shows_its_markers_where_perfect_tracks_have_them(tmp_pat
     assert session.trial("fast").video is None
     expected = tracks_of(load_session(perfect), "slow")
     true = load_tracks(folder / "truth" / "slow.csv", session.markers, session.camera.fps)
-    np.testing.assert_allclose(true.position_px, expected.position_px, atol=0.1)  # blurred, and rounded
+    np.testing.assert_allclose(pixels_of(true), pixels_of(expected), atol=0.1)  # blurred, and rounded
     time_s, pictures = decoded(trial.video, "gray")
-    np.testing.assert_allclose(time_s, expected.time_s, atol=1e-4)
+    np.testing.assert_allclose(time_s, expected.time.values, atol=1e-4)
     for number in (0, -1):
-        for x, y in true.position_px[number]:
+        for x, y in pixels_of(true)[number]:
             assert pictures[number][round(y), round(x)] > 190
     boxes = json.loads(trial.boxes.read_text())["boxes"]
     assert tuple(boxes) == session.markers
@@ -65,4 +65,4 @@ def test_a_cropped_video_shows_the_middle_of_the_image(tmp_path: Path) -> None:
         load_tracks(folder / "truth" / "slow.csv", load_session(folder).markers, 12.0) for folder in folders
     )
 
-    np.testing.assert_allclose(whole.position_px - cropped.position_px, np.full(whole.position_px.shape, 40), atol=0.02)
+    np.testing.assert_allclose(pixels_of(whole) - pixels_of(cropped), np.full(pixels_of(whole).shape, 40), atol=0.02)

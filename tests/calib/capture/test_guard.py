@@ -1,7 +1,7 @@
 import pytest
 
-from calib.capture import Limits, MotorFault, registers
-from calib.capture.guard import Guard
+from calib.capture import MotorFault, registers
+from calib.capture.guard import Guard, Limits
 from calib.capture.motor import Reading
 from calib.capture.registers import Telemetry
 

@@ -7,8 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from calib.capture import MotorFault, UserError
-from calib.capture import run as run_module
+from calib.capture import MotorFault, UserError, trials
 from calib.capture.errors import Interrupted
 from calib.capture.logs import COMMANDS_HEADER
 from calib.capture.plan import START_CODE
@@ -152,7 +151,7 @@ def test_a_full_disk_stops_the_motor(tmp_path: Path, monkeypatch: pytest.MonkeyP
     def full(*_: object, **__: object) -> None:
         raise UserError("x.motor.csv: cannot be written; found: No space left on device")
 
-    monkeypatch.setattr(run_module.TrialLog, "measured", full)
+    monkeypatch.setattr(trials.TrialLog, "measured", full)
     with pytest.raises(UserError, match="No space left"):
         one.capture(tmp_path)
     assert not one.motor.state.torque_enabled

@@ -4,8 +4,9 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from calib.capture import CaptureSettings, TrialResult, capture
+from calib.capture import TrialResult
 from calib.capture.host import Clock
+from calib.capture.trials import CaptureSettings, capture
 from calib.motor import Emulator
 from tests.calib.motor.faults import Faults, FaultyEmulator
 from tests.calib.motor.virtual_port import VirtualClock, VirtualPort

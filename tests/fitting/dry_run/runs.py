@@ -6,11 +6,13 @@ from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
+import xarray as xr
 
 from fitting.dry_run import DryTrial, measure_dry_run
 from fitting.dry_run.response import DryResponse, simulate_response, with_arm
-from session import CameraSpec, Tracks, TrialSpec
+from session import CameraSpec, TrialSpec
 from session.create import FISHSIM_MARKERS
+from session.tracks import as_tracks
 from swimmer import RobotSpec, Runs, Twin, load_robot
 from swimmer.mjcf import DRY
 from synthetic.noise import NOISELESS, TrackingNoise, lasting_errors, on_grid, placement_offsets
@@ -35,7 +37,7 @@ def clean_run(arm_m: float, hz: float, phase_rad: float, seconds: float = 5.0) -
 
 def tracks_of(
     arm_m: float, hz: float, phase_rad: float, seed: int, noise: TrackingNoise = NOISE, seconds: float = 5.0
-) -> Tracks:
+) -> xr.Dataset:
     """What a tracker finds: the fish lies askew in the picture."""
     time_s, marker_m, _ = clean_run(arm_m, hz, phase_rad, seconds)
     turn = np.exp(0.4j)
@@ -44,7 +46,7 @@ def tracks_of(
     random = np.random.default_rng(seed)
     place_px = place_px + placement_offsets(place_px.shape[1], noise, random)
     place_px = on_grid(place_px + lasting_errors(place_px.shape, 1 / 60.0, noise, random), noise)
-    return Tracks(FISHSIM_MARKERS, time_s, place_px, np.ones(place_px.shape[:2]))
+    return as_tracks(FISHSIM_MARKERS, time_s, place_px, np.ones(place_px.shape[:2]))
 
 
 def dry_trial(

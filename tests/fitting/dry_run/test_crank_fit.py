@@ -15,6 +15,8 @@ from fitting.dry_run.joint import JointFit, fit_joint
 from fitting.dry_run.response import with_arm
 from fitting.dry_run.tendons import TendonUse
 from session import NotEnoughData, TrialSpec
+from session.tracks import pixels_of
+from tests.cases import changed
 from tests.fitting.dry_run.runs import CAMERA, NOISELESS, ROBOT, clean_run, dry_trial, shared_response, tracks_of
 
 SMALL = CrankGrid(speeds=21, phases=20)
@@ -129,11 +131,11 @@ def test_an_arm_far_from_the_described_one_is_found(described_m: float, true_m: 
 
 def test_a_nose_marked_off_its_place_is_seen_by_the_scale() -> None:
     tracks = tracks_of(ARM_M, *SLOW, seed=0, noise=NOISELESS)
-    axis = tracks.position_px[0, 1] - tracks.position_px[0, 0]
-    position_px = tracks.position_px.copy()
+    axis = pixels_of(tracks)[0, 1] - pixels_of(tracks)[0, 0]
+    position_px = pixels_of(tracks).copy()
     position_px[:, 0] += 0.08 * axis
     spec = TrialSpec("dry", "dry", commanded_hz=0.6)
-    trial = measure_dry_run(spec, replace(tracks, position_px=position_px), CAMERA, ROBOT)
+    trial = measure_dry_run(spec, changed(tracks, position_px=position_px), CAMERA, ROBOT)
     fit = fit_crank([trial], ROBOT, shared_response(), SMALL)
 
     assert "scale_off_robot" in kinds(fit)
@@ -151,9 +153,9 @@ def test_no_run_and_one_that_ends_in_its_warm_up_are_refused() -> None:
 
 def test_a_head_that_is_not_clamped_is_seen() -> None:
     tracks = tracks_of(ARM_M, *SLOW, seed=0, noise=NOISELESS)
-    moved = tracks.position_px + 15.0 * np.sin(4.0 * tracks.time_s)[:, None, None]
+    moved = pixels_of(tracks) + 15.0 * np.sin(4.0 * tracks.time.values)[:, None, None]
     spec = TrialSpec("dry", "dry", commanded_hz=0.6)
-    trial = measure_dry_run(spec, replace(tracks, position_px=moved), CAMERA, ROBOT)
+    trial = measure_dry_run(spec, changed(tracks, position_px=moved), CAMERA, ROBOT)
 
     assert "head_moves" in [flag.kind for flag in trial.flags]
     assert "head_moves" not in [flag.kind for flag in both(0)[0].flags]
@@ -162,7 +164,7 @@ def test_a_head_that_is_not_clamped_is_seen() -> None:
 def test_a_tail_that_moves_otherwise_is_reported() -> None:
     """Half the fin's swing is taken away, which no crank does."""
     tracks = tracks_of(0.036, *SLOW, seed=0, noise=NOISELESS)
-    position_px = tracks.position_px.copy()
+    position_px = pixels_of(tracks).copy()
     position_px[:, -3:] = (position_px[:, -3:] + position_px[:, -3:].mean(axis=0)) / 2
     trial = dry_trial(0.036, *SLOW, noise=NOISELESS)
     spoilt = position_px @ np.array([[1, 0], [0, -1]]) * 0.142 / np.linalg.norm(position_px[0, 1] - position_px[0, 0])

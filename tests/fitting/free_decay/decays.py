@@ -6,9 +6,11 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
+import xarray as xr
 
 from fitting.free_decay import DecayTwin
-from session import CameraSpec, Tracks
+from session import CameraSpec
+from session.tracks import as_tracks
 from swimmer import RobotSpec, load_robot
 from swimmer.mjcf import FREE_DECAY
 from synthetic.noise import TrackingNoise, lasting_errors, on_grid, placement_offsets
@@ -61,16 +63,16 @@ def frame_times(truth: Truth) -> np.ndarray:
 
 def filmed(
     place_m: np.ndarray, truth: Truth, seed: int = 0, noise: TrackingNoise = NOISE, heading_rad: float = 0.4
-) -> Tracks:
+) -> xr.Dataset:
     """Tracks (n, m) of marker places (n, m, 2), with errors that last, boxes off their markers, half pixels."""
     random = np.random.default_rng(seed)
     cos, sin = np.cos(heading_rad), np.sin(heading_rad)
     seen = place_m @ np.array([[cos, sin], [-sin, cos]]) * PX_PER_M * [1.0, -1.0] + [900.0, 700.0]
     seen = seen + placement_offsets(len(MARKERS), noise, random)
     seen = seen + lasting_errors(seen.shape, 1 / truth.fps, noise, random)
-    return Tracks(MARKERS, frame_times(truth), on_grid(seen, noise), np.ones(seen.shape[:2]))
+    return as_tracks(MARKERS, frame_times(truth), on_grid(seen, noise), np.ones(seen.shape[:2]))
 
 
-def decay_tracks(truth: Truth | None = None, seed: int = 0, noise: TrackingNoise = NOISE) -> Tracks:
+def decay_tracks(truth: Truth | None = None, seed: int = 0, noise: TrackingNoise = NOISE) -> xr.Dataset:
     truth = truth or Truth()
     return filmed(swings([truth])[0], truth, seed, noise)

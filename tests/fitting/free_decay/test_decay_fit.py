@@ -6,9 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import xarray as xr
 
 from fitting.free_decay import DecayFit, DecayTrial, combine_decays, fit_decay, measure_decay_trial
-from session import NotEnoughData, Tracks
+from session import NotEnoughData
+from session.tracks import pixels_of
 from synthetic.noise import NOISELESS
 from tests.cases import later
 from tests.fitting.free_decay.chain import linear_decay, natural_hz
@@ -17,11 +19,11 @@ from tests.fitting.free_decay.decays import CAMERA, MARKERS, ROBOT, Truth, decay
 LIGHT = Truth(stiffness_n_m=0.45, damping_n_m_s=0.006, seconds=2.2)
 
 
-def measured(tracks: Tracks) -> DecayTrial:
+def measured(tracks: xr.Dataset) -> DecayTrial:
     return measure_decay_trial("decay", tracks, CAMERA, ROBOT)
 
 
-def fitted(tracks: Tracks) -> DecayFit:
+def fitted(tracks: xr.Dataset) -> DecayFit:
     return fit_decay(measured(tracks), ROBOT, workers=1)
 
 
@@ -83,7 +85,7 @@ def test_samples_out_of_place_or_sight_are_left_out_and_reported(
     frames: slice, marker: int, off_px: float | list[float], kind: str
 ) -> None:
     tracks = decay_tracks(LIGHT)
-    tracks.position_px[frames, marker] += off_px
+    pixels_of(tracks)[frames, marker] += off_px
 
     fit = fitted(tracks)
 
@@ -113,7 +115,7 @@ def test_two_frequencies_are_double_peaked_and_do_not_fit() -> None:
 
 def test_a_head_that_swings_along_is_not_clamped() -> None:
     tracks = decay_tracks(LIGHT)
-    tracks.position_px[:, :, 1] += 8.0 * np.sin(20 * tracks.time_s)[:, None]
+    pixels_of(tracks)[:, :, 1] += 8.0 * np.sin(20 * tracks.time.values)[:, None]
 
     assert "head_moves" in {flag.kind for flag in measured(tracks).flags}
 
@@ -127,7 +129,7 @@ def test_a_head_that_swings_along_is_not_clamped() -> None:
 )
 def test_a_decay_that_shows_too_little_is_refused(seconds: float, markers: tuple[str, ...], message: str) -> None:
     with pytest.raises(NotEnoughData, match=message):
-        measured(decay_tracks(replace(LIGHT, seconds=seconds)).select(markers))
+        measured(decay_tracks(replace(LIGHT, seconds=seconds)).sel(keypoint=list(markers)))
 
 
 def test_several_decays_weigh_by_their_errors_and_may_disagree(light: DecayFit) -> None:

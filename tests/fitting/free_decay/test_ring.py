@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from functools import cache
 
 import numpy as np
 import pytest
+import xarray as xr
 
 from fitting.free_decay import Ring, fit_decay, measure_decay_trial
 from fitting.free_decay.ring import shows_in_decays
-from session import Tracks
+from session.tracks import pixels_of
 from swimmer import RobotSpec, Twin
 from swimmer.effects import catalogue
+from tests.cases import changed
 from tests.fitting.free_decay.decays import CAMERA, MARKERS, ROBOT, Truth, decay_tracks, with_hinges
 
 TRUTH = Truth()
@@ -27,7 +28,7 @@ def twin(described: RobotSpec) -> Twin:
     return Twin(described, MARKERS, workers=1)
 
 
-def ring(described: RobotSpec, seed: int = 0, tracks: Tracks | None = None) -> Ring:
+def ring(described: RobotSpec, seed: int = 0, tracks: xr.Dataset | None = None) -> Ring:
     trial = measure_decay_trial("decay", tracks or decay_tracks(TRUTH, seed), CAMERA, ROBOT)
     return Ring.of(trial, fit_decay(trial, described, workers=1), described)
 
@@ -48,9 +49,9 @@ def test_it_leaves_by_how_much_the_hinges_are_not_as_described(stiffer: float, d
 
 def test_a_sample_that_no_tracking_error_explains_hardly_moves_it() -> None:
     tracks = decay_tracks(TRUTH)
-    position = np.array(tracks.position_px)
+    position = np.array(pixels_of(tracks))
     position[45, MARKERS.index("tail_3")] += 66.0
-    seen = ring(robot(), tracks=replace(tracks, position_px=position))
+    seen = ring(robot(), tracks=changed(tracks, position_px=position))
     assert np.abs(seen.residual / seen.sd).max() < 3.5
     assert (seen.sd < 1.5 * first().sd).all()
     assert (seen.trial.weight == 0).sum() > (first().trial.weight == 0).sum()

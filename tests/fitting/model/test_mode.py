@@ -50,7 +50,7 @@ def rolling(drawn: DrawnSession, per_sway: float, natural_hz: float) -> DrawnSes
         swung = 1j * np.exp(1j * yaw)[:, None] * roll[:, None] * robot.marker_positions_m(trial.markers)[:, 2]
         place = told.marker_m[0] + np.stack([swung.real, swung.imag], axis=-1)
         noise = np.random.default_rng(len(swims)).normal(0.0, 3e-4, place.shape)
-        swims.append(replace(trial, position_m=place + noise))
+        swims.append(trial.seen_as(position_m=place + noise))
     return replace(drawn, trials=tuple(swims))
 
 
@@ -155,7 +155,7 @@ def test_nothing_of_what_is_scored_enters_a_forecast(drawn: DrawnSession, mode: 
     late = Windows.of(mode, drawn.held_out[0]).late
     place = np.array(late.trial.position_m)
     place[late.trial.kept] *= 1.1
-    other = replace(late, trial=replace(late.trial, position_m=place))
+    other = replace(late, trial=late.trial.seen_as(position_m=place))
     one, same = (forecast_given_frequency(mode, window) for window in (late, other))
     assert same.mean == pytest.approx(one.mean, abs=1e-5)
     assert same.covariance == pytest.approx(one.covariance, abs=1e-6)
@@ -183,7 +183,7 @@ def test_two_beats_tell_a_speed_that_the_fitted_trials_do_not(drawn: DrawnSessio
     trial = drawn.held_out[0]
     along = trial.position_m[-1, 0] - trial.position_m[0, 0]
     more = 0.2 * (trial.time_s / trial.time_s[-1])[:, None] * along
-    other = replace(trial, position_m=trial.position_m + more[:, None])
+    other = trial.seen_as(position_m=trial.position_m + more[:, None])
     windows = Windows.of(mode, other)
     measured = windows.late.measured[SPEED]
     before, after = forecast_given_frequency(mode, windows.late), forecast_after_beats(mode, windows)

@@ -7,14 +7,16 @@ from functools import cache
 
 import numpy as np
 import pytest
+import xarray as xr
 
 from fitting import MeasuredTrial, measure_trial
 from fitting.dry_run import measure_dry_run
 from fitting.forecast import phase_from_harmonic
 from fitting.motor_clock import MotorRecord
 from fitting.objective import Swims
-from session import CameraSpec, NotEnoughData, Tracks
+from session import CameraSpec, NotEnoughData
 from session.create import FISHSIM_MARKERS
+from session.tracks import as_tracks
 from swimmer import Twin
 from synthetic import PLAUSIBLE_COEFFICIENTS
 from tests.fitting.motor_clock.drives import FPS, PX_PER_M, ROBOT, SPEC, SWIM_SPEC, Filmed, filmed, recorded
@@ -23,9 +25,9 @@ CAMERA = CameraSpec(FPS, ROBOT.scale_length_m)
 COEFFICIENTS = np.array([PLAUSIBLE_COEFFICIENTS], float)
 
 
-def tracks_of(one: Filmed) -> Tracks:
+def tracks_of(one: Filmed) -> xr.Dataset:
     position_px = PX_PER_M * one.marker_m * [1, -1] + 1500.0
-    return Tracks(FISHSIM_MARKERS, one.time_s, position_px, np.ones(position_px.shape[:2]))
+    return as_tracks(FISHSIM_MARKERS, one.time_s, position_px, np.ones(position_px.shape[:2]))
 
 
 @cache

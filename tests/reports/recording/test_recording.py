@@ -9,6 +9,7 @@ import pytest
 from reports.recording import RecordedTrial, write_recording
 from reports.recording.recording import check_recording
 from session import InputError
+from session.tracks import pixels_of
 from tests.reports.recording.contents import EntityContents, read_recording, rows_of
 from tests.reports.recording.trials import (
     FRAMES,
@@ -54,7 +55,7 @@ def test_markers_stand_where_the_tracks_have_them(trial: RecordedTrial, entities
     for k in range(FRAMES):
         here = np.flatnonzero(trial.present[k])
         np.testing.assert_array_equal(classes[k], here)
-        np.testing.assert_allclose(positions[k], trial.tracked.tracks.position_px[k, here], atol=1e-4)
+        np.testing.assert_allclose(positions[k], pixels_of(trial.tracked)[k, here], atol=1e-4)
     assert [len(row) for row in positions[LOST]] == [len(MARKERS) - 1] * 6
 
 
@@ -80,7 +81,7 @@ def test_residual_lines_go_from_the_marker_to_the_twin(
     lines = rows_of(entities["/f1_00/picture/residuals"], "LineStrips2D:strips")
     assert lines[0] == [] == lines[1], "no twin there"
     measured, twin = np.array(lines[10]).transpose(1, 0, 2)
-    np.testing.assert_allclose(measured, trial.tracked.tracks.position_px[10], atol=1e-4)
+    np.testing.assert_allclose(measured, pixels_of(trial.tracked)[10], atol=1e-4)
     assert trial.twin_px is not None
     np.testing.assert_allclose(twin, trial.twin_px[10], atol=1e-4)
     np.testing.assert_allclose(rows_of(entities["/f1_00/picture/twin"], "Points2D:positions")[10], twin)
@@ -89,15 +90,13 @@ def test_residual_lines_go_from_the_marker_to_the_twin(
 def test_trails_join_each_sample_to_the_one_before(trial: RecordedTrial, entities: dict[str, EntityContents]) -> None:
     steps = rows_of(entities["/f1_00/picture/trails"], "LineStrips2D:strips")
     assert steps[0] == []
-    np.testing.assert_allclose(
-        np.array(steps[5]).transpose(1, 0, 2), trial.tracked.tracks.position_px[[4, 5]], atol=1e-4
-    )
+    np.testing.assert_allclose(np.array(steps[5]).transpose(1, 0, 2), pixels_of(trial.tracked)[[4, 5]], atol=1e-4)
     assert len(steps[LOST.stop]) == len(MARKERS) - 1, "no step out of a gap"
 
 
 @pytest.mark.parametrize("name", ["confidence", "residual_mm"])
 def test_series_equal_their_inputs(trial: RecordedTrial, entities: dict[str, EntityContents], name: str) -> None:
-    expected = trial.tracked.tracks.confidence if name == "confidence" else trial.residual_mm
+    expected = trial.tracked.confidence.values if name == "confidence" else trial.residual_mm
     series = entities[f"/f1_00/{name}"]
     np.testing.assert_array_equal(rows_of(series, "Scalars:scalars"), expected)
     assert rows_of(series, "SeriesLines:names") == [list(MARKERS)]

@@ -8,8 +8,10 @@ import numpy as np
 
 from benchmarks.video.writer import VideoWriter
 from reports.recording import RecordedTrial, make_proxy
-from session import Flag, Tracks
-from tracking.records import SampleState, TrackedTrial
+from session import Flag
+from session.tracks import as_tracks
+from tracking.records import SampleState
+from tracking.records.tracked import with_states
 
 MARKERS = ("nose", "neck", "tail_1", "caudal_fin")
 FRAMES = 48
@@ -49,7 +51,7 @@ def made_trial(name: str = "f1_00", **changes: Any) -> RecordedTrial:
         Flag("gap", ("caudal_fin",), (20, 25), "6 samples are missing"),
         Flag("scale_off_robot", (), None, "far off"),
     )
-    tracked = TrackedTrial(Tracks(MARKERS, frame_times_s(), position_px, confidence), state, size_px, flags)
+    tracked = with_states(as_tracks(MARKERS, frame_times_s(), position_px, confidence), state, size_px, flags)
     residual_mm = np.where(missing, np.nan, 1.5 + np.arange(state.size).reshape(state.shape))
     whole = RecordedTrial(name, tracked, None, (WIDTH_PX, HEIGHT_PX), twin_px, residual_mm, {"marker_error_mm": 3.125})
     return replace(whole, **changes)

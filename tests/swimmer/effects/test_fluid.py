@@ -14,7 +14,7 @@ from swimmer.effects.effect import Effect, StepState
 from swimmer.effects.floating import DAMPING, NATURAL_ROLL_HZ, PITCH_HZ, ROLL_HZ
 from swimmer.effects.fluid import SLOW_M_S
 from swimmer.effects.plates import Plates
-from swimmer.effects.seen import Seen, View
+from swimmer.effects.seen import Observation, View
 from swimmer.mjcf import SWIM
 from tests.swimmer.effects.swims import PLAIN
 from tests.swimmer.engine_state import random_state
@@ -266,7 +266,7 @@ def test_the_water_does_nothing_in_air() -> None:
 # ---- roll and pitch --------------------------------------------------------------------------------------------
 
 
-def shaken(hz: float) -> tuple[Seen, np.ndarray]:
+def shaken(hz: float) -> tuple[Observation, np.ndarray]:
     """A nose that is shaken 10 mm backward, +y, twice a turn, and 20 mm to the right, -x, once; and the angle."""
     time_s = np.arange(0.0, 6.0, 1 / 120)
     crank = 2 * np.pi * hz * time_s
@@ -274,7 +274,7 @@ def shaken(hz: float) -> tuple[Seen, np.ndarray]:
     axes = np.broadcast_to(np.array([[0.0, 1.0], [-1.0, 0.0]]), (len(time_s), 3, 2, 2))
     path = np.column_stack([-0.02 * np.cos(crank), 0.01 * np.sin(2 * crank)])
     marker_m = path[:, None] + np.array([[0.0, 0.0], [0.0, 0.1], [0.0, 0.5]])
-    return Seen(time_s, marker_m, axes, crank, names, above, View(np.zeros(2), np.array([0.0, 1.0]), 1.0)), crank
+    return Observation(time_s, marker_m, axes, crank, names, above, View(np.zeros(2), np.array([0.0, 1.0]), 1.0)), crank
 
 
 def test_raised_markers_lean_over_as_a_shaken_float_rolls_and_pitches() -> None:

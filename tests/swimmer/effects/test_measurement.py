@@ -7,7 +7,7 @@ import pytest
 
 from swimmer.effects import AffectedTwin, View, catalogue
 from swimmer.effects.measurement import MarkerOffset, MarkerSwap, TrackerDrift
-from swimmer.effects.seen import Seen
+from swimmer.effects.seen import Observation
 from tests.swimmer.effects.swims import PLAIN, TIME_S, runs_with, with_effect
 
 NAMES = ("nose", "neck", "tail_1", "tail_2")
@@ -16,32 +16,32 @@ VIEW = View(axis_m=np.array([1.0, 0.0]), down=np.array([0.0, 1.0]), half_height_
 
 
 @pytest.fixture
-def seen() -> Seen:
+def seen() -> Observation:
     """Four markers in a row that move across at 1 m/s; the last is 0.1 m above the others."""
     time_s = 0.1 * np.arange(4)
     marker_m = np.zeros((4, 4, 2))
     marker_m[..., 0] = [0.0, 0.2, 0.4, 0.6]
     marker_m[..., 1] = time_s[:, None]
-    return Seen(time_s, marker_m, UNTURNED, 6 * time_s, NAMES, np.array([0.0, 0.0, 0.0, 0.1]), VIEW)
+    return Observation(time_s, marker_m, UNTURNED, 6 * time_s, NAMES, np.array([0.0, 0.0, 0.0, 0.1]), VIEW)
 
 
-def found(name: str, seen: Seen, *values: float) -> np.ndarray:
+def found(name: str, seen: Observation, *values: float) -> np.ndarray:
     return catalogue()[name].observe(seen, np.array(values)) - seen.marker_m
 
 
-def test_nose_and_neck_alone_are_shifted_across_the_body(seen: Seen) -> None:
+def test_nose_and_neck_alone_are_shifted_across_the_body(seen: Observation) -> None:
     off = found("head_frame_misalignment", seen, 0.01, -0.02, 0.0, 0.0)
     assert off[:, :2, 1] == pytest.approx(np.tile([0.01, -0.02], (4, 1)))
     assert np.abs(off[..., 0]).max() == np.abs(off[:, 2:]).max() == 0
 
 
-def test_a_wrong_scale_is_a_neck_too_far_back(seen: Seen) -> None:
+def test_a_wrong_scale_is_a_neck_too_far_back(seen: Observation) -> None:
     off = found("scale_error", seen, 0.05, 0.0)
     assert off[:, 1] == pytest.approx(np.tile([0.01, 0.0], (4, 1)))  # of 0.2 m
     assert np.abs(np.delete(off, 1, axis=1)).max() == 0
 
 
-def test_boxes_keep_the_offset_of_the_first_frame_as_the_head_turns(seen: Seen) -> None:
+def test_boxes_keep_the_offset_of_the_first_frame_as_the_head_turns(seen: Observation) -> None:
     """Turned by a right angle from the second frame on, with nose and neck 0.2 m apart along y."""
     axes, marker_m = UNTURNED.copy(), seen.marker_m.copy()
     axes[1:] = [[0.0, 1.0], [-1.0, 0.0]]
@@ -53,26 +53,26 @@ def test_boxes_keep_the_offset_of_the_first_frame_as_the_head_turns(seen: Seen) 
     assert along[1:, 1] == pytest.approx(np.tile([0.02, 0.01], (3, 1)))
 
 
-def test_a_marker_above_the_others_is_seen_by_similar_triangles(seen: Seen) -> None:
+def test_a_marker_above_the_others_is_seen_by_similar_triangles(seen: Observation) -> None:
     """Under a camera 1 m up, a point 0.1 m up is magnified 1 / 0.9; it stands 0.4 m off the axis."""
     off = found("camera_parallax", seen, 1.0, 0.0, 0.0)
     assert off[0, 3] == pytest.approx([-0.4 / 0.9 + 0.4, 0.0])
     assert np.abs(off[:, :3]).max() == 0
 
 
-def test_nose_and_neck_that_are_nearer_to_the_camera_are_magnified_alone(seen: Seen) -> None:
+def test_nose_and_neck_that_are_nearer_to_the_camera_are_magnified_alone(seen: Observation) -> None:
     off = found("camera_parallax", seen, 0.0, 0.1, 0.05)
     expected = (seen.marker_m[:, :2] - seen.view.axis_m) * np.array([0.1 / 0.9, 0.05 / 0.95])[:, None]
     assert off[:, :2] == pytest.approx(expected)
     assert np.abs(off[:, 2:]).max() == 0
 
 
-def test_a_lens_shifts_by_the_cube_of_the_radius(seen: Seen) -> None:
+def test_a_lens_shifts_by_the_cube_of_the_radius(seen: Observation) -> None:
     off = found("lens_distortion", seen, 0.1)
     assert off[0, :, 0] == pytest.approx(-0.1 * np.array([1.0, 0.8, 0.6, 0.4]) ** 3 / 0.25)
 
 
-def test_lower_lines_are_read_later(seen: Seen) -> None:
+def test_lower_lines_are_read_later(seen: Observation) -> None:
     off = found("rolling_shutter", seen, 0.02)
     assert off[:, 0, 1] == pytest.approx(0.02 * seen.marker_m[:, 0, 1] / 1.0)  # 1 m/s times the line's delay
 
@@ -88,14 +88,14 @@ def test_a_glued_marker_rides_on_its_link() -> None:
     assert np.abs(np.delete(off, marker, axis=2)).max() == 0
 
 
-def test_a_box_slides_along_the_body(seen: Seen) -> None:
+def test_a_box_slides_along_the_body(seen: Observation) -> None:
     off = TrackerDrift(NAMES).observe(seen, np.array([0.0, 0.01])) - seen.marker_m
     assert off[:, 3, 0] == pytest.approx(0.01 * seen.time_s)
     assert np.abs(off[:, :3]).max() == 0
     assert MarkerOffset(NAMES).observe(seen, np.array([0, 0, 0.01, 0.0]))[0, 3, 0] == pytest.approx(0.61)
 
 
-def test_wholly_swapped_markers_are_exchanged(seen: Seen) -> None:
+def test_wholly_swapped_markers_are_exchanged(seen: Observation) -> None:
     swapped = MarkerSwap(("tail_1", "tail_2")).observe(seen, np.ones(1))
     assert swapped[:, [2, 3]] == pytest.approx(seen.marker_m[:, [3, 2]])
 

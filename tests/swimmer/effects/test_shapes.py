@@ -5,7 +5,7 @@ import pytest
 
 from session import InputError
 from swimmer.effects import Effect, StepForce, StepState
-from swimmer.effects.seen import Seen
+from swimmer.effects.seen import Observation
 from swimmer.effects.tendons import CrankArmError
 from swimmer.mjcf import Scene
 from swimmer.robot import RobotSpec
@@ -17,14 +17,14 @@ FRAMES, MARKERS = len(TIME_S), len(PLAIN.markers)
 class CutsFrames(CrankArmError):
     name = "cuts_frames"
 
-    def observe(self, seen: Seen, values: np.ndarray) -> np.ndarray:  # noqa: ARG002
+    def observe(self, seen: Observation, values: np.ndarray) -> np.ndarray:  # noqa: ARG002
         return seen.marker_m[1:]
 
 
 class ForgetsToReturn(CrankArmError):
     name = "forgets_to_return"
 
-    def observe(self, seen: Seen, values: np.ndarray) -> np.ndarray:  # type: ignore[return]
+    def observe(self, seen: Observation, values: np.ndarray) -> np.ndarray:  # type: ignore[return]
         seen.marker_m + values[0]
 
 

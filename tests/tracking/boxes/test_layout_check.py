@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from session import FaultCollector
-from session.tracks import load_tracks
+from session.tracks import load_tracks, pixels_of
 from tests.session.sample import FISHSIM, needs_fishsim
 from tests.tracking.boxes.drawn import ELEVEN, NINE, Scene, layout, places_px
 from tracking.boxes.layout_check import check_layout
@@ -31,7 +31,7 @@ def exchanged(centre_px: np.ndarray, one: str, other: str, markers: tuple[str, .
 @needs_fishsim
 @pytest.mark.parametrize("trial", TRIALS)
 def test_real_start_boxes_pass_and_exchanged_ones_are_refused(trial: str) -> None:
-    centre_px = load_tracks(FISHSIM / f"{trial}.csv", NINE, 60.0).position_px[0]
+    centre_px = pixels_of(load_tracks(FISHSIM / f"{trial}.csv", NINE, 60.0))[0]
     assert faults(centre_px) == ""
     for one, other in pairwise(NINE):
         if (one, other) != ("dorsal_fin", "tail_1"):  # on the real robot 40 to 64 mm apart instead of 20

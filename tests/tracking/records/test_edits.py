@@ -1,14 +1,14 @@
-from dataclasses import replace
-
 import numpy as np
 import pytest
+import xarray as xr
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from session import Flag
+from session.tracks import pixels_of
 from tests.tracking.records.test_edit_log import FRAMES, MARKERS, edits
 from tests.tracking.records.trials import mixed_trial, same
-from tracking.records import EditLog, SampleState, TrackedTrial, apply_edits
+from tracking.records import EditLog, SampleState, apply_edits
 from tracking.records.edit import Drop, Relabel, SetBox, Swap, Undo
 from tracking.records.edit_log import LoggedEdit
 from tracking.records.tracked import SAMPLE, only_csrt_flags
@@ -24,7 +24,7 @@ def path(tmp_path):
 
 
 @pytest.fixture
-def trial() -> TrackedTrial:
+def trial() -> xr.Dataset:
     return mixed_trial(0, FRAMES, MARKERS)
 
 
@@ -41,7 +41,7 @@ def test_what_only_csrt_saw_goes_with_its_samples(path, edit, left) -> None:
     by_csrt = np.zeros((FRAMES, len(MARKERS)), bool)
     by_csrt[2:8, MARKERS.index("nose")] = True
     trial = mixed_trial(0, FRAMES, MARKERS)
-    trial = replace(trial, flags=(*trial.flags, *only_csrt_flags(by_csrt, MARKERS)))
+    trial = trial.assign_attrs(flags=(*trial.flags, *only_csrt_flags(by_csrt, MARKERS)))
     flags = [flag for flag in apply_edits(trial, log_of(path, edit)).flags if flag.kind == "only_csrt"]
     assert {
         name: [flag.frames for flag in flags if flag.markers == (name,)] for (name,) in {f.markers for f in flags}
@@ -74,9 +74,9 @@ def test_edits_are_replayed_in_order_and_the_trial_is_left_alone(tmp_path_factor
 
 def test_swapped_samples_keep_their_state_under_the_other_name(trial, path):
     edited = apply_edits(trial, log_of(path, Swap(markers=("nose", "tail_1"), frames=(5, 9), note="crossed")))
-    assert np.array_equal(edited.state[5:10, 0], trial.state[5:10, 2])
-    assert np.array_equal(edited.tracks.confidence[5:10, 2], trial.tracks.confidence[5:10, 0])
-    assert np.array_equal(edited.size_px[5:10, 2], trial.size_px[5:10, 0], equal_nan=True)
+    assert np.array_equal(edited.state.values[5:10, 0], trial.state.values[5:10, 2])
+    assert np.array_equal(edited.confidence.values[5:10, 2], trial.confidence.values[5:10, 0])
+    assert np.array_equal(edited["size"].values[5:10, 2], trial["size"].values[5:10, 0], equal_nan=True)
     flag = edited.flags[-1]
     assert (flag.kind, flag.markers, flag.frames) == ("edited", ("nose", "tail_1"), (5, 9))
     assert flag.message == "nose and tail_1 swapped by hand (line 1 of the edit log): crossed"
@@ -84,16 +84,16 @@ def test_swapped_samples_keep_their_state_under_the_other_name(trial, path):
 
 def test_dropped_samples_are_missing_to_the_end_if_so_asked(trial, path):
     edited = apply_edits(trial, log_of(path, Drop(markers=("neck",), frames=(15, None))))
-    assert (edited.state[15:, 1] == SampleState.MISSING).all()
-    assert (edited.tracks.confidence[15:, 1] == 0).all()
+    assert (edited.state.values[15:, 1] == SampleState.MISSING).all()
+    assert (edited.confidence.values[15:, 1] == 0).all()
     assert edited.flags[-1].frames == (15, FRAMES - 1)
-    assert np.array_equal(edited.state[:, [0, 2]], trial.state[:, [0, 2]])
+    assert np.array_equal(edited.state.values[:, [0, 2]], trial.state.values[:, [0, 2]])
 
 
 def test_a_relabelled_marker_leaves_none_behind(trial, path):
     edited = apply_edits(trial, log_of(path, Relabel(marker="nose", to="neck", frames=(0, 3))))
-    assert np.array_equal(edited.tracks.position_px[:4, 1], trial.tracks.position_px[:4, 0], equal_nan=True)
-    assert (edited.state[:4, 0] == SampleState.MISSING).all()
+    assert np.array_equal(pixels_of(edited)[:4, 1], pixels_of(trial)[:4, 0], equal_nan=True)
+    assert (edited.state.values[:4, 0] == SampleState.MISSING).all()
 
 
 def test_a_box_by_hand_sets_its_frame_and_is_tracked_on_to_where_it_says(trial, path):
@@ -108,10 +108,10 @@ def test_a_box_by_hand_sets_its_frame_and_is_tracked_on_to_where_it_says(trial, 
     plain = apply_edits(trial, log)
     edited = apply_edits(trial, log, retrack)
     assert [flag.kind for flag in edited.flags[-2:]] == ["edited", "doubtful_box"]
-    assert (edited.tracks.position_px[5:8, 1] == 7.0).all()
-    assert (edited.size_px[5:8, 1] == 20.0).all()
+    assert (pixels_of(edited)[5:8, 1] == 7.0).all()
+    assert (edited["size"].values[5:8, 1] == 20.0).all()
     changed = np.zeros(trial.state.shape, dtype=bool)
     changed[5:8, 1] = True
-    keeps = np.where(changed[..., None], 0.0, edited.tracks.position_px)
-    assert np.array_equal(keeps, np.where(changed[..., None], 0.0, plain.tracks.position_px), equal_nan=True)
-    assert edited.tracks.confidence[4, 1] == 1.0
+    keeps = np.where(changed[..., None], 0.0, pixels_of(edited))
+    assert np.array_equal(keeps, np.where(changed[..., None], 0.0, pixels_of(plain)), equal_nan=True)
+    assert edited.confidence.values[4, 1] == 1.0

@@ -4,12 +4,15 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from session import InputError, Tracks
+from session import InputError
+from session.tracks import markers_of, pixels_of
+from tests.cases import changed
 from tests.tracking.records.trials import mixed_trial
-from tracking.records import SampleState, TrackedTrial, export_tracks, import_tracks, to_movement
+from tracking.records import SampleState, export_tracks, import_tracks, to_movement
 from tracking.records.deeplabcut import load_deeplabcut
 from tracking.records.formats import FORMATS
 from tracking.records.movement import load_movement
+from tracking.records.tracked import with_states
 
 MARKERS = ("nose", "neck", "tail_1")
 FPS = 50.0
@@ -28,14 +31,11 @@ coords,x,y,likelihood,x,y,likelihood
 """
 
 
-def steady_trial(seed: int) -> TrackedTrial:
+def steady_trial(seed: int) -> xr.Dataset:
     """Frames at k / FPS, which every form can hold."""
     trial = mixed_trial(seed)
-    tracks = trial.tracks
-    time_s = np.arange(len(tracks.time_s)) / FPS
-    return TrackedTrial(
-        Tracks(tracks.markers, time_s, tracks.position_px, tracks.confidence), trial.state, trial.size_px
-    )
+    tracks = changed(trial, time_s=np.arange(trial.sizes["time"]) / FPS)
+    return with_states(tracks, trial.state.values, trial["size"].values)
 
 
 def written(tmp_path, text: str):
@@ -50,10 +50,10 @@ def test_what_is_written_is_recognised_by_content_and_comes_back(tmp_path, form)
     path = tmp_path / "anything.dat"
     export_tracks(trial, path, form)
     tracks = import_tracks(path, MARKERS, FPS)
-    assert np.array_equal(tracks.position_px, trial.tracks.position_px, equal_nan=True)
-    assert np.array_equal(tracks.time_s, trial.tracks.time_s)
+    assert np.array_equal(pixels_of(tracks), pixels_of(trial), equal_nan=True)
+    assert np.array_equal(tracks.time.values, trial.time.values)
     if form != "fishsim":
-        assert np.array_equal(tracks.confidence, trial.tracks.confidence)
+        assert np.array_equal(tracks.confidence.values, trial.confidence.values)
 
 
 @pytest.mark.parametrize("form", ["deeplabcut", "movement"])
@@ -61,8 +61,8 @@ def test_markers_come_in_the_order_asked_for_and_others_are_left_out(tmp_path, f
     trial = steady_trial(2)
     export_tracks(trial, tmp_path / "tracks", form)
     tracks = import_tracks(tmp_path / "tracks", ("tail_1", "nose"), FPS)
-    assert tracks.markers == ("tail_1", "nose")
-    assert np.array_equal(tracks.position_px, trial.tracks.position_px[:, [2, 0]], equal_nan=True)
+    assert markers_of(tracks) == ("tail_1", "nose")
+    assert np.array_equal(pixels_of(tracks), pixels_of(trial)[:, [2, 0]], equal_nan=True)
 
 
 @pytest.mark.parametrize("form", ["deeplabcut", "movement"])
@@ -74,14 +74,14 @@ def test_markers_that_are_not_there_are_reported_with_the_choices(tmp_path, form
 
 def test_deeplabcut_frames_give_the_time_and_empty_cells_are_missing(tmp_path):
     tracks = import_tracks(written(tmp_path, DLC), ("nose", "neck"), FPS)
-    assert np.allclose(tracks.time_s, [0.06, 0.08])
-    assert np.isnan(tracks.position_px[0, 1]).all()
-    assert tracks.confidence.tolist() == [[0.9, 0.0], [0.8, 1.0]]
+    assert np.allclose(tracks.time.values, [0.06, 0.08])
+    assert np.isnan(pixels_of(tracks)[0, 1]).all()
+    assert tracks.confidence.values.tolist() == [[0.9, 0.0], [0.8, 1.0]]
 
 
 def test_a_file_of_a_multi_animal_project_is_read_if_it_holds_one_animal(tmp_path):
     tracks = import_tracks(written(tmp_path, MULTI), ("neck",), FPS)
-    assert tracks.position_px[:, 0].tolist() == [[5, 6], [7, 8]]
+    assert pixels_of(tracks)[:, 0].tolist() == [[5, 6], [7, 8]]
     with pytest.raises(InputError, match=r"line 2: more than one animal; found fish, eel; expected one"):
         import_tracks(written(tmp_path, MULTI.replace("fish,fish,fish\n", "eel,eel,eel\n")), ("neck",), FPS)
 
@@ -90,7 +90,7 @@ def test_labels_without_likelihood_and_packed_files_are_read(tmp_path):
     lines = [",".join(cell for k, cell in enumerate(line.split(",")) if k not in (3, 6)) for line in DLC.splitlines()]
     path = tmp_path / "labels.csv.gz"
     path.write_bytes(gzip.compress("\n".join(lines).encode()))
-    assert import_tracks(path, ("nose", "neck"), FPS).confidence.tolist() == [[1, 0], [1, 1]]
+    assert import_tracks(path, ("nose", "neck"), FPS).confidence.values.tolist() == [[1, 0], [1, 1]]
 
 
 def test_faults_of_a_deeplabcut_file_are_reported_at_once(tmp_path):
@@ -113,7 +113,7 @@ def test_a_header_that_is_not_deeplabcuts_is_reported(tmp_path):
 
 
 def test_a_movement_dataset_has_the_layout_of_the_package():
-    data = to_movement(steady_trial(0), source_file="f1_00.mp4")
+    data = to_movement(steady_trial(0).assign_attrs(source="f1_00.mp4"))
     assert data["position"].dims == ("time", "space", "keypoint", "individual")
     assert data["confidence"].dims == ("time", "keypoint", "individual")
     assert data["space"].values.tolist() == ["x", "y"]
@@ -122,7 +122,7 @@ def test_a_movement_dataset_has_the_layout_of_the_package():
     assert data.attrs["fps"] == pytest.approx(FPS)
     assert data.attrs["source_file"] == "f1_00.mp4"
     assert data["state"].attrs["flag_meanings"].split()[SampleState.BY_HAND] == "by_hand"
-    assert np.array_equal(data["state"].values[..., 0], steady_trial(0).state)
+    assert np.array_equal(data["state"].values[..., 0], steady_trial(0).state.values)
 
 
 def test_a_movement_file_of_others_without_our_variables_is_read_with_its_frames_as_times(tmp_path):
@@ -133,7 +133,7 @@ def test_a_movement_file_of_others_without_our_variables_is_read_with_its_frames
     data.attrs["time_unit"] = "frames"
     data.to_netcdf(tmp_path / "f.nc", engine="h5netcdf")
     loaded = load_movement(tmp_path / "f.nc", MARKERS, FPS)
-    assert np.allclose(loaded.time_s, trial.tracks.time_s)
+    assert np.allclose(loaded.time.values, trial.time.values)
 
 
 def test_what_is_wrong_with_a_movement_file_is_reported(tmp_path):

@@ -4,12 +4,13 @@ import numpy as np
 import pytest
 
 from session.create import FISHSIM_MARKERS
-from session.tracks import load_tracks
+from session.tracks import load_tracks, markers_of, pixels_of
 from swimmer import load_robot
 from tests.tracking.fish import FPS, MARKERS, swimming_fish
 from tests.tracking.records.trials import same, tracked_of, twin_px
 from tracking import check_tracks
 from tracking.records import SampleState, fill_gaps, gaps
+from tracking.records.tracked import seen_in
 
 NOISE_PX = 0.15
 
@@ -31,8 +32,8 @@ def error_px(names: tuple[str, ...], long: int) -> float:
         for first in range(30, 150, 30):
             filled = fill_gaps(tracked_of(cut(noisy, names, first, long)))
             gap = slice(first, first + long)
-            assert (filled.state[gap, index] == SampleState.INTERPOLATED).all()
-            off.append((filled.tracks.position_px - true)[gap, index])
+            assert (filled.state.values[gap, index] == SampleState.INTERPOLATED).all()
+            off.append((pixels_of(filled) - true)[gap, index])
     return float(np.sqrt(np.mean(np.square(off))))
 
 
@@ -77,13 +78,13 @@ def test_gaps_longer_than_the_limit_and_at_the_ends_stay_missing_and_are_flagged
         ("gap", ("tail_3",), (50, 64)),
     ]
     assert filled.flags[1].message == "tail_3 is not seen in 15 frames: 0.27 s, and gaps are filled up to 0.25 s"
-    assert np.isnan(filled.tracks.position_px[50:65, MARKERS.index("tail_3")]).all()
-    assert (filled.state[100:114, MARKERS.index("neck")] == SampleState.INTERPOLATED).all()
+    assert np.isnan(pixels_of(filled)[50:65, MARKERS.index("tail_3")]).all()
+    assert (filled.state.values[100:114, MARKERS.index("neck")] == SampleState.INTERPOLATED).all()
 
 
 def test_confidence_falls_with_the_distance_to_seen_samples():
     filled = fill_gaps(tracked_of(cut(twin_px()[0], ("tail_2",), 80, 13)))
-    confidence = filled.tracks.confidence[80:93, MARKERS.index("tail_2")]
+    confidence = filled.confidence.values[80:93, MARKERS.index("tail_2")]
     assert (np.diff(confidence[:7]) < 0).all()
     assert np.allclose(confidence, confidence[::-1])
     assert 0 < confidence.min() < confidence.max() < 0.5
@@ -94,8 +95,8 @@ def test_seen_samples_stay_bit_for_bit_and_filling_twice_is_filling_once():
     position[np.random.default_rng(1).random(position.shape[:2]) < 0.1] = np.nan
     before = tracked_of(position)
     once = fill_gaps(before)
-    assert np.array_equal(once.tracks.position_px[before.seen], position[before.seen])
-    assert (once.state != SampleState.MISSING).mean() > 0.99
+    assert np.array_equal(pixels_of(once)[seen_in(before)], position[seen_in(before)])
+    assert (once.state.values != SampleState.MISSING).mean() > 0.99
     assert same(fill_gaps(once), once)
 
 
@@ -106,7 +107,7 @@ def test_predicted_samples_are_filled_too_and_give_nothing():
     tail = MARKERS.index("tail_4")
     wild[40:48, tail] += 50.0
     tracked = tracked_of(wild)
-    tracked.state[40:48, tail] = SampleState.PREDICTED
+    tracked.state.values[40:48, tail] = SampleState.PREDICTED
     assert same(fill_gaps(tracked), plain)
 
 
@@ -117,16 +118,16 @@ FISHSIM = Path(__file__).parents[4] / "shared" / "data" / "fishsim"
 @pytest.mark.parametrize(("trial", "at_most_px"), [("f0_50", 0.9), ("f1_00", 1.3), ("f1_75", 1.8)])
 def test_gaps_cut_into_public_tracks_are_filled_within_their_jitter(trial, at_most_px):
     tracks = load_tracks(FISHSIM / f"{trial}.csv", FISHSIM_MARKERS, FPS)
-    position = np.where((check_tracks(tracks, load_robot()).weight > 0)[..., None], tracks.position_px, np.nan)
-    tail = tracks.markers.index("tail_5")
+    position = np.where((check_tracks(tracks, load_robot()).weight > 0)[..., None], pixels_of(tracks), np.nan)
+    tail = markers_of(tracks).index("tail_5")
     off = []
     for first in range(30, len(position) - 30, 45):
         gap = slice(first, first + 14)
         if np.isfinite(position[first - 2 : first + 16, tail]).all():
             holed = position.copy()
             holed[gap, tail] = np.nan
-            filled = fill_gaps(tracked_of(holed, tracks.markers))
-            off.append(filled.tracks.position_px[gap, tail] - position[gap, tail])
+            filled = fill_gaps(tracked_of(holed, markers_of(tracks)))
+            off.append(pixels_of(filled)[gap, tail] - position[gap, tail])
     assert len(off) >= 4
     assert np.sqrt(np.mean(np.square(off))) < at_most_px
 
@@ -135,5 +136,5 @@ def test_a_short_trial_is_flagged_not_guessed():
     position = twin_px()[0][:12].copy()
     position[5, 3] = np.nan
     filled = fill_gaps(tracked_of(position))
-    assert filled.state[5, 3] == SampleState.MISSING
+    assert filled.state.values[5, 3] == SampleState.MISSING
     assert "too few samples elsewhere" in filled.flags[0].message

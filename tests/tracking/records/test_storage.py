@@ -3,9 +3,10 @@ import pytest
 
 from session import InputError
 from session.errors import ResultsNotWritable
-from session.tracks import load_tracks
+from session.tracks import load_tracks, markers_of, pixels_of
 from tests.tracking.records.trials import mixed_trial, same
-from tracking.records import SampleState, TrackedTrial, load_tracked, save_tracked
+from tracking.records import SampleState, load_tracked, save_tracked
+from tracking.records.tracked import with_states
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -19,8 +20,8 @@ def test_the_tracks_are_those_of_the_contract_and_states_are_words(tmp_path):
     trial = mixed_trial(0)
     files = save_tracked(tmp_path, "f1_00", trial)
     assert [path.name for path in files] == ["f1_00.csv", "f1_00.states.csv", "f1_00.flags.json"]
-    tracks = load_tracks(files.tracks, trial.tracks.markers, 60.0)
-    assert np.array_equal(tracks.position_px, trial.tracks.position_px, equal_nan=True)
+    tracks = load_tracks(files.tracks, markers_of(trial), 60.0)
+    assert np.array_equal(pixels_of(tracks), pixels_of(trial), equal_nan=True)
     header, first = files.states.read_text().splitlines()[:2]
     assert header == "time_s,nose_state,nose_size_px,neck_state,neck_size_px,tail_1_state,tail_1_size_px"
     assert first.split(",")[1::2] == ["measured"] * 3
@@ -33,7 +34,7 @@ def test_nothing_is_half_written(tmp_path):
     files.flags.mkdir()  # which cannot be written over
     with pytest.raises(ResultsNotWritable, match=r"flags\.json"):
         save_tracked(tmp_path, "f1_00", after)
-    assert np.array_equal(load_tracks(files.tracks, before.tracks.markers, 60.0).time_s, before.tracks.time_s)
+    assert np.array_equal(load_tracks(files.tracks, markers_of(before), 60.0).time.values, before.time.values)
     assert not list(tmp_path.glob("*.part.*")) + list(tmp_path.glob(".*"))
 
 
@@ -52,11 +53,11 @@ def test_states_that_do_not_fit_the_tracks_are_reported_with_what_is_wrong_there
 
 def test_a_state_that_contradicts_its_position_is_refused():
     trial = mixed_trial(0)
-    state = trial.state.copy()
+    state = trial.state.values.copy()
     state[0, 1] = SampleState.MISSING
     with pytest.raises(ValueError, match=r"1 samples are MISSING with a position.*neck in frame 0"):
-        TrackedTrial(trial.tracks, state, trial.size_px)
+        with_states(trial, state, trial["size"].values)
     with pytest.raises(ValueError, match=r"state: found \[9\]"):
-        TrackedTrial(trial.tracks, np.full_like(state, 9), trial.size_px)
+        with_states(trial, np.full_like(state, 9), trial["size"].values)
     with pytest.raises(ValueError, match=r"size_px: found shape \(2, 2\), expected \(12, 3\)"):
-        TrackedTrial(trial.tracks, trial.state, np.zeros((2, 2)))
+        with_states(trial, trial.state.values, np.zeros((2, 2)))

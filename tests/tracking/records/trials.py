@@ -3,11 +3,14 @@
 from functools import cache
 
 import numpy as np
+import xarray as xr
 
-from session import Flag, Tracks
+from session import Flag
+from session.tracks import as_tracks, markers_of, pixels_of
 from swimmer import Runs, Twin, load_robot
 from tests.tracking.fish import FPS, MARKERS, PX_PER_M
-from tracking.records import SampleState, TrackedTrial
+from tracking.records import SampleState
+from tracking.records.tracked import as_tracked, with_states
 
 HZ = (1.0, 1.75, 2.25)
 
@@ -21,14 +24,14 @@ def twin_px() -> np.ndarray:
     return seen.marker_m[:, int(FPS) :, :, :2] * PX_PER_M
 
 
-def tracked_of(position_px: np.ndarray, markers: tuple[str, ...] = MARKERS) -> TrackedTrial:
+def tracked_of(position_px: np.ndarray, markers: tuple[str, ...] = MARKERS) -> xr.Dataset:
     """Measured wherever there is a position."""
     present = np.isfinite(position_px).all(axis=2)
     time_s = np.arange(len(position_px)) / FPS
-    return TrackedTrial.of(Tracks(markers, time_s, position_px, present.astype(float)))
+    return as_tracked(as_tracks(markers, time_s, position_px, present.astype(float)))
 
 
-def mixed_trial(seed: int, frames: int = 12, markers: tuple[str, ...] = ("nose", "neck", "tail_1")) -> TrackedTrial:
+def mixed_trial(seed: int, frames: int = 12, markers: tuple[str, ...] = ("nose", "neck", "tail_1")) -> xr.Dataset:
     """Any states, any numbers; every marker has at least one sample."""
     rng = np.random.default_rng(seed)
     shape = (frames, len(markers))
@@ -40,14 +43,14 @@ def mixed_trial(seed: int, frames: int = 12, markers: tuple[str, ...] = ("nose",
     time_s = np.cumsum(rng.uniform(0.01, 0.03, frames))
     confidence = np.where(missing, 0.0, rng.random(shape))
     flags = (Flag("jump", ("nose",), (3, 4), "nose jümps"), Flag("not_converged", (), None, ""))
-    return TrackedTrial(Tracks(markers, time_s, position, confidence), state, size, flags)
+    return with_states(as_tracks(markers, time_s, position, confidence), state, size, flags)
 
 
-def same(one: TrackedTrial, other: TrackedTrial, *, flags: bool = True) -> bool:
+def same(one: xr.Dataset, other: xr.Dataset, *, flags: bool = True) -> bool:
     """Whether two trials are alike bit for bit."""
     arrays = [
-        (trial.tracks.time_s, trial.tracks.position_px, trial.tracks.confidence, trial.state, trial.size_px)
+        (trial.time.values, pixels_of(trial), trial.confidence.values, trial.state.values, trial["size"].values)
         for trial in (one, other)
     ]
     alike = all(np.array_equal(a, b, equal_nan=True) for a, b in zip(*arrays, strict=True))
-    return alike and one.tracks.markers == other.tracks.markers and (not flags or one.flags == other.flags)
+    return alike and markers_of(one) == markers_of(other) and (not flags or one.flags == other.flags)

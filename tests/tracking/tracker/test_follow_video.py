@@ -7,12 +7,14 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+import xarray as xr
 
 from session import InputError
+from session.tracks import markers_of, pixels_of
 from tests.cases import later
 from tests.tracking.tracker.pool import WATER, Pool, Thing, tail
 from tracking.boxes import Box, StartBoxes
-from tracking.records import SampleState, TrackedTrial
+from tracking.records import SampleState
 from tracking.tracker import TRACKERS, follow_video
 from tracking.tracker.follow_video import PREDICTED_FOR
 from tracking.tracker.partial import Partial
@@ -32,23 +34,23 @@ def clip(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def whole(clip: Path) -> TrackedTrial:
+def whole(clip: Path) -> xr.Dataset:
     return tracked(clip)
 
 
-def tracked(clip: Path, boxes: StartBoxes | None = None, **options: object) -> TrackedTrial:
+def tracked(clip: Path, boxes: StartBoxes | None = None, **options: object) -> xr.Dataset:
     with Video(clip) as video:
         return follow_video(video, boxes or POOL.boxes(NAMES), NAMES, **options)  # type: ignore[arg-type]
 
 
-def same(one: TrackedTrial, other: TrackedTrial) -> bool:
+def same(one: xr.Dataset, other: xr.Dataset) -> bool:
     """Bit for bit."""
     pairs = [
-        (one.tracks.position_px, other.tracks.position_px),
-        (one.tracks.confidence, other.tracks.confidence),
-        (one.tracks.time_s, other.tracks.time_s),
-        (one.state, other.state),
-        (one.size_px, other.size_px),
+        (pixels_of(one), pixels_of(other)),
+        (one.confidence.values, other.confidence.values),
+        (one.time.values, other.time.values),
+        (one.state.values, other.state.values),
+        (one["size"].values, other["size"].values),
     ]
     return all(np.array_equal(a, b, equal_nan=True) for a, b in pairs) and one.flags == other.flags
 
@@ -67,35 +69,35 @@ class Interrupting:
             raise KeyboardInterrupt
 
 
-def test_a_clip_is_tracked_to_a_fraction_of_a_pixel_at_its_own_times(whole: TrackedTrial, clip: Path) -> None:
+def test_a_clip_is_tracked_to_a_fraction_of_a_pixel_at_its_own_times(whole: xr.Dataset, clip: Path) -> None:
     truth = POOL.truths(FRAMES)
-    seen = whole.state == SampleState.MEASURED
-    away = np.linalg.norm(whole.tracks.position_px - truth, axis=2)
+    seen = whole.state.values == SampleState.MEASURED
+    away = np.linalg.norm(pixels_of(whole) - truth, axis=2)
     clear = np.ones(FRAMES, bool)
     clear[COVERED[0] : COVERED[1] + 1] = False
     assert seen[clear][1:].all()
     assert away[clear].max() < 0.3
     with Video(clip) as video:
-        assert np.array_equal(whole.tracks.time_s, video.info.time_s)
-    assert whole.tracks.markers == NAMES
+        assert np.array_equal(whole.time.values, video.info.time_s)
+    assert markers_of(whole) == NAMES
 
 
-def test_an_unseen_marker_is_predicted_for_a_while_and_then_missing(whole: TrackedTrial) -> None:
-    state = whole.state[:, 1]
+def test_an_unseen_marker_is_predicted_for_a_while_and_then_missing(whole: xr.Dataset) -> None:
+    state = whole.state.values[:, 1]
     first, last = COVERED
     assert (state[first : first + PREDICTED_FOR] == SampleState.PREDICTED).all()
     assert (state[first + PREDICTED_FOR : last + 1] == SampleState.MISSING).all()
     assert (state[last + 2 :] == SampleState.MEASURED).all()
-    assert np.isnan(whole.tracks.position_px[first + PREDICTED_FOR : last + 1, 1]).all()
-    assert (whole.tracks.confidence[first : last + 1, 1] == 0).all()
-    assert np.isnan(whole.size_px[first : last + 1, 1]).all()
+    assert np.isnan(pixels_of(whole)[first + PREDICTED_FOR : last + 1, 1]).all()
+    assert (whole.confidence.values[first : last + 1, 1] == 0).all()
+    assert np.isnan(whole["size"].values[first : last + 1, 1]).all()
 
 
 def test_frames_before_the_boxes_hold_no_samples(clip: Path) -> None:
     trial = tracked(clip, POOL.boxes(NAMES, 20))
-    assert (trial.state[:20] == SampleState.MISSING).all()
-    assert (trial.state[20:35] == SampleState.MEASURED).all()
-    assert len(trial.state) == FRAMES
+    assert (trial.state.values[:20] == SampleState.MISSING).all()
+    assert (trial.state.values[20:35] == SampleState.MEASURED).all()
+    assert len(trial.state.values) == FRAMES
 
 
 @pytest.mark.parametrize("after", [*later(31), 62, *later(74)])
@@ -118,7 +120,7 @@ def test_interrupted_work_goes_on_to_the_same_bits(
 
 
 def test_the_threads_of_the_video_are_the_trackers_and_change_nothing(
-    clip: Path, monkeypatch: pytest.MonkeyPatch, whole: TrackedTrial
+    clip: Path, monkeypatch: pytest.MonkeyPatch, whole: xr.Dataset
 ) -> None:
     asked: list[int] = []
     before = cv2.getNumThreads()
@@ -137,7 +139,7 @@ def test_the_threads_of_the_video_are_the_trackers_and_change_nothing(
 
 
 def test_what_was_kept_under_another_fingerprint_is_not_used(
-    clip: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, whole: TrackedTrial
+    clip: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, whole: xr.Dataset
 ) -> None:
     partial = Partial(tmp_path / "partial.npz", "one")
     with pytest.raises(KeyboardInterrupt):
@@ -171,8 +173,8 @@ def test_boxes_in_a_frame_that_is_not_there_are_refused(clip: Path) -> None:
 def test_the_baseline_follows_easy_markers_to_a_pixel_or_two(tmp_path: Path) -> None:
     pool = POOL.but(things=())
     trial = tracked(pool.video(tmp_path / "easy.mkv", 12), pool.boxes(NAMES), method="csrt")
-    away = np.linalg.norm(trial.tracks.position_px - pool.truths(12), axis=2)
-    assert (trial.state == SampleState.MEASURED).all()
+    away = np.linalg.norm(pixels_of(trial) - pool.truths(12), axis=2)
+    assert (trial.state.values == SampleState.MEASURED).all()
     assert away.max() < 4
 
 
@@ -193,11 +195,11 @@ def test_unreadable_frames_are_rows_without_samples_and_the_trial_reports_it(cli
     with Holed(clip) as video:
         trial = follow_video(video, POOL.boxes(NAMES), NAMES)
     readable = np.setdiff1d(np.arange(FRAMES), Holed.LOST)
-    away = np.linalg.norm(trial.tracks.position_px - POOL.truths(FRAMES), axis=2)
+    away = np.linalg.norm(pixels_of(trial) - POOL.truths(FRAMES), axis=2)
     others = [0, 2, 3]  # never covered
-    assert len(trial.state) == FRAMES
-    assert (trial.state[list(Holed.LOST)] == SampleState.MISSING).all()
-    assert (trial.state[readable][:, others] == SampleState.MEASURED).all()
+    assert len(trial.state.values) == FRAMES
+    assert (trial.state.values[list(Holed.LOST)] == SampleState.MISSING).all()
+    assert (trial.state.values[readable][:, others] == SampleState.MEASURED).all()
     assert away[readable][:, others][-10:].max() < 0.3
     assert [flag.message for flag in trial.flags if flag.kind == "damaged_video" and flag.frames is None] == [
         "5 of 75 frames cannot be decoded"
@@ -209,8 +211,8 @@ def test_a_cut_off_video_is_tracked_as_far_as_it_goes(clip: Path, tmp_path: Path
     content = clip.read_bytes()
     cut.write_bytes(content[: len(content) * 2 // 3])
     trial = tracked(cut)
-    assert 30 < len(trial.state) < FRAMES
-    assert (trial.state[:35] == SampleState.MEASURED).all()
+    assert 30 < len(trial.state.values) < FRAMES
+    assert (trial.state.values[:35] == SampleState.MEASURED).all()
     assert "damaged_video" in {flag.kind for flag in trial.flags}
 
 

@@ -4,12 +4,15 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+import xarray as xr
 
-from session import Flag, Tracks
+from session import Flag
+from session.tracks import as_tracks
 from swimmer import load_robot
 from tests.tracking.fish import swimming_fish
 from tests.tracking.tracker.pool import fish
-from tracking.records import SampleState, TrackedTrial
+from tracking.records import SampleState
+from tracking.records.tracked import with_states
 from tracking.tracker.judgement import judge
 
 ROBOT = load_robot()
@@ -18,11 +21,11 @@ ELEVEN = (*NINE, "pectoral_left", "pectoral_right")
 FRAMES = 150
 
 
-def trial_of(position_px: np.ndarray, markers: tuple[str, ...] = NINE, confidence: float = 0.95) -> TrackedTrial:
+def trial_of(position_px: np.ndarray, markers: tuple[str, ...] = NINE, confidence: float = 0.95) -> xr.Dataset:
     n, m, _ = position_px.shape
     state = np.where(np.isfinite(position_px).all(axis=2), SampleState.MEASURED, SampleState.MISSING).astype(np.int8)
-    tracks = Tracks(markers, np.arange(n) / 60, position_px, np.full((n, m), confidence))
-    return TrackedTrial(tracks, state, np.full((n, m), 14.0))
+    tracks = as_tracks(markers, np.arange(n) / 60, position_px, np.full((n, m), confidence))
+    return with_states(tracks, state, np.full((n, m), 14.0))
 
 
 def swum(
@@ -87,8 +90,8 @@ def test_exchanged_pectorals_are_flagged_in_exactly_their_frames(frames: int, he
 
 def test_predicted_and_interpolated_samples_are_lost_ones_by_hand_are_not() -> None:
     trial = trial_of(swum())
-    trial.state[10:15, 1], trial.state[20:25, 2] = SampleState.PREDICTED, SampleState.INTERPOLATED
-    trial.state[30:35, 3] = SampleState.BY_HAND
+    trial.state.values[10:15, 1], trial.state.values[20:25, 2] = SampleState.PREDICTED, SampleState.INTERPOLATED
+    trial.state.values[30:35, 3] = SampleState.BY_HAND
     flags = judge(trial, ROBOT)
     assert [(flag.kind, flag.markers, flag.frames) for flag in flags] == [
         ("lost_marker", ("neck",), (10, 14)),
@@ -99,9 +102,9 @@ def test_predicted_and_interpolated_samples_are_lost_ones_by_hand_are_not() -> N
 @pytest.mark.parametrize("factor", [0.6, 1.5])
 def test_a_wrong_size_is_flagged_where_it_lasts_and_not_in_one_frame(factor: float) -> None:
     trial = trial_of(swum())
-    trial.size_px[:] *= np.random.default_rng(2).uniform(0.95, 1.05, trial.size_px.shape)
-    trial.size_px[60:80, 4] *= factor
-    trial.size_px[100, 6] *= factor
+    trial["size"].values[:] *= np.random.default_rng(2).uniform(0.95, 1.05, trial["size"].values.shape)
+    trial["size"].values[60:80, 4] *= factor
+    trial["size"].values[100, 6] *= factor
     flags = judge(trial, ROBOT)
     assert [(flag.kind, flag.markers) for flag in flags] == [("size", ("tail_2",))]
     assert flags[0].frames == (60, 79)
@@ -109,7 +112,7 @@ def test_a_wrong_size_is_flagged_where_it_lasts_and_not_in_one_frame(factor: flo
 
 def test_low_confidence_that_lasts_is_a_drift() -> None:
     trial = trial_of(swum())
-    trial.tracks.confidence[40:60, 2] = 0.2
-    trial.tracks.confidence[80:89, 5] = 0.2  # one frame too short
+    trial.confidence.values[40:60, 2] = 0.2
+    trial.confidence.values[80:89, 5] = 0.2  # one frame too short
     flags = judge(trial, ROBOT)
     assert [(flag.kind, flag.markers, flag.frames) for flag in flags] == [("drift", ("dorsal_fin",), (40, 59))]

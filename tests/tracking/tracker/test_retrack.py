@@ -4,13 +4,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import xarray as xr
 
-from session import Tracks
+from session.tracks import as_tracks, pixels_of
 from tests.tracking.tracker.pool import Pool, tail
 from tracking.boxes import Box
-from tracking.records import EditLog, SampleState, TrackedTrial, apply_edits
+from tracking.records import EditLog, SampleState, apply_edits
 from tracking.records.edit import SetBox
 from tracking.records.edit_log import LoggedEdit
+from tracking.records.tracked import as_tracked
 from tracking.tracker import retracker
 from tracking.video import Video
 
@@ -26,11 +28,11 @@ def clip(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return POOL.video(tmp_path_factory.mktemp("clip") / "clip.mkv", FRAMES)
 
 
-def spoiled() -> TrackedTrial:
+def spoiled() -> xr.Dataset:
     """Right for all but tail_3, which sits on its neighbour from frame 5 on."""
     position = TRUTH.copy()
     position[5:, 2] = position[5:, 1]
-    return TrackedTrial.of(Tracks(NAMES, np.arange(FRAMES) / 60, position, np.full((FRAMES, 4), 0.9)))
+    return as_tracked(as_tracks(NAMES, np.arange(FRAMES) / 60, position, np.full((FRAMES, 4), 0.9)))
 
 
 def box_at(place: np.ndarray, side: float = 18.0) -> tuple[float, float, float, float]:
@@ -38,7 +40,7 @@ def box_at(place: np.ndarray, side: float = 18.0) -> tuple[float, float, float, 
     return box.x, box.y, box.width, box.height
 
 
-def set_by_hand(video: Video, box: tuple[float, float, float, float], until: int | None = None) -> TrackedTrial:
+def set_by_hand(video: Video, box: tuple[float, float, float, float], until: int | None = None) -> xr.Dataset:
     edit = SetBox(marker="tail_3", frame=SET, box=box, until=until)
     return apply_edits(
         spoiled(), EditLog(Path("f1.edits.jsonl"), NAMES, FRAMES, (LoggedEdit(1, edit),)), retracker(video)
@@ -48,17 +50,17 @@ def set_by_hand(video: Video, box: tuple[float, float, float, float], until: int
 def test_a_marker_set_by_hand_is_tracked_on_to_the_end(clip: Path) -> None:
     with Video(clip) as video:
         trial = set_by_hand(video, box_at(TRUTH[SET, 2] + [3.0, -2.0]), None)
-    away = np.linalg.norm(trial.tracks.position_px - TRUTH, axis=2)[SET + 1 :, 2]
-    assert (trial.state[SET + 1 :, 2] == SampleState.MEASURED).all()
+    away = np.linalg.norm(pixels_of(trial) - TRUTH, axis=2)[SET + 1 :, 2]
+    assert (trial.state.values[SET + 1 :, 2] == SampleState.MEASURED).all()
     assert away.max() < 0.3
-    assert np.isfinite(trial.size_px[SET + 1 :, 2]).all()
+    assert np.isfinite(trial["size"].values[SET + 1 :, 2]).all()
 
 
 def test_a_marker_that_sits_where_the_person_put_this_one_is_not_heeded(clip: Path) -> None:
     """The person is believed: whose spot it really is only they can see."""
     with Video(clip) as video:
         trial = set_by_hand(video, box_at(TRUTH[SET, 1]), None)
-    onto = np.linalg.norm(trial.tracks.position_px[:, 2] - TRUTH[:, 1], axis=1)[SET + 1 :]
+    onto = np.linalg.norm(pixels_of(trial)[:, 2] - TRUTH[:, 1], axis=1)[SET + 1 :]
     assert onto.max() < 0.3
 
 
@@ -69,19 +71,19 @@ def test_where_it_is_not_seen_it_is_missing_and_takes_no_spot_of_another(tmp_pat
     pool = POOL.but(contrast=contrast, texture=1.0)
     with Video(pool.video(tmp_path / "clip.mkv", FRAMES)) as video:
         trial = set_by_hand(video, box_at(TRUTH[SET, 2]), None)
-    assert (trial.state[20:27, 2] == SampleState.MISSING).all()
-    assert np.isnan(trial.tracks.position_px[20:27, 2]).all()
-    assert (trial.tracks.confidence[20:27, 2] == 0).all()
-    assert (trial.state[SET + 1 : 20, 2] == SampleState.MEASURED).all()
-    back = np.linalg.norm(trial.tracks.position_px - TRUTH, axis=2)[-5:, 2]
+    assert (trial.state.values[20:27, 2] == SampleState.MISSING).all()
+    assert np.isnan(pixels_of(trial)[20:27, 2]).all()
+    assert (trial.confidence.values[20:27, 2] == 0).all()
+    assert (trial.state.values[SET + 1 : 20, 2] == SampleState.MEASURED).all()
+    back = np.linalg.norm(pixels_of(trial) - TRUTH, axis=2)[-5:, 2]
     assert back.max() < 0.3
 
 
 def test_from_a_box_on_empty_water_nothing_is_followed_and_a_flag_reports_it(clip: Path) -> None:
     with Video(clip) as video:
         trial = set_by_hand(video, box_at(np.array([150.0, 20.0])), 25)
-    assert (trial.state[SET + 1 : 26, 2] == SampleState.MISSING).all()
-    assert (trial.state[26:, 2] == SampleState.MEASURED).all()
+    assert (trial.state.values[SET + 1 : 26, 2] == SampleState.MISSING).all()
+    assert (trial.state.values[26:, 2] == SampleState.MEASURED).all()
     assert [(flag.kind, flag.markers, flag.frames) for flag in trial.flags[1:]] == [
         ("doubtful_box", ("tail_3",), (SET, SET))
     ]
@@ -92,11 +94,11 @@ def test_it_is_tracked_on_up_to_the_last_frame_asked_for_and_all_else_stays(clip
     before = spoiled()
     with Video(clip) as video:
         after = set_by_hand(video, box_at(TRUTH[SET, 2]), until)
-    away = np.linalg.norm(after.tracks.position_px - TRUTH, axis=2)[:, 2]
-    assert after.state[SET, 2] == SampleState.BY_HAND
+    away = np.linalg.norm(pixels_of(after) - TRUTH, axis=2)[:, 2]
+    assert after.state.values[SET, 2] == SampleState.BY_HAND
     assert away[SET : until + 1].max() < 0.3
     same = np.ones((FRAMES, 4), bool)
     same[SET : until + 1, 2] = False
-    for name in ("position_px", "confidence"):
-        assert np.array_equal(getattr(after.tracks, name)[same], getattr(before.tracks, name)[same])
+    assert np.array_equal(pixels_of(after)[same], pixels_of(before)[same])
+    assert np.array_equal(after.confidence.values[same], before.confidence.values[same])
     assert [flag.kind for flag in after.flags] == ["edited"]

@@ -23,7 +23,7 @@ from benchmarks.reality.mechanisms.measurement import (
 from session.create import FISHSIM_MARKERS
 from swimmer import load_robot
 from swimmer.effects import Effect, View, catalogue
-from swimmer.effects.seen import Seen
+from swimmer.effects.seen import Observation
 
 TIME_S = np.arange(241) / 60
 CAMERA = Camera()
@@ -73,7 +73,7 @@ def in_twin(effect: Effect, values: np.ndarray, late_s: float) -> np.ndarray:
     seen = sight(effect.clock(TIME_S, values) - late_s)
     axes = np.stack([seen.axis, 1j * seen.axis], axis=2)
     above_m = PLACE_M[:, 2] - PLACE_M[NOSE, 2]
-    true_sight = Seen(TIME_S, pairs(seen.marker_m), pairs(axes), 2 * np.pi * TIME_S, seen.names, above_m, VIEW)
+    true_sight = Observation(TIME_S, pairs(seen.marker_m), pairs(axes), 2 * np.pi * TIME_S, seen.names, above_m, VIEW)
     found = effect.observe(true_sight, values)
     return of_head(found[..., 0] + 1j * found[..., 1])
 

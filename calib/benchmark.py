@@ -1,7 +1,11 @@
-"""How fast the twin is and what its step costs in accuracy. Ratios count: absolute times vary with machines."""
+"""How fast the twin is and what its step costs in accuracy. Ratios count: absolute times vary with machines.
+
+It is the function of the command `calib benchmark speed`; the other benchmarks are in the checkout alone.
+"""
 
 import time
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any
 
 import mujoco
@@ -9,9 +13,12 @@ import numpy as np
 from mujoco.batch import Batch
 
 from fitting.speed import forward_speed
+from session import Session
 from swimmer import PUBLISHED_COEFFICIENTS, FluidCoefficients, Runs, Twin, build_mjcf, load_robot
 from swimmer.mjcf import SWIM
 from tracking import HeadFrame, to_head_frame
+
+__all__ = ["SpeedOutcome", "speed"]
 
 FREQUENCIES_HZ = np.round(np.arange(0.3, 2.01, 0.1), 1)
 SECONDS, WARMUP_S, FINER = 8.0, 1.0, 8
@@ -78,12 +85,26 @@ class SpeedOutcome:
         return vars(self) | {"step_errors": errors}
 
 
-def measure_speed(calibrated: FluidCoefficients | None = None) -> SpeedOutcome:
-    """Times the exported file of the built-in robot and compares it with a finer step.
+def speed(session: Session | str | Path | None = None) -> SpeedOutcome:
+    """Times the exported file of the built-in robot and compares it with a finer step; takes about a minute.
 
     Args:
-        calibrated: a further set of coefficients to look at.
+        session: also measure with the coefficients of its current fit.
+
+    Raises:
+        InputError: the session has no current fit.
+
+    Example:
+        >>> speed().real_time_one_core                          # doctest: +SKIP
+        31.5
     """
+    from calib.interface import load_twin
+
+    return measure_speed(None if session is None else load_twin(session).coefficients)
+
+
+def measure_speed(calibrated: FluidCoefficients | None) -> SpeedOutcome:
+    """`speed` with a further set of coefficients to look at."""
     sets = {"fitted to the public trials": FITTED, "published": PUBLISHED_COEFFICIENTS}
     if calibrated is not None:
         sets["of the session"] = calibrated

@@ -47,7 +47,7 @@ def ports() -> list[str]:
     return sorted(port for pattern in PORT_PATTERNS for port in glob.glob(pattern))  # noqa: PTH207  device names
 
 
-def scan(names: Sequence[str], bauds: Sequence[int], report: Callable[[str], None]) -> list[Found]:
+def search(names: Sequence[str], bauds: Sequence[int], report: Callable[[str], None]) -> list[Found]:
     """Asks on every port at every baud rate who is there; a port that cannot be opened is reported and left out."""
     found: list[Found] = []
     for name in names:

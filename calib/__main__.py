@@ -1,0 +1,5 @@
+"""``python -m calib``: the command line."""
+
+from calib.entry import main
+
+main()

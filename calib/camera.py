@@ -1,0 +1,127 @@
+"""The camera: its lens and its scale, from a printed board. One function a command of `calib camera`."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from tracking.lens import BoardScale, BoardSpec, LensCalibration
+
+__all__ = ["board", "lens", "scale"]
+
+_PICTURES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".bmp", ".webp")
+
+
+def board(out: str | Path = "board.pdf", description: str | Path | None = None) -> Path:
+    """Draws a calibration board to be printed at its true size.
+
+    Args:
+        out: the file to write: .pdf, .svg or .png.
+        description: a TOML with a table [board]; default: ChArUco, 9 x 6 squares of 30 mm.
+
+    Returns:
+        The file.
+
+    Raises:
+        InputError: another suffix, or faults of the description.
+        ResultsNotWritable: `out` cannot be written.
+
+    Example:
+        >>> import tempfile
+        >>> board(tempfile.mkdtemp() + "/board.svg").name
+        'board.svg'
+    """
+    from tracking.lens import draw_board
+
+    draw_board(Path(out), _board(description))
+    return Path(out)
+
+
+def lens(
+    pictures: str | Path | Sequence[str | Path],
+    out: str | Path = "camera.toml",
+    description: str | Path | None = None,
+    *,
+    progress: bool = True,
+) -> LensCalibration:
+    """Calibrates the lens from pictures of a board at many angles; a session names the file as its calibration.
+
+    Args:
+        pictures: 15 to 30 pictures of the board, or one video of it.
+        out: the camera file to write.
+        description: of the board, as `board`.
+        progress: show it on standard error.
+
+    Returns:
+        The camera, its error `rms_px` (px), the share of the picture covered, and flags.
+
+    Raises:
+        InputError: pictures that cannot be read, or differ in size.
+        NotEnoughData: the board is found in fewer than three of them.
+        ResultsNotWritable: `out` cannot be written.
+
+    Source:
+        Zhang (2000), "A flexible new technique for camera calibration".
+
+    Example:
+        >>> lens("board.mp4").rms_px                            # doctest: +SKIP
+        0.21
+    """
+    from calib.progress import progress_bar
+    from tracking.lens import calibrate_lens, save_camera
+
+    files = [Path(file) for file in ([pictures] if isinstance(pictures, str | Path) else pictures)]
+    with progress_bar(not progress) as report:
+        report("looking for the board", None)
+        found = calibrate_lens(_each(files), _board(description))
+    save_camera(Path(out), found.calibration)
+    return found
+
+
+def scale(
+    picture: str | Path,
+    description: str | Path | None = None,
+    camera: str | Path | None = None,
+    board_height_m: float = 0.0,
+) -> BoardScale:
+    """Metres per pixel at the water's surface from a board that lies level; with a lens also the camera's height.
+
+    Args:
+        picture: of the board.
+        description: of the board, as `board`.
+        camera: the camera file of `lens`; default: no distortion.
+        board_height_m: of the board above the water, m; negative under water.
+
+    Returns:
+        The scale and its standard deviation in m per px, the camera's height in m and tilt in degrees.
+
+    Raises:
+        InputError: a file cannot be read.
+        NotEnoughData: no board is found, or it lies off the surface and the lens is not calibrated.
+
+    Example:
+        >>> scale("board_on_water.png", camera="camera.toml").metres_per_px  # doctest: +SKIP
+        0.00112
+    """
+    from session.camera import load_camera
+    from tracking.lens import scale_from_board
+
+    calibration = None if camera is None else load_camera(Path(camera))
+    return scale_from_board(Path(picture), _board(description), calibration, board_height_m)
+
+
+def _board(description: str | Path | None) -> BoardSpec:
+    from tracking.lens import BoardSpec, load_board
+
+    return BoardSpec(columns=9, rows=6, square_m=0.03) if description is None else load_board(Path(description))
+
+
+def _each(files: Sequence[Path]) -> Iterable[Path | np.ndarray]:
+    """The pictures, or frames of a single video."""
+    from tracking.lens import video_pictures
+
+    return files if len(files) > 1 or files[0].suffix.lower() in _PICTURES else video_pictures(files[0])

@@ -1,0 +1,173 @@
+"""`calib.capture.scan`, `run` and `emulate`: what the commands of the same names do."""
+
+from __future__ import annotations
+
+import contextlib
+import math
+import sys
+from collections.abc import Callable, Iterable, Sequence
+from pathlib import Path
+
+from calib.capture.bus import BAUD_RATES, open_port
+from calib.capture.errors import UserError
+from calib.capture.guard import Limits
+from calib.capture.registers import RATED_TURNS_PER_S, reach_turns_per_s
+from calib.capture.search import BAUD_ORDER, PORT_PATTERNS, Found, ports, search
+from calib.capture.trials import CaptureSettings, TrialResult, capture
+from calib.motor import Emulator
+from calib.motor.motor_physics import MotorConstants
+
+HIGHEST_SUPPLY_V = 14.8
+STALL_N_M = MotorConstants().stall_torque_nm
+REACH = f"up to {RATED_TURNS_PER_S:g} crank turns/s at 12 V, in proportion to the voltage"
+Report = Callable[[str], None]
+
+
+def show(line: str) -> None:
+    """Prints a line; a terminal that is gone must not keep the motor from being stopped."""
+    with contextlib.suppress(OSError, ValueError):
+        print(line, flush=True)
+
+
+def complain(line: str) -> None:
+    """The same on standard error."""
+    with contextlib.suppress(OSError, ValueError):
+        print(line, file=sys.stderr, flush=True)
+
+
+def scan(port: Iterable[str] = (), baud: Iterable[int] = (), report: Report = complain) -> list[Found]:
+    """Finds the motor: serial port, baud rate and id.
+
+    Args:
+        port: look here only; default: every serial port.
+        baud: at these rates only; default: all that the motor knows.
+        report: receives where it looks.
+
+    Returns:
+        Every Dynamixel that answers; `is_ours` says whether it is an XW540-T140-R.
+
+    Raises:
+        UserError: no serial port is there.
+
+    Example:
+        >>> scan()[0].port                                      # doctest: +SKIP
+        '/dev/ttyUSB0'
+    """
+    names = list(port) or ports()
+    if not names:
+        raise UserError(
+            f"no serial port is there; looked for: {', '.join(PORT_PATTERNS)}. Plug in the adapter, or name its "
+            "port with --port."
+        )
+    return search(names, list(baud) or BAUD_ORDER, report)
+
+
+def run(  # noqa: PLR0913
+    port: str,
+    hz: Sequence[float] | str,
+    out: str | Path,
+    *,
+    baud: int = 57600,
+    motor_id: int = 1,
+    seconds: float = 20.0,
+    kind: str = "swim",
+    role: str = "fit",
+    coded: bool = True,
+    max_current_a: float = Limits.current_a,
+    max_temperature_c: float = Limits.temperature_c,
+    report: Report = show,
+) -> list[TrialResult]:
+    """Drives and logs the motor, one trial a speed, and adds each finished trial to a session; then stops the motor.
+
+    Args:
+        port: serial port, such as /dev/ttyUSB0.
+        hz: crank turns a second of each trial: numbers, or text with commas between them.
+        out: the session folder; made when it is not there.
+        baud, motor_id: of the motor, as `scan` finds them.
+        seconds: of each trial, s.
+        kind: "swim" or "dry".
+        role: "fit" or "holdout".
+        coded: a coded wiggle before and after each trial aligns video and log.
+        max_current_a, max_temperature_c: beyond which the motor is stopped, A and degrees C.
+        report: receives what is going on, a sentence at a time.
+
+    Raises:
+        UserError: all that is wrong with what was given; a port, folder or file that cannot be used.
+        MotorFault: the motor, its bus or its supply failed, or it did not confirm that it stopped.
+        Interrupted: Ctrl-C, SIGTERM or SIGHUP.
+
+    Example:
+        >>> run("/dev/ttyUSB0", [0.6, 1.0], "pool")             # doctest: +SKIP
+    """
+    faults: list[str] = []
+    speeds = _speeds(hz, faults)
+    if baud not in BAUD_RATES:
+        faults.append(f"--baud: found {baud}; choices: {', '.join(map(str, BAUD_RATES))}")
+    _check_id(motor_id, faults)
+    limits = ("max-current", max_current_a, 4.9), ("max-temperature", max_temperature_c, 80.0)
+    for name, value, most in (("seconds", seconds, 3600.0), *limits):
+        if not 0 < value <= most:
+            faults.append(f"--{name}: found {value:g}; expected: more than 0, at most {most:g}")
+    for name, word, choices in (("kind", kind, ("swim", "dry")), ("role", role, ("fit", "holdout"))):
+        if word not in choices:
+            faults.append(f"--{name}: found {word!r}; choices: {', '.join(choices)}")
+    if faults:
+        raise UserError(faults)
+    settings = CaptureSettings(
+        Path(out), speeds, seconds, motor_id, kind, role, coded, Limits(max_current_a, max_temperature_c)
+    )
+    opened = open_port(port, baud)
+    try:
+        return capture(settings, opened, report)
+    finally:
+        with contextlib.suppress(Exception):
+            opened.closePort()
+
+
+def emulate(motor_id: int = 1, baud: int = 57600, load_nm: float = 0.0, seed: int = 0, report: Report = show) -> None:
+    """Runs an emulated motor on a pseudo-terminal, to try things out on, until Ctrl-C.
+
+    Args:
+        motor_id, baud: of the emulated motor.
+        load_nm: friction on its shaft, N m; 6.9 stall it.
+        seed: draws the angle it starts at.
+        report: receives the path of the terminal, to be used as a port.
+
+    Raises:
+        UserError: a faulty argument, or a system without pseudo-terminals.
+
+    Example:
+        >>> emulate(load_nm=1.5)                                # doctest: +SKIP
+    """
+    faults: list[str] = []
+    _check_id(motor_id, faults)
+    if not 0 <= load_nm <= STALL_N_M:
+        faults.append(f"--load: found {load_nm:g}; expected: 0 to {STALL_N_M:g} N m, the motor's stall torque")
+    if faults:
+        raise UserError(faults)
+    try:
+        from calib.motor.pseudo_terminal import run_emulator
+    except ImportError as error:
+        raise UserError("the emulator needs pseudo-terminals, which this system does not have: use Linux") from error
+    run_emulator(Emulator(id=motor_id, load_nm=load_nm, seed=seed, baud=baud), report)
+
+
+def _check_id(motor_id: int, faults: list[str]) -> None:
+    if not 0 <= motor_id <= 252:
+        faults.append(f"--id: found {motor_id}; expected: 0 to 252")
+
+
+def _speeds(hz: Sequence[float] | str, faults: list[str]) -> tuple[float, ...]:
+    """The speeds as numbers; what is no speed within any reach is a fault."""
+    most = reach_turns_per_s(HIGHEST_SUPPLY_V)
+    speeds = []
+    for part in hz.split(",") if isinstance(hz, str) else hz:
+        try:
+            speed = float(part)
+        except ValueError:
+            speed = math.nan
+        if not 0.01 <= speed <= most:
+            found = repr(part.strip()) if isinstance(part, str) else f"{part:g}"
+            faults.append(f"--hz: found {found}; expected: 0.01 to {most:.2f} crank turns/s; {REACH}")
+        speeds.append(speed)
+    return tuple(speeds)
