@@ -31,6 +31,7 @@ nb_ipywidgets_js: dict[str, dict[str, str]] = {}  # from a CDN otherwise
 suppress_warnings = ["misc.highlighting_failure"]
 
 default_role = "code"
+smartquotes = False  # options are written with two hyphens
 autodoc_member_order = "bysource"
 autodoc_typehints = "signature"
 autodoc_typehints_format = "short"

@@ -5,13 +5,11 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from command_line import command_line
 from docutils import nodes
+from generated import filled
 from sphinx.application import Sphinx
 from sphinx.util import logging
 
-GENERATED = {"<!-- generated: command line -->": command_line}
-"""Marks in pages, and what stands there on the site."""
 _LOADS = re.compile(
     r"""<(?:script|img|iframe|video|audio|source|embed)\b[^>]*\bsrc=["'](?:https?:)?//[^"']*"""
     r"""|<link\b[^>]*\brel=["'](?:stylesheet|preload|preconnect|icon)[^>]*\bhref=["'](?:https?:)?//[^"']*"""
@@ -23,9 +21,7 @@ _log = logging.getLogger(__name__)
 
 def fill(_app: Sphinx, _page: str, source: list[str]) -> None:
     """Writes what is generated into a page that has been read."""
-    for mark, text in GENERATED.items():
-        if mark in source[0]:
-            source[0] = source[0].replace(mark, text())
+    source[0] = filled(source[0])
 
 
 def add_anchors(_app: Sphinx, document: nodes.document) -> None:
