@@ -4,11 +4,13 @@ The sources lie in the root of the repository, so that links between pages, note
 checkout and on a code host.
 """
 
+import logging
 import sys
 from pathlib import Path
 
 HERE = Path(__file__).parent
 sys.path[:0] = [str(HERE / "_site"), str(HERE.parent)]
+logging.getLogger("arviz").setLevel(logging.WARNING)  # tells of its successors, for each import
 
 project = "swimcal"
 author = "the authors of swimcal"
