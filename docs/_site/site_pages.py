@@ -1,21 +1,14 @@
-"""What the site has beyond its pages: the command line as it is, GitHub's anchors, and a check that it loads nothing."""
+"""What the site has beyond its pages: what is generated, GitHub's anchors, and a check that it loads nothing."""
 
-import re
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 from docutils import nodes
 from generated import filled
+from offline import network_loads
 from sphinx.application import Sphinx
 from sphinx.util import logging
 
-_LOADS = re.compile(
-    r"""<(?:script|img|iframe|video|audio|source|embed)\b[^>]*\bsrc=["'](?:https?:)?//[^"']*"""
-    r"""|<link\b[^>]*\brel=["'](?:stylesheet|preload|preconnect|icon)[^>]*\bhref=["'](?:https?:)?//[^"']*"""
-    r"""|<link\b[^>]*\bhref=["'](?:https?:)?//[^"']*["'][^>]*\brel=["'](?:stylesheet|preload|preconnect|icon)"""
-    r"""|(?:url\(|@import )["']?(?:https?:)?//[^"')]*"""
-)
 _log = logging.getLogger(__name__)
 
 
@@ -36,13 +29,6 @@ def check_offline(app: Sphinx, failure: Exception | None) -> None:
     """Warns, and so fails, where a page would load something from the network."""
     for page, loaded in () if failure else network_loads(Path(app.outdir)):
         _log.warning("%s loads %s from the network", page, loaded)
-
-
-def network_loads(site: Path) -> Iterator[tuple[str, str]]:
-    """Pages and style sheets with what they would load from the network."""
-    for page in sorted([*site.rglob("*.html"), *site.rglob("*.css")]):
-        for found in _LOADS.finditer(page.read_text()):
-            yield str(page.relative_to(site)), found[0]
 
 
 def setup(app: Sphinx) -> dict[str, Any]:
