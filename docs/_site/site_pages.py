@@ -25,6 +25,14 @@ def add_anchors(_app: Sphinx, document: nodes.document) -> None:
             section["ids"].append(slug)
 
 
+def add_dashes(_app: Sphinx, document: nodes.document) -> None:
+    """Writes the dashes of lists of parameters as such; elsewhere two hyphens begin an option."""
+    for field in document.findall(nodes.field):
+        for text in list(field.findall(nodes.Text)):
+            if text.startswith(" -- "):
+                text.parent.replace(text, nodes.Text(" – " + text.removeprefix(" -- ")))
+
+
 def check_offline(app: Sphinx, failure: Exception | None) -> None:
     """Warns, and so fails, where a page would load something from the network."""
     for page, loaded in () if failure else network_loads(Path(app.outdir)):
@@ -35,5 +43,6 @@ def setup(app: Sphinx) -> dict[str, Any]:
     """As Sphinx asks of an extension."""
     app.connect("source-read", fill)
     app.connect("doctree-read", add_anchors)
+    app.connect("doctree-read", add_dashes)
     app.connect("build-finished", check_offline)
     return {"parallel_read_safe": True, "parallel_write_safe": True}
