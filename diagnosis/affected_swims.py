@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from diagnosis.ground import Ground
+from diagnosis.linear_model import LinearModel
 from fitting.forecast import fit_phase, forecast
 from fitting.in_pool import head_frame
 from fitting.model.session_model import START_PHASE_RAD
@@ -64,38 +64,38 @@ class SettledTwin(AffectedTwin):
 
 
 def forecast_scores(
-    ground: Ground, trials: Sequence[MeasuredTrial], effects: Sequence[Effect], at: np.ndarray, values: np.ndarray
+    linear: LinearModel, trials: Sequence[MeasuredTrial], effects: Sequence[Effect], at: np.ndarray, values: np.ndarray
 ) -> list[ForecastScore]:
     """Swims beside a twin at coefficients (5,) with effects at values (p,); frequency and phase are the trial's own."""
     found = []
     for trial in trials:
-        head = _ahead(ground, trial, effects, at, values)
+        head = _ahead(linear, trial, effects, at, values)
         speed = float(forward_speed(trial.time_s, head.forward_m, trial.kept, trial.frequency.hz))
         found.append(ForecastScore(trial.name, score(trial, head).marker_error_m, trial.speed, speed))
     return found
 
 
 def _ahead(
-    ground: Ground, trial: MeasuredTrial, effects: Sequence[Effect], at: np.ndarray, values: np.ndarray
+    linear: LinearModel, trial: MeasuredTrial, effects: Sequence[Effect], at: np.ndarray, values: np.ndarray
 ) -> HeadFrame:
     """Alone from the trial's first beats."""
-    plain = TrialModel(ground.twin, trial, START_PHASE_RAD).positions(ground.at[None])[0]
-    view = view_of(trial, plain, ground.camera)
-    twin = SettledTwin(AffectedTwin(ground.twin, effects), values, view) if effects else ground.twin
+    plain = TrialModel(linear.twin, trial, START_PHASE_RAD).positions(linear.at[None])[0]
+    view = view_of(trial, plain, linear.camera)
+    twin = SettledTwin(AffectedTwin(linear.twin, effects), values, view) if effects else linear.twin
     coefficients = FluidCoefficients(*map(float, at))
     return forecast(twin, trial, coefficients, fit_phase(twin, trial, coefficients))
 
 
-def noise_floor_m(ground: Ground, number: int, seed: int = 0) -> float:
+def noise_floor_m(linear: LinearModel, number: int, seed: int = 0) -> float:
     """The mean marker distance that tracking noise alone makes of one swim, as the public contract defines it, m.
 
     A swim of the twin is scored against itself with noise like that of the trial on it, several times.
     """
-    model, random = ground.model.trials[number], np.random.default_rng([seed, 17, number])
+    model, random = linear.model.trials[number], np.random.default_rng([seed, 17, number])
     trial, found = model.trial, []
-    clean_m = ground.twin.simulate(
+    clean_m = linear.twin.simulate(
         Runs(
-            ground.at[None],
+            linear.at[None],
             np.array([trial.frequency.hz]),
             np.array([model.phase_rad]),
             trial.start_velocity[None],

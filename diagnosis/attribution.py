@@ -13,8 +13,8 @@ from math import comb
 import numpy as np
 from scipy.linalg import solve_triangular
 
-from diagnosis.ground import Ground
-from diagnosis.refit import Refit, held_out_jacobian, left_with
+from diagnosis.linear_model import LinearModel
+from diagnosis.refit import Refit, held_out_jacobian, residual_with
 from diagnosis.result import Attribution, GroupShare
 from fitting.model.features import SPEED
 from swimmer.effects import Effect
@@ -35,17 +35,17 @@ def group_of(effect: Effect) -> str:
     return {"tendons": "tendons", "structure": "structure"}.get(effect.family, "fluid and surroundings")
 
 
-def attribute(ground: Ground, beside: Ground, every: Refit, seed: int = 0) -> Attribution | None:
+def attribute(linear: LinearModel, held_out: LinearModel, every: Refit, seed: int = 0) -> Attribution | None:
     """None where the twin diverges on a held-out trial or next to the joint fit.
 
     Args:
-        ground: the fitted trials.
+        linear: the fitted trials.
         beside: the held-out trials.
         every: the joint fit.
         seed: of the draws.
     """
-    left, jacobian = left_with(beside, every), held_out_jacobian(beside, every)
-    if not (np.isfinite(left).all() and np.isfinite(jacobian).all()):
+    residual, jacobian = residual_with(held_out, every), held_out_jacobian(held_out, every)
+    if not (np.isfinite(residual).all() and np.isfinite(jacobian).all()):
         return None
     point = np.append(np.zeros(_COEFFICIENTS), every.values)
     draws = np.random.default_rng([seed, 37]).multivariate_normal(np.zeros(len(point)), every.covariance, _DRAWS)
@@ -53,14 +53,14 @@ def attribute(ground: Ground, beside: Ground, every: Refit, seed: int = 0) -> At
     whose = [""] * _COEFFICIENTS
     whose += [group_of(effect) for effect in every.effects for _ in effect.parameters]
     present = tuple(group for group in GROUPS if group in whose)
-    root = ground.with_gap_in(every.left).root
+    root = linear.with_gap_in(every.residual).root
     white = solve_triangular(root, every.slopes, lower=True)
     rows = {
-        subset: left - (draws + _moved(white, every.taken, np.array(whose), subset, point + draws)) @ jacobian.T
+        subset: residual - (draws + _moved(white, every.taken, np.array(whose), subset, point + draws)) @ jacobian.T
         for subset in subsets(present)
     }
-    losses = {subset: _loss(beside, each) for subset, each in rows.items()}  # (1 + d, t)
-    speeds = {subset: _speed_errors(beside, each) for subset, each in rows.items()}
+    losses = {subset: _loss(held_out, each) for subset, each in rows.items()}  # (1 + d, t)
+    speeds = {subset: _speed_errors(held_out, each) for subset, each in rows.items()}
     none, whole = frozenset[str](), frozenset(present)
     over = np.maximum(losses[none].mean(axis=1) - 1.0, 1e-9)
     gap = shapley({subset: (losses[none] - each).mean(axis=1) / over for subset, each in losses.items()}, present)
@@ -123,17 +123,17 @@ def _moved(white: np.ndarray, sd: np.ndarray, whose: np.ndarray, subset: Subset,
     return moved
 
 
-def _loss(beside: Ground, left: np.ndarray) -> np.ndarray:
+def _loss(held_out: LinearModel, residual: np.ndarray) -> np.ndarray:
     """(d, t) mean squared whitened residual of each held-out trial."""
-    squares, trial_of = beside.whitened_swims(left) ** 2, beside.trial_of[beside.told]
-    return np.column_stack([squares[:, trial_of == number].mean(axis=1) for number in range(len(beside.swims))])
+    squares, trial_of = held_out.whitened_swims(residual) ** 2, held_out.trial_of[held_out.told]
+    return np.column_stack([squares[:, trial_of == number].mean(axis=1) for number in range(len(held_out.swims))])
 
 
-def _speed_errors(beside: Ground, left: np.ndarray) -> np.ndarray:
+def _speed_errors(held_out: LinearModel, residual: np.ndarray) -> np.ndarray:
     """(d, t) absolute errors of the speed, m/s."""
-    features = len(beside.model.measured)
-    each = left[:, :features].reshape(len(left), len(beside.trials), -1)
-    return np.abs(each[:, : len(beside.swims), SPEED])
+    features = len(held_out.model.measured)
+    each = residual[:, :features].reshape(len(residual), len(held_out.trials), -1)
+    return np.abs(each[:, : len(held_out.swims), SPEED])
 
 
 def _told(drawn: np.ndarray) -> tuple[float, tuple[float, float]]:

@@ -13,7 +13,7 @@ from scipy.special import logit
 
 from diagnosis.constants import HELD
 from diagnosis.evidence import Priors
-from diagnosis.ground import Ground
+from diagnosis.linear_model import LinearModel
 from diagnosis.refit import Refit
 from fitting.signatures.session_row import PRIOR_SD
 from swimmer.effects import Effect
@@ -29,12 +29,12 @@ class Eliminated(NamedTuple):
 
 
 def backward_elimination(
-    ground: Ground, best: Refit, refitting: Refitting, priors: Priors, catalogue: int
+    linear: LinearModel, best: Refit, refitting: Refitting, priors: Priors, catalogue: int
 ) -> Eliminated:
     """Keeps as many effects as the fitted trials support; at least one.
 
     Args:
-        ground: the fitted trials.
+        linear: the fitted trials.
         best: with all of the effects.
         refitting: with some of them, by their names.
         priors: before the session.
@@ -46,7 +46,7 @@ def backward_elimination(
         names = [effect.name for effect in best.effects]
         fewer = [refitting([name for name in names if name != without]) for without in names]
         prior = priors.log_prior(count, False, catalogue) - priors.log_prior(count - 1, False, catalogue)
-        log_odds = log_evidence(ground, best) + prior - np.array([log_evidence(ground, each) for each in fewer])
+        log_odds = log_evidence(linear, best) + prior - np.array([log_evidence(linear, each) for each in fewer])
         weakest = int(np.argmin(log_odds))
         if log_odds[weakest] > least:
             break
@@ -54,17 +54,17 @@ def backward_elimination(
     return Eliminated(best, gone)
 
 
-def log_evidence(ground: Ground, fit: Refit) -> float:
+def log_evidence(linear: LinearModel, fit: Refit) -> float:
     """Of a refitted twin, but for what all twins share.
 
     What is left is normal, of a size that suits it. The prior of a parameter is as wide as the effect has it, or wider
     where the effect is stronger, all of its parameters by the same factor; one that the trials do not determine costs
     nothing and gains nothing.
     """
-    space = ground.with_gap_in(fit.left)
-    white = solve_triangular(space.root, fit.left, lower=True)
+    space = linear.with_gap_in(fit.residual)
+    white = solve_triangular(space.root, fit.residual, lower=True)
     width = np.concatenate([PRIOR_SD, *(_width(effect, fit.by_effect[effect.name]) for effect in fit.effects)])
-    off, precision = np.concatenate([fit.at - ground.at, fit.values]), fit.precision(width)
+    off, precision = np.concatenate([fit.at - linear.at, fit.values]), fit.precision(width)
     pull = (width**-2.0 - fit.taken**-2.0) * off  # the likeliest point moves as the prior does
     volume = -0.5 * float(np.linalg.slogdet(precision)[1]) - float(np.log(width).sum())
     likelihood = -0.5 * float(white @ white) - float(np.log(np.diag(space.root)).sum())

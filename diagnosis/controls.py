@@ -10,7 +10,7 @@ import numpy as np
 from diagnosis.constants import AGAINST
 from diagnosis.evidence import Hypotheses
 from diagnosis.generic import generic_size
-from diagnosis.ground import Ground
+from diagnosis.linear_model import LinearModel
 from diagnosis.probabilities import Probabilities
 from fitting.model.features import advanced
 from fitting.model.session_model import SessionModel
@@ -34,24 +34,26 @@ def _parameters(hypotheses: Hypotheses, effect: int) -> int:
     return max((len(each.parameters) for each in hypotheses.effects[effect].linear), default=0)
 
 
-def carried_over(ground: Ground, beside: Ground) -> np.ndarray:
+def carried_over(linear: LinearModel, held_out: LinearModel) -> np.ndarray:
     """(k,) what is left of other swims once what is left of the fitted ones is carried over to them (kriging).
 
     As much of it as is no noise: smooth along the body as a gap of no particular cause is, and alike in all swims as
     their beats go on; and what the twin leaves of swims alike where nothing is wrong. Masked markers tell nothing, and
     are not corrected.
     """
-    features = len(ground.model.measured) // len(ground.trials)
-    both = SessionModel((*ground.model.trials[: len(ground.swims)], *beside.model.trials))
-    told, asked = ground.told, beside.told
-    others = len(ground.swims) * features + asked
-    covariance, left = ground.covariance[np.ix_(told, told)], ground.left[told]
-    of_one = np.linalg.cholesky(ground.generic[:features, :features]).T
+    features = len(linear.model.measured) // len(linear.trials)
+    both = SessionModel((*linear.model.trials[: len(linear.swims)], *held_out.model.trials))
+    told, asked = linear.told, held_out.told
+    others = len(linear.swims) * features + asked
+    covariance, residual = linear.covariance[np.ix_(told, told)], linear.residual[told]
+    of_one = np.linalg.cholesky(linear.generic[:features, :features]).T
     of_all = np.hstack([advanced(of_one, float(phase)) for phase in both.phase_rad]).T
-    alike, of_others = of_all[told], of_all[others]
-    among = alike @ alike.T
-    size = generic_size(left, covariance, among)
-    of_twin = ground.error**2 * ground.discrepancy.over(both)[np.ix_(others, told)]
-    result = np.array(beside.left)
-    result[asked] -= (size**2 * of_others @ alike.T + of_twin) @ np.linalg.solve(covariance + size**2 * among, left)
+    common, of_others = of_all[told], of_all[others]
+    among = common @ common.T
+    size = generic_size(residual, covariance, among)
+    of_twin = linear.error**2 * linear.discrepancy.over(both)[np.ix_(others, told)]
+    result = np.array(held_out.residual)
+    result[asked] -= (size**2 * of_others @ common.T + of_twin) @ np.linalg.solve(
+        covariance + size**2 * among, residual
+    )
     return result

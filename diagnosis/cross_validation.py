@@ -14,7 +14,7 @@ from scipy.linalg import solve_triangular
 from diagnosis.constants import FEWEST_TRIALS
 from diagnosis.evidence import Hypotheses
 from diagnosis.gap import Shrinkage, shrinkage_of
-from diagnosis.ground import Ground
+from diagnosis.linear_model import LinearModel
 from diagnosis.probabilities import Probabilities
 from diagnosis.refit import Refit
 from diagnosis.verdict import Verdict
@@ -52,23 +52,27 @@ class Validated(NamedTuple):
 
 
 def validated(
-    found: Validated, ground: Ground, hypotheses: Hypotheses, refitting: Callable[[Sequence[str]], Refit], seed: int
+    found: Validated,
+    linear: LinearModel,
+    hypotheses: Hypotheses,
+    refitting: Callable[[Sequence[str]], Refit],
+    seed: int,
 ) -> Validated:
     """Withdraws names, the least probable first, for as long as they forecast trials left out worse.
 
     Args:
         found: before.
-        ground: the fitted trials.
+        linear: the fitted trials.
         hypotheses: of these.
         refitting: the twin with effects of these names.
         seed: of the draws.
     """
-    if found.best is None or len(ground.swims) < FEWEST_TRIALS:
+    if found.best is None or len(linear.swims) < FEWEST_TRIALS:
         return found
     verdict, probabilities, best, _, refutations = found
-    plain = left_out(ground, Refit.plain(ground))
+    plain = left_out(linear, Refit.plain(linear))
     while best is not None:
-        skill = shrinkage_of(plain, left_out(ground, best), ground.trial_of[ground.told], seed)
+        skill = shrinkage_of(plain, left_out(linear, best), linear.trial_of[linear.told], seed)
         against = refutable(skill, best, hypotheses)
         if not against:
             return Validated(verdict, probabilities, best, skill, refutations)
@@ -92,15 +96,15 @@ def refutable(skill: Shrinkage, best: Refit, hypotheses: Hypotheses) -> tuple[st
     return tuple(effect.name for effect in best.effects if hypotheses.shows_in_features(effect.name))
 
 
-def left_out(ground: Ground, fit: Refit) -> np.ndarray:
+def left_out(linear: LinearModel, fit: Refit) -> np.ndarray:
     """(q,) whitened residual of all fitted swim trials, each forecast by a twin that is refitted without it."""
-    covariance, residual = ground.covariance_with_gap_in(fit.left), np.array(fit.left)
-    point, mean = np.append(fit.at, fit.values), np.append(ground.at, np.zeros(len(fit.values)))
-    for number in range(len(ground.swims)):
-        own = ground.trial_of == number
+    covariance, corrected = linear.covariance_with_gap_in(fit.residual), np.array(fit.residual)
+    point, mean = np.append(fit.at, fit.values), np.append(linear.at, np.zeros(len(fit.values)))
+    for number in range(len(linear.swims)):
+        own = linear.trial_of == number
         root = np.linalg.cholesky(covariance[np.ix_(~own, ~own)])
-        white, columns = (solve_triangular(root, part[~own], lower=True) for part in (fit.left, fit.slopes))
+        white, columns = (solve_triangular(root, part[~own], lower=True) for part in (fit.residual, fit.slopes))
         information = columns.T @ columns + np.diag(fit.taken**-2.0)
         step = np.linalg.solve(information, columns.T @ white - (point - mean) / fit.taken**2)
-        residual[own] -= fit.slopes[own] @ (np.clip(point + step, *fit.bounds) - point)
-    return ground.whitened_swims(residual)
+        corrected[own] -= fit.slopes[own] @ (np.clip(point + step, *fit.bounds) - point)
+    return linear.whitened_swims(corrected)

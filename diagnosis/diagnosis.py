@@ -18,8 +18,8 @@ from diagnosis.evidence import Hypotheses, Priors
 from diagnosis.experiments import next_experiments
 from diagnosis.explaining import explained
 from diagnosis.from_forms import refitted
-from diagnosis.ground import Ground
 from diagnosis.held_out import Gap, HeldOut
+from diagnosis.linear_model import LinearModel
 from diagnosis.local_discrepancies import LocalDiscrepancy, likely_of, local_discrepancies
 from diagnosis.non_periodic import NonPeriodic, non_periodic
 from diagnosis.probabilities import Probabilities
@@ -62,7 +62,7 @@ class Diagnosis:
     """Of one session.
 
     Attributes:
-        ground: the fitted swims beside the nearest plain twin.
+        linear: the fitted swims beside the nearest plain twin.
         signatures: what every effect would do.
         elsewhere: where something that is in no catalogue was looked for.
         beside: what shows beside the beat, in the fitted swims.
@@ -80,10 +80,10 @@ class Diagnosis:
         decays_left_out: names of free decays that do not count, and why.
     """
 
-    ground: Ground
+    linear: LinearModel
     signatures: tuple[Signature, ...]
     elsewhere: tuple[LocalDiscrepancy, ...]
-    beside: NonPeriodic
+    aperiodic: NonPeriodic
     hypotheses: Hypotheses
     probabilities: Probabilities
     verdict: Verdict
@@ -120,30 +120,30 @@ def diagnose(
 
     def refitting(names: Sequence[str]) -> Refit:
         chosen = [effects[name] for name in names]
-        return refitted(weighed.ground, weighed.hypotheses, chosen, _ROUNDS[settings.effort])
+        return refitted(weighed.linear, weighed.hypotheses, chosen, _ROUNDS[settings.effort])
 
     tell("refitting with the effects", 0.75)
     said = _named(weighed, refitting, settings, len(effects))
-    best, swims = said.best, HeldOut(weighed.ground, data.of_role(fitted=False), settings.seed)
+    best, swims = said.best, HeldOut(weighed.linear, data.of_role(fitted=False), settings.seed)
     tell("held-out swims", 0.85)
     gap = swims.gap(best, None if best is None else _placebo(weighed, said, refitting))
     tell("what to do next", 0.9)
     return Diagnosis(
-        ground=weighed.ground,
+        linear=weighed.linear,
         signatures=weighed.signatures,
         elsewhere=weighed.elsewhere,
-        beside=weighed.beside,
+        aperiodic=weighed.aperiodic,
         hypotheses=weighed.hypotheses,
         probabilities=said.probabilities,
         verdict=said.verdict,
-        where=locate(weighed.ground, weighed.forces, weighed.signatures, said.verdict.effects, weighed.placed),
+        where=locate(weighed.linear, weighed.forces, weighed.signatures, said.verdict.effects, weighed.placed),
         refit=best,
         remainder=None if best is None else _remainder(weighed, best),
         gap=gap,
         validation=said,
         everything=_everything(weighed, effects, said, swims, settings.effort),
         experiments=next_experiments(
-            weighed.ground, weighed.hypotheses, said.verdict, said.probabilities, effects, settings.seed
+            weighed.linear, weighed.hypotheses, said.verdict, said.probabilities, effects, settings.seed
         ),
         decays_left_out=weighed.decays_left_out,
     )
@@ -152,11 +152,11 @@ def diagnose(
 class _Weighed(NamedTuple):
     """What the fitted swims say of every explanation."""
 
-    ground: Ground
+    linear: LinearModel
     signatures: tuple[Signature, ...]
     forces: Responses
     elsewhere: tuple[LocalDiscrepancy, ...]
-    beside: NonPeriodic
+    aperiodic: NonPeriodic
     hypotheses: Hypotheses
     probabilities: Probabilities
     decays_left_out: Mapping[str, str]
@@ -169,23 +169,23 @@ class _Weighed(NamedTuple):
 
 def _weighed(data: SessionData, effects: Mapping[str, Effect], priors: Priors, tell: Tell) -> _Weighed:
     tell("the plain twin", 0.0)
-    ground = data.ground
+    linear = data.linear
     signatures = []
     for number, effect in enumerate(effects.values()):
         tell(f"what {effect.name.replace('_', ' ')} would do", 0.1 + 0.5 * number / len(effects))
-        signatures.append(signature_of(effect, ground.model, ground.camera, ground.at))
+        signatures.append(signature_of(effect, linear.model, linear.camera, linear.at))
     tell("missing forces", 0.6)
-    forces = responses(ground)
+    forces = responses(linear)
     tell("weighing hypotheses", 0.65)
-    elsewhere = local_discrepancies(ground, forces)
-    beside = non_periodic(ground.swims)
-    found = explained(ground, signatures, priors, elsewhere, tuple(each.log_odds for each in beside))
+    elsewhere = local_discrepancies(linear, forces)
+    aperiodic = non_periodic(linear.swims)
+    found = explained(linear, signatures, priors, elsewhere, tuple(each.log_odds for each in aperiodic))
     return _Weighed(
-        found.ground,
+        found.linear,
         tuple(signatures),
         forces,
         elsewhere,
-        beside,
+        aperiodic,
         found.hypotheses,
         found.probabilities,
         data.rings.left_out,
@@ -204,7 +204,7 @@ def _named(weighed: _Weighed, refitting: Refitting, settings: Settings, effects:
     probabilities, verdict = weighed.probabilities, verdict_of(weighed.probabilities)
     if not verdict.first:
         return Validated(verdict, probabilities, None)
-    best, gone = backward_elimination(weighed.ground, refitting(verdict.first), refitting, settings.priors, effects)
+    best, gone = backward_elimination(weighed.linear, refitting(verdict.first), refitting, settings.priors, effects)
     for name in gone:
         probabilities = probabilities.refuted(name)
     verdict = verdict.without(gone, probabilities) if gone else verdict
@@ -215,7 +215,7 @@ def _named(weighed: _Weighed, refitting: Refitting, settings: Settings, effects:
     if not verdict.first:
         return Validated(Verdict("unexplained", ()), probabilities, None)
     said = Validated(verdict, probabilities, best)
-    return validated(said, weighed.ground, weighed.hypotheses, refitting, settings.seed)
+    return validated(said, weighed.linear, weighed.hypotheses, refitting, settings.seed)
 
 
 def _placebo(weighed: _Weighed, said: Validated, refitting: Refitting) -> Refit | None:
@@ -230,22 +230,22 @@ def _everything(
     """The twin with all effects, and what it leaves of held-out swims, just as it was fitted; None if not asked."""
     if effort not in ALL_AT_ONCE or said.verdict.name == "no_gap":
         return None
-    named = said.best or Refit.plain(weighed.ground)
-    every = everything(weighed.ground, weighed.signatures, effects, named, _ROUNDS[effort])
+    named = said.best or Refit.plain(weighed.linear)
+    every = everything(weighed.linear, weighed.signatures, effects, named, _ROUNDS[effort])
     if every is None:
         return None
     gap = swims.gap(every.refit, as_fitted=True)
-    return every, gap, None if gap is None else attribute(weighed.ground, swims.beside, every.refit, swims.seed)
+    return every, gap, None if gap is None else attribute(weighed.linear, swims.held_out, every.refit, swims.seed)
 
 
 def _remainder(weighed: _Weighed, best: Refit) -> Remainder:
-    ground = weighed.ground
-    rest = replace(ground)
-    rest.__dict__["left"] = best.left
+    linear = weighed.linear
+    rest = replace(linear)
+    rest.__dict__["residual"] = best.residual
     where = locate(rest, weighed.forces, weighed.signatures, placed=weighed.placed)
-    plain, left = (ground.space.freed(row) for row in (ground.left, best.left))
-    freedom = max(len(ground.left) - 5 - len(best.values), 1)
-    excess, before = left @ left - freedom, plain @ plain - len(ground.left) + 5
+    plain, residual = (linear.space.projected(row) for row in (linear.residual, best.residual))
+    freedom = max(len(linear.residual) - 5 - len(best.values), 1)
+    excess, before = residual @ residual - freedom, plain @ plain - len(linear.residual) + 5
     stages = {stage: share for stage, share in where.by_stage.items() if stage != "floor"}
     share = float(np.clip(excess / before, 0.0, 1.0)) if before > 0 else 0.0
-    return Remainder(share, max(stages, key=lambda stage: stages[stage]), float(chi2.sf(left @ left, freedom)))
+    return Remainder(share, max(stages, key=lambda stage: stages[stage]), float(chi2.sf(residual @ residual, freedom)))

@@ -52,8 +52,8 @@ def diagnosis_result(found: Diagnosis, withheld: Sequence[str] = (), models: Seq
     """
     chances, where, forces, verdict = found.probabilities, found.where, found.where.forces, found.verdict
     told = {n: float(p) for n, p in zip(chances.names, chances.marginal, strict=True) if p >= _LEAST}
-    swims = found.ground.swims  # nothing acts on the head in a dry run
-    refits = {"plain": found.ground.at} | ({} if found.refit is None else {"with_effects": found.refit.at})
+    swims = found.linear.swims  # nothing acts on the head in a dry run
+    refits = {"plain": found.linear.at} | ({} if found.refit is None else {"with_effects": found.refit.at})
     return DiagnosisResult(
         verdict=verdict.name,
         groups=verdict.groups,
@@ -72,7 +72,7 @@ def diagnosis_result(found: Diagnosis, withheld: Sequence[str] = (), models: Seq
             tuple(forces.joints), tuple(t.name for t in swims), forces.mean[: len(swims)], forces.sd[: len(swims)]
         ),
         free_decays=_decays(found),
-        frequencies={t.name: BeatFrequency(t.commanded_hz, float(t.frequency.hz)) for t in found.ground.trials},
+        frequencies={t.name: BeatFrequency(t.commanded_hz, float(t.frequency.hz)) for t in found.linear.trials},
         evidence=_evidence(found),
         withheld_from_catalogue=tuple(withheld),
         models=tuple(models),
@@ -106,7 +106,7 @@ def _everything(every: Everything, gap: Gap | None, attribution: Attribution | N
 
 def _decays(found: Diagnosis) -> tuple[FreeDecay, ...]:
     told = []
-    for ring in found.ground.model.rings:
+    for ring in found.linear.model.rings:
         off, se = np.expm1(ring.residual), np.exp(ring.residual) * ring.sd
         told.append(FreeDecay(ring.name, float(off[0]), float(se[0]), float(off[1]), float(se[1])))
     return (*told, *(FreeDecay(name, not_used=why) for name, why in found.decays_left_out.items()))
@@ -194,7 +194,7 @@ def _evidence(found: Diagnosis) -> Evidence:
     )
     sway, delay = (
         BesideBeat(told.rms, told.log_odds, min(chances.with_other * chance, 1.0))  # sums of exponentials round
-        for told, chance in zip(found.beside, found.hypotheses.shares_non_periodic, strict=True)
+        for told, chance in zip(found.aperiodic, found.hypotheses.shares_non_periodic, strict=True)
     )
     return Evidence(
         squares=float(residual.value @ residual.value),
@@ -216,7 +216,7 @@ def _evidence(found: Diagnosis) -> Evidence:
 
 
 def _cross_validation(found: Diagnosis) -> CrossValidation:
-    names, skill = tuple(trial.name for trial in found.ground.swims), found.validation.skill
+    names, skill = tuple(trial.name for trial in found.linear.swims), found.validation.skill
     if len(names) < FEWEST_TRIALS:
         return CrossValidation(())
     if skill is None or skill.value is None:

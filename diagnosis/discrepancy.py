@@ -117,11 +117,11 @@ class Discrepancy:
 
     def shared(self, hertz: np.ndarray) -> np.ndarray:
         """(t, t, q) correlations between swims at frequencies (t,)."""
-        everywhere, beside = self.common.T
-        own = np.eye(len(hertz))[:, :, None] * (1 - everywhere - beside)
-        return everywhere + nearness(hertz)[:, :, None] * beside + own
+        everywhere, near = self.common.T
+        own = np.eye(len(hertz))[:, :, None] * (1 - everywhere - near)
+        return everywhere + nearness(hertz)[:, :, None] * near + own
 
-    def alike(self, signatures: Iterable[Signature]) -> np.ndarray:
+    def common_columns(self, signatures: Iterable[Signature]) -> np.ndarray:
         """(k, c) columns of unit strength: what one standard deviation of each parameter of these effects does."""
         columns = []
         for signature in signatures:

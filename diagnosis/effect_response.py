@@ -111,7 +111,7 @@ def _ranges(signature: Signature, number: int, space: Whitened) -> list[_Range]:
     if not all_pieces:
         return []
     rows = sd * np.array([piece.slope for piece in all_pieces])
-    columns, norms = space.freed(rows), np.linalg.norm(solve_triangular(space.root, rows.T, lower=True), axis=0)
+    columns, norms = space.projected(rows), np.linalg.norm(solve_triangular(space.root, rows.T, lower=True), axis=0)
     found: list[_Range] = []
     for piece, column, norm in zip(all_pieces, columns, norms, strict=True):
         last = found[-1] if found else None

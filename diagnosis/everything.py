@@ -16,7 +16,7 @@ from scipy.linalg import cho_factor, cho_solve
 from scipy.special import logsumexp
 
 from diagnosis.constants import CALLED_FOR, SHARES, WIDER
-from diagnosis.ground import Ground
+from diagnosis.linear_model import LinearModel
 from diagnosis.refit import Refit, refit
 from fitting.signatures import Signature
 from fitting.signatures.session_row import PRIOR_SD
@@ -59,41 +59,41 @@ class Everything(NamedTuple):
 
 
 def everything(
-    ground: Ground, signatures: Sequence[Signature], effects: Mapping[str, Effect], named: Refit, rounds: int
+    linear: LinearModel, signatures: Sequence[Signature], effects: Mapping[str, Effect], named: Refit, rounds: int
 ) -> Everything | None:
     """None where the swims do not clearly call for more than is named.
 
     Args:
-        ground: the fitted swims beside the nearest plain twin.
+        linear: the fitted swims beside the nearest plain twin.
         signatures: of the catalogue.
         effects: the catalogue; what makes the twin diverge is left out.
         named: the twin with the named effects, or the plain one.
         rounds: steps at most.
     """
     standing = [each for each in signatures if _slopes(each) is not None]
-    share, gained = likeliest_share(ground, standing, named)
+    share, gained = likeliest_share(linear, standing, named)
     if share == _NONE or gained < CALLED_FOR:
         return None
     suited, by_name = [each.effect for each in standing], named.by_effect
     start = np.concatenate([by_name.get(e.name, np.zeros(len(e.parameters))) for e in suited])
     width = _widths(suited, named, share)
-    return Everything(share, gained, refit(ground, [effects[e.name] for e in suited], start, rounds, width))
+    return Everything(share, gained, refit(linear, [effects[e.name] for e in suited], start, rounds, width))
 
 
-def likeliest_share(ground: Ground, signatures: Sequence[Signature], named: Refit) -> tuple[float, float]:
+def likeliest_share(linear: LinearModel, signatures: Sequence[Signature], named: Refit) -> tuple[float, float]:
     """The likeliest share of their priors that effects have which are not named, and what all shares gain.
 
     Args:
-        ground: the fitted swims.
+        linear: the fitted swims.
         signatures: of effects that stand.
         named: the twin with the named effects, or the plain one.
     """
     told = [rows for rows in map(_slopes, signatures) if rows is not None]
     assert len(told) == len(signatures), "an effect that makes the twin diverge is in no twin"
-    effects, features = [each.effect for each in signatures], slice(None, len(ground.model.measured))
-    columns, left = np.vstack([ground.slopes.T, *told]).T[features], named.left[features]
-    known, generic = ground.covariance[features, features], ground.generic[features, features]
-    ridges = [_Ridge.of(known + size**2 * generic, columns, left) for size in _GAPS_M]
+    effects, features = [each.effect for each in signatures], slice(None, len(linear.model.measured))
+    columns, residual = np.vstack([linear.slopes.T, *told]).T[features], named.residual[features]
+    known, generic = linear.covariance[features, features], linear.generic[features, features]
+    ridges = [_Ridge.of(known + size**2 * generic, columns, residual) for size in _GAPS_M]
     sides = np.append(np.zeros(len(PRIOR_SD)), _sides(effects, named))
     shares = (_NONE, *SHARES)
     widths = [np.append(PRIOR_SD, _widths(effects, named, share)) for share in shares]
@@ -116,12 +116,12 @@ class _Ridge(NamedTuple):
     volume: float
 
     @classmethod
-    def of(cls, covariance: np.ndarray, columns: np.ndarray, left: np.ndarray) -> "_Ridge":
+    def of(cls, covariance: np.ndarray, columns: np.ndarray, residual: np.ndarray) -> "_Ridge":
         """From a covariance (k, k), columns (k, p) and what is left (k,)."""
         known = cho_factor(covariance, lower=True)
-        solved = cho_solve(known, np.column_stack([columns, left]))
+        solved = cho_solve(known, np.column_stack([columns, residual]))
         volume = float(np.log(np.diag(known[0])).sum())
-        return cls(columns.T @ solved[:, :-1], columns.T @ solved[:, -1], float(left @ solved[:, -1]), volume)
+        return cls(columns.T @ solved[:, :-1], columns.T @ solved[:, -1], float(residual @ solved[:, -1]), volume)
 
     def log_evidence(self, sd: np.ndarray, sides: np.ndarray) -> float:
         """With strengths normal about none, (p,) wide; those of one side (1 or -1) that would have the other are none.

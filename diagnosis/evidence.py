@@ -76,7 +76,7 @@ class Residual:
     def of(
         cls,
         space: Whitened,
-        left: np.ndarray,
+        residual: np.ndarray,
         generic: np.ndarray,
         effects: Sequence[EffectResponse] = (),
         frequencies: slice = slice(0, 0),
@@ -87,7 +87,7 @@ class Residual:
 
         Args:
             space: that whitens.
-            left: (k,) the residual.
+            residual: (k,) the residual.
             generic: (k, k) covariance of an unknown effect without structure; all of it where no effects are given.
             effects: that it is like.
             frequencies: where they stand.
@@ -95,7 +95,7 @@ class Residual:
         others = np.ones((len(generic) + len(space.precision), 1))
         others[frequencies] = 0.0
         values, vectors = np.linalg.eigh(generic)
-        loose = space.freed((vectors * np.sqrt(np.maximum(values, 0.0))).T).T  # (k, q)
+        loose = space.projected((vectors * np.sqrt(np.maximum(values, 0.0))).T).T  # (k, q)
         like = [others * each.slopes / np.linalg.norm(each.slopes) for each in effects if each.ways]
         share = LOOSE if like else 1.0
         parts = [np.sqrt(share) * loose / np.linalg.norm(loose)]
@@ -103,7 +103,7 @@ class Residual:
         turn, singular, _ = np.linalg.svd(np.hstack(parts), full_matrices=False)
         inside = singular > 1e-9 * singular[0]
         spread, turn = singular[inside] ** 2, turn[:, inside].T
-        return cls(turn, turn @ space.freed(left), spread / spread.mean())
+        return cls(turn, turn @ space.projected(residual), spread / spread.mean())
 
 
 class Sized(NamedTuple):
@@ -205,7 +205,7 @@ class Hypotheses:
     loose: Residual
     effects: Sequence[EffectResponse]
     priors: Priors
-    beside: slice = field(default_factory=lambda: slice(0, 0))
+    not_features: slice = field(default_factory=lambda: slice(0, 0))
     places: tuple[tuple[float, np.ndarray], ...] = ()
     non_periodic: tuple[float, ...] = (0.0,)
 
@@ -274,7 +274,7 @@ class Hypotheses:
 
     def _of_features(self, effect: int) -> float:
         squares = self._moved[effect] ** 2
-        return float(np.delete(squares, self.beside).sum() / squares.sum()) if squares.sum() > _TINY else 1.0
+        return float(np.delete(squares, self.not_features).sum() / squares.sum()) if squares.sum() > _TINY else 1.0
 
     @cached_property
     def best(self) -> tuple[LinearResponse | None, ...]:

@@ -23,7 +23,7 @@ from scipy.stats import norm
 
 from diagnosis.constants import MOST_ALIKE
 from diagnosis.evidence import Hypotheses
-from diagnosis.ground import Ground
+from diagnosis.linear_model import LinearModel
 from diagnosis.probabilities import Probabilities
 from diagnosis.result import Experiment, ProposedTrial
 from diagnosis.verdict import Verdict
@@ -64,19 +64,19 @@ class _Pair(NamedTuple):
     def experiment(self, describe: str, distance: float, trial: ProposedTrial | None) -> Experiment:
         """One that adds a distance."""
         first, second = (effect.name for effect in self.effects)
-        return Experiment(describe, (first, second), error_left(distance, self.log_odds), trial)
+        return Experiment(describe, (first, second), error_residual(distance, self.log_odds), trial)
 
-    def apart(self, ground: Ground) -> float:
-        """The distance of what the two do to the trials of a ground, coefficients refitted."""
+    def apart(self, linear: LinearModel) -> float:
+        """The distance of what the two do to the trials of a linear model, coefficients refitted."""
         one, other = (
-            signature_of(effect, ground.model, ground.camera, ground.at, strength[None]).rows[0]
+            signature_of(effect, linear.model, linear.camera, linear.at, strength[None]).rows[0]
             for effect, strength in zip(self.effects, self.strengths, strict=True)
         )
-        return ground.space.length(one - other)
+        return linear.space.length(one - other)
 
 
 def next_experiments(
-    ground: Ground,
+    linear: LinearModel,
     hypotheses: Hypotheses,
     verdict: Verdict,
     probabilities: Probabilities,
@@ -88,7 +88,7 @@ def next_experiments(
     Those of each group of the verdict; of a gap that is unexplained the likeliest three.
     """
     confused = [_likeliest(hypotheses, probabilities)] if verdict.name == "unexplained" else verdict.groups
-    strengths = _strengths(hypotheses, {name for group in confused for name in group}, ground, effects)
+    strengths = _strengths(hypotheses, {name for group in confused for name in group}, linear, effects)
     pairs = []
     for names in (both for group in confused for both in combinations((n for n in group if n in strengths), 2)):
         if (log_odds := _odds(probabilities, names)) is not None:
@@ -96,16 +96,16 @@ def next_experiments(
             pairs.append(_Pair((effects[one], effects[other]), (strengths[one], strengths[other]), log_odds))
     if not pairs:
         return ()
-    found = [experiment for pair in pairs for experiment in _with_a_number_more(ground, pair)]
-    borne = [np.sqrt(borne_out(pair.apart(ground), pair.log_odds)) for pair in pairs]
-    for describe, proposed, twin in _menu(ground):
+    found = [experiment for pair in pairs for experiment in _with_a_number_more(linear, pair)]
+    borne = [np.sqrt(borne_out(pair.apart(linear), pair.log_odds)) for pair in pairs]
+    for describe, proposed, twin in _menu(linear):
         with suppress(NotEnoughData, SimulationDiverged, np.linalg.LinAlgError, ValueError):  # nan where one diverged
-            alone = ground.other_trials([_measured(ground, twin, proposed, seed)], twin)
+            alone = linear.other_trials([_measured(linear, twin, proposed, seed)], twin)
             for pair, share in zip(pairs, borne, strict=True):
                 distance = pair.apart(alone) * (share if proposed.kind == "swim" else 1.0)
                 found.append(pair.experiment(describe, distance, proposed))
-    if not ground.model.rings:
-        found += _with_a_decay(ground, pairs)
+    if not linear.model.rings:
+        found += _with_a_decay(linear, pairs)
     return tuple(sorted(found, key=lambda experiment: experiment.expected_error))
 
 
@@ -135,83 +135,83 @@ def _likeliest(hypotheses: Hypotheses, probabilities: Probabilities) -> tuple[st
 
 
 def _strengths(
-    hypotheses: Hypotheses, names: set[str], ground: Ground, effects: Mapping[str, Effect]
+    hypotheses: Hypotheses, names: set[str], linear: LinearModel, effects: Mapping[str, Effect]
 ) -> dict[str, np.ndarray]:
     """(p,) of each effect, where it alone comes nearest to the residual."""
-    target, found = ground.space.freed(ground.left), {}
+    target, found = linear.space.projected(linear.residual), {}
     for each, response in zip(hypotheses.effects, hypotheses.best, strict=True):
         if each.name in names and response is not None:
-            suited = effects[each.name].suited(ground.twin.robot, ground.trials[0].markers)
+            suited = effects[each.name].suited(linear.twin.robot, linear.trials[0].markers)
             values = np.zeros(len(suited.parameters))
             values[list(response.parameters)] = response.nearest(target) * response.sd
             found[each.name] = values
     return found
 
 
-def _with_a_number_more(ground: Ground, pair: _Pair) -> list[Experiment]:
+def _with_a_number_more(linear: LinearModel, pair: _Pair) -> list[Experiment]:
     """A clock in view tells how fast the camera's clock goes, a motor's log how fast the crank turned."""
     both = zip(pair.effects, pair.strengths, strict=True)
-    filmed, turned = zip(*(_hertz(ground, *each) for each in both), strict=True)
+    filmed, turned = zip(*(_hertz(linear, *each) for each in both), strict=True)
     ways: list[tuple[str, float, ProposedTrial | None]]
     clock, crank = (abs(one - other) for one, other in (np.subtract(filmed, turned), turned))
     ways = [("Put a running clock into the picture and film one more swim", clock, None)]
-    if not ground.model.logged:
-        again = ProposedTrial("swim", float(ground.swims[0].commanded_hz or ground.swims[0].frequency.hz), logged=True)
+    if not linear.model.logged:
+        again = ProposedTrial("swim", float(linear.swims[0].commanded_hz or linear.swims[0].frequency.hz), logged=True)
         ways.append(("Log the motor in one more swim", crank, again))
     return [pair.experiment(describe, told / _TOLD_TO, trial) for describe, told, trial in ways if told > 0]
 
 
-def _hertz(ground: Ground, effect: Effect, strength: np.ndarray) -> tuple[float, float]:
+def _hertz(linear: LinearModel, effect: Effect, strength: np.ndarray) -> tuple[float, float]:
     """By how much what is filmed, and the crank, beats faster than commanded, relative, in the mean of the swims."""
-    twin = AffectedTwin(ground.twin, [effect])
-    hertz = [trial.commanded_hz or trial.frequency.hz for trial in ground.swims]
+    twin = AffectedTwin(linear.twin, [effect])
+    hertz = [trial.commanded_hz or trial.frequency.hz for trial in linear.swims]
     filmed, turned = (
         float(np.mean([led_to(hz, strength) / hz - 1 for hz in hertz])) for led_to in (twin.measured_hz, twin.turned_hz)
     )
     return filmed, turned
 
 
-def _with_a_decay(ground: Ground, pairs: list[_Pair]) -> list[Experiment]:
+def _with_a_decay(linear: LinearModel, pairs: list[_Pair]) -> list[Experiment]:
     """A free decay, where an effect shows in one: air tells hinges and masses from all that water does."""
     told = [pair for pair in pairs if any(map(shows_in_decays, pair.effects))]
-    markers = tuple(ground.trials[0].markers[i] for i in ground.trials[0].tail)
-    frame_s = float(np.median(np.diff(ground.trials[0].time_s)))
+    markers = tuple(linear.trials[0].markers[i] for i in linear.trials[0].tail)
+    frame_s = float(np.median(np.diff(linear.trials[0].time_s)))
     with suppress(SimulationDiverged, np.linalg.LinAlgError, ValueError):
-        ring = Ring.to_come("free decay", ground.twin.robot, markers, frame_s)
-        doubted = SessionModel(ground.model.trials, (ring,)).rings_doubted if told else np.zeros((2, 0))
+        ring = Ring.to_come("free decay", linear.twin.robot, markers, frame_s)
+        doubted = SessionModel(linear.model.trials, (ring,)).ring_sensitivities if told else np.zeros((2, 0))
         root = np.linalg.cholesky(np.diag(ring.sd**2) + doubted @ doubted.T)
         found = []
         for pair in told:
             both = zip(pair.effects, pair.strengths, strict=True)
-            one, other = (ring_changes(ring, ground.twin, (effect,), values[None])[0] for effect, values in both)
+            one, other = (ring_changes(ring, linear.twin, (effect,), values[None])[0] for effect, values in both)
             distance = float(np.linalg.norm(np.linalg.solve(root, one - other)))
             found.append(pair.experiment(_DECAY, distance, ProposedTrial("free_decay")))
         return found
     return []
 
 
-def _menu(ground: Ground) -> list[tuple[str, ProposedTrial, Twin]]:
+def _menu(linear: LinearModel) -> list[tuple[str, ProposedTrial, Twin]]:
     """Swims at other speeds, and a dry run where there was none; each with its twin."""
-    swum = np.array([trial.commanded_hz or trial.frequency.hz for trial in ground.swims])
+    swum = np.array([trial.commanded_hz or trial.frequency.hz for trial in linear.swims])
     new = [hz for hz in SPEEDS_HZ if np.abs(swum - hz).min() > _NEW_HZ]
-    found = [(f"Film a swim at {hz:.1f} Hz", ProposedTrial("swim", hz), ground.twin) for hz in new]
-    if ground.has_dry:
+    found = [(f"Film a swim at {hz:.1f} Hz", ProposedTrial("swim", hz), linear.twin) for hz in new]
+    if linear.has_dry:
         return found
     describe = f"Film a dry run at {_DRY_HZ:g} Hz, the head clamped in air"
-    return [*found, (describe, ProposedTrial("dry", _DRY_HZ), ground.clamped_twin)]
+    return [*found, (describe, ProposedTrial("dry", _DRY_HZ), linear.clamped_twin)]
 
 
-def _measured(ground: Ground, twin: Twin, proposed: ProposedTrial, seed: int) -> MeasuredTrial:
+def _measured(linear: LinearModel, twin: Twin, proposed: ProposedTrial, seed: int) -> MeasuredTrial:
     """The plain twin, settled, seen with noise like that of the session."""
-    like, hz = ground.trials[0], proposed.commanded_hz
+    like, hz = linear.trials[0], proposed.commanded_hz
     assert hz is not None
     frame_s, run_in_s = float(np.median(np.diff(like.time_s))), _RUN_IN_BEATS / hz
     time_s = np.arange(0.0, run_in_s + _SECONDS, frame_s)
     velocity = np.array([[-_START_M_S * hz, 0.0, 0.0]])
-    told = twin.simulate(Runs(ground.at[None], np.array([hz]), np.zeros(1), velocity), time_s)
-    noise = FeatureNoise.typical([model.noise for model in ground.model.trials], time_s)
+    told = twin.simulate(Runs(linear.at[None], np.array([hz]), np.zeros(1), velocity), time_s)
+    noise = FeatureNoise.typical([model.noise for model in linear.model.trials], time_s)
     noise_m = noise.drawn(time_s, np.random.default_rng([seed, 13]))
-    middle_px = np.array(picture_px(ground.trials, ground.camera)) / 2
+    middle_px = np.array(picture_px(linear.trials, linear.camera)) / 2
     position_px = (told.marker_m[0] - told.marker_m[0].mean(axis=(0, 1)) + noise_m) / like.metres_per_px
     tracks = Tracks(like.markers, time_s, position_px * TO_PX + middle_px, np.ones(position_px.shape[:2]))
     spec = TrialSpec(f"{proposed.kind}_{hz:.2f}", "swim", commanded_hz=hz, role="fit")
@@ -219,7 +219,7 @@ def _measured(ground: Ground, twin: Twin, proposed: ProposedTrial, seed: int) ->
     return measure_trial(spec, later, CameraSpec(1 / frame_s, twin.robot.scale_length_m), twin.robot, like.warmup_s)
 
 
-def error_left(distance: float, log_odds: float) -> float:
+def error_residual(distance: float, log_odds: float) -> float:
     """Chance to take one of two normal hypotheses so far apart for the other, choosing the likelier (0.5: a coin)."""
     chance = float(expit(log_odds))
     if distance < _LEAST:

@@ -9,7 +9,7 @@ from scipy.special import logsumexp
 from diagnosis.constants import MIXED, NEEDED, SCALES
 from diagnosis.effect_response import effect_responses
 from diagnosis.evidence import Hypotheses, Priors, Residual, sized
-from diagnosis.ground import Ground
+from diagnosis.linear_model import LinearModel
 from diagnosis.local_discrepancies import LocalDiscrepancy
 from diagnosis.probabilities import Probabilities, Weighed, posterior
 from fitting.signatures import Signature
@@ -19,18 +19,18 @@ class Explained(NamedTuple):
     """What may explain the residual.
 
     Attributes:
-        ground: with the likeliest size of the twin's own discrepancy.
+        linear: with the likeliest size of the twin's own discrepancy.
         hypotheses: of that.
         probabilities: averaged over the size.
     """
 
-    ground: Ground
+    linear: LinearModel
     hypotheses: Hypotheses
     probabilities: Probabilities
 
 
 def explained(
-    ground: Ground,
+    linear: LinearModel,
     signatures: Sequence[Signature],
     priors: Priors,
     places: Sequence[LocalDiscrepancy] = (),
@@ -39,15 +39,15 @@ def explained(
     """Weighs all hypotheses, for every size that the twin's own discrepancy may have.
 
     Args:
-        ground: as fitted.
+        linear: as fitted.
         signatures: of the catalogue.
         priors: before the session.
         places: where an unknown effect may act.
         non_periodic: log Bayes factors of what shows apart from the beat.
     """
-    alike, found = ground.discrepancy.alike(signatures), []
+    common, found = linear.discrepancy.common_columns(signatures), []
     for scale, chance in SCALES.items():
-        here = ground.with_error(scale, alike)
+        here = linear.with_error(scale, common)
         hypotheses = _hypotheses(here, signatures, priors, places, non_periodic)
         weighed = Weighed.of(hypotheses)
         assumed = float(np.log(chance)) + here.space.log_volume
@@ -59,14 +59,14 @@ def explained(
     return Explained(likeliest, hypotheses, probabilities.with_needed(needed))
 
 
-def needed_in_mixture(ground: Ground, hypotheses: Hypotheses, present: Sequence[int]) -> tuple[int, ...]:
+def needed_in_mixture(linear: LinearModel, hypotheses: Hypotheses, present: Sequence[int]) -> tuple[int, ...]:
     """Effects without which a random mixture of the catalogue is much worse.
 
     An unknown effect that is clearly such a mixture is many effects at once, and naming one gains nothing beside all of
     them. But the mixture without that one may be much worse.
 
     Args:
-        ground: with the discrepancy of the hypotheses.
+        linear: with the discrepancy of the hypotheses.
         hypotheses: of the residual.
         present: effects beside the mixture.
     """
@@ -78,32 +78,32 @@ def needed_in_mixture(ground: Ground, hypotheses: Hypotheses, present: Sequence[
     mixed, found = evidence(hypotheses.like_any), []
     if mixed - evidence(hypotheses.loose) < MIXED:
         return ()
-    features = len(ground.model.measured)
-    frequencies = slice(features, features + ground.model.frequencies)
+    features = len(linear.model.measured)
+    frequencies = slice(features, features + linear.model.frequencies)
     for effect, each in enumerate(hypotheses.effects):
         if each.ways and effect not in present:
             others = [other for other in hypotheses.effects if other is not each]
-            without = Residual.of(ground.space, ground.left, ground.generic, others, frequencies)
+            without = Residual.of(linear.space, linear.residual, linear.generic, others, frequencies)
             if mixed - evidence(without) >= NEEDED:
                 found.append(effect)
     return tuple(found)
 
 
 def _hypotheses(
-    ground: Ground,
+    linear: LinearModel,
     signatures: Sequence[Signature],
     priors: Priors,
     places: Sequence[LocalDiscrepancy],
     non_periodic: tuple[float, ...],
 ) -> Hypotheses:
-    effects, features = effect_responses(signatures, ground.space), len(ground.model.measured)
-    frequencies = slice(features, features + ground.model.frequencies)
+    effects, features = effect_responses(signatures, linear.space), len(linear.model.measured)
+    frequencies = slice(features, features + linear.model.frequencies)
     return Hypotheses(
-        like_any=Residual.of(ground.space, ground.left, ground.generic, effects, frequencies),
-        loose=Residual.of(ground.space, ground.left, ground.generic),
+        like_any=Residual.of(linear.space, linear.residual, linear.generic, effects, frequencies),
+        loose=Residual.of(linear.space, linear.residual, linear.generic),
         effects=effects,
         priors=priors,
-        beside=slice(features, features + ground.model.beside),
-        places=tuple((each.weight, ground.space.freed(each.columns.T).T) for each in places),
+        not_features=slice(features, features + linear.model.beside),
+        places=tuple((each.weight, linear.space.projected(each.columns.T).T) for each in places),
         non_periodic=non_periodic,
     )

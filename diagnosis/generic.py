@@ -51,9 +51,9 @@ def generic_covariance(along_m: np.ndarray, trials: int, frequencies: int, rings
     return block_diag(*[features] * trials, HERTZ_PER_M**2 * np.eye(frequencies), RING_PER_M**2 * np.eye(rings))
 
 
-def generic_size(left: np.ndarray, covariance: np.ndarray, generic: np.ndarray) -> float:
+def generic_size(residual: np.ndarray, covariance: np.ndarray, generic: np.ndarray) -> float:
     """The likeliest size, m, of a gap of no particular cause in what is left (k,) beside what is known (k, k)."""
-    return _Beside.of(covariance, generic).likeliest_m(left, _SIZES_M)
+    return _Beside.of(covariance, generic).likeliest_m(residual, _SIZES_M)
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,10 +72,10 @@ class GenericGap:
     frequencies: int
     rings: int = 0
 
-    def covariance(self, left: np.ndarray) -> np.ndarray:
+    def covariance(self, residual: np.ndarray) -> np.ndarray:
         """(k, k) with the likeliest size of features, frequencies and decays, each its own, in what is left (k,)."""
         parts = [
-            beside.likeliest_m(left[own], ends) ** 2 * self.generic[own, own]
+            beside.likeliest_m(residual[own], ends) ** 2 * self.generic[own, own]
             for own, beside, ends in zip(self._parts, self._beside, (_SIZES_M, _OF_HERTZ_M, _SIZES_M), strict=True)
             if beside is not None
         ]
@@ -113,9 +113,9 @@ class _Beside(NamedTuple):
         values, vectors = np.linalg.eigh(solve_triangular(root, white.T, lower=True))
         return cls(root, np.maximum(values, 0.0), vectors)
 
-    def likeliest_m(self, left: np.ndarray, ends_m: tuple[float, float]) -> float:
+    def likeliest_m(self, residual: np.ndarray, ends_m: tuple[float, float]) -> float:
         """The likeliest size in what is left (k,), between these ends."""
-        seen = (self.vectors.T @ solve_triangular(self.root, left, lower=True)) ** 2
+        seen = (self.vectors.T @ solve_triangular(self.root, residual, lower=True)) ** 2
         sizes = np.geomspace(*ends_m, _TRIED)
         variance = 1 + np.outer(sizes**2, self.values)
         return float(sizes[np.argmin((seen / variance + np.log(variance)).sum(axis=1))])

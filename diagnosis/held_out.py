@@ -9,8 +9,8 @@ import numpy as np
 from diagnosis.affected_swims import ForecastScore, forecast_scores, noise_floor_m
 from diagnosis.controls import carried_over
 from diagnosis.gap import Shrinkage, shrinkage_of
-from diagnosis.ground import Ground
-from diagnosis.refit import Refit, left_drawn, left_with
+from diagnosis.linear_model import LinearModel
+from diagnosis.refit import Refit, residual_drawn, residual_with
 from diagnosis.result import Controls
 from fitting.speed_line import speed_constant_stride, speed_line, speed_power_law
 from fitting.trial import MeasuredTrial
@@ -47,12 +47,12 @@ class HeldOut:
     """Swims that nothing was fitted to, beside the nearest plain twin.
 
     Attributes:
-        ground: the fitted swims.
+        linear: the fitted swims.
         swims: h of them.
         seed: of what is drawn.
     """
 
-    ground: Ground
+    linear: LinearModel
     swims: tuple[MeasuredTrial, ...]
     seed: int
 
@@ -66,79 +66,84 @@ class HeldOut:
         """
         if not self.swims:
             return None
-        ground, beside, seed = self.ground, self.beside, self.seed
+        linear, held_out, seed = self.linear, self.held_out, self.seed
         twins = [twin for twin in (best, placebo) if twin is not None]
-        left = [beside.left, *(left_with(beside, twin) for twin in twins)]
-        stands = _stands([row[: len(beside.model.measured)] for row in left], len(self.swims))
+        residual = [held_out.residual, *(residual_with(held_out, twin) for twin in twins)]
+        stands = _stands([row[: len(held_out.model.measured)] for row in residual], len(self.swims))
         if not stands.all():
             standing = tuple(swim for swim, stood in zip(self.swims, stands, strict=True) if stood)
-            return HeldOut(ground, standing, seed).gap(best, placebo, as_fitted=as_fitted)
+            return HeldOut(linear, standing, seed).gap(best, placebo, as_fitted=as_fitted)
         after, scored = self._plain, None
         controls, otherwise = None, None
         if best is not None:
-            after = tuple(forecast_scores(ground, self.swims, best.effects, best.at, best.values))
-            scored = beside.whitened_swims(left[1])
-            controls = self._controls(placebo, left[-1])
+            after = tuple(forecast_scores(linear, self.swims, best.effects, best.at, best.values))
+            scored = held_out.whitened_swims(residual[1])
+            controls = self._controls(placebo, residual[-1])
             if not as_fitted:
-                drawn = beside.left_drawn(ground, _DRAWS, seed), left_drawn(beside, best, left[1], _DRAWS, seed)
-                otherwise = beside.whitened_swims(drawn[0]), beside.whitened_swims(drawn[1])
+                drawn = (
+                    held_out.residual_drawn(linear, _DRAWS, seed),
+                    residual_drawn(held_out, best, residual[1], _DRAWS, seed),
+                )
+                otherwise = held_out.whitened_swims(drawn[0]), held_out.whitened_swims(drawn[1])
         told = shrinkage_of(self._scored, scored, self._trial_of, seed, otherwise)
-        hertz = np.stack([self._measured_hz, *(self._forecast_hz(row) for row in (left[0], left[best is not None]))], 1)
+        hertz = np.stack(
+            [self._measured_hz, *(self._forecast_hz(row) for row in (residual[0], residual[best is not None]))], 1
+        )
         return Gap(told, self._plain, after, hertz, self._baselines, self._noise_floor_m, controls)
 
-    def _controls(self, placebo: Refit | None, left: np.ndarray) -> Controls:
+    def _controls(self, placebo: Refit | None, residual: np.ndarray) -> Controls:
         """What the gap would shrink by anyhow, with a placebo that leaves a residual (k,)."""
 
         def alone(row: np.ndarray) -> float | None:
-            return shrinkage_of(self._scored, self.beside.whitened_swims(row), self._trial_of, self.seed).value
+            return shrinkage_of(self._scored, self.held_out.whitened_swims(row), self._trial_of, self.seed).value
 
         return Controls(
             placebo=None if placebo is None else placebo.effects[0].name,
-            with_placebo=None if placebo is None else alone(left),
-            carried_over=alone(carried_over(self.ground, self.beside)),
+            with_placebo=None if placebo is None else alone(residual),
+            carried_over=alone(carried_over(self.linear, self.held_out)),
         )
 
     @cached_property
     def _scored(self) -> np.ndarray:
         """(q,) whitened residual of the plain twin."""
-        return self.beside.whitened_swims(self.beside.left)
+        return self.held_out.whitened_swims(self.held_out.residual)
 
     @property
     def _trial_of(self) -> np.ndarray:
-        return self.beside.trial_of[self.beside.told]
+        return self.held_out.trial_of[self.held_out.told]
 
     @property
     def _measured_hz(self) -> np.ndarray:
         return np.array([trial.frequency.hz for trial in self.swims])
 
-    def _forecast_hz(self, left: np.ndarray) -> np.ndarray:
+    def _forecast_hz(self, residual: np.ndarray) -> np.ndarray:
         """(t,) that the commands lead to with a twin that leaves a residual (k,); nan without a command."""
-        features = len(self.beside.model.measured)
+        features = len(self.held_out.model.measured)
         commanded = np.array([trial.commanded_hz is not None for trial in self.swims])
-        return np.where(commanded, self._measured_hz - left[features : features + len(self.swims)], np.nan)
+        return np.where(commanded, self._measured_hz - residual[features : features + len(self.swims)], np.nan)
 
     @property
     def _baselines(self) -> Mapping[str, list[float]]:
-        fitted, asked = self.ground.swims, [trial.start_frequency.hz for trial in self.swims]
+        fitted, asked = self.linear.swims, [trial.start_frequency.hz for trial in self.swims]
         hz, speed = [trial.frequency.hz for trial in fitted], [trial.speed for trial in fitted]
         return {name: baseline(hz, speed, asked) for name, baseline in BASELINES.items()}
 
     @cached_property
-    def beside(self) -> Ground:
+    def held_out(self) -> LinearModel:
         """The swims beside the plain twin."""
-        return self.ground.held_out(self.swims)
+        return self.linear.held_out(self.swims)
 
     @cached_property
     def _plain(self) -> tuple[ForecastScore, ...]:
-        return tuple(forecast_scores(self.ground, self.swims, (), self.ground.at, np.zeros(0)))
+        return tuple(forecast_scores(self.linear, self.swims, (), self.linear.at, np.zeros(0)))
 
     @cached_property
     def _noise_floor_m(self) -> float:
-        each = [noise_floor_m(self.beside, number, self.seed) for number in range(len(self.swims))]
+        each = [noise_floor_m(self.held_out, number, self.seed) for number in range(len(self.swims))]
         return float(np.nanmean(each))
 
 
-def _stands(left: Sequence[np.ndarray], trials: int) -> np.ndarray:
+def _stands(residual: Sequence[np.ndarray], trials: int) -> np.ndarray:
     """(t,) whether no twin diverged on a trial, of what each leaves (k,) of the features."""
-    features = np.array([np.reshape(row, (trials, -1)) for row in left])
+    features = np.array([np.reshape(row, (trials, -1)) for row in residual])
     return np.asarray(np.isfinite(features).all(axis=(0, 2)))

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from diagnosis.constants import OF_HARMONIC, OF_WATER, PLACED, SLIDE_PER_M
-from diagnosis.ground import Ground
+from diagnosis.linear_model import LinearModel
 from diagnosis.pushes import HEAD, Responses, across
 from fitting.model.features import (
     HARMONICS,
@@ -67,33 +67,33 @@ def likely_of(sought: Sequence[LocalDiscrepancy], at_place: Sequence[float]) -> 
     return tuple(best[place][1] for place, chance in whole.items() if chance >= PLACED)
 
 
-def local_discrepancies(ground: Ground, responses: Responses) -> tuple[LocalDiscrepancy, ...]:
+def local_discrepancies(linear: LinearModel, responses: Responses) -> tuple[LocalDiscrepancy, ...]:
     """At every place: a marker seen elsewhere, and forces that are missing, each a mean and harmonics of the beat."""
     found = []
-    dry = (*_at_markers(ground), *_in_hinges(responses))
-    for weight, places in ((1.0, dry), (OF_WATER, tuple(_by_water(ground, responses)))):
+    dry = (*_at_markers(linear), *_in_hinges(responses))
+    for weight, places in ((1.0, dry), (OF_WATER, tuple(_by_water(linear, responses)))):
         for place, columns in places:
-            within = columns.reshape(len(columns), len(ground.trials), -1)
+            within = columns.reshape(len(columns), len(linear.trials), -1)
             found.append(LocalDiscrepancy(place, True, within.sum(axis=1), weight))
-            if len(ground.trials) > 1:
+            if len(linear.trials) > 1:
                 found.append(LocalDiscrepancy(place, False, within.reshape(len(columns), -1)))
     return tuple(found)
 
 
-def _at_markers(ground: Ground) -> Iterator[tuple[str, np.ndarray]]:
+def _at_markers(linear: LinearModel) -> Iterator[tuple[str, np.ndarray]]:
     """(k, t, 15) of each marker: mean and harmonics as the beat goes on, whatever phase a trial begins at; and sliding.
 
     But for that beyond the eleventh.
     """
     decay = np.append(1.0, np.repeat(OF_HARMONIC ** np.arange(HARMONICS), 2))
-    phases = ground.model.phase_rad
-    own = len(ground.model.measured) // len(phases)
+    phases = linear.model.phase_rad
+    own = len(linear.model.measured) // len(phases)
     slides = np.arange(own)[places_of_slides(own)]
-    for number, marker in enumerate(ground.trials[0].markers):
+    for number, marker in enumerate(linear.trials[0].markers):
         features = np.zeros((2 * OF_A_MARKER + 1, own))
         features[:-1, SPEED + 1 + 2 * OF_A_MARKER * number :][:, : 2 * OF_A_MARKER] = np.diag(np.tile(decay, 2))
         features[-1, slides[number : number + 1]] = SLIDE_PER_M
-        columns = np.zeros((len(ground.left), len(phases), len(features)))
+        columns = np.zeros((len(linear.residual), len(phases), len(features)))
         for trial, phase in enumerate(phases):
             columns[own * trial : own * (trial + 1), trial] = advanced(features, float(phase)).T
         yield f"marker {marker}", columns
@@ -107,13 +107,13 @@ def _in_hinges(responses: Responses) -> Iterator[tuple[str, np.ndarray]]:
         yield "whole tail", responses.columns[:, :, len(HEAD) :].sum(axis=2)
 
 
-def _by_water(ground: Ground, responses: Responses) -> Iterator[tuple[str, np.ndarray]]:
+def _by_water(linear: LinearModel, responses: Responses) -> Iterator[tuple[str, np.ndarray]]:
     """(k, t, b) of forces on the head, and of a force across the tail at each marker on it."""
     of_head = responses.columns[:, :, : len(HEAD)]
     yield "head, steadily", of_head[..., 0]
     yield "head", of_head.reshape(*of_head.shape[:2], -1)
     over_unit = responses.columns / responses.unit[:, None]
-    robot, markers = ground.twin.robot, ground.trials[0].markers
+    robot, markers = linear.twin.robot, linear.trials[0].markers
     for marker, place_m in zip(markers, robot.marker_positions_m(markers)[:, 0], strict=True):
         if place_m > robot.hinge_x_m[0]:
             on_joints = across(float(place_m), robot.hinge_x_m)

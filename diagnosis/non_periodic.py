@@ -70,7 +70,7 @@ class _Swim:
     Attributes:
         columns: (n, c) drift, harmonics and settling.
         fitted: (n, m) what these are of the markers.
-        left: (n, m) what these leave.
+        residual: (n, m) what these leave.
         speed: (n, m) of the markers, m/s.
         time_s: (n,)
         stretch: (n,) number of each frame's.
@@ -78,7 +78,7 @@ class _Swim:
 
     columns: np.ndarray
     fitted: np.ndarray
-    left: np.ndarray
+    residual: np.ndarray
     speed: np.ndarray
     time_s: np.ndarray
     stretch: np.ndarray
@@ -96,10 +96,10 @@ class _Swim:
             return None
         time_s = features.time_s[frames]
         place, cruise = (each[frames] for each in features.cruising(trial.position_m[trial.kept]))
-        left = _beside(columns, place[:, told])
-        fitted = place[:, told] - left
+        residual = _beside(columns, place[:, told])
+        fitted = place[:, told] - residual
         speed = cruise[:, None] + np.gradient(fitted, time_s, axis=0)
-        return cls(columns, fitted, left, speed, time_s, stretch)
+        return cls(columns, fitted, residual, speed, time_s, stretch)
 
     @cached_property
     def _numbers(self) -> np.ndarray:
@@ -111,21 +111,21 @@ class _Swim:
         count = max(round(float(np.ptp(self.time_s)) / _WANDERS_S), 1) + 1
         knots = np.linspace(self.time_s[0], self.time_s[-1], count)
         hats = np.maximum(1 - np.abs(self.time_s[:, None] - knots) / (knots[1] - knots[0]), 0.0)
-        split = self._split(self.left - self._late(hats), delay_first=True)
+        split = self._split(self.residual - self._late(hats), delay_first=True)
         return self._squares(split.own, split.rest, float(np.sqrt(2 * np.mean(split.moved_m**2))))
 
     @property
     def delay(self) -> _Squares:
         """Of the beat, but for what is slow, and beside what moves the whole."""
         begun = np.linspace(-1.0, 1.0, len(self.time_s))
-        left = self.left - self._late(np.vander(begun, _SLOWLY + 1))
-        split = self._split(left, delay_first=False)
+        residual = self.residual - self._late(np.vander(begun, _SLOWLY + 1))
+        split = self._split(residual, delay_first=False)
         return self._squares(split.own, split.rest, float(np.sqrt((split.own**2).sum() / (split.of_one**2).sum())))
 
     def _squares(self, own: np.ndarray, rest: np.ndarray, rms: float) -> _Squares:
         # Slow delays take no further numbers: in the sessions of development drift and harmonics already hold them.
         free = 1 - self.columns.shape[1] / len(own)
-        rest_count = len(own) * (2 * self.left.shape[1] - _WHOLE - 1)
+        rest_count = len(own) * (2 * self.residual.shape[1] - _WHOLE - 1)
         own_square, rest_square = (own**2).sum() / own.size, (np.abs(rest) ** 2).sum() / rest_count
         rest_square = max(rest_square, 0.5)  # where markers are better than is believed
         share = max(1 - rest_square / max(own_square, _LEAST_SQUARE), 0.0)
@@ -135,27 +135,27 @@ class _Swim:
         """(n, m) what is left when beats come late by a mixture of delays (n, d), as much as explains most."""
         shifted = _beside(self.columns, (self.speed[..., None] * delays[:, None]).reshape(len(delays), -1))
         shifted = shifted.reshape(-1, delays.shape[1])
-        both, left = np.concatenate([shifted.real, shifted.imag]), self.left.ravel()
-        amounts = np.linalg.lstsq(both, np.concatenate([left.real, left.imag]), rcond=None)[0]
-        return np.asarray((shifted @ amounts).reshape(self.left.shape))
+        both, residual = np.concatenate([shifted.real, shifted.imag]), self.residual.ravel()
+        amounts = np.linalg.lstsq(both, np.concatenate([residual.real, residual.imag]), rcond=None)[0]
+        return np.asarray((shifted @ amounts).reshape(self.residual.shape))
 
-    def _split(self, left: np.ndarray, delay_first: bool) -> "_Split":
+    def _split(self, residual: np.ndarray, delay_first: bool) -> "_Split":
         """Of what is left (n, m), each marker's noise found on the way."""
-        noise = np.ones(left.shape[1])
+        noise = np.ones(residual.shape[1])
         for _ in range(_ROUNDS):
-            stretches = [self._stretch(left, noise, self.stretch == each, delay_first) for each in self._numbers]
+            stretches = [self._stretch(residual, noise, self.stretch == each, delay_first) for each in self._numbers]
             split = _Split(*map(np.array, zip(*stretches, strict=True)))
             noise = np.maximum(np.sqrt((np.abs(split.rest) ** 2).mean(axis=0)) * noise, _LEAST_M)
         return split
 
-    def _stretch(self, left: np.ndarray, noise: np.ndarray, own: np.ndarray, delay_first: bool) -> "_Split":
+    def _stretch(self, residual: np.ndarray, noise: np.ndarray, own: np.ndarray, delay_first: bool) -> "_Split":
         """Of the frames of one (n,)."""
         arm = self.fitted[own].mean(axis=0) - self.fitted[own].mean()
         whole, late = [np.ones_like(arm), 1j * np.ones_like(arm), 1j * arm], [self.speed[own].mean(axis=0)]
         modes = np.array([*late, *whole] if delay_first else [*whole, *late])
         weight, markers = np.concatenate([1 / noise, 1 / noise]), len(noise)
         basis, triangle = np.linalg.qr(np.hstack([modes.real, modes.imag]).T * weight[:, None])  # (2 m, 4)
-        seen = left[own].mean(axis=0)
+        seen = residual[own].mean(axis=0)
         row = np.concatenate([seen.real, seen.imag]) * weight
         parts = basis.T @ row
         rest = row - basis @ parts

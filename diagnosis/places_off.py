@@ -19,17 +19,19 @@ _ENDS_M = (1e-4, 0.05)
 _STARTS = ((1.0, 1.0), (3.0, 1.0), (1.0, 10.0))  # times what is taken
 
 
-def places_off(left: np.ndarray, trials: int, disturbances: Disturbances, marker_m: float | None = None) -> PlacesOff:
+def places_off(
+    residual: np.ndarray, trials: int, disturbances: Disturbances, marker_m: float | None = None
+) -> PlacesOff:
     """The likeliest sizes.
 
     Args:
-        left: (k,) measured less simulated row of features.
+        residual: (k,) measured less simulated row of features.
         trials: how many stand in the row.
         disturbances: of the row.
         marker_m: that of markers, where it is known; default: found too.
     """
-    means = mean_places(len(left), trials)
-    off, fixed = left[means], disturbances.fixed[np.ix_(means, means)]
+    means = mean_places(len(residual), trials)
+    off, fixed = residual[means], disturbances.fixed[np.ix_(means, means)]
     boxes, markers = (part @ part.T for part in (disturbances.per_box[means], disturbances.per_marker[means]))
     taken = np.log(TAKEN)
 

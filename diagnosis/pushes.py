@@ -4,7 +4,7 @@ from typing import ClassVar, NamedTuple
 
 import numpy as np
 
-from diagnosis.ground import Ground
+from diagnosis.linear_model import LinearModel
 from fitting.model.features import HARMONICS, waves
 from fitting.signatures import signature_of
 from session.session_file import TrialKind
@@ -81,13 +81,13 @@ class Responses(NamedTuple):
     unit: np.ndarray
 
 
-def responses(ground: Ground) -> Responses:
+def responses(linear: LinearModel) -> Responses:
     """To each force alone, linear about the twin."""
-    pushes = Pushes(ground.twin.robot)
-    rows = signature_of(pushes, ground.model, ground.camera, ground.at, np.diag(pushes.sd)).rows  # (p, k)
+    pushes = Pushes(linear.twin.robot)
+    rows = signature_of(pushes, linear.model, linear.camera, linear.at, np.diag(pushes.sd)).rows  # (p, k)
     rows = np.nan_to_num(rows)
-    trials, length = len(ground.trials), rows.shape[1]
-    own = len(ground.model.measured) // trials
+    trials, length = len(linear.trials), rows.shape[1]
+    own = len(linear.model.measured) // trials
     columns = np.zeros((length, trials, len(rows)))
     for trial in range(trials):
         part = slice(own * trial, own * (trial + 1))

@@ -7,7 +7,7 @@ import numpy as np
 from scipy.linalg import solve_triangular
 
 from diagnosis.constants import WIDER
-from diagnosis.ground import Ground
+from diagnosis.linear_model import LinearModel
 from fitting.objective import COEFFICIENT_BOUNDS
 from fitting.signatures import AffectedSession
 from fitting.signatures.session_row import LONG, PRIOR_SD, mended
@@ -27,7 +27,7 @@ class Refit:
         effects: with the parameters that these markers give them.
         at: (5,) coefficients.
         values: (p,) of all effects, one after the other.
-        left: (k,) what it leaves of the fitted swims.
+        residual: (k,) what it leaves of the fitted swims.
         covariance: (5 + p, 5 + p) of coefficients and values.
         taken: (5 + p,) standard deviations of the prior beside which it was fitted.
         slopes: (k, 5 + p) of the simulated row there.
@@ -36,15 +36,15 @@ class Refit:
     effects: tuple[Effect, ...]
     at: np.ndarray
     values: np.ndarray
-    left: np.ndarray
+    residual: np.ndarray
     covariance: np.ndarray
     taken: np.ndarray
     slopes: np.ndarray
 
     @classmethod
-    def plain(cls, ground: Ground) -> "Refit":
+    def plain(cls, linear: LinearModel) -> "Refit":
         """The recommended twin, without any."""
-        return cls((), ground.at, np.zeros(0), ground.left, ground.coefficient_covariance, PRIOR_SD, ground.slopes)
+        return cls((), linear.at, np.zeros(0), linear.residual, linear.coefficient_covariance, PRIOR_SD, linear.slopes)
 
     def precision(self, width: np.ndarray) -> np.ndarray:
         """(5 + p, 5 + p) of coefficients and values, beside a normal prior as wide as this (5 + p,)."""
@@ -66,7 +66,7 @@ class Refit:
 
 
 def refit(
-    ground: Ground,
+    linear: LinearModel,
     effects: Sequence[Effect],
     start: np.ndarray,
     rounds: int = 3,
@@ -80,87 +80,87 @@ def refit(
     then what the effects have not explained.
 
     Args:
-        ground: the fitted swims beside the nearest plain twin.
+        linear: the fitted swims beside the nearest plain twin.
         effects: that act.
         start: (p,) values of all of them.
         rounds: steps at most.
         width: (p,) standard deviations of the prior of each value; by default wider than its own.
     """
-    joint = _Joint(ground, effects, width)
-    point = np.concatenate([ground.at, np.clip(start, joint.low[5:], joint.high[5:])])
-    left, misfit = joint.look(point)
+    joint = _Joint(linear, effects, width)
+    point = np.concatenate([linear.at, np.clip(start, joint.low[5:], joint.high[5:])])
+    residual, misfit = joint.look(point)
     while not np.isfinite(misfit) and np.abs(point[5:]).max(initial=0.0) > _TINY:
         point[5:] /= 2  # towards the plain twin, which stands
-        left, misfit = joint.look(point)
+        residual, misfit = joint.look(point)
     slopes = joint.slopes(point)
     for _ in range(rounds):
-        misfit = joint.count_as_disturbance(left, point)
-        step = joint.step(point, left, slopes)
+        misfit = joint.count_as_disturbance(residual, point)
+        step = joint.step(point, residual, slopes)
         tried = [np.clip(point + share * step, joint.low, joint.high) for share in _HALVINGS]
         looks = joint.looks(np.array(tried))
         best = min(range(len(tried)), key=lambda i: looks[i][1])
         if not looks[best][1] < misfit - 0.01:
             break
-        taken, change = tried[best] - point, left - looks[best][0]
-        point, (left, misfit) = tried[best], looks[best]
+        taken, change = tried[best] - point, residual - looks[best][0]
+        point, (residual, misfit) = tried[best], looks[best]
         short = len(point) < _MANY and joint.moved(taken, slopes) <= LONG
         slopes = mended(slopes, taken, change, joint.sd) if short else joint.slopes(point)
-    joint.count_as_disturbance(left, point)
-    return Refit(joint.effects, point[:5], point[5:], left, joint.covariance(slopes), joint.sd, slopes)
+    joint.count_as_disturbance(residual, point)
+    return Refit(joint.effects, point[:5], point[5:], residual, joint.covariance(slopes), joint.sd, slopes)
 
 
-def left_with(ground: Ground, best: Refit) -> np.ndarray:
+def residual_with(linear: LinearModel, best: Refit) -> np.ndarray:
     """(k,) what a refitted twin leaves of other swims; nan where it diverged."""
-    return left_at(ground, best, best.values[None])[0]
+    return residual_at(linear, best, best.values[None])[0]
 
 
-def left_at(ground: Ground, best: Refit, values: np.ndarray) -> np.ndarray:
+def residual_at(linear: LinearModel, best: Refit, values: np.ndarray) -> np.ndarray:
     """(s, k) what a refitted twin would leave with other values (s, p) of its effects; nan where it diverged."""
-    return _Joint(ground, best.effects).rows(np.column_stack([np.tile(best.at, (len(values), 1)), values]))
+    return _Joint(linear, best.effects).rows(np.column_stack([np.tile(best.at, (len(values), 1)), values]))
 
 
-def held_out_jacobian(ground: Ground, best: Refit) -> np.ndarray:
+def held_out_jacobian(linear: LinearModel, best: Refit) -> np.ndarray:
     """(k, 5 + p) of the row of a refitted twin in other swims; nan where it diverges next to it."""
-    return _Joint(ground, best.effects).differences(np.append(best.at, best.values))
+    return _Joint(linear, best.effects).differences(np.append(best.at, best.values))
 
 
-def left_drawn(ground: Ground, best: Refit, left: np.ndarray, draws: int, seed: int) -> np.ndarray:
+def residual_drawn(linear: LinearModel, best: Refit, residual: np.ndarray, draws: int, seed: int) -> np.ndarray:
     """(d, k) what it would leave, fitted as it might have been: linear about what it leaves (k,).
 
     All nan where the twin diverges next to it.
     """
-    joint, point = _Joint(ground, best.effects), np.append(best.at, best.values)
+    joint, point = _Joint(linear, best.effects), np.append(best.at, best.values)
     drawn = np.random.default_rng([seed, 19]).multivariate_normal(point, best.covariance, draws)
-    return left - (np.clip(drawn, joint.low, joint.high) - point) @ joint.differences(point).T
+    return residual - (np.clip(drawn, joint.low, joint.high) - point) @ joint.differences(point).T
 
 
 class _Joint:
     """Swims beside the twin with effects, at points (5 + p,) of coefficients and values."""
 
-    def __init__(self, ground: Ground, effects: Sequence[Effect], width: np.ndarray | None = None) -> None:
-        self.session = AffectedSession.of(effects, ground.model, ground.camera, ground.at)
+    def __init__(self, linear: LinearModel, effects: Sequence[Effect], width: np.ndarray | None = None) -> None:
+        self.session = AffectedSession.of(effects, linear.model, linear.camera, linear.at)
         self.effects = self.session.effects
-        self.ground = ground
+        self.linear = linear
         parameters = [parameter for effect in self.effects for parameter in effect.parameters]
         own = np.array([parameter.sd for parameter in parameters])
         self.sd = np.append(PRIOR_SD, WIDER * own if width is None else width)
         self._step_sd = _STEP_SD * own
-        self.mean = np.concatenate([ground.at, np.zeros(len(parameters))])
+        self.mean = np.concatenate([linear.at, np.zeros(len(parameters))])
         self.low = np.concatenate([np.full(5, COEFFICIENT_BOUNDS[0]), [p.low for p in parameters]])
         self.high = np.concatenate([np.full(5, COEFFICIENT_BOUNDS[1]), [p.high for p in parameters]])
-        self._root = ground.with_gap.root
+        self._root = linear.with_gap.root
 
     def rows(self, points: np.ndarray) -> np.ndarray:
         """(s, k) measured less simulated, of points (s, 5 + p)."""
         at, values = points[:, :5], points[:, 5:]
-        measured = self.ground.model.measured
-        beside = self.ground.left[len(measured) :] - self.session.beside(values)
+        measured = self.linear.model.measured
+        beside = self.linear.residual[len(measured) :] - self.session.beside(values)
         return np.hstack([measured - self.session.features(at, values), beside])
 
-    def count_as_disturbance(self, left: np.ndarray, point: np.ndarray) -> float:
+    def count_as_disturbance(self, residual: np.ndarray, point: np.ndarray) -> float:
         """Sets the size of a gap of no particular cause by what is left (k,) at a point; the misfit there with it."""
-        self._root = self.ground.with_gap_in(left).root
-        white = self._white(left)
+        self._root = self.linear.with_gap_in(residual).root
+        white = self._white(residual)
         return float(white @ white) + self.priors(point)
 
     def looks(self, points: np.ndarray) -> list[tuple[np.ndarray, float]]:
@@ -191,9 +191,9 @@ class _Joint:
         width = np.diag(up - down)
         return np.asarray(((rows[len(point) :] - rows[: len(point)]) / width[:, None]).T)
 
-    def step(self, point: np.ndarray, left: np.ndarray, slopes: np.ndarray) -> np.ndarray:
+    def step(self, point: np.ndarray, residual: np.ndarray, slopes: np.ndarray) -> np.ndarray:
         """(5 + p,) towards the nearest, linear."""
-        white, columns = self._white(left), self._white(slopes)
+        white, columns = self._white(residual), self._white(slopes)
         information = columns.T @ columns + np.diag(self.sd**-2.0)
         return np.asarray(np.linalg.solve(information, columns.T @ white - (point - self.mean) / self.sd**2))
 

@@ -81,9 +81,9 @@ def _which(data: DiagnosisResult) -> str:
         )
     told = " together with ".join(_group(group, chances) for group in data.groups)
     rest = data.remainder
-    left = "" if rest is None or rest.share < 0.05 else f"; {rest.share:.0%} of the fitted gap remains"
+    residual = "" if rest is None or rest.share < 0.05 else f"; {rest.share:.0%} of the fitted gap remains"
     against = _refuted(data)
-    return f"Which: {told}{left}{_elsewhere(data)}{'; not ' if against else ''}{against}."
+    return f"Which: {told}{residual}{_elsewhere(data)}{'; not ' if against else ''}{against}."
 
 
 def _refuted(data: DiagnosisResult) -> str:

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from diagnosis.discrepancy import Discrepancy
-from diagnosis.ground import Ground
+from diagnosis.linear_model import LinearModel
 from fitting.free_decay import DecayTrial, Ring, fit_decay
 from fitting.free_decay.decay_flags import fault_of_decay
 from fitting.in_air import NOTHING, ExperimentsInAir
@@ -52,7 +52,7 @@ class SessionData:
         return rings_of(self.dry.decays, self.twin)
 
     @property
-    def ground(self) -> Ground:
+    def linear(self) -> LinearModel:
         """The fitted trials beside the twin.
 
         Raises:
@@ -63,7 +63,7 @@ class SessionData:
             raise NotEnoughData('no swim of role "fit"; a diagnosis needs at least one')
         runs = [trial.without_log for trial in self.dry.runs]
         camera = with_picture(self.camera, (*fitted, *self.of_role(fitted=False), *runs))
-        return Ground.of(fitted, self.twin, camera, self.discrepancy, self.at, runs, self.rings.believed)
+        return LinearModel.of(fitted, self.twin, camera, self.discrepancy, self.at, runs, self.rings.believed)
 
 
 class Rings(NamedTuple):

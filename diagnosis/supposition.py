@@ -67,25 +67,25 @@ def suppose(
     """
     settings = settings or Settings()
     tell("the plain twin", 0.0)
-    ground = data.ground
+    linear = data.linear
     tell("what the supposed effects would do", 0.4)
-    signatures = [signature_of(effect, ground.model, ground.camera, ground.at) for effect in effects]
-    weighed = explained(ground, signatures, settings.priors)
-    ground, hypotheses = weighed.ground, weighed.hypotheses
+    signatures = [signature_of(effect, linear.model, linear.camera, linear.at) for effect in effects]
+    weighed = explained(linear, signatures, settings.priors)
+    linear, hypotheses = weighed.linear, weighed.hypotheses
     _refuse_idle(signatures, hypotheses)
     rounds = _ROUNDS[settings.effort]
     tell("refitting with them", 0.5)
-    best, plain = refitted(ground, hypotheses, effects, rounds), refit(ground, (), np.zeros(0), rounds)
-    evidence, of_each = log_evidence(ground, best), {}
+    best, plain = refitted(linear, hypotheses, effects, rounds), refit(linear, (), np.zeros(0), rounds)
+    evidence, of_each = log_evidence(linear, best), {}
     for number, effect in enumerate(effects):
         tell(f"refitting without {effect.name.replace('_', ' ')}", 0.6 + 0.3 * number / len(effects))
         others = [other for other in effects if other is not effect]
-        without = refitted(ground, hypotheses, others, rounds) if others else plain
-        of_each[effect.name] = evidence - log_evidence(ground, without)
+        without = refitted(linear, hypotheses, others, rounds) if others else plain
+        of_each[effect.name] = evidence - log_evidence(linear, without)
     tell("held-out swims", 0.9)
-    pair = [tuple(forecast_scores(ground, ground.swims, fit.effects, fit.at, fit.values)) for fit in (plain, best)]
-    gap = HeldOut(ground, data.of_role(fitted=False), settings.seed).gap(best)
-    return Supposition(best, evidence - log_evidence(ground, plain), of_each, (pair[0], pair[1]), gap)
+    pair = [tuple(forecast_scores(linear, linear.swims, fit.effects, fit.at, fit.values)) for fit in (plain, best)]
+    gap = HeldOut(linear, data.of_role(fitted=False), settings.seed).gap(best)
+    return Supposition(best, evidence - log_evidence(linear, plain), of_each, (pair[0], pair[1]), gap)
 
 
 def _refuse_idle(signatures: Sequence[Signature], hypotheses: Hypotheses) -> None:

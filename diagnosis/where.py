@@ -17,7 +17,7 @@ from scipy.linalg.lapack import dpotri
 from scipy.optimize import minimize
 
 from diagnosis.constants import OF_HARMONIC
-from diagnosis.ground import Ground
+from diagnosis.linear_model import LinearModel
 from diagnosis.local_discrepancies import LocalDiscrepancy
 from diagnosis.places_off import TAKEN
 from diagnosis.pushes import HEAD, PER_JOINT, Responses
@@ -85,7 +85,7 @@ class Where:
 
 
 def locate(
-    ground: Ground,
+    linear: LinearModel,
     responses: Responses,
     signatures: Sequence[Signature],
     named: Collection[str] = (),
@@ -94,33 +94,33 @@ def locate(
     """Splits what is left.
 
     Args:
-        ground: the fitted swims beside the nearest twin.
+        linear: the fitted swims beside the nearest twin.
         responses: to missing forces.
         signatures: of the catalogue; those of the stage "drive" say how cranks turn otherwise.
         named: effects, each of which explains what it can.
         placed: the same of what no catalogue holds, at its place.
     """
-    left = ground.left - ground.slopes @ ground.space.coefficients(ground.left)
-    columns_of = _components(ground, responses, signatures, named, placed)
-    target = ground.space.freed(left)
-    freed = {component: ground.space.freed(part.T).T for component, part in columns_of.items()}
-    sizes = _sizes(target, list(freed.values()))
-    weights = {component: size**2 for component, size in zip(freed, sizes, strict=True)}
-    solved = _solved(target, freed, weights)
+    residual = linear.residual - linear.slopes @ linear.space.coefficients(linear.residual)
+    columns_of = _components(linear, responses, signatures, named, placed)
+    target = linear.space.projected(residual)
+    projected = {component: linear.space.projected(part.T).T for component, part in columns_of.items()}
+    sizes = _sizes(target, list(projected.values()))
+    weights = {component: size**2 for component, size in zip(projected, sizes, strict=True)}
+    solved = _solved(target, projected, weights)
     total = float(target @ target)
-    shares, parts = dict.fromkeys(STAGES, 0.0), {stage: np.zeros_like(left) for stage in STAGES}
-    for component, part in freed.items():
+    shares, parts = dict.fromkeys(STAGES, 0.0), {stage: np.zeros_like(residual) for stage in STAGES}
+    for component, part in projected.items():
         amplitude = weights[component] * (part.T @ solved)
         shares[component.stage] += float(amplitude @ (part.T @ target)) / total
         parts[component.stage] += columns_of[component] @ amplitude
     shares["floor"] = float(target @ solved) / total
-    parts["floor"] = left - sum(parts.values())
+    parts["floor"] = residual - sum(parts.values())
     return Where(
         by_stage=shares,
-        alone=_alone(target, freed),
-        **_split(ground, left),
-        by_repeat=by_repeat(ground, target),
-        forces=_forces(responses, freed, weights, solved),
+        alone=_alone(target, projected),
+        **_split(linear, residual),
+        by_repeat=by_repeat(linear, target),
+        forces=_forces(responses, projected, weights, solved),
         parts=np.array([parts[stage] for stage in STAGES]),
     )
 
@@ -133,7 +133,7 @@ class Component(NamedTuple):
 
 
 def _components(
-    ground: Ground,
+    linear: LinearModel,
     responses: Responses,
     signatures: Sequence[Signature],
     named: Collection[str],
@@ -146,16 +146,16 @@ def _components(
         steady, beating = of_joint[joints, ..., :1], of_joint[joints, ..., 1:]
         for what, part in (("steady", steady), ("beating", beating)):
             found[Component(stage, what)] = np.concatenate([each.reshape(len(each), -1) for each in part], axis=1)
-    found[Component("camera", "on the body")] = _misplaced(ground)
-    found[Component("camera", "in the picture")] = _misboxed(ground)
-    found[Component("camera", "beating")] = _in_each_trial(ground, _beats)
-    found[Component("camera", "sliding")] = _in_each_trial(ground, _slides)
-    found[Component("camera", "scale")] = _in_each_trial(ground, lambda features: _SCALE * features[:, None])
-    found[Component("drive", "ripple")] = _in_each_trial(ground, lambda features: _RIPPLE_RAD * rippled(features))
-    found[Component("drive", "frequency")] = _other_frequencies(ground)
-    found[Component("tail", "free decays")] = _RINGING * np.eye(len(ground.left))[:, ground.model.places_of_rings]
+    found[Component("camera", "on the body")] = _misplaced(linear)
+    found[Component("camera", "in the picture")] = _misboxed(linear)
+    found[Component("camera", "beating")] = _in_each_trial(linear, _beats)
+    found[Component("camera", "sliding")] = _in_each_trial(linear, _slides)
+    found[Component("camera", "scale")] = _in_each_trial(linear, lambda features: _SCALE * features[:, None])
+    found[Component("drive", "ripple")] = _in_each_trial(linear, lambda features: _RIPPLE_RAD * rippled(features))
+    found[Component("drive", "frequency")] = _other_frequencies(linear)
+    found[Component("tail", "free decays")] = _RINGING * np.eye(len(linear.residual))[:, linear.model.places_of_rings]
     told = [_of_each_parameter(signature) for signature in signatures if signature.effect.stage == "drive"]
-    found[Component("drive", "effects")] = np.hstack([np.zeros((len(ground.left), 0)), *told])
+    found[Component("drive", "effects")] = np.hstack([np.zeros((len(linear.residual), 0)), *told])
     for signature in signatures:
         if (effect := signature.effect).name in named:
             found[Component(effect.stage, effect.name)] = _of_each_stretch(signature)
@@ -164,7 +164,7 @@ def _components(
     return {
         component: columns
         for component, columns in found.items()
-        if columns.size and np.any(ground.space.freed(columns.T))
+        if columns.size and np.any(linear.space.projected(columns.T))
     }
 
 
@@ -182,24 +182,24 @@ def _of_each_stretch(signature: Signature) -> np.ndarray:
     return np.column_stack([np.zeros((signature.rows.shape[1], 0)), *slopes])
 
 
-def _in_each_trial(ground: Ground, columns: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
+def _in_each_trial(linear: LinearModel, columns: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
     """(k, q) columns (g, p) of each trial's features, by itself."""
-    return _of_features(ground, block_diag(*[columns(model.measured) for model in ground.model.trials]))
+    return _of_features(linear, block_diag(*[columns(model.measured) for model in linear.model.trials]))
 
 
-def _of_features(ground: Ground, columns: np.ndarray) -> np.ndarray:
+def _of_features(linear: LinearModel, columns: np.ndarray) -> np.ndarray:
     """(k, q) of columns that change features alone."""
-    return np.vstack([columns, np.zeros((ground.model.beside, columns.shape[1]))])
+    return np.vstack([columns, np.zeros((linear.model.beside, columns.shape[1]))])
 
 
-def _misplaced(ground: Ground) -> np.ndarray:
+def _misplaced(linear: LinearModel) -> np.ndarray:
     """(k, 2 m) each marker elsewhere on the body, the same in all trials."""
-    return _of_features(ground, TAKEN.marker_m * ground.disturbances.per_marker)
+    return _of_features(linear, TAKEN.marker_m * linear.disturbances.per_marker)
 
 
-def _misboxed(ground: Ground) -> np.ndarray:
+def _misboxed(linear: LinearModel) -> np.ndarray:
     """(k, b) each box beside its marker in the picture, in each trial by itself."""
-    return _of_features(ground, _SEEN_M * ground.disturbances.per_box)
+    return _of_features(linear, _SEEN_M * linear.disturbances.per_box)
 
 
 def _beats(features: np.ndarray) -> np.ndarray:
@@ -216,13 +216,13 @@ def _slides(features: np.ndarray) -> np.ndarray:
     return _SEEN_M / _SLIDES_S * np.eye(len(features))[:, places_of_slides(len(features))]
 
 
-def _other_frequencies(ground: Ground) -> np.ndarray:
+def _other_frequencies(linear: LinearModel) -> np.ndarray:
     """(k, f) each trial at another frequency than its command says: by the clocks of cameras, and of cranks as well."""
-    filmed, logged = np.diag([_HERTZ * trial.frequency.hz for trial in ground.trials]), list(ground.model.logged)
+    filmed, logged = np.diag([_HERTZ * trial.frequency.hz for trial in linear.trials]), list(linear.model.logged)
     clocks = np.vstack([filmed, np.zeros((len(logged), len(filmed)))])
     hertz = np.hstack([clocks, np.vstack([filmed[:, logged], filmed[np.ix_(logged, logged)]])])
-    columns = np.zeros((len(ground.left), hertz.shape[1]))
-    columns[len(ground.model.measured) :][: len(hertz)] = hertz
+    columns = np.zeros((len(linear.residual), hertz.shape[1]))
+    columns[len(linear.model.measured) :][: len(hertz)] = hertz
     return columns
 
 
@@ -287,29 +287,29 @@ def _alone(target: np.ndarray, parts: Mapping[Component, np.ndarray]) -> dict[st
     return found
 
 
-def by_repeat(ground: Ground, target: np.ndarray) -> dict[str, float]:
+def by_repeat(linear: LinearModel, target: np.ndarray) -> dict[str, float]:
     """Shares of displacements that neighbouring markers share: in all swim trials alike, in each its own, and noise.
 
     Args:
-        ground: the fitted swims.
+        linear: the fitted swims.
         target: (q,) the whitened residual, coefficients refitted.
     """
-    swims = len(ground.swims)
+    swims = len(linear.swims)
     if swims < 2:
         return {}
-    length = len(ground.model.measured) // len(ground.trials)
-    root = np.linalg.cholesky(ground.generic[:length, :length]).T
-    turned = [advanced(root, float(phase)).T for phase in ground.model.phase_rad[:swims]]
-    freed = {}
+    length = len(linear.model.measured) // len(linear.trials)
+    root = np.linalg.cholesky(linear.generic[:length, :length]).T
+    turned = [advanced(root, float(phase)).T for phase in linear.model.phase_rad[:swims]]
+    projected = {}
     for what, columns in (("reproducible", np.vstack(turned)), ("scatter", block_diag(*turned))):
-        rows = np.zeros((columns.shape[1], len(ground.left)))
+        rows = np.zeros((columns.shape[1], len(linear.residual)))
         rows[:, : swims * length] = columns.T
-        freed[Component("repeat", what)] = ground.space.freed(rows).T
-    weights = dict(zip(freed, _sizes(target, list(freed.values())) ** 2, strict=True))
-    solved, total = _solved(target, freed, weights), float(target @ target)
+        projected[Component("repeat", what)] = linear.space.projected(rows).T
+    weights = dict(zip(projected, _sizes(target, list(projected.values())) ** 2, strict=True))
+    solved, total = _solved(target, projected, weights), float(target @ target)
     shares = {
         each.what: weights[each] * float(np.sum((part.T @ solved) * (part.T @ target))) / total
-        for each, part in freed.items()
+        for each, part in projected.items()
     }
     return shares | {"floor": float(target @ solved) / total}
 
@@ -333,23 +333,23 @@ def _forces(
     return Forces(responses.joints, *(np.moveaxis(each, 0, 1) * unit for each in (mean, sd)))
 
 
-def _split(ground: Ground, left: np.ndarray) -> dict[str, dict[str, float]]:
+def _split(linear: LinearModel, residual: np.ndarray) -> dict[str, dict[str, float]]:
     """Squares of the row, whitened so that each number stays as near to itself as can be (Kessy et al. 2018)."""
-    sd = np.sqrt(np.diag(ground.covariance))
-    values, vectors = np.linalg.eigh(ground.covariance / np.outer(sd, sd))
-    squares = (vectors @ ((vectors.T @ (left / sd)) / np.sqrt(values))) ** 2
+    sd = np.sqrt(np.diag(linear.covariance))
+    values, vectors = np.linalg.eigh(linear.covariance / np.outer(sd, sd))
+    squares = (vectors @ ((vectors.T @ (residual / sd)) / np.sqrt(values))) ** 2
     squares /= squares.sum()
-    trials, markers = ground.trials, ground.trials[0].markers
-    count = len(ground.model.measured)
-    features, hertz, ringing = np.split(squares, [count, count + ground.model.frequencies])
+    trials, markers = linear.trials, linear.trials[0].markers
+    count = len(linear.model.measured)
+    features, hertz, ringing = np.split(squares, [count, count + linear.model.frequencies])
     features = features.reshape(len(trials), -1)
     of_trial = np.array(hertz[: len(trials)])
-    of_trial[list(ground.model.logged)] += hertz[len(trials) :]
+    of_trial[list(linear.model.logged)] += hertz[len(trials) :]
     speed, beats, course = features[:, SPEED], of_markers(features), features[:, -len(COURSE) :]
     slides = features[:, places_of_slides(features.shape[1])].sum(axis=0)  # (s,)
     bands = {"mean": beats[..., 0].sum(), "drift": slides.sum()}
     bands |= {f"harmonic_{h}": beats[..., 2 * h - 1 : 2 * h + 1].sum() for h in range(1, HARMONICS + 1)}
-    rings = zip(ground.model.rings, ringing.reshape(-1, RING_NUMBERS), strict=True)
+    rings = zip(linear.model.rings, ringing.reshape(-1, RING_NUMBERS), strict=True)
     of_decay = {ring.name: float(part.sum()) for ring, part in rings}
     no_markers = (speed, course, hertz, *([ringing] if of_decay else ()))
     alone = {name: float(part.sum()) for name, part in zip(OF_NO_MARKER, no_markers, strict=False)}

@@ -20,7 +20,7 @@ from benchmarks.effects.suite import WARMUP_S, SessionPlan
 from benchmarks.reality import Mechanism, Recording
 from benchmarks.reality.record import Drive
 from diagnosis import Discrepancy
-from diagnosis.refit import left_with, refit
+from diagnosis.refit import refit, residual_with
 from session import load_session
 from session.create import FISHSIM_MARKERS, new_folder, write_session_toml
 from session.motor import MotorLog
@@ -109,9 +109,11 @@ def oracle_shrinkage(
         _, start = closest_fit(
             fitted.changes(recordings), fitted.signatures({effect.name: effect for effect in effects})
         )
-        best = refit(fitted.ground(recordings, at), effects, np.concatenate(start.values), _ROUNDS)
-        held = held_out.ground(recordings, at)
-        plain, rest = (float((held.whitened_swims(row) ** 2).sum()) for row in (held.left, left_with(held, best)))
+        best = refit(fitted.linear(recordings, at), effects, np.concatenate(start.values), _ROUNDS)
+        held = held_out.linear(recordings, at)
+        plain, rest = (
+            float((held.whitened_swims(row) ** 2).sum()) for row in (held.residual, residual_with(held, best))
+        )
     except (np.linalg.LinAlgError, ValueError):  # a twin diverged, and what it leaves is not finite
         return None
     return 1 - rest / plain if plain > _SHOWS else None

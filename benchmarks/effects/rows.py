@@ -14,14 +14,14 @@ from benchmarks.reality import Recording
 from benchmarks.reality.noise import PixelNoise
 from diagnosis.described import robot_doubts
 from diagnosis.discrepancy import Discrepancy
-from diagnosis.ground import Ground
+from diagnosis.linear_model import LinearModel
 from fitting.model.features import advanced, phase_between
 from fitting.model.noise import FeatureNoise
 from fitting.model.session_model import START_PHASE_RAD, PlacesOff, SessionModel
 from fitting.model.trial_model import TrialModel
 from fitting.objective import COEFFICIENT_BOUNDS
 from fitting.signatures import Signature, Together, Whitened, signature_of
-from fitting.signatures.session_row import LONG, PRIOR_SD, left_row, mended, row_covariance, row_slopes
+from fitting.signatures.session_row import LONG, PRIOR_SD, mended, residual_row, row_covariance, row_slopes
 from fitting.trial import MeasuredTrial, measure_trial
 from session import CameraSpec, Tracks, TrialSpec
 from session.create import FISHSIM_MARKERS
@@ -57,7 +57,7 @@ def nearest(model: SessionModel, start: np.ndarray, covariance: np.ndarray) -> n
         covariance: (k + b, k + b) of the row.
     """
     at = np.array(start, float)
-    residual, slopes = left_row(model, at), row_slopes(model, at)
+    residual, slopes = residual_row(model, at), row_slopes(model, at)
     for _ in range(_ROUNDS):
         space = Whitened.of(covariance, slopes, PRIOR_SD)
         before, at = at, np.clip(at + _GAIN * space.coefficients(residual), *COEFFICIENT_BOUNDS)
@@ -65,7 +65,7 @@ def nearest(model: SessionModel, start: np.ndarray, covariance: np.ndarray) -> n
         length = space.moved(step)
         if length < _STILL:
             break
-        before_step, residual = residual, left_row(model, at)
+        before_step, residual = residual, residual_row(model, at)
         slopes = row_slopes(model, at) if length > LONG else mended(slopes, step, before_step - residual, PRIOR_SD)
     return at
 
@@ -76,7 +76,7 @@ def closest_fit(changes: Sequence[Change], signatures: Sequence[Signature]) -> t
     Seen from where coefficients end nearest to those that they are seen from: farther off the twin is not linear.
     """
     found = [change.space.together(change.row, signatures) for change in changes]
-    number = min(range(len(changes)), key=lambda i: changes[i].strays(found[i].left))
+    number = min(range(len(changes)), key=lambda i: changes[i].strays(found[i].residual))
     return number, found[number]
 
 
@@ -116,7 +116,7 @@ class SessionRows:
     @cached_property
     def residual(self) -> np.ndarray:
         """(k,) of the refitted twin in the base state."""
-        return left_row(self.model, self.coefficients)
+        return residual_row(self.model, self.coefficients)
 
     @property
     def residual_features(self) -> np.ndarray:
@@ -133,8 +133,8 @@ class SessionRows:
     def space(self) -> Whitened:
         """In which all that disturbs the row has unit size."""
         looks_like = {name: effect for name, effect in catalogue().items() if name in self.discrepancy.strengths}
-        alike = self.discrepancy.alike(self.signatures(looks_like))
-        return Whitened.of(self._disturbing + alike @ alike.T, row_slopes(self.model, self.coefficients), PRIOR_SD)
+        common = self.discrepancy.common_columns(self.signatures(looks_like))
+        return Whitened.of(self._disturbing + common @ common.T, row_slopes(self.model, self.coefficients), PRIOR_SD)
 
     def changes(self, recordings: Mapping[str, Recording]) -> tuple[Change, ...]:
         """What other recordings of the same trials change, seen from the coefficients of the base state.
@@ -166,7 +166,7 @@ class SessionRows:
     def _nearest(self, others: SessionModel, turns: np.ndarray) -> np.ndarray:
         return nearest(others, self.coefficients, turns.T @ self._disturbing @ turns)
 
-    def ground(self, recordings: Mapping[str, Recording], at: np.ndarray) -> Ground:
+    def linear(self, recordings: Mapping[str, Recording], at: np.ndarray) -> LinearModel:
         """Other recordings of the same trials, without noise, as a diagnosis sees its swims.
 
         The residual of the base state is subtracted: where markers are glued, a form that moves
@@ -179,7 +179,7 @@ class SessionRows:
         model = self._changed(self._seen_by_twin(recordings), with_course=True)
         noise = block_diag(*[_noise(each, self.drawn.world.noise) for each in model.trials])
         camera = camera_of(self.drawn)
-        return Ground(model, camera, at, self.discrepancy, self._off, model.disturbances(at, noise))
+        return LinearModel(model, camera, at, self.discrepancy, self._off, model.disturbances(at, noise))
 
     def _changed(self, others: SessionModel, *, with_course: bool) -> SessionModel:
         """Other recordings without the residual of the base state, at their own phases of the beat."""
@@ -195,7 +195,7 @@ class SessionRows:
     def _residual_with_course(self) -> np.ndarray:
         """(t, k) residual of the base state, with course and sliding."""
         trials = tuple(replace(each, with_course=True) for each in self.model.trials)
-        return left_row(SessionModel(trials), self.coefficients)[: -len(trials)].reshape(len(trials), -1)
+        return residual_row(SessionModel(trials), self.coefficients)[: -len(trials)].reshape(len(trials), -1)
 
     def _change(self, others: SessionModel, at: np.ndarray) -> Change:
         """The twin beats at the frequency of either; how far that is from the base state comes after the features.
@@ -204,7 +204,7 @@ class SessionRows:
         """
         step = at - self.coefficients
         space = self.space if not step.any() else replace(self.space, slopes=row_slopes(self.model, at))
-        residual = self._turns(others) @ left_row(others, at)
+        residual = self._turns(others) @ residual_row(others, at)
         return Change(residual - self.residual + space.slopes @ step, space, step)
 
     def _seen_by_twin(self, recordings: Mapping[str, Recording]) -> SessionModel:

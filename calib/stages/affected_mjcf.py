@@ -6,7 +6,7 @@ import numpy as np
 
 from calib.stages.fit import mjcf_text
 from diagnosis.affected_swims import SettledTwin
-from diagnosis.ground import Ground
+from diagnosis.linear_model import LinearModel
 from diagnosis.refit import Refit
 from fitting.forecast import fit_phase
 from fitting.signatures.affected_session import views_of
@@ -18,7 +18,9 @@ from swimmer.engine import ENGINE
 from swimmer.scenery import add_scenery
 
 
-def write_affected_twin(results: Path, ground: Ground, best: Refit, name: str, robot_file: Path | None) -> list[Path]:
+def write_affected_twin(
+    results: Path, linear: LinearModel, best: Refit, name: str, robot_file: Path | None
+) -> list[Path]:
     """``calibrated+<name>.xml``: robot, coefficients and all of the effects that a model can hold.
 
     Effects with an axis of the picture (a current) are in the frame of the first fit trial. One keyframe a fit trial
@@ -27,13 +29,13 @@ def write_affected_twin(results: Path, ground: Ground, best: Refit, name: str, r
 
     Args:
         results: folder.
-        ground: the fitted swims and the plain twin fitted to them.
+        linear: the fitted swims and the plain twin fitted to them.
         best: the twin with effects, fitted to them.
         name: of the files, for its effects.
         robot_file: the robot's own; None for the built-in one.
     """
-    affected = AffectedTwin(ground.twin, best.effects)
-    views = views_of(ground.model, ground.camera, tuple(map(float, ground.at)))
+    affected = AffectedTwin(linear.twin, best.effects)
+    views = views_of(linear.model, linear.camera, tuple(map(float, linear.at)))
     values, coefficients = affected.in_trial(views[0], best.values), FluidCoefficients(*map(float, best.at))
     names = [effect.name for effect in best.effects]
     parameters = ", ".join(
@@ -43,8 +45,8 @@ def write_affected_twin(results: Path, ground: Ground, best: Refit, name: str, r
     )
     spec = add_scenery(affected.spec(coefficients, values), affected.robot)
     spec.add_text(name="calibrated_with", data=f"{program_version()}, MuJoCo {ENGINE}")
-    spec.add_text(name="effects", data=f"{parameters}; in the frame of trial {ground.swims[0].name}")
-    for trial, view in zip(ground.swims, views, strict=False):  # the views of dry runs come last
+    spec.add_text(name="effects", data=f"{parameters}; in the frame of trial {linear.swims[0].name}")
+    for trial, view in zip(linear.swims, views, strict=False):  # the views of dry runs come last
         own, hz = affected.in_trial(view, best.values), trial.frequency.hz
         phase = fit_phase(SettledTwin(affected, best.values, view), trial, coefficients)
         runs = AffectedRuns(
@@ -59,10 +61,10 @@ def write_affected_twin(results: Path, ground: Ground, best: Refit, name: str, r
         script = template.render(
             names=names,
             program=program_version(),
-            trial=ground.swims[0].name,
+            trial=linear.swims[0].name,
             parameters=parameters,
             robot="None  # the built-in one" if robot_file is None else f"Path({str(robot_file)!r})",
-            markers=ground.twin.markers,
+            markers=linear.twin.markers,
             values=values.tolist(),
             coefficients=best.at.tolist(),
             axis=views[0].axis_m.tolist(),

@@ -100,7 +100,7 @@ class DiagnosisStage(Stage):
         models = [
             path
             for name, twin in twins.items()
-            for path in write_affected_twin(job.results, found.ground, twin, name, robot_file)
+            for path in write_affected_twin(job.results, found.linear, twin, name, robot_file)
         ]
         result = diagnosis_result(found, sorted(self._without), [path.name for path in models])
         written = (*DIAGNOSIS.write(job.results, job.provenance, result), *models)

@@ -22,8 +22,8 @@ def wave_discrepancy(measured: np.ndarray, position_m: np.ndarray) -> np.ndarray
     first = np.sqrt((np.abs(harmonics_of(measured)[..., 0]) ** 2).sum(axis=-1) / 2)  # (m,)
     size = np.maximum(first, 0.1 * first.max())
     smooth = np.exp(-0.5 * ((position_m[:, None] - position_m) / _LENGTH_M) ** 2)
-    alike = (1 - _OF_ITS_OWN) * smooth + _OF_ITS_OWN * np.eye(len(size))
+    correlation = (1 - _OF_ITS_OWN) * smooth + _OF_ITS_OWN * np.eye(len(size))
     of_column = np.append(0.0, np.repeat(_OF_HARMONIC ** np.arange(HARMONICS), 2)) ** 2  # (7,)
     total = np.zeros((len(measured),) * 2)
-    total[1:, 1:] = np.kron(np.outer(size, size) * alike, np.diag(np.tile(of_column, 2)))
+    total[1:, 1:] = np.kron(np.outer(size, size) * correlation, np.diag(np.tile(of_column, 2)))
     return total

@@ -234,11 +234,11 @@ class _Descent:
             if converged:
                 break
             self.simulated += 14
-            beside = covariance.beside_roll(sizes) + _free(jacobian)
+            others = covariance.without_roll(sizes) + _free(jacobian)
             if round_ in _RENEWED:
-                self._start_roll(at, beside)
+                self._start_roll(at, others)
                 residual = self._residual(at)
-            rolled, covariance = self._roll(at, residual, covariance, beside)
+            rolled, covariance = self._roll(at, residual, covariance, others)
             residual = self._residual(at)
             before, at = at, self._stepped(at, residual, jacobian, covariance.at(sizes))
             root = np.linalg.cholesky(np.linalg.inv(_coefficient_covariance(covariance.at(sizes), jacobian)))
@@ -300,11 +300,11 @@ class _Descent:
         low, high = COEFFICIENT_BOUNDS
         step = lsq_linear(columns, white, bounds=(low - at - 1e-9, high - at + 1e-9)).x
         tried = np.clip(at + np.outer(_SHARES, step), low, high)
-        left = self.model.measured - self.model.simulated(tried)
+        residuals = self.model.measured - self.model.simulated(tried)
         self.simulated += len(tried)
         squares = [
             float((solve_triangular(root, row, lower=True) ** 2).sum()) if np.isfinite(row).all() else np.inf
-            for row in left
+            for row in residuals
         ]
         allowed = self.model.swim_forward(tried) if self.forward else np.ones(len(tried), bool)
         best = int(np.argmin(np.where(allowed, squares, np.inf)))

@@ -196,8 +196,8 @@ class _Group:
         design = columns[self.frames]
         solved = cho_solve(factor, design)
         information = design.T @ solved
-        left = self.series - design @ np.linalg.solve(information, solved.T @ self.series)
-        squares = (left * cho_solve(factor, left)).sum(axis=0)  # (2 g,)
+        residual = self.series - design @ np.linalg.solve(information, solved.T @ self.series)
+        squares = (residual * cho_solve(factor, residual)).sum(axis=0)  # (2 g,)
         freedom = len(self.frames) - columns.shape[1]
         variance = squares.reshape(-1, 2).mean(axis=1) / freedom + _LEAST_M**2  # (g,)
         volume = 2 * np.log(np.diag(factor[0])).sum() + np.linalg.slogdet(information)[1]

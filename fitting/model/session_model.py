@@ -109,7 +109,7 @@ class SessionModel:
 
     @property
     def beside(self) -> int:
-        """How many numbers a diagnosis reads beside the features: frequencies, and then `Ring.left` of each decay."""
+        """How many numbers a diagnosis reads after the features: frequencies, then `Ring.residual` of each decay."""
         return self.frequencies + self.of_rings
 
     @property
@@ -124,12 +124,12 @@ class SessionModel:
         return slice(end - self.of_rings, end)
 
     @cached_property
-    def rings_left(self) -> np.ndarray:
+    def ring_residuals(self) -> np.ndarray:
         """(r,) of the decays, as fitted less as described: no coefficient matters in air."""
         return np.concatenate([np.zeros(0), *(ring.residual for ring in self.rings)])
 
     @cached_property
-    def rings_doubted(self) -> np.ndarray:
+    def ring_sensitivities(self) -> np.ndarray:
         """(r, q) of the decays what is doubted of the robot, by its standard deviations, as of the features."""
         if not self.rings:
             return np.zeros((0, len(self.trials[0].doubted)))

@@ -140,13 +140,13 @@ class Covariance:
         known += common([block.time_step[:, None] for block in blocks])
         return cls(known, np.vstack([each.rolls for each in freedoms]), units)
 
-    def beside_roll(self, sizes: Mapping[str, float]) -> np.ndarray:
+    def without_roll(self, sizes: Mapping[str, float]) -> np.ndarray:
         """(K, K) with components of these standard deviations, without the roll."""
         return self.known + np.asarray(sum(sizes[name] ** 2 * unit for name, unit in self.units.items()))
 
     def at(self, sizes: Mapping[str, float]) -> np.ndarray:
         """(K, K) with components of these standard deviations."""
-        return self.beside_roll(sizes) + self.rolls @ self.rolls.T
+        return self.without_roll(sizes) + self.rolls @ self.rolls.T
 
     def restricted(
         self, residual: np.ndarray, jacobian: np.ndarray, start: Mapping[str, float]

@@ -113,8 +113,9 @@ def sample_posterior(
 ) -> Posterior:
     """Draws from the posterior of the coefficients given the trials of a mode.
 
-    The prior is uniform over [0, 10] in each coefficient, for twins that swim forward from rest. Of the variance components those of the twin's wave share one
-    factor and those of its speed another, which are drawn too; all others stay as large as at the mode.
+    The prior is uniform over [0, 10] in each coefficient, for twins that swim forward from rest. Of the variance
+    components those of the twin's wave share one factor and those of its speed another, which are drawn too; all others
+    stay as large as at the mode.
 
     Args:
         mode: the likeliest coefficients, and the covariance of all else.

@@ -65,12 +65,12 @@ class Whiteness:
         return float((np.abs(self.innovations) > self.limit).mean())
 
     @property
-    def alike(self) -> np.ndarray:
+    def neighbour_correlation(self) -> np.ndarray:
         """(2,) root mean square of the correlations between neighbours after the model."""
         return _rms(self.neighbours)
 
     @property
-    def alike_raw(self) -> np.ndarray:
+    def neighbour_correlation_raw(self) -> np.ndarray:
         """(2,) the same of the residuals."""
         return _rms(self.neighbours_raw)
 
@@ -82,7 +82,7 @@ class Whiteness:
     @property
     def across(self) -> bool:
         """Whether neighbours are no more alike after the model than by chance."""
-        return not (self.alike > self.neighbours_limit).any()
+        return not (self.neighbour_correlation > self.neighbours_limit).any()
 
     @property
     def is_white(self) -> bool:
@@ -99,9 +99,9 @@ class Whiteness:
                 f"{100 * _OUTSIDE:.0f} % may"
             )
         if not self.across:
-            worst = int(np.argmax(self.alike / self.neighbours_limit))
+            worst = int(np.argmax(self.neighbour_correlation / self.neighbours_limit))
             said.append(
-                f"neighbouring markers correlate by {self.alike[worst]:.2f} (root mean square"
+                f"neighbouring markers correlate by {self.neighbour_correlation[worst]:.2f} (root mean square"
                 f"{_RATES[worst]}), at most {self.neighbours_limit[worst]:.2f} is chance"
             )
         return " and ".join(said)
@@ -216,11 +216,13 @@ def _pair(
         size = np.sqrt((weight * a).sum() * (weight * b).sum())
         expected = -(weight * (spent @ other.T)).sum() / size
         scatter = ((weight @ a) * (weight @ b).T).sum() / (2 * size**2)
-    raw, white = (_alike(series[first], series[second], weight) for series in (samples.raw, samples.white))
+    raw, white = (
+        _neighbour_correlation(series[first], series[second], weight) for series in (samples.raw, samples.white)
+    )
     return raw, white - float(expected), float(scatter)
 
 
-def _alike(a: np.ndarray, b: np.ndarray, weight: np.ndarray | None) -> float:
+def _neighbour_correlation(a: np.ndarray, b: np.ndarray, weight: np.ndarray | None) -> float:
     def product(x: np.ndarray, y: np.ndarray) -> float:
         return float((x * y).sum() if weight is None else (x * (weight @ y)).sum())
 

@@ -47,7 +47,7 @@ def score_tests(
 def _asked(mode: Mode, signatures: list[Signature]) -> EffectsLeftOut:
     sd = np.sqrt(np.diag(mode.coefficient_covariance))
     space = Whitened.of(mode.total, mode.jacobian, PRIOR_SD)
-    residual = space.freed(mode.residual)
+    residual = space.projected(mode.residual)
     ways = [way for signature in signatures for way in _ways(signature, space)]
     seen_from = float(norm.isf(LEFT_OUT_P / max(len(ways), 1)) + norm.isf(_MISSED))
     found = [_of_way(way, space, residual, sd, len(ways), seen_from) for way in ways]
@@ -85,7 +85,7 @@ def _ways(signature: Signature, space: Whitened) -> list[_Way]:
 
 
 def _of_way(way: _Way, space: Whitened, residual: np.ndarray, sd: np.ndarray, tried: int, seen_from: float) -> LeftOut:
-    parameter, shows = way.effect.parameters[way.number], space.freed(way.moved)
+    parameter, shows = way.effect.parameters[way.number], space.projected(way.moved)
     length = float(np.linalg.norm(shows))
     reach = max(parameter.high, 0.0) if way.sign > 0 else max(-parameter.low, 0.0)
     z = float(shows @ residual) / length

@@ -20,12 +20,12 @@ class Together(NamedTuple):
     Attributes:
         values: (p,) of the parameters of each.
         distance: whitened, coefficients refitted; d in the two-way error Phi(-d / 2).
-        left: (k,) of the row without them, coefficients as they were.
+        residual: (k,) of the row without them, coefficients as they were.
     """
 
     values: list[np.ndarray]
     distance: float
-    left: np.ndarray
+    residual: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,13 +49,13 @@ class Whitened:
         """From a covariance (k, k), slopes (k, 5) and the prior's standard deviations (5,)."""
         return cls(np.linalg.cholesky(covariance), slopes, prior_sd**-2.0)
 
-    def freed(self, rows: np.ndarray) -> np.ndarray:
+    def projected(self, rows: np.ndarray) -> np.ndarray:
         """(..., k + 5) rows (..., k), whitened, with what coefficients can take away taken; lengths are distances."""
         white = solve_triangular(self.root, rows.reshape(-1, rows.shape[-1]).T, lower=True)  # (k, q)
         slopes = np.vstack([solve_triangular(self.root, self.slopes, lower=True), np.diag(np.sqrt(self.precision))])
         white = np.vstack([white, np.zeros((len(self.precision), white.shape[1]))])
-        left = white - slopes @ np.linalg.lstsq(slopes, white, rcond=None)[0]
-        return left.T.reshape(*rows.shape[:-1], -1)
+        residual = white - slopes @ np.linalg.lstsq(slopes, white, rcond=None)[0]
+        return residual.T.reshape(*rows.shape[:-1], -1)
 
     @cached_property
     def log_volume(self) -> float:
@@ -77,21 +77,21 @@ class Whitened:
 
     def length(self, row: np.ndarray) -> float:
         """From the plain twin, refitted, of a change (k,)."""
-        return float(np.linalg.norm(self.freed(row)))
+        return float(np.linalg.norm(self.projected(row)))
 
     def together(self, row: np.ndarray, signatures: Sequence[Signature]) -> Together:
         """Parameters of effects that together come nearest to a change (k,), within their bounds.
 
         Each parameter is linear over each of its pieces; those of all effects that come nearest are taken.
         """
-        target = self.freed(row)
-        best, left = [np.zeros(len(each.effect.parameters)) for each in signatures], row
+        target = self.projected(row)
+        best, residual = [np.zeros(len(each.effect.parameters)) for each in signatures], row
         nearest = float(np.linalg.norm(target))
         choices = [chosen for chosen in product(*map(ways, signatures)) if any(chosen)]
         pieces = {id(piece): piece for chosen in choices for way in chosen for piece in way.values()}
         if not pieces:
-            return Together(best, nearest, left)
-        basis, columns = np.linalg.qr(self.freed(np.array([piece.slope for piece in pieces.values()])).T)
+            return Together(best, nearest, residual)
+        basis, columns = np.linalg.qr(self.projected(np.array([piece.slope for piece in pieces.values()])).T)
         column = dict(zip(pieces, columns.T, strict=True))
         within = basis.T @ target
         beside = max(nearest**2 - float(within @ within), 0.0)
@@ -102,8 +102,8 @@ class Whitened:
             distance = float(np.sqrt(2 * found.cost + beside))
             if distance < nearest:
                 nearest, values = distance, iter(found.x)
-                left = row - np.column_stack([piece.slope for piece in own]) @ found.x
+                residual = row - np.column_stack([piece.slope for piece in own]) @ found.x
                 for each, way in zip(best, chosen, strict=True):
                     each[:] = 0.0
                     each[list(way)] = [next(values) for _ in way]
-        return Together(best, nearest, left)
+        return Together(best, nearest, residual)

@@ -19,17 +19,17 @@ LONG = 10.0
 """Whitened length of a step after which slopes are simulated anew."""
 
 
-def left_row(model: SessionModel, at: np.ndarray) -> np.ndarray:
+def residual_row(model: SessionModel, at: np.ndarray) -> np.ndarray:
     """(k + b,) what the twin at coefficients (5,) leaves of the features, and of the numbers beside them.
 
     Of frequencies what they are off their commands, Hz: first those of all tails, as filmed, then those of the motors
     that were logged; and then of free decays.
     """
-    left = model.measured - model.simulated(at[None])[0]
+    residual = model.measured - model.simulated(at[None])[0]
     trials = [each.trial for each in model.trials]
     hertz = [0.0 if trial.commanded_hz is None else trial.frequency.hz - trial.commanded_hz for trial in trials]
     logged = [_off_command(trials[number]) for number in model.logged]
-    return np.concatenate([left, hertz, logged, model.rings_left])
+    return np.concatenate([residual, hertz, logged, model.ring_residuals])
 
 
 def _off_command(trial: MeasuredTrial) -> float:
@@ -59,9 +59,9 @@ def row_covariance(model: SessionModel, features: np.ndarray, robot: np.ndarray 
     """
     whose = [*range(len(model.trials)), *model.logged]
     hertz = np.diag([TOLD_TO * model.trials[number].trial.frequency.hz for number in whose])
-    alike = np.where(np.equal.outer(whose, whose), _ALIKE, 0.0) + (1 - _ALIKE) * np.eye(len(whose))
-    doubted = model.rings_doubted
-    apart = block_diag(features, hertz @ alike @ hertz, np.diag(model.rings_sd**2) + doubted @ doubted.T)
+    correlation = np.where(np.equal.outer(whose, whose), _ALIKE, 0.0) + (1 - _ALIKE) * np.eye(len(whose))
+    doubted = model.ring_sensitivities
+    apart = block_diag(features, hertz @ correlation @ hertz, np.diag(model.rings_sd**2) + doubted @ doubted.T)
     if robot is not None and robot.shape[1] == doubted.shape[1]:  # else it is not doubted yet
         shared = robot @ doubted.T
         apart[: len(features), len(apart) - len(doubted) :] = shared

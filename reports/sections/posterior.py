@@ -319,8 +319,8 @@ def _noise(found: PosteriorSummary) -> Table:
             shown(white.lasts_s, 2),
             shown(100 * white.white, 0),
             shown(float(np.median(white.sd_m)) * MM, 2),
-            shown(float(white.alike_raw[1]), 2),
-            f"{shown(float(white.alike[1]), 2)} (chance {shown(float(white.neighbours_limit[1]), 2)})",
+            shown(float(white.neighbour_correlation_raw[1]), 2),
+            f"{shown(float(white.neighbour_correlation[1]), 2)} (chance {shown(float(white.neighbours_limit[1]), 2)})",
             "yes" if white.is_white else "no",
         )
         for white in found.whiteness

@@ -3,10 +3,10 @@ from __future__ import annotations
 import pytest
 
 from diagnosis.pushes import Responses, responses
-from tests.diagnosis.grounds import ground
+from tests.diagnosis.linear_models import linear
 
 
 @pytest.fixture(scope="session")
 def pushed() -> Responses:
-    """What forces and torques do to the swims of `grounds`."""
-    return responses(ground())
+    """What forces and torques do to the swims of `linear_models`."""
+    return responses(linear())

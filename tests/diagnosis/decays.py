@@ -1,11 +1,11 @@
-"""Free decays of the robot that the swims of `grounds` are of."""
+"""Free decays of the robot that the swims of `linear_models` are of."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 
 from fitting.free_decay import DecayTrial, measure_decay_trial
-from tests.diagnosis.grounds import CAMERA
+from tests.diagnosis.linear_models import CAMERA
 from tests.fitting.exact_swims import ROBOT
 from tests.fitting.free_decay.decays import Truth, decay_tracks
 

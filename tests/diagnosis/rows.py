@@ -30,8 +30,8 @@ def signature(name: str, direction: np.ndarray, low: float = -50.0, high: float 
 def catalogue() -> list[Signature]:
     """Ten that have nothing to do with each other, one with one sign, and one that is nearly the first."""
     plain = [signature(f"effect_{i}", DIRECTIONS[i]) for i in range(10)]
-    alike = 0.995 * DIRECTIONS[0] + np.sqrt(1 - 0.995**2) * DIRECTIONS[11]
-    return [*plain, signature("one_sided", DIRECTIONS[10], low=0.0), signature("twin_of_0", alike)]
+    common = 0.995 * DIRECTIONS[0] + np.sqrt(1 - 0.995**2) * DIRECTIONS[11]
+    return [*plain, signature("one_sided", DIRECTIONS[10], low=0.0), signature("twin_of_0", common)]
 
 
 def hypotheses(left: np.ndarray, signatures: list[Signature] | None = None, **more: Any) -> Hypotheses:

@@ -15,14 +15,14 @@ from diagnosis.constants import WIDER
 from diagnosis.evidence import Priors
 from diagnosis.refit import Refit, refit
 from swimmer.effects import catalogue
-from tests.diagnosis.grounds import ARM, ground
+from tests.diagnosis.linear_models import ARM, linear
 from tests.diagnosis.rows import made
 
 
 @lru_cache(maxsize=4)
 def with_effects(*names: str) -> Refit:
     effects = [catalogue()[name] for name in names]
-    return refit(ground("shorter"), effects, np.zeros(len(effects)), rounds=4)
+    return refit(linear("shorter"), effects, np.zeros(len(effects)), rounds=4)
 
 
 def refitting(names: Sequence[str]) -> Refit:
@@ -36,7 +36,7 @@ def both() -> Refit:
 
 @pytest.mark.long
 def test_what_is_not_there_goes_and_what_is_there_stays(both: Refit) -> None:
-    found = backward_elimination(ground("shorter"), both, refitting, Priors(), 33)
+    found = backward_elimination(linear("shorter"), both, refitting, Priors(), 33)
     assert [effect.name for effect in found.best.effects] == ["crank_arm_error"]
     assert found.best.values[0] == pytest.approx(ARM, abs=0.006)
     assert found.gone == ("bend_offset",)
@@ -44,7 +44,7 @@ def test_what_is_not_there_goes_and_what_is_there_stays(both: Refit) -> None:
 
 @pytest.mark.parametrize("count", [1, 14])
 def test_parameters_of_which_the_swims_say_nothing_weigh_nothing(count: int) -> None:
-    at = ground("shorter")
+    at = linear("shorter")
     plain, idle = Refit.plain(at), made("idle")
     idle.parameters = tuple(idle.parameters[0]._replace(name=f"of_{number}") for number in range(count))
     wide = [WIDER * parameter.sd for parameter in idle.parameters]
@@ -60,9 +60,9 @@ def test_a_single_effect_is_not_asked() -> None:
         raise AssertionError
 
     alone = with_effects("crank_arm_error")
-    assert backward_elimination(ground("shorter"), alone, never, Priors(), 33) == (alone, ())
+    assert backward_elimination(linear("shorter"), alone, never, Priors(), 33) == (alone, ())
 
 
 def test_the_arm_weighs_more_than_what_is_not_there() -> None:
-    weights = [log_evidence(ground("shorter"), with_effects(name)) for name in ("crank_arm_error", "bend_offset")]
+    weights = [log_evidence(linear("shorter"), with_effects(name)) for name in ("crank_arm_error", "bend_offset")]
     assert weights[0] > weights[1] + 3

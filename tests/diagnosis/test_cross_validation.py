@@ -10,12 +10,12 @@ import pytest
 from diagnosis.cross_validation import Validated, left_out, refutable, validated
 from diagnosis.evidence import Hypotheses
 from diagnosis.gap import Shrinkage
-from diagnosis.ground import Ground
+from diagnosis.linear_model import LinearModel
 from diagnosis.probabilities import Hypothesis, Probabilities
 from diagnosis.refit import Refit, refit
 from diagnosis.verdict import Verdict
 from swimmer.effects import catalogue
-from tests.diagnosis.grounds import ground
+from tests.diagnosis.linear_models import linear
 from tests.diagnosis.rows import DIRECTIONS, K, hypotheses, made, signature
 
 WORSE = (-1.6, -0.1)
@@ -32,7 +32,7 @@ def weighed() -> Hypotheses:
     """Of two effects; the second changes but the last number of the row, which holds a frequency."""
     made = [signature("slack", DIRECTIONS[0]), signature("gear", np.eye(K)[K - 1])]
     found = hypotheses(9 * DIRECTIONS[0] + 9 * np.eye(K)[K - 1], made)
-    return replace(found, beside=slice(K - 1, K))
+    return replace(found, not_features=slice(K - 1, K))
 
 
 @pytest.mark.parametrize(
@@ -54,20 +54,20 @@ def test_only_what_makes_forecasts_of_features_surely_worse_is_refuted(
 
 def test_two_fitted_trials_say_nothing(weighed: Hypotheses) -> None:
     before = Validated(Verdict("named", (("slack",),)), Probabilities(("slack",), {}), refitted("slack"))
-    assert validated(before, ground(), weighed, lambda names: refitted(*names), 0) is before
+    assert validated(before, linear(), weighed, lambda names: refitted(*names), 0) is before
 
 
 def test_a_trial_left_out_has_no_part_in_its_own_forecast() -> None:
     """Where its own residual changes, that of its forecast changes by just as much, and no less."""
-    found = refit(ground(), [catalogue()["bend_offset"]], np.zeros(1), rounds=1)
-    row = np.array(found.left)
-    first = ground().trial_of == 0
-    row[first] += np.sqrt(np.diag(ground().covariance))[first]
-    moved = replace(found, left=row)
-    fixed: Ground = replace(ground())
-    fixed.__dict__["covariance_with_gap_in"] = lambda _left: ground().covariance
+    found = refit(linear(), [catalogue()["bend_offset"]], np.zeros(1), rounds=1)
+    row = np.array(found.residual)
+    first = linear().trial_of == 0
+    row[first] += np.sqrt(np.diag(linear().covariance))[first]
+    moved = replace(found, residual=row)
+    fixed: LinearModel = replace(linear())
+    fixed.__dict__["covariance_with_gap_in"] = lambda _left: linear().covariance
     change = left_out(fixed, moved) - left_out(fixed, found)
-    expected = fixed.whitened_swims(moved.left) - fixed.whitened_swims(found.left)
+    expected = fixed.whitened_swims(moved.residual) - fixed.whitened_swims(found.residual)
     own = fixed.trial_of[fixed.told] == 0
     np.testing.assert_allclose(change[own], expected[own], atol=1e-6)
 

@@ -16,7 +16,7 @@ from diagnosis.discrepancy import discrepancy_for
 from diagnosis.evidence import Priors
 from diagnosis.experiments import _Pair, _with_a_decay
 from diagnosis.explaining import explained
-from diagnosis.ground import Ground
+from diagnosis.linear_model import LinearModel
 from diagnosis.probabilities import Probabilities
 from diagnosis.pushes import responses
 from diagnosis.session_data import rings_of
@@ -26,7 +26,7 @@ from fitting.signatures import Signature, signature_of
 from session.create import FISHSIM_MARKERS
 from swimmer.effects import catalogue
 from tests.diagnosis.decays import decay
-from tests.diagnosis.grounds import AT, CAMERA, trials
+from tests.diagnosis.linear_models import AT, CAMERA, trials
 from tests.fitting.exact_swims import ROBOT, exact_twin
 
 OFF = 1.05  # times as fast as filmed the motors were told to turn
@@ -35,26 +35,26 @@ TRIED = (CLOCK, RATIO, "stiffness_error", "joint_damping", "background_current")
 
 
 @cache
-def ground(stiffer: float = 0.0, damped: float = 0.0) -> Ground:
+def linear(stiffer: float = 0.0, damped: float = 0.0) -> LinearModel:
     """Swims of the robot as described, without commands, beside a decay of one that is not."""
     told, twin = [replace(trial, commanded_hz=None) for trial in trials()], exact_twin(1)
     rings = rings_of([decay(stiffer, damped)], twin).believed
     discrepancy = discrepancy_for(FISHSIM_MARKERS, ROBOT)
-    return Ground.of(told, twin, CAMERA, discrepancy, AT, rings=rings)
+    return LinearModel.of(told, twin, CAMERA, discrepancy, AT, rings=rings)
 
 
-def signatures(at: Ground) -> list[Signature]:
+def signatures(at: LinearModel) -> list[Signature]:
     return [signature_of(catalogue()[name], at.model, CAMERA, at.at) for name in TRIED]
 
 
-def seen(slower: float | None = None, logged: float | None = None) -> tuple[Ground, Probabilities]:
+def seen(slower: float | None = None, logged: float | None = None) -> tuple[LinearModel, Probabilities]:
     """Of swims that beat slower than commanded; None without a decay or a log.
 
     Args:
         slower: times as fast as it should the clock goes by which a decay was filmed.
         logged: times the filmed speed of the first trial its log tells.
     """
-    known = ground()
+    known = linear()
     told = [replace(each.trial, commanded_hz=OFF * each.trial.frequency.hz) for each in known.model.trials]
     if logged is not None:
         told[0] = replace(told[0], logged_hz=logged * told[0].frequency.hz)
@@ -62,36 +62,36 @@ def seen(slower: float | None = None, logged: float | None = None) -> tuple[Grou
     rings = () if slower is None else rings_of([decay(slower=slower)], exact_twin(1)).believed
     at = replace(known, model=type(known.model)(beside, rings))  # its slopes are found anew
     found = explained(at, signatures(at), Priors())
-    return found.ground, found.probabilities
+    return found.linear, found.probabilities
 
 
 def test_its_numbers_end_the_row() -> None:
-    at = ground(0.1, 0.3)
+    at = linear(0.1, 0.3)
     assert at.model.of_rings == 2
-    assert len(at.left) == len(at.model.measured) + at.model.frequencies + 2
-    assert at.left[-2:] == pytest.approx(np.log([1.1, 1.3]), abs=0.04)
+    assert len(at.residual) == len(at.model.measured) + at.model.frequencies + 2
+    assert at.residual[-2:] == pytest.approx(np.log([1.1, 1.3]), abs=0.04)
     assert at.slopes[-2:] == pytest.approx(np.zeros((2, 5)))
 
 
 def test_robots_that_are_a_little_off_move_it_with_the_features() -> None:
     """By 2 % in stiffness and in the tail's mass, and 5 % in damping; what else disturbs features does not matter."""
-    at = ground()
+    at = linear()
     assert np.sqrt(np.diag(at.covariance)[-2:]) == pytest.approx([0.03, 0.055], abs=0.01)
     shared = at.covariance[: len(at.model.measured), -2:]
-    robot = at.disturbances.robot @ at.model.rings_doubted.T
+    robot = at.disturbances.robot @ at.model.ring_sensitivities.T
     assert shared == pytest.approx(robot)
     assert np.abs(robot).max() > 0
     assert np.linalg.eigvalsh(at.covariance).min() > 0
 
 
 def test_water_and_motors_do_not_move_it() -> None:
-    moved = {each.effect.name: np.abs(each.rows[:, -2:]).max() for each in signatures(ground())}
+    moved = {each.effect.name: np.abs(each.rows[:, -2:]).max() for each in signatures(linear())}
     assert moved[RATIO] == moved["background_current"] == 0.0
     assert min(moved[name] for name in (CLOCK, "stiffness_error", "joint_damping")) > 0.01
 
 
 def test_hinges_within_what_is_doubted_of_them_are_no_effect() -> None:
-    at = ground(0.03, -0.05)
+    at = linear(0.03, -0.05)
     assert explained(at, signatures(at), Priors()).probabilities.null > 0.5
 
 
@@ -107,7 +107,7 @@ def test_it_speaks_for_a_clock_or_for_a_gear() -> None:
 
 
 def test_the_split_by_stage_and_by_trial_counts_it_and_adds_up() -> None:
-    at = ground(0.15, 0.5)
+    at = linear(0.15, 0.5)
     where = locate(at, responses(at), signatures(at))
     assert where.by_stage["tail"] > 0.1
     assert where.by_trial["decay"] > 0.1
@@ -126,9 +126,9 @@ def test_one_that_must_not_be_believed_is_left_out() -> None:
 
 
 @cache
-def without() -> Ground:
+def without() -> LinearModel:
     """The same swims without a decay."""
-    return replace(ground(), model=type(ground().model)(ground().model.trials))
+    return replace(linear(), model=type(linear().model)(linear().model.trials))
 
 
 def pair(*names: str) -> _Pair:
@@ -147,8 +147,8 @@ def test_it_is_recommended_where_it_would_tell_something() -> None:
 
 def test_without_a_log_these_swims_call_for_a_gear() -> None:
     """They swim as a fish does that beats as often as was filmed; that a clock is wrong is far from excluded."""
-    ground, found = seen()
-    assert ground.model.frequencies == 2
+    linear, found = seen()
+    assert linear.model.frequencies == 2
     assert found.marginal[1] > found.marginal[0] > 0.001
     assert found.any_seen([0, 1]) > 0.99
 
@@ -156,6 +156,6 @@ def test_without_a_log_these_swims_call_for_a_gear() -> None:
 @pytest.mark.parametrize(("logged", "name"), [(OFF, CLOCK), (1.0, RATIO)])
 def test_a_log_tells_clock_from_gear(logged: float, name: str) -> None:
     """By the log the crank turned as commanded, and the clock is wrong; or it turned as filmed."""
-    ground, found = seen(logged=logged)
-    assert ground.model.frequencies == 3
+    linear, found = seen(logged=logged)
+    assert linear.model.frequencies == 3
     assert verdict_of(found).groups == ((name,),)

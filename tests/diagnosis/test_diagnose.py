@@ -22,7 +22,7 @@ from session.create import FISHSIM_MARKERS
 from session.results import Provenance
 from swimmer import CrankTurn, Twin
 from swimmer.effects import catalogue
-from tests.diagnosis.grounds import ARM, AT, CAMERA, ROBOT, ground, shorter, trials
+from tests.diagnosis.linear_models import ARM, AT, CAMERA, ROBOT, linear, shorter, trials
 
 EFFECTS = {name: catalogue()[name] for name in ("crank_arm_error", "bend_offset", "scale_error")}
 SCHEMA = Path(__file__).resolve().parents[3] / "shared" / "design" / "schema" / "diagnosis.schema.json"
@@ -68,7 +68,7 @@ def test_motor_logs_and_threads_are_not_looked_at(monkeypatch: pytest.MonkeyPatc
         threads = {pool["num_threads"] for pool in threadpool_info() if pool["user_api"] == "blas"}
         raise Looked([trial.turn for trial in swims], threads)
 
-    monkeypatch.setattr("diagnosis.session_data.Ground.of", fitted)
+    monkeypatch.setattr("diagnosis.session_data.LinearModel.of", fitted)
     even = CrankTurn.measured(np.linspace(0.0, 9.0, 99), np.linspace(0.0, 60.0, 99))
     logged = [replace(trial, turn=even, beat=trial.frequency) for trial in trials()]
     with threadpool_limits(2), pytest.raises(Looked) as looked:
@@ -78,7 +78,7 @@ def test_motor_logs_and_threads_are_not_looked_at(monkeypatch: pytest.MonkeyPatc
 
 @pytest.mark.long
 def test_a_known_strength_is_recovered_from_a_wrong_start() -> None:
-    arm = refit(ground("shorter"), [catalogue()["crank_arm_error"]], np.array([-0.02]), rounds=6)
+    arm = refit(linear("shorter"), [catalogue()["crank_arm_error"]], np.array([-0.02]), rounds=6)
     sd = np.sqrt(arm.covariance[5, 5])
     assert abs(arm.values[0] - ARM) < 4 * sd
     assert sd < ARM / 4

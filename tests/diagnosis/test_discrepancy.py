@@ -17,7 +17,7 @@ from session import InputError
 from session.create import FISHSIM_MARKERS
 from swimmer import Twin
 from swimmer.mjcf import DRY
-from tests.diagnosis.grounds import dry_run, trials
+from tests.diagnosis.linear_models import dry_run, trials
 from tests.fitting.exact_swims import ROBOT
 
 HERTZ, PHASE_RAD = np.array([0.5, 0.55, 1.3]), np.array([0.0, 2.0, -1.0])

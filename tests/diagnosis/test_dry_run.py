@@ -7,14 +7,14 @@ import pytest
 
 from diagnosis import Diagnosis, SessionData, Settings, diagnose, discrepancy_for
 from diagnosis.diagnosis_file import diagnosis_result
-from diagnosis.ground import Ground
+from diagnosis.linear_model import LinearModel
 from fitting.in_air import ExperimentsInAir
 from fitting.signatures import Signature, signature_of
 from session.create import FISHSIM_MARKERS
 from swimmer import Twin
 from swimmer.effects import catalogue
 from tests.diagnosis.decays import decay
-from tests.diagnosis.grounds import AT, CAMERA, ROBOT, dry_run, shorter, trials
+from tests.diagnosis.linear_models import AT, CAMERA, ROBOT, dry_run, shorter, trials
 
 pytestmark = pytest.mark.long  # a minute
 
@@ -32,20 +32,20 @@ def found() -> Diagnosis:
 
 @pytest.fixture(scope="module")
 def signatures(found: Diagnosis) -> dict[str, Signature]:
-    at = found.ground
+    at = found.linear
     return {name: signature_of(catalogue()[name], at.model, at.camera, at.at) for name in NAMES}
 
 
-def dry_part(ground: Ground, rows: np.ndarray) -> np.ndarray:
+def dry_part(linear: LinearModel, rows: np.ndarray) -> np.ndarray:
     """The features of the last trial."""
-    count = len(ground.trials)
-    features = rows[..., : len(ground.model.measured)]
+    count = len(linear.trials)
+    features = rows[..., : len(linear.model.measured)]
     return np.asarray(np.split(features, count, axis=-1)[-1])
 
 
 def test_neither_coefficients_nor_water_move_it(found: Diagnosis, signatures: dict[str, Signature]) -> None:
-    np.testing.assert_allclose(dry_part(found.ground, found.ground.slopes.T), 0.0, atol=1e-9)
-    size = {name: np.abs(dry_part(found.ground, told.rows)).max() for name, told in signatures.items()}
+    np.testing.assert_allclose(dry_part(found.linear, found.linear.slopes.T), 0.0, atol=1e-9)
+    size = {name: np.abs(dry_part(found.linear, told.rows)).max() for name, told in signatures.items()}
     assert size["entrained_water"] < 1e-9
     assert size["crank_arm_error"] > 1e-3
 

@@ -10,8 +10,8 @@ import pytest
 
 from diagnosis.constants import CALLED_FOR, SHARES
 from diagnosis.everything import everything, likeliest_share
-from diagnosis.ground import Ground
 from diagnosis.held_out import HeldOut
+from diagnosis.linear_model import LinearModel
 from diagnosis.refit import Refit
 from fitting.dry_run.response import with_arm
 from fitting.signatures import Signature, signature_of
@@ -19,7 +19,7 @@ from fitting.signatures.slopes import little
 from session.create import FISHSIM_MARKERS
 from swimmer import Twin
 from swimmer.effects import catalogue
-from tests.diagnosis.grounds import AT, CAMERA, ROBOT, ground
+from tests.diagnosis.linear_models import AT, CAMERA, ROBOT, linear
 from tests.fitting.exact_swims import exact_swims
 
 NAMES = ("stiffness_error", "bend_offset", "joint_damping", "crank_arm_error", "tendon_slack", "tracker_drift")
@@ -27,13 +27,13 @@ NAMES = ("stiffness_error", "bend_offset", "joint_damping", "crank_arm_error", "
 
 @lru_cache(maxsize=1)
 def signatures() -> tuple[Signature, ...]:
-    at = ground()
+    at = linear()
     return tuple(signature_of(catalogue()[name], at.model, CAMERA, at.at) for name in NAMES)
 
 
 @lru_cache(maxsize=4)
 def simulated(name: str, size: float) -> Signature:
-    at = ground()
+    at = linear()
     return signature_of(catalogue()[name], at.model, CAMERA, at.at, sizes=(size,))
 
 
@@ -49,13 +49,13 @@ def columns() -> np.ndarray:
 
 
 def noise(random: np.random.Generator) -> np.ndarray:
-    return np.asarray(np.linalg.cholesky(ground().covariance) @ random.standard_normal(len(ground().left)))
+    return np.asarray(np.linalg.cholesky(linear().covariance) @ random.standard_normal(len(linear().residual)))
 
 
-def leaving(left: np.ndarray) -> Ground:
+def leaving(left: np.ndarray) -> LinearModel:
     """The same swims, of which the plain twin leaves this (k,)."""
-    found = replace(ground())
-    found.__dict__.update(left=left, slopes=ground().slopes, generic=ground().generic)
+    found = replace(linear())
+    found.__dict__.update(residual=left, slopes=linear().slopes, generic=linear().generic)
     return found
 
 
@@ -83,7 +83,9 @@ def test_what_is_named_is_not_called_for_again_however_it_bends() -> None:
     strong = simulated("tendon_slack", 3.0)
     at = leaving(noise(np.random.default_rng(47)) + strong.rows[0])
     assert likeliest_share(at, signatures(), Refit.plain(at))[1] > CALLED_FOR
-    named = replace(Refit.plain(at), effects=(strong.effect,), values=strong.values[0], left=at.left - strong.rows[0])
+    named = replace(
+        Refit.plain(at), effects=(strong.effect,), values=strong.values[0], residual=at.residual - strong.rows[0]
+    )
     assert likeliest_share(at, signatures(), named)[1] < CALLED_FOR
 
 
@@ -93,7 +95,7 @@ def test_a_robot_with_several_things_amiss_is_forecast_better() -> None:
     described = with_arm(ROBOT, 0.9 * ROBOT.crank.arm_m).model_copy(update={"tail": softer})
     *fitted, held = exact_swims(hz=(0.7, 1.1, 0.9), seconds=4.0, noise_m=3e-4)
     twin = Twin(described, FISHSIM_MARKERS, workers=1)
-    at = Ground.of(fitted, twin, CAMERA, ground().discrepancy, AT)
+    at = LinearModel.of(fitted, twin, CAMERA, linear().discrepancy, AT)
     told = [signature_of(catalogue()[name], at.model, CAMERA, at.at) for name in NAMES]
     found = everything(at, told, catalogue(), Refit.plain(at), 4)
     assert found is not None

@@ -151,7 +151,7 @@ def test_what_changes_frequencies_alone_is_no_chance_likeness() -> None:
     effects, left = effect_responses([clock, *others], SPACE), noise(6) + 40 * np.eye(K)[K - 1] + 4 * strange
     like_any = Residual.of(SPACE, left, np.eye(K), effects, LAST)
     known, unknown = (
-        after(replace(hypotheses(left, [clock, *others], beside=beside), like_any=like_any)).marginal[0]
+        after(replace(hypotheses(left, [clock, *others], not_features=beside), like_any=like_any)).marginal[0]
         for beside in (LAST, slice(0, 0))
     )
     assert known > 0.9
@@ -191,7 +191,7 @@ def test_the_evidence_is_that_of_the_normal_distribution_averaged_over_sizes(
 
 def test_places_add_what_their_columns_explain() -> None:
     """Beside one effect with the likeliest size, by the density of the normal distribution."""
-    places = ((1.0, SPACE.freed(np.eye(K)[[7, 9]]).T),)
+    places = ((1.0, SPACE.projected(np.eye(K)[[7, 9]]).T),)
     found = hypotheses(noise(3) + 10 * DIRECTIONS[2] + 8 * np.eye(K)[7], places=places)
     residual = sized(found.like_any, [found.best[2]], False, found.priors.form_error)  # type: ignore[list-item]
     known = np.diag(residual.variance) + residual.columns @ residual.columns.T

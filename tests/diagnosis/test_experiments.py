@@ -10,13 +10,13 @@ from scipy.stats import norm
 
 from diagnosis import experiments
 from diagnosis.evidence import Priors
-from diagnosis.experiments import Experiment, _odds, _Pair, borne_out, error_left, next_experiments
+from diagnosis.experiments import Experiment, _odds, _Pair, borne_out, error_residual, next_experiments
 from diagnosis.explaining import explained
 from diagnosis.probabilities import Hypothesis, Probabilities
 from diagnosis.verdict import Verdict
 from fitting.signatures import signature_of
 from swimmer.effects import catalogue
-from tests.diagnosis.grounds import CAMERA, ground
+from tests.diagnosis.linear_models import CAMERA, linear
 
 CLOCK, RATIO, DAMPING = "time_base_error", "drive_ratio_error", "joint_damping"
 OFF = 1.05  # times as fast as filmed the motors were told to turn
@@ -31,7 +31,7 @@ def found() -> tuple[Experiment, ...]:
 
 def recommended(group: tuple[str, ...]) -> tuple[Experiment, ...]:
     """For a group, of swims whose tails beat slower than the motors were told."""
-    plain = ground()
+    plain = linear()
     beside = tuple(
         replace(each, trial=replace(each.trial, commanded_hz=OFF * each.trial.frequency.hz))
         for each in plain.model.trials
@@ -40,7 +40,7 @@ def recommended(group: tuple[str, ...]) -> tuple[Experiment, ...]:
     effects = {name: catalogue()[name] for name in (CLOCK, RATIO, DAMPING)}
     signatures = [signature_of(effect, told.model, CAMERA, told.at) for effect in effects.values()]
     found, verdict = explained(told, signatures, Priors()), Verdict("inseparable", (group,))
-    return next_experiments(found.ground, found.hypotheses, verdict, found.probabilities, effects)
+    return next_experiments(found.linear, found.hypotheses, verdict, found.probabilities, effects)
 
 
 def by_text(found: tuple[Experiment, ...], text: str) -> Experiment:
@@ -85,7 +85,7 @@ def test_the_error_left_is_that_of_choosing_the_likelier(distance: float, log_od
     ratio = distance * random.standard_normal(200_000)
     wrong = chance * np.mean(log_odds + distance**2 / 2 + ratio < 0)
     wrong += (1 - chance) * np.mean(log_odds - distance**2 / 2 + ratio > 0)
-    assert error_left(distance, log_odds) == pytest.approx(wrong, abs=0.004)
+    assert error_residual(distance, log_odds) == pytest.approx(wrong, abs=0.004)
 
 
 def test_two_that_are_probably_both_there_are_not_to_be_told_apart() -> None:
@@ -103,7 +103,7 @@ def test_the_most_telling_comes_first_and_nothing_is_swum_again(found: tuple[Exp
     assert recommended((DAMPING,)) == ()  # nothing is confused
     assert 0.0 <= min(errors) <= max(errors) <= 0.5
     assert all(set(each.separates) == {CLOCK, RATIO} for each in found)
-    swum = np.array([trial.commanded_hz for trial in ground().trials])
+    swum = np.array([trial.commanded_hz for trial in linear().trials])
     assert all(
         np.abs(swum - each.trial.commanded_hz).min() > 0.05
         for each in found

@@ -14,7 +14,7 @@ from diagnosis.constants import SCALES
 from diagnosis.discrepancy import Discrepancy
 from diagnosis.evidence import Priors
 from diagnosis.explaining import explained
-from diagnosis.ground import Ground
+from diagnosis.linear_model import LinearModel
 from diagnosis.verdict import verdict_of
 from fitting.signatures import Whitened
 from tests.cases import later
@@ -28,34 +28,34 @@ NO_NUMBERS = SimpleNamespace(frequencies=0, of_rings=0, beside=0, measured=())
 
 @dataclass(frozen=True, eq=False)
 class Row:
-    """A ground without a simulation."""
+    """A linear model without a simulation."""
 
-    left: np.ndarray
+    residual: np.ndarray
     discrepancy: Discrepancy = field(default_factory=lambda: Discrepancy.independent(np.eye(1)))
     error: float = 1.0
-    alike: np.ndarray = field(default_factory=lambda: np.zeros((1, 0)))
+    common: np.ndarray = field(default_factory=lambda: np.zeros((1, 0)))
     generic: np.ndarray = field(default_factory=lambda: np.eye(K))
     model: SimpleNamespace = field(default_factory=lambda: NO_NUMBERS)
 
-    def with_error(self, error: float, alike: np.ndarray) -> Row:
-        return replace(self, error=error, alike=alike)
+    def with_error(self, error: float, common: np.ndarray) -> Row:
+        return replace(self, error=error, common=common)
 
     @cached_property
     def space(self) -> Whitened:
-        covariance = (1 + (self.error * ERROR) ** 2) * np.eye(K) + self.alike @ self.alike.T
+        covariance = (1 + (self.error * ERROR) ** 2) * np.eye(K) + self.common @ self.common.T
         return Whitened.of(covariance, np.eye(K)[:, :5], np.full(5, 10.0))
 
 
-def ground(seed: int, error: float, gap: np.ndarray) -> Ground:
+def linear(seed: int, error: float, gap: np.ndarray) -> LinearModel:
     noise = np.sqrt(1 + (error * ERROR) ** 2) * np.random.default_rng([seed, 8]).standard_normal(K)
-    return cast(Ground, Row(noise + gap))
+    return cast(LinearModel, Row(noise + gap))
 
 
 @pytest.mark.parametrize("gap", [0.0, 15.0, 45.0])
 @pytest.mark.parametrize("error", [0.7, *later(1.4), 2.0])
 def test_the_error_of_a_session_is_found_whatever_the_gap(error: float, gap: float) -> None:
-    found = explained(ground(1, error, gap * DIRECTIONS[4]), catalogue(), Priors())
-    assert found.ground.error == error
+    found = explained(linear(1, error, gap * DIRECTIONS[4]), catalogue(), Priors())
+    assert found.linear.error == error
     assert gap or verdict_of(found.probabilities).name == "no_gap"
     if gap >= 15 * error:
         assert found.probabilities.marginal[4] > 0.6
@@ -63,16 +63,16 @@ def test_the_error_of_a_session_is_found_whatever_the_gap(error: float, gap: flo
 
 def test_what_few_sessions_show_far_more_of_makes_a_name_less_sure() -> None:
     known = replace(Discrepancy.independent(np.eye(1)), strengths={"effect_4": (0.5,)})
-    row = cast(Row, ground(2, 0.7, 25.0 * DIRECTIONS[4]))
+    row = cast(Row, linear(2, 0.7, 25.0 * DIRECTIONS[4]))
     usual, few = (
-        explained(cast(Ground, replace(row, discrepancy=each)), catalogue(), Priors()).probabilities
+        explained(cast(LinearModel, replace(row, discrepancy=each)), catalogue(), Priors()).probabilities
         for each in (known, replace(known, heavy={"effect_4": (3.0, 0.1)}))
     )
     assert few.null > usual.null
 
 
 def test_probabilities_are_averaged_over_the_sizes_of_the_error() -> None:
-    at = ground(3, 0.85, 8.5 * DIRECTIONS[4])
+    at = linear(3, 0.85, 8.5 * DIRECTIONS[4])
     found = explained(at, catalogue(), Priors())
     alone = []
     for error in SCALES:

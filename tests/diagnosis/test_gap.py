@@ -26,11 +26,11 @@ def test_a_gap_within_noise_has_no_shrinkage() -> None:
 def test_trials_that_fare_otherwise_widen_the_interval() -> None:
     random = np.random.default_rng(3)
     gap, noise, two = 30 * random.standard_normal(K) / np.sqrt(K), random.standard_normal(K), np.arange(K) // (K // 2)
-    alike = shrinkage_of(gap + noise, 0.5 * gap + noise, two).interval
+    common = shrinkage_of(gap + noise, 0.5 * gap + noise, two).interval
     apart = shrinkage_of(gap + noise, np.where(two, 0.1, 0.7) * gap + noise, two).interval
-    assert alike is not None
+    assert common is not None
     assert apart is not None
-    assert np.ptp(apart) > 1.5 * np.ptp(alike)
+    assert np.ptp(apart) > 1.5 * np.ptp(common)
 
 
 @pytest.mark.parametrize(("before", "after"), [(25.0, 10.0), (16.0, 0.0)])

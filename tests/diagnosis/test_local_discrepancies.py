@@ -10,7 +10,7 @@ import pytest
 
 from diagnosis.evidence import Priors
 from diagnosis.explaining import explained
-from diagnosis.ground import Ground
+from diagnosis.linear_model import LinearModel
 from diagnosis.local_discrepancies import LocalDiscrepancy, likely_of, local_discrepancies
 from diagnosis.probabilities import Probabilities
 from diagnosis.pushes import Responses, across
@@ -21,7 +21,7 @@ from swimmer import build_mjcf, load_robot
 from swimmer.effects.measurement import MarkerOffset
 from swimmer.effects.structure import StiffnessGradient
 from tests.cases import later
-from tests.diagnosis.grounds import CAMERA, ground
+from tests.diagnosis.linear_models import CAMERA, linear
 from tests.diagnosis.rows import DIRECTIONS, SPACE, K, after, hypotheses
 
 PLACES = np.linalg.qr(np.random.default_rng(6).standard_normal((K, 60)))[0].T.reshape(6, 10, K)
@@ -29,7 +29,7 @@ PLACES = np.linalg.qr(np.random.default_rng(6).standard_normal((K, 60)))[0].T.re
 
 def among(left: np.ndarray) -> Probabilities:
     """Of what is left (k,), where something else may be at one of six places, ten numbers each."""
-    return after(hypotheses(left, places=tuple((1.0, SPACE.freed(place).T) for place in PLACES)))
+    return after(hypotheses(left, places=tuple((1.0, SPACE.projected(place).T) for place in PLACES)))
 
 
 def noise(seed: int) -> np.ndarray:
@@ -73,15 +73,15 @@ def test_a_force_across_the_tail_is_on_its_joints_as_mujoco_says() -> None:
 
 @pytest.fixture(scope="module")
 def elsewhere(pushed: Responses) -> tuple[LocalDiscrepancy, ...]:
-    return local_discrepancies(ground(), pushed)
+    return local_discrepancies(linear(), pushed)
 
 
 def test_a_marker_that_lags_in_its_socket_is_found_at_the_marker(elsewhere: tuple[LocalDiscrepancy, ...]) -> None:
     lagging = next(each for each in elsewhere if (each.place, each.same) == ("marker tail_4", True))
     gap = lagging.columns @ np.array([0.0, *[0.0] * 6, 0.0, 0.8, 0.5, 0.3, -0.2, 0.1, 0.2, 0.0])
-    gap *= 15 / np.linalg.norm(ground().space.freed(gap))
-    here: Ground = replace(ground())
-    here.__dict__.update(left=ground().left + gap, slopes=ground().slopes, generic=ground().generic)
+    gap *= 15 / np.linalg.norm(linear().space.projected(gap))
+    here: LinearModel = replace(linear())
+    here.__dict__.update(residual=linear().residual + gap, slopes=linear().slopes, generic=linear().generic)
     effects = (MarkerOffset(FISHSIM_MARKERS), StiffnessGradient())
     known = [signature_of(effect, here.model, CAMERA, here.at) for effect in effects]
     found = explained(here, known, Priors(), elsewhere).probabilities
@@ -91,10 +91,10 @@ def test_a_marker_that_lags_in_its_socket_is_found_at_the_marker(elsewhere: tupl
 
 
 def test_of_a_place_that_is_likely_the_likeliest_is_told() -> None:
-    free, alike, nose = (
+    free, common, nose = (
         LocalDiscrepancy(place, same, np.zeros((K, 1)))
         for place, same in (("hinge tail_2", False), ("hinge tail_2", True), ("marker nose", True))
     )
-    assert likely_of((free, alike, nose), (0.2, 0.35, 0.45)) == (alike,)
-    assert likely_of((free, alike, nose), (0.2, 0.25, 0.55)) == (nose,)
+    assert likely_of((free, common, nose), (0.2, 0.35, 0.45)) == (common,)
+    assert likely_of((free, common, nose), (0.2, 0.25, 0.55)) == (nose,)
     assert likely_of((), ()) == ()

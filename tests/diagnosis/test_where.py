@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from diagnosis.ground import Ground
+from diagnosis.linear_model import LinearModel
 from diagnosis.local_discrepancies import LocalDiscrepancy, local_discrepancies
 from diagnosis.pushes import HEAD, Pushes, Responses
 from diagnosis.where import STAGES, Where, by_repeat, locate
@@ -17,7 +17,7 @@ from fitting.signatures import Signature, signature_of
 from session.create import FISHSIM_MARKERS
 from swimmer.effects import catalogue
 from swimmer.effects.measurement import MarkerOffset
-from tests.diagnosis.grounds import CAMERA, ground
+from tests.diagnosis.linear_models import CAMERA, linear
 
 pytestmark = pytest.mark.filterwarnings("error")
 
@@ -32,27 +32,27 @@ def located(
     named: Collection[str] = (),
     placed: Sequence[LocalDiscrepancy] = (),
 ) -> Where:
-    other: Ground = replace(ground())
-    other.__dict__["left"] = ground().left + gap
+    other: LinearModel = replace(linear())
+    other.__dict__["residual"] = linear().residual + gap
     return locate(other, pushed, signatures, named, placed)
 
 
 def of_length(length: float, row: np.ndarray) -> np.ndarray:
     """A row (k,) made so long, whitened."""
-    return np.asarray(length * row / np.linalg.norm(ground().space.freed(row)))
+    return np.asarray(length * row / np.linalg.norm(linear().space.projected(row)))
 
 
 def signature_named(name: str) -> Signature:
-    effect = catalogue()[name].suited(ground().twin.robot, ground().twin.markers)
-    return signature_of(effect, ground().model, CAMERA, ground().at)
+    effect = catalogue()[name].suited(linear().twin.robot, linear().twin.markers)
+    return signature_of(effect, linear().model, CAMERA, linear().at)
 
 
 def test_without_a_gap_it_is_noise_and_shares_and_parts_add_up(pushed: Responses) -> None:
-    found, at = located(pushed, np.zeros_like(ground().left)), ground()
+    found, at = located(pushed, np.zeros_like(linear().residual)), linear()
     assert found.by_stage["floor"] > 0.8
     for split in (found.by_stage, found.by_trial, found.by_marker, found.by_axis, found.by_band):
         assert sum(split.values()) == pytest.approx(1.0, abs=1e-6)
-    left = at.left - at.slopes @ at.space.coefficients(at.left)
+    left = at.residual - at.slopes @ at.space.coefficients(at.residual)
     assert found.parts.sum(axis=0) == pytest.approx(left, abs=1e-9)
 
 
@@ -72,7 +72,7 @@ def test_a_marker_seen_elsewhere_is_the_cameras(pushed: Responses) -> None:
     effect = MarkerOffset(FISHSIM_MARKERS)
     values = np.zeros((1, len(effect.parameters)))
     values[0, [p.name for p in effect.parameters].index("tail_3_across")] = 0.03
-    row = signature_of(effect, ground().model, CAMERA, ground().at, values).rows[0]
+    row = signature_of(effect, linear().model, CAMERA, linear().at, values).rows[0]
     told = dict(located(pushed, row).by_stage)
     del told["floor"]
     assert max(told, key=lambda name: told[name]) == "camera"
@@ -89,7 +89,7 @@ def test_an_effect_that_is_named_lies_at_its_stage(pushed: Responses) -> None:
 @pytest.mark.parametrize("place", ["hinge tail_2", "whole tail"])
 def test_what_is_at_a_place_lies_at_its_stage(pushed: Responses, place: str) -> None:
     """A torque in one hinge, or in all, moves all markers, so a little of it looks like the camera's."""
-    (one,) = (each for each in local_discrepancies(ground(), pushed) if each.same and each.place == place)
+    (one,) = (each for each in local_discrepancies(linear(), pushed) if each.same and each.place == place)
     gap = of_length(12, one.columns[:, 1])
     told = {bool(placed): located(pushed, gap, placed=placed).by_stage for placed in ((), (one,))}
     assert told[True]["tail"] > max(0.3, told[False]["tail"] + 0.03)
@@ -98,25 +98,25 @@ def test_what_is_at_a_place_lies_at_its_stage(pushed: Responses, place: str) -> 
 
 
 def test_every_place_has_a_stage(pushed: Responses) -> None:
-    found = {each.place: each.stage for each in local_discrepancies(ground(), pushed)}
+    found = {each.place: each.stage for each in local_discrepancies(linear(), pushed)}
     assert set(found.values()) == set(STAGES) - {"floor", "drive"}
     told = [found[place] for place in ("hinge tail_2", "whole tail", "head, steadily", "marker nose")]
     assert told == ["tail", "tail", "body", "camera"]
 
 
 def test_no_push_is_the_plain_twin() -> None:
-    effect = Pushes(ground().twin.robot)
-    assert effect.force(ground().twin.robot, ground().twin.scene, np.zeros((2, len(effect.parameters)))) is None
+    effect = Pushes(linear().twin.robot)
+    assert effect.force(linear().twin.robot, linear().twin.scene, np.zeros((2, len(effect.parameters)))) is None
 
 
 def test_what_trials_have_in_common_is_told_from_what_each_has_of_its_own() -> None:
-    at = ground()
+    at = linear()
     length = len(at.model.measured) // len(at.trials)
     root, random = np.linalg.cholesky(at.generic[:length, :length]), np.random.default_rng(4)
     drawn = [root @ random.standard_normal(length) for _ in range(2)]
     for gaps, name in (([drawn[0], drawn[0]], "reproducible"), (drawn, "scatter")):
         turned = [advanced(gap, float(phase)) for gap, phase in zip(gaps, at.model.phase_rad, strict=True)]
-        row = np.concatenate([*turned, np.zeros(len(at.left) - 2 * length)])
-        found = by_repeat(at, at.space.freed(of_length(40.0, row)))
+        row = np.concatenate([*turned, np.zeros(len(at.residual) - 2 * length)])
+        found = by_repeat(at, at.space.projected(of_length(40.0, row)))
         assert sum(found.values()) == pytest.approx(1.0)
         assert found[name] > 0.7

@@ -63,7 +63,7 @@ def in_its_own_form() -> Mapping[str, Seen]:
 
 def changed(by: Seen) -> np.ndarray:
     """The same, whitened and with coefficients refitted, as seen from those of the base state."""
-    return by[0].space.freed(by[0].row)
+    return by[0].space.projected(by[0].row)
 
 
 def left_by_the_twin(name: str) -> float:

@@ -32,7 +32,7 @@ class LinearModel:
     def trials(self) -> list[SimpleNamespace]:
         return [SimpleNamespace(trial=SimpleNamespace(commanded_hz=1.0, frequency=SimpleNamespace(hz=1.0)))]
 
-    logged, frequencies, beside, rings_left = (), 1, 1, np.zeros(0)
+    logged, frequencies, beside, ring_residuals = (), 1, 1, np.zeros(0)
 
     def simulated(self, coefficients: np.ndarray) -> np.ndarray:
         self.asked.append(len(coefficients))

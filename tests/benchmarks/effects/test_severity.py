@@ -63,7 +63,7 @@ def in_truth(rows: SessionRows, recordings: Mapping[str, Recording], effects: Se
 
     low = np.array([COEFFICIENT_BOUNDS[0]] * 5 + [parameter.low for parameter in parameters])
     high = np.array([COEFFICIENT_BOUNDS[1]] * 5 + [parameter.high for parameter in parameters])
-    straight = rows.coefficients + changes[number].space.coefficients(reported.left)
+    straight = rows.coefficients + changes[number].space.coefficients(reported.residual)
     start = np.clip((np.concatenate([straight, *reported.values]) - low) / (high - low), STEP, 1 - STEP)
     found = least_squares(residuals, start, bounds=(0, 1), diff_step=STEP, max_nfev=ROUNDS)
     return float(np.sqrt(2 * found.cost))

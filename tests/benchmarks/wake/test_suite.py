@@ -31,18 +31,19 @@ def test_a_seed_gives_one_suite_and_another_gives_another():
 
 def test_what_is_drawn_swims_forward_inside_the_picture():
     plan = min(PLANS, key=lambda each: 1 / min(*each.recorded.fit_hz, *each.recorded.holdout_hz))
+    films = []
 
-    def filmed():
-        drawn = yield from draw_wake_world(plan)
-        return drawn, (yield from drawn.recorded())
+    def simulate(*asked, **options):
+        films.append(wake.simulate(*asked, **options))
+        return films[-1]
 
-    ((drawn, recordings),) = film_together([filmed()], None, wake.simulate)
+    (drawn,) = film_together([draw_wake_world(plan)], None, simulate)
     assert len({each.trial.heading_rad for each in drawn.trials}) == len(drawn.trials)
     assert len({each.trial.trim_rad for each in drawn.trials}) == len(drawn.trials)
-    for each in drawn.trials:
+    for each, film in zip(drawn.trials, films[-1], strict=True):
         beats = (each.trial.duration_s - 1.0) * each.trial.frequency_hz
         assert 1.3 < beats < 4.2
-        px = recordings[each.name].position_px
+        px = film.position_px
         assert np.isfinite(px).all()
         assert (px > 0).all()
         assert (px < [3840, 2160]).all()

@@ -219,11 +219,11 @@ def test_what_neighbours_share_is_flagged_unless_the_model_has_it(scale_s: float
     wrong = whiteness(tracks(truth, believed(scale_s, smooth=smooth)))
 
     assert right.is_white
-    assert right.alike_raw == pytest.approx(0.65, abs=0.15)
+    assert right.neighbour_correlation_raw == pytest.approx(0.65, abs=0.15)
     assert not wrong.across
     assert wrong.in_time
     said = noise_flags([wrong])[0].message
     assert any(
         f"neighbouring markers correlate by {left:.2f} (root mean square" in said and f"at most {limit:.2f}" in said
-        for left, limit in zip(wrong.alike, wrong.neighbours_limit, strict=True)
+        for left, limit in zip(wrong.neighbour_correlation, wrong.neighbours_limit, strict=True)
     )

@@ -43,8 +43,8 @@ def test_what_it_says_it_misses_is_what_it_misses() -> None:
     actual = np.cov((missed + fresh_rough).T)
     assert np.diag(emulator.error) / np.diag(actual) == pytest.approx(1.0, abs=0.35)
     assert np.sign(actual[0, 3]) * emulator.error[0, 3] > 0
-    alike = [each[0, 3] / np.sqrt(each[0, 0] * each[3, 3]) for each in (emulator.error, actual)]
-    assert alike[0] == pytest.approx(alike[1], abs=0.15)
+    common = [each[0, 3] / np.sqrt(each[0, 0] * each[3, 3]) for each in (emulator.error, actual)]
+    assert common[0] == pytest.approx(common[1], abs=0.15)
 
 
 LENGTH, TRIALS = 24, 2

@@ -17,7 +17,7 @@ from fitting.model.session_model import START_PHASE_RAD, Disturbances, PlacesOff
 from fitting.model.trial_model import TrialModel
 from fitting.objective import COEFFICIENT_BOUNDS
 from fitting.signatures import Whitened
-from fitting.signatures.session_row import PRIOR_SD, left_row, row_covariance, row_slopes
+from fitting.signatures.session_row import PRIOR_SD, residual_row, row_covariance, row_slopes
 from fitting.trial import MeasuredTrial
 from session import CameraSpec
 from session.errors import SimulationDiverged
@@ -29,7 +29,7 @@ _LEAST_BOX_M = TAKEN.box_m / 3  # boxes are placed by hand, however well the mea
 
 
 @dataclass(frozen=True, eq=False)
-class Ground:
+class LinearModel:
     """The trials of one role beside the twin that was fitted: swims, and dry runs after them.
 
     A row holds the features of t trials, and then the frequencies that their commands lead to, as they were filmed and,
@@ -43,7 +43,7 @@ class Ground:
         off: how far boxes and markers are off; for markers stands an effect of the catalogue.
         disturbances: what noise and nuisances do, at the coefficients.
         error: size of what the twin leaves of the features of each in this session, against most sessions.
-        alike: (k, c) what it leaves of all trials alike, of unit strength; None where that is not known.
+        common: (k, c) what it leaves of all trials alike, of unit strength; None where that is not known.
     """
 
     model: SessionModel
@@ -53,7 +53,7 @@ class Ground:
     off: PlacesOff
     disturbances: Disturbances
     error: float = 1.0
-    alike: np.ndarray | None = None
+    common: np.ndarray | None = None
 
     @classmethod
     def of(
@@ -65,7 +65,7 @@ class Ground:
         at: np.ndarray,
         dry: Sequence[MeasuredTrial] = (),
         rings: Sequence[Ring] = (),
-    ) -> "Ground":
+    ) -> "LinearModel":
         """Of the swims that the coefficients were fitted to.
 
         Args:
@@ -84,11 +84,11 @@ class Ground:
         clamped = _beside(_clamped(twin), dry).trials if dry else ()
         model = SessionModel((*model.trials, *clamped), tuple(rings))
         disturbances = model.disturbances(at)
-        left = left_row(model, at)
-        if not (disturbances.finite and np.isfinite(left).all()):
+        residual = residual_row(model, at)
+        if not (disturbances.finite and np.isfinite(residual).all()):
             raise SimulationDiverged("the plain twin diverged at the fitted coefficients; fit the session again")
-        found = cls(model, camera, at, discrepancy, _places_off(model, left, disturbances), disturbances)
-        found.__dict__["left"] = left
+        found = cls(model, camera, at, discrepancy, _places_off(model, residual, disturbances), disturbances)
+        found.__dict__["residual"] = residual
         return found
 
     @cached_property
@@ -101,38 +101,38 @@ class Ground:
     @cached_property
     def with_gap(self) -> Whitened:
         """As `space`, with what the plain twin leaves counted as disturbance: in this, twins are fitted."""
-        return self.with_gap_in(self.left)
+        return self.with_gap_in(self.residual)
 
-    def with_gap_in(self, left: np.ndarray) -> Whitened:
+    def with_gap_in(self, residual: np.ndarray) -> Whitened:
         """As `space`, with what some twin leaves (k,) counted as disturbance."""
-        return Whitened.of(self.covariance_with_gap_in(left), self.slopes, PRIOR_SD)
+        return Whitened.of(self.covariance_with_gap_in(residual), self.slopes, PRIOR_SD)
 
-    def covariance_with_gap_in(self, left: np.ndarray) -> np.ndarray:
+    def covariance_with_gap_in(self, residual: np.ndarray) -> np.ndarray:
         """(k, k) `covariance` with what some twin leaves (k,) counted as disturbance."""
-        return self.covariance + self._gap.covariance(left)
+        return self.covariance + self._gap.covariance(residual)
 
     @cached_property
     def _gap(self) -> GenericGap:
         return GenericGap(self.covariance, self.generic, self.model.frequencies, self.model.of_rings)
 
-    def held_out(self, trials: Sequence[MeasuredTrial]) -> "Ground":
+    def held_out(self, trials: Sequence[MeasuredTrial]) -> "LinearModel":
         """Other swims beside the same twin, their boxes as far off as those of the fitted ones."""
         return self.other_trials(trials, self.twin)
 
-    def other_trials(self, trials: Sequence[MeasuredTrial], twin: Twin) -> "Ground":
+    def other_trials(self, trials: Sequence[MeasuredTrial], twin: Twin) -> "LinearModel":
         """The same of trials beside a twin that may be clamped."""
         model = _beside(twin, trials)
-        return replace(self, model=model, disturbances=model.disturbances(self.at), alike=None)
+        return replace(self, model=model, disturbances=model.disturbances(self.at), common=None)
 
-    def with_error(self, error: float, alike: np.ndarray) -> "Ground":
-        """The same with what the twin leaves of it where nothing is wrong, see `error` and `alike`.
+    def with_error(self, error: float, common: np.ndarray) -> "LinearModel":
+        """The same with what the twin leaves of it where nothing is wrong, see `error` and `common`.
 
         Of free decays nothing: it is how the twin moves in water that is like some effects, and no hinge is another.
         """
-        of_swims = np.array(alike)
+        of_swims = np.array(common)
         of_swims[self.model.places_of_rings] = 0.0
-        found = replace(self, error=error, alike=of_swims)
-        known = {"left": self.left, "slopes": self.slopes, "generic": self.generic, "_of_twin": self._of_twin}
+        found = replace(self, error=error, common=of_swims)
+        known = {"residual": self.residual, "slopes": self.slopes, "generic": self.generic, "_of_twin": self._of_twin}
         found.__dict__.update(known)  # as they were, and not cheap
         return found
 
@@ -167,9 +167,9 @@ class Ground:
             told.append(places)
         return np.concatenate(told)
 
-    def whitened(self, left: np.ndarray) -> np.ndarray:
+    def whitened(self, residual: np.ndarray) -> np.ndarray:
         """(k,) of unit noise, a residual (k,)."""
-        return np.asarray(solve_triangular(self.space.root, left, lower=True))
+        return np.asarray(solve_triangular(self.space.root, residual, lower=True))
 
     @cached_property
     def told(self) -> np.ndarray:
@@ -177,13 +177,13 @@ class Ground:
         features = len(self.model.measured) // len(self.trials) * len(self.swims)
         return np.flatnonzero(self.observed[:features])
 
-    def whitened_swims(self, left: np.ndarray) -> np.ndarray:
+    def whitened_swims(self, residual: np.ndarray) -> np.ndarray:
         """(..., q) of unit noise, the observed features of all swims in residuals (..., k).
 
         Without frequencies and decays, which are data of their own.
         """
         root = np.linalg.cholesky(self.covariance[np.ix_(self.told, self.told)])
-        return np.asarray(solve_triangular(root, left[..., self.told].T, lower=True).T)
+        return np.asarray(solve_triangular(root, residual[..., self.told].T, lower=True).T)
 
     @property
     def has_dry(self) -> bool:
@@ -201,18 +201,18 @@ class Ground:
         return self.model.trials[0].twin
 
     @cached_property
-    def left(self) -> np.ndarray:
+    def residual(self) -> np.ndarray:
         """(k,) measured less simulated."""
-        return left_row(self.model, self.at)
+        return residual_row(self.model, self.at)
 
-    def left_drawn(self, fitted: "Ground", draws: int, seed: int) -> np.ndarray:
+    def residual_drawn(self, fitted: "LinearModel", draws: int, seed: int) -> np.ndarray:
         """(d, k) what plain twins would leave of these swims, fitted to others as they might have been: linear.
 
         What the plain twin leaves of the others counts as disturbance. All nan where the twin diverges next to it.
         """
         random = np.random.default_rng([seed, 23])
         drawn = random.multivariate_normal(self.at, fitted.coefficient_covariance, draws)
-        return self.left - (np.clip(drawn, *COEFFICIENT_BOUNDS) - self.at) @ self.slopes.T
+        return self.residual - (np.clip(drawn, *COEFFICIENT_BOUNDS) - self.at) @ self.slopes.T
 
     @cached_property
     def coefficient_covariance(self) -> np.ndarray:
@@ -230,7 +230,7 @@ class Ground:
         """(k, k) of all that disturbs the row."""
         features = self.disturbances.of(self.off) + self.error**2 * self._of_twin
         apart = row_covariance(self.model, features, self.disturbances.robot)
-        return apart if self.alike is None else apart + self.alike @ self.alike.T
+        return apart if self.common is None else apart + self.common @ self.common.T
 
     @cached_property
     def _of_twin(self) -> np.ndarray:
@@ -243,9 +243,9 @@ class Ground:
         return Whitened.of(self.covariance, self.slopes, PRIOR_SD)
 
 
-def _places_off(model: SessionModel, left: np.ndarray, disturbances: Disturbances) -> PlacesOff:
+def _places_off(model: SessionModel, residual: np.ndarray, disturbances: Disturbances) -> PlacesOff:
     """Boxes by what trials differ by; what they have in common is for effects to explain, and no box's."""
-    found = places_off(left[: len(model.measured)], len(model.trials), disturbances)
+    found = places_off(residual[: len(model.measured)], len(model.trials), disturbances)
     return PlacesOff(max(found.box_m, _LEAST_BOX_M), TAKEN.marker_m)
 
 

@@ -7,7 +7,7 @@ from functools import lru_cache
 import numpy as np
 
 from diagnosis.discrepancy import discrepancy_for
-from diagnosis.ground import Ground
+from diagnosis.linear_model import LinearModel
 from fitting import MeasuredTrial
 from fitting.dry_run.response import with_arm
 from session import CameraSpec
@@ -37,7 +37,7 @@ def dry_run() -> MeasuredTrial:
 
 
 @lru_cache(maxsize=2)
-def ground(robot: str = "same") -> Ground:
+def linear(robot: str = "same") -> LinearModel:
     twin = Twin(ROBOT if robot == "same" else shorter(), FISHSIM_MARKERS, workers=1)
     discrepancy = discrepancy_for(FISHSIM_MARKERS, ROBOT)
-    return Ground.of(trials(), twin, CAMERA, discrepancy, AT)
+    return LinearModel.of(trials(), twin, CAMERA, discrepancy, AT)
