@@ -6,6 +6,7 @@ from typing import Any
 from docutils import nodes
 from generated import filled
 from offline import network_loads
+from sphinx import addnodes
 from sphinx.application import Sphinx
 from sphinx.util import logging
 
@@ -23,6 +24,14 @@ def add_anchors(_app: Sphinx, document: nodes.document) -> None:
         slug = section.get("slug")
         if slug and slug not in section["ids"]:
             section["ids"].append(slug)
+
+
+def unlink_folders(_app: Sphinx, document: nodes.document) -> None:
+    """Leaves of links to folders of the repository their text: the site has none."""
+    here = Path(document["source"]).parent
+    for link in list(document.findall(addnodes.pending_xref)):
+        if (here / link.get("reftarget", "")).is_dir():
+            link.replace_self(link.children)
 
 
 def add_dashes(_app: Sphinx, document: nodes.document) -> None:
@@ -44,5 +53,6 @@ def setup(app: Sphinx) -> dict[str, Any]:
     app.connect("source-read", fill)
     app.connect("doctree-read", add_anchors)
     app.connect("doctree-read", add_dashes)
+    app.connect("doctree-read", unlink_folders)
     app.connect("build-finished", check_offline)
     return {"parallel_read_safe": True, "parallel_write_safe": True}
