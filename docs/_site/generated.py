@@ -5,8 +5,11 @@ import re
 from command_line import command_line
 from interface_names import interface
 from records import record
+from tutorials import tutorials
 
-_MARK = re.compile(r"<!-- generated: (?:(command line)|(interface)|record (\S+)) -->")
+_MARK = re.compile(r"<!-- generated: (?:(command line|interface|tutorials)|record (\S+)) -->")
+
+_WHOLE = {"command line": command_line, "interface": interface, "tutorials": tutorials}
 
 
 def filled(page: str) -> str:
@@ -15,6 +18,4 @@ def filled(page: str) -> str:
 
 
 def _text(mark: re.Match[str]) -> str:
-    if mark[1]:
-        return command_line()
-    return interface() if mark[2] else record(mark[3])
+    return _WHOLE[mark[1]]() if mark[1] else record(mark[2])
