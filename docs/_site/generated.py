@@ -6,10 +6,11 @@ from command_line import command_line
 from interface_names import interface
 from records import record
 from tutorials import tutorials
+from words import words
 
-_MARK = re.compile(r"<!-- generated: (?:(command line|interface|tutorials)|record (\S+)) -->")
+_MARK = re.compile(r"<!-- generated: (?:(command line|interface|tutorials|words)|record (\S+)) -->")
 
-_WHOLE = {"command line": command_line, "interface": interface, "tutorials": tutorials}
+_WHOLE = {"command line": command_line, "interface": interface, "tutorials": tutorials, "words": words}
 
 
 def filled(page: str) -> str:
