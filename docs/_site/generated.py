@@ -4,13 +4,20 @@ import re
 
 from command_line import command_line
 from interface_names import interface
+from messages import messages
 from records import record
 from tutorials import tutorials
 from words import words
 
-_MARK = re.compile(r"<!-- generated: (?:(command line|interface|tutorials|words)|record (\S+)) -->")
+_MARK = re.compile(r"<!-- generated: (?:(command line|interface|messages|tutorials|words)|record (\S+)) -->")
 
-_WHOLE = {"command line": command_line, "interface": interface, "tutorials": tutorials, "words": words}
+_WHOLE = {
+    "command line": command_line,
+    "interface": interface,
+    "messages": messages,
+    "tutorials": tutorials,
+    "words": words,
+}
 
 
 def filled(page: str) -> str:

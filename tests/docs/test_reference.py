@@ -82,6 +82,27 @@ def test_every_error_has_its_anchor(error: type) -> None:
         assert error.__name__.lower() in anchors(REFERENCE / "errors.md")
 
 
+@pytest.mark.parametrize(
+    "message",
+    [
+        "the worker is another version",
+        "no such trial to fit",
+        "not a usable name",
+        "boxes without a marker",
+        "no workers",
+    ],
+)
+def test_messages_have_anchors(message: str) -> None:
+    assert message.replace(" ", "-") in anchors(REFERENCE / "messages.md")
+
+
+def test_every_error_has_messages() -> None:
+    page = on_the_site(REFERENCE / "messages.md")
+    bases = {"SwimcalError", "CaptureError", "Interrupted"}
+    raised = {each.__name__ for error in (SwimcalError, CaptureError) for each in classes_of(error)} - bases
+    assert [name for name in raised if f"[{name}](errors.md" not in page] == []
+
+
 @pytest.mark.parametrize("name", interface.__all__)
 def test_every_public_name_is_documented(name: str) -> None:
     assert re.search(rf"auto\w+:: (calib\.)?{name}$", on_the_site(REFERENCE / "interface.md"), re.MULTILINE)
