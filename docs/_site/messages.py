@@ -1,6 +1,7 @@
 """Every message of an error as Markdown, from the code that raises it: what is wrong, what is expected, what to do."""
 
 import ast
+import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
@@ -59,9 +60,9 @@ def messages() -> str:
 
 def _entry(message: Message) -> str:
     """A heading, the rest of the message, and which error it is."""
-    head = message.what
-    body = [] if len(head) <= _LONGEST else [_sentence(head)]
+    head = re.split(r"; |: | \(|, but |\. ", message.what)[0]
     head = head if len(head) <= _LONGEST else head[:_LONGEST].rsplit(" ", 1)[0] + " …"
+    body = [_sentence(message.what)] if head != message.what else []
     body += [f"*Expected:* {_sentence(message.expected)}"] if message.expected.strip("… ") else []
     body += [f"*Do:* {_sentence(message.step)}"] if message.step.strip("… ") else []
     error = f"[{message.error}](errors.md#{message.error.lower()})"
