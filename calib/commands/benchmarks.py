@@ -11,7 +11,7 @@ import typer
 from calib.commands.arguments import AsJson
 
 CHECKOUT = Path(__file__).parents[2]
-benchmark = typer.Typer(no_args_is_help=True)
+benchmark = typer.Typer(rich_markup_mode=None, no_args_is_help=True)
 
 
 @benchmark.command()

@@ -65,7 +65,7 @@ def test_what_its_options_offer_is_what_there_is() -> None:
     assert tuple(FORMATS) == arguments.FORMS
 
 
-@pytest.mark.parametrize("command", [*(command.__name__ for command in cli.EXAMPLES), "capture"])
+@pytest.mark.parametrize("command", [*(command.__name__ for command in cli.COMMANDS), "capture"])
 def test_every_command_says_how_it_is_used(command: str, calib: Front) -> None:
     group = ("camera",) if command in ("board", "lens", "scale") else ()
     outcome = calib(*group, command, "--help")
