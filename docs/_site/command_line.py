@@ -15,13 +15,25 @@ def command_line() -> str:
     from calib.capture import command as capture
     from calib.cli import app
 
-    lines: list[str] = []
+    lines = [*_overview(typer.main.get_command(app))]
     for name, command in _commands(typer.main.get_command(app), "calib"):
         if name == "calib capture":
             lines += [*_capture(capture._parser("calib capture"))]
         else:
             lines += [*_described(name, command)]
     return "\n".join(lines)
+
+
+def _overview(program: Any) -> Iterator[str]:
+    """A table of the commands with what each is for; none where the program does not say it in a few words."""
+    told = [(name, command.short_help) for name, command in _commands(program, "calib") if command.short_help]
+    if told:
+        rows = [f"| [`{name}`](#{_anchor(name)}) | {about} |" for name, about in told]
+        yield "\n".join(["| command | makes |\n|---|---|", *rows, ""])
+
+
+def _anchor(name: str) -> str:
+    return {"capture": "capture-scan"}.get(name := name.removeprefix("calib "), name.replace(" ", "-"))
 
 
 def _commands(command: Any, name: str) -> Iterator[tuple[str, Any]]:
