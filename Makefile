@@ -29,6 +29,7 @@ demo: $(VENV)/.installed
 
 # Offline, from the pages of docs/ and the notebooks as committed; `demo` and `test` need none of what it installs.
 docs: $(VENV)/.docs-installed
+	@rm -rf build/site # generated pages and the menu are not seen to have changed
 	$(BIN)/python -m sphinx --quiet --fail-on-warning --keep-going --builder html --conf-dir docs . build/site
 	@echo build/site/index.html
 
