@@ -13,11 +13,12 @@ LOCK_ARGS ?= # e.g. --upgrade, or --upgrade-package numpy
 # Whoever asks Python to write no bytecode would have every process of the tests compile all that it imports anew.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: help demo docs test test-all check check-beside-compiling format lock
+.PHONY: help demo docs policies test test-all check check-beside-compiling format lock
 
 help:
 	@echo "make demo      install everything into $(VENV), calibrate datasets/sample, print the path of its report"
 	@echo "make docs      the documentation as a site in build/site; warnings are errors"
+	@echo "make policies  install torch and stable-baselines3 too, train a small policy on datasets/sample and score it"
 	@echo "make test      linter, type check, import contract and tests"
 	@echo "make test-all  the same with the long tests; interrupted, it goes on where it was"
 	@echo "make check     linter, type check and import contract alone"
@@ -32,6 +33,14 @@ docs: $(VENV)/.docs-installed
 	@rm -rf build/site # generated pages and the menu are not seen to have changed
 	$(BIN)/python -m sphinx --quiet --fail-on-warning --keep-going --builder html --conf-dir docs . build/site
 	@echo build/site/index.html
+
+# TORCH names another build of it, such as a wheel for the CPU alone.
+TORCH ?= torch
+policies: $(VENV)/.installed
+	$(BIN)/python -m pip install --no-compile $(TORCH) --editable '.[policies]'
+	$(BIN)/calib fit --effort quick datasets/sample
+	$(BIN)/calib policy train --method sac --effort quick datasets/sample
+	$(BIN)/calib policy evaluate --episodes 200 datasets/sample
 
 # A thread for each process: threads of one test would wait for those of another.
 test test-all: export SWIMCAL_WORKERS = 1

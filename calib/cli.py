@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from calib.capture.host import INTERRUPTED, let_go_of_a_lost_terminal
-from calib.commands import benchmarks, cameras, results, videos
+from calib.commands import benchmarks, cameras, policies, results, videos
 
 app = typer.Typer(
     rich_markup_mode=None,  # which takes longer to load than all else that help needs
@@ -39,6 +39,7 @@ COMMANDS: dict[Callable[..., None], tuple[str, str]] = {
         "the scale, from a picture of the board",
         "calib camera scale board_on_water.png --camera camera.toml",
     ),
+    policies.aquarium: ("many swimmers at once, filmed", "calib aquarium pool --swimmers 200 --out pool.rrd"),
 }
 """Each with what it makes and an example, for help."""
 OF_CAMERA = (cameras.board, cameras.lens, cameras.scale)
@@ -48,7 +49,9 @@ for command, (made, example) in COMMANDS.items():
     kind = results.SeveralFiles if command is results.new else None
     group = camera if command in OF_CAMERA else app
     group.command(cls=kind, short_help=made, epilog=f"Example: {example}")(command)
+benchmarks.benchmark.command()(policies.gym)
 app.add_typer(benchmarks.benchmark, name="benchmark", short_help="measures what is claimed of speed and accuracy")
+app.add_typer(policies.policy, name="policy", short_help="trains and scores policies on the twin")
 
 
 @app.command(

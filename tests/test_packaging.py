@@ -19,7 +19,7 @@ PACKAGES = PROJECT["tool"]["setuptools"]["packages"]
 LOCK = ROOT / "requirements.lock"
 PAGES = ("README.md", "CONTRIBUTING.md")
 DATA = re.compile(
-    r"swimmer/robots/[^/]+\.toml$|diagnosis/discrepancy\.npz$|(reports|calib|tracking/boxes)/templates/[^/]+$"
+    r"swimmer/robots/[^/]+\.toml$|diagnosis/discrepancy\.npz$|swimgym/policies/[^/]+$|(reports|calib|tracking/boxes)/templates/[^/]+$"
 )
 NOT_SHIPPED = {"tests", "benchmarks"}
 
@@ -102,7 +102,7 @@ def test_the_wheel_holds_the_packages_with_their_data_and_nothing_else(wheel: Pa
     data = {name for name in committed_files() if DATA.match(name)}
 
     assert shipped == code | data
-    assert {name.split("/")[0] for name in data} == {"swimmer", "diagnosis", "reports", "calib", "tracking"}
+    assert {name.split("/")[0] for name in data} == {"swimmer", "diagnosis", "reports", "swimgym", "calib", "tracking"}
     assert any(name.endswith("/licenses/LICENSE") for name in names)
 
 

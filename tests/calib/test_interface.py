@@ -28,7 +28,7 @@ from tests.reports.sample import MARKERS, made_context
 QUIET = {"effort": "quick", "progress": False}
 FUNCTIONS = [name for name in interface.__all__ if inspect.isfunction(getattr(interface, name))]
 OF_COMMAND = {"edit": "correct", "convert": "convert_tracks", "mjcf": "export_mjcf", "new": "new_session"}
-WITHOUT_SESSION = {"capture", "camera", "benchmark"}  # of the motor, the lens and the developers
+WITHOUT_SESSION = {"capture", "camera", "benchmark", "aquarium"}  # of motor, lens and developers; of `swimgym`
 
 
 @pytest.mark.parametrize("name", FUNCTIONS)

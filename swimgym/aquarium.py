@@ -1,0 +1,227 @@
+"""Many swimmers in one pool, each on its own way, as a Rerun recording or as a film that needs no screen."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from pathlib import Path
+from time import perf_counter
+from typing import Any, cast
+
+import av
+import numpy as np
+import rerun as rr
+
+from session.errors import Fault, InputError
+from session.results import writing_whole
+from swimgym.beat import beat_action
+from swimgym.course import Course, Rules, Targets
+from swimgym.evaluation import Controller, Swum, reach
+from swimgym.picture import COLOURS, draw, outline
+from swimgym.policy import Policy
+from swimgym.source import Fish
+from swimgym.swimmers import Swimmers
+
+FPS = 25
+KINDS = (".rrd", ".mp4", ".gif")
+_PIXELS = 960
+_MARGIN_M = 0.6
+_SLOWEST_HZ, _FASTEST_HZ = 0.5, 2.0  # of the beats without a policy
+_M2_EACH = 0.5  # of pool
+_GAIN = 1.5  # of the side of a beat without a policy, per rad of bearing
+
+
+class Roaming(Targets):
+    """Targets anywhere in a pool; who reaches one gets the next.
+
+    Args:
+        count: n.
+        size_m: (2,) of the pool, whose middle is the origin.
+        rng: draws them.
+    """
+
+    def __init__(self, count: int, size_m: np.ndarray, rng: np.random.Generator) -> None:
+        super().__init__(count)
+        self._pool_m, self._rng = size_m, rng
+        self.places = self.drawn(count)
+
+    def drawn(self, count: int) -> np.ndarray:
+        """(n, 2) places in the pool, m."""
+        return (self._rng.random((count, 2)) - 0.5) * self._pool_m
+
+    def begin(self, rows: np.ndarray, rng: np.random.Generator) -> None:
+        """They have their targets already."""
+
+    def reached(self, distance: np.ndarray) -> np.ndarray:
+        """Nobody is ever done."""
+        near = distance <= self.reach_m
+        self.places[near] = self.drawn(int(near.sum()))
+        return np.zeros(len(distance), bool)
+
+
+@dataclass(frozen=True, eq=False)
+class Shoal:
+    """What swam in the aquarium.
+
+    Attributes:
+        lines_m: (k, n, l, 2) nose, hinges and tip of n swimmers in every frame, m.
+        targets_m: (k, n, 2), m.
+        corners_m: (2, 2) lower left and upper right of what is shown, m.
+        wall_s: that the simulation took.
+        seconds: that were simulated.
+        diverged: (n,) who blew up.
+    """
+
+    lines_m: np.ndarray
+    targets_m: np.ndarray
+    corners_m: np.ndarray
+    wall_s: float
+    seconds: float
+    diverged: np.ndarray
+
+    @property
+    def in_real_time(self) -> int:
+        """How many would swim in real time."""
+        return int(self.lines_m.shape[1] * self.seconds / self.wall_s)
+
+
+def swim_together(
+    fish: Fish, count: int, seconds: float, *, policy: Policy | None = None, seed: int = 0, workers: int = 0
+) -> Shoal:
+    """Lets n swimmers roam a pool whose size suits their number.
+
+    Args:
+        fish: one model, or several that are dealt out.
+        count: n.
+        seconds: how long.
+        policy: that steers all of them; default: beats of 0.5 to 2 Hz, each swimmer its own, towards the targets.
+        seed: of places, headings, targets and frequencies.
+        workers: threads; 0 for all cores.
+    """
+    rng = np.random.default_rng(seed)
+    size = np.sqrt(_M2_EACH * max(count, 20)) * np.array([1.3, 1 / 1.3])
+    rules = replace(policy.card.rules if policy else Rules(), seconds=np.inf)
+    swimmers = Swimmers(fish.models, count, interval_s=rules.interval_s, workers=workers)
+    task = Roaming(count, size, rng)
+    course, hz = Course(swimmers, task, rules), rng.uniform(_SLOWEST_HZ, _FASTEST_HZ, count)
+    swimmers.rest(np.arange(count), task.drawn(count), rng.uniform(-np.pi, np.pi, count))
+    lines: list[np.ndarray] = []
+    seen, targets, every = course.look()[0], [], 1 / FPS / rules.interval_s
+    began = perf_counter()
+    for k in range(round(seconds / rules.interval_s)):
+        if k >= every * len(lines):
+            lines.append(outline(swimmers))
+            targets.append(task.places.copy())
+        seen = course.act(policy.act(seen) if policy else _towards(rules, seen, hz)).seen
+    wall = perf_counter() - began
+    corners = np.array([-0.5, 0.5])[:, None] * (size + _MARGIN_M)
+    return Shoal(np.array(lines), np.array(targets), corners, wall, seconds, swimmers.diverged)
+
+
+def play(
+    course: Course, controller: Controller, target_m: tuple[float, float] | None = None, seed: int = 0
+) -> tuple[Swum, Shoal]:
+    """One episode of one swimmer, and what there is to see of it; see `swimgym.evaluation.reach`.
+
+    Raises:
+        InputError: the target is no place, or is not reached in the time of an episode.
+    """
+    lines: list[np.ndarray] = []
+    targets, calls = [], 0
+
+    def watched(seen: np.ndarray) -> np.ndarray:
+        nonlocal calls
+        if calls * course.rules.interval_s >= len(lines) / FPS - 1e-9:
+            lines.append(outline(course.swimmers))
+            targets.append(course.task.ahead(course.swimmers.centre[0])[0].copy())
+        calls += 1
+        return controller(seen)
+
+    began = perf_counter()
+    swum = reach(course, watched, target_m, seed)
+    wall, shown = perf_counter() - began, np.concatenate([np.reshape(lines, (-1, 2)), np.reshape(targets, (-1, 2))])
+    corners = np.array([shown.min(axis=0) - _MARGIN_M / 2, shown.max(axis=0) + _MARGIN_M / 2])
+    return swum, Shoal(np.array(lines), np.array(targets), corners, wall, float(swum.seconds[0]), swum.diverged)
+
+
+def _towards(rules: Rules, seen: np.ndarray, hz: np.ndarray) -> np.ndarray:
+    bearing = np.arctan2(-seen[:, -4], -seen[:, -5])
+    return beat_action(rules, seen, hz, np.tanh(_GAIN * bearing))
+
+
+def check_kind(file: Path) -> None:
+    """Refuses a file of another kind than .rrd, .mp4 and .gif.
+
+    Raises:
+        InputError: it is.
+    """
+    if file.suffix not in KINDS:
+        fault = Fault(str(file), "", "not a kind of recording", repr(file.suffix), "a file of one of these", KINDS)
+        raise InputError([fault])
+
+
+def write_shoal(shoal: Shoal, file: Path) -> None:
+    """Writes a recording (.rrd) or a film (.mp4, .gif) of 25 frames a second.
+
+    Raises:
+        InputError: the name ends otherwise.
+        ResultsNotWritable: it cannot be written.
+    """
+    check_kind(file)
+    with writing_whole(file) as part:
+        if file.suffix == ".rrd":
+            _record(shoal, part)
+        else:
+            _film(shoal, part)
+
+
+def _record(shoal: Shoal, file: Path) -> None:
+    with _recording(file) as stream:
+        up = np.array([1.0, -1.0])  # the viewer's y is downwards
+        for k, (lines, targets) in enumerate(zip(shoal.lines_m * up, shoal.targets_m * up, strict=True)):
+            stream.set_time("time", duration=k / FPS)
+            whole = np.isfinite(lines).all(axis=(1, 2))
+            stream.log("pool/swimmers", rr.LineStrips2D(list(lines[whole]), radii=0.012, colors=(80, 150, 190)))
+            stream.log("pool/targets", rr.Points2D(targets[whole], radii=0.02, colors=(220, 90, 80)))
+
+
+@contextmanager
+def _recording(file: Path) -> Iterator[rr.RecordingStream]:
+    stream = rr.RecordingStream("swimcal_aquarium")
+    stream.save(file)
+    try:
+        yield stream
+    finally:
+        stream.flush()
+        stream.disconnect()
+
+
+def _film(shoal: Shoal, file: Path) -> None:
+    codec, form = ("gif", "pal8") if file.suffix == ".gif" else ("libx264", "yuv420p")
+    with av.open(str(file), "w") as container:
+        stream = cast(av.VideoStream, container.add_stream(codec, rate=FPS))
+        for k, (lines, targets) in enumerate(zip(shoal.lines_m, shoal.targets_m, strict=True)):
+            image = draw(lines, targets, shoal.corners_m, _PIXELS)
+            if k == 0:
+                (stream.height, stream.width), stream.pix_fmt = image.shape[:2], form
+            if form == "pal8":
+                indexed: Any = _indexed(image)  # PyAV's types know nothing of palettes
+                frame = av.VideoFrame.from_ndarray(indexed, format=form)
+            else:
+                frame = av.VideoFrame.from_ndarray(image, format="rgb24").reformat(format=form)
+            container.mux(stream.encode(frame))
+        container.mux(stream.encode())
+
+
+def _indexed(image: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(p, q) a picture of 256 colours, and (256, 4) these, alpha first: shades of 3, 3 and 2 bits, ours exactly."""
+    palette = np.full((256, 4), 255, np.uint8)
+    number = np.arange(256)
+    palette[:, 1:] = np.stack([(number >> 5) * 36, (number >> 2 & 7) * 36, (number & 3) * 85], axis=1)
+    for colour in COLOURS:
+        palette[_shade(np.array(colour)), 1:] = colour
+    return _shade(image), palette
+
+
+def _shade(colour: np.ndarray) -> np.ndarray:
+    red, green, blue = (colour[..., i].astype(int) for i in range(3))
+    return np.asarray((red >> 5) << 5 | (green >> 5) << 2 | blue >> 6).astype(np.uint8)

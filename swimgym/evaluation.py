@@ -1,0 +1,110 @@
+"""How well something swims a course: targets reached, with an interval, and distances from a path."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from statistics import NormalDist
+
+import numpy as np
+
+from session.errors import Fault, InputError
+from swimgym.course import Course, Targets
+
+FARTHEST_M = 50.0
+Controller = Callable[[np.ndarray], np.ndarray]
+"""From what n swimmers see (n, o) to what they do (n,)."""
+
+
+@dataclass(frozen=True, eq=False)
+class Swum:
+    """n episodes.
+
+    Attributes:
+        reached, diverged: (n,) how they ended; neither: out of time.
+        seconds: (n,) how long they lasted.
+        off_path_m: (n,) mean and (n,) largest distance of the steered point from the path; nan without one.
+        nearest_m: (n,) from the target.
+        start_m: (n, 2) first target, seen from the start.
+        path: (k, n, 2) the steered point after every action, m; nan once an episode is over.
+    """
+
+    reached: np.ndarray
+    diverged: np.ndarray
+    seconds: np.ndarray
+    off_path_m: tuple[np.ndarray, np.ndarray]
+    nearest_m: np.ndarray
+    start_m: np.ndarray
+    path: np.ndarray
+
+    def scores(self) -> dict[str, float | int | list[float]]:
+        """As a card or a table tells them."""
+        reached, low, high = share(self.reached)
+        told: dict[str, float | int | list[float]] = {
+            "episodes": len(self.reached),
+            "reached": reached,
+            "reached_ci95": [low, high],
+            "diverged": int(self.diverged.sum()),
+            "median_s": float(np.median(self.seconds[self.reached])) if self.reached.any() else float("nan"),
+        }
+        if np.isfinite(self.off_path_m[0]).any():
+            told |= {
+                "off_path_mean_m": float(np.mean(self.off_path_m[0])),
+                "off_path_max_m": float(np.max(self.off_path_m[1])),
+            }
+        return told
+
+
+def swim(course: Course, controller: Controller, seed: int = 0) -> Swum:
+    """One episode of each swimmer; who is done costs no more time."""
+    count, rng = len(course.swimmers), np.random.default_rng(seed)
+    seen = course.begin(np.arange(count), rng)
+    start = course.task.ahead(course.swimmers.centre[0])[0].copy()
+    reached, diverged, seconds = np.zeros(count, bool), np.zeros(count, bool), np.zeros(count)
+    total, largest, nearest = np.zeros(count), np.zeros(count), np.full(count, np.inf)
+    live, path = np.arange(count), []
+    while live.size:
+        moment = course.act(controller(seen), live)
+        seen = moment.seen
+        total[live] += moment.off_path_m[live] * course.rules.interval_s
+        largest[live] = np.maximum(largest[live], moment.off_path_m[live])
+        nearest[live] = np.fmin(nearest[live], moment.distance_m[live])
+        path.append(np.full((count, 2), np.nan))
+        path[-1][live] = course.swimmers.centre[0][live]
+        ended = live[moment.over[live]]
+        reached[ended], diverged[ended] = moment.reached[ended], moment.diverged[ended]
+        seconds[ended] = course.time_s[ended]
+        live = live[~moment.over[live]]
+    return Swum(reached, diverged, seconds, (total / seconds, largest), nearest, start, np.array(path))
+
+
+def reach(course: Course, controller: Controller, target_m: tuple[float, float] | None, seed: int = 0) -> Swum:
+    """One episode, to a target of one's own.
+
+    Args:
+        course: of one swimmer.
+        controller: that steers it.
+        target_m: x, y from the start, the robot heading along -x; None: as the task draws it.
+        seed: of that draw.
+
+    Raises:
+        InputError: the target is no place, or is not reached in the time of an episode.
+    """
+    if target_m is not None:
+        expected = "x and y in m, from 0.05 m to 50 m from the start"
+        if not isinstance(course.task, Targets) or not course.task.reach_m < np.hypot(*target_m) < FARTHEST_M:
+            found, step = f"{target_m[0]:g}, {target_m[1]:g}", "The robot starts at 0, 0 heading along -x."
+            raise InputError([Fault("target", "", "no target to swim to", found, expected, next_step=step)])
+        course.task.given_m = np.array(target_m)
+    swum = swim(course, controller, seed)
+    if not swum.reached[0]:
+        x, y = swum.start_m[0]
+        found = f"{swum.nearest_m[0]:.2f} m away at the nearest, in {swum.seconds[0]:.0f} s"
+        step = "Choose a nearer target, or a policy that was trained for longer."
+        raise InputError([Fault("target", f"{x:g}, {y:g}", "out of reach of this policy", found, "reached", (), step)])
+    return swum
+
+
+def share(hits: np.ndarray, level: float = 0.95) -> tuple[float, float, float]:
+    """The share of hits (n,), and Wilson's interval (J. Am. Stat. Assoc. 22, 1927)."""
+    n, p, z = len(hits), float(np.mean(hits)), NormalDist().inv_cdf(0.5 + level / 2)
+    middle, half = p + z**2 / (2 * n), z * np.sqrt(p * (1 - p) / n + z**2 / (4 * n**2))
+    return p, float((middle - half) / (1 + z**2 / n)), min(float((middle + half) / (1 + z**2 / n)), 1.0)

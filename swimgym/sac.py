@@ -1,0 +1,215 @@
+"""Training with soft actor-critic (Haarnoja et al., ICML 2018) of stable-baselines3, on the batched twin.
+
+The network chooses a beat, its frequency and how much it is to one side, and keeps it for some intervals: seconds ahead
+are then tens of choices instead of hundreds. Needs the extra ``swimcal[policies]``; what it gives does not.
+"""
+
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from time import monotonic
+from typing import Any
+
+import numpy as np
+from gymnasium.spaces import Box
+from stable_baselines3 import SAC
+from stable_baselines3.common.callbacks import BaseCallback
+from stable_baselines3.common.vec_env import VecEnv
+
+from swimgym.beat import beat_action
+from swimgym.course import Course
+from swimgym.making import make_course
+from swimgym.policy import Policy, card_of, features
+from swimgym.source import Fish
+
+Progress = Callable[[str, float | None], None]
+_PROGRESS_WEIGHT, _TIME_COST, _GOAL, _OFF_WEIGHT = 5.0, 0.05, 5.0, 3.0
+
+
+@dataclass(frozen=True)
+class SacPlan:
+    """How a network is trained.
+
+    Attributes:
+        steps: choices in all, over all swimmers.
+        swimmers: at once.
+        hold: intervals of the course for which a choice is kept.
+        updates: of the networks after every choice of all swimmers.
+        layers: of the networks.
+        learning_rate, discount, batch, warmup: of the algorithm; `warmup` choices are random.
+        seed: of all draws.
+        every: choices after which the state is written.
+    """
+
+    steps: int = 400_000
+    swimmers: int = 64
+    hold: int = 10
+    updates: int = 16
+    layers: tuple[int, ...] = (128, 128)
+    learning_rate: float = 1e-3
+    discount: float = 0.99
+    batch: int = 256
+    warmup: int = 10_000
+    seed: int = 0
+    every: int = 50_000
+
+
+def train_sac(
+    fish: Fish,
+    task: str,
+    plan: SacPlan | None = None,
+    *,
+    state_file: Path | None = None,
+    workers: int = 0,
+    progress: Progress = lambda _message, _share: None,
+    **options: Any,
+) -> Policy:
+    """Trains a network; goes on from a state file where there is one.
+
+    Args:
+        fish: to train on; several models are dealt out to the swimmers.
+        task: "target" or "circle".
+        plan: of the training.
+        state_file: a zip of stable-baselines3, written now and then; beside it the replay buffer.
+        workers: threads; 0 for all cores.
+        progress: receives it.
+        options: of the task and the rules, see `make_course`.
+    """
+    plan = plan or SacPlan()
+    course = make_course(task, plan.swimmers, fish=fish, workers=workers, **options)
+    pool, began = BeatPool(course, plan.hold, plan.seed), monotonic()
+    if state_file is not None and state_file.is_file():
+        model = SAC.load(state_file, pool)
+        model.load_replay_buffer(state_file.with_suffix(".buffer"))
+    else:
+        model = SAC(
+            "MlpPolicy",
+            pool,
+            learning_rate=plan.learning_rate,
+            buffer_size=300_000,
+            learning_starts=plan.warmup,
+            batch_size=plan.batch,
+            gamma=plan.discount,
+            train_freq=1,
+            gradient_steps=plan.updates,
+            policy_kwargs={"net_arch": list(plan.layers)},
+            seed=plan.seed,
+            device="cpu",
+        )
+    reporter = _Reporter(plan, pool, state_file, progress)
+    model.learn(max(plan.steps - model.num_timesteps, 0), callback=reporter, reset_num_timesteps=False)
+    reporter.write()
+    card = card_of(task, "sac", fish, course, plan.seed)
+    training = {**asdict(plan), "trained_s": monotonic() - began}
+    return Policy(replace(card, training=training), _arrays(model))
+
+
+def _arrays(model: SAC) -> dict[str, np.ndarray]:
+    """The actor's weights as plain arrays."""
+    actor = model.policy.actor
+    layers = [layer for layer in (*actor.latent_pi, actor.mu) if hasattr(layer, "weight")]
+    arrays = {}
+    for number, layer in enumerate(layers):
+        arrays[f"weight_{number}"] = layer.weight.detach().numpy().copy()
+        arrays[f"bias_{number}"] = layer.bias.detach().numpy().copy()
+    return arrays
+
+
+class BeatPool(VecEnv):
+    """A course as stable-baselines3 wants it, with beats for actions, each kept for some intervals.
+
+    The reward is what shortens the way: progress (m), less time and distance from the path, and a goal. Its sum ranks
+    whole episodes as their duration does; the paper's reward is that of the environments.
+    """
+
+    def __init__(self, course: Course, hold: int, seed: int) -> None:
+        self.course, self.hold, self._rng = course, hold, np.random.default_rng(seed)
+        count = len(course.swimmers)
+        seen = Box(-np.inf, np.inf, (len(course.names) + 2,), np.float32)
+        super().__init__(count, seen, Box(-1.0, 1.0, (2,), np.float32))
+        self._chosen = np.zeros((count, 2))
+        self.hits, self.ends = 0, 0
+
+    def reset(self) -> np.ndarray:
+        """(n, o) what all see at the start."""
+        return features(self.course.begin(np.arange(self.num_envs), self._rng))
+
+    def step_async(self, actions: np.ndarray) -> None:
+        """Beats (n, 2): frequency and side, each from -1 to 1."""
+        self._chosen = np.asarray(actions, float)
+
+    def step_wait(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, list[dict[str, Any]]]:
+        """All swim for as long as a choice is kept; who is done waits."""
+        course, rules = self.course, self.course.rules
+        seen, before, _ = course.look()
+        live, reward = np.arange(self.num_envs), np.zeros(self.num_envs)
+        over, cut = np.zeros(self.num_envs, bool), np.zeros(self.num_envs, bool)
+        start = getattr(course.task, "progress", -before).copy()
+        hz = rules.fastest_hz * (1 + self._chosen[:, 0]) / 2
+        for _ in range(self.hold):
+            moment = course.act(beat_action(rules, seen, hz, self._chosen[:, 1]), live)
+            seen = moment.seen
+            reward[live] -= _OFF_WEIGHT * np.nan_to_num(moment.off_path_m[live])
+            ended = moment.over & ~over
+            ended[np.setdiff1d(np.arange(self.num_envs), live)] = False
+            over |= ended
+            cut |= ended & moment.timed_out
+            reward += _GOAL * (ended & moment.reached) - _GOAL * (ended & moment.diverged)
+            live = live[~moment.over[live]]
+        end = getattr(course.task, "progress", -moment.distance_m)
+        reward += np.nan_to_num(_PROGRESS_WEIGHT * (end - start)) - _TIME_COST
+        infos: list[dict[str, Any]] = [{} for _ in range(self.num_envs)]
+        told = features(seen)
+        for row in np.flatnonzero(over):
+            infos[row] = {"terminal_observation": told[row], "TimeLimit.truncated": bool(cut[row])}
+        self.hits, self.ends = self.hits + int((over & moment.reached).sum()), self.ends + int(over.sum())
+        if over.any():
+            told = features(course.begin(np.flatnonzero(over), self._rng))
+        return told, reward.astype(np.float32), over, infos
+
+    def close(self) -> None:
+        """Nothing is held open."""
+
+    def get_attr(self, attr_name: str, indices: Any = None) -> list[Any]:
+        """Of the pool, once for each swimmer."""
+        return [getattr(self, attr_name, None)] * len(list(self._get_indices(indices)))
+
+    def set_attr(self, attr_name: str, value: Any, indices: Any = None) -> None:  # noqa: ARG002
+        """Of the pool."""
+        setattr(self, attr_name, value)
+
+    def env_method(self, method_name: str, *args: Any, indices: Any = None, **options: Any) -> list[Any]:
+        """There are no single environments."""
+        raise NotImplementedError(f"{method_name}{args}{options} of {indices}")
+
+    def env_is_wrapped(self, wrapper_class: Any, indices: Any = None) -> list[bool]:  # noqa: ARG002
+        """None is."""
+        return [False] * len(list(self._get_indices(indices)))
+
+
+class _Reporter(BaseCallback):
+    """Reports, and writes the state now and then."""
+
+    def __init__(self, plan: SacPlan, pool: BeatPool, file: Path | None, progress: Progress) -> None:
+        super().__init__()
+        self._plan, self._pool, self._file, self._progress, self._next = plan, pool, file, progress, plan.every
+
+    def _on_training_start(self) -> None:
+        self._next = self.num_timesteps + self._plan.every
+
+    def _on_step(self) -> bool:
+        if self.num_timesteps >= self._next:
+            self._next += self._plan.every
+            share = self._pool.hits / max(self._pool.ends, 1)
+            self._pool.hits = self._pool.ends = 0
+            self._progress(f"{self.num_timesteps} choices, {share:.0%} reached", self.num_timesteps / self._plan.steps)
+            self.write()
+        return True
+
+    def write(self) -> None:
+        """Writes the state, if it is to be kept."""
+        if self._file is not None:
+            self._file.parent.mkdir(parents=True, exist_ok=True)
+            model: Any = self.model
+            model.save(self._file)
+            model.save_replay_buffer(self._file.with_suffix(".buffer"))

@@ -1,0 +1,196 @@
+"""Many swimmers in the water at once, advanced by one control interval at a time, with their state kept.
+
+All of them are one `mujoco.batch.Batch`: its threads persist, the engine steps in C, and positions and velocities are
+live views of its state. Each swimmer can have a model of its own (posterior draws, effects).
+"""
+
+from collections.abc import Sequence
+from copy import copy
+from typing import Protocol, TypeVar
+
+import mujoco
+import numpy as np
+from mujoco.batch import Batch
+
+from swimmer.engine_log import quiet_engine
+from swimmer.twin import PLAUSIBLE_HINGE_RAD, PLAUSIBLE_SPEED_M_S
+from swimmer.workers import workers_of
+
+HEAD = ("surge", "sway", "yaw")
+"""Joints of the head in an MJCF of the public contract: x, y (m) and yaw (rad); the robot heads along -x."""
+TURNS = ("roll", "pitch", "yaw")
+
+
+class Steerable(Protocol):
+    """What a course needs of n swimmers, `Swimmers` or robots of another simulator; see there for what each is."""
+
+    hinges: tuple[str, ...]
+
+    def __len__(self) -> int: ...
+    def rest(self, rows: np.ndarray, place_m: np.ndarray | float = 0.0, heading_rad: np.ndarray | float = 0.0) -> None:
+        """Lays some still."""
+        ...
+
+    def drive(self, speed_rad_s: np.ndarray, rows: np.ndarray | None = None) -> None:
+        """Advances all or some by an interval."""
+        ...
+
+    @property
+    def head(self) -> np.ndarray: ...  # noqa: D102
+    @property
+    def head_rate(self) -> np.ndarray: ...  # noqa: D102
+    @property
+    def turn_rates(self) -> np.ndarray: ...  # noqa: D102
+    @property
+    def crank(self) -> tuple[np.ndarray, np.ndarray]: ...  # noqa: D102
+    @property
+    def tail(self) -> tuple[np.ndarray, np.ndarray]: ...  # noqa: D102
+    @property
+    def centre(self) -> tuple[np.ndarray, np.ndarray]: ...  # noqa: D102
+    @property
+    def diverged(self) -> np.ndarray: ...  # noqa: D102
+
+
+S = TypeVar("S", bound=Steerable)
+
+
+class Swimmers:
+    """n swimmers, at rest with a straight tail until they are driven.
+
+    Args:
+        models: of the public contract (`swimmer.build_mjcf`), one for all or several that are dealt out in turn.
+        count: n.
+        interval_s: between two commands. It is divided into steps of equal length, none longer than the model's own.
+        workers: threads; 0 for all cores.
+
+    Attributes:
+        hinges: names of the h hinges.
+        centre_m: (2,) centre of mass of the straight robot in the head's frame, m; the point that is steered.
+        joints_m: (h + 2,) x of nose, hinges and tip of the straight robot, m.
+    """
+
+    def __init__(
+        self, models: Sequence[mujoco.MjModel], count: int, *, interval_s: float = 0.02, workers: int = 0
+    ) -> None:
+        first = models[0]
+        self.interval_s = interval_s
+        self.substeps = int(np.ceil(interval_s / first.opt.timestep - 1e-9))
+        own = [copy(model) for model in models]
+        for model in own:
+            model.opt.timestep = interval_s / self.substeps
+        joint = {first.joint(i).name: i for i in range(first.njnt)}
+        self.hinges = tuple(name for name in joint if name.startswith("tail_"))
+        self._q = {name: first.jnt_qposadr[i] for name, i in joint.items()}
+        self._v = {name: first.jnt_dofadr[i] for name, i in joint.items()}
+        self.centre_m = _centre_of_mass(first)
+        self.joints_m = _joints(first, self.hinges)
+        self._batch = Batch(own[0], count, workers_of(workers))
+        if len(own) > 1:
+            self._batch.set_models([own[i % len(own)] for i in range(count)])
+        self._batch.reset(stage=mujoco.mjtStage.mjSTAGE_NONE)
+        self._position, self._velocity = self._batch.bind("qpos"), self._batch.bind("qvel")
+        self._control, self._start = self._batch.bind("ctrl"), self._batch.state.copy()
+        self._hinge_q, self._hinge_v = ([at[name] for name in self.hinges] for at in (self._q, self._v))
+        self._head_q, self._head_v = ([at[name] for name in HEAD] for at in (self._q, self._v))
+
+    def __len__(self) -> int:
+        return self._batch.nsim
+
+    @property
+    def state(self) -> np.ndarray:
+        """(n, s) all that a swimmer remembers; a copy, for `put`."""
+        return self._batch.state.copy()
+
+    def put(self, state: np.ndarray) -> None:
+        """Puts the swimmers into states (n, s) or (s,)."""
+        self._batch.state[:] = state
+
+    def rest(self, rows: np.ndarray, place_m: np.ndarray | float = 0.0, heading_rad: np.ndarray | float = 0.0) -> None:
+        """Lays some swimmers (r,) still again.
+
+        Args:
+            rows: which.
+            place_m: (r, 2) of the steered point, m.
+            heading_rad: (r,) from heading along -x, counter-clockwise.
+        """
+        self._batch.state[rows] = self._start[rows]
+        self._position[rows, self._q["yaw"]] = heading_rad
+        arm = turned(self.centre_m, self._position[rows, self._q["yaw"]])
+        self._position[np.ix_(rows, self._head_q[:2])] = place_m - arm
+
+    def drive(self, speed_rad_s: np.ndarray, rows: np.ndarray | None = None) -> None:
+        """Advances all, or some (r,), by one interval, with cranks held at speeds (n,), rad/s."""
+        self._control[:, 0] = speed_rad_s
+        with quiet_engine():
+            self._batch.step(rows, nstep=self.substeps)
+
+    @property
+    def head(self) -> np.ndarray:
+        """(n, 3) x, y (m) and yaw (rad) of the head's frame in the pool."""
+        return self._position[:, self._head_q]
+
+    @property
+    def head_rate(self) -> np.ndarray:
+        """(n, 3) its rate, in the pool's axes, m/s and rad/s."""
+        return self._velocity[:, self._head_v]
+
+    @property
+    def turn_rates(self) -> np.ndarray:
+        """(n, 3) rates of roll, pitch and yaw, rad/s; 0 where the model has no such joint."""
+        rates = np.zeros((len(self), 3))
+        for column, name in enumerate(TURNS):
+            if name in self._v:
+                rates[:, column] = self._velocity[:, self._v[name]]
+        return rates
+
+    @property
+    def crank(self) -> tuple[np.ndarray, np.ndarray]:
+        """(n,) angle of the crank, rad, and (n,) its speed, rad/s."""
+        return self._position[:, self._q["crank"]], self._velocity[:, self._v["crank"]]
+
+    @property
+    def tail(self) -> tuple[np.ndarray, np.ndarray]:
+        """(n, h) hinge angles, rad, and (n, h) their rates, rad/s."""
+        return self._position[:, self._hinge_q], self._velocity[:, self._hinge_v]
+
+    @property
+    def centre(self) -> tuple[np.ndarray, np.ndarray]:
+        """(n, 2) where the steered point is in the pool, m, and (n, 2) how it moves, m/s."""
+        head, rate = self.head, self.head_rate
+        arm = turned(self.centre_m, head[:, 2])
+        swept = np.stack([-arm[:, 1], arm[:, 0]], axis=1) * rate[:, 2:]
+        return head[:, :2] + arm, rate[:, :2] + swept
+
+    @property
+    def diverged(self) -> np.ndarray:
+        """(n,) True where a swimmer is no longer physical: not finite, bent beyond 90 degrees or faster than 5 m/s."""
+        with np.errstate(invalid="ignore"):
+            sane = (np.abs(self.tail[0]) < PLAUSIBLE_HINGE_RAD).all(axis=1)
+            sane &= (np.abs(self.head_rate[:, :2]) < PLAUSIBLE_SPEED_M_S).all(axis=1)
+        return ~sane  # nan compares false
+
+
+def turned(vector: np.ndarray, angle_rad: np.ndarray) -> np.ndarray:
+    """(n, 2) a vector (2,) or vectors (n, 2) turned by angles (n,), counter-clockwise."""
+    cos, sin = np.cos(angle_rad), np.sin(angle_rad)
+    x, y = vector[..., 0], vector[..., 1]
+    return np.stack([cos * x - sin * y, sin * x + cos * y], axis=-1)
+
+
+def _centre_of_mass(model: mujoco.MjModel) -> np.ndarray:
+    """(2,) of the straight robot, in the head's frame, m."""
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    mujoco.mj_comPos(model, data)
+    head = model.body("head").id
+    return np.asarray(data.subtree_com[head, :2] - data.xpos[head, :2])
+
+
+def _joints(model: mujoco.MjModel, hinges: tuple[str, ...]) -> np.ndarray:
+    """(h + 2,) x of foremost edge, hinges and rearmost edge of the straight robot in the head's frame, m."""
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    x = data.geom_xpos[:, 0] - data.xpos[model.body("head").id, 0]
+    reach = model.geom_aabb[:, 3]
+    at = [data.xanchor[model.joint(name).id, 0] - data.xpos[model.body("head").id, 0] for name in hinges]
+    return np.array([(x - reach).min(), *at, (x + reach).max()])
