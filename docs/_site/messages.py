@@ -14,6 +14,7 @@ TOPICS = {
     "Tracks of other programs": ("tracking/records/",),
     "Videos, camera and lens": ("tracking/", "reports/recording/"),
     "Trials and fits": ("fitting/", "diagnosis/", "synthetic/"),
+    "Policies": ("swimgym/",),
     "Clusters": ("calib/spread.py",),
     "The motor": ("calib/capture/",),
     "Options and results": ("calib/",),

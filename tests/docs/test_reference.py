@@ -18,7 +18,7 @@ from session.session_file import SessionFile
 from tests.test_documents import ROOT, anchors, on_the_site
 
 REFERENCE = ROOT / "docs" / "reference"
-PACKAGES = ("session", "swimmer", "tracking", "fitting", "synthetic", "diagnosis", "reports", "calib")
+PACKAGES = ("session", "swimmer", "tracking", "fitting", "synthetic", "diagnosis", "reports", "swimgym", "calib")
 TREES = [ast.parse(path.read_text()) for package in PACKAGES for path in sorted((ROOT / package).rglob("*.py"))]
 NODES = [node for tree in TREES for node in ast.walk(tree)]
 
