@@ -13,10 +13,11 @@ LOCK_ARGS ?= # e.g. --upgrade, or --upgrade-package numpy
 # Whoever asks Python to write no bytecode would have every process of the tests compile all that it imports anew.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: help demo policies test test-all check check-beside-compiling format lock
+.PHONY: help demo docs policies test test-all check check-beside-compiling format lock
 
 help:
 	@echo "make demo      install everything into $(VENV), calibrate datasets/sample, print the path of its report"
+	@echo "make docs      the documentation as a site in build/site; warnings are errors"
 	@echo "make policies  install torch and stable-baselines3 too, train a small policy on datasets/sample and score it"
 	@echo "make test      linter, type check, import contract and tests"
 	@echo "make test-all  the same with the long tests; interrupted, it goes on where it was"
@@ -26,6 +27,12 @@ help:
 
 demo: $(VENV)/.installed
 	@$(BIN)/calib run --effort quick datasets/sample
+
+# Offline, from the pages of docs/ and the notebooks as committed; `demo` and `test` need none of what it installs.
+docs: $(VENV)/.docs-installed
+	@rm -rf build/site # generated pages and the menu are not seen to have changed
+	$(BIN)/python -m sphinx --quiet --fail-on-warning --keep-going --builder html --conf-dir docs . build/site
+	@echo build/site/index.html
 
 # TORCH names another build of it, such as a wheel for the CPU alone.
 TORCH ?= torch
@@ -76,9 +83,20 @@ $(VENV)/.installed: requirements.lock pyproject.toml
 	$(BIN)/python -m pip install --no-deps --no-build-isolation --editable .
 	@touch $@
 
+$(VENV)/.docs-installed: $(VENV)/.installed docs/requirements.lock
+	$(BIN)/python -m pip install --require-hashes --no-deps --only-binary :all: --no-compile -r docs/requirements.lock
+	@touch $@
+
+# Of the extra `docs` its own lock has what is not in the main one.
 lock:
 	$(PYTHON) -m venv build/lock
 	build/lock/bin/python -m pip install --quiet uv
 	build/lock/bin/uv pip compile --quiet --no-config --universal --generate-hashes --only-binary :all: \
 		--python-version 3.11 --group dev --custom-compile-command "make lock" $(LOCK_ARGS) \
 		--output-file requirements.lock pyproject.toml
+	build/lock/bin/python -c 'import tomllib; \
+		print(*tomllib.load(open("pyproject.toml", "rb"))["project"]["optional-dependencies"]["docs"], sep="\n")' \
+		> build/lock/docs.txt
+	build/lock/bin/uv pip compile --quiet --no-config --universal --generate-hashes --only-binary :all: \
+		--python-version 3.11 --constraints requirements.lock --custom-compile-command "make lock" $(LOCK_ARGS) \
+		--output-file docs/requirements.lock build/lock/docs.txt

@@ -1,0 +1,154 @@
+"""Every message of an error as Markdown, from the code that raises it: what is wrong, what is expected, what to do."""
+
+import ast
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+ROOT = Path(__file__).parents[2]
+TOPICS = {
+    "The session folder and its recordings": ("session/",),
+    "The robot and effects": ("swimmer/",),
+    "Start boxes and corrections": ("tracking/boxes/", "tracking/records/edit", "tracking/tracker/"),
+    "Tracks of other programs": ("tracking/records/",),
+    "Videos, camera and lens": ("tracking/", "reports/recording/"),
+    "Trials and fits": ("fitting/", "diagnosis/", "synthetic/"),
+    "Policies": ("swimgym/",),
+    "Clusters": ("calib/spread.py",),
+    "The motor": ("calib/capture/",),
+    "Options and results": ("calib/",),
+}
+"""Where messages come from; the first that fits."""
+RAISED = (
+    "NotEnoughData",
+    "NotConverged",
+    "SimulationDiverged",
+    "ModelMismatch",
+    "SessionLocked",
+    "ResultsNotWritable",
+    "UserError",
+    "MotorFault",
+    "NoAnswer",
+)
+_ORDER = ("file", "where", "what", "found", "expected", "choices", "next_step")  # of `session.errors.Fault`
+_LONGEST = 70  # characters of a heading
+
+
+class Message(NamedTuple):
+    """What a user may read; parts that differ from case to case are "…"."""
+
+    error: str
+    what: str
+    expected: str = ""
+    step: str = ""
+
+
+def messages() -> str:
+    """A heading for each topic, and below it one for each message."""
+    told: dict[str, dict[str, Message]] = {topic: {} for topic in TOPICS}
+    for path in sorted(
+        path
+        for folder in {place.split("/")[0] for places in TOPICS.values() for place in places}
+        for path in (ROOT / folder).rglob("*.py")
+    ):
+        name = path.relative_to(ROOT).as_posix()
+        topic = next((topic for topic, places in TOPICS.items() if name.startswith(places)), None)
+        for message in _messages_in(path) if topic else ():
+            told[topic or ""].setdefault(message.what, message)
+    return "\n".join(line for topic, found in told.items() for line in (f"## {topic}\n", *map(_entry, found.values())))
+
+
+def _entry(message: Message) -> str:
+    """A heading, the rest of the message, and which error it is."""
+    head = re.split(r"; |: | \(|, but |\. ", message.what)[0]
+    head = head if len(head) <= _LONGEST else head[:_LONGEST].rsplit(" ", 1)[0] + " …"
+    body = [_sentence(message.what)] if head != message.what else []
+    body += [f"*Expected:* {_sentence(message.expected)}"] if message.expected.strip("… ") else []
+    body += [f"*Do:* {_sentence(message.step)}"] if message.step.strip("… ") else []
+    error = f"[{message.error}](errors.md#{message.error.lower()})"
+    return f"### {_plain(head)}\n\n{' '.join([*map(_plain, body), error])}\n"
+
+
+def _sentence(text: str) -> str:
+    return text if text.endswith((".", "?", "!", "…")) else f"{text}."
+
+
+def _plain(text: str) -> str:
+    return text.replace("<", "\\<").replace("[", "\\[").replace("]", "\\]")
+
+
+def _messages_in(path: Path) -> Iterator[Message]:
+    tree = ast.parse(path.read_text())
+    functions = [node for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)]
+    returned = {function.name: list(_returned(function)) for function in functions}
+    for function in functions:
+        names = returned | dict(_assigned(function))
+        for call in [node for node in ast.walk(function) if isinstance(node, ast.Call)]:
+            yield from _message(call, names)
+
+
+def _message(call: ast.Call, names: dict[str, list[ast.expr]]) -> Iterator[Message]:
+    """What a call tells the user, if it does."""
+    name = ast.unparse(call.func).rsplit(".", 1)[-1]
+    given = {each.arg: each.value for each in call.keywords if each.arg}
+    if name in RAISED and call.args:
+        for text in _texts(call.args[0], names):
+            yield Message(name, text.removeprefix("…: ").removeprefix("trial …: "))
+        return
+    if name == "Fault":
+        given |= dict(zip(_ORDER, call.args, strict=False))
+    elif name == "add" and len(call.args) >= 2:
+        given |= {"where": call.args[0], "what": call.args[1]}
+    elif name == "key_error" and call.args:
+        given |= {"what": call.args[0]}
+    else:
+        return
+    parts = {
+        key: " ".join(_texts(value, names)[:1]) for key, value in given.items() if key in ("expected", "next_step")
+    }
+    for what in _texts(given["what"], names) if "what" in given else ():
+        yield Message("InputError", what, parts.get("expected", ""), parts.get("next_step", ""))
+
+
+def _assigned(function: ast.FunctionDef) -> Iterator[tuple[str, list[ast.expr]]]:
+    """Names of a function with what they are given."""
+    found: dict[str, list[ast.expr]] = {}
+    for node in ast.walk(function):
+        if isinstance(node, ast.Assign):
+            target, value = node.targets[0], node.value
+            both = isinstance(target, ast.Tuple) and isinstance(value, ast.Tuple)
+            pairs = zip(target.elts, value.elts, strict=False) if both else [(target, value)]  # type: ignore[attr-defined]
+            for name, given in pairs:
+                if isinstance(name, ast.Name):
+                    found.setdefault(name.id, []).append(given)
+    yield from found.items()
+
+
+def _returned(function: ast.FunctionDef) -> Iterator[ast.expr]:
+    """What a function returns."""
+    for node in ast.walk(function):
+        if isinstance(node, ast.Return) and node.value is not None:
+            yield node.value
+
+
+def _texts(node: ast.expr, names: dict[str, list[ast.expr]], depth: int = 2) -> list[str]:
+    """The texts that an expression may be, with "…" for what is not known; none where nothing is."""
+    if isinstance(node, ast.Name) and depth:
+        return [text for given in names.get(node.id, []) for text in _texts(given, names, depth - 1)]
+    if isinstance(node, ast.Call) and (name := ast.unparse(node.func).removeprefix("self.")) in names and depth:
+        return [text for given in names[name] for text in _texts(given, names, depth - 1)]
+    if isinstance(node, ast.IfExp):
+        return _texts(node.body, names, depth) + _texts(node.orelse, names, depth)
+    text = _text(node)
+    return [" ".join(text.split())] if any(letter.isalpha() for letter in text) else []
+
+
+def _text(node: ast.expr) -> str:
+    if isinstance(node, ast.Constant):
+        return node.value if isinstance(node.value, str) else ""
+    if isinstance(node, ast.JoinedStr):
+        return "".join(each.value if isinstance(each, ast.Constant) else "…" for each in node.values)
+    if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Add):
+        return _text(node.left) + _text(node.right)
+    return ""
