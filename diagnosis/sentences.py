@@ -8,7 +8,7 @@ from diagnosis.constants import ENOUGH, HELD, PLACED
 from diagnosis.result import BesideBeat, DiagnosisResult, GapSize
 from diagnosis.where import OF_NO_MARKER
 
-_SHOWS_IN = ("in how fast it swims", "in its course", "in how often it beats", "in how its tail rings")
+_SHOWS_IN = ("in its speed", "in its course", "in its beat frequency", "in its free decay")
 _OF_NO_MARKER = dict(zip(OF_NO_MARKER, _SHOWS_IN, strict=True))
 _OF_STAGE = {
     "camera": "in what camera and tracker see",
@@ -34,18 +34,17 @@ def _where(data: DiagnosisResult) -> str:
     shares = dict(data.where.by_stage)
     floor = shares.pop("floor")
     if data.verdict == "no_gap":
-        return f"Where: nowhere that these trials show; {floor:.0%} of what the nearest twin leaves is noise."
+        return f"Where: no place that these trials show; {floor:.0%} of the squared residual is noise."
     stage = max(shares, key=lambda name: shares[name])
     if shares[stage] < _STANDS_OUT:
         return (
-            "Where: in nothing that repeats with the beat; "
-            f"{floor:.0%} of what the nearest twin leaves of that is noise."
+            f"Where: in nothing that repeats with the beat; {floor:.0%} of the squared residual that does is noise."
         )
     shows = data.where.by_marker
     place = max(shows, key=lambda name: shows[name])
     return (
-        f"Where: mostly {_OF_STAGE[stage]} ({shares[stage]:.0%} of what the nearest twin leaves; {floor:.0%} is "
-        f"noise), most of all {_OF_NO_MARKER.get(place, f'at {plain(place)}')}."
+        f"Where: mostly {_OF_STAGE[stage]} ({shares[stage]:.0%} of the squared residual; {floor:.0%} is noise), "
+        f"mainly {_OF_NO_MARKER.get(place, f'at {plain(place)}')}."
     )
 
 
@@ -54,7 +53,7 @@ def _which(data: DiagnosisResult) -> str:
     if verdict == "no_gap":
         against = _refuted(data)
         but = f"; the fitted swims look like {against}" if against else ""
-        return f"Which: no effect is called for (probability of nothing {data.no_gap_probability:.2f}){but}."
+        return f"Which: the data need no effect (probability of no gap {data.no_gap_probability:.2f}){but}."
     if verdict == "unexplained" and (against := _refuted(data)):
         return f"Which: it looks like {against}{_elsewhere(data)}; see the missing forces."
     if verdict == "unexplained" and (like := _looks_like(chances)) is not None:

@@ -10,7 +10,7 @@ from reports.numbers import in_mm, shown, spanned
 MODELS = {
     TWIN: "twin alone",
     GIVEN: "twin with discrepancy",
-    BEATS: "that after two beats",
+    BEATS: "twin after two beats",
     CONTINUED: "continuation of two beats",
     "line": "line in frequency",
     "power_law": "power law in frequency",

@@ -48,7 +48,7 @@ FLAG_KINDS: dict[str, str] = {
     "other_command": "the motor was commanded another speed than the session states",
     "truncated_log": "the last row of a log is cut short",
     "not_used": "an experiment is not believed and was left out",
-    "boxes_off": "the boxes of nose and neck would have to be off by more than a hand misses",
+    "fit_outside": "the fit lies outside its own posterior interval",
     "markers_off": "markers sit elsewhere than the robot's description has them",
     "effect_left_out": "the swim trials support an effect that the twin leaves out",
     "robot_off": "the swim trials support another robot than the described one",

@@ -44,13 +44,13 @@ class Component(NamedTuple):
 
 
 COMPONENTS = (
-    Component("box_placement", "trial", "m", 0.003, 0.7, "a box beside its marker"),
+    Component("box_placement", "trial", "m", 0.003, 0.7, "distance of a box from its marker"),
     Component("head_registration", "trial", "rad", 0.02, 0.7, "the head frame turned against the body"),
     Component("sideways_drift", "trial", "m/s", 0.005, 1.0, "trim: a steady slip to one side"),
     Component("turning", "trial", "rad/s", 0.03, 1.0, "trim: a steady turn"),
     Component("marker_drift", "trial", "m/s", 0.001, 1.5, "a marker sliding along the body"),
     Component("marker_placement", "session", "m", 0.003, 0.7, "a marker beside its described place"),
-    Component("wave_common", "session", "1", 0.05, 1.5, "discrepancy of the body wave, alike at like frequencies"),
+    Component("wave_common", "session", "1", 0.05, 1.5, "discrepancy of the body wave, correlated over frequency"),
     Component("wave_own", "trial", "1", 0.03, 1.5, "discrepancy of the body wave of one trial"),
     Component("speed_common", "session", "1", 0.03, 0.2, "discrepancy of the speed, a line in frequency"),
     Component("speed_own", "trial", "1", 0.02, 0.2, "discrepancy of the speed of one trial"),

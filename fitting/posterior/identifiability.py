@@ -17,7 +17,7 @@ class Identifiability:
 
     Attributes:
         determined: (5,) whether each coefficient is; none is that presses against a bound.
-        at_bound: (5,) whether its posterior would be narrow enough but presses against a bound of the prior.
+        at_bound: (5,) whether its posterior would be narrow enough but is at a bound of the prior.
         narrowed: (5,) standard deviation over that of the prior.
         correlation: (5, 5).
         directions: (5, 5) unit vectors of combinations, what the data see best first; the prior is the same in all.

@@ -72,7 +72,7 @@ class Posterior:
     def outside(self) -> tuple[str, ...]:
         """Names of coefficients whose fit lies outside the 90 % interval.
 
-        Where the fit presses against a bound (nearer than half its own 90 % interval) the interval is one-sided: from
+        Where the fit is near a bound (nearer than half its own 90 % interval) the interval is one-sided: from
         that bound on.
         """
         reach = NORMAL_90 * np.sqrt(np.diag(self.mode.coefficient_covariance))
@@ -154,17 +154,17 @@ def _flags(posterior: Posterior) -> list[Flag]:
     if (marker_m := posterior.mode.sizes["marker_placement"]) > _MARKERS_OFF_M:
         message = (
             f"markers sit some {1000 * marker_m:.0f} mm from where the robot's description has them, in all trials "
-            "alike: measure their places, for on nose and neck hangs the scale, and with it every speed"
+            "alike: measure their places; nose and neck set the scale, and with it every speed"
         )
         flags.append(Flag("markers_off", message=message))
     if names := posterior.outside:
-        message = f"the fit lies outside its own 90 % interval: {', '.join(names)}; the likeliest is not typical here"
+        message = f"the fit lies outside its own 90 % interval: {', '.join(names)}; the most probable values are not typical of this posterior"
         flags.append(Flag("fit_outside", message=message))
     for name, marginal in posterior.marginals.items():
         interval = f"90 % interval {marginal.q05:.2g} to {marginal.q95:.2g}"
         if at := marginal.at_bounds:
             bounds = " and ".join(f"{bound:g}" for bound in at)
-            message = f"{name} presses against its bound {bounds}: the prior, not the trials, ends its {interval}"
+            message = f"{name} is at its bound {bounds}: the prior, not the trials, limits its {interval}"
             flags.append(Flag("at_bound", message=message))
         if not marginal.narrow:
             flags.append(Flag("unidentifiable", message=f"{name} is not determined: {interval}"))
