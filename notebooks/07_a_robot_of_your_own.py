@@ -49,8 +49,8 @@ elongated_body = { depth_m = 0.065, reference_area_m2 = 0.03 }
 fluid_centre_m = [0.05, 0.0, 0.0]
 fluid_half_size_m = [0.09, 0.018, 0.035]
 part = [
-    { name = "hull", centre_m = [0.05, 0.0, 0.0], half_size_m = [0.08, 0.018, 0.035], mass_kg = 0.30 },
-    { name = "battery", centre_m = [0.02, 0.0, -0.01], half_size_m = [0.03, 0.012, 0.01], mass_kg = 0.12 },
+    { name = "hull", centre_m = [0.05, 0.0, 0.0], half_size_m = [0.08, 0.018, 0.035], mass_kg = 0.45 },
+    { name = "battery", centre_m = [0.02, 0.0, -0.01], half_size_m = [0.03, 0.012, 0.01], mass_kg = 0.20 },
 ]
 
 [crank]                                     # the shaft lies across the hull, with an arm at each end
@@ -146,8 +146,9 @@ plt.show()
 # ## 4. It swims
 #
 # Three frequencies, simulated together, from rest. The fluid coefficients are the published ones of the other fish;
-# only a calibration gives those of this robot. The
-# upper panel shows the body in twelve moments of one beat, from yellow to dark blue, the lower one the distance swum.
+# only a calibration gives those of this robot. The upper panel shows the body in twelve moments of one beat, from
+# yellow to dark blue, the lower one the distance swum. A twin that starts from rest may also settle into swimming
+# backward; the crank's phase at the start, `phase_rad`, decides.
 
 # %%
 hz = [0.5, 1.0, 1.5]
@@ -191,11 +192,14 @@ calib.track(session).to_frame()[["frequency_hz", "speed", "used"]].round(4)
 
 # %% [markdown]
 # The speed of tracks is along the head's own axis. As the head swings, it is higher than the way made good that the
-# figure above names. The session is ready for `calib.fit(session)`.
+# figure above names.
+#
+# A calibration needs more than these three trials: a quick fit of them forecasts speeds worse than a constant stride.
+# Record the dry experiments (notebook 03) and several longer trials; then `calib.run(session)`.
 #
 # The same on the command line:
 #
 # ```sh
 # calib mjcf minnow.toml --out minnow.xml
-# calib new pool --tracks f0_50.csv f1_00.csv f1_50.csv --robot minnow.toml && calib run pool --effort quick
+# calib new pool --tracks f0_50.csv f1_00.csv f1_50.csv --robot minnow.toml && calib track pool
 # ```
