@@ -194,12 +194,13 @@ calib.track(session).to_frame()[["frequency_hz", "speed", "used"]].round(4)
 # The speed of tracks is along the head's own axis. As the head swings, it is higher than the way made good that the
 # figure above names.
 #
-# A calibration needs more than these three trials: a quick fit of them forecasts speeds worse than a constant stride.
-# Record the dry experiments (notebook 03) and several longer trials; then `calib.run(session)`.
+# A calibration needs more than these three trials: a quick fit of them finds other coefficients than those that swam,
+# and a constant stride forecasts the speed as well. Record the dry experiments (notebook 03) and several longer trials;
+# then `calib.run(session)`.
 #
 # The same on the command line:
 #
 # ```sh
 # calib mjcf minnow.toml --out minnow.xml
-# calib new pool --tracks f0_50.csv f1_00.csv f1_50.csv --robot minnow.toml && calib track pool
+# calib new pool --tracks f0_50.csv f1_00.csv f1_50.csv --robot minnow.toml && calib doctor pool
 # ```
