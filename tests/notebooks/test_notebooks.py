@@ -13,7 +13,14 @@ from nbclient import NotebookClient
 ROOT = Path(__file__).parents[2]
 SCRIPTS = sorted((ROOT / "notebooks").glob("*.py"))
 MOST_BYTES = 1_500_000
+OF_SECONDS = ("07_a_robot_of_your_own",)
+"""Notebooks that run in every test; the others take up to minutes."""
 each_notebook = pytest.mark.parametrize("script", SCRIPTS, ids=lambda script: script.stem)
+each_marked = pytest.mark.parametrize(
+    "script",
+    [pytest.param(each, marks=[] if each.stem in OF_SECONDS else [pytest.mark.long]) for each in SCRIPTS],
+    ids=lambda script: script.stem,
+)
 
 
 def cells(notebook: nbformat.NotebookNode) -> list[tuple[str, str]]:
@@ -44,19 +51,19 @@ def test_the_committed_notebook_shows_its_figures_and_no_error(script: Path) -> 
     assert script.with_suffix(".ipynb").stat().st_size < MOST_BYTES
 
 
-@pytest.mark.long
-@each_notebook
+@each_marked
 def test_it_runs_in_a_fresh_checkout_without_error_or_warning(
     script: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("IPYTHONDIR", str(tmp_path / "ipython"))
     monkeypatch.setenv("JUPYTER_PLATFORM_DIRS", "1")
     shutil.copytree(ROOT / "datasets", tmp_path / "datasets", ignore=shutil.ignore_patterns("results"))
+    shutil.copytree(ROOT / "swimmer" / "robots", tmp_path / "swimmer" / "robots")
     (tmp_path / "notebooks").mkdir()
     notebook = jupytext.read(script)
 
     place = {"metadata": {"path": str(tmp_path / "notebooks")}}
-    NotebookClient(notebook, timeout=240, kernel_name="python3", resources=place).execute()
+    NotebookClient(notebook, timeout=600, kernel_name="python3", resources=place).execute()
 
     outputs = [output for cell in notebook.cells if cell.cell_type == "code" for output in cell.outputs]
     reported = [output.text for output in outputs if output.get("name") == "stderr"]
