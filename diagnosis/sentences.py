@@ -37,9 +37,7 @@ def _where(data: DiagnosisResult) -> str:
         return f"Where: no place that these trials show; {floor:.0%} of the squared residual is noise."
     stage = max(shares, key=lambda name: shares[name])
     if shares[stage] < _STANDS_OUT:
-        return (
-            f"Where: in nothing that repeats with the beat; {floor:.0%} of the squared residual that does is noise."
-        )
+        return f"Where: in nothing that repeats with the beat; {floor:.0%} of the squared residual that does is noise."
     shows = data.where.by_marker
     place = max(shows, key=lambda name: shows[name])
     return (

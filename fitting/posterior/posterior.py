@@ -158,7 +158,8 @@ def _flags(posterior: Posterior) -> list[Flag]:
         )
         flags.append(Flag("markers_off", message=message))
     if names := posterior.outside:
-        message = f"the fit lies outside its own 90 % interval: {', '.join(names)}; the most probable values are not typical of this posterior"
+        outside = ", ".join(names)
+        message = f"the fit lies outside its own 90 % interval: {outside}; the mode is not typical of this posterior"
         flags.append(Flag("fit_outside", message=message))
     for name, marginal in posterior.marginals.items():
         interval = f"90 % interval {marginal.q05:.2g} to {marginal.q95:.2g}"
