@@ -52,21 +52,31 @@ def changed(before: dict[str, str], after: dict[str, str]) -> set[str]:
     return {name for name in before.keys() | after.keys() if before.get(name) != after.get(name)}
 
 
-@pytest.mark.parametrize(
-    ("command", "own"),
-    [
-        (("report",), set()),
-        (("mjcf", "--out", "{out}"), set()),
-        (("view",), {"session.rrd"}),
-        (("doctor",), set()),
-        (("track",), set()),
-        (("fit", "--effort", "quick"), set()),
-        (("posterior", "--effort", "quick"), set()),
-        (("diagnose", "--effort", "quick"), set()),
-        (("run", "--effort", "quick"), set()),
-    ],
-    ids=lambda value: value[0] if isinstance(value, tuple) else "",
+COMMANDS: tuple[tuple[tuple[str, ...], set[str]], ...] = (
+    (("report",), set()),
+    (("mjcf", "--out", "{out}"), set()),
+    (("view",), {"session.rrd"}),
+    (("doctor",), set()),
+    (("track",), set()),
+    (("fit", "--effort", "quick"), set()),
+    (("posterior", "--effort", "quick"), set()),
+    (("diagnose", "--effort", "quick"), set()),
+    (("run", "--effort", "quick"), set()),
 )
+"""With what each may change of a finished session."""
+
+
+@pytest.mark.long
+def test_after_any_command_no_other_changes_what_stands(calib: Front, whole: Path, tmp_path: Path) -> None:
+    before = results(whole)
+    for first, _ in COMMANDS:
+        for second, _ in COMMANDS:
+            for name, *options in (first, second):
+                calib(name, whole, *(option.format(out=tmp_path / "fish.xml") for option in options))
+            assert changed(before, results(whole)) <= {"session.rrd"}, (first, second)
+
+
+@pytest.mark.parametrize(("command", "own"), COMMANDS, ids=lambda value: value[0] if isinstance(value, tuple) else "")
 def test_what_stands_is_used_whatever_its_effort(
     calib: Front, whole: Path, command: tuple[str, ...], own: set[str], tmp_path: Path
 ) -> None:
