@@ -21,7 +21,7 @@ def progress_bar(quiet: bool) -> Iterator[Progress]:
     console = Console(stderr=True)
     if quiet:
         yield lambda _message, _share: None
-    elif "ipykernel" in sys.modules:
+    elif _is_kernel():
         with _in_notebook() as report:
             yield report
     elif not console.is_terminal:
@@ -115,6 +115,15 @@ def _ticking(lines: Lines) -> Iterator[Lines]:
     finally:
         ended.set()
         clock.join()
+
+
+def _is_kernel() -> bool:
+    """Whether this process is the kernel of a notebook; others may have loaded the module, too."""
+    if "ipykernel" not in sys.modules:
+        return False
+    from IPython.core.getipython import get_ipython
+
+    return getattr(get_ipython(), "kernel", None) is not None
 
 
 @contextmanager
