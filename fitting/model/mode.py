@@ -141,7 +141,7 @@ def find_mode(
     descents = [_Descent(model, start) for start in _promising(model, points, simulated, starts)]
     for number, descent in enumerate(descents):
         tell("fitting the coefficients", 0.5 * number / starts)
-        descent.go_on(_RACED)
+        descent.go_on(min(_RACED, _ROUNDS))
     descents.sort(key=lambda each: (not each.forward, -each.log_density))
     for number, descent in enumerate(descents[: (starts + 1) // 2]):
         tell("fitting the coefficients", 0.5 + number / starts)

@@ -43,6 +43,7 @@ def test_results_are_those_of_one_process_to_the_last_digit(
         assert lasting(folder) == lasting(finished)
 
 
+@pytest.mark.long
 def test_a_worker_killed_midway_costs_its_own_session_only(
     cluster: LocalCluster, pair: list[Path], finished: Path
 ) -> None:

@@ -3,28 +3,42 @@
 import errno
 import os
 import random
+import resource
 import shutil
-import signal
-import subprocess
 import sys
 import time
+from contextlib import redirect_stderr
+from multiprocessing import get_context
+from multiprocessing.context import ForkServerProcess
 from pathlib import Path
 
 import pytest
 
+from calib import cli
 from session.lock import HOLDER
-from tests.calib.door import ROOT, Front, assert_reports, edit, files_in, lasting
+from tests.calib.door import Front, assert_reports, edit, files_in, hurried, lasting
 from tests.cases import later
 
-_HURRIED = "from tests.calib.door import hurried; hurried(); from calib.entry import main; main()"
 _LONGEST_S = 3.0  # from the beginning of the work to a kill: an undisturbed run takes some 2 s
-_FULL = "import resource; resource.setrlimit(resource.RLIMIT_FSIZE, (2000, 2000)); " + _HURRIED
+FORKS = get_context("forkserver")  # what a run imports is imported once
+FORKS.set_forkserver_preload(["tests.calib.test_killed"])
 
 
-def started(folder: Path, program: str = _HURRIED) -> subprocess.Popen[str]:
-    """`calib run` as a process of its own, with little effort."""
-    command = [sys.executable, "-c", program, "run", str(folder), "--effort", "quick"]
-    return subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+def run(folder: Path, most_bytes: int = 0) -> None:
+    """`calib run` with little effort; the system refuses larger files than so many bytes, if any."""
+    if most_bytes:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (most_bytes, most_bytes))
+    hurried()
+    sys.argv = ["calib", "run", str(folder), "--effort", "quick"]
+    with (folder / "said").open("w") as said, redirect_stderr(said):
+        cli.main()
+
+
+def started(folder: Path, most_bytes: int = 0) -> ForkServerProcess:
+    """The same as a process of its own."""
+    process = FORKS.Process(target=run, args=(folder, most_bytes))
+    process.start()
+    return process
 
 
 @pytest.mark.parametrize("kills", [5, *later(50)])
@@ -37,15 +51,15 @@ def test_after_kills_at_random_moments_the_results_are_those_of_an_undisturbed_r
     for _ in range(kills):
         holder.unlink(missing_ok=True)
         running = started(folder)
-        while not holder.exists() and running.poll() is None:  # until the work begins
+        while not holder.exists() and running.is_alive():  # until the work begins
             time.sleep(0.01)
         time.sleep(moments.uniform(0.0, _LONGEST_S))
-        running.send_signal(signal.SIGKILL)
-        running.communicate()
+        running.kill()
+        running.join()
         assert lasting(folder).items() <= expected.items()  # whatever is there is whole
     last = started(folder)
-    _, err = last.communicate(timeout=120)
-    assert last.returncode == 0, err
+    last.join(120)
+    assert last.exitcode == 0, (folder / "said").read_text()
     assert lasting(folder) == expected
     assert not [name for name in files_in(folder) if ".part." in name]
 
@@ -53,11 +67,12 @@ def test_after_kills_at_random_moments_the_results_are_those_of_an_undisturbed_r
 def test_a_full_disk_is_one_clear_error_and_leaves_what_was_there(finished: Path) -> None:
     before = lasting(finished)
     edit(finished / "session.toml", "[fit]", "[fit]\nseed = 7")
-    running = started(finished, _FULL)
-    out, err = running.communicate(timeout=120)
-    assert (running.returncode, out) == (2, "")
-    assert "cannot be written; found: File too large; expected: a writable folder with space left" in err
-    assert "Traceback" not in err
+    running = started(finished, most_bytes=2000)
+    running.join(120)
+    said = (finished / "said").read_text()
+    assert running.exitcode == 2, said
+    assert "cannot be written; found: File too large; expected: a writable folder with space left" in said
+    assert "Traceback" not in said
     assert lasting(finished) == before
 
 

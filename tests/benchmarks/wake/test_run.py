@@ -40,6 +40,7 @@ def test_more_beats_a_second_are_faster():
     assert each[1] > 1.5 * each[0] > 0.0
 
 
+@pytest.mark.long
 def test_half_the_step_and_twice_the_panels_change_the_way_little(plain: Recording):
     (finer,) = wake.simulate([(WORLD, SWIM)], None, 0.002)
     (more,) = wake.simulate([(WORLD, SWIM)], None, 0.002, 2)

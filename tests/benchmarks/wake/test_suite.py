@@ -1,4 +1,5 @@
 import numpy as np
+import pytest
 
 from benchmarks import wake
 from benchmarks.effects.filming import film_together
@@ -29,6 +30,7 @@ def test_a_seed_gives_one_suite_and_another_gives_another():
     assert plan_wake_suite(4, SIZES["wake"]) != PLANS
 
 
+@pytest.mark.long
 def test_what_is_drawn_swims_forward_inside_the_picture():
     plan = min(PLANS, key=lambda each: 1 / min(*each.recorded.fit_hz, *each.recorded.holdout_hz))
     films = []
