@@ -77,7 +77,7 @@ def search(
         options: of the task and the rules, see `make_course`.
 
     Raises:
-        InputError: the file holds the state of another search.
+        InputError: the file cannot be read; that of another search is written over.
     """
     plan = plan or SearchPlan(episodes=16 if task == "target" else 2)
     course = make_course(

@@ -7,7 +7,7 @@ from benchmarks.video.filmed import SessionVideo
 from calib.pipeline import Options, Pipeline, open_session
 from synthetic import make_session
 from tests.calib import filmed as of_video
-from tests.calib.door import PLAN, Front, front_door, with_little_effort
+from tests.calib.door import PLAN, Front, front_door, little_posterior, with_little_effort
 from tests.once import made_once
 
 
@@ -49,6 +49,28 @@ def finished_session(fresh_session: Path, tmp_path_factory: pytest.TempPathFacto
             pipeline.report()
 
     return made_once(tmp_path_factory, "finished", finish)
+
+
+@pytest.fixture(scope="session")
+def whole_session(finished_session: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    def finish(folder: Path) -> None:
+        shutil.copytree(finished_session, folder)
+        with pytest.MonkeyPatch.context() as patch:
+            with_little_effort(patch)
+            little_posterior(patch)
+            pipeline = Pipeline(open_session(folder), Options("quick"))
+            pipeline.posterior()
+            pipeline.diagnosis()
+            pipeline.report()
+
+    return made_once(tmp_path_factory, "whole", finish)
+
+
+@pytest.fixture
+def whole(whole_session: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A session with a fit, its posterior and a diagnosis, all of quick effort."""
+    little_posterior(monkeypatch)
+    return Path(shutil.copytree(whole_session, tmp_path / "pool"))
 
 
 @pytest.fixture

@@ -24,7 +24,7 @@ from reports import gallery
 from reports.sections import posterior as posterior_section
 from reports.sections.gap_plots import gap_plots
 from swimmer import load_robot
-from tests.calib.door import ROOT, files_in
+from tests.calib.door import files_in
 from tests.reports.diagnoses import made_diagnosed, made_everything
 from tests.reports.posteriors import made_summary
 from tests.reports.sample import MARKERS, made_context
@@ -91,8 +91,9 @@ def test_every_function_says_what_it_takes_and_raises_and_shows_an_example(name:
         assert argument in text or "Args, Raises:" in text
 
 
-def test_the_examples_are_right(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(ROOT)
+def test_the_examples_are_right(whole: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Those of sessions are of a finished one, `pool`."""
+    monkeypatch.chdir(whole.parent)
     for module in (interface, interface.camera, interface.benchmark, capture_functions):
         assert doctest.testmod(module).failed == 0
 

@@ -1,41 +1,16 @@
 """Commands use what stands: showing computes nothing, and what computes replaces its own results alone, kept aside."""
 
 import json
-import shutil
 from hashlib import sha256
 from pathlib import Path
 
 import pytest
 
-from calib.pipeline import Options, Pipeline, open_session
-from tests.calib.door import Front, assert_reports, edit, little_posterior, with_little_effort
-from tests.once import made_once
+from tests.calib.door import Front, assert_reports, edit
 
 OF_FIT = {"calibration.json", "calibrated.xml", "report.html"}
 OF_POSTERIOR = {"posterior.nc", "posterior.json"}
 OF_DIAGNOSIS = {"diagnosis.json"}
-
-
-@pytest.fixture(scope="session")
-def whole_session(finished_session: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    def finish(folder: Path) -> None:
-        shutil.copytree(finished_session, folder)
-        with pytest.MonkeyPatch.context() as patch:
-            with_little_effort(patch)
-            little_posterior(patch)
-            pipeline = Pipeline(open_session(folder), Options("quick"))
-            pipeline.posterior()
-            pipeline.diagnosis()
-            pipeline.report()
-
-    return made_once(tmp_path_factory, "whole", finish)
-
-
-@pytest.fixture
-def whole(whole_session: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A session with a fit, its posterior and a diagnosis, all of quick effort."""
-    little_posterior(monkeypatch)
-    return Path(shutil.copytree(whole_session, tmp_path / "pool"))
 
 
 def results(folder: Path) -> dict[str, str]:
