@@ -139,22 +139,33 @@ def repeated(mode: Mode, number: int) -> FeatureForecast:
     return _conditional(mode, again, mode.jacobian[number * rows :][:rows], None)
 
 
-def forecast_given_frequency(mode: Mode, window: TrialModel, scatter: Scatter = EVEN) -> FeatureForecast:
-    """Of a window of a new trial, by its frequency and what the fitted trials tell; in step with its tail."""
-    return _conditional(mode, block_of(mode, window, scatter), jacobian_at([window], mode.coefficients), None)
+class NewWindow(NamedTuple):
+    """A window of a new trial as the twin swims it.
 
-
-def forecast_after_beats(mode: Mode, windows: Windows, scatter: Scatter = EVEN) -> FeatureForecast:
-    """Of the late window of a new trial, by the fitted trials and its own early window.
-
-    Raises:
-        NotEnoughData: there is no early window.
+    Attributes:
+        block: its features are what the twin simulates.
+        jacobian: (k, 5) of its features with the coefficients.
+        scatter: of windows of one trial.
     """
-    if windows.early is None:
-        raise NotEnoughData(f"trial {windows.late.trial.name}: its first two beats are too short to tell anything")
-    late = block_of(mode, windows.late, scatter)
-    early = _early_block(mode, windows.early, late, scatter)
-    return _conditional(mode, late, jacobian_at([windows.late], mode.coefficients), early)
+
+    block: Block
+    jacobian: np.ndarray
+    scatter: Scatter
+
+    @classmethod
+    def of(cls, mode: Mode, window: TrialModel, scatter: Scatter = EVEN) -> "NewWindow":
+        """Simulated at the mode."""
+        return cls(block_of(mode, window, scatter), jacobian_at([window], mode.coefficients), scatter)
+
+
+def forecast_given_frequency(mode: Mode, window: NewWindow) -> FeatureForecast:
+    """Of a window of a new trial, by its frequency and what the fitted trials tell; in step with its tail."""
+    return _conditional(mode, window.block, window.jacobian, None)
+
+
+def forecast_after_beats(mode: Mode, late: NewWindow, early: TrialModel) -> FeatureForecast:
+    """Of the late window of a new trial, by the fitted trials and its own early window."""
+    return _conditional(mode, late.block, late.jacobian, _early_block(mode, early, late.block, late.scatter))
 
 
 def scatter_of(mode: Mode) -> Scatter:

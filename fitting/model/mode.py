@@ -21,18 +21,19 @@ from fitting.model.trial_model import TrialModel, freedoms_together, simulated_t
 from fitting.model.variance import COEFFICIENT_SD, FORECAST_SPEED, MEDIANS, Block, Covariance
 from fitting.objective import COEFFICIENT_BOUNDS
 from session.errors import SimulationDiverged
-from swimmer import PUBLISHED_COEFFICIENTS
+from swimmer import PUBLISHED_COEFFICIENTS, Trajectories
 
 Progress = Callable[[str, float | None], None]
 _SCREENED = 48
 _TRIED = 4  # times the starts, of which it is asked whether their twins swim forward from rest
 _ROUNDS = 14
 _RACED = 6  # rounds of all descents, after which the better half goes on
-_RENEWED = (0, 2, 5)  # rounds in which nuisances are simulated anew where the coefficients now are
+_RENEWED = (2, 5)  # rounds in which nuisances are simulated anew where the coefficients now are
 _NATURALS = tuple(np.linspace(-0.8, 0.8, 9))  # of rolls to begin with, see `Roll.natural`
 _ROOT_STEP = 0.08  # of the differences, in roots of coefficients: Kutta lift roughens the twin below that
 _SHARES = (1.0, 0.5, 0.25, 0.1)  # of a step
 _STILL = 0.2  # length of a step in standard deviations of the coefficients, below which it is the last
+_SHORT = 1.0  # such a length, below which slopes are corrected by what the step did instead of simulated anew
 _APART = 1.0  # square root of the mean squared distance, in standard deviations, from which two ends differ
 _AS_LIKELY = 2.0  # log density within which two ends are as likely
 
@@ -138,18 +139,21 @@ def find_mode(
     """
     points = _screened(seed)
     simulated = model.simulated(points)
-    descents = [_Descent(model, start) for start in _promising(model, points, simulated, starts)]
+    promising = _promising(model, points, simulated, starts)
+    blocks = blocks_at(model, promising[0])
+    descents = [_Descent(model, start, blocks) for start in promising]
     for number, descent in enumerate(descents):
         tell("fitting the coefficients", 0.5 * number / starts)
         descent.go_on(min(_RACED, _ROUNDS))
-    descents.sort(key=lambda each: (not each.forward, -each.log_density))
+    descents.sort(key=_worse)
     for number, descent in enumerate(descents[: (starts + 1) // 2]):
         tell("fitting the coefficients", 0.5 + number / starts)
         descent.go_on(_ROUNDS)
-    found = [each for each in descents if np.isfinite(each.log_density)]
+    while not (found := sorted(descents, key=_worse))[0].done:
+        found[0].go_on(_ROUNDS)
+    found = [each for each in found if np.isfinite(each.log_density)]
     if not found:
         raise SimulationDiverged("the twin diverged from every start; look into the flags of the fit trials")
-    found.sort(key=lambda each: (not each.forward, -each.log_density))
     spent = len(points) + sum(each.simulated for each in descents)
     ends = tuple(each.mode.ends[0] for each in found)
     return replace(found[0].mode, ends=ends, simulations=spent)
@@ -219,18 +223,26 @@ class _Descent:
         log_density: where it is; -inf where the twin diverged on the way.
     """
 
-    def __init__(self, model: SessionModel, start: np.ndarray) -> None:
+    def __init__(self, model: SessionModel, start: np.ndarray, blocks: tuple[Block, ...]) -> None:
         self.model, self.start, self.simulated = model, start, 0
         self.forward = bool(model.swim_forward(start[None])[0])
+        self._blocks, self._covariance = blocks, Covariance.of(blocks)
         self.log_density, self._round, self._converged = -np.inf, 0, False
         self._at, self._sizes = start, dict(MEDIANS)
+        self._trajectories = trajectories_together(model.trials, start[None])
+        self._jacobian, self._sloped = np.zeros((0, 5)), False
+
+    @property
+    def done(self) -> bool:
+        """Whether going on changes nothing."""
+        return self._converged or self._round >= _ROUNDS
 
     def go_on(self, rounds: int) -> None:
         """Goes on until so many rounds are behind it, or until it has converged."""
         try:
             while self._round < rounds and not self._converged:
                 self._step()
-            self._look()
+            self._look(sloped=True)
         except (np.linalg.LinAlgError, ValueError):  # what is simulated is not finite
             self.log_density, self._converged = -np.inf, True
 
@@ -240,22 +252,43 @@ class _Descent:
             self._covariance = Covariance.of(self._blocks)
             self.simulated += 16
         self._look()
-        self.simulated += 14
         jacobian, others = self._jacobian, self._covariance.without_roll(self._sizes) + _free(self._jacobian)
-        if self._round in _RENEWED:
+        if self._round in (0, *_RENEWED):
             self._start_roll(others)
         rolled = self._roll(others)
         total = self._covariance.at(self._sizes)
-        before, self._at = self._at, self._stepped(jacobian, total)
         root = np.linalg.cholesky(np.linalg.inv(_coefficient_covariance(total, jacobian)))
-        moved = np.hypot(np.linalg.norm(root.T @ (self._at - before)), rolled)
-        self._converged = bool(moved < _STILL) and self._round >= _RENEWED[1]
+        before, residual = self._at, self._residual
+        self._at, self._trajectories = self._stepped(total)
+        length = self._slope_on(before, residual, root)
+        still = length is not None and np.hypot(length, rolled) < _STILL
+        self._converged = bool(still) and self._round >= _RENEWED[0]
         self._round += 1
 
-    def _look(self) -> None:
-        """Where it is: trajectories, residual, slopes, the likeliest sizes there."""
-        self._trajectories = trajectories_together(self.model.trials, self._at[None])
-        self._residual, self._jacobian = self._residual_with(None), jacobian_at(self.model.trials, self._at)
+    def _slope_on(self, before: np.ndarray, residual: np.ndarray, root: np.ndarray) -> float | None:
+        """Slopes after a step from coefficients (5,) with their residual (K,); its length, None to try it again.
+
+        Args:
+            before, residual: where the step began.
+            root: (5, 5) of the information about the coefficients, by which lengths are measured.
+        """
+        step, sloped = self._at - before, self._sloped
+        length = float(np.linalg.norm(root.T @ step))
+        if not step.any():
+            if not sloped:
+                self._jacobian = self._jacobian[:0]
+            return length if sloped else None
+        self._sloped = False
+        change = residual - self._residual_with(None)
+        self._jacobian = _corrected(self._jacobian, step, change, root) if length < _SHORT else self._jacobian[:0]
+        return length
+
+    def _look(self, sloped: bool = False) -> None:
+        """Where it is: residual, slopes, the likeliest sizes there; the slopes simulated where `sloped` or unknown."""
+        self._residual = self._residual_with(None)
+        if not len(self._jacobian) or (sloped and not self._sloped):
+            self._jacobian, self._sloped = jacobian_at(self.model.trials, self._at), True
+            self.simulated += 10
         self._sizes, deviance = self._covariance.restricted(self._residual, self._jacobian, self._sizes)
         self.log_density = -deviance - self.model.trials[0].roll.deviance
 
@@ -310,22 +343,46 @@ class _Descent:
         step = (np.array(there) - np.array(roll)) / ROLL_SD
         return float(np.sqrt(step @ information @ step))
 
-    def _stepped(self, jacobian: np.ndarray, total: np.ndarray) -> np.ndarray:
-        """(5,) one step on, or the same where no share of it gains. A twin that swims forward from rest goes on to."""
+    def _stepped(self, total: np.ndarray) -> tuple[np.ndarray, list[Trajectories]]:
+        """(5,) one step on and what swims there, or the same where no share of it gains.
+
+        A twin that swims forward from rest goes on to.
+        """
         root = np.linalg.cholesky(total)
-        white, columns = (solve_triangular(root, each, lower=True) for each in (self._residual, jacobian))
+        white, columns = (solve_triangular(root, each, lower=True) for each in (self._residual, self._jacobian))
         low, high = COEFFICIENT_BOUNDS
         step = lsq_linear(columns, white, bounds=(low - self._at - 1e-9, high - self._at + 1e-9)).x
-        tried = np.clip(self._at + np.outer(_SHARES, step), low, high)
-        rows = self.model.measured - self.model.simulated(tried)
-        self.simulated += len(tried)
-        squares = np.nan_to_num((solve_triangular(root, np.nan_to_num(rows, nan=1e3).T, lower=True) ** 2).sum(axis=0))
-        for best in np.argsort(squares):
-            if squares[best] >= white @ white:
-                break
-            if not self.forward or self.model.swim_forward(tried[[best]])[0]:
-                return np.asarray(tried[best])
-        return self._at
+        for shares in (_SHARES[:1], _SHARES[1:]):
+            tried = np.clip(self._at + np.outer(shares, step), low, high)
+            told = trajectories_together(self.model.trials, tried)
+            self.simulated += len(tried)
+            rows = self.model.measured - np.hstack(
+                [trial.features_of(each) for trial, each in zip(self.model.trials, told, strict=True)]
+            )
+            squares = np.nan_to_num(
+                (solve_triangular(root, np.nan_to_num(rows, nan=1e3).T, lower=True) ** 2).sum(axis=0)
+            )
+            for best in np.argsort(squares):
+                if squares[best] >= white @ white:
+                    break
+                if not self.forward or self.model.swim_forward(tried[[best]])[0]:
+                    return np.asarray(tried[best]), [
+                        each.part(np.array([best]), each.time_s.shape[-1]) for each in told
+                    ]
+        return self._at, self._trajectories
+
+
+def _corrected(jacobian: np.ndarray, step: np.ndarray, change: np.ndarray, root: np.ndarray) -> np.ndarray:
+    """(K, 5) slopes that give the change (K,) that a step (5,) made, else as they were (Broyden 1965, good update).
+
+    The length of a step is measured by the root (5, 5) of the information about the coefficients.
+    """
+    along = root @ (root.T @ step)
+    return np.asarray(jacobian + np.outer(change - jacobian @ step, along) / (step @ along))
+
+
+def _worse(descent: _Descent) -> tuple[bool, float]:
+    return not descent.forward, -descent.log_density
 
 
 def _free(jacobian: np.ndarray) -> np.ndarray:

@@ -12,6 +12,7 @@ from fitting.in_pool import head_frame
 from fitting.model.forecast import (
     NORMAL_90,
     FeatureForecast,
+    NewWindow,
     Scatter,
     Windows,
     forecast_after_beats,
@@ -165,9 +166,10 @@ def _fitted(mode: Mode, number: int, seed: int) -> ForecastTrial:
 
 def _held_out(mode: Mode, trial: MeasuredTrial, scatter: Scatter, seed: int) -> ForecastTrial:
     windows, fitted = Windows.of(mode, trial), [block.model.trial for block in mode.blocks]
-    found = {GIVEN: _scored(trial, forecast_given_frequency(mode, windows.late, scatter), seed)}
+    late = NewWindow.of(mode, windows.late, scatter)
+    found = {GIVEN: _scored(trial, forecast_given_frequency(mode, late), seed)}
     if windows.early is not None:
-        found[BEATS] = _scored(trial, forecast_after_beats(mode, windows, scatter), seed)
+        found[BEATS] = _scored(trial, forecast_after_beats(mode, late, windows.early), seed)
         goes_on = head_frame(trial.markers, tracks_of(windows.early.measured[None], windows.late)[0])
         found[CONTINUED] = _distances(trial, goes_on)
     hz, speed = [each.frequency.hz for each in fitted], [each.speed for each in fitted]

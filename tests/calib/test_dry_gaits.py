@@ -39,6 +39,7 @@ def test_one_that_is_held_out_is_no_evidence(folder: Path) -> None:
     assert pipeline(folder).recordings.in_air.runs == []
 
 
+@pytest.mark.long
 def test_a_free_decay_is_evidence_but_not_one_that_is_held_out(tmp_path: Path) -> None:
     folder = Path(shutil.copytree(WITH_DECAY, tmp_path / "pool", ignore=shutil.ignore_patterns("results")))
     assert [decay.name for decay in pipeline(folder).recordings.in_air.decays] == ["decay"]

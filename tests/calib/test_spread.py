@@ -40,6 +40,7 @@ def named(marker: str, why: str) -> str:
     return f"{marker}: {why}"
 
 
+@pytest.mark.long
 def test_what_a_killed_worker_leaves_is_done_by_the_other_and_nothing_twice(tmp_path: Path) -> None:
     pieces = [str(tmp_path / str(number)) for number in range(6)]
     for piece in pieces[1:]:

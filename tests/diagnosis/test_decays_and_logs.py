@@ -73,6 +73,7 @@ def test_its_numbers_end_the_row() -> None:
     assert at.slopes[-2:] == pytest.approx(np.zeros((2, 5)))
 
 
+@pytest.mark.long
 def test_robots_that_are_a_little_off_move_it_with_the_features() -> None:
     """By 2 % in stiffness and in the tail's mass, and 5 % in damping; what else disturbs features does not matter."""
     at = linear()
@@ -90,6 +91,7 @@ def test_water_and_motors_do_not_move_it() -> None:
     assert min(moved[name] for name in (CLOCK, "stiffness_error", "joint_damping")) > 0.01
 
 
+@pytest.mark.long
 def test_hinges_within_what_is_doubted_of_them_are_no_effect() -> None:
     at = linear(0.03, -0.05)
     assert explained(at, signatures(at), Priors()).probabilities.null > 0.5
@@ -106,6 +108,7 @@ def test_it_speaks_for_a_clock_or_for_a_gear() -> None:
     assert none > right + 1.0
 
 
+@pytest.mark.long
 def test_the_split_by_stage_and_by_trial_counts_it_and_adds_up() -> None:
     at = linear(0.15, 0.5)
     where = locate(at, responses(at), signatures(at))

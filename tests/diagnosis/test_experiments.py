@@ -48,6 +48,7 @@ def by_text(found: tuple[Experiment, ...], text: str) -> Experiment:
     return one
 
 
+@pytest.mark.long
 def test_a_log_or_a_clock_in_view_tells_clock_from_gear_and_no_swim(found: tuple[Experiment, ...]) -> None:
     log, clock = by_text(found, "Log the motor"), by_text(found, "running clock")
     assert max(log.expected_error, clock.expected_error) < 0.001

@@ -9,6 +9,7 @@ import pytest
 
 from fitting import Calibration, MeasuredTrial, calibrate
 from fitting.ebt import FORMS, fit_ebt
+from fitting.model import mode
 from fitting.objective import Swims
 from fitting.structure import assumed
 from fitting.sweep import sweep_speed
@@ -21,7 +22,10 @@ STARTS = 1
 
 @pytest.fixture(scope="module")
 def calibration(trials: dict[str, MeasuredTrial]) -> Calibration:
-    return calibrate(list(trials.values()), assumed(load_robot()), STARTS)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(mode, "_SCREENED", 8)
+        patch.setattr(mode, "_ROUNDS", 3)
+        return calibrate(list(trials.values()), assumed(load_robot()), STARTS)
 
 
 def test_every_swim_is_compared_in_the_order_of_the_session(calibration: Calibration) -> None:

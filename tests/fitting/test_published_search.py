@@ -76,6 +76,7 @@ def test_the_order_of_trials_does_not_change_a_bit(swims: Swims, fit: PublishedF
     np.testing.assert_array_equal(other.phase_rad, fit.phase_rad[::-1])
 
 
+@pytest.mark.long
 def test_a_long_budget_converges_and_a_cut_one_does_not(easy: EasySwims) -> None:
     cut, whole = (published_search(easy, budget_s) for budget_s in (CUT_S, LONG_S))
 

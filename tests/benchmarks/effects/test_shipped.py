@@ -47,6 +47,7 @@ def test_one_session_holds_a_pair_that_its_data_cannot_tell_apart(answers: dict[
     assert ("time_base_error", "drive_ratio_error") in pairs
 
 
+@pytest.mark.long
 def test_every_session_holds_what_was_planned() -> None:
     for name, plan in PLANS.items():
         session, recorded = load_session(SUITE.sessions / name), plan.recorded
@@ -62,6 +63,7 @@ def test_every_session_holds_what_was_planned() -> None:
         assert np.ptp(tracks.time.values) >= recorded.seconds - 1 / session.camera.fps
 
 
+@pytest.mark.long
 def test_every_log_is_as_long_as_its_own_trial() -> None:
     """One that went on for as long as others next to it reported how the session was made."""
     logs = 0

@@ -9,11 +9,13 @@ from tests.benchmarks.reality.motions import COEFFICIENTS
 DRY = Trial("dry", 1.0, 1.0, phase_rad=0.4, run_in_s=0.2)
 
 
+@pytest.mark.long
 def test_the_water_matters_in_water_alone():
     plain, late = simulate([(World(COEFFICIENTS, mechanisms=m), DRY) for m in ((), (FluidMemory(0.01),))])
     assert np.abs(late.marker_m - plain.marker_m).max() < 1e-9
 
 
+@pytest.mark.long
 def test_the_drive_gives_the_crank_between_the_frames():
     plain, sagging = simulate([(World(COEFFICIENTS, mechanisms=m), DRY) for m in ((), (MotorSpeedSag(0.1, 2.0, 0.5),))])
     for recording in (plain, sagging):

@@ -21,6 +21,7 @@ BASE = World(COEFFICIENTS)
 SWIM = Trial("swim", 0.6, 1.0, phase_rad=0.4, run_in_s=0.2)
 
 
+@pytest.mark.long
 def test_the_crank_is_recorded_for_as_long_as_the_trial_whatever_else_is_simulated():
     short, longer = (BASE, SWIM), (BASE, replace(SWIM, duration_s=1.1))
     (alone,), (joint, other) = simulate([short]), simulate([short, longer])
@@ -95,6 +96,7 @@ def test_a_swim_starts_where_and_as_asked_and_goes_forward():
     assert (swim.marker_m[0, nose] - swim.marker_m[0, neck]) @ ahead == pytest.approx(0.142)
 
 
+@pytest.mark.long
 def test_a_current_carries_the_fish_along():
     def drifted(current):
         world = replace(BASE, mechanisms=(BackgroundCurrent(current, 0.0, 0.0),))

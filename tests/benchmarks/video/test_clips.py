@@ -16,6 +16,7 @@ def truth_of(name: str) -> ClipTruth:
 
 
 @pytest.mark.parametrize("name", BENCHMARK_CLIPS)
+@pytest.mark.long
 def test_every_marker_is_seen_whole_in_the_first_frame(name: str) -> None:
     assert truth_of(name).visible[0].all()
 

@@ -10,6 +10,7 @@ from benchmarks.reality.mechanisms.fluid import SurfaceMotion
 from fitting.model import COMPONENTS, Covariance, Mode, find_mode, mode_at
 from fitting.model.features import SPEED
 from fitting.model.forecast import (
+    NewWindow,
     Windows,
     forecast_after_beats,
     forecast_given_frequency,
@@ -72,6 +73,7 @@ def test_the_truth_is_found_from_starts_all_over_the_box(drawn: DrawnSession, mo
     assert np.abs(start - mode.coefficients).max() > 10 * np.median(sd)
 
 
+@pytest.mark.long
 def test_a_roll_of_the_hull_is_found_with_the_coefficients(drawn: DrawnSession, mode: Mode) -> None:
     assert abs(mode.roll.per_sway) < 5  # there is none
     found = mode_of(rolling(drawn, 25.0, 0.75))
@@ -84,8 +86,9 @@ def test_a_roll_of_the_hull_is_found_with_the_coefficients(drawn: DrawnSession, 
 def test_a_held_out_trial_is_forecast_and_its_first_beats_tell_more(drawn: DrawnSession, mode: Mode) -> None:
     trial = drawn.held_out[0]
     windows = Windows.of(mode, trial)
-    scatter = scatter_of(mode)
-    before, after = forecast_given_frequency(mode, windows.late, scatter), forecast_after_beats(mode, windows, scatter)
+    assert windows.early is not None
+    late = NewWindow.of(mode, windows.late, scatter_of(mode))
+    before, after = forecast_given_frequency(mode, late), forecast_after_beats(mode, late, windows.early)
     measured = windows.late.measured[SPEED]
     for told in (before, after):
         assert abs(told.speed - measured) < FAR_SD * told.speed_sd
@@ -156,7 +159,7 @@ def test_nothing_of_what_is_scored_enters_a_forecast(drawn: DrawnSession, mode: 
     place = np.array(late.trial.position_m)
     place[late.trial.kept] *= 1.1
     other = replace(late, trial=late.trial.seen_as(position_m=place))
-    one, same = (forecast_given_frequency(mode, window) for window in (late, other))
+    one, same = (forecast_given_frequency(mode, NewWindow.of(mode, window)) for window in (late, other))
     assert same.mean == pytest.approx(one.mean, abs=1e-5)
     assert same.covariance == pytest.approx(one.covariance, abs=1e-6)
 
@@ -186,6 +189,8 @@ def test_two_beats_tell_a_speed_that_the_fitted_trials_do_not(drawn: DrawnSessio
     other = trial.seen_as(position_m=trial.position_m + more[:, None])
     windows = Windows.of(mode, other)
     measured = windows.late.measured[SPEED]
-    before, after = forecast_given_frequency(mode, windows.late), forecast_after_beats(mode, windows)
+    assert windows.early is not None
+    late = NewWindow.of(mode, windows.late)
+    before, after = forecast_given_frequency(mode, late), forecast_after_beats(mode, late, windows.early)
     assert abs(after.speed - measured) < 0.75 * abs(before.speed - measured)
     assert abs(after.speed - measured) < FAR_SD * after.speed_sd

@@ -106,6 +106,7 @@ def test_pictures_without_a_board_are_named_with_the_reason(pictures: list[np.nd
     assert found.rejected == ("picture 6: no charuco board was found",)
 
 
+@pytest.mark.long
 def test_a_picture_that_does_not_fit_is_left_out(pictures: list[np.ndarray]) -> None:
     bent = cv2.resize(pictures[4][:, 100:860], (960, 540))
     found = calibrate_lens([*pictures[:6], bent], CHARUCO)

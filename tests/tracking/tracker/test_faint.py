@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 
 import numpy as np
+import pytest
 
 from tracking.tracker.csrt import CROP, Crop
 from tracking.tracker.faint import FaintMarkers
@@ -38,6 +39,7 @@ def followed() -> np.ndarray:
     return np.array([[place[0], place[1]] for place in seen])
 
 
+@pytest.mark.long
 def test_a_marker_is_followed_far_beyond_its_first_crop() -> None:
     seen = followed()
     truth = np.array([places(frame) for frame in range(1, FRAMES)])

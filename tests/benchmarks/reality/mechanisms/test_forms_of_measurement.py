@@ -109,6 +109,7 @@ def residual_of_the_twins(name: str, mechanisms: tuple[Mechanism, ...]) -> float
 
 
 @pytest.mark.parametrize("name", FAMILIES["measurement"])
+@pytest.mark.long
 def test_reality_errs_in_a_form_of_its_own(name: str) -> None:
     made = [CATALOGUED[name](np.random.default_rng(seed))(1.0) for seed in range(DRAWS)]
     residual = float(np.median([residual_of_the_twins(name, each) for each in made]))

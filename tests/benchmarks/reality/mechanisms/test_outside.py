@@ -162,6 +162,7 @@ def test_a_bubble_drags_while_it_is_there() -> None:
     assert abs(gone[0]) < 1e-3 * there[0]
 
 
+@pytest.mark.long
 def test_a_batch_of_all_sorts_is_each_alone() -> None:
     swim = Trial("swim", 0.05, 1.0, phase_rad=0.9, run_in_s=0.05)
     names = ("vortex_buffeting", "water_in_hull", "propwash", "fluid_memory", "wall_proximity", "joint_friction")

@@ -37,6 +37,7 @@ def test_one_generator_draws_one_mechanism(name):
     assert first(0.0) == ()
 
 
+@pytest.mark.long
 def test_each_grows_with_its_strength_from_nothing():
     """In the pixels of a moment's swim of a robot that was in use before."""
     strengths, swim = (1e-6, 1.0, 3.0, 10.0), Trial("swim", 0.5, 1.0, 0.7, run_in_s=0.0, start_speed_m_s=0.25)
