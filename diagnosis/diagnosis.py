@@ -35,6 +35,7 @@ from swimmer.effects import Effect
 Tell = Callable[[str, float | None], None]
 Refitting = Callable[[Sequence[str]], Refit]
 _ROUNDS = {"quick": 2, "full": 5}
+_ROUNDS_OF_ALL = 3  # with all effects: in later ones the misfit goes up and down by as much as it still falls
 ALL_AT_ONCE = ("full",)
 """Efforts with which all effects at once are asked for."""
 
@@ -231,7 +232,7 @@ def _everything(
     if effort not in ALL_AT_ONCE or said.verdict.name == "no_gap":
         return None
     named = said.best or Refit.plain(weighed.linear)
-    every = everything(weighed.linear, weighed.signatures, effects, named, _ROUNDS[effort])
+    every = everything(weighed.linear, weighed.signatures, effects, named, _ROUNDS_OF_ALL)
     if every is None:
         return None
     gap = swims.gap(every.refit, as_fitted=True)

@@ -77,7 +77,9 @@ def everything(
     suited, by_name = [each.effect for each in standing], named.by_effect
     start = np.concatenate([by_name.get(e.name, np.zeros(len(e.parameters))) for e in suited])
     width = _widths(suited, named, share)
-    return Everything(share, gained, refit(linear, [effects[e.name] for e in suited], start, rounds, width))
+    told = [rows for rows in map(_slopes, standing) if rows is not None]
+    slopes = np.vstack([linear.slopes.T, *told]).T
+    return Everything(share, gained, refit(linear, [effects[e.name] for e in suited], start, rounds, width, slopes))
 
 
 def likeliest_share(linear: LinearModel, signatures: Sequence[Signature], named: Refit) -> tuple[float, float]:

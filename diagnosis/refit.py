@@ -71,6 +71,7 @@ def refit(
     start: np.ndarray,
     rounds: int = 3,
     width: np.ndarray | None = None,
+    slopes: np.ndarray | None = None,
 ) -> Refit:
     """By steps of Gauss and Newton, each shortened until it helps; after short ones slopes are mended, not simulated.
 
@@ -85,6 +86,7 @@ def refit(
         start: (p,) values of all of them.
         rounds: steps at most.
         width: (p,) standard deviations of the prior of each value; by default wider than its own.
+        slopes: (k, 5 + p) of the simulated row to begin with; by default simulated at the start.
     """
     joint = _Joint(linear, effects, width)
     point = np.concatenate([linear.at, np.clip(start, joint.low[5:], joint.high[5:])])
@@ -92,7 +94,7 @@ def refit(
     while not np.isfinite(misfit) and np.abs(point[5:]).max(initial=0.0) > _TINY:
         point[5:] /= 2  # towards the plain twin, which stands
         residual, misfit = joint.look(point)
-    slopes = joint.slopes(point)
+    given, slopes = slopes is not None, joint.slopes(point) if slopes is None else slopes
     for _ in range(rounds):
         misfit = joint.count_as_disturbance(residual, point)
         step = joint.step(point, residual, slopes)
@@ -100,7 +102,11 @@ def refit(
         looks = joint.looks(np.array(tried))
         best = min(range(len(tried)), key=lambda i: looks[i][1])
         if not looks[best][1] < misfit - 0.01:
-            break
+            if not given:
+                break
+            given, slopes = False, joint.slopes(point)
+            continue
+        given = False
         taken, change = tried[best] - point, residual - looks[best][0]
         point, (residual, misfit) = tried[best], looks[best]
         short = len(point) < _MANY and joint.moved(taken, slopes) <= LONG
@@ -184,9 +190,13 @@ class _Joint:
         return np.nan_to_num(self.differences(point))
 
     def differences(self, point: np.ndarray) -> np.ndarray:
-        """The same, nan where it diverged."""
+        """The same, nan where it diverged; of many numbers to one side alone, the wider one."""
         steps = np.concatenate([_ROOT_STEP * 2 * np.sqrt(np.maximum(point[:5], 0.01)), self._step_sd])
         up, down = (np.clip(point + sign * np.diag(steps), self.low, self.high) for sign in (1, -1))
+        if len(point) >= _MANY:
+            moved = np.where(np.diag(up) - point >= point - np.diag(down), up.T, down.T).T
+            rows = self.rows(np.vstack([moved, point]))
+            return np.asarray(((rows[-1] - rows[:-1]) / (np.diag(moved) - point)[:, None]).T)
         rows = self.rows(np.vstack([up, down]))
         width = np.diag(up - down)
         return np.asarray(((rows[len(point) :] - rows[: len(point)]) / width[:, None]).T)
