@@ -12,7 +12,7 @@ from tracking.tracker.faint import FaintMarkers
 from tracking.tracker.prediction import Motion, Prediction
 from tracking.tracker.second_opinion import SecondOpinion
 from tracking.tracker.spacing import Spacing
-from tracking.tracker.spots import Centres, Spots, find_spots, measure_centres, with_answer
+from tracking.tracker.spots import Centres, Spots, Streaks, find_spots, measure_centres, with_answer
 
 _SIZE_SPREAD = 0.25  # of the logarithm of the size, that lowers the confidence by a factor exp(-1/2)
 _CONTRAST_SPREAD = 0.35  # of the contrast, likewise
@@ -26,6 +26,7 @@ _UNASSIGNED = 0.5  # strength from which a spot of no marker keeps its own light
 _BORDER = 0.25  # diameters from the border of the picture within which a marker counts as gone
 _MISSED = 2.0  # the price of leaving a marker without a spot
 _FAINTER = 0.5  # the price of a spot of no strength
+_SHUTTER = 0.5  # of a frame for which the shutter is open: the usual half turn
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,13 +95,14 @@ class MarkerTracker:
         motion, loose = Motion.begin(centre_px, start.diameter_px), Spacing.begin(centre_px, one_body=False)
         tracker = cls(start, motion, loose, csrt)
         near_px = np.minimum(start.diameter_px, box_px) / 2 + _SLACK_PX
-        first = tracker._see(luma, Prediction(centre_px.astype(float), near_px))
+        still = np.zeros(centre_px.shape)
+        first = tracker._see(luma, Prediction(centre_px.astype(float), near_px, still), frames=np.inf)
         faint = ~first.seen | (start.answer * start.contrast < _FAINT)
+        place = np.where(faint[:, None], centre_px, first.position_px)
         if use_csrt and faint.any():
-            place = np.where(faint[:, None], centre_px, first.position_px)
             tracker.faint = FaintMarkers(faint, [Crop.around(luma, here) for here in place[faint]], box_px, threads)
             first = _followed(first, dict(zip(np.flatnonzero(faint).tolist(), centre_px[faint], strict=True)))
-            tracker.motion = Motion.begin(place, start.diameter_px)
+        tracker.motion = Motion.begin(place, start.diameter_px)
         tracker.spacing = Spacing.begin(first.position_px)
         return tracker, first
 
@@ -139,8 +141,9 @@ class MarkerTracker:
         self, luma: np.ndarray, predicted: Prediction, taken_px: np.ndarray | None = None, frames: float = 1.0
     ) -> Sighting:
         if self.faint is not None:  # no spot is theirs
-            predicted = Prediction(predicted.position_px, np.where(self.faint.which, _NOWHERE_PX, predicted.gate_px))
-        spots = find_spots(luma, predicted.position_px, predicted.gate_px, self.look)
+            predicted = replace(predicted, gate_px=np.where(self.faint.which, _NOWHERE_PX, predicted.gate_px))
+        streaks = Streaks.of(_SHUTTER * predicted.velocity_px, self.look.diameter_px)
+        spots = find_spots(luma, predicted.position_px, predicted.gate_px, self.look, streaks)
         if taken_px is not None:
             spots = spots.away_from(taken_px, 0.5 * float(self.look.diameter_px.min()))
         chosen, predicted = self._assigned(spots, predicted)
@@ -149,7 +152,9 @@ class MarkerTracker:
         by_csrt = self._ask_csrt(luma, position, asked, taken_px)
         seen |= by_csrt
         others = _others(position, spots, chosen, taken_px)
-        centres = measure_centres(luma, position[seen], others, self.look.of(seen))
+        velocity = np.where(chosen[:, None] >= 0, self.motion.velocity(position, frames), predicted.velocity_px)
+        streaks = Streaks.of(_SHUTTER * velocity, self.look.diameter_px)
+        centres = measure_centres(luma, position[seen], others, self.look.of(seen), streaks.some(seen))
         centres, kept = self._believable(luma, centres, position, seen)
         sighting = self._sighting(position, kept, by_csrt & kept, centres, spots, chosen)
         if self.faint is not None:
@@ -163,11 +168,14 @@ class MarkerTracker:
         chosen = assign(spots, predicted)
         position, seen = _placed(spots, chosen, predicted)
         strength = np.where(seen, np.append(spots.strength, 0.0)[chosen], 0.0)
-        misplaced = self.spacing.misplaced(position, seen, strength, self.look.diameter_px)
+        if not (self.motion.seen > 1).any():  # right after the boxes nothing is known of how they move
+            return chosen, predicted
+        moved = predicted.position_px - self.motion.past[0]
+        misplaced = self.spacing.misplaced(position, predicted.position_px, moved, seen, strength, self.look.diameter_px)
         if not misplaced.any():
             return chosen, predicted
         place = np.where(misplaced[:, None], self.spacing.expected(position), predicted.position_px)
-        return np.where(misplaced, -1, chosen), Prediction(place, predicted.gate_px)
+        return np.where(misplaced, -1, chosen), replace(predicted, position_px=place)
 
     def _believable(
         self, luma: np.ndarray, centres: Centres, position: np.ndarray, seen: np.ndarray
