@@ -16,7 +16,7 @@ _ANSWERS = (0.15, 1.2)  # what an answer to a marker can be, in parts of that to
 _LARGE_PX = 22.0  # wider markers are handled apart from narrower ones
 _SIGMAS = 2.5  # a Gaussian's kernel reaches so far
 _RIVALS = 12  # spots in one window at most, the strongest
-_ROUNDS = 3  # of the centroid, each centred on the one before
+_ROUNDS = 3, 5  # of the centroid, each centred on the one before; the second number is for streaks
 _MARGIN_PX = 1.0  # by which the centroid's disc is wider than the marker
 _FLOOR, _CEILING = 0.1, 0.9  # shares of the known contrast: fainter light does not count, brighter no more than this
 _RING = (1.5, 1.4)  # the background is a ring from this many px beyond the rim to this many radii and as many px
@@ -24,6 +24,7 @@ _QUARTER = 0.25  # the darkest part of it, for a bright marker: the rest may be 
 _REACH = 1.25  # radii and the px of the ring: within them light counts for the size
 _SLACK_PX = 4  # by which a window is larger than it need be
 _STREAKS = 0.25, 2.0  # diameters: a shorter streak counts as none, a longer one as so long
+_CORE = 0.5  # of a streak that is measured: its ends are faint, and lie on the blurred rim of the body
 _PALER = 3.2  # a disc smeared over q diameters is answered exp(-q^2 / 3.2) as strongly, to 5 % up to q = 1.5
 # In the middle of a disc of contrast 1:
 _DISC_RESPONSE = float(np.exp(-1 / (8 * _WIDTHS[1] ** 2)) - np.exp(-1 / (8 * _WIDTHS[0] ** 2)))
@@ -48,6 +49,7 @@ class Streaks:
     """How k markers are drawn out by their motion while the shutter is open."""
 
     along: np.ndarray  # (k, 2) unit vectors
+    core_px: np.ndarray  # (k,) length of the line to measure around
     diameters: np.ndarray  # (k,) how far, in diameters of the marker
 
     @classmethod
@@ -56,11 +58,12 @@ class Streaks:
         far = np.linalg.norm(moved_px, axis=1)
         shortest, longest = _STREAKS
         drawn = np.minimum(far / diameter_px, longest)
-        return cls(moved_px / np.maximum(far, 1e-9)[:, None], np.where(drawn < shortest, 0.0, drawn))
+        drawn[drawn < shortest] = 0.0
+        return cls(moved_px / np.maximum(far, 1e-9)[:, None], _CORE * drawn * diameter_px, drawn)
 
     def some(self, which: np.ndarray) -> "Streaks":
         """Those of some of the markers, by (k,) bool or by number."""
-        return Streaks(self.along[which], self.diameters[which])
+        return Streaks(self.along[which], self.core_px[which], self.diameters[which])
 
     @property
     def thinner(self) -> np.ndarray:
@@ -187,8 +190,8 @@ def measure_centres(
 
     The disc is shifted onto the centroid a few times, from places (k, 2) right to a pixel or two; a marker in a disc of
     its own width draws it to its middle. A glint on the rim then hardly counts, nor does light beyond what the marker
-    is known to have. Half-way to another of all markers (o, 2) the disc ends. For a streak the disc is drawn out to an
-    ellipse as long; size and contrast are those of the marker at rest, whose light it has.
+    is known to have. Half-way to another of all markers (o, 2) the disc ends. For a streak the disc is drawn out
+    as far; size and contrast are those of the marker at rest, whose light it has.
     """
     centres = Centres(position_px.astype(float), np.zeros(len(position_px)), np.zeros(len(position_px)))
     large = look.diameter_px > _LARGE_PX
@@ -208,8 +211,8 @@ def _centres_of(
     radius = (look.diameter_px / 2).astype(np.float32)[:, None, None]
     thinner = 1.0 if streaks is None else streaks.thinner
     known = (look.contrast / thinner).astype(np.float32)[:, None, None]
-    longest = 1.0 if streaks is None else 1 + float(streaks.diameters.max())
-    reach = ceil((_RING[1] * float(radius.max()) + _RING[0]) * longest) + _SLACK_PX
+    longer = 0.0 if streaks is None else float(streaks.core_px.max()) / 2
+    reach = ceil(_RING[1] * float(radius.max()) + _RING[0] + longer) + _SLACK_PX
     away = np.arange(-reach, reach + 1, dtype=np.float32)
     patch, middle = windows(luma, position_px, reach)
     offset = (position_px - middle).astype(np.float32)  # (k, 2)
@@ -220,7 +223,7 @@ def _centres_of(
     light = (bright - _background(bright, ring)[:, None, None]) * mine
     counted = np.clip(light - _FLOOR * known, 0, _CEILING * known)
     rim = radius + (_MARGIN_PX + 0.5)
-    for _ in range(_ROUNDS):
+    for _ in range(_ROUNDS[streaks is not None]):
         weight = np.clip(rim - distance, 0, 1)
         weight *= counted
         columns, rows = weight.sum(axis=1), weight.sum(axis=2)  # (k, s)
@@ -237,15 +240,15 @@ def _from(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """(k, 1, s), (k, s, 1) and (k, s, s) x, y and distance of a window's pixels from a place (k, 2) off its middle.
 
-    Along a streak distances are measured in its lengths, so that what lies as far is an ellipse.
+    From a streak it is that from the core of the line along which its middle moved.
     """
     x, y = away[None, None, :] - offset[:, 0, None, None], away[None, :, None] - offset[:, 1, None, None]
     distance = x * x + y * y
     if streaks is not None:
         ahead = streaks.along.astype(np.float32)
-        far = x * ahead[:, 0, None, None] + y * ahead[:, 1, None, None]
-        distance -= (1 - (1 + streaks.diameters.astype(np.float32)) ** -2)[:, None, None] * far * far
-        np.maximum(distance, 0.0, out=distance)
+        far = np.abs(x * ahead[:, 0, None, None] + y * ahead[:, 1, None, None])
+        beyond = np.maximum(far - (streaks.core_px / 2).astype(np.float32)[:, None, None], 0)
+        distance = np.maximum(distance - far * far, 0) + beyond * beyond
     return x, y, np.sqrt(distance, out=distance)
 
 
