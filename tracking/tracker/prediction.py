@@ -10,7 +10,7 @@ _FORGET = 0.95  # of a typical error, frame by frame
 _GROWTH = 0.35  # of the gate with every frame a marker was not seen
 _FADE = 0.7  # of the velocity with every frame a marker was not seen
 _WIDEST = 5.0  # the gate never exceeds this many diameters
-_FIRST = 1.5, 0.5  # the first gate: diameters at least, and the share of the way to the nearest marker
+_FIRST = 1.5, 0.5  # the first gates: diameters at least, and the share of the way to the nearest marker
 _KEEP_BEAT = 0.98  # of what is known of the beat, frame by frame
 _BEAT = 0.002, 2 * np.pi / 8  # slowest and fastest, rad a frame; slower ones are parabolas
 
@@ -60,8 +60,8 @@ class Motion:
             position[lost] = self._with_neighbours(position, lost, velocity)[lost]
         gate = np.maximum(0.5 * diameter_px, _PAST_SPREAD * self.error_px * max(frames, 1.0))
         gate = gate * (1 + _GROWTH * self.unseen)
-        if (first := self.seen + self.unseen < 2).any():
-            gate = np.where(first, np.maximum(gate, self._first_gate(diameter_px)), gate)
+        if (new := self.seen + self.unseen < _MEMORY).any():
+            gate = np.where(new, np.maximum(gate, self._first_gate(diameter_px)), gate)
         return Prediction(position, np.minimum(gate, _WIDEST * diameter_px), self.velocity(position, frames))
 
     def velocity(self, position_px: np.ndarray, frames: float) -> np.ndarray:
@@ -96,7 +96,7 @@ class Motion:
             self.beat = _KEEP_BEAT * self.beat + [np.sum(last * (now + before)), np.sum(last * last)]
 
     def _first_gate(self, diameter_px: np.ndarray) -> np.ndarray:
-        """(m,) for markers whose velocity is not known: nearer to them than to others they may be anywhere."""
+        """(m,) for markers whose acceleration is not known: nearer to them than to others they may be anywhere."""
         apart = np.linalg.norm(self.past[0][:, None] - self.past[0][None], axis=2)
         nearest = np.sort(apart, axis=1)[:, 1] if len(apart) > 1 else 0.0
         least, share = _FIRST
