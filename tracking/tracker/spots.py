@@ -23,7 +23,8 @@ _RING = (1.5, 1.4)  # the background is a ring from this many px beyond the rim 
 _QUARTER = 0.25  # the darkest part of it, for a bright marker: the rest may be water next to a dark body
 _REACH = 1.25  # radii and the px of the ring: within them light counts for the size
 _SLACK_PX = 4  # by which a window is larger than it need be
-_STREAKS = 0.25, 2.0  # diameters: a shorter streak counts as none, a longer one as so long
+_FAST = 0.5  # diameters a frame, from which on a marker is drawn out
+_LONGEST = 2.0  # diameters of a streak
 _CORE = 0.5  # of a streak that is measured: its ends are faint, and lie on the blurred rim of the body
 _PALER = 3.2  # a disc smeared over q diameters is answered exp(-q^2 / 3.2) as strongly, to 5 % up to q = 1.5
 # In the middle of a disc of contrast 1:
@@ -53,13 +54,12 @@ class Streaks:
     diameters: np.ndarray  # (k,) how far, in diameters of the marker
 
     @classmethod
-    def of(cls, moved_px: np.ndarray, diameter_px: np.ndarray) -> "Streaks":
-        """Those of markers of (k,) diameters that move by (k, 2) in that time."""
-        far = np.linalg.norm(moved_px, axis=1)
-        shortest, longest = _STREAKS
-        drawn = np.minimum(far / diameter_px, longest)
-        drawn[drawn < shortest] = 0.0
-        return cls(moved_px / np.maximum(far, 1e-9)[:, None], _CORE * drawn * diameter_px, drawn)
+    def of(cls, velocity_px: np.ndarray, diameter_px: np.ndarray, shutter: float) -> "Streaks":
+        """Those of markers of (k,) diameters and (k, 2) px a frame, for a shutter open for that share of a frame."""
+        speed = np.linalg.norm(velocity_px, axis=1)
+        drawn = np.minimum(shutter * speed / diameter_px, _LONGEST)
+        drawn[speed < _FAST * diameter_px] = 0.0
+        return cls(velocity_px / np.maximum(speed, 1e-9)[:, None], _CORE * drawn * diameter_px, drawn)
 
     def some(self, which: np.ndarray) -> "Streaks":
         """Those of some of the markers, by (k,) bool or by number."""
@@ -177,6 +177,7 @@ class Centres:
     position_px: np.ndarray  # (k, 2)
     diameter_px: np.ndarray  # (k,) of a disc of the same light
     contrast: np.ndarray  # (k,) how far each stands out
+    streak_px2: np.ndarray  # (k,) squared length of its streak, as far as its light tells; nan for slow ones
 
 
 def measure_centres(
@@ -193,20 +194,22 @@ def measure_centres(
     is known to have. Half-way to another of all markers (o, 2) the disc ends. For a streak the disc is drawn out
     as far; size and contrast are those of the marker at rest, whose light it has.
     """
-    centres = Centres(position_px.astype(float), np.zeros(len(position_px)), np.zeros(len(position_px)))
+    centres = Centres(position_px.astype(float), *np.full((3, len(position_px)), np.nan))
     large = look.diameter_px > _LARGE_PX
     drawn = np.zeros(len(large), bool) if streaks is None else streaks.diameters > 0
     for group in (large & ~drawn, ~large & ~drawn, drawn):  # a window is as wide as the widest needs it
         if group.any():
             own = streaks.some(group) if streaks is not None and (group & drawn).any() else None
             found = _centres_of(luma, centres.position_px[group], others_px, look.of(group), own)
-            centres.position_px[group], centres.diameter_px[group], centres.contrast[group] = found
+            centres.position_px[group], centres.diameter_px[group], centres.contrast[group] = found[:3]
+            if own is not None:
+                centres.streak_px2[group] = found[3]
     return centres
 
 
 def _centres_of(
     luma: np.ndarray, position_px: np.ndarray, others_px: np.ndarray, look: Appearance, streaks: Streaks | None
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray | None]:
     """`measure_centres` for markers of about one size; the fields of `Centres`."""
     radius = (look.diameter_px / 2).astype(np.float32)[:, None, None]
     thinner = 1.0 if streaks is None else streaks.thinner
@@ -231,8 +234,16 @@ def _centres_of(
         offset = offset + shift / np.maximum(columns.sum(axis=1), 1e-9)[:, None]
         x, y, distance = _from(offset, away, streaks)
     peak = (light * (distance < 0.6 * radius + 1)).max(axis=(1, 2))
+    streak = None if streaks is None else _streak_px2(weight, x, y, streaks.along.astype(np.float32))
     share = np.clip(light / np.maximum(peak, 1.0)[:, None, None], 0, 1) * (distance < _REACH * radius + _RING[0])
-    return middle + offset, 2 * np.sqrt(share.sum(axis=(1, 2)) / (np.pi * thinner)), thinner * peak
+    return middle + offset, 2 * np.sqrt(share.sum(axis=(1, 2)) / (np.pi * thinner)), thinner * peak, streak
+
+
+def _streak_px2(weight: np.ndarray, x: np.ndarray, y: np.ndarray, along: np.ndarray) -> np.ndarray:
+    """(k,) squared length over which a round thing is drawn out: 12 times its variance along less that across."""
+    ahead, aside = along[:, 0, None, None], along[:, 1, None, None]
+    far, wide = x * ahead + y * aside, y * ahead - x * aside
+    return 12 * (weight * (far**2 - wide**2)).sum(axis=(1, 2)) / np.maximum(weight.sum(axis=(1, 2)), 1e-9)
 
 
 def _from(

@@ -26,7 +26,9 @@ _UNASSIGNED = 0.5  # strength from which a spot of no marker keeps its own light
 _BORDER = 0.25  # diameters from the border of the picture within which a marker counts as gone
 _MISSED = 2.0  # the price of leaving a marker without a spot
 _FAINTER = 0.5  # the price of a spot of no strength
-_SHUTTER = 0.5  # of a frame for which the shutter is open: the usual half turn
+_SHUTTER = 0.25  # of a frame for which the shutter is thought to be open at first, …
+_SHUTTERS = 0.01, 1.0  # of a frame, at least and at most
+_KEEP_SHUTTER = 0.95  # … and what a frame leaves of what is known of that
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,6 +68,7 @@ class MarkerTracker:
         self.motion = motion
         self.spacing = spacing
         self.csrt = csrt
+        self.shutter = np.array([_SHUTTER**2, 1.0]) * np.mean(start.diameter_px) ** 2  # lengths and speeds, squared
         self.faint: FaintMarkers | None = None
 
     @classmethod
@@ -118,7 +121,7 @@ class MarkerTracker:
 
     def state(self) -> dict[str, np.ndarray]:
         """All it knows, as arrays; `restored` makes a tracker of them that goes on the same."""
-        state = {"start": self.start.as_array(), "look": self.look.as_array()}
+        state = {"start": self.start.as_array(), "look": self.look.as_array(), "shutter": self.shutter}
         return state | vars(self.motion) | vars(self.spacing) | ({} if self.csrt is None else self.csrt.state())
 
     @classmethod
@@ -127,7 +130,7 @@ class MarkerTracker:
         csrt = SecondOpinion(threads) if "crops" in state else None
         motion, spacing = ({field.name: state[field.name] for field in fields(part)} for part in (Motion, Spacing))
         tracker = cls(Appearance(*state["start"]), Motion(**motion), Spacing(**spacing), csrt)
-        tracker.look = Appearance(*state["look"])
+        tracker.look, tracker.shutter = Appearance(*state["look"]), state["shutter"]
         if csrt is not None:
             csrt.restore(state)
         return tracker
@@ -142,7 +145,7 @@ class MarkerTracker:
     ) -> Sighting:
         if self.faint is not None:  # no spot is theirs
             predicted = replace(predicted, gate_px=np.where(self.faint.which, _NOWHERE_PX, predicted.gate_px))
-        streaks = Streaks.of(_SHUTTER * predicted.velocity_px, self.look.diameter_px)
+        streaks = self._streaks(predicted.velocity_px)
         spots = find_spots(luma, predicted.position_px, predicted.gate_px, self.look, streaks)
         if taken_px is not None:
             spots = spots.away_from(taken_px, 0.5 * float(self.look.diameter_px.min()))
@@ -153,8 +156,9 @@ class MarkerTracker:
         seen |= by_csrt
         others = _others(position, spots, chosen, taken_px)
         velocity = np.where(chosen[:, None] >= 0, self.motion.velocity(position, frames), predicted.velocity_px)
-        streaks = Streaks.of(_SHUTTER * velocity, self.look.diameter_px)
+        streaks = self._streaks(velocity)
         centres = measure_centres(luma, position[seen], others, self.look.of(seen), streaks.some(seen))
+        self._learn_shutter(centres.streak_px2, velocity[seen])
         centres, kept = self._believable(luma, centres, position, seen)
         sighting = self._sighting(position, kept, by_csrt & kept, centres, spots, chosen)
         if self.faint is not None:
@@ -162,6 +166,17 @@ class MarkerTracker:
         self.motion.update(predicted.position_px, sighting.position_px, sighting.seen, frames)
         self._remember(luma, sighting)
         return sighting
+
+    def _streaks(self, velocity_px: np.ndarray) -> Streaks:
+        """Of the markers at that velocity (m, 2), a frame."""
+        open_for = np.sqrt(np.clip(self.shutter[0] / self.shutter[1], _SHUTTERS[0] ** 2, _SHUTTERS[1] ** 2))
+        return Streaks.of(velocity_px, self.look.diameter_px, float(open_for))
+
+    def _learn_shutter(self, streak_px2: np.ndarray, velocity_px: np.ndarray) -> None:
+        """Of the fast markers: their lengths, squared (k,), over their velocities (k, 2)."""
+        fast = np.isfinite(streak_px2)
+        if fast.any():
+            self.shutter = _KEEP_SHUTTER * self.shutter + [streak_px2[fast].sum(), (velocity_px[fast] ** 2).sum()]
 
     def _assigned(self, spots: Spots, predicted: Prediction) -> tuple[np.ndarray, Prediction]:
         """(m,) the assignment; who breaks away from its neighbours is let go, to be sought where they put it."""
@@ -189,7 +204,7 @@ class MarkerTracker:
         good = inside & ~wandered
         kept = seen.copy()
         kept[seen] = good
-        return Centres(place[good], centres.diameter_px[good], centres.contrast[good]), kept
+        return Centres(place[good], centres.diameter_px[good], centres.contrast[good], centres.streak_px2[good]), kept
 
     def _sighting(
         self,
