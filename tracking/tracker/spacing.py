@@ -47,19 +47,8 @@ class Spacing:
         since the last frame, may sit on a glint.
         """
         misplaced = np.zeros(len(seen), bool)
-        a, b = self.pairs.T
-        larger = np.maximum(diameter_px[a], diameter_px[b])
-        slow, fast = np.sort(np.linalg.norm(moved_px, axis=1)[self.pairs], axis=1).T
-        swim = (fast > _MOVES * larger) & (slow > _ALIKE * fast)
-        foreseen = np.where(swim, np.linalg.norm(predicted_px[a] - predicted_px[b], axis=1), self.lengths)  # (2, e)
-        least, most = np.minimum(self.lengths[0], foreseen[0]), np.maximum(self.lengths[1], foreseen[1])
-        length = np.linalg.norm(position_px[a] - position_px[b], axis=1)
-        both = seen[a] & seen[b]
-        allowed = _LEAST * larger
-        off = both & ((length < least - np.maximum(allowed, _RELATIVE * least)))
-        off |= both & (length > most + np.maximum(allowed, _RELATIVE * most))
-        learned = both & swim & ~off
-        self.lengths = np.where(learned, [np.minimum(self.lengths[0], length), np.maximum(self.lengths[1], length)], self.lengths)
+        both = seen[self.pairs].all(axis=1)
+        off = both & self._off(position_px, predicted_px, moved_px, both, diameter_px)
         if not off.any():
             return misplaced
         speaking = np.bincount(self.pairs[both & ~off].ravel(), minlength=len(seen))  # neighbours for each marker
@@ -70,6 +59,26 @@ class Spacing:
             weaker = speaking[first] < speaking[second] if one_sided else strength[first] < strength[second]
             misplaced[first if weaker else second] = True
         return misplaced
+
+    def _off(
+        self,
+        position_px: np.ndarray,
+        predicted_px: np.ndarray,
+        moved_px: np.ndarray,
+        both: np.ndarray,
+        diameter_px: np.ndarray,
+    ) -> np.ndarray:
+        """(e,) bool, the pairs too close or too far apart; learns how far those may be that both (e,) are seen."""
+        larger, (least, most) = diameter_px[self.pairs].max(axis=1), self.lengths
+        slow, fast = np.sort(np.linalg.norm(moved_px, axis=1)[self.pairs], axis=1).T
+        swim = (fast > _MOVES * larger) & (slow > _ALIKE * fast)
+        length, foreseen = _lengths(position_px, self.pairs), _lengths(predicted_px, self.pairs)
+        low, high = np.where(swim, [np.minimum(least, foreseen), np.maximum(most, foreseen)], self.lengths)
+        off: np.ndarray = length < low - np.maximum(_LEAST * larger, _RELATIVE * low)
+        off |= length > high + np.maximum(_LEAST * larger, _RELATIVE * high)
+        within = [np.minimum(least, length), np.maximum(most, length)]
+        self.lengths = np.where(both & swim & ~off, within, self.lengths)
+        return off
 
     def expected(self, position_px: np.ndarray) -> np.ndarray:
         """(m, 2) where its two guides put each marker, moved and turned with them since it was last seen well."""
@@ -86,6 +95,11 @@ class Spacing:
             known = sure & sure[self.guides].all(axis=1)
             mixed = _KEEP * self.ratios + (1 - _KEEP) * _between(position_px, self.guides)
             self.ratios = np.where(known, mixed, self.ratios)
+
+
+def _lengths(position_px: np.ndarray, pairs: np.ndarray) -> np.ndarray:
+    """(e,) distances of pairs (e, 2) of markers at (m, 2)."""
+    return np.linalg.norm(position_px[pairs[:, 0]] - position_px[pairs[:, 1]], axis=1)
 
 
 def _between(position_px: np.ndarray, guides: np.ndarray) -> np.ndarray:

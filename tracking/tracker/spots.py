@@ -246,9 +246,7 @@ def _streak_px2(weight: np.ndarray, x: np.ndarray, y: np.ndarray, along: np.ndar
     return 12 * (weight * (far**2 - wide**2)).sum(axis=(1, 2)) / np.maximum(weight.sum(axis=(1, 2)), 1e-9)
 
 
-def _from(
-    offset: np.ndarray, away: np.ndarray, streaks: Streaks | None
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _from(offset: np.ndarray, away: np.ndarray, streaks: Streaks | None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """(k, 1, s), (k, s, 1) and (k, s, s) x, y and distance of a window's pixels from a place (k, 2) off its middle.
 
     From a streak it is that from the core of the line along which its middle moved.

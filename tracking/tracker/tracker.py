@@ -25,7 +25,7 @@ _SLACK_PX = 2.0  # by which a box may be off its marker, beyond half of it
 _UNASSIGNED = 0.5  # strength from which a spot of no marker keeps its own light
 _BORDER = 0.25  # diameters from the border of the picture within which a marker counts as gone
 _MISSED = 2.0  # the price of leaving a marker without a spot
-_FAINTER = 0.5  # the price of a spot of no strength
+_FAINTER = 1.0  # the price of a spot of no strength
 _SHUTTER = 0.25  # of a frame for which the shutter is thought to be open at first, …
 _SHUTTERS = 0.01, 1.0  # of a frame, at least and at most
 _KEEP_SHUTTER = 0.95  # … and what a frame leaves of what is known of that
@@ -183,10 +183,12 @@ class MarkerTracker:
         chosen = assign(spots, predicted)
         position, seen = _placed(spots, chosen, predicted)
         strength = np.where(seen, np.append(spots.strength, 0.0)[chosen], 0.0)
-        if not (self.motion.seen > 1).any():  # right after the boxes nothing is known of how they move
+        if not (self.motion.seen > 2).any():  # right after the boxes little is known of how they move
             return chosen, predicted
         moved = predicted.position_px - self.motion.past[0]
-        misplaced = self.spacing.misplaced(position, predicted.position_px, moved, seen, strength, self.look.diameter_px)
+        misplaced = self.spacing.misplaced(
+            position, predicted.position_px, moved, seen, strength, self.look.diameter_px
+        )
         if not misplaced.any():
             return chosen, predicted
         place = np.where(misplaced[:, None], self.spacing.expected(position), predicted.position_px)
