@@ -76,7 +76,7 @@ def test_the_gate_grows_while_a_marker_is_lost_and_is_bounded() -> None:
 def test_a_beat_is_predicted_exactly_once_it_is_known_however_fast_it_is() -> None:
     """At 30 px and a tenth of a turn a frame; the parabola alone is up to 11 px off."""
     beat = 0.6 * np.arange(60.0)[:, None]
-    sway = 50.0 * np.sin(beat + [0.0, 0.5, 1.0, 2.0])
+    sway = 50.0 * np.sin(beat + np.array([0.0, 0.5, 1.0, 2.0]))
     path = 200 + np.stack([0.2 * sway, sway], axis=2)
     _, said = carried_through(path)
     assert np.abs(said[20:] - path[21:]).max() < 0.01
