@@ -7,6 +7,7 @@ from scipy.sparse.csgraph import minimum_spanning_tree
 
 _RELATIVE = 0.15  # by which a distance may differ from that in the start boxes: tails bend, heights are in perspective
 _LEAST = 0.6  # diameters that it may differ in any case
+_MOVES, _ALIKE = 0.1, 0.25  # both markers swim: one moves so many diameters a frame, the other that share of it
 _KEEP = 0.9  # of where two neighbours put a marker, frame by frame
 
 
@@ -15,7 +16,7 @@ class Spacing:
     """The markers as a tree, each joined to its nearest, and each with two nearby markers as its guides."""
 
     pairs: np.ndarray  # (e, 2) which are joined
-    lengths: np.ndarray  # (e,) how far apart they are, px
+    lengths: np.ndarray  # (2, e) the least and the most that they were apart, px
     guides: np.ndarray  # (m, 2) two markers near each; (0, 2) where none is joined to another
     ratios: np.ndarray  # (m,) complex place of each marker between its guides: 0 on the first, 1 on the second
 
@@ -25,24 +26,29 @@ class Spacing:
         distance = np.linalg.norm(position_px[:, None] - position_px[None], axis=2)
         tree = minimum_spanning_tree(distance).tocoo()
         joined = slice(None if one_body and len(position_px) > 2 else 0)
-        pairs, lengths = np.column_stack([tree.row, tree.col])[joined], tree.data[joined]
+        pairs, lengths = np.column_stack([tree.row, tree.col])[joined], np.tile(tree.data[joined], (2, 1))
         guides = np.argsort(distance, axis=1, kind="stable")[:, 1:3][: len(position_px) if len(pairs) else 0]
         return cls(pairs, lengths, guides, _between(position_px, guides))
 
     def misplaced(
-        self, position_px: np.ndarray, seen: np.ndarray, strength: np.ndarray, diameter_px: np.ndarray
+        self,
+        position_px: np.ndarray,
+        predicted_px: np.ndarray,
+        moved_px: np.ndarray,
+        seen: np.ndarray,
+        strength: np.ndarray,
+        diameter_px: np.ndarray,
     ) -> np.ndarray:
         """(m,) bool, the markers, of those seen at (m, 2), that broke away from a neighbour.
 
         Of two that are too close or too far apart it is the one without another neighbour to speak for it; if neither
-        has one, that of less strength (m,). If both have, it is the body that moved.
+        has one, that of less strength (m,). If both have, it is the body that moved. Two that both swim may be as far
+        apart as they are predicted to be, (m, 2), and from then on; a marker that stays where it is, (m, 2) moved
+        since the last frame, may sit on a glint.
         """
         misplaced = np.zeros(len(seen), bool)
-        a, b = self.pairs.T
-        length = np.linalg.norm(position_px[a] - position_px[b], axis=1)
-        allowed = np.maximum(_LEAST * np.maximum(diameter_px[a], diameter_px[b]), _RELATIVE * self.lengths)
-        both = seen[a] & seen[b]
-        off = both & (np.abs(length - self.lengths) > allowed)
+        both = seen[self.pairs].all(axis=1)
+        off = both & self._off(position_px, predicted_px, moved_px, both, diameter_px)
         if not off.any():
             return misplaced
         speaking = np.bincount(self.pairs[both & ~off].ravel(), minlength=len(seen))  # neighbours for each marker
@@ -53,6 +59,26 @@ class Spacing:
             weaker = speaking[first] < speaking[second] if one_sided else strength[first] < strength[second]
             misplaced[first if weaker else second] = True
         return misplaced
+
+    def _off(
+        self,
+        position_px: np.ndarray,
+        predicted_px: np.ndarray,
+        moved_px: np.ndarray,
+        both: np.ndarray,
+        diameter_px: np.ndarray,
+    ) -> np.ndarray:
+        """(e,) bool, the pairs too close or too far apart; learns how far those may be that both (e,) are seen."""
+        larger, (least, most) = diameter_px[self.pairs].max(axis=1), self.lengths
+        slow, fast = np.sort(np.linalg.norm(moved_px, axis=1)[self.pairs], axis=1).T
+        swim = (fast > _MOVES * larger) & (slow > _ALIKE * fast)
+        length, foreseen = _lengths(position_px, self.pairs), _lengths(predicted_px, self.pairs)
+        low, high = np.where(swim, [np.minimum(least, foreseen), np.maximum(most, foreseen)], self.lengths)
+        off: np.ndarray = length < low - np.maximum(_LEAST * larger, _RELATIVE * low)
+        off |= length > high + np.maximum(_LEAST * larger, _RELATIVE * high)
+        within = [np.minimum(least, length), np.maximum(most, length)]
+        self.lengths = np.where(both & swim & ~off, within, self.lengths)
+        return off
 
     def expected(self, position_px: np.ndarray) -> np.ndarray:
         """(m, 2) where its two guides put each marker, moved and turned with them since it was last seen well."""
@@ -69,6 +95,11 @@ class Spacing:
             known = sure & sure[self.guides].all(axis=1)
             mixed = _KEEP * self.ratios + (1 - _KEEP) * _between(position_px, self.guides)
             self.ratios = np.where(known, mixed, self.ratios)
+
+
+def _lengths(position_px: np.ndarray, pairs: np.ndarray) -> np.ndarray:
+    """(e,) distances of pairs (e, 2) of markers at (m, 2)."""
+    return np.linalg.norm(position_px[pairs[:, 0]] - position_px[pairs[:, 1]], axis=1)
 
 
 def _between(position_px: np.ndarray, guides: np.ndarray) -> np.ndarray:

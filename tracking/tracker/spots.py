@@ -16,13 +16,17 @@ _ANSWERS = (0.15, 1.2)  # what an answer to a marker can be, in parts of that to
 _LARGE_PX = 22.0  # wider markers are handled apart from narrower ones
 _SIGMAS = 2.5  # a Gaussian's kernel reaches so far
 _RIVALS = 12  # spots in one window at most, the strongest
-_ROUNDS = 3  # of the centroid, each centred on the one before
+_ROUNDS = 3, 5  # of the centroid, each centred on the one before; the second number is for streaks
 _MARGIN_PX = 1.0  # by which the centroid's disc is wider than the marker
 _FLOOR, _CEILING = 0.1, 0.9  # shares of the known contrast: fainter light does not count, brighter no more than this
 _RING = (1.5, 1.4)  # the background is a ring from this many px beyond the rim to this many radii and as many px
 _QUARTER = 0.25  # the darkest part of it, for a bright marker: the rest may be water next to a dark body
 _REACH = 1.25  # radii and the px of the ring: within them light counts for the size
 _SLACK_PX = 4  # by which a window is larger than it need be
+_FAST = 0.5  # diameters a frame, from which on a marker is drawn out
+_LONGEST = 2.0  # diameters of a streak
+_CORE = 0.5  # of a streak that is measured: its ends are faint, and lie on the blurred rim of the body
+_PALER = 3.2  # a disc smeared over q diameters is answered exp(-q^2 / 3.2) as strongly, to 5 % up to q = 1.5
 # In the middle of a disc of contrast 1:
 _DISC_RESPONSE = float(np.exp(-1 / (8 * _WIDTHS[1] ** 2)) - np.exp(-1 / (8 * _WIDTHS[0] ** 2)))
 
@@ -41,16 +45,45 @@ class Spots:
         return Spots(self.position_px[free], self.strength[free])
 
 
-def find_spots(luma: np.ndarray, centre_px: np.ndarray, reach_px: np.ndarray, look: Appearance) -> Spots:
+@dataclass(frozen=True, eq=False)
+class Streaks:
+    """How k markers are drawn out by their motion while the shutter is open."""
+
+    along: np.ndarray  # (k, 2) unit vectors
+    core_px: np.ndarray  # (k,) length of the line to measure around
+    diameters: np.ndarray  # (k,) how far, in diameters of the marker
+
+    @classmethod
+    def of(cls, velocity_px: np.ndarray, diameter_px: np.ndarray, shutter: float) -> "Streaks":
+        """Those of markers of (k,) diameters and (k, 2) px a frame, for a shutter open for that share of a frame."""
+        speed = np.linalg.norm(velocity_px, axis=1)
+        drawn = np.minimum(shutter * speed / diameter_px, _LONGEST)
+        drawn[speed < _FAST * diameter_px] = 0.0
+        return cls(velocity_px / np.maximum(speed, 1e-9)[:, None], _CORE * drawn * diameter_px, drawn)
+
+    def some(self, which: np.ndarray) -> "Streaks":
+        """Those of some of the markers, by (k,) bool or by number."""
+        return Streaks(self.along[which], self.core_px[which], self.diameters[which])
+
+    @property
+    def thinner(self) -> np.ndarray:
+        """(k,) by which the light in the middle is fainter."""
+        return np.maximum(self.diameters, 1.0)
+
+
+def find_spots(
+    luma: np.ndarray, centre_px: np.ndarray, reach_px: np.ndarray, look: Appearance, streaks: Streaks | None = None
+) -> Spots:
     """All spots within reach (k,) of the places (k, 2) where k markers of that look are expected, each once.
 
     A difference of two Gaussians as wide as the marker answers to a disc of its size and not to a slope of the
-    brightness; its local maxima are the spots.
+    brightness; its local maxima are the spots. To a streak of up to 1.5 diameters it answers in the middle, but less.
     """
     places = np.rint(centre_px).astype(int).tolist()
-    searches = zip(
-        places, reach_px.tolist(), look.sign, look.diameter_px.tolist(), look.contrast * look.answer, strict=True
-    )
+    full = look.contrast * look.answer
+    if streaks is not None:
+        full = full * np.exp(-(streaks.diameters**2) / _PALER)
+    searches = zip(places, reach_px.tolist(), look.sign, look.diameter_px.tolist(), full, strict=True)
     found = np.concatenate([np.empty((0, 3)), *(_in_window(luma, *item) for item in searches)])
     position, strength = found[:, :2], found[:, 2]
     inside = ((position >= 0) & (position < luma.shape[::-1])).all(axis=1)
@@ -144,57 +177,87 @@ class Centres:
     position_px: np.ndarray  # (k, 2)
     diameter_px: np.ndarray  # (k,) of a disc of the same light
     contrast: np.ndarray  # (k,) how far each stands out
+    streak_px2: np.ndarray  # (k,) squared length of its streak, as far as its light tells; nan for slow ones
 
 
-def measure_centres(luma: np.ndarray, position_px: np.ndarray, others_px: np.ndarray, look: Appearance) -> Centres:
+def measure_centres(
+    luma: np.ndarray,
+    position_px: np.ndarray,
+    others_px: np.ndarray,
+    look: Appearance,
+    streaks: Streaks | None = None,
+) -> Centres:
     """Centroids of light over the background, in a disc hardly wider than each marker, on its side of its neighbours.
 
     The disc is shifted onto the centroid a few times, from places (k, 2) right to a pixel or two; a marker in a disc of
     its own width draws it to its middle. A glint on the rim then hardly counts, nor does light beyond what the marker
-    is known to have. Half-way to another of all markers (o, 2) the disc ends.
+    is known to have. Half-way to another of all markers (o, 2) the disc ends. For a streak the disc is drawn out
+    as far; size and contrast are those of the marker at rest, whose light it has.
     """
-    centres = Centres(position_px.astype(float), np.zeros(len(position_px)), np.zeros(len(position_px)))
+    centres = Centres(position_px.astype(float), *np.full((3, len(position_px)), np.nan))
     large = look.diameter_px > _LARGE_PX
-    for group in (np.flatnonzero(large), np.flatnonzero(~large)):  # a window is as wide as the widest needs it
-        if len(group):
-            found = _centres_of(luma, centres.position_px[group], others_px, look.of(group))
-            centres.position_px[group], centres.diameter_px[group], centres.contrast[group] = found
+    drawn = np.zeros(len(large), bool) if streaks is None else streaks.diameters > 0
+    for group in (large & ~drawn, ~large & ~drawn, drawn):  # a window is as wide as the widest needs it
+        if group.any():
+            own = streaks.some(group) if streaks is not None and (group & drawn).any() else None
+            found = _centres_of(luma, centres.position_px[group], others_px, look.of(group), own)
+            centres.position_px[group], centres.diameter_px[group], centres.contrast[group] = found[:3]
+            if own is not None:
+                centres.streak_px2[group] = found[3]
     return centres
 
 
 def _centres_of(
-    luma: np.ndarray, position_px: np.ndarray, others_px: np.ndarray, look: Appearance
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    luma: np.ndarray, position_px: np.ndarray, others_px: np.ndarray, look: Appearance, streaks: Streaks | None
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray | None]:
     """`measure_centres` for markers of about one size; the fields of `Centres`."""
     radius = (look.diameter_px / 2).astype(np.float32)[:, None, None]
-    known = look.contrast.astype(np.float32)[:, None, None]
-    reach = ceil(_RING[1] * float(radius.max()) + _RING[0]) + _SLACK_PX
+    thinner = 1.0 if streaks is None else streaks.thinner
+    known = (look.contrast / thinner).astype(np.float32)[:, None, None]
+    longer = 0.0 if streaks is None else float(streaks.core_px.max()) / 2
+    reach = ceil(_RING[1] * float(radius.max()) + _RING[0] + longer) + _SLACK_PX
     away = np.arange(-reach, reach + 1, dtype=np.float32)
     patch, middle = windows(luma, position_px, reach)
     offset = (position_px - middle).astype(np.float32)  # (k, 2)
-    x, y, distance = _from(offset, away)
+    x, y, distance = _from(offset, away, streaks)
     mine = _own_side(position_px, others_px, x, y, reach)
     bright = patch if (look.sign > 0).all() else look.sign.astype(np.float32)[:, None, None] * patch
     ring = (distance > radius + _RING[0]) & (distance < _RING[1] * radius + _RING[0]) & mine
     light = (bright - _background(bright, ring)[:, None, None]) * mine
     counted = np.clip(light - _FLOOR * known, 0, _CEILING * known)
     rim = radius + (_MARGIN_PX + 0.5)
-    for _ in range(_ROUNDS):
+    for _ in range(_ROUNDS[streaks is not None]):
         weight = np.clip(rim - distance, 0, 1)
         weight *= counted
         columns, rows = weight.sum(axis=1), weight.sum(axis=2)  # (k, s)
         shift = np.stack([(columns * x[:, 0]).sum(axis=1), (rows * y[:, :, 0]).sum(axis=1)], axis=1)
         offset = offset + shift / np.maximum(columns.sum(axis=1), 1e-9)[:, None]
-        x, y, distance = _from(offset, away)
+        x, y, distance = _from(offset, away, streaks)
     peak = (light * (distance < 0.6 * radius + 1)).max(axis=(1, 2))
+    streak = None if streaks is None else _streak_px2(weight, x, y, streaks.along.astype(np.float32))
     share = np.clip(light / np.maximum(peak, 1.0)[:, None, None], 0, 1) * (distance < _REACH * radius + _RING[0])
-    return middle + offset, 2 * np.sqrt(share.sum(axis=(1, 2)) / np.pi), peak
+    return middle + offset, 2 * np.sqrt(share.sum(axis=(1, 2)) / (np.pi * thinner)), thinner * peak, streak
 
 
-def _from(offset: np.ndarray, away: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """(k, 1, s), (k, s, 1) and (k, s, s) x, y and distance of a window's pixels from a place (k, 2) off its middle."""
+def _streak_px2(weight: np.ndarray, x: np.ndarray, y: np.ndarray, along: np.ndarray) -> np.ndarray:
+    """(k,) squared length over which a round thing is drawn out: 12 times its variance along less that across."""
+    ahead, aside = along[:, 0, None, None], along[:, 1, None, None]
+    far, wide = x * ahead + y * aside, y * ahead - x * aside
+    return 12 * (weight * (far**2 - wide**2)).sum(axis=(1, 2)) / np.maximum(weight.sum(axis=(1, 2)), 1e-9)
+
+
+def _from(offset: np.ndarray, away: np.ndarray, streaks: Streaks | None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """(k, 1, s), (k, s, 1) and (k, s, s) x, y and distance of a window's pixels from a place (k, 2) off its middle.
+
+    From a streak it is that from the core of the line along which its middle moved.
+    """
     x, y = away[None, None, :] - offset[:, 0, None, None], away[None, :, None] - offset[:, 1, None, None]
     distance = x * x + y * y
+    if streaks is not None:
+        ahead = streaks.along.astype(np.float32)
+        far = np.abs(x * ahead[:, 0, None, None] + y * ahead[:, 1, None, None])
+        beyond = np.maximum(far - (streaks.core_px / 2).astype(np.float32)[:, None, None], 0)
+        distance = np.maximum(distance - far * far, 0) + beyond * beyond
     return x, y, np.sqrt(distance, out=distance)
 
 

@@ -12,7 +12,7 @@ from tracking.tracker.faint import FaintMarkers
 from tracking.tracker.prediction import Motion, Prediction
 from tracking.tracker.second_opinion import SecondOpinion
 from tracking.tracker.spacing import Spacing
-from tracking.tracker.spots import Centres, Spots, find_spots, measure_centres, with_answer
+from tracking.tracker.spots import Centres, Spots, Streaks, find_spots, measure_centres, with_answer
 
 _SIZE_SPREAD = 0.25  # of the logarithm of the size, that lowers the confidence by a factor exp(-1/2)
 _CONTRAST_SPREAD = 0.35  # of the contrast, likewise
@@ -25,7 +25,10 @@ _SLACK_PX = 2.0  # by which a box may be off its marker, beyond half of it
 _UNASSIGNED = 0.5  # strength from which a spot of no marker keeps its own light
 _BORDER = 0.25  # diameters from the border of the picture within which a marker counts as gone
 _MISSED = 2.0  # the price of leaving a marker without a spot
-_FAINTER = 0.5  # the price of a spot of no strength
+_FAINTER = 1.0  # the price of a spot of no strength
+_SHUTTER = 0.25  # of a frame for which the shutter is thought to be open at first, …
+_SHUTTERS = 0.01, 1.0  # of a frame, at least and at most
+_KEEP_SHUTTER = 0.95  # … and what a frame leaves of what is known of that
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,6 +68,7 @@ class MarkerTracker:
         self.motion = motion
         self.spacing = spacing
         self.csrt = csrt
+        self.shutter = np.array([_SHUTTER**2, 1.0]) * np.mean(start.diameter_px) ** 2  # lengths and speeds, squared
         self.faint: FaintMarkers | None = None
 
     @classmethod
@@ -94,13 +98,14 @@ class MarkerTracker:
         motion, loose = Motion.begin(centre_px, start.diameter_px), Spacing.begin(centre_px, one_body=False)
         tracker = cls(start, motion, loose, csrt)
         near_px = np.minimum(start.diameter_px, box_px) / 2 + _SLACK_PX
-        first = tracker._see(luma, Prediction(centre_px.astype(float), near_px))
+        still = np.zeros(centre_px.shape)
+        first = tracker._see(luma, Prediction(centre_px.astype(float), near_px, still), frames=np.inf)
         faint = ~first.seen | (start.answer * start.contrast < _FAINT)
+        place = np.where(faint[:, None], centre_px, first.position_px)
         if use_csrt and faint.any():
-            place = np.where(faint[:, None], centre_px, first.position_px)
             tracker.faint = FaintMarkers(faint, [Crop.around(luma, here) for here in place[faint]], box_px, threads)
             first = _followed(first, dict(zip(np.flatnonzero(faint).tolist(), centre_px[faint], strict=True)))
-            tracker.motion = Motion.begin(place, start.diameter_px)
+        tracker.motion = Motion.begin(place, start.diameter_px)
         tracker.spacing = Spacing.begin(first.position_px)
         return tracker, first
 
@@ -116,7 +121,7 @@ class MarkerTracker:
 
     def state(self) -> dict[str, np.ndarray]:
         """All it knows, as arrays; `restored` makes a tracker of them that goes on the same."""
-        state = {"start": self.start.as_array(), "look": self.look.as_array()}
+        state = {"start": self.start.as_array(), "look": self.look.as_array(), "shutter": self.shutter}
         return state | vars(self.motion) | vars(self.spacing) | ({} if self.csrt is None else self.csrt.state())
 
     @classmethod
@@ -125,7 +130,7 @@ class MarkerTracker:
         csrt = SecondOpinion(threads) if "crops" in state else None
         motion, spacing = ({field.name: state[field.name] for field in fields(part)} for part in (Motion, Spacing))
         tracker = cls(Appearance(*state["start"]), Motion(**motion), Spacing(**spacing), csrt)
-        tracker.look = Appearance(*state["look"])
+        tracker.look, tracker.shutter = Appearance(*state["look"]), state["shutter"]
         if csrt is not None:
             csrt.restore(state)
         return tracker
@@ -139,8 +144,9 @@ class MarkerTracker:
         self, luma: np.ndarray, predicted: Prediction, taken_px: np.ndarray | None = None, frames: float = 1.0
     ) -> Sighting:
         if self.faint is not None:  # no spot is theirs
-            predicted = Prediction(predicted.position_px, np.where(self.faint.which, _NOWHERE_PX, predicted.gate_px))
-        spots = find_spots(luma, predicted.position_px, predicted.gate_px, self.look)
+            predicted = replace(predicted, gate_px=np.where(self.faint.which, _NOWHERE_PX, predicted.gate_px))
+        streaks = self._streaks(predicted.velocity_px)
+        spots = find_spots(luma, predicted.position_px, predicted.gate_px, self.look, streaks)
         if taken_px is not None:
             spots = spots.away_from(taken_px, 0.5 * float(self.look.diameter_px.min()))
         chosen, predicted = self._assigned(spots, predicted)
@@ -149,7 +155,10 @@ class MarkerTracker:
         by_csrt = self._ask_csrt(luma, position, asked, taken_px)
         seen |= by_csrt
         others = _others(position, spots, chosen, taken_px)
-        centres = measure_centres(luma, position[seen], others, self.look.of(seen))
+        velocity = np.where(chosen[:, None] >= 0, self.motion.velocity(position, frames), predicted.velocity_px)
+        streaks = self._streaks(velocity)
+        centres = measure_centres(luma, position[seen], others, self.look.of(seen), streaks.some(seen))
+        self._learn_shutter(centres.streak_px2, velocity[seen])
         centres, kept = self._believable(luma, centres, position, seen)
         sighting = self._sighting(position, kept, by_csrt & kept, centres, spots, chosen)
         if self.faint is not None:
@@ -158,16 +167,32 @@ class MarkerTracker:
         self._remember(luma, sighting)
         return sighting
 
+    def _streaks(self, velocity_px: np.ndarray) -> Streaks:
+        """Of the markers at that velocity (m, 2), a frame."""
+        open_for = np.sqrt(np.clip(self.shutter[0] / self.shutter[1], _SHUTTERS[0] ** 2, _SHUTTERS[1] ** 2))
+        return Streaks.of(velocity_px, self.look.diameter_px, float(open_for))
+
+    def _learn_shutter(self, streak_px2: np.ndarray, velocity_px: np.ndarray) -> None:
+        """Of the fast markers: their lengths, squared (k,), over their velocities (k, 2)."""
+        fast = np.isfinite(streak_px2)
+        if fast.any():
+            self.shutter = _KEEP_SHUTTER * self.shutter + [streak_px2[fast].sum(), (velocity_px[fast] ** 2).sum()]
+
     def _assigned(self, spots: Spots, predicted: Prediction) -> tuple[np.ndarray, Prediction]:
         """(m,) the assignment; who breaks away from its neighbours is let go, to be sought where they put it."""
         chosen = assign(spots, predicted)
         position, seen = _placed(spots, chosen, predicted)
         strength = np.where(seen, np.append(spots.strength, 0.0)[chosen], 0.0)
-        misplaced = self.spacing.misplaced(position, seen, strength, self.look.diameter_px)
+        if not (self.motion.seen > 2).any():  # right after the boxes little is known of how they move
+            return chosen, predicted
+        moved = predicted.position_px - self.motion.past[0]
+        misplaced = self.spacing.misplaced(
+            position, predicted.position_px, moved, seen, strength, self.look.diameter_px
+        )
         if not misplaced.any():
             return chosen, predicted
         place = np.where(misplaced[:, None], self.spacing.expected(position), predicted.position_px)
-        return np.where(misplaced, -1, chosen), Prediction(place, predicted.gate_px)
+        return np.where(misplaced, -1, chosen), replace(predicted, position_px=place)
 
     def _believable(
         self, luma: np.ndarray, centres: Centres, position: np.ndarray, seen: np.ndarray
@@ -181,7 +206,7 @@ class MarkerTracker:
         good = inside & ~wandered
         kept = seen.copy()
         kept[seen] = good
-        return Centres(place[good], centres.diameter_px[good], centres.contrast[good]), kept
+        return Centres(place[good], centres.diameter_px[good], centres.contrast[good], centres.streak_px2[good]), kept
 
     def _sighting(
         self,

@@ -15,7 +15,8 @@ def scene(seed: int) -> tuple[Spots, Prediction]:
     """Spots and markers crowded at random; there may be none."""
     rng = np.random.default_rng(seed)
     markers, spots = rng.integers(1, 12), rng.integers(0, 16)
-    predicted = Prediction(rng.uniform(0, 80, (markers, 2)), rng.uniform(3, 60, markers))
+    place = rng.uniform(0, 80, (markers, 2))
+    predicted = Prediction(place, rng.uniform(3, 60, markers), np.zeros_like(place))
     return Spots(rng.uniform(0, 80, (spots, 2)), rng.uniform(0.3, 1.2, spots)), predicted
 
 

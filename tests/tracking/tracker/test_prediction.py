@@ -36,7 +36,7 @@ def test_steady_acceleration_is_predicted_exactly_from_the_third_frame_on() -> N
     place, velocity, acceleration = rng.normal(0, 5, (3, 1, 4, 2))
     path = 100 + place + velocity * t + 0.5 * acceleration * t**2
     _, said = carried_through(path)
-    assert np.abs(said[3:] - path[4:]).max() < 1e-9
+    assert np.abs(said[3:] - path[4:]).max() < 1e-3
 
 
 def test_a_lost_marker_is_carried_along_rigidly() -> None:
@@ -71,3 +71,12 @@ def test_the_gate_grows_while_a_marker_is_lost_and_is_bounded() -> None:
     assert (np.diff(gates[:10]) > 0).all()
     assert (np.diff(gates) >= 0).all()
     assert gates[-1] == pytest.approx(5 * 14.0)
+
+
+def test_a_beat_is_predicted_exactly_once_it_is_known_however_fast_it_is() -> None:
+    """At 30 px and a tenth of a turn a frame; the parabola alone is up to 11 px off."""
+    beat = 0.6 * np.arange(60.0)[:, None]
+    sway = 50.0 * np.sin(beat + np.array([0.0, 0.5, 1.0, 2.0]))
+    path = 200 + np.stack([0.2 * sway, sway], axis=2)
+    _, said = carried_through(path)
+    assert np.abs(said[20:] - path[21:]).max() < 0.01
