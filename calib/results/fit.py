@@ -49,6 +49,18 @@ class FitResult(Result):
         published: the published search, for comparison; None where it was not run.
         plot: its figures.
         read: simulates every trial again.
+
+    Example:
+        >>> found = calib.fit("pool", "quick", progress=False)
+        >>> print(found.summary())
+        synthetic, fit of quick effort to slow: blunt drag ...
+        >>> found.trials["fast"].role, found.coefficients.blunt_drag > 0
+        ('holdout', True)
+        >>> list(found.to_frame("coefficients").columns[:3])
+        ['value', 'fit_q05', 'fit_q95']
+        >>> found.plot.speeds().figure.savefig("speeds.png")
+        >>> found.motion("fast").twin.dims
+        ('time', 'space', 'keypoint')
     """
 
     key = "calibration"

@@ -29,6 +29,15 @@ class PosteriorResult(Result):
     Attributes:
         data: all that `posterior.json` holds.
         plot: its figures.
+
+    Example:
+        >>> found = calib.posterior("pool", "quick", progress=False)
+        >>> print(found.summary().splitlines()[1])
+        90 % intervals: blunt drag ... to ..., slender drag ... to ..., angular drag ...
+        >>> found.coefficients["blunt_drag"].determined
+        True
+        >>> found.idata.posterior.blunt_drag.dims               # the draws, for ArviZ
+        ('chain', 'draw')
     """
 
     key = "posterior"

@@ -18,6 +18,15 @@ class StructureResult(Result):
 
     Attributes:
         data: all that the file holds.
+
+    Example:
+        >>> found = calib.fit("bench", "quick", progress=False)     # a session of one free decay
+        >>> found.to_frame()[["unit", "assumed"]]
+                            unit  assumed
+        quantity
+        hinge_stiffness  N m/rad    False
+        hinge_damping   N m s/rad   False
+        crank_arm             m      True
     """
 
     key = "structure"

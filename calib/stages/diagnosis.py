@@ -16,6 +16,7 @@ from calib.options import EffortName, Job
 from calib.stages.fit import FitStage
 from calib.stages.recordings import Recordings
 from session import FaultCollector, InputError
+from session.errors import did_you_mean
 from session.stage import Stage
 from swimmer import Twin
 from swimmer.effects import Effect, catalogue
@@ -173,6 +174,6 @@ def check_names(option: str, names: Iterable[str], known: Mapping[str, Effect]) 
                 found=repr(name),
                 expected="names of the catalogue",
                 choices=tuple(known),
-                next_step="Mend the name; docs/effects.md has the table.",
+                next_step=did_you_mean(name, known) or "docs/effects.md has the table.",
             )
     faults.raise_if_any()
