@@ -130,7 +130,7 @@ def fit(
 
     The coefficients are the mode of a hierarchical model of the fit trials, which also has what differs from
     trial to trial (trim, registration of the head frame, boxes, start) and a model discrepancy over frequency. Every
-    held-out trial is forecast by the twin alone, given its frequency, and after its first two beats; compared with a
+    held-out trial is forecast by the twin alone, given the frequency, and after its first two beats; compared with a
     line, a power law and a constant stride through the fitted speeds, and the continuation of its first two beats.
 
     Hinge stiffness and damping come from free decays, and with these the crank arm from dry runs. What was not recorded

@@ -76,7 +76,7 @@ def _which(data: DiagnosisResult) -> str:
             f"(probability that it is something else {chances['none_of_these']:.2f}){_elsewhere(data)}; "
             "see the missing forces."
         )
-    told = " together with ".join(_group(group, chances) for group in data.groups)
+    told = _together([_group(group, chances) for group in data.groups])
     rest = data.remainder
     residual = "" if rest is None or rest.share < 0.05 else f"; {rest.share:.0%} of the fitted gap remains"
     against = _refuted(data)
@@ -130,8 +130,17 @@ def _looks_like(chances: Mapping[str, float]) -> str | None:
     return like
 
 
+def _together(groups: Sequence[str]) -> str:
+    """Groups that act together, as one list."""
+    if len(groups) == 1:
+        return groups[0]
+    return f"{', '.join(groups[:-1])} and {groups[-1]}, all at once"
+
+
 def _group(group: Sequence[str], chances: Mapping[str, float]) -> str:
-    return " or ".join(f"{plain(name)} ({chances.get(name, 0.0):.2f})" for name in group)
+    """Alternatives, the likeliest first."""
+    named = [f"{plain(name)} ({chances.get(name, 0.0):.2f})" for name in group]
+    return named[0] if len(named) == 1 else f"either {' or '.join(named)}"
 
 
 def _how_far(data: DiagnosisResult) -> str:

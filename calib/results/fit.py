@@ -19,7 +19,7 @@ from fitting import Calibration, CalibrationResult
 from fitting.calibration_file import PublishedResult, TrialResult
 from fitting.model.session_forecast import SessionForecast
 from reports.forecast_words import beaten, gain_sentence, marker_sentence, speed_sentence
-from reports.numbers import in_words, listed, of_its_size, shown
+from reports.numbers import counted, in_words, listed, of_its_size, shown
 from session import Flag, InputError
 from session.errors import Fault
 from session.flags import FLAG_KINDS
@@ -143,7 +143,7 @@ class FitResult(Result):
             gain_sentence(self.forecasts),
             marker_sentence(self.forecasts),
             f"Main caveat: {caveats[0]}{more}." if caveats else "No caveat.",
-            f"Verdict: {in_words(self.verdict)}. Next: calib posterior {self.session.folder}",
+            f"Verdict: {in_words(self.verdict)}: {self._why(len(caveats))}. Next: calib posterior {self.session.folder}",
         ]
         return "\n".join(filter(None, lines))
 
@@ -231,6 +231,15 @@ class FitResult(Result):
             yield from ((name, flag) for flag in experiment.flags)
         for name, trial in self.trials.items():
             yield from ((name, flag) for flag in trial.flags)
+
+    def _why(self, caveats: int) -> str:
+        """The reason for the verdict, and what to do about it."""
+        return {
+            "good": "better than the best baseline, and nothing is flagged",
+            "doubtful": f"better than the best baseline, but read {counted(caveats, 'caveat')} first (-v)",
+            "unchecked": 'no trial is held out: give one role = "holdout"',
+            "worse_than_baseline": "a simple baseline forecasts speeds as well: use that for speeds",
+        }[self.verdict]
 
     def _caveats(self) -> list[str]:
         """A sentence a kind of flag: of the fit, of whole trials, then of stretches, those of most frames first."""
