@@ -143,7 +143,7 @@ class FitResult(Result):
             gain_sentence(self.forecasts),
             marker_sentence(self.forecasts),
             f"Main caveat: {caveats[0]}{more}." if caveats else "No caveat.",
-            f"Verdict: {in_words(self.verdict)}: {self._why(len(caveats))}. Next: calib posterior {self.session.folder}",
+            f"Verdict: {self._why(len(caveats))}. Next: calib posterior {self.session.folder}",
         ]
         return "\n".join(filter(None, lines))
 
@@ -233,13 +233,14 @@ class FitResult(Result):
             yield from ((name, flag) for flag in trial.flags)
 
     def _why(self, caveats: int) -> str:
-        """The reason for the verdict, and what to do about it."""
-        return {
+        """The verdict, its reason, and what to do about it."""
+        why = {
             "good": "better than the best baseline, and nothing is flagged",
             "doubtful": f"better than the best baseline, but read {counted(caveats, 'caveat')} first (-v)",
             "unchecked": 'no trial is held out: give one role = "holdout"',
             "worse_than_baseline": "a simple baseline forecasts speeds as well: use that for speeds",
-        }[self.verdict]
+        }
+        return f"{in_words(self.verdict)}: {why[self.verdict]}"
 
     def _caveats(self) -> list[str]:
         """A sentence a kind of flag: of the fit, of whole trials, then of stretches, those of most frames first."""

@@ -14,10 +14,10 @@ from diagnosis.result import (
     NONE,
     DiagnosisResult,
     EffectParameters,
+    EffectTestResult,
     GapShares,
     GapSize,
     MissingForces,
-    SuppositionResult,
     parameters_of,
 )
 from reports.gap_words import gap_sentences
@@ -175,7 +175,7 @@ class EffectTest(Result):
 
     key = "test"
 
-    data: SuppositionResult = field(repr=False)
+    data: EffectTestResult = field(repr=False)
 
     @property
     def log_bayes_factor(self) -> float:

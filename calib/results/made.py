@@ -12,7 +12,7 @@ from calib.results.structure import StructureResult
 from calib.results.tracks import FilmedTracks, TrackResult
 from calib.stages.diagnosis import DiagnosisStage
 from calib.stages.posterior import PosteriorStage
-from diagnosis.result import SUPPOSITION, SuppositionResult
+from diagnosis.result import EFFECT_TEST, EffectTestResult
 from fitting import Calibration, MeasuredTrial
 from fitting.calibration_file import PublishedResult
 from reports import ReportContext, gallery
@@ -64,10 +64,10 @@ def gap_result(pipeline: Pipeline, stage: DiagnosisStage) -> GapResult:
     return GapResult(name=name, file=stage.file, data=found, plot=figures, **_common(pipeline))
 
 
-def test_result(pipeline: Pipeline, found: SuppositionResult) -> EffectTest:
+def test_result(pipeline: Pipeline, found: EffectTestResult) -> EffectTest:
     """What the swim trials say of effects."""
     name = f"test of {listed([in_words(effect) for effect in found.effects])}"
-    return EffectTest(name=name, file=pipeline.session.results / SUPPOSITION.name, data=found, **_common(pipeline))
+    return EffectTest(name=name, file=pipeline.session.results / EFFECT_TEST.name, data=found, **_common(pipeline))
 
 
 def structure_result(pipeline: Pipeline) -> StructureResult:

@@ -23,7 +23,7 @@ from swimmer.effects import Effect, catalogue
 
 if TYPE_CHECKING:
     from diagnosis import Discrepancy
-    from diagnosis.result import DiagnosisResult, SuppositionResult
+    from diagnosis.result import DiagnosisResult, EffectTestResult
 
 Found = TypeVar("Found")
 _FORM = 18  # of the files and of what they rest on
@@ -108,7 +108,7 @@ class DiagnosisStage(Stage):
         self.mark(written)
         job.made.extend(written)
 
-    def test(self, names: Sequence[str]) -> SuppositionResult:
+    def test(self, names: Sequence[str]) -> EffectTestResult:
         """Tests effects that a user names; ``results/supposed.json``, made anew every time.
 
         Args:
@@ -118,13 +118,13 @@ class DiagnosisStage(Stage):
             NotEnoughData: no swim has the role "fit", or an effect does nothing in these.
             SimulationDiverged: the plain twin.
         """
-        from diagnosis import suppose
-        from diagnosis.diagnosis_file import supposition_result
-        from diagnosis.result import SUPPOSITION
+        from diagnosis import weigh_effects
+        from diagnosis.diagnosis_file import effect_test_result
+        from diagnosis.result import EFFECT_TEST
 
         effects = [self.effects[name] for name in dict.fromkeys(names)]
-        result = supposition_result(self._asked(suppose, effects))
-        SUPPOSITION.write(self._job.results, self._job.provenance, result)
+        result = effect_test_result(self._asked(weigh_effects, effects))
+        EFFECT_TEST.write(self._job.results, self._job.provenance, result)
         return result
 
     def read(self) -> DiagnosisResult:
@@ -143,7 +143,7 @@ class DiagnosisStage(Stage):
         effects: Mapping[str, Effect] | Sequence[Effect],
         discrepancy: Discrepancy | None = None,
     ) -> Found:
-        """What `diagnose` or `suppose` says of this session."""
+        """What `diagnose` or `weigh_effects` says of this session."""
         from diagnosis import SessionData, Settings, discrepancy_for
 
         job, trials = self._job, self._recordings.swims

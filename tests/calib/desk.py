@@ -18,7 +18,7 @@ from calib.capture.host import Clock
 from calib.capture.trials import capture
 from calib.motor import Emulator, pseudo_terminal
 from calib.pipeline import Pipeline
-from diagnosis.result import GapSize, SuppositionResult
+from diagnosis.result import EffectTestResult, GapSize
 from session import Flag
 from session.camera import CameraCalibration
 from session.results import write_whole
@@ -104,5 +104,5 @@ class _CtrlC:
         raise KeyboardInterrupt
 
 
-def _tested(effects: tuple[str, ...]) -> SuppositionResult:
-    return SuppositionResult(effects, -1.2, dict.fromkeys(effects, -1.2), {}, GapSize(), GapSize())
+def _tested(effects: tuple[str, ...]) -> EffectTestResult:
+    return EffectTestResult(effects, -1.2, dict.fromkeys(effects, -1.2), {}, GapSize(), GapSize())
