@@ -1,10 +1,10 @@
 """Results of a pipeline whose stages are up to date."""
 
 from dataclasses import replace
-from typing import Any
+from typing import Any, cast
 
 from calib.pipeline import Pipeline
-from calib.results.figures import FitFigures, GapFigures, PosteriorFigures, check_current
+from calib.results.figures import FitFigures, GapFigures, PosteriorFigures, StructureFigures, check_current
 from calib.results.fit import FitResult
 from calib.results.gap import EffectTest, GapResult
 from calib.results.posterior import PosteriorResult
@@ -16,8 +16,9 @@ from diagnosis.result import EFFECT_TEST, EffectTestResult
 from fitting import Calibration, MeasuredTrial
 from fitting.calibration_file import PublishedResult
 from reports import ReportContext, gallery
+from reports.context import NoSwims
 from reports.numbers import in_words, listed
-from reports.sections import SECTIONS, gap, posterior
+from reports.sections import DRY_SECTIONS, SECTIONS, gap, posterior
 from reports.sections.gap_plots import gap_plots
 from session import NotEnoughData
 
@@ -72,8 +73,10 @@ def test_result(pipeline: Pipeline, found: EffectTestResult) -> EffectTest:
 
 def structure_result(pipeline: Pipeline) -> StructureResult:
     """What the dry experiments say."""
-    name = "no swim trial to fit; the dry experiments alone"
-    return StructureResult(name=name, file=pipeline.structures.file, data=pipeline.structure, **_common(pipeline))
+    name, found, common = "no swim trial to fit; the dry experiments alone", pipeline.structure, _common(pipeline)
+    context = ReportContext(pipeline.session, cast(Calibration, NoSwims(found)), pipeline.job.provenance)
+    figures = StructureFigures(pipeline.structures, lambda: gallery(context, DRY_SECTIONS))
+    return StructureResult(name=name, file=pipeline.structures.file, data=found, plot=figures, **common)
 
 
 def track_result(pipeline: Pipeline, filmed: FilmedTracks) -> TrackResult:
