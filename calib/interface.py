@@ -507,12 +507,13 @@ def _reported(folder: Path) -> tuple[IndexEntry, str]:
     return entry, " ".join([f"{pipeline.session.name}: {pipeline.standing}", *pipeline.notes])
 
 
-def view(session: AnySession, *, open_viewer: bool = False) -> Export:
+def view(session: AnySession, *, open_viewer: bool = False, inline: bool = False) -> Export:
     """Writes the rerun recording of the current tracks, with the twin and the missing forces where there are any.
 
     Args:
         session: opened, or its folder.
         open_viewer: also open it in the Rerun viewer.
+        inline: also show it in the notebook; where that cannot be, `notes` say why.
 
     Raises:
         NotEnoughData: no trial has tracks; names the command that makes them.
@@ -528,7 +529,8 @@ def view(session: AnySession, *, open_viewer: bool = False) -> Export:
         file = recording.make_recording(pipeline)
     if open_viewer:
         recording.open_viewer(file)
-    return Export((file,), tuple(pipeline.notes))
+    why_not = recording.show_inline(file) if inline else ""
+    return Export((file,), (*pipeline.notes, *filter(None, [why_not])))
 
 
 def export_mjcf(source: AnySession | None = None, out: str | Path = "robot.xml") -> Export:
