@@ -1,6 +1,10 @@
 """How fast the twin is and what its step costs in accuracy. Ratios count: absolute times vary with machines.
 
 It is the function of the command `calib benchmark speed`; the other benchmarks are in the checkout alone.
+
+Example:
+    >>> calib.benchmark.speed().step_errors[0].speed < 0.02     # the step changes no speed by more than 2 %
+    True
 """
 
 import time
@@ -68,6 +72,10 @@ class SpeedOutcome:
         fluid_cost: time of a step over that of a step without fluid.
         scaling: all cores over one.
         step_errors: for each set of coefficients.
+
+    Example:
+        >>> [error.name for error in calib.benchmark.speed().step_errors]
+        ['fitted to the public trials', 'published']
     """
 
     timestep_s: float
@@ -95,8 +103,8 @@ def speed(session: Session | str | Path | None = None) -> SpeedOutcome:
         InputError: the session has no current fit.
 
     Example:
-        >>> speed().real_time_one_core                          # doctest: +SKIP
-        31.5
+        >>> calib.benchmark.speed().real_time_one_core > 1      # faster than the fish
+        True
     """
     from calib.interface import load_twin
 

@@ -61,7 +61,7 @@ app.add_typer(policies.policy, name="policy", short_help="trains and scores poli
 )
 def capture(context: typer.Context) -> None:
     """Drives and logs the motor: scan, run, emulate (`calib capture --help`)."""
-    from calib.capture import main as drive
+    from calib.capture.command import main as drive
 
     raise typer.Exit(drive(context.args))
 

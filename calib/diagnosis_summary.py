@@ -2,7 +2,7 @@
 
 from math import floor, isnan, log10
 
-from diagnosis.result import DiagnosisResult, EffectParameters, FittedParameter, SuppositionResult, parameters_of
+from diagnosis.result import DiagnosisResult, EffectParameters, EffectTestResult, FittedParameter, parameters_of
 from diagnosis.sentences import by_how_much, plain
 from reports.gap_words import gap_sentences
 from swimmer.effects import catalogue
@@ -100,7 +100,7 @@ def _of_drive(name: str) -> bool:
     return known is not None and known.stage == "drive"
 
 
-def test_lines(data: SuppositionResult) -> list[str]:
+def test_lines(data: EffectTestResult) -> list[str]:
     """The evidence for each tested effect and for all together; then the gap without and with them."""
     lines = [
         f"Tested: {', '.join(plain(name) for name in data.effects)}.",

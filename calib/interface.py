@@ -111,7 +111,7 @@ def open_session(folder: str | Path) -> Session:
         InputError: all faults of `session.toml` and of the files it names, at once.
 
     Example:
-        >>> session = open_session("pool")
+        >>> session = calib.open_session("pool")
         >>> [trial.name for trial in session.trials if trial.role == "fit"]
         ['slow']
     """
@@ -130,7 +130,7 @@ def fit(
 
     The coefficients are the mode of a hierarchical model of the fit trials, which also has what differs from
     trial to trial (trim, registration of the head frame, boxes, start) and a model discrepancy over frequency. Every
-    held-out trial is forecast by the twin alone, given its frequency, and after its first two beats; compared with a
+    held-out trial is forecast by the twin alone, given the frequency, and after its first two beats; compared with a
     line, a power law and a constant stride through the fitted speeds, and the continuation of its first two beats.
 
     Hinge stiffness and damping come from free decays, and with these the crank arm from dry runs. What was not recorded
@@ -155,7 +155,7 @@ def fit(
         likelihood. Michelis et al. (2026), "Simple Models, Real Swimming": crank grid search, head frame.
 
     Example:
-        >>> found = fit("pool", "quick", progress=False)
+        >>> found = calib.fit("pool", "quick", progress=False)
         >>> list(found.to_frame().index)
         ['slow', 'fast']
     """
@@ -190,7 +190,7 @@ def posterior(
         Goodman and Weare (2010), affine-invariant ensemble sampler, by emcee.
 
     Example:
-        >>> list(posterior("pool", "quick", progress=False).to_frame("coefficients").index)[:2]
+        >>> list(calib.posterior("pool", "quick", progress=False).to_frame("coefficients").index)[:2]
         ['blunt_drag', 'slender_drag']
     """
     with _working(session, Options(effort, workers), progress) as pipeline:
@@ -223,7 +223,7 @@ def diagnose(
         SimulationDiverged: the plain twin, from every start.
 
     Example:
-        >>> gap = diagnose("pool", "quick", progress=False)
+        >>> gap = calib.diagnose("pool", "quick", progress=False)
         >>> round(sum(gap.where.by_stage.values()), 6)
         1.0
     """
@@ -251,8 +251,9 @@ def effect_test(
         InputError, NotEnoughData, SimulationDiverged: as `diagnose`.
 
     Example:
-        >>> effect_test("datasets/sample", ["camera_parallax"], "quick").log_bayes_factor  # doctest: +SKIP
-        -1.2
+        >>> found = calib.effect_test("pool", ["camera_parallax"], "quick", progress=False)
+        >>> found.log_bayes_factor < 0              # the trials are against it
+        True
     """
     with _working(session, Options(effort, workers), progress) as pipeline:
         return test_result(pipeline, pipeline.effect_test(tuple(effects)))
@@ -296,7 +297,7 @@ def track(
         InputError: faults of videos, boxes or edits, after all other videos are tracked; with `click`, no video.
 
     Example:
-        >>> tracks = track("pool", progress=False)
+        >>> tracks = calib.track("pool", progress=False)
         >>> tracks["slow"].position_head.dims
         ('time', 'space', 'keypoint')
     """
@@ -320,7 +321,9 @@ def correct(session: AnySession, trial: str, correction: str | Mapping[str, Any]
         InputError: no such trial, or the correction or the log has faults.
 
     Example:
-        >>> correct("datasets/sample", "f1_00_video", {"op": "undo", "line": 1})  # doctest: +SKIP
+        >>> swapped = {"op": "swap", "markers": ["tail_3", "tail_4"], "frames": [2, 8]}
+        >>> calib.correct("filmed", "f1_25", swapped)
+        'filmed/trials/f1_25.edits.jsonl: added line 1; 1 edit counts. `calib track` replays them'
     """
     return correct_track(_folder(session), trial, correction)
 
@@ -341,8 +344,8 @@ def load_tracks(path: str | Path, markers: Sequence[str], fps: float = 60.0) -> 
         InputError: every fault of the file at once.
 
     Example:
-        >>> names = open_session("pool").markers
-        >>> load_tracks("pool/trials/slow.csv.gz", names).position.attrs["units"]
+        >>> names = calib.open_session("pool").markers
+        >>> calib.load_tracks("pool/trials/slow.csv.gz", names).position.attrs["units"]
         'px'
     """
     from tracking.records import import_tracks
@@ -367,7 +370,7 @@ def convert_tracks(
         ResultsNotWritable: `out` cannot be written.
 
     Example:
-        >>> convert_tracks("pool/trials/slow.csv.gz", "slow.nc", "movement").name
+        >>> calib.convert_tracks("pool/trials/slow.csv.gz", "slow.nc", "movement").name
         'slow.nc'
     """
     from tracking.records import as_tracked, export_tracks, import_tracks
@@ -434,10 +437,8 @@ def run(
         InputError: no scheduler answers, or a worker has another version of the program or the engine.
 
     Example:
-        >>> run("pool", "quick", progress=False).file.name
+        >>> calib.run("pool", "quick", progress=False).file.name
         'calibration.json'
-        >>> run(["pool-1", "pool-2"], jobs=2).failures          # doctest: +SKIP
-        {}
     """
     if isinstance(sessions, Session | str | Path):
         if scheduler is None:
@@ -463,8 +464,10 @@ def report(sessions: AnySession | Sequence[AnySession], index: str | Path | None
         InputError: a single session has no fit of its recordings; names the command that makes one.
 
     Example:
-        >>> report("pool").file.name
+        >>> calib.report("pool").file.name
         'report.html'
+        >>> calib.report(["pool", "filmed"]).failures           # of several, one that fails stops no other
+        {'filmed': 'filmed/results/calibration.json: ... Run `calib fit filmed`.'}
     """
     if isinstance(sessions, Session | str | Path) and index is None:
         entry, note = _reported(_folder(sessions))
@@ -504,19 +507,20 @@ def _reported(folder: Path) -> tuple[IndexEntry, str]:
     return entry, " ".join([f"{pipeline.session.name}: {pipeline.standing}", *pipeline.notes])
 
 
-def view(session: AnySession, *, open_viewer: bool = False) -> Export:
+def view(session: AnySession, *, open_viewer: bool = False, inline: bool = False) -> Export:
     """Writes the rerun recording of the current tracks, with the twin and the missing forces where there are any.
 
     Args:
         session: opened, or its folder.
         open_viewer: also open it in the Rerun viewer.
+        inline: also show it in the notebook; where that cannot be, `notes` say why.
 
     Raises:
         NotEnoughData: no trial has tracks; names the command that makes them.
         SwimcalError: the viewer cannot be opened.
 
     Example:
-        >>> view("pool").file.name
+        >>> calib.view("pool").file.name
         'session.rrd'
     """
     from calib.stages import recording
@@ -525,7 +529,8 @@ def view(session: AnySession, *, open_viewer: bool = False) -> Export:
         file = recording.make_recording(pipeline)
     if open_viewer:
         recording.open_viewer(file)
-    return Export((file,), tuple(pipeline.notes))
+    why_not = recording.show_inline(file) if inline else ""
+    return Export((file,), (*pipeline.notes, *filter(None, [why_not])))
 
 
 def export_mjcf(source: AnySession | None = None, out: str | Path = "robot.xml") -> Export:
@@ -540,8 +545,8 @@ def export_mjcf(source: AnySession | None = None, out: str | Path = "robot.xml")
         ResultsNotWritable: `out` cannot be written.
 
     Example:
-        >>> import tempfile, mujoco
-        >>> made = export_mjcf(out=tempfile.mkdtemp() + "/fish.xml")
+        >>> import mujoco
+        >>> made = calib.export_mjcf(out="fish.xml")
         >>> mujoco.MjModel.from_xml_path(str(made.file)).nu     # the motor
         1
     """
@@ -575,7 +580,7 @@ def load_twin(
         InputError: no current fit, no such effect, or faults of the robot's file.
 
     Example:
-        >>> swim = load_twin().swim([0.8, 1.2], seconds=4.0)
+        >>> swim = calib.load_twin().swim([0.8, 1.2], seconds=4.0)
         >>> swim.position.dims, bool(swim.speed[1] > swim.speed[0] > 0)
         (('run', 'time', 'space', 'keypoint'), True)
     """
@@ -597,7 +602,7 @@ def effects() -> Mapping[str, Effect]:
     """The catalogue: what the twin leaves out and a diagnosis may name, by name.
 
     Example:
-        >>> effects()["crank_arm_error"].parameters[0].unit
+        >>> calib.effects()["crank_arm_error"].parameters[0].unit
         '1'
     """
     return catalogue()
@@ -616,8 +621,8 @@ def compare(
         InputError: a session has no current fit, or no such table.
 
     Example:
-        >>> len(compare(["pool"], "coefficients"))
-        5
+        >>> calib.compare(["pool"], "coefficients").index[0]
+        ('synthetic', 'blunt_drag')
     """
     results = [_current_fit(item) if isinstance(item, Session | str | Path) else item for item in items]
     names = [result.session.name for result in results]
@@ -638,7 +643,7 @@ def doctor(session: AnySession | None = None, *, motor: bool = False) -> pd.Data
         Nothing: what is wrong is in the table.
 
     Example:
-        >>> doctor().loc["engine"].state
+        >>> calib.doctor().loc["engine"].state
         'ok'
     """
     from calib.checkup import check_installation, check_motor, check_session
@@ -694,8 +699,10 @@ def new_session(  # noqa: PLR0913  it is the command `new`, of which a user give
         Michelis et al. (2026), "Simple Models, Real Swimming", public data.
 
     Example:
-        >>> new_session("pool", videos=["f0_75.mp4", "f1_25.mp4"], commands_hz=[0.75, 1.25])  # doctest: +SKIP
-        >>> new_session("public", from_fishsim="fishsim")       # doctest: +SKIP
+        >>> calib.new_session("mine", videos=["f0_75.mp4", "f1_25.mp4"])
+        PosixPath('mine')
+        >>> [(trial.name, trial.commanded_hz, trial.role) for trial in calib.open_session("mine").trials]
+        [('f0_75', 0.75, 'fit'), ('f1_25', 1.25, 'holdout')]
     """
     from calib.own_files import new_from_files
     from synthetic import default_plan, make_session

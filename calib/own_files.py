@@ -19,6 +19,7 @@ from session.create import FISHSIM_MARKERS, new_folder
 from session.errors import Fault
 from session.folder import SESSION_FILE
 from session.results import write_whole
+from session.session_checks import rate_is_off
 from session.tables import read_table
 from session.tracks import SUFFIXES, TIME, as_tracks, markers_of, save_tracks
 from swimmer import RobotSpec, load_robot
@@ -72,6 +73,7 @@ def new_from_files(
     faults.raise_if_any()
     rates = [trial.fps for trial in trials.values() if trial.fps]
     rate = fps or float(np.median(rates))
+    _check_rates(trials, rate)
     markers = next((markers_of(trial.tracks) for trial in trials.values() if trial.tracks is not None), _markers(spec))
     ordered = sorted(trials.values(), key=lambda trial: (trial.kind, trial.commanded_hz or 0.0, trial.name))
     with new_folder(folder) as part:
@@ -84,6 +86,25 @@ def new_from_files(
         if robot is not None:
             shutil.copyfile(robot, part / "robot.toml")
         write_whole(part / SESSION_FILE, _text(folder.absolute().name, ordered, rate, markers, spec, robot, fit))
+
+
+def _check_rates(trials: Mapping[str, _Trial], rate: float) -> None:
+    """That the session can state this frame rate: the time stamps of tracks show it within 5 %.
+
+    Raises:
+        InputError: they show another one.
+    """
+    spacings = {n: np.diff(each.tracks.time.values) for n, each in trials.items() if each.tracks is not None}
+    off = [
+        f"{1 / float(np.mean(spacing)):.4g} in {name}"
+        for name, spacing in spacings.items()
+        if trials[name].kind != "free_decay" and rate_is_off(rate, float(np.median(spacing)), float(np.mean(spacing)))
+    ]
+    if off:
+        step = "Give the rate of the camera; trials of different frame rates need a session each."
+        what = "the time stamps of tracks show another frame rate"
+        found = f"{rate:g}; by their time stamps {', '.join(off)}"
+        raise InputError([Fault("--fps", "", what, found, "one frame rate within 5 %", next_step=step)])
 
 
 def _trials(

@@ -24,7 +24,7 @@ from swimmer.effects import Effect, catalogue
 
 if TYPE_CHECKING:
     from diagnosis import Discrepancy
-    from diagnosis.result import SuppositionResult
+    from diagnosis.result import EffectTestResult
 
 
 def open_session(folder: Path) -> Session:
@@ -186,7 +186,7 @@ class Pipeline:
             stage.make(discrepancy)
         return stage
 
-    def effect_test(self, names: Sequence[str]) -> "SuppositionResult":
+    def effect_test(self, names: Sequence[str]) -> "EffectTestResult":
         """Test of effects that a user names; also in `results/supposed.json`."""
         check_names("--test", names, DiagnosisStage(self.job, self.recordings, self.fits).effects)
         self.recordings.tracks()

@@ -21,7 +21,7 @@ def progress_bar(quiet: bool) -> Iterator[Progress]:
     console = Console(stderr=True)
     if quiet:
         yield lambda _message, _share: None
-    elif _is_kernel():
+    elif is_kernel():
         with _in_notebook() as report:
             yield report
     elif not console.is_terminal:
@@ -117,7 +117,7 @@ def _ticking(lines: Lines) -> Iterator[Lines]:
         clock.join()
 
 
-def _is_kernel() -> bool:
+def is_kernel() -> bool:
     """Whether this process is the kernel of a notebook; others may have loaded the module, too."""
     if "ipykernel" not in sys.modules:
         return False

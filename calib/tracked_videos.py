@@ -11,6 +11,7 @@ import xarray as xr
 from calib.pipeline import Pipeline, working
 from calib.results.tracks import FilmedTracks, TrackResult, shares_of
 from calib.stages.videos import of_each
+from reports.numbers import listed
 from session import CameraSpec, Flag, InputError, NotEnoughData, Session, TrialSpec
 from session.errors import Fault
 from session.results import plain_json
@@ -95,8 +96,16 @@ def track_videos(pipeline: Pipeline, export: str) -> FilmedTracks:
 
 
 def print_tracks(found: TrackResult, as_json: bool) -> None:
-    """The tracks of every video."""
+    """The tracks of every video, or that all tracks are given.
+
+    Raises:
+        InputError: neither videos nor tracks.
+    """
     filmed = found.filmed
+    if not filmed.boxes and not as_json:
+        given = list(found.tracked) or [spec.name for spec in filmed_trials(found.session)]
+        print(f"No video to track: the tracks of {listed(given, 4)} are given.\n{found.summary()}")
+        return
     tracks = {name: found.tracked[name] for name in filmed.boxes}
     if as_json:
         report = {

@@ -2,19 +2,19 @@
 
 from diagnosis.diagnosis import Diagnosis, Settings, diagnose
 from diagnosis.discrepancy import Discrepancy, discrepancy_for, shipped_discrepancy
+from diagnosis.effect_test import EffectTest, weigh_effects
 from diagnosis.session_data import SessionData
-from diagnosis.supposition import Supposition, suppose
 from diagnosis.verdict import Verdict
 
 __all__ = [
     "Diagnosis",
     "Discrepancy",
+    "EffectTest",
     "SessionData",
     "Settings",
-    "Supposition",
     "Verdict",
     "diagnose",
     "discrepancy_for",
     "shipped_discrepancy",
-    "suppose",
+    "weigh_effects",
 ]

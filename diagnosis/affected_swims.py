@@ -56,11 +56,11 @@ class SettledTwin(AffectedTwin):
         own = AffectedRuns(
             runs.coefficients, runs.frequency_hz, runs.phase_rad, runs.velocity, runs.fields, runs.turns, values=values
         )
-        told = super().simulate(own, time_s, allow_divergence=allow_divergence)
-        seen = self.observed(own, told, [self._view] * len(runs))
+        simulated = super().simulate(own, time_s, allow_divergence=allow_divergence)
+        seen = self.observed(own, simulated, [self._view] * len(runs))
         nose, neck = (self.markers.index(name) for name in ("nose", "neck"))
         span = np.median(np.linalg.norm(seen[:, :, nose] - seen[:, :, neck], axis=-1), axis=1)
-        return replace(told, marker_m=(self.robot.scale_length_m / span)[:, None, None, None] * seen)
+        return replace(simulated, marker_m=(self.robot.scale_length_m / span)[:, None, None, None] * seen)
 
 
 def forecast_scores(

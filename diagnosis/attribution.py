@@ -93,7 +93,7 @@ def smallest(errors: Mapping[Subset, np.ndarray], whole: Subset, order: Sequence
     Args:
         errors: (d, t) of t trials by the subset; the first row is that of the fit itself.
         whole: all names.
-        order: in which they are told.
+        order: in which they are reported.
     """
     best = errors[whole][0]
     found = []
@@ -125,7 +125,7 @@ def _moved(white: np.ndarray, sd: np.ndarray, whose: np.ndarray, subset: Subset,
 
 def _loss(held_out: LinearModel, residual: np.ndarray) -> np.ndarray:
     """(d, t) mean squared whitened residual of each held-out trial."""
-    squares, trial_of = held_out.whitened_swims(residual) ** 2, held_out.trial_of[held_out.told]
+    squares, trial_of = held_out.whitened_swims(residual) ** 2, held_out.trial_of[held_out.scored]
     return np.column_stack([squares[:, trial_of == number].mean(axis=1) for number in range(len(held_out.swims))])
 
 

@@ -39,7 +39,7 @@ MIXED, NEEDED = 10.0, 7.0
 """Log Bayes factors: from which an unknown effect is a mixture of the catalogue, and one of its effects needed in it.
 Development."""
 PLACED = 0.5
-"""Probability from which a place is told: more likely than not."""
+"""Probability from which a place is reported: more likely than not."""
 SCALES = {0.7: 0.3, 1.0: 0.45, 1.4: 0.18, 2.0: 0.07}
 """Of the twin's own error in a session, against most sessions, with the probability of each before it is looked at.
 
@@ -79,7 +79,7 @@ LEAST_OF_MOTION, LEAST_OF_DELAY, MOST_BESIDE = 10.0, 4.0, 4000.0
 
 # Skill on held-out trials and controls
 CLEAR = 3.0
-"""Standard errors of the plain twin's squares above noise from which a skill is told."""
+"""Standard errors of the plain twin's squares above noise from which a skill is reported."""
 LEAST_GAP = 0.1
 """Of the squares that the plain twin seems to leave, which it surely does where these are clear."""
 FLOOR_SD = 0.09

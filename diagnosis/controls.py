@@ -43,15 +43,15 @@ def carried_over(linear: LinearModel, held_out: LinearModel) -> np.ndarray:
     """
     features = len(linear.model.measured) // len(linear.trials)
     both = SessionModel((*linear.model.trials[: len(linear.swims)], *held_out.model.trials))
-    told, asked = linear.told, held_out.told
+    scored, asked = linear.scored, held_out.scored
     others = len(linear.swims) * features + asked
-    covariance, residual = linear.covariance[np.ix_(told, told)], linear.residual[told]
+    covariance, residual = linear.covariance[np.ix_(scored, scored)], linear.residual[scored]
     of_one = np.linalg.cholesky(linear.generic[:features, :features]).T
     of_all = np.hstack([advanced(of_one, float(phase)) for phase in both.phase_rad]).T
-    common, of_others = of_all[told], of_all[others]
+    common, of_others = of_all[scored], of_all[others]
     among = common @ common.T
     size = generic_size(residual, covariance, among)
-    of_twin = linear.error**2 * linear.discrepancy.over(both)[np.ix_(others, told)]
+    of_twin = linear.error**2 * linear.discrepancy.over(both)[np.ix_(others, scored)]
     result = np.array(held_out.residual)
     result[asked] -= (size**2 * of_others @ common.T + of_twin) @ np.linalg.solve(
         covariance + size**2 * among, residual

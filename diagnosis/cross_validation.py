@@ -13,14 +13,14 @@ from scipy.linalg import solve_triangular
 
 from diagnosis.constants import FEWEST_TRIALS
 from diagnosis.evidence import Hypotheses
-from diagnosis.gap import Shrinkage, shrinkage_of
+from diagnosis.gap import SkillScore, skill_score
 from diagnosis.linear_model import LinearModel
 from diagnosis.probabilities import Probabilities
 from diagnosis.refit import Refit
 from diagnosis.verdict import Verdict
 
 
-class Refutation(NamedTuple):
+class Withdrawal(NamedTuple):
     """Of the most probable of a group of a verdict; its alternatives stay as probable.
 
     Attributes:
@@ -47,8 +47,8 @@ class Validated(NamedTuple):
     verdict: Verdict
     probabilities: Probabilities
     best: Refit | None
-    skill: Shrinkage | None = None
-    refutations: tuple[Refutation, ...] = ()
+    skill: SkillScore | None = None
+    refutations: tuple[Withdrawal, ...] = ()
 
 
 def validated(
@@ -72,21 +72,21 @@ def validated(
     verdict, probabilities, best, _, refutations = found
     plain = left_out(linear, Refit.plain(linear))
     while best is not None:
-        skill = shrinkage_of(plain, left_out(linear, best), linear.trial_of[linear.told], seed)
+        skill = skill_score(plain, left_out(linear, best), linear.trial_of[linear.scored], seed)
         against = refutable(skill, best, hypotheses)
         if not against:
             return Validated(verdict, probabilities, best, skill, refutations)
         weakest = min(against, key=lambda name: probabilities.marginal[probabilities.names.index(name)])
         assert skill.value is not None
         assert skill.interval is not None
-        refutations = (*refutations, Refutation(weakest, skill.value, skill.interval))
+        refutations = (*refutations, Withdrawal(weakest, skill.value, skill.interval))
         probabilities = probabilities.refuted(weakest)
         verdict = verdict.without([weakest], probabilities)
         best = refitting(verdict.first) if verdict.first else None
     return Validated(verdict, probabilities, None, None, refutations)
 
 
-def refutable(skill: Shrinkage, best: Refit, hypotheses: Hypotheses) -> tuple[str, ...]:
+def refutable(skill: SkillScore, best: Refit, hypotheses: Hypotheses) -> tuple[str, ...]:
     """Effects of a refitted twin one of which forecasts speak against; none where they do not.
 
     Never those that change frequencies: the skill leaves these out.

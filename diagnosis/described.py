@@ -1,21 +1,21 @@
 """How closely a robot follows its description before it counts as another robot: departures within are no effect."""
 
 from diagnosis.constants import WITHIN
-from fitting.model.robot_doubt import Doubt, DoubtedTwin, doubted_twins
+from fitting.model.robot_uncertainty import ParameterUncertainty, PerturbedTwin, perturbed_twins
 from fitting.structure import Source, assumed
 from swimmer import RobotSpec, Twin
 
 _STEP = 0.05  # of mass, either way
 
 
-def robot_doubts(twin: Twin) -> tuple[DoubtedTwin, ...]:
+def perturbed_robots(twin: Twin) -> tuple[PerturbedTwin, ...]:
     """Twins on either side of the description, for all that a robot may differ by and still be as described."""
     sources = [source for source in assumed(twin.robot).sources if source.value > 0]
-    doubted = doubted_twins(twin, [Doubt(source, WITHIN[source.quantity]) for source in sources])
-    mass = Doubt(_mass(twin.robot), WITHIN["mass"])
+    doubted = perturbed_twins(twin, [ParameterUncertainty(source, WITHIN[source.quantity]) for source in sources])
+    mass = ParameterUncertainty(_mass(twin.robot), WITHIN["mass"])
     for heavier in (_heavier_head, _heavier_tail):
         more, less = (twin.of_robot(heavier(twin.robot, by)) for by in (_STEP, -_STEP))
-        doubted = (*doubted, DoubtedTwin(mass, more, less, _STEP))
+        doubted = (*doubted, PerturbedTwin(mass, more, less, _STEP))
     return doubted
 
 

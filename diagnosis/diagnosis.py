@@ -13,22 +13,22 @@ from diagnosis.backward_elimination import backward_elimination
 from diagnosis.constants import MOST_LEFT
 from diagnosis.controls import placebo_for
 from diagnosis.cross_validation import Validated, validated
-from diagnosis.everything import Everything, everything
 from diagnosis.evidence import Hypotheses, Priors
 from diagnosis.experiments import next_experiments
 from diagnosis.explaining import explained
 from diagnosis.from_forms import refitted
+from diagnosis.generalised_forces import ForceResponses, responses
 from diagnosis.held_out import Gap, HeldOut
 from diagnosis.linear_model import LinearModel
 from diagnosis.local_discrepancies import LocalDiscrepancy, likely_of, local_discrepancies
 from diagnosis.non_periodic import NonPeriodic, non_periodic
 from diagnosis.probabilities import Probabilities
-from diagnosis.pushes import Responses, responses
 from diagnosis.refit import Refit
 from diagnosis.result import Experiment, Remainder
+from diagnosis.ridge import RidgeFit, ridge_fit
 from diagnosis.session_data import SessionData
 from diagnosis.verdict import Verdict, verdict_of
-from diagnosis.where import Where, locate
+from diagnosis.where import VarianceDecomposition, decompose
 from fitting.signatures import Signature, signature_of
 from swimmer.effects import Effect
 
@@ -88,12 +88,12 @@ class Diagnosis:
     hypotheses: Hypotheses
     probabilities: Probabilities
     verdict: Verdict
-    where: Where
+    where: VarianceDecomposition
     refit: Refit | None
     remainder: Remainder | None
     gap: Gap | None
     validation: Validated
-    everything: tuple[Everything, Gap | None, Attribution | None] | None
+    everything: tuple[RidgeFit, Gap | None, Attribution | None] | None
     experiments: tuple[Experiment, ...]
     decays_left_out: Mapping[str, str]
 
@@ -137,7 +137,7 @@ def diagnose(
         hypotheses=weighed.hypotheses,
         probabilities=said.probabilities,
         verdict=said.verdict,
-        where=locate(weighed.linear, weighed.forces, weighed.signatures, said.verdict.effects, weighed.placed),
+        where=decompose(weighed.linear, weighed.forces, weighed.signatures, said.verdict.effects, weighed.placed),
         refit=best,
         remainder=None if best is None else _remainder(weighed, best),
         gap=gap,
@@ -155,7 +155,7 @@ class _Weighed(NamedTuple):
 
     linear: LinearModel
     signatures: tuple[Signature, ...]
-    forces: Responses
+    forces: ForceResponses
     elsewhere: tuple[LocalDiscrepancy, ...]
     aperiodic: NonPeriodic
     hypotheses: Hypotheses
@@ -227,12 +227,12 @@ def _placebo(weighed: _Weighed, said: Validated, refitting: Refitting) -> Refit 
 
 def _everything(
     weighed: _Weighed, effects: Mapping[str, Effect], said: Validated, swims: HeldOut, effort: str
-) -> tuple[Everything, Gap | None, Attribution | None] | None:
+) -> tuple[RidgeFit, Gap | None, Attribution | None] | None:
     """The twin with all effects, and what it leaves of held-out swims, just as it was fitted; None if not asked."""
     if effort not in ALL_AT_ONCE or said.verdict.name == "no_gap":
         return None
     named = said.best or Refit.plain(weighed.linear)
-    every = everything(weighed.linear, weighed.signatures, effects, named, _ROUNDS_OF_ALL)
+    every = ridge_fit(weighed.linear, weighed.signatures, effects, named, _ROUNDS_OF_ALL)
     if every is None:
         return None
     gap = swims.gap(every.refit, as_fitted=True)
@@ -243,7 +243,7 @@ def _remainder(weighed: _Weighed, best: Refit) -> Remainder:
     linear = weighed.linear
     rest = replace(linear)
     rest.__dict__["residual"] = best.residual
-    where = locate(rest, weighed.forces, weighed.signatures, placed=weighed.placed)
+    where = decompose(rest, weighed.forces, weighed.signatures, placed=weighed.placed)
     plain, residual = (linear.space.projected(row) for row in (linear.residual, best.residual))
     freedom = max(len(linear.residual) - 5 - len(best.values), 1)
     excess, before = residual @ residual - freedom, plain @ plain - len(linear.residual) + 5

@@ -8,18 +8,18 @@ from diagnosis.affected_swims import ForecastScore
 from diagnosis.attribution import Attribution
 from diagnosis.constants import FEWEST_TRIALS
 from diagnosis.diagnosis import Diagnosis
-from diagnosis.everything import Everything
+from diagnosis.effect_test import EffectTest
 from diagnosis.held_out import Gap
 from diagnosis.refit import Refit
 from diagnosis.result import (
     NONE,
     AllEffects,
     BeatFrequency,
-    BesideBeat,
     CrossValidation,
     DiagnosisResult,
     EffectParameters,
     EffectSet,
+    EffectTestResult,
     Evidence,
     FittedParameter,
     FreeDecay,
@@ -27,18 +27,18 @@ from diagnosis.result import (
     GapSize,
     HeldOutSwim,
     MissingForces,
+    NonPeriodicResidual,
     Place,
-    Refuted,
     Strength,
-    SuppositionResult,
+    WithdrawnEffects,
 )
-from diagnosis.supposition import Supposition
+from diagnosis.ridge import RidgeFit
 from swimmer import FluidCoefficients
 from swimmer.effects import Parameter
 
 _AT_BOUND = 0.01  # share of what a parameter may be, from a bound
-_LEAST, _LEAST_OF_PLACE = 1e-4, 0.01  # probability that is told, of an effect and of a place
-_SETS = 12  # of effects that are told
+_LEAST, _LEAST_OF_PLACE = 1e-4, 0.01  # probability that is reported, of an effect and of a place
+_SETS = 12  # of effects that are reported
 _PER_M = 1000.0  # mm
 
 
@@ -51,14 +51,14 @@ def diagnosis_result(found: Diagnosis, withheld: Sequence[str] = (), models: Seq
         models: files of the twins with effects.
     """
     chances, where, forces, verdict = found.probabilities, found.where, found.where.forces, found.verdict
-    told = {n: float(p) for n, p in zip(chances.names, chances.marginal, strict=True) if p >= _LEAST}
+    present = {n: float(p) for n, p in zip(chances.names, chances.marginal, strict=True) if p >= _LEAST}
     swims = found.linear.swims  # nothing acts on the head in a dry run
     refits = {"plain": found.linear.at} | ({} if found.refit is None else {"with_effects": found.refit.at})
     return DiagnosisResult(
         verdict=verdict.name,
         groups=verdict.groups,
         effects=verdict.effects,
-        probabilities=dict(sorted(told.items(), key=lambda item: -item[1])) | {NONE: min(chances.other, 1.0)},
+        probabilities=dict(sorted(present.items(), key=lambda item: -item[1])) | {NONE: min(chances.other, 1.0)},
         remainder=found.remainder,
         where=GapShares(where.by_stage, where.by_trial, where.by_marker, where.by_axis, where.by_band, where.by_repeat),
         gap=_gap(found.gap),
@@ -79,9 +79,9 @@ def diagnosis_result(found: Diagnosis, withheld: Sequence[str] = (), models: Seq
     )
 
 
-def supposition_result(found: Supposition) -> SuppositionResult:
-    """The record of a supposition."""
-    return SuppositionResult(
+def effect_test_result(found: EffectTest) -> EffectTestResult:
+    """The record of a test of effects."""
+    return EffectTestResult(
         effects=tuple(effect.name for effect in found.refit.effects),
         log_bayes_factor=found.log_bayes_factor,
         log_bayes_factor_of_each=found.of_each,
@@ -91,39 +91,39 @@ def supposition_result(found: Supposition) -> SuppositionResult:
     )
 
 
-def _everything(every: Everything, gap: Gap | None, attribution: Attribution | None) -> AllEffects:
+def _everything(every: RidgeFit, gap: Gap | None, attribution: Attribution | None) -> AllEffects:
     strengths = sorted(every.strengths.items(), key=lambda item: -abs(item[1]))
     return AllEffects(
         share_of_priors=every.share,
         log_evidence_gained=every.gained,
         coefficients=FluidCoefficients(*map(float, every.refit.at)),
         at_bound=tuple((effect, parameter) for effect, parameter in every.at_bound),
-        strengths=tuple(Strength(*own, told) for own, told in strengths),
+        strengths=tuple(Strength(*own, value) for own, value in strengths),
         gap=_gap(gap),
         attribution=attribution,
     )
 
 
 def _decays(found: Diagnosis) -> tuple[FreeDecay, ...]:
-    told = []
+    fits = []
     for ring in found.linear.model.rings:
         off, se = np.expm1(ring.residual), np.exp(ring.residual) * ring.sd
-        told.append(FreeDecay(ring.name, float(off[0]), float(se[0]), float(off[1]), float(se[1])))
-    return (*told, *(FreeDecay(name, not_used=why) for name, why in found.decays_left_out.items()))
+        fits.append(FreeDecay(ring.name, float(off[0]), float(se[0]), float(off[1]), float(se[1])))
+    return (*fits, *(FreeDecay(name, not_used=why) for name, why in found.decays_left_out.items()))
 
 
 def _gap(gap: Gap | None) -> GapSize:
     if gap is None:
         return GapSize()
-    told, hertz, measured = gap.shrinkage, gap.hertz.T, [each.speed_measured for each in gap.before]
+    skill, hertz, measured = gap.shrinkage, gap.hertz.T, [each.speed_measured for each in gap.before]
     return _size(
         gap.before,
         gap.after,
         noise_floor_mm=_PER_M * gap.noise_floor_m,
-        shrinkage=np.nan if told.value is None else told.value,
-        shrinkage_ci95=told.interval,
-        squares_before=told.plain,
-        squares_after=told.with_effects,
+        shrinkage=np.nan if skill.value is None else skill.value,
+        shrinkage_ci95=skill.interval,
+        squares_before=skill.plain,
+        squares_after=skill.with_effects,
         controls=gap.controls,
         speed_mae_baselines={name: _mae(speeds, measured) for name, speeds in gap.baselines.items()},
         frequency_mae_before=_mae(hertz[1], hertz[0]),
@@ -170,11 +170,11 @@ def _mae(forecast: Sequence[float] | np.ndarray, measured: Sequence[float] | np.
 def _parameters(best: Refit) -> EffectParameters:
     half = 1.96 * np.sqrt(np.diag(best.covariance))[5:]
     every = [(effect.name, parameter) for effect in best.effects for parameter in effect.parameters]
-    told: dict[str, dict[str, FittedParameter]] = {}
+    fitted_of: dict[str, dict[str, FittedParameter]] = {}
     for number, (effect, parameter) in enumerate(every):
         fitted = _parameter(parameter, float(best.values[number]), float(half[number]))
-        told.setdefault(effect, {})[parameter.name] = fitted
-    return {effect: own if len(own) > 1 else next(iter(own.values())) for effect, own in told.items()}
+        fitted_of.setdefault(effect, {})[parameter.name] = fitted
+    return {effect: own if len(own) > 1 else next(iter(own.values())) for effect, own in fitted_of.items()}
 
 
 def _parameter(parameter: Parameter, value: float, half: float) -> FittedParameter:
@@ -193,8 +193,8 @@ def _evidence(found: Diagnosis) -> Evidence:
         if chance >= _LEAST_OF_PLACE
     )
     sway, delay = (
-        BesideBeat(told.rms, told.log_odds, min(chances.with_other * chance, 1.0))  # sums of exponentials round
-        for told, chance in zip(found.aperiodic, found.hypotheses.shares_non_periodic, strict=True)
+        NonPeriodicResidual(size.rms, size.log_odds, min(chances.with_other * chance, 1.0))  # sums may exceed 1
+        for size, chance in zip(found.aperiodic, found.hypotheses.shares_non_periodic, strict=True)
     )
     return Evidence(
         squares=float(residual.value @ residual.value),
@@ -208,7 +208,9 @@ def _evidence(found: Diagnosis) -> Evidence:
             for each, chance in likeliest
         ),
         elsewhere=tuple(sorted(places, key=lambda each: -each.probability)),
-        refuted=tuple(Refuted((each.effect,), each.shrinkage, each.interval) for each in found.validation.refutations),
+        refuted=tuple(
+            WithdrawnEffects((each.effect,), each.shrinkage, each.interval) for each in found.validation.refutations
+        ),
         cross_validation=_cross_validation(found),
         sway_m=sway,
         delay_s=delay,

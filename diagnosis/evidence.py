@@ -106,7 +106,7 @@ class Residual:
         return cls(turn, turn @ space.projected(residual), spread / spread.mean())
 
 
-class Sized(NamedTuple):
+class GaussianEvidence(NamedTuple):
     """Log densities of a residual on a grid of sizes, but for (2 pi)^(q/2), and the variances with the likeliest sizes.
 
     Attributes:
@@ -120,7 +120,9 @@ class Sized(NamedTuple):
     variance: np.ndarray
 
 
-def sized(residual: Residual, responses: Sequence[LinearResponse], other: bool, form_errors: Sequence[float]) -> Sized:
+def gaussian_evidence(
+    residual: Residual, responses: Sequence[LinearResponse], other: bool, form_errors: Sequence[float]
+) -> GaussianEvidence:
     """A residual with effects of these responses, and with an unknown effect or without."""
     axes = [*map(_sizes, responses), SIZES if other else [0.0], form_errors if responses else [0.0]]
     grid = np.array(list(product(*axes)))  # (s, r + 2)
@@ -142,7 +144,7 @@ def sized(residual: Residual, responses: Sequence[LinearResponse], other: bool, 
         sd = np.sqrt(np.diagonal(covariance, axis1=1, axis2=2))
         logs += (log_mass((low - mean) / sd, (high - mean) / sd) - log_mass(least, most)).sum(axis=1)
     best = int(np.argmax(logs))
-    return Sized(_mean(logs), columns * sizes[best], variance[best])
+    return GaussianEvidence(_mean(logs), columns * sizes[best], variance[best])
 
 
 def _sizes(response: LinearResponse) -> np.ndarray:
@@ -246,7 +248,7 @@ class Hypotheses:
         responses = [each for each in (self.best[i] for i in present) if each is not None]
         if not self.places or len(responses) < len(present):
             return np.full(len(self.places), -np.inf)
-        found = sized(self.like_any, responses, False, self.priors.form_error)
+        found = gaussian_evidence(self.like_any, responses, False, self.priors.form_error)
         root = np.linalg.cholesky(np.diag(found.variance) + found.columns @ found.columns.T)
         white = solve_triangular(root, np.column_stack([self.like_any.value, *self._placed]), lower=True)
         weights, ends = np.array([weight for weight, _ in self.places]), np.cumsum([p.shape[1] for p in self._placed])
@@ -318,4 +320,4 @@ class Hypotheses:
 
     def _evidence(self, responses: Sequence[LinearResponse], other: bool) -> float:
         residuals = (self.like_any, self.loose) if other else (self.like_any,)
-        return _mean([sized(each, responses, other, self.priors.form_error).evidence for each in residuals])
+        return _mean([gaussian_evidence(each, responses, other, self.priors.form_error).evidence for each in residuals])

@@ -119,14 +119,14 @@ def _odds(found: Probabilities, pair: tuple[str, str]) -> float | None:
 
 
 def borne_out(apart: float, log_odds: float) -> float:
-    """Share of what trials should have told of two effects that they have told.
+    """Share of what trials should have shown of two effects that they have shown.
 
     Args:
-        apart: whitened distance by which they should be told apart.
+        apart: whitened distance by which they should be apart.
         log_odds: of the one against the other, of either sign.
     """
-    told, expected = abs(log_odds) + apart, apart**2 / 2
-    return 1.0 if told >= expected else told / expected
+    found, expected = abs(log_odds) + apart, apart**2 / 2
+    return 1.0 if found >= expected else found / expected
 
 
 def _likeliest(hypotheses: Hypotheses, probabilities: Probabilities) -> tuple[str, ...]:
@@ -159,7 +159,7 @@ def _with_a_number_more(linear: LinearModel, pair: _Pair) -> list[Experiment]:
     if not linear.model.logged:
         again = ProposedTrial("swim", float(linear.swims[0].commanded_hz or linear.swims[0].frequency.hz), logged=True)
         ways.append(("Log the motor in one more swim", crank, again))
-    return [pair.experiment(describe, told / _TOLD_TO, trial) for describe, told, trial in ways if told > 0]
+    return [pair.experiment(describe, apart / _TOLD_TO, trial) for describe, apart, trial in ways if apart > 0]
 
 
 def _hertz(linear: LinearModel, effect: Effect, strength: np.ndarray) -> tuple[float, float]:
@@ -174,15 +174,15 @@ def _hertz(linear: LinearModel, effect: Effect, strength: np.ndarray) -> tuple[f
 
 def _with_a_decay(linear: LinearModel, pairs: list[_Pair]) -> list[Experiment]:
     """A free decay, where an effect shows in one: air tells hinges and masses from all that water does."""
-    told = [pair for pair in pairs if any(map(shows_in_decays, pair.effects))]
+    shown = [pair for pair in pairs if any(map(shows_in_decays, pair.effects))]
     markers = tuple(linear.trials[0].markers[i] for i in linear.trials[0].tail)
     frame_s = float(np.median(np.diff(linear.trials[0].time_s)))
     with suppress(SimulationDiverged, np.linalg.LinAlgError, ValueError):
         ring = Ring.to_come("free decay", linear.twin.robot, markers, frame_s)
-        doubted = SessionModel(linear.model.trials, (ring,)).ring_sensitivities if told else np.zeros((2, 0))
+        doubted = SessionModel(linear.model.trials, (ring,)).ring_sensitivities if shown else np.zeros((2, 0))
         root = np.linalg.cholesky(np.diag(ring.sd**2) + doubted @ doubted.T)
         found = []
-        for pair in told:
+        for pair in shown:
             both = zip(pair.effects, pair.strengths, strict=True)
             one, other = (ring_changes(ring, linear.twin, (effect,), values[None])[0] for effect, values in both)
             distance = float(np.linalg.norm(np.linalg.solve(root, one - other)))
@@ -209,11 +209,11 @@ def _measured(linear: LinearModel, twin: Twin, proposed: ProposedTrial, seed: in
     frame_s, run_in_s = float(np.median(np.diff(like.time_s))), _RUN_IN_BEATS / hz
     time_s = np.arange(0.0, run_in_s + _SECONDS, frame_s)
     velocity = np.array([[-_START_M_S * hz, 0.0, 0.0]])
-    told = twin.simulate(Runs(linear.at[None], np.array([hz]), np.zeros(1), velocity), time_s)
+    swim = twin.simulate(Runs(linear.at[None], np.array([hz]), np.zeros(1), velocity), time_s)
     noise = FeatureNoise.typical([model.noise for model in linear.model.trials], time_s)
     noise_m = noise.drawn(time_s, np.random.default_rng([seed, 13]))
     middle_px = np.array(picture_px(linear.trials, linear.camera)) / 2
-    position_px = (told.marker_m[0] - told.marker_m[0].mean(axis=(0, 1)) + noise_m) / like.metres_per_px
+    position_px = (swim.marker_m[0] - swim.marker_m[0].mean(axis=(0, 1)) + noise_m) / like.metres_per_px
     tracks = as_tracks(like.markers, time_s, position_px * TO_PX + middle_px, np.ones(position_px.shape[:2]))
     spec = TrialSpec(f"{proposed.kind}_{hz:.2f}", "swim", commanded_hz=hz, role="fit")
     later = tracks.isel(time=slice(int(np.searchsorted(time_s, run_in_s)), None))

@@ -8,7 +8,7 @@ from scipy.special import logsumexp
 
 from diagnosis.constants import MIXED, NEEDED, SCALES
 from diagnosis.effect_response import effect_responses
-from diagnosis.evidence import Hypotheses, Priors, Residual, sized
+from diagnosis.evidence import Hypotheses, Priors, Residual, gaussian_evidence
 from diagnosis.linear_model import LinearModel
 from diagnosis.local_discrepancies import LocalDiscrepancy
 from diagnosis.probabilities import Probabilities, Weighed, posterior
@@ -73,7 +73,7 @@ def needed_in_mixture(linear: LinearModel, hypotheses: Hypotheses, present: Sequ
     responses = [each for each in (hypotheses.best[i] for i in present) if each is not None]
 
     def evidence(residual: Residual) -> float:
-        return sized(residual, responses, True, hypotheses.priors.form_error).evidence
+        return gaussian_evidence(residual, responses, True, hypotheses.priors.form_error).evidence
 
     mixed, found = evidence(hypotheses.like_any), []
     if mixed - evidence(hypotheses.loose) < MIXED:

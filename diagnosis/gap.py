@@ -19,7 +19,7 @@ _DRAWS = 4000
 
 
 @dataclass(frozen=True)
-class Shrinkage:
+class SkillScore:
     """Of one held-out gap.
 
     Attributes:
@@ -36,13 +36,13 @@ class Shrinkage:
     interval: tuple[float, float] | None
 
 
-def shrinkage_of(
+def skill_score(
     before: np.ndarray,
     after: np.ndarray | None,
     trial_of: np.ndarray,
     seed: int = 0,
     otherwise: tuple[np.ndarray, np.ndarray] | None = None,
-) -> Shrinkage:
+) -> SkillScore:
     """Of whitened residuals (q,) of some trials beside the plain twin and one with effects.
 
     Args:
@@ -56,11 +56,11 @@ def shrinkage_of(
     count = len(before)
     plain = float(before @ before / count)
     if after is None:
-        return Shrinkage(plain, plain, None, None)
+        return SkillScore(plain, plain, None, None)
     over, under = before @ before - count, after @ after - count
     with_effects = float(after @ after / count)
     if over < CLEAR * np.sqrt(2 * count + 4 * max(over, 0.0)):
-        return Shrinkage(plain, with_effects, None, None)
+        return SkillScore(plain, with_effects, None, None)
     drawn_over, drawn_under = (
         excess - noise for excess, noise in zip((over, under), _noise(before, after, seed), strict=True)
     )
@@ -71,10 +71,10 @@ def shrinkage_of(
     if otherwise is not None:
         values = _values(*otherwise)
         if not len(values):
-            return Shrinkage(plain, with_effects, value, None)
+            return SkillScore(plain, with_effects, value, None)
         drawn = np.add.outer(value - values, drawn).ravel()
     low, high = np.quantile(np.minimum(drawn, 1.0), [0.025, 0.975])  # without noise nothing shrinks by more than all
-    return Shrinkage(plain, with_effects, value, (min(float(low), value), max(float(high), value)))
+    return SkillScore(plain, with_effects, value, (min(float(low), value), max(float(high), value)))
 
 
 def _over_trials(before: np.ndarray, after: np.ndarray, trial_of: np.ndarray, seed: int) -> np.ndarray:

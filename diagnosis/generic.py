@@ -53,11 +53,11 @@ def generic_covariance(along_m: np.ndarray, trials: int, frequencies: int, rings
 
 def generic_size(residual: np.ndarray, covariance: np.ndarray, generic: np.ndarray) -> float:
     """The likeliest size, m, of a gap of no particular cause in what is left (k,) beside what is known (k, k)."""
-    return _Beside.of(covariance, generic).likeliest_m(residual, _SIZES_M)
+    return _KnownAndGeneric.of(covariance, generic).likeliest_m(residual, _SIZES_M)
 
 
 @dataclass(frozen=True, eq=False)
-class GenericGap:
+class GaussianProcessDiscrepancy:
     """Such a gap beside what is known of a row.
 
     Attributes:
@@ -88,12 +88,12 @@ class GenericGap:
         return tuple(slice(*both) for both in pairwise(ends))
 
     @cached_property
-    def _beside(self) -> "tuple[_Beside | None, ...]":
+    def _beside(self) -> "tuple[_KnownAndGeneric | None, ...]":
         squares = ((self.known[own, own], self.generic[own, own]) for own in self._parts)
-        return tuple(_Beside.of(known, generic) if len(known) else None for known, generic in squares)
+        return tuple(_KnownAndGeneric.of(known, generic) if len(known) else None for known, generic in squares)
 
 
-class _Beside(NamedTuple):
+class _KnownAndGeneric(NamedTuple):
     """A gap of one metre where what is known has unit size.
 
     Attributes:
@@ -106,7 +106,7 @@ class _Beside(NamedTuple):
     vectors: np.ndarray
 
     @classmethod
-    def of(cls, known: np.ndarray, generic: np.ndarray) -> "_Beside":
+    def of(cls, known: np.ndarray, generic: np.ndarray) -> "_KnownAndGeneric":
         """From covariances (k, k)."""
         root = np.linalg.cholesky(known)
         white = solve_triangular(root, generic, lower=True)

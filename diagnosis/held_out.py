@@ -8,7 +8,7 @@ import numpy as np
 
 from diagnosis.affected_swims import ForecastScore, forecast_scores, noise_floor_m
 from diagnosis.controls import carried_over
-from diagnosis.gap import Shrinkage, shrinkage_of
+from diagnosis.gap import SkillScore, skill_score
 from diagnosis.linear_model import LinearModel
 from diagnosis.refit import Refit, residual_drawn, residual_with
 from diagnosis.result import Controls
@@ -33,7 +33,7 @@ class Gap:
         controls: what it would shrink by anyhow; None where nothing was added.
     """
 
-    shrinkage: Shrinkage
+    shrinkage: SkillScore
     before: tuple[ForecastScore, ...]
     after: tuple[ForecastScore, ...]
     hertz: np.ndarray
@@ -85,17 +85,17 @@ class HeldOut:
                     residual_drawn(held_out, best, residual[1], _DRAWS, seed),
                 )
                 otherwise = held_out.whitened_swims(drawn[0]), held_out.whitened_swims(drawn[1])
-        told = shrinkage_of(self._scored, scored, self._trial_of, seed, otherwise)
+        skill = skill_score(self._scored, scored, self._trial_of, seed, otherwise)
         hertz = np.stack(
             [self._measured_hz, *(self._forecast_hz(row) for row in (residual[0], residual[best is not None]))], 1
         )
-        return Gap(told, self._plain, after, hertz, self._baselines, self._noise_floor_m, controls)
+        return Gap(skill, self._plain, after, hertz, self._baselines, self._noise_floor_m, controls)
 
     def _controls(self, placebo: Refit | None, residual: np.ndarray) -> Controls:
         """What the gap would shrink by anyhow, with a placebo that leaves a residual (k,)."""
 
         def alone(row: np.ndarray) -> float | None:
-            return shrinkage_of(self._scored, self.held_out.whitened_swims(row), self._trial_of, self.seed).value
+            return skill_score(self._scored, self.held_out.whitened_swims(row), self._trial_of, self.seed).value
 
         return Controls(
             placebo=None if placebo is None else placebo.effects[0].name,
@@ -110,7 +110,7 @@ class HeldOut:
 
     @property
     def _trial_of(self) -> np.ndarray:
-        return self.held_out.trial_of[self.held_out.told]
+        return self.held_out.trial_of[self.held_out.scored]
 
     @property
     def _measured_hz(self) -> np.ndarray:

@@ -7,13 +7,13 @@ from functools import cached_property
 import numpy as np
 from scipy.linalg import solve_triangular
 
-from diagnosis.described import robot_doubts
+from diagnosis.described import perturbed_robots
 from diagnosis.discrepancy import Discrepancy
-from diagnosis.generic import GenericGap, generic_covariance
-from diagnosis.places_off import TAKEN, places_off
+from diagnosis.generic import GaussianProcessDiscrepancy, generic_covariance
+from diagnosis.placement import TAKEN, placement_uncertainty
 from fitting.free_decay import Ring
 from fitting.model.features import OF_A_MARKER, places_of_markers, places_of_slides
-from fitting.model.session_model import START_PHASE_RAD, Disturbances, PlacesOff, SessionModel
+from fitting.model.session_model import START_PHASE_RAD, NuisanceModel, PlacementUncertainty, SessionModel
 from fitting.model.trial_model import TrialModel
 from fitting.objective import COEFFICIENT_BOUNDS
 from fitting.signatures import Whitened
@@ -24,7 +24,7 @@ from session.errors import SimulationDiverged
 from swimmer import Twin
 from swimmer.mjcf import DRY
 
-_LEAST_FRAMES = 28  # of a marker, from which its mean, harmonics, drift and noise are told
+_LEAST_FRAMES = 28  # of a marker, from which its mean, harmonics, drift and noise are known
 _LEAST_BOX_M = TAKEN.box_m / 3  # boxes are placed by hand, however well the means happen to agree
 
 
@@ -50,8 +50,8 @@ class LinearModel:
     camera: CameraSpec
     at: np.ndarray
     discrepancy: Discrepancy
-    off: PlacesOff
-    disturbances: Disturbances
+    off: PlacementUncertainty
+    disturbances: NuisanceModel
     error: float = 1.0
     common: np.ndarray | None = None
 
@@ -87,7 +87,7 @@ class LinearModel:
         residual = residual_row(model, at)
         if not (disturbances.finite and np.isfinite(residual).all()):
             raise SimulationDiverged("the plain twin diverged at the fitted coefficients; fit the session again")
-        found = cls(model, camera, at, discrepancy, _places_off(model, residual, disturbances), disturbances)
+        found = cls(model, camera, at, discrepancy, _placement_uncertainty(model, residual, disturbances), disturbances)
         found.__dict__["residual"] = residual
         return found
 
@@ -112,8 +112,8 @@ class LinearModel:
         return self.covariance + self._gap.covariance(residual)
 
     @cached_property
-    def _gap(self) -> GenericGap:
-        return GenericGap(self.covariance, self.generic, self.model.frequencies, self.model.of_rings)
+    def _gap(self) -> GaussianProcessDiscrepancy:
+        return GaussianProcessDiscrepancy(self.covariance, self.generic, self.model.frequencies, self.model.of_rings)
 
     def held_out(self, trials: Sequence[MeasuredTrial]) -> "LinearModel":
         """Other swims beside the same twin, their boxes as far off as those of the fitted ones."""
@@ -157,22 +157,22 @@ class LinearModel:
     @cached_property
     def observed(self) -> np.ndarray:
         """(g,) features that the tracks tell: not those of a marker that is masked in nearly all frames."""
-        told = []
+        found = []
         for model in self.model.trials:
             seen = model.reader.usable.sum(axis=0) >= _LEAST_FRAMES  # (m,)
             length = len(model.measured)
             places, slides = np.ones(length, bool), places_of_slides(length)
             places[places_of_markers(length)] = np.repeat(seen, 2 * OF_A_MARKER)
             places[slides] = seen[: slides.stop - slides.start]
-            told.append(places)
-        return np.concatenate(told)
+            found.append(places)
+        return np.concatenate(found)
 
     def whitened(self, residual: np.ndarray) -> np.ndarray:
         """(k,) of unit noise, a residual (k,)."""
         return np.asarray(solve_triangular(self.space.root, residual, lower=True))
 
     @cached_property
-    def told(self) -> np.ndarray:
+    def scored(self) -> np.ndarray:
         """(q,) places of the observed features of all swims, which are scored."""
         features = len(self.model.measured) // len(self.trials) * len(self.swims)
         return np.flatnonzero(self.observed[:features])
@@ -182,8 +182,8 @@ class LinearModel:
 
         Without frequencies and decays, which are data of their own.
         """
-        root = np.linalg.cholesky(self.covariance[np.ix_(self.told, self.told)])
-        return np.asarray(solve_triangular(root, residual[..., self.told].T, lower=True).T)
+        root = np.linalg.cholesky(self.covariance[np.ix_(self.scored, self.scored)])
+        return np.asarray(solve_triangular(root, residual[..., self.scored].T, lower=True).T)
 
     @property
     def has_dry(self) -> bool:
@@ -243,10 +243,12 @@ class LinearModel:
         return Whitened.of(self.covariance, self.slopes, PRIOR_SD)
 
 
-def _places_off(model: SessionModel, residual: np.ndarray, disturbances: Disturbances) -> PlacesOff:
+def _placement_uncertainty(
+    model: SessionModel, residual: np.ndarray, disturbances: NuisanceModel
+) -> PlacementUncertainty:
     """Boxes by what trials differ by; what they have in common is for effects to explain, and no box's."""
-    found = places_off(residual[: len(model.measured)], len(model.trials), disturbances)
-    return PlacesOff(max(found.box_m, _LEAST_BOX_M), TAKEN.marker_m)
+    found = placement_uncertainty(residual[: len(model.measured)], len(model.trials), disturbances)
+    return PlacementUncertainty(max(found.box_m, _LEAST_BOX_M), TAKEN.marker_m)
 
 
 def _clamped(twin: Twin) -> Twin:
@@ -254,5 +256,5 @@ def _clamped(twin: Twin) -> Twin:
 
 
 def _beside(twin: Twin, trials: Sequence[MeasuredTrial]) -> SessionModel:
-    doubted = robot_doubts(twin)
+    doubted = perturbed_robots(twin)
     return SessionModel(tuple(TrialModel(twin, trial, START_PHASE_RAD, doubted, with_course=True) for trial in trials))

@@ -1,6 +1,6 @@
 """An unknown effect that acts at one place: at a marker, on the head, in a hinge, across the tail.
 
-What is amiss at one place is told by few numbers: so it shows where a gap of no particular cause of the same length
+What is amiss at one place takes few numbers: so it shows where a gap of no particular cause of the same length
 would not. It may be the same in all trials, or another in each.
 """
 
@@ -10,8 +10,8 @@ from typing import NamedTuple
 import numpy as np
 
 from diagnosis.constants import OF_HARMONIC, OF_WATER, PLACED, SLIDE_PER_M
+from diagnosis.generalised_forces import HEAD, ForceResponses, across
 from diagnosis.linear_model import LinearModel
-from diagnosis.pushes import HEAD, Responses, across
 from fitting.model.features import (
     HARMONICS,
     OF_A_MARKER,
@@ -67,7 +67,7 @@ def likely_of(sought: Sequence[LocalDiscrepancy], at_place: Sequence[float]) -> 
     return tuple(best[place][1] for place, chance in whole.items() if chance >= PLACED)
 
 
-def local_discrepancies(linear: LinearModel, responses: Responses) -> tuple[LocalDiscrepancy, ...]:
+def local_discrepancies(linear: LinearModel, responses: ForceResponses) -> tuple[LocalDiscrepancy, ...]:
     """At every place: a marker seen elsewhere, and forces that are missing, each a mean and harmonics of the beat."""
     found = []
     dry = (*_at_markers(linear), *_in_hinges(responses))
@@ -99,7 +99,7 @@ def _at_markers(linear: LinearModel) -> Iterator[tuple[str, np.ndarray]]:
         yield f"marker {marker}", columns
 
 
-def _in_hinges(responses: Responses) -> Iterator[tuple[str, np.ndarray]]:
+def _in_hinges(responses: ForceResponses) -> Iterator[tuple[str, np.ndarray]]:
     """(k, t, 7) of a torque in each hinge, and of one that is alike in all."""
     for number, hinge in enumerate(responses.joints[len(HEAD) :], len(HEAD)):
         yield f"hinge {hinge}", responses.columns[:, :, number]
@@ -107,7 +107,7 @@ def _in_hinges(responses: Responses) -> Iterator[tuple[str, np.ndarray]]:
         yield "whole tail", responses.columns[:, :, len(HEAD) :].sum(axis=2)
 
 
-def _by_water(linear: LinearModel, responses: Responses) -> Iterator[tuple[str, np.ndarray]]:
+def _by_water(linear: LinearModel, responses: ForceResponses) -> Iterator[tuple[str, np.ndarray]]:
     """(k, t, b) of forces on the head, and of a force across the tail at each marker on it."""
     of_head = responses.columns[:, :, : len(HEAD)]
     yield "head, steadily", of_head[..., 0]

@@ -34,7 +34,7 @@ _LEAST_SQUARE = 1e-9  # of tracks without any noise
 _ROUNDS = 3  # in which each marker's own noise is found
 
 
-class Beside(NamedTuple):
+class NonPeriodicSize(NamedTuple):
     """One kind, over all trials of a session.
 
     Attributes:
@@ -49,8 +49,8 @@ class Beside(NamedTuple):
 class NonPeriodic(NamedTuple):
     """Of a session: the motion of the whole fish, and how late its beats are."""
 
-    motion: Beside
-    delay: Beside
+    motion: NonPeriodicSize
+    delay: NonPeriodicSize
 
 
 class _Squares(NamedTuple):
@@ -87,17 +87,17 @@ class _Swim:
     def of(cls, trial: MeasuredTrial) -> "_Swim | None":
         """None where frames, or markers, are too few."""
         features = FeatureReader.of(trial)
-        told = features.usable.mean(axis=0) >= _MOSTLY
-        frames = np.flatnonzero(features.usable[:, told].all(axis=1))
+        usable = features.usable.mean(axis=0) >= _MOSTLY
+        frames = np.flatnonzero(features.usable[:, usable].all(axis=1))
         begun_s = features.time_s - features.time_s[0]
         columns = np.column_stack([smooth_swim(features), *(np.exp(-begun_s / each) for each in _SETTLES_S)])[frames]
         stretch = np.floor(features.time_s[frames] / _STRETCH_S).astype(int)
-        if len(np.unique(stretch)) <= columns.shape[1] or told.sum() <= _WHOLE:
+        if len(np.unique(stretch)) <= columns.shape[1] or usable.sum() <= _WHOLE:
             return None
         time_s = features.time_s[frames]
         place, cruise = (each[frames] for each in features.cruising(trial.position_m[trial.kept]))
-        residual = _beside(columns, place[:, told])
-        fitted = place[:, told] - residual
+        residual = _beside(columns, place[:, usable])
+        fitted = place[:, usable] - residual
         speed = cruise[:, None] + np.gradient(fitted, time_s, axis=0)
         return cls(columns, fitted, residual, speed, time_s, stretch)
 
@@ -193,13 +193,13 @@ def non_periodic(trials: Sequence[MeasuredTrial]) -> NonPeriodic:
     )
 
 
-def _together(told: Sequence[_Squares], least: float) -> Beside:
-    if not told:
-        return Beside(0.0, 0.0)
-    own, rest = (sum(getattr(each, name) for each in told) for name in ("own_count", "rest_count"))
-    ratio = sum(each.own / each.rest * each.own_count for each in told) / own
-    rms = float(np.sqrt(np.mean([each.rms**2 for each in told])))
-    return Beside(rms, _log_odds(ratio, _LASTING * own, _LASTING * rest, least))
+def _together(squares: Sequence[_Squares], least: float) -> NonPeriodicSize:
+    if not squares:
+        return NonPeriodicSize(0.0, 0.0)
+    own, rest = (sum(getattr(each, name) for each in squares) for name in ("own_count", "rest_count"))
+    ratio = sum(each.own / each.rest * each.own_count for each in squares) / own
+    rms = float(np.sqrt(np.mean([each.rms**2 for each in squares])))
+    return NonPeriodicSize(rms, _log_odds(ratio, _LASTING * own, _LASTING * rest, least))
 
 
 def _log_odds(ratio: float, own: float, rest: float, least: float) -> float:

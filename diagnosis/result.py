@@ -18,12 +18,12 @@ VerdictName = Literal["named", "inseparable", "unexplained", "no_gap"]
 
 @dataclass(frozen=True)
 class Remainder:
-    """What the refitted twin with the named effects leaves of the fitted swims.
+    """The residual of the fit trials that the refitted twin with the named effects does not explain.
 
     Attributes:
-        share: of the squared whitened length that the plain twin leaves, both above noise.
-        stage: that most of it lies in.
-        p_value: of as much by noise alone.
+        share: this residual as a share of that of the plain twin, both squared, whitened and above noise.
+        stage: the stage with the largest part of it.
+        p_value: probability that noise alone leaves as much.
     """
 
     share: float
@@ -33,10 +33,16 @@ class Remainder:
 
 @dataclass(frozen=True)
 class GapShares:
-    """Shares of the squared whitened residual of the nearest plain twin; those of each split add up to 1.
+    """Shares of the squared whitened residual of the fitted plain twin; those of each split add up to 1.
 
-    `by_repeat`: what all swim trials have in common ("reproducible"), what each has of its own ("scatter"), and noise
-    ("floor"); empty for one swim trial.
+    Attributes:
+        by_stage: shares of camera, drive, body, tail and noise ("floor"); may be negative.
+        by_trial: shares of the fit trials, by name.
+        by_marker: shares of the markers, and of numbers that belong to no marker: speed, course, frequency, decay.
+        by_axis: shares along and across the fish.
+        by_band: shares of the mean and of each harmonic of the beat.
+        by_repeat: shares of what all swim trials have in common ("reproducible"), of what each has of its own
+            ("scatter"), and of noise ("floor"); empty for one swim trial.
     """
 
     by_stage: Mapping[str, float]
@@ -49,13 +55,12 @@ class GapShares:
 
 @dataclass(frozen=True)
 class Controls:
-    """Shrinkages of the same held-out swims.
+    """Skill scores S of other corrections on the same held-out trials, to compare with that of the named effects.
 
     Attributes:
-        placebo: name of an effect that the evidence speaks against, fitted as the named ones were; None where there
-            is none.
-        with_placebo: S with it.
-        carried_over: S with what is left of the fitted swims carried over, whatever its cause.
+        placebo: an effect that the evidence is against, fitted as the named ones were; None where there is none.
+        with_placebo: S of the twin with the placebo.
+        carried_over: S of the plain twin plus the residual of the fit trials, interpolated (kriging).
     """
 
     placebo: str | None
@@ -68,11 +73,11 @@ class HeldOutSwim:
     """One held-out trial beside the plain twin and beside the one with effects; distances in mm, speeds in m/s.
 
     Attributes:
-        before_mm, after_mm: mean marker distance.
-        speed_measured, speed_before, speed_after: forward.
-        speed_line: by a straight line in frequency through the fitted trials.
-        frequency_measured_hz, frequency_before_hz, frequency_after_hz: of the beat, forecast from the command; nan
-            without a command.
+        before_mm, after_mm: mean marker distance of the plain twin, and of the twin with effects.
+        speed_measured, speed_before, speed_after: forward speed of the robot, and of either twin.
+        speed_line: speed by a straight line in frequency through the fit trials.
+        frequency_measured_hz, frequency_before_hz, frequency_after_hz: beat frequency of the robot, and as either
+            twin forecasts it from the command; nan without a command.
     """
 
     before_mm: float
@@ -88,20 +93,22 @@ class HeldOutSwim:
 
 @dataclass(frozen=True)
 class GapSize:
-    """Means over swims without and with effects; nan where there is nothing to compare.
+    """Mean errors over swim trials of the plain twin and of the twin with effects; nan where nothing can be compared.
 
     Attributes:
-        baseline_mm, with_effects_mm: marker distance.
-        speed_mae_before, speed_mae_after: mean absolute error of speeds, m/s.
-        speed_mae_baselines: the same of simple rules in frequency through the fitted trials: "line", "power_law",
-            "constant_stride".
-        frequency_mae_before, frequency_mae_after: of beat frequencies forecast from the command, Hz.
-        evaluated_on: names of the swims.
-        noise_floor_mm: mean distance that tracking noise alone would make.
-        shrinkage, shrinkage_ci95: S in whitened squares, see `diagnosis.gap`.
-        squares_before, squares_after: these squares.
-        controls: what the gap would shrink by anyhow; None where nothing was added.
-        trials: each swim by its name.
+        baseline_mm, with_effects_mm: mean marker distance of the plain twin, and of the twin with effects.
+        speed_mae_before, speed_mae_after: mean absolute speed error of either twin, m/s.
+        speed_mae_baselines: mean absolute speed error, m/s, of simple rules in frequency through the fit trials:
+            "line", "power_law", "constant_stride".
+        frequency_mae_before, frequency_mae_after: mean absolute error of the beat frequency that either twin forecasts
+            from the command, Hz.
+        evaluated_on: names of the trials.
+        noise_floor_mm: mean marker distance that tracking noise alone makes.
+        shrinkage, shrinkage_ci95: skill score S, the share of the squared whitened residual that the effects remove,
+            with its 95 % interval; null where the plain twin leaves no more than noise.
+        squares_before, squares_after: mean squared whitened residual of either twin.
+        controls: skill scores of other corrections; null where nothing was added.
+        trials: every trial by its name.
     """
 
     baseline_mm: float = float("nan")
@@ -128,13 +135,13 @@ class GapSize:
 
 @dataclass(frozen=True)
 class FittedParameter:
-    """A parameter of an effect, in its unit.
+    """A fitted parameter of an effect.
 
     Attributes:
-        value, ci95: with its 95 % interval.
-        unit: of both.
-        at_bound: whether the value is as large or as small as it may be.
-        parameter: its name.
+        value, ci95: the parameter with its 95 % interval.
+        unit: SI unit of both; "1" for a ratio.
+        at_bound: whether the value is at a bound of the parameter.
+        parameter: name of the parameter.
     """
 
     value: float
@@ -156,7 +163,12 @@ def parameters_of(found: EffectParameters, effect: str) -> Mapping[str, FittedPa
 
 @dataclass(frozen=True)
 class Strength:
-    """Of one parameter in the twin with all effects at once, in standard deviations of its prior."""
+    """A parameter of the joint fit of all effects.
+
+    Attributes:
+        effect, parameter: names.
+        strength_sd: fitted value in standard deviations of its prior.
+    """
 
     effect: str
     parameter: str
@@ -164,13 +176,11 @@ class Strength:
 
 
 class GroupShare(NamedTuple):
-    """Of the joint fit's gain on held-out trials that one group makes.
+    """The part of one group of effects in what the joint fit gains on held-out trials (Shapley's value).
 
     Attributes:
-        gap: of the skill score S.
-        gap_ci90: its interval over the posterior of the joint fit.
-        speed: of the decrease of the mean absolute speed error, m/s.
-        speed_ci90: its interval.
+        gap, gap_ci90: part of the skill score S, with its 90 % interval over the posterior of the joint fit.
+        speed, speed_ci90: part of the decrease of the mean absolute speed error, m/s, with its 90 % interval.
     """
 
     gap: float
@@ -181,12 +191,12 @@ class GroupShare(NamedTuple):
 
 @dataclass(frozen=True)
 class Attribution:
-    """Of what the joint fit of all effects improves.
+    """To which groups of effects the joint fit owes its gain on held-out trials.
 
     Attributes:
-        shares: by group.
-        smallest: the fewest groups that forecast held-out trials as well, within one standard error over these.
-        smallest_speed: the same of their speeds.
+        shares: part of every group.
+        smallest: the fewest groups that forecast held-out trials as well, within one standard error over trials.
+        smallest_speed: the fewest groups that forecast held-out speeds as well.
     """
 
     shares: Mapping[str, GroupShare]
@@ -201,16 +211,16 @@ class Attribution:
 
 @dataclass(frozen=True)
 class AllEffects:
-    """The twin with all effects at once.
+    """The joint fit: the twin with all effects of the catalogue, by ridge regression.
 
     Attributes:
-        share_of_priors: that the swims ask for.
-        log_evidence_gained: over the twin with names alone.
-        coefficients: of that twin.
-        at_bound: effect and parameter.
-        strengths: the strongest first.
-        gap: of the held-out swims with it.
-        attribution: to which groups of effects it owes that; None without held-out swims.
+        share_of_priors: factor on the width of every prior that the evidence of the fit trials chooses.
+        log_evidence_gained: log Bayes factor over the twin with the named effects alone.
+        coefficients: the five fluid coefficients of this twin.
+        at_bound: effect and name of every parameter that is at a bound.
+        strengths: every parameter in standard deviations of its prior, the largest first.
+        gap: errors on held-out trials.
+        attribution: to which groups of effects it owes its gain; null without held-out trials.
     """
 
     share_of_priors: float
@@ -227,9 +237,9 @@ class ProposedTrial:
     """A trial that could be added to a session.
 
     Attributes:
-        kind: of experiment.
-        commanded_hz: that the motor is told; None of a free decay.
-        logged: whether the motor is to be logged in it.
+        kind: "swim", "dry" or "free_decay".
+        commanded_hz: crank turns a second to command; null for a free decay.
+        logged: whether the motor is to be logged.
     """
 
     kind: Literal["swim", "dry", "free_decay"]
@@ -239,13 +249,13 @@ class ProposedTrial:
 
 @dataclass(frozen=True)
 class Experiment:
-    """One that could be made.
+    """An experiment that would separate two effects.
 
     Attributes:
         describe: what to do, in a sentence.
-        separates: two names.
-        expected_error: chance to still take one for the other afterwards; 0.5 is a coin.
-        trial: what would be added to the session; None of a clock in view, which no trial has.
+        separates: names of the two effects.
+        expected_error: probability that one is still taken for the other afterwards; 0.5 is a coin toss.
+        trial: the trial to add; null where something else is to be done, such as a clock in view.
     """
 
     describe: str
@@ -256,12 +266,13 @@ class Experiment:
 
 @dataclass(frozen=True, eq=False)
 class MissingForces:
-    """On the head and in the hinges, in each of t fitted swims, as they go with the crank's turn.
+    """Forces on the head and torques in the hinges that would remove the residual, as functions of the crank angle.
 
     Attributes:
         joints: (j,) names: along and across the head, the moment on it, then the hinges.
-        trials: (t,) names.
-        mean, sd: (t, j, 7) mean, then cosine and sine of each harmonic, N or N m.
+        trials: (t,) names of the fit trials.
+        mean, sd: (t, j, 7) estimate and standard deviation of the mean, then of cosine and sine of each harmonic of
+            the crank angle, N or N m.
     """
 
     joints: tuple[str, ...]
@@ -289,12 +300,13 @@ class MissingForces:
 
 @dataclass(frozen=True)
 class FreeDecay:
-    """What a free decay says, relative to the robot as described, with standard errors by tracking noise.
+    """What a free decay determines, relative to the robot as described.
 
     Attributes:
-        trial: its name.
-        stiffness_over_mass, damping_over_mass: relative differences; None where it does not count.
-        not_used: why it does not count.
+        trial: name of the trial.
+        stiffness_over_mass, damping_over_mass: relative differences; null where the decay is not used.
+        stiffness_over_mass_se, damping_over_mass_se: standard errors of these, by tracking noise.
+        not_used: why the decay is not used.
     """
 
     trial: str
@@ -307,7 +319,12 @@ class FreeDecay:
 
 @dataclass(frozen=True)
 class BeatFrequency:
-    """Commanded and measured, Hz."""
+    """Beat frequency of a fit trial.
+
+    Attributes:
+        commanded_hz: crank turns a second that were commanded; null where not known.
+        measured_hz: frequency of the tail, from the film.
+    """
 
     commanded_hz: float | None
     measured_hz: float
@@ -318,9 +335,9 @@ class EffectSet:
     """Effects that may be present together.
 
     Attributes:
-        effects: their names; each itself, or an unknown one that looks like it.
-        something_else: whether there is an unknown effect besides.
-        probability: of just this set.
+        effects: names; each stands for itself, or for an unknown effect that looks like it.
+        something_else: whether the set has an unknown effect, too.
+        probability: posterior probability of exactly this set.
     """
 
     effects: tuple[str, ...]
@@ -330,7 +347,13 @@ class EffectSet:
 
 @dataclass(frozen=True)
 class Place:
-    """Where something may act that the catalogue does not hold."""
+    """A place where something may act that is not in the catalogue (localised discrepancy).
+
+    Attributes:
+        place: name of the marker, hinge or part.
+        same_in_all_trials: whether it acts alike in all trials.
+        probability: posterior probability.
+    """
 
     place: str
     same_in_all_trials: bool
@@ -338,8 +361,13 @@ class Place:
 
 
 @dataclass(frozen=True)
-class Refuted:
-    """Names that are not said, for with them fitted trials are forecast worse from the others."""
+class WithdrawnEffects:
+    """Effects that cross-validation withdrew: with them, fit trials are forecast worse from one another.
+
+    Attributes:
+        effects: names.
+        shrinkage, shrinkage_ci95: skill score S of the cross-validation with its 95 % interval, wholly below 0.
+    """
 
     effects: tuple[str, ...]
     shrinkage: float
@@ -348,11 +376,11 @@ class Refuted:
 
 @dataclass(frozen=True)
 class CrossValidation:
-    """Of the names that are said: each fitted swim trial forecast from the others.
+    """Cross-validation of the named effects: each fit trial forecast by twins that are fitted to the others.
 
     Attributes:
-        trials: that were left out in turn; none where fewer than three were fitted, of which this says nothing.
-        shrinkage, shrinkage_ci95: skill with the named effects; nan where nothing is named.
+        trials: names of the trials that were left out in turn; none where fewer than three were fitted.
+        shrinkage, shrinkage_ci95: skill score S with its 95 % interval; null where nothing is named.
     """
 
     trials: tuple[str, ...]
@@ -361,8 +389,14 @@ class CrossValidation:
 
 
 @dataclass(frozen=True)
-class BesideBeat:
-    """What shows beside the beat: how far (m) or how late (s), and how probably something else makes it."""
+class NonPeriodicResidual:
+    """A residual that does not repeat with the beat: a motion of the whole fish, or beats that are early or late.
+
+    Attributes:
+        rms: root mean square with noise removed: m of the motion, s of the delay.
+        log_bayes_factor: over noise alone.
+        probability: posterior probability that an unknown effect makes it.
+    """
 
     rms: float
     log_bayes_factor: float
@@ -374,18 +408,21 @@ class Evidence:
     """What a diagnosis rests on.
 
     Attributes:
-        squares, numbers: what the nearest plain twin leaves, whitened, and of how many numbers.
-        sets: of effects, the likeliest first.
-        elsewhere, refuted, cross_validation, sway_m, delay_s: see there.
+        squares, numbers: squared whitened residual of the fitted plain twin, and how many numbers it is the sum of.
+        sets: sets of effects with their probabilities, the likeliest first.
+        elsewhere: places where an unknown effect may act, the likeliest first.
+        refuted: effects that cross-validation withdrew.
+        cross_validation: cross-validation of the named effects.
+        sway_m, delay_s: residuals that do not repeat with the beat: motion of the whole fish, and delay.
     """
 
     squares: float
     numbers: int
     sets: tuple[EffectSet, ...]
     elsewhere: tuple[Place, ...]
-    refuted: tuple[Refuted, ...]
-    sway_m: BesideBeat
-    delay_s: BesideBeat
+    refuted: tuple[WithdrawnEffects, ...]
+    sway_m: NonPeriodicResidual
+    delay_s: NonPeriodicResidual
     cross_validation: CrossValidation = CrossValidation(())
 
 
@@ -394,23 +431,25 @@ class DiagnosisResult:
     """The content of ``diagnosis.json``; the public contract's keys come first.
 
     Attributes:
-        verdict: what is said.
-        groups: alternatives (inner), the likeliest first, that act together (outer).
-        effects: all that are named.
-        probabilities: that an effect is present, the likeliest first, and `NONE`: something else.
-        remainder: what stays of the fitted gap; None where nothing is named.
-        where: shares of the gap.
-        gap: on held-out swims.
-        effect_parameters: of the twin with the likeliest of the named effects.
-        next_experiments: the most telling first.
-        no_gap_probability: that there is nothing.
-        everything: the twin with all effects at once; None where it is not called for.
-        coefficients: of the plain twin ("plain"), and of the one "with_effects".
-        stage_alone: share that a stage would explain if it were the only one.
-        missing_forces, free_decays, evidence: see there.
-        frequencies: of each fitted swim.
-        withheld_from_catalogue: effects that the catalogue lacked.
-        models: files of the twins with effects.
+        verdict: "named", "inseparable", "unexplained" or "no_gap".
+        groups: lists of alternatives that the data cannot separate, the likeliest first; all lists act together.
+        effects: names in `groups`, each once.
+        probabilities: probability that each effect is present, the likeliest first, and of `none_of_these`.
+        remainder: residual that the named effects do not explain; null where nothing is named.
+        where: shares of the residual, split in several ways.
+        gap: errors on held-out trials without and with the named effects.
+        effect_parameters: fitted parameters of the likeliest effect of each group.
+        next_experiments: experiments that separate effects, the most informative first.
+        no_gap_probability: probability that there is no gap.
+        everything: the joint fit of all effects; null where the evidence does not ask for it.
+        coefficients: the five fluid coefficients of the twin "plain" and "with_effects".
+        stage_alone: share that each stage would explain if it were the only one.
+        missing_forces: forces and torques that would remove the residual.
+        free_decays: what each free decay determines.
+        frequencies: commanded and measured beat frequency of every fit trial.
+        evidence: what the verdict rests on.
+        withheld_from_catalogue: names of effects that the catalogue lacked in this run.
+        models: names of the files of twins with effects.
     """
 
     verdict: VerdictName
@@ -445,15 +484,15 @@ class DiagnosisResult:
 
 
 @dataclass(frozen=True)
-class SuppositionResult:
-    """The content of ``supposed.json``: what the swims say of effects that a user names.
+class EffectTestResult:
+    """The content of ``supposed.json``: the test of effects that a user names.
 
     Attributes:
-        effects: their names.
-        log_bayes_factor: of all together over the plain twin, ln.
-        log_bayes_factor_of_each: of each by itself.
-        effect_parameters: of the twin with them.
-        fitted, gap: on the fitted and on the held-out swims.
+        effects: names of the tested effects.
+        log_bayes_factor: log Bayes factor of all tested effects together over the plain twin.
+        log_bayes_factor_of_each: log Bayes factor of each effect over the twin with all the others.
+        effect_parameters: fitted parameters of the tested effects.
+        fitted, gap: errors on the fit trials and on held-out trials, without and with the effects.
     """
 
     effects: tuple[str, ...]
@@ -471,4 +510,4 @@ def _columns(turn_rad: np.ndarray, count: int) -> np.ndarray:
 
 
 DIAGNOSIS = ResultFile("diagnosis.json", DiagnosisResult)
-SUPPOSITION = ResultFile("supposed.json", SuppositionResult)
+EFFECT_TEST = ResultFile("supposed.json", EffectTestResult)

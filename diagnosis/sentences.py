@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from diagnosis.constants import ENOUGH, HELD, PLACED
-from diagnosis.result import BesideBeat, DiagnosisResult, GapSize
+from diagnosis.result import DiagnosisResult, GapSize, NonPeriodicResidual
 from diagnosis.where import OF_NO_MARKER
 
 _SHOWS_IN = ("in its speed", "in its course", "in its beat frequency", "in its free decay")
@@ -67,31 +67,31 @@ def _which(data: DiagnosisResult) -> str:
     if verdict == "unexplained" and chances["none_of_these"] < 0.5:
         several = [name for name in chances if name != "none_of_these"]
         sure = sum(chances[name] >= ENOUGH for name in several)
-        told = ", ".join(f"{plain(name)} ({chances[name]:.2f})" for name in several[: max(sure, 4)])
+        likeliest = ", ".join(f"{plain(name)} ({chances[name]:.2f})" for name in several[: max(sure, 4)])
         what = "many at once, too many to name" if sure > 1 else "no effect stands out"
-        return f"Which: {what}; the likeliest are {told}{_elsewhere(data)}. See the missing forces."
+        return f"Which: {what}; the likeliest are {likeliest}{_elsewhere(data)}. See the missing forces."
     if verdict == "unexplained":
         return (
             "Which: no effect of the catalogue explains it "
             f"(probability that it is something else {chances['none_of_these']:.2f}){_elsewhere(data)}; "
             "see the missing forces."
         )
-    told = " together with ".join(_group(group, chances) for group in data.groups)
+    named = _together([_group(group, chances) for group in data.groups])
     rest = data.remainder
     residual = "" if rest is None or rest.share < 0.05 else f"; {rest.share:.0%} of the fitted gap remains"
     against = _refuted(data)
-    return f"Which: {told}{residual}{_elsewhere(data)}{'; not ' if against else ''}{against}."
+    return f"Which: {named}{residual}{_elsewhere(data)}{'; not ' if against else ''}{against}."
 
 
 def _refuted(data: DiagnosisResult) -> str:
     """What was taken back, and why; empty if nothing was."""
-    told = []
+    withdrawn = []
     for each in data.evidence.refuted:
         low, high = each.shrinkage_ci95
         grows = f"their gap grows by {-each.shrinkage:.0%}, {-high:.0%} to {-low:.0%}"
         names = " or ".join(map(plain, each.effects))
-        told.append(f"{names}, but with that fitted swims are forecast worse from the others ({grows})")
-    return ", nor ".join(told)
+        withdrawn.append(f"{names}, but with that fitted swims are forecast worse from the others ({grows})")
+    return ", nor ".join(withdrawn)
 
 
 def _elsewhere(data: DiagnosisResult) -> str:
@@ -111,10 +111,10 @@ def _elsewhere(data: DiagnosisResult) -> str:
 def _beside_the_beat(data: DiagnosisResult, least: float) -> str:
     """What something that no catalogue holds does beside the beat, where that is surer than this; else empty."""
     sway, delay = data.evidence.sway_m, data.evidence.delay_s
-    told: tuple[BesideBeat, str, str] = (sway, "moves the whole fish beside its beat", "mm")
+    surer: tuple[NonPeriodicResidual, str, str] = (sway, "moves the whole fish beside its beat", "mm")
     if delay.probability > sway.probability:
-        told = delay, "makes its beats early and late", "ms"
-    found, what, unit = told
+        surer = delay, "makes its beats early and late", "ms"
+    found, what, unit = surer
     if found.probability <= least:
         return ""
     of_size = f"{1000 * found.rms:.1f} {unit}, {found.probability:.2f}"
@@ -130,8 +130,17 @@ def _looks_like(chances: Mapping[str, float]) -> str | None:
     return like
 
 
+def _together(groups: Sequence[str]) -> str:
+    """Groups that act together, as one list."""
+    if len(groups) == 1:
+        return groups[0]
+    return f"{', '.join(groups[:-1])} and {groups[-1]}, all at once"
+
+
 def _group(group: Sequence[str], chances: Mapping[str, float]) -> str:
-    return " or ".join(f"{plain(name)} ({chances.get(name, 0.0):.2f})" for name in group)
+    """Alternatives, the likeliest first."""
+    named = [f"{plain(name)} ({chances.get(name, 0.0):.2f})" for name in group]
+    return named[0] if len(named) == 1 else f"either {' or '.join(named)}"
 
 
 def _how_far(data: DiagnosisResult) -> str:
@@ -143,16 +152,16 @@ def _how_far(data: DiagnosisResult) -> str:
     trials = f"{len(gap.evaluated_on)} untouched swim{'s' * (len(gap.evaluated_on) > 1)}"
     every = _with_everything(data)
     if data.verdict in ("no_gap", "unexplained"):
-        told = _sizes(gap.baseline_mm, gap.speed_mae_before, gap.frequency_mae_before)
-        return f"How far: nothing was added; on {trials} {told}{_line(gap)}{every}."
-    told = (
+        sizes = _sizes(gap.baseline_mm, gap.speed_mae_before, gap.frequency_mae_before)
+        return f"How far: nothing was added; on {trials} {sizes}{_line(gap)}{every}."
+    sizes = (
         f"{_sizes(gap.baseline_mm, gap.speed_mae_before, gap.frequency_mae_before)} without, "
         f"{_sizes(gap.with_effects_mm, gap.speed_mae_after, gap.frequency_mae_after)} with what is named"
     )
     if np.isnan(gap.shrinkage):
-        return f"How far: on {trials} the plain twin leaves no more than noise; {told}{_line(gap)}{every}."
+        return f"How far: on {trials} the plain twin leaves no more than noise; {sizes}{_line(gap)}{every}."
     warning = "" if gap.improves else "do not use this model for forecasts; "
-    return f"How far: {warning}on {trials} the gap {by_how_much(gap)}; {told}{_line(gap)}{every}."
+    return f"How far: {warning}on {trials} the gap {by_how_much(gap)}; {sizes}{_line(gap)}{every}."
 
 
 def _sizes(markers_mm: float, speed_m_s: float, frequency_hz: float) -> str:
@@ -170,7 +179,7 @@ def _line(gap: GapSize) -> str:
 
 
 def by_how_much(gap: GapSize) -> str:
-    """What became of a held-out gap of which a shrinkage is told, with its interval."""
+    """What became of a held-out gap of which a shrinkage is reported, with its interval."""
     interval = gap.shrinkage_ci95
     grows = round(gap.shrinkage, 2) < 0
     sure = "how surely is not known"

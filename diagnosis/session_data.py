@@ -47,9 +47,9 @@ class SessionData:
         return tuple(trial.without_log for trial in self.trials if (trial.role == "fit") == fitted)
 
     @cached_property
-    def rings(self) -> "Rings":
+    def rings(self) -> "FreeDecayFits":
         """The free decays."""
-        return rings_of(self.dry.decays, self.twin)
+        return free_decay_fits(self.dry.decays, self.twin)
 
     @property
     def linear(self) -> LinearModel:
@@ -66,7 +66,7 @@ class SessionData:
         return LinearModel.of(fitted, self.twin, camera, self.discrepancy, self.at, runs, self.rings.believed)
 
 
-class Rings(NamedTuple):
+class FreeDecayFits(NamedTuple):
     """Of all free decays of a session.
 
     Attributes:
@@ -78,7 +78,7 @@ class Rings(NamedTuple):
     left_out: Mapping[str, str]
 
 
-def rings_of(decays: Sequence[DecayTrial], twin: Twin) -> Rings:
+def free_decay_fits(decays: Sequence[DecayTrial], twin: Twin) -> FreeDecayFits:
     """How they ring; without those whose fit must not be believed (`fitting.structure.belief`).
 
     Args:
@@ -98,4 +98,4 @@ def rings_of(decays: Sequence[DecayTrial], twin: Twin) -> Rings:
             believed.append(ring)
         else:
             left_out[trial.name] = doubt
-    return Rings(tuple(believed), left_out)
+    return FreeDecayFits(tuple(believed), left_out)

@@ -1,4 +1,4 @@
-"""What may be said: a name, a few names that cannot be told apart, that something else is there, or nothing."""
+"""What may be said: a name, a few names that cannot be separated, that something else is there, or nothing."""
 
 from collections.abc import Collection
 from dataclasses import dataclass

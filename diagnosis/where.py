@@ -17,10 +17,10 @@ from scipy.linalg.lapack import dpotri
 from scipy.optimize import minimize
 
 from diagnosis.constants import OF_HARMONIC
+from diagnosis.generalised_forces import HEAD, PER_JOINT, ForceResponses
 from diagnosis.linear_model import LinearModel
 from diagnosis.local_discrepancies import LocalDiscrepancy
-from diagnosis.places_off import TAKEN
-from diagnosis.pushes import HEAD, PER_JOINT, Responses
+from diagnosis.placement import TAKEN
 from fitting.free_decay.ring import NUMBERS as RING_NUMBERS
 from fitting.model.features import (
     COURSE,
@@ -60,7 +60,7 @@ class Forces(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Where:
+class VarianceDecomposition:
     """Shares of the squared whitened length of what the nearest plain twin leaves; each adds up to 1.
 
     Attributes:
@@ -84,13 +84,13 @@ class Where:
     parts: np.ndarray
 
 
-def locate(
+def decompose(
     linear: LinearModel,
-    responses: Responses,
+    responses: ForceResponses,
     signatures: Sequence[Signature],
     named: Collection[str] = (),
     placed: Sequence[LocalDiscrepancy] = (),
-) -> Where:
+) -> VarianceDecomposition:
     """Splits what is left.
 
     Args:
@@ -115,7 +115,7 @@ def locate(
         parts[component.stage] += columns_of[component] @ amplitude
     shares["floor"] = float(target @ solved) / total
     parts["floor"] = residual - sum(parts.values())
-    return Where(
+    return VarianceDecomposition(
         by_stage=shares,
         alone=_alone(target, projected),
         **_split(linear, residual),
@@ -134,7 +134,7 @@ class Component(NamedTuple):
 
 def _components(
     linear: LinearModel,
-    responses: Responses,
+    responses: ForceResponses,
     signatures: Sequence[Signature],
     named: Collection[str],
     placed: Sequence[LocalDiscrepancy],
@@ -154,8 +154,8 @@ def _components(
     found[Component("drive", "ripple")] = _in_each_trial(linear, lambda features: _RIPPLE_RAD * rippled(features))
     found[Component("drive", "frequency")] = _other_frequencies(linear)
     found[Component("tail", "free decays")] = _RINGING * np.eye(len(linear.residual))[:, linear.model.places_of_rings]
-    told = [_of_each_parameter(signature) for signature in signatures if signature.effect.stage == "drive"]
-    found[Component("drive", "effects")] = np.hstack([np.zeros((len(linear.residual), 0)), *told])
+    of_drives = [_of_each_parameter(signature) for signature in signatures if signature.effect.stage == "drive"]
+    found[Component("drive", "effects")] = np.hstack([np.zeros((len(linear.residual), 0)), *of_drives])
     for signature in signatures:
         if (effect := signature.effect).name in named:
             found[Component(effect.stage, effect.name)] = _of_each_stretch(signature)
@@ -242,12 +242,12 @@ def _ahead(features: np.ndarray, order: int, sine: bool) -> np.ndarray:
     for h in range(1, HARMONICS + 1):
         rate = rates[..., h - 1]
         for other, product in ((h + order, ahead * rate / 2), (h - order, np.conj(ahead) * rate / 2)):
-            number, told = (other, product) if other >= 0 else (-other, np.conj(product))
+            number, turned = (other, product) if other >= 0 else (-other, np.conj(product))
             if number == 0:
-                beats[..., 0] += told.real
+                beats[..., 0] += turned.real
             elif number <= HARMONICS:
-                beats[..., 2 * number - 1] += told.real
-                beats[..., 2 * number] -= told.imag
+                beats[..., 2 * number - 1] += turned.real
+                beats[..., 2 * number] -= turned.imag
     return result
 
 
@@ -315,7 +315,10 @@ def by_repeat(linear: LinearModel, target: np.ndarray) -> dict[str, float]:
 
 
 def _forces(
-    responses: Responses, parts: Mapping[Component, np.ndarray], weights: Mapping[Component, float], solved: np.ndarray
+    responses: ForceResponses,
+    parts: Mapping[Component, np.ndarray],
+    weights: Mapping[Component, float],
+    solved: np.ndarray,
 ) -> Forces:
     """Mean and standard deviation of the missing forces, given all that was measured."""
     trials, unit = responses.columns.shape[1], responses.unit[:, None]

@@ -8,7 +8,7 @@ import numpy as np
 from fitting.coefficient_fit import CoefficientFit, fit_coefficients
 from fitting.ebt import FORMS, EbtFit, fit_every_form, model_speeds
 from fitting.forecast import fit_phase, forecast
-from fitting.model.robot_doubt import doubts_of
+from fitting.model.robot_uncertainty import uncertainties_of
 from fitting.model.session_forecast import TWIN, Forecast, SessionForecast, forecast_session
 from fitting.model.sway import Sway, sways
 from fitting.objective import Swims
@@ -65,10 +65,10 @@ class Summary:
     """Means over the trials of one role: marker distance (mm) and absolute speed errors (m/s).
 
     Attributes:
-        marker_error_mm: of the twin.
-        speed_mae_twin, speed_mae_ebt: of the twin, and of elongated body theory as published.
-        speed_mae: one entry for the twin, each form of elongated body theory, and each form from the twin's tail
-            ("<form>, twin's tail").
+        marker_error_mm: mean marker distance of the twin.
+        speed_mae_twin, speed_mae_ebt: mean absolute speed error of the twin, and of elongated body theory as published.
+        speed_mae: mean absolute speed error of the twin, of each form of elongated body theory, and of each form from
+            the twin's tail ("<form>, twin's tail").
     """
 
     marker_error_mm: float
@@ -170,7 +170,7 @@ def calibrate(
     _refuse_unusable(trials)
     twin = Twin(structure.robot, trials[0].markers, workers=workers)
     fitted = [trial for trial in trials if trial.role == "fit"]
-    fit, mode = fit_coefficients(fitted, twin, doubts_of(structure.sources), starts, seed, progress)
+    fit, mode = fit_coefficients(fitted, twin, uncertainties_of(structure.sources), starts, seed, progress)
     progress("forecasting the trials", 0.9)
     found = assemble(trials, twin, fit, {}, structure, forecast_session(mode, trials, seed), sways(mode, trials))
     forecasts = found.forecasts.with_models({t.measured.name: _alone(t) for t in found.trials})

@@ -26,18 +26,19 @@ class TrialResult:
 
     Attributes:
         role: "fit" or "holdout".
-        commanded_hz: as sent to the motor; None where it is not known.
-        frequency_hz, frequency_se_hz: measured, with its standard error.
-        simulated_hz: that the twin was driven with.
-        phase_rad: of the crank at time 0.
+        commanded_hz: crank turns a second that were commanded; null where not known.
+        frequency_hz, frequency_se_hz: measured beat frequency with its standard error.
+        simulated_hz: crank frequency that the twin was driven with.
+        phase_rad: angle of the crank at time 0.
         marker_error_mm, marker_error_all_mm, shape_error_mm: distances as the public contract defines them.
-        used_fraction: of the samples.
-        speed_measured, speed_twin: of the robot and of the twin.
-        speed_ebt, speed_ebt_large, speed_ebt_smoothed: by elongated body theory from the measured tail, by its form.
-        speed_ebt_of_twin: the same from the twin's tail.
-        head_displacement: which point of the head is followed.
-        flags: what is doubtful.
-        from_command: what the command alone foretells; None for a fit trial, which needs no forecast.
+        used_fraction: share of the samples that count.
+        speed_measured, speed_twin: speed of the robot and of the twin.
+        speed_ebt, speed_ebt_large, speed_ebt_smoothed: speed by three forms of elongated body theory from the measured
+            tail.
+        speed_ebt_of_twin: speed by the same forms from the twin's tail.
+        head_displacement: the point of the head whose displacement is followed.
+        flags: flags of the trial.
+        from_command: forecast from the command; null for a fit trial.
     """
 
     role: str
@@ -84,20 +85,20 @@ class CalibrationResult:
     """The content of `calibration.json`.
 
     Attributes:
-        coefficients: the five.
-        hinge_stiffness: N m/rad.
-        crank_arm_m: of either side.
-        structure: where the numbers of the robot come from, by quantity.
-        experiments: the dry ones by name.
-        trials: all swims by name.
-        ebt: elongated body theory.
-        summary: by role; None where there is no trial of it.
-        flags: of the fit as a whole.
-        fit: how the coefficients were found.
-        forecasts: of every trial by the hierarchical model, and by simple baselines.
-        speed_law: with which power of the frequency they swim; None of a single frequency.
-        sways: of the neck in every trial, by its name.
-        posterior: of each coefficient; empty until it was sampled.
+        coefficients: the five fluid coefficients.
+        hinge_stiffness: stiffness of every hinge, N m/rad.
+        crank_arm_m: crank arm on either side.
+        structure: where hinge stiffness, hinge damping and crank arm come from.
+        experiments: dry runs and free decays by name.
+        trials: swim trials by name.
+        ebt: fitted numbers of elongated body theory.
+        summary: mean errors by role; null where no trial has the role.
+        flags: flags of the fit as a whole.
+        fit: how the coefficients were found, with intervals and variance components.
+        forecasts: every swim trial forecast by the model and by simple baselines.
+        speed_law: exponent of speed over frequency, of robot and twin; null for a single frequency.
+        sways: sideways sway of the neck in every trial.
+        posterior: marginal posterior of each coefficient; empty before `calib posterior`.
     """
 
     coefficients: FluidCoefficients
@@ -149,8 +150,8 @@ class PublishedResult:
 
     Attributes:
         fit: coefficients, and how they were found.
-        summary: by role; None where there is no trial of it.
-        trials: all swims by name; nothing is forecast from their commands.
+        summary: mean errors by role; null where no trial has the role.
+        trials: swim trials by name; without forecasts from the command.
     """
 
     fit: PublishedFit

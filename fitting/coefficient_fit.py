@@ -9,8 +9,8 @@ from threadpoolctl import threadpool_limits
 
 from fitting.model import Mode, SessionModel, find_mode
 from fitting.model.forecast import NORMAL_90
-from fitting.model.mode import End
-from fitting.model.robot_doubt import Doubt
+from fitting.model.mode import SearchEnd
+from fitting.model.robot_uncertainty import ParameterUncertainty
 from fitting.model.roll import Roll
 from fitting.objective import COEFFICIENT_BOUNDS
 from fitting.trial import MeasuredTrial
@@ -27,13 +27,13 @@ class CoefficientFit:
     """The coefficients and how they were found.
 
     Attributes:
-        coefficients: at the mode.
-        interval: (5, 2) 90 % interval of each by the curvature there, within the bounds.
+        coefficients: the five fluid coefficients at the mode.
+        interval: (5, 2) 90 % interval of each by the curvature at the mode, within the bounds.
         components: standard deviation of each variance component by its name (see `fitting.model.variance`).
-        roll: of the hull, by which simulated markers swing in the fit; it does not move the calibrated twin.
-        ends: of all starts, the best first.
+        roll: roll of the hull, by which simulated markers swing in the fit; it does not move the calibrated twin.
+        ends: where every start of the search ended, the best first.
         simulations: how often the fit trials were simulated.
-        seconds: wall time.
+        seconds: wall time of the search.
         flags: bounds hit, not converged, starts that disagree, coefficients that the data do not determine.
     """
 
@@ -41,7 +41,7 @@ class CoefficientFit:
     interval: np.ndarray
     components: Mapping[str, float]
     roll: Roll
-    ends: tuple[End, ...]
+    ends: tuple[SearchEnd, ...]
     simulations: int
     seconds: float
     flags: tuple[Flag, ...]
@@ -51,7 +51,7 @@ class CoefficientFit:
 def fit_coefficients(
     trials: Sequence[MeasuredTrial],
     twin: Twin,
-    doubts: Sequence[Doubt],
+    doubts: Sequence[ParameterUncertainty],
     starts: int = 3,
     seed: int = 0,
     progress: Callable[[str, float | None], None] = lambda _message, _share: None,

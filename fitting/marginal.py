@@ -9,7 +9,15 @@ _NEAR_BOUND = 0.02  # of the range
 
 
 class Marginal(NamedTuple):
-    """The posterior of one coefficient; one that is cut off at a bound is not determined, however narrow."""
+    """The marginal posterior of one coefficient.
+
+    Attributes:
+        mean, sd: mean and standard deviation.
+        q05, q95: ends of the 90 % interval.
+        ess_bulk: effective number of draws.
+        r_hat: convergence of the chains; 1 is best.
+        determined: whether the trials determine it; one that is cut off at a bound is not, however narrow.
+    """
 
     mean: float
     sd: float

@@ -99,8 +99,8 @@ fit.plot.coefficients()
 # ## 4. Compare with baselines
 #
 # The simplest baseline is a straight line in frequency through the fitted speeds: a twin must beat it.
-# `given_frequency` is the twin with its model discrepancy, as the fit trials determine it. `after_two_beats` knows the
-# first two beats of the trial as well; `continued` is the continuation of these beats. Elongated body theory
+# `given_frequency` is the twin, given the frequency, with its model discrepancy from the fit trials. `after_two_beats`
+# knows the first two beats of the trial as well; `continued` is the continuation of these beats. Elongated body theory
 # (Lighthill) sees the measured tail of the whole trial.
 
 # %%

@@ -127,7 +127,7 @@ plt.show()
 #
 # DeepLabCut's CSV and the netCDF of `movement` are written and read. `calib.view` writes a recording for the Rerun
 # viewer: video, boxes, tracks, states, confidence and flags over one time axis, and once there is a fit, the twin
-# with them.
+# with them. With `inline=True` the notebook shows it (`pip install 'rerun-sdk[notebook]'`).
 
 # %%
 own = session.results / "tracking" / "f1_00_video.csv"

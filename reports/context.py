@@ -3,18 +3,31 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Literal, NamedTuple
 
 from diagnosis.result import DiagnosisResult
-from fitting import CalibratedTrial, Calibration, MeasuredTrial
+from fitting import CalibratedTrial, Calibration, MeasuredTrial, Structure
 from fitting.calibration_file import PublishedResult
 from fitting.dry_run import DryTrial
 from reports.logged_trial import LoggedTrial
 from session import Session
 from session.results import Provenance
+from swimmer import RobotSpec
 
 if TYPE_CHECKING:
     from fitting.posterior.summary import PosteriorSummary  # its package loads the sampler
+
+
+class NoSwims(NamedTuple):
+    """Of a session without a swim trial, in the place of its calibration."""
+
+    structure: Structure
+    trials: tuple[CalibratedTrial, ...] = ()
+
+    @property
+    def robot(self) -> RobotSpec:
+        """The robot with this structure."""
+        return self.structure.robot
 
 
 @dataclass(frozen=True, eq=False)

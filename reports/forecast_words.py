@@ -9,8 +9,8 @@ from reports.numbers import in_mm, shown, spanned
 
 MODELS = {
     TWIN: "twin alone",
-    GIVEN: "twin with discrepancy",
-    BEATS: "twin after two beats",
+    GIVEN: "twin, given the frequency",
+    BEATS: "twin, after two beats",
     CONTINUED: "continuation of two beats",
     "line": "line in frequency",
     "power_law": "power law in frequency",
@@ -21,7 +21,7 @@ MODELS = {
 
 
 def beaten(forecasts: SessionForecast) -> bool:
-    """Whether speeds forecast from the command are better than every simple baseline, on average."""
+    """Whether speeds forecast given the frequency are better than every simple baseline, on average."""
     best = forecasts.best_baseline
     return bool(best) and forecasts.gain(GIVEN, best).mean > 0
 
@@ -31,7 +31,7 @@ def speed_sentence(forecasts: SessionForecast) -> str:
     if not forecasts.held_out:
         return "No trial is held out: how well the twin forecasts is not known."
     own, alone = (in_mm(forecasts.mean(model, "speed_error")) for model in (GIVEN, TWIN))
-    text = f"Held-out speed error, given the frequency: twin with discrepancy {own} mm/s, alone {alone} mm/s"
+    text = f"Held-out speed error, given the frequency: twin {own} mm/s (alone, without its discrepancy, {alone} mm/s)"
     if not (best := forecasts.best_baseline):
         return f"{text}; no baseline can be drawn through the fitted speeds."
     return f"{text}; {MODELS[best]} {in_mm(forecasts.mean(best, 'speed_error'))} mm/s."

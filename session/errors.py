@@ -62,7 +62,17 @@ class Fault:
 
 
 class SwimcalError(Exception):
-    """Base of every error the user can mend; its text is complete without a traceback."""
+    """Base of every error the user can mend; its text is complete without a traceback.
+
+    Example:
+        >>> for folder in ("pool", "nowhere"):
+        ...     try:
+        ...         print(calib.report(folder).file.name)
+        ...     except calib.SwimcalError as error:
+        ...         print(error)
+        report.html
+        nowhere: no session.toml here; expected a session folder with a session.toml. Make one with `calib new`.
+    """
 
     exit_code = 2
 
@@ -72,6 +82,15 @@ class InputError(SwimcalError):
 
     Attributes:
         faults: every fault found, each once.
+
+    Example:
+        >>> try:
+        ...     calib.convert_tracks("tracks.csv", "tracks.nc.gz", "movement", fps=0)
+        ... except calib.InputError as error:
+        ...     print(error)
+        the options: 2 faults
+          1. --fps: not a frame rate; found 0; expected a number above 0
+          2. --out: packed files are read, not written; found tracks.nc.gz; expected a name without .gz
     """
 
     def __init__(self, faults: Iterable[Fault]) -> None:
@@ -99,27 +118,78 @@ def _line(fault: Fault) -> int:
 
 
 class SessionLocked(SwimcalError):
-    """Another run holds the session's lock."""
+    """Another run holds the session's lock.
+
+    Example:
+        >>> from session.lock import session_lock
+        >>> try:
+        ...     with session_lock(calib.open_session("pool").folder):   # as another run does
+        ...         calib.fit("pool", "quick", progress=False)
+        ... except calib.SessionLocked as error:
+        ...     print(error)
+        pool: this session is being worked on; found: its lock held by process ... Wait for that run, or end it; ...
+    """
 
 
 class ResultsNotWritable(SwimcalError):
-    """A result could not be written; what was there before is unchanged."""
+    """A result could not be written; what was there before is unchanged.
+
+    Example:
+        >>> try:
+        ...     calib.export_mjcf(out="pool")
+        ... except calib.ResultsNotWritable as error:
+        ...     print(error)
+        pool: cannot be written; found: a folder; expected: the name of a file.
+    """
 
 
 class ModelMismatch(SwimcalError):
-    """A calibration made with another engine or another model than the one in use."""
+    """A calibration made with another engine or another model than the one in use.
+
+    Example:
+        >>> from swimgym import load_fish
+        >>> try:
+        ...     load_fish("old")                                # fitted with MuJoCo 3.9
+        ... except calib.ModelMismatch as error:
+        ...     print(error)
+        old/results/calibration.json: this calibration was made with MuJoCo 3.9.0, here is 4... Fit again with ...
+    """
 
 
 class SimulationDiverged(SwimcalError):
-    """The simulation became unstable; its numbers must not be used."""
+    """The simulation became unstable; its numbers must not be used.
+
+    Example:
+        >>> try:
+        ...     calib.load_twin(coefficients=[-50, 0, 0, 0, 0]).swim(1.0)
+        ... except calib.SimulationDiverged as error:
+        ...     print(error)
+        1 of 1 simulations diverged; the first at coefficients [-50, 0, 0, 0, 0], 1 Hz. Expected a bounded motion; ...
+    """
 
 
 class NotEnoughData(SwimcalError):
-    """The recordings cannot carry the estimate that was asked for."""
+    """The recordings cannot carry the estimate that was asked for.
+
+    Example:
+        >>> try:
+        ...     calib.view("filmed")
+        ... except calib.NotEnoughData as error:
+        ...     print(error)
+        filmed: nothing to show. Expected tracks; found videos that are not tracked: run `calib track filmed`.
+    """
 
 
 class NotConverged(SwimcalError):
-    """An estimate that must not be relied on; it was not reported."""
+    """An estimate that must not be relied on; it was not reported.
+
+    Example:
+        >>> try:
+        ...     calib.posterior("short", "quick", progress=False)
+        ... except calib.NotConverged as error:
+        ...     print(error)
+        short/results/posterior.nc: not written, nor are intervals reported; found: ... or try another [fit] seed ...
+    """
 
 
 class FaultCollector:

@@ -25,7 +25,7 @@ FLAG_KINDS: dict[str, str] = {
     "lens_other_size": "the lens was calibrated for pictures of another size",
     "camera_height_off_scale": "the camera's height does not fit the scale of the tracks",
     "lens_folds": "the lens calibration has no meaning near the corners of the picture",
-    "tendon_slack": "a tendon of the twin goes slack",
+    "tendon_pushes": "a tendon of the twin pushes where a string would be slack",
     "tendon_stretch": "the tendons of the twin stretch otherwise than published",
     "too_short": "the recording is too short for the estimate to be trusted",
     "trials_disagree": "trials give different values",

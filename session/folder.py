@@ -98,6 +98,13 @@ class Session:
         warmup_s: seconds at the start of each trial left out of every comparison.
         seed: the seed of every random draw.
         trials: in the order of the file.
+
+    Example:
+        >>> session = calib.open_session("pool")
+        >>> session.name, session.camera.fps, session.markers[0]
+        ('synthetic', 60.0, 'nose')
+        >>> session.trial("fast").commanded_hz, session.trial("fast").role
+        (1.35, 'holdout')
     """
 
     folder: Path

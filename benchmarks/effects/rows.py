@@ -13,12 +13,12 @@ from benchmarks.effects.drawn import GLUED_SD_M, DrawnWorld
 from benchmarks.effects.suite import WARMUP_S
 from benchmarks.reality import Recording
 from benchmarks.reality.noise import PixelNoise
-from diagnosis.described import robot_doubts
+from diagnosis.described import perturbed_robots
 from diagnosis.discrepancy import Discrepancy
 from diagnosis.linear_model import LinearModel
 from fitting.model.features import advanced, phase_between
 from fitting.model.noise import FeatureNoise
-from fitting.model.session_model import START_PHASE_RAD, PlacesOff, SessionModel
+from fitting.model.session_model import START_PHASE_RAD, PlacementUncertainty, SessionModel
 from fitting.model.trial_model import TrialModel
 from fitting.objective import COEFFICIENT_BOUNDS
 from fitting.signatures import Signature, Together, Whitened, signature_of
@@ -103,7 +103,7 @@ class SessionRows:
     ) -> "SessionRows":
         """From recordings of the base state of all trials, without noise."""
         twin = Twin(load_robot(), FISHSIM_MARKERS, workers=1)
-        doubted = robot_doubts(twin)
+        doubted = perturbed_robots(twin)
         trials = (TrialModel(twin, trial, START_PHASE_RAD, doubted) for trial in measured(drawn, base, role))
         return cls(drawn, role, SessionModel(tuple(trials)), discrepancy, given)
 
@@ -239,9 +239,9 @@ class SessionRows:
         return {}
 
     @property
-    def _off(self) -> PlacesOff:
+    def _off(self) -> PlacementUncertainty:
         scale = float(np.mean([model.trial.metres_per_px for model in self.model.trials]))
-        return PlacesOff(self.drawn.world.noise.placement_sd_px * scale, GLUED_SD_M)
+        return PlacementUncertainty(self.drawn.world.noise.placement_sd_px * scale, GLUED_SD_M)
 
     @cached_property
     def _disturbing(self) -> np.ndarray:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fitting.from_rest import speed_from_rest
-from fitting.model.robot_doubt import doubts_of
+from fitting.model.robot_uncertainty import uncertainties_of
 from fitting.objective import COEFFICIENT_BOUNDS
 from fitting.structure import assumed
 from fitting.trial import MeasuredTrial, measure_trial
@@ -127,7 +127,7 @@ def _forward_swimmer(twin: Twin, frequency_hz: np.ndarray, random: np.random.Gen
 def _built(robot: RobotSpec, seed: int) -> RobotSpec:
     """The robot as it was built: off in what nobody measured."""
     random = np.random.default_rng([seed, 9])
-    for doubt in doubts_of(assumed(robot).sources):
+    for doubt in uncertainties_of(assumed(robot).sources):
         robot = doubt.robot(robot, doubt.sd * float(random.standard_normal()))
     return robot
 

@@ -1,9 +1,14 @@
 """Drives and logs the robot's motor, on the standard library and `dynamixel_sdk` alone.
 
 It runs on the robot's Raspberry Pi as well as on a laptop, so nothing here imports any other part of the program.
+
+Example:
+    >>> motor = calib.capture.scan(["/dev/ttyUSB0"], [57600])[0]
+    >>> driven = calib.capture.run(motor.port, "0.6,0.8", "logged", seconds=3.0, report=lambda line: None)
+    >>> [(trial.name, round(trial.measured_hz, 1)) for trial in driven]
+    [('f0_60', 0.6), ('f0_80', 0.8)]
 """
 
-from calib.capture.command import main
 from calib.capture.errors import CaptureError, MotorFault, UserError
 from calib.capture.functions import emulate, run, scan
 from calib.capture.search import Found
@@ -16,7 +21,6 @@ __all__ = [
     "TrialResult",
     "UserError",
     "emulate",
-    "main",
     "run",
     "scan",
 ]

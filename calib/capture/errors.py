@@ -12,20 +12,45 @@ from collections.abc import Sequence
 
 
 class CaptureError(Exception):
-    """What ends a capture with a message instead of a traceback."""
+    """What ends a capture with a message instead of a traceback.
+
+    Example:
+        >>> try:
+        ...     calib.capture.run("/dev/nothing", [0.6], "logged")
+        ... except calib.capture.CaptureError as error:
+        ...     print(error)
+        port /dev/nothing cannot be opened at 57600 baud; found: ... `calib capture scan` lists the ports; ...
+    """
 
     exit_code = 2
 
 
 class UserError(CaptureError):
-    """Faults the user can mend, all of them at once."""
+    """Faults the user can mend, all of them at once.
+
+    Example:
+        >>> try:
+        ...     calib.capture.run("/dev/ttyUSB0", "0.6,fast", "logged", kind="wet")
+        ... except calib.capture.UserError as error:
+        ...     print(error)
+        --hz: found 'fast'; expected: 0.01 to ... crank turns/s; ...
+        --kind: found 'wet'; choices: swim, dry
+    """
 
     def __init__(self, faults: str | Sequence[str]) -> None:
         super().__init__(faults if isinstance(faults, str) else "\n".join(faults))
 
 
 class MotorFault(CaptureError):
-    """The motor, its bus or its supply does not do what it should."""
+    """The motor, its bus or its supply does not do what it should.
+
+    Example:
+        >>> try:
+        ...     calib.capture.run("/dev/ttyUSB0", [0.6], "logged", max_current_a=0.01, report=lambda line: None)
+        ... except calib.capture.MotorFault as error:
+        ...     print(error)
+        the current is too high; found: ... A for 0.5 s; expected: at most 0.01 A (--max-current). Does the tail ...
+    """
 
     exit_code = 3
 

@@ -50,8 +50,8 @@ def scan(port: Iterable[str] = (), baud: Iterable[int] = (), report: Report = co
         UserError: no serial port is there.
 
     Example:
-        >>> scan()[0].port                                      # doctest: +SKIP
-        '/dev/ttyUSB0'
+        >>> calib.capture.scan(baud=[57600])[0].describe()
+        '--port /dev/ttyUSB0 --baud 57600 --id 1  (XW540-T140-R)'
     """
     names = list(port) or ports()
     if not names:
@@ -97,7 +97,12 @@ def run(  # noqa: PLR0913
         Interrupted: Ctrl-C, SIGTERM or SIGHUP.
 
     Example:
-        >>> run("/dev/ttyUSB0", [0.6, 1.0], "pool")             # doctest: +SKIP
+        >>> driven = calib.capture.run("/dev/ttyUSB0", [0.6], "tank", seconds=3.0)
+        motor 1: 12.0 V, reaches 1.20 turns/s without load (72 rpm at 12 V)
+        f0_60: 0.6 turns/s for 3 s, ... s in all
+        f0_60: ... rows at ... Hz, 0.59... turns/s measured
+        >>> driven[0].rows > 200
+        True
     """
     faults: list[str] = []
     speeds = _speeds(hz, faults)
@@ -137,7 +142,11 @@ def emulate(motor_id: int = 1, baud: int = 57600, load_nm: float = 0.0, seed: in
         UserError: a faulty argument, or a system without pseudo-terminals.
 
     Example:
-        >>> emulate(load_nm=1.5)                                # doctest: +SKIP
+        >>> calib.capture.emulate(load_nm=1.5)                  # in another terminal; here ended with Ctrl-C
+        /dev/pts/...
+        An emulated XW540-T140-R, id 1, at 57600 baud. Ctrl-C ends it.
+        <BLANKLINE>
+        Ended. The motor is not driven, at 0.00 turns/s, ... degrees C.
     """
     faults: list[str] = []
     _check_id(motor_id, faults)

@@ -24,6 +24,11 @@ class Found(NamedTuple):
         baud: its baud rate.
         motor_id: its id.
         model: its model number.
+
+    Example:
+        >>> found = calib.capture.scan(["/dev/ttyUSB0"], [57600], report=lambda line: None)[0]
+        >>> found.motor_id, found.is_ours
+        (1, True)
     """
 
     port: str

@@ -65,6 +65,11 @@ class TrialResult(NamedTuple):
         rows: of the motor log.
         rate_hz: rows a second.
         damaged: answers that were lost or damaged and asked for again.
+
+    Example:
+        >>> (trial,) = calib.capture.run("/dev/ttyUSB0", [0.6], "slow", seconds=3.0, report=lambda line: None)
+        >>> trial.name, trial.commanded_hz, trial.damaged
+        ('f0_60', 0.6, 0)
     """
 
     name: str

@@ -119,7 +119,7 @@ def fit(
 
     Hinge stiffness and damping come from free decays, and with these the crank arm from dry runs. What was not
     recorded is assumed to be as the robot is described, and reported so. Without a swim it ends with hinges and crank.
-    Held-out trials are forecast given their frequency, and again after their first two beats; a line, a power law and a
+    Held-out trials are forecast given the frequency, and again after their first two beats; a line, a power law and a
     constant stride through the fitted speeds are given for comparison. The other commands use the current fit,
     whatever its effort; only another fit replaces it.
     """

@@ -25,14 +25,13 @@ def track(
 ) -> None:
     """Tracks the markers in a session's videos, with the state and confidence of each sample, and flags."""
     from calib import interface
-    from calib.tracked_videos import filmed_trials, print_tracks
+    from calib.tracked_videos import print_tracks
 
     if click:
         pages = interface.track(session, click=True, workers=workers, progress=not as_json).files
         files = {page.name.removesuffix(".click.html"): str(page) for page in pages}
         print(json.dumps(files, indent=1) if as_json else "\n".join(files.values()))
         return
-    filmed_trials(interface.open_session(session))
     found = interface.track(session, method=method, export=export, workers=workers, progress=not as_json)
     print_tracks(found, as_json)
 

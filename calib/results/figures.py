@@ -84,10 +84,20 @@ def _numbered(name: str, about: str) -> Callable[..., Plot]:
     return fetch
 
 
-class FitFigures(Figures):
-    """Figures of a fit."""
+class StructureFigures(Figures):
+    """Figures of the robot and of its dry experiments; a fit has them, too."""
 
     robot = _figure("robot", "The robot with its markers, hinges and tendons.")
+    decay = _numbered("decay", "A free decay, measured and fitted.")
+    decay_spectrum = _numbered("decay-spectrum", "The spectrum of a free decay.")
+    crank = _figure("crank-surface", "The error surface of the crank grid search.")
+    motor_speed = _figure("motor-speed", "How fast the motor turned in logged trials.")
+    motor_turn = _figure("motor-turn", "How unevenly the motor turned within a turn.")
+
+
+class FitFigures(StructureFigures):
+    """Figures of a fit."""
+
     envelope = _of_trial("envelope", "The tail's envelope in the frame of the head, measured and simulated.")
     path = _of_trial("path", "The distance swum in a trial over time, measured and simulated.")
     lateral = _of_trial("lateral", "The lateral motion of tail markers in a trial over time, measured and simulated.")
@@ -101,11 +111,6 @@ class FitFigures(Figures):
     forecasts = _figure("forecast-speeds", "Speeds of held-out trials, measured and forecast.")
     hull_roll = _figure("hull-roll", "The neck's sideways sway over frequency: measured, and with and without a roll.")
     coefficients = _figure("coefficient-values", "The coefficients with their intervals, and where every start ended.")
-    decay = _numbered("decay", "A free decay, measured and fitted.")
-    decay_spectrum = _numbered("decay-spectrum", "The spectrum of a free decay.")
-    crank = _figure("crank-surface", "The error surface of the crank grid search.")
-    motor_speed = _figure("motor-speed", "How fast the motor turned in logged trials.")
-    motor_turn = _figure("motor-turn", "How unevenly the motor turned within a turn.")
 
 
 class PosteriorFigures(Figures):

@@ -19,7 +19,7 @@ from fitting import Calibration, CalibrationResult
 from fitting.calibration_file import PublishedResult, TrialResult
 from fitting.model.session_forecast import SessionForecast
 from reports.forecast_words import beaten, gain_sentence, marker_sentence, speed_sentence
-from reports.numbers import in_words, listed, of_its_size, shown
+from reports.numbers import counted, in_words, listed, of_its_size, shown
 from session import Flag, InputError
 from session.errors import Fault
 from session.flags import FLAG_KINDS
@@ -49,6 +49,18 @@ class FitResult(Result):
         published: the published search, for comparison; None where it was not run.
         plot: its figures.
         read: simulates every trial again.
+
+    Example:
+        >>> found = calib.fit("pool", "quick", progress=False)
+        >>> print(found.summary())
+        synthetic, fit of quick effort to slow: blunt drag ...
+        >>> found.trials["fast"].role, found.coefficients.blunt_drag > 0
+        ('holdout', True)
+        >>> list(found.to_frame("coefficients").columns[:3])
+        ['value', 'fit_q05', 'fit_q95']
+        >>> found.plot.speeds().figure.savefig("speeds.png")
+        >>> found.motion("fast").twin.dims
+        ('time', 'space', 'keypoint')
     """
 
     key = "calibration"
@@ -131,7 +143,7 @@ class FitResult(Result):
             gain_sentence(self.forecasts),
             marker_sentence(self.forecasts),
             f"Main caveat: {caveats[0]}{more}." if caveats else "No caveat.",
-            f"Verdict: {in_words(self.verdict)}. Next: calib posterior {self.session.folder}",
+            f"Verdict: {self._why(len(caveats))}. Next: calib posterior {self.session.folder}",
         ]
         return "\n".join(filter(None, lines))
 
@@ -219,6 +231,16 @@ class FitResult(Result):
             yield from ((name, flag) for flag in experiment.flags)
         for name, trial in self.trials.items():
             yield from ((name, flag) for flag in trial.flags)
+
+    def _why(self, caveats: int) -> str:
+        """The verdict, its reason, and what to do about it."""
+        why = {
+            "good": "better than the best baseline, and nothing is flagged",
+            "doubtful": f"better than the best baseline, but read {counted(caveats, 'caveat')} first (-v)",
+            "unchecked": 'no trial is held out: give one role = "holdout"',
+            "worse_than_baseline": "a simple baseline forecasts speeds as well: use that for speeds",
+        }
+        return f"{in_words(self.verdict)}: {why[self.verdict]}"
 
     def _caveats(self) -> list[str]:
         """A sentence a kind of flag: of the fit, of whole trials, then of stretches, those of most frames first."""

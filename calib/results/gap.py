@@ -14,10 +14,10 @@ from diagnosis.result import (
     NONE,
     DiagnosisResult,
     EffectParameters,
+    EffectTestResult,
     GapShares,
     GapSize,
     MissingForces,
-    SuppositionResult,
     parameters_of,
 )
 from reports.gap_words import gap_sentences
@@ -66,6 +66,15 @@ class GapResult(Result):
     Attributes:
         data: all that the file holds.
         plot: its figures.
+
+    Example:
+        >>> gap = calib.diagnose("pool", "quick", progress=False)
+        >>> gap.verdict, gap.effects.names, gap.groups          # here the data need no effect
+        ('no_gap', (), ())
+        >>> list(gap.effects.to_frame().columns)                # of those named also parameters with intervals
+        ['probability', 'named']
+        >>> list(gap.to_frame("where").loc["stage"].index)
+        ['camera', 'drive', 'body', 'tail', 'floor']
     """
 
     key = "diagnosis"
@@ -156,11 +165,17 @@ class EffectTest(Result):
 
     Attributes:
         data: all that the file holds.
+
+    Example:
+        >>> found = calib.effect_test("pool", ["camera_parallax"], "quick", progress=False)
+        >>> print(found.summary())
+        Tested: camera parallax.
+        Log Bayes factor over the plain twin: -1.2 (above 0: the fit trials support it)...
     """
 
     key = "test"
 
-    data: SuppositionResult = field(repr=False)
+    data: EffectTestResult = field(repr=False)
 
     @property
     def log_bayes_factor(self) -> float:

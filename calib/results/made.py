@@ -1,10 +1,10 @@
 """Results of a pipeline whose stages are up to date."""
 
 from dataclasses import replace
-from typing import Any
+from typing import Any, cast
 
 from calib.pipeline import Pipeline
-from calib.results.figures import FitFigures, GapFigures, PosteriorFigures, check_current
+from calib.results.figures import FitFigures, GapFigures, PosteriorFigures, StructureFigures, check_current
 from calib.results.fit import FitResult
 from calib.results.gap import EffectTest, GapResult
 from calib.results.posterior import PosteriorResult
@@ -12,12 +12,13 @@ from calib.results.structure import StructureResult
 from calib.results.tracks import FilmedTracks, TrackResult
 from calib.stages.diagnosis import DiagnosisStage
 from calib.stages.posterior import PosteriorStage
-from diagnosis.result import SUPPOSITION, SuppositionResult
+from diagnosis.result import EFFECT_TEST, EffectTestResult
 from fitting import Calibration, MeasuredTrial
 from fitting.calibration_file import PublishedResult
 from reports import ReportContext, gallery
+from reports.context import NoSwims
 from reports.numbers import in_words, listed
-from reports.sections import SECTIONS, gap, posterior
+from reports.sections import DRY_SECTIONS, SECTIONS, gap, posterior
 from reports.sections.gap_plots import gap_plots
 from session import NotEnoughData
 
@@ -64,16 +65,18 @@ def gap_result(pipeline: Pipeline, stage: DiagnosisStage) -> GapResult:
     return GapResult(name=name, file=stage.file, data=found, plot=figures, **_common(pipeline))
 
 
-def test_result(pipeline: Pipeline, found: SuppositionResult) -> EffectTest:
+def test_result(pipeline: Pipeline, found: EffectTestResult) -> EffectTest:
     """What the swim trials say of effects."""
     name = f"test of {listed([in_words(effect) for effect in found.effects])}"
-    return EffectTest(name=name, file=pipeline.session.results / SUPPOSITION.name, data=found, **_common(pipeline))
+    return EffectTest(name=name, file=pipeline.session.results / EFFECT_TEST.name, data=found, **_common(pipeline))
 
 
 def structure_result(pipeline: Pipeline) -> StructureResult:
     """What the dry experiments say."""
-    name = "no swim trial to fit; the dry experiments alone"
-    return StructureResult(name=name, file=pipeline.structures.file, data=pipeline.structure, **_common(pipeline))
+    name, found, common = "no swim trial to fit; the dry experiments alone", pipeline.structure, _common(pipeline)
+    context = ReportContext(pipeline.session, cast(Calibration, NoSwims(found)), pipeline.job.provenance)
+    figures = StructureFigures(pipeline.structures, lambda: gallery(context, DRY_SECTIONS))
+    return StructureResult(name=name, file=pipeline.structures.file, data=found, plot=figures, **common)
 
 
 def track_result(pipeline: Pipeline, filmed: FilmedTracks) -> TrackResult:

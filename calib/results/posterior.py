@@ -12,7 +12,7 @@ import pandas as pd
 from calib.results.figures import PosteriorFigures
 from calib.results.result import Result, flag_frame, flag_lines
 from fitting.marginal import Marginal
-from reports.numbers import in_words, listed, of_its_size, shown, spanned
+from reports.numbers import counted, in_words, listed, of_its_size, shown, spanned
 from session import Flag
 
 if TYPE_CHECKING:
@@ -29,6 +29,15 @@ class PosteriorResult(Result):
     Attributes:
         data: all that `posterior.json` holds.
         plot: its figures.
+
+    Example:
+        >>> found = calib.posterior("pool", "quick", progress=False)
+        >>> print(found.summary().splitlines()[1])
+        90 % intervals: blunt drag ... to ..., slender drag ... to ..., angular drag ...
+        >>> found.coefficients["blunt_drag"].determined
+        True
+        >>> found.idata.posterior.blunt_drag.dims               # the draws, for ArviZ
+        ('chain', 'draw')
     """
 
     key = "posterior"
@@ -71,13 +80,17 @@ class PosteriorResult(Result):
         held = f"; the speed of {inside} of {count} held-out trials is in its 90 % band" if count else ""
         caveats = list(dict.fromkeys(flag.message for flag in self.flags if flag.kind != "unidentifiable"))
         more = " (more: -v)" if len(caveats) > 1 else ""
+        why = {
+            "doubtful": f": read {counted(len(caveats), 'caveat')} first (-v)",
+            "determined": ": all five, and nothing is flagged",
+        }.get(self.verdict, ": the report says which further trial helps most")
         return "\n".join(
             [
                 f"{self.session.name}: {self.name}.",
                 f"90 % intervals: {intervals}.",
                 f"{found[:-1]}{held}.",
                 f"Main caveat: {caveats[0]}{more}." if caveats else "No caveat.",
-                f"Verdict: {in_words(self.verdict)}. Next: calib diagnose {self.session.folder}",
+                f"Verdict: {in_words(self.verdict)}{why}. Next: calib diagnose {self.session.folder}",
             ]
         )
 

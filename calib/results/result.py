@@ -80,6 +80,11 @@ class Export:
         files: in the order in which they were made; an index comes last.
         notes: what they show, of which effort, and what was left out and how to renew it.
         failures: of several sessions, why some failed.
+
+    Example:
+        >>> made = calib.report("pool")
+        >>> made.file, made.notes
+        (PosixPath('pool/results/report.html'), ('synthetic: fit of quick effort, posterior of quick effort, ...',))
     """
 
     files: tuple[Path, ...]

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 
 import pandas as pd
 
+from calib.results.figures import StructureFigures
 from calib.results.result import Result, flag_frame, flag_lines
 from fitting import Structure
 from session import Flag
@@ -18,11 +19,24 @@ class StructureResult(Result):
 
     Attributes:
         data: all that the file holds.
+        plot: its figures.
+
+    Example:
+        >>> found = calib.fit("bench", "quick", progress=False)     # a session of one free decay
+        >>> found.to_frame()[["unit", "assumed"]]
+                            unit  assumed
+        quantity
+        hinge_stiffness  N m/rad    False
+        hinge_damping   N m s/rad   False
+        crank_arm             m      True
+        >>> found.plot.names
+        ('robot', 'decay-spectrum-1', 'decay-1')
     """
 
     key = "structure"
 
     data: Structure = field(repr=False)
+    plot: StructureFigures = field(repr=False)
 
     def summary(self) -> str:
         """Where each number of the structure comes from, the main caveat, and what to do next."""

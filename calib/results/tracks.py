@@ -63,6 +63,15 @@ class TrackResult(Tables, Mapping[str, "xr.Dataset"]):
         flags: by trial.
         filmed: what was made from the videos.
         notes: sentences from its making.
+
+    Example:
+        >>> tracks = calib.track("pool", progress=False)
+        >>> print(tracks.summary())
+        synthetic: 2 trials, 320 frames...
+        >>> tracks["slow"].position.sel(keypoint="nose").dims
+        ('time', 'space')
+        >>> tracks.to_frame().speed.idxmax()
+        'fast'
     """
 
     session: Session = field(repr=False)

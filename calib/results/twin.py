@@ -29,6 +29,16 @@ class SwimTwin:
         robot: as described, with what dry experiments say of it.
         coefficients: the five fluid coefficients.
         engine: simulates batches of swims on all cores.
+
+    Example:
+        >>> twin = calib.load_twin("pool", effects=["tendon_slack"])
+        >>> twin.parameters
+        ('tendon_slack.length',)
+        >>> swim = twin.swim(0.8, seconds=3.0, parameters={"tendon_slack.length": [0.0, 0.002]})
+        >>> bool(swim.speed[1] < swim.speed[0])                 # with 2 mm of slack it is slower
+        True
+        >>> twin.model.opt.timestep                             # s; a plain `mujoco.MjModel`
+        0.0045
     """
 
     robot: RobotSpec

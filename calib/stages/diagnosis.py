@@ -16,13 +16,14 @@ from calib.options import EffortName, Job
 from calib.stages.fit import FitStage
 from calib.stages.recordings import Recordings
 from session import FaultCollector, InputError
+from session.errors import did_you_mean
 from session.stage import Stage
 from swimmer import Twin
 from swimmer.effects import Effect, catalogue
 
 if TYPE_CHECKING:
     from diagnosis import Discrepancy
-    from diagnosis.result import DiagnosisResult, SuppositionResult
+    from diagnosis.result import DiagnosisResult, EffectTestResult
 
 Found = TypeVar("Found")
 _FORM = 18  # of the files and of what they rest on
@@ -107,7 +108,7 @@ class DiagnosisStage(Stage):
         self.mark(written)
         job.made.extend(written)
 
-    def test(self, names: Sequence[str]) -> SuppositionResult:
+    def test(self, names: Sequence[str]) -> EffectTestResult:
         """Tests effects that a user names; ``results/supposed.json``, made anew every time.
 
         Args:
@@ -117,13 +118,13 @@ class DiagnosisStage(Stage):
             NotEnoughData: no swim has the role "fit", or an effect does nothing in these.
             SimulationDiverged: the plain twin.
         """
-        from diagnosis import suppose
-        from diagnosis.diagnosis_file import supposition_result
-        from diagnosis.result import SUPPOSITION
+        from diagnosis import weigh_effects
+        from diagnosis.diagnosis_file import effect_test_result
+        from diagnosis.result import EFFECT_TEST
 
         effects = [self.effects[name] for name in dict.fromkeys(names)]
-        result = supposition_result(self._asked(suppose, effects))
-        SUPPOSITION.write(self._job.results, self._job.provenance, result)
+        result = effect_test_result(self._asked(weigh_effects, effects))
+        EFFECT_TEST.write(self._job.results, self._job.provenance, result)
         return result
 
     def read(self) -> DiagnosisResult:
@@ -142,7 +143,7 @@ class DiagnosisStage(Stage):
         effects: Mapping[str, Effect] | Sequence[Effect],
         discrepancy: Discrepancy | None = None,
     ) -> Found:
-        """What `diagnose` or `suppose` says of this session."""
+        """What `diagnose` or `weigh_effects` says of this session."""
         from diagnosis import SessionData, Settings, discrepancy_for
 
         job, trials = self._job, self._recordings.swims
@@ -173,6 +174,6 @@ def check_names(option: str, names: Iterable[str], known: Mapping[str, Effect]) 
                 found=repr(name),
                 expected="names of the catalogue",
                 choices=tuple(known),
-                next_step="Mend the name; docs/effects.md has the table.",
+                next_step=did_you_mean(name, known) or "docs/effects.md has the table.",
             )
     faults.raise_if_any()

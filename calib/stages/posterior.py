@@ -16,7 +16,7 @@ from calib.options import EffortName, Job
 from calib.stages.fit import FitStage
 from fitting import Calibration, MeasuredTrial
 from fitting.model import Mode, SessionModel, mode_at
-from fitting.model.robot_doubt import doubts_of
+from fitting.model.robot_uncertainty import uncertainties_of
 from session.errors import NotConverged
 from session.results import writing_whole
 from session.stage import Stage
@@ -101,6 +101,6 @@ class PosteriorStage(Stage):
 def mode_of(calibration: Calibration, trials: Iterable[MeasuredTrial], twin: Twin) -> Mode:
     """The mode that a calibration keeps: made again where it lies, without a search."""
     fitted = sorted((trial for trial in trials if trial.role == "fit"), key=lambda trial: trial.name)
-    model = SessionModel.of(twin, fitted, doubts_of(calibration.structure.sources), with_course=True)
+    model = SessionModel.of(twin, fitted, uncertainties_of(calibration.structure.sources), with_course=True)
     fit = calibration.fit
     return mode_at(model, np.array(fit.coefficients), fit.components, fit.roll, fit.ends)

@@ -9,10 +9,11 @@ import numpy as np
 import xarray as xr
 
 from calib.pipeline import Pipeline
+from calib.progress import is_kernel
 from diagnosis.result import MissingForces
 from fitting import CalibratedTrial
 from fitting.scoring import residuals
-from reports.recording import MissingOverTime, RecordedTrial, make_proxy, write_recording
+from reports.recording import APPLICATION, MissingOverTime, RecordedTrial, make_proxy, write_recording
 from session import NotEnoughData, SwimcalError, TrialSpec
 from session.stage import Stage
 from session.tracks import load_tracks, pixels_of
@@ -136,6 +137,21 @@ def open_viewer(recording: Path) -> None:
         subprocess.Popen([viewer, str(recording)], start_new_session=True)
     except OSError as error:
         raise _not_opened(recording, f"{viewer}: {error.strerror or error}") from error
+
+
+def show_inline(recording: Path) -> str:
+    """Shows a recording in the output of a notebook's cell; where it cannot, a sentence that says why, else nothing."""
+    from rerun import RecordingStream
+    from rerun.notebook import HAS_NOTEBOOK, Viewer
+
+    if not (HAS_NOTEBOOK and is_kernel()):
+        needs = "a notebook" if HAS_NOTEBOOK else "the package rerun-notebook (`pip install 'rerun-sdk[notebook]'`)"
+        return f"Not shown inline, which needs {needs}; open {recording} in the Rerun viewer."
+    stream = RecordingStream(APPLICATION)
+    Viewer(recording=stream, width="auto").display()
+    stream.log_file_from_path(recording)
+    stream.flush()
+    return ""
 
 
 def _not_opened(recording: Path, found: str) -> SwimcalError:

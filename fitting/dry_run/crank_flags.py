@@ -69,7 +69,7 @@ def _of_motion(found: CrankTrial) -> Iterator[Flag]:
             f"for {100 * found.tendons.slack_share:.0f} % of the turn a tendon is shorter than at rest, by up to "
             f"{100 * found.tendons.shortening:.1f} %: a string would be slack there, the twin's springs push"
         )
-        yield Flag("tendon_slack", message=message)
+        yield Flag("tendon_pushes", message=message)
     if found.tendons.stretch - PUBLISHED_STRETCH > STRETCH_OFF:
         message = (
             f"the twin's tendons stretch by up to {100 * found.tendons.stretch:.1f} %, published are about "

@@ -34,13 +34,13 @@ def across_markers(
     masks, which = np.unique(usable, axis=1, return_inverse=True)
     which = which.ravel()
     restricted = [_restricted(columns, mask, correlation) for mask in masks.T]  # (g, n, n)
-    told = _information(restricted, parts)[:, :, which[:, None], which]  # (p, p, m, m)
+    common = _information(restricted, parts)[:, :, which[:, None], which]  # (p, p, m, m)
     clean = np.where(usable[..., None], series, 0.0)
     residual = np.stack([restricted[group] @ clean[:, m] for m, group in enumerate(which)])  # (m, n, 2)
     seen = np.array(
         [np.einsum("inx,nk,jkx->ij", residual, part, residual, optimize=True) for part in parts]
     )  # (p, m, m)
-    information = np.moveaxis(told, (0, 1), (-2, -1))  # (m, m, p, p)
+    information = np.moveaxis(common, (0, 1), (-2, -1))  # (m, m, p, p)
     # one sample more, which says independent, so that a pair that is never seen together has an inverse
     inverse = np.linalg.inv(information + np.eye(len(parts)))
     found = np.einsum("ijpq,qij->pij", inverse, seen)

@@ -16,7 +16,7 @@ from fitting.in_pool import head_frame
 from fitting.model.features import COURSE, HARMONICS, SPEED, FeatureReader, advanced, of_markers, phase_between, waves
 from fitting.model.mode import Mode, jacobian_at, time_step_errors
 from fitting.model.noise import FeatureNoise
-from fitting.model.trial_model import Freedoms, TrialModel, freedoms_together
+from fitting.model.trial_model import Sensitivities, TrialModel, freedoms_together
 from fitting.model.variance import Block, Covariance
 from fitting.trial import MeasuredTrial
 from session import NotEnoughData
@@ -203,7 +203,7 @@ def _early_block(mode: Mode, window: TrialModel, late: Block, scatter: Scatter) 
     Both are windows of one steady swim: the twin's start, which is not the fish's, is not simulated.
     """
     phase = float(phase_between(late.features, window.measured, list(window.trial.tail)))
-    freedoms = Freedoms(*(_ahead(each, phase) for each in late.freedoms))
+    freedoms = Sensitivities(*(_ahead(each, phase) for each in late.freedoms))
     features, time_step = (_ahead(each[:, None], phase)[:, 0] for each in (late.features, late.time_step))
     noise = _noise(mode, window, scatter, features)
     return Block(window, freedoms, noise, time_step, late.trial, features), phase
@@ -214,7 +214,7 @@ def _ahead(columns: np.ndarray, phase: float) -> np.ndarray:
     return advanced(columns.T, np.full(columns.shape[1], phase)).T
 
 
-def _bounded(freedoms: Freedoms) -> Freedoms:
+def _bounded(freedoms: Sensitivities) -> Sensitivities:
     """No nuisance changes the speed by more than the limit: beside two steady states, differences are not small."""
     own = np.array(freedoms.own)
     size = np.abs(own[SPEED])

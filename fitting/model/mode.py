@@ -38,7 +38,7 @@ _APART = 1.0  # square root of the mean squared distance, in standard deviations
 _AS_LIKELY = 2.0  # log density within which two ends are as likely
 
 
-class End(NamedTuple):
+class SearchEnd(NamedTuple):
     """Where one start ended.
 
     Attributes:
@@ -78,7 +78,7 @@ class Mode:
     blocks: tuple[Block, ...]
     residual: np.ndarray
     jacobian: np.ndarray
-    ends: tuple[End, ...]
+    ends: tuple[SearchEnd, ...]
     simulations: int
 
     @property
@@ -107,12 +107,12 @@ class Mode:
         return self.blocks[number].model.measured - self.residual[number * length :][:length]
 
     @property
-    def disagree(self) -> tuple[End, ...]:
+    def disagree(self) -> tuple[SearchEnd, ...]:
         """Ends as likely as the best, and elsewhere."""
         sd = np.sqrt(np.diag(self.coefficient_covariance))
         best = self.ends[0]
 
-        def apart(end: End) -> bool:
+        def apart(end: SearchEnd) -> bool:
             return bool(np.sqrt(np.mean(((end.coefficients - best.coefficients) / sd) ** 2)) > _APART)
 
         return tuple(
@@ -164,7 +164,7 @@ def mode_at(
     coefficients: np.ndarray,
     sizes: Mapping[str, float],
     roll: Roll = NO_ROLL,
-    ends: tuple[End, ...] = (),
+    ends: tuple[SearchEnd, ...] = (),
 ) -> Mode:
     """The normal approximation about coefficients (5,) that are known, with variance components of known sizes.
 
@@ -301,7 +301,7 @@ class _Descent:
     @property
     def mode(self) -> Mode:
         """Where it is."""
-        end = End(self.start, self._at, self.log_density, self._converged, self.forward)
+        end = SearchEnd(self.start, self._at, self.log_density, self._converged, self.forward)
         return Mode(
             self.model,
             self._at,

@@ -46,15 +46,16 @@ class Roll(NamedTuple):
         off[number] = sign * ROLL_STEP
         return Roll(*map(float, np.array(self) + off * ROLL_SD))
 
-    def seen(self, told: Trajectories, robot: RobotSpec, markers: tuple[str, ...]) -> np.ndarray:
+    def seen(self, motion: Trajectories, robot: RobotSpec, markers: tuple[str, ...]) -> np.ndarray:
         """(s, n, m, 2) markers of simulated trajectories as they swing, m."""
         if not self.per_sway:
-            return told.marker_m
-        hull, axes = RollingHull.of(robot, markers), MarkerKinematics(robot, markers).axes(told.head, told.hinges_rad)
-        times = np.broadcast_to(told.time_s, told.marker_m.shape[:2])
-        found = np.array(told.marker_m)
-        for row in np.flatnonzero(np.isfinite(told.marker_m).all(axis=(1, 2, 3))):
-            swung = hull.shift_m(times[row], told.marker_m[row], axes[row], told.crank_rad[row], self.natural_hz)
+            return motion.marker_m
+        hull = RollingHull.of(robot, markers)
+        axes = MarkerKinematics(robot, markers).axes(motion.head, motion.hinges_rad)
+        times = np.broadcast_to(motion.time_s, motion.marker_m.shape[:2])
+        found = np.array(motion.marker_m)
+        for row in np.flatnonzero(np.isfinite(motion.marker_m).all(axis=(1, 2, 3))):
+            swung = hull.shift_m(times[row], motion.marker_m[row], axes[row], motion.crank_rad[row], self.natural_hz)
             found[row] += self.per_sway * swung
         return found
 

@@ -12,7 +12,7 @@ from fitting.free_decay.ring import NUMBERS as RING_NUMBERS
 from fitting.free_decay.ring import Ring
 from fitting.from_rest import swims_forward
 from fitting.model.features import beat_phase
-from fitting.model.robot_doubt import Doubt, doubted_twins, doubts_of
+from fitting.model.robot_uncertainty import ParameterUncertainty, perturbed_twins, uncertainties_of
 from fitting.model.roll import Roll
 from fitting.model.trial_model import TrialModel, freedoms_together, simulated_together
 from fitting.structure import assumed
@@ -22,7 +22,7 @@ from swimmer import Twin
 START_PHASE_RAD = 1.0  # of the crank in simulations; features are put in step afterwards
 
 
-class PlacesOff(NamedTuple):
+class PlacementUncertainty(NamedTuple):
     """How far off things sit, standard deviations each way, m.
 
     Attributes:
@@ -34,7 +34,7 @@ class PlacesOff(NamedTuple):
     marker_m: float
 
 
-class Disturbances(NamedTuple):
+class NuisanceModel(NamedTuple):
     """Of features of length k: noise, and columns by which a standard deviation of each nuisance moves them.
 
     Attributes:
@@ -61,7 +61,7 @@ class Disturbances(NamedTuple):
         """(k, k) covariance of noise and of all nuisances but boxes and markers."""
         return np.asarray(self.noise + self.own @ self.own.T + self.robot @ self.robot.T)
 
-    def of(self, off: "PlacesOff") -> np.ndarray:
+    def of(self, off: "PlacementUncertainty") -> np.ndarray:
         """(k, k) with boxes and markers that far off."""
         boxes, markers = off.box_m * self.per_box, off.marker_m * self.per_marker
         return np.asarray(self.fixed + boxes @ boxes.T + markers @ markers.T)
@@ -84,12 +84,12 @@ class SessionModel:
         cls,
         twin: Twin,
         trials: Sequence[MeasuredTrial],
-        doubts: Sequence[Doubt] | None = None,
+        doubts: Sequence[ParameterUncertainty] | None = None,
         with_course: bool = False,
     ) -> "SessionModel":
         """Of measured trials, with what is doubted of the robot; by default, that nobody measured it."""
-        doubts = doubts_of(assumed(twin.robot).sources) if doubts is None else doubts
-        doubted = doubted_twins(twin, doubts)
+        doubts = uncertainties_of(assumed(twin.robot).sources) if doubts is None else doubts
+        doubted = perturbed_twins(twin, doubts)
         return cls(tuple(TrialModel(twin, trial, START_PHASE_RAD, doubted, with_course) for trial in trials))
 
     def rolling(self, roll: Roll) -> "SessionModel":
@@ -98,7 +98,7 @@ class SessionModel:
 
     @property
     def logged(self) -> tuple[int, ...]:
-        """Numbers of the trials whose motor was logged while it was told a known speed."""
+        """Numbers of the trials whose motor was logged while it was given a known speed."""
         trials = enumerate(each.trial for each in self.trials)
         return tuple(i for i, trial in trials if trial.commanded_hz is not None and trial.logged_hz is not None)
 
@@ -133,11 +133,11 @@ class SessionModel:
         """(r, q) of the decays what is doubted of the robot, by its standard deviations, as of the features."""
         if not self.rings:
             return np.zeros((0, len(self.trials[0].doubted)))
-        told = [
+        measured = [
             [each.per_sd * (ring.of_twin(each.more)[0] - ring.of_twin(each.less)[0]) for ring in self.rings]
             for each in self.trials[0].doubted
         ]
-        return np.reshape(told, (len(told), self.of_rings)).T
+        return np.reshape(measured, (len(measured), self.of_rings)).T
 
     @property
     def rings_sd(self) -> np.ndarray:
@@ -167,10 +167,10 @@ class SessionModel:
         """(s,) whether the twins of coefficients (s, 5) swim forward from rest."""
         return swims_forward(self.trials[0].twin, coefficients, tuple(each.trial for each in self.trials))
 
-    def disturbances(self, coefficients: np.ndarray, noise: np.ndarray | None = None) -> Disturbances:
+    def disturbances(self, coefficients: np.ndarray, noise: np.ndarray | None = None) -> NuisanceModel:
         """What noise and nuisances do at coefficients (5,); noise (k, k) by default as the tracks show it."""
         freedoms = freedoms_together(self.trials, coefficients)
         own = block_diag(*[freedom.own for freedom in freedoms])
         boxes = block_diag(*[freedom.boxes for freedom in freedoms])
         markers, robot = (np.vstack(each) for each in zip(*[(f.markers, f.robot) for f in freedoms], strict=True))
-        return Disturbances(self.noise if noise is None else noise, own, boxes, markers, robot)
+        return NuisanceModel(self.noise if noise is None else noise, own, boxes, markers, robot)

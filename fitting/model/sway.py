@@ -47,8 +47,8 @@ def sways(mode: Mode, trials: Sequence[MeasuredTrial]) -> dict[str, Sway]:
     for trial in trials:
         neck, hindmost = trial.markers.index("neck"), trial.tail[-1]
         model = type(first)(first.twin, trial, first.phase_rad, with_course=True, roll=mode.roll)
-        told = model.trajectories(mode.coefficients[None])
-        rows = [model.measured, *(each.features_of(told)[0] for each in (model.rolling(NO_ROLL), model))]
+        swum = model.trajectories(mode.coefficients[None])
+        rows = [model.measured, *(each.features_of(swum)[0] for each in (model.rolling(NO_ROLL), model))]
         harmonics = [of_markers(row)[:, 1, 1] + 1j * of_markers(row)[:, 1, 2] for row in rows]  # (m,) each
         roll = abs(harmonics[2][neck] - harmonics[1][neck]) / first.twin.robot.marker_positions_m(("neck",))[0, 2]
         measured, rigid, rolling = (_wave(each[neck], each[hindmost]) for each in harmonics)

@@ -12,7 +12,7 @@ import numpy as np
 
 from fitting.model.features import OF_A_MARKER, FeatureReader, advanced, phase_between, places_of_markers
 from fitting.model.noise import FeatureNoise, noise_of
-from fitting.model.robot_doubt import DoubtedTwin
+from fitting.model.robot_uncertainty import PerturbedTwin
 from fitting.model.roll import NO_ROLL, ROLL_STEP, Roll
 from fitting.trial import MeasuredTrial
 from swimmer import Runs, Trajectories, Twin
@@ -43,7 +43,7 @@ class TrialModel:
     twin: Twin
     trial: MeasuredTrial
     phase_rad: float
-    doubted: tuple[DoubtedTwin, ...] = ()
+    doubted: tuple[PerturbedTwin, ...] = ()
     with_course: bool = False
     roll: Roll = NO_ROLL
 
@@ -77,11 +77,11 @@ class TrialModel:
         """(s, k) features of coefficients (s, 5), in step with the measured tail; nan where the twin diverged."""
         return simulated_together((self,), coefficients)[0]
 
-    def freedoms(self, coefficients: np.ndarray) -> "Freedoms":
+    def freedoms(self, coefficients: np.ndarray) -> "Sensitivities":
         """By how much the features moves with one standard deviation of each nuisance, at coefficients (5,)."""
         return freedoms_together((self,), coefficients)[0]
 
-    def of_tracks(self, coefficients: np.ndarray) -> "Freedoms":
+    def of_tracks(self, coefficients: np.ndarray) -> "Sensitivities":
         """Those of `freedoms` that lie in the tracks: phase, place, boxes and markers; the twin is simulated once."""
         trajectories = self.trajectories(coefficients[None])
         marker_m = self._kept(self._marker_m(trajectories)[0])  # (n, m, 2)
@@ -93,7 +93,7 @@ class TrialModel:
         boxes = self._of_shifts(marker_m, pool, features)
         markers = self._of_shifts(marker_m, body, features)
         robot = np.zeros((len(features), 0))
-        return Freedoms(
+        return Sensitivities(
             np.column_stack(own),
             np.column_stack(boxes),
             np.column_stack(markers),
@@ -101,7 +101,7 @@ class TrialModel:
             self.slopes_of_roll(trajectories),
         )
 
-    def _of_sure_robot(self, coefficients: np.ndarray) -> "Freedoms":
+    def _of_sure_robot(self, coefficients: np.ndarray) -> "Sensitivities":
         """`freedoms` of a robot that nobody doubts."""
         found = self.of_tracks(coefficients)
         return found._replace(own=np.column_stack([*self._of_start(coefficients), found.own]))
@@ -131,10 +131,10 @@ class TrialModel:
                 slopes.append((self.in_step(self.reader(shifted)) - features) / _SHIFT_M)
         return slopes
 
-    def slopes_of_roll(self, told: Trajectories) -> np.ndarray:
+    def slopes_of_roll(self, motion: Trajectories) -> np.ndarray:
         """(k, 2) the change of the features with one prior standard deviation of each number of the roll."""
         either = [[self.roll.shifted(number, sign) for sign in (1, -1)] for number in range(len(self.roll))]
-        rows = [[self.rolling(roll).features_of(told)[0] for roll in pair] for pair in either]
+        rows = [[self.rolling(roll).features_of(motion)[0] for roll in pair] for pair in either]
         return np.column_stack([(up - down) / (2 * ROLL_STEP) for up, down in rows])
 
     def in_step(self, features: np.ndarray) -> np.ndarray:
@@ -177,13 +177,13 @@ class TrialModel:
             turns=tuple(turned[float(by)] for by in faster) if turned else None,
         )
 
-    def features_of(self, told: Trajectories) -> np.ndarray:
+    def features_of(self, motion: Trajectories) -> np.ndarray:
         """(s, k) of trajectories up to the last frame that is kept, in step with the measured tail."""
-        return self.in_step(self.reader(self._kept(self._marker_m(told))))
+        return self.in_step(self.reader(self._kept(self._marker_m(motion))))
 
-    def _marker_m(self, told: Trajectories) -> np.ndarray:
+    def _marker_m(self, motion: Trajectories) -> np.ndarray:
         """(s, n, m, 2) with the roll, m."""
-        return self.roll.seen(told, self.twin.robot, self.trial.markers)
+        return self.roll.seen(motion, self.twin.robot, self.trial.markers)
 
     def _kept(self, series: np.ndarray) -> np.ndarray:
         """The kept frames of positions (n, m, 2) or (s, n, m, 2), or of axes (n, m, 2, 2)."""
@@ -191,7 +191,7 @@ class TrialModel:
         return np.compress(self.trial.kept[: series.shape[axis]], series, axis=axis)
 
 
-class Freedoms(NamedTuple):
+class Sensitivities(NamedTuple):
     """(k, q) columns: what nuisances do to features.
 
     Of the trial: velocity at time 0, frequency, phase, and where the fish is; and, by the metre, where each box sits
@@ -214,8 +214,8 @@ class Freedoms(NamedTuple):
 
 def simulated_together(models: Sequence[TrialModel], coefficients: np.ndarray) -> list[np.ndarray]:
     """(s, k) each, `TrialModel.simulated` of several trials, those beside the same twin at once."""
-    told = trajectories_together(models, coefficients)
-    return [model.features_of(each) for model, each in zip(models, told, strict=True)]
+    motion = trajectories_together(models, coefficients)
+    return [model.features_of(each) for model, each in zip(models, motion, strict=True)]
 
 
 def trajectories_together(models: Sequence[TrialModel], coefficients: np.ndarray) -> list[Trajectories]:
@@ -224,7 +224,7 @@ def trajectories_together(models: Sequence[TrialModel], coefficients: np.ndarray
     return simulate_together([model.twin for model in models], runs, times)
 
 
-def freedoms_together(models: Sequence[TrialModel], coefficients: np.ndarray) -> list[Freedoms]:
+def freedoms_together(models: Sequence[TrialModel], coefficients: np.ndarray) -> list[Sensitivities]:
     """`TrialModel.freedoms` of several trials, whose robots are doubted in the same ways."""
     at = coefficients[None]
     columns: list[list[np.ndarray]] = [[] for _ in models]

@@ -15,7 +15,7 @@ from scipy.optimize import minimize
 
 from fitting.model.discrepancy import wave_discrepancy
 from fitting.model.features import COURSE, SPEED, advanced, beat_phase, of_markers, places_of_markers, places_of_slides
-from fitting.model.trial_model import Freedoms, TrialModel
+from fitting.model.trial_model import Sensitivities, TrialModel
 
 LN_LENGTH = 0.7
 """Of the logarithm of frequency, over which the common discrepancy of the wave is alike: a factor of two."""
@@ -77,7 +77,7 @@ class Block(NamedTuple):
     """
 
     model: TrialModel
-    freedoms: Freedoms
+    freedoms: Sensitivities
     noise: np.ndarray
     time_step: np.ndarray
     trial: int

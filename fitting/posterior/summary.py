@@ -26,21 +26,24 @@ SWEPT = 9  # frequencies
 
 @dataclass(frozen=True, eq=False)
 class PosteriorSummary:
-    """What is said of a posterior.
+    """The content of `posterior.json`; the draws are in `posterior.nc`.
 
     Attributes:
-        marginals: of each coefficient, by name.
-        chains: (w, d, 7) walkers, draws, coefficients and ln sizes of the discrepancies of wave and speed.
-        ess_bulk, r_hat: (7,).
-        acceptance, autocorrelation, steps: of the ensemble; the autocorrelation in steps.
-        simulations: of each trial.
-        emulator_error: of ln likelihood at fresh draws, standard deviation.
-        misfit_p: see `Posterior`.
+        marginals: marginal posterior of each coefficient.
+        chains: (w, d, 7) d steps of w walkers: coefficients and ln sizes of the discrepancies of wave and speed.
+        ess_bulk, r_hat: (7,) effective number of draws, and convergence, of each of these.
+        acceptance, autocorrelation, steps: share of accepted steps, autocorrelation time in steps, and number of steps.
+        simulations: how often each trial was simulated.
+        emulator_error: standard deviation of the error of the emulated ln likelihood, at fresh draws.
+        misfit_p: probability of a larger misfit by noise and nuisances alone.
         discrepancy: (2,) median relative error of the twin's wave and speed.
-        robot: what it may be off by, before and after the swim trials.
-        left_out: whether the trials ask for what the twin leaves out, and what that would do.
-        identifiability, sweep, trials, whiteness: see there.
-        flags: when not to believe it.
+        robot: standard deviation of each number of the robot before and after the swim trials.
+        left_out: effects that the trials support and the twin leaves out, and how they would move the coefficients.
+        identifiability: which coefficients, and which combinations of them, the trials determine.
+        sweep: predicted speed over frequency, with bands.
+        trials: predicted and measured speed of every trial, with bands.
+        whiteness: autocorrelation of the residuals of every trial.
+        flags: flags of the posterior.
     """
 
     marginals: Mapping[str, Marginal]

@@ -76,10 +76,10 @@ class AffectedTrial:
             values=np.array([self.twin.in_trial(self.view, value) for value in values]),
         )
 
-    def features(self, runs: AffectedRuns, told: Trajectories) -> np.ndarray:
+    def features(self, runs: AffectedRuns, motion: Trajectories) -> np.ndarray:
         """(s, k) of its runs, as tracks would show them, scaled by nose and neck; nan where the twin diverged."""
         trial = self.model.trial
-        seen = self.twin.observed(runs, told, [self.view] * len(runs))
+        seen = self.twin.observed(runs, motion, [self.view] * len(runs))
         nose, neck = (trial.markers.index(name) for name in ("nose", "neck"))
         span = np.median(np.linalg.norm(seen[:, :, nose] - seen[:, :, neck], axis=-1), axis=1)
         scaled = (self.twin.robot.scale_length_m / span)[:, None, None, None] * seen
@@ -120,8 +120,8 @@ class AffectedSession:
     def features(self, coefficients: np.ndarray, values: np.ndarray) -> np.ndarray:
         """(s, k) rows of features of coefficients (s, 5) and values (s, p); nan where the twin diverged."""
         runs, times = [trial.runs(coefficients, values) for trial in self.trials], [t.model.time_s for t in self.trials]
-        told = simulate_together([trial.twin for trial in self.trials], runs, times)
-        return np.hstack([trial.features(own, each) for trial, own, each in zip(self.trials, runs, told, strict=True)])
+        swims = simulate_together([trial.twin for trial in self.trials], runs, times)
+        return np.hstack([trial.features(own, each) for trial, own, each in zip(self.trials, runs, swims, strict=True)])
 
     def hertz(self, values: np.ndarray) -> np.ndarray:
         """(s, f) frequencies that the trials' commands lead to with values (s, p); nan where there is no command.

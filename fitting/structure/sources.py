@@ -24,11 +24,11 @@ class Source(NamedTuple):
 
     Attributes:
         quantity: "hinge_stiffness", "hinge_damping" or "crank_arm".
-        value: in `unit`.
+        value: the number, in `unit`.
         unit: "N m/rad", "N m s/rad" or "m".
-        se: standard error; None where the value is assumed.
-        trials: it was measured in; none where it is assumed.
-        sentence: value, source and, where it is assumed, why, for the reader.
+        se: standard error; null where the value is assumed.
+        trials: names of the trials it was measured in; none where it is assumed.
+        sentence: value and source in words and, where it is assumed, why.
     """
 
     quantity: str
@@ -51,9 +51,9 @@ class Structure:
     Attributes:
         robot: as described, with what was measured in the place of what was assumed.
         decays: every free decay and its twin, used or not.
-        hinges: of the decays that are used; None where there is none.
-        crank: of the dry runs that are used, else of all of them, and then not used; None where there is none.
-        sources: hinge stiffness, hinge damping and crank arm, in this order.
+        hinges: stiffness and damping from the decays that are used; null without one.
+        crank: crank arm from the dry runs that are used, else, unused, from all of them; null without one.
+        sources: where hinge stiffness, hinge damping and crank arm come from, in this order.
         flags: which experiments are not used, and the flags of those that are.
     """
 

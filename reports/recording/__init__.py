@@ -3,6 +3,6 @@
 from reports.recording.missing import MissingOverTime
 from reports.recording.proxy import make_proxy
 from reports.recording.recorded_trial import RecordedTrial
-from reports.recording.recording import write_recording
+from reports.recording.recording import APPLICATION, write_recording
 
-__all__ = ["MissingOverTime", "RecordedTrial", "make_proxy", "write_recording"]
+__all__ = ["APPLICATION", "MissingOverTime", "RecordedTrial", "make_proxy", "write_recording"]

@@ -29,6 +29,15 @@ from reports.sections import (
 
 SectionBuilder = Callable[[ReportContext], Section | None]
 
+DRY_SECTIONS: tuple[SectionBuilder, ...] = (
+    structure.build_robot,
+    structure.build,
+    free_decay.build,
+    dry_runs.build,
+    motor.build,
+)
+"""What is known of robot and motor, also of a session without a swim trial."""
+
 QUESTIONS: tuple[tuple[str, tuple[SectionBuilder, ...]], ...] = (
     ("", (summary.build,)),  # the first screen, never folded
     ("Which caveats apply?", (caveats.build,)),
@@ -44,10 +53,7 @@ QUESTIONS: tuple[tuple[str, tuple[SectionBuilder, ...]], ...] = (
     ),
     ("How sure are the coefficients?", (coefficients.build, posterior.build)),
     ("What is missing from the twin?", (gap.build,)),
-    (
-        "What is known of robot and motor?",
-        (structure.build_robot, structure.build, free_decay.build, dry_runs.build, motor.build),
-    ),
+    ("What is known of robot and motor?", DRY_SECTIONS),
     ("Can the tracks be trusted?", (track_quality.build,)),
     ("How was this made, and what do the words mean?", (provenance.build, definitions.build)),
 )
@@ -55,4 +61,4 @@ QUESTIONS: tuple[tuple[str, tuple[SectionBuilder, ...]], ...] = (
 
 SECTIONS: tuple[SectionBuilder, ...] = tuple(build for _, builders in QUESTIONS for build in builders)
 
-__all__ = ["QUESTIONS", "SECTIONS", "SectionBuilder"]
+__all__ = ["DRY_SECTIONS", "QUESTIONS", "SECTIONS", "SectionBuilder"]

@@ -46,9 +46,9 @@ def _table(context: ReportContext) -> Table:
             )
         )
     caption = (
-        f"Means over {counted(len(forecasts.held_out), 'held-out trial')}. Baselines use the fitted speeds and the "
-        "trial's frequency only; the continuation uses its first two beats only. EBT uses the measured tail of the "
-        "whole trial, so it is not a forecast."
+        f"Means over {counted(len(forecasts.held_out), 'held-out trial')}. Alone: without its discrepancy. "
+        "Baselines use the fitted speeds and the trial's frequency only; the continuation uses its first two beats "
+        "only. EBT uses the measured tail of the whole trial, so it is not a forecast."
     )
     return Table(caption, _COLUMNS, tuple(rows))
 

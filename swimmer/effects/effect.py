@@ -26,6 +26,10 @@ class Parameter(NamedTuple):
         unit: SI, "1" for a ratio.
         low, high: bounds; an effect of one sign starts at 0.
         sd: of its prior, normal about 0 and cut off at the bounds: how large it is on robots as they are built.
+
+    Example:
+        >>> calib.Parameter("length", "m", low=0.0, high=0.01, sd=0.001).unit
+        'm'
     """
 
     name: str
@@ -103,6 +107,19 @@ class Effect(ABC):
         seen_in: kinds of trials that can show it.
         parameters: of which at least one is not zero where the effect is present.
         in_fit: whether the fit allows for it to some extent, as a nuisance.
+
+    Example:
+        >>> class WornGear(calib.Effect):
+        ...     name, family, stage = "worn_gear", "drive", "drive"
+        ...     physics, source = "The crank turns slower than the motor.", "its data sheet"
+        ...     seen_in = frozenset({"dry", "swim"})
+        ...     parameters = (calib.Parameter("share", "1", low=0.0, high=0.5, sd=0.1),)
+        ...
+        ...     def drive(self, drive, values):
+        ...         return drive._replace(frequency_hz=drive.frequency_hz * (1 - values[0]))
+        >>> swim = calib.load_twin(effects=[WornGear()]).swim(1.0, parameters={"worn_gear.share": [0.0, 0.2]})
+        >>> bool(swim.speed[1] < swim.speed[0])
+        True
     """
 
     name: ClassVar[str]

@@ -14,8 +14,8 @@ from calib.options import Options
 from calib.pipeline import Pipeline, open_session
 from calib.stages import recording, report
 from diagnosis import Verdict, diagnosis
-from diagnosis.everything import Everything
-from diagnosis.result import DIAGNOSIS, SUPPOSITION
+from diagnosis.result import DIAGNOSIS, EFFECT_TEST
+from diagnosis.ridge import RidgeFit
 from reports import ReportContext
 from tests.calib.door import ROOT, Front, assert_reports, edit, files_in, with_little_effort
 
@@ -32,7 +32,7 @@ def diagnosed_session(fresh_session: Path, tmp_path_factory: pytest.TempPathFact
         patch.setattr(diagnosis, "MOST_LEFT", 2.0)
         patch.setattr(diagnosis, "verdict_of", lambda _found: Verdict("named", (("scale_error",),)))
         patch.setattr(diagnosis, "ALL_AT_ONCE", ("quick",))
-        patch.setattr(diagnosis, "everything", lambda *reported: Everything(0.5, 20.0, reported[3]))
+        patch.setattr(diagnosis, "ridge_fit", lambda *reported: RidgeFit(0.5, 20.0, reported[3]))
         Pipeline(open_session(folder), Options("quick", workers=1)).diagnosis()
     return folder
 
@@ -148,7 +148,7 @@ def test_what_somebody_supposes_is_weighed_and_changes_no_diagnosis(calib: Front
     lines = outcome.out.splitlines()
     assert lines[0] == "Tested: crank arm error, scale error."
     assert lines[-1] == str(diagnosed / "results" / "supposed.json")
-    data = SUPPOSITION.read(diagnosed / "results")
+    data = EFFECT_TEST.read(diagnosed / "results")
     assert list(data.log_bayes_factor_of_each) == ["crank_arm_error", "scale_error"]
     assert data.fitted.with_effects_mm > 0
     assert data.gap.evaluated_on == ("fast",)

@@ -6,7 +6,7 @@ import pytest
 
 from calib.diagnosis_summary import diagnosis_lines
 from calib.diagnosis_summary import test_lines as lines_of_test
-from diagnosis.result import DiagnosisResult, Experiment, SuppositionResult
+from diagnosis.result import DiagnosisResult, EffectTestResult, Experiment
 from tests.reports.diagnoses import made_diagnosed
 
 CLOCK = "time_base_error"
@@ -87,5 +87,5 @@ def test_numbers_have_the_digits_of_their_interval_and_ratios_no_unit() -> None:
 
 def test_a_supposed_gap_that_grows_is_reported_to_grow() -> None:
     gap = made_diagnosed("named", gap={"shrinkage": -0.04, "shrinkage_ci95": [-0.25, 0.2]}).gap
-    reported = SuppositionResult(("wave_drag",), 1.4, {"wave_drag": 1.4}, {}, gap, gap)
+    reported = EffectTestResult(("wave_drag",), 1.4, {"wave_drag": 1.4}, {}, gap, gap)
     assert lines_of_test(reported)[-1] == "The held-out gap grows by 4% (-20% to 25%)."

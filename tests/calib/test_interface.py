@@ -17,13 +17,13 @@ import typer
 import calib as front
 from calib import cli, interface
 from calib.capture import command as capture_command
-from calib.capture import functions as capture_functions
 from calib.entry import PACKAGES
 from calib.results.figures import Figures, FitFigures, GapFigures, PosteriorFigures
 from reports import gallery
 from reports.sections import posterior as posterior_section
 from reports.sections.gap_plots import gap_plots
 from swimmer import load_robot
+from tests.calib import desk
 from tests.calib.door import files_in
 from tests.reports.diagnoses import made_diagnosed, made_everything
 from tests.reports.posteriors import made_summary
@@ -35,7 +35,7 @@ PUBLIC = {name: getattr(interface, name) for name in FUNCTIONS} | {
     f"{module}.{name}": getattr(getattr(interface, module), name)
     for module in ("benchmark", "camera", "capture")
     for name in getattr(interface, module).__all__
-    if inspect.isfunction(getattr(getattr(interface, module), name)) and name != "main"
+    if inspect.isfunction(getattr(getattr(interface, module), name))
 }
 """Every public function by its name after `calib.`."""
 OF_COMMAND = {"edit": "correct", "convert": "convert_tracks", "mjcf": "export_mjcf", "new": "new_session"}
@@ -82,6 +82,18 @@ def commands_with_options() -> dict[str, set[str]]:
 COMMANDS = commands_with_options()
 
 
+def examples() -> dict[str, list[doctest.DocTest]]:
+    """The examples of every public name after `calib.`: of its docstring and those of its methods."""
+    finder, public = doctest.DocTestFinder(), {name: getattr(interface, name) for name in interface.__all__}
+    modules = {name: what for name, what in public.items() if inspect.ismodule(what)}
+    public |= {f"{name}.{own}": getattr(module, own) for name, module in modules.items() for own in module.__all__}
+    found = {name: finder.find(what, name, module=False, globs={"calib": front}) for name, what in public.items()}
+    return {name: tests[:1] if name in modules else tests for name, tests in found.items()}
+
+
+EXAMPLES = examples()
+
+
 @pytest.mark.parametrize("name", PUBLIC)
 def test_every_function_says_what_it_takes_and_raises_and_shows_an_example(name: str) -> None:
     text = inspect.getdoc(PUBLIC[name]) or ""
@@ -91,11 +103,33 @@ def test_every_function_says_what_it_takes_and_raises_and_shows_an_example(name:
         assert argument in text or "Args, Raises:" in text
 
 
-def test_the_examples_are_right(whole: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Those of sessions are of a finished one, `pool`."""
-    monkeypatch.chdir(whole.parent)
-    for module in (interface, interface.camera, interface.benchmark, capture_functions):
-        assert doctest.testmod(module).failed == 0
+@pytest.fixture
+def a_desk(whole: Path, finished_session: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder with what the examples use."""
+    desk.lay_out(whole.parent, whole, finished_session)
+    desk.stand_in(monkeypatch)
+    return whole.parent
+
+
+@pytest.mark.parametrize("name", EXAMPLES)
+def test_every_public_name_has_an_example_and_none_is_skipped(name: str) -> None:
+    examples = [example for test in EXAMPLES[name] for example in test.examples]
+    assert examples, f"calib.{name} shows no example"
+    assert not any(example.options.get(doctest.SKIP) for example in examples)
+
+
+def test_there_are_few_public_names() -> None:
+    assert len(interface.__all__) <= 40
+
+
+def test_the_examples_are_right(a_desk: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """In a folder with what users have; what takes minutes or a motor is replaced, see `tests.calib.desk`."""
+    monkeypatch.chdir(a_desk)
+    runner = doctest.DocTestRunner(optionflags=doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE)
+    for tests in EXAMPLES.values():
+        for test in tests:
+            runner.run(test)
+    assert runner.failures == 0
 
 
 @pytest.mark.parametrize("command", sorted(set(COMMANDS) - OF_CHECKOUT - OF_SWIMGYM))

@@ -46,6 +46,12 @@ def test_a_session_holds_what_the_files_tell_and_says_what_is_missing(calib: Fro
     assert session.camera.fps == pytest.approx(60.0, rel=1e-3)
 
 
+def test_a_frame_rate_that_the_session_would_refuse_is_refused_at_once(calib: Front, own: Path, tmp_path: Path) -> None:
+    given = ("new", tmp_path / "pool", "--tracks", own / "swim f0_60.csv", "--fps", "50")
+    assert_reports(calib(*given), "--fps", "found 50; by their time stamps 60 in swim_f0_60", "a session each")
+    assert not (tmp_path / "pool").exists()
+
+
 def test_commands_and_fit_trials_can_be_named(own: Path, tmp_path: Path) -> None:
     tracks = [str(own / "f1_00.csv"), own / "swim f0_60.csv"]
     folder = front.new_session(

@@ -196,7 +196,10 @@ def index_first(path: Path) -> None:
 
 
 def test_a_session_without_video_is_reported_so(calib: Front, fresh: Path) -> None:
-    assert_reports(calib("track", fresh), "session.toml", "no video to track", "video = ")
+    outcome = calib("track", fresh)
+    assert outcome.code == 0
+    assert outcome.out.startswith("No video to track: the tracks of slow and fast are given.\n")
+    assert_reports(calib("track", fresh, "--click"), "session.toml", "no video to track", "video = ")
 
 
 def test_tracks_of_a_file_win_over_the_video(calib: Front, filmed: Path) -> None:

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import calib as front
 from tests.calib.door import Front, assert_reports, edit
 from tests.calib.filmed import FRAMES, NAMES
 from tests.calib.test_left_out import MOTOR_LOG
@@ -124,3 +125,9 @@ def test_without_a_viewer_it_says_so_and_the_recording_stands(
     assert "pip install rerun-sdk" in outcome.err
     assert recording in outcome.err
     assert started == []
+
+
+def test_where_it_cannot_be_shown_inline_a_sentence_says_why(fresh: Path) -> None:
+    made = front.view(fresh, inline=True)
+    assert made.file.is_file()
+    assert f"open {made.file} in the Rerun viewer" in made.notes[-1]

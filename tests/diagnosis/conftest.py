@@ -2,11 +2,11 @@ from __future__ import annotations
 
 import pytest
 
-from diagnosis.pushes import Responses, responses
+from diagnosis.generalised_forces import ForceResponses, responses
 from tests.diagnosis.linear_models import linear
 
 
 @pytest.fixture(scope="session")
-def pushed() -> Responses:
+def pushed() -> ForceResponses:
     """What forces and torques do to the swims of `linear_models`."""
     return responses(linear())

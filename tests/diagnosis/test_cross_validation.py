@@ -9,7 +9,7 @@ import pytest
 
 from diagnosis.cross_validation import Validated, left_out, refutable, validated
 from diagnosis.evidence import Hypotheses
-from diagnosis.gap import Shrinkage
+from diagnosis.gap import SkillScore
 from diagnosis.linear_model import LinearModel
 from diagnosis.probabilities import Hypothesis, Probabilities
 from diagnosis.refit import Refit, refit
@@ -48,7 +48,7 @@ def weighed() -> Hypotheses:
 def test_only_what_makes_forecasts_of_features_surely_worse_is_refuted(
     weighed: Hypotheses, names: tuple[str, ...], interval: tuple[float, float] | None, against: tuple[str, ...]
 ) -> None:
-    told = Shrinkage(2.0, 3.0, None if interval is None else sum(interval) / 2, interval)
+    told = SkillScore(2.0, 3.0, None if interval is None else sum(interval) / 2, interval)
     assert refutable(told, refitted(*names), weighed) == against
 
 
@@ -68,7 +68,7 @@ def test_a_trial_left_out_has_no_part_in_its_own_forecast() -> None:
     fixed.__dict__["covariance_with_gap_in"] = lambda _left: linear().covariance
     change = left_out(fixed, moved) - left_out(fixed, found)
     expected = fixed.whitened_swims(moved.residual) - fixed.whitened_swims(found.residual)
-    own = fixed.trial_of[fixed.told] == 0
+    own = fixed.trial_of[fixed.scored] == 0
     np.testing.assert_allclose(change[own], expected[own], atol=1e-6)
 
 

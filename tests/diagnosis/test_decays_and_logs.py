@@ -16,12 +16,12 @@ from diagnosis.discrepancy import discrepancy_for
 from diagnosis.evidence import Priors
 from diagnosis.experiments import _Pair, _with_a_decay
 from diagnosis.explaining import explained
+from diagnosis.generalised_forces import responses
 from diagnosis.linear_model import LinearModel
 from diagnosis.probabilities import Probabilities
-from diagnosis.pushes import responses
-from diagnosis.session_data import rings_of
+from diagnosis.session_data import free_decay_fits
 from diagnosis.verdict import verdict_of
-from diagnosis.where import OF_NO_MARKER, locate
+from diagnosis.where import OF_NO_MARKER, decompose
 from fitting.signatures import Signature, signature_of
 from session.create import FISHSIM_MARKERS
 from swimmer.effects import catalogue
@@ -38,7 +38,7 @@ TRIED = (CLOCK, RATIO, "stiffness_error", "joint_damping", "background_current")
 def linear(stiffer: float = 0.0, damped: float = 0.0) -> LinearModel:
     """Swims of the robot as described, without commands, beside a decay of one that is not."""
     told, twin = [replace(trial, commanded_hz=None) for trial in trials()], exact_twin(1)
-    rings = rings_of([decay(stiffer, damped)], twin).believed
+    rings = free_decay_fits([decay(stiffer, damped)], twin).believed
     discrepancy = discrepancy_for(FISHSIM_MARKERS, ROBOT)
     return LinearModel.of(told, twin, CAMERA, discrepancy, AT, rings=rings)
 
@@ -59,7 +59,7 @@ def seen(slower: float | None = None, logged: float | None = None) -> tuple[Line
     if logged is not None:
         told[0] = replace(told[0], logged_hz=logged * told[0].frequency.hz)
     beside = tuple(replace(each, trial=trial) for each, trial in zip(known.model.trials, told, strict=True))
-    rings = () if slower is None else rings_of([decay(slower=slower)], exact_twin(1)).believed
+    rings = () if slower is None else free_decay_fits([decay(slower=slower)], exact_twin(1)).believed
     at = replace(known, model=type(known.model)(beside, rings))  # its slopes are found anew
     found = explained(at, signatures(at), Priors())
     return found.linear, found.probabilities
@@ -111,7 +111,7 @@ def test_it_speaks_for_a_clock_or_for_a_gear() -> None:
 @pytest.mark.long
 def test_the_split_by_stage_and_by_trial_counts_it_and_adds_up() -> None:
     at = linear(0.15, 0.5)
-    where = locate(at, responses(at), signatures(at))
+    where = decompose(at, responses(at), signatures(at))
     assert where.by_stage["tail"] > 0.1
     assert where.by_trial["decay"] > 0.1
     for parts in (where.by_stage, where.by_trial, where.by_marker, where.by_axis, where.by_band):
@@ -123,7 +123,7 @@ def test_one_that_must_not_be_believed_is_left_out() -> None:
     seen = decay()
     shaken = np.array(seen.position_m)
     shaken[:, ::2, 1] += 0.02 * np.sin(9 * seen.time_s)[:, None]
-    found = rings_of([replace(seen, position_m=shaken)], exact_twin(1))
+    found = free_decay_fits([replace(seen, position_m=shaken)], exact_twin(1))
     assert found.believed == ()
     assert "explains only" in found.left_out["decay"]
 

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from threadpoolctl import threadpool_info, threadpool_limits
 
-from diagnosis import Diagnosis, SessionData, Settings, Supposition, diagnose, discrepancy_for, suppose
+from diagnosis import Diagnosis, EffectTest, SessionData, Settings, diagnose, discrepancy_for, weigh_effects
 from diagnosis.diagnosis_file import _parameters, diagnosis_result
 from diagnosis.refit import Refit, refit
 from diagnosis.result import DIAGNOSIS, parameters_of
@@ -121,9 +121,9 @@ def test_a_parameter_is_at_its_bound_where_its_value_is(name: str, value: float,
     assert effect.parameters[0].low <= told.ci95[0] <= told.ci95[1] <= effect.parameters[0].high
 
 
-def supposed(*names: str) -> Supposition:
+def supposed(*names: str) -> EffectTest:
     effects = [catalogue()[name] for name in names]
-    return suppose(data(), effects, Settings("quick"))
+    return weigh_effects(data(), effects, Settings("quick"))
 
 
 @pytest.mark.long
@@ -142,4 +142,4 @@ def test_the_arm_is_borne_out_and_a_bend_beside_it_is_not() -> None:
 
 def test_without_a_fitted_swim_nothing_is_said() -> None:
     with pytest.raises(NotEnoughData, match='no swim of role "fit"'):
-        suppose(replace(data(), trials=[]), [])
+        weigh_effects(replace(data(), trials=[]), [])

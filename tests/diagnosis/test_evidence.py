@@ -10,7 +10,7 @@ import pytest
 from scipy.stats import multivariate_normal, norm
 
 from diagnosis.effect_response import effect_responses
-from diagnosis.evidence import SIZES, Residual, log_mass, sized
+from diagnosis.evidence import SIZES, Residual, gaussian_evidence, log_mass
 from diagnosis.probabilities import Hypothesis, Probabilities
 from diagnosis.verdict import Verdict, verdict_of
 from fitting.signatures import Signature
@@ -185,7 +185,7 @@ def test_the_evidence_is_that_of_the_normal_distribution_averaged_over_sizes(
         covariance = np.diag(1 + own[2] ** 2 / q * residual.spread) + columns * np.square(own[:2]) @ columns.T
         densities.append(multivariate_normal(np.zeros(q), covariance).logpdf(residual.value))
     expected = np.logaddexp.reduce(densities) - np.log(len(densities))
-    found = sized(residual, responses, other, (0.0,)).evidence - q / 2 * np.log(2 * np.pi)
+    found = gaussian_evidence(residual, responses, other, (0.0,)).evidence - q / 2 * np.log(2 * np.pi)
     assert found == pytest.approx(expected, abs=0.02)
 
 
@@ -193,7 +193,7 @@ def test_places_add_what_their_columns_explain() -> None:
     """Beside one effect with the likeliest size, by the density of the normal distribution."""
     places = ((1.0, SPACE.projected(np.eye(K)[[7, 9]]).T),)
     found = hypotheses(noise(3) + 10 * DIRECTIONS[2] + 8 * np.eye(K)[7], places=places)
-    residual = sized(found.like_any, [found.best[2]], False, found.priors.form_error)  # type: ignore[list-item]
+    residual = gaussian_evidence(found.like_any, [found.best[2]], False, found.priors.form_error)  # type: ignore[list-item]
     known = np.diag(residual.variance) + residual.columns @ residual.columns.T
     place = found.like_any.turn @ found.places[0][1]
     place /= np.linalg.norm(place)

@@ -10,10 +10,10 @@ import pytest
 
 from diagnosis.evidence import Priors
 from diagnosis.explaining import explained
+from diagnosis.generalised_forces import ForceResponses, across
 from diagnosis.linear_model import LinearModel
 from diagnosis.local_discrepancies import LocalDiscrepancy, likely_of, local_discrepancies
 from diagnosis.probabilities import Probabilities
-from diagnosis.pushes import Responses, across
 from diagnosis.verdict import verdict_of
 from fitting.signatures import signature_of
 from session.create import FISHSIM_MARKERS
@@ -72,7 +72,7 @@ def test_a_force_across_the_tail_is_on_its_joints_as_mujoco_says() -> None:
 
 
 @pytest.fixture(scope="module")
-def elsewhere(pushed: Responses) -> tuple[LocalDiscrepancy, ...]:
+def elsewhere(pushed: ForceResponses) -> tuple[LocalDiscrepancy, ...]:
     return local_discrepancies(linear(), pushed)
 
 

@@ -9,7 +9,7 @@ from functools import lru_cache
 import numpy as np
 import pytest
 
-from diagnosis.non_periodic import Beside, non_periodic
+from diagnosis.non_periodic import NonPeriodicSize, non_periodic
 from diagnosis.verdict import verdict_of
 from fitting import MeasuredTrial
 from tests.diagnosis.rows import K, after, hypotheses
@@ -42,11 +42,11 @@ def lasting(trial: MeasuredTrial, shape: tuple[int, ...], scale_s: float, random
     return (root @ random.standard_normal((len(time_s), int(np.prod(shape))))).reshape(len(time_s), *shape)
 
 
-def sway_of(trials: Sequence[MeasuredTrial]) -> Beside:
+def sway_of(trials: Sequence[MeasuredTrial]) -> NonPeriodicSize:
     return non_periodic(trials).motion
 
 
-def delay_of(trials: Sequence[MeasuredTrial]) -> Beside:
+def delay_of(trials: Sequence[MeasuredTrial]) -> NonPeriodicSize:
     return non_periodic(trials).delay
 
 

@@ -8,10 +8,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from diagnosis.generalised_forces import HEAD, ForceResponses, GeneralisedForces
 from diagnosis.linear_model import LinearModel
 from diagnosis.local_discrepancies import LocalDiscrepancy, local_discrepancies
-from diagnosis.pushes import HEAD, Pushes, Responses
-from diagnosis.where import STAGES, Where, by_repeat, locate
+from diagnosis.where import STAGES, VarianceDecomposition, by_repeat, decompose
 from fitting.model.features import advanced
 from fitting.signatures import Signature, signature_of
 from session.create import FISHSIM_MARKERS
@@ -26,15 +26,15 @@ NAMED = ("entrained_water",)
 
 
 def located(
-    pushed: Responses,
+    pushed: ForceResponses,
     gap: np.ndarray,
     signatures: Sequence[Signature] = (),
     named: Collection[str] = (),
     placed: Sequence[LocalDiscrepancy] = (),
-) -> Where:
+) -> VarianceDecomposition:
     other: LinearModel = replace(linear())
     other.__dict__["residual"] = linear().residual + gap
-    return locate(other, pushed, signatures, named, placed)
+    return decompose(other, pushed, signatures, named, placed)
 
 
 def of_length(length: float, row: np.ndarray) -> np.ndarray:
@@ -47,7 +47,7 @@ def signature_named(name: str) -> Signature:
     return signature_of(effect, linear().model, CAMERA, linear().at)
 
 
-def test_without_a_gap_it_is_noise_and_shares_and_parts_add_up(pushed: Responses) -> None:
+def test_without_a_gap_it_is_noise_and_shares_and_parts_add_up(pushed: ForceResponses) -> None:
     found, at = located(pushed, np.zeros_like(linear().residual)), linear()
     assert found.by_stage["floor"] > 0.8
     for split in (found.by_stage, found.by_trial, found.by_marker, found.by_axis, found.by_band):
@@ -57,7 +57,7 @@ def test_without_a_gap_it_is_noise_and_shares_and_parts_add_up(pushed: Responses
 
 
 @pytest.mark.parametrize(("joint", "stage"), [("head_across", "body"), ("tail_3", "tail")])
-def test_a_missing_force_is_found_at_its_joint(pushed: Responses, joint: str, stage: str) -> None:
+def test_a_missing_force_is_found_at_its_joint(pushed: ForceResponses, joint: str, stage: str) -> None:
     number, harmonic = pushed.joints.index(joint), 1
     column = pushed.columns[:, :, number, harmonic].sum(axis=1)  # in both trials
     found = located(pushed, of_length(30, column))
@@ -68,7 +68,7 @@ def test_a_missing_force_is_found_at_its_joint(pushed: Responses, joint: str, st
     assert max(group, key=lambda i: size[i]) == number
 
 
-def test_a_marker_seen_elsewhere_is_the_cameras(pushed: Responses) -> None:
+def test_a_marker_seen_elsewhere_is_the_cameras(pushed: ForceResponses) -> None:
     effect = MarkerOffset(FISHSIM_MARKERS)
     values = np.zeros((1, len(effect.parameters)))
     values[0, [p.name for p in effect.parameters].index("tail_3_across")] = 0.03
@@ -78,7 +78,7 @@ def test_a_marker_seen_elsewhere_is_the_cameras(pushed: Responses) -> None:
     assert max(told, key=lambda name: told[name]) == "camera"
 
 
-def test_an_effect_that_is_named_lies_at_its_stage(pushed: Responses) -> None:
+def test_an_effect_that_is_named_lies_at_its_stage(pushed: ForceResponses) -> None:
     """Entrained water pushes the head too: what it does beyond the tail would else count as the body's."""
     signature = signature_named("entrained_water")
     told = {named: located(pushed, signature.rows[-1], [signature], named).by_stage for named in ((), NAMED)}
@@ -87,7 +87,7 @@ def test_an_effect_that_is_named_lies_at_its_stage(pushed: Responses) -> None:
 
 
 @pytest.mark.parametrize("place", ["hinge tail_2", "whole tail"])
-def test_what_is_at_a_place_lies_at_its_stage(pushed: Responses, place: str) -> None:
+def test_what_is_at_a_place_lies_at_its_stage(pushed: ForceResponses, place: str) -> None:
     """A torque in one hinge, or in all, moves all markers, so a little of it looks like the camera's."""
     (one,) = (each for each in local_discrepancies(linear(), pushed) if each.same and each.place == place)
     gap = of_length(12, one.columns[:, 1])
@@ -97,7 +97,7 @@ def test_what_is_at_a_place_lies_at_its_stage(pushed: Responses, place: str) -> 
     assert sum(told[True].values()) == pytest.approx(1.0, abs=1e-6)
 
 
-def test_every_place_has_a_stage(pushed: Responses) -> None:
+def test_every_place_has_a_stage(pushed: ForceResponses) -> None:
     found = {each.place: each.stage for each in local_discrepancies(linear(), pushed)}
     assert set(found.values()) == set(STAGES) - {"floor", "drive"}
     told = [found[place] for place in ("hinge tail_2", "whole tail", "head, steadily", "marker nose")]
@@ -105,7 +105,7 @@ def test_every_place_has_a_stage(pushed: Responses) -> None:
 
 
 def test_no_push_is_the_plain_twin() -> None:
-    effect = Pushes(linear().twin.robot)
+    effect = GeneralisedForces(linear().twin.robot)
     assert effect.force(linear().twin.robot, linear().twin.scene, np.zeros((2, len(effect.parameters)))) is None
 
 

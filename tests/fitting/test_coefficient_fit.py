@@ -9,7 +9,7 @@ import pytest
 
 from fitting.coefficient_fit import _flags, fit_coefficients
 from fitting.model import mode
-from fitting.model.mode import End
+from fitting.model.mode import SearchEnd
 from swimmer import FluidCoefficients
 from tests.fitting.exact_swims import exact_swims, exact_twin
 
@@ -19,15 +19,15 @@ NARROW = 0.05
 
 def end(
     coefficients: np.ndarray = GOOD, log_density: float = 0.0, *, converged: bool = True, forward: bool = True
-) -> End:
-    return End(coefficients, coefficients, log_density, converged, forward)
+) -> SearchEnd:
+    return SearchEnd(coefficients, coefficients, log_density, converged, forward)
 
 
-def kinds(*ends: End, disagree: tuple[End, ...] = (), width: float = NARROW) -> list[str]:
+def kinds(*ends: SearchEnd, disagree: tuple[SearchEnd, ...] = (), width: float = NARROW) -> list[str]:
     return [flag.kind for flag in flags(*ends, disagree=disagree, width=width)]
 
 
-def flags(*ends: End, disagree: tuple[End, ...] = (), width: float = NARROW) -> tuple:
+def flags(*ends: SearchEnd, disagree: tuple[SearchEnd, ...] = (), width: float = NARROW) -> tuple:
     found = ends[0].coefficients
     likeliest = SimpleNamespace(ends=ends, coefficients=found, disagree=disagree)
     interval = np.clip(np.column_stack([found * (1 - width), found * (1 + width)]), 0, 10)

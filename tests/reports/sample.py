@@ -12,7 +12,7 @@ from fitting.ebt import FORMS, EbtFit
 from fitting.frequency import SwimFrequency
 from fitting.in_pool import tail_markers
 from fitting.model.forecast import Scatter
-from fitting.model.mode import End
+from fitting.model.mode import SearchEnd
 from fitting.model.roll import NO_ROLL
 from fitting.model.session_forecast import Forecast, ForecastTrial, SessionForecast
 from fitting.model.variance import MEDIANS
@@ -79,7 +79,7 @@ def made_fit() -> CoefficientFit:
     """Three starts: the best at a bound, another as likely elsewhere, one that swims backward."""
     found = (BEST, BEST._replace(angular_drag=6.0), BEST._replace(kutta_lift=9.0))
     ends = tuple(
-        End(np.full(5, 5.0 - rank), np.array(end), density, rank == 0, rank < 2)
+        SearchEnd(np.full(5, 5.0 - rank), np.array(end), density, rank == 0, rank < 2)
         for rank, (end, density) in enumerate(zip(found, (100.0, 99.5, 101.0), strict=True))
     )
     flags = (Flag("at_bound", message="magnus_lift = 0 is at its bound 0: the data favour a value beyond it"),)

@@ -14,7 +14,7 @@ from reports.figures.crank_surface import crank_surface_figure
 from reports.sections.dry_runs import dry_run_section
 from session import Flag
 
-SLACK = Flag("tendon_slack", message="for 83 % of the turn a tendon is shorter than at rest")
+SLACK = Flag("tendon_pushes", message="for 83 % of the turn a tendon is shorter than at rest")
 
 
 def made_run(name: str, hz: float, phase_rad: float, **changes: object) -> CrankTrial:

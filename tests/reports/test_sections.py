@@ -42,11 +42,11 @@ def full() -> Page:
 
 
 def test_forecasts_are_next_to_the_best_simple_baseline(full: Page) -> None:
-    assert "Held-out speed error, given the frequency: twin with discrepancy 4.0 mm/s, alone" in full.text
+    assert "Held-out speed error, given the frequency: twin 4.0 mm/s (alone, without its discrepancy," in full.text
     assert "line in frequency 2.0 mm/s. The twin is not better than the best baseline: gain −2.0 mm/s." in full.text
     assert "after two beats: twin 12.0 mm; continuation of two beats 9.0 mm. The twin is not better." in full.text
     assert "continuation of two beats (baseline) 1.0 9.0 5.0" in full.text
-    assert "twin after two beats 3.0 12.0 6.0 90 %" in full.text
+    assert "twin, after two beats 3.0 12.0 6.0 90 %" in full.text
 
 
 def test_without_a_held_out_trial_nothing_is_reported_of_forecasts() -> None:

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 import serial
 
-from calib.capture import main
+from calib.capture.command import main
 from calib.motor import Emulator
 from calib.motor.pseudo_terminal import PseudoTerminal
 from session import load_session

@@ -48,6 +48,9 @@ class VirtualPort:
         """Time of a byte on the line, ms."""
         return 1000.0 * BITS_A_BYTE / self.baudrate
 
+    def getBaudRate(self) -> int:
+        return self.baudrate
+
     def openPort(self) -> bool:
         return self.setBaudRate(self.baudrate)
 

@@ -93,7 +93,7 @@ def test_only_tendons_unlike_those_of_the_built_in_robot_are_flagged() -> None:
 
     assert first.tendons.slack_share > 0.5
     assert first.tendons.stretch < 0.001
-    assert "a string would be slack there, the twin's springs push" in flags["tendon_slack"]
+    assert "a string would be slack there, the twin's springs push" in flags["tendon_pushes"]
     assert "published are about 3 %" in flags["tendon_stretch"]
 
 

@@ -18,7 +18,7 @@ from fitting.model.forecast import (
     scatter_of,
     tracks_of,
 )
-from fitting.model.robot_doubt import doubted_twins, doubts_of
+from fitting.model.robot_uncertainty import perturbed_twins, uncertainties_of
 from fitting.model.session_forecast import BASELINES
 from fitting.model.session_model import START_PHASE_RAD, SessionModel
 from fitting.model.trial_model import TrialModel
@@ -31,7 +31,7 @@ SESSIONS, HOLD = 20, 0.8  # of a long test of intervals, nominally 0.9: five coe
 
 
 def mode_of(drawn: DrawnSession, starts: int = 2) -> Mode:
-    doubted = doubted_twins(drawn.twin, doubts_of(assumed(drawn.twin.robot).sources))
+    doubted = perturbed_twins(drawn.twin, uncertainties_of(assumed(drawn.twin.robot).sources))
     windows = (TrialModel(drawn.twin, each, START_PHASE_RAD, doubted, with_course=True) for each in drawn.trials)
     return find_mode(SessionModel(tuple(windows)), starts)
 

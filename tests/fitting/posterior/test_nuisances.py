@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fitting.model.features import advanced, phase_between
-from fitting.model.trial_model import START_SD, Freedoms, TrialModel
+from fitting.model.trial_model import START_SD, Sensitivities, TrialModel
 from session.create import FISHSIM_MARKERS
 from swimmer import RobotSpec, Runs, Twin
 from synthetic import PLAUSIBLE_COEFFICIENTS
@@ -22,7 +22,7 @@ def model() -> TrialModel:
 
 
 @pytest.fixture(scope="module")
-def freedoms(model: TrialModel) -> Freedoms:
+def freedoms(model: TrialModel) -> Sensitivities:
     return model.freedoms(TRUTH)
 
 
@@ -53,14 +53,14 @@ def test_the_simulated_features_at_the_truth_is_the_measured_one(model: TrialMod
 
 @pytest.mark.parametrize("axis", [0, 1, 2])
 def test_the_start_moves_it_as_a_simulation_from_another_start(
-    model: TrialModel, freedoms: Freedoms, axis: int
+    model: TrialModel, freedoms: Sensitivities, axis: int
 ) -> None:
     start, shift = model.trial.start_velocity, np.eye(3)[axis] * START_SD[axis]
     up, down = (read(model, simulated(model, start + sign * shift)) for sign in (0.5, -0.5))
     assert freedoms.own[:, axis] == pytest.approx(up - down, abs=0.05 * np.abs(up - down).max())
 
 
-def test_the_frequency_moves_it_as_a_crank_that_turns_faster(model: TrialModel, freedoms: Freedoms) -> None:
+def test_the_frequency_moves_it_as_a_crank_that_turns_faster(model: TrialModel, freedoms: Sensitivities) -> None:
     start, relative = model.trial.start_velocity, model.trial.frequency.se_hz / model.trial.frequency.hz
     up, down = (read(model, simulated(model, start, 1.0 + sign * 0.005)) for sign in (1, -1))
     expected = relative * (up - down) / 0.01
@@ -70,7 +70,7 @@ def test_the_frequency_moves_it_as_a_crank_that_turns_faster(model: TrialModel, 
 @pytest.mark.parametrize("marker", [NOSE, NECK, 4, FIN])
 @pytest.mark.parametrize("axis", [0, 1])
 def test_a_box_off_its_marker_moves_it_with_scale_and_heading(
-    model: TrialModel, freedoms: Freedoms, marker: int, axis: int
+    model: TrialModel, freedoms: Sensitivities, marker: int, axis: int
 ) -> None:
     marker_m = simulated(model, model.trial.start_velocity)
     shifted = marker_m.copy()
@@ -83,7 +83,7 @@ def test_a_box_off_its_marker_moves_it_with_scale_and_heading(
 @pytest.mark.parametrize("name", ["nose", "neck", "tail_2", "caudal_fin"])
 @pytest.mark.parametrize("axis", [0, 1])
 def test_a_marker_glued_off_its_place_moves_it_as_a_robot_made_so(
-    model: TrialModel, freedoms: Freedoms, name: str, axis: int
+    model: TrialModel, freedoms: Sensitivities, name: str, axis: int
 ) -> None:
     off = np.eye(3)[axis] * 0.001
     marker = ROBOT.markers[name].model_copy(update={"position_m": tuple(np.add(ROBOT.markers[name].position_m, off))})

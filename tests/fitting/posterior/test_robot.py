@@ -8,7 +8,7 @@ from typing import cast
 import numpy as np
 import pytest
 
-from fitting.model.robot_doubt import doubts_of
+from fitting.model.robot_uncertainty import uncertainties_of
 from fitting.posterior import Posterior
 from fitting.posterior.robot import robot_flags, robot_parts
 from fitting.structure import assumed
@@ -23,7 +23,7 @@ def known_posterior(nuisance: float) -> Posterior:
     likelihood = SimpleNamespace(emulator=lambda c: np.column_stack([c[:, 0], np.zeros(len(c))]))
     coefficients = np.zeros((20000, 5))
     coefficients[:, 0] = 3.0 + np.sqrt(2 * NOISE) * np.random.default_rng(0).standard_normal(20000)
-    doubt = doubts_of(assumed(load_robot()).sources)[2]
+    doubt = uncertainties_of(assumed(load_robot()).sources)[2]
     trial = SimpleNamespace(doubted=(SimpleNamespace(doubt=doubt),))
     mode = SimpleNamespace(
         blocks=(SimpleNamespace(freedoms=SimpleNamespace(robot=columns)),),

@@ -15,7 +15,7 @@ UNMEASURED_SD = {"hinge_stiffness": 0.1, "hinge_damping": 0.2, "crank_arm": 0.02
 """Relative standard deviation of what nobody measured."""
 
 
-class Doubt(NamedTuple):
+class ParameterUncertainty(NamedTuple):
     """How far a number of the robot may be off.
 
     Attributes:
@@ -31,7 +31,7 @@ class Doubt(NamedTuple):
         return with_sources(robot, (self.source._replace(value=(1 + off) * self.source.value),))
 
 
-class DoubtedTwin(NamedTuple):
+class PerturbedTwin(NamedTuple):
     """A twin on either side of what is believed, by a step that is the same however sure one is.
 
     Attributes:
@@ -40,7 +40,7 @@ class DoubtedTwin(NamedTuple):
         step: relative, from what is believed to either.
     """
 
-    doubt: Doubt
+    doubt: ParameterUncertainty
     more: Twin
     less: Twin
     step: float
@@ -51,21 +51,21 @@ class DoubtedTwin(NamedTuple):
         return self.doubt.sd / (2 * self.step)
 
 
-def doubts_of(sources: Iterable[Source]) -> tuple[Doubt, ...]:
+def uncertainties_of(sources: Iterable[Source]) -> tuple[ParameterUncertainty, ...]:
     """By the standard error of what was measured, by the stated share of what was not; a number that is 0 stays 0."""
     return tuple(
-        Doubt(source, UNMEASURED_SD[source.quantity] if source.se is None else source.se / source.value)
+        ParameterUncertainty(source, UNMEASURED_SD[source.quantity] if source.se is None else source.se / source.value)
         for source in sources
         if source.value > 0
     )
 
 
-def doubted_twins(twin: Twin, doubts: Sequence[Doubt]) -> tuple[DoubtedTwin, ...]:
+def perturbed_twins(twin: Twin, doubts: Sequence[ParameterUncertainty]) -> tuple[PerturbedTwin, ...]:
     """Two twins for each doubt."""
 
-    def doubted(doubt: Doubt) -> DoubtedTwin:
+    def doubted(doubt: ParameterUncertainty) -> PerturbedTwin:
         step = UNMEASURED_SD[doubt.source.quantity]
         more, less = (twin.of_robot(doubt.robot(twin.robot, off)) for off in (step, -step))
-        return DoubtedTwin(doubt, more, less, step)
+        return PerturbedTwin(doubt, more, less, step)
 
     return tuple(map(doubted, doubts))

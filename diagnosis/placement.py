@@ -9,9 +9,9 @@ import numpy as np
 from scipy.optimize import minimize
 
 from fitting.model.features import of_markers
-from fitting.model.session_model import Disturbances, PlacesOff
+from fitting.model.session_model import NuisanceModel, PlacementUncertainty
 
-TAKEN = PlacesOff(box_m=0.003, marker_m=0.001)
+TAKEN = PlacementUncertainty(box_m=0.003, marker_m=0.001)
 """Before the trials are looked at: boxes a few pixels, markers as well as a ruler places them."""
 
 _LN_SD = 0.7  # of either size
@@ -19,9 +19,9 @@ _ENDS_M = (1e-4, 0.05)
 _STARTS = ((1.0, 1.0), (3.0, 1.0), (1.0, 10.0))  # times what is taken
 
 
-def places_off(
-    residual: np.ndarray, trials: int, disturbances: Disturbances, marker_m: float | None = None
-) -> PlacesOff:
+def placement_uncertainty(
+    residual: np.ndarray, trials: int, disturbances: NuisanceModel, marker_m: float | None = None
+) -> PlacementUncertainty:
     """The likeliest sizes.
 
     Args:
@@ -45,7 +45,7 @@ def places_off(
         minimize(deviance, taken + np.log(start), method="L-BFGS-B", bounds=ends, options={"ftol": 1e-7})
         for start in _STARTS
     ]
-    return PlacesOff(*map(float, np.exp(min(found, key=lambda each: float(each.fun)).x)))
+    return PlacementUncertainty(*map(float, np.exp(min(found, key=lambda each: float(each.fun)).x)))
 
 
 def mean_places(length: int, trials: int) -> np.ndarray:

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from diagnosis.constants import CALLED_FOR, SHARES
-from diagnosis.everything import everything, likeliest_share
 from diagnosis.held_out import HeldOut
 from diagnosis.linear_model import LinearModel
 from diagnosis.refit import Refit
+from diagnosis.ridge import likeliest_share, ridge_fit
 from fitting.dry_run.response import with_arm
 from fitting.signatures import Signature, signature_of
 from fitting.signatures.slopes import little
@@ -62,7 +62,7 @@ def leaving(left: np.ndarray) -> LinearModel:
 def test_of_noise_nothing_is_made() -> None:
     for seed in range(12):
         at = leaving(noise(np.random.default_rng([seed, 41])))
-        assert everything(at, signatures(), catalogue(), Refit.plain(at), 1) is None
+        assert ridge_fit(at, signatures(), catalogue(), Refit.plain(at), 1) is None
 
 
 @pytest.mark.parametrize("share", [0.35, 1.0])
@@ -97,7 +97,7 @@ def test_a_robot_with_several_things_amiss_is_forecast_better() -> None:
     twin = Twin(described, FISHSIM_MARKERS, workers=1)
     at = LinearModel.of(fitted, twin, CAMERA, linear().discrepancy, AT)
     told = [signature_of(catalogue()[name], at.model, CAMERA, at.at) for name in NAMES]
-    found = everything(at, told, catalogue(), Refit.plain(at), 4)
+    found = ridge_fit(at, told, catalogue(), Refit.plain(at), 4)
     assert found is not None
     assert found.share in SHARES
     assert found.strengths["crank_arm_error", "relative"] > 1

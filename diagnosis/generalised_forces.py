@@ -17,13 +17,13 @@ PER_JOINT = 1 + 2 * HARMONICS
 FORCE_N, MOMENT_N_M, TORQUE_N_M = 0.02, 0.004, 0.004  # that responses are measured with
 
 
-class Pushes(Effect):
+class GeneralisedForces(Effect):
     """Forces along and across the head (N), a moment on it and torques in the hinges (N m), each a mean and harmonics.
 
     Of the crank's angle. In no catalogue: it stands for whatever is missing.
     """
 
-    name = "pushes"
+    name = "generalised_forces"
     family = "fluid"
     stage = "body"
     physics = "Generalised forces that are periodic with the crank."
@@ -54,20 +54,20 @@ class Pushes(Effect):
         def force(state: StepState) -> np.ndarray:
             crank = state.position[:, free]
             columns = np.column_stack([np.ones(len(crank)), waves(crank, HARMONICS)])
-            told = np.einsum("njc,nc->nj", amplitudes, columns)
+            amount = np.einsum("njc,nc->nj", amplitudes, columns)
             result = np.zeros_like(state.velocity)
             if free:
                 cos, sin = np.cos(state.position[:, 2]), np.sin(state.position[:, 2])
-                result[:, 0] = cos * told[:, 0] - sin * told[:, 1]
-                result[:, 1] = sin * told[:, 0] + cos * told[:, 1]
-                result[:, 2] = told[:, 2]
-            result[:, free + 1 :] = told[:, len(HEAD) :]
+                result[:, 0] = cos * amount[:, 0] - sin * amount[:, 1]
+                result[:, 1] = sin * amount[:, 0] + cos * amount[:, 1]
+                result[:, 2] = amount[:, 2]
+            result[:, free + 1 :] = amount[:, len(HEAD) :]
             return result
 
         return force
 
 
-class Responses(NamedTuple):
+class ForceResponses(NamedTuple):
     """What missing forces do to the rows of each trial.
 
     Attributes:
@@ -81,9 +81,9 @@ class Responses(NamedTuple):
     unit: np.ndarray
 
 
-def responses(linear: LinearModel) -> Responses:
+def responses(linear: LinearModel) -> ForceResponses:
     """To each force alone, linear about the twin."""
-    pushes = Pushes(linear.twin.robot)
+    pushes = GeneralisedForces(linear.twin.robot)
     rows = signature_of(pushes, linear.model, linear.camera, linear.at, np.diag(pushes.sd)).rows  # (p, k)
     rows = np.nan_to_num(rows)
     trials, length = len(linear.trials), rows.shape[1]
@@ -93,7 +93,7 @@ def responses(linear: LinearModel) -> Responses:
         part = slice(own * trial, own * (trial + 1))
         columns[part, trial] = rows[:, part].T
     unit = pushes.sd.reshape(len(pushes.joints), PER_JOINT)[:, 0]
-    return Responses(pushes.joints, columns.reshape(length, trials, len(unit), PER_JOINT), unit)
+    return ForceResponses(pushes.joints, columns.reshape(length, trials, len(unit), PER_JOINT), unit)
 
 
 def across(place_m: float, hinge_m: np.ndarray) -> np.ndarray:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fitting.model import SessionModel
-from fitting.model.robot_doubt import UNMEASURED_SD, doubts_of
+from fitting.model.robot_uncertainty import UNMEASURED_SD, uncertainties_of
 from fitting.structure import Source, assumed
 from synthetic import PLAUSIBLE_COEFFICIENTS
 from tests.fitting.exact_swims import ROBOT, exact_swims, exact_twin
@@ -30,13 +30,13 @@ def robot(model: SessionModel) -> np.ndarray:
 
 
 def test_what_was_measured_is_free_by_its_standard_error() -> None:
-    assert [doubt.sd for doubt in doubts_of(measured(0.004))] == pytest.approx([0.004] * 3)
-    assert {doubt.source.quantity: doubt.sd for doubt in doubts_of(assumed(ROBOT).sources)} == UNMEASURED_SD
+    assert [doubt.sd for doubt in uncertainties_of(measured(0.004))] == pytest.approx([0.004] * 3)
+    assert {doubt.source.quantity: doubt.sd for doubt in uncertainties_of(assumed(ROBOT).sources)} == UNMEASURED_SD
 
 
 @pytest.mark.parametrize("which", range(3))
 def test_it_moves_a_features_as_a_robot_made_so(model: SessionModel, robot: np.ndarray, which: int) -> None:
-    doubt = doubts_of(assumed(ROBOT).sources)[which]
+    doubt = uncertainties_of(assumed(ROBOT).sources)[which]
     twins = [exact_twin().of_robot(doubt.robot(ROBOT, sign * doubt.sd / 2)) for sign in (1, -1)]
     more, less = (SessionModel.of(twin, [model.trials[0].trial]).simulated(TRUTH[None])[0] for twin in twins)
     column = robot[:, which]

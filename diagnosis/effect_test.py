@@ -1,4 +1,4 @@
-"""What somebody supposes: the twin with effects that a user names, whatever else may be amiss.
+"""Test of effects that a user names, whatever else may be amiss.
 
 A diagnosis names an effect only where the evidence leaves nothing else. Who has a reason to suspect one, or several,
 can ask what the swims say of just these: how much likelier they make the twin, each beside the others, and how far the
@@ -28,13 +28,13 @@ _ROUNDS = {"quick": 3, "full": 8}
 
 
 @dataclass(frozen=True, eq=False)
-class Supposition:
-    """The twin with supposed effects beside the plain one, both refitted to the same swims.
+class EffectTest:
+    """The twin with the tested effects beside the plain one, both refitted to the same swims.
 
     Attributes:
         refit: the twin with them.
         log_bayes_factor: natural logarithm of how much more probable the fitted swims are with them.
-        of_each: the same of each effect beside all others that are supposed.
+        of_each: the same of each effect in addition to all others that are tested.
         fitted: the fitted swims beside the plain twin, and beside the one with effects.
         gap: of the held-out swims; None without any that the twins can follow.
     """
@@ -47,17 +47,17 @@ class Supposition:
 
 
 @threadpool_limits.wrap(limits=1, user_api="blas")  # small matrices, for which threads only wait
-def suppose(
+def weigh_effects(
     data: SessionData,
     effects: Sequence[Effect],
     settings: Settings | None = None,
     tell: Tell = lambda _message, _share: None,
-) -> Supposition:
+) -> EffectTest:
     """Refits the twin with effects.
 
     Args:
         data: the trials.
-        effects: that are supposed, each once.
+        effects: that are tested, each once.
         settings: how much work, and the seed.
         tell: of the progress.
 
@@ -68,7 +68,7 @@ def suppose(
     settings = settings or Settings()
     tell("the plain twin", 0.0)
     linear = data.linear
-    tell("what the supposed effects would do", 0.4)
+    tell("what the tested effects would do", 0.4)
     signatures = [signature_of(effect, linear.model, linear.camera, linear.at) for effect in effects]
     weighed = explained(linear, signatures, settings.priors)
     linear, hypotheses = weighed.linear, weighed.hypotheses
@@ -85,7 +85,7 @@ def suppose(
     tell("held-out swims", 0.9)
     pair = [tuple(forecast_scores(linear, linear.swims, fit.effects, fit.at, fit.values)) for fit in (plain, best)]
     gap = HeldOut(linear, data.of_role(fitted=False), settings.seed).gap(best)
-    return Supposition(best, evidence - log_evidence(linear, plain), of_each, (pair[0], pair[1]), gap)
+    return EffectTest(best, evidence - log_evidence(linear, plain), of_each, (pair[0], pair[1]), gap)
 
 
 def _refuse_idle(signatures: Sequence[Signature], hypotheses: Hypotheses) -> None:

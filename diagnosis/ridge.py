@@ -28,7 +28,7 @@ _LOOKS = 4  # at which parameters of one sign would have the other
 _GAPS_M = np.geomspace(1e-4, 0.03, 12)  # sizes of the gap of no particular cause
 
 
-class Everything(NamedTuple):
+class RidgeFit(NamedTuple):
     """The refitted twin with all effects.
 
     Attributes:
@@ -58,9 +58,9 @@ class Everything(NamedTuple):
         return [(*each, float(value)) for each, value in zip(parameters, self.refit.values, strict=True)]
 
 
-def everything(
+def ridge_fit(
     linear: LinearModel, signatures: Sequence[Signature], effects: Mapping[str, Effect], named: Refit, rounds: int
-) -> Everything | None:
+) -> RidgeFit | None:
     """None where the swims do not clearly call for more than is named.
 
     Args:
@@ -79,7 +79,7 @@ def everything(
     width = _widths(suited, named, share)
     told = [rows for rows in map(_slopes, standing) if rows is not None]
     slopes = np.vstack([linear.slopes.T, *told]).T
-    return Everything(share, gained, refit(linear, [effects[e.name] for e in suited], start, rounds, width, slopes))
+    return RidgeFit(share, gained, refit(linear, [effects[e.name] for e in suited], start, rounds, width, slopes))
 
 
 def likeliest_share(linear: LinearModel, signatures: Sequence[Signature], named: Refit) -> tuple[float, float]:
@@ -90,10 +90,10 @@ def likeliest_share(linear: LinearModel, signatures: Sequence[Signature], named:
         signatures: of effects that stand.
         named: the twin with the named effects, or the plain one.
     """
-    told = [rows for rows in map(_slopes, signatures) if rows is not None]
-    assert len(told) == len(signatures), "an effect that makes the twin diverge is in no twin"
+    rows_of_each = [rows for rows in map(_slopes, signatures) if rows is not None]
+    assert len(rows_of_each) == len(signatures), "an effect that makes the twin diverge is in no twin"
     effects, features = [each.effect for each in signatures], slice(None, len(linear.model.measured))
-    columns, residual = np.vstack([linear.slopes.T, *told]).T[features], named.residual[features]
+    columns, residual = np.vstack([linear.slopes.T, *rows_of_each]).T[features], named.residual[features]
     known, generic = linear.covariance[features, features], linear.generic[features, features]
     ridges = [_Ridge.of(known + size**2 * generic, columns, residual) for size in _GAPS_M]
     sides = np.append(np.zeros(len(PRIOR_SD)), _sides(effects, named))
