@@ -1,0 +1,137 @@
+"""Works off the arms: which model a law is searched on. What was searched and tested once is kept in the suite."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+from benchmarks.cases import Failure, Records, Run, run_cases
+from benchmarks.effects.diagnosing import diagnose_one, program_of
+from benchmarks.effects.folder import DIAGNOSIS, SuiteFolder
+from benchmarks.effects.suite import SessionPlan
+from benchmarks.reality import World
+from benchmarks.transfer.laws import Make, Tested, searched, shipped_law, tested
+from benchmarks.transfer.robots import Robot, draw_robots, in_the_pool, load_worlds, plans
+from calib.options import Options
+from calib.pipeline import Pipeline, open_session
+from fitting.calibration_file import CALIBRATION
+from fitting.model.forecast import NORMAL_90
+from swimgym import Fish, Swimmers, load_fish
+
+ARMS = ("shipped", "published", "calibrated", "reality", "randomised", "effects")
+"""The law of the sample session as it is; laws searched on the published coefficients, the fit, the robot itself, draws
+about the fit, and the fit with the effects that were named. In the order in which they are worked off."""
+_TOGETHER = 12  # robots: a step of many costs little more than one of one
+
+
+@dataclass(frozen=True)
+class Flock:
+    """Robots that were searched for and tested together, by one arm."""
+
+    arm: str  # see `ARMS`
+    robots: dict[str, Tested]  # by session
+
+
+@dataclass(frozen=True)
+class _Case:
+    suite: Path
+    arm: str
+    number: int  # of the flock, the seed of its search on the published coefficients
+    robots: dict[str, Robot]
+    plans: dict[str, SessionPlan]
+
+
+def transfer(suite: SuiteFolder, count: int, seed: int, size: str, arms: Sequence[str], run: Run) -> tuple[Failure, ...]:
+    """Searches and tests what is missing.
+
+    Args:
+        suite: made with this seed and size; fits and diagnoses are written into its sessions.
+        count: robots, the first of the suite.
+        seed, size: of the suite.
+        arms: of `ARMS`.
+        run: how.
+
+    Returns:
+        What failed; the next run tries it again.
+
+    Raises:
+        InputError: there is no whole suite.
+    """
+    of = plans(seed, size)
+    names = suite.names[:count]
+    kept = Records(suite.folder / "transfer" / "robots", Robot)
+    failures = run_cases(draw_robots, {name: of[name] for name in kept.missing(names)}, run, kept.keep)
+    robots = {name: robot for name in names if (robot := kept.read(name)) is not None}
+    records = flocks(suite)
+    groups = [list(robots)[first : first + _TOGETHER] for first in range(0, len(robots), _TOGETHER)]
+    cases = {
+        f"{arm}-{number}": _Case(suite.folder, arm, number, {name: robots[name] for name in group}, of)
+        for arm in arms
+        for number, group in enumerate(groups)
+    }
+    missing = records.missing(list(cases))
+    return run_cases(_flock, {name: cases[name] for name in missing}, run, records.keep)
+
+
+def flocks(suite: SuiteFolder) -> Records[Flock]:
+    """What was searched and tested."""
+    return Records(suite.folder / "transfer" / "flocks", Flock)
+
+
+def _flock(case: _Case) -> Flock:
+    suite = SuiteFolder(case.suite)
+    robots = {name: robot for name, robot in case.robots.items() if case.arm != "effects" or _named(suite, name)}
+    if not robots:
+        return Flock(case.arm, {})
+    worlds = load_worlds(suite, robots, case.plans)
+    laws, promised = _laws(case.arm, suite, tuple(robots), worlds, case.number)
+    return Flock(case.arm, dict(zip(robots, tested(partial(in_the_pool, worlds), laws, promised), strict=True)))
+
+
+def _laws(
+    arm: str, suite: SuiteFolder, names: tuple[str, ...], worlds: tuple[World, ...], number: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """(r, p) laws and (r,) what they promise."""
+    count = len(names)
+    if arm == "shipped":
+        return np.tile(shipped_law(), (count, 1)), np.full(count, np.nan)
+    if arm == "reality":
+        return searched(lambda _, episodes, candidates: in_the_pool(worlds, episodes * candidates), count)
+    if arm == "published":
+        law, cost = searched(_twins([load_fish()], None), 1, number)
+        return np.tile(law, (count, 1)), np.tile(cost, count)
+    for name in names:
+        Pipeline(open_session(suite.sessions / name), Options("quick", workers=1)).fit()
+    fishes = [load_fish(suite.sessions / name, effects=arm == "effects") for name in names]
+    return searched(_twins(fishes, suite if arm == "randomised" else None, names), count)
+
+
+def _twins(fishes: Sequence[Fish], drawn: SuiteFolder | None, names: tuple[str, ...] = ()) -> Make[Swimmers]:
+    """Twins to search on; of sessions whose fit is drawn, another draw in every episode."""
+
+    def make(generation: int, episodes: int, candidates: int) -> Swimmers:
+        random = np.random.default_rng([generation, 17])
+        models = []
+        for _ in range(episodes):
+            own = [_drawn(fish, drawn.sessions / name, random) for fish, name in zip(fishes, names)] if drawn else fishes
+            models += [fish.models[0] for fish in own] * candidates
+        return Swimmers(models, len(models), workers=1)
+
+    return make
+
+
+def _drawn(fish: Fish, session: Path, random: np.random.Generator) -> Fish:
+    """With coefficients by the curvature of the fit's posterior at its mode, each by itself."""
+    fit = CALIBRATION.read(session / "results").fit
+    sd = np.diff(fit.interval, axis=1)[:, 0] / (2 * NORMAL_90)
+    return fish.with_coefficients(np.maximum(random.normal(list(fit.coefficients), sd), 1e-3))
+
+
+def _named(suite: SuiteFolder, name: str) -> bool:
+    """Whether a session's diagnosis, made here where it is missing, named effects that a model can hold."""
+    session = suite.sessions / name
+    if not (session / DIAGNOSIS).exists():
+        diagnose_one(program_of(""), suite.discrepancy, (session, frozenset()))
+    return any((session / "results").glob("calibrated+*.xml"))
