@@ -89,8 +89,10 @@ def _cost(laps: _Laps[S], laws: np.ndarray) -> np.ndarray:
 def tested(swimmers: Callable[[int], S], laws: np.ndarray, promised: np.ndarray) -> tuple[Tested, ...]:
     """Laws (r, p) that promise costs (r,), each on its robot, from starts that no search saw."""
     swum = _Laps(swimmers(_TESTED), _TESTED, _TEST_S, _TEST_SEED).swum(np.tile(laws, (_TESTED, 1)))
-    columns = [np.reshape(of, (_TESTED, -1)).T for of in (swum.reached, swum.off_path_m[0], swum.seconds)]
+    lapped, off_m, seconds = (
+        np.reshape(of, (_TESTED, -1)).T.tolist() for of in (swum.reached, swum.off_path_m[0], swum.seconds)
+    )
     return tuple(
-        Tested(*(tuple(row.tolist()) if np.ndim(row) else float(row) for row in each))
-        for each in zip(laws, promised, *columns, strict=True)
+        Tested(tuple(laws[r].tolist()), float(promised[r]), tuple(lapped[r]), tuple(off_m[r]), tuple(seconds[r]))
+        for r in range(len(laws))
     )

@@ -43,7 +43,9 @@ class _Case:
     plans: dict[str, SessionPlan]
 
 
-def transfer(suite: SuiteFolder, count: int, seed: int, size: str, arms: Sequence[str], run: Run) -> tuple[Failure, ...]:
+def transfer(
+    suite: SuiteFolder, count: int, seed: int, size: str, arms: Sequence[str], run: Run
+) -> tuple[Failure, ...]:
     """Searches and tests what is missing.
 
     Args:
@@ -62,7 +64,8 @@ def transfer(suite: SuiteFolder, count: int, seed: int, size: str, arms: Sequenc
     of = plans(seed, size)
     names = suite.names[:count]
     kept = Records(suite.folder / "transfer" / "robots", Robot)
-    failures = run_cases(draw_robots, {name: of[name] for name in kept.missing(names)}, run, kept.keep)
+    for name, made in draw_robots([of[name] for name in kept.missing(names)]).items():
+        kept.keep(name, made)
     robots = {name: robot for name in names if (robot := kept.read(name)) is not None}
     records = flocks(suite)
     groups = [list(robots)[first : first + _TOGETHER] for first in range(0, len(robots), _TOGETHER)]
@@ -115,7 +118,9 @@ def _twins(fishes: Sequence[Fish], drawn: SuiteFolder | None, names: tuple[str, 
         random = np.random.default_rng([generation, 17])
         models = []
         for _ in range(episodes):
-            own = [_drawn(fish, drawn.sessions / name, random) for fish, name in zip(fishes, names)] if drawn else fishes
+            own = list(fishes)
+            if drawn is not None:
+                own = [_drawn(fish, drawn.sessions / name, random) for fish, name in zip(own, names, strict=True)]
             models += [fish.models[0] for fish in own] * candidates
         return Swimmers(models, len(models), workers=1)
 

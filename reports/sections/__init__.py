@@ -20,6 +20,7 @@ from reports.sections import (
     provenance,
     residuals,
     speed_sweep,
+    steering,
     structure,
     summary,
     tail_beat,
@@ -42,6 +43,7 @@ QUESTIONS: tuple[tuple[str, tuple[SectionBuilder, ...]], ...] = (
             tail_beat.build,
         ),
     ),
+    ("Where can it be steered?", (steering.build,)),
     ("How sure are the coefficients?", (coefficients.build, posterior.build)),
     ("What is missing from the twin?", (gap.build,)),
     (
