@@ -43,15 +43,15 @@ class _Case:
     plans: dict[str, SessionPlan]
 
 
-def transfer(
-    suite: SuiteFolder, count: int, seed: int, size: str, arms: Sequence[str], run: Run
+def work_off(
+    suite: SuiteFolder, count: int, made_by: tuple[int, str], arms: Sequence[str], run: Run
 ) -> tuple[Failure, ...]:
     """Searches and tests what is missing.
 
     Args:
-        suite: made with this seed and size; fits and diagnoses are written into its sessions.
+        suite: fits and diagnoses are written into its sessions.
         count: robots, the first of the suite.
-        seed, size: of the suite.
+        made_by: its seed and size.
         arms: of `ARMS`.
         run: how.
 
@@ -61,7 +61,7 @@ def transfer(
     Raises:
         InputError: there is no whole suite.
     """
-    of = plans(seed, size)
+    of = plans(*made_by)
     names = suite.names[:count]
     kept = Records(suite.folder / "transfer" / "robots", Robot)
     for name, made in draw_robots([of[name] for name in kept.missing(names)]).items():
