@@ -27,7 +27,7 @@ Make = Callable[[int, int, int], S]
 
 
 @dataclass(frozen=True)
-class Tested:
+class OnRobot:
     """A law on the robot that it is for."""
 
     law: tuple[float, ...]
@@ -86,13 +86,13 @@ def _cost(laps: _Laps[S], laws: np.ndarray) -> np.ndarray:
     return np.where(np.isfinite(cost), cost, 10.0)
 
 
-def tested(swimmers: Callable[[int], S], laws: np.ndarray, promised: np.ndarray) -> tuple[Tested, ...]:
+def tested(swimmers: Callable[[int], S], laws: np.ndarray, promised: np.ndarray) -> tuple[OnRobot, ...]:
     """Laws (r, p) that promise costs (r,), each on its robot, from starts that no search saw."""
     swum = _Laps(swimmers(_TESTED), _TESTED, _TEST_S, _TEST_SEED).swum(np.tile(laws, (_TESTED, 1)))
     lapped, off_m, seconds = (
         np.reshape(of, (_TESTED, -1)).T.tolist() for of in (swum.reached, swum.off_path_m[0], swum.seconds)
     )
     return tuple(
-        Tested(tuple(laws[r].tolist()), float(promised[r]), tuple(lapped[r]), tuple(off_m[r]), tuple(seconds[r]))
+        OnRobot(tuple(laws[r].tolist()), float(promised[r]), tuple(lapped[r]), tuple(off_m[r]), tuple(seconds[r]))
         for r in range(len(laws))
     )

@@ -10,7 +10,7 @@ from benchmarks.cases import Failure
 from benchmarks.effects.folder import DIAGNOSIS, SuiteFolder
 from benchmarks.effects.scored_diagnosis import read_diagnosis
 from benchmarks.scores import Scores, Table, resampled
-from benchmarks.transfer.laws import Tested
+from benchmarks.transfer.laws import OnRobot
 from benchmarks.transfer.run import flocks
 
 _NEAR_M = 0.05  # mean distance up to which a lap counts
@@ -30,7 +30,7 @@ class Pupil:
     """A robot, with what came of each arm."""
 
     name: str  # of its session
-    tested: Mapping[str, Tested]  # by arm
+    tested: Mapping[str, OnRobot]  # by arm
     skill: float  # S of its diagnosis: the share by which the gap of held-out swims shrinks; nan where nothing is named
 
     def log_mm(self, arm: str) -> float:
@@ -48,7 +48,7 @@ def pupils(suite: SuiteFolder) -> tuple[tuple[Pupil, ...], tuple[str, ...]]:
 
     Where a diagnosis named nothing that a model can hold, arm (d) is arm (b).
     """
-    found: dict[str, dict[str, Tested]] = {}
+    found: dict[str, dict[str, OnRobot]] = {}
     for flock in flocks(suite).every().values():
         for name, own in flock.robots.items():
             found.setdefault(name, {})[flock.arm] = own

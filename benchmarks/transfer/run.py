@@ -12,7 +12,7 @@ from benchmarks.effects.diagnosing import diagnose_one, program_of
 from benchmarks.effects.folder import DIAGNOSIS, SuiteFolder
 from benchmarks.effects.suite import SessionPlan
 from benchmarks.reality import World
-from benchmarks.transfer.laws import Make, Tested, searched, shipped_law, tested
+from benchmarks.transfer.laws import Make, OnRobot, searched, shipped_law, tested
 from benchmarks.transfer.robots import Robot, draw_robots, in_the_pool, load_worlds, plans
 from calib.options import Options
 from calib.pipeline import Pipeline, open_session
@@ -31,7 +31,7 @@ class Flock:
     """Robots that were searched for and tested together, by one arm."""
 
     arm: str  # see `ARMS`
-    robots: dict[str, Tested]  # by session
+    robots: dict[str, OnRobot]  # by session
 
 
 @dataclass(frozen=True)
