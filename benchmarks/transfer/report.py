@@ -1,10 +1,11 @@
 """`calib benchmark transfer`: success and circle error by arm, the share of the gap that each closes, and S."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
-from scipy.stats import rankdata
+from scipy.stats import spearmanr
 
 from benchmarks.cases import Failure
 from benchmarks.effects.folder import DIAGNOSIS, SuiteFolder
@@ -92,13 +93,11 @@ def _with(found: Sequence[Pupil], *arms: str) -> list[Pupil]:
 
 def _arms(found: Sequence[Pupil]) -> Table:
     rows = []
-    for arm in _WORDS:
-        if not (own := _with(found, arm, "published")):
-            continue
-        success = resampled(own, _success(arm))
-        error = resampled(own, _typical(arm))
-        ratio = resampled(own, _ratio(arm, "published"))
-        rows.append((_WORDS[arm], str(len(own)), str(success), str(error), "1" if arm == "published" else str(ratio)))
+    for arm, words in _WORDS.items():
+        if own := _with(found, arm, "published"):
+            success, error = resampled(own, partial(_success, arm=arm)), resampled(own, partial(_over, arm=arm))
+            ratio = resampled(own, partial(_over, arm=arm, of="published"))
+            rows.append((words, str(len(own)), str(success), str(error), str(ratio)))
     head = ("law searched on", "robots", "success, %", "error, mm", "error over that of (a)")
     return Table("Tested on the robot", head, tuple(rows))
 
@@ -108,7 +107,7 @@ def _gaps(found: Sequence[Pupil]) -> Table:
     for arm in ("shipped", "calibrated", "randomised", "effects"):
         if own := _with(found, arm, "published", "reality"):
             near = [pupil for pupil in own if np.exp(pupil.log_mm("reality")) <= 1000 * _NEAR_M]
-            shares = [str(resampled(some, _share(arm))) for some in (own, near)]
+            shares = [str(resampled(some, partial(_closed, arm=arm))) for some in (own, near)]
             better = sum(pupil.log_mm(arm) < pupil.log_mm("published") for pupil in own)
             rows.append((_WORDS[arm], *shares, f"{better} of {len(own)}"))
     head = ("law searched on", "all robots, %", "those that (e) can steer, %", "better than (a)")
@@ -118,38 +117,40 @@ def _gaps(found: Sequence[Pupil]) -> Table:
 def _skills(found: Sequence[Pupil]) -> tuple[tuple[str, ...], ...]:
     """Whether the diagnosis' S goes with what calibration or effects gained."""
     known = [pupil for pupil in _with(found, "calibrated", "effects", "reality") if np.isfinite(pupil.skill)]
-    gains: dict[str, Callable[[Pupil], float]] = {
-        "what calibration gains over (a)": lambda pupil: pupil.log_mm("published") - pupil.log_mm("calibrated"),
-        "what effects gain over (b)": lambda pupil: pupil.log_mm("calibrated") - pupil.log_mm("effects"),
-        "what is left between (b) and (e)": lambda pupil: pupil.log_mm("calibrated") - pupil.log_mm("reality"),
+    pairs = {
+        "what calibration gains over (a)": ("published", "calibrated"),
+        "what effects gain over (b)": ("calibrated", "effects"),
+        "what is left between (b) and (e)": ("calibrated", "reality"),
     }
-    return tuple((label, str(len(known)), str(resampled(known, _rank(gain)))) for label, gain in gains.items() if known)
+    return tuple(
+        (label, str(len(known)), str(resampled(known, partial(_rank, before=before, after=after))))
+        for label, (before, after) in pairs.items()
+        if known
+    )
 
 
-def _rank(gain: Callable[[Pupil], float]) -> Callable[[Sequence[Pupil]], float]:
-    def correlation(drawn: Sequence[Pupil]) -> float:
-        first, second = (rankdata([of(pupil) for pupil in drawn]) for of in (lambda pupil: pupil.skill, gain))
-        both = np.std(first) * np.std(second)
-        return float(np.mean((first - first.mean()) * (second - second.mean())) / both) if both else float("nan")
-
-    return correlation
+def _success(drawn: Sequence[Pupil], arm: str) -> float:
+    return float(100 * np.mean([pupil.success(arm) for pupil in drawn]))
 
 
-def _success(arm: str) -> Callable[[Sequence[Pupil]], float]:
-    return lambda drawn: float(100 * np.mean([pupil.success(arm) for pupil in drawn]))
+def _over(drawn: Sequence[Pupil], arm: str, of: str = "") -> float:
+    """Error, mm; of another arm's error, where one is given."""
+    return float(np.exp(_log(drawn, arm) - (_log(drawn, of) if of else 0.0)))
 
 
-def _typical(arm: str) -> Callable[[Sequence[Pupil]], float]:
-    return lambda drawn: float(np.exp(np.mean([pupil.log_mm(arm) for pupil in drawn])))
+def _log(drawn: Sequence[Pupil], arm: str) -> float:
+    return float(np.mean([pupil.log_mm(arm) for pupil in drawn]))
 
 
-def _ratio(arm: str, to: str) -> Callable[[Sequence[Pupil]], float]:
-    return lambda drawn: float(np.exp(np.mean([pupil.log_mm(arm) - pupil.log_mm(to) for pupil in drawn])))
+def _closed(drawn: Sequence[Pupil], arm: str) -> float:
+    """Share of the gap, %."""
+    a, x, e = (_log(drawn, each) for each in ("published", arm, "reality"))
+    return 100 * (a - x) / (a - e)
 
 
-def _share(arm: str) -> Callable[[Sequence[Pupil]], float]:
-    def closed(drawn: Sequence[Pupil]) -> float:
-        a, x, e = (np.mean([pupil.log_mm(each) for pupil in drawn]) for each in ("published", arm, "reality"))
-        return float(100 * (a - x) / (a - e))
-
-    return closed
+def _rank(drawn: Sequence[Pupil], before: str, after: str) -> float:
+    """Spearman's correlation of S with what is gained; nan where all are alike."""
+    gains = np.array([pupil.log_mm(before) - pupil.log_mm(after) for pupil in drawn])
+    skills = np.array([pupil.skill for pupil in drawn])
+    alike = np.ptp(gains) == 0 or np.ptp(skills) == 0
+    return float("nan") if alike else float(spearmanr(skills, gains).statistic)

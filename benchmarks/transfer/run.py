@@ -38,7 +38,7 @@ class Flock:
 class _Case:
     suite: Path
     arm: str
-    number: int  # of the flock, the seed of its search on the published coefficients
+    seed: int  # of the search on the published coefficients, which is one for all of them
     robots: dict[str, Robot]
     plans: dict[str, SessionPlan]
 
@@ -67,15 +67,14 @@ def work_off(
     for name, made in draw_robots([of[name] for name in kept.missing(names)]).items():
         kept.keep(name, made)
     robots = {name: robot for name in names if (robot := kept.read(name)) is not None}
-    records = flocks(suite)
-    groups = [list(robots)[first : first + _TOGETHER] for first in range(0, len(robots), _TOGETHER)]
-    cases = {
-        f"{arm}-{number}": _Case(suite.folder, arm, number, {name: robots[name] for name in group}, of)
-        for arm in arms
-        for number, group in enumerate(groups)
-    }
-    missing = records.missing(list(cases))
-    return run_cases(_flock, {name: cases[name] for name in missing}, run, records.keep)
+    records, cases = flocks(suite), {}
+    for arm in arms:
+        done = {name for flock in records.every().values() if flock.arm == arm for name in flock.robots}
+        todo = [name for name in robots if name not in done]
+        for first in range(0, len(todo), _TOGETHER):
+            group = {name: robots[name] for name in todo[first : first + _TOGETHER]}
+            cases[f"{arm}-{todo[first]}"] = _Case(suite.folder, arm, first // _TOGETHER, group, of)
+    return run_cases(_flock, cases, run, records.keep)
 
 
 def flocks(suite: SuiteFolder) -> Records[Flock]:
@@ -89,12 +88,12 @@ def _flock(case: _Case) -> Flock:
     if not robots:
         return Flock(case.arm, {})
     worlds = load_worlds(suite, robots, case.plans)
-    laws, promised = _laws(case.arm, suite, tuple(robots), worlds, case.number)
+    laws, promised = _laws(case.arm, suite, tuple(robots), worlds, case.seed)
     return Flock(case.arm, dict(zip(robots, tested(partial(in_the_pool, worlds), laws, promised), strict=True)))
 
 
 def _laws(
-    arm: str, suite: SuiteFolder, names: tuple[str, ...], worlds: tuple[World, ...], number: int
+    arm: str, suite: SuiteFolder, names: tuple[str, ...], worlds: tuple[World, ...], seed: int
 ) -> tuple[np.ndarray, np.ndarray]:
     """(r, p) laws and (r,) what they promise."""
     count = len(names)
@@ -103,7 +102,7 @@ def _laws(
     if arm == "reality":
         return searched(lambda _, episodes, candidates: in_the_pool(worlds, episodes * candidates), count)
     if arm == "published":
-        law, cost = searched(_twins([load_fish()], None), 1, number)
+        law, cost = searched(_twins([load_fish()], None), 1, seed)
         return np.tile(law, (count, 1)), np.tile(cost, count)
     for name in names:
         Pipeline(open_session(suite.sessions / name), Options("quick", workers=1)).fit()
