@@ -15,11 +15,11 @@ from swimgym.steering import start_of, steered
 from swimgym.swimmers import S
 
 GENERATIONS, CANDIDATES, EPISODES, SECONDS = 6, 12, 2, 25.0
-_LAP_S, _SLOW_M = 60.0, 0.3  # a lap is to take no longer; what one pays that does not move
+LAP_S, SLOW_M = 60.0, 0.3  # a lap is to take no longer; what one pays that does not move
 _LARGEST_WEIGHT = 0.3  # of the largest distance from the circle, beside the mean
 _WIDTH = 0.4  # of a search from scratch, how widely one looks about the shipped law
 _ELITE, _LEAST_WIDTH = 3, 0.02
-_TESTED, _TEST_S, _TEST_SEED = 4, 80.0, 1_000_003
+_TESTED, TEST_S, _TEST_SEED = 4, 80.0, 1_000_003
 _ASKEW_RAD = 0.2  # heading at the start, either way
 
 Make = Callable[[int, int, int], S]
@@ -81,14 +81,14 @@ def searched(make: Make[S], robots: int, seed: int = 0) -> tuple[np.ndarray, np.
 def _cost(laps: _Laps[S], laws: np.ndarray) -> np.ndarray:
     """(n,) m: off the circle, and behind the pace of a lap in time."""
     mean, largest = laps.swum(laws).off_path_m
-    share = laps.task.progress / (2 * np.pi * SECONDS / _LAP_S)  # type: ignore[attr-defined]
-    cost = mean + _LARGEST_WEIGHT * largest + _SLOW_M * np.clip(1 - share, 0.0, 1.0)
+    share = laps.task.progress / (2 * np.pi * SECONDS / LAP_S)  # type: ignore[attr-defined]
+    cost = mean + _LARGEST_WEIGHT * largest + SLOW_M * np.clip(1 - share, 0.0, 1.0)
     return np.where(np.isfinite(cost), cost, 10.0)
 
 
 def tested(swimmers: Callable[[int], S], laws: np.ndarray, promised: np.ndarray) -> tuple[OnRobot, ...]:
     """Laws (r, p) that promise costs (r,), each on its robot, from starts that no search saw."""
-    swum = _Laps(swimmers(_TESTED), _TESTED, _TEST_S, _TEST_SEED).swum(np.tile(laws, (_TESTED, 1)))
+    swum = _Laps(swimmers(_TESTED), _TESTED, TEST_S, _TEST_SEED).swum(np.tile(laws, (_TESTED, 1)))
     lapped, off_m, seconds = (
         np.reshape(of, (_TESTED, -1)).T.tolist() for of in (swum.reached, swum.off_path_m[0], swum.seconds)
     )

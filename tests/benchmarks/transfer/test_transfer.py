@@ -51,7 +51,7 @@ def test_candidates_meet_the_same_starts_and_each_robot_gets_a_law_of_its_own(mo
 
 def test_shares_of_the_gap_and_ranks_are_those_put_in(tmp_path: Path) -> None:
     suite, records = SuiteFolder(tmp_path), flocks(SuiteFolder(tmp_path))
-    errors = {"published": 40.0, "calibrated": 20.0, "reality": 10.0}
+    errors = {"shipped": 40.0, "published": 40.0, "calibrated": 20.0, "reality": 10.0}
     for arm, error in errors.items():
         robots = {f"w{i}": swum((error if arm != "calibrated" else error - i) / 1000) for i in range(6)}
         records.keep(f"{arm}-0", Flock(arm, robots | {"lost": OnRobot((0.0,), 0.0, (False,), (0.01,), (0.02,))}))
@@ -64,7 +64,9 @@ def test_shares_of_the_gap_and_ranks_are_those_put_in(tmp_path: Path) -> None:
     assert lost == ("lost",)
     text = scores_of(suite, "calib benchmark transfer").text()
     share = 100 * np.mean(np.log(40 / (20 - np.arange(6)))) / np.log(4)
-    assert f"| (b) calibrated twin | {share:.3g} (" in text
+    row = next(line for line in " ".join(text.split()).split("- ") if line.startswith("(b)") and "closed" in line)
+    assert f"cost closed, % {share:.3g} (" in row
+    assert "cheaper than (a) 6 of 6" in row
     assert "| what calibration gains over (a) | 6 | 1 (1 to 1) |" in text
     assert "Left out: lost" in text
 
