@@ -87,7 +87,7 @@ def scores_of(suite: SuiteFolder, command: str, failures: Sequence[Failure] = ()
         "Circle of 1 m, four episodes a robot: to either side, from headings up to 0.2 rad askew; no search saw them. "
         f"Success: a lap in 80 s, at most {1000 * _NEAR_M:.0f} mm off in the mean.",
         "All searches begin at the law of the sample: 6 generations of 12 candidates, half a lap to either side.",
-        f"Cost: the mean distance, and {SLOW_M:g} m times the share by which a lap falls short of one in {LAP_S:.0f} s. "
+        f"Cost: mean distance, and {SLOW_M:g} m times the share by which a lap falls short of one in {LAP_S:.0f} s. "
         "The searches weigh the largest distance too. Error alone is not comparable: who swims slowly keeps nearer.",
         "Error and cost are geometric means over robots; 95 % intervals by drawing robots anew. Shares of the gap are "
         "those of the logarithms: 0 % is (a), 100 % is (e).",
