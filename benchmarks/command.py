@@ -135,7 +135,7 @@ def transfer(
         )
     with progress_bar(as_json) as progress:
         failures = work_off(SuiteFolder(folder), count, (seed, suite), chosen, Run(workers, None, progress))
-    _print(scores_of(SuiteFolder(folder), f"calib benchmark transfer --folder {folder}", failures), as_json)
+    _print(scores_of(SuiteFolder(folder), "calib benchmark transfer --folder FOLDER", failures), as_json)
 
 
 def _score_effects(folder: Path, as_json: bool) -> None:

@@ -65,7 +65,7 @@ def test_shares_of_the_gap_and_ranks_are_those_put_in(tmp_path: Path) -> None:
     text = scores_of(suite, "calib benchmark transfer").text()
     share = 100 * np.mean(np.log(40 / (20 - np.arange(6)))) / np.log(4)
     row = next(line for line in " ".join(text.split()).split("- ") if line.startswith("(b)") and "closed" in line)
-    assert f"cost closed, % {share:.3g} (" in row
+    assert f"gap closed, % {share:.3g} (" in row
     assert "cheaper than (a) 6 of 6" in row
     assert "| what calibration gains over (a) | 6 | 1 (1 to 1) |" in text
     assert "Left out: lost" in text
