@@ -32,7 +32,9 @@ class Pupil:
 
     name: str  # of its session
     tested: Mapping[str, OnRobot]  # by arm
-    skill: float  # S of its diagnosis: the share by which the gap of held-out swims shrinks; nan where nothing is named
+    skill: (
+        float  # S of its diagnosis, by which the gap of held-out swims shrinks; 0 where nothing is named, nan unknown
+    )
 
     def log_error(self, arm: str) -> float:
         """Logarithm of its mean distance from the circle, mm."""
@@ -69,7 +71,7 @@ def pupils(suite: SuiteFolder) -> tuple[tuple[Pupil, ...], tuple[str, ...]]:
         made = read_diagnosis(diagnosis) if diagnosis.exists() else None
         if made is not None and "calibrated" in tested:
             tested.setdefault("effects", tested["calibrated"])
-        skill = float("nan") if made is None else (made.shrinkage or 0.0) if made.names else 0.0
+        skill = float("nan") if made is None or (made.names and made.shrinkage is None) else made.shrinkage or 0.0
         if max(max(each.seconds) for each in tested.values()) < _BLOWN_UP_S:
             lost.append(name)
         else:
@@ -92,6 +94,12 @@ def scores_of(suite: SuiteFolder, command: str, failures: Sequence[Failure] = ()
         "Error and cost are geometric means over robots; 95 % intervals by drawing robots anew. Shares of the gap are "
         "those of the logarithms: 0 % is (a), 100 % is (e).",
     ]
+    if named := [each for each in _with(found, "effects") if each.tested["effects"] is not each.tested["calibrated"]]:
+        over = resampled(named, partial(_over, by=COST, arm="effects", of="calibrated"))
+        notes.append(
+            f"Effects that a model can hold were named in {len(named)} robots: (d) over (b) {over}. Elsewhere (d) "
+            "is (b), and S is 0 where nothing was named, so that some of its correlation is there by definition."
+        )
     if lost:
         notes.append(f"Left out: {', '.join(lost)}, which diverges in the second simulator at the step used here.")
     notes += [f"{failure.name} failed: {failure.message}." for failure in failures]
