@@ -1,4 +1,4 @@
-"""What `calib benchmark` can do in a checkout: `tracking`, `posterior`, `effects`."""
+"""What `calib benchmark` can do in a checkout: `tracking`, `posterior`, `effects`, `transfer`."""
 
 import json
 from contextlib import nullcontext
@@ -112,6 +112,32 @@ def effects(
         print(f"{failure.name}: {failure.message}")
 
 
+def transfer(
+    folder: Annotated[Path, typer.Option(help="a copy of datasets/withheld/small, or what `effects` made of a suite")],
+    count: Annotated[int, typer.Option(min=1, help="robots, the first of the suite")] = 24,
+    arms: Annotated[str, typer.Option(help="only these, comma-separated; none: only the tables of what is there")] = "",
+    suite: Annotated[str, typer.Option(help="which suite it is")] = "small",
+    seed: Annotated[int, typer.Option(min=0, help="of the suite")] = 1,
+    workers: Annotated[int, typer.Option(min=0, help="arms at a time; 0: one on each core")] = 0,
+    as_json: AsJson = False,
+) -> None:
+    """Steering laws from several models of withheld robots, tested on the robots: does calibration pay?"""
+    from benchmarks.cases import Run
+    from benchmarks.effects.folder import SuiteFolder
+    from benchmarks.transfer.report import scores_of
+    from benchmarks.transfer.run import ARMS, work_off
+    from calib.progress import progress_bar
+
+    chosen = tuple(arms.split(",")) if arms not in ("", "none") else () if arms else ARMS
+    if unknown := set(chosen) - set(ARMS):
+        raise typer.BadParameter(
+            f"found {', '.join(sorted(unknown))}, expected some of {', '.join(ARMS)}", param_hint="--arms"
+        )
+    with progress_bar(as_json) as progress:
+        failures = work_off(SuiteFolder(folder), count, (seed, suite), chosen, Run(workers, None, progress))
+    _print(scores_of(SuiteFolder(folder), "calib benchmark transfer --folder FOLDER", failures), as_json)
+
+
 def _score_effects(folder: Path, as_json: bool) -> None:
     """Of a suite, or of its cases in a file."""
     from benchmarks.cases import write_lines
@@ -133,4 +159,4 @@ def _print(scores: "Scores", as_json: bool) -> None:
     print(scores.json() if as_json else scores.text(), end="" if as_json else "\n")
 
 
-COMMANDS = (tracking, posterior, effects)
+COMMANDS = (tracking, posterior, effects, transfer)

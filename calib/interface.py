@@ -1,7 +1,7 @@
 """The functions behind `import calib`, one a command; the command line is a thin layer on top of them.
 
 Commands with commands of their own are modules: `calib.camera` (board, lens, scale), `calib.capture` (scan, run,
-emulate: the motor) and `calib.benchmark` (speed).
+emulate: the motor), `calib.policy` (train, evaluate, play, aquarium) and `calib.benchmark` (speed, gym).
 
 A session is given as what `open_session` returns, or as the path of its folder. What has not changed since it was made
 is not made again, so that every function returns at once where its results are current. Functions that compute are
@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any, Literal, overload
 
 import pandas as pd
 
-from calib import benchmark, camera, capture
+from calib import benchmark, camera, capture, policy
 from calib.batch import run_all, run_pipeline
 from calib.options import EffortName, ObjectiveName, Options
 from calib.pipeline import open_session as _open_session
@@ -58,7 +58,6 @@ if TYPE_CHECKING:
 __all__ = [
     "Effect",
     "EffectTest",
-    "Export",
     "FitResult",
     "GapResult",
     "InputError",
@@ -91,6 +90,7 @@ __all__ = [
     "load_twin",
     "new_session",
     "open_session",
+    "policy",
     "posterior",
     "report",
     "run",

@@ -10,6 +10,7 @@ from fitting import CalibratedTrial, Calibration, MeasuredTrial, Structure
 from fitting.calibration_file import PublishedResult
 from fitting.dry_run import DryTrial
 from reports.logged_trial import LoggedTrial
+from reports.policy_swims import PolicySwims
 from session import Session
 from session.results import Provenance
 from swimmer import RobotSpec
@@ -43,6 +44,7 @@ class ReportContext:
         posterior: how sure the coefficients are; None where it was not sampled.
         diagnosed: where the sim-to-real gap is and what causes it; None where it was not diagnosed.
         diagnosis_effort: that it was made with.
+        policies: how those that were trained swim, targets first.
     """
 
     session: Session
@@ -53,6 +55,7 @@ class ReportContext:
     posterior: PosteriorSummary | None = None
     diagnosed: DiagnosisResult | None = None
     diagnosis_effort: str = "full"
+    policies: tuple[PolicySwims, ...] = ()
 
     def trials(self, role: str) -> tuple[CalibratedTrial, ...]:
         """The fit or the held-out trials, in the order of the session."""

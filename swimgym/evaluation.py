@@ -2,14 +2,17 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 from statistics import NormalDist
 
 import numpy as np
 
 from session.errors import Fault, InputError
+from session.results import writing_whole
 from swimgym.course import Course, Targets
 
 FARTHEST_M = 50.0
+_DRAWN, _EVERY = 48, 5  # episodes whose paths are kept, and of which actions
 Controller = Callable[[np.ndarray], np.ndarray]
 """From what n swimmers see (n, o) to what they do (n,)."""
 
@@ -51,6 +54,16 @@ class Swum:
                 "off_path_max_m": float(np.max(self.off_path_m[1])),
             }
         return told
+
+    def save(self, file: Path) -> None:
+        """As arrays of these names (npz); of the paths those of the first episodes, every 0.1 s.
+
+        Raises:
+            ResultsNotWritable: it cannot be written.
+        """
+        arrays = {**vars(self), "path": self.path[::_EVERY, :_DRAWN].astype(np.float32)}
+        with writing_whole(file) as part:
+            np.savez_compressed(part, allow_pickle=False, **{name: np.asarray(each) for name, each in arrays.items()})
 
 
 def swim(course: Course, controller: Controller, seed: int = 0) -> Swum:

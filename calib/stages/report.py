@@ -6,6 +6,7 @@ from calib.options import Job
 from calib.stages.diagnosis import DiagnosisStage
 from calib.stages.fit import FitStage, PublishedStage
 from calib.stages.posterior import PosteriorStage
+from calib.stages.steering import read_swims, swims_files
 from fitting import Calibration
 from reports import ReportContext, write_report
 from session.results import sha256_of
@@ -13,7 +14,7 @@ from session.stage import Stage
 
 
 class ReportStage(Stage):
-    """The report of a fit, with its posterior and the diagnosis where they are current.
+    """The report of a fit, with its posterior and the diagnosis where they are current, and policies where trained.
 
     Args:
         job: the work on the session.
@@ -38,6 +39,7 @@ class ReportStage(Stage):
             inputs["posterior"] = sha256_of(posterior.summary_file)
         if diagnosis is not None:
             inputs["diagnosis"] = sha256_of(diagnosis.file)
+        inputs |= {file.name: sha256_of(file) for file in swims_files(job.results)}
         super().__init__(job.results / "report.html", inputs, {}, [fit])
         self._fit = fit
         self._job, self._published, self._posterior, self._diagnosis = job, published, posterior, diagnosis
@@ -63,6 +65,7 @@ class ReportStage(Stage):
             posterior=None if self._posterior is None else self._posterior.read(),
             diagnosed=None if self._diagnosis is None else self._diagnosis.read(),
             diagnosis_effort="" if self._diagnosis is None else self._diagnosis.effort,
+            policies=read_swims(job.results),
         )
         write_report(self.file, context)
         self.mark()

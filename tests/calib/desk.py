@@ -22,6 +22,8 @@ from diagnosis.result import EffectTestResult, GapSize
 from session import Flag
 from session.camera import CameraCalibration
 from session.results import write_whole
+from swimgym.policy import SHIPPED, load_policy
+from swimgym.speed import GymSpeed
 from synthetic import SyntheticPlan, make_session
 from synthetic.trials import SyntheticDecay
 from tests.calib.motor.virtual_port import VirtualClock, VirtualPort
@@ -67,7 +69,7 @@ def lay_out(desk: Path, pool: Path, unsampled: Path) -> None:
 
 
 def stand_in(patch: pytest.MonkeyPatch) -> None:
-    """For the motor an emulated one in virtual time; for posteriors and tests of effects what they may find."""
+    """For the motor an emulated one in virtual time; for what takes long what it may find."""
     patch.setattr(Pipeline, "effect_test", lambda _, effects: _tested(effects))
     refused = SimpleNamespace(draws=SimpleNamespace(flags=(Flag("not_converged", message="R-hat 1.2 of Magnus lift"),)))
     patch.setattr("fitting.posterior.sample_posterior", lambda *_: refused)
@@ -77,6 +79,8 @@ def stand_in(patch: pytest.MonkeyPatch) -> None:
     patch.setattr(benchmark, "TIME_S", benchmark.TIME_S[:180])
     patch.setattr(benchmark, "_real_time_batch", lambda _: (30.0, 1))
     patch.setattr(benchmark, "measure_speed", cache(benchmark.measure_speed))
+    patch.setattr("calib.policy._trained", lambda *_: load_policy(SHIPPED / "circle"))
+    patch.setattr("swimgym.speed.measure_gym_speed", lambda *_: GymSpeed(2, {256: 35000.0}, {}, {8: 5000.0}, 900.0))
     clock = VirtualClock()
     motor = Emulator(clock=clock, load_nm=0.3, baud=57600)
 

@@ -33,17 +33,17 @@ QUIET = {"effort": "quick", "progress": False}
 FUNCTIONS = [name for name in interface.__all__ if inspect.isfunction(getattr(interface, name))]
 PUBLIC = {name: getattr(interface, name) for name in FUNCTIONS} | {
     f"{module}.{name}": getattr(getattr(interface, module), name)
-    for module in ("benchmark", "camera", "capture")
+    for module in ("benchmark", "camera", "capture", "policy")
     for name in getattr(interface, module).__all__
     if inspect.isfunction(getattr(getattr(interface, module), name))
 }
 """Every public function by its name after `calib.`."""
-OF_COMMAND = {"edit": "correct", "convert": "convert_tracks", "mjcf": "export_mjcf", "new": "new_session"}
+OF_COMMAND = {"edit": "correct", "convert": "convert_tracks", "mjcf": "export_mjcf", "new": "new_session"} | {
+    "aquarium": "policy.aquarium"
+}
 """The functions that are not called as their commands."""
-OF_CHECKOUT = {"benchmark tracking", "benchmark posterior", "benchmark effects"}
+OF_CHECKOUT = {"benchmark tracking", "benchmark posterior", "benchmark effects", "benchmark transfer"}
 """Commands that are not in the installed program."""
-OF_SWIMGYM = {"aquarium", "benchmark gym", "policy train", "policy evaluate", "policy play"}
-"""Commands of the optional package `swimgym`, which has functions of its own."""
 PRINTING = {"as_json", "verbose", "help"}
 """Options that change nothing but what is printed."""
 OF_OPTION = {
@@ -132,7 +132,7 @@ def test_the_examples_are_right(a_desk: Path, monkeypatch: pytest.MonkeyPatch) -
     assert runner.failures == 0
 
 
-@pytest.mark.parametrize("command", sorted(set(COMMANDS) - OF_CHECKOUT - OF_SWIMGYM))
+@pytest.mark.parametrize("command", sorted(set(COMMANDS) - OF_CHECKOUT))
 def test_whatever_a_command_does_a_function_does(command: str) -> None:
     """Each has a function of its name, and each of its options a parameter, but for what is listed above."""
     name = OF_COMMAND.get(command, command.replace(" ", "."))

@@ -10,6 +10,7 @@ from tests.reports.diagnoses import made_diagnosed
 from tests.reports.motors import made_logged
 from tests.reports.posteriors import made_summary
 from tests.reports.sample import made_calibration, made_context, made_published
+from tests.reports.steered import made_circles, made_targets
 from tests.reports.test_dry_runs import made_crank, made_run
 
 
@@ -45,5 +46,9 @@ def made_whole_context() -> ReportContext:
     structure = replace(calibration.structure, decays=(decay,), hinges=combine_decays([decay]))
     context = made_context(replace(calibration, structure=structure))
     return replace(
-        context, published=made_published(context.calibration), posterior=made_summary(), diagnosed=made_diagnosed()
+        context,
+        published=made_published(context.calibration),
+        posterior=made_summary(),
+        diagnosed=made_diagnosed(),
+        policies=(made_targets(), made_circles()),
     )

@@ -1,0 +1,123 @@
+"""Where a policy steers the twin: paths to targets, how often and how fast they are reached, the circle."""
+
+from collections.abc import Sequence
+from itertools import pairwise
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Wedge
+
+from reports.colours import EBT, FAINT, GAP, INK, MUTED, SURFACE, TWIN
+from reports.numbers import MM, shown
+from reports.policy_swims import PolicySwims
+from reports.style import FULL_WIDTH_IN, HALF_WIDTH_IN, Margins, add_panel, legend_above, panel, styled
+
+RINGS_M = (0.0, 0.75, 1.5, 2.25, 3.0, 4.5)
+SIDES_RAD = tuple(np.radians((0.0, 30.0, 60.0, 90.0)))
+_HEIGHT_IN, _EDGE_M = 3.5, 0.12
+_LEAST = 3  # targets in a cell, to tell a number of it
+_MARGINS = Margins(left=0.52, right=0.08, bottom=0.42, top=0.36)
+
+
+@styled
+def paths_figure(swims: PolicySwims) -> Figure:
+    """From above, all from the origin: the ways to targets, with rings where these are reached."""
+    figure, axes = panel(HALF_WIDTH_IN, _HEIGHT_IN, _MARGINS)
+    shown_at = swims.path_m.shape[1]
+    for path, reached in zip(np.swapaxes(swims.path_m, 0, 1), swims.reached, strict=False):
+        axes.plot(*path.T, color=TWIN if reached else GAP, linewidth=0.8, alpha=0.7, zorder=2)
+    reached, targets = swims.reached[:shown_at], swims.start_m[:shown_at]
+    axes.plot(*targets[reached].T, "o", color=TWIN, markerfacecolor=SURFACE, markersize=4.5, zorder=3, label="reached")
+    _missed(axes, targets[~reached])
+    _start_here(axes)
+    _from_above(axes, swims.start_m)
+    legend_above(axes, 3)
+    return figure
+
+
+@styled
+def reach_figure(swims: PolicySwims) -> Figure:
+    """Cells by distance and bearing: the share reached, coloured by it, and the median time."""
+    figure, axes = panel(HALF_WIDTH_IN, _HEIGHT_IN, _MARGINS)
+    for inner, outer in pairwise(RINGS_M):
+        for low, high in _signed(SIDES_RAD):
+            _cell(axes, swims, (inner, outer), (low, high))
+    _missed(axes, swims.start_m[~swims.reached])
+    _start_here(axes)
+    _from_above(axes, swims.start_m)
+    axes.grid(visible=False)
+    legend_above(axes, 1)
+    return figure
+
+
+def _signed(sides: Sequence[float]) -> list[tuple[float, float]]:
+    """Bearings from right (negative) to left, each side divided alike."""
+    pairs = list(pairwise(sides))
+    return [(-high, -low) for low, high in reversed(pairs)] + pairs
+
+
+def _cell(axes: Axes, swims: PolicySwims, ring: tuple[float, float], side: tuple[float, float]) -> None:
+    bearing = np.arctan2(-swims.start_m[:, 1], -swims.start_m[:, 0])
+    within = (swims.distance_m >= ring[0]) & (swims.distance_m < ring[1]) & (bearing >= side[0]) & (bearing < side[1])
+    if not within.any():
+        return
+    share = float(swims.reached[within].mean())
+    theta = sorted(180 + np.degrees(side))  # a bearing to the left is towards -y, and ahead is -x
+    wedge = Wedge((0, 0), ring[1], *theta, width=ring[1] - ring[0], linewidth=0)
+    wedge.set(facecolor=TWIN if share >= 0.5 else GAP, alpha=0.05 + 0.4 * abs(2 * share - 1))
+    axes.add_patch(wedge)
+    axes.add_patch(Wedge((0, 0), ring[1], *theta, width=ring[1] - ring[0], fill=False, edgecolor=SURFACE, linewidth=1))
+    if within.sum() < _LEAST or ring[0] == 0.0:
+        return
+    seconds = float(np.median(swims.seconds[within & swims.reached])) if share else np.nan
+    text = f"{np.floor(100 * share):.0f} %\n{shown(seconds, 0)} s"
+    x, y = swims.start_m[within].mean(axis=0)
+    axes.text(x, y, text, ha="center", va="center", fontsize=6.5, color=INK)
+
+
+def _missed(axes: Axes, targets_m: np.ndarray) -> None:
+    if len(targets_m):
+        axes.plot(*targets_m.T, "X", color=GAP, markersize=5, markeredgewidth=0, zorder=3, label="missed")
+
+
+def _start_here(axes: Axes) -> None:
+    arrow = {"arrowstyle": "-|>", "color": INK, "linewidth": 1.2}
+    axes.annotate("", (-0.2, 0.0), (0.06, 0.0), arrowprops=arrow, zorder=4)
+
+
+def _from_above(axes: Axes, targets_m: np.ndarray) -> None:
+    """Equal scales, about all targets and the start."""
+    seen = np.vstack([targets_m, np.zeros(2)])
+    low, high = seen.min(axis=0) - _EDGE_M, seen.max(axis=0) + _EDGE_M
+    box = axes.get_window_extent()
+    half_m = float(np.max((high - low) / (box.width, box.height))) / 2 * np.array([box.width, box.height])
+    middle = (low + high) / 2
+    axes.set(xlim=middle[0] + half_m[0] * np.array([-1, 1]), ylim=middle[1] + half_m[1] * np.array([-1, 1]))
+    axes.set(xlabel="x (m), ahead is −x", ylabel="y (m), left is −y")
+
+
+@styled
+def circle_figure(swims: PolicySwims) -> Figure:
+    """The circles from above, and how far off they are along the lap."""
+    figure = Figure(figsize=(FULL_WIDTH_IN, 3.1))
+    above = add_panel(figure, (0.55, 0.42), (2.35, 2.35))
+    along = add_panel(figure, (3.75, 0.42), (4.85, 2.25))
+    lap = np.linspace(0.0, 2 * np.pi, 200)
+    above.set_aspect("equal", adjustable="datalim")
+    for number, (path, start) in enumerate(zip(np.swapaxes(swims.path_m, 0, 1), swims.start_m, strict=False)):
+        side, colour = -np.sign(start[1]), (TWIN, EBT)[number % 2]  # to the left is towards -y
+        middle = np.array([0.0, -side * swims.radius_m])
+        above.plot(*(middle[:, None] + swims.radius_m * np.array([np.sin(lap), np.cos(lap)])), color=FAINT, linewidth=3)
+        above.plot(*path.T, color=colour, linewidth=0.9)
+        off = path[~np.isnan(path).any(axis=1)] - middle
+        angle = np.unwrap(np.arctan2(-off[:, 0], side * off[:, 1]))
+        outwards = (np.hypot(*off.T) - swims.radius_m) * MM
+        label = "to the left" if side > 0 else "to the right"
+        along.plot(np.degrees(angle), outwards, color=colour, linewidth=0.9, label=label)
+    along.axhline(0.0, color=MUTED, linewidth=0.8)
+    above.set(xlabel="x (m)", ylabel="y (m)")
+    along.set(xlabel="along the circle (degrees)", ylabel="off the circle, outwards (mm)", xlim=(0, 360))
+    along.set_xticks(range(0, 361, 60))
+    legend_above(along, 2)
+    return figure
