@@ -23,6 +23,7 @@ def lost(number: int, _why: str) -> int:
     return -number
 
 
+@pytest.mark.long
 def test_a_process_that_dies_costs_its_own_piece_only() -> None:
     assert sorted(spread(fatal, [0, 1, 2], lost, jobs=2)) == [-1, 0, 4]
 

@@ -97,6 +97,7 @@ def test_hinges_within_what_is_doubted_of_them_are_no_effect() -> None:
     assert explained(at, signatures(at), Priors()).probabilities.null > 0.5
 
 
+@pytest.mark.long
 def test_it_speaks_for_a_clock_or_for_a_gear() -> None:
     """What rings as much too slow as the swims beat was filmed by a wrong clock. (These swims themselves deny that.)
 

@@ -58,6 +58,7 @@ def test_coefficients_with_wide_intervals_are_not_determined() -> None:
     assert kinds(end(), width=0.6) == ["unidentifiable"] * 4  # but the smallest, whose interval is less than 0.5 wide
 
 
+@pytest.mark.long
 def test_the_order_of_trials_does_not_change_a_bit(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(mode, "_ROUNDS", 2)  # each begins where the last one ended
     trials = exact_swims(hz=(0.7, 1.2), seconds=4.5, noise_m=5e-4)

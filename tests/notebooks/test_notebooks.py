@@ -13,7 +13,7 @@ from nbclient import NotebookClient
 ROOT = Path(__file__).parents[2]
 SCRIPTS = sorted((ROOT / "notebooks").glob("*.py"))
 MOST_BYTES = 1_500_000
-OF_SECONDS = ("07_a_robot_of_your_own", "08_a_policy_that_follows_a_path")
+OF_SECONDS = ("07_a_robot_of_your_own",)
 """Notebooks that run in every test; the others take up to minutes."""
 each_notebook = pytest.mark.parametrize("script", SCRIPTS, ids=lambda script: script.stem)
 each_marked = pytest.mark.parametrize(

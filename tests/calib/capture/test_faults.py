@@ -9,7 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from calib.capture import CaptureError, TrialResult, main
+from calib.capture import CaptureError, TrialResult
+from calib.capture.command import main
 from calib.motor.pseudo_terminal import PseudoTerminal
 from session import load_session
 from session.motor import load_motor
