@@ -77,8 +77,7 @@ def ridge_fit(
     suited, by_name = [each.effect for each in standing], named.by_effect
     start = np.concatenate([by_name.get(e.name, np.zeros(len(e.parameters))) for e in suited])
     width = _widths(suited, named, share)
-    told = [rows for rows in map(_slopes, standing) if rows is not None]
-    slopes = np.vstack([linear.slopes.T, *told]).T
+    slopes = _columns(linear, standing)
     return RidgeFit(share, gained, refit(linear, [effects[e.name] for e in suited], start, rounds, width, slopes))
 
 
@@ -90,10 +89,8 @@ def likeliest_share(linear: LinearModel, signatures: Sequence[Signature], named:
         signatures: of effects that stand.
         named: the twin with the named effects, or the plain one.
     """
-    rows_of_each = [rows for rows in map(_slopes, signatures) if rows is not None]
-    assert len(rows_of_each) == len(signatures), "an effect that makes the twin diverge is in no twin"
     effects, features = [each.effect for each in signatures], slice(None, len(linear.model.measured))
-    columns, residual = np.vstack([linear.slopes.T, *rows_of_each]).T[features], named.residual[features]
+    columns, residual = _columns(linear, signatures)[features], named.residual[features]
     known, generic = linear.covariance[features, features], linear.generic[features, features]
     ridges = [_Ridge.of(known + size**2 * generic, columns, residual) for size in _GAPS_M]
     sides = np.append(np.zeros(len(PRIOR_SD)), _sides(effects, named))
@@ -140,6 +137,13 @@ class _Ridge(NamedTuple):
                 break
             stands[wrong] = False
         return float(-0.5 * (self.squares - along @ strength + np.linalg.slogdet(inner)[1]) - self.volume)
+
+
+def _columns(linear: LinearModel, signatures: Sequence[Signature]) -> np.ndarray:
+    """(k, 5 + p) slopes of the row with the coefficients and with little strengths of effects that stand."""
+    rows = [own for own in map(_slopes, signatures) if own is not None]
+    assert len(rows) == len(signatures), "an effect that makes the twin diverge is in no twin"
+    return np.vstack([linear.slopes.T, *rows]).T
 
 
 def _slopes(signature: Signature) -> np.ndarray | None:

@@ -5,7 +5,8 @@ the head frame, trim). delta_i: model discrepancy, a Gaussian process over frequ
 and one of each trial. e_i: tracking noise. All but theta enter linearly, so they join one covariance.
 """
 
-from fitting.model.mode import Mode, find_mode, mode_at
+from fitting.model.mode import Mode, mode_at
+from fitting.model.search import find_mode
 from fitting.model.session_model import SessionModel
 from fitting.model.variance import COMPONENTS, Block, Covariance
 

@@ -70,10 +70,10 @@ class FeatureReader:
         beats = np.einsum("mcn,snm->smc", self._beats, place - path[..., None])  # (s, m, 8)
         beats, slid = beats[..., :OF_A_MARKER], beats[..., OF_A_MARKER].real
         parts = np.stack([beats.real, beats.imag], axis=2)  # (s, m, 2, 7)
-        columns_of = [speed.real.mean(axis=-1)[:, None], parts.reshape(len(parts), -1)]
+        pieces = [speed.real.mean(axis=-1)[:, None], parts.reshape(len(parts), -1)]
         if self.span_m is not None:
-            columns_of.append(np.column_stack([slid[:, :SLIDES], speed.imag.mean(axis=-1), turning.mean(axis=-1)]))
-        features = np.concatenate(columns_of, axis=1)
+            pieces.append(np.column_stack([slid[:, :SLIDES], speed.imag.mean(axis=-1), turning.mean(axis=-1)]))
+        features = np.concatenate(pieces, axis=1)
         return features.reshape(*position_m.shape[:-3], features.shape[-1])
 
     def cruising(self, position_m: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -146,16 +146,16 @@ class FeatureReader:
 
         And, where the course is read, before the beats to the pace of the path, and after them to that of the marker.
         """
-        columns_of = [self.speed_reader[:, None]]
+        pieces = [self.speed_reader[:, None]]
         if self.span_m is not None:
             turning = np.zeros((self.usable.shape[1], 1, len(self.time_s)))
             columns, read = self._trend
             rate = np.gradient(columns, self.time_s, axis=0).mean(axis=0) @ read / self.span_m
             turning[self.nose, 0, self._head_seen], turning[self.neck, 0, self._head_seen] = rate, -rate
-            columns_of += [turning, self._path_reader[:, None], self._beats]
+            pieces += [turning, self._path_reader[:, None], self._beats]
         else:
-            columns_of.append(self._beats[:, :OF_A_MARKER])
-        return np.concatenate(columns_of, axis=1)
+            pieces.append(self._beats[:, :OF_A_MARKER])
+        return np.concatenate(pieces, axis=1)
 
     @cached_property
     def sums(self) -> np.ndarray:

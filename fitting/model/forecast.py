@@ -16,7 +16,7 @@ from fitting.in_pool import head_frame
 from fitting.model.features import COURSE, HARMONICS, SPEED, FeatureReader, advanced, of_markers, phase_between, waves
 from fitting.model.mode import Mode, jacobian_at, time_step_errors
 from fitting.model.noise import FeatureNoise
-from fitting.model.trial_model import Sensitivities, TrialModel, freedoms_together
+from fitting.model.trial_model import Sensitivities, TrialModel, sensitivities_together
 from fitting.model.variance import Block, Covariance
 from fitting.trial import MeasuredTrial
 from session import NotEnoughData
@@ -190,11 +190,11 @@ _MEDIAN_OF_SQUARE = 0.4549  # of a standard normal number
 
 def block_of(mode: Mode, window: TrialModel, scatter: Scatter) -> Block:
     """A window of a new trial; its features are what the twin simulates."""
-    (freedoms,) = freedoms_together([window], mode.coefficients)
+    (sensitivities,) = sensitivities_together([window], mode.coefficients)
     (time_step,) = time_step_errors([window], mode.coefficients)
     simulated = window.simulated(mode.coefficients[None])[0]
     noise = _noise(mode, window, scatter, simulated)
-    return Block(window, _bounded(freedoms), noise, time_step, len(mode.blocks), simulated)
+    return Block(window, _bounded(sensitivities), noise, time_step, len(mode.blocks), simulated)
 
 
 def _early_block(mode: Mode, window: TrialModel, late: Block, scatter: Scatter) -> tuple[Block, float]:
@@ -203,10 +203,10 @@ def _early_block(mode: Mode, window: TrialModel, late: Block, scatter: Scatter) 
     Both are windows of one steady swim: the twin's start, which is not the fish's, is not simulated.
     """
     phase = float(phase_between(late.features, window.measured, list(window.trial.tail)))
-    freedoms = Sensitivities(*(_ahead(each, phase) for each in late.freedoms))
+    sensitivities = Sensitivities(*(_ahead(each, phase) for each in late.sensitivities))
     features, time_step = (_ahead(each[:, None], phase)[:, 0] for each in (late.features, late.time_step))
     noise = _noise(mode, window, scatter, features)
-    return Block(window, freedoms, noise, time_step, late.trial, features), phase
+    return Block(window, sensitivities, noise, time_step, late.trial, features), phase
 
 
 def _ahead(columns: np.ndarray, phase: float) -> np.ndarray:
@@ -214,11 +214,11 @@ def _ahead(columns: np.ndarray, phase: float) -> np.ndarray:
     return advanced(columns.T, np.full(columns.shape[1], phase)).T
 
 
-def _bounded(freedoms: Sensitivities) -> Sensitivities:
+def _bounded(sensitivities: Sensitivities) -> Sensitivities:
     """No nuisance changes the speed by more than the limit: beside two steady states, differences are not small."""
-    own = np.array(freedoms.own)
+    own = np.array(sensitivities.own)
     size = np.abs(own[SPEED])
-    return freedoms._replace(own=own * np.minimum(1.0, _MOST_SPEED / np.maximum(size, 1e-12)))
+    return sensitivities._replace(own=own * np.minimum(1.0, _MOST_SPEED / np.maximum(size, 1e-12)))
 
 
 _MOST_SPEED = 0.01  # m/s, as far as the start is off

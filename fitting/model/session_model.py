@@ -14,7 +14,7 @@ from fitting.from_rest import swims_forward
 from fitting.model.features import beat_phase
 from fitting.model.robot_uncertainty import ParameterUncertainty, perturbed_twins, uncertainties_of
 from fitting.model.roll import Roll
-from fitting.model.trial_model import TrialModel, freedoms_together, simulated_together
+from fitting.model.trial_model import TrialModel, sensitivities_together, simulated_together
 from fitting.structure import assumed
 from fitting.trial import MeasuredTrial
 from swimmer import Twin
@@ -169,8 +169,10 @@ class SessionModel:
 
     def disturbances(self, coefficients: np.ndarray, noise: np.ndarray | None = None) -> NuisanceModel:
         """What noise and nuisances do at coefficients (5,); noise (k, k) by default as the tracks show it."""
-        freedoms = freedoms_together(self.trials, coefficients)
-        own = block_diag(*[freedom.own for freedom in freedoms])
-        boxes = block_diag(*[freedom.boxes for freedom in freedoms])
-        markers, robot = (np.vstack(each) for each in zip(*[(f.markers, f.robot) for f in freedoms], strict=True))
+        sensitivities = sensitivities_together(self.trials, coefficients)
+        own = block_diag(*[each.own for each in sensitivities])
+        boxes = block_diag(*[each.boxes for each in sensitivities])
+        markers, robot = (
+            np.vstack(each) for each in zip(*[(each.markers, each.robot) for each in sensitivities], strict=True)
+        )
         return NuisanceModel(self.noise if noise is None else noise, own, boxes, markers, robot)

@@ -77,12 +77,12 @@ class TrialModel:
         """(s, k) features of coefficients (s, 5), in step with the measured tail; nan where the twin diverged."""
         return simulated_together((self,), coefficients)[0]
 
-    def freedoms(self, coefficients: np.ndarray) -> "Sensitivities":
+    def sensitivities(self, coefficients: np.ndarray) -> "Sensitivities":
         """By how much the features moves with one standard deviation of each nuisance, at coefficients (5,)."""
-        return freedoms_together((self,), coefficients)[0]
+        return sensitivities_together((self,), coefficients)[0]
 
     def of_tracks(self, coefficients: np.ndarray) -> "Sensitivities":
-        """Those of `freedoms` that lie in the tracks: phase, place, boxes and markers; the twin is simulated once."""
+        """Those that lie in the tracks: phase, place, boxes and markers; the twin is simulated once."""
         trajectories = self.trajectories(coefficients[None])
         marker_m = self._kept(self._marker_m(trajectories)[0])  # (n, m, 2)
         features = self.in_step(self.reader(marker_m))
@@ -102,7 +102,7 @@ class TrialModel:
         )
 
     def _of_sure_robot(self, coefficients: np.ndarray) -> "Sensitivities":
-        """`freedoms` of a robot that nobody doubts."""
+        """`sensitivities` of a robot that nobody doubts."""
         found = self.of_tracks(coefficients)
         return found._replace(own=np.column_stack([*self._of_start(coefficients), found.own]))
 
@@ -224,8 +224,8 @@ def trajectories_together(models: Sequence[TrialModel], coefficients: np.ndarray
     return simulate_together([model.twin for model in models], runs, times)
 
 
-def freedoms_together(models: Sequence[TrialModel], coefficients: np.ndarray) -> list[Sensitivities]:
-    """`TrialModel.freedoms` of several trials, whose robots are doubted in the same ways."""
+def sensitivities_together(models: Sequence[TrialModel], coefficients: np.ndarray) -> list[Sensitivities]:
+    """`TrialModel.sensitivities` of several trials, whose robots are doubted in the same ways."""
     at = coefficients[None]
     columns: list[list[np.ndarray]] = [[] for _ in models]
     for doubts in zip(*(model.doubted for model in models), strict=True):

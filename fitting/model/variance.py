@@ -68,7 +68,7 @@ class Block(NamedTuple):
 
     Attributes:
         model: the window beside the twin; its features hold the course.
-        freedoms: what its nuisances do, by their standard deviations.
+        sensitivities: what its nuisances do, by their standard deviations.
         noise: (k, k) of the tracks.
         time_step: (k,) what simulated features lack that a vanishing time step would show.
         trial: number of its trial: windows of one trial share all that is the trial's own.
@@ -77,7 +77,7 @@ class Block(NamedTuple):
     """
 
     model: TrialModel
-    freedoms: Sensitivities
+    sensitivities: Sensitivities
     noise: np.ndarray
     time_step: np.ndarray
     trial: int
@@ -119,26 +119,26 @@ class Covariance:
             stacked = np.vstack(columns)
             return stacked @ stacked.T
 
-        freedoms = [block.freedoms for block in blocks]
+        sensitivities = [block.sensitivities for block in blocks]
         waves = _wave_roots(blocks)
         of_course = [_unit_columns(length, places) for places in _course_places(length)]
         noise = block_diag(*[block.noise for block in blocks])
         count = len(blocks)
         units = {
-            "box_placement": own([each.boxes for each in freedoms]),
+            "box_placement": own([each.boxes for each in sensitivities]),
             "head_registration": own([_turned(block.features)[:, None] for block in blocks]),
             "sideways_drift": own([of_course[0]] * count),
             "turning": own([of_course[1]] * count),
             "marker_drift": own([of_course[2]] * count),
-            "marker_placement": common([each.markers for each in freedoms]),
+            "marker_placement": common([each.markers for each in sensitivities]),
             "wave_common": common(waves) * np.kron(_nearness(blocks), np.ones((length, length))),
             "wave_own": own(waves),
             "speed_common": common(_lines(blocks, fitted or blocks)),
             "speed_own": own([block.features[SPEED] * _unit_columns(length, [SPEED]) for block in blocks]),
         }
-        known = noise + own([each.own for each in freedoms]) + common([each.robot for each in freedoms])
+        known = noise + own([each.own for each in sensitivities]) + common([each.robot for each in sensitivities])
         known += common([block.time_step[:, None] for block in blocks])
-        return cls(known, np.vstack([each.rolls for each in freedoms]), units)
+        return cls(known, np.vstack([each.rolls for each in sensitivities]), units)
 
     def without_roll(self, sizes: Mapping[str, float]) -> np.ndarray:
         """(K, K) with components of these standard deviations, without the roll."""

@@ -30,7 +30,7 @@ class RobotPart(NamedTuple):
 def robot_parts(posterior: Posterior) -> tuple[RobotPart, ...]:
     """Before and after the trials: given coefficients a normal nuisance, here over all draws of these."""
     mode = posterior.mode
-    columns = np.vstack([block.freedoms.robot for block in mode.blocks])  # (k, q)
+    columns = np.vstack([block.sensitivities.robot for block in mode.blocks])  # (k, q)
     gain = np.linalg.solve(mode.total, columns)
     means = (mode.model.measured - posterior.surrogate.likelihood.emulator(posterior.coefficients)) @ gain  # (d, q)
     variance = 1 - (gain * columns).sum(axis=0) + means.var(axis=0)

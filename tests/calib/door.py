@@ -16,7 +16,7 @@ from calib.stages import fit as fit_stage
 from calib.stages import posterior as posterior_stage
 from calib.stages import report as report_stage
 from fitting import calibration
-from fitting.model import mode
+from fitting.model import search
 from fitting.posterior import prediction, sampling, summary, surrogate
 from fitting.sweep import sweep_frequencies
 from session.results import write_whole
@@ -69,8 +69,8 @@ def with_little_effort(patch: pytest.MonkeyPatch, true_report: bool = False) -> 
     """A short search, little next to it, and a report without figures."""
     patch.setattr(fit_stage, "STARTS", {"quick": 1, "full": 1})
     patch.setattr(fit_stage, "PUBLISHED_S", {"quick": 100.0, "full": 100.0})
-    patch.setattr(mode, "_SCREENED", 8)
-    patch.setattr(mode, "_ROUNDS", 2)
+    patch.setattr(search, "_SCREENED", 8)
+    patch.setattr(search, "_ROUNDS", 2)
     for stage in (diagnosis_stage, posterior_stage):
         patch.setattr(stage, "catalogue", lambda: FEW_EFFECTS)
     patch.setattr(calibration, "sweep_frequencies", partial(sweep_frequencies, count=3))

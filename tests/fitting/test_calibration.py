@@ -9,7 +9,7 @@ import pytest
 
 from fitting import Calibration, MeasuredTrial, calibrate
 from fitting.ebt import FORMS, fit_ebt
-from fitting.model import mode
+from fitting.model import search
 from fitting.objective import Swims
 from fitting.structure import assumed
 from fitting.sweep import sweep_speed
@@ -23,8 +23,8 @@ STARTS = 1
 @pytest.fixture(scope="module")
 def calibration(trials: dict[str, MeasuredTrial]) -> Calibration:
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(mode, "_SCREENED", 8)
-        patch.setattr(mode, "_ROUNDS", 3)
+        patch.setattr(search, "_SCREENED", 8)
+        patch.setattr(search, "_ROUNDS", 3)
         return calibrate(list(trials.values()), assumed(load_robot()), STARTS)
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from fitting.coefficient_fit import _flags, fit_coefficients
-from fitting.model import mode
+from fitting.model import search
 from fitting.model.mode import SearchEnd
 from swimmer import FluidCoefficients
 from tests.fitting.exact_swims import exact_swims, exact_twin
@@ -60,7 +60,7 @@ def test_coefficients_with_wide_intervals_are_not_determined() -> None:
 
 @pytest.mark.long
 def test_the_order_of_trials_does_not_change_a_bit(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(mode, "_ROUNDS", 2)  # each begins where the last one ended
+    monkeypatch.setattr(search, "_ROUNDS", 2)  # each begins where the last one ended
     trials = exact_swims(hz=(0.7, 1.2), seconds=4.5, noise_m=5e-4)
     one, other = (fit_coefficients(each, exact_twin(), (), starts=1)[0] for each in (trials, trials[::-1]))
 

@@ -26,7 +26,7 @@ def model() -> SessionModel:
 
 @pytest.fixture(scope="module")
 def robot(model: SessionModel) -> np.ndarray:
-    return model.trials[0].freedoms(TRUTH).robot
+    return model.trials[0].sensitivities(TRUTH).robot
 
 
 def test_what_was_measured_is_free_by_its_standard_error() -> None:

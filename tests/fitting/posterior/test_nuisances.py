@@ -22,8 +22,8 @@ def model() -> TrialModel:
 
 
 @pytest.fixture(scope="module")
-def freedoms(model: TrialModel) -> Sensitivities:
-    return model.freedoms(TRUTH)
+def sensitivities(model: TrialModel) -> Sensitivities:
+    return model.sensitivities(TRUTH)
 
 
 def simulated(model: TrialModel, velocity: np.ndarray, hz: float = 1.0, robot: RobotSpec = ROBOT) -> np.ndarray:
@@ -53,37 +53,37 @@ def test_the_simulated_features_at_the_truth_is_the_measured_one(model: TrialMod
 
 @pytest.mark.parametrize("axis", [0, 1, 2])
 def test_the_start_moves_it_as_a_simulation_from_another_start(
-    model: TrialModel, freedoms: Sensitivities, axis: int
+    model: TrialModel, sensitivities: Sensitivities, axis: int
 ) -> None:
     start, shift = model.trial.start_velocity, np.eye(3)[axis] * START_SD[axis]
     up, down = (read(model, simulated(model, start + sign * shift)) for sign in (0.5, -0.5))
-    assert freedoms.own[:, axis] == pytest.approx(up - down, abs=0.05 * np.abs(up - down).max())
+    assert sensitivities.own[:, axis] == pytest.approx(up - down, abs=0.05 * np.abs(up - down).max())
 
 
-def test_the_frequency_moves_it_as_a_crank_that_turns_faster(model: TrialModel, freedoms: Sensitivities) -> None:
+def test_the_frequency_moves_it_as_a_crank_that_turns_faster(model: TrialModel, sensitivities: Sensitivities) -> None:
     start, relative = model.trial.start_velocity, model.trial.frequency.se_hz / model.trial.frequency.hz
     up, down = (read(model, simulated(model, start, 1.0 + sign * 0.005)) for sign in (1, -1))
     expected = relative * (up - down) / 0.01
-    assert freedoms.own[:, 3] == pytest.approx(expected, abs=0.05 * np.abs(expected).max())
+    assert sensitivities.own[:, 3] == pytest.approx(expected, abs=0.05 * np.abs(expected).max())
 
 
 @pytest.mark.parametrize("marker", [NOSE, NECK, 4, FIN])
 @pytest.mark.parametrize("axis", [0, 1])
 def test_a_box_off_its_marker_moves_it_with_scale_and_heading(
-    model: TrialModel, freedoms: Sensitivities, marker: int, axis: int
+    model: TrialModel, sensitivities: Sensitivities, marker: int, axis: int
 ) -> None:
     marker_m = simulated(model, model.trial.start_velocity)
     shifted = marker_m.copy()
     shifted[:, marker, axis] += 5e-4
     expected = 2000 * (read(model, rescaled(shifted, marker_m)) - read(model, marker_m))
-    column = freedoms.boxes[:, 2 * marker + axis]
+    column = sensitivities.boxes[:, 2 * marker + axis]
     assert column == pytest.approx(expected, abs=0.02 * np.abs(expected).max())
 
 
 @pytest.mark.parametrize("name", ["nose", "neck", "tail_2", "caudal_fin"])
 @pytest.mark.parametrize("axis", [0, 1])
 def test_a_marker_glued_off_its_place_moves_it_as_a_robot_made_so(
-    model: TrialModel, freedoms: Sensitivities, name: str, axis: int
+    model: TrialModel, sensitivities: Sensitivities, name: str, axis: int
 ) -> None:
     off = np.eye(3)[axis] * 0.001
     marker = ROBOT.markers[name].model_copy(update={"position_m": tuple(np.add(ROBOT.markers[name].position_m, off))})
@@ -91,6 +91,6 @@ def test_a_marker_glued_off_its_place_moves_it_as_a_robot_made_so(
     marker_m = simulated(model, model.trial.start_velocity)
     shifted = rescaled(simulated(model, model.trial.start_velocity, robot=robot), marker_m)
     expected = read(model, shifted) - read(model, marker_m)
-    column = 0.001 * freedoms.markers[:, 2 * FISHSIM_MARKERS.index(name) + axis]
+    column = 0.001 * sensitivities.markers[:, 2 * FISHSIM_MARKERS.index(name) + axis]
     sign = np.sign(column @ expected)  # each way along an axis is as likely
     assert sign * column == pytest.approx(expected, abs=0.02 * np.abs(expected).max())

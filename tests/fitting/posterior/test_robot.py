@@ -26,7 +26,7 @@ def known_posterior(nuisance: float) -> Posterior:
     doubt = uncertainties_of(assumed(load_robot()).sources)[2]
     trial = SimpleNamespace(doubted=(SimpleNamespace(doubt=doubt),))
     mode = SimpleNamespace(
-        blocks=(SimpleNamespace(freedoms=SimpleNamespace(robot=columns)),),
+        blocks=(SimpleNamespace(sensitivities=SimpleNamespace(robot=columns)),),
         total=columns @ columns.T + NOISE * np.eye(2),
         model=SimpleNamespace(measured=np.array([3.0 + nuisance, nuisance]), trials=(trial,)),
     )

@@ -32,7 +32,7 @@ def test_a_marker_glued_elsewhere_is_the_column_of_the_posterior(model: SessionM
     values = np.zeros((1, len(effect.parameters)))
     values[0, [p.name for p in effect.parameters].index("tail_3_across")] = 0.001
     found = signature_of(effect, model, CAMERA, TRUTH, values).features[0]
-    column = np.concatenate([0.001 * trial.freedoms(TRUTH).markers[:, 2 * marker + 1] for trial in model.trials])
+    column = np.concatenate([0.001 * trial.sensitivities(TRUTH).markers[:, 2 * marker + 1] for trial in model.trials])
     assert found == pytest.approx(column, abs=0.02 * np.abs(column).max())
 
 

@@ -1,0 +1,263 @@
+"""The search for the mode: coefficients by Gauss-Newton, variance components by restricted likelihood.
+
+The two take turns. Each step of the coefficients is that of generalised least squares in the covariance so far, within
+the bounds (Stark and Parker 1995, by `scipy.optimize.lsq_linear`), halved until it gains. A few starts, the likeliest
+of points all over the box, guard against other valleys.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from scipy.linalg import cho_factor, cho_solve, solve_triangular
+from scipy.optimize import lsq_linear
+from scipy.stats import qmc
+
+from fitting.model.features import SPEED
+from fitting.model.mode import Mode, Progress, SearchEnd, blocks_at, coefficient_covariance, jacobian_at
+from fitting.model.roll import NO_ROLL, ROLL_SD, Roll
+from fitting.model.session_model import SessionModel
+from fitting.model.trial_model import trajectories_together
+from fitting.model.variance import COEFFICIENT_SD, MEDIANS, Block, Covariance
+from fitting.objective import COEFFICIENT_BOUNDS
+from session.errors import SimulationDiverged
+from swimmer import PUBLISHED_COEFFICIENTS, Trajectories
+
+_SCREENED = 48
+_TRIED = 4  # times the starts, of which it is asked whether their twins swim forward from rest
+_ROUNDS = 14
+_RACED = 6  # rounds of all descents, after which the better half goes on
+_RENEWED = (2, 5)  # rounds in which nuisances are simulated anew where the coefficients now are
+_NATURALS = tuple(np.linspace(-0.8, 0.8, 9))  # of rolls to begin with, see `Roll.natural`
+_SHARES = (1.0, 0.5, 0.25, 0.1)  # of a step
+_STILL = 0.2  # length of a step in standard deviations of the coefficients, below which it is the last
+_SHORT = 1.0  # such a length, below which slopes are corrected by what the step did instead of simulated anew
+
+
+def find_mode(
+    model: SessionModel, starts: int = 3, seed: int = 0, tell: Progress = lambda _message, _share: None
+) -> Mode:
+    """The likeliest coefficients of a session's fitted trials.
+
+    Args:
+        model: the trials; their features hold the course.
+        starts: how many of the screened points are gone on from, those first whose twins swim forward from rest; on
+            the way there these stay so.
+        seed: of the screening.
+        tell: of the progress.
+
+    Raises:
+        SimulationDiverged: from every start.
+    """
+    points = _screened(seed)
+    simulated = model.simulated(points)
+    promising = _promising(model, points, simulated, starts)
+    blocks = blocks_at(model, promising[0])
+    descents = [_Descent(model, start, blocks) for start in promising]
+    for number, descent in enumerate(descents):
+        tell("fitting the coefficients", 0.5 * number / starts)
+        descent.go_on(min(_RACED, _ROUNDS))
+    descents.sort(key=_worse)
+    for number, descent in enumerate(descents[: (starts + 1) // 2]):
+        tell("fitting the coefficients", 0.5 + number / starts)
+        descent.go_on(_ROUNDS)
+    while not (found := sorted(descents, key=_worse))[0].done:
+        found[0].go_on(_ROUNDS)
+    found = [each for each in found if np.isfinite(each.log_density)]
+    if not found:
+        raise SimulationDiverged("the twin diverged from every start; look into the flags of the fit trials")
+    spent = len(points) + sum(each.simulated for each in descents)
+    ends = tuple(each.mode.ends[0] for each in found)
+    return replace(found[0].mode, ends=ends, simulations=spent)
+
+
+class _Descent:
+    """From one start, as far as it was told to go.
+
+    Attributes:
+        log_density: where it is; -inf where the twin diverged on the way.
+    """
+
+    def __init__(self, model: SessionModel, start: np.ndarray, blocks: tuple[Block, ...]) -> None:
+        self.model, self.start, self.simulated = model, start, 0
+        self.forward = bool(model.swim_forward(start[None])[0])
+        self._blocks, self._covariance = blocks, Covariance.of(blocks)
+        self.log_density, self._round, self._converged = -np.inf, 0, False
+        self._at, self._sizes = start, dict(MEDIANS)
+        self._trajectories = trajectories_together(model.trials, start[None])
+        self._jacobian, self._sloped = np.zeros((0, 5)), False
+
+    @property
+    def done(self) -> bool:
+        """Whether going on changes nothing."""
+        return self._converged or self._round >= _ROUNDS
+
+    def go_on(self, rounds: int) -> None:
+        """Goes on until so many rounds are behind it, or until it has converged."""
+        try:
+            while self._round < rounds and not self._converged:
+                self._step()
+            self._look(sloped=True)
+        except (np.linalg.LinAlgError, ValueError):  # what is simulated is not finite
+            self.log_density, self._converged = -np.inf, True
+
+    def _step(self) -> None:
+        if self._round in _RENEWED:
+            self._blocks = blocks_at(self.model, self._at)
+            self._covariance = Covariance.of(self._blocks)
+            self.simulated += 16
+        self._look()
+        jacobian, others = self._jacobian, self._covariance.without_roll(self._sizes) + _free(self._jacobian)
+        if self._round in (0, *_RENEWED):
+            self._start_roll(others)
+        rolled = self._roll(others)
+        total = self._covariance.at(self._sizes)
+        root = np.linalg.cholesky(np.linalg.inv(coefficient_covariance(total, jacobian)))
+        before, residual = self._at, self._residual
+        self._at, self._trajectories = self._stepped(total)
+        length = self._slope_on(before, residual, root)
+        still = length is not None and np.hypot(length, rolled) < _STILL
+        self._converged = bool(still) and self._round >= _RENEWED[0]
+        self._round += 1
+
+    def _slope_on(self, before: np.ndarray, residual: np.ndarray, root: np.ndarray) -> float | None:
+        """Slopes after a step from coefficients (5,) with their residual (K,); its length, None to try it again.
+
+        Args:
+            before, residual: where the step began.
+            root: (5, 5) of the information about the coefficients, by which lengths are measured.
+        """
+        step, sloped = self._at - before, self._sloped
+        length = float(np.linalg.norm(root.T @ step))
+        if not step.any():
+            if not sloped:
+                self._jacobian = self._jacobian[:0]
+            return length if sloped else None
+        self._sloped = False
+        change = residual - self._residual_with(None)
+        self._jacobian = _corrected(self._jacobian, step, change, root) if length < _SHORT else self._jacobian[:0]
+        return length
+
+    def _look(self, sloped: bool = False) -> None:
+        """Where it is: residual, slopes, the likeliest sizes there; the slopes simulated where `sloped` or unknown."""
+        self._residual = self._residual_with(None)
+        if not len(self._jacobian) or (sloped and not self._sloped):
+            self._jacobian, self._sloped = jacobian_at(self.model.trials, self._at), True
+            self.simulated += 10
+        self._sizes, deviance = self._covariance.restricted(self._residual, self._jacobian, self._sizes)
+        self.log_density = -deviance - self.model.trials[0].roll.deviance
+
+    def _residual_with(self, roll: Roll | None) -> np.ndarray:
+        """(K,) where it is, with another roll of the hull or with its own."""
+        trials = self.model.trials if roll is None else self.model.rolling(roll).trials
+        rows = [trial.features_of(each)[0] for trial, each in zip(trials, self._trajectories, strict=True)]
+        return np.asarray(self.model.measured - np.concatenate(rows))
+
+    @property
+    def mode(self) -> Mode:
+        """Where it is."""
+        end = SearchEnd(self.start, self._at, self.log_density, self._converged, self.forward)
+        return Mode(
+            self.model,
+            self._at,
+            self._sizes,
+            self._covariance,
+            self._blocks,
+            self._residual,
+            self._jacobian,
+            (end,),
+            self.simulated,
+        )
+
+    def _start_roll(self, total: np.ndarray) -> None:
+        """Begins with the likeliest roll of a few natural frequencies, in a covariance (K, K) of all else.
+
+        Near its natural frequency a roll turns round, so that a wrong one asks for the wrong sign.
+        """
+        without, factor = self._residual_with(NO_ROLL), cho_factor(total, lower=True)
+        found: list[tuple[float, Roll]] = []
+        for natural in _NATURALS:
+            column = without - self._residual_with(Roll(ROLL_SD[0], natural))
+            pull = column @ cho_solve(factor, without)
+            information = column @ cho_solve(factor, column) + 1.0
+            roll = NO_ROLL.moved(np.array([pull / information, natural / ROLL_SD[1]]))
+            found.append((0.5 * pull**2 / information - 0.5 * (natural / ROLL_SD[1]) ** 2, roll))
+        self.model = self.model.rolling(max(found)[1])
+        self._residual = self._residual_with(None)
+
+    def _roll(self, total: np.ndarray) -> float:
+        """Goes on to the likeliest roll, linear, in a covariance (K, K) of all else; the way in standard deviations."""
+        roll, trials = self.model.trials[0].roll, zip(self.model.trials, self._trajectories, strict=True)
+        rolls = np.vstack([trial.slopes_of_roll(each) for trial, each in trials])
+        factor = cho_factor(total, lower=True)
+        information = rolls.T @ cho_solve(factor, rolls) + np.eye(2)
+        pull = rolls.T @ cho_solve(factor, self._residual) - np.array(roll) / ROLL_SD
+        there = roll.moved(np.linalg.solve(information, pull))
+        self.model = self.model.rolling(there)
+        self._residual, self._covariance = self._residual_with(None), replace(self._covariance, rolls=rolls)
+        step = (np.array(there) - np.array(roll)) / ROLL_SD
+        return float(np.sqrt(step @ information @ step))
+
+    def _stepped(self, total: np.ndarray) -> tuple[np.ndarray, list[Trajectories]]:
+        """(5,) one step on and what swims there, or the same where no share of it gains.
+
+        A twin that swims forward from rest goes on to.
+        """
+        root = np.linalg.cholesky(total)
+        white, columns = (solve_triangular(root, each, lower=True) for each in (self._residual, self._jacobian))
+        low, high = COEFFICIENT_BOUNDS
+        step = lsq_linear(columns, white, bounds=(low - self._at - 1e-9, high - self._at + 1e-9)).x
+        for shares in (_SHARES[:1], _SHARES[1:]):
+            tried = np.clip(self._at + np.outer(shares, step), low, high)
+            told = trajectories_together(self.model.trials, tried)
+            self.simulated += len(tried)
+            rows = self.model.measured - np.hstack(
+                [trial.features_of(each) for trial, each in zip(self.model.trials, told, strict=True)]
+            )
+            squares = np.nan_to_num(
+                (solve_triangular(root, np.nan_to_num(rows, nan=1e3).T, lower=True) ** 2).sum(axis=0)
+            )
+            for best in np.argsort(squares):
+                if squares[best] >= white @ white:
+                    break
+                if not self.forward or self.model.swim_forward(tried[[best]])[0]:
+                    return np.asarray(tried[best]), [
+                        each.part(np.array([best]), each.time_s.shape[-1]) for each in told
+                    ]
+        return self._at, self._trajectories
+
+
+def _corrected(jacobian: np.ndarray, step: np.ndarray, change: np.ndarray, root: np.ndarray) -> np.ndarray:
+    """(K, 5) slopes that give the change (K,) that a step (5,) made, else as they were (Broyden 1965, good update).
+
+    The length of a step is measured by the root (5, 5) of the information about the coefficients.
+    """
+    along = root @ (root.T @ step)
+    return np.asarray(jacobian + np.outer(change - jacobian @ step, along) / (step @ along))
+
+
+def _worse(descent: _Descent) -> tuple[bool, float]:
+    return not descent.forward, -descent.log_density
+
+
+def _free(jacobian: np.ndarray) -> np.ndarray:
+    """(K, K) what coefficients make that may be anywhere."""
+    return np.asarray(COEFFICIENT_SD**2 * jacobian @ jacobian.T)
+
+
+def _screened(seed: int) -> np.ndarray:
+    """(s, 5) over the box, even in the roots; the published coefficients first."""
+    box = COEFFICIENT_BOUNDS[1] * qmc.Sobol(5, seed=seed).random_base2(int(np.ceil(np.log2(_SCREENED)))) ** 2
+    return np.vstack([PUBLISHED_COEFFICIENTS, box[: _SCREENED - 1]])
+
+
+def _promising(model: SessionModel, points: np.ndarray, simulated: np.ndarray, starts: int) -> Sequence[np.ndarray]:
+    """The likeliest of the points (s, 5) by what they simulate (s, K), relative to how fast and wide each beat is."""
+    measured = model.measured.reshape(len(model.trials), -1)
+    rows = simulated.reshape(len(points), *measured.shape)
+    speed = (rows[..., SPEED] - measured[..., SPEED]) / np.maximum(np.abs(measured[..., SPEED]), 1e-3)
+    wave = np.linalg.norm(rows[..., 1:] - measured[..., 1:], axis=-1) / np.linalg.norm(measured[..., 1:], axis=-1)
+    misfit = np.nan_to_num((speed**2 + wave**2).sum(axis=-1), nan=np.inf)
+    order = [i for i in np.argsort(misfit)[: _TRIED * starts] if np.isfinite(misfit[i])]
+    forward = model.swim_forward(points[order])
+    return [points[i] for i in [*np.array(order)[forward], *np.array(order)[~forward]][:starts]]
