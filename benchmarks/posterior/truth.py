@@ -63,10 +63,11 @@ def draw_session(
     """Draws a session from the prior of the posterior and of its nuisances.
 
     Coefficients are uniform over the box, of those with which the robot swims forward from rest: by at least 1 cm/s at
-    both frequencies, and at all at half the slower, as the posterior takes for granted. Frequencies are uniform from 0.5 to 1.4 Hz, at least 0.3 Hz apart; phases and headings are uniform. Each
-    marker sits off its place on the body by 1 mm (standard deviation, each way); hinges and crank arm are off by what
-    the posterior allows for where nobody measured them. The share of the tracks' errors that neighbours have in common
-    is uniform from 0 to 0.8. The trials are simulated with steps so fine that they no longer matter.
+    both frequencies, and at all at half the slower, as the posterior takes for granted. Frequencies are uniform from
+    0.5 to 1.4 Hz, at least 0.3 Hz apart; phases and headings are uniform. Each marker sits off its place on the body by
+    1 mm (standard deviation, each way); hinges and crank arm are off by what the posterior allows for where nobody
+    measured them. The share of the tracks' errors that neighbours have in common is uniform from 0 to 0.8. The trials
+    are simulated with steps so fine that they no longer matter.
 
     Args:
         seed: of all draws.

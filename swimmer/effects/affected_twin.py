@@ -13,6 +13,7 @@ from scipy.interpolate import CubicSpline
 from session import InputError
 from session.errors import Fault, shown
 from swimmer.effects.effect import MODEL_WAYS, MOVING_WAYS, Drive, Effect, StepDamper, StepForce, StepState
+from swimmer.effects.plates import Plates
 from swimmer.effects.seen import Observation, View
 from swimmer.engine_log import quiet_engine
 from swimmer.fluid import FluidCoefficients
@@ -212,16 +213,16 @@ class AffectedTwin(Twin):
         forces, dampers = self._forces(runs), self._dampers(runs, batch.models)
         if not forces and not dampers:
             return super()._rolled(batch, runs, steps)
-        most, dt = int(steps.max()), self.scene.timestep_s
+        fewest, most, dt = int(steps.min()), int(steps.max()), self.scene.timestep_s
         speeds = runs.crank_speeds(most, dt)
         position, velocity, fluid = (batch.bind(name) for name in ("qpos", "qvel", "qfrc_fluid"))
         applied, control = batch.bind("qfrc_applied"), batch.bind("ctrl")
         rolled, before = np.empty((len(runs), most, position.shape[1])), velocity.copy()
         acceleration = np.zeros_like(before)
         joints, tendons = ([getattr(m, name) for m in batch.models] for name in ("dof_damping", "tendon_damping"))
-        joint_base, tendon_base = np.array(joints), np.array(tendons)
+        joint_base, tendon_base, plates = np.array(joints), np.array(tendons), Plates(self.robot, self.scene)
         for k in range(most):
-            state = StepState(k * dt, position, velocity, acceleration, fluid)
+            state = StepState(k * dt, position, velocity, acceleration, fluid, plates)
             if forces:
                 pushed = [force(state) for _, force in forces]
                 for (effect, _), own in zip(forces, pushed, strict=True) if k == 0 else ():
@@ -229,11 +230,11 @@ class AffectedTwin(Twin):
                 applied[:] = sum(pushed)
             if dampers:
                 added = [damper(state) for damper in dampers]
-                _write(joints, joint_base + sum(a.joints for a in added))
-                _write(tendons, tendon_base + sum(a.tendons for a in added))
+                _add(joints, joint_base, [a.joints for a in added])
+                _add(tendons, tendon_base, [a.tendons for a in added])
             if speeds is not None:
                 control[:, 0] = speeds[:, k, 0]
-            batch.step()
+            batch.step(None if k < fewest else np.flatnonzero(steps > k))
             acceleration = (velocity - before) / dt
             before, rolled[:, k] = velocity.copy(), position
         for row, end in enumerate(steps):
@@ -295,9 +296,10 @@ class AffectedTwin(Twin):
         return values
 
 
-def _write(fields: Sequence[np.ndarray], values: np.ndarray) -> None:
-    """Into fields of models, which the batch reads anew in every step."""
-    for own, row in zip(fields, values, strict=True):
+def _add(fields: Sequence[np.ndarray], base: np.ndarray, added: Sequence[np.ndarray | float]) -> None:
+    """To fields of models, which the batch reads anew in every step."""
+    changes = [each for each in added if isinstance(each, np.ndarray)]
+    for own, row in zip(fields, base + sum(changes), strict=True) if changes else ():
         own[:] = row
 
 

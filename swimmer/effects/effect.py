@@ -2,6 +2,8 @@
 
 from abc import ABC
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
 from typing import ClassVar, Literal, NamedTuple
 
 import mujoco
@@ -9,6 +11,7 @@ import numpy as np
 
 from session.session_file import TrialKind
 from swimmer.crank_turn import Turn
+from swimmer.effects.plates import Motion, Plates
 from swimmer.effects.seen import Observation, View
 from swimmer.mjcf import Scene
 from swimmer.robot import RobotSpec
@@ -53,7 +56,8 @@ class Drive(NamedTuple):
     turn: Turn | None
 
 
-class StepState(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class StepState:
     """Of n simulations before a step, in the order of the joints.
 
     Attributes:
@@ -62,6 +66,7 @@ class StepState(NamedTuple):
         velocity: (n, v).
         acceleration: (n, v) over the last step.
         fluid: (n, v) generalised force of the water in the last step, N and N m.
+        plates: of the robot.
     """
 
     time_s: float
@@ -69,6 +74,12 @@ class StepState(NamedTuple):
     velocity: np.ndarray
     acceleration: np.ndarray
     fluid: np.ndarray
+    plates: Plates
+
+    @cached_property
+    def motion(self) -> Motion:
+        """Of the plates; worked out once for all effects."""
+        return self.plates.motion(self.position, self.velocity)
 
 
 class StepDamping(NamedTuple):

@@ -49,7 +49,7 @@ class _Reactive:
 
     @np.errstate(over="ignore", invalid="ignore")  # a simulation that blows up is marked later
     def __call__(self, state: StepState) -> np.ndarray:
-        motion = self.plates.motion(state)
+        motion = state.motion
         gained = 0.0 if self.velocity is None else motion.velocity - self.velocity
         coming = 2 * gained - self.gained
         self.velocity, self.gained = motion.velocity, gained
@@ -131,7 +131,7 @@ class _Wake:
     """
 
     def __init__(self, plates: Plates, way_m: np.ndarray, timestep_s: float) -> None:
-        self.plates, self.way_m, self.timestep_s = plates, way_m, timestep_s
+        self.way_m, self.timestep_s = way_m, timestep_s
         area = plates.half_m[:, [0]] * plates.half_m[:, [2]]
         self.share = area / area.sum()  # (p, 1)
         self.late: float | np.ndarray = 0.0
@@ -139,7 +139,7 @@ class _Wake:
 
     @np.errstate(over="ignore", invalid="ignore")  # a simulation that blows up is marked later
     def __call__(self, state: StepState) -> np.ndarray:
-        passed_m = self.timestep_s * np.hypot(np.abs(self.plates.motion(state).velocity) @ self.share, SLOW_M_S)
+        passed_m = self.timestep_s * np.hypot(np.abs(state.motion.velocity) @ self.share, SLOW_M_S)
         steps = np.divide(passed_m, self.way_m, out=np.full(passed_m.shape, np.inf), where=self.way_m > 0)
         kept = np.exp(-steps)
         late = kept * self.late + (1 - kept) / steps * (state.fluid - self.before)
@@ -223,7 +223,7 @@ class _Wall:
 
     @np.errstate(over="ignore", invalid="ignore")  # a simulation that blows up is marked later
     def __call__(self, state: StepState) -> np.ndarray:
-        motion = self.plates.motion(state)
+        motion = state.motion
         course = self.course / np.abs(self.course)
         self.course = course + self.turned * (motion.along[:, :1] - course)
         velocity = motion.velocity * np.conj(course)
@@ -284,7 +284,7 @@ class _AlongTheHead:
 
     @np.errstate(over="ignore", invalid="ignore")  # a simulation that blows up is marked later
     def __call__(self, state: StepState) -> np.ndarray:
-        motion = self.plates.motion(state)
+        motion = state.motion
         head = motion.along[:, 0]
         speed = np.real(head.conj() * motion.velocity[:, 0])
         force = np.zeros_like(motion.place)

@@ -8,7 +8,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from swimmer.effects.effect import StepState
 from swimmer.mjcf import Scene
 from swimmer.robot import RobotSpec
 
@@ -61,10 +60,10 @@ class Plates:
         self._free = not scene.head_clamped
         self._hinges = slice(_HEAD_JOINTS * self._free + 1, None)  # behind the crank
 
-    def motion(self, state: StepState) -> Motion:
-        """Where they are and how they move."""
-        place, heading = self._chain(state.position)
-        drift, turning = self._chain(state.velocity)
+    def motion(self, position: np.ndarray, velocity: np.ndarray) -> Motion:
+        """Where they are and how they move, by positions (n, q) and velocities (n, v) of the joints."""
+        place, heading = self._chain(position)
+        drift, turning = self._chain(velocity)
         ahead, link = np.exp(1j * heading), self._link
         return Motion(
             place + ahead @ self._arm.T,

@@ -49,17 +49,16 @@ class TendonPath:
 
     def __call__(self, crank_rad: np.ndarray, hinges_rad: np.ndarray) -> Spans:
         """Of crank angles (n,) and hinge angles (n, h)."""
-        start = np.tile(self._from, (len(crank_rad), 1, 1, 1))  # (n, 2, h, 3)
-        sin, cos = np.sin(crank_rad)[:, None] * self._arm, np.cos(crank_rad)[:, None] * self._arm
-        start[:, :, 0, 0] += sin
-        start[:, :, 0, 2] += cos
+        sin, cos = np.sin(crank_rad)[:, None] * self._arm, np.cos(crank_rad)[:, None] * self._arm  # (n, 2)
         c, s = np.cos(hinges_rad)[:, None], np.sin(hinges_rad)[:, None]
         x, y = self._to[..., 0], self._to[..., 1]
-        end = np.stack([c * x - s * y, s * x + c * y, np.zeros_like(c * x)], axis=-1)
-        piece = end - start
-        length = np.sqrt((piece**2).sum(axis=-1))
-        per_hinge = (piece[..., 1] * end[..., 0] - piece[..., 0] * end[..., 1]) / length
-        per_crank = (piece[:, :, 0, 2] * sin - piece[:, :, 0, 0] * cos) / length[:, :, 0]
+        end_x, end_y = c * x - s * y, s * x + c * y  # (n, 2, h)
+        piece_x, piece_y, up = end_x - self._from[..., 0], end_y - self._from[..., 1], -self._from[0, 0, 2] - cos
+        piece_x[:, :, 0] -= sin
+        length = np.sqrt(piece_x**2 + piece_y**2)
+        length[:, :, 0] = np.hypot(length[:, :, 0], up)
+        per_hinge = (piece_y * end_x - piece_x * end_y) / length
+        per_crank = (up * sin - piece_x[:, :, 0] * cos) / length[:, :, 0]
         return Spans(length, per_hinge, per_crank)
 
     def straight(self) -> Spans:

@@ -8,7 +8,8 @@ import numpy as np
 from swimmer import PUBLISHED_COEFFICIENTS, Scene, Twin
 from swimmer.effects.affected_twin import AffectedTwin
 from swimmer.effects.effect import Effect, StepState
-from swimmer.mjcf import FREE_DECAY
+from swimmer.effects.plates import Plates
+from swimmer.mjcf import FREE_DECAY, SWIM
 from tests.swimmer.robots import FISH
 
 
@@ -45,4 +46,4 @@ def moved(model: mujoco.MjModel, data: mujoco.MjData, seconds: float, damper: An
 
 def still(position: np.ndarray, velocity: np.ndarray) -> StepState:
     """A state of n simulations, (n, q) and (n, v), that neither accelerate nor feel water."""
-    return StepState(0.0, position, velocity, np.zeros_like(velocity), np.zeros_like(velocity))
+    return StepState(0.0, position, velocity, np.zeros_like(velocity), np.zeros_like(velocity), Plates(FISH, SWIM))

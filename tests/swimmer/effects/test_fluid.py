@@ -32,6 +32,7 @@ WALL = catalogue()["wall_proximity"]
 WAVES = catalogue()["wave_drag"]
 
 RHO = 1000.0
+PLATES = Plates(FISH, SWIM)
 NO_DRAG = FluidCoefficients(0.0, 0.0, 0.0, 0.0, 0.0)
 IDEAL = changed(FISH, water={"viscosity_pa_s": 0.0}, tail={"hinge_damping_n_m_s": 0.0})  # nothing takes energy
 SURGE, SWAY, YAW = range(3)
@@ -43,8 +44,8 @@ def model_with(effect: Effect, values: np.ndarray, robot: RobotSpec, scene: Scen
     return spec.compile()
 
 
-def state_of(data: mujoco.MjData) -> StepState:
-    return StepState(data.time, data.qpos[None], data.qvel[None], data.qacc[None], data.qfrc_fluid[None])
+def state_of(data: mujoco.MjData, plates: Plates = PLATES) -> StepState:
+    return StepState(data.time, data.qpos[None], data.qvel[None], data.qacc[None], data.qfrc_fluid[None], plates)
 
 
 def straight(**velocity: float) -> StepState:
@@ -98,7 +99,7 @@ def test_plates_move_and_push_as_in_the_engine(robot: RobotSpec, head_clamped: b
     scene = replace(SWIM, head_clamped=head_clamped)
     model, plates = build_mjcf(robot, scene=scene).compile(), Plates(robot, scene)
     data = random_state(model, 1)
-    motion = plates.motion(state_of(data))
+    motion = plates.motion(data.qpos[None], data.qvel[None])
     force = np.random.default_rng(0).normal(size=(len(plates.names), 2)) @ [1, 1j]
     torque = np.random.default_rng(1).normal(size=len(plates.names))
     expected = np.zeros(model.nv)
@@ -178,7 +179,7 @@ def test_half_of_a_force_comes_at_once_and_the_rest_on_the_way() -> None:
     assert force is not None
     ahead = still.copy()
     ahead[:, SURGE] = -np.sqrt(speed**2 - SLOW_M_S**2)
-    held = [force(StepState(k * dt, still, ahead, still, still + 2.0))[:, SWAY] for k in range(100)]
+    held = [force(StepState(k * dt, still, ahead, still, still + 2.0, PLATES))[:, SWAY] for k in range(100)]
     since = dt * (np.arange(100) + 0.5)
     assert 2.0 + np.array(held)[:, 0] == pytest.approx(2.0 * (1 - 0.5 * np.exp(-speed * since / way)), rel=1e-3)
     assert np.abs(np.array(held)[:, 1]).max() == 0
@@ -199,7 +200,7 @@ def test_a_swim_in_a_current_is_the_same_swim_carried_along() -> None:
 
 def wetted() -> tuple[np.ndarray, np.ndarray]:
     """(p,) side areas and half depths of the plates."""
-    half = Plates(FISH, SWIM).half_m
+    half = PLATES.half_m
     return 4 * half[:, 0] * half[:, 2], half[:, 2]
 
 
@@ -241,7 +242,7 @@ def test_waves_resist_along_the_head_with_a_hump_at_froude_one_half() -> None:
 def test_drag_of_layers_resists_along_the_head_and_a_cable_in_all_directions() -> None:
     towed = model_with(LINEAR, np.array([0.7]), FISH)
     assert towed.dof_damping[:3] == pytest.approx([0.7, 0.7, 0.0])
-    half_m = Plates(FISH, SWIM).half_m
+    half_m = PLATES.half_m
     wetted_m2, length_m = 8 * (half_m[:, 0] * half_m[:, 2]).sum(), 2 * half_m[:, 0].sum()
     viscosity = FISH.water.viscosity_pa_s / RHO
     for speed in (0.05, 0.2):
