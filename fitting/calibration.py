@@ -69,12 +69,17 @@ class Summary:
         speed_mae_twin, speed_mae_ebt: mean absolute speed error of the twin, and of elongated body theory as published.
         speed_mae: mean absolute speed error of the twin, of each form of elongated body theory, and of each form from
             the twin's tail ("<form>, twin's tail").
+        trials: how many they are.
+        compared: over how many of them the speed errors are: those whose tail tip elongated body theory sees; over all
+            where it sees none.
     """
 
     marker_error_mm: float
     speed_mae_twin: float
     speed_mae_ebt: float
     speed_mae: Mapping[str, float]
+    trials: int
+    compared: int
 
 
 @dataclass(frozen=True, eq=False)
@@ -139,10 +144,11 @@ def summarise(trials: Sequence[CalibratedTrial]) -> Summary | None:
     """Means over some trials; None when there are none."""
     if not trials:
         return None
-    errors = [{name: abs(speed - t.measured.speed) for name, speed in t.speeds.items()} for t in trials]
-    speed_mae = {name: float(np.mean([error[name] for error in errors])) for name in errors[0]}
+    compared = [t for t in trials if np.isfinite(list(t.speeds.values())).all()] or trials
+    errors = np.abs([[speed - t.measured.speed for speed in t.speeds.values()] for t in compared]).mean(axis=0)
+    speed_mae = dict(zip(trials[0].speeds, map(float, errors), strict=True))
     error_mm = 1000.0 * float(np.mean([t.scores.marker_error_m for t in trials]))
-    return Summary(error_mm, speed_mae["twin"], speed_mae["published"], speed_mae)
+    return Summary(error_mm, speed_mae["twin"], speed_mae["published"], speed_mae, len(trials), len(compared))
 
 
 def calibrate(

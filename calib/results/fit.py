@@ -163,8 +163,9 @@ class FitResult(Result):
         lines += interval_lines(found.posterior)
         for role, label in (("fit", "fit trials"), ("holdout", "held out")):
             if (summary := found.summary[role]) is not None:
+                over = f", over {summary.compared} of {summary.trials}" if summary.compared < summary.trials else ""
                 lines.append(
-                    f"{label}: markers {shown(summary.marker_error_mm, 1)} mm, mean speed error "
+                    f"{label}: markers {shown(summary.marker_error_mm, 1)} mm, mean speed error{over} "
                     f"{shown(summary.speed_mae_twin, 4)} m/s (EBT {shown(summary.speed_mae_ebt, 4)})"
                 )
         return [*lines, *flag_lines(self._all_flags())]

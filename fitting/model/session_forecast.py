@@ -90,6 +90,22 @@ class SessionForecast:
         """The trials that the coefficients are not fitted to."""
         return tuple(trial for trial in self.trials.values() if trial.role != "fit")
 
+    @property
+    def compared(self) -> "SessionForecast":
+        """With those held-out trials alone whose speed every model tells that tells any: all means are over the same.
+
+        Elongated body theory tells none where boxes at the tail tip merge.
+        """
+        told = {
+            name: {model for model, found in trial.forecasts.items() if np.isfinite(found.speed)}
+            for name, trial in self.trials.items()
+            if trial.role != "fit"
+        }
+        every = set().union(*told.values())
+        return replace(
+            self, trials={name: trial for name, trial in self.trials.items() if told.get(name, every) == every}
+        )
+
     def mean(self, model: str, quantity: str) -> float:
         """Mean over held-out trials of a quantity of `Forecast`, or of "speed_error" (absolute, m/s); nan: unknown."""
         found = [self._value(trial, model, quantity) for trial in self.held_out]

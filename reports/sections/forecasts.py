@@ -1,6 +1,6 @@
 """Forecasts of held-out trials by the model and by simple baselines."""
 
-from fitting.model.session_forecast import BEATS, GIVEN
+from fitting.model.session_forecast import BEATS, GIVEN, SessionForecast
 from reports.blocks import Plot, Plots, Section, Table, table_head
 from reports.context import ReportContext
 from reports.figures.forecasts import forecasts_figure
@@ -32,7 +32,7 @@ def build(context: ReportContext) -> Section | None:
 
 
 def _table(context: ReportContext) -> Table:
-    forecasts = context.calibration.forecasts
+    forecasts = context.calibration.forecasts.compared
     rows = []
     for model, error in mean_speed_errors(forecasts).items():
         inside = forecasts.mean(model, "inside")
@@ -46,11 +46,19 @@ def _table(context: ReportContext) -> Table:
             )
         )
     caption = (
-        f"Means over {counted(len(forecasts.held_out), 'held-out trial')}. Alone: without its discrepancy. "
+        f"Means over {_whose(forecasts, context.calibration.forecasts)}. Alone: without its discrepancy. "
         "Baselines use the fitted speeds and the trial's frequency only; the continuation uses its first two beats "
         "only. EBT uses the measured tail of the whole trial, so it is not a forecast."
     )
     return Table(caption, _COLUMNS, tuple(rows))
+
+
+def _whose(compared: SessionForecast, forecasts: SessionForecast) -> str:
+    """The trials that means are over, the same for all models."""
+    all_of_them = counted(len(forecasts.held_out), "held-out trial")
+    if len(compared.held_out) == len(forecasts.held_out):
+        return all_of_them
+    return f"{len(compared.held_out)} of {all_of_them}, those of which every model tells the speed"
 
 
 def _caveats(context: ReportContext) -> tuple[str, ...]:

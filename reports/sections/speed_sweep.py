@@ -114,13 +114,14 @@ def _table(calibration: Calibration) -> Table:
         if summary := calibration.summary(role):
             twin, published, large = (in_mm(summary.speed_mae[name]) for name in ("twin", "published", "large"))
             commanded = _mean_by_command(trials, forecasts) if role == "holdout" else ""
+            title += f" ({summary.compared} of {summary.trials})" if summary.compared < summary.trials else ""
             totals.append(("mean", title, "", "", "", "", twin, commanded, published, large, ""))
     return Table(
         "Forward speed of each trial: slope over the whole beats of the compared frames, forward positive. "
         "The twin has the frequency, phase and start of a held-out trial from its first two beats. The forecast from "
         "the command uses nothing of the trial: its frequency is the command times "
         f"{shown(beat_to_command(calibration), 3)}, the mean ratio over the fit trials. Errors are in mm/s; "
-        "means are of absolute errors."
+        "means are of absolute errors, over trials of which every model tells the speed."
         f"{without}",
         COLUMNS,
         tuple(_row(trial, forecasts.get(trial.measured.name)) for trial in trials),

@@ -8,8 +8,10 @@ import numpy as np
 import pytest
 
 from fitting import Calibration, MeasuredTrial, calibrate
+from fitting.calibration import summarise
 from fitting.ebt import FORMS, fit_ebt
 from fitting.model import search
+from fitting.model.session_forecast import Forecast
 from fitting.objective import Swims
 from fitting.structure import assumed
 from fitting.sweep import sweep_speed
@@ -48,6 +50,28 @@ def test_the_summary_is_the_mean_over_the_trials_of_a_role(calibration: Calibrat
     assert held_out.speed_mae_twin == pytest.approx(abs(new.speed_twin - new.measured.speed))
     assert held_out.speed_mae_ebt == pytest.approx(abs(new.speed_ebt - new.measured.speed))
     assert calibration.summary("nothing") is None
+
+
+def test_all_models_are_compared_over_the_trials_whose_tail_tip_is_seen(calibration: Calibration) -> None:
+    slow, fast, _ = calibration.trials
+    hidden = replace(fast, speeds=fast.speeds | {"published": np.nan})
+    found = summarise([slow, hidden])
+    assert found is not None
+
+    assert (found.compared, found.trials) == (1, 2)
+    assert found.speed_mae == summarise([slow]).speed_mae  # type: ignore[union-attr]
+    assert summarise([hidden]).speed_mae_twin == pytest.approx(abs(fast.speed_twin - fast.measured.speed))  # type: ignore[union-attr]
+
+
+def test_forecasts_of_all_models_are_compared_over_the_same_trials(calibration: Calibration) -> None:
+    forecasts = calibration.forecasts
+    new = forecasts.trials["new"]
+    hidden = replace(new, forecasts={**new.forecasts, "ebt_published": Forecast(np.nan)})
+    both = replace(forecasts, trials={**forecasts.trials, "hidden": hidden})
+
+    assert np.isnan(both.mean("ebt_published", "speed_error"))
+    assert both.compared.held_out == (new,)
+    assert forecasts.compared.held_out == (new,)
 
 
 @pytest.mark.long
