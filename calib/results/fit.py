@@ -122,13 +122,12 @@ class FitResult(Result):
 
     @property
     def verdict(self) -> str:
-        """One word: good, doubtful (flags), unchecked (no held-out trial) or worse_than_baseline (of the forecasts)."""
+        """One word: good, doubtful (caveats), unchecked (no held-out trial) or worse_than_baseline (of the forecasts)."""
         if not self.forecasts.held_out:
             return "unchecked"
         if not beaten(self.forecasts):
             return "worse_than_baseline"
-        doubtful = any(flag.kind not in _OF_EVERY_FIT for flag in self.flags) or self._flagged_frames()
-        return "doubtful" if doubtful else "good"
+        return "doubtful" if self._caveats() else "good"
 
     def summary(self) -> str:
         """What was found, how well it forecasts, how far to trust it, and what to do next, in six lines."""

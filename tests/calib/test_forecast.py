@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import calib as front
+from session import Flag
 from tests.calib.door import Front, files_in
 from tests.session.sample import FISHSIM, needs_fishsim
 
@@ -40,6 +42,18 @@ def test_its_summary_says_whether_the_baselines_are_beaten(found: front.FitResul
         assert "The twin is not better" in lines[2]
         assert found.verdict == "worse_than_baseline"
     assert lines[0] in found._repr_html_()
+
+
+def test_a_verdict_is_good_only_where_there_is_no_caveat(found: front.FitResult) -> None:
+    *_, caveat, verdict = found.summary().splitlines()
+    assert (caveat == "No caveat.") == ("nothing is flagged" in verdict)
+    clean = {name: replace(trial, flags=()) for name, trial in found.trials.items()}
+    flagged = {**clean, "slow": replace(clean["slow"], flags=(Flag("frequency_off_command"),))}
+    without, with_one = (replace(found, data=replace(found.data, flags=(), trials=each)) for each in (clean, flagged))
+    assert "No caveat." in without.summary()
+    assert with_one.verdict != "good"
+    if found.verdict != "worse_than_baseline":
+        assert without.verdict == "good"
 
 
 def test_the_twin_alone_has_the_same_numbers_everywhere(found: front.FitResult) -> None:
