@@ -50,8 +50,9 @@ def as_tracks(
             f"position_px {position_px.shape} and confidence {confidence.shape} do not fit "
             f"{n} frames of {m} markers: expected {(n, m, 2)} and {(n, m)}"
         )
-    step_s = float(np.median(np.diff(time_s))) if n > 1 else 0.0
-    fps = round(1 / step_s, 6) if step_s > 0 else np.nan
+    steps_s = np.diff(time_s)  # rounded as they were written, so that their mean is nearer than any one; without gaps
+    regular = np.abs(steps_s - np.median(steps_s)) < 0.5 * np.median(steps_s) if n > 1 else np.zeros(0, bool)
+    fps = round(1 / float(steps_s[regular].mean()), 3) if regular.any() else np.nan
     return xr.Dataset(
         {
             "position": (("time", "space", "keypoint"), np.swapaxes(position_px, 1, 2), {"units": "px"}),
