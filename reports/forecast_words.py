@@ -3,13 +3,14 @@
 from math import isfinite
 
 from fitting.ebt import FORMS
-from fitting.model.session_forecast import BASELINES, BEATS, CONTINUED, GIVEN, TWIN, SessionForecast
+from fitting.model.session_forecast import BASELINES, BEATS, CONTINUED, DRAWN, GIVEN, TWIN, SessionForecast
 from reports.models import model_label
 from reports.numbers import in_mm, shown, spanned
 
 MODELS = {
     TWIN: "twin alone",
     GIVEN: "twin, given the frequency",
+    DRAWN: "twin, given the frequency, averaged over the posterior",
     BEATS: "twin, after two beats",
     CONTINUED: "continuation of two beats",
     "line": "line in frequency",
@@ -37,11 +38,20 @@ def speed_sentence(forecasts: SessionForecast) -> str:
     return f"{text}; {MODELS[best]} {in_mm(forecasts.mean(best, 'speed_error'))} mm/s."
 
 
-def gain_sentence(forecasts: SessionForecast) -> str:
+def drawn_sentence(forecasts: SessionForecast) -> str:
+    """How well held-out speeds are forecast by the draws of a posterior, and by the best baseline; empty without."""
+    if not (best := forecasts.best_baseline):
+        return ""
+    own, other = (in_mm(forecasts.mean(model, "speed_error")) for model in (DRAWN, best))
+    errors = f"twin {own} mm/s; {MODELS[best]} {other} mm/s"
+    return f"Held-out speed error, averaged over the draws: {errors}. {gain_sentence(forecasts, DRAWN)}"
+
+
+def gain_sentence(forecasts: SessionForecast, model: str = GIVEN) -> str:
     """Whether that is better than the best baseline; empty where there is none."""
     if not (best := forecasts.best_baseline):
         return ""
-    gain = forecasts.gain(GIVEN, best)
+    gain = forecasts.gain(model, best)
     ends = "" if gain.interval is None else f", 90 % interval over trials {spanned(*gain.interval, in_mm)}"
     sure = gain.interval is not None and gain.interval[0] > 0
     how = "not better than the best baseline"

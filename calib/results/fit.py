@@ -14,7 +14,7 @@ import pandas as pd
 
 from calib.results.figures import FitFigures
 from calib.results.posterior import interval_lines
-from calib.results.result import Result, flag_frame, flag_lines
+from calib.results.result import Result, flag_frame, flag_lines, forecast_frame
 from fitting import Calibration, CalibrationResult
 from fitting.calibration_file import PublishedResult, TrialResult
 from fitting.model.session_forecast import SessionForecast
@@ -122,7 +122,7 @@ class FitResult(Result):
 
     @property
     def verdict(self) -> str:
-        """One word: good, doubtful (caveats), unchecked (no held-out trial) or worse_than_baseline (of the forecasts)."""
+        """One word: good, doubtful (caveats), unchecked (no held-out trial) or worse_than_baseline (in forecasts)."""
         if not self.forecasts.held_out:
             return "unchecked"
         if not beaten(self.forecasts):
@@ -174,7 +174,7 @@ class FitResult(Result):
             "trials": self._trials,
             "coefficients": self._coefficients,
             "components": lambda: pd.DataFrame({"sd": dict(self.data.fit.components)}).rename_axis("component"),
-            "forecasts": self._forecasts,
+            "forecasts": lambda: forecast_frame(self.forecasts),
             "speed_errors": self._speed_errors,
             "exponents": self._exponents,
             "flags": lambda: flag_frame(self._all_flags()),
@@ -204,18 +204,8 @@ class FitResult(Result):
         posterior = {name: marginal._asdict() for name, marginal in self.data.posterior.items()}
         return frame.join(pd.DataFrame.from_dict(posterior, orient="index"))
 
-    def _forecasts(self) -> pd.DataFrame:
-        rows = {}
-        for name, trial in self.forecasts.trials.items():
-            for model, forecast in trial.forecasts.items():
-                low, high = forecast.speed_ci90 or (nan, nan)
-                row = {key: value for key, value in asdict(forecast).items() if key != "speed_ci90"}
-                of_trial = {"role": trial.role, "speed_measured": trial.speed_measured}
-                rows[name, model] = of_trial | row | {"speed_q05": low, "speed_q95": high}
-        return pd.DataFrame.from_dict(rows, orient="index").rename_axis(["trial", "model"])
-
     def _speed_errors(self) -> pd.DataFrame:
-        frame = self._forecasts()
+        frame = forecast_frame(self.forecasts)
         frame = frame.assign(error=(frame.speed - frame.speed_measured).abs())
         return frame.pivot_table("error", "model", "role", sort=False).rename_axis(None, axis=1)
 

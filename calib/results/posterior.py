@@ -10,12 +10,14 @@ from typing import TYPE_CHECKING, Any
 import pandas as pd
 
 from calib.results.figures import PosteriorFigures
-from calib.results.result import Result, flag_frame, flag_lines
+from calib.results.result import Result, flag_frame, flag_lines, forecast_frame
 from fitting.marginal import Marginal
+from reports.forecast_words import drawn_sentence
 from reports.numbers import counted, in_words, listed, of_its_size, shown, spanned
 from session import Flag
 
 if TYPE_CHECKING:
+    from fitting.model.session_forecast import SessionForecast
     from fitting.posterior.summary import PosteriorSummary
 
 
@@ -24,7 +26,8 @@ class PosteriorResult(Result):
     """Draws from the posterior of the five coefficients given the fit trials, and what they say.
 
     Tables of `to_frame`: "coefficients" (a row each: mean, sd, ends of the 90 % interval, effective draws, R-hat),
-    "trials" (speed of each swim trial with its predictive interval, m/s) and "flags".
+    "trials" (speed along the smooth path of each swim trial with its predictive interval, m/s), "forecasts" (of the
+    draws, and of simple baselines, as those of a fit) and "flags".
 
     Attributes:
         data: all that `posterior.json` holds.
@@ -58,6 +61,11 @@ class PosteriorResult(Result):
         return self.data.marginals
 
     @property
+    def forecasts(self) -> SessionForecast:
+        """Every trial averaged over the draws, and by simple baselines."""
+        return self.data.forecasts
+
+    @property
     def flags(self) -> tuple[Flag, ...]:
         """When not to believe it."""
         return self.data.flags
@@ -71,7 +79,7 @@ class PosteriorResult(Result):
         return {0: "undetermined", len(self.coefficients): "determined"}.get(determined, "partly_determined")
 
     def summary(self) -> str:
-        """What was found, how far to trust it, and what to do next, in five lines."""
+        """What was found, how well it forecasts, how far to trust it, and what to do next, in six lines."""
         data, of = self.data, self.coefficients
         intervals = ", ".join(f"{in_words(name)} {spanned(one.q05, one.q95, of_its_size)}" for name, one in of.items())
         loose = [in_words(name) for name, one in of.items() if not one.determined]
@@ -84,15 +92,15 @@ class PosteriorResult(Result):
             "doubtful": f": read {counted(len(caveats), 'caveat')} first (-v)",
             "determined": ": all five, and nothing is flagged",
         }.get(self.verdict, ": the report says which further trial helps most")
-        return "\n".join(
-            [
-                f"{self.session.name}: {self.name}.",
-                f"90 % intervals: {intervals}.",
-                f"{found[:-1]}{held}.",
-                f"Main caveat: {caveats[0]}{more}." if caveats else "No caveat.",
-                f"Verdict: {in_words(self.verdict)}{why}. Next: calib diagnose {self.session.folder}",
-            ]
-        )
+        lines = [
+            f"{self.session.name}: {self.name}.",
+            f"90 % intervals: {intervals}.",
+            f"{found[:-1]}{held}.",
+            drawn_sentence(self.forecasts),
+            f"Main caveat: {caveats[0]}{more}." if caveats else "No caveat.",
+            f"Verdict: {in_words(self.verdict)}{why}. Next: calib diagnose {self.session.folder}",
+        ]
+        return "\n".join(filter(None, lines))
 
     def details(self) -> list[str]:
         """A line a coefficient, and every flag."""
@@ -102,6 +110,7 @@ class PosteriorResult(Result):
         return {
             "coefficients": self._coefficients,
             "trials": self._trials,
+            "forecasts": lambda: forecast_frame(self.forecasts),
             "flags": lambda: flag_frame(("", flag) for flag in self.flags),
         }
 

@@ -1,15 +1,21 @@
 """What all results have in common: tables by name, the view in a notebook, notes, and the files made."""
 
+from __future__ import annotations
+
 import html
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
+from math import nan
 from pathlib import Path
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import pandas as pd
 
 from session import Flag, InputError, Session
 from session.errors import Fault
+
+if TYPE_CHECKING:
+    from fitting.model.session_forecast import SessionForecast
 
 
 class Tables:
@@ -95,6 +101,18 @@ class Export:
     def file(self) -> Path:
         """The last of them."""
         return self.files[-1]
+
+
+def forecast_frame(forecasts: SessionForecast) -> pd.DataFrame:
+    """A row a trial and model: speeds and their bands (m/s), distances (mm), and the share inside their bands."""
+    rows = {}
+    for name, trial in forecasts.trials.items():
+        for model, forecast in trial.forecasts.items():
+            low, high = forecast.speed_ci90 or (nan, nan)
+            row = {key: value for key, value in asdict(forecast).items() if key != "speed_ci90"}
+            of_trial = {"role": trial.role, "speed_measured": trial.speed_measured}
+            rows[name, model] = of_trial | row | {"speed_q05": low, "speed_q95": high}
+    return pd.DataFrame.from_dict(rows, orient="index").rename_axis(["trial", "model"])
 
 
 def flag_frame(flags: Iterable[tuple[str, Flag]]) -> pd.DataFrame:

@@ -29,6 +29,7 @@ from fitting.trial import MeasuredTrial
 from tracking import HeadFrame
 
 TWIN, GIVEN, BEATS, REPEAT, CONTINUED = "twin", "given_frequency", "after_two_beats", "repeat", "continued"
+DRAWN = "posterior"
 BASELINES = {"line": speed_line, "power_law": speed_power_law, "constant_stride": speed_constant_stride}
 _MM = 1000.0
 _FEWEST = 2  # trials that an interval over trials needs
@@ -64,7 +65,8 @@ class ForecastTrial:
             from the measured tail ("ebt_published", "ebt_smoothed", "ebt_large"). Of a held-out one "given_frequency"
             (the twin with what the fitted trials tell of its error), "after_two_beats" (and with what its own first
             two beats tell), and the baselines "continued" (goes on as in its first two beats), "line", "power_law" and
-            "constant_stride". Of a fitted one "repeat": what another trial like it would do.
+            "constant_stride". Of a fitted one "repeat": what another trial like it would do. Beside a posterior
+            "posterior": "given_frequency" or "repeat", averaged over its draws.
     """
 
     role: str
@@ -176,25 +178,30 @@ def forecast_session(mode: Mode, trials: Sequence[MeasuredTrial], seed: int = 0)
 def _fitted(mode: Mode, number: int, seed: int) -> ForecastTrial:
     trial = mode.blocks[number].model.trial
     return ForecastTrial(
-        trial.role, trial.frequency.hz, trial.speed, {REPEAT: _scored(trial, repeated(mode, number), seed)}
+        trial.role, trial.frequency.hz, trial.speed, {REPEAT: scored(trial, repeated(mode, number), seed)}
     )
 
 
 def _held_out(mode: Mode, trial: MeasuredTrial, scatter: Scatter, seed: int) -> ForecastTrial:
     windows, fitted = Windows.of(mode, trial), [block.model.trial for block in mode.blocks]
     late = NewWindow.of(mode, windows.late, scatter)
-    found = {GIVEN: _scored(trial, forecast_given_frequency(mode, late), seed)}
+    found = {GIVEN: scored(trial, forecast_given_frequency(mode, late), seed)}
     if windows.early is not None:
-        found[BEATS] = _scored(trial, forecast_after_beats(mode, late, windows.early), seed)
+        found[BEATS] = scored(trial, forecast_after_beats(mode, late, windows.early), seed)
         goes_on = head_frame(trial.markers, tracks_of(windows.early.measured[None], windows.late)[0])
         found[CONTINUED] = _distances(trial, goes_on)
-    hz, speed = [each.frequency.hz for each in fitted], [each.speed for each in fitted]
     at = trial.start_frequency.hz
-    found |= {name: Forecast(baseline(hz, speed, [at])[0]) for name, baseline in BASELINES.items()}
-    return ForecastTrial(trial.role, at, trial.speed, found)
+    return ForecastTrial(trial.role, at, trial.speed, found | simple_rules(fitted, at))
 
 
-def _scored(trial: MeasuredTrial, forecast: FeatureForecast, seed: int) -> Forecast:
+def simple_rules(fitted: Sequence[MeasuredTrial], hz: float) -> dict[str, Forecast]:
+    """The baselines in frequency through fitted trials, of a trial at `hz`."""
+    known = [trial.frequency.hz for trial in fitted], [trial.speed for trial in fitted]
+    return {name: Forecast(baseline(*known, [hz])[0]) for name, baseline in BASELINES.items()}
+
+
+def scored(trial: MeasuredTrial, forecast: FeatureForecast, seed: int) -> Forecast:
+    """How a trial lies within a forecast of it."""
     plain = _distances(trial, forecast.head)
     reach = NORMAL_90 * forecast.speed_sd
     return Forecast(

@@ -15,6 +15,7 @@ from fitting.model import Block, Covariance, Mode
 from fitting.model.features import SPEED, harmonics_of
 from fitting.model.forecast import FeatureForecast, Windows, block_of, scatter_of
 from fitting.model.mode import jacobian_at
+from fitting.model.session_forecast import Forecast, scored
 from fitting.model.variance import COEFFICIENT_SD
 from fitting.posterior.posterior import Posterior
 from fitting.sweep import START_SPEED_M_S
@@ -42,7 +43,7 @@ class PredictedTrial:
         place_m: (m,) of each marker along the body.
         swing_m: (m,) measured amplitude of its lateral beat at the crank's frequency.
         swing_inner, swing_outer: (5, m) quantiles of the predicted ones.
-        inside: share of the scored marker coordinates within their 90 % bands.
+        forecast: the mean over the draws, by the measures of every forecast.
     """
 
     name: str
@@ -54,7 +55,12 @@ class PredictedTrial:
     swing_m: np.ndarray
     swing_inner: np.ndarray
     swing_outer: np.ndarray
-    inside: float
+    forecast: Forecast
+
+    @property
+    def inside(self) -> float:
+        """Share of the scored marker coordinates within their 90 % bands."""
+        return float("nan") if self.forecast.inside is None else self.forecast.inside
 
     @property
     def speed_inside(self) -> bool:
@@ -183,7 +189,7 @@ def _of_trial(
         swing_m=_swing(model.measured),
         swing_inner=np.quantile(_swing(mean), QUANTILES, axis=0),
         swing_outer=np.quantile(_swing(outer), QUANTILES, axis=0),
-        inside=together.inside(trial.scored, seed),
+        forecast=scored(trial, together, seed),
     )
 
 

@@ -8,7 +8,9 @@ import numpy as np
 
 from fitting.left_out import EffectsLeftOut
 from fitting.marginal import Marginal
+from fitting.model.forecast import scatter_of
 from fitting.model.mode import Progress
+from fitting.model.session_forecast import DRAWN, ForecastTrial, SessionForecast, simple_rules
 from fitting.posterior.identifiability import Identifiability, identifiability
 from fitting.posterior.posterior import Posterior
 from fitting.posterior.posterior_file import load_chains
@@ -42,6 +44,7 @@ class PosteriorSummary:
         identifiability: which coefficients, and which combinations of them, the trials determine.
         sweep: predicted speed over frequency, with bands.
         trials: predicted and measured speed of every trial, with bands.
+        forecasts: of every trial, averaged over the draws, and by simple baselines.
         whiteness: autocorrelation of the residuals of every trial.
         flags: flags of the posterior.
     """
@@ -62,6 +65,7 @@ class PosteriorSummary:
     identifiability: Identifiability
     sweep: PredictedSweep
     trials: tuple[PredictedTrial, ...]
+    forecasts: SessionForecast
     whiteness: tuple[Whiteness, ...]
     flags: tuple[Flag, ...]
 
@@ -130,6 +134,19 @@ def summarise(
         identifiability=identifiability(posterior),
         sweep=sweep,
         trials=predicted,
+        forecasts=_forecasts(posterior, trials, predicted),
         whiteness=white,
         flags=(*posterior.flags, *missed, *noise_flags(white), *robot_flags(robot), *left_out.flags),
     )
+
+
+def _forecasts(
+    posterior: Posterior, trials: Sequence[MeasuredTrial], predicted: Sequence[PredictedTrial]
+) -> SessionForecast:
+    fitted, found = [block.model.trial for block in posterior.mode.blocks], {}
+    for trial, each in zip(trials, predicted, strict=True):
+        held_out = trial.role != "fit"
+        hz = (trial.start_frequency if held_out else trial.frequency).hz
+        models = {DRAWN: each.forecast, **(simple_rules(fitted, hz) if held_out else {})}
+        found[trial.name] = ForecastTrial(trial.role, hz, trial.speed, models)
+    return SessionForecast(scatter_of(posterior.mode), found)

@@ -23,6 +23,7 @@ from reports.figures.posterior_coefficients import (
     posterior_intervals_figure,
 )
 from reports.figures.posterior_predicted import posterior_sweep_figure, posterior_trials_figure
+from reports.forecast_words import drawn_sentence
 from reports.numbers import (
     MM,
     counted,
@@ -202,7 +203,7 @@ def _inside(found: PosteriorSummary) -> str:
             )
     if found.inside("holdout")[1] == 0:
         sentences.insert(0, "No trial was held out.")
-    return " ".join(sentences)
+    return " ".join([drawn_sentence(found.forecasts), *sentences]).strip()
 
 
 def _further(found: PosteriorSummary) -> tuple[Block, ...]:

@@ -144,7 +144,10 @@ def test_what_is_said_of_it_stands_in_a_file_of_its_own(sampled_session: Path) -
     assert [(trial["name"], trial["role"]) for trial in trials] == [("slow", "fit"), ("fast", "holdout")]
     for trial in trials:
         assert trial["outer"][0] < trial["inner"][0] <= trial["inner"][-1] < trial["outer"][-1]
-        assert 0 <= trial["inside"] <= 1
+        assert 0 <= trial["forecast"]["inside"] <= 1
+    forecasts = said["forecasts"]["trials"]["fast"]["forecasts"]
+    assert forecasts.keys() == {"posterior", "line", "power_law", "constant_stride"}
+    assert forecasts["posterior"] == trials[1]["forecast"]
     assert np.all(np.diff(sweep["outer"], axis=0) >= 0)
     assert np.all(np.diff(sweep["inner"], axis=0) >= 0)
     assert np.all(np.array(sweep["sd"]) <= np.array(sweep["sd_now"]) * (1 + 1e-9))

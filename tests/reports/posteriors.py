@@ -1,11 +1,14 @@
 """A posterior made by hand: four coefficients that are known, one that is not."""
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
 from fitting.left_out import EffectsLeftOut, LeftOut
 from fitting.marginal import Marginal
+from fitting.model.forecast import Scatter
+from fitting.model.session_forecast import Forecast, ForecastTrial, SessionForecast
 from fitting.posterior.identifiability import Identifiability
 from fitting.posterior.prediction import PredictedSweep, PredictedTrial
 from fitting.posterior.robot import RobotPart
@@ -65,6 +68,7 @@ def made_summary(names: tuple[str, ...] = tuple(ROLES), **changes: Any) -> Poste
             SPREAD,
         ),
         "trials": tuple(_trial(name) for name in names),
+        "forecasts": _forecasts(names),
         "whiteness": tuple(_whiteness(name) for name in names if ROLES[name][0] == "fit"),
         "flags": (Flag("unidentifiable", message="magnus_lift is not determined: 90 % interval 0.1 to 6"),),
     }
@@ -103,8 +107,18 @@ def _trial(name: str) -> PredictedTrial:
         swing_m=swing,
         swing_inner=swing * (1 + _STEPS),
         swing_outer=swing * (1 + 2 * _STEPS),
-        inside=0.875,
+        forecast=Forecast(speed, (0.9 * speed, 1.1 * speed), 3.0, 2.0, 0.875),
     )
+
+
+def _forecasts(names: Sequence[str]) -> SessionForecast:
+    """The line is off by 5 mm/s; the draws are by less."""
+    found = {}
+    for name in names:
+        (role, hz), drawn = ROLES[name], _trial(name)
+        line = {"line": Forecast(drawn.speed + 0.005)} if role == "holdout" else {}
+        found[name] = ForecastTrial(role, hz, drawn.speed, {"posterior": drawn.forecast, **line})
+    return SessionForecast(Scatter(), found)
 
 
 def _whiteness(name: str) -> Whiteness:

@@ -47,6 +47,7 @@ def test_trials_lie_within_their_bands_and_inner_bands_within_outer_ones(
         assert trial.inside > HOLD
         assert not trial.flags
         assert trial.outer[0] < trial.inner[0] <= trial.inner[-1] < trial.outer[-1]
+        assert trial.forecast.speed == pytest.approx(np.median(trial.inner), abs=2e-3)  # turning alone is between them
 
 
 def test_the_sweep_meets_the_fitted_speeds_and_one_trial_more_narrows(posterior: Posterior) -> None:
