@@ -45,18 +45,10 @@ def run_all(
     progress: bool = False,
     scheduler: str | None = None,
 ) -> Mapping[Path, str]:
-    """Runs all sessions, and says when each is done.
+    """Runs all sessions, `jobs` at a time, and says when each is done; why sessions failed, by folder.
 
-    Args:
-        folders: of the sessions.
-        effort: how hard to search.
-        jobs: sessions at a time.
-        workers: threads of each; 0 for its share of the cores, one where a scheduler is given.
-        progress: show it on standard error.
-        scheduler: address of a dask scheduler, whose workers run the sessions; they need to see the same folders.
-
-    Returns:
-        Why sessions failed, by folder.
+    Threads of each, `workers`: 0 for its share of the cores, one where a dask scheduler is given, whose workers run the
+    sessions; they need to see the same folders.
 
     Raises:
         InputError: of the scheduler or its workers.

@@ -65,11 +65,8 @@ def new_from_files(
     trials = _trials(spec, [Path(video) for video in videos], tracks, fps)
     _command(trials, commands_hz)
     faults = FaultCollector("--fit")
-    for name in fit:
-        if name not in trials:
-            faults.add(
-                "", "no such trial to fit", found=repr(name), expected="trials that are there", choices=[*trials]
-            )
+    for name in (name for name in fit if name not in trials):
+        faults.add("", "no such trial to fit", found=repr(name), expected="trials that are there", choices=[*trials])
     faults.raise_if_any()
     rates = [trial.fps for trial in trials.values() if trial.fps]
     rate = fps or float(np.median(rates))
@@ -89,11 +86,7 @@ def new_from_files(
 
 
 def _check_rates(trials: Mapping[str, _Trial], rate: float) -> None:
-    """That the session can state this frame rate: the time stamps of tracks show it within 5 %.
-
-    Raises:
-        InputError: they show another one.
-    """
+    """An `InputError` where the time stamps of tracks are off this frame rate by more than 5 %."""
     spacings = {n: np.diff(each.tracks.time.values) for n, each in trials.items() if each.tracks is not None}
     off = [
         f"{1 / float(np.mean(spacing)):.4g} in {name}"
@@ -118,9 +111,8 @@ def _trials(
             info = video.info
             trial = found.setdefault(_name(path), _Trial(_name(path)))
             trial.video, trial.fps = path, info.fps
-            trial.comments.append(
-                f"{info.frames} frames, {info.width_px} x {info.height_px} px, {info.fps:.4g} frames a second"
-            )
+            size = f"{info.width_px} x {info.height_px} px"
+            trial.comments.append(f"{info.frames} frames, {size}, {info.fps:.4g} frames a second")
     named = tracks.items() if isinstance(tracks, Mapping) else ((_name(Path(path)), path) for path in tracks)
     for name, given in named:
         with faults.nested():
@@ -178,10 +170,8 @@ def _command(trials: Mapping[str, _Trial], commands_hz: Sequence[float]) -> None
     """The command of the motor in each trial, as given, else from the names."""
     driven = [trial for trial in trials.values() if trial.kind != "free_decay"]
     if commands_hz and len(commands_hz) != len(driven):
-        faults = FaultCollector("--commands")
-        names = ", ".join(trial.name for trial in driven)
-        faults.add("", "not one for each trial", found=f"{len(commands_hz)}", expected=f"{len(driven)}: of {names}")
-        faults.raise_if_any()
+        found, names = f"{len(commands_hz)}", ", ".join(trial.name for trial in driven)
+        raise InputError([Fault("--commands", "", "not one for each trial", found, f"{len(driven)}: of {names}")])
     for number, trial in enumerate(driven):
         found = next((match for pattern in _HZ if (match := re.search(pattern, trial.name.lower()))), None)
         if commands_hz:

@@ -43,8 +43,8 @@ class Fault:
     file: str
     where: str
     what: str
-    found: str
-    expected: str
+    found: str = ""
+    expected: str = ""
     choices: tuple[str, ...] = ()
     next_step: str = ""
 

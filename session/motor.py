@@ -26,17 +26,10 @@ _FEWEST_ROWS = 2
 
 @dataclass(frozen=True, eq=False)
 class MotorLog:
-    """A motor log of n rows; every array is (n,), nan where a value is missing.
+    """A motor log of n rows; every array is (n,), nan where a value is missing, in the unit of its name.
 
-    Attributes:
-        time_s: seconds on the host's monotonic clock, strictly increasing.
-        position_rad: shaft angle.
-        velocity_rad_s: shaft speed.
-        current_a: motor current.
-        voltage_v: supply voltage.
-        temperature_c: degrees Celsius.
-        error: the motor's hardware error bits, as written.
-        flags: what is doubtful about the log.
+    `time_s` is on the host's monotonic clock, strictly increasing; `position_rad` and `velocity_rad_s` are those of the
+    shaft; `error` has the motor's hardware error bits, as written; `flags` say what is doubtful.
     """
 
     time_s: np.ndarray

@@ -21,7 +21,6 @@ class SyntheticPlan(Table):
     """A session to be made.
 
     Attributes:
-        name: of the session.
         trials: the swim trials.
         dry_runs: trials with the head clamped, in air.
         free_decays: trials in air without tendons.
@@ -39,9 +38,6 @@ class SyntheticPlan(Table):
         timestep_s: of the simulated swim trials; a third of the twin's own, so that no fit can reproduce a session to
             the bit.
         air_timestep_s: the same for dry runs and free decays.
-
-    Raises:
-        pydantic.ValidationError: a `ValueError` that names every fault of the plan.
     """
 
     name: str = "synthetic"

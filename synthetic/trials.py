@@ -32,6 +32,10 @@ class SyntheticCamera(Table):
     width_px: Annotated[int, Field(gt=0)] = 3840
     height_px: Annotated[int, Field(gt=0)] = 2160
 
+    def frame_times(self, seconds: float) -> np.ndarray:
+        """(n,) time of each frame of a trial from the first, s."""
+        return np.arange(int(round(seconds * self.fps, 6)) + 1) / self.fps
+
 
 class Merge(Table):
     """A track fault: the box sits on another marker, but for a constant offset between the two boxes.
@@ -73,7 +77,6 @@ class SyntheticTrial(Table):
     """A trial in which the crank turns: a swim, or a dry run.
 
     Attributes:
-        name: of the trial and its file.
         frequency_hz: turns a second that the crank is driven with.
         commanded_hz: the command by the session.
         seconds: from the first frame to the last.
@@ -98,19 +101,15 @@ class SyntheticTrial(Table):
 
     def time_s(self, camera: SyntheticCamera) -> np.ndarray:
         """(n,) time of each frame from the first, s."""
-        return _frame_times(self.seconds, camera)
+        return camera.frame_times(self.seconds)
 
 
 class SyntheticDecay(Table):
     """A free decay: head clamped in air, tendons off, the tail held bent and let go while the camera runs.
 
-    Attributes:
-        name: of the trial and its file.
-        seconds: from the first frame to the last.
-        release_s: when the hand lets go, after the first frame; it need not be in a frame.
-        bent_rad: hinge angles, from head to fin, in which the tail is held until then. As given, the fin's marker of
-            the built-in fish is 0.10 m aside.
-        role, heading_rad, start_px, faults: as for `SyntheticTrial`.
+    It is let go `release_s` after the first frame, which need not be in a frame. Until then `bent_rad` are the hinge
+    angles, from head to fin; as given, the fin's marker of the built-in fish is 0.10 m aside. The rest is as for
+    `SyntheticTrial`.
     """
 
     name: Name
@@ -124,12 +123,8 @@ class SyntheticDecay(Table):
 
     def time_s(self, camera: SyntheticCamera) -> np.ndarray:
         """(n,) time of each frame from the first, s."""
-        return _frame_times(self.seconds, camera)
+        return camera.frame_times(self.seconds)
 
 
 PlannedTrial = SyntheticTrial | SyntheticDecay
 """Any trial of a plan."""
-
-
-def _frame_times(seconds: float, camera: SyntheticCamera) -> np.ndarray:
-    return np.arange(int(round(seconds * camera.fps, 6)) + 1) / camera.fps

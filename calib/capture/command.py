@@ -12,12 +12,7 @@ from calib.capture.host import INTERRUPTED
 
 
 def main(arguments: Sequence[str] | None = None, program: str = "calib capture") -> int:
-    """Runs one command and returns the exit code: 0, 2 for the user's errors, 3 for a motor fault, 128 + signal.
-
-    Args:
-        arguments: those after the program's name; None for the process's own.
-        program: what the help calls the program.
-    """
+    """Runs one command and returns the exit code: 0, 2 for the user's errors, 3 for a motor fault, 128 + signal."""
     options = _parser(program).parse_args(arguments)
     try:
         options.command(options)

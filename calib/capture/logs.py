@@ -24,10 +24,6 @@ class TrialLog:
 
     Each row is handed to the operating system at once, so that it outlives this program. Where fewer than
     `FEWEST_ROWS` were measured, both files are removed at the end.
-
-    Args:
-        folder: the folder of the trials; it must be there.
-        name: the trial's name.
     """
 
     def __init__(self, folder: Path, name: str) -> None:

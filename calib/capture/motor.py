@@ -2,6 +2,7 @@
 
 import math
 import struct
+from contextlib import suppress
 from typing import NamedTuple
 
 from calib.capture import registers
@@ -62,12 +63,7 @@ class Reading(NamedTuple):
 
 
 class Motor:
-    """A Dynamixel XW540-T140-R in velocity mode.
-
-    Args:
-        bus: the way to it.
-        clock: the host's.
-    """
+    """A Dynamixel XW540-T140-R in velocity mode."""
 
     def __init__(self, bus: Bus, clock: Clock) -> None:
         self.bus = bus
@@ -103,9 +99,6 @@ class Motor:
         """Sets velocity mode, speed limit, acceleration and watchdog, and switches the torque on, at rest.
 
         What is set is read back. EEPROM is written only where it differs.
-
-        Args:
-            fastest_turns_per_s: the speed limit.
 
         Raises:
             MotorFault: no answer, a refusal, or a value that does not stay.
@@ -171,7 +164,8 @@ class Motor:
             try:
                 self.bus.write(TORQUE_ENABLE, 0, tries=1)
                 if not self._torque():
-                    self._leave_watchdog_off()
+                    with suppress(Exception):  # so that whoever uses the motor next does not find it tripped
+                        self.bus.write(BUS_WATCHDOG, 0, tries=2)
                     return True
             except Exception:
                 pass
@@ -199,13 +193,6 @@ class Motor:
 
     def _torque(self) -> bool:
         return bool(self.bus.read(TORQUE_ENABLE, tries=2).data[0])
-
-    def _leave_watchdog_off(self) -> None:
-        """So that the motor is not found tripped by whoever uses it next; it does not matter if this fails."""
-        try:
-            self.bus.write(BUS_WATCHDOG, 0, tries=2)
-        except Exception:
-            return
 
     def _explained(self, fault: MotorFault) -> MotorFault:
         """The fault; where the watchdog has tripped, that it has."""

@@ -32,18 +32,7 @@ Report = Callable[[str], None]
 
 @dataclass(frozen=True)
 class CaptureSettings:
-    """What is captured.
-
-    Attributes:
-        out: the session folder; made when it is not there.
-        hz: crank turns a second of each trial.
-        seconds: how long each is driven.
-        motor_id: the motor's id on the bus.
-        kind: ``"swim"`` or ``"dry"``.
-        role: ``"fit"`` or ``"holdout"``.
-        coded: whether a coded wiggle frames each trial.
-        limits: when the motor is stopped.
-    """
+    """What is captured; as the arguments of `calib.capture.run`."""
 
     out: Path
     hz: tuple[float, ...]
@@ -89,12 +78,6 @@ def capture(
     """Drives and logs every speed, and adds each finished trial to the session.
 
     A trial cut short stays on disk, but is not added.
-
-    Args:
-        settings: what is captured.
-        port: an open `dynamixel_sdk.PortHandler`, or what behaves like one.
-        report: receives what is going on, a sentence at a time.
-        clock: the host's time.
 
     Raises:
         UserError: a speed out of reach, another motor, a folder or a file that cannot be written.
@@ -178,11 +161,7 @@ class _Trial:
 
 @contextmanager
 def _stopping(motor: Motor, report: Report) -> Iterator[None]:
-    """Stops the motor at the end of the block, however it ends.
-
-    Raises:
-        MotorFault: the block ended well, but the motor did not confirm that it stopped.
-    """
+    """Stops the motor at the end of the block, however it ends; a block that ended well must see that confirmed."""
     try:
         yield
     except BaseException:

@@ -176,11 +176,7 @@ def diagnose(
 
 
 def _effects_named(option: str, text: str | None) -> tuple[str, ...]:
-    """The names in a comma-separated list.
-
-    Raises:
-        InputError: the option was given and holds none.
-    """
+    """The names in a comma-separated list; an `InputError` where the option was given and holds none."""
     names = tuple(name.strip() for name in (text or "").split(",") if name.strip())
     if text is not None and not names:
         from session import InputError

@@ -10,11 +10,7 @@ from session.stage import Stage
 
 
 def check_current(stage: Stage) -> None:
-    """That the files are still those that a result was read from.
-
-    Raises:
-        InputError: they were replaced.
-    """
+    """An `InputError` where the files are no longer those that a result was read from."""
     if not stage.is_current:
         step = "Ask for the result again, then for what you want of it."
         raise InputError([Fault(str(stage.file), "", "the result has been replaced", "", "", next_step=step)])
@@ -24,10 +20,6 @@ class Figures:
     """Some figures of the report; each is drawn on first use, and shows itself in a notebook.
 
     `names` lists them. A figure has a matplotlib `figure` that may be changed and saved, and a `caption`.
-
-    Args:
-        stage: whose result is drawn; it must still be current when the figures are drawn.
-        draw: all of them, by the name they have in the report.
     """
 
     def __init__(self, stage: Stage, draw: Callable[[], Mapping[str, Plot]]) -> None:
@@ -44,11 +36,7 @@ class Figures:
         return tuple(self._plots)
 
     def __getitem__(self, name: str) -> Plot:
-        """The figure of this name.
-
-        Raises:
-            InputError: there is none; the error lists the choices.
-        """
+        """The figure of this name; an `InputError` lists the choices where there is none."""
         if name not in self._plots:
             raise InputError([Fault("figure", "", "no such figure", repr(name), "one of this result", self.names)])
         return self._plots[name]

@@ -33,11 +33,7 @@ HELD_OUT = 'its role in session.toml is "holdout"'
 
 
 class Recordings:
-    """The recordings of a session.
-
-    Args:
-        job: the work on the session.
-    """
+    """The recordings of a session."""
 
     def __init__(self, job: Job) -> None:
         self._job, self._session, self._robot = job, job.session, job.robot

@@ -41,9 +41,6 @@ class Videos:
 
     ``results/tracking/<trial>.csv`` with its states and flags is the trial after edits and filled gaps, in
     ``results/tracking/raw`` as the tracker left it; next to them the boxes and their picture.
-
-    Args:
-        job: the work on the session.
     """
 
     def __init__(self, job: Job) -> None:
