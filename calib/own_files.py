@@ -170,8 +170,8 @@ def _command(trials: Mapping[str, _Trial], commands_hz: Sequence[float]) -> None
     """The command of the motor in each trial, as given, else from the names."""
     driven = [trial for trial in trials.values() if trial.kind != "free_decay"]
     if commands_hz and len(commands_hz) != len(driven):
-        found, names = f"{len(commands_hz)}", ", ".join(trial.name for trial in driven)
-        raise InputError([Fault("--commands", "", "not one for each trial", found, f"{len(driven)}: of {names}")])
+        given, names = f"{len(commands_hz)}", ", ".join(trial.name for trial in driven)
+        raise InputError([Fault("--commands", "", "not one for each trial", given, f"{len(driven)}: of {names}")])
     for number, trial in enumerate(driven):
         found = next((match for pattern in _HZ if (match := re.search(pattern, trial.name.lower()))), None)
         if commands_hz:

@@ -17,7 +17,6 @@ from calib.stages.report import ReportStage
 from fitting import Calibration, MeasuredTrial, Structure
 from session import InputError, Session, load_session
 from session.errors import Fault
-from session.folder import SESSION_FILE
 from session.lock import session_lock
 from swimmer import Twin, load_robot
 from swimmer.effects import Effect, catalogue
@@ -229,7 +228,7 @@ class Pipeline:
 
 @contextmanager
 def working(folder: Path, quiet: bool, options: Options | None = None) -> Iterator[Pipeline]:
-    """A locked session, by its folder or its `session.toml`, and its pipeline, with progress unless quiet."""
-    session = open_session(folder.parent if folder.name == SESSION_FILE else folder)
+    """A locked session and its pipeline, with progress unless quiet."""
+    session = open_session(folder)
     with session_lock(session.folder), progress_bar(quiet) as progress:
         yield Pipeline(session, replace(options or Options(), progress=progress))

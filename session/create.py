@@ -141,11 +141,11 @@ def _fishsim_files(source: Path) -> dict[str, Path]:
     found = sorted(folder.glob("*.csv")) if folder.is_dir() else []
     named = {match[1]: path for path in found if (match := re.fullmatch(r"(?:markers_)?(f\d+_\d+)\.csv", path.name))}
     if not named:
-        found = "CSV files of other names" if found else "no CSV files" if source.is_dir() else "no folder"
+        there = "CSV files of other names" if found else "no CSV files" if source.is_dir() else "no folder"
         expected = "a checkout with Data/Markers/markers_f1_00.csv, or a folder with f1_00.csv"
         what = "no tracks of the public robot fish here"
         step = "Clone https://github.com/srl-ethz/fishsim and name its folder."
-        raise InputError([Fault(str(source), "", what, found, expected, next_step=step)])
+        raise InputError([Fault(str(source), "", what, there, expected, next_step=step)])
     return dict(sorted(named.items(), key=lambda item: _label_hz(item[0])))
 
 

@@ -192,13 +192,7 @@ class Moment:
 
 
 class Course(Generic[S]):
-    """Swimmers with a task: begun again one by one, acted on together.
-
-    Args:
-        swimmers: n of them.
-        task: of as many.
-        rules: see there.
-    """
+    """Swimmers with a task: begun again one by one, acted on together."""
 
     def __init__(self, swimmers: S, task: Task, rules: Rules) -> None:
         self.swimmers, self.task, self.rules = swimmers, task, rules
@@ -240,9 +234,7 @@ class Course(Generic[S]):
     def act(self, action: np.ndarray, rows: np.ndarray | None = None) -> Moment:
         """Accelerates the cranks by actions (n,) in [-1, 1] and swims for one interval.
 
-        Args:
-            action: of each swimmer.
-            rows: (r,) those that move; the others stay as they are. Default: all.
+        With rows (r,) only those move; the others stay as they are.
         """
         rules = self.rules
         self.action = np.clip(np.asarray(action, float), -1.0, 1.0)

@@ -42,12 +42,7 @@ class Outlook:
 class Predictive:
     """A controller of the n swimmers of a course; a `Controller` that also remembers its plans.
 
-    Args:
-        course: that is swum; its state is read, and never changed.
-        fish: the model that predicts; need not be the one that swims.
-        outlook: see there.
-        seed: of the trials.
-        workers: threads; 0 for all cores.
+    The course's state is read, and never changed; the fish that predicts need not be the one that swims.
     """
 
     def __init__(

@@ -64,16 +64,10 @@ def train_sac(
     progress: Progress = lambda _message, _share: None,
     **options: Any,
 ) -> Policy:
-    """Trains a network; goes on from a state file where there is one.
+    """Trains a network for a task, "target" or "circle"; options are those of `make_course`.
 
-    Args:
-        fish: to train on; several models are dealt out to the swimmers.
-        task: "target" or "circle".
-        plan: of the training.
-        state_file: a zip of stable-baselines3, written now and then; beside it the replay buffer.
-        workers: threads; 0 for all cores.
-        progress: receives it.
-        options: of the task and the rules, see `make_course`.
+    Several models are dealt out to the swimmers. The state file is a zip of stable-baselines3, written now and then,
+    beside it the replay buffer; where there is one, training goes on from it.
     """
     plan = plan or SacPlan()
     course = make_course(task, plan.swimmers, fish=fish, workers=workers, **options)

@@ -65,16 +65,10 @@ def search(
     progress: Progress = lambda _message, _share: None,
     **options: Any,
 ) -> Policy:
-    """Searches a steering law.
+    """Searches a steering law for a task, "target" or "circle"; options are those of `make_course`.
 
-    Args:
-        fish: to train on; with several models the candidates' episodes are dealt out to them.
-        task: "target" or "circle".
-        plan: of the search.
-        state_file: where the search stands after each generation; one of the same plan is gone on with.
-        workers: threads; 0 for all cores.
-        progress: receives it.
-        options: of the task and the rules, see `make_course`.
+    With several models the candidates' episodes are dealt out to them. The state file says where the search stands
+    after each generation; one of the same plan is gone on with.
 
     Raises:
         InputError: the file cannot be read; that of another search is written over.

@@ -60,9 +60,10 @@ class PosteriorStage(Stage):
         job, mode = self._job, mode_of(calibration, trials, twin)
         posterior = sample_posterior(mode, EFFECTIVE[self.effort], job.session.seed, job.progress)
         if posterior.draws.flags:
+            why = posterior.draws.flags[0].message
             raise NotConverged(
-                f"{self.file}: not written, nor are intervals reported; found: {posterior.draws.flags[0].message}. Look "
-                "into the flags of the fit trials, leave out faulty ones, or try another [fit] seed in session.toml."
+                f"{self.file}: not written, nor are intervals reported; found: {why}. Look into the flags of the fit "
+                "trials, leave out faulty ones, or try another [fit] seed in session.toml."
             )
         left_out = score_tests(mode, job.session.camera, catalogue().values(), job.progress)
         summary = summarise(posterior, trials, job.session.seed, job.progress, left_out)

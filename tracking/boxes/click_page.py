@@ -62,7 +62,6 @@ class ClickBoxes:
         )
 
     def _data(self) -> dict[str, Any]:
-        """What the page's script works on."""
         height, width = self.rgb.shape[:2]
         suggested = self.suggested.to_json()["boxes"] if self.suggested else {}
         return {
@@ -83,9 +82,8 @@ class ClickBoxes:
         if self.suggested:
             return round(float(np.median([box.width for box in self.suggested.boxes.values()])))
         if self.blobs:
-            return round(
-                BOX_DIAMETERS * float(np.median([blob.diameter_px for blob in self.blobs[: len(self.markers)]]))
-            )
+            diameters = [blob.diameter_px for blob in self.blobs[: len(self.markers)]]
+            return round(BOX_DIAMETERS * float(np.median(diameters)))
         return round(USUAL_SIDE_PX)
 
 

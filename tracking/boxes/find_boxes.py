@@ -28,8 +28,6 @@ LONGER = 1.12
 
 @dataclass(frozen=True)
 class _PolarityBlobs:
-    """What one polarity shows."""
-
     polarity: Polarity
     blobs: tuple[Blob, ...]
     bodies: Bodies
@@ -102,7 +100,6 @@ def _box(blob: Blob, chosen: Sequence[Blob], shape: tuple[int, ...]) -> Box:
 def _not_certain(
     file: str, frame: int, seen: Sequence[_PolarityBlobs], markers: Sequence[str], sure: tuple[float, float]
 ) -> InputError:
-    """The error that reports what was seen instead of one body."""
     counts = " and ".join(f"{len(each.blobs)} {each.polarity} blobs" for each in seen)
     if not any(len(each.bodies.cost) for each in seen):
         return _refusal(file, frame, "the robot was not found", counts, _wanted(markers))

@@ -122,7 +122,6 @@ def load_boxes(
 
 
 def _read(path: Path) -> dict[str, Any]:
-    """The file's object."""
     try:
         data = json.loads(path.read_bytes())
     except (OSError, ValueError, RecursionError) as error:
@@ -166,7 +165,6 @@ def _boxes(data: dict[str, Any], markers: Sequence[str], faults: FaultCollector)
 
 
 def _box(name: str, value: Any, faults: FaultCollector) -> Box | None:
-    """One box, or a fault that states what is wrong with it."""
     where = f"boxes.{name}"
     numbers = isinstance(value, list) and all(_is_number(item) for item in value)
     if not numbers or len(value) != len(Box._fields):
@@ -194,13 +192,9 @@ def _check_inside(boxes: dict[str, Box], size: tuple[int, int], faults: FaultCol
 
 
 def _check_apart(boxes: dict[str, Box], faults: FaultCollector) -> None:
-    """No two boxes are on one spot."""
     for (first, one), (second, other) in combinations(boxes.items(), 2):
         apart = math.dist(one.centre_px, other.centre_px)
         if apart < (nearest := ONE_SPOT * min(*one[2:], *other[2:])):
-            faults.add(
-                f"boxes.{second}",
-                f"on the same spot as {first}",
-                found=f"centres {apart:.1f} px apart",
-                expected=f"at least {nearest:.1f} px; each marker has a place of its own",
-            )
+            found, least = f"centres {apart:.1f} px apart", f"at least {nearest:.1f} px"
+            expected = f"{least}; each marker has a place of its own"
+            faults.add(f"boxes.{second}", f"on the same spot as {first}", found=found, expected=expected)
