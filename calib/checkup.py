@@ -81,16 +81,14 @@ def check_motor() -> Iterator[Check]:
 
 
 def _unmet(needed: Requirement) -> str:
-    """What is wrong with a package, if anything."""
     if needed.marker is not None and not needed.marker.evaluate():
         return ""
     try:
         there = version(needed.name)
     except PackageNotFoundError:
         return f"{needed.name} is missing"
-    return (
-        "" if needed.specifier.contains(there, prereleases=True) else f"{needed.name} {there}, not {needed.specifier}"
-    )
+    fits = needed.specifier.contains(there, prereleases=True)
+    return "" if fits else f"{needed.name} {there}, not {needed.specifier}"
 
 
 def _engine() -> Check:

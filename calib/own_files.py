@@ -31,8 +31,6 @@ _HZ = (r"(?:^|_)f(\d+)[_.p](\d+)(?:_|$)", r"(\d+)[_.p](\d+) ?_?hz")  # in names:
 
 @dataclass
 class _Trial:
-    """What files contain about a trial."""
-
     name: str
     video: Path | None = None
     tracks: xr.Dataset | None = None
@@ -161,7 +159,6 @@ def _of_dataset(data: Any) -> xr.Dataset:
 
 
 def _name(path: Path) -> str:
-    """A trial's name from that of its file."""
     stem = path.name.removesuffix(".gz")
     return re.sub(r"[^A-Za-z0-9_-]+", "_", stem[: stem.rfind(".")] if "." in stem else stem).strip("_-") or "trial"
 

@@ -105,9 +105,8 @@ def _client(scheduler: str) -> Client:
     try:
         from distributed import Client
     except ImportError as error:
-        fault = Fault(
-            "--scheduler", "", "dask is not installed", "", "the extra `cluster`", (), "pip install 'swimcal[cluster]'"
-        )
+        step = "pip install 'swimcal[cluster]'"
+        fault = Fault("--scheduler", "", "dask is not installed", "", "the extra `cluster`", (), step)
         raise InputError([fault]) from error
     try:
         return Client(scheduler, timeout=_PATIENCE_S)
@@ -120,7 +119,6 @@ def _client(scheduler: str) -> Client:
 
 
 def _check_workers(client: Client, scheduler: str) -> None:
-    """All of them, at once."""
     wanted, faults = Versions.here(), []
     found = client.run(Versions.here, on_error="return")
     for worker, versions in sorted(found.items()):

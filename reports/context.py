@@ -36,9 +36,6 @@ class ReportContext:
     """The results of one session.
 
     Attributes:
-        session: as described in its folder.
-        calibration: the calibrated twin and every trial.
-        provenance: what it was made with.
         notes: further sentences for the reader, such as what was left out.
         published: what the published search leads to; None where it was not run.
         posterior: how sure the coefficients are; None where it was not sampled.

@@ -17,17 +17,7 @@ from session.folder import SESSION_FILE, load_session
 from session.results import write_whole
 from session.tracks import load_tracks
 
-FISHSIM_MARKERS = (
-    "nose",
-    "neck",
-    "dorsal_fin",
-    "tail_1",
-    "tail_2",
-    "tail_3",
-    "tail_4",
-    "tail_5",
-    "caudal_fin",
-)
+FISHSIM_MARKERS = ("nose", "neck", "dorsal_fin", *(f"tail_{n}" for n in range(1, 6)), "caudal_fin")
 """The markers of the public tracks, in the order of their columns (fishsim, ``Data/Markers``)."""
 
 FISHSIM_FPS = 60.0
@@ -150,7 +140,6 @@ def _fishsim_files(source: Path) -> dict[str, Path]:
 
 
 def _fitted(source: Path, asked: tuple[str, ...], there: tuple[str, ...]) -> tuple[str, ...]:
-    """The trials to fit."""
     faults = FaultCollector(str(source))
     for name in (name for name in asked if name not in there):
         what, hint = "no such trial to fit", did_you_mean(name, there)

@@ -185,7 +185,6 @@ def _read_session_file(folder: Path) -> TomlSource:
 
 
 def _robot(source: TomlSource, folder: Path, robot_of: RobotOf | None, faults: FaultCollector) -> DescribedRobot | None:
-    """The session's robot; None where it is not known."""
     robot, named = source.data.get("robot", {}), "robot" in source.data
     file = _present(folder, robot.get("file")) if isinstance(robot, dict) else None
     if robot_of is None or (named and file is None):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
 
 import numpy as np
@@ -11,16 +11,6 @@ from session.errors import FaultCollector
 from session.flags import Flag
 from session.tables import check_time, read_log, to_numbers
 
-MOTOR_COLUMNS = (
-    "time_s",
-    "position_rad",
-    "velocity_rad_s",
-    "current_a",
-    "voltage_v",
-    "temperature_c",
-    "error",
-)
-"""The header of a motor log."""
 _FEWEST_ROWS = 2
 
 
@@ -40,6 +30,10 @@ class MotorLog:
     temperature_c: np.ndarray
     error: np.ndarray
     flags: tuple[Flag, ...] = ()
+
+
+MOTOR_COLUMNS = tuple(field.name for field in fields(MotorLog) if field.name != "flags")
+"""The header of a motor log."""
 
 
 def load_motor(path: Path) -> MotorLog:

@@ -56,7 +56,10 @@ class Stage:
         outputs = stamp.get("outputs")
         if not isinstance(outputs, dict) or not outputs:
             return False
-        return all(_is_as_written(self._results / name, sha256) for name, sha256 in outputs.items())
+        try:
+            return all(sha256_of(self._results / name) == sha256 for name, sha256 in outputs.items())
+        except OSError:
+            return False
 
     def ensure(self, make: Callable[[], Iterable[Path] | None]) -> bool:
         """Makes the results unless they are current; whether it did. What `make` returns was written as well."""
@@ -125,10 +128,3 @@ def _read(results: Path) -> dict[str, Any]:
     except (OSError, ValueError, RecursionError):
         return {}
     return stamps if isinstance(stamps, dict) else {}
-
-
-def _is_as_written(path: Path, sha256: str) -> bool:
-    try:
-        return sha256_of(path) == sha256
-    except OSError:
-        return False

@@ -84,7 +84,6 @@ def load_tracks(path: Path, markers: Sequence[str], fps: float, *, minimum: int 
     The file must hold all `markers` and a `minimum` of frames; `fps` is used for files without a header.
 
     Raises:
-    Raises:
         InputError: every fault of the file at once.
     """
     table = read_table(path)

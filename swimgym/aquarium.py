@@ -98,7 +98,8 @@ def swim_together(
         if k >= every * len(lines):
             lines.append(outline(swimmers))
             targets.append(task.places.copy())
-        seen = course.act(policy.act(seen) if policy else _towards(rules, seen, hz)).seen
+        aside = np.tanh(_GAIN * np.arctan2(-seen[:, -4], -seen[:, -5]))  # towards the target
+        seen = course.act(policy.act(seen) if policy else beat_action(rules, seen, hz, aside)).seen
     wall = perf_counter() - began
     corners = np.array([-0.5, 0.5])[:, None] * (size + _MARGIN_M)
     return Shoal(np.array(lines), np.array(targets), corners, wall, seconds, swimmers.diverged)
@@ -128,11 +129,6 @@ def play(
     wall, shown = perf_counter() - began, np.concatenate([np.reshape(lines, (-1, 2)), np.reshape(targets, (-1, 2))])
     corners = np.array([shown.min(axis=0) - _MARGIN_M / 2, shown.max(axis=0) + _MARGIN_M / 2])
     return swum, Shoal(np.array(lines), np.array(targets), corners, wall, float(swum.seconds[0]), swum.diverged)
-
-
-def _towards(rules: Rules, seen: np.ndarray, hz: np.ndarray) -> np.ndarray:
-    bearing = np.arctan2(-seen[:, -4], -seen[:, -5])
-    return beat_action(rules, seen, hz, np.tanh(_GAIN * bearing))
 
 
 def check_kind(file: Path) -> None:

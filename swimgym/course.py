@@ -217,18 +217,8 @@ class Course(Generic[S]):
         yaw = swimmers.head[:, 2]
         vector, rate = turned(target - place, -yaw), turned(carried - moving, -yaw)
         distance = np.sqrt((vector**2).sum(axis=1))
-        columns = (np.cos(angle), np.sin(angle), speed)
-        seen = np.hstack(
-            [
-                np.stack(columns, axis=1),
-                swimmers.turn_rates,
-                *swimmers.tail,
-                distance[:, None],
-                vector,
-                rate,
-                self.action[:, None],
-            ]
-        )
+        own = [np.stack([np.cos(angle), np.sin(angle), speed], axis=1), swimmers.turn_rates, *swimmers.tail]
+        seen = np.hstack([*own, distance[:, None], vector, rate, self.action[:, None]])
         return seen, distance, self.task.off_path(place)
 
     def act(self, action: np.ndarray, rows: np.ndarray | None = None) -> Moment:

@@ -46,8 +46,6 @@ class SearchPlan:
 
 @dataclass
 class _State:
-    """Of a search between generations."""
-
     generation: int
     middle: np.ndarray
     width: np.ndarray
@@ -84,7 +82,8 @@ def search(
         laws = state.middle + state.width * rng.standard_normal((plan.candidates, len(state.middle)))
         laws[0] = state.middle
         each = np.tile(laws, (plan.episodes, 1))  # episode by episode, so that models are dealt out evenly
-        swum = swim(course, lambda seen, each=each: steered(each, course.rules, seen), _goals(plan, state))  # type: ignore[misc]
+        goals = 1000 * plan.seed + state.generation
+        swum = swim(course, lambda seen, each=each: steered(each, course.rules, seen), goals)  # type: ignore[misc]
         costs = _cost(swum, plan).reshape(plan.episodes, plan.candidates).mean(axis=0)
         best = np.argsort(costs)[: max(2, round(_ELITE * plan.candidates))]
         state = _State(
@@ -99,10 +98,6 @@ def search(
     training = {**asdict(plan), "trained_s": state.seconds, "cost": state.cost}
     rules = replace(course.rules, seconds=options.get("seconds", Rules.seconds))
     return Policy(replace(card, training=training, rules=rules), {"law": state.middle})
-
-
-def _goals(plan: SearchPlan, state: _State) -> int:
-    return 1000 * plan.seed + state.generation
 
 
 def _cost(swum: Swum, plan: SearchPlan) -> np.ndarray:

@@ -21,15 +21,9 @@ class SyntheticPlan(Table):
     """A session to be made.
 
     Attributes:
-        trials: the swim trials.
-        dry_runs: trials with the head clamped, in air.
-        free_decays: trials in air without tendons.
-        seed: of every random draw.
         robot: None for the built-in fish.
         markers: the tracked ones, in the order of the columns.
         coefficients: the truth to be found.
-        noise: of the tracker.
-        camera: clock and scale.
         warmup_s: left out of every comparison, as the session states.
         run_in_s: simulated before the first frame, so that a trial begins in the middle of a developed swim. A trial
             with a motor has none: the motor drives it from rest to rest.

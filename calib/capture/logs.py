@@ -96,7 +96,6 @@ class TrialLog:
 
 
 def _started(path: Path, header: str) -> TextIO:
-    """A new file with its header."""
     try:
         file = path.open("x", encoding="utf-8", newline="\n")
     except OSError as error:

@@ -50,8 +50,6 @@ class Reading(NamedTuple):
     Attributes:
         time_s: the host's clock, halfway between question and answer.
         took_s: how long that took, all tries together.
-        measured: the values, in the motor's units.
-        hardware_error: the bits of the hardware error status.
         timely: whether the first answer was whole, fresh and quick. If not, its time is unsure.
     """
 
@@ -187,7 +185,6 @@ class Motor:
             )
 
     def _settings(self) -> tuple[int, int, int]:
-        """Drive mode, operating mode and velocity limit."""
         drive_mode, operating_mode = self.bus.read(MODES).data[:2]
         return drive_mode, operating_mode, int.from_bytes(self.bus.read(LIMITS).data[:4], "little")
 

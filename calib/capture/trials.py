@@ -104,8 +104,6 @@ def capture(
 
 
 class _Trial:
-    """One trial while it runs."""
-
     def __init__(self, plan: TrialPlan, motor: Motor, guard: Guard, signals: Signals, clock: Clock) -> None:
         self._plan = plan
         self._motor = motor

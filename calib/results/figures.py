@@ -43,8 +43,6 @@ class Figures:
 
 
 def _figure(name: str, about: str) -> Callable[[Figures], Plot]:
-    """A method that fetches the figure of this name in the report."""
-
     def fetch(self: Figures) -> Plot:
         return self[name]
 
@@ -53,8 +51,6 @@ def _figure(name: str, about: str) -> Callable[[Figures], Plot]:
 
 
 def _of_trial(name: str, about: str) -> Callable[[Figures, str], Plot]:
-    """A method that fetches the figure of a trial."""
-
     def fetch(self: Figures, trial: str) -> Plot:
         return self[f"{trial}-{name}"]
 
@@ -63,8 +59,6 @@ def _of_trial(name: str, about: str) -> Callable[[Figures, str], Plot]:
 
 
 def _numbered(name: str, about: str) -> Callable[..., Plot]:
-    """A method that fetches one of several figures, the first by default."""
-
     def fetch(self: Figures, number: int = 1) -> Plot:
         return self[f"{name}-{number}"]
 

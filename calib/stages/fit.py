@@ -92,7 +92,6 @@ class StructureStage(Stage):
 
     @property
     def _origin(self) -> str:
-        """Where the robot is described, for the reader."""
         file = self._job.session.robot_file
         return BUILT_IN if file is None else file.name
 

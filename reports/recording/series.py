@@ -51,7 +51,6 @@ def _flag_text(flag: Flag) -> str:
 
 
 def _summary(trial: RecordedTrial) -> Layer:
-    """A page with the trial's numbers."""
     count = np.bincount(trial.tracked.state.values.ravel(), minlength=len(SampleState))
     rows = {
         "frames": len(trial.time_s),
@@ -59,9 +58,7 @@ def _summary(trial: RecordedTrial) -> Layer:
         **{f"samples_{state.word}": int(count[state]) for state in SampleState},
         **trial.metrics,
     }
-    table = [
-        f"| {name} | {value:.4g} |" if isinstance(value, float) else f"| {name} | {value} |"
-        for name, value in rows.items()
-    ]
+    shown = {name: f"{value:.4g}" if isinstance(value, float) else value for name, value in rows.items()}
+    table = [f"| {name} | {value} |" for name, value in shown.items()]
     text = "\n".join([f"# {trial.name}", "", "| | |", "|---|---|", *table, ""])
     return Layer(entity_of(trial.name, SUMMARY), (rr.TextDocument(text, media_type=rr.MediaType.MARKDOWN),))

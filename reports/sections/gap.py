@@ -144,7 +144,10 @@ def _attribution(found: Attribution | None) -> str:
     """To which groups of effects the joint fit owes its forecasts."""
     if found is None:
         return ""
-    shares = [f"{name} {shown(each.gap, 2)} ({spanned(*each.gap_ci90, _two)})" for name, each in found.shares.items()]
+    shares = [
+        f"{name} {shown(each.gap, 2)} ({spanned(*each.gap_ci90, lambda share: shown(share, 2))})"
+        for name, each in found.shares.items()
+    ]
     speeds = [
         f"{name} {in_mm(each.speed, signed=True)} ({spanned(*each.speed_ci90, in_mm)})"
         for name, each in found.shares.items()
@@ -160,10 +163,6 @@ def _attribution(found: Attribution | None) -> str:
         f"{listed(shares)}; of the decrease of the mean speed error, in mm/s: {listed(speeds)}. The fewest groups that "
         f"forecast as well within one standard error over trials: {fewest}. {speed}"
     )
-
-
-def _two(value: float) -> str:
-    return shown(value, 2)
 
 
 def _by_how_much(shrinkage: float) -> str:
