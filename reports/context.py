@@ -40,7 +40,6 @@ class ReportContext:
         published: what the published search leads to; None where it was not run.
         posterior: how sure the coefficients are; None where it was not sampled.
         diagnosed: where the sim-to-real gap is and what causes it; None where it was not diagnosed.
-        diagnosis_effort: that it was made with.
         policies: how those that were trained swim, targets first.
     """
 

@@ -18,10 +18,7 @@ class PolicySwims:
     """Episodes of one policy on the twin.
 
     Attributes:
-        task: "target" or "circle".
-        method: "search" or "sac".
-        trained_s: how long it was trained.
-        seed: of its training.
+        task, method: "target" or "circle"; "search" or "sac".
         of_this_fit: whether it was trained on the twin that the report is of.
         start_m: (n, 2) first targets, from the start, where the robot heads along -x; its left is -y.
         reached, diverged: (n,) how the episodes ended; neither: out of time.

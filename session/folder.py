@@ -49,10 +49,8 @@ class TrialSpec:
         name: unique in the session, fit for a file name.
         kind: ``"free_decay"`` (tail let go), ``"dry"`` (head clamped, in air) or ``"swim"``.
         tracks: marker tracks; they win over a video.
-        video: the video to track.
         boxes: first boxes of the markers in the video; where the file names none, ``<trial>.boxes.json`` next to the
             video if that is there.
-        motor: the motor log.
         motor_offset_s: motor clock minus video clock, seconds.
         commanded_hz: crank turns a second; None only for free decay.
         role: ``"fit"`` or ``"holdout"``.

@@ -36,16 +36,9 @@ def program_version() -> str:
 
 @dataclass(frozen=True)
 class Provenance:
-    """What a result was made with; comes first in every JSON result.
+    """What a result was made with: versions, the model simulated, every input file; first in every JSON result.
 
-    Attributes:
-        mujoco: version of the engine.
-        model_sha256: hash of the model that was simulated.
-        inputs: sha256 of every input file, by its name relative to the session folder.
-        seed: the seed of every random draw.
-        effort: ``"quick"`` or ``"full"``.
-        program: name and version of this program.
-        schema: version of the result's form.
+    Inputs are hashed by their name relative to the session folder; the effort is ``"quick"`` or ``"full"``.
     """
 
     mujoco: str

@@ -58,8 +58,7 @@ class Shoal:
         lines_m: (k, n, l, 2) nose, hinges and tip of n swimmers in every frame, m.
         targets_m: (k, n, 2), m.
         corners_m: (2, 2) lower left and upper right of what is shown, m.
-        wall_s: that the simulation took.
-        seconds: that were simulated.
+        wall_s, seconds: that the simulation took, and that were simulated.
         diverged: (n,) who blew up.
     """
 

@@ -83,7 +83,6 @@ class Targets:
     """A random target each, in a rectangle ahead.
 
     Args:
-        count: n.
         ahead_m: length of the rectangle, from the start on.
         across_m: its width.
         reach_m: distance within which a target is reached.
@@ -125,11 +124,7 @@ class Targets:
 class Circle:
     """A circle through the start, along which it heads at first; to the left or the right, by chance.
 
-    Args:
-        count: n.
-        radius_m: of the circle.
-        lead_m: arc by which the target is ahead of the swimmer.
-        side: 1 to the left, -1 to the right, 0 for either.
+    The target is ahead of a swimmer by an arc `lead_m`; `side` is 1 to the left, -1 to the right, 0 for either.
     """
 
     def __init__(self, count: int, radius_m: float = 1.0, lead_m: float = 0.3, side: int = 0) -> None:

@@ -19,8 +19,7 @@ class Outlook:
     """How far and how widely is looked ahead.
 
     Attributes:
-        plans: tried for each swimmer.
-        beats: in a plan.
+        plans, beats: tried for each swimmer, and in a plan.
         hold: intervals of the course for which a beat is kept, and after which is planned anew.
         spread: standard deviation of the trials, of frequency and side from -1 to 1.
         sharpness: weight of a plan is exp(-sharpness times its cost in standard deviations above the best).

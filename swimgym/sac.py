@@ -32,12 +32,9 @@ class SacPlan:
 
     Attributes:
         steps: choices in all, over all swimmers.
-        swimmers: at once.
         hold: intervals of the course for which a choice is kept.
         updates: of the networks after every choice of all swimmers.
-        layers: of the networks.
         learning_rate, discount, batch, warmup: of the algorithm; `warmup` choices are random.
-        seed: of all draws.
         every: choices after which the state is written.
     """
 

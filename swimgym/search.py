@@ -29,13 +29,7 @@ _LARGEST_WEIGHT = 0.3  # of the largest distance from the path, beside the mean
 
 @dataclass(frozen=True)
 class SearchPlan:
-    """How a law is searched.
-
-    Attributes:
-        generations, candidates, episodes: each candidate of each generation swims so many episodes.
-        seconds: that an episode may take.
-        seed: of all draws.
-    """
+    """How a law is searched: each candidate of each generation swims so many episodes, which may take so long."""
 
     generations: int = 15
     candidates: int = 32

@@ -18,13 +18,9 @@ from swimmer.twin import FORCE_FIELDS
 
 @dataclass(frozen=True, eq=False)
 class Fish:
-    """A robot to swim with.
+    """A robot to swim with: one model, or several between which its swimmers differ (posterior draws).
 
-    Attributes:
-        robot: its name.
-        models: one, or several between which its swimmers differ (posterior draws).
-        origin: in words, where its numbers come from.
-        sha256: of its MJCF.
+    `origin` says in words where its numbers come from; `sha256` is that of its MJCF.
     """
 
     robot: str

@@ -19,13 +19,7 @@ def trial_name(prefix: str, hz: float) -> str:
 
 
 class SyntheticCamera(Table):
-    """A camera that looks straight down: no lens, no parallax, exact clock.
-
-    Attributes:
-        fps: frames a second.
-        px_per_m: scale; the default is that of the published videos.
-        width_px, height_px: size of the image.
-    """
+    """A camera that looks straight down: no lens, no parallax, exact clock; by default in the published scale."""
 
     fps: Positive = 60.0
     px_per_m: Positive = 965.0
@@ -41,11 +35,8 @@ class Merge(Table):
     """A track fault: the box sits on another marker, but for a constant offset between the two boxes.
 
     Attributes:
-        marker: whose box.
-        first: the first wrong frame, counted from 0.
-        frames: how many frames in a row.
+        first, frames: the first wrong frame, counted from 0, and how many in a row.
         kind: of the flag that it should raise.
-        onto: the other marker.
         offset_px: of the box from the other's.
     """
 
@@ -80,7 +71,6 @@ class SyntheticTrial(Table):
         frequency_hz: turns a second that the crank is driven with.
         commanded_hz: the command by the session.
         seconds: from the first frame to the last.
-        role: "fit" or "holdout".
         phase_rad: crank angle in the first frame.
         heading_rad: where the nose points in the first frame, counter-clockwise from the right of the image.
         start_px: the nose in the first frame; None centres the trial in the image.

@@ -55,13 +55,9 @@ class DecayTruth(Table):
 
 
 class StructureTruth(Table):
-    """What dry experiments find out about the robot.
+    """What dry experiments find out about the robot: of each hinge (per rad), of the crank's arms and of the tail.
 
-    Attributes:
-        hinge_stiffness_n_m: of each hinge, N m/rad.
-        hinge_damping_n_m_s: of each hinge, N m s/rad.
-        natural_hz: lowest natural frequency of the tail in air without tendons: small swings, no damping.
-        crank_arm_m: length of the crank's arms.
+    `natural_hz` is the lowest natural frequency of the tail in air without tendons: small swings, no damping.
     """
 
     hinge_stiffness_n_m: float

@@ -46,9 +46,7 @@ class FitResult(Result):
 
     Attributes:
         mjcf_file: `results/calibrated.xml`.
-        data: all that the file holds.
         published: the published search, for comparison; None where it was not run.
-        plot: its figures.
         read: simulates every trial again.
 
     Example:

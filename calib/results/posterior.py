@@ -26,10 +26,6 @@ class PosteriorResult(Result):
     Tables of `to_frame`: "coefficients" (a row each: mean, sd, ends of the 90 % interval, effective draws, R-hat),
     "trials" (speed of each swim trial with its predictive interval, m/s) and "flags".
 
-    Attributes:
-        data: all that `posterior.json` holds.
-        plot: its figures.
-
     Example:
         >>> found = calib.posterior("pool", "quick", progress=False)
         >>> print(found.summary().splitlines()[1])

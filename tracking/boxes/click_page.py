@@ -26,10 +26,8 @@ class ClickBoxes:
     """A frame with its markers to be clicked; what the page saves is read with `load_boxes`.
 
     Attributes:
-        rgb: (h, w, 3) the frame, bytes.
+        rgb: (h, w, 3) the frame, bytes; `frame` is its number in the video.
         markers: the markers to click, in the order in which they are asked for.
-        trial: name of the trial, for the name of the saved file.
-        frame: number of the frame in the video.
         suggested: boxes to begin with; the person only has to check and save them.
         blobs: places that a click snaps to (`find_blobs`); elsewhere it snaps to what stands out under it.
         layout_m: (m, 2) places on the straight robot, m, for the little map of the markers.

@@ -38,12 +38,8 @@ def find_boxes(
 ) -> StartBoxes:
     """Finds the markers of a straight or bent robot, seen from above, of unknown place, heading and scale.
 
-    Args:
-        luma: (h, w) picture, bytes.
-        layout_m: (m, 2) places of the markers on the straight robot, robot frame, m.
-        markers: their names.
-        frame: number of the picture in its video.
-        file: what the picture is from, for the error.
+    The picture (h, w) is of bytes and has a number in its video; `layout_m` (m, 2) are places on the straight robot,
+    robot frame, m.
 
     Raises:
         InputError: the body is not found, or not with certainty; reports what was seen and how to click it.

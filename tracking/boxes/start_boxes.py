@@ -54,12 +54,7 @@ class Box(NamedTuple):
 
 @dataclass(frozen=True)
 class StartBoxes:
-    """A box for every marker in one frame.
-
-    Attributes:
-        frame: number of the frame in the video, the first is 0.
-        boxes: the box of each marker by its name.
-    """
+    """A box for every marker by its name, in one frame of a video, of which the first is 0."""
 
     frame: int
     boxes: dict[str, Box]
@@ -95,12 +90,8 @@ def load_boxes(
 ) -> StartBoxes:
     """Reads start boxes and checks them.
 
-    Args:
-        path: the JSON file.
-        markers: the session's markers; each needs one box, in this order in the result.
-        video: boxes beyond its pictures are faults, and so is a frame it does not have.
-        layout_m: (m, 2) places of the markers on the straight robot, robot frame, m; boxes that no pose of it can
-            have are faults.
+    Each marker needs one box. Faults are also boxes beyond the pictures of a video or in a frame that it does not have,
+    and such as no pose of the robot can have, whose straight layout is (m, 2), robot frame, m.
 
     Raises:
         InputError: every fault of the file at once.

@@ -24,10 +24,8 @@ def lens_flags(
 ) -> tuple[Flag, ...]:
     """Doubts about the lens, each with its likely size.
 
-    Args:
-        camera: as the session has it.
-        picture_px: width and height of the video, where known: does the calibration belong to it?
-        metres_per_px: the scale of the tracks, where known: does the camera's height fit it?
+    Where they are known: does the calibration belong to width and height of the video, and does the camera's height fit
+    the scale of the tracks?
     """
     lens = camera.calibration
     if lens is None:

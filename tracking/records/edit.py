@@ -85,13 +85,9 @@ class Relabel(_Stretch):
 
 
 class SetBox(_Edit):
-    """In one frame a marker is in this box; from there it is tracked on.
+    """In one frame a marker is in this box: x, y of the top left pixel, width and height, px.
 
-    Attributes:
-        marker: its name.
-        frame: the frame.
-        box: x, y of the top left pixel, width and height, px.
-        until: the last frame to track on to; None leaves it to the tracker.
+    From there it is tracked on, until the last frame given; None leaves it to the tracker.
     """
 
     op: Literal["box"] = "box"
