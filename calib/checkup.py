@@ -92,7 +92,6 @@ def _unmet(needed: Requirement) -> str:
 
 
 def _engine() -> Check:
-    """Some beats of the plain twin."""
     try:
         hz, water = np.ones(1), np.array([PUBLISHED_COEFFICIENTS])
         speed = float(speed_from_rest(Twin(load_robot()), water, hz)[0, 0])
@@ -102,7 +101,6 @@ def _engine() -> Check:
 
 
 def _codecs() -> Check:
-    """What the tracker needs of PyAV and OpenCV."""
     import av
     import cv2
 

@@ -44,7 +44,6 @@ def next_experiment(data: DiagnosisResult) -> str:
 
 
 def _next(data: DiagnosisResult) -> list[str]:
-    """Experiments that separate effects, each once."""
     pairs_of: dict[str, list[str]] = {}
     for each in data.next_experiments:
         if each.expected_error < _SEPARATES:

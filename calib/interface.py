@@ -647,7 +647,6 @@ def new_session(  # noqa: PLR0913  it is the command `new`, of which a user give
 
 
 def _folder(session: AnySession) -> Path:
-    """The folder of a session."""
     if isinstance(session, Session):
         return session.folder
     path = Path(session)
@@ -655,7 +654,6 @@ def _folder(session: AnySession) -> Path:
 
 
 def _several(paths: str | Path | Iterable[str | Path]) -> list[Path]:
-    """The paths, of which one may be given alone."""
     return [Path(path) for path in ([paths] if isinstance(paths, str | Path) else paths)]
 
 

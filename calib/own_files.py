@@ -126,11 +126,7 @@ def _trials(
 
 
 def _of_file(path: Path, robot: RobotSpec, fps: float | None) -> xr.Dataset:
-    """Tracks of a file in any form; a file with a header of ours names its markers.
-
-    Raises:
-        InputError: faults of the file, or its form has no time and no frame rate is known.
-    """
+    """Tracks of a file in any form; a file with a header of ours names its markers."""
     markers, timed = _markers(robot), True
     if "".join(path.suffixes[-2:]) in (".csv", ".csv.gz") or path.suffix == ".csv":
         header = read_table(path).header or ()

@@ -158,7 +158,6 @@ def _href(report: Path, folder: Path) -> str:
 
 
 def _speeds(entry: IndexEntry) -> Markup:
-    """Speed over frequency: the twin as a line, measured trials as dots."""
     if entry.fit is None:
         return Markup()
     trials = sorted(entry.fit.trials.values(), key=lambda trial: trial.frequency_hz)

@@ -96,7 +96,6 @@ def train_sac(
 
 
 def _arrays(model: SAC) -> dict[str, np.ndarray]:
-    """The actor's weights as plain arrays."""
     actor = model.policy.actor
     layers = [layer for layer in (*actor.latent_pi, actor.mu) if hasattr(layer, "weight")]
     arrays = {}
@@ -179,8 +178,6 @@ class BeatPool(VecEnv):
 
 
 class _Reporter(BaseCallback):
-    """Reports, and writes the state now and then."""
-
     def __init__(self, plan: SacPlan, pool: BeatPool, file: Path | None, progress: Progress) -> None:
         super().__init__()
         self._plan, self._pool, self._file, self._progress, self._next = plan, pool, file, progress, plan.every

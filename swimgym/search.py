@@ -111,11 +111,7 @@ def _keep(file: Path | None, state: _State, plan: SearchPlan, card: Card) -> Non
 
 
 def _resumed(file: Path | None, plan: SearchPlan, card: Card) -> _State | None:
-    """The state in a file of the same search; None where there is none.
-
-    Raises:
-        InputError: it cannot be read. That of another search is left and written over.
-    """
+    """The state in a file of the same search; None where there is none: that of another search is written over."""
     if file is None or not file.is_file():
         return None
     try:

@@ -105,11 +105,7 @@ def _file_of(results: Path, effects: bool) -> Path:
 
 
 def _of_mjcf(file: Path, origin: str) -> Fish:
-    """The fish of a file, without what is only looked at.
-
-    Raises:
-        InputError: it is not there, no MJCF, or lacks names of the public contract.
-    """
+    """The fish of a file, without what is only looked at."""
     step = "Write one with `calib mjcf`."
     if not file.is_file():
         raise _fault(str(file), "it is not there", "nothing", "an MJCF", step)

@@ -68,7 +68,6 @@ def _batch(n: int, **options: Any) -> gymnasium.vector.VectorEnv:
 
 
 def _rate(env: Any, seconds: float) -> float:
-    """Steps of one environment a second, with the same kind of actions for all."""
     env.reset(seed=0)
     env.action_space.seed(0)
     actions, done = [env.action_space.sample() for _ in range(16)], 0

@@ -171,7 +171,6 @@ def _stopping(motor: Motor, report: Report) -> Iterator[None]:
 
 
 def _check_reach(settings: CaptureSettings, reading: Reading, report: Report) -> None:
-    """The speeds can be reached at the voltage there is."""
     voltage_v = reading.measured.voltage * registers.VOLT
     reach = registers.reach_turns_per_s(voltage_v)
     report(f"motor {settings.motor_id}: {voltage_v:.1f} V, reaches {reach:.2f} turns/s without load (72 rpm at 12 V)")

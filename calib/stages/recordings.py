@@ -201,7 +201,6 @@ class Recordings:
         return self._session.results / "tracks" / f"{trial}.csv"
 
     def _stage(self, spec: TrialSpec) -> Stage:
-        """The tracks of a trial as they are used."""
         return Stage(self._file(spec.name), {}, {}, [self])
 
     def _save(self, spec: TrialSpec, tracks: xr.Dataset, weight: Callable[[], np.ndarray]) -> None:

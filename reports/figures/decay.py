@@ -42,7 +42,6 @@ def _end_s(time_s: np.ndarray, swing: np.ndarray) -> float:
 
 
 def _name_curves(axes: Axes, fit: DecayFit) -> None:
-    """Names left of where the curves begin, apart from each other."""
     start = fit.simulated_m[0] * MM
     low, high = axes.get_ylim()
     order, place = np.argsort(start), start.copy()

@@ -45,7 +45,6 @@ def _flags(trial: RecordedTrial) -> Layer:
 
 
 def _flag_text(flag: Flag) -> str:
-    """A flag in one line: kind, frames, markers, message."""
     frames = "whole trial" if flag.frames is None else f"frames {flag.frames[0]} to {flag.frames[1]}"
     return " · ".join(part for part in (flag.kind, frames, ", ".join(flag.markers), flag.message) if part)
 

@@ -122,7 +122,6 @@ def _remainder(rest: Remainder, added: str) -> str:
 
 
 def _everything(every: AllEffects) -> str:
-    """Of the twin with all effects at once."""
     gap, strongest = every.gap, every.strengths[:_STRONGEST]
     listing = [f"{in_words(s.effect)} ({in_words(s.parameter)} {shown(s.strength_sd, 1)})" for s in strongest]
     far = ""
@@ -200,7 +199,6 @@ def _shrinkage(found: DiagnosisResult) -> str:
 
 
 def _controls(controls: Controls | None) -> str:
-    """What the gap would shrink by anyhow."""
     if controls is None or controls.carried_over is None:
         return ""
     text = ""

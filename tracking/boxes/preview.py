@@ -69,7 +69,6 @@ def marker_colour(number: int) -> tuple[float, float, float]:
 
 
 def _crowded(centre_px: np.ndarray) -> np.ndarray:
-    """Indices of the markers that are closest to each other."""
     apart = np.linalg.norm(centre_px[:, None] - centre_px, axis=2) + np.diag(np.full(len(centre_px), np.inf))
     nearest = apart.min(axis=1, initial=np.inf)
     return np.flatnonzero(nearest <= CROWDED * nearest.min())
@@ -88,7 +87,6 @@ def _view(rgb: np.ndarray, boxes: Sequence[Box], aspect: float, margin: float) -
 
 
 def _show(axes: Any, rgb: np.ndarray, view: View) -> None:
-    """The picture in the view, a pixel as large as it needs to be."""
     rows = slice(max(0, int(view.top)), max(0, int(view.bottom)) + 2)
     columns = slice(max(0, int(view.left)), max(0, int(view.right)) + 2)
     part = rgb[rows, columns]

@@ -69,11 +69,7 @@ def is_deeplabcut(table: RawTable) -> bool:
 
 
 def _head(table: RawTable, faults: FaultCollector) -> dict[str, list[str]]:
-    """The header rows after the first by their names, without their first cells.
-
-    Raises:
-        InputError: they are not DeepLabCut's, or name several animals.
-    """
+    """The header rows after the first by their names, without their first cells."""
     head: dict[str, list[str]] = {}
     for row in table.rows[:3]:
         if row.cells[0].lower() in ("individuals", "bodyparts", "coords"):

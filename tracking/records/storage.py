@@ -83,7 +83,6 @@ def load_tracked(folder: Path, trial: str) -> xr.Dataset:
 
 
 def _markers(table: RawTable) -> tuple[str, ...]:
-    """The markers that the header of a file of tracks names."""
     markers = tuple(name.removesuffix("_x") for name in table.header or () if name.endswith("_x"))
     if not markers:
         first = ",".join(table.header or table.rows[0].cells)
