@@ -10,8 +10,11 @@ from typing import NamedTuple
 
 from calib.options import EffortName, Options
 from calib.pipeline import Pipeline, working
+from calib.results.made import fit_result
+from calib.results.result import Export
 from calib.spread import spread
-from session.errors import NotConverged
+from reports import IndexEntry, write_index
+from session.errors import NotConverged, SwimcalError
 
 
 def run_pipeline(pipeline: Pipeline) -> None:
@@ -45,18 +48,10 @@ def run_all(
     progress: bool = False,
     scheduler: str | None = None,
 ) -> Mapping[Path, str]:
-    """Runs all sessions, and says when each is done.
+    """Runs all sessions, `jobs` at a time, and says when each is done; why sessions failed, by folder.
 
-    Args:
-        folders: of the sessions.
-        effort: how hard to search.
-        jobs: sessions at a time.
-        workers: threads of each; 0 for its share of the cores, one where a scheduler is given.
-        progress: show it on standard error.
-        scheduler: address of a dask scheduler, whose workers run the sessions; they need to see the same folders.
-
-    Returns:
-        Why sessions failed, by folder.
+    Threads of each, `workers`: 0 for its share of the cores, one where a dask scheduler is given, whose workers run the
+    sessions; they need to see the same folders.
 
     Raises:
         InputError: of the scheduler or its workers.
@@ -72,6 +67,34 @@ def run_all(
             state = f"{'failed' if ended.error else 'done'} after {ended.seconds:.0f} s, {done} of {len(folders)}"
             print(f"calib: {ended.folder.name}: {state}", file=sys.stderr, flush=True)
     return failures
+
+
+def indexed(folders: Sequence[Path], index: str | Path | None, failures: Mapping[Path, str]) -> Export:
+    """The reports of several sessions and their index; those that failed are listed with the reason."""
+    entries, notes, failed = [], [], dict(failures)
+    for folder in folders:
+        if folder not in failed:
+            try:
+                entry, note = reported(folder)
+                entries.append(entry)
+                notes.append(note)
+                continue
+            except SwimcalError as problem:
+                failed[folder] = str(problem)
+        entries.append(IndexEntry(folder.name, error=failed[folder]))
+    path = Path(index) if index is not None else folders[0].resolve().parent / "index.html"
+    page, table = write_index(path, entries)
+    reports = [entry.report for entry in entries if entry.report is not None]
+    return Export((*reports, table, page), tuple(notes), {folder.name: why for folder, why in failed.items()})
+
+
+def reported(folder: Path) -> tuple[IndexEntry, str]:
+    """What the index has of a session whose report is up to date, and what the report shows."""
+    with working(folder, True) as pipeline:
+        page, fit, diagnosis = pipeline.report(), fit_result(pipeline), pipeline.current_diagnosis()
+    gap, effort = None if diagnosis is None else diagnosis.read(), pipeline.the_fit().effort
+    entry = IndexEntry(pipeline.session.name, page, fit.data, effort, fit.verdict, gap)
+    return entry, " ".join([f"{pipeline.session.name}: {pipeline.standing}", *pipeline.notes])
 
 
 def _run_one(folder: Path, effort: EffortName, workers: int) -> Ended:

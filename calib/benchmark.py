@@ -45,8 +45,6 @@ class StepError:
     """What the time step costs for one set of coefficients, against a step eight times finer.
 
     Attributes:
-        name: of the set.
-        coefficients: the five.
         marker_mean_mm, marker_rms_mm, marker_max_mm: mean, root mean square and largest distance of markers relative
             to the nose, in the head frame; each at its worst frequency.
         speed: largest relative difference in mean forward speed over the frequencies.

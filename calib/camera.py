@@ -10,13 +10,11 @@ Example:
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    import numpy as np
-
     from tracking.lens import BoardScale, BoardSpec, LensCalibration
 
 __all__ = ["board", "lens", "scale"]
@@ -80,12 +78,13 @@ def lens(
         True
     """
     from calib.progress import progress_bar
-    from tracking.lens import calibrate_lens, save_camera
+    from tracking.lens import calibrate_lens, save_camera, video_pictures
 
     files = [Path(file) for file in ([pictures] if isinstance(pictures, str | Path) else pictures)]
     with progress_bar(not progress) as report:
         report("looking for the board", None)
-        found = calibrate_lens(_each(files), _board(description))
+        of_video = len(files) == 1 and files[0].suffix.lower() not in _PICTURES
+        found = calibrate_lens(video_pictures(files[0]) if of_video else files, _board(description))
     save_camera(Path(out), found.calibration)
     return found
 
@@ -126,10 +125,3 @@ def _board(description: str | Path | None) -> BoardSpec:
     from tracking.lens import BoardSpec, load_board
 
     return BoardSpec(columns=9, rows=6, square_m=0.03) if description is None else load_board(Path(description))
-
-
-def _each(files: Sequence[Path]) -> Iterable[Path | np.ndarray]:
-    """The pictures, or frames of a single video."""
-    from tracking.lens import video_pictures
-
-    return files if len(files) > 1 or files[0].suffix.lower() in _PICTURES else video_pictures(files[0])

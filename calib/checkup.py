@@ -81,20 +81,17 @@ def check_motor() -> Iterator[Check]:
 
 
 def _unmet(needed: Requirement) -> str:
-    """What is wrong with a package, if anything."""
     if needed.marker is not None and not needed.marker.evaluate():
         return ""
     try:
         there = version(needed.name)
     except PackageNotFoundError:
         return f"{needed.name} is missing"
-    return (
-        "" if needed.specifier.contains(there, prereleases=True) else f"{needed.name} {there}, not {needed.specifier}"
-    )
+    fits = needed.specifier.contains(there, prereleases=True)
+    return "" if fits else f"{needed.name} {there}, not {needed.specifier}"
 
 
 def _engine() -> Check:
-    """Some beats of the plain twin."""
     try:
         hz, water = np.ones(1), np.array([PUBLISHED_COEFFICIENTS])
         speed = float(speed_from_rest(Twin(load_robot()), water, hz)[0, 0])
@@ -104,7 +101,6 @@ def _engine() -> Check:
 
 
 def _codecs() -> Check:
-    """What the tracker needs of PyAV and OpenCV."""
     import av
     import cv2
 

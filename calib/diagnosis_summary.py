@@ -44,7 +44,6 @@ def next_experiment(data: DiagnosisResult) -> str:
 
 
 def _next(data: DiagnosisResult) -> list[str]:
-    """Experiments that separate effects, each once."""
     pairs_of: dict[str, list[str]] = {}
     for each in data.next_experiments:
         if each.expected_error < _SEPARATES:
@@ -62,7 +61,6 @@ def _models(data: DiagnosisResult) -> list[str]:
 
 
 def _checks(data: DiagnosisResult) -> list[str]:
-    """Caveats of a diagnosis, to be checked before it is used."""
     caveats = []
     if data.effects and data.gap.evaluated_on and data.gap.shrinkage <= 0:
         caveats.append("the named effects do not reduce the gap on held-out trials")
@@ -75,9 +73,10 @@ def _checks(data: DiagnosisResult) -> list[str]:
         caveats.append(
             f"this diagnosis was made without {', '.join(map(plain, lacking))}; run it again with the whole catalogue"
         )
+    of_drive = {name for name, effect in catalogue().items() if effect.stage == "drive"}
     known = [f.measured_hz / f.commanded_hz - 1 for f in data.frequencies.values() if f.commanded_hz]
     off = sum(known) / len(known) if known else 0.0
-    if abs(off) > _OFF and (data.verdict == "unexplained" or any(_of_drive(name) for name in data.effects)):
+    if abs(off) > _OFF and (data.verdict == "unexplained" or of_drive & set(data.effects)):
         caveats.append(
             f"tails beat {100 * abs(off):.0f} % {'slower' if off < 0 else 'faster'} than commanded: check [camera] fps "
             "and commanded_hz (crank turns per second) before you blame clock, gear or motor"
@@ -93,11 +92,6 @@ def _checks(data: DiagnosisResult) -> list[str]:
     elif data.effects and not data.evidence.cross_validation.trials:
         caveats.append("two trials were fitted: cross-validation of the named effects needs three")
     return caveats
-
-
-def _of_drive(name: str) -> bool:
-    known = catalogue().get(name)
-    return known is not None and known.stage == "drive"
 
 
 def test_lines(data: EffectTestResult) -> list[str]:

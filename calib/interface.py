@@ -8,6 +8,9 @@ is not made again, so that every function returns at once where its results are 
 `run`, `track`, `fit`, `posterior`, `diagnose` and `effect_test`; all others use existing results. Results are frozen
 and read from finished files; every one has `to_frame()`, `summary()` and, where there is something to see, `plot`.
 
+The same in all functions: `session` is opened, or its folder; `effort`, "quick" or "full", says how hard to search;
+`workers` are threads, 0 for all cores; `progress` is shown on standard error.
+
 Errors are a `SwimcalError`: `InputError` (all faults of what was given, at once), `NotEnoughData`, `NotConverged`,
 `SimulationDiverged`, `ModelMismatch`, `SessionLocked`, `ResultsNotWritable`.
 """
@@ -19,7 +22,7 @@ from typing import TYPE_CHECKING, Any, Literal, overload
 import pandas as pd
 
 from calib import benchmark, camera, capture, policy
-from calib.batch import run_all, run_pipeline
+from calib.batch import indexed, reported, run_all, run_pipeline
 from calib.options import EffortName, ObjectiveName, Options
 from calib.pipeline import open_session as _open_session
 from calib.pipeline import working
@@ -42,7 +45,6 @@ from calib.results.twin import SwimTwin
 from calib.stages.diagnosis import check_names
 from calib.stages.fit import nominal_mjcf
 from calib.tracked_videos import check_form, click_pages, correct_track, track_videos
-from reports import IndexEntry, write_index
 from session import FaultCollector, InputError, NotEnoughData, Session, SwimcalError
 from session.create import FISHSIM_MARKERS, new_from_fishsim
 from session.errors import Fault, ModelMismatch, NotConverged, ResultsNotWritable, SessionLocked, SimulationDiverged
@@ -102,10 +104,7 @@ AnySession = Session | str | Path
 
 
 def open_session(folder: str | Path) -> Session:
-    """Reads a session folder and checks it, its tracks, its robot and its markers included; writes nothing.
-
-    Args:
-        folder: with a `session.toml`, or the path of that file.
+    """Reads a session folder, or its `session.toml`, and checks it with its tracks, robot and markers; writes nothing.
 
     Raises:
         InputError: all faults of `session.toml` and of the files it names, at once.
@@ -137,12 +136,9 @@ def fit(
     is assumed to be as the robot is described. A previous fit is kept in `results/kept`.
 
     Args:
-        session: opened, or its folder.
-        effort: how hard to search.
-        workers: threads; 0 for all cores.
+        session, effort, workers, progress: as everywhere.
         objective: "published" also runs the published search (Bayesian optimisation, then Nelder-Mead, of the mean
             marker distance) and keeps it next to the fit, for comparison; it takes minutes.
-        progress: show it on standard error.
 
     Returns:
         The fit; of a session without a swim trial what the dry experiments say alone.
@@ -177,10 +173,7 @@ def posterior(
     Stopped, it goes on where it was.
 
     Args:
-        session: opened, or its folder.
-        effort: how many draws.
-        workers: threads; 0 for all cores.
-        progress: show it on standard error.
+        session, effort, workers, progress: as everywhere.
 
     Raises:
         NotConverged: draws that must not be relied on; none are reported.
@@ -210,12 +203,9 @@ def diagnose(
     """Finds where the sim-to-real gap is, which unmodelled effect causes it, and how far it shrinks with that effect.
 
     Args:
-        session: opened, or its folder.
-        effort: how hard to search.
+        session, effort, workers, progress: as everywhere.
         exclude: names that the catalogue is to lack.
         effects: the catalogue of this diagnosis: names, or effects of your own; default: all.
-        workers: threads; 0 for all cores.
-        progress: show it on standard error.
 
     Raises:
         InputError: no effect of this name; or as `fit`.
@@ -240,15 +230,10 @@ def diagnose(
 def effect_test(
     session: AnySession, effects: Iterable[str], effort: EffortName = "full", *, workers: int = 0, progress: bool = True
 ) -> EffectTest:
-    """Tests some effects together: log Bayes factor over the plain twin; computed anew every time.
+    """Tests some effects of the catalogue together: log Bayes factor over the plain twin; computed anew every time.
 
-    Args:
-        session: opened, or its folder.
-        effects: names of the catalogue.
-        effort, workers, progress: as `diagnose`.
-
-    Raises:
-        InputError, NotEnoughData, SimulationDiverged: as `diagnose`.
+    Args, Raises:
+        As `diagnose`.
 
     Example:
         >>> found = calib.effect_test("pool", ["camera_parallax"], "quick", progress=False)
@@ -283,15 +268,10 @@ def track(
     """Tracks the markers in a session's videos, and reads the tracks of its other trials.
 
     Args:
-        session: opened, or its folder.
+        session, workers, progress: as everywhere.
         method: "hybrid", "spots" or "csrt"; default: that of the existing tracks, else hybrid.
         export: another form to write next to the tracks: "deeplabcut", "movement" or "fishsim".
-        click: only write a page a video on which to click its start boxes, and track nothing.
-        workers: threads; 0 for all cores.
-        progress: show it on standard error.
-
-    Returns:
-        The tracks; with `click` the pages, named `<trial>.click.html`.
+        click: track nothing, only write a page a video on which to click its start boxes: `<trial>.click.html`.
 
     Raises:
         InputError: faults of videos, boxes or edits, after all other videos are tracked; with `click`, no video.
@@ -309,13 +289,9 @@ def correct(session: AnySession, trial: str, correction: str | Mapping[str, Any]
     """Adds a correction to the edit log of a tracked trial; `track` replays it. Nothing is removed from the log.
 
     Args:
-        session: opened, or its folder.
-        trial: its name.
+        session, trial: as everywhere, and the name of the trial.
         correction: for instance `{"op": "swap", "markers": ["tail_3", "tail_4"], "frames": [120, 180]}`; others:
             "drop", "relabel", "box" (set a box and track on), "undo". A mapping, or JSON.
-
-    Returns:
-        What was added, in a sentence.
 
     Raises:
         InputError: no such trial, or the correction or the log has faults.
@@ -359,11 +335,9 @@ def convert_tracks(
     """Converts tracks between this program, DeepLabCut, movement and the authors' CSV.
 
     Args:
-        path: the file; its form is recognised from its content.
+        path, markers, fps: as `load_tracks` has them; markers by default the published nine.
         out: the file to write.
         to: "swimcal", "deeplabcut", "movement" or "fishsim".
-        markers: to take; in files without a header, their order; default: the published nine.
-        fps: frames a second, for forms without time.
 
     Raises:
         InputError: every fault of the file or the options at once.
@@ -388,26 +362,6 @@ def convert_tracks(
     return Path(out)
 
 
-@overload
-def run(  # type: ignore[overload-overlap]
-    sessions: AnySession,
-    effort: EffortName = "full",
-    *,
-    jobs: int = 1,
-    workers: int = 0,
-    scheduler: None = None,
-    progress: bool = True,
-) -> FitResult | StructureResult: ...
-@overload
-def run(
-    sessions: AnySession | Sequence[AnySession],
-    effort: EffortName = "full",
-    *,
-    jobs: int = 1,
-    workers: int = 0,
-    scheduler: str | None = None,
-    progress: bool = True,
-) -> Export: ...
 def run(
     sessions: AnySession | Sequence[AnySession],
     effort: EffortName = "full",
@@ -420,12 +374,11 @@ def run(
     """Does everything the data allow: tracks, fit, MJCF, report; with full effort posterior and diagnosis too.
 
     Args:
-        sessions: one, opened or its folder; or several: then a session that fails stops no other.
-        effort: how hard to search.
+        sessions: one, or several: then a session that fails stops no other.
+        effort, progress: as everywhere.
         jobs: sessions at a time, each in a process of its own.
         workers: threads of each session; 0 for its share of the cores, one with a scheduler.
         scheduler: address of a dask scheduler, whose workers run the sessions; they need to see the same folders.
-        progress: show it on standard error.
 
     Returns:
         The fit, or what the dry experiments say alone; of several sessions, or with a scheduler, their reports and the
@@ -447,7 +400,7 @@ def run(
                 return structure_result(pipeline) if pipeline.only_dry else fit_result(pipeline)
         sessions = [sessions]
     folders = [_folder(each) for each in sessions]
-    return _indexed(folders, None, run_all(folders, effort, jobs, workers, progress, scheduler))
+    return indexed(folders, None, run_all(folders, effort, jobs, workers, progress, scheduler))
 
 
 def report(sessions: AnySession | Sequence[AnySession], index: str | Path | None = None) -> Export:
@@ -470,48 +423,18 @@ def report(sessions: AnySession | Sequence[AnySession], index: str | Path | None
         {'filmed': 'filmed/results/calibration.json: ... Run `calib fit filmed`.'}
     """
     if isinstance(sessions, Session | str | Path) and index is None:
-        entry, note = _reported(_folder(sessions))
+        entry, note = reported(_folder(sessions))
         assert entry.report is not None
         return Export((entry.report,), (note,))
     several = [sessions] if isinstance(sessions, Session | str | Path) else sessions
-    return _indexed([_folder(each) for each in several], index, {})
-
-
-def _indexed(folders: Sequence[Path], index: str | Path | None, failures: Mapping[Path, str]) -> Export:
-    """The reports of several sessions and their index; those that failed are listed with the reason."""
-    entries, notes, failed = [], [], dict(failures)
-    for folder in folders:
-        if folder not in failed:
-            try:
-                entry, note = _reported(folder)
-                entries.append(entry)
-                notes.append(note)
-                continue
-            except SwimcalError as problem:
-                failed[folder] = str(problem)
-        entries.append(IndexEntry(folder.name, error=failed[folder]))
-    path = Path(index) if index is not None else folders[0].resolve().parent / "index.html"
-    page, table = write_index(path, entries)
-    reports = [entry.report for entry in entries if entry.report is not None]
-    by_name = {folder.name: why for folder, why in failed.items()}
-    return Export((*reports, table, page), tuple(notes), by_name)
-
-
-def _reported(folder: Path) -> tuple[IndexEntry, str]:
-    """What the index has of a session whose report is up to date, and what the report shows."""
-    with _working(folder, Options(), False) as pipeline:
-        page, fit, diagnosis = pipeline.report(), fit_result(pipeline), pipeline.current_diagnosis()
-    gap = None if diagnosis is None else diagnosis.read()
-    effort = pipeline.the_fit().effort
-    entry = IndexEntry(pipeline.session.name, page, fit.data, effort, fit.verdict, gap)
-    return entry, " ".join([f"{pipeline.session.name}: {pipeline.standing}", *pipeline.notes])
+    return indexed([_folder(each) for each in several], index, {})
 
 
 def view(session: AnySession, *, open_viewer: bool = False, inline: bool = False) -> Export:
     """Writes the rerun recording of the current tracks, with the twin and the missing forces where there are any.
 
     Args:
-        session: opened, or its folder.
+        session: as everywhere.
         open_viewer: also open it in the Rerun viewer.
         inline: also show it in the notebook; where that cannot be, `notes` say why.
 
@@ -574,7 +497,7 @@ def load_twin(
         coefficients: blunt, slender and angular drag, Kutta and Magnus lift; default: those of the fit, for a robot the
             published ones.
         effects: names of the catalogue, or effects of your own, that the twin is to have.
-        workers: threads; 0 for all cores.
+        workers: as everywhere.
 
     Raises:
         InputError: no current fit, no such effect, or faults of the robot's file.
@@ -633,7 +556,7 @@ def doctor(session: AnySession | None = None, *, motor: bool = False) -> pd.Data
     """Checks the installation and, if given, a session and the motor connection.
 
     Args:
-        session: opened, or its folder.
+        session: as everywhere.
         motor: also look for the motor on every serial port; takes up to a minute.
 
     Returns:
@@ -724,7 +647,6 @@ def new_session(  # noqa: PLR0913  it is the command `new`, of which a user give
 
 
 def _folder(session: AnySession) -> Path:
-    """The folder of a session."""
     if isinstance(session, Session):
         return session.folder
     path = Path(session)
@@ -732,7 +654,6 @@ def _folder(session: AnySession) -> Path:
 
 
 def _several(paths: str | Path | Iterable[str | Path]) -> list[Path]:
-    """The paths, of which one may be given alone."""
     return [Path(path) for path in ([paths] if isinstance(paths, str | Path) else paths)]
 
 

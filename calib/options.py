@@ -23,37 +23,19 @@ Progress = Callable[[str, float | None], None]
 """Called with what is going on and the share done, None when unknown."""
 
 
-def _silent(_message: str, _share: float | None) -> None:
-    return
-
-
 @dataclass(frozen=True)
 class Options:
-    """How a session is worked on.
-
-    Attributes:
-        effort: "quick" or "full".
-        workers: threads; 0 for all cores.
-        tracker: see `tracking.tracker.TRACKERS`; None: that of the existing tracks, else hybrid.
-        progress: receives it.
-    """
+    """How a session is worked on; workers: threads, 0 for all cores; tracker: None for that of the existing tracks."""
 
     effort: EffortName = "full"
     workers: int = 0
     tracker: TrackerName | None = None
-    progress: Progress = field(default=_silent)
+    progress: Progress = lambda _message, _share: None
 
 
 @dataclass(frozen=True, eq=False)
 class Job:
-    """The work on one session.
-
-    Attributes:
-        session: as read.
-        options: effort, threads, progress.
-        made: files, in the order in which they were made.
-        notes: sentences for the user.
-    """
+    """The work on one session: the files made, in their order, and notes, sentences for the user."""
 
     session: Session
     options: Options

@@ -31,8 +31,6 @@ _HZ = (r"(?:^|_)f(\d+)[_.p](\d+)(?:_|$)", r"(\d+)[_.p](\d+) ?_?hz")  # in names:
 
 @dataclass
 class _Trial:
-    """What files contain about a trial."""
-
     name: str
     video: Path | None = None
     tracks: xr.Dataset | None = None
@@ -65,11 +63,8 @@ def new_from_files(
     trials = _trials(spec, [Path(video) for video in videos], tracks, fps)
     _command(trials, commands_hz)
     faults = FaultCollector("--fit")
-    for name in fit:
-        if name not in trials:
-            faults.add(
-                "", "no such trial to fit", found=repr(name), expected="trials that are there", choices=[*trials]
-            )
+    for name in (name for name in fit if name not in trials):
+        faults.add("", "no such trial to fit", found=repr(name), expected="trials that are there", choices=[*trials])
     faults.raise_if_any()
     rates = [trial.fps for trial in trials.values() if trial.fps]
     rate = fps or float(np.median(rates))
@@ -89,11 +84,7 @@ def new_from_files(
 
 
 def _check_rates(trials: Mapping[str, _Trial], rate: float) -> None:
-    """That the session can state this frame rate: the time stamps of tracks show it within 5 %.
-
-    Raises:
-        InputError: they show another one.
-    """
+    """An `InputError` where the time stamps of tracks are off this frame rate by more than 5 %."""
     spacings = {n: np.diff(each.tracks.time.values) for n, each in trials.items() if each.tracks is not None}
     off = [
         f"{1 / float(np.mean(spacing)):.4g} in {name}"
@@ -118,9 +109,8 @@ def _trials(
             info = video.info
             trial = found.setdefault(_name(path), _Trial(_name(path)))
             trial.video, trial.fps = path, info.fps
-            trial.comments.append(
-                f"{info.frames} frames, {info.width_px} x {info.height_px} px, {info.fps:.4g} frames a second"
-            )
+            size = f"{info.width_px} x {info.height_px} px"
+            trial.comments.append(f"{info.frames} frames, {size}, {info.fps:.4g} frames a second")
     named = tracks.items() if isinstance(tracks, Mapping) else ((_name(Path(path)), path) for path in tracks)
     for name, given in named:
         with faults.nested():
@@ -136,11 +126,7 @@ def _trials(
 
 
 def _of_file(path: Path, robot: RobotSpec, fps: float | None) -> xr.Dataset:
-    """Tracks of a file in any form; a file with a header of ours names its markers.
-
-    Raises:
-        InputError: faults of the file, or its form has no time and no frame rate is known.
-    """
+    """Tracks of a file in any form; a file with a header of ours names its markers."""
     markers, timed = _markers(robot), True
     if "".join(path.suffixes[-2:]) in (".csv", ".csv.gz") or path.suffix == ".csv":
         header = read_table(path).header or ()
@@ -169,7 +155,6 @@ def _of_dataset(data: Any) -> xr.Dataset:
 
 
 def _name(path: Path) -> str:
-    """A trial's name from that of its file."""
     stem = path.name.removesuffix(".gz")
     return re.sub(r"[^A-Za-z0-9_-]+", "_", stem[: stem.rfind(".")] if "." in stem else stem).strip("_-") or "trial"
 
@@ -178,10 +163,8 @@ def _command(trials: Mapping[str, _Trial], commands_hz: Sequence[float]) -> None
     """The command of the motor in each trial, as given, else from the names."""
     driven = [trial for trial in trials.values() if trial.kind != "free_decay"]
     if commands_hz and len(commands_hz) != len(driven):
-        faults = FaultCollector("--commands")
-        names = ", ".join(trial.name for trial in driven)
-        faults.add("", "not one for each trial", found=f"{len(commands_hz)}", expected=f"{len(driven)}: of {names}")
-        faults.raise_if_any()
+        given, names = f"{len(commands_hz)}", ", ".join(trial.name for trial in driven)
+        raise InputError([Fault("--commands", "", "not one for each trial", given, f"{len(driven)}: of {names}")])
     for number, trial in enumerate(driven):
         found = next((match for pattern in _HZ if (match := re.search(pattern, trial.name.lower()))), None)
         if commands_hz:

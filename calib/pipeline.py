@@ -17,7 +17,6 @@ from calib.stages.report import ReportStage
 from fitting import Calibration, MeasuredTrial, Structure
 from session import InputError, Session, load_session
 from session.errors import Fault
-from session.folder import SESSION_FILE
 from session.lock import session_lock
 from swimmer import Twin, load_robot
 from swimmer.effects import Effect, catalogue
@@ -28,21 +27,12 @@ if TYPE_CHECKING:
 
 
 def open_session(folder: Path) -> Session:
-    """Reads and checks a session, its tracks, its robot and its markers included.
-
-    Raises:
-        InputError: all faults at once.
-    """
+    """Reads and checks a session, its tracks, its robot and its markers included; all faults at once."""
     return load_session(folder, load_robot)
 
 
 class Pipeline:
-    """The stages of one session. Each first brings up to date what it depends on.
-
-    Args:
-        session: as read by `open_session`.
-        options: effort, threads, progress.
-    """
+    """The stages of one session. Each first brings up to date what it depends on."""
 
     def __init__(self, session: Session, options: Options | None = None) -> None:
         self.job = Job(session, options or Options())
@@ -172,12 +162,8 @@ class Pipeline:
     ) -> DiagnosisStage:
         """`results/diagnosis.json`, up to date; the plain twin is the robot as described, with the fit's coefficients.
 
-        Where there is no fit, one of this effort is made first.
-
-        Args:
-            without: names that the catalogue is to lack.
-            discrepancy: see `DiagnosisStage.make`.
-            own: further effects that the catalogue is to have.
+        Where there is no fit, one of this effort is made first. `without` names what the catalogue is to lack, `own`
+        are further effects that it is to have; `discrepancy` as `DiagnosisStage.make` has it.
         """
         check_names("--exclude", sorted(without), catalogue())
         self.recordings.tracks()
@@ -209,13 +195,12 @@ class Pipeline:
             InputError: there is no fit of these recordings.
         """
         fit = self.the_fit()
-        stages = {"posterior": self.current_posterior(fit), "diagnosis": self.current_diagnosis()}
-        parts, commands = (
-            [fit.name],
-            {"posterior": ("posterior.nc", "posterior"), "diagnosis": ("diagnosis.json", "diagnose")},
+        stages = (
+            ("posterior", self.current_posterior(fit), "posterior.nc", "posterior"),
+            ("diagnosis", self.current_diagnosis(), "diagnosis.json", "diagnose"),
         )
-        for name, stage in stages.items():
-            file, command = commands[name]
+        parts = [fit.name]
+        for name, stage, file, command in stages:
             lacking = f"{name} is out of date" if (self.job.results / file).exists() else f"no {name}"
             step = f"{lacking} (`calib {command} {self.session.folder}`)"
             parts.append(step if stage is None else f"{name} of {stage.effort} effort")
@@ -243,13 +228,7 @@ class Pipeline:
 
 @contextmanager
 def working(folder: Path, quiet: bool, options: Options | None = None) -> Iterator[Pipeline]:
-    """A locked session and its pipeline, with progress unless quiet.
-
-    Args:
-        folder: of the session, or its `session.toml`.
-        quiet: no progress.
-        options: effort, threads; `progress` is replaced.
-    """
-    session = open_session(folder.parent if folder.name == SESSION_FILE else folder)
+    """A locked session and its pipeline, with progress unless quiet."""
+    session = open_session(folder)
     with session_lock(session.folder), progress_bar(quiet) as progress:
         yield Pipeline(session, replace(options or Options(), progress=progress))

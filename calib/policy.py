@@ -1,5 +1,9 @@
 """Policies that steer the calibrated twin: a function a command of `calib policy`, and that of `calib aquarium`.
 
+The same in all: `session` has a fit; `task` is "target", reach random targets, or "circle", follow one of 1 m;
+`policy_file` is an npz, by default the one trained for this session and task; `seed` is of all draws; `workers` are
+threads, 0 for all cores.
+
 Example:
     >>> calib.policy.train("pool", "circle", effort="quick").to_frame().index.tolist()
     ['paper', 'search']
@@ -80,13 +84,10 @@ def train(
     Writes `results/policy/<task>.npz`, its card `<task>.json` and, for the report, how it swam.
 
     Args:
-        session: with a fit.
-        task: reach random targets, or follow a circle of 1 m.
+        session, task, seed, workers: as everywhere.
         method: "search": a steering law, in minutes; "sac": a network, needs swimcal[policies].
         effort: how hard to search, and on how many targets it is scored.
         draws: train on so many draws of the posterior; 0: the fit alone.
-        seed: of all draws.
-        workers: threads; 0 for all cores.
         progress: show it on standard error.
 
     Raises:
@@ -125,13 +126,9 @@ def evaluate(
     """Scores a policy on the session's twin, beside the paper's and, if asked for, control by prediction.
 
     Args:
-        session: with a fit.
-        task: that the policy was trained for.
-        policy_file: its npz; default: the one trained for this session and task.
+        session, task, policy_file, seed, workers: as everywhere.
         episodes: 0: 1,000 targets, or a circle to either side.
         predictive: also so many episodes of predictive control, which needs no training.
-        seed: of all draws.
-        workers: threads; 0 for all cores.
 
     Raises:
         InputError: there is no fit, no such policy, or one of another task.
@@ -169,12 +166,9 @@ def play(
     """Films a policy on the session's twin: one episode, drawn from above.
 
     Args:
-        session: with a fit.
+        session, task, policy_file, seed: as everywhere.
         out: the film: .mp4, .gif or .rrd.
-        task: that the policy was trained for.
-        policy_file: its npz; default: the one trained for this session and task.
         target: x, y in m from the start, the robot heading along -x; default: random.
-        seed: of that draw.
 
     Returns:
         The episode.
@@ -223,8 +217,7 @@ def aquarium(
         out: the file to write: .rrd (Rerun), .mp4 or .gif.
         draws: of the posterior, dealt out to the swimmers; 0: the fit alone.
         policy_file: that steers them; default: that of the session, else plain beats.
-        seed: of all draws.
-        workers: threads; 0 for all cores.
+        seed, workers: as everywhere.
 
     Raises:
         InputError: there is no fit, no posterior to draw from, no such policy, or another kind of file.

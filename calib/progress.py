@@ -35,11 +35,7 @@ def progress_bar(quiet: bool) -> Iterator[Progress]:
 
 
 class Bar:
-    """Receives progress; a share that is unknown, or falls, begins a stage with its own estimate of the time left.
-
-    Args:
-        bar: without tasks; its elapsed time is that of all stages.
-    """
+    """Receives progress; a share that is unknown, or falls, begins a stage with its own estimate of the time left."""
 
     def __init__(self, bar: RichProgress) -> None:
         self._bar, self._share = bar, 0.0
@@ -57,13 +53,7 @@ class Bar:
 
 
 class Lines:
-    """Receives progress; what takes long is reported as it begins, and then every ten seconds with the time left.
-
-    Args:
-        write: a line.
-        every_s: seconds between two lines.
-        clock: seconds from anywhere.
-    """
+    """Receives progress; what takes long is reported as it begins, and then every ten seconds with the time left."""
 
     def __init__(
         self, write: Callable[[str], None], every_s: float = EVERY_S, clock: Callable[[], float] = time.monotonic

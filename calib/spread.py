@@ -47,14 +47,10 @@ def spread(
     jobs: int = 1,
     scheduler: str | None = None,
 ) -> Iterator[Outcome]:
-    """Outcomes as they come, in any order.
+    """Outcomes as they come, in any order; that of a piece whose process died is `lost`, with the reason.
 
-    Args:
-        work: on a piece; it can be pickled and raises nothing. Workers elsewhere need to see the same files.
-        pieces: of work.
-        lost: the outcome of a piece whose process died, and why.
-        jobs: pieces at a time.
-        scheduler: address of a dask scheduler whose workers do it instead; what one leaves that dies is done by others.
+    The work can be pickled and raises nothing; `jobs` pieces are done at a time. With the address of a dask scheduler
+    its workers do it, who need to see the same files; what one leaves that dies is done by others.
 
     Raises:
         InputError: no scheduler answers, it has no workers, or some of another version.
@@ -109,9 +105,8 @@ def _client(scheduler: str) -> Client:
     try:
         from distributed import Client
     except ImportError as error:
-        fault = Fault(
-            "--scheduler", "", "dask is not installed", "", "the extra `cluster`", (), "pip install 'swimcal[cluster]'"
-        )
+        step = "pip install 'swimcal[cluster]'"
+        fault = Fault("--scheduler", "", "dask is not installed", "", "the extra `cluster`", (), step)
         raise InputError([fault]) from error
     try:
         return Client(scheduler, timeout=_PATIENCE_S)
@@ -124,7 +119,6 @@ def _client(scheduler: str) -> Client:
 
 
 def _check_workers(client: Client, scheduler: str) -> None:
-    """All of them, at once."""
     wanted, faults = Versions.here(), []
     found = client.run(Versions.here, on_error="return")
     for worker, versions in sorted(found.items()):

@@ -1,23 +1,20 @@
 """What a command prints when it is done: eight lines at most, all of it with -v, or JSON."""
 
+from __future__ import annotations
+
 import json
 import sys
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import typer
 
-from calib.results.result import Export, Result
+if TYPE_CHECKING:
+    from calib.results.result import Export, Result
 
 
 def print_result(result: Result, as_json: bool, verbose: bool, main: Path | None = None) -> None:
-    """The outcome on standard output; the path of the main result comes last.
-
-    Args:
-        result: of a function of `calib`.
-        as_json: the content of its file, the files made and the notes.
-        verbose: every number and every flag instead of the summary.
-        main: the main result; default: the result's own file.
-    """
+    """The outcome on standard output: JSON, every number (`verbose`) or the summary; the path of `main` last."""
     path, notes = main or result.file, sorted(result.notes, key=lambda note: not note.startswith("!"))
     if as_json:
         made = {"result": str(path), "made": list(map(str, result.made)), "notes": notes}

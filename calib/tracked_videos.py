@@ -26,13 +26,7 @@ from tracking.video import Video
 
 
 def camera_flags(found: Iterable[xr.Dataset], camera: CameraSpec, robot: RobotSpec) -> tuple[Flag, ...]:
-    """The flags of lens, size and height, of each kind the first: the videos share one camera.
-
-    Args:
-        found: the tracks of every video.
-        camera: of the session.
-        robot: whose markers' heights parallax depends on.
-    """
+    """The flags of lens, size and height, of each kind the first: the videos share one camera."""
     flags: dict[str, Flag] = {}
     for tracks in found:
         scale = _metres_per_px(tracks, camera, robot)
@@ -55,30 +49,18 @@ _SUFFIX = {"swimcal": ".csv", "deeplabcut": ".dlc.csv", "fishsim": ".fishsim.csv
 
 
 def check_form(form: str, option: str) -> None:
-    """That tracks can be written in this form.
-
-    Raises:
-        InputError: they cannot; lists the forms.
-    """
+    """An `InputError` that lists the forms where tracks cannot be written in this one."""
     if form not in FORMATS:
         raise InputError([Fault(option, "", "no such form of tracks", repr(form), "", tuple(FORMATS))])
 
 
 def click_pages(pipeline: Pipeline) -> tuple[Path, ...]:
-    """A page a video on which to click its start boxes.
-
-    Raises:
-        InputError: no video, or one that cannot be read.
-    """
+    """A page a video on which to click its start boxes; an `InputError` where there is no video."""
     return tuple(of_each(filmed_trials(pipeline.session), pipeline.recordings.videos.click_page).values())
 
 
 def track_videos(pipeline: Pipeline, export: str) -> FilmedTracks:
     """Brings the tracks of every video of a session up to date, and writes them in another form.
-
-    Args:
-        pipeline: of the session.
-        export: a form of `tracking.records.FORMATS` to write next to them; empty for none.
 
     Raises:
         InputError: no such form; or faults of videos, boxes or edits, after all other videos are tracked.
@@ -96,11 +78,7 @@ def track_videos(pipeline: Pipeline, export: str) -> FilmedTracks:
 
 
 def print_tracks(found: TrackResult, as_json: bool) -> None:
-    """The tracks of every video, or that all tracks are given.
-
-    Raises:
-        InputError: neither videos nor tracks.
-    """
+    """The tracks of every video, or that all tracks are given; an `InputError` where there is neither."""
     filmed = found.filmed
     if not filmed.boxes and not as_json:
         given = list(found.tracked) or [spec.name for spec in filmed_trials(found.session)]
@@ -131,11 +109,7 @@ def print_tracks(found: TrackResult, as_json: bool) -> None:
 
 
 def correct_track(session: Path, trial: str, correction: str | Mapping[str, Any]) -> str:
-    """Adds a correction, a mapping or JSON, to the edit log of a trial; in a sentence how many count.
-
-    Raises:
-        InputError: no such trial, or the correction or the log has faults.
-    """
+    """Adds a correction, a mapping or JSON, to the edit log of a trial; in a sentence how many count."""
     text = correction if isinstance(correction, str) else json.dumps(correction)
     with working(session, True) as pipeline:
         log = _log(pipeline.session, pipeline.session.trial(trial)).append(text)
@@ -149,11 +123,7 @@ def is_filmed(spec: TrialSpec) -> bool:
 
 
 def filmed_trials(session: Session) -> list[TrialSpec]:
-    """The trials to be tracked.
-
-    Raises:
-        InputError: there is none.
-    """
+    """The trials to be tracked; an `InputError` where there is none."""
     filmed = [spec for spec in session.trials if is_filmed(spec)]
     if not filmed:
         file, found = str(session.folder / "session.toml"), f"{len(session.trials)} trials"
@@ -162,11 +132,7 @@ def filmed_trials(session: Session) -> list[TrialSpec]:
 
 
 def _log(session: Session, spec: TrialSpec) -> EditLog:
-    """The edit log of a trial, and its number of frames, for edits to be held against.
-
-    Raises:
-        InputError: the trial is not tracked from a video, its video cannot be read, or the log has faults.
-    """
+    """The edit log of a trial; an `InputError` where it is not tracked from a video."""
     if spec.video is None or spec.edits is None or spec.tracks is not None:
         what = "it has no video" if spec.video is None else "its tracks come from a file, not from its video"
         choices = tuple(each.name for each in session.trials if is_filmed(each))

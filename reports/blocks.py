@@ -97,15 +97,7 @@ def table_head(heads: str) -> tuple[Column, ...]:
 
 @dataclass(frozen=True)
 class Table:
-    """Rows of printed cells.
-
-    Attributes:
-        caption: what it shows.
-        columns: one for each cell of a row.
-        rows: the cells.
-        totals: rows set apart at the end.
-        folded: closed until clicked (print shows it).
-    """
+    """Rows of printed cells, those of `totals` set apart at the end; `folded`: closed until clicked, save in print."""
 
     kind: ClassVar[str] = "table"
     caption: str
@@ -138,15 +130,7 @@ Block = Prose | Plots | Table | Points | Terms
 
 @dataclass(frozen=True)
 class Section:
-    """A part of the page.
-
-    Attributes:
-        title: its heading.
-        anchor: its id in the page.
-        blocks: what it shows, in order.
-        caveats: of its numbers; printed before the blocks.
-        parts: sections within it.
-    """
+    """A part of the page with its heading, its id and sections within it; caveats are printed before the blocks."""
 
     title: str
     anchor: str

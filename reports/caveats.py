@@ -1,10 +1,12 @@
 """Caveats of a trial's numbers, in sentences for the reader."""
 
+from collections.abc import Iterable, Mapping
+
 import numpy as np
 
 from fitting import CalibratedTrial, MeasuredTrial
 from fitting.trial import SCORED_S
-from reports.numbers import percent, sentence, shown
+from reports.numbers import listed, percent, sentence, shown
 from session import Flag
 
 LITTLE_USED = 0.9
@@ -14,7 +16,7 @@ FEW_BEATS = 2
 def trial_caveats(trial: CalibratedTrial) -> tuple[str, ...]:
     """Flags that concern the whole trial, and what its length and its tracks leave out."""
     measured, scores = trial.measured, trial.scores
-    caveats = [sentence(flag.message) for flag in whole_trial_flags(trial)]
+    caveats = [sentence(flag.message) for flag in trial.flags if not flag.markers]
     if scores.used_fraction < LITTLE_USED:
         caveats.append(f"Only {percent(scores.used_fraction)} of the scored samples count; the rest is flagged.")
     if (seconds := scored_seconds(measured)) < 0.98 * SCORED_S:
@@ -34,9 +36,13 @@ def speed_caveats(trial: CalibratedTrial) -> tuple[str, ...]:
     return (*kinds.values(), *short)
 
 
-def whole_trial_flags(trial: CalibratedTrial) -> tuple[Flag, ...]:
-    """The flags that name no marker."""
-    return tuple(flag for flag in trial.flags if not flag.markers)
+def kinds_of_whole_trials(flags: Mapping[str, Iterable[Flag]]) -> dict[str, str]:
+    """Which trials, in words, have a flag of a kind that names no marker, by kind; of the flags by trial."""
+    names: dict[str, list[str]] = {}
+    for name, own in flags.items():
+        for kind in dict.fromkeys(flag.kind for flag in own if not flag.markers):
+            names.setdefault(kind, []).append(name)
+    return {kind: "every trial" if len(own) == len(flags) else listed(own) for kind, own in names.items()}
 
 
 def track_flags(trial: MeasuredTrial) -> tuple[Flag, ...]:

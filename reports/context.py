@@ -36,14 +36,10 @@ class ReportContext:
     """The results of one session.
 
     Attributes:
-        session: as described in its folder.
-        calibration: the calibrated twin and every trial.
-        provenance: what it was made with.
         notes: further sentences for the reader, such as what was left out.
         published: what the published search leads to; None where it was not run.
         posterior: how sure the coefficients are; None where it was not sampled.
         diagnosed: where the sim-to-real gap is and what causes it; None where it was not diagnosed.
-        diagnosis_effort: that it was made with.
         policies: how those that were trained swim, targets first.
     """
 

@@ -1,7 +1,5 @@
 """Several sessions compared: a page that sorts and filters, and the same numbers as CSV."""
 
-import csv
-import io
 import os
 import re
 from collections.abc import Mapping, Sequence
@@ -10,6 +8,7 @@ from math import isfinite, nan
 from pathlib import Path
 from urllib.parse import quote
 
+import pandas as pd
 from markupsafe import Markup
 
 from diagnosis.result import DiagnosisResult
@@ -28,17 +27,7 @@ _WIDE, _HIGH = 84, 26  # px of a sparkline
 
 @dataclass(frozen=True, eq=False)
 class IndexEntry:
-    """One session of an index; what it lacks stays empty.
-
-    Attributes:
-        name: of the session.
-        report: its page.
-        fit: its calibration.
-        effort: of the fit.
-        verdict: of the fit.
-        gap: its diagnosis.
-        error: why there is no report.
-    """
+    """One session of an index: its page, and its fit with effort and verdict; what it lacks stays empty, and why."""
 
     name: str
     report: Path | None = None
@@ -62,11 +51,8 @@ def write_index(path: Path, entries: Sequence[IndexEntry]) -> tuple[Path, Path]:
         ResultsNotWritable: a file cannot be written.
     """
     rows = [_row(entry) for entry in entries]
-    text = io.StringIO()
-    writer = csv.DictWriter(text, list(_row(IndexEntry(""))), lineterminator="\n")
-    writer.writeheader()
-    writer.writerows({key: "" if value != value else value for key, value in row.items()} for row in rows)
-    write_whole(path.with_suffix(".csv"), text.getvalue())
+    table = pd.DataFrame(rows, columns=list(_row(IndexEntry(""))))
+    write_whole(path.with_suffix(".csv"), table.to_csv(index=False))
     failed = sum(bool(entry.error) for entry in entries)
     page = render_page(
         "index.html.j2",
@@ -172,7 +158,6 @@ def _href(report: Path, folder: Path) -> str:
 
 
 def _speeds(entry: IndexEntry) -> Markup:
-    """Speed over frequency: the twin as a line, measured trials as dots."""
     if entry.fit is None:
         return Markup()
     trials = sorted(entry.fit.trials.values(), key=lambda trial: trial.frequency_hz)
@@ -199,9 +184,8 @@ def _spark(dots: Sequence[tuple[float, float]], line: Sequence[tuple[float, floa
         return 3 + x * (_WIDE - 6), _HIGH - 3 - y * (_HIGH - 6)
 
     path = " ".join("{:.1f},{:.1f}".format(*place(point)) for point in line if isfinite(point[1]))
-    circles = "".join(
-        '<circle cx="{:.1f}" cy="{:.1f}" r="2"/>'.format(*place(point)) for point in dots if isfinite(point[1])
-    )
+    circle = '<circle cx="{:.1f}" cy="{:.1f}" r="2"/>'
+    circles = "".join(circle.format(*place(point)) for point in dots if isfinite(point[1]))
     return Markup(  # numbers alone
         f'<svg class="spark" width="{_WIDE}" height="{_HIGH}" role="img" aria-label="{shown(low, 2)} to '
         f'{shown(high, 2)}"><polyline points="{path}"/>{circles}</svg>'

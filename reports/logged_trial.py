@@ -13,13 +13,7 @@ BINS = 72  # of a turn
 
 @dataclass(frozen=True, eq=False)
 class LoggedTrial:
-    """One dry run or swim with a motor log of n rows.
-
-    Attributes:
-        name: of the trial.
-        kind: "dry" or "swim".
-        motor: from its log.
-    """
+    """One dry run or swim with a motor log of n rows."""
 
     name: str
     kind: Literal["dry", "swim"]

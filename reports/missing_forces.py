@@ -24,12 +24,7 @@ def force_name(joint: str) -> str:
 
 
 class Likeness(NamedTuple):
-    """What a missing force goes with.
-
-    Attributes:
-        motions: the likest motion, and those that are level with it.
-        correlation: with the likest.
-    """
+    """What a missing force goes with: the likest motion and those level with it; the correlation with the first."""
 
     motions: tuple[str, ...]
     correlation: float

@@ -1,8 +1,16 @@
-"""How a policy swam: what the report shows of it."""
+"""How a policy swam: what the report shows of it, read from `results/policy`; nothing is simulated."""
 
+import json
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
+
+from session.results import sha256_of
+
+TASKS = ("target", "circle")
+SWIMS = ".swims.npz"
+"""How the file ends that `calib policy train` writes next to a policy."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -10,10 +18,7 @@ class PolicySwims:
     """Episodes of one policy on the twin.
 
     Attributes:
-        task: "target" or "circle".
-        method: "search" or "sac".
-        trained_s: how long it was trained.
-        seed: of its training.
+        task, method: "target" or "circle"; "search" or "sac".
         of_this_fit: whether it was trained on the twin that the report is of.
         start_m: (n, 2) first targets, from the start, where the robot heads along -x; its left is -y.
         reached, diverged: (n,) how the episodes ended; neither: out of time.
@@ -45,3 +50,38 @@ class PolicySwims:
     def aside_rad(self) -> np.ndarray:
         """(n,) of the targets from straight ahead, to either side."""
         return np.asarray(np.abs(np.arctan2(self.start_m[:, 1], -self.start_m[:, 0])))
+
+
+def swims_files(results: Path) -> tuple[Path, ...]:
+    """Those that are there, with their cards; targets first."""
+    files = [results / "policy" / f"{task}{SWIMS}" for task in TASKS]
+    return tuple(file for file in files if file.is_file() and _card(file).is_file())
+
+
+def read_swims(results: Path) -> tuple[PolicySwims, ...]:
+    """Of all policies of a session."""
+    fitted = results / "calibrated.xml"
+    return tuple(_read(file, sha256_of(fitted) if fitted.is_file() else "") for file in swims_files(results))
+
+
+def _card(file: Path) -> Path:
+    return file.with_name(file.name.removesuffix(SWIMS) + ".json")
+
+
+def _read(file: Path, fit: str) -> PolicySwims:
+    card = json.loads(_card(file).read_text())
+    with np.load(file, allow_pickle=False) as arrays:
+        return PolicySwims(
+            card["task"],
+            card["method"],
+            float(card["training"].get("trained_s", np.nan)),
+            card["seed"],
+            card["model_sha256"] == fit,
+            arrays["start_m"],
+            arrays["reached"],
+            arrays["diverged"],
+            arrays["seconds"],
+            arrays["off_path_m"],
+            arrays["path"],
+            radius_m=1.0 if card["task"] == "circle" else np.nan,
+        )

@@ -14,10 +14,6 @@ from session.results import write_whole
 def write_report(path: Path, context: ReportContext) -> None:
     """Writes the report of one session, whole or not at all.
 
-    Args:
-        path: usually `results/report.html` of the session.
-        context: everything that is known of it.
-
     Raises:
         ResultsNotWritable: the file cannot be written.
     """

@@ -18,12 +18,8 @@ def inline_svg(figure: Figure, name: str, alt: str) -> Markup:
     """The figure for a page.
 
     Every colour of `reports.style.INKS` becomes `var(--<ink>, <its light colour>)`, so a page may redefine
-    it, and a copy saved from the page still shows it.
-
-    Args:
-        figure: drawn with the colours of `reports.style`.
-        name: unique in the page; its ids start with it.
-        alt: what it shows, for those who cannot see it.
+    it, and a copy saved from the page still shows it. Its ids start with the name, which is unique in the page; `alt`
+    tells those who cannot see it what it shows.
     """
     buffer = io.StringIO()
     with applied():

@@ -61,13 +61,7 @@ def choices_of(annotation: Any) -> tuple[str, ...]:
     return tuple(str(choice) for choices in literals for choice in choices)
 
 
-NAMES_OF_TYPES = {
-    float: "a number",
-    int: "a whole number",
-    str: "a text",
-    bool: "true or false",
-    tuple: "a list",
-}
+NAMES_OF_TYPES = {float: "a number", int: "a whole number", str: "a text", bool: "true or false", tuple: "a list"}
 
 
 def expectation_of(annotation: Any) -> str:

@@ -15,14 +15,10 @@ Distortion = tuple[float, float, float, float, float]
 
 
 class CameraCalibration(Table):
-    """A pinhole camera with OpenCV's lens distortion, looking down on the pool.
+    """A pinhole camera with OpenCV's lens distortion (`calibrateCamera`), looking down on the pool.
 
-    Attributes:
-        width_px, height_px: size of the image it was made for.
-        fx_px, fy_px: focal lengths.
-        cx_px, cy_px: principal point, the centre of the top left pixel at (0, 0).
-        distortion: k1, k2, p1, p2, k3 of OpenCV's `calibrateCamera`.
-        height_above_water_m: of the lens; None: no parallax is assumed.
+    Focal lengths and principal point in px, the centre of the top left pixel at (0, 0); `distortion` is k1, k2, p1, p2,
+    k3. The height is that of the lens; None: no parallax is assumed.
     """
 
     width_px: int = Field(gt=0)

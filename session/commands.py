@@ -56,7 +56,9 @@ def load_commands(path: Path) -> MotorCommands:
     values = to_numbers(_with_numbered_parts(table), COMMAND_COLUMNS, faults)  # (k, 3)
     if not faults:
         check_time(table, values[:, 0], faults)
-        faults.extend_capped(_missing_speeds(table, values[:, 2]))
+        lines = [table.rows[row].line for row in np.flatnonzero(np.isnan(values[:, 2]))]
+        places = [f"line {line}, column 3 (velocity_rad_s)" for line in lines]
+        faults.extend_capped([Fault(table.file, place, "the speed is missing", "", "rad/s") for place in places])
     if not table.rows:
         faults.add("", "too short", found="no rows", expected="at least 1")
     faults.raise_if_any()
@@ -64,33 +66,15 @@ def load_commands(path: Path) -> MotorCommands:
 
 
 def _unknown_parts(table: RawTable) -> list[Fault]:
-    return [
-        Fault(
-            table.file,
-            f"line {row.line}, column 2 (part)",
-            "unknown part",
-            shown(row.cells[1]),
-            "a part of a trial",
-            choices=PARTS,
-            next_step=did_you_mean(row.cells[1], PARTS),
-        )
-        for row in table.rows
-        if len(row.cells) == len(COMMAND_COLUMNS) and row.cells[1] not in PARTS
-    ]
+    def fault(row: Row, name: str) -> Fault:
+        place, hint = f"line {row.line}, column 2 (part)", did_you_mean(name, PARTS)
+        return Fault(table.file, place, "unknown part", shown(name), "a part of a trial", PARTS, hint)
+
+    rows = [row for row in table.rows if len(row.cells) == len(COMMAND_COLUMNS)]
+    return [fault(row, row.cells[1]) for row in rows if row.cells[1] not in PARTS]
 
 
 def _with_numbered_parts(table: RawTable) -> RawTable:
     """The table with the names of the parts, which have been checked, out of the way of the numbers."""
-    return replace(
-        table,
-        rows=[Row(row.line, [*row.cells[:1], *("0" for _ in row.cells[1:2]), *row.cells[2:]]) for row in table.rows],
-    )
-
-
-def _missing_speeds(table: RawTable, velocity_rad_s: np.ndarray) -> list[Fault]:
-    return [
-        Fault(
-            table.file, f"line {table.rows[row].line}, column 3 (velocity_rad_s)", "the speed is missing", "", "rad/s"
-        )
-        for row in np.flatnonzero(np.isnan(velocity_rad_s)).tolist()
-    ]
+    rows = [Row(row.line, [*row.cells[:1], *("0" for _ in row.cells[1:2]), *row.cells[2:]]) for row in table.rows]
+    return replace(table, rows=rows)

@@ -12,22 +12,12 @@ from typing import Any
 
 import tomlkit
 
-from session.errors import FaultCollector, InputError, ResultsNotWritable, did_you_mean
+from session.errors import Fault, FaultCollector, InputError, ResultsNotWritable, did_you_mean
 from session.folder import SESSION_FILE, load_session
 from session.results import write_whole
 from session.tracks import load_tracks
 
-FISHSIM_MARKERS = (
-    "nose",
-    "neck",
-    "dorsal_fin",
-    "tail_1",
-    "tail_2",
-    "tail_3",
-    "tail_4",
-    "tail_5",
-    "caudal_fin",
-)
+FISHSIM_MARKERS = ("nose", "neck", "dorsal_fin", *(f"tail_{n}" for n in range(1, 6)), "caudal_fin")
 """The markers of the public tracks, in the order of their columns (fishsim, ``Data/Markers``)."""
 
 FISHSIM_FPS = 60.0
@@ -46,19 +36,9 @@ def write_session_toml(
     fit: Mapping[str, Any] | None = None,
     robot_file: str | None = None,
 ) -> Path:
-    """Writes ``session.toml`` into a folder; what it holds is checked when the session is loaded.
+    """Writes ``session.toml`` from the keys of its tables; what it holds is checked when the session is loaded.
 
-    Args:
-        folder: the session folder.
-        name: the session's name.
-        camera: keys of ``[camera]``.
-        markers: the marker names.
-        trials: keys of each ``[[trial]]``; files relative to the folder; None leaves a key out.
-        fit: keys of ``[fit]``, if any.
-        robot_file: the robot's description, relative to the folder; None for the built-in robot.
-
-    Returns:
-        The path of the file.
+    A key whose value is None is left out; files are relative to the folder; no robot file: the built-in robot.
 
     Raises:
         ResultsNotWritable: the folder is not writable.
@@ -71,10 +51,7 @@ def write_session_toml(
     document["markers"] = {"names": list(markers)}
     if fit:
         document["fit"] = _given(fit)
-    tables = tomlkit.aot()
-    for trial in trials:
-        tables.append(tomlkit.item(_given(trial)))
-    document["trial"] = tables
+    document["trial"] = [_given(trial) for trial in trials]
     path = folder / SESSION_FILE
     write_whole(path, tomlkit.dumps(document))
     return path
@@ -92,19 +69,13 @@ def new_folder(folder: Path) -> Iterator[Path]:
     """
     folder = folder.absolute()
     if folder.exists() and not (folder.is_dir() and not any(folder.iterdir())):
-        faults = FaultCollector(str(folder))
-        faults.add(
-            "",
-            "cannot make a session here",
-            found="something that is already there",
-            expected="a new or empty folder",
-            next_step="Choose another folder.",
-        )
-        raise InputError(faults.faults)
+        there, step = "something that is already there", "Choose another folder."
+        expected = "a new or empty folder"
+        raise InputError([Fault(str(folder), "", "cannot make a session here", there, expected, next_step=step)])
     part: Path | None = None
     try:
-        folder.absolute().parent.mkdir(parents=True, exist_ok=True)
-        part = Path(tempfile.mkdtemp(prefix=f".{folder.name}.part.", dir=folder.absolute().parent))
+        folder.parent.mkdir(parents=True, exist_ok=True)
+        part = Path(tempfile.mkdtemp(prefix=f".{folder.name}.part.", dir=folder.parent))
         part.chmod(0o755)
         yield part
         if folder.exists():
@@ -121,21 +92,15 @@ def new_folder(folder: Path) -> Iterator[Path]:
 
 
 def new_from_fishsim(session_folder: Path, source: Path, fit: Sequence[str] = ()) -> Path:
-    """Makes a session of the public tracks that accompany Michelis et al. (2026).
+    """Makes a session of the public tracks that accompany Michelis et al. (2026), in a new or empty folder.
 
     Args:
-        session_folder: the folder to make; new or empty.
-        source: a checkout of the authors' repository, or a folder of its ``f1_00.csv`` or
-            ``markers_f1_00.csv``.
-        fit: names of the trials to fit, the others are held out; default: those of `FISHSIM_FIT` that
-            are there.
-
-    Returns:
-        The session folder.
+        session_folder: the folder to make.
+        source: a checkout of the authors' repository, or a folder of its ``f1_00.csv`` or ``markers_f1_00.csv``.
+        fit: trials to fit, the others are held out; default: those of `FISHSIM_FIT` that are there.
 
     Raises:
-        InputError: no such files, faulty files, a name in `fit` that is not there, or `session_folder` is
-            not empty.
+        InputError: no such files, faulty files, a name in `fit` that is not there, or the folder is not empty.
         ResultsNotWritable: the folder cannot be written.
     """
     files = _fishsim_files(source)
@@ -166,31 +131,19 @@ def _fishsim_files(source: Path) -> dict[str, Path]:
     found = sorted(folder.glob("*.csv")) if folder.is_dir() else []
     named = {match[1]: path for path in found if (match := re.fullmatch(r"(?:markers_)?(f\d+_\d+)\.csv", path.name))}
     if not named:
-        faults = FaultCollector(str(source))
-        faults.add(
-            "",
-            "no tracks of the public robot fish here",
-            found="CSV files of other names" if found else "no CSV files" if source.is_dir() else "no folder",
-            expected="a checkout with Data/Markers/markers_f1_00.csv, or a folder with f1_00.csv",
-            next_step="Clone https://github.com/srl-ethz/fishsim and name its folder.",
-        )
-        faults.raise_if_any()
+        there = "CSV files of other names" if found else "no CSV files" if source.is_dir() else "no folder"
+        expected = "a checkout with Data/Markers/markers_f1_00.csv, or a folder with f1_00.csv"
+        what = "no tracks of the public robot fish here"
+        step = "Clone https://github.com/srl-ethz/fishsim and name its folder."
+        raise InputError([Fault(str(source), "", what, there, expected, next_step=step)])
     return dict(sorted(named.items(), key=lambda item: _label_hz(item[0])))
 
 
 def _fitted(source: Path, asked: tuple[str, ...], there: tuple[str, ...]) -> tuple[str, ...]:
-    """The trials to fit."""
     faults = FaultCollector(str(source))
-    for name in asked:
-        if name not in there:
-            faults.add(
-                "",
-                "no such trial to fit",
-                found=repr(name),
-                expected="trials that are there",
-                choices=there,
-                next_step=did_you_mean(name, there),
-            )
+    for name in (name for name in asked if name not in there):
+        what, hint = "no such trial to fit", did_you_mean(name, there)
+        faults.add("", what, found=repr(name), expected="trials that are there", choices=there, next_step=hint)
     fitted = asked or tuple(name for name in FISHSIM_FIT if name in there)
     if not fitted:
         faults.add("", "no trial to fit", expected="at least one", choices=there, next_step="Name it with --fit.")

@@ -43,8 +43,8 @@ class Fault:
     file: str
     where: str
     what: str
-    found: str
-    expected: str
+    found: str = ""
+    expected: str = ""
     choices: tuple[str, ...] = ()
     next_step: str = ""
 
@@ -103,7 +103,6 @@ class InputError(SwimcalError):
 
 
 def _paragraph(file: str, faults: Sequence[Fault]) -> str:
-    """The faults of one file under its name."""
     if len(faults) == 1:
         return f"{file}: {faults[0].describe()}"
     ordered = sorted(faults, key=_line)

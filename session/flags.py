@@ -73,13 +73,12 @@ FLAG_KINDS: dict[str, str] = {
 
 @dataclass(frozen=True)
 class Flag:
-    """One thing that is doubtful, with its place.
+    """One thing that is doubtful, in a sentence for the reader of the report.
 
     Attributes:
         kind: one of `FLAG_KINDS`, or a later stage's own.
         markers: the markers concerned; empty where it is not about markers.
         frames: first and last frame concerned, both included; None for the whole trial or fit.
-        message: one sentence for the reader of the report.
     """
 
     kind: str
@@ -99,10 +98,5 @@ class Flag:
     @classmethod
     def from_json(cls, data: Mapping[str, Any]) -> Flag:
         """Reads what `to_json` wrote."""
-        frames = data.get("frames")
-        return cls(
-            kind=data["kind"],
-            markers=tuple(data.get("markers", ())),
-            frames=None if frames is None else (int(frames[0]), int(frames[1])),
-            message=data.get("message", ""),
-        )
+        frames = None if data.get("frames") is None else (int(data["frames"][0]), int(data["frames"][1]))
+        return cls(data["kind"], tuple(data.get("markers", ())), frames, data.get("message", ""))

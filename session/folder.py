@@ -12,7 +12,7 @@ import numpy as np
 
 from session.camera import CameraSpec, load_camera
 from session.commands import load_commands
-from session.errors import FaultCollector, InputError, did_you_mean
+from session.errors import Fault, FaultCollector, InputError, did_you_mean
 from session.motor import load_motor
 from session.results import sha256_of
 from session.session_checks import (
@@ -49,10 +49,8 @@ class TrialSpec:
         name: unique in the session, fit for a file name.
         kind: ``"free_decay"`` (tail let go), ``"dry"`` (head clamped, in air) or ``"swim"``.
         tracks: marker tracks; they win over a video.
-        video: the video to track.
         boxes: first boxes of the markers in the video; where the file names none, ``<trial>.boxes.json`` next to the
             video if that is there.
-        motor: the motor log.
         motor_offset_s: motor clock minus video clock, seconds.
         commanded_hz: crank turns a second; None only for free decay.
         role: ``"fit"`` or ``"holdout"``.
@@ -129,16 +127,9 @@ class Session:
         """
         names = [trial.name for trial in self.trials]
         if name not in names:
-            faults = FaultCollector(str(self.folder / SESSION_FILE))
-            faults.add(
-                "",
-                "no such trial",
-                found=repr(name),
-                expected="a trial of the session",
-                choices=names,
-                next_step=did_you_mean(name, names),
-            )
-            faults.raise_if_any()
+            file, found, hint = str(self.folder / SESSION_FILE), repr(name), did_you_mean(name, names)
+            expected, choices = "a trial of the session", tuple(names)
+            raise InputError([Fault(file, "", "no such trial", found, expected, choices, hint)])
         return self.trials[names.index(name)]
 
     def inputs(self) -> tuple[Path, ...]:
@@ -154,13 +145,12 @@ def load_session(folder: Path, robot_of: RobotOf | None = None, *, check_tracks:
     """Reads and checks a session folder; nothing is written.
 
     Args:
-        folder: the session folder.
+        folder: with the `session.toml`.
         robot_of: reads the session's robot, whose markers and scale length are compared with those of the session.
-            Faults of the robot file that it raises are reported with the others.
         check_tracks: also reads every track file and motor log.
 
     Raises:
-        InputError: every fault of `session.toml` and of the files it names, at once.
+        InputError: every fault of `session.toml` and of the files it names, the robot's too, at once.
     """
     source = _read_session_file(folder)
     faults = FaultCollector(source.file)
@@ -187,21 +177,13 @@ def file_hashes(session: Session) -> dict[str, str]:
 def _read_session_file(folder: Path) -> TomlSource:
     path = folder / SESSION_FILE
     if not is_file(path):
-        faults = FaultCollector(str(folder))
-        faults.add(
-            "",
-            f"no {SESSION_FILE} here",
-            expected=f"a session folder with a {SESSION_FILE}",
-            next_step="Make one with `calib new`.",
-        )
-        raise InputError(faults.faults)
+        expected, step = f"a session folder with a {SESSION_FILE}", "Make one with `calib new`."
+        raise InputError([Fault(str(folder), "", f"no {SESSION_FILE} here", "", expected, next_step=step)])
     return read_toml(path)
 
 
 def _robot(source: TomlSource, folder: Path, robot_of: RobotOf | None, faults: FaultCollector) -> DescribedRobot | None:
-    """The session's robot; None where it is not known."""
-    robot = source.data.get("robot", {})
-    named = "robot" in source.data
+    robot, named = source.data.get("robot", {}), "robot" in source.data
     file = _present(folder, robot.get("file")) if isinstance(robot, dict) else None
     if robot_of is None or (named and file is None):
         return None

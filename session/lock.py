@@ -41,28 +41,20 @@ def session_lock(folder: Path) -> Iterator[None]:
             "expected: a writable folder. Make it writable, or work on a copy of the session."
         ) from error
     try:
-        _remove_parts(folder / "results")
+        for part in [*(folder / "results").glob(PARTS), *(folder / "results").glob(f"*/{PARTS}")]:
+            with suppress(OSError):  # of runs that were killed: nobody else writes while the lock is held
+                part.unlink()
         with _noted(folder / "results" / HOLDER):
             yield
     finally:
         lock.release()
 
 
-def _remove_parts(results: Path) -> None:
-    """Removes what runs were writing when they were killed: nobody else writes while the lock is held."""
-    for part in [*results.glob(PARTS), *results.glob(f"*/{PARTS}")]:
-        with suppress(OSError):
-            part.unlink()
-
-
 @contextmanager
 def _noted(holder: Path) -> Iterator[None]:
     """Notes who holds the lock; a note that cannot be written is left out."""
-    note = {
-        "pid": os.getpid(),
-        "host": socket.gethostname(),
-        "since": datetime.now(UTC).isoformat(timespec="seconds"),
-    }
+    since = datetime.now(UTC).isoformat(timespec="seconds")
+    note = {"pid": os.getpid(), "host": socket.gethostname(), "since": since}
     with suppress(OSError):
         holder.parent.mkdir(exist_ok=True)
         holder.write_text(json.dumps(note), encoding="utf-8")

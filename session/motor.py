@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
 
 import numpy as np
@@ -11,32 +11,15 @@ from session.errors import FaultCollector
 from session.flags import Flag
 from session.tables import check_time, read_log, to_numbers
 
-MOTOR_COLUMNS = (
-    "time_s",
-    "position_rad",
-    "velocity_rad_s",
-    "current_a",
-    "voltage_v",
-    "temperature_c",
-    "error",
-)
-"""The header of a motor log."""
 _FEWEST_ROWS = 2
 
 
 @dataclass(frozen=True, eq=False)
 class MotorLog:
-    """A motor log of n rows; every array is (n,), nan where a value is missing.
+    """A motor log of n rows; every array is (n,), nan where a value is missing, in the unit of its name.
 
-    Attributes:
-        time_s: seconds on the host's monotonic clock, strictly increasing.
-        position_rad: shaft angle.
-        velocity_rad_s: shaft speed.
-        current_a: motor current.
-        voltage_v: supply voltage.
-        temperature_c: degrees Celsius.
-        error: the motor's hardware error bits, as written.
-        flags: what is doubtful about the log.
+    `time_s` is on the host's monotonic clock, strictly increasing; `position_rad` and `velocity_rad_s` are those of the
+    shaft; `error` has the motor's hardware error bits, as written; `flags` say what is doubtful.
     """
 
     time_s: np.ndarray
@@ -47,6 +30,10 @@ class MotorLog:
     temperature_c: np.ndarray
     error: np.ndarray
     flags: tuple[Flag, ...] = ()
+
+
+MOTOR_COLUMNS = tuple(field.name for field in fields(MotorLog) if field.name != "flags")
+"""The header of a motor log."""
 
 
 def load_motor(path: Path) -> MotorLog:

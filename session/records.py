@@ -26,7 +26,6 @@ def to_plain(record: Any, named: tuple[type, ...] = (), arrays: Arrays | None = 
     """What JSON can hold of a record.
 
     Args:
-        record: to be written.
         named: types of which only the attribute `name` is written.
         arrays: receives the arrays, and their keys take their place; None: arrays are written as nested lists.
         key: of this record among the arrays.

@@ -8,7 +8,7 @@ import math
 import os
 import secrets
 from collections.abc import Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -36,16 +36,9 @@ def program_version() -> str:
 
 @dataclass(frozen=True)
 class Provenance:
-    """What a result was made with; comes first in every JSON result.
+    """What a result was made with: versions, the model simulated, every input file; first in every JSON result.
 
-    Attributes:
-        mujoco: version of the engine.
-        model_sha256: hash of the model that was simulated.
-        inputs: sha256 of every input file, by its name relative to the session folder.
-        seed: the seed of every random draw.
-        effort: ``"quick"`` or ``"full"``.
-        program: name and version of this program.
-        schema: version of the result's form.
+    Inputs are hashed by their name relative to the session folder; the effort is ``"quick"`` or ``"full"``.
     """
 
     mujoco: str
@@ -86,7 +79,8 @@ def writing_whole(path: Path) -> Iterator[Path]:
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         yield part
-        _flush_to_disk(part)
+        with part.open("rb+") as stream:
+            os.fsync(stream.fileno())
         part.replace(path)
     except OSError as error:
         raise ResultsNotWritable(
@@ -95,7 +89,8 @@ def writing_whole(path: Path) -> Iterator[Path]:
             "of the session. What stood there is unchanged."
         ) from error
     finally:
-        _remove(part)
+        with suppress(OSError):  # where the folder itself is out of reach, the cause is already being raised
+            part.unlink(missing_ok=True)
 
 
 def write_whole(path: Path, data: bytes | str) -> None:
@@ -145,11 +140,7 @@ class ResultFile(Generic[T]):
         return paths
 
     def read(self, results: Path, external: External | None = None) -> T:
-        """What `write` wrote.
-
-        Args:
-            results: the folder.
-            external: what is in other files, see `session.records`.
+        """What `write` wrote; `external` is what is in other files, see `session.records`.
 
         Raises:
             InputError: not there, not JSON, or not of this version.
@@ -221,15 +212,3 @@ def sha256_of(path: Path) -> str:
     """The sha256 of a file's content, in hexadecimal digits."""
     with path.open("rb") as stream:
         return hashlib.file_digest(stream, "sha256").hexdigest()
-
-
-def _flush_to_disk(path: Path) -> None:
-    with path.open("rb+") as stream:
-        os.fsync(stream.fileno())
-
-
-def _remove(path: Path) -> None:
-    try:
-        path.unlink(missing_ok=True)
-    except OSError:  # the folder itself is out of reach; the cause is already being raised
-        return

@@ -59,12 +59,8 @@ def check_files(source: TomlSource, folder: Path, faults: FaultCollector) -> Non
     named += [((*key, kind), trial.get(kind)) for key, trial in trials_in(source) for kind in TRIAL_FILES]
     for key, name in named:
         if isinstance(name, str) and name and not is_file(folder / name):
-            faults.add(
-                source.where(key),
-                "the file is not there",
-                found=shown(name),
-                expected="a file, its path relative to the session folder",
-            )
+            what, expected = "the file is not there", "a file, its path relative to the session folder"
+            faults.add(source.where(key), what, found=shown(name), expected=expected)
 
 
 def check_trials(source: TomlSource, faults: FaultCollector) -> None:
@@ -74,20 +70,13 @@ def check_trials(source: TomlSource, faults: FaultCollector) -> None:
     _check_differ(source, [((*key, "name"), name) for key, name in names], "trial", faults)
     for key, trial in trials:
         if not any(kind in trial for kind in RECORDINGS):
-            faults.add(
-                source.where(key),
-                "the trial has no recording",
-                expected="at least one of them",
-                choices=RECORDINGS,
-            )
+            what, expected = "the trial has no recording", "at least one of them"
+            faults.add(source.where(key), what, expected=expected, choices=RECORDINGS)
         if "boxes" in trial and "video" not in trial:
             faults.add(source.where((*key, "boxes")), "boxes without a video", expected='video = "…" next to them')
         if trial.get("kind") in ("swim", "dry") and "commanded_hz" not in trial:
-            faults.add(
-                source.where((*key, "commanded_hz")),
-                "key is missing",
-                expected=f"crank turns a second, for a trial of kind {trial['kind']!r}",
-            )
+            expected = f"crank turns a second, for a trial of kind {trial['kind']!r}"
+            faults.add(source.where((*key, "commanded_hz")), "key is missing", expected=expected)
 
 
 def check_scale(source: TomlSource, robot: DescribedRobot | None, faults: FaultCollector) -> None:
@@ -96,13 +85,10 @@ def check_scale(source: TomlSource, robot: DescribedRobot | None, faults: FaultC
     if robot is None or not isinstance(scale, (int, float)) or not 0 < scale < float("inf"):
         return
     if not robot.scale_length_m / OTHER_UNIT < scale < robot.scale_length_m * OTHER_UNIT:
-        faults.add(
-            source.where(("camera", "scale_length_m")),
-            "not the scale length of the robot",
-            found=f"{scale:g}",
-            expected=f"about {robot.scale_length_m:.4g} m, from nose to neck of {robot.name}",
-            next_step="Is it in metres, and is the robot right?",
-        )
+        what, step = "not the scale length of the robot", "Is it in metres, and is the robot right?"
+        expected = f"about {robot.scale_length_m:.4g} m, from nose to neck of {robot.name}"
+        where = source.where(("camera", "scale_length_m"))
+        faults.add(where, what, found=f"{scale:g}", expected=expected, next_step=step)
 
 
 def check_rates(
@@ -110,12 +96,8 @@ def check_rates(
 ) -> None:
     """The time stamps of tracks are in seconds, and of the camera's frame rate within 5 %.
 
-    Args:
-        source: the file.
-        fps: that it states.
-        stamps: median and mean spacing of the time stamps, s, by trial. Those of a coarse clock show in the mean,
-            those with frames left out in the median.
-        faults: where faults go.
+    `stamps` are median and mean spacing of the time stamps, s, by trial. Those of a coarse clock show in the mean,
+    those with frames left out in the median.
     """
     off: dict[str, list[str]] = {}
     for name, (median_s, mean_s) in stamps.items():
@@ -138,35 +120,20 @@ def rate_is_off(fps: float, median_s: float, mean_s: float) -> bool:
 
 
 def check_markers(source: TomlSource, robot: Collection[str] | None, faults: FaultCollector) -> None:
-    """Marker names differ, the head markers are among them, and the robot has them all.
-
-    Args:
-        source: the file.
-        robot: the markers of the robot; None where they are not known.
-        faults: where faults go.
-    """
+    """Marker names differ, the head markers are among them, and the robot has them all, where these are known."""
     names = markers_in(source)
     if not names:
         return  # reported by the form of the file already
     keys: list[Key] = [("markers", "names", number) for number in range(len(names))]
     _check_differ(source, list(zip(keys, names, strict=True)), "marker", faults)
-    for marker in HEAD_MARKERS:
-        if marker not in names:
-            faults.add(
-                source.where(("markers", "names")),
-                f"marker {marker!r} is missing",
-                expected="nose and neck among the markers: they make the head frame",
-            )
+    for marker in (marker for marker in HEAD_MARKERS if marker not in names):
+        expected = "nose and neck among the markers: they make the head frame"
+        faults.add(source.where(("markers", "names")), f"marker {marker!r} is missing", expected=expected)
     for key, name in zip(keys, names, strict=True):
         if robot is not None and name not in robot:
-            faults.add(
-                source.where(key),
-                "a marker that the robot does not have",
-                found=shown(name),
-                expected="markers of the robot",
-                choices=robot,
-                next_step=did_you_mean(name, robot),
-            )
+            what, expected = "a marker that the robot does not have", "markers of the robot"
+            hint = did_you_mean(name, robot)
+            faults.add(source.where(key), what, found=shown(name), expected=expected, choices=robot, next_step=hint)
 
 
 def is_file(path: Path) -> bool:
@@ -183,12 +150,8 @@ def _check_differ(source: TomlSource, named: Iterable[tuple[Key, str]], noun: st
     for key, name in named:
         earlier = first.setdefault(name.casefold(), key)
         if earlier != key:
-            faults.add(
-                source.where(key),
-                f"two {noun}s of one name",
-                found=f"{shown(name)}, as in {source.where(earlier)}",
-                expected=f"a name of its own for each {noun}",
-            )
+            found, expected = f"{shown(name)}, as in {source.where(earlier)}", f"a name of its own for each {noun}"
+            faults.add(source.where(key), f"two {noun}s of one name", found=found, expected=expected)
 
 
 def _table(data: dict[str, Any], name: str) -> dict[str, Any]:

@@ -29,13 +29,10 @@ def _safe_name(name: str) -> str:
 
 
 def _turns_a_second(hz: float) -> float:
-    """The speed, if a crank that moves a tail can have it."""
     if hz > FASTEST_HZ:
-        raise key_error(
-            "faster than a tail is driven",
-            expected=f"crank turns a second, at most {FASTEST_HZ:g}",
-            next_step=f"Turns a minute? Divide by 60: {hz / 60:.4g}.",
-        )
+        expected = f"crank turns a second, at most {FASTEST_HZ:g}"
+        step = f"Turns a minute? Divide by 60: {hz / 60:.4g}."
+        raise key_error("faster than a tail is driven", expected=expected, next_step=step)
     return hz
 
 

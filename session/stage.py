@@ -33,11 +33,8 @@ class HasFingerprint(Protocol):
 class Stage:
     """One step of the work on a session: its inputs, their fingerprint, and the files that it makes.
 
-    Args:
-        file: the main result, somewhere in the session's ``results`` folder.
-        inputs: sha256 of each input file by its name.
-        settings: everything else that steers the stage: seed, effort, engine version, model hash, …
-        after: the stages, or else, it builds on.
+    The main result `file` is somewhere in the session's ``results``; `inputs` are the sha256 of each input file by its
+    name, `settings` everything else that steers the stage, `after` the stages, or else, it builds on.
     """
 
     def __init__(
@@ -59,25 +56,20 @@ class Stage:
         outputs = stamp.get("outputs")
         if not isinstance(outputs, dict) or not outputs:
             return False
-        return all(_is_as_written(self._results / name, sha256) for name, sha256 in outputs.items())
+        try:
+            return all(sha256_of(self._results / name) == sha256 for name, sha256 in outputs.items())
+        except OSError:
+            return False
 
     def ensure(self, make: Callable[[], Iterable[Path] | None]) -> bool:
-        """Makes the results unless they are current; whether it did.
-
-        Args:
-            make: writes the main result; returns what else was written.
-        """
+        """Makes the results unless they are current; whether it did. What `make` returns was written as well."""
         if self.is_current:
             return False
         self.mark(make() or ())
         return True
 
     def mark(self, others: Iterable[Path] = ()) -> None:
-        """Records that the main result, and the others, were just made from these inputs.
-
-        Raises:
-            ResultsNotWritable: the record cannot be written.
-        """
+        """Records that the main result, and the others, were just made from these inputs."""
         outputs = {_name(path, self._results): sha256_of(path) for path in (self.file, *others)}
         stamps = _read(self._results)
         stamps[_name(self.file, self._results)] = {"fingerprint": self.fingerprint, "outputs": outputs}
@@ -86,15 +78,8 @@ class Stage:
     def keep_aside(self, with_it: Iterable[Path] = ()) -> Path | None:
         """Copies what is there, and what was made together with it, before other results take its place.
 
-        Args:
-            with_it: results that rest on these alone; they are moved.
-
-        Returns:
-            ``results/kept/<stamp>``, where they are; the stamp is the fingerprint that they were made under. None where
-            nothing is there.
-
-        Raises:
-            ResultsNotWritable: the record cannot be written.
+        Results that rest on these alone (`with_it`) are moved. Returns ``results/kept/<stamp>``, where they are, the
+        stamp being the fingerprint that they were made under; None where nothing is there.
         """
         if not self.file.exists():
             return None
@@ -127,14 +112,7 @@ class Stage:
 def fingerprint_of(
     inputs: Mapping[str, str], settings: Mapping[str, Any], after: Iterable[str] = (), program: str | None = None
 ) -> str:
-    """A hash over all that results depend on; the order does not matter.
-
-    Args:
-        inputs: sha256 of each input file by its name.
-        settings: everything else that steers what is made.
-        after: fingerprints of what it builds on.
-        program: the program's version; default: this one's.
-    """
+    """A hash over all that results depend on; the order does not matter. By default of this version of the program."""
     parts = [inputs, settings, sorted(after), program or program_version()]
     return hashlib.sha256(json.dumps(plain_json(parts), sort_keys=True).encode()).hexdigest()
 
@@ -150,10 +128,3 @@ def _read(results: Path) -> dict[str, Any]:
     except (OSError, ValueError, RecursionError):
         return {}
     return stamps if isinstance(stamps, dict) else {}
-
-
-def _is_as_written(path: Path, sha256: str) -> bool:
-    try:
-        return sha256_of(path) == sha256
-    except OSError:
-        return False

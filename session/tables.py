@@ -58,20 +58,11 @@ def read_text(path: Path) -> str:
     except IsADirectoryError:
         faults.add("", "this is a folder", expected="a file")
     except UnicodeDecodeError as error:
-        faults.add(
-            "",
-            "not a text file",
-            found=f"byte {error.object[error.start]:#04x} at {error.start}",
-            expected="text in UTF-8",
-        )
+        found = f"byte {error.object[error.start]:#04x} at {error.start}"
+        faults.add("", "not a text file", found=found, expected="text in UTF-8")
     except (gzip.BadGzipFile, EOFError, zlib.error) as error:
-        faults.add(
-            "",
-            "the packed file is damaged",
-            found=str(error),
-            expected="a whole gzip file",
-            next_step="Copy or pack it again.",
-        )
+        expected, step = "a whole gzip file", "Copy or pack it again."
+        faults.add("", "the packed file is damaged", found=str(error), expected=expected, next_step=step)
     except (OSError, ValueError) as error:
         faults.add("", "the file cannot be read", found=str(error), expected="a readable file")
     faults.raise_if_any()
@@ -133,12 +124,8 @@ def read_log(path: Path, columns: tuple[str, ...]) -> tuple[RawTable, tuple[Flag
 def to_numbers(table: RawTable, columns: tuple[str, ...], faults: FaultCollector) -> np.ndarray:
     """The table's rows as numbers, shape (rows, columns); nan for an empty or ``nan`` cell.
 
-    Ragged rows, which are left out, cells that are not numbers and infinite values become faults.
-
-    Args:
-        table: the cells.
-        columns: the name of each column, for messages; its length is the width expected.
-        faults: where faults go.
+    Ragged rows, which are left out, cells that are not numbers and infinite values become faults. Messages name the
+    `columns`, whose number is the width expected.
     """
     ragged: list[Fault] = []
     bad_cells: list[Fault] = []

@@ -30,12 +30,7 @@ class Table(BaseModel):
 
 
 class TomlSource:
-    """A TOML file that was read, which knows the line of each of its keys.
-
-    Attributes:
-        file: the name for messages.
-        data: the content.
-    """
+    """A TOML file that was read, which knows the line of each of its keys; `file` is its name for messages."""
 
     def __init__(self, file: str, text: str) -> None:
         self.file = file
@@ -110,11 +105,7 @@ def _found(value: Any) -> str:
 
 
 def load_toml(path: Path, model: type[Model]) -> Model:
-    """Reads a TOML file as `model`.
-
-    Args:
-        path: the file.
-        model: a pydantic model of the whole file, best derived from `Table`.
+    """Reads a TOML file as a pydantic model of the whole file, best derived from `Table`.
 
     Raises:
         InputError: not there, not TOML, or every way in which it does not fit the model, at once.
@@ -143,13 +134,7 @@ def key_error(
 
     >>> raise key_error("no such tendon", found=name, expected="a tendon of the robot", choices=names)
     """
-    context = {
-        "what": what,
-        "expected": expected,
-        "found": found,
-        "choices": list(choices),
-        "next_step": next_step,
-    }
+    context = {"what": what, "expected": expected, "found": found, "choices": list(choices), "next_step": next_step}
     return PydanticCustomError("swimcal", "{what}", context)
 
 

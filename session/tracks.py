@@ -33,14 +33,10 @@ SUFFIXES = ("_x", "_y", "_confidence")
 def as_tracks(
     markers: Sequence[str], time_s: np.ndarray, position_px: np.ndarray, confidence: np.ndarray, source: str = ""
 ) -> xr.Dataset:
-    """Tracks of n frames and m markers, as above.
+    """Tracks of n frames and m markers, as above, from the file `source`.
 
-    Args:
-        markers: names of the m markers.
-        time_s: (n,) s, strictly increasing.
-        position_px: (n, m, 2), px, nan where missing.
-        confidence: (n, m) in [0, 1], 0 where missing.
-        source: the file.
+    `time_s` (n,) s, strictly increasing; `position_px` (n, m, 2), px, nan where missing; `confidence` (n, m) in [0, 1],
+    0 where missing.
     """
     import xarray as xr  # takes half a second, which a command's help need not wait for
 
@@ -86,11 +82,7 @@ def load_tracks(path: Path, markers: Sequence[str], fps: float, *, minimum: int 
     `markers`, and row k is at k / `fps`. An empty or ``nan`` cell is a missing sample; a position with one
     half missing is missing altogether. Packed files (.csv.gz) are unpacked.
 
-    Args:
-        path: the file.
-        markers: the markers it must hold.
-        fps: frames a second, used for files without a header.
-        minimum: the fewest frames that will do.
+    The file must hold all `markers` and a `minimum` of frames; `fps` is used for files without a header.
 
     Raises:
         InputError: every fault of the file at once.
@@ -130,42 +122,23 @@ def _check_columns(table: RawTable, columns: tuple[str, ...], markers: tuple[str
         return
     needed = [TIME, *(f"{marker}{axis}" for marker in markers for axis in ("_x", "_y"))]
     if set(columns).isdisjoint(needed):
-        faults.add(
-            "line 1",
-            "not a header of tracks",
-            found=shown(",".join(columns)),
-            expected=f"the columns {', '.join(needed[:3])} … of {', '.join(markers)}, or rows of numbers alone",
-        )
+        found, three = shown(",".join(columns)), ", ".join(needed[:3])
+        expected = f"the columns {three} … of {', '.join(markers)}, or rows of numbers alone"
+        faults.add("line 1", "not a header of tracks", found=found, expected=expected)
         return
+
+    def fault(what: str, found: str, expected: str, next_step: str = "") -> Fault:
+        return Fault(table.file, "line 1", what, found, expected, next_step=next_step)
+
     known = [*needed, *(f"{marker}_confidence" for marker in markers)]
-    unknown = [
-        Fault(
-            table.file,
-            "line 1",
-            "unknown column",
-            shown(name),
-            f"{TIME}, or _x, _y or _confidence of a marker of the session",
-            next_step=did_you_mean(name, known) or "Add its marker to [markers] names, or remove the column.",
-        )
-        for name in dict.fromkeys(columns)
-        if name not in known
-    ]
-    missing = [
-        Fault(table.file, "line 1", f"column {name!r} is missing", "", f"{TIME}, and _x and _y of every marker")
-        for name in needed
-        if name not in columns
-    ]
-    repeated = [
-        Fault(
-            table.file,
-            "line 1",
-            f"column {name!r} is repeated",
-            f"{columns.count(name)} of it",
-            "one of each",
-        )
-        for name in known
-        if columns.count(name) > 1
-    ]
+    anything, step = f"{TIME}, or _x, _y or _confidence of a marker of the session", "Add its marker to [markers] names"
+    strange = [name for name in dict.fromkeys(columns) if name not in known]
+    hints = [did_you_mean(name, known) or f"{step}, or remove the column." for name in strange]
+    unknown = [fault("unknown column", shown(n), anything, hint) for n, hint in zip(strange, hints, strict=True)]
+    all_of_it, absent = f"{TIME}, and _x and _y of every marker", [name for name in needed if name not in columns]
+    missing = [fault(f"column {name!r} is missing", "", all_of_it) for name in absent]
+    count = {name: columns.count(name) for name in known if columns.count(name) > 1}
+    repeated = [fault(f"column {name!r} is repeated", f"{n} of it", "one of each") for name, n in count.items()]
     for kind in (unknown, missing, repeated):
         faults.extend_capped(kind)
 
@@ -175,13 +148,9 @@ def _check_width(table: RawTable, markers: tuple[str, ...], faults: FaultCollect
     widths = {len(row.cells) for row in table.rows}
     expected = 2 * len(markers)
     if len(widths) == 1 and widths != {expected}:
-        faults.add(
-            "",
-            "wrong number of columns",
-            found=f"{widths.pop()} in every row",
-            expected=f"{expected}: x and y of the {len(markers)} markers {', '.join(markers)}",
-            next_step="Make [markers] names match the file, or give the file a header.",
-        )
+        found, step = f"{widths.pop()} in every row", "Make [markers] names match the file, or give the file a header."
+        wanted = f"{expected}: x and y of the {len(markers)} markers {', '.join(markers)}"
+        faults.add("", "wrong number of columns", found=found, expected=wanted, next_step=step)
 
 
 def _assemble(
@@ -207,33 +176,22 @@ def _check_samples(
     present = ~np.isnan(pixels_of(tracks)[..., 0])  # (n, m)
     if len(present):
         for marker in np.array(markers_of(tracks), dtype=object)[~present.any(axis=0)]:
-            faults.add(
-                "",
-                f"marker {marker!r} is missing in every frame",
-                expected="at least one sample",
-                next_step="Remove it from [markers] names, or track it.",
-            )
-    far = np.argwhere(np.abs(np.nan_to_num(pixels_of(tracks))).max(axis=2) > FARTHEST_PX)
-    faults.extend_capped(
-        [
-            Fault(
-                table.file,
-                f"line {table.rows[row].line}",
-                f"marker {markers_of(tracks)[marker]!r} is beyond any image",
-                "({:g}, {:g})".format(*pixels_of(tracks)[row, marker]),
-                f"pixels, no further than {FARTHEST_PX:g} from the corner, or an empty cell for a missing sample",
-            )
-            for row, marker in far.tolist()
-        ]
-    )
-    for column, name in enumerate(columns):
-        if name.endswith(SUFFIXES[2]):
-            outside = np.flatnonzero((values[:, column] < 0) | (values[:, column] > 1)).tolist()
-            where = [f"line {table.rows[row].line}, column {column + 1} ({name})" for row in outside]
-            found = [str(values[row, column]) for row in outside]
-            faults.extend_capped(
-                [
-                    Fault(table.file, place, "confidence out of range", value, "a number from 0 to 1")
-                    for place, value in zip(where, found, strict=True)
-                ]
-            )
+            what, step = f"marker {marker!r} is missing in every frame", "Remove it from [markers] names, or track it."
+            faults.add("", what, expected="at least one sample", next_step=step)
+    position_px, names = pixels_of(tracks), markers_of(tracks)
+    in_reach = f"pixels, no further than {FARTHEST_PX:g} from the corner, or an empty cell for a missing sample"
+
+    def beyond(row: int, k: int) -> Fault:
+        what, found = f"marker {names[k]!r} is beyond any image", "({:g}, {:g})".format(*position_px[row, k])
+        return Fault(table.file, f"line {table.rows[row].line}", what, found, in_reach)
+
+    far = np.argwhere(np.abs(np.nan_to_num(position_px)).max(axis=2) > FARTHEST_PX).tolist()
+    faults.extend_capped([beyond(row, k) for row, k in far])
+
+    def outside(row: int, column: int) -> Fault:
+        where = f"line {table.rows[row].line}, column {column + 1} ({columns[column]})"
+        return Fault(table.file, where, "confidence out of range", str(values[row, column]), "a number from 0 to 1")
+
+    for column in (column for column, name in enumerate(columns) if name.endswith(SUFFIXES[2])):
+        rows = np.flatnonzero((values[:, column] < 0) | (values[:, column] > 1)).tolist()
+        faults.extend_capped([outside(row, column) for row in rows])

@@ -1,7 +1,5 @@
 """Many swimmers in one pool, each on its own way, as a Rerun recording or as a film that needs no screen."""
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from time import perf_counter
@@ -31,13 +29,7 @@ _GAIN = 1.5  # of the side of a beat without a policy, per rad of bearing
 
 
 class Roaming(Targets):
-    """Targets anywhere in a pool; who reaches one gets the next.
-
-    Args:
-        count: n.
-        size_m: (2,) of the pool, whose middle is the origin.
-        rng: draws them.
-    """
+    """Targets anywhere in a pool of `size_m` (2,) about the origin; who reaches one gets the next."""
 
     def __init__(self, count: int, size_m: np.ndarray, rng: np.random.Generator) -> None:
         super().__init__(count)
@@ -66,8 +58,7 @@ class Shoal:
         lines_m: (k, n, l, 2) nose, hinges and tip of n swimmers in every frame, m.
         targets_m: (k, n, 2), m.
         corners_m: (2, 2) lower left and upper right of what is shown, m.
-        wall_s: that the simulation took.
-        seconds: that were simulated.
+        wall_s, seconds: that the simulation took, and that were simulated.
         diverged: (n,) who blew up.
     """
 
@@ -87,15 +78,10 @@ class Shoal:
 def swim_together(
     fish: Fish, count: int, seconds: float, *, policy: Policy | None = None, seed: int = 0, workers: int = 0
 ) -> Shoal:
-    """Lets n swimmers roam a pool whose size suits their number.
+    """Lets n swimmers roam a pool whose size suits their number; several models are dealt out to them.
 
-    Args:
-        fish: one model, or several that are dealt out.
-        count: n.
-        seconds: how long.
-        policy: that steers all of them; default: beats of 0.5 to 2 Hz, each swimmer its own, towards the targets.
-        seed: of places, headings, targets and frequencies.
-        workers: threads; 0 for all cores.
+    Without a policy they beat at 0.5 to 2 Hz, each at its own, towards their targets. The seed is that of places,
+    headings, targets and frequencies.
     """
     rng = np.random.default_rng(seed)
     size = np.sqrt(_M2_EACH * max(count, 20)) * np.array([1.3, 1 / 1.3])
@@ -111,7 +97,8 @@ def swim_together(
         if k >= every * len(lines):
             lines.append(outline(swimmers))
             targets.append(task.places.copy())
-        seen = course.act(policy.act(seen) if policy else _towards(rules, seen, hz)).seen
+        aside = np.tanh(_GAIN * np.arctan2(-seen[:, -4], -seen[:, -5]))  # towards the target
+        seen = course.act(policy.act(seen) if policy else beat_action(rules, seen, hz, aside)).seen
     wall = perf_counter() - began
     corners = np.array([-0.5, 0.5])[:, None] * (size + _MARGIN_M)
     return Shoal(np.array(lines), np.array(targets), corners, wall, seconds, swimmers.diverged)
@@ -143,17 +130,8 @@ def play(
     return swum, Shoal(np.array(lines), np.array(targets), corners, wall, float(swum.seconds[0]), swum.diverged)
 
 
-def _towards(rules: Rules, seen: np.ndarray, hz: np.ndarray) -> np.ndarray:
-    bearing = np.arctan2(-seen[:, -4], -seen[:, -5])
-    return beat_action(rules, seen, hz, np.tanh(_GAIN * bearing))
-
-
 def check_kind(file: Path) -> None:
-    """Refuses a file of another kind than .rrd, .mp4 and .gif.
-
-    Raises:
-        InputError: it is.
-    """
+    """An `InputError` for a file of another kind than .rrd, .mp4 and .gif."""
     if file.suffix not in KINDS:
         fault = Fault(str(file), "", "not a kind of recording", repr(file.suffix), "a file of one of these", KINDS)
         raise InputError([fault])
@@ -175,24 +153,15 @@ def write_shoal(shoal: Shoal, file: Path) -> None:
 
 
 def _record(shoal: Shoal, file: Path) -> None:
-    with _recording(file) as stream:
-        up = np.array([1.0, -1.0])  # the viewer's y is downwards
-        for k, (lines, targets) in enumerate(zip(shoal.lines_m * up, shoal.targets_m * up, strict=True)):
-            stream.set_time("time", duration=k / FPS)
-            whole = np.isfinite(lines).all(axis=(1, 2))
-            stream.log("pool/swimmers", rr.LineStrips2D(list(lines[whole]), radii=0.012, colors=(80, 150, 190)))
-            stream.log("pool/targets", rr.Points2D(targets[whole], radii=0.02, colors=(220, 90, 80)))
-
-
-@contextmanager
-def _recording(file: Path) -> Iterator[rr.RecordingStream]:
-    stream = rr.RecordingStream("swimcal_aquarium")
+    stream, up = rr.RecordingStream("swimcal_aquarium"), np.array([1.0, -1.0])  # the viewer's y is downwards
     stream.save(file)
-    try:
-        yield stream
-    finally:
-        stream.flush()
-        stream.disconnect()
+    for k, (lines, targets) in enumerate(zip(shoal.lines_m * up, shoal.targets_m * up, strict=True)):
+        stream.set_time("time", duration=k / FPS)
+        whole = np.isfinite(lines).all(axis=(1, 2))
+        stream.log("pool/swimmers", rr.LineStrips2D(list(lines[whole]), radii=0.012, colors=(80, 150, 190)))
+        stream.log("pool/targets", rr.Points2D(targets[whole], radii=0.02, colors=(220, 90, 80)))
+    stream.flush()
+    stream.disconnect()
 
 
 def _film(shoal: Shoal, file: Path) -> None:

@@ -12,13 +12,10 @@ MOST_ASIDE = 0.95
 
 
 def beat_action(rules: Rules, seen: np.ndarray, hz: np.ndarray, aside: np.ndarray) -> np.ndarray:
-    """(n,) accelerations in [-1, 1] that keep up a beat.
+    """(n,) accelerations in [-1, 1] that keep up a beat, given what is seen (n, o) of the crank.
 
-    Args:
-        rules: of the course.
-        seen: (n, o) observations; of these cos, sin and speed of the crank are used.
-        hz: (n,) turns of the crank a second, in the mean over its angle.
-        aside: (n,) how much to the left, from -1 to 1.
+    `hz` (n,) are turns of the crank a second, in the mean over its angle; `aside` (n,) is how much to the left, from -1
+    to 1.
     """
     sine, speed = seen[:, 1], seen[:, 2]
     wanted = 2 * np.pi * np.minimum(hz, rules.fastest_hz) * (1 - MOST_ASIDE * np.clip(aside, -1.0, 1.0) * sine)

@@ -83,7 +83,6 @@ class Targets:
     """A random target each, in a rectangle ahead.
 
     Args:
-        count: n.
         ahead_m: length of the rectangle, from the start on.
         across_m: its width.
         reach_m: distance within which a target is reached.
@@ -125,11 +124,7 @@ class Targets:
 class Circle:
     """A circle through the start, along which it heads at first; to the left or the right, by chance.
 
-    Args:
-        count: n.
-        radius_m: of the circle.
-        lead_m: arc by which the target is ahead of the swimmer.
-        side: 1 to the left, -1 to the right, 0 for either.
+    The target is ahead of a swimmer by an arc `lead_m`; `side` is 1 to the left, -1 to the right, 0 for either.
     """
 
     def __init__(self, count: int, radius_m: float = 1.0, lead_m: float = 0.3, side: int = 0) -> None:
@@ -192,13 +187,7 @@ class Moment:
 
 
 class Course(Generic[S]):
-    """Swimmers with a task: begun again one by one, acted on together.
-
-    Args:
-        swimmers: n of them.
-        task: of as many.
-        rules: see there.
-    """
+    """Swimmers with a task: begun again one by one, acted on together."""
 
     def __init__(self, swimmers: S, task: Task, rules: Rules) -> None:
         self.swimmers, self.task, self.rules = swimmers, task, rules
@@ -223,26 +212,14 @@ class Course(Generic[S]):
         yaw = swimmers.head[:, 2]
         vector, rate = turned(target - place, -yaw), turned(carried - moving, -yaw)
         distance = np.sqrt((vector**2).sum(axis=1))
-        columns = (np.cos(angle), np.sin(angle), speed)
-        seen = np.hstack(
-            [
-                np.stack(columns, axis=1),
-                swimmers.turn_rates,
-                *swimmers.tail,
-                distance[:, None],
-                vector,
-                rate,
-                self.action[:, None],
-            ]
-        )
+        own = [np.stack([np.cos(angle), np.sin(angle), speed], axis=1), swimmers.turn_rates, *swimmers.tail]
+        seen = np.hstack([*own, distance[:, None], vector, rate, self.action[:, None]])
         return seen, distance, self.task.off_path(place)
 
     def act(self, action: np.ndarray, rows: np.ndarray | None = None) -> Moment:
         """Accelerates the cranks by actions (n,) in [-1, 1] and swims for one interval.
 
-        Args:
-            action: of each swimmer.
-            rows: (r,) those that move; the others stay as they are. Default: all.
+        With rows (r,) only those move; the others stay as they are.
         """
         rules = self.rules
         self.action = np.clip(np.asarray(action, float), -1.0, 1.0)

@@ -3,9 +3,9 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from statistics import NormalDist
 
 import numpy as np
+from scipy.stats import binomtest
 
 from session.errors import Fault, InputError
 from session.results import writing_whole
@@ -90,13 +90,7 @@ def swim(course: Course, controller: Controller, seed: int = 0) -> Swum:
 
 
 def reach(course: Course, controller: Controller, target_m: tuple[float, float] | None, seed: int = 0) -> Swum:
-    """One episode, to a target of one's own.
-
-    Args:
-        course: of one swimmer.
-        controller: that steers it.
-        target_m: x, y from the start, the robot heading along -x; None: as the task draws it.
-        seed: of that draw.
+    """One episode of one swimmer, to a target x, y from the start, the robot heading along -x; None: the task's own.
 
     Raises:
         InputError: the target is no place, or is not reached in the time of an episode.
@@ -118,6 +112,5 @@ def reach(course: Course, controller: Controller, target_m: tuple[float, float] 
 
 def share(hits: np.ndarray, level: float = 0.95) -> tuple[float, float, float]:
     """The share of hits (n,), and Wilson's interval (J. Am. Stat. Assoc. 22, 1927)."""
-    n, p, z = len(hits), float(np.mean(hits)), NormalDist().inv_cdf(0.5 + level / 2)
-    middle, half = p + z**2 / (2 * n), z * np.sqrt(p * (1 - p) / n + z**2 / (4 * n**2))
-    return p, float((middle - half) / (1 + z**2 / n)), min(float((middle + half) / (1 + z**2 / n)), 1.0)
+    low, high = binomtest(int(np.sum(hits)), len(hits)).proportion_ci(level, method="wilson")
+    return float(np.mean(hits)), float(low), float(high)

@@ -22,15 +22,12 @@ def make_course(
     workers: int = 0,
     **options: Any,
 ) -> Course:
-    """n swimmers with a task.
+    """n swimmers with a task, "target" or "circle".
 
     Args:
-        task: "target" or "circle".
-        count: n.
         session, mjcf: see `load_fish`; neither: the built-in robot.
         fish: instead of these, one that was loaded.
         rules: of action, reward and episode; default: the paper's, see `swimgym.course`.
-        workers: threads; 0 for all cores.
         options: of the task, see `Targets` and `Circle`; fields of `Rules` change these.
 
     Raises:

@@ -31,7 +31,6 @@ class Card:
         robot, origin, model_sha256: of the fish that it was trained on.
         observations: names of what it sees, in order.
         rules: that it was trained under.
-        seed: of all draws.
         training: how it was trained: seconds, steps, last cost.
         scores: of `swimgym.evaluation`; empty before.
         mujoco, program, schema: versions.
@@ -61,10 +60,8 @@ def card_of(task: str, method: str, fish: Fish, course: Course, seed: int) -> Ca
 class Policy:
     """From what swimmers see to what they do.
 
-    Attributes:
-        card: where it comes from.
-        arrays: "law" (p,) of a steering law; or "weight_0", "bias_0", … of a network from `features` to frequency and
-            side of the beat.
+    Its arrays are "law" (p,) of a steering law; or "weight_0", "bias_0", … of a network from `features` to frequency
+    and side of the beat.
     """
 
     card: Card

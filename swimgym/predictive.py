@@ -19,8 +19,7 @@ class Outlook:
     """How far and how widely is looked ahead.
 
     Attributes:
-        plans: tried for each swimmer.
-        beats: in a plan.
+        plans, beats: tried for each swimmer, and in a plan.
         hold: intervals of the course for which a beat is kept, and after which is planned anew.
         spread: standard deviation of the trials, of frequency and side from -1 to 1.
         sharpness: weight of a plan is exp(-sharpness times its cost in standard deviations above the best).
@@ -42,12 +41,7 @@ class Outlook:
 class Predictive:
     """A controller of the n swimmers of a course; a `Controller` that also remembers its plans.
 
-    Args:
-        course: that is swum; its state is read, and never changed.
-        fish: the model that predicts; need not be the one that swims.
-        outlook: see there.
-        seed: of the trials.
-        workers: threads; 0 for all cores.
+    The course's state is read, and never changed; the fish that predicts need not be the one that swims.
     """
 
     def __init__(

@@ -32,12 +32,9 @@ class SacPlan:
 
     Attributes:
         steps: choices in all, over all swimmers.
-        swimmers: at once.
         hold: intervals of the course for which a choice is kept.
         updates: of the networks after every choice of all swimmers.
-        layers: of the networks.
         learning_rate, discount, batch, warmup: of the algorithm; `warmup` choices are random.
-        seed: of all draws.
         every: choices after which the state is written.
     """
 
@@ -64,16 +61,10 @@ def train_sac(
     progress: Progress = lambda _message, _share: None,
     **options: Any,
 ) -> Policy:
-    """Trains a network; goes on from a state file where there is one.
+    """Trains a network for a task, "target" or "circle"; options are those of `make_course`.
 
-    Args:
-        fish: to train on; several models are dealt out to the swimmers.
-        task: "target" or "circle".
-        plan: of the training.
-        state_file: a zip of stable-baselines3, written now and then; beside it the replay buffer.
-        workers: threads; 0 for all cores.
-        progress: receives it.
-        options: of the task and the rules, see `make_course`.
+    Several models are dealt out to the swimmers. The state file is a zip of stable-baselines3, written now and then,
+    beside it the replay buffer; where there is one, training goes on from it.
     """
     plan = plan or SacPlan()
     course = make_course(task, plan.swimmers, fish=fish, workers=workers, **options)
@@ -105,7 +96,6 @@ def train_sac(
 
 
 def _arrays(model: SAC) -> dict[str, np.ndarray]:
-    """The actor's weights as plain arrays."""
     actor = model.policy.actor
     layers = [layer for layer in (*actor.latent_pi, actor.mu) if hasattr(layer, "weight")]
     arrays = {}
@@ -188,8 +178,6 @@ class BeatPool(VecEnv):
 
 
 class _Reporter(BaseCallback):
-    """Reports, and writes the state now and then."""
-
     def __init__(self, plan: SacPlan, pool: BeatPool, file: Path | None, progress: Progress) -> None:
         super().__init__()
         self._plan, self._pool, self._file, self._progress, self._next = plan, pool, file, progress, plan.every

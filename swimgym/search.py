@@ -29,13 +29,7 @@ _LARGEST_WEIGHT = 0.3  # of the largest distance from the path, beside the mean
 
 @dataclass(frozen=True)
 class SearchPlan:
-    """How a law is searched.
-
-    Attributes:
-        generations, candidates, episodes: each candidate of each generation swims so many episodes.
-        seconds: that an episode may take.
-        seed: of all draws.
-    """
+    """How a law is searched: each candidate of each generation swims so many episodes, which may take so long."""
 
     generations: int = 15
     candidates: int = 32
@@ -46,8 +40,6 @@ class SearchPlan:
 
 @dataclass
 class _State:
-    """Of a search between generations."""
-
     generation: int
     middle: np.ndarray
     width: np.ndarray
@@ -65,16 +57,10 @@ def search(
     progress: Progress = lambda _message, _share: None,
     **options: Any,
 ) -> Policy:
-    """Searches a steering law.
+    """Searches a steering law for a task, "target" or "circle"; options are those of `make_course`.
 
-    Args:
-        fish: to train on; with several models the candidates' episodes are dealt out to them.
-        task: "target" or "circle".
-        plan: of the search.
-        state_file: where the search stands after each generation; one of the same plan is gone on with.
-        workers: threads; 0 for all cores.
-        progress: receives it.
-        options: of the task and the rules, see `make_course`.
+    With several models the candidates' episodes are dealt out to them. The state file says where the search stands
+    after each generation; one of the same plan is gone on with.
 
     Raises:
         InputError: the file cannot be read; that of another search is written over.
@@ -90,7 +76,8 @@ def search(
         laws = state.middle + state.width * rng.standard_normal((plan.candidates, len(state.middle)))
         laws[0] = state.middle
         each = np.tile(laws, (plan.episodes, 1))  # episode by episode, so that models are dealt out evenly
-        swum = swim(course, lambda seen, each=each: steered(each, course.rules, seen), _goals(plan, state))  # type: ignore[misc]
+        goals = 1000 * plan.seed + state.generation
+        swum = swim(course, lambda seen, each=each: steered(each, course.rules, seen), goals)  # type: ignore[misc]
         costs = _cost(swum, plan).reshape(plan.episodes, plan.candidates).mean(axis=0)
         best = np.argsort(costs)[: max(2, round(_ELITE * plan.candidates))]
         state = _State(
@@ -105,10 +92,6 @@ def search(
     training = {**asdict(plan), "trained_s": state.seconds, "cost": state.cost}
     rules = replace(course.rules, seconds=options.get("seconds", Rules.seconds))
     return Policy(replace(card, training=training, rules=rules), {"law": state.middle})
-
-
-def _goals(plan: SearchPlan, state: _State) -> int:
-    return 1000 * plan.seed + state.generation
 
 
 def _cost(swum: Swum, plan: SearchPlan) -> np.ndarray:
@@ -128,11 +111,7 @@ def _keep(file: Path | None, state: _State, plan: SearchPlan, card: Card) -> Non
 
 
 def _resumed(file: Path | None, plan: SearchPlan, card: Card) -> _State | None:
-    """The state in a file of the same search; None where there is none.
-
-    Raises:
-        InputError: it cannot be read. That of another search is left and written over.
-    """
+    """The state in a file of the same search; None where there is none: that of another search is written over."""
     if file is None or not file.is_file():
         return None
     try:

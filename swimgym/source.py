@@ -18,13 +18,9 @@ from swimmer.twin import FORCE_FIELDS
 
 @dataclass(frozen=True, eq=False)
 class Fish:
-    """A robot to swim with.
+    """A robot to swim with: one model, or several between which its swimmers differ (posterior draws).
 
-    Attributes:
-        robot: its name.
-        models: one, or several between which its swimmers differ (posterior draws).
-        origin: in words, where its numbers come from.
-        sha256: of its MJCF.
+    `origin` says in words where its numbers come from; `sha256` is that of its MJCF.
     """
 
     robot: str
@@ -109,17 +105,15 @@ def _file_of(results: Path, effects: bool) -> Path:
 
 
 def _of_mjcf(file: Path, origin: str) -> Fish:
-    """The fish of a file, without what is only looked at.
-
-    Raises:
-        InputError: it is not there, no MJCF, or lacks names of the public contract.
-    """
+    """The fish of a file, without what is only looked at."""
     step = "Write one with `calib mjcf`."
     if not file.is_file():
         raise _fault(str(file), "it is not there", "nothing", "an MJCF", step)
     try:
         spec = mujoco.MjSpec.from_file(str(file))
-        model = _bare(spec).compile()
+        for part in (*spec.sensors, *spec.lights, *spec.cameras, *spec.worldbody.geoms):  # they move nothing
+            spec.delete(part)
+        model = spec.compile()
     except (ValueError, mujoco.FatalError) as error:
         raise _fault(str(file), "it is no MJCF", str(error), "a model of the robot", step) from error
     joints = {model.joint(i).name for i in range(model.njnt)}
@@ -130,13 +124,6 @@ def _of_mjcf(file: Path, origin: str) -> Fish:
         expected = "joints surge, sway, yaw, crank and tail_1 …, one actuator and a body head"
         raise _fault(str(file), "it is no swimmer of the public contract", f"none of {', '.join(lack)}", expected, step)
     return Fish(spec.modelname, (model,), origin, hashlib.sha256(file.read_bytes()).hexdigest())
-
-
-def _bare(spec: mujoco.MjSpec) -> mujoco.MjSpec:
-    """Without sensors, lights, cameras and floor, which cost time and move nothing."""
-    for part in (*spec.sensors, *spec.lights, *spec.cameras, *spec.worldbody.geoms):
-        spec.delete(part)
-    return spec
 
 
 def _fault(file: str, what: str, found: str, expected: str, step: str) -> InputError:

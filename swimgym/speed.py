@@ -44,13 +44,7 @@ class GymSpeed:
 
 
 def measure_gym_speed(options: dict[str, Any] | None = None, seconds: float = 2.0, rounds: int = 3) -> GymSpeed:
-    """Measures by turns, so that whatever else the machine does falls on all alike; the median of the rounds counts.
-
-    Args:
-        options: of the environment, such as `session`.
-        seconds: of each measurement.
-        rounds: how often each is measured.
-    """
+    """Measures by turns, so that whatever else the machine does falls on all alike; the median of the rounds counts."""
     options = options or {}
     cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     batches, most = (64, 256, 1024), 256
@@ -74,7 +68,6 @@ def _batch(n: int, **options: Any) -> gymnasium.vector.VectorEnv:
 
 
 def _rate(env: Any, seconds: float) -> float:
-    """Steps of one environment a second, with the same kind of actions for all."""
     env.reset(seed=0)
     env.action_space.seed(0)
     actions, done = [env.action_space.sample() for _ in range(16)], 0

@@ -106,12 +106,9 @@ class Swimmers:
         self._batch.state[:] = state
 
     def rest(self, rows: np.ndarray, place_m: np.ndarray | float = 0.0, heading_rad: np.ndarray | float = 0.0) -> None:
-        """Lays some swimmers (r,) still again.
+        """Lays some swimmers (r,) still again, the steered point at (r, 2), m.
 
-        Args:
-            rows: which.
-            place_m: (r, 2) of the steered point, m.
-            heading_rad: (r,) from heading along -x, counter-clockwise.
+        They head (r,) rad from -x, counter-clockwise.
         """
         self._batch.state[rows] = self._start[rows]
         self._position[rows, self._q["yaw"]] = heading_rad

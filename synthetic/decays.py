@@ -14,12 +14,9 @@ from synthetic.view import check_in_image, in_image
 
 @dataclass(frozen=True, eq=False)
 class TrueDecay:
-    """One free decay without any error of a tracker.
+    """One free decay as planned, without any error of a tracker.
 
-    Attributes:
-        trial: as planned.
-        time_s: (n,) from the first frame, s.
-        position_px: (n, m, 2) markers in the image, x to the right and y down.
+    Times `time_s` (n,) from the first frame, s; `position_px` (n, m, 2) in the image, x to the right and y down.
     """
 
     trial: SyntheticDecay

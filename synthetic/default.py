@@ -23,10 +23,8 @@ BETWEEN_VIDEOS_S = 96.0
 def default_plan(seed: int = 0) -> SyntheticPlan:
     """Five swim trials of the built-in fish, two dry runs with a motor log, three free decays.
 
-    Two of the swim trials are to fit, three are held out; in the fastest tail_4 merges onto tail_5.
-
-    Args:
-        seed: of noise, crank phases, headings and the motor's clock.
+    Two of the swim trials are to fit, three are held out; in the fastest tail_4 merges onto tail_5. The seed is that of
+    noise, crank phases, headings and the motor's clock.
     """
     random = np.random.default_rng([seed, len(SPEEDS_HZ)])
     phases, headings = 2 * np.pi * random.random((2, len(SPEEDS_HZ)))
@@ -49,20 +47,15 @@ def _swim(commanded_hz: float, phase_rad: float, heading_rad: float) -> Syntheti
     )
 
 
-def _dry_experiments(
-    random: np.random.Generator,
-) -> tuple[tuple[SyntheticTrial, ...], tuple[SyntheticDecay, ...]]:
+def _dry_experiments(random: np.random.Generator) -> tuple[tuple[SyntheticTrial, ...], tuple[SyntheticDecay, ...]]:
     """One robot in one clamp under one camera, its motor logged by one computer."""
     heading_rad = round(float(2 * np.pi * random.random()), 3)
     first_s, rate = round(float(random.uniform(2000, 9000)), 3), 1 + round(float(random.uniform(-8e-5, 8e-5)), 6)
     runs = []
     for number, hz in enumerate(DRY_HZ):
         starts_s = round(float(random.uniform(0.5, 1.2)), 3)
-        motor = SyntheticMotor(
-            starts_s=starts_s,
-            clock_offset_s=round(first_s + BETWEEN_VIDEOS_S * number, 3),
-            clock_rate=rate,
-        )
+        clock_s = round(first_s + BETWEEN_VIDEOS_S * number, 3)
+        motor = SyntheticMotor(starts_s=starts_s, clock_offset_s=clock_s, clock_rate=rate)
         run = SyntheticTrial(
             name=trial_name("dry_", hz),
             frequency_hz=_reached(hz),

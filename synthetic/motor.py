@@ -22,13 +22,7 @@ REST_S, RUN_OUT_S = 0.5, 1.0
 
 
 class Step(NamedTuple):
-    """A speed held for a time.
-
-    Attributes:
-        part: "rest", "start_code", "drive" or "end_code".
-        turns_per_s: crank turns a second.
-        seconds: how long.
-    """
+    """A speed held for a time; `part` is "rest", "start_code", "drive" or "end_code"."""
 
     part: str
     turns_per_s: float
@@ -36,12 +30,7 @@ class Step(NamedTuple):
 
 
 def schedule(hz: float, seconds: float) -> tuple[Step, ...]:
-    """Rest, start code, rest, drive, run-out, end code (the start code backwards), rest.
-
-    Args:
-        hz: crank turns a second of the drive.
-        seconds: how long it is driven.
-    """
+    """Rest, start code, rest, drive at `hz` turns a second, run-out, end code (the start code backwards), rest."""
     rest = Step("rest", 0.0, REST_S)
     start, end = (
         [Step(part, chip * CHIP_TURNS_PER_S, CHIP_S) for chip in chips]
@@ -102,13 +91,9 @@ class SyntheticMotor(Table):
 class Drive:
     """The commands to the motor in a trial, and how its shaft would turn without the tail's springiness.
 
-    Attributes:
-        commands: k speeds, and when the motor got them.
-        end_s: when the last one ends.
-        time_s: (g,) a fine grid.
-        reference_rad_s: (g,) the ramped speed that it aims at.
-        speed_rad_s: (g,) of the shaft.
-        turn: of the shaft, at rest outside the schedule.
+    Commands are k speeds, and when the motor got them; the last one ends at `end_s`. On a fine grid of times (g,):
+    `reference_rad_s` the ramped speed that it aims at, `speed_rad_s` that of the shaft. `turn` is at rest outside the
+    schedule.
     """
 
     commands: MotorCommands
@@ -126,22 +111,12 @@ class Drive:
 
 
 def drive(
-    motor: SyntheticMotor,
-    commanded_hz: float,
-    reached_hz: float,
-    phase_rad: float,
-    random: np.random.Generator,
+    motor: SyntheticMotor, commanded_hz: float, reached_hz: float, phase_rad: float, random: np.random.Generator
 ) -> Drive:
-    """Drives a trial.
+    """Drives a trial from a crank angle, at a commanded and a reached mean of turns a second; commands come late.
 
     What the motor lags behind a command grows with the square of the speed, so that it reaches the speed given. The
     load lets its speed ripple with the crank's angle: of an even turn s it makes s + a sin s + b/2 sin 2 s.
-
-    Args:
-        motor: as planned.
-        commanded_hz, reached_hz: mean turns a second in the drive, commanded and reached.
-        phase_rad: crank angle at the start.
-        random: source of the delays of the commands.
     """
     steps = schedule(commanded_hz, motor.drive_s)
     commanded_rad_s = 2 * np.pi * np.array([step.turns_per_s for step in steps])  # (k,)

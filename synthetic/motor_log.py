@@ -31,15 +31,9 @@ def reading_times(motor: SyntheticMotor, drive: Drive, random: np.random.Generat
 
 
 def read_motor(drive: Drive, time_s: np.ndarray, crank_rad: np.ndarray, random: np.random.Generator) -> MotorLog:
-    """What the motor answers.
+    """What the motor answers at times (r,) on its clock, its shaft then at (r,) angles.
 
     Its encoder's zero is anywhere: nobody mounts the crank with care.
-
-    Args:
-        drive: which goes on.
-        time_s: (r,) of the readings, on the motor's clock.
-        crank_rad: (r,) where the shaft is then.
-        random: source of the encoder's zero and of the current's noise.
     """
     zero_rad = 2 * np.pi * random.random()
     speed_rad_s = np.gradient(crank_rad, time_s)
@@ -72,22 +66,14 @@ def in_steps(
 
 
 def save_motor_log(path: Path, log: MotorLog) -> None:
-    """Writes ``<trial>.motor.csv``.
-
-    Raises:
-        session.ResultsNotWritable: the folder is not writable.
-    """
+    """Writes ``<trial>.motor.csv``."""
     rows = np.column_stack([getattr(log, name) for name in MOTOR_COLUMNS])
     lines = (f"{t:.6f},{x:.6f},{v:.5f},{i:.4f},{u:.1f},{c:.0f},{e:.0f}" for t, x, v, i, u, c, e in rows + 0.0)
     write_whole(path, "\n".join([",".join(MOTOR_COLUMNS), *lines, ""]))
 
 
 def save_commands(path: Path, commands: MotorCommands) -> None:
-    """Writes ``<trial>.commands.csv``; the motor takes speeds in steps.
-
-    Raises:
-        session.ResultsNotWritable: the folder is not writable.
-    """
+    """Writes ``<trial>.commands.csv``; the motor takes speeds in steps."""
     commanded_rad_s = SPEED_RAD_S * np.round(commands.velocity_rad_s / SPEED_RAD_S) + 0.0
     rows = zip(commands.time_s, commands.part, commanded_rad_s, strict=True)
     write_whole(path, "\n".join([",".join(COMMAND_COLUMNS), *(f"{t:.6f},{part},{v:.5f}" for t, part, v in rows), ""]))
@@ -95,13 +81,7 @@ def save_commands(path: Path, commands: MotorCommands) -> None:
 
 @dataclass(frozen=True, eq=False)
 class TrueMotor:
-    """The motor of a trial.
-
-    Attributes:
-        log: its readings, on its clock.
-        commands: to the motor, on its clock.
-        steady_s: the steady stretch of the drive, on the clock of the video.
-    """
+    """The motor of a trial: log and commands on its clock, the steady stretch of the drive on that of the video."""
 
     log: MotorLog
     commands: MotorCommands
@@ -110,14 +90,7 @@ class TrueMotor:
 
 @dataclass(frozen=True, eq=False)
 class DrivenMotor:
-    """A motor whose crank is not simulated yet.
-
-    Attributes:
-        motor: as planned.
-        drive: its commands and how it turns.
-        readings_s: (r,) when it is read, on its clock.
-        random: source of what is random in its log.
-    """
+    """A motor whose crank is not simulated yet, as planned and driven; `readings_s` (r,) on its clock."""
 
     motor: SyntheticMotor
     drive: Drive

@@ -59,7 +59,6 @@ def lasting_errors(
         shape: (n, ...) n frames of series; (n, m, ...) of markers that have errors in common.
         step_s: time between frames.
         noise: its `sd_px`, `correlation_s` and, with places, `shared` are used.
-        random: source of the draws.
         place_m: (m,) of the markers along the body; without them all series are independent.
     """
     carried = np.exp(-step_s / noise.correlation_s) if noise.correlation_s > 0 else 0.0

@@ -21,16 +21,9 @@ class SyntheticPlan(Table):
     """A session to be made.
 
     Attributes:
-        name: of the session.
-        trials: the swim trials.
-        dry_runs: trials with the head clamped, in air.
-        free_decays: trials in air without tendons.
-        seed: of every random draw.
         robot: None for the built-in fish.
         markers: the tracked ones, in the order of the columns.
         coefficients: the truth to be found.
-        noise: of the tracker.
-        camera: clock and scale.
         warmup_s: left out of every comparison, as the session states.
         run_in_s: simulated before the first frame, so that a trial begins in the middle of a developed swim. A trial
             with a motor has none: the motor drives it from rest to rest.
@@ -39,9 +32,6 @@ class SyntheticPlan(Table):
         timestep_s: of the simulated swim trials; a third of the twin's own, so that no fit can reproduce a session to
             the bit.
         air_timestep_s: the same for dry runs and free decays.
-
-    Raises:
-        pydantic.ValidationError: a `ValueError` that names every fault of the plan.
     """
 
     name: str = "synthetic"

@@ -35,14 +35,7 @@ class Filming(Protocol):
 
 
 class Recorder:
-    """Records trials into a session folder, and gives the truth of each.
-
-    Args:
-        folder: of the session.
-        plan: what to make.
-        video: what films, and which swim trials; None for tracks alone.
-        progress: called with the progress of the videos.
-    """
+    """Records trials into a session folder, and gives the truth of each; without `video` tracks alone."""
 
     def __init__(self, folder: Path, plan: SyntheticPlan, video: Filming | None, progress: Progress) -> None:
         self._folder, self._plan, self._video, self._progress = folder, plan, video, progress
@@ -71,7 +64,7 @@ class Recorder:
     def _driven(self, run: TrueRun, placement: dict[str, Pixels]) -> DryTruth:
         if run.motor is not None:
             save_motor_log(self._folder / motor_file(run.trial), run.motor.log)
-            save_commands(self._folder / commands_file(run.trial), run.motor.commands)
+            save_commands(self._folder / f"trials/{run.trial.name}.commands.csv", run.motor.commands)
         return DryTruth(
             frequency_hz=run.frequency_hz,
             phase_rad=run.phase_rad,
@@ -81,8 +74,9 @@ class Recorder:
 
     def _track(self, trial: PlannedTrial, position_px: np.ndarray, random: np.random.Generator) -> dict[str, Pixels]:
         tracks, offsets_px = tracked(trial, position_px, self._plan, random)
-        _save_packed(self._folder / track_file(trial), tracks)
-        self.recordings[trial.name] = {"tracks": track_file(trial)}
+        file = f"trials/{trial.name}.csv.gz"
+        _save_packed(self._folder / file, tracks)
+        self.recordings[trial.name] = {"tracks": file}
         return _by_marker(self._plan, offsets_px)
 
 
@@ -102,19 +96,9 @@ def tracked(
     return as_tracks(plan.markers, np.round(trial.time_s(plan.camera), _DECIMALS_S), found_px, confidence), offsets_px
 
 
-def track_file(trial: PlannedTrial) -> str:
-    """The name of the tracks in the session folder."""
-    return f"trials/{trial.name}.csv.gz"
-
-
 def motor_file(trial: SyntheticTrial) -> str:
     """The name of the motor log in the session folder."""
     return f"trials/{trial.name}.motor.csv"
-
-
-def commands_file(trial: SyntheticTrial) -> str:
-    """The name of the file of commands in the session folder."""
-    return f"trials/{trial.name}.commands.csv"
 
 
 def _by_marker(plan: SyntheticPlan, offsets_px: np.ndarray) -> dict[str, Pixels]:

@@ -15,7 +15,6 @@ from synthetic.noise import NOISELESS
 from synthetic.plan import SyntheticPlan
 from synthetic.recorder import Filming, Progress, Recorder, motor_file
 from synthetic.swims import simulate_dry_runs, simulate_swims
-from synthetic.trials import SyntheticTrial
 from synthetic.truth import Truth, structure_of, write_truth
 
 ROBOT_FILE = "robot.toml"
@@ -36,14 +35,8 @@ def make_session(
     A trial with a motor has `trials/<name>.motor.csv` and `trials/<name>.commands.csv`, as from `calib capture`. The
     offset between the motor's clock and that of the video is in the truth alone.
 
-    Args:
-        folder: new or empty.
-        plan: what to make.
-        video: what films swim trials, and which; None for tracks alone. A renderer is in `benchmarks.video`.
-        progress: called with the progress of the videos.
-
-    Returns:
-        The folder.
+    Swim trials for which `video` does so are filmed; a renderer is in `benchmarks.video`. `progress` is that of the
+    videos.
 
     Raises:
         session.InputError: the folder is not empty, or a trial leaves the image.
@@ -94,17 +87,8 @@ def _trial_tables(plan: SyntheticPlan, recordings: Mapping[str, Mapping[str, str
     """The keys of each `[[trial]]`; None leaves a key out."""
     for kind, trials in (("swim", plan.trials), ("dry", plan.dry_runs)):
         for trial in trials:
-            yield _driven_table(trial, kind, recordings[trial.name])
+            motor = None if trial.motor is None else motor_file(trial)
+            driven = {"motor": motor, "commanded_hz": trial.commanded_hz, "role": trial.role}
+            yield {"name": trial.name, "kind": kind, **recordings[trial.name], **driven}
     for decay in plan.free_decays:
         yield {"name": decay.name, "kind": "free_decay", **recordings[decay.name], "role": decay.role}
-
-
-def _driven_table(trial: SyntheticTrial, kind: str, recording: Mapping[str, str]) -> dict[str, Any]:
-    return {
-        "name": trial.name,
-        "kind": kind,
-        **recording,
-        "motor": None if trial.motor is None else motor_file(trial),
-        "commanded_hz": trial.commanded_hz,
-        "role": trial.role,
-    }

@@ -15,11 +15,5 @@ class Stream(Enum):
     DRY_MOTOR = 4
 
     def of(self, seed: int, number: int) -> np.random.Generator:
-        """That of one trial.
-
-        Args:
-            seed: of the plan.
-            number: of the trial among those of its kind, from 0.
-        """
-        own = [self.value] if self.value else []
-        return np.random.default_rng([seed, number, *own])
+        """That of one trial, by its number among those of its kind, from 0."""
+        return np.random.default_rng([seed, number, *([self.value] if self.value else [])])

@@ -20,7 +20,6 @@ class TrueRun:
     """One swim or dry run without any error of a tracker.
 
     Attributes:
-        trial: as planned.
         time_s: (n,) from the first frame, s.
         position_px: (n, m, 2) markers in the image, x to the right and y down.
         head: (n, 3) x, y (m) and yaw (rad) of the head's frame in the twin's pool; zeros in a dry run.
@@ -45,9 +44,6 @@ class TrueRun:
 
 def simulate_swims(plan: SyntheticPlan) -> tuple[TrueRun, ...]:
     """Simulates all swim trials of a plan in one batch.
-
-    Args:
-        plan: the session.
 
     Raises:
         session.InputError: a swim leaves the image.

@@ -19,29 +19,24 @@ def trial_name(prefix: str, hz: float) -> str:
 
 
 class SyntheticCamera(Table):
-    """A camera that looks straight down: no lens, no parallax, exact clock.
-
-    Attributes:
-        fps: frames a second.
-        px_per_m: scale; the default is that of the published videos.
-        width_px, height_px: size of the image.
-    """
+    """A camera that looks straight down: no lens, no parallax, exact clock; by default in the published scale."""
 
     fps: Positive = 60.0
     px_per_m: Positive = 965.0
     width_px: Annotated[int, Field(gt=0)] = 3840
     height_px: Annotated[int, Field(gt=0)] = 2160
 
+    def frame_times(self, seconds: float) -> np.ndarray:
+        """(n,) time of each frame of a trial from the first, s."""
+        return np.arange(int(round(seconds * self.fps, 6)) + 1) / self.fps
+
 
 class Merge(Table):
     """A track fault: the box sits on another marker, but for a constant offset between the two boxes.
 
     Attributes:
-        marker: whose box.
-        first: the first wrong frame, counted from 0.
-        frames: how many frames in a row.
+        first, frames: the first wrong frame, counted from 0, and how many in a row.
         kind: of the flag that it should raise.
-        onto: the other marker.
         offset_px: of the box from the other's.
     """
 
@@ -73,11 +68,9 @@ class SyntheticTrial(Table):
     """A trial in which the crank turns: a swim, or a dry run.
 
     Attributes:
-        name: of the trial and its file.
         frequency_hz: turns a second that the crank is driven with.
         commanded_hz: the command by the session.
         seconds: from the first frame to the last.
-        role: "fit" or "holdout".
         phase_rad: crank angle in the first frame.
         heading_rad: where the nose points in the first frame, counter-clockwise from the right of the image.
         start_px: the nose in the first frame; None centres the trial in the image.
@@ -98,19 +91,15 @@ class SyntheticTrial(Table):
 
     def time_s(self, camera: SyntheticCamera) -> np.ndarray:
         """(n,) time of each frame from the first, s."""
-        return _frame_times(self.seconds, camera)
+        return camera.frame_times(self.seconds)
 
 
 class SyntheticDecay(Table):
     """A free decay: head clamped in air, tendons off, the tail held bent and let go while the camera runs.
 
-    Attributes:
-        name: of the trial and its file.
-        seconds: from the first frame to the last.
-        release_s: when the hand lets go, after the first frame; it need not be in a frame.
-        bent_rad: hinge angles, from head to fin, in which the tail is held until then. As given, the fin's marker of
-            the built-in fish is 0.10 m aside.
-        role, heading_rad, start_px, faults: as for `SyntheticTrial`.
+    It is let go `release_s` after the first frame, which need not be in a frame. Until then `bent_rad` are the hinge
+    angles, from head to fin; as given, the fin's marker of the built-in fish is 0.10 m aside. The rest is as for
+    `SyntheticTrial`.
     """
 
     name: Name
@@ -124,12 +113,8 @@ class SyntheticDecay(Table):
 
     def time_s(self, camera: SyntheticCamera) -> np.ndarray:
         """(n,) time of each frame from the first, s."""
-        return _frame_times(self.seconds, camera)
+        return camera.frame_times(self.seconds)
 
 
 PlannedTrial = SyntheticTrial | SyntheticDecay
 """Any trial of a plan."""
-
-
-def _frame_times(seconds: float, camera: SyntheticCamera) -> np.ndarray:
-    return np.arange(int(round(seconds * camera.fps, 6)) + 1) / camera.fps

@@ -49,23 +49,15 @@ class TrialTruth(DryTruth):
 
 
 class DecayTruth(Table):
-    """What came of one planned free decay.
-
-    Attributes:
-        placement_px: as for a dry run.
-    """
+    """What came of one planned free decay."""
 
     placement_px: dict[str, Pixels]
 
 
 class StructureTruth(Table):
-    """What dry experiments find out about the robot.
+    """What dry experiments find out about the robot: of each hinge (per rad), of the crank's arms and of the tail.
 
-    Attributes:
-        hinge_stiffness_n_m: of each hinge, N m/rad.
-        hinge_damping_n_m_s: of each hinge, N m s/rad.
-        natural_hz: lowest natural frequency of the tail in air without tendons: small swings, no damping.
-        crank_arm_m: length of the crank's arms.
+    `natural_hz` is the lowest natural frequency of the tail in air without tendons: small swings, no damping.
     """
 
     hinge_stiffness_n_m: float
@@ -75,14 +67,9 @@ class StructureTruth(Table):
 
 
 class Truth(Table):
-    """All that is known about a synthetic session.
+    """All that is known about a synthetic session: what was asked for, and what came of it, by trial.
 
-    Attributes:
-        mujoco: version of the engine that made it.
-        plan: what was asked for: coefficients, noise, faults, seed, the clocks of motors.
-        structure: of the robot.
-        trials: of the swim trials, by name.
-        dry_runs, free_decays: what came of the others.
+    `mujoco` is the version of the engine that made it.
     """
 
     mujoco: str
@@ -104,11 +91,7 @@ def structure_of(robot: RobotSpec) -> StructureTruth:
 
 
 def write_truth(folder: Path, truth: Truth) -> None:
-    """Writes `truth.json` into a session folder.
-
-    Raises:
-        session.ResultsNotWritable: the folder is not writable.
-    """
+    """Writes `truth.json` into a session folder."""
     write_whole(folder / TRUTH_FILE, truth.model_dump_json(indent=1) + "\n")
 
 

@@ -24,11 +24,7 @@ def in_image(marker_m: np.ndarray, trial: PlannedTrial, plan: SyntheticPlan) -> 
 
 
 def check_in_image(trials: Iterable[tuple[str, np.ndarray]], camera: SyntheticCamera) -> None:
-    """Every marker stays in the image.
-
-    Args:
-        trials: names and (n, m, 2) pixels.
-        camera: that looks on.
+    """Every marker of trials, names with (n, m, 2) pixels, stays in the image.
 
     Raises:
         session.InputError: names each trial that leaves the image.
@@ -37,11 +33,9 @@ def check_in_image(trials: Iterable[tuple[str, np.ndarray]], camera: SyntheticCa
     for name, position_px in trials:
         low, high = position_px.min(axis=(0, 1)), position_px.max(axis=(0, 1))
         if (low < 0).any() or (high > [camera.width_px - 1, camera.height_px - 1]).any():
-            faults.add(
-                f"trial {name}",
-                "the fish leaves the image",
-                found=f"x {low[0]:.0f} to {high[0]:.0f}, y {low[1]:.0f} to {high[1]:.0f} px",
-                expected=f"x 0 to {camera.width_px - 1}, y 0 to {camera.height_px - 1} px",
-                next_step="Shorten it, turn its heading_rad, or leave start_px out to centre it.",
-            )
+            found = f"x {low[0]:.0f} to {high[0]:.0f}, y {low[1]:.0f} to {high[1]:.0f} px"
+            expected = f"x 0 to {camera.width_px - 1}, y 0 to {camera.height_px - 1} px"
+            step = "Shorten it, turn its heading_rad, or leave start_px out to centre it."
+            where, what = f"trial {name}", "the fish leaves the image"
+            faults.add(where, what, found=found, expected=expected, next_step=step)
     faults.raise_if_any()

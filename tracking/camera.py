@@ -70,12 +70,8 @@ def _on_plane(tracks: xr.Dataset, camera: CameraSpec, marker_height_m: np.ndarra
 
 def _check_below_camera(height_m: np.ndarray, lens: CameraCalibration, camera: CameraSpec) -> None:
     if lens.height_above_water_m is not None and height_m.max() >= lens.height_above_water_m:
-        fault = Fault(
-            file=str(camera.file or "the camera"),
-            where="camera.height_above_water_m",
-            what="the lens is not above the markers",
-            found=f"{lens.height_above_water_m:g}",
-            expected=f"more than {height_m.max():g}, the height of the highest marker above nose and neck",
-            next_step="Is it in metres, from the surface of the water to the lens?",
-        )
-        raise InputError([fault])
+        file, where = str(camera.file or "the camera"), "camera.height_above_water_m"
+        what, found = "the lens is not above the markers", f"{lens.height_above_water_m:g}"
+        expected = f"more than {height_m.max():g}, the height of the highest marker above nose and neck"
+        step = "Is it in metres, from the surface of the water to the lens?"
+        raise InputError([Fault(file, where, what, found, expected, next_step=step)])

@@ -39,8 +39,7 @@ def to_head_frame(position_m: np.ndarray, nose: int, neck: int) -> HeadFrame:
         position_m: (..., n, m, 2) markers in a right-handed frame fixed to the pool, z towards the camera, m.
             Frames in which nose or neck is missing (nan), or both are on one spot, are missing in the result; the
             displacement bridges them.
-        nose: index of the nose marker.
-        neck: index of the neck marker.
+        nose, neck: index of the marker.
     """
     axis = _unit(position_m[..., neck, :] - position_m[..., nose, :])  # (..., n, 2)
     shape = _turn(position_m - position_m[..., nose : nose + 1, :], axis[..., None, :])  # (..., n, m, 2)

@@ -49,25 +49,14 @@ REFUSALS = {
 
 
 class Answer(NamedTuple):
-    """What the motor answered.
-
-    Attributes:
-        data: the bytes read; empty for a write.
-        alert: whether it reports a hardware error.
-    """
+    """What the motor answered: the bytes read, none for a write, and whether it reports a hardware error."""
 
     data: bytes
     alert: bool
 
 
 class Bus:
-    """One motor on one port.
-
-    Args:
-        port: an open `dynamixel_sdk.PortHandler`, or what behaves like one.
-        motor_id: the motor's id on the bus.
-        clock: the host's.
-    """
+    """One motor, by its id, on an open `dynamixel_sdk.PortHandler`, or what behaves like one."""
 
     def __init__(self, port: Any, motor_id: int, clock: Clock) -> None:
         self.motor_id = motor_id
@@ -97,12 +86,7 @@ class Bus:
         return self._ask(f"read its {register.name}", INST_READ, params, register.size, tries)
 
     def write(self, register: Register, value: int, tries: int = TRIES) -> Answer:
-        """Writes a value, signed or not.
-
-        Raises:
-            NoAnswer: no whole answer came, or the port is gone.
-            MotorFault: the motor refuses.
-        """
+        """Writes a value, signed or not; raises as `read`."""
         data = (value % 256**register.size).to_bytes(register.size, "little")
         params = register.address.to_bytes(2, "little") + data
         return self._ask(f"set its {register.name} to {value}", INST_WRITE, params, 0, tries)

@@ -12,12 +12,7 @@ from calib.capture.host import INTERRUPTED
 
 
 def main(arguments: Sequence[str] | None = None, program: str = "calib capture") -> int:
-    """Runs one command and returns the exit code: 0, 2 for the user's errors, 3 for a motor fault, 128 + signal.
-
-    Args:
-        arguments: those after the program's name; None for the process's own.
-        program: what the help calls the program.
-    """
+    """Runs one command and returns the exit code: 0, 2 for the user's errors, 3 for a motor fault, 128 + signal."""
     options = _parser(program).parse_args(arguments)
     try:
         options.command(options)
@@ -36,18 +31,20 @@ def main(arguments: Sequence[str] | None = None, program: str = "calib capture")
 def _parser(program: str) -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog=program, description="Drives and logs the robot's motor.")
     commands = parser.add_subparsers(metavar="COMMAND", required=True)
-    _add_scan(commands.add_parser("scan", help="find the motor: port, baud rate and id"))
-    _add_run(commands.add_parser("run", help="drive speeds, log them and add them to a session"))
-    _add_emulate(commands.add_parser("emulate", help="an emulated motor on a pseudo-terminal, to try things out on"))
-    return parser
-
-
-def _add_scan(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--port", action="append", help="look here only; may be given again")
-    parser.add_argument(
+    search = commands.add_parser("scan", help="find the motor: port, baud rate and id")
+    search.add_argument("--port", action="append", help="look here only; may be given again")
+    search.add_argument(
         "--baud", action="append", type=int, choices=BAUD_RATES, help="at this baud rate only; may be given again"
     )
-    parser.set_defaults(command=_scan)
+    search.set_defaults(command=_scan)
+    _add_run(commands.add_parser("run", help="drive speeds, log them and add them to a session"))
+    motor = commands.add_parser("emulate", help="an emulated motor on a pseudo-terminal, to try things out on")
+    motor.add_argument("--id", type=int, default=1, help="of the emulated motor (default: 1)")
+    motor.add_argument("--baud", type=int, default=57600, choices=BAUD_RATES, help="its baud rate (default: 57600)")
+    motor.add_argument("--load", type=float, default=0.0, help="friction on its shaft, N m; 6.9 stall it (default: 0)")
+    motor.add_argument("--seed", type=int, default=0, help="draws the angle it starts at (default: 0)")
+    motor.set_defaults(command=lambda given: emulate(given.id, given.baud, given.load, given.seed))
+    return parser
 
 
 def _add_run(parser: argparse.ArgumentParser) -> None:
@@ -67,14 +64,6 @@ def _add_run(parser: argparse.ArgumentParser) -> None:
         "--max-temperature", type=float, default=Limits.temperature_c, help="degrees C (default: %(default)s)"
     )
     parser.set_defaults(command=_run)
-
-
-def _add_emulate(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--id", type=int, default=1, help="of the emulated motor (default: 1)")
-    parser.add_argument("--baud", type=int, default=57600, choices=BAUD_RATES, help="its baud rate (default: 57600)")
-    parser.add_argument("--load", type=float, default=0.0, help="friction on its shaft, N m; 6.9 stall it (default: 0)")
-    parser.add_argument("--seed", type=int, default=0, help="draws the angle it starts at (default: 0)")
-    parser.set_defaults(command=_emulate)
 
 
 def _scan(options: argparse.Namespace) -> None:
@@ -101,7 +90,3 @@ def _run(options: argparse.Namespace) -> None:
     )
     trials = "1 trial" if len(added) == 1 else f"{len(added)} trials"
     show(f'{options.out}: {trials} added, role = "{options.role}"')
-
-
-def _emulate(options: argparse.Namespace) -> None:
-    emulate(options.id, options.baud, options.load, options.seed)

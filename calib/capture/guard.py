@@ -29,11 +29,7 @@ SLOWEST_WATCHED_TURNS_PER_S = 0.05
 
 
 class Guard:
-    """Judges one reading after the other.
-
-    Args:
-        limits: when the motor is stopped.
-    """
+    """Judges one reading after the other."""
 
     def __init__(self, limits: Limits) -> None:
         self._limits = limits
@@ -49,11 +45,7 @@ class Guard:
         self._goal, self._goal_s, self._slow_s = units, time_s, None
 
     def check(self, reading: Reading) -> None:
-        """Judges a reading.
-
-        Raises:
-            MotorFault: the motor must stop; the message gives the reason.
-        """
+        """Judges a reading; raises the `MotorFault` for which the motor must stop."""
         if reading.hardware_error:
             raise MotorFault(f"the motor reports: {registers.describe_hardware_error(reading.hardware_error)}")
         self._check_temperature(reading)

@@ -18,12 +18,7 @@ INTERRUPTED = 130
 
 
 class Clock(NamedTuple):
-    """Where time comes from; tests put a virtual one here.
-
-    Attributes:
-        now: seconds on a clock that never steps.
-        sleep: waits for some seconds.
-    """
+    """Where time comes from, seconds on a clock that never steps; tests put a virtual one here."""
 
     now: Callable[[], float] = time.monotonic
     sleep: Callable[[float], None] = time.sleep

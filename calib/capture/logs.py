@@ -24,10 +24,6 @@ class TrialLog:
 
     Each row is handed to the operating system at once, so that it outlives this program. Where fewer than
     `FEWEST_ROWS` were measured, both files are removed at the end.
-
-    Args:
-        folder: the folder of the trials; it must be there.
-        name: the trial's name.
     """
 
     def __init__(self, folder: Path, name: str) -> None:
@@ -100,7 +96,6 @@ class TrialLog:
 
 
 def _started(path: Path, header: str) -> TextIO:
-    """A new file with its header."""
     try:
         file = path.open("x", encoding="utf-8", newline="\n")
     except OSError as error:

@@ -2,6 +2,7 @@
 
 import math
 import struct
+from contextlib import suppress
 from typing import NamedTuple
 
 from calib.capture import registers
@@ -49,8 +50,6 @@ class Reading(NamedTuple):
     Attributes:
         time_s: the host's clock, halfway between question and answer.
         took_s: how long that took, all tries together.
-        measured: the values, in the motor's units.
-        hardware_error: the bits of the hardware error status.
         timely: whether the first answer was whole, fresh and quick. If not, its time is unsure.
     """
 
@@ -62,12 +61,7 @@ class Reading(NamedTuple):
 
 
 class Motor:
-    """A Dynamixel XW540-T140-R in velocity mode.
-
-    Args:
-        bus: the way to it.
-        clock: the host's.
-    """
+    """A Dynamixel XW540-T140-R in velocity mode."""
 
     def __init__(self, bus: Bus, clock: Clock) -> None:
         self.bus = bus
@@ -103,9 +97,6 @@ class Motor:
         """Sets velocity mode, speed limit, acceleration and watchdog, and switches the torque on, at rest.
 
         What is set is read back. EEPROM is written only where it differs.
-
-        Args:
-            fastest_turns_per_s: the speed limit.
 
         Raises:
             MotorFault: no answer, a refusal, or a value that does not stay.
@@ -171,7 +162,8 @@ class Motor:
             try:
                 self.bus.write(TORQUE_ENABLE, 0, tries=1)
                 if not self._torque():
-                    self._leave_watchdog_off()
+                    with suppress(Exception):  # so that whoever uses the motor next does not find it tripped
+                        self.bus.write(BUS_WATCHDOG, 0, tries=2)
                     return True
             except Exception:
                 pass
@@ -193,19 +185,11 @@ class Motor:
             )
 
     def _settings(self) -> tuple[int, int, int]:
-        """Drive mode, operating mode and velocity limit."""
         drive_mode, operating_mode = self.bus.read(MODES).data[:2]
         return drive_mode, operating_mode, int.from_bytes(self.bus.read(LIMITS).data[:4], "little")
 
     def _torque(self) -> bool:
         return bool(self.bus.read(TORQUE_ENABLE, tries=2).data[0])
-
-    def _leave_watchdog_off(self) -> None:
-        """So that the motor is not found tripped by whoever uses it next; it does not matter if this fails."""
-        try:
-            self.bus.write(BUS_WATCHDOG, 0, tries=2)
-        except Exception:
-            return
 
     def _explained(self, fault: MotorFault) -> MotorFault:
         """The fault; where the watchdog has tripped, that it has."""

@@ -16,13 +16,7 @@ RUN_OUT_S = 1.0  # the crank comes to rest before the end code
 
 
 class Step(NamedTuple):
-    """A speed held for a time.
-
-    Attributes:
-        part: ``"rest"``, ``"start_code"``, ``"drive"`` or ``"end_code"``.
-        turns_per_s: crank turns a second.
-        seconds: how long.
-    """
+    """A speed held for a time; `part` is "rest", "start_code", "drive" or "end_code"."""
 
     part: str
     turns_per_s: float
@@ -31,14 +25,7 @@ class Step(NamedTuple):
 
 @dataclass(frozen=True)
 class TrialPlan:
-    """One trial: rest, start code, rest, drive, rest, end code, rest.
-
-    Attributes:
-        name: the trial's name.
-        hz: crank turns a second.
-        seconds: how long it is driven at that speed.
-        coded: whether it is framed by the coded wiggles.
-    """
+    """One trial at `hz` crank turns a second: rest, start code, rest, drive, rest, end code, rest; codes if `coded`."""
 
     name: str
     hz: float

@@ -19,12 +19,6 @@ BAUD_ORDER = (57600, 1_000_000, *(baud for baud in BAUD_RATES if baud not in (57
 class Found(NamedTuple):
     """A motor that answered.
 
-    Attributes:
-        port: its serial port.
-        baud: its baud rate.
-        motor_id: its id.
-        model: its model number.
-
     Example:
         >>> found = calib.capture.scan(["/dev/ttyUSB0"], [57600], report=lambda line: None)[0]
         >>> found.motor_id, found.is_ours

@@ -37,11 +37,7 @@ role = {role}
 
 @dataclass(frozen=True)
 class SessionText:
-    """The session that trials are added to.
-
-    Attributes:
-        folder: its folder.
-    """
+    """The session in a folder that trials are added to."""
 
     folder: Path
 
@@ -56,19 +52,11 @@ class SessionText:
         return self.folder / "trials"
 
     def check(self) -> None:
-        """Makes sure that a trial can be added to what is there; nothing is written.
-
-        Raises:
-            UserError: the session.toml cannot be read or added to.
-        """
+        """Raises a `UserError` where no trial can be added to what is there; nothing is written."""
         self._with_trial("x", "dry", 1.0, "fit")
 
     def make_folders(self) -> None:
-        """Makes the folders where they are missing.
-
-        Raises:
-            UserError: they cannot be made, or not be written to.
-        """
+        """Makes the folders where they are missing; a `UserError` says why they cannot be made or written to."""
         try:
             self.trials.mkdir(parents=True, exist_ok=True)
         except OSError as error:

@@ -32,18 +32,7 @@ Report = Callable[[str], None]
 
 @dataclass(frozen=True)
 class CaptureSettings:
-    """What is captured.
-
-    Attributes:
-        out: the session folder; made when it is not there.
-        hz: crank turns a second of each trial.
-        seconds: how long each is driven.
-        motor_id: the motor's id on the bus.
-        kind: ``"swim"`` or ``"dry"``.
-        role: ``"fit"`` or ``"holdout"``.
-        coded: whether a coded wiggle frames each trial.
-        limits: when the motor is stopped.
-    """
+    """What is captured; as the arguments of `calib.capture.run`."""
 
     out: Path
     hz: tuple[float, ...]
@@ -90,12 +79,6 @@ def capture(
 
     A trial cut short stays on disk, but is not added.
 
-    Args:
-        settings: what is captured.
-        port: an open `dynamixel_sdk.PortHandler`, or what behaves like one.
-        report: receives what is going on, a sentence at a time.
-        clock: the host's time.
-
     Raises:
         UserError: a speed out of reach, another motor, a folder or a file that cannot be written.
         MotorFault: the motor, its bus or its supply failed; or it did not confirm that it stopped.
@@ -121,8 +104,6 @@ def capture(
 
 
 class _Trial:
-    """One trial while it runs."""
-
     def __init__(self, plan: TrialPlan, motor: Motor, guard: Guard, signals: Signals, clock: Clock) -> None:
         self._plan = plan
         self._motor = motor
@@ -178,11 +159,7 @@ class _Trial:
 
 @contextmanager
 def _stopping(motor: Motor, report: Report) -> Iterator[None]:
-    """Stops the motor at the end of the block, however it ends.
-
-    Raises:
-        MotorFault: the block ended well, but the motor did not confirm that it stopped.
-    """
+    """Stops the motor at the end of the block, however it ends; a block that ended well must see that confirmed."""
     try:
         yield
     except BaseException:
@@ -194,7 +171,6 @@ def _stopping(motor: Motor, report: Report) -> Iterator[None]:
 
 
 def _check_reach(settings: CaptureSettings, reading: Reading, report: Report) -> None:
-    """The speeds can be reached at the voltage there is."""
     voltage_v = reading.measured.voltage * registers.VOLT
     reach = registers.reach_turns_per_s(voltage_v)
     report(f"motor {settings.motor_id}: {voltage_v:.1f} V, reaches {reach:.2f} turns/s without load (72 rpm at 12 V)")

@@ -8,6 +8,7 @@ from typing import Annotated
 
 import typer
 
+import calib
 from calib.commands.arguments import AsJson
 
 CHECKOUT = Path(__file__).parents[2]
@@ -22,10 +23,8 @@ def speed(
     as_json: AsJson = False,
 ) -> None:
     """Times real time on one core and on all, and a bare step without fluid; distance to an 8 times finer step."""
-    from calib import benchmark as measured
-
-    outcome = measured.speed(session)
-    print(json.dumps(outcome.to_json(), indent=1) if as_json else measured.speed_table(outcome))
+    outcome = calib.benchmark.speed(session)
+    print(json.dumps(outcome.to_json(), indent=1) if as_json else calib.benchmark.speed_table(outcome))
 
 
 def add_development_benchmarks() -> None:

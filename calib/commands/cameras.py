@@ -6,6 +6,7 @@ from typing import Annotated
 
 import typer
 
+import calib
 from calib.commands.arguments import AsJson
 
 BoardFile = Annotated[
@@ -18,9 +19,7 @@ def board(
     description: BoardFile = None,
 ) -> None:
     """Draws a calibration board to be printed at its true size."""
-    from calib import camera
-
-    print(camera.board(out, description))
+    print(calib.camera.board(out, description))
 
 
 def lens(
@@ -30,9 +29,7 @@ def lens(
     as_json: AsJson = False,
 ) -> None:
     """Calibrates the lens from pictures of a board at many angles; the session names the file as its calibration."""
-    from calib import camera
-
-    found = camera.lens(pictures, out, description, progress=not as_json)
+    found = calib.camera.lens(pictures, out, description, progress=not as_json)
     if as_json:
         flags = [flag.to_json() for flag in found.flags]
         numbers = {"rms_px": found.rms_px, "coverage": found.coverage}
@@ -53,9 +50,7 @@ def scale(
     board_height_m: Annotated[float, typer.Option(help="of the board above the water, m")] = 0.0,
 ) -> None:
     """Metres per pixel from a board in the pool, and by the nose-neck distance; the camera's height with a lens."""
-    from calib.camera import scale as measure
-
-    found = measure(picture, description, camera, board_height_m)
+    found = calib.camera.scale(picture, description, camera, board_height_m)
     print(f"{1000 * found.metres_per_px:.4f} ± {1000 * found.sd_metres_per_px:.4f} mm per pixel at the water's surface")
     if found.camera_height_m is not None:
         height, tilt = found.camera_height_m, found.tilt_deg

@@ -10,6 +10,7 @@ from typing import Annotated, Any, Literal
 
 import typer
 
+import calib
 from calib.commands.arguments import AsJson, Effort, SessionFolder, Workers
 
 TaskName = Annotated[Literal["target", "circle"], typer.Option(help="reach random targets, or follow a circle of 1 m")]
@@ -40,9 +41,7 @@ def train(
 
     Writes results/policy/<task>.npz, which needs no torch, and its card <task>.json.
     """
-    from calib import policy as functions
-
-    found = functions.train(
+    found = calib.policy.train(
         session, task, method, effort, draws=draws, seed=seed, workers=workers, progress=not as_json
     )
     _print(found.rows, as_json, found.file)
@@ -61,9 +60,7 @@ def evaluate(
     as_json: AsJson = False,
 ) -> None:
     """Scores a policy on the session's twin, beside the paper's and, if asked for, control by prediction."""
-    from calib import policy as functions
-
-    found = functions.evaluate(
+    found = calib.policy.evaluate(
         session, task, policy_file, episodes=episodes, predictive=predictive, seed=seed, workers=workers
     )
     _print(found.rows, as_json)
@@ -80,9 +77,7 @@ def play(
     seed: Seed = 0,
 ) -> None:
     """Films a policy on the session's twin: one episode, drawn from above. A target that it misses is an error."""
-    from calib import policy as functions
-
-    swum = functions.play(session, out, task, policy_file, target=_place(target) if target else None, seed=seed)
+    swum = calib.policy.play(session, out, task, policy_file, target=_place(target) if target else None, seed=seed)
     print(f"reached after {swum.seconds[0]:.1f} s")
     print(out)
 
@@ -105,9 +100,7 @@ def aquarium(  # noqa: PLR0913
     as_json: AsJson = False,
 ) -> None:
     """Lets many swimmers roam one pool, and tells how many swim in real time."""
-    from calib import policy as functions
-
-    shoal = functions.aquarium(
+    shoal = calib.policy.aquarium(
         session, swimmers, seconds, out, draws=draws, policy_file=policy_file, seed=seed, workers=workers
     )
     told = {"swimmers": swimmers, "seconds": seconds, "wall_s": shoal.wall_s, "in_real_time": shoal.in_real_time}
@@ -125,9 +118,7 @@ def gym(
     as_json: AsJson = False,
 ) -> None:
     """Steps a second: the vector environment against a process for each environment, in one run."""
-    from calib import benchmark
-
-    found = benchmark.gym(session)
+    found = calib.benchmark.gym(session)
     print(json.dumps({**asdict(found), "ratio": found.ratio}, indent=1) if as_json else found.table())
 
 

@@ -6,7 +6,9 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperCommand
 
+import calib
 from calib.commands.arguments import AsJson, Effort, ObjectiveOption, SessionFolder, SessionFolders, Verbose, Workers
+from calib.terminal import print_export, print_result
 
 _MANY = ("--videos", "--tracks")
 
@@ -46,10 +48,9 @@ def new(  # noqa: PLR0913
     seed: Annotated[int, typer.Option(min=0, help="of a synthetic session")] = 0,
 ) -> None:
     """Makes a session folder from your videos or tracks, and lists what you still have to fill in."""
-    from calib import interface
     from session.folder import SESSION_FILE
 
-    interface.new_session(
+    calib.new_session(
         session,
         videos=videos or (),
         tracks=tracks or (),
@@ -91,17 +92,16 @@ def run(
 
     Of several sessions it also writes an index, as `calib report`; one that fails stops no other.
     """
-    from calib import interface
+    from calib.results.result import Export
     from calib.results.structure import StructureResult
-    from calib.terminal import print_export, print_result
 
-    if len(sessions) > 1 or scheduler is not None:
-        made = interface.run(sessions, effort, jobs=jobs, workers=workers, scheduler=scheduler, progress=not as_json)
+    which = sessions if len(sessions) > 1 else sessions[0]
+    made = calib.run(which, effort, jobs=jobs, workers=workers, scheduler=scheduler, progress=not as_json)
+    if isinstance(made, Export):
         print_export(made, as_json)
         return
-    result = interface.run(sessions[0], effort, workers=workers, progress=not as_json)
-    page = None if isinstance(result, StructureResult) else result.session.results / "report.html"
-    print_result(result, as_json, verbose, page)
+    page = None if isinstance(made, StructureResult) else made.session.results / "report.html"
+    print_result(made, as_json, verbose, page)
 
 
 def fit(
@@ -123,10 +123,7 @@ def fit(
     constant stride through the fitted speeds are given for comparison. The other commands use the current fit,
     whatever its effort; only another fit replaces it.
     """
-    from calib import interface
-    from calib.terminal import print_result
-
-    found = interface.fit(session, effort, workers=workers, objective=objective, progress=not as_json)
+    found = calib.fit(session, effort, workers=workers, objective=objective, progress=not as_json)
     print_result(found, as_json, verbose)
 
 
@@ -141,10 +138,7 @@ def posterior(
 
     Stopped, it goes on where it was. Where the draws are not enough nothing is reported.
     """
-    from calib import interface
-    from calib.terminal import print_result
-
-    print_result(interface.posterior(session, effort, workers=workers, progress=not as_json), as_json, verbose)
+    print_result(calib.posterior(session, effort, workers=workers, progress=not as_json), as_json, verbose)
 
 
 def diagnose(
@@ -161,26 +155,19 @@ def diagnose(
     Writes results/diagnosis.json and, where an effect is named, the model with it. With --test it writes
     results/supposed.json alone.
     """
-    from calib import interface
-    from calib.terminal import print_result
-
     excluded, tested = _effects_named("--exclude", exclude), _effects_named("--test", test)
     if tested and excluded:
         raise typer.BadParameter("takes effects of the whole catalogue; leave --exclude out", param_hint="--test")
     if tested:
-        alone = interface.effect_test(session, tested, effort, workers=workers, progress=not as_json)
+        alone = calib.effect_test(session, tested, effort, workers=workers, progress=not as_json)
         print_result(alone, as_json, verbose)
         return
-    found = interface.diagnose(session, effort, exclude=excluded, workers=workers, progress=not as_json)
+    found = calib.diagnose(session, effort, exclude=excluded, workers=workers, progress=not as_json)
     print_result(found, as_json, verbose)
 
 
 def _effects_named(option: str, text: str | None) -> tuple[str, ...]:
-    """The names in a comma-separated list.
-
-    Raises:
-        InputError: the option was given and holds none.
-    """
+    """The names in a comma-separated list; an `InputError` where the option was given and holds none."""
     names = tuple(name.strip() for name in (text or "").split(",") if name.strip())
     if text is not None and not names:
         from session import InputError
@@ -202,10 +189,7 @@ def report(
     as_json: AsJson = False,
 ) -> None:
     """Writes the HTML report of the current results of each session; of several an index, also as CSV. Fits nothing."""
-    from calib import interface
-    from calib.terminal import print_export
-
-    print_export(interface.report(sessions if len(sessions) > 1 else sessions[0], index), as_json)
+    print_export(calib.report(sessions if len(sessions) > 1 else sessions[0], index), as_json)
 
 
 def mjcf(
@@ -216,10 +200,7 @@ def mjcf(
     out: Annotated[Path, typer.Option(help="the file to write")] = Path("robot.xml"),
 ) -> None:
     """Writes the MJCF: of the current fit for a session, nominal for a robot; fits nothing."""
-    from calib import interface
-    from calib.terminal import print_export
-
-    print_export(interface.export_mjcf(source, out))
+    print_export(calib.export_mjcf(source, out))
 
 
 def doctor(
@@ -228,9 +209,7 @@ def doctor(
     as_json: AsJson = False,
 ) -> None:
     """Checks the installation, a session and the motor connection, and says what to do. Exit code 2 after a fault."""
-    from calib import interface
-
-    found = interface.doctor(session, motor=motor)
+    found = calib.doctor(session, motor=motor)
     if as_json:
         print(found.to_json(orient="index", indent=1))
     for check, (state, what, step) in [] if as_json else found.iterrows():

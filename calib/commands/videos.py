@@ -6,7 +6,9 @@ from typing import Annotated
 
 import typer
 
+import calib
 from calib.commands.arguments import FORMS, AsJson, SessionFolder, TrackerOption, Workers
+from calib.terminal import print_export
 
 TRACKER_HELP = "hybrid: spots, and CSRT where none answers; spots: without CSRT; csrt: plain CSRT, the baseline"
 
@@ -24,15 +26,14 @@ def track(
     as_json: AsJson = False,
 ) -> None:
     """Tracks the markers in a session's videos, with the state and confidence of each sample, and flags."""
-    from calib import interface
     from calib.tracked_videos import print_tracks
 
     if click:
-        pages = interface.track(session, click=True, workers=workers, progress=not as_json).files
+        pages = calib.track(session, click=True, workers=workers, progress=not as_json).files
         files = {page.name.removesuffix(".click.html"): str(page) for page in pages}
         print(json.dumps(files, indent=1) if as_json else "\n".join(files.values()))
         return
-    found = interface.track(session, method=method, export=export, workers=workers, progress=not as_json)
+    found = calib.track(session, method=method, export=export, workers=workers, progress=not as_json)
     print_tracks(found, as_json)
 
 
@@ -48,9 +49,7 @@ def edit(
     ],
 ) -> None:
     """Adds a correction to the edit log of a trial; `calib track` replays it. Nothing is ever removed from the log."""
-    from calib import interface
-
-    print(interface.correct(session, trial, correction))
+    print(calib.correct(session, trial, correction))
 
 
 def view(
@@ -58,11 +57,9 @@ def view(
     show: Annotated[bool, typer.Option("--open", help="open it in the Rerun viewer")] = False,
 ) -> None:
     """Writes the rerun recording: video, tracks, states, confidence and, once there is a fit, the twin."""
-    from calib import interface
     from calib.stages.recording import open_viewer
-    from calib.terminal import print_export
 
-    made = interface.view(session)
+    made = calib.view(session)
     print_export(made)  # before a viewer that may be missing
     if show:
         open_viewer(made.file)
@@ -81,7 +78,5 @@ def convert(
     fps: Annotated[float, typer.Option(help="frames a second, for forms without time")] = 60.0,
 ) -> None:
     """Converts tracks between this program, DeepLabCut, movement and the authors' CSV."""
-    from calib import interface
-
     names = () if markers is None else tuple(name.strip() for name in markers.split(","))
-    print(interface.convert_tracks(tracks, out, to, markers=names, fps=fps))
+    print(calib.convert_tracks(tracks, out, to, markers=names, fps=fps))

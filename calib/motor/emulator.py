@@ -136,11 +136,7 @@ class Emulator:
         return answer if own or packet.instruction == Instruction.PING else b""
 
     def _obey(self, packet: Packet) -> bytes:
-        """The parameters of the answer.
-
-        Raises:
-            Refusal: the motor does not know the instruction, or does not do it.
-        """
+        """The parameters of the answer."""
         params = packet.params
         match packet.instruction:
             case Instruction.PING:

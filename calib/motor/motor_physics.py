@@ -89,7 +89,6 @@ class MotorPhysics:
         return own.stall_torque_nm * max(0.0, min(voltage - speed, voltage))
 
     def _drive(self, step_s: float) -> None:
-        """Ramps the reference and follows it as far as the torque goes."""
         drive, inertia = self.drive, self.constants.inertia_kg_m2
         reach = drive.acceleration_rad_s2 * step_s
         self.reference_rad_s += min(max(drive.goal_rad_s - self.reference_rad_s, -reach), reach)

@@ -109,7 +109,8 @@ class PacketReader:
         while True:
             start = buffer.find(HEADER)
             if start < 0:
-                del buffer[: len(buffer) - _prefix_at_end(buffer)]
+                beginning = next((count for count in (3, 2, 1) if buffer.endswith(HEADER[:count])), 0)
+                del buffer[: len(buffer) - beginning]
                 return False
             del buffer[:start]
             if len(buffer) < 7:
@@ -122,11 +123,6 @@ class PacketReader:
                 del buffer[:3]
             else:
                 return True
-
-
-def _prefix_at_end(buffer: bytearray) -> int:
-    """How many bytes at the end may be the start of a header."""
-    return next((count for count in (3, 2, 1) if buffer.endswith(HEADER[:count])), 0)
 
 
 def _decode(raw: bytes) -> Packet:

@@ -68,10 +68,9 @@ class PseudoTerminal:
         return self._wake_read not in ready
 
     def _exchange(self) -> None:
-        """Takes in what came, sends what is due."""
         data = self._read()
         if data:
-            reply = self.device.feed(data, self._client_baud())
+            reply = self.device.feed(data, SPEEDS.get(termios.tcgetattr(self._slave)[5], UNKNOWN_BAUD))
             if reply:
                 self._answers.append((time.monotonic() + self.device.reply_delay_s, reply))
         else:
@@ -91,9 +90,6 @@ class PseudoTerminal:
             os.write(self._master, data)
         except BlockingIOError:
             return
-
-    def _client_baud(self) -> int:
-        return SPEEDS.get(termios.tcgetattr(self._slave)[5], UNKNOWN_BAUD)
 
 
 def run_emulator(motor: Emulator, report: Callable[[str], None]) -> None:

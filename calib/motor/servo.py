@@ -141,7 +141,6 @@ class Servo:
         table["present_temperature"] = round(physics.temperature_c)
 
     def _command(self) -> None:
-        """Hands the table's goals to the motor."""
         table, drive = self.table, self.physics.drive
         drive.enabled = bool(table["torque_enable"])
         turning = table["operating_mode"] == VELOCITY_MODE
@@ -166,7 +165,6 @@ class Servo:
         self._command()
 
     def _protect(self) -> None:
-        """Raises the hardware errors that the motor finds itself."""
         table, physics = self.table, self.physics
         found = HardwareError(0)
         if not table["min_voltage_limit"] <= physics.supply_v * 10 <= table["max_voltage_limit"]:

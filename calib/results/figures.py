@@ -10,11 +10,7 @@ from session.stage import Stage
 
 
 def check_current(stage: Stage) -> None:
-    """That the files are still those that a result was read from.
-
-    Raises:
-        InputError: they were replaced.
-    """
+    """An `InputError` where the files are no longer those that a result was read from."""
     if not stage.is_current:
         step = "Ask for the result again, then for what you want of it."
         raise InputError([Fault(str(stage.file), "", "the result has been replaced", "", "", next_step=step)])
@@ -24,10 +20,6 @@ class Figures:
     """Some figures of the report; each is drawn on first use, and shows itself in a notebook.
 
     `names` lists them. A figure has a matplotlib `figure` that may be changed and saved, and a `caption`.
-
-    Args:
-        stage: whose result is drawn; it must still be current when the figures are drawn.
-        draw: all of them, by the name they have in the report.
     """
 
     def __init__(self, stage: Stage, draw: Callable[[], Mapping[str, Plot]]) -> None:
@@ -44,19 +36,13 @@ class Figures:
         return tuple(self._plots)
 
     def __getitem__(self, name: str) -> Plot:
-        """The figure of this name.
-
-        Raises:
-            InputError: there is none; the error lists the choices.
-        """
+        """The figure of this name; an `InputError` lists the choices where there is none."""
         if name not in self._plots:
             raise InputError([Fault("figure", "", "no such figure", repr(name), "one of this result", self.names)])
         return self._plots[name]
 
 
 def _figure(name: str, about: str) -> Callable[[Figures], Plot]:
-    """A method that fetches the figure of this name in the report."""
-
     def fetch(self: Figures) -> Plot:
         return self[name]
 
@@ -65,8 +51,6 @@ def _figure(name: str, about: str) -> Callable[[Figures], Plot]:
 
 
 def _of_trial(name: str, about: str) -> Callable[[Figures, str], Plot]:
-    """A method that fetches the figure of a trial."""
-
     def fetch(self: Figures, trial: str) -> Plot:
         return self[f"{trial}-{name}"]
 
@@ -75,8 +59,6 @@ def _of_trial(name: str, about: str) -> Callable[[Figures, str], Plot]:
 
 
 def _numbered(name: str, about: str) -> Callable[..., Plot]:
-    """A method that fetches one of several figures, the first by default."""
-
     def fetch(self: Figures, number: int = 1) -> Plot:
         return self[f"{name}-{number}"]
 

@@ -18,6 +18,7 @@ from calib.results.result import Result, flag_frame, flag_lines, forecast_frame
 from fitting import Calibration, CalibrationResult
 from fitting.calibration_file import PublishedResult, TrialResult
 from fitting.model.session_forecast import SessionForecast
+from reports.caveats import kinds_of_whole_trials
 from reports.forecast_words import beaten, gain_sentence, marker_sentence, speed_sentence
 from reports.numbers import counted, in_words, listed, of_its_size, shown
 from session import Flag, InputError
@@ -45,9 +46,7 @@ class FitResult(Result):
 
     Attributes:
         mjcf_file: `results/calibrated.xml`.
-        data: all that the file holds.
         published: the published search, for comparison; None where it was not run.
-        plot: its figures.
         read: simulates every trial again.
 
     Example:
@@ -223,7 +222,6 @@ class FitResult(Result):
             yield from ((name, flag) for flag in trial.flags)
 
     def _why(self, caveats: int) -> str:
-        """The verdict, its reason, and what to do about it."""
         why = {
             "good": "better than the best baseline, and nothing is flagged",
             "doubtful": f"better than the best baseline, but read {counted(caveats, 'caveat')} first (-v)",
@@ -238,14 +236,8 @@ class FitResult(Result):
         for flag in self.flags:
             if flag.kind not in _OF_EVERY_FIT:
                 of_fit.setdefault(flag.kind, flag.message)
-        names: dict[str, list[str]] = {}
-        for name, trial in self.trials.items():
-            for kind in dict.fromkeys(flag.kind for flag in trial.flags if not flag.markers):
-                names.setdefault(kind, []).append(name)
-        of_trials = [
-            f"{'every trial' if len(own) == len(self.trials) else listed(own)}: {FLAG_KINDS.get(kind, in_words(kind))}"
-            for kind, own in names.items()
-        ]
+        where = kinds_of_whole_trials({name: trial.flags for name, trial in self.trials.items()})
+        of_trials = [f"{trials}: {FLAG_KINDS.get(kind, in_words(kind))}" for kind, trials in where.items()]
         frames = self._flagged_frames().most_common()
         return [
             *of_fit.values(),

@@ -63,10 +63,6 @@ class GapResult(Result):
     Tables of `to_frame`: "effects" (see `Effects.to_frame`), "where" (share of the gap by split and part), "trials"
     (held-out trials without and with the effects: mm and m/s) and "next_experiments".
 
-    Attributes:
-        data: all that the file holds.
-        plot: its figures.
-
     Example:
         >>> gap = calib.diagnose("pool", "quick", progress=False)
         >>> gap.verdict, gap.effects.names, gap.groups          # here the data need no effect
@@ -162,9 +158,6 @@ class EffectTest(Result):
     """What the swim trials say of effects that a user names; what `supposed.json` holds.
 
     Its table has a row an effect and parameter: its own log Bayes factor, value and 95 % interval.
-
-    Attributes:
-        data: all that the file holds.
 
     Example:
         >>> found = calib.effect_test("pool", ["camera_parallax"], "quick", progress=False)

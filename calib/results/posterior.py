@@ -29,10 +29,6 @@ class PosteriorResult(Result):
     "trials" (speed along the smooth path of each swim trial with its predictive interval, m/s), "forecasts" (of the
     draws, and of simple baselines, as those of a fit) and "flags".
 
-    Attributes:
-        data: all that `posterior.json` holds.
-        plot: its figures.
-
     Example:
         >>> found = calib.posterior("pool", "quick", progress=False)
         >>> print(found.summary().splitlines()[1])

@@ -54,12 +54,10 @@ class Tables:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Result(Tables):
-    """A result that is stored in a file.
+    """A result that is stored in a file: `data` is all that the file holds, `plot` has its figures.
 
     Attributes:
-        session: that it is of.
         name: what it is, in words.
-        file: that holds it.
         notes: sentences from its making, such as what was left out and what was kept aside.
         made: files that were made anew.
     """

@@ -17,10 +17,6 @@ class StructureResult(Result):
 
     Tables of `to_frame`: "structure" (a row a quantity: value, standard error, unit, whether assumed) and "flags".
 
-    Attributes:
-        data: all that the file holds.
-        plot: its figures.
-
     Example:
         >>> found = calib.fit("bench", "quick", progress=False)     # a session of one free decay
         >>> found.to_frame()[["unit", "assumed"]]

@@ -25,13 +25,9 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class FilmedTracks:
-    """What was made from the videos of a session.
+    """What was made from the videos of a session: tracks in a folder, start boxes, files of tracks in another form.
 
-    Attributes:
-        folder: with the tracks of each trial.
-        boxes: the start boxes of each trial with a video.
-        flags: of lens, size and height, of each kind the first: the videos share one camera.
-        exported: files of the tracks in another form.
+    Flags are of lens, size and height, of each kind the first: the videos share one camera.
     """
 
     folder: Path
@@ -57,7 +53,6 @@ class TrackResult(Tables, Mapping[str, "xr.Dataset"]):
     speed) and "flags".
 
     Attributes:
-        session: that was tracked.
         tracked: the tracker's record of every sample, by trial.
         measured: the swim trials, measured.
         flags: by trial.

@@ -111,11 +111,7 @@ class SwimTwin:
         )
 
     def _given(self, parameters: Mapping[str, ArrayLike]) -> dict[str, np.ndarray]:
-        """(n,) or (1,) of each parameter.
-
-        Raises:
-            InputError: a parameter that the effects do not have.
-        """
+        """(n,) or (1,) of each parameter; an `InputError` for those that the effects do not have."""
         expected = "a parameter of the twin's effects"
         faults = [
             Fault("parameters", "", "no such parameter", repr(name), expected, self.parameters)

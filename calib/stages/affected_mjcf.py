@@ -26,13 +26,6 @@ def write_affected_twin(
     Effects with an axis of the picture (a current) are in the frame of the first fit trial. One keyframe a fit trial
     starts the model as that trial started. Where MJCF cannot hold all of the effects a script of the same name runs the
     twin with them.
-
-    Args:
-        results: folder.
-        linear: the fitted swims and the plain twin fitted to them.
-        best: the twin with effects, fitted to them.
-        name: of the files, for its effects.
-        robot_file: the robot's own; None for the built-in one.
     """
     affected = AffectedTwin(linear.twin, best.effects)
     views = views_of(linear.model, linear.camera, tuple(map(float, linear.at)))

@@ -15,8 +15,8 @@ import numpy as np
 from calib.options import EffortName, Job
 from calib.stages.fit import FitStage
 from calib.stages.recordings import Recordings
-from session import FaultCollector, InputError
-from session.errors import did_you_mean
+from session import InputError
+from session.errors import Fault, did_you_mean
 from session.stage import Stage
 from swimmer import Twin
 from swimmer.effects import Effect, catalogue
@@ -34,13 +34,8 @@ class DiagnosisStage(Stage):
 
     Also ``calibrated+everything.xml``, where the evidence supports all effects together.
 
-    Args:
-        job: the work on the session.
-        recordings: of the session.
-        fit: the calibration whose coefficients the plain twin has.
-        without: names that the catalogue is to lack.
-        effort: of the diagnosis; default: as the options have it.
-        own: further effects that the catalogue is to have.
+    `fit` has the coefficients of the plain twin; `without` are names that the catalogue is to lack, `own` further
+    effects that it is to have; the effort is by default as the options have it.
     """
 
     def __init__(
@@ -74,11 +69,9 @@ class DiagnosisStage(Stage):
         return frozenset()
 
     def make(self, discrepancy: Discrepancy | None = None) -> None:
-        """Diagnoses and writes.
+        """Diagnoses and writes; `discrepancy` is what a refitted twin leaves of features where nothing is wrong.
 
-        Args:
-            discrepancy: what a refitted twin leaves of features where nothing is wrong; default: what it leaves of the
-                toolkit's second simulator.
+        By default it is what that twin leaves of the toolkit's second simulator.
 
         Raises:
             NotEnoughData: no swim has the role "fit".
@@ -110,9 +103,6 @@ class DiagnosisStage(Stage):
 
     def test(self, names: Sequence[str]) -> EffectTestResult:
         """Tests effects that a user names; ``results/supposed.json``, made anew every time.
-
-        Args:
-            names: of effects of the catalogue.
 
         Raises:
             NotEnoughData: no swim has the role "fit", or an effect does nothing in these.
@@ -160,20 +150,12 @@ class DiagnosisStage(Stage):
 
 
 def check_names(option: str, names: Iterable[str], known: Mapping[str, Effect]) -> None:
-    """That effects are known.
-
-    Raises:
-        InputError: those that are not.
-    """
-    faults = FaultCollector(option)
-    for name in names:
-        if name not in known:
-            faults.add(
-                name,
-                "no effect of the catalogue",
-                found=repr(name),
-                expected="names of the catalogue",
-                choices=tuple(known),
-                next_step=did_you_mean(name, known) or "docs/effects.md has the table.",
-            )
-    faults.raise_if_any()
+    """An `InputError` for effects that are not known."""
+    what, expected, step = "no effect of the catalogue", "names of the catalogue", "docs/effects.md has the table."
+    faults = [
+        Fault(option, name, what, repr(name), expected, tuple(known), did_you_mean(name, known) or step)
+        for name in names
+        if name not in known
+    ]
+    if faults:
+        raise InputError(faults)

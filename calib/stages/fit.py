@@ -72,12 +72,7 @@ def mjcf_text(spec: mujoco.MjSpec) -> str:
 
 
 class StructureStage(Stage):
-    """``results/structure.json`` and its arrays in ``structure.npz``; neither is there without a dry experiment.
-
-    Args:
-        job: the work on the session.
-        recordings: of the session.
-    """
+    """``results/structure.json`` and its arrays in ``structure.npz``; neither is there without a dry experiment."""
 
     def __init__(self, job: Job, recordings: Recordings) -> None:
         super().__init__(job.results / STRUCTURE.name, {}, {"form": 3}, [recordings])
@@ -97,7 +92,6 @@ class StructureStage(Stage):
 
     @property
     def _origin(self) -> str:
-        """Where the robot is described, for the reader."""
         file = self._job.session.robot_file
         return BUILT_IN if file is None else file.name
 
@@ -112,22 +106,9 @@ class StructureStage(Stage):
 
 
 class FitStage(Stage):
-    """The five coefficients, elongated body theory, and every trial with the twin.
+    """The five coefficients, elongated body theory, and every trial with the twin."""
 
-    Args:
-        job: the work on the session.
-        recordings: of the session.
-        structures: of its robot.
-        effort: how hard is searched.
-    """
-
-    def __init__(
-        self,
-        job: Job,
-        recordings: Recordings,
-        structures: StructureStage,
-        effort: EffortName,
-    ) -> None:
+    def __init__(self, job: Job, recordings: Recordings, structures: StructureStage, effort: EffortName) -> None:
         self._job, self._recordings, self._structures = job, recordings, structures
         self.effort = effort
         settings = {"seed": job.session.seed, "effort": effort, "form": _FORM}
@@ -214,14 +195,7 @@ class FitStage(Stage):
 
 
 class PublishedStage(Stage):
-    """``results/published.json``: the published objective and search, for comparison; the fit stays as it is.
-
-    Args:
-        job: the work on the session.
-        recordings: of the session.
-        structures: of its robot.
-        effort: how long it may search.
-    """
+    """``results/published.json``: the published objective and search, for comparison; the fit stays as it is."""
 
     def __init__(self, job: Job, recordings: Recordings, structures: StructureStage, effort: EffortName) -> None:
         self._job, self._recordings, self._structures, self.effort = job, recordings, structures, effort

@@ -33,13 +33,7 @@ _FORM = 9  # of the files and of what they rest on
 
 
 class PosteriorStage(Stage):
-    """``results/posterior.nc`` and ``posterior.json``, and `posterior` in ``calibration.json``.
-
-    Args:
-        job: the work on the session.
-        fit: the calibration that it belongs to.
-        effort: of the sampling; default: as the options have it.
-    """
+    """``results/posterior.nc`` and ``posterior.json``, and `posterior` in ``calibration.json``."""
 
     def __init__(self, job: Job, fit: FitStage, effort: EffortName | None = None) -> None:
         self._job, self._fit, self.effort = job, fit, effort or job.options.effort
@@ -55,11 +49,6 @@ class PosteriorStage(Stage):
     def make(self, calibration: Calibration, trials: list[MeasuredTrial], twin: Twin) -> None:
         """Samples the posterior about a calibration and writes it.
 
-        Args:
-            calibration: the mode that it is about.
-            trials: all swims.
-            twin: with their markers.
-
         Raises:
             NotConverged: too few effective draws, or chains that disagree; nothing is written.
         """
@@ -71,7 +60,11 @@ class PosteriorStage(Stage):
         job, mode = self._job, mode_of(calibration, trials, twin)
         posterior = sample_posterior(mode, EFFECTIVE[self.effort], job.session.seed, job.progress)
         if posterior.draws.flags:
-            raise NotConverged(self._refusal(posterior.draws.flags[0].message))
+            why = posterior.draws.flags[0].message
+            raise NotConverged(
+                f"{self.file}: not written, nor are intervals reported; found: {why}. Look into the flags of the fit "
+                "trials, leave out faulty ones, or try another [fit] seed in session.toml."
+            )
         left_out = score_tests(mode, job.session.camera, catalogue().values(), job.progress)
         summary = summarise(posterior, trials, job.session.seed, job.progress, left_out)
         provenance = replace(job.provenance, effort=self.effort)
@@ -90,12 +83,6 @@ class PosteriorStage(Stage):
         from fitting.posterior.summary import read_summary
 
         return read_summary(self._job.results) if self.is_current else None
-
-    def _refusal(self, why: str) -> str:
-        return (
-            f"{self.file}: not written, nor are intervals reported; found: {why}. Look into the flags of the fit "
-            "trials, leave out faulty ones, or try another [fit] seed in session.toml."
-        )
 
 
 def mode_of(calibration: Calibration, trials: Iterable[MeasuredTrial], twin: Twin) -> Mode:

@@ -33,11 +33,7 @@ HELD_OUT = 'its role in session.toml is "holdout"'
 
 
 class Recordings:
-    """The recordings of a session.
-
-    Args:
-        job: the work on the session.
-    """
+    """The recordings of a session."""
 
     def __init__(self, job: Job) -> None:
         self._job, self._session, self._robot = job, job.session, job.robot
@@ -205,7 +201,6 @@ class Recordings:
         return self._session.results / "tracks" / f"{trial}.csv"
 
     def _stage(self, spec: TrialSpec) -> Stage:
-        """The tracks of a trial as they are used."""
         return Stage(self._file(spec.name), {}, {}, [self])
 
     def _save(self, spec: TrialSpec, tracks: xr.Dataset, weight: Callable[[], np.ndarray]) -> None:

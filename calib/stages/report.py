@@ -6,23 +6,15 @@ from calib.options import Job
 from calib.stages.diagnosis import DiagnosisStage
 from calib.stages.fit import FitStage, PublishedStage
 from calib.stages.posterior import PosteriorStage
-from calib.stages.steering import read_swims, swims_files
 from fitting import Calibration
 from reports import ReportContext, write_report
+from reports.policy_swims import read_swims, swims_files
 from session.results import sha256_of
 from session.stage import Stage
 
 
 class ReportStage(Stage):
-    """The report of a fit, with its posterior and the diagnosis where they are current, and policies where trained.
-
-    Args:
-        job: the work on the session.
-        fit: that it reports.
-        published: the published search; shown where there is one.
-        posterior: of the fit; shown where there is one.
-        diagnosis: shown where there is one.
-    """
+    """The report of a fit, with its posterior and the diagnosis where they are current, and policies where trained."""
 
     def __init__(
         self,
@@ -45,15 +37,7 @@ class ReportStage(Stage):
         self._job, self._published, self._posterior, self._diagnosis = job, published, posterior, diagnosis
 
     def make(self, calibration: Calibration, notes: tuple[str, ...]) -> None:
-        """Writes the report.
-
-        Args:
-            calibration: of the fit.
-            notes: further sentences for the reader.
-
-        Raises:
-            ResultsNotWritable: it cannot be written.
-        """
+        """Writes the report, with notes for the reader."""
         job = self._job
         job.progress("writing the report")
         context = ReportContext(

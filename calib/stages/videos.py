@@ -41,9 +41,6 @@ class Videos:
 
     ``results/tracking/<trial>.csv`` with its states and flags is the trial after edits and filled gaps, in
     ``results/tracking/raw`` as the tracker left it; next to them the boxes and their picture.
-
-    Args:
-        job: the work on the session.
     """
 
     def __init__(self, job: Job) -> None:
@@ -98,7 +95,6 @@ class Videos:
         return boxes
 
     def _given(self, spec: TrialSpec, video: Video) -> StartBoxes | None:
-        """The boxes that came with the session."""
         names = self._job.session.markers
         return None if spec.boxes is None else load_boxes(spec.boxes, names, video.info, self._layout_m(names))
 
@@ -157,7 +153,6 @@ class Videos:
         return self._stage(f"{spec.name}.boxes.json", spec, settings)
 
     def _raw(self, spec: TrialSpec, video: Video, boxes: StartBoxes) -> xr.Dataset:
-        """As the tracker left it."""
         tracker = self._tracker(spec, boxes)
         stage, folder = self._raw_stage(spec, boxes, tracker), self.folder / "raw"
         if stage.is_current:
@@ -176,7 +171,6 @@ class Videos:
         return tracked
 
     def _corrected(self, spec: TrialSpec, video: Video, raw: xr.Dataset, boxes: StartBoxes) -> xr.Dataset:
-        """After a person's edits, and with its gaps filled."""
         assert spec.edits is not None
         log = EditLog.load(spec.edits, self._job.session.markers, len(raw.state))
         files, used = TrackedFiles.of(self.folder, spec.name), self._job.results / "tracks" / f"{spec.name}.csv"
@@ -228,7 +222,6 @@ class Videos:
         return self._stage(file, spec, settings | {"opencv": cv2.__version__})
 
     def _stage(self, file: str | Path, spec: TrialSpec, settings: Mapping[str, Any]) -> Stage:
-        """What is made from one video."""
         return Stage(self.folder / file, {"video": self.sha256(self._video(spec))}, settings)
 
     def sha256(self, path: Path) -> str:

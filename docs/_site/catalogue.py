@@ -39,7 +39,6 @@ def _catalogue() -> Iterator[str]:
 
 
 def _entry(effect: Effect) -> Iterator[str]:
-    """Name, physics, where and how it acts, source, parameters."""
     ways = _listed(f"`{way}`" for way in effect.enters())
     trials = _listed(words for kind, words in _TRIALS.items() if kind in effect.seen_in)
     source = effect.source.rstrip(".")

@@ -1,23 +1,17 @@
 """What is generated in pages: it stands on the site where the page has a mark."""
 
+import json
 import re
+from collections.abc import Iterator
+from pathlib import Path
 
 from command_line import command_line
 from interface_names import interface
 from messages import messages
 from records import record
-from tutorials import tutorials
-from words import words
 
+NOTEBOOKS = Path(__file__).parents[2] / "notebooks"
 _MARK = re.compile(r"<!-- generated: (?:(command line|interface|messages|tutorials|words)|record (\S+)) -->")
-
-_WHOLE = {
-    "command line": command_line,
-    "interface": interface,
-    "messages": messages,
-    "tutorials": tutorials,
-    "words": words,
-}
 
 
 def filled(page: str) -> str:
@@ -27,3 +21,30 @@ def filled(page: str) -> str:
 
 def _text(mark: re.Match[str]) -> str:
     return _WHOLE[mark[1]]() if mark[1] else record(mark[2])
+
+
+def words() -> str:
+    """The words of a report as its last section explains them, a heading for each."""
+    from reports.sections.definitions import TERMS
+
+    return "\n".join(f"### {term}\n\n{meaning}\n" for term, meaning in TERMS.items())
+
+
+def tutorials() -> Iterator[str]:
+    """A numbered list of the notebooks: of each its title, with a link, and how it begins."""
+    for number, file in enumerate(sorted(NOTEBOOKS.glob("*.ipynb")), 1):
+        cells = json.loads(file.read_text())["cells"]
+        text = "".join(next(cell["source"] for cell in cells if cell["cell_type"] == "markdown"))
+        title, _, story = text.removeprefix("# ").partition("\n")
+        paragraph = " ".join(story.strip().partition("\n\n")[0].split())
+        sentences = re.split(r"(?<=[.?!]) (?=[A-Z])", paragraph)
+        yield f"{number}. [{title}](../notebooks/{file.name}): {' '.join(sentences[:2])}"
+
+
+_WHOLE = {
+    "command line": command_line,
+    "interface": interface,
+    "messages": messages,
+    "tutorials": lambda: "\n".join(tutorials()),
+    "words": words,
+}

@@ -4,11 +4,11 @@ import inspect
 from types import ModuleType
 
 GROUPS = {
-    "Sessions": "open_session new_session new_public_session new_synthetic_session doctor Session",
+    "Sessions": "open_session new_session doctor Session",
     "Computing": "run track fit posterior diagnose effect_test",
     "Showing and exporting": "report compare view export_mjcf load_twin",
     "Tracks": "load_tracks convert_tracks correct",
-    "Results": "FitResult StructureResult PosteriorResult GapResult EffectTest TrackResult SwimTwin Export",
+    "Results": "FitResult StructureResult PosteriorResult GapResult EffectTest TrackResult SwimTwin",
     "Effects": "effects Effect Parameter",
 }
 """Names by group; one that no longer exists is left out, a new one comes under its kind."""

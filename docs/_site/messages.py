@@ -89,7 +89,6 @@ def _messages_in(path: Path) -> Iterator[Message]:
 
 
 def _message(call: ast.Call, names: dict[str, list[ast.expr]]) -> Iterator[Message]:
-    """What a call tells the user, if it does."""
     name = ast.unparse(call.func).rsplit(".", 1)[-1]
     given = {each.arg: each.value for each in call.keywords if each.arg}
     if name in RAISED and call.args:
@@ -126,7 +125,6 @@ def _assigned(function: ast.FunctionDef) -> Iterator[tuple[str, list[ast.expr]]]
 
 
 def _returned(function: ast.FunctionDef) -> Iterator[ast.expr]:
-    """What a function returns."""
     for node in ast.walk(function):
         if isinstance(node, ast.Return) and node.value is not None:
             yield node.value

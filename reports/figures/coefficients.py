@@ -1,7 +1,6 @@
 """The coefficients between their bounds."""
 
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from fitting import CoefficientFit
@@ -18,13 +17,15 @@ _TICKS = (0.0, 0.1, 0.5, 1.0, 2.0, 4.0, 7.0, 10.0)
 
 @styled
 def coefficients_figure(fit: CoefficientFit, published: FluidCoefficients | None = None) -> Figure:
-    """Each coefficient within its bounds, on the square-root scale, with its 90 % interval; dots are other ends.
-
-    Args:
-        fit: the recommended.
-        published: what the published search found; None where it was not run.
-    """
-    figure, axes, rows = bounded_panel(3.3)
+    """Each coefficient within its bounds, on the square-root scale, with its 90 % interval; dots are other ends."""
+    figure, axes = panel(HALF_WIDTH_IN, 3.3, Margins(left=1.0, top=0.5))
+    rows = -np.arange(len(NAMES))
+    axes.barh(rows, _HIGH - _LOW, left=_LOW, height=0.5, color=SHADE)
+    axes.set_yticks(rows, NAMES)
+    axes.set(xlabel="coefficient (no unit; square-root scale)", xlim=(_LOW - 0.08, _HIGH + 0.08))
+    axes.grid(visible=False, axis="y")
+    within = [tick for tick in _TICKS if _LOW <= np.sqrt(tick) <= _HIGH]
+    axes.set_xticks(np.sqrt(within), [f"{tick:g}" for tick in within])
     best, bound = np.sqrt(fit.coefficients), coefficients_at_bound(fit)
     for row, ends in zip(rows, np.sqrt(fit.interval), strict=True):
         axes.plot(ends, [row] * 2, color=TWIN, linewidth=2.0, zorder=2.6)
@@ -41,25 +42,6 @@ def coefficients_figure(fit: CoefficientFit, published: FluidCoefficients | None
         axes.plot(np.sqrt(end.coefficients), rows, mark, color=MUTED, markersize=3.5, alpha=0.7, label=label)
     legend_above(axes, 3, columnspacing=1.0, handletextpad=0.3)
     return figure
-
-
-def bounded_panel(height_in: float) -> tuple[Figure, Axes, np.ndarray]:
-    """A panel with a grey bar for each coefficient from bound to bound, square roots across, and the rows (5,)."""
-    figure, axes = panel(HALF_WIDTH_IN, height_in, Margins(left=1.0, top=0.5))
-    rows = -np.arange(len(NAMES))
-    axes.barh(rows, _HIGH - _LOW, left=_LOW, height=0.5, color=SHADE)
-    axes.set_yticks(rows, NAMES)
-    axes.set_xlabel("coefficient (no unit; square-root scale)")
-    axes.grid(visible=False, axis="y")
-    _scale_by_root(axes, _TICKS)
-    return figure, axes, rows
-
-
-def _scale_by_root(axes: Axes, ticks: tuple[float, ...]) -> None:
-    """The horizontal axis of a coefficient, within its bounds; what is drawn on it is its square root."""
-    within = [tick for tick in ticks if _LOW <= np.sqrt(tick) <= _HIGH]
-    axes.set_xticks(np.sqrt(within), [f"{tick:g}" for tick in within])
-    axes.set_xlim(_LOW - 0.08, _HIGH + 0.08)
 
 
 def coefficients_at_bound(fit: CoefficientFit) -> np.ndarray:

@@ -29,8 +29,7 @@ def decay_curve_figure(fit: DecayFit) -> Figure:
     axes.set_xlim(-_CLOSE * end_s, end_s)
     axes.set_xticks([tick for tick in axes.get_xticks() if 0.0 <= tick <= end_s])
     _name_curves(axes, fit)
-    axes.set_xlabel("time after the release (s)")
-    axes.set_ylabel("lateral position (mm)")
+    axes.set(xlabel="time after the release (s)", ylabel="lateral position (mm)")
     legend_above(axes, 2)
     return figure
 
@@ -43,7 +42,6 @@ def _end_s(time_s: np.ndarray, swing: np.ndarray) -> float:
 
 
 def _name_curves(axes: Axes, fit: DecayFit) -> None:
-    """Names left of where the curves begin, apart from each other."""
     start = fit.simulated_m[0] * MM
     low, high = axes.get_ylim()
     order, place = np.argsort(start), start.copy()
@@ -70,7 +68,6 @@ def decay_spectrum_figure(spectrum: DecaySpectrum) -> Figure:
         axes.plot(spectrum.peak_hz, height, "o", color=INK, markerfacecolor=FAINT, markersize=5, label=label)
     axes.set_xlim(0.0, end_hz)
     axes.set_ylim(bottom=0.0)
-    axes.set_xlabel("frequency (Hz)")
-    axes.set_ylabel("lateral amplitude (mm)")
+    axes.set(xlabel="frequency (Hz)", ylabel="lateral amplitude (mm)")
     legend_above(axes, 2)
     return figure

@@ -37,8 +37,7 @@ def flagged_samples_figure(trial: MeasuredTrial) -> Figure:
             ]
             axes.broken_barh(spans, (-marker - 0.36, 0.72), facecolor=_colour(str(kind)), linewidth=0)
     axes.set_yticks(-np.arange(rows), [shortened(name, 12) for name in trial.markers])
-    axes.set_xlim(0.0, duration)
-    axes.set_ylim(-rows + 0.4, 0.6)
+    axes.set(xlim=(0.0, duration), ylim=(-rows + 0.4, 0.6))
     axes.grid(visible=False)
     axes.set_xlabel("time (s)")
     axes.set_title(shortened(trial.name, 40), loc="left", fontweight="bold", pad=17)

@@ -35,7 +35,6 @@ def forecasts_figure(forecasts: SessionForecast) -> Figure:
             look: Look = {"color": MUTED, "markersize": 5, "label": MODELS[best]}
             axes.plot(trial.forecasts[best].speed * MM, row, "D", **look)
     axes.set_yticks(range(len(names)), [shortened(name) for name in names])
-    axes.set_ylim(-0.6, len(names) - 0.4)
-    axes.set_xlabel("forward speed (mm/s)")
+    axes.set(ylim=(-0.6, len(names) - 0.4), xlabel="forward speed (mm/s)")
     legend_above(axes, 2)
     return figure

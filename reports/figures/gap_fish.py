@@ -55,7 +55,6 @@ def _paint(share: float) -> tuple[str, float]:
 
 
 def _paint_frame(axes: Axes, ends: tuple[float, float], share: float) -> None:
-    """What the camera sees."""
     left, right = ends
     frame = FancyBboxPatch(
         (left + 14, -_DOWN + 14),

@@ -51,12 +51,7 @@ def gap_waterfall_figure(found: DiagnosisResult) -> Figure:
 
 @styled
 def gap_held_out_figure(gap: GapSize, added: bool) -> Figure:
-    """A row a swim and one for the mean; left millimetres, right mm/s.
-
-    Args:
-        gap: of a `diagnosis.json`, with at least one held-out swim.
-        added: whether there are effects.
-    """
+    """A row a held-out swim, of which there is at least one, and one for the mean; left millimetres, right mm/s."""
     trials = gap.trials or {}
     names, compared = [*trials, "mean"], list(trials.values())
     before_mm, after_mm = np.array([[trial.before_mm, trial.after_mm] for trial in compared]).T

@@ -26,8 +26,7 @@ def hull_roll_figure(sways: Mapping[str, Sway]) -> Figure:
         below.plot(hz, [wave.phase_deg for wave in waves], mark, **look)
     above.set_ylim(bottom=0.0)
     above.set_ylabel("amplitude (mm)")
-    below.set_ylabel("ahead of tail (°)")
-    below.set_xlabel("swim frequency (Hz)")
+    below.set(ylabel="ahead of tail (°)", xlabel="swim frequency (Hz)")
     above.set_xticklabels([])
     legend_above(above, 2)
     return figure

@@ -137,8 +137,7 @@ def motor_command_figure(trials: Sequence[LoggedTrial]) -> Figure:
         reach = max(reach, -low, high)
     axes.set_ylim(-1.15 * reach, 1.15 * reach)
     axes.margins(x=0.18)
-    axes.set_xlabel("commanded (turns/s)")
-    axes.set_ylabel("measured, off the command (%)")
+    axes.set(xlabel="commanded (turns/s)", ylabel="measured, off the command (%)")
     legend_above(axes, 3)
     return figure
 

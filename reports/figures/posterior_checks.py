@@ -125,8 +125,7 @@ def posterior_left_out_figure(found: PosteriorSummary) -> Figure:
         axes.scatter(x, y, s=9 if colour == MUTED else 18, color=colour, label=label, zorder=3, clip_on=False)
     _labels(axes, [(each, colour) for colour, own in kinds.values() if colour != MUTED for each in own])
     axes.axvline(seen_from, color=TWIN, linewidth=0.8, linestyle=(0, (2, 2)))
-    axes.set(xscale="log", yscale="log", xlim=_X, ylim=_Y)
-    axes.set_xlabel("detectability (standard deviations)")
+    axes.set(xscale="log", yscale="log", xlim=_X, ylim=_Y, xlabel="detectability (standard deviations)")
     axes.set_ylabel("largest bias of a coefficient (sd)")
     for axis in (axes.xaxis, axes.yaxis):
         axis.set_major_formatter("{x:g}")

@@ -57,12 +57,7 @@ def posterior_intervals_figure(found: PosteriorSummary, fit: FluidCoefficients) 
 
 @styled
 def posterior_corner_figure(found: PosteriorSummary, fit: FluidCoefficients) -> Figure:
-    """Densities on the diagonal, contours that hold 50 and 90 % of the draws below it, correlations above it.
-
-    Args:
-        found: with its draws.
-        fit: the coefficients of the fit, marked.
-    """
+    """Densities on the diagonal, contours that hold 50 and 90 % of the draws below it, correlations above it."""
     draws, count = found.chains[..., :5].reshape(-1, 5), len(NAMES)
     margins = Margins(left=0.72, right=0.1, bottom=0.55, top=0.25)
     figure, drawn = panels(count**2, Grid(count, 1.02, gap_in=(0.1, 0.1)), FULL_WIDTH_IN, margins)
@@ -154,8 +149,6 @@ def posterior_further_figure(found: PosteriorSummary) -> Figure:
     axes.axvline(
         sweep.frequency_hz[np.argmin(sweep.shrinkage(chosen))], color=MUTED, linewidth=0.7, linestyle=(0, (2, 2))
     )
-    axes.set_ylim(0, 104)
-    axes.set_xlabel("frequency of one more trial (Hz)")
-    axes.set_ylabel("standard deviation, % of now")
+    axes.set(ylim=(0, 104), xlabel="frequency of one more trial (Hz)", ylabel="standard deviation, % of now")
     legend_above(axes, 3, columnspacing=1.0)
     return figure

@@ -55,8 +55,7 @@ def posterior_sweep_figure(found: PosteriorSummary, calibration: Calibration) ->
     axes.set_ylim(bottom=min(0.0, axes.get_ylim()[0]))
     axes.tick_params(labelbottom=False)
     axes.set_ylabel("forward speed (mm/s)")
-    difference.set_ylabel("minus median")
-    difference.set_xlabel("swim frequency (Hz)")
+    difference.set(ylabel="minus median", xlabel="swim frequency (Hz)")
     above: dict[str, Any] = {"loc": "lower left", "columnspacing": 0.9, "handletextpad": 0.5, "borderpad": 0.0}
     bands = [
         Patch(facecolor=TWIN, alpha=0.7, label="coefficients, 90 %"),

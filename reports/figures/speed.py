@@ -29,8 +29,7 @@ def speed_sweep_figure(calibration: Calibration) -> Figure:
         theory = [(model_colour(name), trial.speeds[name]) for name in _THEORY]
         for colour, speed in (*theory, (TWIN, trial.speed_twin), (INK, trial.measured.speed)):
             axes.plot(trial.measured.frequency.hz, speed * MM, **role_marker(colour, trial.measured.role))
-    axes.set_xlabel("swim frequency (Hz)")
-    axes.set_ylabel("forward speed (mm/s)")
+    axes.set(xlabel="swim frequency (Hz)", ylabel="forward speed (mm/s)")
     axes.set_ylim(bottom=min(0.0, axes.get_ylim()[0]))
     _legend(axes)
     return figure
@@ -87,7 +86,6 @@ def speed_errors_figure(calibration: Calibration) -> Figure:
     for name in _SHOWN:
         axes.plot([], [], color=model_colour(name), marker="s", markersize=4.5, label=model_label(name))
     axes.set_yticks(range(count), [shortened(trial.measured.name) for trial in trials])
-    axes.set_ylim(-0.6, count - 0.4)
-    axes.set_xlabel("predicted minus measured speed (mm/s)")
+    axes.set(ylim=(-0.6, count - 0.4), xlabel="predicted minus measured speed (mm/s)")
     legend_above(axes, 2)
     return figure

@@ -1,6 +1,5 @@
 """Where a policy steers the twin: paths to targets, how often and how fast they are reached, the circle."""
 
-from collections.abc import Sequence
 from itertools import pairwise
 
 import numpy as np
@@ -41,7 +40,7 @@ def reach_figure(swims: PolicySwims) -> Figure:
     """Cells by distance and bearing: the share reached, coloured by it, and the median time."""
     figure, axes = panel(HALF_WIDTH_IN, _HEIGHT_IN, _MARGINS)
     for inner, outer in pairwise(RINGS_M):
-        for low, high in _signed(SIDES_RAD):
+        for low, high in pairwise((*(-side for side in SIDES_RAD[:0:-1]), *SIDES_RAD)):  # from right to left
             _cell(axes, swims, (inner, outer), (low, high))
     _missed(axes, swims.start_m[~swims.reached])
     _start_here(axes)
@@ -49,12 +48,6 @@ def reach_figure(swims: PolicySwims) -> Figure:
     axes.grid(visible=False)
     legend_above(axes, 1)
     return figure
-
-
-def _signed(sides: Sequence[float]) -> list[tuple[float, float]]:
-    """Bearings from right (negative) to left, each side divided alike."""
-    pairs = list(pairwise(sides))
-    return [(-high, -low) for low, high in reversed(pairs)] + pairs
 
 
 def _cell(axes: Axes, swims: PolicySwims, ring: tuple[float, float], side: tuple[float, float]) -> None:

@@ -23,9 +23,7 @@ _STEPS = (200, 100, 50, 20, 10, 5, 2, 1)  # mm, of ticks
 def body_wave_figure(names: Sequence[str], waves: Sequence[tuple[BodyWave, BodyWave]]) -> Figure:
     """A polar panel for each trial: angle is the lag behind the first tail marker, radius the amplitude.
 
-    Args:
-        names: of the trials.
-        waves: measured and simulated wave of each; markers whose amplitude is nan are left out.
+    Markers whose amplitude is nan are left out.
     """
     width, columns = small_multiples(len(names))
     grid, margins = Grid(columns, None, gap_in=(0.34, 0.5)), Margins(left=0.12, right=0.3, bottom=0.12, top=0.7)

@@ -48,7 +48,6 @@ def tail_envelope_figure(trial: CalibratedTrial, robot: RobotSpec) -> Figure:
 
 
 def _draw_outline(axes: Axes, midlines: np.ndarray) -> None:
-    """The envelope: the widest lateral places of each marker."""
     if np.isnan(midlines).all(axis=(0, 2)).any():
         return
     for extreme in (np.nanargmin, np.nanargmax):
@@ -57,11 +56,7 @@ def _draw_outline(axes: Axes, midlines: np.ndarray) -> None:
 
 
 def beat_midlines(trial: CalibratedTrial, robot: RobotSpec) -> tuple[np.ndarray, np.ndarray]:
-    """Measured and simulated midlines, folded into one beat.
-
-    Args:
-        trial: its compared frames are used, without flagged samples.
-        robot: for the markers on the midline.
+    """Measured and simulated midlines, folded into one beat: of the compared frames, without flagged samples.
 
     Returns:
         (16, k, 2) each: the mean of k markers from nose to fin in each sixteenth of a beat, relative to the
@@ -110,8 +105,7 @@ def forward_path_figure(trial: CalibratedTrial) -> Figure:
     label = f"EBT, {in_mm(trial.speed_ebt, 0)} mm/s"
     axes.plot(time_s[measured.kept], trial.speed_ebt * since * MM, color=EBT, label=label, **dashed)
     _mark_windows(axes, measured)
-    axes.set_xlabel("time (s)")
-    axes.set_ylabel("distance swum (mm)")
+    axes.set(xlabel="time (s)", ylabel="distance swum (mm)")
     legend_above(axes, 2)
     return figure
 
@@ -134,8 +128,7 @@ def lateral_motion_figure(trial: CalibratedTrial, robot: RobotSpec) -> Figure:
         axes.plot(trial.measured.time_s, twin[:, row] + offset, color=TWIN, linewidth=1.1, label="twin")
     _mark_windows(axes, trial.measured)
     axes.set_yticks(offsets, [shortened(trial.measured.markers[i], 12) for i in chosen])
-    axes.set_ylim(offsets[-1] - 1.1 * reach[-1], 1.1 * reach[0] + 0.4 * step)
-    axes.set_xlabel("time (s)")
+    axes.set(ylim=(offsets[-1] - 1.1 * reach[-1], 1.1 * reach[0] + 0.4 * step), xlabel="time (s)")
     _scale_bar(axes, offsets[-1], step)
     legend_above(axes, 4)
     return figure
@@ -149,16 +142,10 @@ def _reach(lateral: np.ndarray) -> np.ndarray:
 
 def _draw_row(axes: Axes, time_s: np.ndarray, value: np.ndarray, good: np.ndarray) -> None:
     axes.plot(time_s, np.where(good, value, np.nan), color=INK, linewidth=1.1, label="measured")
-    style: Look = {
-        "color": WARN,
-        "linewidth": 2.2,
-        "solid_capstyle": "round",
-        "zorder": 1.5,
-        "label": "flagged, left out",
-    }
+    style: Look = {"color": WARN, "linewidth": 2.2, "solid_capstyle": "round", "zorder": 1.5}
     for first, last in stretches(~good & np.isfinite(value)):
         stretch = slice(max(first - 1, 0), last + 2)
-        axes.plot(time_s[stretch], value[stretch], **style)
+        axes.plot(time_s[stretch], value[stretch], label="flagged, left out", **style)
 
 
 def _scale_bar(axes: Axes, offset: float, step: float) -> None:

@@ -45,13 +45,7 @@ class MissingOverTime(NamedTuple):
 
 
 def missing_layers(trial: str, missing: MissingOverTime, nose_px: np.ndarray, neck_px: np.ndarray) -> list[Layer]:
-    """The arrow in the picture and the lines next to it.
-
-    Args:
-        trial: its name.
-        missing: over n frames.
-        nose_px, neck_px: (n, 2) in the picture; nan where they are not seen.
-    """
+    """The arrow in the picture and the lines next to it; nose and neck are (n, 2), nan where they are not seen."""
     is_force = np.array([joint in FORCES for joint in missing.joints])
     layers = [_arrow(trial, missing, nose_px, neck_px)]
     for name, part in ((MISSING_FORCE, is_force), (MISSING_TORQUE, ~is_force)):

@@ -125,7 +125,6 @@ def _twin(trial: RecordedTrial, twin_px: np.ndarray) -> Layer:
 
 
 def _residual_lines(trial: RecordedTrial, twin_px: np.ndarray) -> Layer:
-    """From each measured marker to the twin's."""
     good = trial.present & np.isfinite(twin_px).all(axis=2)
     lines = np.stack([pixels_of(trial.tracked), twin_px], axis=2)[good]  # (k, 2, 2)
     style = rr.LineStrips2D.from_fields(radii=FINE, colors=[WARN], show_labels=False)

@@ -37,10 +37,7 @@ def write_recording(path: Path, trials: Sequence[RecordedTrial], name: str = "sw
     - ``states/<number>_<marker>``: the frames at which the state changes;
     - ``flags``: a log, each flag at its first frame; ``summary``: the trial's numbers.
 
-    Args:
-        path: of the recording, ending in ``.rrd``.
-        trials: at least one, with names of their own.
-        name: of the recording in the viewer, such as the session's.
+    The path ends in ``.rrd``; the viewer shows the name, such as the session's.
 
     Raises:
         ResultsNotWritable: the file cannot be written; the previous one is unchanged.

@@ -45,13 +45,11 @@ def _flags(trial: RecordedTrial) -> Layer:
 
 
 def _flag_text(flag: Flag) -> str:
-    """A flag in one line: kind, frames, markers, message."""
     frames = "whole trial" if flag.frames is None else f"frames {flag.frames[0]} to {flag.frames[1]}"
     return " · ".join(part for part in (flag.kind, frames, ", ".join(flag.markers), flag.message) if part)
 
 
 def _summary(trial: RecordedTrial) -> Layer:
-    """A page with the trial's numbers."""
     count = np.bincount(trial.tracked.state.values.ravel(), minlength=len(SampleState))
     rows = {
         "frames": len(trial.time_s),
@@ -59,9 +57,7 @@ def _summary(trial: RecordedTrial) -> Layer:
         **{f"samples_{state.word}": int(count[state]) for state in SampleState},
         **trial.metrics,
     }
-    table = [
-        f"| {name} | {value:.4g} |" if isinstance(value, float) else f"| {name} | {value} |"
-        for name, value in rows.items()
-    ]
+    shown = {name: f"{value:.4g}" if isinstance(value, float) else value for name, value in rows.items()}
+    table = [f"| {name} | {value} |" for name, value in shown.items()]
     text = "\n".join([f"# {trial.name}", "", "| | |", "|---|---|", *table, ""])
     return Layer(entity_of(trial.name, SUMMARY), (rr.TextDocument(text, media_type=rr.MediaType.MARKDOWN),))

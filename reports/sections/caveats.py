@@ -3,7 +3,7 @@
 from diagnosis.result import DiagnosisResult
 from fitting.ebt import EBT_RATIO_ONLY
 from reports.blocks import Block, Points, Section
-from reports.caveats import whole_trial_flags
+from reports.caveats import kinds_of_whole_trials
 from reports.context import ReportContext
 from reports.numbers import in_words, listed, sentence, shown
 from session.flags import FLAG_KINDS
@@ -23,13 +23,8 @@ def caveats_of(context: ReportContext) -> tuple[str, ...]:
     """Flags of the fit in full, those of whole trials by kind."""
     calibration = context.calibration
     caveats = [sentence(flag.message or flag.kind) for flag in calibration.flags if flag.kind != EBT_RATIO_ONLY]
-    names: dict[str, list[str]] = {}
-    for trial in calibration.trials:
-        for kind in dict.fromkeys(flag.kind for flag in whole_trial_flags(trial)):
-            names.setdefault(kind, []).append(trial.measured.name)
-    everywhere = len(calibration.trials)
-    for kind, trials in names.items():
-        where = "every trial" if len(trials) == everywhere else listed(trials)
+    flags = {trial.measured.name: trial.flags for trial in calibration.trials}
+    for kind, where in kinds_of_whole_trials(flags).items():
         size = _off_command(context) if kind == "frequency_off_command" else ""
         caveats.append(sentence(f"{where}: {FLAG_KINDS.get(kind, kind.replace('_', ' '))}{size}"))
     return (*caveats, *_of_the_gap(context.diagnosed))

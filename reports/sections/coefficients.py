@@ -3,7 +3,6 @@
 import numpy as np
 
 from fitting import CoefficientFit
-from fitting.calibration import Summary
 from fitting.calibration_file import PublishedResult
 from fitting.model import COMPONENTS
 from fitting.objective import COEFFICIENT_BOUNDS
@@ -38,16 +37,9 @@ def build(context: ReportContext) -> Section:
         "Distant dots of the same probability mean that the data do not determine the coefficient. Crosses: the twin "
         "swims backward from rest, unlike the robot.",
     )
-    blocks: list[Block] = [
-        Prose(text),
-        Plots((figure,)),
-        _table(fit, published),
-        *_roll(context),
-        *_search(context),
-        _components(fit),
-    ]
+    blocks = (Prose(text), Plots((figure,)), _table(fit, published), *_roll(context), *_search(context))
     caveats = tuple(sentence(flag.message or flag.kind) for flag in fit.flags)
-    return Section("Fluid coefficients", "coefficients", tuple(blocks), caveats)
+    return Section("Fluid coefficients", "coefficients", (*blocks, _components(fit)), caveats)
 
 
 _LEAST_ROLL_DEG = 2.0
@@ -79,19 +71,18 @@ def _search(context: ReportContext) -> tuple[Block, ...]:
     """How the published search differs, and why."""
     published = context.published
     if published is None:
-        return (
-            Prose(
-                "The published search (Bayesian optimisation, then Nelder-Mead, of the mean marker distance) was not "
-                "run for comparison; calib fit SESSION --objective published does."
-            ),
+        text = (
+            "The published search (Bayesian optimisation, then Nelder-Mead, of the mean marker distance) was not run "
+            "for comparison; calib fit SESSION --objective published does."
         )
+        return (Prose(text),)
     rows = []
     for role, words in (("fit", "fit trials"), ("holdout", "held-out trials")):
         own, other = context.calibration.summary(role), published.summary[role]
         if own is not None and other is not None:
             rows += [
                 (words, "markers, as tracked [mm]", *(shown(each.marker_error_mm) for each in (own, other))),
-                (words, "speed, twin alone [mm/s]", *map(_speed, (own, other))),
+                (words, "speed, twin alone [mm/s]", *(in_mm(each.speed_mae_twin) for each in (own, other))),
             ]
     caption = (
         "How the published search differs. It makes the mean distance of the markers as tracked small, and attributes "
@@ -102,10 +93,6 @@ def _search(context: ReportContext) -> tuple[Block, ...]:
         f"{'converged' if published.fit.converged else 'not converged within its budget'}."
     )
     return (Table(caption, _ERRORS, tuple(rows)),)
-
-
-def _speed(summary: Summary) -> str:
-    return in_mm(summary.speed_mae_twin)
 
 
 def _roll(context: ReportContext) -> tuple[Block, ...]:

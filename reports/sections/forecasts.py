@@ -4,11 +4,7 @@ from fitting.model.session_forecast import BEATS, GIVEN, SessionForecast
 from reports.blocks import Plot, Plots, Section, Table, table_head
 from reports.context import ReportContext
 from reports.figures.forecasts import forecasts_figure
-from reports.forecast_words import (
-    MODELS,
-    is_baseline,
-    mean_speed_errors,
-)
+from reports.forecast_words import MODELS, is_baseline, mean_speed_errors
 from reports.numbers import counted, in_mm, shown, whole_percent
 
 _COLUMNS = table_head(

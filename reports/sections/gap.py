@@ -122,7 +122,6 @@ def _remainder(rest: Remainder, added: str) -> str:
 
 
 def _everything(every: AllEffects) -> str:
-    """Of the twin with all effects at once."""
     gap, strongest = every.gap, every.strengths[:_STRONGEST]
     listing = [f"{in_words(s.effect)} ({in_words(s.parameter)} {shown(s.strength_sd, 1)})" for s in strongest]
     far = ""
@@ -144,7 +143,10 @@ def _attribution(found: Attribution | None) -> str:
     """To which groups of effects the joint fit owes its forecasts."""
     if found is None:
         return ""
-    shares = [f"{name} {shown(each.gap, 2)} ({spanned(*each.gap_ci90, _two)})" for name, each in found.shares.items()]
+    shares = [
+        f"{name} {shown(each.gap, 2)} ({spanned(*each.gap_ci90, lambda share: shown(share, 2))})"
+        for name, each in found.shares.items()
+    ]
     speeds = [
         f"{name} {in_mm(each.speed, signed=True)} ({spanned(*each.speed_ci90, in_mm)})"
         for name, each in found.shares.items()
@@ -160,10 +162,6 @@ def _attribution(found: Attribution | None) -> str:
         f"{listed(shares)}; of the decrease of the mean speed error, in mm/s: {listed(speeds)}. The fewest groups that "
         f"forecast as well within one standard error over trials: {fewest}. {speed}"
     )
-
-
-def _two(value: float) -> str:
-    return shown(value, 2)
 
 
 def _by_how_much(shrinkage: float) -> str:
@@ -201,7 +199,6 @@ def _shrinkage(found: DiagnosisResult) -> str:
 
 
 def _controls(controls: Controls | None) -> str:
-    """What the gap would shrink by anyhow."""
     if controls is None or controls.carried_over is None:
         return ""
     text = ""

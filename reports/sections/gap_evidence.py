@@ -35,7 +35,6 @@ def missing(found: DiagnosisResult, context: ReportContext) -> tuple[Prose, Tabl
 
 
 def _loudest(found: DiagnosisResult, forces: MissingForces, like: Mapping[str, Likeness]) -> str:
-    """The most significant force."""
     clear = forces.clear
     if not (clear > 0.5).any():
         return "No missing force differs significantly from zero over half of the beat."
@@ -124,11 +123,7 @@ def _explanations(found: DiagnosisResult) -> Table:
 
 def _elsewhere(found: DiagnosisResult) -> tuple[tuple[str, ...], ...]:
     places = [
-        (
-            each.probability,
-            in_words(each.place),
-            "the same" if each.same_in_all_trials else "different",
-        )
+        (each.probability, in_words(each.place), "the same" if each.same_in_all_trials else "different")
         for each in found.evidence.elsewhere
     ]
     sway, delay = found.evidence.sway_m, found.evidence.delay_s

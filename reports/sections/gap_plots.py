@@ -31,13 +31,7 @@ _CAPTIONS = {
 
 
 def gap_plots(found: DiagnosisResult, robot: RobotSpec, markers: tuple[str, ...]) -> dict[str, Plot]:
-    """Those in which there is something to see.
-
-    Args:
-        found: the diagnosis.
-        robot: that swam.
-        markers: that were tracked.
-    """
+    """Those in which there is something to see."""
     figures = {"gap-fish": gap_fish_figure(found, robot, markers), "gap-shares": gap_shares_figure(found)}
     figures["gap-effects"] = gap_effects_figure(found)
     if found.gap.trials:

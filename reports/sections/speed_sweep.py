@@ -43,12 +43,7 @@ def build(context: ReportContext) -> Section:
     return Section(
         "Speed",
         "speed",
-        (
-            Plots((sweep, errors)),
-            *_law(calibration),
-            _table(calibration),
-            Prose(_theory(calibration.ebts)),
-        ),
+        (Plots((sweep, errors)), *_law(calibration), _table(calibration), Prose(_theory(calibration.ebts))),
         () if context.trials("holdout") else ("No trial was held out: every speed error below is one of the fit.",),
     )
 
@@ -91,12 +86,10 @@ def _law(calibration: Calibration) -> tuple[Block, ...]:
 
 
 def _interval(slope: Slope) -> str:
-    """Its interval in words."""
     return MISSING if slope.interval is None else spanned(*slope.interval, lambda end: shown(end, 2))
 
 
 def _trends(law: SpeedLaw) -> str:
-    """Those that are significant."""
     words = {"amplitude_m": "amplitude", "reynolds": "Re", "strouhal": "St", "heading_deg": "heading"}
     found = [words.get(name, "turning") for name, slope in law.trends.items() if slope.differs_from_zero]
     if not found:
@@ -130,7 +123,6 @@ def _table(calibration: Calibration) -> Table:
 
 
 def _mean_by_command(trials: Sequence[CalibratedTrial], forecasts: Mapping[str, CommandForecast]) -> str:
-    """Over the trials that have such a forecast."""
     speeds = {trial.measured.name: trial.measured.speed for trial in trials}
     errors = np.array([forecast.speeds["twin"] - speeds[name] for name, forecast in forecasts.items()])
     known = np.abs(errors[np.isfinite(errors)])

@@ -20,7 +20,6 @@ def _lead(context: ReportContext) -> str:
 
 
 def _answers(context: ReportContext) -> tuple[tuple[str, str], ...]:
-    """Questions with their answers."""
     found = caveats_of(context)
     more = " Further caveats are below." if len(found) > 1 else ""
     return (

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import numpy as np
 
-from calib.stages.steering import read_swims, swims_files
 from reports import render_report
+from reports.policy_swims import read_swims, swims_files
 from reports.sections import steering
 from swimgym.evaluation import swim
 from swimgym.making import make_course

@@ -26,10 +26,8 @@ class ClickBoxes:
     """A frame with its markers to be clicked; what the page saves is read with `load_boxes`.
 
     Attributes:
-        rgb: (h, w, 3) the frame, bytes.
+        rgb: (h, w, 3) the frame, bytes; `frame` is its number in the video.
         markers: the markers to click, in the order in which they are asked for.
-        trial: name of the trial, for the name of the saved file.
-        frame: number of the frame in the video.
         suggested: boxes to begin with; the person only has to check and save them.
         blobs: places that a click snaps to (`find_blobs`); elsewhere it snaps to what stands out under it.
         layout_m: (m, 2) places on the straight robot, m, for the little map of the markers.
@@ -62,7 +60,6 @@ class ClickBoxes:
         )
 
     def _data(self) -> dict[str, Any]:
-        """What the page's script works on."""
         height, width = self.rgb.shape[:2]
         suggested = self.suggested.to_json()["boxes"] if self.suggested else {}
         return {
@@ -83,9 +80,8 @@ class ClickBoxes:
         if self.suggested:
             return round(float(np.median([box.width for box in self.suggested.boxes.values()])))
         if self.blobs:
-            return round(
-                BOX_DIAMETERS * float(np.median([blob.diameter_px for blob in self.blobs[: len(self.markers)]]))
-            )
+            diameters = [blob.diameter_px for blob in self.blobs[: len(self.markers)]]
+            return round(BOX_DIAMETERS * float(np.median(diameters)))
         return round(USUAL_SIDE_PX)
 
 

@@ -28,8 +28,6 @@ LONGER = 1.12
 
 @dataclass(frozen=True)
 class _PolarityBlobs:
-    """What one polarity shows."""
-
     polarity: Polarity
     blobs: tuple[Blob, ...]
     bodies: Bodies
@@ -40,12 +38,8 @@ def find_boxes(
 ) -> StartBoxes:
     """Finds the markers of a straight or bent robot, seen from above, of unknown place, heading and scale.
 
-    Args:
-        luma: (h, w) picture, bytes.
-        layout_m: (m, 2) places of the markers on the straight robot, robot frame, m.
-        markers: their names.
-        frame: number of the picture in its video.
-        file: what the picture is from, for the error.
+    The picture (h, w) is of bytes and has a number in its video; `layout_m` (m, 2) are places on the straight robot,
+    robot frame, m.
 
     Raises:
         InputError: the body is not found, or not with certainty; reports what was seen and how to click it.
@@ -102,7 +96,6 @@ def _box(blob: Blob, chosen: Sequence[Blob], shape: tuple[int, ...]) -> Box:
 def _not_certain(
     file: str, frame: int, seen: Sequence[_PolarityBlobs], markers: Sequence[str], sure: tuple[float, float]
 ) -> InputError:
-    """The error that reports what was seen instead of one body."""
     counts = " and ".join(f"{len(each.blobs)} {each.polarity} blobs" for each in seen)
     if not any(len(each.bodies.cost) for each in seen):
         return _refusal(file, frame, "the robot was not found", counts, _wanted(markers))

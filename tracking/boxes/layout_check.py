@@ -35,13 +35,9 @@ def check_layout(names: Sequence[str], centre_px: np.ndarray, layout_m: np.ndarr
     hint = _exchange(names, centre_px, layout_m) if impossible else ""
     for each in impossible:
         before, marker = names[each.step.before], names[each.step.marker]
-        faults.add(
-            f"boxes.{marker}",
-            f"no place for {marker} behind {before}",
-            found=_found(each, names),
-            expected=_expected(each, layout_m),
-            next_step=hint or "Look at the markers' names, or click them again: `calib track SESSION --click`.",
-        )
+        step = hint or "Look at the markers' names, or click them again: `calib track SESSION --click`."
+        what, found, expected = f"no place for {marker} behind {before}", _found(each, names), _expected(each, layout_m)
+        faults.add(f"boxes.{marker}", what, found=found, expected=expected, next_step=step)
 
 
 def _found(taken: FoundStep, names: Sequence[str]) -> str:
@@ -52,7 +48,6 @@ def _found(taken: FoundStep, names: Sequence[str]) -> str:
 
 
 def _expected(taken: FoundStep, layout_m: np.ndarray) -> str:
-    """What the step may be."""
     spread = taken.step.spread
     wanted_m = layout_m[taken.step.marker] - layout_m[taken.step.before]
     if np.isfinite(spread.place_m):

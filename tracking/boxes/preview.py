@@ -40,20 +40,14 @@ class View(NamedTuple):
         return self.right - self.left, self.bottom - self.top
 
 
-def write_preview(path: Path, rgb: np.ndarray, boxes: StartBoxes, title: str = "") -> None:
-    """Writes a PNG of the boxes on their frame.
-
-    Args:
-        path: the PNG.
-        rgb: (h, w, 3) the frame, bytes.
-        boxes: the boxes.
-        title: of the picture; by default the number of the frame.
+def write_preview(path: Path, rgb: np.ndarray, boxes: StartBoxes) -> None:
+    """Writes a PNG of the boxes on their frame, (h, w, 3) bytes.
 
     Raises:
         ResultsNotWritable: the file cannot be written.
     """
     figure = Figure(figsize=SIZE_IN, dpi=DPI, facecolor=PAPER)
-    figure.text(0.02, 0.955, title or f"Start boxes in frame {boxes.frame}", color=INK, size=14, weight="bold")
+    figure.text(0.02, 0.955, f"Start boxes in frame {boxes.frame}", color=INK, size=14, weight="bold")
     centre_px = boxes.centres_px(boxes.markers)
     body = _view(rgb, list(boxes.boxes.values()), 1.25, margin=0.22)
     crowd = [boxes.boxes[boxes.markers[k]] for k in _crowded(centre_px)]
@@ -75,7 +69,6 @@ def marker_colour(number: int) -> tuple[float, float, float]:
 
 
 def _crowded(centre_px: np.ndarray) -> np.ndarray:
-    """Indices of the markers that are closest to each other."""
     apart = np.linalg.norm(centre_px[:, None] - centre_px, axis=2) + np.diag(np.full(len(centre_px), np.inf))
     nearest = apart.min(axis=1, initial=np.inf)
     return np.flatnonzero(nearest <= CROWDED * nearest.min())
@@ -94,7 +87,6 @@ def _view(rgb: np.ndarray, boxes: Sequence[Box], aspect: float, margin: float) -
 
 
 def _show(axes: Any, rgb: np.ndarray, view: View) -> None:
-    """The picture in the view, a pixel as large as it needs to be."""
     rows = slice(max(0, int(view.top)), max(0, int(view.bottom)) + 2)
     columns = slice(max(0, int(view.left)), max(0, int(view.right)) + 2)
     part = rgb[rows, columns]
@@ -107,7 +99,6 @@ def _show(axes: Any, rgb: np.ndarray, view: View) -> None:
 
 
 def _draw_boxes(axes: Any, boxes: StartBoxes, view: View) -> None:
-    """The boxes in the view, each with its name and a line to it."""
     inside = [
         (number, name, np.array(box.centre_px))
         for number, (name, box) in enumerate(boxes.boxes.items())

@@ -54,12 +54,7 @@ class Box(NamedTuple):
 
 @dataclass(frozen=True)
 class StartBoxes:
-    """A box for every marker in one frame.
-
-    Attributes:
-        frame: number of the frame in the video, the first is 0.
-        boxes: the box of each marker by its name.
-    """
+    """A box for every marker by its name, in one frame of a video, of which the first is 0."""
 
     frame: int
     boxes: dict[str, Box]
@@ -95,12 +90,8 @@ def load_boxes(
 ) -> StartBoxes:
     """Reads start boxes and checks them.
 
-    Args:
-        path: the JSON file.
-        markers: the session's markers; each needs one box, in this order in the result.
-        video: boxes beyond its pictures are faults, and so is a frame it does not have.
-        layout_m: (m, 2) places of the markers on the straight robot, robot frame, m; boxes that no pose of it can
-            have are faults.
+    Each marker needs one box. Faults are also boxes beyond the pictures of a video or in a frame that it does not have,
+    and such as no pose of the robot can have, whose straight layout is (m, 2), robot frame, m.
 
     Raises:
         InputError: every fault of the file at once.
@@ -122,7 +113,6 @@ def load_boxes(
 
 
 def _read(path: Path) -> dict[str, Any]:
-    """The file's object."""
     try:
         data = json.loads(path.read_bytes())
     except (OSError, ValueError, RecursionError) as error:
@@ -166,7 +156,6 @@ def _boxes(data: dict[str, Any], markers: Sequence[str], faults: FaultCollector)
 
 
 def _box(name: str, value: Any, faults: FaultCollector) -> Box | None:
-    """One box, or a fault that states what is wrong with it."""
     where = f"boxes.{name}"
     numbers = isinstance(value, list) and all(_is_number(item) for item in value)
     if not numbers or len(value) != len(Box._fields):
@@ -194,13 +183,9 @@ def _check_inside(boxes: dict[str, Box], size: tuple[int, int], faults: FaultCol
 
 
 def _check_apart(boxes: dict[str, Box], faults: FaultCollector) -> None:
-    """No two boxes are on one spot."""
     for (first, one), (second, other) in combinations(boxes.items(), 2):
         apart = math.dist(one.centre_px, other.centre_px)
         if apart < (nearest := ONE_SPOT * min(*one[2:], *other[2:])):
-            faults.add(
-                f"boxes.{second}",
-                f"on the same spot as {first}",
-                found=f"centres {apart:.1f} px apart",
-                expected=f"at least {nearest:.1f} px; each marker has a place of its own",
-            )
+            found, least = f"centres {apart:.1f} px apart", f"at least {nearest:.1f} px"
+            expected = f"{least}; each marker has a place of its own"
+            faults.add(f"boxes.{second}", f"on the same spot as {first}", found=found, expected=expected)

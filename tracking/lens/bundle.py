@@ -96,7 +96,6 @@ def polished(bundle: Bundle, free: np.ndarray) -> Bundle:
 
 
 def _step(bundle: Bundle, free: np.ndarray, damping: float) -> Bundle:
-    """One damped Gauss-Newton step of the lens, the poses following it."""
     normal = normal_equations(bundle, free)
     change = inverse(normal.matrix + damping * np.diag(np.diag(normal.matrix))) @ normal.gradient  # (p,)
     lens, poses = bundle.lens.copy(), bundle.poses.copy()

@@ -52,9 +52,8 @@ def calibrate_lens(pictures: Iterable[Path | np.ndarray], board: BoardSpec) -> L
 
     Take frames of a video in the mode used for the swim trials: photographs have another field of view.
 
-    Args:
-        pictures: files, or (h, w) or (h, w, 3) RGB uint8 arrays; 15 to 30 are good.
-        board: the board as printed and measured.
+    Pictures are files, or (h, w) or (h, w, 3) RGB uint8 arrays; 15 to 30 are good. The board is as printed and
+    measured.
 
     Raises:
         InputError: pictures that cannot be read, or differ in size.
@@ -67,7 +66,12 @@ def calibrate_lens(pictures: Iterable[Path | np.ndarray], board: BoardSpec) -> L
         size = picture.gray.shape[1], picture.gray.shape[0]
     reasons = {n: _unusable(corners, board) for n, corners in enumerate(found)}
     good = [n for n, reason in reasons.items() if not reason]
-    _check_enough(len(good), len(names), board)
+    if len(good) < LEAST_VIEWS:
+        raise NotEnoughData(
+            f"the board was found in {len(good)} of {len(names)} pictures; at least {LEAST_VIEWS} are needed, 15 are "
+            f"good. Is it a {board.kind} board of {board.columns} x {board.rows} squares"
+            + (f" with markers of {board.dictionary}?" if board.kind == "charuco" else "?")
+        )
     fit, used = _without_outliers(found, good, size)
     for n in set(good) - set(used):
         reasons[n] = "its corners do not fit the lens of the other pictures: blurred, moved, or the board was bent"
@@ -96,15 +100,6 @@ def _unusable(corners: Corners, board: BoardSpec) -> str:
     return ""
 
 
-def _check_enough(good: int, pictures: int, board: BoardSpec) -> None:
-    if good < LEAST_VIEWS:
-        raise NotEnoughData(
-            f"the board was found in {good} of {pictures} pictures; at least {LEAST_VIEWS} are needed, 15 are good. "
-            f"Is it a {board.kind} board of {board.columns} x {board.rows} squares"
-            + (f" with markers of {board.dictionary}?" if board.kind == "charuco" else "?")
-        )
-
-
 def _without_outliers(found: Sequence[Corners], good: list[int], size: tuple[int, int]) -> tuple[LensFit, list[int]]:
     """The fit without views that do not belong to it, one after the other, and the views that remain."""
     used, fit = list(good), fit_lens([found[n] for n in good], *size)
@@ -124,14 +119,6 @@ def _without_outliers(found: Sequence[Corners], good: list[int], size: tuple[int
 
 
 def _as_camera(fit: LensFit, width_px: int, height_px: int) -> CameraCalibration:
-    fx, fy, cx, cy, *distortion = fit.bundle.lens.tolist()
-    k1, k2, p1, p2, k3 = distortion
-    return CameraCalibration(
-        width_px=width_px,
-        height_px=height_px,
-        fx_px=fx,
-        fy_px=fy,
-        cx_px=cx,
-        cy_px=cy,
-        distortion=(k1, k2, p1, p2, k3),
-    )
+    fx, fy, cx, cy, k1, k2, p1, p2, k3 = fit.bundle.lens.tolist()
+    pinhole = {"fx_px": fx, "fy_px": fy, "cx_px": cx, "cy_px": cy}
+    return CameraCalibration(width_px=width_px, height_px=height_px, **pinhole, distortion=(k1, k2, p1, p2, k3))

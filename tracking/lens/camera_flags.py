@@ -24,16 +24,39 @@ def lens_flags(
 ) -> tuple[Flag, ...]:
     """Doubts about the lens, each with its likely size.
 
-    Args:
-        camera: as the session has it.
-        picture_px: width and height of the video, where known: does the calibration belong to it?
-        metres_per_px: the scale of the tracks, where known: does the camera's height fit it?
+    Where they are known: does the calibration belong to width and height of the video, and does the camera's height fit
+    the scale of the tracks?
     """
     lens = camera.calibration
     if lens is None:
         return (_not_calibrated(),)
-    found = [_folds(lens), _other_size(lens, picture_px), _other_height(lens, metres_per_px), _no_height(lens)]
-    return tuple(flag for flag in found if flag is not None)
+    size, height_m, flags = (lens.width_px, lens.height_px), lens.height_above_water_m, []
+    if folds(lens):
+        what = "the lens's distortion turns back within the picture"
+        flags.append(Flag("lens_folds", message=f"{what}: near the corners it has no meaning; calibrate again"))
+    if picture_px is not None and picture_px != size:
+        message = (
+            f"the lens was calibrated for pictures of {size[0]} x {size[1]}, the video has {picture_px[0]} x "
+            f"{picture_px[1]}: undistortion is wrong; calibrate in the mode of the video"
+        )
+        flags.append(Flag("lens_other_size", message=message))
+    if metres_per_px is not None and height_m is not None:  # the scale is H / f on the plane of nose and neck
+        height = lens.fx_px * metres_per_px
+        if abs(height / height_m - 1) > HEIGHT_OFF:
+            message = (
+                f"[camera] height_above_water_m is {height_m:g} m, but the scale of the tracks and the focal "
+                f"length put the lens {height:.3g} m above nose and neck: check the height, scale_length_m, and that "
+                "the lens was calibrated in the mode of the video"
+            )
+            flags.append(Flag("camera_height_off_scale", message=message))
+    if height_m is None:
+        message = (
+            "the camera's height is not known, so markers above the others (dorsal and caudal fin, 50 mm) appear too "
+            "far out: by 1.7 % of their distance from the middle under a camera 3 m up. Give [camera] "
+            "height_above_water_m"
+        )
+        flags.append(Flag("no_camera_height", message=message))
+    return tuple(flags)
 
 
 def _not_calibrated() -> Flag:
@@ -48,58 +71,10 @@ def _not_calibrated() -> Flag:
     return Flag("no_lens", message=message)
 
 
-def _folds(lens: CameraCalibration) -> Flag | None:
-    if not folds(lens):
-        return None
-    message = "the lens's distortion turns back within the picture: near the corners it has no meaning; calibrate again"
-    return Flag("lens_folds", message=message)
-
-
-def _other_size(lens: CameraCalibration, picture_px: tuple[int, int] | None) -> Flag | None:
-    size = (lens.width_px, lens.height_px)
-    if picture_px is None or picture_px == size:
-        return None
-    message = (
-        f"the lens was calibrated for pictures of {size[0]} x {size[1]}, the video has {picture_px[0]} x "
-        f"{picture_px[1]}: undistortion is wrong; calibrate in the mode of the video"
-    )
-    return Flag("lens_other_size", message=message)
-
-
-def _no_height(lens: CameraCalibration) -> Flag | None:
-    if lens.height_above_water_m is not None:
-        return None
-    message = (
-        "the camera's height is not known, so markers above the others (dorsal and caudal fin, 50 mm) appear too far "
-        "out: by 1.7 % of their distance from the middle under a camera 3 m up. Give [camera] height_above_water_m"
-    )
-    return Flag("no_camera_height", message=message)
-
-
-def _other_height(lens: CameraCalibration, metres_per_px: float | None) -> Flag | None:
-    """The scale is H / f on the plane of nose and neck: two ways to the camera's height."""
-    if metres_per_px is None or lens.height_above_water_m is None:
-        return None
-    height = lens.fx_px * metres_per_px
-    if abs(height / lens.height_above_water_m - 1) <= HEIGHT_OFF:
-        return None
-    message = (
-        f"[camera] height_above_water_m is {lens.height_above_water_m:g} m, but the scale of the tracks and the focal "
-        f"length put the lens {height:.3g} m above nose and neck: check the height, scale_length_m, and that the lens "
-        "was calibrated in the mode of the video"
-    )
-    return Flag("camera_height_off_scale", message=message)
-
-
 def save_camera(path: Path, calibration: CameraCalibration) -> None:
     """Writes a camera file, whole or not at all; `session.load_camera` reads the same numbers back.
 
     Raises:
         ResultsNotWritable: the file cannot be written.
     """
-    table = tomlkit.table()
-    for key, value in calibration.model_dump(exclude_none=True).items():
-        table[key] = list(value) if isinstance(value, tuple) else value
-    document = tomlkit.document()
-    document["camera"] = table
-    write_whole(path, tomlkit.dumps(document))
+    write_whole(path, tomlkit.dumps({"camera": calibration.model_dump(mode="json", exclude_none=True)}))

@@ -100,43 +100,27 @@ def spread_deg(rotation: np.ndarray) -> float:
 
 def calibration_flags(fit: LensFit, camera: CameraCalibration, sd: LensUncertainty) -> tuple[Flag, ...]:
     """Every reason not to believe a fit, which as a calibration is `camera`, each with its number and what to do."""
-    found = []
-    if (views := len(fit.bundle.corners)) < GOOD_VIEWS:
-        found.append(("lens_few_views", f"the lens rests on {views} pictures; take {GOOD_VIEWS} at least"))
-    coverage = coverage_of(fit.bundle.corners, camera.width_px, camera.height_px)
-    if coverage < GOOD_COVERAGE:
-        found.append(
-            (
-                "lens_coverage",
-                f"the board was seen in {100 * coverage:.0f} % of the picture only; elsewhere the lens is "
-                "extrapolated: hold the board in the corners and at the edges too",
-            )
-        )
+    views, coverage = len(fit.bundle.corners), coverage_of(fit.bundle.corners, camera.width_px, camera.height_px)
     angle, focal = spread_deg(fit.bundle.poses[:, :3]), max(sd.fx_px / camera.fx_px, sd.fy_px / camera.fy_px)
-    if angle < TILTED_DEG or focal > FOCAL_SD:
-        found.append(
-            (
-                "lens_parallel_views",
-                f"the board's planes differ by {angle:.0f} degrees at most, and the focal length is known to "
-                f"{100 * focal:.2g} %; parallel views do not determine it: tilt the board by 20 to 45 degrees",
-            )
-        )
-    if fit.rms_px > (limit := RMS_SHARE * camera.width_px):
-        found.append(
-            (
-                "lens_rms",
-                f"corners are off by {fit.rms_px:.2f} px, more than {limit:.2f} px: the board is not flat, the "
-                "pictures are blurred, or the lens bends more than five coefficients can describe",
-            )
-        )
-    if sd.bend_px > (limit := BEND_SHARE * camera.width_px):
-        found.append(
-            (
-                "lens_uncertain",
-                f"the shape of the picture is known to {sd.bend_px:.2f} px at its worst place, more than "
-                f"{limit:.2f} px: take more pictures, with the board near the edges",
-            )
-        )
-    if folds(camera):
-        found.append(("lens_folds", "the distortion turns back within the picture: it has no meaning near the corners"))
-    return tuple(Flag(kind, message=message) for kind, message in found)
+    most_rms, most_bend = (share * camera.width_px for share in (RMS_SHARE, BEND_SHARE))
+    doubts = (
+        ("lens_few_views", views < GOOD_VIEWS),
+        ("lens_coverage", coverage < GOOD_COVERAGE),
+        ("lens_parallel_views", angle < TILTED_DEG or focal > FOCAL_SD),
+        ("lens_rms", fit.rms_px > most_rms),
+        ("lens_uncertain", sd.bend_px > most_bend),
+        ("lens_folds", folds(camera)),
+    )
+    messages = {
+        "lens_few_views": f"the lens rests on {views} pictures; take {GOOD_VIEWS} at least",
+        "lens_coverage": f"the board was seen in {100 * coverage:.0f} % of the picture only; elsewhere the lens is "
+        "extrapolated: hold the board in the corners and at the edges too",
+        "lens_parallel_views": f"the board's planes differ by {angle:.0f} degrees at most, and the focal length is "
+        f"known to {100 * focal:.2g} %; parallel views do not determine it: tilt the board by 20 to 45 degrees",
+        "lens_rms": f"corners are off by {fit.rms_px:.2f} px, more than {most_rms:.2f} px: the board is not flat, the "
+        "pictures are blurred, or the lens bends more than five coefficients can describe",
+        "lens_uncertain": f"the shape of the picture is known to {sd.bend_px:.2f} px at its worst place, more than "
+        f"{most_bend:.2f} px: take more pictures, with the board near the edges",
+        "lens_folds": "the distortion turns back within the picture: it has no meaning near the corners",
+    }
+    return tuple(Flag(kind, message=messages[kind]) for kind, doubtful in doubts if doubtful)

@@ -12,12 +12,7 @@ from session.errors import Fault
 
 
 class Picture(NamedTuple):
-    """A picture and how a message names it.
-
-    Attributes:
-        name: the file, or its number from 1.
-        gray: (h, w) uint8.
-    """
+    """A picture (h, w) uint8 and how a message names it: the file, or its number from 1."""
 
     name: str
     gray: np.ndarray
@@ -58,13 +53,9 @@ def each_picture(pictures: Iterable[Path | np.ndarray]) -> Iterator[Picture]:
             else:
                 faults.file = str(source) if isinstance(source, Path) else name
                 (height, width), (first_height, first_width) = picture.gray.shape, first.gray.shape
-                faults.add(
-                    "",
-                    "a picture of another size",
-                    found=f"{width} x {height}",
-                    expected=f"{first_width} x {first_height}, like {first.name}",
-                    next_step="A lens is calibrated for one camera, one mode and one zoom: leave the others out.",
-                )
+                found, expected = f"{width} x {height}", f"{first_width} x {first_height}, like {first.name}"
+                step = "A lens is calibrated for one camera, one mode and one zoom: leave the others out."
+                faults.add("", "a picture of another size", found=found, expected=expected, next_step=step)
     faults.raise_if_any()
 
 

@@ -32,12 +32,8 @@ def draw_board(path: Path, board: BoardSpec) -> None:
 
     Print without scaling, glue it to something flat, and measure the squares: that is `square_m`.
 
-    Args:
-        path: ends in .pdf, .svg or .png (300 dots an inch).
-        board: what to draw.
-
     Raises:
-        InputError: another suffix.
+        InputError: another suffix than .pdf, .svg or .png (300 dots an inch).
         ResultsNotWritable: the file cannot be written.
     """
     if path.suffix.lower() not in SUFFIXES:

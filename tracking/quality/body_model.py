@@ -38,13 +38,9 @@ FREE_PX2 = 1e6
 
 @dataclass(frozen=True, eq=False)
 class JointGaussian:
-    """A zero-mean Gaussian over the coordinates x0, y0, x1, y1, … of m markers, of which any may be missing.
+    """A zero-mean Gaussian over the coordinates x0, y0, x1, y1, … of m markers, of which any may be missing."""
 
-    Attributes:
-        covariance: (2m, 2m).
-    """
-
-    covariance: np.ndarray
+    covariance: np.ndarray  # (2m, 2m)
     _given: _Conditionals = field(default_factory=dict, init=False, repr=False)
 
     def given(self, active: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -57,10 +57,7 @@ class TrackQuality:
 def check_tracks(tracks: xr.Dataset, layout: RobotSpec, floor_px: float = FLOOR_PX) -> TrackQuality:
     """Judges every sample of a trial.
 
-    Args:
-        tracks: of n frames and m markers, in any order.
-        layout: the robot, of which only the markers are used.
-        floor_px: how far a marker may always be from where the others put it.
+    Of the layout only the markers are used; a marker may always be `floor_px` from where the others put it.
 
     Raises:
         ValueError: a marker that the layout lacks.

@@ -57,17 +57,11 @@ def _named(findings: Findings, markers: tuple[str, ...], k: int, first: int, las
     other = int(touched.argmax())
     if 2 * touched[other] >= long:
         concerned = (markers[k], markers[other])
-        kind, text = (
-            "merged_markers",
-            f"{markers[k]} sits on {markers[other]}: {_apart(findings, k, other, span)}",
-        )
+        kind, text = "merged_markers", f"{markers[k]} sits on {markers[other]}: {_apart(findings, k, other, span)}"
         if 2 * findings.wrong[span, other].sum() >= long:
             text += "; both are left out"
     elif 2 * findings.still[span, k].sum() >= long:
-        kind, text = (
-            "frozen_marker",
-            f"{markers[k]} stands still while the body moves, {off_px:.0f} px away at most",
-        )
+        kind, text = "frozen_marker", f"{markers[k]} stands still while the body moves, {off_px:.0f} px away at most"
     elif long <= JUMP_FRAMES:
         kind, text = "jump", f"{markers[k]} jumps, {off_px:.0f} px from where the others put it at most"
     else:
@@ -125,12 +119,5 @@ def frozen_picture(position_px: np.ndarray) -> np.ndarray:
 
 def frozen_flags(frozen: np.ndarray, markers: tuple[str, ...]) -> list[Flag]:
     """A flag for each stretch."""
-    return [
-        Flag(
-            "frozen_marker",
-            markers,
-            (first, last),
-            f"no marker moves for {last - first + 1} frames: the video stands still or repeats itself",
-        )
-        for first, last in stretches(frozen)
-    ]
+    what = "no marker moves for {} frames: the video stands still or repeats itself"
+    return [Flag("frozen_marker", markers, span, what.format(span[1] - span[0] + 1)) for span in stretches(frozen)]

@@ -12,13 +12,12 @@ labelled by hand, have confidence 1. https://deeplabcut.github.io/DeepLabCut/doc
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import xarray as xr
 
 from session import FaultCollector
@@ -37,16 +36,10 @@ def save_deeplabcut(path: Path, tracks: xr.Dataset) -> None:
     Raises:
         ResultsNotWritable: the file cannot be written.
     """
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    columns = [(marker, coord) for marker in markers_of(tracks) for coord in COORDS]
-    writer.writerow(["scorer", *[SCORER] * len(columns)])
-    writer.writerow(["bodyparts", *(marker for marker, _ in columns)])
-    writer.writerow(["coords", *(coord for _, coord in columns)])
+    levels = [[SCORER], markers_of(tracks), COORDS]
+    columns = pd.MultiIndex.from_product(levels, names=["scorer", "bodyparts", "coords"])
     samples = np.concatenate([pixels_of(tracks), tracks.confidence.values[..., None]], axis=2)  # (n, m, 3)
-    for number, row in enumerate(samples.reshape(len(samples), -1).tolist()):
-        writer.writerow([number, *("" if cell != cell else repr(cell) for cell in row)])
-    write_whole(path, text.getvalue())
+    write_whole(path, pd.DataFrame(samples.reshape(len(samples), -1), columns=columns).to_csv())
 
 
 def load_deeplabcut(path: Path, markers: Sequence[str], fps: float) -> xr.Dataset:
@@ -76,11 +69,7 @@ def is_deeplabcut(table: RawTable) -> bool:
 
 
 def _head(table: RawTable, faults: FaultCollector) -> dict[str, list[str]]:
-    """The header rows after the first by their names, without their first cells.
-
-    Raises:
-        InputError: they are not DeepLabCut's, or name several animals.
-    """
+    """The header rows after the first by their names, without their first cells."""
     head: dict[str, list[str]] = {}
     for row in table.rows[:3]:
         if row.cells[0].lower() in ("individuals", "bodyparts", "coords"):
@@ -88,12 +77,8 @@ def _head(table: RawTable, faults: FaultCollector) -> dict[str, list[str]]:
     first = table.header or ("numbers",)
     if not is_deeplabcut(table) or not {"bodyparts", "coords"} <= head.keys():
         found = ", ".join([first[0], *(row.cells[0] for row in table.rows[:3])])
-        faults.add(
-            "line 1",
-            "not the header of DeepLabCut",
-            found=f"rows that start with {found}",
-            expected="rows that start with scorer, bodyparts and coords, with individuals before bodyparts if several",
-        )
+        expected = "rows that start with scorer, bodyparts and coords, with individuals before bodyparts if several"
+        faults.add("line 1", "not the header of DeepLabCut", found=f"rows that start with {found}", expected=expected)
     elif len({len(row) for row in (first[1:], *head.values())}) > 1:
         found = ", ".join(f"{key}: {len(row)}" for key, row in head.items())
         faults.add("line 1", "header rows of different length", found=found, expected="as many cells in each")

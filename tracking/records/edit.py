@@ -14,8 +14,6 @@ Coordinate = Annotated[float, Field(allow_inf_nan=False)]
 
 
 class _Edit(BaseModel):
-    """What all edits have in common."""
-
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
     note: str = ""
@@ -35,8 +33,6 @@ class _Edit(BaseModel):
 
 
 class _Stretch(_Edit):
-    """An edit of a stretch of frames."""
-
     frames: tuple[FrameNumber, FrameNumber | None] = (0, None)
     """First and last, both included; None for the last means to the end."""
 
@@ -89,13 +85,9 @@ class Relabel(_Stretch):
 
 
 class SetBox(_Edit):
-    """In one frame a marker is in this box; from there it is tracked on.
+    """In one frame a marker is in this box: x, y of the top left pixel, width and height, px.
 
-    Attributes:
-        marker: its name.
-        frame: the frame.
-        box: x, y of the top left pixel, width and height, px.
-        until: the last frame to track on to; None leaves it to the tracker.
+    From there it is tracked on, until the last frame given; None leaves it to the tracker.
     """
 
     op: Literal["box"] = "box"
@@ -110,12 +102,6 @@ class SetBox(_Edit):
             expected = f"a frame from {self.frame} on"
             raise key_error("the last frame is before that of the box", found=f"until {self.until}", expected=expected)
         return self
-
-    @property
-    def centre_px(self) -> tuple[float, float]:
-        """Centre of the pixels that the box covers."""
-        x, y, width, height = self.box
-        return x + (width - 1) / 2, y + (height - 1) / 2
 
 
 class Undo(_Edit):

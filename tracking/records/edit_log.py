@@ -58,11 +58,6 @@ class EditLog:
     def load(cls, path: Path, markers: Sequence[str], frames: int | None = None) -> EditLog:
         """Reads a log; one that is not there is empty.
 
-        Args:
-            path: the file, by habit ``trials/<trial>.edits.jsonl``.
-            markers: those that edits may name.
-            frames: how many the trial has, if known.
-
         Raises:
             InputError: every fault of the file at once, with its lines.
         """
@@ -77,13 +72,9 @@ class EditLog:
         return log
 
     def append(self, text: str) -> EditLog:
-        """Adds an edit at the end of the file, which is made when it is not there; all that is there stays.
+        """Adds an edit, JSON as a line of the file has it, at the end of the file; the log as it then is.
 
-        Args:
-            text: the edit as JSON, as a line of the file has it.
-
-        Returns:
-            The log as it then is in the file.
+        The file is made when it is not there; all that is there stays.
 
         Raises:
             InputError: not an edit, or one that names a marker, frame or line that is not there, or the file has

@@ -9,6 +9,7 @@ import xarray as xr
 
 from session import Flag
 from session.tracks import markers_of
+from tracking.boxes import Box
 from tracking.records.edit import Drop, Relabel, SetBox, Swap
 from tracking.records.edit_log import EditLog, LoggedEdit
 from tracking.records.tracked import NO_SAMPLE, ONLY_CSRT, SampleState, only_csrt_flags, samples_of, with_samples
@@ -29,11 +30,6 @@ def apply_edits(tracked: xr.Dataset, log: EditLog, retrack: Retracker | None = N
     the box; the frames after it are what `retrack` finds, or stay as they are without one. Each edit leaves a flag
     ``edited`` that names it. Flags ``only_csrt`` go with their samples; other flags of the tracker stay: judge the
     quality again after the edits.
-
-    Args:
-        tracked: as the tracker left it.
-        log: read for the markers and frames of this trial.
-        retrack: tracks a marker on from a box set by hand.
     """
     if not log.in_force:
         return tracked
@@ -52,7 +48,7 @@ def apply_edits(tracked: xr.Dataset, log: EditLog, retrack: Retracker | None = N
                 samples[span, names.index(marker)] = NO_SAMPLE
             case SetBox(marker=marker, frame=frame) as box:
                 k = names.index(marker)
-                samples[frame, k] = (box.centre_px, 1.0, SampleState.BY_HAND, np.nan, False)
+                samples[frame, k] = (Box(*box.box).centre_px, 1.0, SampleState.BY_HAND, np.nan, False)
                 if retrack is not None:
                     found, new_flags = retrack(samples["position_px"], k, box)
                     samples[frame + 1 : frame + 1 + len(found), k] = found

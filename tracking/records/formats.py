@@ -28,11 +28,8 @@ FORMATS: dict[str, Callable[[Path, xr.Dataset], None]] = {
 def import_tracks(path: Path, markers: Sequence[str], fps: float) -> xr.Dataset:
     """Reads tracks in any of the forms in `FORMATS`, which is recognised by the content, not by the name.
 
-    Args:
-        path: the file; text may be packed (.gz).
-        markers: the markers it must hold; what else the file tracks is left out, save in our own form, in which
-            it is an error.
-        fps: frames a second, for forms without time.
+    Text may be packed (.gz); `fps` is for forms without time. What the file tracks beyond the `markers` is left out,
+    save in our own form, in which it is an error.
 
     Raises:
         InputError: every fault of the file at once.

@@ -81,9 +81,6 @@ def fill_gaps(tracked: xr.Dataset) -> xr.Dataset:
     so filling twice is the same as once. A filled sample is INTERPOLATED; other samples stay bit for bit. A gap
     that is not filled stays as it is, is flagged ``gap`` and the flag states why: it is longer than the limit,
     has no sample on one side, or could only be guessed. Earlier flags of this kind are replaced.
-
-    Args:
-        tracked: of n frames and m markers.
     """
     time_s, seen = tracked.time.values, seen_in(tracked)
     place = pixels_of(tracked) @ np.array([1, 1j])  # (n, m)

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+import pandas as pd
 import xarray as xr
 
 from session import FaultCollector, Flag, InputError
@@ -82,7 +83,6 @@ def load_tracked(folder: Path, trial: str) -> xr.Dataset:
 
 
 def _markers(table: RawTable) -> tuple[str, ...]:
-    """The markers that the header of a file of tracks names."""
     markers = tuple(name.removesuffix("_x") for name in table.header or () if name.endswith("_x"))
     if not markers:
         first = ",".join(table.header or table.rows[0].cells)
@@ -92,21 +92,15 @@ def _markers(table: RawTable) -> tuple[str, ...]:
 
 
 def _states_csv(tracked: xr.Dataset) -> str:
-    rows = [
-        ",".join([repr(time), *(cell for pair in zip(states, sizes, strict=True) for cell in _cells(*pair))])
-        for time, states, sizes in zip(
-            tracked.time.values.tolist(), tracked.state.values.tolist(), tracked["size"].values.tolist(), strict=True
-        )
-    ]
-    return "\n".join([",".join(_names(markers_of(tracked))), *rows, ""])
+    words = np.array([state.word for state in SampleState])[tracked.state.values]  # (n, m)
+    columns = [tracked.time.values]
+    for word, size_px in zip(words.T, tracked["size"].values.T, strict=True):
+        columns += [word, size_px]
+    return pd.DataFrame(dict(zip(_names(markers_of(tracked)), columns, strict=True))).to_csv(index=False)
 
 
 def _names(markers: tuple[str, ...]) -> tuple[str, ...]:
     return ("time_s", *(f"{marker}{suffix}" for marker in markers for suffix in ("_state", "_size_px")))
-
-
-def _cells(state: int, size_px: float) -> tuple[str, str]:
-    return SampleState(state).word, "" if size_px != size_px else repr(size_px)
 
 
 def _load_states(path: Path, tracks: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:

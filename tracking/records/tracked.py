@@ -55,11 +55,8 @@ NO_SAMPLE = np.array(((np.nan, np.nan), 0.0, SampleState.MISSING, np.nan, False)
 def with_states(tracks: xr.Dataset, state: np.ndarray, size_px: np.ndarray, flags: Sequence[Flag] = ()) -> xr.Dataset:
     """Tracks (n frames of m markers) with how each sample came about.
 
-    Args:
-        tracks: positions and confidences.
-        state: (n, m) int8 of `SampleState`; MISSING exactly where the position is nan.
-        size_px: (n, m) apparent diameter of the marker, px; nan where not measured.
-        flags: what is doubtful.
+    States are (n, m) int8 of `SampleState`, MISSING exactly where the position is nan; sizes (n, m) the apparent
+    diameter of the marker, px, nan where not measured.
 
     Returns:
         The same with the variables ``state`` and ``size`` (time, keypoint), and the attributes ``flags``,

@@ -35,18 +35,14 @@ def without_marker(tracker: MarkerTracker, first: Sighting) -> np.ndarray:
     return empty | ~first.seen
 
 
-def doubtful_boxes(luma: np.ndarray, boxes: StartBoxes, markers: Sequence[str], seed: int = 0) -> tuple[Flag, ...]:
+def doubtful_boxes(luma: np.ndarray, boxes: StartBoxes, markers: Sequence[str]) -> tuple[Flag, ...]:
     """A flag ``doubtful_box`` for each box in which the detector answers no more than on the water elsewhere.
 
-    Args:
-        luma: (h, w) uint8, the frame of the boxes.
-        boxes: of all the markers.
-        markers: their names, in the order wanted.
-        seed: of the places that are compared.
+    The picture (h, w) uint8 is that of the boxes.
     """
     centre_px = boxes.centres_px(markers)
     side_px = np.array([(boxes.boxes[name].width + boxes.boxes[name].height) / 2 for name in markers])
-    places_px = _elsewhere(luma, centre_px, CLEAR * float(np.median(side_px)), seed)
+    places_px = _elsewhere(luma, centre_px, CLEAR * float(np.median(side_px)))
     if len(places_px) < FEWEST:
         return ()
     look = measure_appearance(luma, centre_px, side_px)
@@ -67,8 +63,8 @@ def doubtful_boxes(luma: np.ndarray, boxes: StartBoxes, markers: Sequence[str], 
     return tuple(flags)
 
 
-def _elsewhere(luma: np.ndarray, centre_px: np.ndarray, clear_px: float, seed: int) -> np.ndarray:
+def _elsewhere(luma: np.ndarray, centre_px: np.ndarray, clear_px: float) -> np.ndarray:
     """(p, 2) places in the picture, away from all boxes."""
     height, width = luma.shape
-    drawn = np.random.default_rng(seed).uniform(0, [width - 1, height - 1], (PLACES, 2))
+    drawn = np.random.default_rng(0).uniform(0, [width - 1, height - 1], (PLACES, 2))
     return drawn[np.linalg.norm(drawn[:, None] - centre_px[None], axis=2).min(axis=1) > clear_px]

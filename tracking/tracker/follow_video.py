@@ -48,13 +48,7 @@ def follow_video(
     Row k is frame k; frames before that of the boxes, and frames that cannot be read, hold no samples. Interrupted,
     it leaves what was tracked so far in `partial` and goes on from there the next time, with the same result.
 
-    Args:
-        video: opened; CSRT takes as many threads as it decodes with.
-        boxes: of all the markers, in one frame.
-        markers: their names, in the order wanted.
-        method: one of `TRACKERS`.
-        partial: where to keep what was tracked so far; None: nowhere.
-        progress: called now and then.
+    CSRT takes as many threads as the video is decoded with; `progress` is called now and then.
 
     Raises:
         InputError: the frame of the boxes is not in the video, or a box holds no marker.

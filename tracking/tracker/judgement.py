@@ -3,6 +3,7 @@
 from itertools import pairwise
 
 import numpy as np
+import pandas as pd
 import xarray as xr
 from scipy.ndimage import median_filter
 
@@ -31,13 +32,8 @@ EXCHANGE_FRAMES = 2
 def trusted(tracked: xr.Dataset, layout: RobotSpec) -> xr.Dataset:
     """Judges a tracked trial by all there is: states, look, order along the body, shape and motion.
 
-    Args:
-        tracked: n frames of m markers, after edits and with its gaps filled.
-        layout: the robot, of which only the markers are used.
-
-    Returns:
-        The same with the flags of the tracker, of `judge` and of `check_tracks`, each once, and with its weights: 0
-        where a sample does not count, or `tracking.check_tracks` does not believe it.
+    It comes after edits and filled gaps; of the layout only the markers are used. It gets the flags of the tracker, of
+    `judge` and of `check_tracks`, each once, and its weights: 0 where a sample does not count, or is not believed.
     """
     own = [flag for flag in (*tracked.flags, *judge(tracked, layout)) if flag.kind != "gap"]
     first = int(np.argmax(seen_in(tracked).any(axis=1)))
@@ -58,11 +54,7 @@ def judge(tracked: xr.Dataset, layout: RobotSpec) -> tuple[Flag, ...]:
     low_confidence = seen & (tracked.confidence.values < LEAST_CONFIDENCE)
     suspicions = {
         "lost_marker": (~seen, 1, "is not seen"),
-        "drift": (
-            low_confidence,
-            DRIFT_FRAMES,
-            "has lost its appearance; the tracker may have drifted",
-        ),
+        "drift": (low_confidence, DRIFT_FRAMES, "has lost its appearance; the tracker may have drifted"),
         "size": (_wrong_size(tracked), 1, "appears in another size"),
     }
     flags = [
@@ -76,12 +68,8 @@ def judge(tracked: xr.Dataset, layout: RobotSpec) -> tuple[Flag, ...]:
 
 
 def _wrong_size(tracked: xr.Dataset) -> np.ndarray:
-    size = tracked["size"].values
-    known = np.isfinite(size)
-    typical = np.array(
-        [np.median(column[there]) if there.any() else 1.0 for column, there in zip(size.T, known.T, strict=True)]
-    )
-    off = np.where(known, np.abs(size / typical - 1), 0.0)
+    size = pd.DataFrame(tracked["size"].values)
+    off = (size / size.median() - 1).abs().fillna(0.0)
     return median_filter(off, size=(SIZE_FRAMES, 1)) > SIZE_OFF
 
 
@@ -94,20 +82,14 @@ def _exchanges(tracked: xr.Dataset, layout: RobotSpec) -> list[Flag]:
     names = markers_of(tracked)
     place = layout.marker_positions_m(names)  # (m, 3)
     middle = [k for k in np.argsort(place[:, 0], kind="stable") if abs(place[k, 1]) < 1e-6]
-    flags: list[Flag] = []
-    for left, right in pairwise(middle):
-        wrong = _shorter_exchanged(pixels_of(tracked), middle, left, right)
-        flags += _flagged(names, (left, right), wrong)
-    for left, right in _sides(place) if len(middle) > 1 else ():
-        wrong = _mirrored(pixels_of(tracked), middle, left, right)
-        flags += _flagged(names, (left, right), wrong)
-    return flags
-
-
-def _flagged(names: tuple[str, ...], pair: tuple[int, int], wrong: np.ndarray) -> list[Flag]:
-    a, b = (names[k] for k in pair)
-    message = f"{a} and {b} seem to be exchanged"
-    return [Flag("swap", (a, b), span, message) for span in stretches(wrong, EXCHANGE_FRAMES)]
+    pairs = [(pair, _shorter_exchanged(pixels_of(tracked), middle, *pair)) for pair in pairwise(middle)]
+    if len(middle) > 1:
+        pairs += [(pair, _mirrored(pixels_of(tracked), middle, *pair)) for pair in _sides(place)]
+    return [
+        Flag("swap", (names[a], names[b]), span, f"{names[a]} and {names[b]} seem to be exchanged")
+        for (a, b), wrong in pairs
+        for span in stretches(wrong, EXCHANGE_FRAMES)
+    ]
 
 
 def _shorter_exchanged(position: np.ndarray, order: list[int], a: int, b: int) -> np.ndarray:

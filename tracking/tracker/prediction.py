@@ -84,7 +84,6 @@ class Motion:
 
     @property
     def _beat_rad(self) -> float:
-        """A frame."""
         twice_cos, slow_fast = self.beat[0] / max(self.beat[1], 1e-9), 2 * np.cos(_BEAT)
         return float(np.arccos(np.clip(twice_cos, *slow_fast[::-1]) / 2)) if self.beat[1] > 0 else _BEAT[0]
 

@@ -141,7 +141,6 @@ def strongest_answer(
 
 
 def _kernel(sigma: float) -> tuple[int, int]:
-    """Its size."""
     side = 2 * ceil(_SIGMAS * sigma) + 1
     return side, side
 

@@ -53,14 +53,7 @@ class Sighting:
 
 
 class MarkerTracker:
-    """Follows m markers from frame to frame; made by `begin` or `restored`.
-
-    Args:
-        start: the look of the markers in their start boxes.
-        motion: where they are.
-        spacing: how far apart neighbours are.
-        csrt: asked where no spot answers; None: nobody is.
-    """
+    """Follows m markers from frame to frame; made by `begin` or `restored`; `csrt` is asked where no spot answers."""
 
     def __init__(self, start: Appearance, motion: Motion, spacing: Spacing, csrt: SecondOpinion | None) -> None:
         self.start = start
@@ -73,21 +66,12 @@ class MarkerTracker:
 
     @classmethod
     def begin(
-        cls,
-        luma: np.ndarray,
-        centre_px: np.ndarray,
-        box_px: np.ndarray,
-        use_csrt: bool = True,
-        threads: int = 0,
+        cls, luma: np.ndarray, centre_px: np.ndarray, box_px: np.ndarray, use_csrt: bool = True, threads: int = 0
     ) -> tuple["MarkerTracker", Sighting]:
         """Starts in a frame in which every marker has a box.
 
-        Args:
-            luma: (h, w) uint8, the frame of the boxes.
-            centre_px: (m, 2) their centres.
-            box_px: (m,) mean side of each.
-            use_csrt: whether CSRT is asked where no spot answers.
-            threads: for CSRT, 0 for all cores.
+        The frame is (h, w) uint8; (m, 2) are the centres of the boxes and (m,) their mean sides. CSRT takes so many
+        threads, 0 for all cores.
         """
         start = measure_appearance(luma, centre_px, box_px)
         for _ in range(2):  # a box may hold part of a neighbour
@@ -110,12 +94,9 @@ class MarkerTracker:
         return tracker, first
 
     def step(self, luma: np.ndarray, taken_px: np.ndarray | None = None, frames: float = 1.0) -> Sighting:
-        """Takes the next frame.
+        """Takes the next frame (h, w) uint8, so many `frames` of the usual rate after the one before.
 
-        Args:
-            luma: (h, w) uint8.
-            frames: time since the one before, in frames of the usual rate.
-            taken_px: (o, 2) where other markers are that this tracker does not follow; no marker is put there.
+        No marker is put where others are that this tracker does not follow, (o, 2).
         """
         return self._see(luma, self.motion.predict(self.look.diameter_px, frames), taken_px, frames)
 

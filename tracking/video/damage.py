@@ -70,6 +70,5 @@ def suspect_frames(lost: Iterable[int], index: FrameIndex) -> np.ndarray:
 
 
 def _named(first: int, last: int, index: FrameIndex) -> str:
-    """A stretch of lost frames with its time."""
     name = f"{first}" if first == last else f"{first} to {last}"
     return f"{name} ({index.time_s[first]:.3f} s)"

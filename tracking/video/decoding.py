@@ -91,7 +91,6 @@ class Decoder:
         self._at_start = True
 
     def _packets(self) -> Iterator[av.Packet]:
-        """The stream's packets up to the end of what can be read."""
         try:
             yield from (packet for packet in self.container.demux(self.stream) if packet.size)
         except av.FFmpegError:
@@ -135,7 +134,6 @@ def open_video(file: Path) -> tuple[av.container.InputContainer, av.VideoStream]
 
 
 def _check_file(file: Path) -> None:
-    """Refuses what is no file, or an empty one."""
     if not file.exists():
         raise fault(file, "no such file", "", EXPECTED)
     if file.is_dir():
@@ -145,7 +143,6 @@ def _check_file(file: Path) -> None:
 
 
 def _unreadable(file: Path, error: Exception) -> InputError:
-    """The error of a file that FFmpeg does not open."""
     try:
         with file.open("rb") as stream:
             head = stream.read(8)
@@ -160,7 +157,6 @@ def _unreadable(file: Path, error: Exception) -> InputError:
 
 
 def _picture_stream(file: Path, container: av.container.InputContainer) -> av.VideoStream:
-    """The main picture stream of a container."""
     stream = container.streams.best("video")
     if stream is None:
         kinds = ", ".join(stream.type for stream in container.streams) or "no stream at all"

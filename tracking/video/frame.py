@@ -79,5 +79,4 @@ def _first_plane(picture: av.VideoFrame, dtype: np.typing.DTypeLike) -> np.ndarr
 
 
 def _upper_bits(deep: np.ndarray, shift: int) -> np.ndarray:
-    """The upper 8 bits of deeper brightness."""
     return np.right_shift(deep, shift, out=np.empty(deep.shape, np.uint8), casting="unsafe")

@@ -109,12 +109,10 @@ def index_frames(read: Packets, container: av.container.InputContainer, stream: 
 
 
 def _unit_s(stream: av.VideoStream) -> float:
-    """The unit of a stream's stamps."""
     return float(stream.time_base or 1)
 
 
 def _by_presentation(read: Packets, stamps: Sequence[int], stream: av.VideoStream) -> FrameIndex:
-    """The index by the frames' own stamps."""
     pts = np.array(stamps, dtype=np.int64)
     number_of = {stamp: number for number, stamp in enumerate(stamps)}
     return FrameIndex(

@@ -22,9 +22,7 @@ class VideoInfo:
     """A video's size, frames and times.
 
     Attributes:
-        file: the file.
-        width_px: width of the upright picture.
-        height_px: height of the upright picture.
+        width_px, height_px: of the upright picture.
         codec: name of the codec: ``"h264"``, ``"hevc"``, ...
         time_s: (n,) time of each frame from the first one, ascending.
         time_source: where the times come from.

@@ -46,7 +46,7 @@ def test_a_log_written_by_hand_is_read_with_its_lines(tmp_path):
     assert [line for line, _ in log.edits] == [2, 4, 5]
     assert log.edits[0].edit == Swap(markers=("nose", "neck"), frames=(12, None))
     assert [line for line, _ in log.in_force] == [4]
-    assert log.edits[1].edit.centre_px == (12.0, 21.5)
+    assert log.edits[1].edit.box == (10, 20, 5, 4)
 
 
 @settings(deadline=None, max_examples=25)
