@@ -5,6 +5,7 @@ import pytest
 
 from benchmarks.video.filmed import SessionVideo
 from calib.pipeline import Options, Pipeline, open_session
+from fitting import left_out
 from synthetic import make_session
 from tests.calib import filmed as of_video
 from tests.calib.door import PLAN, Front, front_door, little_posterior, with_little_effort
@@ -52,14 +53,28 @@ def finished_session(fresh_session: Path, tmp_path_factory: pytest.TempPathFacto
 
 
 @pytest.fixture(scope="session")
-def whole_session(finished_session: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    def finish(folder: Path) -> None:
+def sampled_session(finished_session: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """With the posterior; one of its effects is called for whatever the data say."""
+
+    def sample(folder: Path) -> None:
         shutil.copytree(finished_session, folder)
         with pytest.MonkeyPatch.context() as patch:
             with_little_effort(patch)
             little_posterior(patch)
+            patch.setattr(left_out, "LEFT_OUT_P", 2.0)
+            patch.setattr(left_out, "LEFT_OUT_SD", -1.0)
+            Pipeline(open_session(folder), Options("quick")).posterior()
+
+    return made_once(tmp_path_factory, "sampled", sample)
+
+
+@pytest.fixture(scope="session")
+def whole_session(sampled_session: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    def finish(folder: Path) -> None:
+        shutil.copytree(sampled_session, folder)
+        with pytest.MonkeyPatch.context() as patch:
+            with_little_effort(patch)
             pipeline = Pipeline(open_session(folder), Options("quick"))
-            pipeline.posterior()
             pipeline.diagnosis()
             pipeline.report()
 

@@ -24,9 +24,9 @@ QUICK = ("--effort", "quick")
 
 
 @pytest.fixture(scope="module")
-def diagnosed_session(fresh_session: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def diagnosed_session(finished_session: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A session with a diagnosis of two effects, in which one is named and all are called for whatever the data say."""
-    folder = Path(shutil.copytree(fresh_session, tmp_path_factory.mktemp("diagnosed") / "pool"))
+    folder = Path(shutil.copytree(finished_session, tmp_path_factory.mktemp("diagnosed") / "pool"))
     with pytest.MonkeyPatch.context() as patch:
         with_little_effort(patch)
         patch.setattr(diagnosis, "MOST_LEFT", 2.0)
@@ -172,10 +172,10 @@ def _note(event: str, arguments: tuple[object, ...]) -> None:
 
 
 def test_it_opens_nothing_of_a_suite_but_its_session(
-    fresh_session: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    finished_session: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Answers lie next to the sessions as plain files; a diagnosis neither lists nor reads them."""
-    folder = Path(shutil.copytree(fresh_session, tmp_path / "suite" / "sessions" / "pool"))
+    folder = Path(shutil.copytree(finished_session, tmp_path / "suite" / "sessions" / "pool"))
     (tmp_path / "suite" / "answers").mkdir()
     (tmp_path / "suite" / "answers" / "pool.json").write_text("{}")
     sys.addaudithook(_note)

@@ -8,25 +8,11 @@ import arviz
 import numpy as np
 import pytest
 
-from calib.pipeline import Options, Pipeline, open_session
-from fitting import left_out
 from fitting.posterior import sampling
-from tests.calib.door import FEW_EFFECTS, ROOT, Front, assert_reports, files_in, little_posterior, with_little_effort
+from tests.calib.door import FEW_EFFECTS, ROOT, Front, assert_reports, files_in, little_posterior
 
 SCHEMA = ROOT.parent / "shared" / "design" / "schema" / "calibration.schema.json"
 QUICK = ("--effort", "quick")
-
-
-@pytest.fixture(scope="module")
-def sampled_session(finished_session: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    folder = Path(shutil.copytree(finished_session, tmp_path_factory.mktemp("sampled") / "pool"))
-    with pytest.MonkeyPatch.context() as patch:
-        with_little_effort(patch)
-        little_posterior(patch)
-        patch.setattr(left_out, "LEFT_OUT_P", 2.0)  # so that there is a flag
-        patch.setattr(left_out, "LEFT_OUT_SD", -1.0)
-        Pipeline(open_session(folder), Options("quick")).posterior()
-    return folder
 
 
 @pytest.fixture

@@ -1,7 +1,6 @@
 """`calib run`: what it writes, what it skips, what it makes again, how it can be stopped."""
 
 import json
-import signal
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -12,7 +11,7 @@ import numpy as np
 import pytest
 
 from session.lock import session_lock
-from tests.calib.door import ROOT, Front, assert_reports, edit, files_in, little_posterior, process
+from tests.calib.door import ROOT, Front, assert_reports, edit, files_in, little_posterior
 from tests.reports.undrawn import nothing_drawn
 
 SCHEMA = ROOT.parent / "shared" / "design" / "schema" / "calibration.schema.json"
@@ -186,26 +185,6 @@ def test_an_interrupted_write_leaves_what_was_there(
     assert not [name for name in files_in(finished) if ".part." in name]
     assert calib("run", finished, "--effort", "quick").code == 0
     assert json.loads((finished / "results" / "calibration.json").read_text())["seed"] == 7
-
-
-def test_ctrl_c_ends_with_130_and_the_same_command_goes_on(fresh: Path) -> None:
-    running = process("run", fresh)  # with full effort: it would take minutes
-    deadline = time.monotonic() + 60
-    while not (fresh / "results" / "tracks" / "fast.csv").exists():
-        assert time.monotonic() < deadline
-        assert running.poll() is None
-        time.sleep(0.05)
-    time.sleep(0.5)  # past the Sobol tables of scipy, which swallow a Ctrl-C while they load
-    running.send_signal(signal.SIGINT)
-    out, err = running.communicate(timeout=60)
-
-    assert running.returncode == 130
-    assert out == ""
-    assert "calib: stopped. What was finished is kept" in err
-    assert "Traceback" not in err
-    assert results_of(fresh).keys() == {"tracks/slow.csv", "tracks/fast.csv"}
-    with session_lock(fresh):
-        pass
 
 
 def test_two_runs_at_once_are_refused(calib: Front, fresh: Path) -> None:
