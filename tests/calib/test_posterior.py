@@ -84,18 +84,6 @@ def test_a_posterior_that_stands_is_not_made_again(calib: Front, sampled: Path) 
 
 
 @pytest.mark.long
-def test_a_new_fit_keeps_the_posterior_aside_and_the_next_run_makes_it(calib: Front, sampled: Path) -> None:
-    (sampled / "results" / "calibrated.xml").unlink()
-    assert calib("fit", sampled, *QUICK).code == 0
-    assert not (sampled / "results" / "posterior.nc").exists()
-    assert len(list((sampled / "results" / "kept").rglob("posterior.nc"))) == 1
-    assert not calibration_of(sampled)["posterior"]
-
-    assert calib("posterior", sampled, *QUICK).code == 0
-    assert calibration_of(sampled)["posterior"]
-
-
-@pytest.mark.long
 def test_it_refuses_to_report_chains_that_disagree(
     calib: Front, finished: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
