@@ -59,12 +59,6 @@ def fitted_session(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture
-def fitted(fitted_session: Path, tmp_path: Path) -> Path:
-    """With the results of `calib fit`, of the test's own."""
-    return Path(shutil.copytree(fitted_session, tmp_path / "pool"))
-
-
-@pytest.fixture
 def unfitted(fitted: Path) -> Path:
     shutil.rmtree(fitted / "results")
     return fitted

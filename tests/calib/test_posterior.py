@@ -1,7 +1,6 @@
 """`calib posterior`: what it writes, when it goes on, when it is made again, when it refuses."""
 
 import json
-import shutil
 from pathlib import Path
 
 import arviz
@@ -13,12 +12,6 @@ from tests.calib.door import FEW_EFFECTS, ROOT, Front, assert_reports, files_in,
 
 SCHEMA = ROOT.parent / "shared" / "design" / "schema" / "calibration.schema.json"
 QUICK = ("--effort", "quick")
-
-
-@pytest.fixture
-def sampled(sampled_session: Path, tmp_path: Path) -> Path:
-    """A session with a posterior (quick effort), of the test's own."""
-    return Path(shutil.copytree(sampled_session, tmp_path / "pool"))
 
 
 @pytest.fixture(autouse=True)
