@@ -16,6 +16,8 @@ from calib.motor import Emulator
 from calib.motor.pseudo_terminal import PseudoTerminal
 from session import load_session
 from session.motor import load_motor
+from tests.calib.motor.faults import ALL_FAULTS, Fault, Faults, FaultyEmulator
+from tests.cases import later
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="needs pseudo-terminals")
 ROOT = Path(__file__).resolve().parents[3]
@@ -102,6 +104,19 @@ def test_a_lost_cable_ends_with_a_motor_fault(
     assert "did not confirm that it stopped" in printed.out + printed.err
     assert wait_for(lambda: motor.stopped, 1.0)
     assert load_motor(tmp_path / "trials/f0_60.motor.csv").time_s.size > 10
+
+
+@pytest.mark.parametrize("seed", [1, 2, *later(*range(3, 20))])
+def test_random_faults_on_a_real_terminal_end_with_a_stopped_motor(tmp_path: Path, seed: int) -> None:
+    kinds = ALL_FAULTS if seed % 2 else (Fault.DISCONNECT, Fault.GARBAGE, Fault.REPLY_LATE, Fault.REQUEST_CORRUPTED)
+    device = FaultyEmulator(Faults(seed, kinds, rate=0.02, after=20), load_nm=0.3)
+    with PseudoTerminal(device) as terminal:
+        arguments = ["run", "--port", terminal.path, "--baud", "1000000", "--hz", "0.8", "--seconds", "1", "--no-code"]
+        assert main([*arguments, "--out", str(tmp_path)]) in (0, 2, 3)
+        time.sleep(0.5)
+        assert device.stopped
+    for log in tmp_path.glob("trials/*.motor.csv"):
+        load_motor(log)
 
 
 def test_another_program_on_the_port_is_refused(
