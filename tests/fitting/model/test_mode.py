@@ -30,7 +30,7 @@ FAR_SD = 3.5
 SESSIONS, HOLD = 20, 0.8  # of a long test of intervals, nominally 0.9: five coefficients of each
 
 
-def mode_of(drawn: DrawnSession, starts: int = 1) -> Mode:
+def mode_of(drawn: DrawnSession, starts: int = 2) -> Mode:
     doubted = perturbed_twins(drawn.twin, uncertainties_of(assumed(drawn.twin.robot).sources))
     windows = (TrialModel(drawn.twin, each, START_PHASE_RAD, doubted, with_course=True) for each in drawn.trials)
     return find_mode(SessionModel(tuple(windows)), starts)
@@ -65,7 +65,7 @@ def mode(drawn: DrawnSession) -> Mode:
     return mode_of(drawn)
 
 
-def test_the_truth_is_found_from_a_start_elsewhere_in_the_box(drawn: DrawnSession, mode: Mode) -> None:
+def test_the_truth_is_found_from_starts_all_over_the_box(drawn: DrawnSession, mode: Mode) -> None:
     sd = np.sqrt(np.diag(mode.coefficient_covariance))
     assert np.abs((mode.coefficients - np.array(drawn.truth)) / sd).max() < FAR_SD
     assert mode.ends[0].converged
@@ -76,7 +76,7 @@ def test_the_truth_is_found_from_a_start_elsewhere_in_the_box(drawn: DrawnSessio
 @pytest.mark.long
 def test_a_roll_of_the_hull_is_found_with_the_coefficients(drawn: DrawnSession, mode: Mode) -> None:
     assert abs(mode.roll.per_sway) < 5  # there is none
-    found = mode_of(rolling(drawn, 25.0, 0.75), starts=2)
+    found = mode_of(rolling(drawn, 25.0, 0.75))
     assert found.roll.per_sway == pytest.approx(25.0, rel=0.15)
     assert found.roll.natural_hz == pytest.approx(0.75, rel=0.1)
     sd = np.sqrt(np.diag(found.coefficient_covariance))
@@ -169,7 +169,7 @@ def test_intervals_hold_the_truth_about_as_often_as_they_say() -> None:
     inside: list[np.ndarray] = []
     for seed in range(500, 500 + SESSIONS):
         drawn = draw_session(seed)
-        mode = mode_of(drawn, starts=2)
+        mode = mode_of(drawn)
         off = mode.coefficients - np.array(drawn.truth)
         inside.append(np.abs(off) < 1.645 * np.sqrt(np.diag(mode.coefficient_covariance)))
     assert np.mean(inside) >= HOLD
