@@ -1,5 +1,6 @@
 """What holds for all tests."""
 
+import gc
 import os
 import signal
 import threading
@@ -25,6 +26,12 @@ SLOWEST = ("notebooks", "calib", "diagnosis", "reports", "datasets", "fitting")
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """The slowest files first: a process that starts one of them last lets the others wait."""
     items.sort(key=_rank)
+
+
+def pytest_collection_finish() -> None:
+    """What is imported by now stays: the garbage collector need not look through it again and again."""
+    gc.collect()
+    gc.freeze()
 
 
 def _rank(item: pytest.Item) -> int:

@@ -6,6 +6,7 @@ import os
 import shutil
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 from filelock import FileLock
@@ -28,3 +29,13 @@ def made_once(temporary: pytest.TempPathFactory, name: str, make: Callable[[Path
             make(part)
             part.rename(folder)
     return folder
+
+
+def copied(session: str) -> Any:
+    """A fixture: a copy, of the test's own, of the folder that another fixture makes once."""
+
+    @pytest.fixture
+    def copy(request: pytest.FixtureRequest, tmp_path: Path) -> Path:
+        return Path(shutil.copytree(request.getfixturevalue(session), tmp_path / "pool"))
+
+    return copy

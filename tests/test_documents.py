@@ -3,6 +3,7 @@
 import importlib
 import re
 import sys
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -14,6 +15,7 @@ LINK = re.compile(r"\]\(([^)\s]+)\)")
 every_document = pytest.mark.parametrize("page", DOCUMENTS, ids=lambda page: page.relative_to(ROOT).as_posix())
 
 
+@cache
 def on_the_site(page: Path) -> str:
     """A page with what is generated in it."""
     if (site := str(ROOT / "docs" / "_site")) not in sys.path:
@@ -21,6 +23,7 @@ def on_the_site(page: Path) -> str:
     return str(importlib.import_module("generated").filled(page.read_text()))
 
 
+@cache
 def anchors(page: Path) -> set[str]:
     """Of its headings, as GitHub makes them."""
     headings = re.findall(r"^#+ (.+)$", on_the_site(page), re.MULTILINE)

@@ -106,34 +106,34 @@ def test_the_wheel_holds_the_packages_with_their_data_and_nothing_else(wheel: Pa
     assert any(name.endswith("/licenses/LICENSE") for name in names)
 
 
+def shown_from(wheel: Path, code: str, folder: Path) -> str:
+    """What code prints that finds the wheel's packages before those of the checkout."""
+    zipfile.ZipFile(wheel).extractall(folder / "site")
+    code = f"import sys; sys.path.insert(0, {str(folder / 'site')!r})\n{code}"
+    done = subprocess.run([sys.executable, "-P", "-c", code], cwd=folder, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
 @pytest.mark.long
 def test_everything_imports_from_the_wheel(wheel: Path, tmp_path: Path) -> None:
-    zipfile.ZipFile(wheel).extractall(tmp_path / "site")
     code = (
-        f"import importlib, sys; sys.path.insert(0, {str(tmp_path / 'site')!r})\n"
-        f"for name in {PACKAGES!r}: print(importlib.import_module(name).__file__)\n"
+        f"import importlib\nfor name in {PACKAGES!r}: print(importlib.import_module(name).__file__)\n"
         "import swimmer; swimmer.load_robot()\n"
     )
 
-    done = subprocess.run([sys.executable, "-P", "-c", code], cwd=tmp_path, capture_output=True, text=True)
-
-    assert done.returncode == 0, done.stderr
-    assert all(Path(line).is_relative_to(tmp_path) for line in done.stdout.splitlines()), done.stdout
+    shown = shown_from(wheel, code, tmp_path)
+    assert all(Path(line).is_relative_to(tmp_path) for line in shown.splitlines()), shown
 
 
 @pytest.mark.long
 def test_the_wheel_says_which_benchmarks_need_a_checkout(wheel: Path, tmp_path: Path) -> None:
-    zipfile.ZipFile(wheel).extractall(tmp_path / "site")
     code = (
-        f"import sys; sys.path.insert(0, {str(tmp_path / 'site')!r})\n"
         "from calib.commands.benchmarks import benchmark\n"
         "print(benchmark.info.help, [command.callback.__name__ for command in benchmark.registered_commands])\n"
     )
 
-    done = subprocess.run([sys.executable, "-P", "-c", code], cwd=tmp_path, capture_output=True, text=True)
-
-    assert done.returncode == 0, done.stderr
-    assert done.stdout.rstrip().endswith("from a checkout of swimcal only. ['speed']")
+    assert shown_from(wheel, code, tmp_path).rstrip().endswith("from a checkout of swimcal only. ['speed']")
 
 
 @pytest.mark.parametrize("page", PAGES)

@@ -21,13 +21,12 @@ class PixelNoise:
         a = exp(-dt / correlation), begun in its stationary distribution.
         """
         offset = self.placement_sd_px * random.standard_normal(position_px.shape[1:])
-        fresh = random.standard_normal(position_px.shape)
-        kept = np.zeros(len(time_s) - 1)
-        if self.correlation_s > 0:
-            kept = np.exp(-np.diff(time_s) / self.correlation_s)
-        error = np.empty_like(fresh)
-        error[0] = fresh[0]
+        return self._seen(time_s, position_px + offset, random.standard_normal(position_px.shape))
+
+    def _seen(self, time_s: np.ndarray, placed_px: np.ndarray, error: np.ndarray) -> np.ndarray:
+        """(f, m, 2) px of boxes as they were placed, with errors (f, m, 2) of sd 1 that are made to last."""
+        kept = np.exp(-np.diff(time_s) / self.correlation_s) if self.correlation_s > 0 else np.zeros(len(time_s) - 1)
         for k, a in enumerate(kept, start=1):
-            error[k] = a * error[k - 1] + np.sqrt(1 - a**2) * fresh[k]
-        seen = position_px + offset + self.sd_px * error
+            error[k] = a * error[k - 1] + np.sqrt(1 - a**2) * error[k]
+        seen = placed_px + self.sd_px * error
         return np.round(seen / self.grid_px) * self.grid_px if self.grid_px > 0 else seen

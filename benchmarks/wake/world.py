@@ -73,13 +73,8 @@ class SharedNoise(PixelNoise):
 
     def tracked(self, time_s: np.ndarray, position_px: np.ndarray, random: np.random.Generator) -> np.ndarray:
         """(f, m, 2) pixels that a tracker gives, as of `PixelNoise`; markers are in the order of the body."""
-        frames, markers, _ = position_px.shape
-        lag = np.abs(np.arange(markers)[:, None] - np.arange(markers))
-        mixed = np.linalg.cholesky(self.shared**lag)
-        kept = np.exp(-np.diff(time_s) / self.correlation_s) if self.correlation_s > 0 else np.zeros(frames - 1)
+        place = np.arange(position_px.shape[1])
+        mixed = np.linalg.cholesky(self.shared ** np.abs(place[:, None] - place))
         error = np.einsum("ij,fjk->fik", mixed, random.standard_normal(position_px.shape))
-        for k, a in enumerate(kept, start=1):
-            error[k] = a * error[k - 1] + np.sqrt(1 - a**2) * error[k]
-        offset = self.placement_sd_px * random.standard_normal((markers, 2))
-        seen = position_px + offset + self.sd_px * error
-        return np.round(seen / self.grid_px) * self.grid_px if self.grid_px > 0 else seen
+        offset = self.placement_sd_px * random.standard_normal(position_px.shape[1:])
+        return self._seen(time_s, position_px + offset, error)

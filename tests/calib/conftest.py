@@ -5,10 +5,11 @@ import pytest
 
 from benchmarks.video.filmed import SessionVideo
 from calib.pipeline import Options, Pipeline, open_session
+from fitting import left_out
 from synthetic import make_session
 from tests.calib import filmed as of_video
 from tests.calib.door import PLAN, Front, front_door, little_posterior, with_little_effort
-from tests.once import made_once
+from tests.once import copied, made_once
 
 
 @pytest.fixture(autouse=True)
@@ -28,6 +29,16 @@ def true_report() -> None:
     """Asks for the report that users get."""
 
 
+def work_off(session: Path, folder: Path, *stages: str) -> None:
+    """A copy of a session in which stages of the pipeline are done, with little effort."""
+    pipeline = Pipeline(open_session(shutil.copytree(session, folder)), Options("quick"))
+    with pytest.MonkeyPatch.context() as patch:
+        with_little_effort(patch)
+        little_posterior(patch)
+        for stage in stages:
+            getattr(pipeline, stage)()
+
+
 @pytest.fixture
 def calib(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Front:
     return front_door(monkeypatch, capsys)
@@ -35,63 +46,45 @@ def calib(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -
 
 @pytest.fixture(scope="session")
 def fresh_session(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Without results."""
     return made_once(tmp_path_factory, "fresh", lambda folder: make_session(folder, PLAN))
 
 
 @pytest.fixture(scope="session")
 def finished_session(fresh_session: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    def finish(folder: Path) -> None:
-        shutil.copytree(fresh_session, folder)
-        with pytest.MonkeyPatch.context() as patch:
-            with_little_effort(patch)
-            pipeline = Pipeline(open_session(folder), Options("quick"))
-            pipeline.fit()
-            pipeline.report()
-
-    return made_once(tmp_path_factory, "finished", finish)
+    """With all that `calib run --effort quick` makes."""
+    return made_once(tmp_path_factory, "finished", lambda folder: work_off(fresh_session, folder, "fit", "report"))
 
 
 @pytest.fixture(scope="session")
-def whole_session(finished_session: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    def finish(folder: Path) -> None:
-        shutil.copytree(finished_session, folder)
+def sampled_session(finished_session: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """With the posterior; one of its effects is called for whatever the data say."""
+
+    def sample(folder: Path) -> None:
         with pytest.MonkeyPatch.context() as patch:
-            with_little_effort(patch)
-            little_posterior(patch)
-            pipeline = Pipeline(open_session(folder), Options("quick"))
-            pipeline.posterior()
-            pipeline.diagnosis()
-            pipeline.report()
+            patch.setattr(left_out, "LEFT_OUT_P", 2.0)
+            patch.setattr(left_out, "LEFT_OUT_SD", -1.0)
+            work_off(finished_session, folder, "posterior")
 
-    return made_once(tmp_path_factory, "whole", finish)
+    return made_once(tmp_path_factory, "sampled", sample)
 
 
-@pytest.fixture
-def whole(whole_session: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A session with a fit, its posterior and a diagnosis, all of quick effort."""
-    little_posterior(monkeypatch)
-    return Path(shutil.copytree(whole_session, tmp_path / "pool"))
-
-
-@pytest.fixture
-def fresh(fresh_session: Path, tmp_path: Path) -> Path:
-    """A session without results, of the test's own."""
-    return Path(shutil.copytree(fresh_session, tmp_path / "pool"))
-
-
-@pytest.fixture
-def finished(finished_session: Path, tmp_path: Path) -> Path:
-    """A session with all its results (quick effort), of the test's own."""
-    return Path(shutil.copytree(finished_session, tmp_path / "pool"))
+@pytest.fixture(scope="session")
+def whole_session(sampled_session: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """With a fit, its posterior and a diagnosis, all of quick effort."""
+    return made_once(tmp_path_factory, "whole", lambda folder: work_off(sampled_session, folder, "diagnosis", "report"))
 
 
 @pytest.fixture(scope="session")
 def filmed_session(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Of videos, without results."""
     return made_once(tmp_path_factory, "filmed", lambda folder: make_session(folder, of_video.PLAN, SessionVideo()))
 
 
 @pytest.fixture(scope="session")
 def tracked_session(filmed_session: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Of videos that were tracked."""
+
     def track(folder: Path) -> None:
         pipeline = Pipeline(open_session(shutil.copytree(filmed_session, folder)))
         for spec in pipeline.session.trials:
@@ -102,28 +95,16 @@ def tracked_session(filmed_session: Path, tmp_path_factory: pytest.TempPathFacto
 
 @pytest.fixture(scope="session")
 def fitted_session(tracked_session: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    def fit(folder: Path) -> None:
-        shutil.copytree(tracked_session, folder)
-        with pytest.MonkeyPatch.context() as patch:
-            with_little_effort(patch)
-            Pipeline(open_session(folder), Options("quick")).fit()
-
-    return made_once(tmp_path_factory, "fitted", fit)
+    """Of videos, with a calibration."""
+    return made_once(tmp_path_factory, "fitted", lambda folder: work_off(tracked_session, folder, "fit"))
 
 
-@pytest.fixture
-def filmed(filmed_session: Path, tmp_path: Path) -> Path:
-    """A session of videos without results, of the test's own."""
-    return Path(shutil.copytree(filmed_session, tmp_path / "pool"))
+fresh, finished, sampled = copied("fresh_session"), copied("finished_session"), copied("sampled_session")
+filmed, tracked, fitted = copied("filmed_session"), copied("tracked_session"), copied("fitted_session")
 
 
 @pytest.fixture
-def tracked(tracked_session: Path, tmp_path: Path) -> Path:
-    """A session of videos that were tracked, of the test's own."""
-    return Path(shutil.copytree(tracked_session, tmp_path / "pool"))
-
-
-@pytest.fixture
-def fitted(fitted_session: Path, tmp_path: Path) -> Path:
-    """A session of videos with a calibration (quick effort), of the test's own."""
-    return Path(shutil.copytree(fitted_session, tmp_path / "pool"))
+def whole(whole_session: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """One of the test's own, whose posterior is made again as quickly."""
+    little_posterior(monkeypatch)
+    return Path(shutil.copytree(whole_session, tmp_path / "pool"))

@@ -1,7 +1,6 @@
 """The command line from outside: what it prints, writes and ends with."""
 
 import re
-import subprocess
 import sys
 from collections.abc import Callable
 from functools import partial
@@ -83,12 +82,6 @@ def hurried() -> None:
     with_little_effort(pytest.MonkeyPatch())
 
 
-def process(*arguments: str | Path) -> subprocess.Popen[str]:
-    """`calib` as a process of its own."""
-    command = [sys.executable, "-c", "from calib.entry import main; main()", *map(str, arguments)]
-    return subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-
-
 def files_in(folder: Path) -> dict[str, int]:
     """The time of writing of each file below a folder, by name; temporary files of an interrupted write too."""
     return {
@@ -125,10 +118,11 @@ def assert_reports(outcome: Outcome, *parts: str) -> None:
 
 def little_posterior(patch: pytest.MonkeyPatch) -> None:
     """Draws that nobody should rely on, in a second or two."""
-    patch.setattr(surrogate, "_FIRST", 48)
+    patch.setattr(surrogate, "_FIRST", 32)
+    patch.setattr(surrogate, "_ROUND", 16)
     patch.setattr(surrogate, "_ROUNDS", 1)
     patch.setattr(sampling, "_CHUNK", 250)
     patch.setattr(sampling, "R_HAT", 2.0)
     patch.setattr(posterior_stage, "EFFECTIVE", {"quick": 5, "full": 5})
     patch.setattr(summary, "SWEPT", 2)
-    patch.setattr(prediction, "DRAWS", 6)
+    patch.setattr(prediction, "DRAWS", 3)

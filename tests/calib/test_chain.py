@@ -2,7 +2,6 @@
 
 import json
 import shutil
-from functools import partial
 from pathlib import Path
 
 import mujoco
@@ -12,9 +11,6 @@ import pytest
 from calib.options import Options
 from calib.pipeline import Pipeline, open_session
 from calib.stages.recording import _recorded
-from fitting.dry_run import crank_response, fit_crank
-from fitting.dry_run.error_surface import CrankGrid
-from fitting.structure import identify
 from swimmer import load_robot
 from swimmer.engine import model_sha256
 from synthetic import make_session
@@ -22,7 +18,7 @@ from synthetic.motor import SyntheticMotor
 from tests.calib.door import Front, assert_reports, edit, with_little_effort
 from tests.calib.test_left_out import change_tracks, only
 from tests.calib.test_run import SCHEMA, remade, results_of
-from tests.fitting.structure.experiments import DESCRIBED, PLAN, TRUE
+from tests.fitting.structure.experiments import DESCRIBED, PLAN, TRUE, with_few_points
 
 STRUCTURE = {"structure.json", "structure.npz"}
 TRACKS = {f"tracks/{name}.csv" for name in ("slow", "fast", "dry_slow", "dry_fast", "pull")}
@@ -31,13 +27,6 @@ KEYS = {
     "hinge_damping": ("hinge_damping_n_m_s", DESCRIBED.tail.hinge_damping_n_m_s),
     "crank_arm": ("arm_m", DESCRIBED.crank.arm_m),
 }
-
-
-def with_few_points(patch: pytest.MonkeyPatch) -> None:
-    """A coarse table and grid for the crank."""
-    grid = CrankGrid(arms=13, speeds=21, phases=30)
-    patch.setattr(identify, "crank_response", partial(crank_response, grid=grid))
-    patch.setattr(identify, "fit_crank", partial(fit_crank, grid=grid))
 
 
 @pytest.fixture(autouse=True)
@@ -56,12 +45,6 @@ def fitted_session(tmp_path_factory: pytest.TempPathFactory) -> Path:
         with_few_points(patch)
         Pipeline(open_session(folder), Options("quick")).fit()
     return folder
-
-
-@pytest.fixture
-def fitted(fitted_session: Path, tmp_path: Path) -> Path:
-    """With the results of `calib fit`, of the test's own."""
-    return Path(shutil.copytree(fitted_session, tmp_path / "pool"))
 
 
 @pytest.fixture

@@ -18,15 +18,16 @@ from diagnosis.result import DIAGNOSIS, EFFECT_TEST
 from diagnosis.ridge import RidgeFit
 from reports import ReportContext
 from tests.calib.door import ROOT, Front, assert_reports, edit, files_in, with_little_effort
+from tests.once import copied
 
 SCHEMA = ROOT.parent / "shared" / "design" / "schema" / "diagnosis.schema.json"
 QUICK = ("--effort", "quick")
 
 
 @pytest.fixture(scope="module")
-def diagnosed_session(fresh_session: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def diagnosed_session(finished_session: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A session with a diagnosis of two effects, in which one is named and all are called for whatever the data say."""
-    folder = Path(shutil.copytree(fresh_session, tmp_path_factory.mktemp("diagnosed") / "pool"))
+    folder = Path(shutil.copytree(finished_session, tmp_path_factory.mktemp("diagnosed") / "pool"))
     with pytest.MonkeyPatch.context() as patch:
         with_little_effort(patch)
         patch.setattr(diagnosis, "MOST_LEFT", 2.0)
@@ -37,9 +38,7 @@ def diagnosed_session(fresh_session: Path, tmp_path_factory: pytest.TempPathFact
     return folder
 
 
-@pytest.fixture
-def diagnosed(diagnosed_session: Path, tmp_path: Path) -> Path:
-    return Path(shutil.copytree(diagnosed_session, tmp_path / "pool"))
+diagnosed = copied("diagnosed_session")
 
 
 def test_it_writes_the_contract_and_the_model_with_the_effect(diagnosed: Path) -> None:

@@ -118,10 +118,6 @@ def test_every_public_name_has_an_example_and_none_is_skipped(name: str) -> None
     assert not any(example.options.get(doctest.SKIP) for example in examples)
 
 
-def test_there_are_few_public_names() -> None:
-    assert len(interface.__all__) <= 40
-
-
 def test_the_examples_are_right(a_desk: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """In a folder with what users have; what takes minutes or a motor is replaced, see `tests.calib.desk`."""
     monkeypatch.chdir(a_desk)

@@ -1,38 +1,17 @@
 """`calib posterior`: what it writes, when it goes on, when it is made again, when it refuses."""
 
 import json
-import shutil
 from pathlib import Path
 
 import arviz
 import numpy as np
 import pytest
 
-from calib.pipeline import Options, Pipeline, open_session
-from fitting import left_out
 from fitting.posterior import sampling
-from tests.calib.door import FEW_EFFECTS, ROOT, Front, assert_reports, files_in, little_posterior, with_little_effort
+from tests.calib.door import FEW_EFFECTS, ROOT, Front, assert_reports, files_in, little_posterior
 
 SCHEMA = ROOT.parent / "shared" / "design" / "schema" / "calibration.schema.json"
 QUICK = ("--effort", "quick")
-
-
-@pytest.fixture(scope="module")
-def sampled_session(finished_session: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    folder = Path(shutil.copytree(finished_session, tmp_path_factory.mktemp("sampled") / "pool"))
-    with pytest.MonkeyPatch.context() as patch:
-        with_little_effort(patch)
-        little_posterior(patch)
-        patch.setattr(left_out, "LEFT_OUT_P", 2.0)  # so that there is a flag
-        patch.setattr(left_out, "LEFT_OUT_SD", -1.0)
-        Pipeline(open_session(folder), Options("quick")).posterior()
-    return folder
-
-
-@pytest.fixture
-def sampled(sampled_session: Path, tmp_path: Path) -> Path:
-    """A session with a posterior (quick effort), of the test's own."""
-    return Path(shutil.copytree(sampled_session, tmp_path / "pool"))
 
 
 @pytest.fixture(autouse=True)
@@ -95,18 +74,6 @@ def test_a_posterior_that_stands_is_not_made_again(calib: Front, sampled: Path) 
     assert "Kutta lift" in outcome.out
     assert len(outcome.out.splitlines()) <= 8
     assert files_in(sampled / "results") == before
-
-
-@pytest.mark.long
-def test_a_new_fit_keeps_the_posterior_aside_and_the_next_run_makes_it(calib: Front, sampled: Path) -> None:
-    (sampled / "results" / "calibrated.xml").unlink()
-    assert calib("fit", sampled, *QUICK).code == 0
-    assert not (sampled / "results" / "posterior.nc").exists()
-    assert len(list((sampled / "results" / "kept").rglob("posterior.nc"))) == 1
-    assert not calibration_of(sampled)["posterior"]
-
-    assert calib("posterior", sampled, *QUICK).code == 0
-    assert calibration_of(sampled)["posterior"]
 
 
 @pytest.mark.long

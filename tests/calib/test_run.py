@@ -1,8 +1,6 @@
 """`calib run`: what it writes, what it skips, what it makes again, how it can be stopped."""
 
 import json
-import signal
-import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -12,7 +10,7 @@ import numpy as np
 import pytest
 
 from session.lock import session_lock
-from tests.calib.door import ROOT, Front, assert_reports, edit, files_in, little_posterior, process
+from tests.calib.door import ROOT, Front, assert_reports, edit, files_in, little_posterior
 from tests.reports.undrawn import nothing_drawn
 
 SCHEMA = ROOT.parent / "shared" / "design" / "schema" / "calibration.schema.json"
@@ -56,15 +54,6 @@ def test_it_writes_every_result_and_names_the_report_last(calib: Front, fresh: P
         assert name in outcome.out
 
 
-def test_what_has_not_changed_is_not_made_again(calib: Front, finished: Path) -> None:
-    with remade(finished):
-        began = time.perf_counter()
-        assert calib("run", finished, "--effort", "quick").code == 0
-        assert calib("fit", finished, "--effort", "quick").code == 0
-        assert calib("report", finished).code == 0
-    assert time.perf_counter() - began < 2.0
-
-
 @pytest.mark.long
 def test_full_effort_makes_all_again_and_tells_how_sure_it_is(
     calib: Front, finished: Path, monkeypatch: pytest.MonkeyPatch
@@ -88,21 +77,6 @@ def test_a_changed_input_makes_all_again(calib: Front, finished: Path, change: s
         (finished / "trials" / "slow.csv.gz").write_bytes((finished / "trials" / "fast.csv.gz").read_bytes())
     with remade(finished, *RESULTS):
         assert calib("run", finished, "--effort", "quick").code == 0
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("name", ["calibration.json", "calibrated.xml"])
-def test_a_deleted_calibration_is_made_again_and_the_same(calib: Front, finished: Path, name: str) -> None:
-    path = finished / "results" / name
-    before = path.read_bytes()
-    path.unlink()
-    calib("fit", finished, "--effort", "quick")
-
-    assert _without_times(path.read_bytes()) == _without_times(before)
-
-
-def _without_times(content: bytes) -> str:
-    return "\n".join(line for line in content.decode().splitlines() if '"seconds"' not in line)
 
 
 def test_json_is_all_there_is_on_standard_output(calib: Front, finished: Path) -> None:
@@ -162,50 +136,6 @@ def test_from_a_straight_tail_at_any_phase_the_calibrated_file_does_not_diverge(
         mujoco.mj_step(model, state, round(2.0 / model.opt.timestep))
         assert state.time == pytest.approx(2.0, abs=model.opt.timestep)  # the engine did not reset itself
         assert np.abs(state.qvel).max() < 50
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("stage", ["fit.calibrated_mjcf", "report.write_report"])
-def test_an_interrupted_write_leaves_what_was_there(
-    calib: Front, finished: Path, monkeypatch: pytest.MonkeyPatch, stage: str
-) -> None:
-    before = {name: (finished / "results" / name).read_bytes() for name in ("calibrated.xml", "report.html")}
-    edit(finished / "session.toml", "[fit]", "[fit]\nseed = 7")
-
-    def stop(*_: object, **__: object) -> None:
-        raise KeyboardInterrupt
-
-    with monkeypatch.context() as patch:
-        patch.setattr(f"calib.stages.{stage}", stop)
-        outcome = calib("run", finished, "--effort", "quick")
-
-    assert outcome.code == 130
-    assert "the same command goes on from there" in outcome.err
-    place = next((finished / "results" / "kept").glob("*")) if stage == "report.write_report" else finished / "results"
-    assert {name: (place / name).read_bytes() for name in before} == before
-    assert not [name for name in files_in(finished) if ".part." in name]
-    assert calib("run", finished, "--effort", "quick").code == 0
-    assert json.loads((finished / "results" / "calibration.json").read_text())["seed"] == 7
-
-
-def test_ctrl_c_ends_with_130_and_the_same_command_goes_on(fresh: Path) -> None:
-    running = process("run", fresh)  # with full effort: it would take minutes
-    deadline = time.monotonic() + 60
-    while not (fresh / "results" / "tracks" / "fast.csv").exists():
-        assert time.monotonic() < deadline
-        assert running.poll() is None
-        time.sleep(0.05)
-    time.sleep(0.5)  # past the Sobol tables of scipy, which swallow a Ctrl-C while they load
-    running.send_signal(signal.SIGINT)
-    out, err = running.communicate(timeout=60)
-
-    assert running.returncode == 130
-    assert out == ""
-    assert "calib: stopped. What was finished is kept" in err
-    assert "Traceback" not in err
-    assert results_of(fresh).keys() == {"tracks/slow.csv", "tracks/fast.csv"}
-    with session_lock(fresh):
-        pass
 
 
 def test_two_runs_at_once_are_refused(calib: Front, fresh: Path) -> None:

@@ -1,8 +1,6 @@
 """Each piece is done once; a process or worker that dies costs its own piece only."""
 
 import os
-import signal
-from pathlib import Path
 
 import pytest
 from distributed import LocalCluster
@@ -26,29 +24,6 @@ def lost(number: int, _why: str) -> int:
 @pytest.mark.long
 def test_a_process_that_dies_costs_its_own_piece_only() -> None:
     assert sorted(spread(fatal, [0, 1, 2], lost, jobs=2)) == [-1, 0, 4]
-
-
-def killed_once(marker: str) -> str:
-    """Kills the process it runs in, the first time that it is tried."""
-    path = Path(marker)
-    if not path.exists():
-        path.touch()
-        os.kill(os.getpid(), signal.SIGKILL)
-    return path.name
-
-
-def named(marker: str, why: str) -> str:
-    return f"{marker}: {why}"
-
-
-@pytest.mark.long
-def test_what_a_killed_worker_leaves_is_done_by_the_other_and_nothing_twice(tmp_path: Path) -> None:
-    pieces = [str(tmp_path / str(number)) for number in range(6)]
-    for piece in pieces[1:]:
-        Path(piece).touch()
-    with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster:
-        done = list(spread(killed_once, pieces, named, scheduler=cluster.scheduler_address))
-    assert sorted(done) == [str(number) for number in range(6)]
 
 
 def test_a_scheduler_that_does_not_answer_is_named(monkeypatch: pytest.MonkeyPatch) -> None:

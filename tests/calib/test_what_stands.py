@@ -1,6 +1,5 @@
 """Commands use what stands: showing computes nothing, and what computes replaces its own results alone, kept aside."""
 
-import json
 from hashlib import sha256
 from pathlib import Path
 
@@ -113,10 +112,3 @@ def test_a_fit_that_is_out_of_date_is_named_and_left_alone(calib: Front, whole: 
     for command in (("report", whole), ("mjcf", whole, "--out", tmp_path / "fish.xml")):
         assert_reports(calib(*command), "out of date", f"calib fit {whole}")
     assert results(whole) == before
-
-
-def test_a_report_of_another_effort_shows_the_fit_and_the_posterior_that_stand(calib: Front, whole: Path) -> None:
-    (whole / "results" / "report.html").unlink()
-    assert calib("report", whole).code == 0
-    assert json.loads((whole / "results" / "calibration.json").read_text())["effort"] == "quick"
-    assert (whole / "results" / "report.html").exists()

@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
 
 from fitting import Calibration, MeasuredTrial, calibrate
+from fitting import calibration as of_calibration
 from fitting.calibration import summarise
 from fitting.ebt import FORMS, fit_ebt
 from fitting.model import search
 from fitting.model.session_forecast import Forecast
 from fitting.objective import Swims
 from fitting.structure import assumed
-from fitting.sweep import sweep_speed
+from fitting.sweep import sweep_frequencies, sweep_speed
 from fitting.tail_tip import measured_tail
 from session import NotEnoughData
 from swimmer import load_robot
@@ -27,6 +29,7 @@ def calibration(trials: dict[str, MeasuredTrial]) -> Calibration:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(search, "_SCREENED", 8)
         patch.setattr(search, "_ROUNDS", 3)
+        patch.setattr(of_calibration, "sweep_frequencies", partial(sweep_frequencies, count=3))
         return calibrate(list(trials.values()), assumed(load_robot()), STARTS)
 
 

@@ -1,13 +1,13 @@
 """Figures show what was measured, and nothing they should not."""
 
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from matplotlib.colors import to_hex
 
-from reports import ReportContext, gallery
+from diagnosis.result import DiagnosisResult
+from reports import gallery
 from reports.blocks import Plot
 from reports.colours import TWIN
 from reports.figures.flagged_samples import flagged_kinds
@@ -15,25 +15,16 @@ from reports.figures.residuals import marker_distances
 from reports.figures.speed import speed_sweep_figure
 from reports.figures.tail_beat import beat_loops
 from reports.figures.trial import beat_midlines
+from reports.sections import gap
 from reports.sections.track_quality import picture_of_tracks
 from swimmer import load_robot
 from tests.cases import later
 from tests.reports.diagnoses import made_diagnosed, made_everything
-from tests.reports.sample import MARKERS, made_calibration, made_context, made_trial
+from tests.reports.sample import MARKERS, made_calibration, made_context, made_session, made_trial
 from tests.reports.whole import made_whole_context, of_trials
 
 ROBOT = load_robot()
-
-
 FEWEST_WORDS = 8  # of a caption
-
-
-def gap_of(verdict: str, **changes: object) -> ReportContext:
-    return replace(made_context(), diagnosed=made_diagnosed(verdict, **changes))
-
-
-def swims(count: int) -> ReportContext:
-    return made_context(of_trials(made_calibration(flagged=count < 3), count, logged=True))
 
 
 @pytest.fixture(scope="module")
@@ -54,19 +45,27 @@ def test_every_figure_stays_within_its_frame(whole: dict[str, Plot]) -> None:
     assert len(whole) > 40
 
 
+@pytest.mark.parametrize("count", [1, 4, 9, *later(2, 5, 7)])
+def test_it_does_so_however_many_trials_there_are(count: int) -> None:
+    context = made_context(of_trials(made_calibration(flagged=count < 3), count, logged=True))
+    assert [name for name, plot in gallery(context).items() if outside(plot)] == []
+
+
 @pytest.mark.parametrize(
-    "context",
+    ("found", "markers"),
     [
-        *(lambda n=n: swims(n) for n in (1, 4, 9)),
-        *later(*(lambda n=n: swims(n) for n in (2, 5, 7))),
-        lambda: gap_of("inseparable"),
-        lambda: gap_of("unexplained", everything=made_everything()),
-        lambda: gap_of("no_gap"),
-        lambda: replace(gap_of("named"), session=replace(made_context().session, markers=tuple(ROBOT.markers))),
+        (made_diagnosed("inseparable"), MARKERS),
+        (made_diagnosed("unexplained", everything=made_everything()), MARKERS),
+        (made_diagnosed("no_gap"), MARKERS),
+        (made_diagnosed("named"), tuple(ROBOT.markers)),
     ],
+    ids=["inseparable", "unexplained", "no_gap", "every marker"],
 )
-def test_it_does_so_in_other_sessions_too(context: Callable[[], ReportContext]) -> None:
-    assert [name for name, plot in gallery(context()).items() if outside(plot)] == []
+def test_figures_of_any_gap_do_so(found: DiagnosisResult, markers: tuple[str, ...]) -> None:
+    context = replace(made_context(), diagnosed=found, session=made_session(markers=markers))
+    plots = gallery(context, (gap.build,))
+    assert len(plots) >= 6
+    assert [name for name, plot in plots.items() if outside(plot)] == []
 
 
 def test_every_figure_says_in_sentences_what_to_see_in_it(whole: dict[str, Plot]) -> None:

@@ -13,6 +13,7 @@ from reports.sections import posterior
 from tests.reports.page import Page
 from tests.reports.posteriors import left_out, made_summary
 from tests.reports.sample import ROLES, made_calibration, made_context
+from tests.reports.undrawn import nothing_drawn
 
 
 def page_of(found: PosteriorSummary | None, names: tuple[str, ...] = tuple(ROLES)) -> Page:
@@ -21,7 +22,8 @@ def page_of(found: PosteriorSummary | None, names: tuple[str, ...] = tuple(ROLES
 
 @pytest.fixture(scope="module")
 def page() -> Page:
-    return page_of(made_summary())
+    with nothing_drawn():
+        return page_of(made_summary())
 
 
 def test_without_a_posterior_it_tells_how_to_sample_one() -> None:

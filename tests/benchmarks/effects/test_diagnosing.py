@@ -129,15 +129,20 @@ def test_the_toolkit_s_own_program_is_told_what_to_leave_out(
     assert asked[0][3] is reported
 
 
-def test_any_command_may_be_the_program(suite: SuiteFolder, tmp_path: Path) -> None:
-    script = tmp_path / "program.py"
+def program_that_says(reported: str, folder: Path) -> str:
+    """A command that writes an expression as the diagnosis."""
+    script = folder / "program.py"
     script.write_text(
         "import json, pathlib, sys\n"
         "path = pathlib.Path(sys.argv[1]) / 'results' / 'diagnosis.json'\n"
         "path.parent.mkdir(exist_ok=True)\n"
-        "path.write_text(json.dumps({'said': sys.argv[2:]}))\n"
+        f"path.write_text(json.dumps({reported}))\n"
     )
-    program = program_of(f"{sys.executable} {script}")
+    return f"{sys.executable} {script}"
+
+
+def test_any_command_may_be_the_program(suite: SuiteFolder, tmp_path: Path) -> None:
+    program = program_of(program_that_says("{'said': sys.argv[2:]}", tmp_path))
     assert diagnose_suite(suite, program, ALONE) == ()
     assert diagnose_without(suite, program, ALONE) == ()
     whole, lacking = (json.loads((each / NAMES[1] / DIAGNOSIS).read_text()) for each in (suite.sessions, suite.without))
@@ -153,19 +158,13 @@ def test_a_command_that_fails_is_told_with_its_last_words(suite: SuiteFolder) ->
 
 def test_the_command_line_diagnoses_withholds_and_scores(suite: SuiteFolder, calib: Front, tmp_path: Path) -> None:
     """A program that says there is no gap anywhere: right of the null session, and of nothing else."""
-    script = tmp_path / "program.py"
-    script.write_text(
-        "import json, pathlib, sys\n"
-        "path = pathlib.Path(sys.argv[1]) / 'results' / 'diagnosis.json'\n"
-        "path.parent.mkdir(exist_ok=True)\n"
-        "reported = dict(verdict='no_gap', groups=[], probabilities={'none_of_these': 1.0}, where=None, gap=None)\n"
-        "path.write_text(json.dumps(reported | {'withheld_from_catalogue': sys.argv[3:]}))\n"
-    )
+    none = "{'verdict': 'no_gap', 'groups': [], 'probabilities': {'none_of_these': 1.0}, 'where': None, 'gap': None}"
+    program = program_that_says(f"{none} | {{'withheld_from_catalogue': sys.argv[3:]}}", tmp_path)
     effects = ("benchmark", "effects", suite.folder)
     early = calib(*effects, "--part", "score")
     assert_reports(early, "not every session is diagnosed", "--part diagnose")
     for part in ("diagnose", "withhold"):
-        ended = calib(*effects, "--part", part, "--program", f"{sys.executable} {script}", "--workers", "1")
+        ended = calib(*effects, "--part", part, "--program", program, "--workers", "1")
         assert (ended.code, ended.out.strip()) == (0, "all done")
     ended = calib(*effects, "--part", "score", "--json")
     scores = Scores.read(suite.folder / "scores.json")

@@ -15,7 +15,6 @@ from benchmarks.effects.generators import GENERATORS
 from benchmarks.effects.making import Making
 from benchmarks.effects.suite import Recorded, SessionPlan
 from diagnosis import Discrepancy
-from session import load_session
 from swimmer.effects import catalogue
 
 RECORDED = Recorded((0.6, 1.0), (0.8, 1.2), 4.0, 0.7, True, True)
@@ -39,35 +38,6 @@ def suite(making: Making, tmp_path_factory: pytest.TempPathFactory) -> tuple[Pat
 
 
 @pytest.mark.long
-def test_a_session_reads_like_any_users(suite: tuple[Path, dict[str, Answer]]) -> None:
-    folder, _ = suite
-    for plan in (NULL, SINGLE):
-        session = load_session(folder / plan.name)
-        assert [trial.kind for trial in session.trials].count("swim") == 4
-        assert {trial.kind for trial in session.trials} == {"swim", "dry", "free_decay"}
-        assert [trial.role for trial in session.trials if trial.kind == "swim"] == ["fit", "holdout"] * 2
-        assert all(trial.motor is not None for trial in session.trials if trial.kind != "free_decay")
-        assert not list((folder / plan.name).rglob("truth*"))
-
-
-@pytest.mark.long
-def test_nothing_but_the_numbers_in_the_tracks_differs(suite: tuple[Path, dict[str, Answer]]) -> None:
-    folder, _ = suite
-    files = [
-        sorted(path.relative_to(folder / plan.name) for path in (folder / plan.name).rglob("*"))
-        for plan in (NULL, SINGLE)
-    ]
-    assert files[0] == files[1]
-    stamps = {path.stat().st_mtime for path in folder.rglob("*") if path.is_file()}
-    assert len(stamps) == 1
-    rows = [
-        gzip.decompress((folder / plan.name / "trials" / "f0_60.csv.gz").read_bytes()).count(b"\n")
-        for plan in (NULL, SINGLE)
-    ]
-    assert rows[0] == rows[1] == 242
-
-
-@pytest.mark.long
 def test_the_answer_says_what_is_there(suite: tuple[Path, dict[str, Answer]]) -> None:
     _, answers = suite
     assert answers[NULL.name] == Answer(NULL.name, "null", seed=NULL.seed)
@@ -78,16 +48,6 @@ def test_the_answer_says_what_is_there(suite: tuple[Path, dict[str, Answer]]) ->
     assert single.alike == ((),)
     assert single.oracle_shrinkage is not None
     assert 0.7 < single.oracle_shrinkage < 1.0
-
-
-@pytest.mark.long
-def test_a_session_is_the_same_when_it_is_made_again(
-    making: Making, suite: tuple[Path, dict[str, Answer]], tmp_path: Path
-) -> None:
-    folder, _ = suite
-    film_together([making.make(NULL, tmp_path)])
-    for path in (folder / NULL.name).rglob("*.csv*"):
-        assert (tmp_path / path.relative_to(folder)).read_bytes() == path.read_bytes()
 
 
 @pytest.mark.long

@@ -135,15 +135,6 @@ def test_a_folder_of_another_suite_is_left_alone(tmp_path: Path) -> None:
         make_suite(suite, 4, SIZE, ALONE)
 
 
-@pytest.mark.long
-def test_what_was_made_stands_when_a_cluster_asks_for_it_again(tmp_path: Path) -> None:
-    suite, (plan, *_) = empty_suite(tmp_path), plan_suite(4, SIZE, (), ())
-    assert run._made_together(suite, "reality", (plan,)) == []
-    before = (suite.sessions / plan.name / "session.toml").stat().st_ino
-    assert run._made_together(suite, "reality", (plan,)) == []
-    assert (suite.sessions / plan.name / "session.toml").stat().st_ino == before
-
-
 def test_a_folder_without_a_whole_suite_is_told_plainly(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"found no answers; .*--part make"):
         SuiteFolder(tmp_path).true()

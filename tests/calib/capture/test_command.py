@@ -16,6 +16,8 @@ from calib.motor import Emulator
 from calib.motor.pseudo_terminal import PseudoTerminal
 from session import load_session
 from session.motor import load_motor
+from tests.calib.motor.faults import ALL_FAULTS, Fault, Faults, FaultyEmulator
+from tests.cases import later
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="needs pseudo-terminals")
 ROOT = Path(__file__).resolve().parents[3]
@@ -104,6 +106,19 @@ def test_a_lost_cable_ends_with_a_motor_fault(
     assert load_motor(tmp_path / "trials/f0_60.motor.csv").time_s.size > 10
 
 
+@pytest.mark.parametrize("seed", [1, 2, *later(*range(3, 20))])
+def test_random_faults_on_a_real_terminal_end_with_a_stopped_motor(tmp_path: Path, seed: int) -> None:
+    kinds = ALL_FAULTS if seed % 2 else (Fault.DISCONNECT, Fault.GARBAGE, Fault.REPLY_LATE, Fault.REQUEST_CORRUPTED)
+    device = FaultyEmulator(Faults(seed, kinds, rate=0.02, after=20), load_nm=0.3)
+    with PseudoTerminal(device) as terminal:
+        arguments = ["run", "--port", terminal.path, "--baud", "1000000", "--hz", "0.8", "--seconds", "1", "--no-code"]
+        assert main([*arguments, "--out", str(tmp_path)]) in (0, 2, 3)
+        time.sleep(0.5)
+        assert device.stopped
+    for log in tmp_path.glob("trials/*.motor.csv"):
+        load_motor(log)
+
+
 def test_another_program_on_the_port_is_refused(
     terminal: PseudoTerminal, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -140,15 +155,14 @@ def test_scan_without_a_motor_says_what_to_look_at(
     assert "no XW540-T140-R answers" in printed.err
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_emulate_serves_a_motor_that_can_be_captured(tmp_path: Path, number: int) -> None:
+def test_emulate_serves_a_motor_that_can_be_captured(tmp_path: Path) -> None:
     """It reports its path first, so that a program can read it, and how the motor was left last."""
     command = [sys.executable, "-m", "calib.capture", "emulate", "--baud", str(BAUD)]
     with subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, text=True) as process:
         assert process.stdout is not None
         path = process.stdout.readline().strip()
         assert main(arguments(path, tmp_path, "--seconds", "0.5")) == 0
-        process.send_signal(number)
+        process.send_signal(signal.SIGINT)
         assert "not driven" in process.communicate(timeout=20)[0]
     assert process.returncode == 0
 

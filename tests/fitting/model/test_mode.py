@@ -57,7 +57,7 @@ def rolling(drawn: DrawnSession, per_sway: float, natural_hz: float) -> DrawnSes
 
 @pytest.fixture(scope="module")
 def drawn() -> DrawnSession:
-    return draw_session(2, held_out_hz=(HELD_OUT_HZ,), step=1 / 16)
+    return draw_session(2, held_out_hz=(HELD_OUT_HZ,), step=1 / 4)
 
 
 @pytest.fixture(scope="module")

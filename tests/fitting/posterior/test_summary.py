@@ -90,14 +90,14 @@ def test_the_sentence_says_which_coefficients_are_determined(
     assert found.determined.tolist() == [d and n not in at_bound for d, n in zip(determined, NAMES, strict=True)]
 
 
-def misfitting(wave: float, misfit_p: float, marker_m: float = 0.001) -> list[Flag]:
+def misfitting(wave: float, misfit_p: float, marker_m: float = 0.001, **marginals: object) -> list[Flag]:
     made = SimpleNamespace(
         surrogate=SimpleNamespace(settled=True),
         mode=SimpleNamespace(sizes={"marker_placement": marker_m}),
         discrepancy=np.tile([wave, 0.04], (4, 1)),
         misfit_p=misfit_p,
         outside=(),
-        marginals={},
+        marginals=marginals,
     )
     return _flags(cast(Posterior, made))
 
@@ -111,6 +111,14 @@ def test_markers_far_from_their_described_places_are_flagged() -> None:
     (flag,) = misfitting(1e-3, 0.5, marker_m=0.0099)
     assert flag.kind == "markers_off"
     assert "some 10 mm from where the robot's description has them" in flag.message
+
+
+def test_a_coefficient_that_presses_against_the_prior_is_flagged_with_its_bounds() -> None:
+    pressed = SimpleNamespace(q05=8.5, q95=9.9, at_bounds=(10.0,), narrow=True)
+    (flag,) = misfitting(0.005, 0.5, kutta_lift=pressed)
+    assert flag.kind == "at_bound"
+    assert "kutta_lift is at its bound 10" in flag.message
+    assert "90 % interval 8.5 to 9.9" in flag.message
 
 
 @pytest.mark.parametrize(("speed", "inside", "warns"), [(0.1, 0.9, 0), (0.13, 0.9, 1), (0.1, 0.7, 1)])

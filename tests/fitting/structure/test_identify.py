@@ -5,28 +5,24 @@ from __future__ import annotations
 import json
 from collections.abc import Callable
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from fitting.dry_run import crank_response, fit_crank
-from fitting.dry_run.error_surface import CrankGrid
 from fitting.free_decay import DecayTrial
 from fitting.structure import (
     STRUCTURE,
     DryExperiments,
     Source,
     Structure,
-    identify,
     identify_structure,
     read_structure,
 )
 from session import Flag
 from session.results import Provenance
 from tests.cases import later
-from tests.fitting.structure.experiments import DESCRIBED, TRUE, measured, robot_with
+from tests.fitting.structure.experiments import DESCRIBED, TRUE, measured, robot_with, with_few_points
 
 STAMP = Provenance("4.0.0", "0" * 64, {"session.toml": "1" * 64}, 0, "quick")
 MOVES = Flag("head_moves", message="the head moves by 9 mm")
@@ -34,10 +30,7 @@ MOVES = Flag("head_moves", message="the head moves by 9 mm")
 
 @pytest.fixture
 def few_points(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A coarse table and grid of the published search, from which the joint fit begins."""
-    grid = CrankGrid(arms=13, speeds=27, phases=30)
-    monkeypatch.setattr(identify, "crank_response", partial(crank_response, grid=grid))
-    monkeypatch.setattr(identify, "fit_crank", partial(fit_crank, grid=grid))
+    with_few_points(monkeypatch)
 
 
 @pytest.fixture(scope="module")
