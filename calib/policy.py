@@ -284,7 +284,7 @@ def _trained(
         )
     from swimgym.sac import SacPlan, train_sac
 
-    plan_sac = SacPlan(steps=20_000 if quick else 400_000, every=10_000, seed=seed)
+    plan_sac = SacPlan(steps=70_000 if quick else 400_000, every=10_000, seed=seed)
     return train_sac(fish, task, plan_sac, state_file=_state(file, "sac.zip"), workers=workers, progress=progress)
 
 

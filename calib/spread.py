@@ -25,7 +25,10 @@ if TYPE_CHECKING:
 Piece = TypeVar("Piece")
 Outcome = TypeVar("Outcome")
 _PATIENCE_S = 10.0  # with a scheduler
-_DIED = "its process died (killed, or out of memory?); the same command goes on from there"
+_DIED = (
+    "its process died (killed, or out of memory?); the same command goes on from there. A script needs the line "
+    "`if __name__ == '__main__':` before it runs several sessions"
+)
 
 
 class Versions(NamedTuple):
