@@ -7,7 +7,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 WORKERS ?= auto # pytest processes, one for each core; 0: none beside the main one
 SPREAD := --dist loadfile --no-loadscope-reorder # whole files, in the order of tests/conftest.py
-IN_REAL_TIME := tests/calib/motor tests/calib/capture
+IN_REAL_TIME := tests/calib/capture/test_command.py tests/calib/capture/test_environment.py
 LOCK_ARGS ?= # e.g. --upgrade, or --upgrade-package numpy
 
 # Whoever asks Python to write no bytecode would have every process of the tests compile all that it imports anew.
