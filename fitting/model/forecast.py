@@ -194,7 +194,7 @@ def block_of(mode: Mode, window: TrialModel, scatter: Scatter) -> Block:
     (time_step,) = time_step_errors([window], mode.coefficients)
     simulated = window.simulated(mode.coefficients[None])[0]
     noise = _noise(mode, window, scatter, simulated)
-    return Block(window, _bounded(sensitivities), noise, time_step, len(mode.blocks), simulated)
+    return Block(window, sensitivities, noise, time_step, len(mode.blocks), simulated)
 
 
 def _early_block(mode: Mode, window: TrialModel, late: Block, scatter: Scatter) -> tuple[Block, float]:
@@ -212,16 +212,6 @@ def _early_block(mode: Mode, window: TrialModel, late: Block, scatter: Scatter) 
 def _ahead(columns: np.ndarray, phase: float) -> np.ndarray:
     """(k, q) columns of features with the crank ahead by a phase, rad."""
     return advanced(columns.T, np.full(columns.shape[1], phase)).T
-
-
-def _bounded(sensitivities: Sensitivities) -> Sensitivities:
-    """No nuisance changes the speed by more than the limit: beside two steady states, differences are not small."""
-    own = np.array(sensitivities.own)
-    size = np.abs(own[SPEED])
-    return sensitivities._replace(own=own * np.minimum(1.0, _MOST_SPEED / np.maximum(size, 1e-12)))
-
-
-_MOST_SPEED = 0.01  # m/s, as far as the start is off
 
 
 def _noise(mode: Mode, window: TrialModel, scatter: Scatter, simulated: np.ndarray) -> np.ndarray:

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fitting.model.features import OF_A_MARKER, FeatureReader, advanced, phase_between, places_of_markers
+from fitting.model.features import OF_A_MARKER, SPEED, FeatureReader, advanced, phase_between, places_of_markers
 from fitting.model.noise import FeatureNoise, noise_of
 from fitting.model.robot_uncertainty import PerturbedTwin
 from fitting.model.roll import NO_ROLL, ROLL_STEP, Roll
@@ -114,7 +114,10 @@ class TrialModel:
         steps = np.vstack([np.diag(step), -np.diag(step)])  # (8, 4)
         positions = self.positions(np.tile(coefficients, (len(steps), 1)), 1 + steps[:, 3], steps[:, :3])
         up, down = np.split(self.in_step(self.reader(positions)), 2)
-        return (np.array([*START_SD, relative]) / (2 * step))[:, None] * (up - down)
+        moved = (np.array([*START_SD, relative]) / (2 * step))[:, None] * (up - down)
+        # next to a second steady state slopes are steep, but the start moves the mean speed by no more than it is off
+        moved[:3] *= min(1.0, START_SD[0] / max(float(np.linalg.norm(moved[:3, SPEED])), 1e-12))
+        return moved
 
     def _of_shifts(self, marker_m: np.ndarray, axes: np.ndarray, features: np.ndarray) -> list[np.ndarray]:
         """The slope with each marker's shift along each of its axes (n, m, 2, 2), 1/m.
