@@ -12,7 +12,7 @@ from fitting.in_pool import head_frame
 from fitting.model.session_model import START_PHASE_RAD
 from fitting.model.trial_model import TrialModel
 from fitting.scoring import score
-from fitting.signatures.view_of import view_of
+from fitting.signatures.affected_session import view_of
 from fitting.speed import forward_speed
 from fitting.trial import MeasuredTrial
 from swimmer import FluidCoefficients, Runs, Trajectories
@@ -53,14 +53,9 @@ class SettledTwin(AffectedTwin):
     def simulate(self, runs: Runs, time_s: np.ndarray, *, allow_divergence: bool = False) -> Trajectories:
         """As tracks would show it: with the effects, and scaled by nose and neck."""
         values = np.tile(self.in_trial(self._view, self._settled), (len(runs), 1))
-        own = AffectedRuns(
-            runs.coefficients, runs.frequency_hz, runs.phase_rad, runs.velocity, runs.fields, runs.turns, values=values
-        )
+        own = AffectedRuns(**vars(runs), values=values)
         simulated = super().simulate(own, time_s, allow_divergence=allow_divergence)
-        seen = self.observed(own, simulated, [self._view] * len(runs))
-        nose, neck = (self.markers.index(name) for name in ("nose", "neck"))
-        span = np.median(np.linalg.norm(seen[:, :, nose] - seen[:, :, neck], axis=-1), axis=1)
-        return replace(simulated, marker_m=(self.robot.scale_length_m / span)[:, None, None, None] * seen)
+        return replace(simulated, marker_m=self.tracked(own, simulated, self._view))
 
 
 def forecast_scores(

@@ -8,24 +8,18 @@ import numpy as np
 from scipy.stats import chi2
 from threadpoolctl import threadpool_limits
 
-from diagnosis.attribution import Attribution, attribute
-from diagnosis.backward_elimination import backward_elimination
 from diagnosis.constants import MOST_LEFT
-from diagnosis.controls import placebo_for
-from diagnosis.cross_validation import Validated, validated
 from diagnosis.evidence import Hypotheses, Priors
 from diagnosis.experiments import next_experiments
-from diagnosis.explaining import explained
-from diagnosis.from_forms import refitted
-from diagnosis.generalised_forces import ForceResponses, responses
-from diagnosis.held_out import Gap, HeldOut
+from diagnosis.held_out import Gap, HeldOut, placebo_for
 from diagnosis.linear_model import LinearModel
-from diagnosis.local_discrepancies import LocalDiscrepancy, likely_of, local_discrepancies
+from diagnosis.local_discrepancies import ForceResponses, LocalDiscrepancy, likely_of, local_discrepancies, responses
 from diagnosis.non_periodic import NonPeriodic, non_periodic
-from diagnosis.probabilities import Probabilities
-from diagnosis.refit import Refit
+from diagnosis.probabilities import Probabilities, explained
+from diagnosis.refit import Refit, refitted
 from diagnosis.result import Experiment, Remainder
-from diagnosis.ridge import RidgeFit, ridge_fit
+from diagnosis.ridge import Attribution, RidgeFit, attribute, ridge_fit
+from diagnosis.selection import Validated, backward_elimination, validated
 from diagnosis.session_data import SessionData
 from diagnosis.verdict import Verdict, verdict_of
 from diagnosis.where import VarianceDecomposition, decompose

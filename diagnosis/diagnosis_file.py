@@ -5,7 +5,6 @@ from collections.abc import Sequence
 import numpy as np
 
 from diagnosis.affected_swims import ForecastScore
-from diagnosis.attribution import Attribution
 from diagnosis.constants import FEWEST_TRIALS
 from diagnosis.diagnosis import Diagnosis
 from diagnosis.effect_test import EffectTest
@@ -32,7 +31,7 @@ from diagnosis.result import (
     Strength,
     WithdrawnEffects,
 )
-from diagnosis.ridge import RidgeFit
+from diagnosis.ridge import Attribution, RidgeFit
 from swimmer import FluidCoefficients
 from swimmer.effects import Parameter
 

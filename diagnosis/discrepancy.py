@@ -19,7 +19,7 @@ from fitting.in_pool import tail_markers
 from fitting.model.features import OF_A_MARKER, SPEED, advanced
 from fitting.model.session_model import SessionModel
 from fitting.signatures import Signature
-from fitting.signatures.slopes import little
+from fitting.signatures.signature import little
 from session import InputError
 from session.create import FISHSIM_MARKERS
 from session.errors import Fault

@@ -10,7 +10,7 @@ from scipy.linalg import solve_triangular
 from scipy.optimize import lsq_linear
 
 from fitting.signatures import Signature, Whitened
-from fitting.signatures.slopes import pieces
+from fitting.signatures.signature import pieces
 
 _SAME = 0.1  # relative difference up to which two slopes count as one
 _SILENT = 1e-6  # norm of one standard deviation below which an effect does nothing

@@ -12,13 +12,12 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from diagnosis.affected_swims import ForecastScore, forecast_scores
-from diagnosis.backward_elimination import log_evidence
 from diagnosis.diagnosis import Settings, Tell
 from diagnosis.evidence import Hypotheses
-from diagnosis.explaining import explained
-from diagnosis.from_forms import refitted
 from diagnosis.held_out import Gap, HeldOut
-from diagnosis.refit import Refit, refit
+from diagnosis.probabilities import explained
+from diagnosis.refit import Refit, refit, refitted
+from diagnosis.selection import log_evidence
 from diagnosis.session_data import SessionData
 from fitting.signatures import Signature, signature_of
 from session import NotEnoughData

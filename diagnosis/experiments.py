@@ -32,7 +32,7 @@ from fitting.free_decay.ring import ring_changes, shows_in_decays
 from fitting.model.noise import FeatureNoise
 from fitting.model.session_model import SessionModel
 from fitting.signatures import signature_of
-from fitting.signatures.view_of import TO_PX, picture_px
+from fitting.signatures.affected_session import TO_PX, picture_px
 from fitting.trial import MeasuredTrial, measure_trial
 from session import CameraSpec, NotEnoughData, TrialSpec
 from session.errors import SimulationDiverged

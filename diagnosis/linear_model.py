@@ -7,21 +7,20 @@ from functools import cached_property
 import numpy as np
 from scipy.linalg import solve_triangular
 
-from diagnosis.described import perturbed_robots
 from diagnosis.discrepancy import Discrepancy
 from diagnosis.generic import GaussianProcessDiscrepancy, generic_covariance
-from diagnosis.placement import TAKEN, placement_uncertainty
+from diagnosis.tolerances import TAKEN, perturbed_robots, placement_uncertainty
 from fitting.free_decay import Ring
 from fitting.model.features import OF_A_MARKER, places_of_markers, places_of_slides
 from fitting.model.session_model import START_PHASE_RAD, NuisanceModel, PlacementUncertainty, SessionModel
 from fitting.model.trial_model import TrialModel
-from fitting.objective import COEFFICIENT_BOUNDS
 from fitting.signatures import Whitened
 from fitting.signatures.session_row import PRIOR_SD, residual_row, row_covariance, row_slopes
 from fitting.trial import MeasuredTrial
 from session import CameraSpec
 from session.errors import SimulationDiverged
 from swimmer import Twin
+from swimmer.fluid import COEFFICIENT_BOUNDS
 from swimmer.mjcf import DRY
 
 _LEAST_FRAMES = 28  # of a marker, from which its mean, harmonics, drift and noise are known

@@ -10,9 +10,9 @@ import numpy as np
 from diagnosis.discrepancy import Discrepancy
 from diagnosis.linear_model import LinearModel
 from fitting.free_decay import DecayTrial, Ring, fit_decay
-from fitting.free_decay.decay_flags import fault_of_decay
+from fitting.free_decay.hinges import fault_of_decay
 from fitting.in_air import NOTHING, ExperimentsInAir
-from fitting.signatures.view_of import with_picture
+from fitting.signatures.affected_session import with_picture
 from fitting.trial import MeasuredTrial
 from session import CameraSpec, NotEnoughData
 from session.errors import SimulationDiverged

@@ -17,10 +17,9 @@ from scipy.linalg.lapack import dpotri
 from scipy.optimize import minimize
 
 from diagnosis.constants import OF_HARMONIC
-from diagnosis.generalised_forces import HEAD, PER_JOINT, ForceResponses
 from diagnosis.linear_model import LinearModel
-from diagnosis.local_discrepancies import LocalDiscrepancy
-from diagnosis.placement import TAKEN
+from diagnosis.local_discrepancies import HEAD, PER_JOINT, ForceResponses, LocalDiscrepancy
+from diagnosis.tolerances import TAKEN
 from fitting.free_decay.ring import NUMBERS as RING_NUMBERS
 from fitting.model.features import (
     COURSE,
@@ -33,7 +32,7 @@ from fitting.model.features import (
     places_of_slides,
 )
 from fitting.signatures import Signature
-from fitting.signatures.slopes import pieces
+from fitting.signatures.signature import pieces
 
 STAGES = ("camera", "drive", "body", "tail", "floor")
 OF_NO_MARKER = ("speed", "course", "frequency", "ringing")

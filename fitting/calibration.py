@@ -5,18 +5,17 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from fitting.body_wave import Sway, sways
 from fitting.coefficient_fit import CoefficientFit, fit_coefficients
 from fitting.ebt import FORMS, EbtFit, fit_every_form, model_speeds
 from fitting.forecast import fit_phase, forecast
-from fitting.model.robot_uncertainty import uncertainties_of
 from fitting.model.session_forecast import TWIN, Forecast, SessionForecast, forecast_session
-from fitting.model.sway import Sway, sways
-from fitting.objective import Swims
-from fitting.published_search import PublishedFit, published_search
+from fitting.published_search import PublishedFit, Swims, published_search
 from fitting.scoring import Scores, score
+from fitting.speed import speed_line, speed_power_law
 from fitting.speed_law import SpeedLaw, speed_law
-from fitting.speed_line import speed_line, speed_power_law
 from fitting.structure import Structure
+from fitting.structure.sources import uncertainties_of
 from fitting.sweep import SpeedSweep, sweep_frequencies, sweep_speed
 from fitting.trial import MeasuredTrial
 from session import Flag, NotEnoughData

@@ -3,13 +3,12 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+from fitting.body_wave import Sway
 from fitting.calibration import CalibratedTrial, Calibration, Summary, summarise
-from fitting.coefficient_fit import CoefficientFit
+from fitting.coefficient_fit import CoefficientFit, Marginal
 from fitting.command_forecast import CommandForecast, forecast_from_command
 from fitting.ebt import FORMS, FROM_TWIN
-from fitting.marginal import Marginal
 from fitting.model.session_forecast import SessionForecast
-from fitting.model.sway import Sway
 from fitting.published_search import PublishedFit
 from fitting.speed_law import SpeedLaw
 from fitting.structure import Source, Structure

@@ -12,8 +12,7 @@ from fitting.tail_tip import TailSwim, measured_tail, published_motion, simulate
 from fitting.trial import MeasuredTrial
 from session import Flag
 from swimmer import RobotSpec
-from swimmer.ebt import BETA_BOUNDS, DRAG_BOUNDS, steady_speed
-from swimmer.large_amplitude import steady_speed_large
+from swimmer.ebt import BETA_BOUNDS, DRAG_BOUNDS, steady_speed, steady_speed_large
 from tracking import HeadFrame
 
 EBT_RATIO_ONLY = "ebt_ratio_only"

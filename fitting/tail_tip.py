@@ -13,8 +13,7 @@ from scipy.signal import savgol_filter
 from fitting.series import bridged, design, weighted_fit
 from fitting.speed import whole_beats
 from fitting.trial import MeasuredTrial
-from swimmer.ebt import TailMotion
-from swimmer.large_amplitude import TipMotion
+from swimmer.ebt import TailMotion, TipMotion
 from tracking import HeadFrame, from_head_frame
 
 WINDOW, ORDER = 11, 2  # frames and degree of the Savitzky-Golay filter

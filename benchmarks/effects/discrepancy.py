@@ -26,7 +26,7 @@ from diagnosis.discrepancy import Discrepancy, nearness
 from fitting.in_pool import tail_markers
 from fitting.model.features import advanced, beat_phase, harmonics_of
 from fitting.signatures.session_row import PRIOR_SD, row_slopes
-from fitting.signatures.slopes import little
+from fitting.signatures.signature import little
 from session.create import FISHSIM_MARKERS
 from swimmer import load_robot
 from swimmer.effects import catalogue

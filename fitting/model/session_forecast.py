@@ -23,8 +23,7 @@ from fitting.model.forecast import (
 )
 from fitting.model.mode import Mode
 from fitting.scoring import score
-from fitting.speed import forward_speed
-from fitting.speed_line import speed_constant_stride, speed_line, speed_power_law
+from fitting.speed import forward_speed, speed_constant_stride, speed_line, speed_power_law
 from fitting.trial import MeasuredTrial
 from tracking import HeadFrame
 

@@ -12,8 +12,8 @@ import numpy as np
 
 from fitting.model.features import OF_A_MARKER, FeatureReader, advanced, phase_between, places_of_markers
 from fitting.model.noise import FeatureNoise, noise_of
-from fitting.model.robot_uncertainty import PerturbedTwin
 from fitting.model.roll import NO_ROLL, ROLL_STEP, Roll
+from fitting.structure.sources import PerturbedTwin
 from fitting.trial import MeasuredTrial
 from swimmer import Runs, Trajectories, Twin
 from swimmer.kinematics import MarkerKinematics

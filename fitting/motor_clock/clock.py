@@ -5,9 +5,7 @@ from typing import Literal
 
 import numpy as np
 
-from fitting.motor_clock.code_delay import CodeDelay, code_delay
-from fitting.motor_clock.code_search import search
-from fitting.motor_clock.tail_motion import TailMotion
+from fitting.motor_clock.code import CodeDelay, TailMotion, code_delay, search
 from session import Flag, TrialSpec
 from session.commands import MotorCommands
 from swimmer import CrankTurn

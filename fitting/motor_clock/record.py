@@ -10,7 +10,7 @@ import xarray as xr
 
 from fitting.frequency import SwimFrequency
 from fitting.motor_clock.clock import MotorClock, find_clock
-from fitting.motor_clock.tail_motion import TailMotion, tail_motion
+from fitting.motor_clock.code import TailMotion, tail_motion
 from session import CameraSpec, Flag, NotEnoughData, TrialSpec
 from session.commands import MotorCommands, load_commands
 from session.motor import MotorLog, load_motor

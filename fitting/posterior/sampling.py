@@ -8,11 +8,11 @@ import xarray
 
 from fitting.coefficient_fit import NAMES
 from fitting.model.mode import Progress
-from fitting.objective import COEFFICIENT_BOUNDS
-from fitting.posterior.forward import ForwardSwimming
+from fitting.posterior.emulator import ForwardSwimming
 from fitting.posterior.likelihood import Likelihood
 from fitting.posterior.quiet_arviz import arviz
 from session import Flag
+from swimmer.fluid import COEFFICIENT_BOUNDS
 
 VARIABLES = (*NAMES, "ln_wave_discrepancy", "ln_speed_discrepancy")
 WALKERS = 64

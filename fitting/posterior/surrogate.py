@@ -11,11 +11,10 @@ import numpy as np
 
 from fitting.model import Mode
 from fitting.model.mode import Progress
-from fitting.objective import COEFFICIENT_BOUNDS
-from fitting.posterior.emulator import fit_emulator
-from fitting.posterior.forward import ForwardSwimming
+from fitting.posterior.emulator import ForwardSwimming, fit_emulator
 from fitting.posterior.likelihood import SPEEDS, WAVE, Likelihood, size_of
 from fitting.posterior.sampling import WALKERS, placed, sampler
+from swimmer.fluid import COEFFICIENT_BOUNDS
 
 _FIRST, _ROUND = 144, 64  # simulations: enough for cubics (56 terms) from the first round on; of each further round
 _ROUNDS = 10  # most

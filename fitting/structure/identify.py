@@ -9,7 +9,7 @@ import numpy as np
 
 from fitting.dry_run import CrankFit, CrankTrial, DryTrial, crank_response, fit_crank
 from fitting.free_decay import DecayFit, DecayTrial, HingeEstimate, combine_decays, fit_decay
-from fitting.free_decay.decay_flags import fault_of_decay
+from fitting.free_decay.hinges import fault_of_decay
 from fitting.structure.sources import (
     ARM,
     BUILT_IN,

@@ -4,8 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from swimmer.effects.effect import Effect, Parameter
-from swimmer.effects.seen import Observation
+from swimmer.effects.effect import Effect, Observation, Parameter
 from swimmer.robot import RobotSpec
 
 ROLL_HZ, PITCH_HZ, DAMPING = 2.0, 1.6, 0.2

@@ -5,9 +5,8 @@ from collections.abc import Callable
 import mujoco
 import numpy as np
 
-from swimmer.effects.effect import Effect, Parameter, StepForce, StepState
+from swimmer.effects.effect import Effect, Parameter, StepForce, StepState, View
 from swimmer.effects.plates import Plates
-from swimmer.effects.seen import View
 from swimmer.fluid import added_volumes
 from swimmer.mjcf import Scene
 from swimmer.robot import RobotSpec

@@ -4,8 +4,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from swimmer.effects.effect import Drive, Effect, Parameter
-from swimmer.effects.seen import Observation
+from swimmer.effects.effect import Drive, Effect, Observation, Parameter
 from swimmer.robot import RobotSpec, load_robot
 
 _MOST_M, _SD_M = 0.03, 0.003

@@ -6,7 +6,7 @@ import mujoco
 import numpy as np
 
 from swimmer.effects.effect import Effect, Parameter, StepDamper, StepDamping, StepState
-from swimmer.effects.tendon_path import rest_lengths, set_rest_lengths
+from swimmer.effects.tendons import rest_lengths, set_rest_lengths
 from swimmer.mjcf import Scene
 from swimmer.robot import RobotSpec
 

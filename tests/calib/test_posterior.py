@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from calib.pipeline import Options, Pipeline, open_session
-from fitting import left_out
 from fitting.posterior import sampling
+from fitting.signatures import score_tests
 from tests.calib.door import FEW_EFFECTS, ROOT, Front, assert_reports, files_in, little_posterior, with_little_effort
 
 SCHEMA = ROOT.parent / "shared" / "design" / "schema" / "calibration.schema.json"
@@ -23,8 +23,8 @@ def sampled_session(finished_session: Path, tmp_path_factory: pytest.TempPathFac
     with pytest.MonkeyPatch.context() as patch:
         with_little_effort(patch)
         little_posterior(patch)
-        patch.setattr(left_out, "LEFT_OUT_P", 2.0)  # so that there is a flag
-        patch.setattr(left_out, "LEFT_OUT_SD", -1.0)
+        patch.setattr(score_tests, "LEFT_OUT_P", 2.0)  # so that there is a flag
+        patch.setattr(score_tests, "LEFT_OUT_SD", -1.0)
         Pipeline(open_session(folder), Options("quick")).posterior()
     return folder
 

@@ -15,10 +15,9 @@ import pytest
 from diagnosis.discrepancy import discrepancy_for
 from diagnosis.evidence import Priors
 from diagnosis.experiments import _Pair, _with_a_decay
-from diagnosis.explaining import explained
-from diagnosis.generalised_forces import responses
 from diagnosis.linear_model import LinearModel
-from diagnosis.probabilities import Probabilities
+from diagnosis.local_discrepancies import responses
+from diagnosis.probabilities import Probabilities, explained
 from diagnosis.session_data import free_decay_fits
 from diagnosis.verdict import verdict_of
 from diagnosis.where import OF_NO_MARKER, decompose

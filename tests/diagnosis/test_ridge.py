@@ -15,7 +15,7 @@ from diagnosis.refit import Refit
 from diagnosis.ridge import likeliest_share, ridge_fit
 from fitting.dry_run.response import with_arm
 from fitting.signatures import Signature, signature_of
-from fitting.signatures.slopes import little
+from fitting.signatures.signature import little
 from session.create import FISHSIM_MARKERS
 from swimmer import Twin
 from swimmer.effects import catalogue

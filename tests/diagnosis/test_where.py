@@ -8,9 +8,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from diagnosis.generalised_forces import HEAD, ForceResponses, GeneralisedForces
 from diagnosis.linear_model import LinearModel
-from diagnosis.local_discrepancies import LocalDiscrepancy, local_discrepancies
+from diagnosis.local_discrepancies import HEAD, ForceResponses, GeneralisedForces, LocalDiscrepancy, local_discrepancies
 from diagnosis.where import STAGES, VarianceDecomposition, by_repeat, decompose
 from fitting.model.features import advanced
 from fitting.signatures import Signature, signature_of

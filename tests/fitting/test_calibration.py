@@ -12,7 +12,7 @@ from fitting.calibration import summarise
 from fitting.ebt import FORMS, fit_ebt
 from fitting.model import search
 from fitting.model.session_forecast import Forecast
-from fitting.objective import Swims
+from fitting.published_search import Swims
 from fitting.structure import assumed
 from fitting.sweep import sweep_speed
 from fitting.tail_tip import measured_tail

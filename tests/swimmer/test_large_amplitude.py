@@ -8,8 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.special import ellipe, ellipk
 
-from swimmer.ebt import TailMotion, mean_thrust
-from swimmer.large_amplitude import TipMotion, mean_thrust_large, steady_speed_large
+from swimmer.ebt import TailMotion, TipMotion, mean_thrust, mean_thrust_large, steady_speed_large
 from tests.swimmer.robots import FISH
 
 MASS = 7.0  # kg/m

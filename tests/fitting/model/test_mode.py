@@ -18,12 +18,12 @@ from fitting.model.forecast import (
     scatter_of,
     tracks_of,
 )
-from fitting.model.robot_uncertainty import perturbed_twins, uncertainties_of
 from fitting.model.session_forecast import BASELINES
 from fitting.model.session_model import START_PHASE_RAD, SessionModel
 from fitting.model.trial_model import TrialModel
 from fitting.model.variance import MEDIANS
 from fitting.structure import assumed
+from fitting.structure.sources import perturbed_twins, uncertainties_of
 
 HELD_OUT_HZ = 1.1
 FAR_SD = 3.5

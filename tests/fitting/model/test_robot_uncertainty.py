@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from fitting.model import SessionModel
-from fitting.model.robot_uncertainty import UNMEASURED_SD, uncertainties_of
 from fitting.structure import Source, assumed
+from fitting.structure.sources import UNMEASURED_SD, uncertainties_of
 from synthetic import PLAUSIBLE_COEFFICIENTS
 from tests.fitting.exact_swims import ROBOT, exact_swims, exact_twin
 

@@ -1,15 +1,14 @@
-"""How far boxes sit from their markers, and markers from their places, as the trials themselves show it.
-
-Whoever placed them knows it no better. Both decide where markers are in the mean; how these means differ from the
-twin's, over all markers of all trials, tells the sizes of their offsets (an empirical Bayes estimate; Robbins 1956):
-what trials have in common is the markers', what they differ by the boxes'.
-"""
+"""How far things may be off where nothing is wrong: boxes, markers, and the robot against its description."""
 
 import numpy as np
 from scipy.optimize import minimize
 
+from diagnosis.constants import WITHIN
 from fitting.model.features import of_markers
 from fitting.model.session_model import NuisanceModel, PlacementUncertainty
+from fitting.structure import Source, assumed
+from fitting.structure.sources import ParameterUncertainty, PerturbedTwin, perturbed_twins
+from swimmer import RobotSpec, Twin
 
 TAKEN = PlacementUncertainty(box_m=0.003, marker_m=0.001)
 """Before the trials are looked at: boxes a few pixels, markers as well as a ruler places them."""
@@ -17,6 +16,7 @@ TAKEN = PlacementUncertainty(box_m=0.003, marker_m=0.001)
 _LN_SD = 0.7  # of either size
 _ENDS_M = (1e-4, 0.05)
 _STARTS = ((1.0, 1.0), (3.0, 1.0), (1.0, 10.0))  # times what is taken
+_STEP = 0.05  # of mass, either way
 
 
 def placement_uncertainty(
@@ -51,3 +51,34 @@ def placement_uncertainty(
 def mean_places(length: int, trials: int) -> np.ndarray:
     """(2 m t,) where a row of so many features, of length k, holds the means of its markers."""
     return of_markers(np.arange(length).reshape(trials, -1))[..., 0].ravel()
+
+
+def perturbed_robots(twin: Twin) -> tuple[PerturbedTwin, ...]:
+    """Twins on either side of the description, for all that a robot may differ by and still be as described."""
+    sources = [source for source in assumed(twin.robot).sources if source.value > 0]
+    doubted = perturbed_twins(twin, [ParameterUncertainty(source, WITHIN[source.quantity]) for source in sources])
+    mass = ParameterUncertainty(_mass(twin.robot), WITHIN["mass"])
+    for heavier in (_heavier_head, _heavier_tail):
+        more, less = (twin.of_robot(heavier(twin.robot, by)) for by in (_STEP, -_STEP))
+        doubted = (*doubted, PerturbedTwin(mass, more, less, _STEP))
+    return doubted
+
+
+def _mass(robot: RobotSpec) -> Source:
+    kg = sum(part.mass_kg for part in robot.head.part)
+    return Source("mass", kg, "kg", None, (), "as described")
+
+
+def _heavier_head(robot: RobotSpec, by: float) -> RobotSpec:
+    part = tuple(p.model_copy(update={"mass_kg": p.mass_kg * (1 + by)}) for p in robot.head.part)
+    return robot.model_copy(update={"head": robot.head.model_copy(update={"part": part})})
+
+
+def _heavier_tail(robot: RobotSpec, by: float) -> RobotSpec:
+    tail, fin = robot.tail, robot.caudal_fin
+    return robot.model_copy(
+        update={
+            "tail": tail.model_copy(update={"density_kg_m3": tail.density_kg_m3 * (1 + by)}),
+            "caudal_fin": fin.model_copy(update={"mass_kg": fin.mass_kg * (1 + by)}),
+        }
+    )
