@@ -11,13 +11,13 @@ from threadpoolctl import threadpool_limits
 from diagnosis.constants import MOST_LEFT
 from diagnosis.evidence import Hypotheses, Priors
 from diagnosis.experiments import next_experiments
-from diagnosis.held_out import Gap, HeldOut, placebo_for
+from diagnosis.held_out import HeldOut, placebo_for
 from diagnosis.linear_model import LinearModel
 from diagnosis.local_discrepancies import ForceResponses, LocalDiscrepancy, likely_of, local_discrepancies, responses
 from diagnosis.non_periodic import NonPeriodic, non_periodic
 from diagnosis.probabilities import Probabilities, explained
 from diagnosis.refit import Refit, refitted
-from diagnosis.result import Experiment, Remainder
+from diagnosis.result import Experiment, GapSize, Remainder
 from diagnosis.ridge import Attribution, RidgeFit, attribute, ridge_fit
 from diagnosis.selection import Validated, backward_elimination, validated
 from diagnosis.session_data import SessionData
@@ -67,7 +67,7 @@ class Diagnosis:
         where: shares of the gap.
         refit: the twin with the likeliest of the named effects; None where none is named.
         remainder: what it leaves; None where none is named.
-        gap: on held-out swims; None without any that the twins can follow.
+        gap: on held-out swims that the twins can follow.
         validation: of the names, on fitted trials left out in turn; names that these spoke against are not said.
         everything: the twin with all effects at once, its held-out gap, and to what it owes that; None where there is
             no gap, or the swims call for no more than is named, or with the effort "quick".
@@ -85,9 +85,9 @@ class Diagnosis:
     where: VarianceDecomposition
     refit: Refit | None
     remainder: Remainder | None
-    gap: Gap | None
+    gap: GapSize
     validation: Validated
-    everything: tuple[RidgeFit, Gap | None, Attribution | None] | None
+    everything: tuple[RidgeFit, GapSize, Attribution | None] | None
     experiments: tuple[Experiment, ...]
     decays_left_out: Mapping[str, str]
 
@@ -100,12 +100,6 @@ def diagnose(
     tell: Tell = lambda _message, _share: None,
 ) -> Diagnosis:
     """Diagnoses a session.
-
-    Args:
-        data: the trials.
-        effects: the catalogue.
-        settings: how much work, what is believed before, seed.
-        tell: of the progress.
 
     Raises:
         SimulationDiverged: the plain twin.
@@ -188,14 +182,7 @@ def _weighed(data: SessionData, effects: Mapping[str, Effect], priors: Priors, t
 
 
 def _named(weighed: _Weighed, refitting: Refitting, settings: Settings, effects: int) -> Validated:
-    """What is said, of the fitted trials alone.
-
-    Args:
-        weighed: the hypotheses.
-        refitting: a twin with effects of these names.
-        settings: of the diagnosis.
-        effects: how many the catalogue has.
-    """
+    """What is said, of the fitted trials alone."""
     probabilities, verdict = weighed.probabilities, verdict_of(weighed.probabilities)
     if not verdict.first:
         return Validated(verdict, probabilities, None)
@@ -221,7 +208,7 @@ def _placebo(weighed: _Weighed, said: Validated, refitting: Refitting) -> Refit 
 
 def _everything(
     weighed: _Weighed, effects: Mapping[str, Effect], said: Validated, swims: HeldOut, effort: str
-) -> tuple[RidgeFit, Gap | None, Attribution | None] | None:
+) -> tuple[RidgeFit, GapSize, Attribution | None] | None:
     """The twin with all effects, and what it leaves of held-out swims, just as it was fitted; None if not asked."""
     if effort not in ALL_AT_ONCE or said.verdict.name == "no_gap":
         return None
@@ -230,7 +217,8 @@ def _everything(
     if every is None:
         return None
     gap = swims.gap(every.refit, as_fitted=True)
-    return every, gap, None if gap is None else attribute(weighed.linear, swims.held_out, every.refit, swims.seed)
+    asked = attribute(weighed.linear, swims.held_out, every.refit, swims.seed) if gap.evaluated_on else None
+    return every, gap, asked
 
 
 def _remainder(weighed: _Weighed, best: Refit) -> Remainder:
@@ -241,6 +229,6 @@ def _remainder(weighed: _Weighed, best: Refit) -> Remainder:
     plain, residual = (linear.space.projected(row) for row in (linear.residual, best.residual))
     freedom = max(len(linear.residual) - 5 - len(best.values), 1)
     excess, before = residual @ residual - freedom, plain @ plain - len(linear.residual) + 5
-    stages = {stage: share for stage, share in where.by_stage.items() if stage != "floor"}
+    stages = {stage: share for stage, share in where.shares.by_stage.items() if stage != "floor"}
     share = float(np.clip(excess / before, 0.0, 1.0)) if before > 0 else 0.0
     return Remainder(share, max(stages, key=lambda stage: stages[stage]), float(chi2.sf(residual @ residual, freedom)))

@@ -77,12 +77,7 @@ class EffectResponse:
 
 
 def effect_responses(signatures: Sequence[Signature], space: Whitened) -> tuple[EffectResponse, ...]:
-    """Of signatures, in their order; of what diverged or does nothing there is no linear response.
-
-    Args:
-        signatures: of the catalogue.
-        space: that whitens.
-    """
+    """Of signatures, in their order; of what diverged or does nothing there is no linear response."""
     return tuple(EffectResponse(each.effect.name, each.effect.stage, _ways(each, space)) for each in signatures)
 
 

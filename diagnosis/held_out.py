@@ -25,15 +25,15 @@ from diagnosis.generic import generic_size
 from diagnosis.linear_model import LinearModel
 from diagnosis.probabilities import Probabilities
 from diagnosis.refit import Refit, residual_drawn, residual_with
-from diagnosis.result import Controls
+from diagnosis.result import Controls, GapSize, HeldOutSwim
 from fitting.model.features import advanced
 from fitting.model.session_model import SessionModel
-from fitting.speed import speed_constant_stride, speed_line, speed_power_law
+from fitting.speed import BASELINES
 from fitting.trial import MeasuredTrial
 
 _NOISE_DRAWS = 4000
+_PER_M = 1000.0  # mm
 _DRAWS = 400  # of coefficients and strengths as they might have been fitted
-BASELINES = {"line": speed_line, "power_law": speed_power_law, "constant_stride": speed_constant_stride}
 
 
 @dataclass(frozen=True)
@@ -168,29 +168,6 @@ def carried_over(linear: LinearModel, held_out: LinearModel) -> np.ndarray:
 
 
 @dataclass(frozen=True, eq=False)
-class Gap:
-    """The held-out gap before and after.
-
-    Attributes:
-        shrinkage: in whitened squares.
-        before, after: each held-out swim beside the plain twin and beside the one with effects; both run ahead alone.
-        hertz: (t, 3) of each held-out trial: measured, and forecast from its command without and with effects, Hz; nan
-            without a command.
-        baselines: (t,) speeds by simple rules in frequency through the fitted trials, m/s, by the rule's name.
-        noise_floor_m: mean distance that tracking noise alone would make.
-        controls: what it would shrink by anyhow; None where nothing was added.
-    """
-
-    shrinkage: SkillScore
-    before: tuple[ForecastScore, ...]
-    after: tuple[ForecastScore, ...]
-    hertz: np.ndarray
-    baselines: Mapping[str, list[float]]
-    noise_floor_m: float
-    controls: Controls | None
-
-
-@dataclass(frozen=True, eq=False)
 class HeldOut:
     """Swims that nothing was fitted to, beside the nearest plain twin.
 
@@ -204,8 +181,8 @@ class HeldOut:
     swims: tuple[MeasuredTrial, ...]
     seed: int
 
-    def gap(self, best: Refit | None, placebo: Refit | None = None, *, as_fitted: bool = False) -> Gap | None:
-        """Of the swims that no twin diverges on; None where there is none.
+    def gap(self, best: Refit | None, placebo: Refit | None = None, *, as_fitted: bool = False) -> GapSize:
+        """Of the swims that no twin diverges on; nothing is compared where there is none.
 
         Args:
             best: the twin with effects; None where none was added.
@@ -213,7 +190,7 @@ class HeldOut:
             as_fitted: the interval is over noise alone, of these very twins, and not over what else they might be.
         """
         if not self.swims:
-            return None
+            return GapSize()
         linear, held_out, seed = self.linear, self.held_out, self.seed
         twins = [twin for twin in (best, placebo) if twin is not None]
         residual = [held_out.residual, *(residual_with(held_out, twin) for twin in twins)]
@@ -234,10 +211,23 @@ class HeldOut:
                 )
                 otherwise = held_out.whitened_swims(drawn[0]), held_out.whitened_swims(drawn[1])
         skill = skill_score(self._scored, scored, self._trial_of, seed, otherwise)
-        hertz = np.stack(
-            [self._measured_hz, *(self._forecast_hz(row) for row in (residual[0], residual[best is not None]))], 1
+        hertz = [self._measured_hz, *(self._forecast_hz(row) for row in (residual[0], residual[best is not None]))]
+        measured, baselines = [each.speed_measured for each in after], self._baselines
+        swims = zip(self._plain, after, baselines["line"], *hertz, strict=True)
+        return errors_of(
+            self._plain,
+            after,
+            noise_floor_mm=_PER_M * self._noise_floor_m,
+            shrinkage=np.nan if skill.value is None else skill.value,
+            shrinkage_ci95=skill.interval,
+            squares_before=skill.plain,
+            squares_after=skill.with_effects,
+            controls=controls,
+            speed_mae_baselines={name: _mae(speeds, measured) for name, speeds in baselines.items()},
+            frequency_mae_before=_mae(hertz[1], hertz[0]),
+            frequency_mae_after=_mae(hertz[2], hertz[0]),
+            trials={each[0].name: _swim(*each) for each in swims},
         )
-        return Gap(skill, self._plain, after, hertz, self._baselines, self._noise_floor_m, controls)
 
     def _controls(self, placebo: Refit | None, residual: np.ndarray) -> Controls:
         """What the gap would shrink by anyhow, with a placebo that leaves a residual (k,)."""
@@ -272,6 +262,7 @@ class HeldOut:
 
     @property
     def _baselines(self) -> Mapping[str, list[float]]:
+        """(t,) speeds by simple rules in frequency through the fitted trials, m/s, by the rule's name."""
         fitted, asked = self.linear.swims, [trial.start_frequency.hz for trial in self.swims]
         hz, speed = [trial.frequency.hz for trial in fitted], [trial.speed for trial in fitted]
         return {name: baseline(hz, speed, asked) for name, baseline in BASELINES.items()}
@@ -289,6 +280,44 @@ class HeldOut:
     def _noise_floor_m(self) -> float:
         each = [noise_floor_m(self.held_out, number, self.seed) for number in range(len(self.swims))]
         return float(np.nanmean(each))
+
+
+def errors_of(before: Sequence[ForecastScore], after: Sequence[ForecastScore], **more: object) -> GapSize:
+    """Means over the same swims without and with effects."""
+    return GapSize(
+        baseline_mm=_mean_mm([each.marker_error_m for each in before]),
+        with_effects_mm=_mean_mm([each.marker_error_m for each in after]),
+        speed_mae_before=_mae([each.speed_twin for each in before], [each.speed_measured for each in before]),
+        speed_mae_after=_mae([each.speed_twin for each in after], [each.speed_measured for each in after]),
+        evaluated_on=tuple(each.name for each in before),
+        **more,  # type: ignore[arg-type]
+    )
+
+
+def _swim(
+    before: ForecastScore, after: ForecastScore, line: float, measured_hz: float, before_hz: float, after_hz: float
+) -> HeldOutSwim:
+    return HeldOutSwim(
+        before_mm=_PER_M * before.marker_error_m,
+        after_mm=_PER_M * after.marker_error_m,
+        speed_measured=before.speed_measured,
+        speed_before=before.speed_twin,
+        speed_after=after.speed_twin,
+        speed_line=line,
+        frequency_measured_hz=float(measured_hz),
+        frequency_before_hz=float(before_hz),
+        frequency_after_hz=float(after_hz),
+    )
+
+
+def _mean_mm(metres: Sequence[float]) -> float:
+    return _PER_M * float(np.nanmean(metres))
+
+
+def _mae(forecast: Sequence[float] | np.ndarray, measured: Sequence[float] | np.ndarray) -> float:
+    """Mean absolute error of those that are known; nan of none."""
+    errors = np.abs(np.subtract(forecast, measured))
+    return float(errors[np.isfinite(errors)].mean()) if np.isfinite(errors).any() else float("nan")
 
 
 def _stands(residual: Sequence[np.ndarray], trials: int) -> np.ndarray:

@@ -149,12 +149,7 @@ class LocalDiscrepancy(NamedTuple):
 
 
 def likely_of(sought: Sequence[LocalDiscrepancy], at_place: Sequence[float]) -> tuple[LocalDiscrepancy, ...]:
-    """At each place where there probably is one, the likeliest.
-
-    Args:
-        sought: that were looked for.
-        at_place: probability of each.
-    """
+    """At each place where there probably is one, the likeliest."""
     whole: dict[str, float] = {}
     best: dict[str, tuple[float, LocalDiscrepancy]] = {}
     for each, chance in zip(sought, at_place, strict=True):

@@ -231,15 +231,7 @@ def explained(
     places: Sequence[LocalDiscrepancy] = (),
     non_periodic: tuple[float, ...] = (0.0,),
 ) -> Explained:
-    """Weighs all hypotheses, for every size that the twin's own discrepancy may have.
-
-    Args:
-        linear: as fitted.
-        signatures: of the catalogue.
-        priors: before the session.
-        places: where an unknown effect may act.
-        non_periodic: log Bayes factors of what shows apart from the beat.
-    """
+    """Weighs all hypotheses, for every size that the twin's own discrepancy may have."""
     common, found = linear.discrepancy.common_columns(signatures), []
     for scale, chance in SCALES.items():
         here = linear.with_error(scale, common)
@@ -259,11 +251,6 @@ def needed_in_mixture(linear: LinearModel, hypotheses: Hypotheses, present: Sequ
 
     An unknown effect that is clearly such a mixture is many effects at once, and naming one gains nothing beside all of
     them. But the mixture without that one may be much worse.
-
-    Args:
-        linear: with the discrepancy of the hypotheses.
-        hypotheses: of the residual.
-        present: effects beside the mixture.
     """
     responses = [each for each in (hypotheses.best[i] for i in present) if each is not None]
 

@@ -224,14 +224,7 @@ class _Joint:
 
 
 def refitted(linear: LinearModel, hypotheses: Hypotheses, effects: Sequence[Effect], rounds: int) -> Refit:
-    """The nearest twin with effects.
-
-    Args:
-        linear: the fitted swims beside the nearest plain twin.
-        hypotheses: that hold forms of these effects.
-        effects: that act, at least one.
-        rounds: steps at most.
-    """
+    """The nearest twin with effects."""
     names = [each.name for each in hypotheses.effects]
     chosen = [hypotheses.best[names.index(effect.name)] for effect in effects]
     forms = [form for form in chosen if form is not None]

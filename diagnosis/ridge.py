@@ -74,15 +74,7 @@ class RidgeFit(NamedTuple):
 def ridge_fit(
     linear: LinearModel, signatures: Sequence[Signature], effects: Mapping[str, Effect], named: Refit, rounds: int
 ) -> RidgeFit | None:
-    """None where the swims do not clearly call for more than is named.
-
-    Args:
-        linear: the fitted swims beside the nearest plain twin.
-        signatures: of the catalogue.
-        effects: the catalogue; what makes the twin diverge is left out.
-        named: the twin with the named effects, or the plain one.
-        rounds: steps at most.
-    """
+    """None where the swims do not clearly call for more than is named."""
     standing = [each for each in signatures if _slopes(each) is not None]
     share, gained = likeliest_share(linear, standing, named)
     if share == _NONE or gained < CALLED_FOR:
@@ -95,13 +87,7 @@ def ridge_fit(
 
 
 def likeliest_share(linear: LinearModel, signatures: Sequence[Signature], named: Refit) -> tuple[float, float]:
-    """The likeliest share of their priors that effects have which are not named, and what all shares gain.
-
-    Args:
-        linear: the fitted swims.
-        signatures: of effects that stand.
-        named: the twin with the named effects, or the plain one.
-    """
+    """The likeliest share of their priors that effects have which are not named, and what all shares gain."""
     effects, features = [each.effect for each in signatures], slice(None, len(linear.model.measured))
     columns, residual = _columns(linear, signatures)[features], named.residual[features]
     known, generic = linear.covariance[features, features], linear.generic[features, features]
@@ -192,14 +178,7 @@ def group_of(effect: Effect) -> str:
 
 
 def attribute(linear: LinearModel, held_out: LinearModel, every: Refit, seed: int = 0) -> Attribution | None:
-    """None where the twin diverges on a held-out trial or next to the joint fit.
-
-    Args:
-        linear: the fitted trials.
-        beside: the held-out trials.
-        every: the joint fit.
-        seed: of the draws.
-    """
+    """None where the twin diverges on a held-out trial or next to the joint fit."""
     residual, jacobian = residual_with(held_out, every), held_out_jacobian(held_out, every)
     if not (np.isfinite(residual).all() and np.isfinite(jacobian).all()):
         return None

@@ -20,6 +20,7 @@ from diagnosis.held_out import SkillScore, skill_score
 from diagnosis.linear_model import LinearModel
 from diagnosis.probabilities import Probabilities
 from diagnosis.refit import Refit
+from diagnosis.result import WithdrawnEffects
 from diagnosis.verdict import Verdict
 from fitting.signatures.session_row import PRIOR_SD
 from swimmer.effects import Effect
@@ -37,15 +38,7 @@ class Eliminated(NamedTuple):
 def backward_elimination(
     linear: LinearModel, best: Refit, refitting: Refitting, priors: Priors, catalogue: int
 ) -> Eliminated:
-    """Keeps as many effects as the fitted trials support; at least one.
-
-    Args:
-        linear: the fitted trials.
-        best: with all of the effects.
-        refitting: with some of them, by their names.
-        priors: before the session.
-        catalogue: number of effects that there are.
-    """
+    """Keeps as many effects as the fitted trials support; at least one."""
     least = float(logit(HELD * (1 + priors.look_alike)))
     gone: tuple[str, ...] = ()
     while (count := len(best.effects)) > 1:
@@ -83,20 +76,6 @@ def _width(effect: Effect, values: np.ndarray) -> np.ndarray:
     return np.asarray(sd * max(1.0, float(np.sqrt(np.mean((values / sd) ** 2)))))
 
 
-class Withdrawal(NamedTuple):
-    """Of the most probable of a group of a verdict; its alternatives stay as probable.
-
-    Attributes:
-        effect: that was withdrawn.
-        shrinkage: skill with it and what was named in addition.
-        interval: 95 %.
-    """
-
-    effect: str
-    shrinkage: float
-    interval: tuple[float, float]
-
-
 class Validated(NamedTuple):
     """A verdict after cross-validation.
 
@@ -104,14 +83,14 @@ class Validated(NamedTuple):
         verdict, probabilities: without what was withdrawn.
         best: the twin with the rest of the effects; None where none is left.
         skill: of the effects that stay, on trials left out in turn; None where nothing is named, or trials are too few.
-        refutations: of what was withdrawn, in that order.
+        refutations: what was withdrawn, in that order; alternatives stay as probable.
     """
 
     verdict: Verdict
     probabilities: Probabilities
     best: Refit | None
     skill: SkillScore | None = None
-    refutations: tuple[Withdrawal, ...] = ()
+    refutations: tuple[WithdrawnEffects, ...] = ()
 
 
 def validated(
@@ -121,15 +100,7 @@ def validated(
     refitting: Callable[[Sequence[str]], Refit],
     seed: int,
 ) -> Validated:
-    """Withdraws names, the least probable first, for as long as they forecast trials left out worse.
-
-    Args:
-        found: before.
-        linear: the fitted trials.
-        hypotheses: of these.
-        refitting: the twin with effects of these names.
-        seed: of the draws.
-    """
+    """Withdraws names, the least probable first, for as long as they forecast trials left out worse."""
     if found.best is None or len(linear.swims) < FEWEST_TRIALS:
         return found
     verdict, probabilities, best, _, refutations = found
@@ -142,7 +113,7 @@ def validated(
         weakest = min(against, key=lambda name: probabilities.marginal[probabilities.names.index(name)])
         assert skill.value is not None
         assert skill.interval is not None
-        refutations = (*refutations, Withdrawal(weakest, skill.value, skill.interval))
+        refutations = (*refutations, WithdrawnEffects((weakest,), skill.value, skill.interval))
         probabilities = probabilities.refuted(weakest)
         verdict = verdict.without([weakest], probabilities)
         best = refitting(verdict.first) if verdict.first else None

@@ -79,12 +79,7 @@ class FreeDecayFits(NamedTuple):
 
 
 def free_decay_fits(decays: Sequence[DecayTrial], twin: Twin) -> FreeDecayFits:
-    """How they ring; without those whose fit must not be believed (`fitting.structure.belief`).
-
-    Args:
-        decays: as measured.
-        twin: of the robot as described.
-    """
+    """How they ring; without those whose fit must not be believed (`fitting.structure.belief`)."""
     believed, left_out = [], {}
     for trial in decays:
         try:

@@ -19,6 +19,7 @@ from scipy.optimize import minimize
 from diagnosis.constants import OF_HARMONIC
 from diagnosis.linear_model import LinearModel
 from diagnosis.local_discrepancies import HEAD, PER_JOINT, ForceResponses, LocalDiscrepancy
+from diagnosis.result import GapShares, MissingForces
 from diagnosis.tolerances import TAKEN
 from fitting.free_decay.ring import NUMBERS as RING_NUMBERS
 from fitting.model.features import (
@@ -44,42 +45,20 @@ _HERTZ = 0.01  # relative
 _RINGING = 0.05  # of the logarithms of stiffness and damping
 
 
-class Forces(NamedTuple):
-    """What is missing on the head and in the hinges, in each trial.
-
-    Attributes:
-        joints: (j,) names.
-        mean: (t, j, 7) mean, then cosine and sine of each harmonic of the crank's turn, N or N m.
-        sd: (t, j, 7).
-    """
-
-    joints: tuple[str, ...]
-    mean: np.ndarray
-    sd: np.ndarray
-
-
 @dataclass(frozen=True, eq=False)
 class VarianceDecomposition:
-    """Shares of the squared whitened length of what the nearest plain twin leaves; each adds up to 1.
+    """What the nearest plain twin leaves, split.
 
     Attributes:
-        by_stage: camera, drive, body, tail and floor; may be negative.
+        shares: of its squared whitened length, split in several ways.
         alone: by stage, the share that it would have if it were the only one (the other end of its range).
-        by_trial, by_marker, by_axis, by_band: an orthogonal split of the same length.
-        by_repeat: what all swim trials have in common at equal phase of the beat ("reproducible"), what each has of its
-            own ("scatter"), and noise ("floor", which no trial repeats); empty for one swim trial.
-        forces: that are missing.
+        forces: that are missing in the swims; nothing acts on the head in a dry run.
         parts: (5, k) of what is left, by stage.
     """
 
-    by_stage: Mapping[str, float]
+    shares: GapShares
     alone: Mapping[str, float]
-    by_trial: Mapping[str, float]
-    by_marker: Mapping[str, float]
-    by_axis: Mapping[str, float]
-    by_band: Mapping[str, float]
-    by_repeat: Mapping[str, float]
-    forces: Forces
+    forces: MissingForces
     parts: np.ndarray
 
 
@@ -115,11 +94,9 @@ def decompose(
     shares["floor"] = float(target @ solved) / total
     parts["floor"] = residual - sum(parts.values())
     return VarianceDecomposition(
-        by_stage=shares,
+        shares=GapShares(shares, **_split(linear, residual), by_repeat=by_repeat(linear, target)),
         alone=_alone(target, projected),
-        **_split(linear, residual),
-        by_repeat=by_repeat(linear, target),
-        forces=_forces(responses, projected, weights, solved),
+        forces=_forces(linear, responses, projected, weights, solved),
         parts=np.array([parts[stage] for stage in STAGES]),
     )
 
@@ -314,11 +291,12 @@ def by_repeat(linear: LinearModel, target: np.ndarray) -> dict[str, float]:
 
 
 def _forces(
+    linear: LinearModel,
     responses: ForceResponses,
     parts: Mapping[Component, np.ndarray],
     weights: Mapping[Component, float],
     solved: np.ndarray,
-) -> Forces:
+) -> MissingForces:
     """Mean and standard deviation of the missing forces, given all that was measured."""
     trials, unit = responses.columns.shape[1], responses.unit[:, None]
     covariance = np.eye(len(solved)) + sum(weights[component] * part @ part.T for component, part in parts.items())
@@ -332,7 +310,9 @@ def _forces(
             shape = mean[joints, :, harmonics].shape
             mean[joints, :, harmonics] = (prior * (columns.T @ solved)).reshape(shape)
             sd[joints, :, harmonics] = np.sqrt(np.maximum(prior - prior**2 * explained, 0.0)).reshape(shape)
-    return Forces(responses.joints, *(np.moveaxis(each, 0, 1) * unit for each in (mean, sd)))
+    swims = tuple(trial.name for trial in linear.swims)
+    mean, sd = (np.moveaxis(each, 0, 1)[: len(swims)] * unit for each in (mean, sd))
+    return MissingForces(responses.joints, swims, mean, sd)
 
 
 def _split(linear: LinearModel, residual: np.ndarray) -> dict[str, dict[str, float]]:

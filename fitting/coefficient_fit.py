@@ -90,15 +90,7 @@ def fit_coefficients(
     seed: int = 0,
     progress: Callable[[str, float | None], None] = lambda _message, _share: None,
 ) -> tuple[CoefficientFit, Mode]:
-    """Finds the posterior mode of the coefficients of some trials; the order of the trials does not matter.
-
-    Args:
-        trials: of the role "fit".
-        twin: with their markers, of the robot with its structure.
-        doubts: how well the numbers of the robot are known.
-        starts: how many of the screened points are gone on from.
-        seed: of the screening.
-        progress: receives it.
+    """Finds the posterior mode of the coefficients of fit trials, from so many starts; in which order does not matter.
 
     Raises:
         SimulationDiverged: from every start.

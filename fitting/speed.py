@@ -77,3 +77,7 @@ def speed_constant_stride(
         return [float("nan")] * len(hz)
     stride = float(np.mean(np.array(fitted_speed) / np.array(fitted_hz)))
     return [stride * each for each in hz]
+
+
+BASELINES = {"line": speed_line, "power_law": speed_power_law, "constant_stride": speed_constant_stride}
+"""That every forecast of a speed has to beat, by name."""

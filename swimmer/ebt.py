@@ -40,11 +40,6 @@ def added_mass_per_length(body: ElongatedBody, density_kg_m3: float, beta: float
     return 0.25 * density_kg_m3 * np.pi * beta * body.depth_m**2
 
 
-def mean_thrust(motion: TailMotion, speed: np.ndarray, mass_per_length: float) -> np.ndarray:
-    """T = 1/2 m (<h_t^2> - U^2 <h_x^2>) at the tail tip, N (Lighthill 1960, eq. 12)."""
-    return 0.5 * mass_per_length * (motion.lateral_speed_sq - speed**2 * motion.slope_sq)
-
-
 def steady_speed(motion: TailMotion, robot: RobotSpec, beta: float, drag_coefficient: float) -> np.ndarray:
     """The speed U >= 0 at which mean thrust and drag balance, m/s.
 
@@ -70,12 +65,6 @@ class TipMotion(NamedTuple):
     angle_rad: np.ndarray
 
 
-def mean_thrust_large(motion: TipMotion, speed: float, mass_per_length: float) -> float:
-    """T at a swimming speed (m/s), N."""
-    constant, linear, quadratic = _thrust_polynomial(motion)
-    return mass_per_length * (constant + linear * speed + quadratic * speed**2)
-
-
 def steady_speed_large(motion: TipMotion, robot: RobotSpec, beta: float, drag_coefficient: float) -> float:
     """The speed U >= 0 at which mean thrust and drag 1/2 rho c_D S U^2 balance, m/s.
 
@@ -84,14 +73,14 @@ def steady_speed_large(motion: TipMotion, robot: RobotSpec, beta: float, drag_co
     """
     body, density = robot.elongated_body, robot.water.density_kg_m3
     mass = added_mass_per_length(body, density, beta)
-    constant, linear, quadratic = (mass * c for c in _thrust_polynomial(motion))
+    constant, linear, quadratic = (mass * c for c in thrust_polynomial(motion))
     resistance = 0.5 * density * drag_coefficient * body.reference_area_m2 - quadratic
     if constant <= 0 or resistance <= 0:
         return 0.0
     return float((linear + np.sqrt(linear**2 + 4 * resistance * constant)) / (2 * resistance))
 
 
-def _thrust_polynomial(motion: TipMotion) -> tuple[float, float, float]:
+def thrust_polynomial(motion: TipMotion) -> tuple[float, float, float]:
     """T / m as a polynomial in U: w = a - U sin(theta) with a what the beat alone gives."""
     forward, lateral, angle = motion
     cos, sin = np.cos(angle), np.sin(angle)

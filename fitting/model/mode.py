@@ -110,15 +110,7 @@ def mode_at(
     roll: Roll = NO_ROLL,
     ends: tuple[SearchEnd, ...] = (),
 ) -> Mode:
-    """The normal approximation about coefficients (5,) that are known, with variance components of known sizes.
-
-    Args:
-        model: the trials.
-        coefficients: where.
-        sizes: standard deviation of each variance component, by its name.
-        roll: of the hull.
-        ends: of the search that found them.
-    """
+    """The normal approximation about coefficients (5,) that are known, with variance components of known sizes."""
     model = model.rolling(roll)
     blocks = blocks_at(model, coefficients)
     residual = model.measured - model.simulated(coefficients[None])[0]

@@ -23,13 +23,12 @@ from fitting.model.forecast import (
 )
 from fitting.model.mode import Mode
 from fitting.scoring import score
-from fitting.speed import forward_speed, speed_constant_stride, speed_line, speed_power_law
+from fitting.speed import BASELINES, forward_speed
 from fitting.trial import MeasuredTrial
 from tracking import HeadFrame
 
 TWIN, GIVEN, BEATS, REPEAT, CONTINUED = "twin", "given_frequency", "after_two_beats", "repeat", "continued"
 DRAWN = "posterior"
-BASELINES = {"line": speed_line, "power_law": speed_power_law, "constant_stride": speed_constant_stride}
 _MM = 1000.0
 _FEWEST = 2  # trials that an interval over trials needs
 
@@ -159,13 +158,7 @@ class Gain(NamedTuple):
 
 @threadpool_limits.wrap(limits=1, user_api="blas")  # the matrices are small: threads cost more than they save
 def forecast_session(mode: Mode, trials: Sequence[MeasuredTrial], seed: int = 0) -> SessionForecast:
-    """What the model says of its own trials and forecasts of all others.
-
-    Args:
-        mode: of the trials of the role "fit".
-        trials: all swim trials.
-        seed: of all draws.
-    """
+    """What the model says of its own trials and forecasts of all others."""
     scatter = scatter_of(mode)
     found = {block.model.trial.name: _fitted(mode, number, seed) for number, block in enumerate(mode.blocks)}
     for trial in trials:

@@ -121,17 +121,11 @@ def sample_posterior(
     seed: int = 0,
     tell: Progress = lambda _message, _share: None,
 ) -> Posterior:
-    """Draws from the posterior of the coefficients given the trials of a mode.
+    """So many effective draws from the posterior of the coefficients given the trials of a mode.
 
     The prior is uniform over [0, 10] in each coefficient, for twins that swim forward from rest. Of the variance
     components those of the twin's wave share one factor and those of its speed another, which are drawn too; all others
     stay as large as at the mode.
-
-    Args:
-        mode: the likeliest coefficients, and the covariance of all else.
-        effective: draws wanted for every coefficient.
-        seed: of all draws.
-        tell: of the progress.
     """
     with threadpool_limits(1):  # the matrices are small: threads cost more than they save
         surrogate = fit_surrogate(mode, seed, tell)

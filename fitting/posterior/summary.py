@@ -99,15 +99,7 @@ def summarise(
     tell: Progress = lambda _message, _share: None,
     left_out: EffectsLeftOut = EffectsLeftOut(),  # noqa: B008 (it is frozen)
 ) -> PosteriorSummary:
-    """Works out all that is said of a posterior.
-
-    Args:
-        posterior: with its draws.
-        trials: all swim trials, fit and held-out.
-        seed: of all draws.
-        tell: of the progress.
-        left_out: what score tests of effects said.
-    """
+    """Works out all that is said of a posterior."""
     draws, robot = posterior.draws, robot_parts(posterior)
     tell("predicting trials", 0.0)
     predicted = predict_trials(posterior, trials, seed)

@@ -46,13 +46,7 @@ class Surrogate(NamedTuple):
 
 
 def fit_surrogate(mode: Mode, seed: int = 0, tell: Progress = lambda _message, _share: None) -> Surrogate:
-    """Simulates the trials of a mode until an emulator holds where the posterior lies.
-
-    Args:
-        mode: about which.
-        seed: of all draws.
-        tell: of the progress.
-    """
+    """Simulates the trials of a mode until an emulator holds where the posterior lies."""
     random = np.random.default_rng([seed, 1])
     points = _about(mode, _FIRST, _OUTWARD, random)
     good, features = _simulated(mode, points)

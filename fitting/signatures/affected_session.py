@@ -3,7 +3,7 @@
 A step with forces that no model holds costs by the step, hardly by the simulation.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
@@ -13,10 +13,11 @@ from fitting.free_decay import Ring
 from fitting.free_decay.ring import ring_changes
 from fitting.model.session_model import SessionModel
 from fitting.model.trial_model import TrialModel
-from fitting.trial import MeasuredTrial
-from session import CameraSpec
+from fitting.trial import MeasuredTrial, measure_trial
+from session import CameraSpec, TrialSpec
 from session.camera import CameraCalibration
-from swimmer import Trajectories
+from session.tracks import as_tracks
+from swimmer import Runs, Trajectories, Twin
 from swimmer.effects import AffectedRuns, AffectedTwin, Effect, View
 from swimmer.twin import simulate_together
 
@@ -31,6 +32,7 @@ COMMON_PX = (
     (5312, 2988),
 )
 """Sizes of the pictures of common cameras, width and height; the smallest comes first."""
+_RUN_IN_BEATS = 4.0  # of a trial that is imagined: the speed settles
 TO_PX = np.array([1.0, -1.0])  # the pool's y points up in the picture
 
 
@@ -41,6 +43,39 @@ def picture_px(trials: Iterable[MeasuredTrial], camera: CameraSpec) -> tuple[flo
     reached = np.max([np.nanmax(TO_PX * each.position_m / each.metres_per_px, axis=(0, 1)) for each in trials], axis=0)
     holding = [size for size in COMMON_PX if (reached < size).all()]
     return holding[0] if holding else (float(reached[0]), float(reached[1]))
+
+
+def imagined(
+    twin: Twin,
+    like: MeasuredTrial,
+    coefficients: np.ndarray,
+    hz: float,
+    start_m_s: float,
+    seconds: float,
+    noise: Callable[[np.ndarray], np.ndarray | float] = lambda _time_s: 0.0,
+    middle_px: np.ndarray | float = 0.0,
+) -> MeasuredTrial:
+    """A trial that could be swum, settled at a frequency, filmed like another of the same markers.
+
+    Args:
+        twin: that swims it.
+        like: the other trial.
+        coefficients: (5,) of the twin.
+        hz: turns of the crank a second.
+        start_m_s: forward speed that it begins with.
+        seconds: that are filmed.
+        noise: (n, m, 2) of the tracks at times (n,), m; default: none.
+        middle_px: (2,) of the picture.
+    """
+    frame_s, run_in_s = float(np.median(np.diff(like.time_s))), _RUN_IN_BEATS / hz
+    time_s = np.arange(0.0, run_in_s + seconds, frame_s)
+    runs = Runs(coefficients[None], np.array([hz]), np.zeros(1), np.array([[-start_m_s, 0.0, 0.0]]))
+    marker_m = twin.simulate(runs, time_s).marker_m[0]
+    position_px = (marker_m - marker_m.mean(axis=(0, 1)) + noise(time_s)) / like.metres_per_px * TO_PX + middle_px
+    tracks = as_tracks(like.markers, time_s, position_px, np.ones(position_px.shape[:2]))
+    spec = TrialSpec(f"{hz:.2f} Hz", "swim", commanded_hz=hz, role="fit")
+    later = tracks.isel(time=slice(int(np.searchsorted(time_s, run_in_s)), None))
+    return measure_trial(spec, later, CameraSpec(1 / frame_s, twin.robot.scale_length_m), twin.robot, like.warmup_s)
 
 
 def with_picture(camera: CameraSpec, trials: Iterable[MeasuredTrial]) -> CameraSpec:

@@ -141,12 +141,6 @@ def score_tests(
     """What each parameter of each effect says, linear about the mode.
 
     Of features alone: what frequencies say of an effect is for a diagnosis.
-
-    Args:
-        mode: of the fitted trials.
-        camera: that filmed the trials.
-        effects: of the catalogue.
-        tell: of the progress.
     """
     camera, effects = with_picture(camera, [each.trial for each in mode.model.trials]), tuple(effects)
     signatures = []

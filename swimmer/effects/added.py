@@ -50,10 +50,6 @@ class _Form(BaseModel):
 def added_effects(points: Iterable[EntryPoint], taken: Container[str]) -> dict[str, Effect]:
     """The effects that entry points lead to, by name.
 
-    Args:
-        points: of the group.
-        taken: names that are there already.
-
     Raises:
         InputError: an entry point that cannot be loaded, is no effect, lacks an attribute or has a name that is taken;
             all of them at once.

@@ -66,12 +66,7 @@ class _EffectColumns(NamedTuple):
 
 
 class AffectedTwin(Twin):
-    """A twin with effects; at zero values it is the plain twin to the bit.
-
-    Args:
-        twin: the plain one.
-        effects: in the order in which they act.
-    """
+    """A twin with effects, in the order in which they act; at zero values it is the plain twin to the bit."""
 
     def __init__(self, twin: Twin, effects: Sequence[Effect]) -> None:
         super().__init__(twin.robot, twin.markers, twin.scene, twin.workers)
@@ -106,11 +101,6 @@ class AffectedTwin(Twin):
 
     def observed(self, runs: Runs, trajectories: Trajectories, view: View) -> np.ndarray:
         """(n, f, m, 2) where a camera finds the markers of simulations, m.
-
-        Args:
-            runs: the simulations.
-            trajectories: of the simulations.
-            view: of the camera.
 
         Raises:
             InputError: an effect gives an array of another shape than it should.
@@ -320,13 +310,7 @@ def _add(fields: Sequence[np.ndarray], base: np.ndarray, added: Sequence[np.ndar
 
 
 def _of_shape(shape: tuple[int, ...], effect: Effect, way: str, given: np.ndarray) -> np.ndarray:
-    """The array that an effect gave.
-
-    Args:
-        shape: that it should have.
-        effect: that gave it.
-        way: the method that gave it.
-        given: the array.
+    """The array that an effect gave by one of its methods.
 
     Raises:
         InputError: it is of another shape, or no array.

@@ -29,7 +29,15 @@ def swing(driven: np.ndarray, beat_rad: np.ndarray, time_s: np.ndarray, natural_
     return np.asarray((turning @ answer).real)
 
 
-class SurfaceMotion(Effect):
+class FloatingEffect(Effect):
+    """Of a body that floats."""
+
+    family = "fluid"
+    stage = "camera"
+    seen_in = frozenset({"swim"})
+
+
+class SurfaceMotion(FloatingEffect):
     """Raised markers swing over the water line, at which nose and neck are: sideways with roll, lengthwise with pitch.
 
     Roll and pitch are what a damped float does when the head's acceleration shakes it, across and along: in proportion
@@ -38,13 +46,10 @@ class SurfaceMotion(Effect):
     """
 
     name = "surface_motion"
-    family = "fluid"
-    stage = "camera"
     physics = (
         "A shaken float rolls and pitches; a marker z above the water line moves by -z roll to the right, z pitch aft."
     )
     source = "Driven damped oscillator; kinematics of a floating body, small angles."
-    seen_in = frozenset({"swim"})
     parameters = (
         Parameter("roll", "rad s^2/m", -0.3, 0.3, 0.02),
         Parameter("pitch", "rad s^2/m", -0.6, 0.6, 0.06),
@@ -117,7 +122,7 @@ class RollingHull:
         return np.asarray((roll_rad[:, None] * self.height_m)[..., None] * right[:, None])
 
 
-class HullRoll(Effect):
+class HullRoll(FloatingEffect):
     """The whole fish rolls, most where it beats near the natural frequency of its roll.
 
     The water pushes it sideways below its centre of mass; a small righting moment, and a damping ratio of `DAMPING`,
@@ -126,14 +131,11 @@ class HullRoll(Effect):
     """
 
     name = "hull_roll"
-    family = "fluid"
-    stage = "camera"
     physics = (
         "roll'' + 2 z w roll' + w^2 roll = g a, a the head's acceleration sideways, g its mass times the height of its "
         "centre over the roll axis, by its moment of inertia."
     )
     source = "Damped oscillator of one degree of freedom: Lewandowski, The Dynamics of Marine Craft (2004), chapter 6."
-    seen_in = frozenset({"swim"})
     parameters = (
         Parameter("roll_per_sway", "1/m", -80.0, 80.0, 20.0),
         Parameter("natural", "1", -1.0, 1.0, 0.3),

@@ -87,15 +87,20 @@ def set_rest_lengths(spec: mujoco.MjSpec, length_m: np.ndarray) -> None:
         spec.tendon(f"tendon_{side}").springlength = length
 
 
-class CrankArmError(Effect):
+class TendonEffect(Effect):
+    """Of crank or tendons."""
+
+    family = "tendons"
+    stage = "tail"
+    seen_in = frozenset({"dry", "swim"})
+
+
+class CrankArmError(TendonEffect):
     """The tendons are pulled further, or less far, by the share `relative`."""
 
     name = "crank_arm_error"
-    family = "tendons"
-    stage = "tail"
     physics = "The tendon's stroke, and with it the tail's amplitude, grows with the radius of its anchor."
     source = "Geometry; the paper identifies 39.5 mm where 40 mm were measured."
-    seen_in = frozenset({"dry", "swim"})
     in_fit = True
     parameters = (Parameter("relative", "1", -0.25, 0.25, 0.05),)
 
@@ -105,15 +110,12 @@ class CrankArmError(Effect):
         return robot.model_copy(update={"crank": robot.crank.model_copy(update={"arm_m": arm_m})})
 
 
-class TendonCompliance(Effect):
+class TendonCompliance(TendonEffect):
     """The tendons, or what holds them, give (1 + `relative`) times as much under the same force."""
 
     name = "tendon_compliance"
-    family = "tendons"
-    stage = "tail"
     physics = "Line, knots and anchors are springs in series: their compliances 1/k add up."
     source = "Hooke's law; spring and damper change together, as with a longer piece of the same line."
-    seen_in = frozenset({"dry", "swim"})
     parameters = (Parameter("relative", "1", 0.0, 20.0, 2.0),)
 
     def mjcf(self, spec: mujoco.MjSpec, robot: RobotSpec, scene: Scene, values: np.ndarray) -> None:
@@ -130,10 +132,6 @@ class LooseTendons:
 
     The plain twin's dampers act parallel to its springs, strong for the sake of the time step: they would drag the
     tail along through the whole dead band.
-
-    Args:
-        robot: the robot.
-        models: of the n simulations.
     """
 
     def __init__(self, robot: RobotSpec, models: Sequence[mujoco.MjModel]) -> None:
@@ -153,15 +151,12 @@ class LooseTendons:
         return StepDamping(tendons=-self._damping * loose)
 
 
-class TendonSlack(Effect):
+class TendonSlack(TendonEffect):
     """Each tendon is too long by `length`: between pulling and pushing is a dead band of twice that."""
 
     name = "tendon_slack"
-    family = "tendons"
-    stage = "tail"
     physics = "A loose line pulls only after its slack is taken up; a pair of lines leaves the tail free in between."
     source = "Dead band of a cable drive; MuJoCo's tendon springlength with two values."
-    seen_in = frozenset({"dry", "swim"})
     parameters = (Parameter("length", "m", 0.0, 0.01, 0.001),)
 
     def mjcf(self, spec: mujoco.MjSpec, robot: RobotSpec, scene: Scene, values: np.ndarray) -> None:
@@ -214,18 +209,15 @@ class _Guides:
         return np.asarray(k @ (sizes * sizes.sum(axis=1, keepdims=True)))
 
 
-class TendonFriction(Effect):
+class TendonFriction(TendonEffect):
     """Each line loses `force` of its pull at each guide that it slides through; it ends in the last one.
 
     There is no guide before the first hinge.
     """
 
     name = "tendon_friction"
-    family = "tendons"
-    stage = "tail"
     physics = "Coulomb friction in the guides: the pull falls from guide to guide, and the rear of the tail lags."
     source = "Coulomb (1785), of constant force where Euler's capstan has one in proportion to the pull."
-    seen_in = frozenset({"dry", "swim"})
     parameters = (Parameter("force", "N", 0.0, 5.0, 0.5),)
 
     def force(self, robot: RobotSpec, scene: Scene, values: np.ndarray) -> StepForce | None:
@@ -239,15 +231,12 @@ class TendonFriction(Effect):
         return _Guides(robot, values).damping if values.any() and scene.with_tendons else None
 
 
-class TendonAsymmetry(Effect):
+class TendonAsymmetry(TendonEffect):
     """The left tendon is shorter by `length` and the right one longer: the tail is pulled to the left."""
 
     name = "tendon_asymmetry"
-    family = "tendons"
-    stage = "tail"
     physics = "Lines that were cut or wound unequally move the middle of the beat to one side."
     source = "Geometry: a shift of the tail's path length equal to a shift of the crank's stroke."
-    seen_in = frozenset({"dry", "swim"})
     parameters = (Parameter("length", "m", -0.006, 0.006, 0.001),)
 
     def mjcf(self, spec: mujoco.MjSpec, robot: RobotSpec, scene: Scene, values: np.ndarray) -> None:

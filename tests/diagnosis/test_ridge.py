@@ -102,5 +102,4 @@ def test_a_robot_with_several_things_amiss_is_forecast_better() -> None:
     assert found.share in SHARES
     assert found.strengths["crank_arm_error", "relative"] > 1
     gap = HeldOut(at, (held.with_role("holdout"),), 0).gap(found.refit)
-    assert gap is not None
-    assert gap.shrinkage.with_effects < 0.5 * gap.shrinkage.plain
+    assert gap.squares_after < 0.5 * gap.squares_before

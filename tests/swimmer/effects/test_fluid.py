@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from swimmer import FluidCoefficients, RobotSpec, Runs, Scene, Twin, build_mjcf
-from swimmer.ebt import TailMotion, mean_thrust
+from swimmer.ebt import TailMotion
 from swimmer.effects import catalogue
 from swimmer.effects.affected_twin import AffectedRuns, AffectedTwin
 from swimmer.effects.effect import Effect, Observation, StepState, View
@@ -18,6 +18,7 @@ from swimmer.mjcf import SWIM
 from tests.swimmer.effects.swims import PLAIN
 from tests.swimmer.engine_state import random_state
 from tests.swimmer.robots import FISH, changed, every_robot
+from tests.swimmer.thrust import mean_thrust
 
 REACTION = catalogue()["added_mass_reaction"]
 CURRENT = catalogue()["background_current"]
