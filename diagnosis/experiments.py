@@ -32,9 +32,8 @@ from fitting.free_decay import Ring
 from fitting.free_decay.ring import ring_changes, shows_in_decays
 from fitting.model.noise import FeatureNoise
 from fitting.model.session_model import SessionModel
-from fitting.posterior.prediction import imagined
 from fitting.signatures import signature_of
-from fitting.signatures.affected_session import picture_px
+from fitting.signatures.affected_session import imagined, picture_px
 from fitting.trial import MeasuredTrial
 from session import NotEnoughData
 from session.errors import SimulationDiverged

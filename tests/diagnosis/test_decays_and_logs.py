@@ -111,7 +111,7 @@ def test_it_speaks_for_a_clock_or_for_a_gear() -> None:
 @pytest.mark.long
 def test_the_split_by_stage_and_by_trial_counts_it_and_adds_up() -> None:
     at = linear(0.15, 0.5)
-    where = decompose(at, responses(at), signatures(at))
+    where = decompose(at, responses(at), signatures(at)).shares
     assert where.by_stage["tail"] > 0.1
     assert where.by_trial["decay"] > 0.1
     for parts in (where.by_stage, where.by_trial, where.by_marker, where.by_axis, where.by_band):
