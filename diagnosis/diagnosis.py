@@ -19,9 +19,8 @@ from diagnosis.probabilities import Probabilities, explained
 from diagnosis.refit import Refit, refitted
 from diagnosis.result import Experiment, GapSize, Remainder
 from diagnosis.ridge import Attribution, RidgeFit, attribute, ridge_fit
-from diagnosis.selection import Validated, backward_elimination, validated
 from diagnosis.session_data import SessionData
-from diagnosis.verdict import Verdict, verdict_of
+from diagnosis.verdict import Validated, Verdict, backward_elimination, validated, verdict_of
 from diagnosis.where import VarianceDecomposition, decompose
 from fitting.signatures import Signature, signature_of
 from swimmer.effects import Effect

@@ -18,8 +18,8 @@ from diagnosis.held_out import HeldOut, errors_of
 from diagnosis.probabilities import explained
 from diagnosis.refit import Refit, refit, refitted
 from diagnosis.result import GapSize
-from diagnosis.selection import log_evidence
 from diagnosis.session_data import SessionData
+from diagnosis.verdict import log_evidence
 from fitting.signatures import Signature, signature_of
 from session import NotEnoughData
 from swimmer.effects import Effect

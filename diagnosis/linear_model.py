@@ -166,10 +166,6 @@ class LinearModel:
             found.append(places)
         return np.concatenate(found)
 
-    def whitened(self, residual: np.ndarray) -> np.ndarray:
-        """(k,) of unit noise, a residual (k,)."""
-        return np.asarray(solve_triangular(self.space.root, residual, lower=True))
-
     @cached_property
     def scored(self) -> np.ndarray:
         """(q,) places of the observed features of all swims, which are scored."""

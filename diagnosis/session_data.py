@@ -79,7 +79,7 @@ class FreeDecayFits(NamedTuple):
 
 
 def free_decay_fits(decays: Sequence[DecayTrial], twin: Twin) -> FreeDecayFits:
-    """How they ring; without those whose fit must not be believed (`fitting.structure.belief`)."""
+    """How they ring; without those whose fit must not be believed (`fault_of_decay`)."""
     believed, left_out = [], {}
     for trial in decays:
         try:

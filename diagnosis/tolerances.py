@@ -6,8 +6,7 @@ from scipy.optimize import minimize
 from diagnosis.constants import WITHIN
 from fitting.model.features import of_markers
 from fitting.model.session_model import NuisanceModel, PlacementUncertainty
-from fitting.structure import Source, assumed
-from fitting.structure.sources import ParameterUncertainty, PerturbedTwin, perturbed_twins
+from fitting.structure import ParameterUncertainty, PerturbedTwin, Source, assumed, perturbed_twins
 from swimmer import RobotSpec, Twin
 
 TAKEN = PlacementUncertainty(box_m=0.003, marker_m=0.001)

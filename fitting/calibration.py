@@ -14,8 +14,7 @@ from fitting.published_search import PublishedFit, Swims, published_search
 from fitting.scoring import Scores, score
 from fitting.speed import speed_line, speed_power_law
 from fitting.speed_law import SpeedLaw, speed_law
-from fitting.structure import Structure
-from fitting.structure.sources import uncertainties_of
+from fitting.structure import Structure, uncertainties_of
 from fitting.sweep import SpeedSweep, sweep_frequencies, sweep_speed
 from fitting.trial import MeasuredTrial
 from session import Flag, NotEnoughData

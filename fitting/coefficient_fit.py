@@ -12,7 +12,7 @@ from fitting.model import Mode, SessionModel, find_mode
 from fitting.model.forecast import NORMAL_90
 from fitting.model.mode import SearchEnd
 from fitting.model.roll import Roll
-from fitting.structure.sources import ParameterUncertainty
+from fitting.structure import ParameterUncertainty
 from fitting.trial import MeasuredTrial
 from session import Flag
 from swimmer import FluidCoefficients, Twin

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
-from scipy.linalg import block_diag
+from scipy.linalg import block_diag, solve_triangular
 
 from benchmarks.effects.closest_fit import ClosestFit, closest_fit_of
 from benchmarks.effects.drawn import GLUED_SD_M, DrawnWorld
@@ -47,7 +47,13 @@ class Change(NamedTuple):
 
     def strays(self, row: np.ndarray) -> float:
         """How far from these coefficients, whitened, those are that best make up for a row (k,)."""
-        return self.space.moved(self.space.coefficients(row) - self.step)
+        return moved(self.space, self.space.coefficients(row) - self.step)
+
+
+def moved(space: Whitened, change: np.ndarray) -> float:
+    """By how much a change (5,) of the coefficients moves the row, with the prior's distance."""
+    white = solve_triangular(space.root, space.slopes @ change, lower=True)
+    return float(np.sqrt(white @ white + space.precision @ change**2))
 
 
 def nearest(model: SessionModel, start: np.ndarray, covariance: np.ndarray) -> np.ndarray:
@@ -66,7 +72,7 @@ def nearest(model: SessionModel, start: np.ndarray, covariance: np.ndarray) -> n
         space = Whitened.of(covariance, slopes, PRIOR_SD)
         before, at = at, np.clip(at + _GAIN * space.coefficients(residual), *COEFFICIENT_BOUNDS)
         step = at - before
-        length = space.moved(step)
+        length = moved(space, step)
         if length < _STILL:
             break
         before_step, residual = residual, residual_row(model, at)

@@ -9,8 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fitting.from_rest import speed_from_rest
-from fitting.structure import assumed
-from fitting.structure.sources import uncertainties_of
+from fitting.structure import assumed, uncertainties_of
 from fitting.trial import MeasuredTrial, measure_trial
 from session import CameraSpec, TrialSpec
 from session.create import FISHSIM_MARKERS

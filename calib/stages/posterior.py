@@ -16,7 +16,7 @@ from calib.options import EffortName, Job
 from calib.stages.fit import FitStage
 from fitting import Calibration, MeasuredTrial
 from fitting.model import Mode, SessionModel, mode_at
-from fitting.structure.sources import uncertainties_of
+from fitting.structure import uncertainties_of
 from session.errors import NotConverged
 from session.results import writing_whole
 from session.stage import Stage

@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
+from scipy.linalg import block_diag
 from scipy.optimize import least_squares
 from scipy.stats import t as student
 from threadpoolctl import threadpool_limits
@@ -211,14 +212,9 @@ def _with_errors(parts: list[_Part], branch: int, point: np.ndarray) -> JointFit
 
 def _pulls(slopes: list[np.ndarray]) -> np.ndarray:
     """(r, 1 + 6 t) by how much each split row of all trials moves each number: the arm, then six of every trial."""
-    count = 1 + _OWN * len(slopes)
-    whole = np.zeros((sum(len(s) for s in slopes), count), complex)
-    row = 0
-    for i, own in enumerate(slopes):
-        rows = slice(row, row + len(own))
-        whole[rows, 0] = own[:, 0]
-        whole[rows, 1 + _OWN * i : 1 + _OWN * (i + 1)] = own[:, 1:]
-        row += len(own)
+    whole = np.column_stack(
+        [np.concatenate([own[:, 0] for own in slopes]), block_diag(*[own[:, 1:] for own in slopes])]
+    )
     information = (whole.conj().T @ whole).real
     size = np.sqrt(np.diag(information)) + 1e-300
     inverse = np.linalg.pinv(information / np.outer(size, size), hermitian=True) / np.outer(size, size)

@@ -14,8 +14,7 @@ from fitting.from_rest import swims_forward
 from fitting.model.features import beat_phase
 from fitting.model.roll import Roll
 from fitting.model.trial_model import TrialModel, sensitivities_together, simulated_together
-from fitting.structure import assumed
-from fitting.structure.sources import ParameterUncertainty, perturbed_twins, uncertainties_of
+from fitting.structure import ParameterUncertainty, assumed, perturbed_twins, uncertainties_of
 from fitting.trial import MeasuredTrial
 from swimmer import Twin
 

@@ -222,7 +222,7 @@ def _wave_roots(blocks: Sequence[Block]) -> list[np.ndarray]:
     length, first = len(blocks[0].features), blocks[0].model
     markers = slice(places_of_markers(length).stop)
     along_m = first.twin.robot.marker_positions_m(first.trial.markers)[:, 0]
-    mean = np.mean([_wave_discrepancy(block.features[markers], along_m) for block in blocks], axis=0)
+    mean = np.mean([wave_discrepancy(block.features[markers], along_m) for block in blocks], axis=0)
     values, vectors = np.linalg.eigh(mean)
     root = np.zeros((length, markers.stop))
     root[markers] = vectors * np.sqrt(np.maximum(values, 0.0))
@@ -230,7 +230,7 @@ def _wave_roots(blocks: Sequence[Block]) -> list[np.ndarray]:
     return [advanced(root.T, np.full(root.shape[1], phase)).T for phase in phases]
 
 
-def _wave_discrepancy(measured: np.ndarray, position_m: np.ndarray) -> np.ndarray:
+def wave_discrepancy(measured: np.ndarray, position_m: np.ndarray) -> np.ndarray:
     """(k, k) covariance of a twin whose wave is off by 100 %, for one measured features (k,) of m markers.
 
     Of each marker the first harmonic by its own size, higher ones by half of the one before, alike for neighbours along

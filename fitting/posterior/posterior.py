@@ -16,8 +16,7 @@ from fitting.model.features import HARMONICS, SPEED, of_markers
 from fitting.model.forecast import NORMAL_90
 from fitting.model.mode import Progress
 from fitting.posterior.quiet_arviz import arviz
-from fitting.posterior.sampling import VARIABLES, Draws, sample
-from fitting.posterior.surrogate import Surrogate, fit_surrogate
+from fitting.posterior.sampling import VARIABLES, Draws, Surrogate, fit_surrogate, sample
 from session import Flag
 from swimmer import FluidCoefficients
 from swimmer.fluid import COEFFICIENT_BOUNDS

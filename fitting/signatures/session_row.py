@@ -109,11 +109,6 @@ class Whitened:
         of_prior = 0.5 * float(np.log(self.precision).sum())
         return of_prior - float(np.log(np.diag(self.root)).sum()) - 0.5 * float(np.linalg.slogdet(freedom)[1])
 
-    def moved(self, change: np.ndarray) -> float:
-        """By how much a change (5,) of the coefficients moves the row, with the prior's distance."""
-        moved = solve_triangular(self.root, self.slopes @ change, lower=True)
-        return float(np.sqrt(moved @ moved + self.precision @ change**2))
-
     def coefficients(self, row: np.ndarray) -> np.ndarray:
         """(5,) by how much coefficients, held back by their prior, best make up for a change (k,)."""
         white, slopes = (solve_triangular(self.root, part, lower=True) for part in (row, self.slopes))

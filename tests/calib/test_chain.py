@@ -14,7 +14,6 @@ from calib.pipeline import Pipeline, open_session
 from calib.stages.recording import _recorded
 from fitting.dry_run import crank_response, fit_crank
 from fitting.dry_run.error_surface import CrankGrid
-from fitting.structure import identify
 from swimmer import load_robot
 from swimmer.engine import model_sha256
 from synthetic import make_session
@@ -36,8 +35,8 @@ KEYS = {
 def with_few_points(patch: pytest.MonkeyPatch) -> None:
     """A coarse table and grid for the crank."""
     grid = CrankGrid(arms=13, speeds=21, phases=30)
-    patch.setattr(identify, "crank_response", partial(crank_response, grid=grid))
-    patch.setattr(identify, "fit_crank", partial(fit_crank, grid=grid))
+    patch.setattr("fitting.structure.crank_response", partial(crank_response, grid=grid))
+    patch.setattr("fitting.structure.fit_crank", partial(fit_crank, grid=grid))
 
 
 @pytest.fixture(autouse=True)

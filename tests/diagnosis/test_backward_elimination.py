@@ -13,7 +13,7 @@ from scipy.linalg import block_diag
 from diagnosis.constants import WIDER
 from diagnosis.evidence import Priors
 from diagnosis.refit import Refit, refit
-from diagnosis.selection import backward_elimination, log_evidence
+from diagnosis.verdict import backward_elimination, log_evidence
 from swimmer.effects import catalogue
 from tests.diagnosis.linear_models import ARM, linear
 from tests.diagnosis.rows import made

@@ -22,8 +22,7 @@ from fitting.model.session_forecast import BASELINES
 from fitting.model.session_model import START_PHASE_RAD, SessionModel
 from fitting.model.trial_model import TrialModel
 from fitting.model.variance import MEDIANS
-from fitting.structure import assumed
-from fitting.structure.sources import perturbed_twins, uncertainties_of
+from fitting.structure import assumed, perturbed_twins, uncertainties_of
 
 HELD_OUT_HZ = 1.1
 FAR_SD = 3.5

@@ -10,8 +10,7 @@ import pytest
 
 from fitting.posterior import Posterior
 from fitting.posterior.identifiability import robot_flags, robot_parts
-from fitting.structure import assumed
-from fitting.structure.sources import uncertainties_of
+from fitting.structure import assumed, uncertainties_of
 from swimmer import load_robot
 
 NOISE = 0.1**2

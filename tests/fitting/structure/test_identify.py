@@ -19,7 +19,6 @@ from fitting.structure import (
     DryExperiments,
     Source,
     Structure,
-    identify,
     identify_structure,
     read_structure,
 )
@@ -36,8 +35,8 @@ MOVES = Flag("head_moves", message="the head moves by 9 mm")
 def few_points(monkeypatch: pytest.MonkeyPatch) -> None:
     """A coarse table and grid of the published search, from which the joint fit begins."""
     grid = CrankGrid(arms=13, speeds=27, phases=30)
-    monkeypatch.setattr(identify, "crank_response", partial(crank_response, grid=grid))
-    monkeypatch.setattr(identify, "fit_crank", partial(fit_crank, grid=grid))
+    monkeypatch.setattr("fitting.structure.crank_response", partial(crank_response, grid=grid))
+    monkeypatch.setattr("fitting.structure.fit_crank", partial(fit_crank, grid=grid))
 
 
 @pytest.fixture(scope="module")
