@@ -7,11 +7,10 @@ from typing import NamedTuple
 import numpy as np
 
 from diagnosis.linear_model import LinearModel
-from fitting.forecast import fit_phase, forecast
+from fitting.forecast import fit_phase, forecast, score
 from fitting.in_pool import head_frame
 from fitting.model.session_model import START_PHASE_RAD
 from fitting.model.trial_model import TrialModel
-from fitting.scoring import score
 from fitting.signatures.affected_session import view_of
 from fitting.speed import forward_speed
 from fitting.trial import MeasuredTrial
@@ -26,7 +25,6 @@ class ForecastScore(NamedTuple):
     """One trial beside a twin that runs ahead alone.
 
     Attributes:
-        name: of the trial.
         marker_error_m: as the public contract defines it.
         speed_measured, speed_twin: forward, m/s.
     """

@@ -35,13 +35,7 @@ ALL_AT_ONCE = ("full",)
 
 @dataclass(frozen=True)
 class Settings:
-    """How a session is diagnosed.
-
-    Attributes:
-        effort: "quick" or "full".
-        priors: before the session.
-        seed: of what is drawn.
-    """
+    """How a session is diagnosed."""
 
     effort: Literal["quick", "full"] = "full"
     priors: Priors = field(default_factory=Priors)
@@ -61,8 +55,6 @@ class Diagnosis:
         elsewhere: where something that is in no catalogue was looked for.
         beside: what shows beside the beat, in the fitted swims.
         hypotheses: with their evidence.
-        probabilities: after the session.
-        verdict: what is said.
         where: shares of the gap.
         refit: the twin with the likeliest of the named effects; None where none is named.
         remainder: what it leaves; None where none is named.
@@ -138,8 +130,6 @@ def diagnose(
 
 
 class _Weighed(NamedTuple):
-    """What the fitted swims say of every explanation."""
-
     linear: LinearModel
     signatures: tuple[Signature, ...]
     forces: ForceResponses

@@ -54,8 +54,6 @@ class EffectResponse:
     """An effect with all its linear responses.
 
     Attributes:
-        name: of the effect.
-        stage: where it acts.
         ways: alternatives, each with responses that cover all strengths: all parameters together, and, for an effect of
             several parameters, each alone.
     """

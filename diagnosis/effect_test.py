@@ -32,7 +32,6 @@ class EffectTest:
     """The twin with the tested effects beside the plain one, both refitted to the same swims.
 
     Attributes:
-        refit: the twin with them.
         log_bayes_factor: natural logarithm of how much more probable the fitted swims are with them.
         of_each: the same of each effect in addition to all others that are tested.
         fitted: the fitted swims beside the plain twin, and beside the one with effects.

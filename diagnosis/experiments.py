@@ -53,7 +53,6 @@ class _Pair(NamedTuple):
     """Two effects that a session confuses.
 
     Attributes:
-        effects: the two.
         strengths: (p,) of each, as the session has them.
         log_odds: of the one against the other where one of the two is there.
     """

@@ -169,13 +169,7 @@ def carried_over(linear: LinearModel, held_out: LinearModel) -> np.ndarray:
 
 @dataclass(frozen=True, eq=False)
 class HeldOut:
-    """Swims that nothing was fitted to, beside the nearest plain twin.
-
-    Attributes:
-        linear: the fitted swims.
-        swims: h of them.
-        seed: of what is drawn.
-    """
+    """Swims that nothing was fitted to, beside the nearest plain twin."""
 
     linear: LinearModel
     swims: tuple[MeasuredTrial, ...]

@@ -131,7 +131,6 @@ class LocalDiscrepancy(NamedTuple):
     """What anything at one place would do.
 
     Attributes:
-        place: where.
         same: whether it is the same in all trials.
         columns: (k, b) of the row.
         weight: how likely it is, against others, before a session is looked at.

@@ -47,7 +47,6 @@ class RidgeFit(NamedTuple):
     Attributes:
         share: of the width of their priors that those have which are not named; the likeliest.
         gained: by the fitted swims, log evidence against that with the named effects alone, whatever the share.
-        refit: the twin.
     """
 
     share: float

@@ -11,9 +11,8 @@ from diagnosis.discrepancy import Discrepancy
 from diagnosis.linear_model import LinearModel
 from fitting.free_decay import DecayTrial, Ring, fit_decay
 from fitting.free_decay.hinges import fault_of_decay
-from fitting.in_air import NOTHING, ExperimentsInAir
 from fitting.signatures.affected_session import with_picture
-from fitting.trial import MeasuredTrial
+from fitting.trial import NOTHING, ExperimentsInAir, MeasuredTrial
 from session import CameraSpec, NotEnoughData
 from session.errors import SimulationDiverged
 from swimmer import Twin
@@ -29,7 +28,6 @@ class SessionData:
     Attributes:
         trials: all swims; those of the role "fit" say which effect, the others score it.
         twin: plain, of the robot as described.
-        camera: that filmed them.
         discrepancy: what a refitted twin leaves of features where nothing is wrong.
         at: (5,) the recommended coefficients of the session, fitted to the same swims.
         dry: what was measured out of the water: that too says which effect.

@@ -69,15 +69,13 @@ def _mass(robot: RobotSpec) -> Source:
 
 
 def _heavier_head(robot: RobotSpec, by: float) -> RobotSpec:
-    part = tuple(p.model_copy(update={"mass_kg": p.mass_kg * (1 + by)}) for p in robot.head.part)
-    return robot.model_copy(update={"head": robot.head.model_copy(update={"part": part})})
+    return robot.changed(
+        head={"part": tuple(p.model_copy(update={"mass_kg": p.mass_kg * (1 + by)}) for p in robot.head.part)}
+    )
 
 
 def _heavier_tail(robot: RobotSpec, by: float) -> RobotSpec:
-    tail, fin = robot.tail, robot.caudal_fin
-    return robot.model_copy(
-        update={
-            "tail": tail.model_copy(update={"density_kg_m3": tail.density_kg_m3 * (1 + by)}),
-            "caudal_fin": fin.model_copy(update={"mass_kg": fin.mass_kg * (1 + by)}),
-        }
+    return robot.changed(
+        tail={"density_kg_m3": robot.tail.density_kg_m3 * (1 + by)},
+        caudal_fin={"mass_kg": robot.caudal_fin.mass_kg * (1 + by)},
     )

@@ -35,7 +35,6 @@ class Verdict:
     """What is said.
 
     Attributes:
-        name: of the verdict.
         groups: alternatives (inner), the likeliest first, that act together (outer).
     """
 

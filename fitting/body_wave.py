@@ -70,7 +70,6 @@ class Wave(NamedTuple):
     """The first harmonic of a marker's sideways motion.
 
     Attributes:
-        amplitude_m: of it.
         phase_deg: by which it is ahead of the hindmost marker's, 0 to 360.
     """
 
@@ -82,7 +81,6 @@ class Sway(NamedTuple):
     """Of the neck in one trial.
 
     Attributes:
-        frequency_hz: of the beat.
         measured: by the tracks.
         rigid: by the calibrated twin, whose hull does not roll.
         rolling: by the same with the likeliest roll of the fit.

@@ -8,10 +8,9 @@ import numpy as np
 from fitting.body_wave import Sway, sways
 from fitting.coefficient_fit import CoefficientFit, fit_coefficients
 from fitting.ebt import FORMS, EbtFit, fit_every_form, model_speeds
-from fitting.forecast import fit_phase, forecast
+from fitting.forecast import Scores, fit_phase, forecast, score
 from fitting.model.session_forecast import TWIN, Forecast, SessionForecast, forecast_session
 from fitting.published_search import PublishedFit, Swims, published_search
-from fitting.scoring import Scores, score
 from fitting.speed import speed_line, speed_power_law
 from fitting.speed_law import SpeedLaw, speed_law
 from fitting.structure import Structure, uncertainties_of
@@ -30,7 +29,6 @@ class CalibratedTrial:
     """One trial and the calibrated twin.
 
     Attributes:
-        measured: as measured.
         simulated: (n, m, 2) the twin's head frame at the same times.
         phase_rad: crank phase at time 0.
         simulated_hz: frequency the twin was driven with (held-out trials: from their known part only).

@@ -5,7 +5,7 @@ Nelder-Mead with the crank phase of each trial, on the mean marker distance in t
 fit trials jointly. Each trial's crank makes its measured turn, or turns evenly at the measured frequency. The
 proposals of the Bayesian optimisation come in batches (constant liar) so that all cores are used; its Gaussian
 process runs on one BLAS thread, which is several times faster at this size. A point counts as a new best only if its
-twin swims forward from rest (see `fitting.from_rest`).
+twin swims forward from rest (see `fitting.forecast`).
 """
 
 import time
@@ -17,10 +17,8 @@ import numpy as np
 from scipy.stats import qmc
 from threadpoolctl import threadpool_limits
 
-from fitting.forecast import phase_from_harmonic
-from fitting.from_rest import seconds_from_rest, swims_forward
+from fitting.forecast import phase_from_harmonic, residuals, seconds_from_rest, swims_forward
 from fitting.in_pool import head_frame
-from fitting.scoring import residuals
 from fitting.trial import MeasuredTrial
 from session.errors import SimulationDiverged
 from swimmer import FluidCoefficients, Runs, Twin
@@ -38,12 +36,7 @@ _PENALTY = 1.5  # factor on the distance of what swims backward
 
 @dataclass(frozen=True, eq=False)
 class Swims:
-    """The trials a set of parameters is compared with, and the twin that swims them.
-
-    Attributes:
-        twin: with the markers of the trials.
-        trials: to be compared with.
-    """
+    """The trials a set of parameters is compared with, and the twin that swims them."""
 
     twin: Twin
     trials: tuple[MeasuredTrial, ...]
@@ -92,7 +85,6 @@ class PublishedFit:
         mean_distance_m: the objective there, m.
         converged: the simplex became small before the budget was spent.
         simulations: how often the fit trials were simulated.
-        seconds: wall time.
     """
 
     coefficients: FluidCoefficients

@@ -18,7 +18,6 @@ class Slope(NamedTuple):
     """Of a straight line through points, by least squares.
 
     Attributes:
-        value: the slope.
         interval: at 90 %, Student's over the points; None of two.
     """
 
@@ -35,7 +34,6 @@ class SwimNumbers(NamedTuple):
     """What may change the law, of one trial.
 
     Attributes:
-        frequency_hz: of its beat.
         amplitude_m: half the sideways width of the hindmost marker's motion in the head frame.
         reynolds: speed times the fish's length over the kinematic viscosity.
         strouhal: frequency times twice the amplitude over the speed.
@@ -56,7 +54,6 @@ class SpeedLaw:
     """Of all swim trials of a session, fitted and held out.
 
     Attributes:
-        trials: by name.
         stride_m: by name, the way of a beat.
         exponents: of the speed over the frequency, by "measured" and the names of models.
         residual: slope of ln(measured speed / twin's) with ln frequency: 0 where the twin has the right law.

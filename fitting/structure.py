@@ -157,7 +157,6 @@ class ParameterUncertainty(NamedTuple):
     """How far a number of the robot may be off.
 
     Attributes:
-        source: of the number.
         sd: relative standard deviation.
     """
 
@@ -173,7 +172,6 @@ class PerturbedTwin(NamedTuple):
     """A twin on either side of what is believed, by a step that is the same however sure one is.
 
     Attributes:
-        doubt: whose number differs.
         more, less: twins of robots with more and less of it.
         step: relative, from what is believed to either.
     """
@@ -213,7 +211,6 @@ class DryExperiments(NamedTuple):
     """What was recorded out of the water, as measured.
 
     Attributes:
-        decays, runs: free decays and dry runs.
         unmeasured_decays, unmeasured_runs: by name, why others could not be measured, or must not be fitted.
     """
 
@@ -278,7 +275,6 @@ def _named(trials: str) -> Iterator[None]:
 def _hinges(
     fits: Sequence[DecayFit], unmeasured: Mapping[str, str], robot: RobotSpec, origin: str
 ) -> tuple[HingeEstimate | None, tuple[Source, ...], tuple[Flag, ...]]:
-    """The common fit of the free decays, where stiffness and damping are from, and which decays are not used."""
     refused = {**unmeasured} | {fit.name: why for fit in fits if (why := fault_of_decay(fit))}
     flags = tuple(_not_used(f"free decay {name}", why) for name, why in refused.items())
     used = [fit for fit in fits if fit.name not in refused]
@@ -294,7 +290,6 @@ def _hinges(
 def _crank(
     experiments: DryExperiments, robot: RobotSpec, origin: str, workers: int
 ) -> tuple[CrankFit | None, Source, tuple[Flag, ...]]:
-    """The common fit of the dry runs, where the arm is from, and which runs are not used."""
     runs, unmeasured = experiments.runs, experiments.unmeasured_runs
     flags = tuple(_not_used(f"dry run {name}", why) for name, why in unmeasured.items())
     if not runs:
@@ -337,7 +332,6 @@ def _misfit(trial: CrankTrial) -> float:
 
 
 def _first(flags: tuple[Flag, ...], kinds: tuple[str, ...]) -> str | None:
-    """The message of the first flag of these kinds."""
     return next((flag.message for flag in flags if flag.kind in kinds), None)
 
 

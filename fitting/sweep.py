@@ -5,10 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fitting.ebt import EbtFit
+from fitting.ebt import EbtFit, simulated_tail
 from fitting.in_pool import head_frame, tail_markers
 from fitting.speed import forward_speed
-from fitting.tail_tip import simulated_tail
 from swimmer import FluidCoefficients, Runs, Twin
 from tracking import one_of
 

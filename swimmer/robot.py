@@ -6,7 +6,7 @@ right-handed frame; the robot swims towards -x. What must fit together beyond th
 few valid tables only, so that its faults come out together with those of the rest of the file.
 """
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from functools import cached_property, lru_cache, partial
 from importlib.resources import as_file, files
 from pathlib import Path
@@ -264,13 +264,17 @@ class RobotSpec(Table):
         """From the nose marker to the tips of the caudal fin, m."""
         return self.fin_root_x_m + self.caudal_fin.length_m - self.markers["nose"].position_m[0]
 
+    def changed(self, **tables: Mapping[str, object]) -> "RobotSpec":
+        """The same with other values in some of its tables, by table and key; they are not validated."""
+        parts = {name: getattr(self, name).model_copy(update=values) for name, values in tables.items()}
+        return self.model_copy(update=parts)
+
     def marker_positions_m(self, names: tuple[str, ...]) -> np.ndarray:
         """(m, 3) places of the named markers on the straight robot, robot frame, m."""
         return np.array([self.markers[name].position_m for name in names])
 
 
 def _head_frame_faults(markers: dict[str, Marker]) -> Iterator[InitErrorDetails]:
-    """Why nose and neck make no head frame."""
     for name in HEAD_MARKERS:
         if name not in markers:
             expected = "nose and neck among the markers: they make the head frame"

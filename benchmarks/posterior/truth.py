@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fitting.from_rest import speed_from_rest
+from fitting.forecast import speed_from_rest
 from fitting.structure import assumed, uncertainties_of
 from fitting.trial import MeasuredTrial, measure_trial
 from session import CameraSpec, TrialSpec

@@ -40,7 +40,6 @@ class CrankTrial:
     """One dry run and the twin with the fitted arm.
 
     Attributes:
-        measured: the run.
         speed_hz, speed_se_hz: turns of the crank a second.
         phase_rad, phase_se_rad: crank angle at time 0, from 0 to 2 pi.
         marker_error_m: published distance of the twin with the joint arm and this speed and phase, m.
@@ -49,7 +48,6 @@ class CrankTrial:
         published: this run's own lowest published distance.
         surface: the published distance on the grid.
         tendons: in the twin, at the fitted arm and speed.
-        flags: what is doubtful.
     """
 
     measured: DryTrial
@@ -78,7 +76,6 @@ class CrankFit:
     Attributes:
         arm_m, arm_se_m: of the joint fit of all runs, and its standard error, m.
         smooth_m: smallest and largest arm around it over which the tail moves smoothly; the arm is within, m.
-        trials: the runs.
         flags: what is doubtful about the arm.
     """
 
@@ -129,7 +126,6 @@ def trial_flags(found: CrankTrial, smooth_m: tuple[float, float]) -> Iterator[Fl
 
 
 def _of_motion(found: CrankTrial) -> Iterator[Flag]:
-    """Doubts about the tail's motion, the scale and the tendons."""
     swing = found.measured.frequency.amplitude_m / np.sqrt(2)
     if found.motion_error_m > POOR_MOTION * swing:
         message = (
@@ -175,7 +171,6 @@ def fit_flags(joint: JointFit, response: DryResponse, arm_per_trial_m: Sequence[
 
 
 def _inside(value: float, low: float, high: float) -> bool:
-    """Whether an estimate is clear of both ends of its range."""
     return bool(low + _EDGE * (high - low) < value < high - _EDGE * (high - low))
 
 

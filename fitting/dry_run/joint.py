@@ -19,7 +19,7 @@ from threadpoolctl import threadpool_limits
 from fitting.dry_run.error_surface import Cell
 from fitting.dry_run.measured import DryTrial
 from fitting.dry_run.response import DryResponse
-from fitting.frequency_error import standard_error
+from fitting.frequency import standard_error
 
 _ROUNDS = 3  # of fit and noise level
 _OWN = 6  # numbers a trial has to itself: speed, phase, place (2), turned scale (2)
@@ -130,7 +130,6 @@ class _Part:
 
 
 def _points(point: np.ndarray) -> list[np.ndarray]:
-    """Arm, speed and phase of each trial."""
     return [np.array([point[0], hz, phase]) for hz, phase in point[1:].reshape(-1, 2)]
 
 

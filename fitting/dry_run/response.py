@@ -110,7 +110,6 @@ class DryResponse:
 
     @cached_property
     def _splines(self) -> tuple[tuple[BSpline, BSpline], ...]:
-        """Markers and lead of each branch over the arm."""
         return tuple(
             (make_interp_spline(self.arm_m[b], self.marker_m[b]), make_interp_spline(self.arm_m[b], self.lead_rad[b]))
             for b in self.branches
@@ -159,7 +158,7 @@ def simulate_response(
 
 def with_arm(robot: RobotSpec, arm_m: float) -> RobotSpec:
     """The same robot with another crank arm."""
-    return robot.model_copy(update={"crank": robot.crank.model_copy(update={"arm_m": arm_m})})
+    return robot.changed(crank={"arm_m": arm_m})
 
 
 def simulate_turns(robot: RobotSpec, markers: tuple[str, ...], hz: np.ndarray, workers: int = 0) -> Turn:

@@ -200,7 +200,6 @@ def _descended(problem: _Problem, x: np.ndarray) -> _Descent:
 
 
 def _size(guess: Regression) -> float:
-    """How far stiffness and damping move, relative."""
     return float(np.abs(guess.step[:2]).max())
 
 

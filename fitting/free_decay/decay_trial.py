@@ -158,14 +158,12 @@ class DecayTrial:
     """The tail of a clamped robot swinging freely, n frames of k tail markers from the release on.
 
     Attributes:
-        name: of the trial.
         markers: the k tail markers, from head to fin.
         time_s: (n,) from the first frame after the release, s.
         position_m: (n, k, 2) in the robot frame (x from nose to tail, y to the right of a swimmer seen from above), m.
         weight: (n, k) 0 where a sample is missing or flagged.
         first_frame: of the recording that is kept, just after the release.
         release_s: its time in the recording, s.
-        metres_per_px: scale of the picture.
         flags: of the tracks, the release and the clamp.
     """
 

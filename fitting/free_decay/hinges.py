@@ -28,8 +28,8 @@ def hinges_of(robot: RobotSpec) -> np.ndarray:
 
 def with_hinges(robot: RobotSpec, stiffness_n_m: float, damping_n_m_s: float) -> RobotSpec:
     """The robot with these, N m/rad and N m s/rad."""
-    hinges = {"hinge_stiffness_n_m": float(stiffness_n_m), "hinge_damping_n_m_s": float(damping_n_m_s)}
-    return robot.model_copy(update={"tail": robot.tail.model_copy(update=hinges)})
+    stiffness, damping = float(stiffness_n_m), float(damping_n_m_s)
+    return robot.changed(tail={"hinge_stiffness_n_m": stiffness, "hinge_damping_n_m_s": damping})
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,7 +37,6 @@ class DecayFit:
     """The hinges from one free decay.
 
     Attributes:
-        name: of the trial.
         stiffness_n_m, stiffness_se_n_m: of every hinge, N m/rad, with its standard error.
         damping_n_m_s, damping_se_n_m_s: of every hinge, N m s/rad.
         matched_stiffness_n_m: that whose twin has the same peak and decay, the first estimate.
@@ -45,11 +44,9 @@ class DecayFit:
         noise: of the tracks, as the fit found it.
         start_rad: (2, h) hinge angles (rad) and rates (rad/s) in the first frame.
         time_s: (n,) from the first frame after the release, s.
-        markers: the k tail markers.
         measured_m, simulated_m: (n, k) lateral motion with the boxes' offsets taken off; nan where it does not count.
         rms_m: of their difference.
         explained: share of the motion about rest that the twin explains.
-        converged: whether the fit settled.
         flags: when not to believe it, those of trial and spectrum among them.
     """
 

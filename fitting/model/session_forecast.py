@@ -8,6 +8,7 @@ import numpy as np
 from scipy.stats import t as student
 from threadpoolctl import threadpool_limits
 
+from fitting.forecast import score
 from fitting.in_pool import head_frame
 from fitting.model.forecast import (
     NORMAL_90,
@@ -22,7 +23,6 @@ from fitting.model.forecast import (
     tracks_of,
 )
 from fitting.model.mode import Mode
-from fitting.scoring import score
 from fitting.speed import BASELINES, forward_speed
 from fitting.trial import MeasuredTrial
 from tracking import HeadFrame
@@ -79,7 +79,6 @@ class SessionForecast:
 
     Attributes:
         scatter: by how much beats differ within a trial.
-        trials: by name.
     """
 
     scatter: Scatter

@@ -8,9 +8,9 @@ from typing import NamedTuple
 import numpy as np
 from scipy.linalg import block_diag
 
+from fitting.forecast import swims_forward
 from fitting.free_decay.ring import NUMBERS as RING_NUMBERS
 from fitting.free_decay.ring import Ring
-from fitting.from_rest import swims_forward
 from fitting.model.features import beat_phase
 from fitting.model.roll import Roll
 from fitting.model.trial_model import TrialModel, sensitivities_together, simulated_together
@@ -71,7 +71,6 @@ class SessionModel:
     """The trials a posterior rests on; features of all of them stand in one row of length k.
 
     Attributes:
-        trials: each beside the twin.
         rings: free decays of the same robot, of which a diagnosis reads more numbers.
     """
 

@@ -33,7 +33,6 @@ class TrialModel:
 
     Attributes:
         twin: with the trial's markers.
-        trial: as measured.
         phase_rad: crank phase that simulations start from; they are then put in step.
         doubted: twins of robots that differ as the robot may.
         with_course: whether features hold how straight the fish goes.

@@ -44,11 +44,9 @@ class Component(NamedTuple):
     """Prior of one standard deviation.
 
     Attributes:
-        name: of the component.
         level: whether each trial has a draw of its own, or all share one.
         unit: of the standard deviation; "1" for a share.
         median, ln_sd: of the lognormal prior.
-        meaning: for the reader.
     """
 
     name: str

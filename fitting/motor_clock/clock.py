@@ -40,7 +40,6 @@ class MotorClock:
         rate_se: its standard error; nan where it was given.
         found_by: "code": both codes; "start code" or "end code": one alone, the rate taken for 1; "given": neither,
             the offset is that of `session.toml`.
-        flags: what is doubtful.
     """
 
     offset_s: float

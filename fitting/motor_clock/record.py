@@ -104,7 +104,6 @@ class MotorRecord:
         commanded_hz: nan where not known.
         ripple: amplitude of a sine as large as the changes of the speed over it, relative to its mean.
         usable: whether clock and log are believed, so that the turn may drive the twin.
-        flags: of log and clock.
     """
 
     log: MotorLog
@@ -257,7 +256,6 @@ def _within(wanted_s: tuple[float, float], turn: CrankTurn, time_s: np.ndarray |
 
 
 def _speed(turn: CrankTurn, stretch_s: tuple[float, float]) -> tuple[float, float]:
-    """Mean turns a second, and ripple."""
     speed = turn.speed(np.arange(*stretch_s, 0.005))
     mean_hz = turn.mean_hz(*stretch_s)
     return mean_hz, float(np.sqrt(2) * speed.std() / max(2 * np.pi * abs(mean_hz), 1e-9))
@@ -271,7 +269,6 @@ def _commanded(commands: MotorCommands | None, spec: TrialSpec) -> float:
 
 
 def _other_command(commanded_hz: float, spec: TrialSpec) -> tuple[Flag, ...]:
-    """Whether the commanded speed differs from that of the session."""
     if spec.commanded_hz is None or not abs(commanded_hz / spec.commanded_hz - 1) > OTHER_COMMAND:
         return ()
     message = (

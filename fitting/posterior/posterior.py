@@ -36,14 +36,7 @@ _TERMS = ("mean", *(f"{wave}_{h}" for h in range(1, HARMONICS + 1) for wave in (
 
 @dataclass(frozen=True, eq=False)
 class Posterior:
-    """Draws from the posterior of the coefficients and of the sizes of the twin's two discrepancies.
-
-    Attributes:
-        mode: that it is about.
-        surrogate: of the twin.
-        draws: from the posterior.
-        flags: when not to believe it.
-    """
+    """Draws from the posterior of the coefficients and of the sizes of the twin's two discrepancies."""
 
     mode: Mode
     surrogate: Surrogate

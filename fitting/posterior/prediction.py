@@ -34,7 +34,6 @@ class PredictedTrial:
     """One trial and what the posterior predicts of it.
 
     Attributes:
-        name, role: of the trial.
         speed: measured smooth forward speed, m/s.
         inner, outer: (5,) quantiles 5, 25, 50, 75, 95 % of the predicted one, m/s.
         place_m: (m,) of each marker along the body.

@@ -156,7 +156,6 @@ class Surrogate(NamedTuple):
     """What stands for the twin in the posterior.
 
     Attributes:
-        likelihood: by the emulator.
         prior: that it swims forward from rest.
         walkers: (w, 7) draws to start from.
         simulations: of each trial.

@@ -135,13 +135,7 @@ def _mean_head(position_m: np.ndarray, markers: tuple[str, ...]) -> tuple[comple
 
 @dataclass(frozen=True, eq=False)
 class AffectedTrial:
-    """What effects do to the features of one trial.
-
-    Attributes:
-        model: the trial beside the plain twin.
-        twin: the same twin with effects.
-        view: of the trial.
-    """
+    """What effects do to the features of one trial."""
 
     model: TrialModel
     twin: AffectedTwin

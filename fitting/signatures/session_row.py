@@ -36,7 +36,6 @@ def residual_row(model: SessionModel, at: np.ndarray) -> np.ndarray:
 
 
 def _off_command(trial: MeasuredTrial) -> float:
-    """Of a logged motor, Hz."""
     assert trial.logged_hz is not None
     assert trial.commanded_hz is not None
     return trial.logged_hz - trial.commanded_hz

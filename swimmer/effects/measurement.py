@@ -230,7 +230,6 @@ class MarkerSwap(CameraEffect):
 
 
 def _others(markers: tuple[str, ...]) -> tuple[str, ...]:
-    """All but those that make the head frame."""
     return tuple(name for name in markers if name not in ("nose", "neck"))
 
 

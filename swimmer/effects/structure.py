@@ -31,7 +31,7 @@ class StiffnessError(TailEffect):
     def robot(self, robot: RobotSpec, values: np.ndarray) -> RobotSpec:
         """With other hinges."""
         stiffness = float(robot.tail.hinge_stiffness_n_m * (1 + values[0]))
-        return robot.model_copy(update={"tail": robot.tail.model_copy(update={"hinge_stiffness_n_m": stiffness})})
+        return robot.changed(tail={"hinge_stiffness_n_m": stiffness})
 
 
 class StiffnessGradient(TailEffect):
@@ -81,7 +81,7 @@ class JointDamping(TailEffect):
     def robot(self, robot: RobotSpec, values: np.ndarray) -> RobotSpec:
         """With other hinges."""
         damping = float(robot.tail.hinge_damping_n_m_s * (1 + values[0]))
-        return robot.model_copy(update={"tail": robot.tail.model_copy(update={"hinge_damping_n_m_s": damping})})
+        return robot.changed(tail={"hinge_damping_n_m_s": damping})
 
 
 CREEP_RAD_S = 0.02
@@ -160,13 +160,10 @@ class MassDistribution(TailEffect):
         moved_kg = share * sum(part.mass_kg for part in robot.head.part)
         heavier = 1 + moved_kg / _tail_kg(robot)
         part = tuple(p.model_copy(update={"mass_kg": p.mass_kg * (1 - share)}) for p in robot.head.part)
-        tail, fin = robot.tail, robot.caudal_fin
-        return robot.model_copy(
-            update={
-                "head": robot.head.model_copy(update={"part": part}),
-                "tail": tail.model_copy(update={"density_kg_m3": tail.density_kg_m3 * heavier}),
-                "caudal_fin": fin.model_copy(update={"mass_kg": fin.mass_kg * heavier}),
-            }
+        return robot.changed(
+            head={"part": part},
+            tail={"density_kg_m3": robot.tail.density_kg_m3 * heavier},
+            caudal_fin={"mass_kg": robot.caudal_fin.mass_kg * heavier},
         )
 
 

@@ -106,8 +106,7 @@ class CrankArmError(TendonEffect):
 
     def robot(self, robot: RobotSpec, values: np.ndarray) -> RobotSpec:
         """With another arm."""
-        arm_m = float(robot.crank.arm_m * (1 + values[0]))
-        return robot.model_copy(update={"crank": robot.crank.model_copy(update={"arm_m": arm_m})})
+        return robot.changed(crank={"arm_m": float(robot.crank.arm_m * (1 + values[0]))})
 
 
 class TendonCompliance(TendonEffect):

@@ -9,13 +9,12 @@ import pytest
 
 from fitting import Calibration, MeasuredTrial, calibrate
 from fitting.calibration import summarise
-from fitting.ebt import FORMS, fit_ebt
+from fitting.ebt import FORMS, fit_ebt, measured_tail
 from fitting.model import search
 from fitting.model.session_forecast import Forecast
 from fitting.published_search import Swims
 from fitting.structure import assumed
 from fitting.sweep import sweep_speed
-from fitting.tail_tip import measured_tail
 from session import NotEnoughData
 from swimmer import load_robot
 
