@@ -35,13 +35,7 @@ _SETS = 12  # of effects that are reported
 
 
 def diagnosis_result(found: Diagnosis, withheld: Sequence[str] = (), models: Sequence[str] = ()) -> DiagnosisResult:
-    """The record of a diagnosis.
-
-    Args:
-        found: by `diagnosis.diagnose`.
-        withheld: effects that the catalogue lacked.
-        models: files of the twins with effects.
-    """
+    """The record of a diagnosis, with the effects that the catalogue lacked and the files of twins with effects."""
     chances, verdict = found.probabilities, found.verdict
     present = {n: float(p) for n, p in zip(chances.names, chances.marginal, strict=True) if p >= _LEAST}
     refits = {"plain": found.linear.at} | ({} if found.refit is None else {"with_effects": found.refit.at})

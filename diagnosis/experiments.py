@@ -118,12 +118,7 @@ def _odds(found: Probabilities, pair: tuple[str, str]) -> float | None:
 
 
 def borne_out(apart: float, log_odds: float) -> float:
-    """Share of what trials should have shown of two effects that they have shown.
-
-    Args:
-        apart: whitened distance by which they should be apart.
-        log_odds: of the one against the other, of either sign.
-    """
+    """Share that log odds of two effects have of those that their whitened distance in the trials lets expect."""
     found, expected = abs(log_odds) + apart, apart**2 / 2
     return 1.0 if found >= expected else found / expected
 

@@ -65,16 +65,7 @@ class LinearModel:
         dry: Sequence[MeasuredTrial] = (),
         rings: Sequence[Ring] = (),
     ) -> "LinearModel":
-        """Of the swims that the coefficients were fitted to.
-
-        Args:
-            trials: the swims.
-            twin: plain, in water.
-            camera: that filmed them.
-            discrepancy: see above.
-            at: (5,) the recommended coefficients of the session.
-            dry: runs with the head clamped in air, which say nothing of coefficients.
-            rings: free decays, which say nothing of them either.
+        """Of the swims that coefficients were fitted to, and of what was measured in air, which tells nothing of these.
 
         Raises:
             SimulationDiverged: the twin at these coefficients, or next to them.

@@ -118,12 +118,7 @@ def responses(linear: LinearModel) -> ForceResponses:
 
 
 def across(place_m: float, hinge_m: np.ndarray) -> np.ndarray:
-    """(3 + h,) what a force of 1 N to the left at a place of the straight robot is on its joints, N and N m.
-
-    Args:
-        place_m: x in the robot's frame.
-        hinge_m: (h,) of the hinges.
-    """
+    """(3 + h,) what 1 N to the left at x (m) of the straight robot is on its joints, hinges at (h,) m; N and N m."""
     return np.concatenate([[0.0, 1.0, place_m], np.maximum(place_m - hinge_m, 0.0)])
 
 

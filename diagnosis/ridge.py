@@ -222,13 +222,7 @@ def shapley(values: Mapping[Subset, np.ndarray], names: Sequence[str]) -> dict[s
 
 
 def smallest(errors: Mapping[Subset, np.ndarray], whole: Subset, order: Sequence[str]) -> tuple[str, ...]:
-    """The fewest names whose mean error over trials is within one standard error of that of all.
-
-    Args:
-        errors: (d, t) of t trials by the subset; the first row is that of the fit itself.
-        whole: all names.
-        order: in which they are reported.
-    """
+    """The fewest names whose mean error is within one standard error of that of all; (d, t), the fit itself first."""
     best = errors[whole][0]
     found = []
     for subset, each in errors.items():
@@ -240,15 +234,7 @@ def smallest(errors: Mapping[Subset, np.ndarray], whole: Subset, order: Sequence
 
 
 def _moved(white: np.ndarray, sd: np.ndarray, whose: np.ndarray, subset: Subset, points: np.ndarray) -> np.ndarray:
-    """(d, q) by which draws (d, q) of all numbers move once those of groups outside a subset are none.
-
-    Args:
-        white: (k, q) Jacobian of the fitted trials, whitened.
-        sd: (q,) of the prior beside which all were fitted.
-        whose: (q,) the group of each number, "" of coefficients.
-        subset: groups that stay.
-        points: (d, q) numbers of effects.
-    """
+    """(d, q) by which draws (d, q) move once those of groups outside a subset are none; "" are coefficients."""
     stays = (whose == "") | np.isin(whose, list(subset))
     moved = np.where(stays, 0.0, -points)
     kept, lost = white[:, stays], points[:, ~stays] @ white[:, ~stays].T

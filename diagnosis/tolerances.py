@@ -18,17 +18,8 @@ _STARTS = ((1.0, 1.0), (3.0, 1.0), (1.0, 10.0))  # times what is taken
 _STEP = 0.05  # of mass, either way
 
 
-def placement_uncertainty(
-    residual: np.ndarray, trials: int, disturbances: NuisanceModel, marker_m: float | None = None
-) -> PlacementUncertainty:
-    """The likeliest sizes.
-
-    Args:
-        residual: (k,) measured less simulated row of features.
-        trials: how many stand in the row.
-        disturbances: of the row.
-        marker_m: that of markers, where it is known; default: found too.
-    """
+def placement_uncertainty(residual: np.ndarray, trials: int, disturbances: NuisanceModel) -> PlacementUncertainty:
+    """The likeliest sizes, by what is left (k,) of the features of so many trials."""
     means = mean_places(len(residual), trials)
     off, fixed = residual[means], disturbances.fixed[np.ix_(means, means)]
     boxes, markers = (part @ part.T for part in (disturbances.per_box[means], disturbances.per_marker[means]))
@@ -39,7 +30,7 @@ def placement_uncertainty(
         prior = (((ln_sd - taken) / _LN_SD) ** 2).sum()
         return float(off @ np.linalg.solve(covariance, off) + np.linalg.slogdet(covariance)[1] + prior)
 
-    ends = [tuple(np.log(_ENDS_M)), tuple(np.log(_ENDS_M if marker_m is None else (marker_m, marker_m)))]
+    ends = [tuple(np.log(_ENDS_M))] * 2
     found = [
         minimize(deviance, taken + np.log(start), method="L-BFGS-B", bounds=ends, options={"ftol": 1e-7})
         for start in _STARTS

@@ -69,15 +69,7 @@ def decompose(
     named: Collection[str] = (),
     placed: Sequence[LocalDiscrepancy] = (),
 ) -> VarianceDecomposition:
-    """Splits what is left.
-
-    Args:
-        linear: the fitted swims beside the nearest twin.
-        responses: to missing forces.
-        signatures: of the catalogue; those of the stage "drive" say how cranks turn otherwise.
-        named: effects, each of which explains what it can.
-        placed: the same of what no catalogue holds, at its place.
-    """
+    """Splits what is left; effects that are named, and what is placed, each explain what they can."""
     residual = linear.residual - linear.slopes @ linear.space.coefficients(linear.residual)
     columns_of = _components(linear, responses, signatures, named, placed)
     target = linear.space.projected(residual)
@@ -264,12 +256,7 @@ def _alone(target: np.ndarray, parts: Mapping[Component, np.ndarray]) -> dict[st
 
 
 def by_repeat(linear: LinearModel, target: np.ndarray) -> dict[str, float]:
-    """Shares of displacements that neighbouring markers share: in all swim trials alike, in each its own, and noise.
-
-    Args:
-        linear: the fitted swims.
-        target: (q,) the whitened residual, coefficients refitted.
-    """
+    """Shares of displacements that neighbouring markers share: in all swims alike, in each its own, and noise."""
     swims = len(linear.swims)
     if swims < 2:
         return {}

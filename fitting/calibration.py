@@ -235,17 +235,7 @@ def assemble(
     forecasts: SessionForecast,
     sways_of: Mapping[str, Sway],
 ) -> Calibration:
-    """Every trial with a twin whose coefficients are known.
-
-    Args:
-        trials: all swims.
-        twin: of the structure's robot, with their markers.
-        fit: the coefficients.
-        phases: crank phase of each trial by name; those that are missing are found from the trial's known part.
-        structure: that the coefficients were fitted with.
-        forecasts: of the trials.
-        sways_of: the neck of each trial, by name.
-    """
+    """Every trial with a twin of known coefficients; a phase that is not given is found from the known part."""
     fitted = [trial for trial in trials if trial.role == "fit"]
     ebts = fit_every_form(fitted, structure.robot)
     frequencies = sweep_frequencies([trial.frequency.hz for trial in trials])

@@ -187,14 +187,7 @@ class EbtFit:
 
 
 def fit_ebt(form: EbtForm, swims: Sequence[TailSwim], speeds: np.ndarray, robot: RobotSpec) -> EbtFit:
-    """Least squares on the speed of the fit trials, over c_D / beta; trials that do not show the tail tip are left out.
-
-    Args:
-        form: the way the theory is used.
-        swims: tail of each fit trial.
-        speeds: (t,) measured, m/s.
-        robot: depth, reference area and water.
-    """
+    """Least squares on speeds (t,), m/s, over c_D / beta; trials that do not show the tail tip are left out."""
     motions = [form.motion(swim) for swim in swims]
     seen = np.array([np.isfinite(float(form.speed(motion, robot, 1.0, 1.0))) for motion in motions])
     if not seen.any():

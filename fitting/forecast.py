@@ -60,16 +60,9 @@ def frames_in_step(trial: MeasuredTrial) -> slice:
 
 
 def phase_from_harmonic(twin: Twin, trial: MeasuredTrial, coefficients: np.ndarray, frequency_hz: float) -> np.ndarray:
-    """Crank phases at time 0 that bring the twin's tail in step with the measured one.
+    """(s,) crank phases at time 0, rad, with which tails of coefficients (s, 5) beat in step with the measured one.
 
     One simulation at phase 0 gives the lag of the tail's first harmonic behind the crank.
-
-    Args:
-        twin, trial, frequency_hz: as for `swim`.
-        coefficients: (s, 5).
-
-    Returns:
-        (s,) rad.
     """
     frames = frames_in_step(trial)
     simulated = swim(twin, trial, coefficients, np.zeros(len(coefficients)), frequency_hz, frames.stop)

@@ -62,11 +62,7 @@ class Swims:
         return [head_frame(self.twin.markers, part[:, :n]) for part, n in zip(parts, frames, strict=True)]
 
     def mean_distance(self, parameters: np.ndarray) -> np.ndarray:
-        """(s,) the objective for (p, s) parameters: mean distance a trial, mean over trials, m.
-
-        Args:
-            parameters: (p, s) coefficients, then a phase a trial (rad).
-        """
+        """(s,) mean over trials of the mean distance, m; parameters (p, s): coefficients, a phase a trial (rad)."""
         total = np.zeros(parameters.shape[1])
         for trial, head in zip(self.trials, self.simulate(parameters), strict=True):
             distance = np.linalg.norm(residuals(trial, head, trial.scored), axis=-1)  # (s, k, m)

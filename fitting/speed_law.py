@@ -88,13 +88,7 @@ class SpeedLaw:
 def speed_law(
     trials: Sequence[MeasuredTrial], models: Mapping[str, Sequence[float]], robot: RobotSpec
 ) -> SpeedLaw | None:
-    """The law of some trials; None where fewer than two of different frequencies swim forward.
-
-    Args:
-        trials: swims.
-        models: speeds of these trials by each model, m/s; that of "twin" is compared.
-        robot: that swam.
-    """
+    """The law of some trials; None where fewer than two of different frequencies swim forward."""
     forward = np.array([trial.speed > 0 for trial in trials], bool)
     swims = [trial for trial, swam in zip(trials, forward, strict=True) if swam]
     hz = np.array([trial.frequency.hz for trial in swims])

@@ -105,23 +105,13 @@ HINGES = (STIFFNESS, DAMPING)
 
 
 def assumed(robot: RobotSpec, origin: str = BUILT_IN) -> Structure:
-    """The structure of a robot none of whose dry experiments were recorded.
-
-    Args:
-        robot: as described.
-        origin: where it is described, for the reader.
-    """
+    """The structure of a robot none of whose dry experiments were recorded."""
     hinges = (assumed_source(quantity, robot, origin, "no free decay") for quantity in HINGES)
     return Structure(robot, (), None, None, (*hinges, assumed_source(ARM, robot, origin, "no dry run")))
 
 
 def read_structure(results: Path, robot: RobotSpec, runs: Sequence[DryTrial]) -> Structure:
     """Reads ``structure.json``.
-
-    Args:
-        results: the folder.
-        robot: as described.
-        runs: the dry runs as measured.
 
     Raises:
         InputError: there is none of this version.

@@ -51,15 +51,7 @@ def sweep_speed(
     frequency_hz: np.ndarray,
     fitted_hz: tuple[float, float],
 ) -> SpeedSweep:
-    """Simulates one long swim a frequency, all in one batch.
-
-    Args:
-        twin: of the calibrated robot.
-        coefficients: frozen.
-        ebts: forms of elongated body theory, frozen.
-        frequency_hz: (f,).
-        fitted_hz: range of the fit trials.
-    """
+    """Simulates one long swim at each frequency (f,), all in one batch."""
     count = len(frequency_hz)
     seconds = np.maximum(BEATS / frequency_hz, LEAST_S)
     time_s = np.arange(0.0, seconds.max(), FRAME_S)

@@ -43,11 +43,6 @@ def check_engine(made_with: Provenance, robot: RobotSpec, file: str) -> None:
     The fluid model is not the same in every release: with 3.12 the published coefficients swim forward, from 3.14
     on the same file swims backward.
 
-    Args:
-        made_with: of a result.
-        robot: the robot at hand.
-        file: the result, for the message.
-
     Raises:
         ModelMismatch: either differs.
     """

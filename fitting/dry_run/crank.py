@@ -97,12 +97,7 @@ class CrankFit:
 
 
 def trial_flags(found: CrankTrial, smooth_m: tuple[float, float]) -> Iterator[Flag]:
-    """The flags of one trial's speed, phase and distance.
-
-    Args:
-        found: the trial and the twin.
-        smooth_m: smallest and largest arm over which the motion is smooth, m.
-    """
+    """The flags of one trial's speed, phase and distance; the tail moves smoothly over arms of `smooth_m`."""
     run, hz, arm_m = found.measured, found.surface.hz, found.published.arm_m
     seconds, scored_s = float(np.ptp(run.time_s)), float(np.ptp(run.time_s[run.scored]))
     turns = seconds * found.speed_hz

@@ -95,14 +95,7 @@ def speed_range(trials: Sequence[DryTrial]) -> tuple[float, float]:
 
 
 def error_surface(trial: DryTrial, response: DryResponse, grid: CrankGrid, workers: int = 0) -> ErrorSurface:
-    """The published distance at every point of the grid: all simulated arms, speeds around command and beat.
-
-    Args:
-        trial: with markers that the response has.
-        response: its arms are the grid's.
-        grid: how many speeds and phases.
-        workers: threads; 0 for all cores.
-    """
+    """The published distance at every point of the grid: all simulated arms, speeds around command and beat."""
     hz = np.linspace(*speed_range([trial]), grid.speeds)
     own = response.select(trial.markers)
     measured = _ScoredTrial.of(trial, own)

@@ -63,13 +63,7 @@ class JointFit(NamedTuple):
 
 
 def fit_joint(trials: Sequence[DryTrial], response: DryResponse, starts: Sequence[Cell]) -> JointFit:
-    """Fits arm, speeds and phases to all frames of all trials.
-
-    Args:
-        trials: each with markers that the response has.
-        response: of arms and speeds around the starts.
-        starts: a point for each trial; the arm starts at their median.
-    """
+    """Fits arm, speeds and phases to all frames of all trials; the arm starts at the median of the starts."""
     arm_m = float(np.median([start.arm_m for start in starts]))
     branch = response.branch_at(arm_m)
     parts = [_Part(trial, response.select(trial.markers), branch, Spread()) for trial in trials]

@@ -124,13 +124,7 @@ def fault_of_decay(fit: DecayFit) -> str | None:
 
 
 def decay_flags(trial: DecayTrial, fit: DecayFit, rejected: np.ndarray) -> Iterator[Flag]:
-    """Doubts about a fit.
-
-    Args:
-        trial: the decay, n frames of k markers.
-        fit: of it.
-        rejected: (n, k) samples left out as too far from the twin.
-    """
+    """Doubts about the fit of a decay, of which samples (n, k) were rejected as too far from the twin."""
     for name, out in zip(trial.markers, rejected.T, strict=True):
         if out.any():
             at = trial.first_frame + np.flatnonzero(out)

@@ -237,16 +237,10 @@ def _tracking_noise(mode: Mode, window: TrialModel) -> np.ndarray:
 
 
 def _conditional(mode: Mode, late: Block, jacobian: np.ndarray, early: tuple[Block, float] | None) -> FeatureForecast:
-    """Of a block, given the fitted trials and, where there is one, an early window of its trial.
+    """Of a block, given the fitted trials and, where there is one, an early window, ahead by a phase, of its trial.
 
     The coefficients stay those of the fit, with its covariance: what the wider discrepancy of forecasts would make of
     them is linear, and leads far off where they are uncertain.
-
-    Args:
-        mode: of the fitted trials.
-        late: whose features are forecast.
-        jacobian: (k, 5) of its features.
-        early: with the phase by which it is ahead.
     """
     blocks, rows, residual = [*mode.blocks, late], [mode.jacobian, jacobian], mode.residual
     if early is not None:

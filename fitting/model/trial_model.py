@@ -134,13 +134,7 @@ class TrialModel:
     def positions(
         self, coefficients: np.ndarray, faster: np.ndarray | None = None, shift: np.ndarray | None = None
     ) -> np.ndarray:
-        """(s, n, m, 2) markers of the twin in the kept frames, in its own frame, of coefficients (s, 5), m.
-
-        Args:
-            coefficients: of each.
-            faster: (s,) by which the crank turns faster.
-            shift: (s, 3) of the velocity at time 0.
-        """
+        """(s, n, m, 2) markers of the twin in the kept frames, in its own frame, m; arguments as of `trajectories`."""
         return self._kept(self._marker_m(self.trajectories(coefficients, faster, shift)))
 
     def trajectories(

@@ -109,12 +109,7 @@ class Covariance:
 
     @classmethod
     def of(cls, blocks: Sequence[Block], fitted: Sequence[Block] | None = None) -> "Covariance":
-        """From what each block's nuisances and discrepancies do.
-
-        Args:
-            blocks: in the order of the row.
-            fitted: those in whose middle the line of the speed's discrepancy has its centre; default: all.
-        """
+        """From what each block does; the line of the speed has its centre in the fitted ones, by default all."""
         whose = np.array([block.trial for block in blocks])
         length = len(blocks[0].features)
         same = np.kron(np.equal.outer(whose, whose), np.ones((length, length)))
@@ -229,14 +224,10 @@ def _wave_roots(blocks: Sequence[Block]) -> list[np.ndarray]:
 
 
 def wave_discrepancy(measured: np.ndarray, position_m: np.ndarray) -> np.ndarray:
-    """(k, k) covariance of a twin whose wave is off by 100 %, for one measured features (k,) of m markers.
+    """(k, k) covariance of a wave that is off by 100 %, for features (k,) of m markers at (m,) along the body.
 
     Of each marker the first harmonic by its own size, higher ones by half of the one before, alike for neighbours along
     the body. Means do not count: they are those of the boxes.
-
-    Args:
-        measured: (k,).
-        position_m: (m,) of each marker along the body.
     """
     first = np.sqrt((np.abs(harmonics_of(measured)[..., 0]) ** 2).sum(axis=-1) / 2)  # (m,)
     size = np.maximum(first, 0.1 * first.max())

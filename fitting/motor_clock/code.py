@@ -85,13 +85,7 @@ class Found(NamedTuple):
 
 
 def search(tail: TailMotion, turn: CrankTurn, codes: list[tuple[float, float]]) -> Found | None:
-    """Tries every offset at which at least one of the codes is in the video; None where none can be.
-
-    Args:
-        tail: n frames.
-        turn: of the crank, on the motor's clock.
-        codes: first and last instant of each code on that clock, s.
-    """
+    """Tries every offset at which a code, of given first and last instants, is in the video; None where none can be."""
     motion, frame_s = tail.evenly(), tail.frame_s
     first = [_first_frames(tail, code, motion) for code in codes]
     if not any(len(offsets) for offsets in first):

@@ -174,11 +174,6 @@ class MotorRecord:
 def read_motor(spec: TrialSpec, tracks: xr.Dataset, camera: CameraSpec, robot: RobotSpec) -> MotorRecord | None:
     """Reads the motor log of a trial and finds its clock; None where the trial has none.
 
-    Args:
-        spec: the trial.
-        tracks: all n frames of it, codes included.
-        camera, robot: what filmed it and what was filmed.
-
     Raises:
         InputError: log or commands cannot be read.
         NotEnoughData: fewer than five readings of the shaft.
@@ -198,12 +193,6 @@ def motor_record(
     spec: TrialSpec, log: MotorLog, commands: MotorCommands | None, tail: TailMotion | None, time_s: np.ndarray
 ) -> MotorRecord:
     """What `read_motor` makes of what it read.
-
-    Args:
-        spec: the trial, for its name, offset and command.
-        log, commands: of the motor.
-        tail: in which the codes are looked for.
-        time_s: (n,) of the frames.
 
     Raises:
         NotEnoughData: fewer than five readings of the shaft.

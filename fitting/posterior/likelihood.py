@@ -58,12 +58,7 @@ class Emulator:
 
 
 def fit_emulator(coefficients: np.ndarray, features: np.ndarray) -> Emulator:
-    """The polynomials of the highest degree for which the points suffice.
-
-    Args:
-        coefficients: (s, 5).
-        features: (s, k) at them.
-    """
+    """Of features (s, k) at coefficients (s, 5): polynomials of the highest degree for which the points suffice."""
     degrees = [degree for degree in _DEGREES if len(exponents(degree)) * _SPARE <= len(coefficients)]
     powers = exponents(max(degrees, default=_DEGREES[0]))
     columns = terms(coefficients, powers)

@@ -172,11 +172,6 @@ def save_draws(path: Path, posterior: Posterior, stamp: Mapping[str, str | int])
     """Writes an ArviZ `InferenceData` as netCDF, with the groups posterior, sample_stats and observed_data.
 
     A walker of the ensemble is a chain. The logarithms of the relative discrepancies are variables as well.
-
-    Args:
-        path: to write, at once; give a temporary one.
-        posterior: with its draws.
-        stamp: what it was made with, by name.
     """
     data = arviz.InferenceData(
         attrs={**stamp, "prior": PRIOR},

@@ -105,16 +105,7 @@ def sample(
     seed: int = 0,
     tell: Progress = lambda _message, _share: None,
 ) -> Draws:
-    """Samples until every coefficient has so many effective draws and an R-hat of 1.01 at most.
-
-    Args:
-        likelihood: by an emulator.
-        prior: of swimming forward.
-        walkers: (w, 7) where to start.
-        effective: draws wanted.
-        seed: of the moves.
-        tell: of the progress.
-    """
+    """Samples until every coefficient has so many effective draws and an R-hat of 1.01 at most."""
     random = np.random.default_rng([seed, 2])
     ensemble, state = sampler(likelihood, prior, random), placed(walkers, likelihood, prior, random)
     while True:

@@ -89,13 +89,10 @@ CREEP_RAD_S = 0.02
 
 
 class DryFriction:
-    """The torque against a hinge's motion, T w / sqrt(w^2 + `CREEP_RAD_S`^2) at speed w, as damping.
+    """The torque against a hinge's motion, T w / sqrt(w^2 + `CREEP_RAD_S`^2) at speed w, as damping; T is (n, h), N m.
 
     The engine's own dry friction is no help: its solver foresees speeds without the hinges' implicit damping, which
     outweighs the lightest link's inertia 90 times in a step, and at the twin's step it errs by more than the effect.
-
-    Args:
-        torque_n_m: (n, h) full torques.
     """
 
     def __init__(self, torque_n_m: np.ndarray) -> None:
