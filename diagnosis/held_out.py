@@ -264,7 +264,7 @@ class HeldOut:
     @cached_property
     def held_out(self) -> LinearModel:
         """The swims beside the plain twin."""
-        return self.linear.held_out(self.swims)
+        return self.linear.other_trials(self.swims, self.linear.twin)
 
     @cached_property
     def _plain(self) -> tuple[ForecastScore, ...]:

@@ -105,12 +105,8 @@ class LinearModel:
     def _gap(self) -> GaussianProcessDiscrepancy:
         return GaussianProcessDiscrepancy(self.covariance, self.generic, self.model.frequencies, self.model.of_rings)
 
-    def held_out(self, trials: Sequence[MeasuredTrial]) -> "LinearModel":
-        """Other swims beside the same twin, their boxes as far off as those of the fitted ones."""
-        return self.other_trials(trials, self.twin)
-
     def other_trials(self, trials: Sequence[MeasuredTrial], twin: Twin) -> "LinearModel":
-        """The same of trials beside a twin that may be clamped."""
+        """The same of trials beside a twin that may be clamped, their boxes as far off as those of the fitted ones."""
         model = _beside(twin, trials)
         return replace(self, model=model, disturbances=model.disturbances(self.at), common=None)
 

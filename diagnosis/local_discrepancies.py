@@ -9,7 +9,7 @@ from typing import ClassVar, NamedTuple
 
 import numpy as np
 
-from diagnosis.constants import OF_HARMONIC, OF_WATER, PLACED, SLIDE_PER_M
+from diagnosis.constants import OF_WATER, PLACED, SLIDE_PER_M
 from diagnosis.linear_model import LinearModel
 from fitting.model.features import (
     HARMONICS,
@@ -17,8 +17,9 @@ from fitting.model.features import (
     SPEED,
     advanced,
     places_of_slides,
-    waves,
 )
+from fitting.model.variance import harmonic_decay
+from fitting.series import waves
 from fitting.signatures import signature_of
 from session.session_file import TrialKind
 from swimmer.effects import Effect, Parameter, StepForce, StepState
@@ -171,7 +172,7 @@ def _at_markers(linear: LinearModel) -> Iterator[tuple[str, np.ndarray]]:
 
     But for that beyond the eleventh.
     """
-    decay = np.append(1.0, np.repeat(OF_HARMONIC ** np.arange(HARMONICS), 2))
+    decay = np.append(1.0, harmonic_decay())
     phases = linear.model.phase_rad
     own = len(linear.model.measured) // len(phases)
     slides = np.arange(own)[places_of_slides(own)]

@@ -16,7 +16,6 @@ from scipy.linalg import block_diag, cho_solve, cholesky
 from scipy.linalg.lapack import dpotri
 from scipy.optimize import minimize
 
-from diagnosis.constants import OF_HARMONIC
 from diagnosis.linear_model import LinearModel
 from diagnosis.local_discrepancies import HEAD, PER_JOINT, ForceResponses, LocalDiscrepancy
 from diagnosis.result import GapShares, MissingForces
@@ -32,6 +31,7 @@ from fitting.model.features import (
     places_of_markers,
     places_of_slides,
 )
+from fitting.model.variance import harmonic_decay
 from fitting.signatures import Signature
 from fitting.signatures.signature import pieces
 
@@ -74,21 +74,18 @@ def decompose(
     columns_of = _components(linear, responses, signatures, named, placed)
     target = linear.space.projected(residual)
     projected = {component: linear.space.projected(part.T).T for component, part in columns_of.items()}
-    sizes = _sizes(target, list(projected.values()))
-    weights = {component: size**2 for component, size in zip(projected, sizes, strict=True)}
-    solved = _solved(target, projected, weights)
-    total = float(target @ target)
+    fit, total = _fitted(target, projected), float(target @ target)
     shares, parts = dict.fromkeys(STAGES, 0.0), {stage: np.zeros_like(residual) for stage in STAGES}
     for component, part in projected.items():
-        amplitude = weights[component] * (part.T @ solved)
+        amplitude = fit.weights[component] * (part.T @ fit.solved)
         shares[component.stage] += float(amplitude @ (part.T @ target)) / total
         parts[component.stage] += columns_of[component] @ amplitude
-    shares["floor"] = float(target @ solved) / total
+    shares["floor"] = float(target @ fit.solved) / total
     parts["floor"] = residual - sum(parts.values())
     return VarianceDecomposition(
         shares=GapShares(shares, **_split(linear, residual), by_repeat=by_repeat(linear, target)),
         alone=_alone(target, projected),
-        forces=_forces(linear, responses, projected, weights, solved),
+        forces=_forces(linear, responses, projected, fit),
         parts=np.array([parts[stage] for stage in STAGES]),
     )
 
@@ -114,8 +111,9 @@ def _components(
         steady, beating = of_joint[joints, ..., :1], of_joint[joints, ..., 1:]
         for what, part in (("steady", steady), ("beating", beating)):
             found[Component(stage, what)] = np.concatenate([each.reshape(len(each), -1) for each in part], axis=1)
-    found[Component("camera", "on the body")] = _misplaced(linear)
-    found[Component("camera", "in the picture")] = _misboxed(linear)
+    nuisances = linear.disturbances
+    found[Component("camera", "on the body")] = _of_features(linear, TAKEN.marker_m * nuisances.per_marker)
+    found[Component("camera", "in the picture")] = _of_features(linear, _SEEN_M * nuisances.per_box)
     found[Component("camera", "beating")] = _in_each_trial(linear, _beats)
     found[Component("camera", "sliding")] = _in_each_trial(linear, _slides)
     found[Component("camera", "scale")] = _in_each_trial(linear, lambda features: _SCALE * features[:, None])
@@ -160,22 +158,11 @@ def _of_features(linear: LinearModel, columns: np.ndarray) -> np.ndarray:
     return np.vstack([columns, np.zeros((linear.model.beside, columns.shape[1]))])
 
 
-def _misplaced(linear: LinearModel) -> np.ndarray:
-    """(k, 2 m) each marker elsewhere on the body, the same in all trials."""
-    return _of_features(linear, TAKEN.marker_m * linear.disturbances.per_marker)
-
-
-def _misboxed(linear: LinearModel) -> np.ndarray:
-    """(k, b) each box beside its marker in the picture, in each trial by itself."""
-    return _of_features(linear, _SEEN_M * linear.disturbances.per_box)
-
-
 def _beats(features: np.ndarray) -> np.ndarray:
     """(g, 12 m) each marker's harmonics otherwise."""
-    decay = np.repeat(OF_HARMONIC ** np.arange(HARMONICS), 2)
     markers = of_markers(features)
     sizes = np.zeros(len(features))
-    sizes[places_of_markers(len(features))] = np.broadcast_to(np.append(0.0, decay), markers.shape).ravel()
+    sizes[places_of_markers(len(features))] = np.broadcast_to(np.append(0.0, harmonic_decay()), markers.shape).ravel()
     return _SEEN_M * np.diag(sizes)[:, sizes > 0]
 
 
@@ -238,11 +225,18 @@ def _sizes(target: np.ndarray, parts: list[np.ndarray]) -> np.ndarray:
     return np.asarray(np.where(found.x <= low + 1e-6, 0.0, np.exp(found.x)))
 
 
-def _solved(
-    target: np.ndarray, parts: Mapping[Component, np.ndarray], weights: Mapping[Component, float]
-) -> np.ndarray:
+class _Fit(NamedTuple):
+    """Components at their likeliest sizes: squared sizes, (k, k) covariance, and what is left by its inverse (k,)."""
+
+    weights: Mapping[Component, float]
+    covariance: np.ndarray
+    solved: np.ndarray
+
+
+def _fitted(target: np.ndarray, parts: Mapping[Component, np.ndarray]) -> _Fit:
+    weights = dict(zip(parts, _sizes(target, list(parts.values())) ** 2, strict=True))
     covariance = np.eye(len(target)) + sum(weights[component] * part @ part.T for component, part in parts.items())
-    return np.asarray(np.linalg.solve(covariance, target))
+    return _Fit(weights, covariance, np.linalg.solve(covariance, target))
 
 
 def _alone(target: np.ndarray, parts: Mapping[Component, np.ndarray]) -> dict[str, float]:
@@ -250,8 +244,7 @@ def _alone(target: np.ndarray, parts: Mapping[Component, np.ndarray]) -> dict[st
     found = {}
     for stage in dict.fromkeys(component.stage for component in parts):
         own = {component: part for component, part in parts.items() if component.stage == stage}
-        weights = {component: size**2 for component, size in zip(own, _sizes(target, list(own.values())), strict=True)}
-        found[stage] = 1 - float(target @ _solved(target, own, weights)) / float(target @ target)
+        found[stage] = 1 - float(target @ _fitted(target, own).solved) / float(target @ target)
     return found
 
 
@@ -268,8 +261,7 @@ def by_repeat(linear: LinearModel, target: np.ndarray) -> dict[str, float]:
         rows = np.zeros((columns.shape[1], len(linear.residual)))
         rows[:, : swims * length] = columns.T
         projected[Component("repeat", what)] = linear.space.projected(rows).T
-    weights = dict(zip(projected, _sizes(target, list(projected.values())) ** 2, strict=True))
-    solved, total = _solved(target, projected, weights), float(target @ target)
+    (weights, _, solved), total = _fitted(target, projected), float(target @ target)
     shares = {
         each.what: weights[each] * float(np.sum((part.T @ solved) * (part.T @ target))) / total
         for each, part in projected.items()
@@ -278,24 +270,19 @@ def by_repeat(linear: LinearModel, target: np.ndarray) -> dict[str, float]:
 
 
 def _forces(
-    linear: LinearModel,
-    responses: ForceResponses,
-    parts: Mapping[Component, np.ndarray],
-    weights: Mapping[Component, float],
-    solved: np.ndarray,
+    linear: LinearModel, responses: ForceResponses, parts: Mapping[Component, np.ndarray], fit: _Fit
 ) -> MissingForces:
     """Mean and standard deviation of the missing forces, given all that was measured."""
     trials, unit = responses.columns.shape[1], responses.unit[:, None]
-    covariance = np.eye(len(solved)) + sum(weights[component] * part @ part.T for component, part in parts.items())
     mean, sd = np.zeros((2, len(responses.joints), trials, PER_JOINT))
     for stage, joints in (("body", slice(None, len(HEAD))), ("tail", slice(len(HEAD), None))):
         for what, harmonics in (("steady", slice(None, 1)), ("beating", slice(1, None))):
             if (component := Component(stage, what)) not in parts:
                 continue
-            columns, prior = parts[component], weights[component]
-            explained = np.einsum("ij,ij->j", columns, np.linalg.solve(covariance, columns))
+            columns, prior = parts[component], fit.weights[component]
+            explained = np.einsum("ij,ij->j", columns, np.linalg.solve(fit.covariance, columns))
             shape = mean[joints, :, harmonics].shape
-            mean[joints, :, harmonics] = (prior * (columns.T @ solved)).reshape(shape)
+            mean[joints, :, harmonics] = (prior * (columns.T @ fit.solved)).reshape(shape)
             sd[joints, :, harmonics] = np.sqrt(np.maximum(prior - prior**2 * explained, 0.0)).reshape(shape)
     swims = tuple(trial.name for trial in linear.swims)
     mean, sd = (np.moveaxis(each, 0, 1)[: len(swims)] * unit for each in (mean, sd))

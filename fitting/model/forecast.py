@@ -13,11 +13,12 @@ from scipy.linalg import cho_factor, cho_solve
 
 from fitting.forecast import SETTLED_S
 from fitting.in_pool import head_frame
-from fitting.model.features import COURSE, HARMONICS, SPEED, FeatureReader, advanced, of_markers, phase_between, waves
+from fitting.model.features import COURSE, HARMONICS, SPEED, FeatureReader, advanced, of_markers, phase_between
 from fitting.model.mode import Mode, jacobian_at, time_step_errors
 from fitting.model.noise import FeatureNoise
 from fitting.model.trial_model import Sensitivities, TrialModel, sensitivities_together
 from fitting.model.variance import Block, Covariance
+from fitting.series import waves
 from fitting.trial import MeasuredTrial
 from session import NotEnoughData
 from tracking import HeadFrame

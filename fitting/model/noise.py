@@ -14,7 +14,8 @@ from scipy.linalg import cho_factor, cho_solve
 from scipy.optimize import brentq, minimize
 from threadpoolctl import threadpool_limits
 
-from fitting.model.features import FeatureReader, waves
+from fitting.model.features import FeatureReader
+from fitting.series import waves
 
 _HARMONICS, _DRIFT = 5, 3
 _START = (np.log(0.08), -1.5)  # ln seconds, logit of the white share

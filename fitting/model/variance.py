@@ -231,12 +231,21 @@ def wave_discrepancy(measured: np.ndarray, position_m: np.ndarray) -> np.ndarray
     """
     first = np.sqrt((np.abs(harmonics_of(measured)[..., 0]) ** 2).sum(axis=-1) / 2)  # (m,)
     size = np.maximum(first, 0.1 * first.max())
-    smooth = np.exp(-0.5 * ((position_m[:, None] - position_m) / _LENGTH_M) ** 2)
-    correlation = (1 - _OF_ITS_OWN) * smooth + _OF_ITS_OWN * np.eye(len(size))
-    of_column = np.append(0.0, np.repeat(_OF_HARMONIC ** np.arange(HARMONICS), 2)) ** 2  # (7,)
+    of_column = np.append(0.0, harmonic_decay()) ** 2  # (7,)
     total = np.zeros((len(measured),) * 2)
-    total[1:, 1:] = np.kron(np.outer(size, size) * correlation, np.diag(np.tile(of_column, 2)))
+    total[1:, 1:] = np.kron(np.outer(size, size) * along_body(position_m), np.diag(np.tile(of_column, 2)))
     return total
+
+
+def along_body(position_m: np.ndarray) -> np.ndarray:
+    """(m, m) correlation of displacements of markers at (m,) along the body, each of which has a share of its own."""
+    smooth = np.exp(-0.5 * ((position_m[:, None] - position_m) / _LENGTH_M) ** 2)
+    return np.asarray((1 - _OF_ITS_OWN) * smooth + _OF_ITS_OWN * np.eye(len(position_m)))
+
+
+def harmonic_decay() -> np.ndarray:
+    """(6,) size of cosine and sine of each harmonic of a displacement, against the first."""
+    return np.repeat(_OF_HARMONIC ** np.arange(HARMONICS), 2)
 
 
 def _nearness(blocks: Sequence[Block]) -> np.ndarray:
