@@ -16,7 +16,6 @@ from fitting.speed import forward_speed
 from fitting.trial import MeasuredTrial
 from swimmer import FluidCoefficients, Runs, Trajectories
 from swimmer.effects import AffectedRuns, AffectedTwin, Effect, View
-from tracking import HeadFrame
 
 _DRAWS = 8
 
@@ -60,23 +59,15 @@ def forecast_scores(
     linear: LinearModel, trials: Sequence[MeasuredTrial], effects: Sequence[Effect], at: np.ndarray, values: np.ndarray
 ) -> list[ForecastScore]:
     """Swims beside a twin at coefficients (5,) with effects at values (p,); frequency and phase are the trial's own."""
-    found = []
+    found, coefficients = [], FluidCoefficients(*map(float, at))
     for trial in trials:
-        head = _ahead(linear, trial, effects, at, values)
+        plain = TrialModel(linear.twin, trial, START_PHASE_RAD).positions(linear.at[None])[0]
+        view = view_of(trial, plain, linear.camera)
+        twin = SettledTwin(AffectedTwin(linear.twin, effects), values, view) if effects else linear.twin
+        head = forecast(twin, trial, coefficients, fit_phase(twin, trial, coefficients))
         speed = float(forward_speed(trial.time_s, head.forward_m, trial.kept, trial.frequency.hz))
         found.append(ForecastScore(trial.name, score(trial, head).marker_error_m, trial.speed, speed))
     return found
-
-
-def _ahead(
-    linear: LinearModel, trial: MeasuredTrial, effects: Sequence[Effect], at: np.ndarray, values: np.ndarray
-) -> HeadFrame:
-    """Alone from the trial's first beats."""
-    plain = TrialModel(linear.twin, trial, START_PHASE_RAD).positions(linear.at[None])[0]
-    view = view_of(trial, plain, linear.camera)
-    twin = SettledTwin(AffectedTwin(linear.twin, effects), values, view) if effects else linear.twin
-    coefficients = FluidCoefficients(*map(float, at))
-    return forecast(twin, trial, coefficients, fit_phase(twin, trial, coefficients))
 
 
 def noise_floor_m(linear: LinearModel, number: int, seed: int = 0) -> float:
@@ -86,15 +77,7 @@ def noise_floor_m(linear: LinearModel, number: int, seed: int = 0) -> float:
     """
     model, random = linear.model.trials[number], np.random.default_rng([seed, 17, number])
     trial, found = model.trial, []
-    clean_m = linear.twin.simulate(
-        Runs(
-            linear.at[None],
-            np.array([trial.frequency.hz]),
-            np.array([model.phase_rad]),
-            trial.start_velocity[None],
-        ),
-        trial.time_s,
-    ).marker_m[0]
+    clean_m = linear.twin.simulate(model.runs(linear.at[None]), trial.time_s).marker_m[0]
     for _ in range(_DRAWS):
         noisy_m = clean_m + model.noise.drawn(trial.time_s, random)
         frames = [head_frame(trial.markers, each) for each in (clean_m, noisy_m)]

@@ -11,6 +11,7 @@ from fitting.in_pool import head_frame
 from fitting.speed import forward_speed
 from fitting.trial import MeasuredTrial
 from swimmer import FluidCoefficients, Runs, Twin
+from swimmer.twin import simulate_together
 from tracking import HeadFrame, one_of
 
 SETTLED_S = 0.25  # the tail has forgotten its start by then
@@ -143,17 +144,12 @@ def seconds_from_rest(trials: tuple[MeasuredTrial, ...]) -> float:
 
 def speed_from_rest(twin: Twin, coefficients: np.ndarray, frequency_hz: np.ndarray) -> np.ndarray:
     """(s, f) forward speed after half of some beats from rest, m/s, for s sets of coefficients (s, 5)."""
-    sets, hz = len(coefficients), np.tile(frequency_hz, len(coefficients))
-    runs = Runs(np.repeat(np.asarray(coefficients, float), len(frequency_hz), axis=0), hz, np.zeros(len(hz)))
-    times = [np.arange(0.0, BEATS / f, FRAME_S) for f in frequency_hz]
-    longest = max(map(len, times))
-    padded = np.tile([np.pad(t, (0, longest - len(t)), mode="edge") for t in times], (sets, 1))
-    marker_m = twin.simulate(runs, padded, allow_divergence=True).marker_m
-    marker_m = marker_m.reshape(sets, len(times), longest, *marker_m.shape[2:])
-    speeds = np.zeros((sets, len(times)))
-    for i, (f, time_s) in enumerate(zip(frequency_hz, times, strict=True)):
-        head = head_frame(twin.markers, marker_m[:, i, : len(time_s)])
-        speeds[:, i] = forward_speed(time_s, head.forward_m, time_s >= BEATS / 2 / f, f)
+    count, times = len(coefficients), [np.arange(0.0, BEATS / hz, FRAME_S) for hz in frequency_hz]
+    runs = [Runs(np.asarray(coefficients, float), np.full(count, hz), np.zeros(count)) for hz in frequency_hz]
+    speeds = np.zeros((count, len(times)))
+    for i, swum in enumerate(simulate_together([twin] * len(runs), runs, times)):
+        time_s, hz, head = times[i], frequency_hz[i], head_frame(twin.markers, swum.marker_m)
+        speeds[:, i] = forward_speed(time_s, head.forward_m, time_s >= BEATS / 2 / hz, hz)
     return speeds
 
 

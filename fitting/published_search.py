@@ -23,6 +23,7 @@ from fitting.trial import MeasuredTrial
 from session.errors import SimulationDiverged
 from swimmer import FluidCoefficients, Runs, Twin
 from swimmer.fluid import COEFFICIENT_BOUNDS
+from swimmer.twin import simulate_together
 from tracking import HeadFrame
 
 LOST_M = 1.0  # distance assigned to a simulation that diverged
@@ -46,20 +47,21 @@ class Swims:
 
         All trials run in one batch, each until the last of its k frames that is scored.
         """
-        count, frames = parameters.shape[1], [int(np.flatnonzero(t.scored)[-1]) + 1 for t in self.trials]
-        times = [
-            np.pad(t.time_s[:n], (0, max(frames) - n), mode="edge") for t, n in zip(self.trials, frames, strict=True)
+        coefficients, count = parameters[:5].T, parameters.shape[1]
+        frames = [int(np.flatnonzero(t.scored)[-1]) + 1 for t in self.trials]
+        runs = [
+            Runs(
+                coefficients=coefficients,
+                frequency_hz=np.full(count, t.frequency.hz),
+                phase_rad=phase_rad,
+                velocity=np.tile(t.start_velocity, (count, 1)),
+                turns=(t.turn,) * count,
+            )
+            for t, phase_rad in zip(self.trials, parameters[5:], strict=True)
         ]
-        runs = Runs(
-            coefficients=np.tile(parameters[:5].T, (len(self.trials), 1)),
-            frequency_hz=np.repeat([t.frequency.hz for t in self.trials], count),
-            phase_rad=parameters[5:].reshape(-1),
-            velocity=np.repeat([t.start_velocity for t in self.trials], count, axis=0),
-            turns=tuple(t.turn for t in self.trials for _ in range(count)),
-        )
-        marker_m = self.twin.simulate(runs, np.repeat(times, count, axis=0), allow_divergence=True).marker_m
-        parts = np.split(marker_m, len(self.trials))
-        return [head_frame(self.twin.markers, part[:, :n]) for part, n in zip(parts, frames, strict=True)]
+        times = [t.time_s[:n] for t, n in zip(self.trials, frames, strict=True)]
+        swum = simulate_together([self.twin] * len(runs), runs, times)
+        return [head_frame(self.twin.markers, each.marker_m) for each in swum]
 
     def mean_distance(self, parameters: np.ndarray) -> np.ndarray:
         """(s,) mean over trials of the mean distance, m; parameters (p, s): coefficients, a phase a trial (rad)."""

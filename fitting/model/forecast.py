@@ -159,14 +159,13 @@ class NewWindow(NamedTuple):
         return cls(block_of(mode, window, scatter), jacobian_at([window], mode.coefficients), scatter)
 
 
-def forecast_given_frequency(mode: Mode, window: NewWindow) -> FeatureForecast:
-    """Of a window of a new trial, by its frequency and what the fitted trials tell; in step with its tail."""
-    return _conditional(mode, window.block, window.jacobian, None)
+def forecast_of(mode: Mode, window: NewWindow, early: TrialModel | None = None) -> FeatureForecast:
+    """Of a window of a new trial: by its frequency and what the fitted trials tell, and by its own early window.
 
-
-def forecast_after_beats(mode: Mode, late: NewWindow, early: TrialModel) -> FeatureForecast:
-    """Of the late window of a new trial, by the fitted trials and its own early window."""
-    return _conditional(mode, late.block, late.jacobian, _early_block(mode, early, late.block, late.scatter))
+    Without that it is in step with its tail.
+    """
+    beats = None if early is None else _early_block(mode, early, window.block, window.scatter)
+    return _conditional(mode, window.block, window.jacobian, beats)
 
 
 def scatter_of(mode: Mode) -> Scatter:

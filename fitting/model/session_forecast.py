@@ -16,8 +16,7 @@ from fitting.model.forecast import (
     NewWindow,
     Scatter,
     Windows,
-    forecast_after_beats,
-    forecast_given_frequency,
+    forecast_of,
     repeated,
     scatter_of,
     tracks_of,
@@ -176,9 +175,9 @@ def _fitted(mode: Mode, number: int, seed: int) -> ForecastTrial:
 def _held_out(mode: Mode, trial: MeasuredTrial, scatter: Scatter, seed: int) -> ForecastTrial:
     windows, fitted = Windows.of(mode, trial), [block.model.trial for block in mode.blocks]
     late = NewWindow.of(mode, windows.late, scatter)
-    found = {GIVEN: scored(trial, forecast_given_frequency(mode, late), seed)}
+    found = {GIVEN: scored(trial, forecast_of(mode, late), seed)}
     if windows.early is not None:
-        found[BEATS] = scored(trial, forecast_after_beats(mode, late, windows.early), seed)
+        found[BEATS] = scored(trial, forecast_of(mode, late, windows.early), seed)
         goes_on = head_frame(trial.markers, tracks_of(windows.early.measured[None], windows.late)[0])
         found[CONTINUED] = _distances(trial, goes_on)
     at = trial.start_frequency.hz

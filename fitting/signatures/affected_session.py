@@ -160,15 +160,8 @@ class AffectedTrial:
 
     def runs(self, coefficients: np.ndarray, values: np.ndarray) -> AffectedRuns:
         """Of coefficients (s, 5) and values (s, p) of the session."""
-        trial, count = self.model.trial, len(values)
-        return AffectedRuns(
-            coefficients=np.ascontiguousarray(coefficients),
-            frequency_hz=np.full(count, trial.frequency.hz),
-            phase_rad=np.full(count, self.model.phase_rad),
-            velocity=np.tile(trial.start_velocity, (count, 1)),
-            turns=None if trial.turn is None else (trial.turn.shifted(0.0, 1.0),) * count,
-            values=np.array([self.twin.in_trial(self.view, value) for value in values]),
-        )
+        in_trial = np.array([self.twin.in_trial(self.view, value) for value in values])
+        return AffectedRuns(**vars(self.model.runs(coefficients)), values=in_trial)
 
     def features(self, runs: AffectedRuns, motion: Trajectories) -> np.ndarray:
         """(s, k) of its runs, as tracks would show them, scaled by nose and neck; nan where the twin diverged."""

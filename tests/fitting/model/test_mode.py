@@ -12,8 +12,7 @@ from fitting.model.features import SPEED
 from fitting.model.forecast import (
     NewWindow,
     Windows,
-    forecast_after_beats,
-    forecast_given_frequency,
+    forecast_of,
     repeated,
     scatter_of,
     tracks_of,
@@ -87,7 +86,7 @@ def test_a_held_out_trial_is_forecast_and_its_first_beats_tell_more(drawn: Drawn
     windows = Windows.of(mode, trial)
     assert windows.early is not None
     late = NewWindow.of(mode, windows.late, scatter_of(mode))
-    before, after = forecast_given_frequency(mode, late), forecast_after_beats(mode, late, windows.early)
+    before, after = forecast_of(mode, late), forecast_of(mode, late, windows.early)
     measured = windows.late.measured[SPEED]
     for told in (before, after):
         assert abs(told.speed - measured) < FAR_SD * told.speed_sd
@@ -158,7 +157,7 @@ def test_nothing_of_what_is_scored_enters_a_forecast(drawn: DrawnSession, mode: 
     place = np.array(late.trial.position_m)
     place[late.trial.kept] *= 1.1
     other = replace(late, trial=late.trial.seen_as(position_m=place))
-    one, same = (forecast_given_frequency(mode, NewWindow.of(mode, window)) for window in (late, other))
+    one, same = (forecast_of(mode, NewWindow.of(mode, window)) for window in (late, other))
     assert same.mean == pytest.approx(one.mean, abs=1e-5)
     assert same.covariance == pytest.approx(one.covariance, abs=1e-6)
 
@@ -190,6 +189,6 @@ def test_two_beats_tell_a_speed_that_the_fitted_trials_do_not(drawn: DrawnSessio
     measured = windows.late.measured[SPEED]
     assert windows.early is not None
     late = NewWindow.of(mode, windows.late)
-    before, after = forecast_given_frequency(mode, late), forecast_after_beats(mode, late, windows.early)
+    before, after = forecast_of(mode, late), forecast_of(mode, late, windows.early)
     assert abs(after.speed - measured) < 0.75 * abs(before.speed - measured)
     assert abs(after.speed - measured) < FAR_SD * after.speed_sd
