@@ -21,12 +21,7 @@ _DRAWS = 8
 
 
 class ForecastScore(NamedTuple):
-    """One trial beside a twin that runs ahead alone.
-
-    Attributes:
-        marker_error_m: as the public contract defines it.
-        speed_measured, speed_twin: forward, m/s.
-    """
+    """One trial beside a twin that runs ahead alone: the public contract's marker error, m, and forward speeds, m/s."""
 
     name: str
     marker_error_m: float

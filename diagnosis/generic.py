@@ -89,12 +89,7 @@ class GaussianProcessDiscrepancy:
 
 
 class _KnownAndGeneric(NamedTuple):
-    """A gap of one metre where what is known has unit size.
-
-    Attributes:
-        root: (k, k) of what is known.
-        values, vectors: (k,) variances of the gap, and (k, k) along what.
-    """
+    """Root (k, k) of what is known; whitened by it, variances (k,) of a gap of one metre, and (k, k) along what."""
 
     root: np.ndarray
     values: np.ndarray

@@ -211,13 +211,7 @@ def _pairs(logs: dict[Hypothesis, float], shows: list[int]) -> set[tuple[int, in
 
 
 class Explained(NamedTuple):
-    """What may explain the residual.
-
-    Attributes:
-        linear: with the likeliest size of the twin's own discrepancy.
-        hypotheses: of that.
-        probabilities: averaged over the size.
-    """
+    """What may explain the residual, with the likeliest size of the twin's own discrepancy; averaged over that size."""
 
     linear: LinearModel
     hypotheses: Hypotheses

@@ -65,12 +65,7 @@ class SessionData:
 
 
 class FreeDecayFits(NamedTuple):
-    """Of all free decays of a session.
-
-    Attributes:
-        believed: how they ring.
-        left_out: by name, why others do not count.
-    """
+    """Free decays of a session: how those that are believed ring, and by name why others are left out."""
 
     believed: tuple[Ring, ...]
     left_out: Mapping[str, str]

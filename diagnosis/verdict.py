@@ -32,11 +32,7 @@ Refitting = Callable[[Sequence[str]], Refit]
 
 @dataclass(frozen=True)
 class Verdict:
-    """What is said.
-
-    Attributes:
-        groups: alternatives (inner), the likeliest first, that act together (outer).
-    """
+    """What is said: groups that act together, each of alternatives, the likeliest first."""
 
     name: VerdictName
     groups: tuple[tuple[str, ...], ...]

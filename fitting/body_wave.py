@@ -67,11 +67,7 @@ def swim_numbers(wave: BodyWave, frequency_hz: float, speed: float, robot: Robot
 
 
 class Wave(NamedTuple):
-    """The first harmonic of a marker's sideways motion.
-
-    Attributes:
-        phase_deg: by which it is ahead of the hindmost marker's, 0 to 360.
-    """
+    """The first harmonic of a marker's sideways motion; phase ahead of the hindmost marker's, 0 to 360 degrees."""
 
     amplitude_m: float
     phase_deg: float

@@ -15,11 +15,7 @@ _FEWEST = 3  # trials that tell a slope with its interval
 
 
 class Slope(NamedTuple):
-    """Of a straight line through points, by least squares.
-
-    Attributes:
-        interval: at 90 %, Student's over the points; None of two.
-    """
+    """Of a straight line through points, by least squares, with Student's 90 % interval; None of two points."""
 
     value: float
     interval: tuple[float, float] | None

@@ -144,11 +144,7 @@ def with_sources(robot: RobotSpec, sources: Iterable[Source]) -> RobotSpec:
 
 
 class ParameterUncertainty(NamedTuple):
-    """How far a number of the robot may be off.
-
-    Attributes:
-        sd: relative standard deviation.
-    """
+    """How far a number of the robot may be off, its relative standard deviation."""
 
     source: Source
     sd: float
@@ -159,12 +155,7 @@ class ParameterUncertainty(NamedTuple):
 
 
 class PerturbedTwin(NamedTuple):
-    """A twin on either side of what is believed, by a step that is the same however sure one is.
-
-    Attributes:
-        more, less: twins of robots with more and less of it.
-        step: relative, from what is believed to either.
-    """
+    """Twins with more and less of a doubted number of the robot, by a relative step, the same however sure one is."""
 
     doubt: ParameterUncertainty
     more: Twin

@@ -348,12 +348,7 @@ def _start_velocity(time_s: np.ndarray, path_m: np.ndarray, heading_rad: np.ndar
 
 
 class ExperimentsInAir(NamedTuple):
-    """Experiments without water.
-
-    Attributes:
-        runs: with the head clamped, measured as swims are.
-        decays: of a tail that is let go.
-    """
+    """Runs with the head clamped, measured as swims are, and decays of a tail that is let go."""
 
     runs: Sequence[MeasuredTrial] = ()
     decays: Sequence[DecayTrial] = ()

@@ -139,11 +139,6 @@ class Tail(Table):
         """Names of the hinges, which are also those of the bodies behind them."""
         return tuple(f"tail_{i + 1}" for i in range(len(self.segment)))
 
-    @property
-    def links(self) -> tuple[str, ...]:
-        """Names of the rigid links, from the head to the last segment."""
-        return ("head", *self.hinges)
-
 
 class CaudalFin(Table):
     """The fin, rigid with the last segment; a plate of span x chord at the centre of its planform."""
@@ -209,7 +204,7 @@ class RobotSpec(Table):
     @classmethod
     def _on_the_robot(cls, markers: dict[str, Marker], info: ValidationInfo) -> dict[str, Marker]:
         tail: Tail | None = info.data.get("tail")
-        links = tail.links if tail else ()  # none: not known
+        links = ("head", *tail.hinges) if tail else ()  # none: not known
         faults = []
         for name, marker in markers.items():
             if links and marker.body not in links:
@@ -227,7 +222,7 @@ class RobotSpec(Table):
     @cached_property
     def links(self) -> tuple[str, ...]:
         """Names of the rigid links that can carry markers, from the head to the last segment."""
-        return self.tail.links
+        return ("head", *self.hinges)
 
     @cached_property
     def hinges(self) -> tuple[str, ...]:

@@ -141,13 +141,7 @@ def repeated(mode: Mode, number: int) -> FeatureForecast:
 
 
 class NewWindow(NamedTuple):
-    """A window of a new trial as the twin swims it.
-
-    Attributes:
-        block: its features are what the twin simulates.
-        jacobian: (k, 5) of its features with the coefficients.
-        scatter: of windows of one trial.
-    """
+    """A window of a new trial as the twin swims it: its block, (k, 5) Jacobian with the coefficients, and scatter."""
 
     block: Block
     jacobian: np.ndarray

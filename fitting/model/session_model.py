@@ -22,12 +22,7 @@ START_PHASE_RAD = 1.0  # of the crank in simulations; features are put in step a
 
 
 class PlacementUncertainty(NamedTuple):
-    """How far off things sit, standard deviations each way, m.
-
-    Attributes:
-        box_m: a box from its marker, in the picture; anew in each trial.
-        marker_m: a marker from its place on the body; the same in all trials.
-    """
+    """Standard deviations, m: of boxes from markers, anew in each trial; of markers on the body, the same in all."""
 
     box_m: float
     marker_m: float

@@ -96,11 +96,7 @@ _POWERS = exponents(2)
 
 
 class ForwardSwimming(NamedTuple):
-    """How probable it is that a twin swims forward from rest.
-
-    Attributes:
-        weights: (t,) of the terms; none where every twin did.
-    """
+    """How probable it is that a twin swims forward from rest: (t,) weights of terms, none where every twin did."""
 
     weights: np.ndarray
 

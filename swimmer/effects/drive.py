@@ -80,11 +80,7 @@ _MEAN = 1 - np.exp(-1.0)  # of exp(-t / WARMING_S) over that time
 
 @dataclass(frozen=True)
 class WarmingPace:
-    """A pace that falls from 1 + (1 - mean) share towards 1 - mean share, with mean 1 over `WARMING_S`.
-
-    Attributes:
-        share: by how much it falls in the end.
-    """
+    """A pace that falls by a share, from 1 + (1 - mean) share to 1 - mean share, with mean 1 over `WARMING_S`."""
 
     share: float
 

@@ -85,13 +85,7 @@ class Parameter(NamedTuple):
 
 
 class Drive(NamedTuple):
-    """How a crank is driven.
-
-    Attributes:
-        frequency_hz: turns a second where it turns evenly.
-        phase_rad: at time 0.
-        turn: from time 0 on; None where it turns evenly.
-    """
+    """How a crank is driven: turns a second where it turns evenly, phase at time 0, else its turn from then on."""
 
     frequency_hz: float
     phase_rad: float
