@@ -22,10 +22,10 @@ from diagnosis.ridge import Attribution, RidgeFit, attribute, ridge_fit
 from diagnosis.session_data import SessionData
 from diagnosis.verdict import Validated, Verdict, backward_elimination, validated, verdict_of
 from diagnosis.where import VarianceDecomposition, decompose
+from fitting.model.mode import Progress
 from fitting.signatures import Signature, signature_of
 from swimmer.effects import Effect
 
-Tell = Callable[[str, float | None], None]
 Refitting = Callable[[Sequence[str]], Refit]
 _ROUNDS = {"quick": 2, "full": 5}
 _ROUNDS_OF_ALL = 3  # with all effects: in later ones the misfit goes up and down by as much as it still falls
@@ -51,9 +51,8 @@ class Diagnosis:
 
     Attributes:
         linear: the fitted swims beside the nearest plain twin.
-        signatures: what every effect would do.
         elsewhere: where something that is in no catalogue was looked for.
-        beside: what shows beside the beat, in the fitted swims.
+        aperiodic: what shows beside the beat, in the fitted swims.
         hypotheses: with their evidence.
         where: shares of the gap.
         refit: the twin with the likeliest of the named effects; None where none is named.
@@ -67,7 +66,6 @@ class Diagnosis:
     """
 
     linear: LinearModel
-    signatures: tuple[Signature, ...]
     elsewhere: tuple[LocalDiscrepancy, ...]
     aperiodic: NonPeriodic
     hypotheses: Hypotheses
@@ -88,7 +86,7 @@ def diagnose(
     data: SessionData,
     effects: Mapping[str, Effect],
     settings: Settings = DEFAULT,
-    tell: Tell = lambda _message, _share: None,
+    tell: Progress = lambda _message, _share: None,
 ) -> Diagnosis:
     """Diagnoses a session.
 
@@ -106,11 +104,12 @@ def diagnose(
     said = _named(weighed, refitting, settings, len(effects))
     best, swims = said.best, HeldOut(weighed.linear, data.of_role(fitted=False), settings.seed)
     tell("held-out swims", 0.85)
-    gap = swims.gap(best, None if best is None else _placebo(weighed, said, refitting))
+    named = set(said.verdict.effects)
+    placebo = None if best is None else placebo_for(weighed.hypotheses, said.probabilities, named)
+    gap = swims.gap(best, None if placebo is None else refitting([placebo]))
     tell("what to do next", 0.9)
     return Diagnosis(
         linear=weighed.linear,
-        signatures=weighed.signatures,
         elsewhere=weighed.elsewhere,
         aperiodic=weighed.aperiodic,
         hypotheses=weighed.hypotheses,
@@ -145,7 +144,7 @@ class _Weighed(NamedTuple):
         return likely_of(self.elsewhere, self.probabilities.at_place)
 
 
-def _weighed(data: SessionData, effects: Mapping[str, Effect], priors: Priors, tell: Tell) -> _Weighed:
+def _weighed(data: SessionData, effects: Mapping[str, Effect], priors: Priors, tell: Progress) -> _Weighed:
     tell("the plain twin", 0.0)
     linear = data.linear
     signatures = []
@@ -187,12 +186,6 @@ def _named(weighed: _Weighed, refitting: Refitting, settings: Settings, effects:
         return Validated(Verdict("unexplained", ()), probabilities, None)
     said = Validated(verdict, probabilities, best)
     return validated(said, weighed.linear, weighed.hypotheses, refitting, settings.seed)
-
-
-def _placebo(weighed: _Weighed, said: Validated, refitting: Refitting) -> Refit | None:
-    """The twin with an effect in the place of the named ones that the evidence speaks against."""
-    name = placebo_for(weighed.hypotheses, said.probabilities, set(said.verdict.effects))
-    return None if name is None else refitting([name])
 
 
 def _everything(

@@ -40,12 +40,7 @@ class LinearResponse:
     before_refit: float
 
     def nearest(self, target: np.ndarray, columns: np.ndarray | None = None) -> np.ndarray:
-        """(p,) strengths within bounds, in standard deviations, that come nearest to a whitened residual (q,).
-
-        Args:
-            target: the residual.
-            columns: (q, p) of this response in the coordinates of the target; default: its own.
-        """
+        """(p,) strengths within bounds, in sd, nearest to a residual (q,), by columns (q, p) or its own."""
         return np.asarray(lsq_linear(self.columns if columns is None else columns, target, tuple(self.bounds)).x)
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from diagnosis.affected_swims import forecast_scores
-from diagnosis.diagnosis import Settings, Tell
+from diagnosis.diagnosis import Settings
 from diagnosis.evidence import Hypotheses
 from diagnosis.held_out import HeldOut, errors_of
 from diagnosis.probabilities import explained
@@ -20,6 +20,7 @@ from diagnosis.refit import Refit, refit, refitted
 from diagnosis.result import GapSize
 from diagnosis.session_data import SessionData
 from diagnosis.verdict import log_evidence
+from fitting.model.mode import Progress
 from fitting.signatures import Signature, signature_of
 from session import NotEnoughData
 from swimmer.effects import Effect
@@ -50,7 +51,7 @@ def weigh_effects(
     data: SessionData,
     effects: Sequence[Effect],
     settings: Settings | None = None,
-    tell: Tell = lambda _message, _share: None,
+    tell: Progress = lambda _message, _share: None,
 ) -> EffectTest:
     """Refits the twin with effects.
 

@@ -50,16 +50,11 @@ _DECAY = "Film a free decay: the head clamped in air, tendons off, the tail bent
 
 
 class _Pair(NamedTuple):
-    """Two effects that a session confuses.
-
-    Attributes:
-        strengths: (p,) of each, as the session has them.
-        log_odds: of the one against the other where one of the two is there.
-    """
+    """Two effects that a session confuses."""
 
     effects: tuple[Effect, Effect]
-    strengths: tuple[np.ndarray, np.ndarray]
-    log_odds: float
+    strengths: tuple[np.ndarray, np.ndarray]  # (p,) of each, as the session has them
+    log_odds: float  # of the one against the other where one of the two is there
 
     def experiment(self, describe: str, distance: float, trial: ProposedTrial | None) -> Experiment:
         """One that adds a distance."""

@@ -90,13 +90,7 @@ class GeneralisedForces(Effect):
 
 
 class ForceResponses(NamedTuple):
-    """What missing forces do to the rows of each trial.
-
-    Attributes:
-        joints: names of the three of the head and of the hinges.
-        columns: (k, t, j, 7) of the row, for one standard force on a joint in one trial alone.
-        unit: (j,) that standard force, N or N m.
-    """
+    """Columns (k, t, j, 7) of the row, for one standard force (j,), N or N m, on a joint in one trial alone."""
 
     joints: tuple[str, ...]
     columns: np.ndarray

@@ -42,12 +42,7 @@ Subset = frozenset[str]
 
 
 class RidgeFit(NamedTuple):
-    """The refitted twin with all effects.
-
-    Attributes:
-        share: of the width of their priors that those have which are not named; the likeliest.
-        gained: by the fitted swims, log evidence against that with the named effects alone, whatever the share.
-    """
+    """The refitted twin with all effects, the likeliest share of priors' widths, and log evidence gained over names."""
 
     share: float
     gained: float
@@ -99,13 +94,7 @@ def likeliest_share(linear: LinearModel, signatures: Sequence[Signature], named:
 
 
 class _Ridge(NamedTuple):
-    """What is left beside columns (k, p) of unit strength, where its covariance is known.
-
-    Attributes:
-        gram, along: (p, p) and (p,) of the columns with each other and with what is left, whitened.
-        squares: of what is left.
-        volume: logarithm of what noise fills.
-    """
+    """Columns (k, p) beside a known covariance: (p, p) and (p,) products, whitened; squares left; ln volume."""
 
     gram: np.ndarray
     along: np.ndarray

@@ -1,6 +1,6 @@
 """The first identification from end to end: measured swims in, a calibrated twin with its scores out."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -9,6 +9,7 @@ from fitting.body_wave import Sway, sways
 from fitting.coefficient_fit import CoefficientFit, fit_coefficients
 from fitting.ebt import FORMS, EbtFit, fit_every_form, model_speeds
 from fitting.forecast import Scores, fit_phase, forecast, score
+from fitting.model.mode import Progress
 from fitting.model.session_forecast import TWIN, Forecast, SessionForecast, forecast_session
 from fitting.published_search import PublishedFit, Swims, published_search
 from fitting.speed import speed_line, speed_power_law
@@ -20,8 +21,6 @@ from session import Flag, NotEnoughData
 from session.errors import SimulationDiverged
 from swimmer import FluidCoefficients, RobotSpec, Twin
 from tracking import HeadFrame
-
-Progress = Callable[[str, float | None], None]
 
 
 @dataclass(frozen=True, eq=False)

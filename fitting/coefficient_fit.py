@@ -1,7 +1,7 @@
 """The recommended coefficients of a session, the mode of the hierarchical model, with flags."""
 
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -10,7 +10,7 @@ from threadpoolctl import threadpool_limits
 
 from fitting.model import Mode, SessionModel, find_mode
 from fitting.model.forecast import NORMAL_90
-from fitting.model.mode import SearchEnd
+from fitting.model.mode import Progress, SearchEnd
 from fitting.model.roll import Roll
 from fitting.structure import ParameterUncertainty
 from fitting.trial import MeasuredTrial
@@ -88,7 +88,7 @@ def fit_coefficients(
     doubts: Sequence[ParameterUncertainty],
     starts: int = 3,
     seed: int = 0,
-    progress: Callable[[str, float | None], None] = lambda _message, _share: None,
+    progress: Progress = lambda _message, _share: None,
 ) -> tuple[CoefficientFit, Mode]:
     """Finds the posterior mode of the coefficients of fit trials, from so many starts; in which order does not matter.
 

@@ -24,12 +24,7 @@ DRAG_BOUNDS = (0.0, 10.0)
 
 
 class TailMotion(NamedTuple):
-    """Mean squares of the tail tip's motion over whole beats.
-
-    Attributes:
-        lateral_speed_sq: <h_t^2>, of the lateral speed, m^2/s^2.
-        slope_sq: <h_x^2>, of the slope against the swimming direction.
-    """
+    """Mean squares over whole beats at the tail tip: <h_t^2> of its lateral speed, m^2/s^2, <h_x^2> of its slope."""
 
     lateral_speed_sq: np.ndarray
     slope_sq: np.ndarray

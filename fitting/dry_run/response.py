@@ -34,12 +34,7 @@ _TENDON_ANGLES = 60  # of a turn, at which the tendons are looked at
 
 
 class Turn(NamedTuple):
-    """One turn of the crank.
-
-    Attributes:
-        marker_m: (angles, m) x + i y in the robot frame, m, evenly spaced in time from where the crank is at 0.
-        lead_rad: (angles,) by how much the crank is ahead of an even turn.
-    """
+    """One turn: (angles, m) markers x + i y, robot frame, m, evenly in time from angle 0; (angles,) crank ahead."""
 
     marker_m: np.ndarray
     lead_rad: np.ndarray
@@ -198,13 +193,7 @@ def _periodic(table: np.ndarray) -> CubicSpline:
 
 
 class TendonUse(NamedTuple):
-    """Both tendons over one settled turn.
-
-    Attributes:
-        stretch: longest length over that at rest, less 1.
-        shortening: 1 less the shortest length over that at rest.
-        slack_share: of turn and tendons in which a string would be slack; the twin's springs push there.
-    """
+    """Both tendons over one settled turn: by what share they stretch and shorten, and for what share are slack."""
 
     stretch: float
     shortening: float

@@ -30,13 +30,7 @@ _DRAWS = 200  # of tracks, for their bands
 
 @dataclass(frozen=True, eq=False)
 class FeatureForecast:
-    """Normal, of the features of a window.
-
-    Attributes:
-        window: beside the twin.
-        mean: (k,).
-        covariance: (k, k).
-    """
+    """Normal, of the features of a window beside the twin: (k,) mean and (k, k) covariance."""
 
     window: TrialModel
     mean: np.ndarray
@@ -98,12 +92,7 @@ def tracks_of(features: np.ndarray, window: TrialModel) -> np.ndarray:
 
 @dataclass(frozen=True, eq=False)
 class Windows:
-    """Two windows of a held-out trial, both at the frequency of its first beats.
-
-    Attributes:
-        early: its known part; None where that is too short.
-        late: its kept frames.
-    """
+    """A held-out trial at the frequency of its first beats: its known part, None where too short, and kept frames."""
 
     early: TrialModel | None
     late: TrialModel
@@ -118,12 +107,7 @@ class Windows:
 
 
 class Scatter(NamedTuple):
-    """By how much two windows of one trial differ: a fish does not beat as evenly as its model.
-
-    Attributes:
-        noise: mean squared difference of features against what tracking noise makes of them, at least 1.
-        speed: relative standard deviation of the speed of a window about that of its trial.
-    """
+    """How windows of a trial differ: squares against tracking noise, at least 1; relative sd of a window's speed."""
 
     noise: float = 1.0
     speed: float = 0.03

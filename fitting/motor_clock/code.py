@@ -71,13 +71,7 @@ def tail_motion(tracks: xr.Dataset, camera: CameraSpec, robot: RobotSpec) -> Tai
 
 
 class Found(NamedTuple):
-    """The offset at which the codes fit best.
-
-    Attributes:
-        offset_s: motor clock minus video clock, to a frame.
-        gain: how well they fit: minus the sum of log(1 - explained share) over the codes in the video.
-        next_gain: of the best other offset.
-    """
+    """Where codes fit best: motor clock minus video clock, s; minus the sum of ln(1 - explained), and the next best."""
 
     offset_s: float
     gain: float

@@ -25,13 +25,7 @@ ERRORS = {0: "input voltage", 2: "overheating", 3: "encoder", 4: "electrical sho
 
 
 def log_flags(log: MotorLog, drive_s: tuple[float, float], measured_hz: float, commanded_hz: float) -> Iterator[Flag]:
-    """Doubts about a log.
-
-    Args:
-        log: as read.
-        drive_s: the steady stretch, on the motor's clock, s.
-        measured_hz, commanded_hz: turns a second over it; nan where not known.
-    """
+    """Doubts about a log with its steady drive on the motor's clock; turns a second are nan where not known."""
     yield from log.flags
     if bits := int(np.bitwise_or.reduce(np.nan_to_num(log.error).astype(int))):
         named = [ERRORS.get(bit, f"bit {bit}") for bit in range(bits.bit_length()) if bits >> bit & 1]
@@ -136,12 +130,7 @@ class MotorRecord:
         return hz
 
     def against(self, beat: SwimFrequency, time_s: np.ndarray) -> MotorRecord:
-        """The same, no longer usable where the tail beats otherwise than the crank turns: it is another trial's log.
-
-        Args:
-            beat: of the tail.
-            time_s: (n,) of the frames that show it, on the clock of the video.
-        """
+        """The same, no longer usable where the tail, in frames (n,), beats otherwise than the crank: another log."""
         if not self.usable:
             return self
         hz = self.turn.mean_hz(float(time_s[0]), float(time_s[-1]))

@@ -4,7 +4,7 @@ A misfit in no particular direction is judged by all numbers at once, among whic
 coefficients by much. So each effect is also tested alone, by a score test at the mode (Rao 1948).
 """
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from typing import NamedTuple
 
 import numpy as np
@@ -12,6 +12,7 @@ from scipy.stats import norm
 
 from fitting.coefficient_fit import NAMES
 from fitting.model import Mode
+from fitting.model.mode import Progress
 from fitting.signatures.affected_session import with_picture
 from fitting.signatures.session_row import PRIOR_SD, Whitened
 from fitting.signatures.signature import Signature, signature_of
@@ -136,7 +137,7 @@ def score_tests(
     mode: Mode,
     camera: CameraSpec,
     effects: Iterable[Effect],
-    tell: Callable[[str, float | None], None] = lambda _message, _share: None,
+    tell: Progress = lambda _message, _share: None,
 ) -> EffectsLeftOut:
     """What each parameter of each effect says, linear about the mode.
 

@@ -37,11 +37,7 @@ _LEAD_RAD, _ASIDE_RAD, _SLOW_RAD_S = 0.8, 0.05, 1.6  # of the slow turn that bri
 
 @dataclass(frozen=True, eq=False)
 class AffectedRuns(Runs):
-    """Simulations with effects.
-
-    Attributes:
-        values: (n, p) parameters of all effects, one after the other.
-    """
+    """Simulations with effects: values (n, p) are the parameters of all effects, one after the other."""
 
     values: np.ndarray = field(kw_only=True)
 

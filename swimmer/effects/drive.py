@@ -171,11 +171,7 @@ class MotorSpeedRipple(DriveEffect):
 
 @dataclass(frozen=True)
 class LatePace:
-    """At rest for three quarters of the delay, up to full speed over half of it, from then on late by all of it.
-
-    Attributes:
-        delay_s: more than 0.
-    """
+    """At rest for three quarters of a delay above 0, up to full speed over half of it, from then on late by it."""
 
     delay_s: float
 

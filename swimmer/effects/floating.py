@@ -81,13 +81,7 @@ NATURAL_ROLL_HZ = 0.6
 
 @dataclass(frozen=True, eq=False)
 class RollingHull:
-    """How the markers of a robot swing when all of it rolls about a long axis through the middle of its plates.
-
-    Attributes:
-        behind_neck_m: from the neck's marker back to the head's centre of mass.
-        height_m: (m,) of the markers over the axis.
-        neck: number of the neck's marker.
-    """
+    """A hull that rolls about a long axis: from neck to centre of mass, m; (m,) heights of markers, m; the neck."""
 
     behind_neck_m: float
     height_m: np.ndarray
