@@ -279,8 +279,8 @@ class HeldOut:
 def errors_of(before: Sequence[ForecastScore], after: Sequence[ForecastScore], **more: object) -> GapSize:
     """Means over the same swims without and with effects."""
     return GapSize(
-        baseline_mm=_mean_mm([each.marker_error_m for each in before]),
-        with_effects_mm=_mean_mm([each.marker_error_m for each in after]),
+        baseline_mm=_PER_M * float(np.nanmean([each.marker_error_m for each in before])),
+        with_effects_mm=_PER_M * float(np.nanmean([each.marker_error_m for each in after])),
         speed_mae_before=_mae([each.speed_twin for each in before], [each.speed_measured for each in before]),
         speed_mae_after=_mae([each.speed_twin for each in after], [each.speed_measured for each in after]),
         evaluated_on=tuple(each.name for each in before),
@@ -302,10 +302,6 @@ def _swim(
         frequency_before_hz=float(before_hz),
         frequency_after_hz=float(after_hz),
     )
-
-
-def _mean_mm(metres: Sequence[float]) -> float:
-    return _PER_M * float(np.nanmean(metres))
 
 
 def _mae(forecast: Sequence[float] | np.ndarray, measured: Sequence[float] | np.ndarray) -> float:
