@@ -14,7 +14,7 @@ from packaging.requirements import Requirement
 
 from calib.options import Options
 from calib.pipeline import Pipeline, open_session
-from fitting.from_rest import speed_from_rest
+from fitting.forecast import speed_from_rest
 from session import Session, SwimcalError
 from session.results import program_version
 from swimmer import PUBLISHED_COEFFICIENTS, Twin, load_robot

@@ -7,29 +7,21 @@ from typing import NamedTuple
 import numpy as np
 
 from diagnosis.linear_model import LinearModel
-from fitting.forecast import fit_phase, forecast
+from fitting.forecast import fit_phase, forecast, score
 from fitting.in_pool import head_frame
 from fitting.model.session_model import START_PHASE_RAD
 from fitting.model.trial_model import TrialModel
-from fitting.scoring import score
-from fitting.signatures.view_of import view_of
+from fitting.signatures.affected_session import view_of
 from fitting.speed import forward_speed
 from fitting.trial import MeasuredTrial
 from swimmer import FluidCoefficients, Runs, Trajectories
 from swimmer.effects import AffectedRuns, AffectedTwin, Effect, View
-from tracking import HeadFrame
 
 _DRAWS = 8
 
 
 class ForecastScore(NamedTuple):
-    """One trial beside a twin that runs ahead alone.
-
-    Attributes:
-        name: of the trial.
-        marker_error_m: as the public contract defines it.
-        speed_measured, speed_twin: forward, m/s.
-    """
+    """One trial beside a twin that runs ahead alone: the public contract's marker error, m, and forward speeds, m/s."""
 
     name: str
     marker_error_m: float
@@ -53,37 +45,24 @@ class SettledTwin(AffectedTwin):
     def simulate(self, runs: Runs, time_s: np.ndarray, *, allow_divergence: bool = False) -> Trajectories:
         """As tracks would show it: with the effects, and scaled by nose and neck."""
         values = np.tile(self.in_trial(self._view, self._settled), (len(runs), 1))
-        own = AffectedRuns(
-            runs.coefficients, runs.frequency_hz, runs.phase_rad, runs.velocity, runs.fields, runs.turns, values=values
-        )
+        own = AffectedRuns(**vars(runs), values=values)
         simulated = super().simulate(own, time_s, allow_divergence=allow_divergence)
-        seen = self.observed(own, simulated, [self._view] * len(runs))
-        nose, neck = (self.markers.index(name) for name in ("nose", "neck"))
-        span = np.median(np.linalg.norm(seen[:, :, nose] - seen[:, :, neck], axis=-1), axis=1)
-        return replace(simulated, marker_m=(self.robot.scale_length_m / span)[:, None, None, None] * seen)
+        return replace(simulated, marker_m=self.tracked(own, simulated, self._view))
 
 
 def forecast_scores(
     linear: LinearModel, trials: Sequence[MeasuredTrial], effects: Sequence[Effect], at: np.ndarray, values: np.ndarray
 ) -> list[ForecastScore]:
     """Swims beside a twin at coefficients (5,) with effects at values (p,); frequency and phase are the trial's own."""
-    found = []
+    found, coefficients = [], FluidCoefficients(*map(float, at))
     for trial in trials:
-        head = _ahead(linear, trial, effects, at, values)
+        plain = TrialModel(linear.twin, trial, START_PHASE_RAD).positions(linear.at[None])[0]
+        view = view_of(trial, plain, linear.camera)
+        twin = SettledTwin(AffectedTwin(linear.twin, effects), values, view) if effects else linear.twin
+        head = forecast(twin, trial, coefficients, fit_phase(twin, trial, coefficients))
         speed = float(forward_speed(trial.time_s, head.forward_m, trial.kept, trial.frequency.hz))
         found.append(ForecastScore(trial.name, score(trial, head).marker_error_m, trial.speed, speed))
     return found
-
-
-def _ahead(
-    linear: LinearModel, trial: MeasuredTrial, effects: Sequence[Effect], at: np.ndarray, values: np.ndarray
-) -> HeadFrame:
-    """Alone from the trial's first beats."""
-    plain = TrialModel(linear.twin, trial, START_PHASE_RAD).positions(linear.at[None])[0]
-    view = view_of(trial, plain, linear.camera)
-    twin = SettledTwin(AffectedTwin(linear.twin, effects), values, view) if effects else linear.twin
-    coefficients = FluidCoefficients(*map(float, at))
-    return forecast(twin, trial, coefficients, fit_phase(twin, trial, coefficients))
 
 
 def noise_floor_m(linear: LinearModel, number: int, seed: int = 0) -> float:
@@ -93,15 +72,7 @@ def noise_floor_m(linear: LinearModel, number: int, seed: int = 0) -> float:
     """
     model, random = linear.model.trials[number], np.random.default_rng([seed, 17, number])
     trial, found = model.trial, []
-    clean_m = linear.twin.simulate(
-        Runs(
-            linear.at[None],
-            np.array([trial.frequency.hz]),
-            np.array([model.phase_rad]),
-            trial.start_velocity[None],
-        ),
-        trial.time_s,
-    ).marker_m[0]
+    clean_m = linear.twin.simulate(model.runs(linear.at[None]), trial.time_s).marker_m[0]
     for _ in range(_DRAWS):
         noisy_m = clean_m + model.noise.drawn(trial.time_s, random)
         frames = [head_frame(trial.markers, each) for each in (clean_m, noisy_m)]

@@ -65,9 +65,6 @@ NEAR = 0.3
 """Of the logarithm of two swims' frequencies, over which what is left of them is alike."""
 
 # A gap of no particular cause, for one metre of displacement
-ALONG_M, OF_ITS_OWN, OF_HARMONIC = 0.12, 0.2, 0.5
-"""Over which displacements along the body are alike; share of the variance that each marker has to itself; of each
-harmonic against the one before. As of the discrepancy in `fitting.model.discrepancy`."""
 SPEED_PER_M, COURSE_PER_M, SLIDE_PER_M = 1.0, (1.0, 6.0), 0.1
 """Forward, m/s; sideways, m/s, and turning, rad/s; a marker along the fish, m/s, as if that came in 10 s."""
 HERTZ_PER_M, RING_PER_M = 2.0, 10.0

@@ -8,31 +8,24 @@ import numpy as np
 from scipy.stats import chi2
 from threadpoolctl import threadpool_limits
 
-from diagnosis.attribution import Attribution, attribute
-from diagnosis.backward_elimination import backward_elimination
 from diagnosis.constants import MOST_LEFT
-from diagnosis.controls import placebo_for
-from diagnosis.cross_validation import Validated, validated
 from diagnosis.evidence import Hypotheses, Priors
 from diagnosis.experiments import next_experiments
-from diagnosis.explaining import explained
-from diagnosis.from_forms import refitted
-from diagnosis.generalised_forces import ForceResponses, responses
-from diagnosis.held_out import Gap, HeldOut
+from diagnosis.held_out import HeldOut, placebo_for
 from diagnosis.linear_model import LinearModel
-from diagnosis.local_discrepancies import LocalDiscrepancy, likely_of, local_discrepancies
+from diagnosis.local_discrepancies import ForceResponses, LocalDiscrepancy, likely_of, local_discrepancies, responses
 from diagnosis.non_periodic import NonPeriodic, non_periodic
-from diagnosis.probabilities import Probabilities
-from diagnosis.refit import Refit
-from diagnosis.result import Experiment, Remainder
-from diagnosis.ridge import RidgeFit, ridge_fit
+from diagnosis.probabilities import Probabilities, explained
+from diagnosis.refit import Refit, refitted
+from diagnosis.result import Experiment, GapSize, Remainder
+from diagnosis.ridge import Attribution, RidgeFit, attribute, ridge_fit
 from diagnosis.session_data import SessionData
-from diagnosis.verdict import Verdict, verdict_of
+from diagnosis.verdict import Validated, Verdict, backward_elimination, validated, verdict_of
 from diagnosis.where import VarianceDecomposition, decompose
+from fitting.model.mode import Progress
 from fitting.signatures import Signature, signature_of
 from swimmer.effects import Effect
 
-Tell = Callable[[str, float | None], None]
 Refitting = Callable[[Sequence[str]], Refit]
 _ROUNDS = {"quick": 2, "full": 5}
 _ROUNDS_OF_ALL = 3  # with all effects: in later ones the misfit goes up and down by as much as it still falls
@@ -42,13 +35,7 @@ ALL_AT_ONCE = ("full",)
 
 @dataclass(frozen=True)
 class Settings:
-    """How a session is diagnosed.
-
-    Attributes:
-        effort: "quick" or "full".
-        priors: before the session.
-        seed: of what is drawn.
-    """
+    """How a session is diagnosed."""
 
     effort: Literal["quick", "full"] = "full"
     priors: Priors = field(default_factory=Priors)
@@ -64,16 +51,13 @@ class Diagnosis:
 
     Attributes:
         linear: the fitted swims beside the nearest plain twin.
-        signatures: what every effect would do.
         elsewhere: where something that is in no catalogue was looked for.
-        beside: what shows beside the beat, in the fitted swims.
+        aperiodic: what shows beside the beat, in the fitted swims.
         hypotheses: with their evidence.
-        probabilities: after the session.
-        verdict: what is said.
         where: shares of the gap.
         refit: the twin with the likeliest of the named effects; None where none is named.
         remainder: what it leaves; None where none is named.
-        gap: on held-out swims; None without any that the twins can follow.
+        gap: on held-out swims that the twins can follow.
         validation: of the names, on fitted trials left out in turn; names that these spoke against are not said.
         everything: the twin with all effects at once, its held-out gap, and to what it owes that; None where there is
             no gap, or the swims call for no more than is named, or with the effort "quick".
@@ -82,7 +66,6 @@ class Diagnosis:
     """
 
     linear: LinearModel
-    signatures: tuple[Signature, ...]
     elsewhere: tuple[LocalDiscrepancy, ...]
     aperiodic: NonPeriodic
     hypotheses: Hypotheses
@@ -91,9 +74,9 @@ class Diagnosis:
     where: VarianceDecomposition
     refit: Refit | None
     remainder: Remainder | None
-    gap: Gap | None
+    gap: GapSize
     validation: Validated
-    everything: tuple[RidgeFit, Gap | None, Attribution | None] | None
+    everything: tuple[RidgeFit, GapSize, Attribution | None] | None
     experiments: tuple[Experiment, ...]
     decays_left_out: Mapping[str, str]
 
@@ -103,15 +86,9 @@ def diagnose(
     data: SessionData,
     effects: Mapping[str, Effect],
     settings: Settings = DEFAULT,
-    tell: Tell = lambda _message, _share: None,
+    tell: Progress = lambda _message, _share: None,
 ) -> Diagnosis:
     """Diagnoses a session.
-
-    Args:
-        data: the trials.
-        effects: the catalogue.
-        settings: how much work, what is believed before, seed.
-        tell: of the progress.
 
     Raises:
         SimulationDiverged: the plain twin.
@@ -127,11 +104,12 @@ def diagnose(
     said = _named(weighed, refitting, settings, len(effects))
     best, swims = said.best, HeldOut(weighed.linear, data.of_role(fitted=False), settings.seed)
     tell("held-out swims", 0.85)
-    gap = swims.gap(best, None if best is None else _placebo(weighed, said, refitting))
+    named = set(said.verdict.effects)
+    placebo = None if best is None else placebo_for(weighed.hypotheses, said.probabilities, named)
+    gap = swims.gap(best, None if placebo is None else refitting([placebo]))
     tell("what to do next", 0.9)
     return Diagnosis(
         linear=weighed.linear,
-        signatures=weighed.signatures,
         elsewhere=weighed.elsewhere,
         aperiodic=weighed.aperiodic,
         hypotheses=weighed.hypotheses,
@@ -151,8 +129,6 @@ def diagnose(
 
 
 class _Weighed(NamedTuple):
-    """What the fitted swims say of every explanation."""
-
     linear: LinearModel
     signatures: tuple[Signature, ...]
     forces: ForceResponses
@@ -168,7 +144,7 @@ class _Weighed(NamedTuple):
         return likely_of(self.elsewhere, self.probabilities.at_place)
 
 
-def _weighed(data: SessionData, effects: Mapping[str, Effect], priors: Priors, tell: Tell) -> _Weighed:
+def _weighed(data: SessionData, effects: Mapping[str, Effect], priors: Priors, tell: Progress) -> _Weighed:
     tell("the plain twin", 0.0)
     linear = data.linear
     signatures = []
@@ -194,14 +170,7 @@ def _weighed(data: SessionData, effects: Mapping[str, Effect], priors: Priors, t
 
 
 def _named(weighed: _Weighed, refitting: Refitting, settings: Settings, effects: int) -> Validated:
-    """What is said, of the fitted trials alone.
-
-    Args:
-        weighed: the hypotheses.
-        refitting: a twin with effects of these names.
-        settings: of the diagnosis.
-        effects: how many the catalogue has.
-    """
+    """What is said, of the fitted trials alone."""
     probabilities, verdict = weighed.probabilities, verdict_of(weighed.probabilities)
     if not verdict.first:
         return Validated(verdict, probabilities, None)
@@ -219,15 +188,9 @@ def _named(weighed: _Weighed, refitting: Refitting, settings: Settings, effects:
     return validated(said, weighed.linear, weighed.hypotheses, refitting, settings.seed)
 
 
-def _placebo(weighed: _Weighed, said: Validated, refitting: Refitting) -> Refit | None:
-    """The twin with an effect in the place of the named ones that the evidence speaks against."""
-    name = placebo_for(weighed.hypotheses, said.probabilities, set(said.verdict.effects))
-    return None if name is None else refitting([name])
-
-
 def _everything(
     weighed: _Weighed, effects: Mapping[str, Effect], said: Validated, swims: HeldOut, effort: str
-) -> tuple[RidgeFit, Gap | None, Attribution | None] | None:
+) -> tuple[RidgeFit, GapSize, Attribution | None] | None:
     """The twin with all effects, and what it leaves of held-out swims, just as it was fitted; None if not asked."""
     if effort not in ALL_AT_ONCE or said.verdict.name == "no_gap":
         return None
@@ -236,7 +199,8 @@ def _everything(
     if every is None:
         return None
     gap = swims.gap(every.refit, as_fitted=True)
-    return every, gap, None if gap is None else attribute(weighed.linear, swims.held_out, every.refit, swims.seed)
+    asked = attribute(weighed.linear, swims.held_out, every.refit, swims.seed) if gap.evaluated_on else None
+    return every, gap, asked
 
 
 def _remainder(weighed: _Weighed, best: Refit) -> Remainder:
@@ -247,6 +211,6 @@ def _remainder(weighed: _Weighed, best: Refit) -> Remainder:
     plain, residual = (linear.space.projected(row) for row in (linear.residual, best.residual))
     freedom = max(len(linear.residual) - 5 - len(best.values), 1)
     excess, before = residual @ residual - freedom, plain @ plain - len(linear.residual) + 5
-    stages = {stage: share for stage, share in where.by_stage.items() if stage != "floor"}
+    stages = {stage: share for stage, share in where.shares.by_stage.items() if stage != "floor"}
     share = float(np.clip(excess / before, 0.0, 1.0)) if before > 0 else 0.0
     return Remainder(share, max(stages, key=lambda stage: stages[stage]), float(chi2.sf(residual @ residual, freedom)))

@@ -4,12 +4,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from diagnosis.affected_swims import ForecastScore
-from diagnosis.attribution import Attribution
 from diagnosis.constants import FEWEST_TRIALS
 from diagnosis.diagnosis import Diagnosis
 from diagnosis.effect_test import EffectTest
-from diagnosis.held_out import Gap
 from diagnosis.refit import Refit
 from diagnosis.result import (
     NONE,
@@ -23,36 +20,24 @@ from diagnosis.result import (
     Evidence,
     FittedParameter,
     FreeDecay,
-    GapShares,
     GapSize,
-    HeldOutSwim,
-    MissingForces,
     NonPeriodicResidual,
     Place,
     Strength,
-    WithdrawnEffects,
 )
-from diagnosis.ridge import RidgeFit
+from diagnosis.ridge import Attribution, RidgeFit
 from swimmer import FluidCoefficients
 from swimmer.effects import Parameter
 
 _AT_BOUND = 0.01  # share of what a parameter may be, from a bound
 _LEAST, _LEAST_OF_PLACE = 1e-4, 0.01  # probability that is reported, of an effect and of a place
 _SETS = 12  # of effects that are reported
-_PER_M = 1000.0  # mm
 
 
 def diagnosis_result(found: Diagnosis, withheld: Sequence[str] = (), models: Sequence[str] = ()) -> DiagnosisResult:
-    """The record of a diagnosis.
-
-    Args:
-        found: by `diagnosis.diagnose`.
-        withheld: effects that the catalogue lacked.
-        models: files of the twins with effects.
-    """
-    chances, where, forces, verdict = found.probabilities, found.where, found.where.forces, found.verdict
+    """The record of a diagnosis, with the effects that the catalogue lacked and the files of twins with effects."""
+    chances, verdict = found.probabilities, found.verdict
     present = {n: float(p) for n, p in zip(chances.names, chances.marginal, strict=True) if p >= _LEAST}
-    swims = found.linear.swims  # nothing acts on the head in a dry run
     refits = {"plain": found.linear.at} | ({} if found.refit is None else {"with_effects": found.refit.at})
     return DiagnosisResult(
         verdict=verdict.name,
@@ -60,17 +45,15 @@ def diagnosis_result(found: Diagnosis, withheld: Sequence[str] = (), models: Seq
         effects=verdict.effects,
         probabilities=dict(sorted(present.items(), key=lambda item: -item[1])) | {NONE: min(chances.other, 1.0)},
         remainder=found.remainder,
-        where=GapShares(where.by_stage, where.by_trial, where.by_marker, where.by_axis, where.by_band, where.by_repeat),
-        gap=_gap(found.gap),
+        where=found.where.shares,
+        gap=found.gap,
         effect_parameters={} if found.refit is None else _parameters(found.refit),
         next_experiments=found.experiments,
         no_gap_probability=min(chances.null, 1.0),
         everything=None if found.everything is None else _everything(*found.everything),
         coefficients={name: FluidCoefficients(*map(float, at)) for name, at in refits.items()},
-        stage_alone=where.alone,
-        missing_forces=MissingForces(
-            tuple(forces.joints), tuple(t.name for t in swims), forces.mean[: len(swims)], forces.sd[: len(swims)]
-        ),
+        stage_alone=found.where.alone,
+        missing_forces=found.where.forces,
         free_decays=_decays(found),
         frequencies={t.name: BeatFrequency(t.commanded_hz, float(t.frequency.hz)) for t in found.linear.trials},
         evidence=_evidence(found),
@@ -86,12 +69,12 @@ def effect_test_result(found: EffectTest) -> EffectTestResult:
         log_bayes_factor=found.log_bayes_factor,
         log_bayes_factor_of_each=found.of_each,
         effect_parameters=_parameters(found.refit),
-        fitted=_size(*found.fitted),
-        gap=_gap(found.gap),
+        fitted=found.fitted,
+        gap=found.gap,
     )
 
 
-def _everything(every: RidgeFit, gap: Gap | None, attribution: Attribution | None) -> AllEffects:
+def _everything(every: RidgeFit, gap: GapSize, attribution: Attribution | None) -> AllEffects:
     strengths = sorted(every.strengths.items(), key=lambda item: -abs(item[1]))
     return AllEffects(
         share_of_priors=every.share,
@@ -99,7 +82,7 @@ def _everything(every: RidgeFit, gap: Gap | None, attribution: Attribution | Non
         coefficients=FluidCoefficients(*map(float, every.refit.at)),
         at_bound=tuple((effect, parameter) for effect, parameter in every.at_bound),
         strengths=tuple(Strength(*own, value) for own, value in strengths),
-        gap=_gap(gap),
+        gap=gap,
         attribution=attribution,
     )
 
@@ -110,61 +93,6 @@ def _decays(found: Diagnosis) -> tuple[FreeDecay, ...]:
         off, se = np.expm1(ring.residual), np.exp(ring.residual) * ring.sd
         fits.append(FreeDecay(ring.name, float(off[0]), float(se[0]), float(off[1]), float(se[1])))
     return (*fits, *(FreeDecay(name, not_used=why) for name, why in found.decays_left_out.items()))
-
-
-def _gap(gap: Gap | None) -> GapSize:
-    if gap is None:
-        return GapSize()
-    skill, hertz, measured = gap.shrinkage, gap.hertz.T, [each.speed_measured for each in gap.before]
-    return _size(
-        gap.before,
-        gap.after,
-        noise_floor_mm=_PER_M * gap.noise_floor_m,
-        shrinkage=np.nan if skill.value is None else skill.value,
-        shrinkage_ci95=skill.interval,
-        squares_before=skill.plain,
-        squares_after=skill.with_effects,
-        controls=gap.controls,
-        speed_mae_baselines={name: _mae(speeds, measured) for name, speeds in gap.baselines.items()},
-        frequency_mae_before=_mae(hertz[1], hertz[0]),
-        frequency_mae_after=_mae(hertz[2], hertz[0]),
-        trials={
-            before.name: HeldOutSwim(
-                before_mm=_PER_M * before.marker_error_m,
-                after_mm=_PER_M * after.marker_error_m,
-                speed_measured=before.speed_measured,
-                speed_before=before.speed_twin,
-                speed_after=after.speed_twin,
-                speed_line=line,
-                frequency_measured_hz=float(hz[0]),
-                frequency_before_hz=float(hz[1]),
-                frequency_after_hz=float(hz[2]),
-            )
-            for before, after, line, hz in zip(gap.before, gap.after, gap.baselines["line"], gap.hertz, strict=True)
-        },
-    )
-
-
-def _size(before: Sequence[ForecastScore], after: Sequence[ForecastScore], **more: object) -> GapSize:
-    """Means over the same swims without and with effects."""
-    return GapSize(
-        baseline_mm=_mean_mm([each.marker_error_m for each in before]),
-        with_effects_mm=_mean_mm([each.marker_error_m for each in after]),
-        speed_mae_before=_mae([each.speed_twin for each in before], [each.speed_measured for each in before]),
-        speed_mae_after=_mae([each.speed_twin for each in after], [each.speed_measured for each in after]),
-        evaluated_on=tuple(each.name for each in before),
-        **more,  # type: ignore[arg-type]
-    )
-
-
-def _mean_mm(metres: Sequence[float]) -> float:
-    return _PER_M * float(np.nanmean(metres))
-
-
-def _mae(forecast: Sequence[float] | np.ndarray, measured: Sequence[float] | np.ndarray) -> float:
-    """Mean absolute error of those that are known; nan of none."""
-    errors = np.abs(np.subtract(forecast, measured))
-    return float(errors[np.isfinite(errors)].mean()) if np.isfinite(errors).any() else float("nan")
 
 
 def _parameters(best: Refit) -> EffectParameters:
@@ -208,9 +136,7 @@ def _evidence(found: Diagnosis) -> Evidence:
             for each, chance in likeliest
         ),
         elsewhere=tuple(sorted(places, key=lambda each: -each.probability)),
-        refuted=tuple(
-            WithdrawnEffects((each.effect,), each.shrinkage, each.interval) for each in found.validation.refutations
-        ),
+        refuted=found.validation.refutations,
         cross_validation=_cross_validation(found),
         sway_m=sway,
         delay_s=delay,

@@ -6,7 +6,7 @@ straight a fish goes, and whether its markers stay in place, is not among the nu
 it leaves of that is `COURSE_SD` and `SLIDE_SD_M_S`.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from importlib.resources import as_file, files
 from importlib.resources.abc import Traversable
@@ -19,7 +19,7 @@ from fitting.in_pool import tail_markers
 from fitting.model.features import OF_A_MARKER, SPEED, advanced
 from fitting.model.session_model import SessionModel
 from fitting.signatures import Signature
-from fitting.signatures.slopes import little
+from fitting.signatures.signature import little
 from session import InputError
 from session.create import FISHSIM_MARKERS
 from session.errors import Fault
@@ -74,21 +74,6 @@ class Discrepancy:
             tails = zip(stands["heavy"], stands["heavy_tails"], strict=True) if "heavy" in stands else ()
             heavy = {str(name): (float(times), float(share)) for name, (times, share) in tails}
             return cls(directions, common, by_name, stands["beat"], heavy)
-
-    def save(self, path: Path, seeds: Sequence[int]) -> None:
-        """Writes it with the seeds of the sessions that it was found from."""
-        path.parent.mkdir(parents=True, exist_ok=True)
-        np.savez_compressed(
-            path,
-            directions=self.directions.astype(np.float32),
-            common=self.common.astype(np.float32),
-            effects=np.array([name for name, own in self.strengths.items() for _ in own], dtype=np.str_),
-            strengths=np.array([strength for own in self.strengths.values() for strength in own], dtype=float),
-            beat=self.beat.astype(np.complex64),
-            heavy=np.array(list(self.heavy), dtype=np.str_),
-            heavy_tails=np.reshape(list(self.heavy.values()), (-1, 2)),
-            seeds=np.array(seeds),
-        )
 
     def over(self, model: SessionModel) -> np.ndarray:
         """(k, k) covariance of what is left of the features of a model.

@@ -10,7 +10,7 @@ from scipy.linalg import solve_triangular
 from scipy.optimize import lsq_linear
 
 from fitting.signatures import Signature, Whitened
-from fitting.signatures.slopes import pieces
+from fitting.signatures.signature import pieces
 
 _SAME = 0.1  # relative difference up to which two slopes count as one
 _SILENT = 1e-6  # norm of one standard deviation below which an effect does nothing
@@ -40,12 +40,7 @@ class LinearResponse:
     before_refit: float
 
     def nearest(self, target: np.ndarray, columns: np.ndarray | None = None) -> np.ndarray:
-        """(p,) strengths within bounds, in standard deviations, that come nearest to a whitened residual (q,).
-
-        Args:
-            target: the residual.
-            columns: (q, p) of this response in the coordinates of the target; default: its own.
-        """
+        """(p,) strengths within bounds, in sd, nearest to a residual (q,), by columns (q, p) or its own."""
         return np.asarray(lsq_linear(self.columns if columns is None else columns, target, tuple(self.bounds)).x)
 
 
@@ -54,8 +49,6 @@ class EffectResponse:
     """An effect with all its linear responses.
 
     Attributes:
-        name: of the effect.
-        stage: where it acts.
         ways: alternatives, each with responses that cover all strengths: all parameters together, and, for an effect of
             several parameters, each alone.
     """
@@ -77,12 +70,7 @@ class EffectResponse:
 
 
 def effect_responses(signatures: Sequence[Signature], space: Whitened) -> tuple[EffectResponse, ...]:
-    """Of signatures, in their order; of what diverged or does nothing there is no linear response.
-
-    Args:
-        signatures: of the catalogue.
-        space: that whitens.
-    """
+    """Of signatures, in their order; of what diverged or does nothing there is no linear response."""
     return tuple(EffectResponse(each.effect.name, each.effect.stage, _ways(each, space)) for each in signatures)
 
 

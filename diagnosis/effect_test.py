@@ -11,15 +11,16 @@ from dataclasses import dataclass
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from diagnosis.affected_swims import ForecastScore, forecast_scores
-from diagnosis.backward_elimination import log_evidence
-from diagnosis.diagnosis import Settings, Tell
+from diagnosis.affected_swims import forecast_scores
+from diagnosis.diagnosis import Settings
 from diagnosis.evidence import Hypotheses
-from diagnosis.explaining import explained
-from diagnosis.from_forms import refitted
-from diagnosis.held_out import Gap, HeldOut
-from diagnosis.refit import Refit, refit
+from diagnosis.held_out import HeldOut, errors_of
+from diagnosis.probabilities import explained
+from diagnosis.refit import Refit, refit, refitted
+from diagnosis.result import GapSize
 from diagnosis.session_data import SessionData
+from diagnosis.verdict import log_evidence
+from fitting.model.mode import Progress
 from fitting.signatures import Signature, signature_of
 from session import NotEnoughData
 from swimmer.effects import Effect
@@ -32,18 +33,17 @@ class EffectTest:
     """The twin with the tested effects beside the plain one, both refitted to the same swims.
 
     Attributes:
-        refit: the twin with them.
         log_bayes_factor: natural logarithm of how much more probable the fitted swims are with them.
         of_each: the same of each effect in addition to all others that are tested.
         fitted: the fitted swims beside the plain twin, and beside the one with effects.
-        gap: of the held-out swims; None without any that the twins can follow.
+        gap: of the held-out swims that the twins can follow.
     """
 
     refit: Refit
     log_bayes_factor: float
     of_each: Mapping[str, float]
-    fitted: tuple[tuple[ForecastScore, ...], tuple[ForecastScore, ...]]
-    gap: Gap | None
+    fitted: GapSize
+    gap: GapSize
 
 
 @threadpool_limits.wrap(limits=1, user_api="blas")  # small matrices, for which threads only wait
@@ -51,15 +51,9 @@ def weigh_effects(
     data: SessionData,
     effects: Sequence[Effect],
     settings: Settings | None = None,
-    tell: Tell = lambda _message, _share: None,
+    tell: Progress = lambda _message, _share: None,
 ) -> EffectTest:
     """Refits the twin with effects.
-
-    Args:
-        data: the trials.
-        effects: that are tested, each once.
-        settings: how much work, and the seed.
-        tell: of the progress.
 
     Raises:
         SimulationDiverged: the plain twin.
@@ -83,9 +77,9 @@ def weigh_effects(
         without = refitted(linear, hypotheses, others, rounds) if others else plain
         of_each[effect.name] = evidence - log_evidence(linear, without)
     tell("held-out swims", 0.9)
-    pair = [tuple(forecast_scores(linear, linear.swims, fit.effects, fit.at, fit.values)) for fit in (plain, best)]
+    pair = [forecast_scores(linear, linear.swims, fit.effects, fit.at, fit.values) for fit in (plain, best)]
     gap = HeldOut(linear, data.of_role(fitted=False), settings.seed).gap(best)
-    return EffectTest(best, evidence - log_evidence(linear, plain), of_each, (pair[0], pair[1]), gap)
+    return EffectTest(best, evidence - log_evidence(linear, plain), of_each, errors_of(*pair), gap)
 
 
 def _refuse_idle(signatures: Sequence[Signature], hypotheses: Hypotheses) -> None:

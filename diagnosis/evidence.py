@@ -196,8 +196,6 @@ class Hypotheses:
     Attributes:
         like_any, loose: the residual beside an unknown effect like any of the catalogue, and beside one without
             structure.
-        effects: that may be present.
-        priors: before the session.
         beside: where the whitened residual holds what is no feature: frequencies, and how free decays ring.
         places: where an unknown effect may act: prior weight, and (k, b) what it does in the whitened residual space.
         non_periodic: log Bayes factors of what the tracks show apart from the beat, see `diagnosis.non_periodic`.

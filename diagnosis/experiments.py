@@ -14,6 +14,7 @@ hypotheses).
 
 from collections.abc import Mapping
 from contextlib import suppress
+from functools import partial
 from itertools import combinations
 from typing import NamedTuple
 
@@ -32,35 +33,28 @@ from fitting.free_decay.ring import ring_changes, shows_in_decays
 from fitting.model.noise import FeatureNoise
 from fitting.model.session_model import SessionModel
 from fitting.signatures import signature_of
-from fitting.signatures.view_of import TO_PX, picture_px
-from fitting.trial import MeasuredTrial, measure_trial
-from session import CameraSpec, NotEnoughData, TrialSpec
+from fitting.signatures.affected_session import imagined, picture_px
+from fitting.trial import MeasuredTrial
+from session import NotEnoughData
 from session.errors import SimulationDiverged
-from session.tracks import as_tracks
-from swimmer import Runs, Twin
+from swimmer import Twin
 from swimmer.effects import AffectedTwin, Effect
 
 SPEEDS_HZ = (0.5, 0.8, 1.1, 1.4)
 _DRY_HZ = 1.0
 _NEW_HZ = 0.12  # that a speed must differ by from those that were swum
-_SECONDS, _RUN_IN_BEATS, _START_M_S = 6.0, 4.0, 0.1
+_SECONDS, _START_M_S = 6.0, 0.1
 _TOLD_TO = 0.001  # relative standard deviation of a motor's speed by its log, and of a clock in view
 _LEAST = 1e-9  # probability, and distance, below which there is none
 _DECAY = "Film a free decay: the head clamped in air, tendons off, the tail bent and let go"
 
 
 class _Pair(NamedTuple):
-    """Two effects that a session confuses.
-
-    Attributes:
-        effects: the two.
-        strengths: (p,) of each, as the session has them.
-        log_odds: of the one against the other where one of the two is there.
-    """
+    """Two effects that a session confuses."""
 
     effects: tuple[Effect, Effect]
-    strengths: tuple[np.ndarray, np.ndarray]
-    log_odds: float
+    strengths: tuple[np.ndarray, np.ndarray]  # (p,) of each, as the session has them
+    log_odds: float  # of the one against the other where one of the two is there
 
     def experiment(self, describe: str, distance: float, trial: ProposedTrial | None) -> Experiment:
         """One that adds a distance."""
@@ -119,12 +113,7 @@ def _odds(found: Probabilities, pair: tuple[str, str]) -> float | None:
 
 
 def borne_out(apart: float, log_odds: float) -> float:
-    """Share of what trials should have shown of two effects that they have shown.
-
-    Args:
-        apart: whitened distance by which they should be apart.
-        log_odds: of the one against the other, of either sign.
-    """
+    """Share that log odds of two effects have of those that their whitened distance in the trials lets expect."""
     found, expected = abs(log_odds) + apart, apart**2 / 2
     return 1.0 if found >= expected else found / expected
 
@@ -206,18 +195,10 @@ def _measured(linear: LinearModel, twin: Twin, proposed: ProposedTrial, seed: in
     """The plain twin, settled, seen with noise like that of the session."""
     like, hz = linear.trials[0], proposed.commanded_hz
     assert hz is not None
-    frame_s, run_in_s = float(np.median(np.diff(like.time_s))), _RUN_IN_BEATS / hz
-    time_s = np.arange(0.0, run_in_s + _SECONDS, frame_s)
-    velocity = np.array([[-_START_M_S * hz, 0.0, 0.0]])
-    swim = twin.simulate(Runs(linear.at[None], np.array([hz]), np.zeros(1), velocity), time_s)
-    noise = FeatureNoise.typical([model.noise for model in linear.model.trials], time_s)
-    noise_m = noise.drawn(time_s, np.random.default_rng([seed, 13]))
+    noise, random = FeatureNoise.typical([model.noise for model in linear.model.trials], like.time_s), [seed, 13]
     middle_px = np.array(picture_px(linear.trials, linear.camera)) / 2
-    position_px = (swim.marker_m[0] - swim.marker_m[0].mean(axis=(0, 1)) + noise_m) / like.metres_per_px
-    tracks = as_tracks(like.markers, time_s, position_px * TO_PX + middle_px, np.ones(position_px.shape[:2]))
-    spec = TrialSpec(f"{proposed.kind}_{hz:.2f}", "swim", commanded_hz=hz, role="fit")
-    later = tracks.isel(time=slice(int(np.searchsorted(time_s, run_in_s)), None))
-    return measure_trial(spec, later, CameraSpec(1 / frame_s, twin.robot.scale_length_m), twin.robot, like.warmup_s)
+    drawn = partial(noise.drawn, random=np.random.default_rng(random))
+    return imagined(twin, like, linear.at, hz, _START_M_S * hz, _SECONDS, drawn, middle_px)
 
 
 def error_residual(distance: float, log_odds: float) -> float:

@@ -14,16 +14,14 @@ import numpy as np
 from scipy.linalg import block_diag, solve_triangular
 
 from diagnosis.constants import (
-    ALONG_M,
     COURSE_PER_M,
     HERTZ_PER_M,
-    OF_HARMONIC,
-    OF_ITS_OWN,
     RING_PER_M,
     SLIDE_PER_M,
     SPEED_PER_M,
 )
-from fitting.model.features import COURSE, HARMONICS, OF_A_MARKER, SLIDES, SPEED
+from fitting.model.features import COURSE, OF_A_MARKER, SLIDES, SPEED
+from fitting.model.variance import along_body, harmonic_decay
 
 _SIZES_M, _TRIED = (1e-6, 0.05), 60
 _OF_HERTZ_M = (1e-6, 1.0)
@@ -38,10 +36,7 @@ def generic_covariance(along_m: np.ndarray, trials: int, frequencies: int, rings
         frequencies: how many.
         rings: numbers of free decays.
     """
-    near = np.exp(-0.5 * ((along_m[:, None] - along_m) / ALONG_M) ** 2)
-    between = (1 - OF_ITS_OWN) * near + OF_ITS_OWN * np.eye(len(along_m))
-    decay = OF_HARMONIC ** np.arange(HARMONICS)
-    of_beat = np.diag(np.concatenate([[1.0], np.repeat(decay, 2)]) ** 2)
+    between, of_beat = along_body(along_m), np.diag(np.append(1.0, harmonic_decay()) ** 2)
     assert len(of_beat) == OF_A_MARKER
     markers = np.kron(between, np.kron(np.eye(2), of_beat))  # (14 m, 14 m)
     assert SPEED == 0
@@ -94,12 +89,7 @@ class GaussianProcessDiscrepancy:
 
 
 class _KnownAndGeneric(NamedTuple):
-    """A gap of one metre where what is known has unit size.
-
-    Attributes:
-        root: (k, k) of what is known.
-        values, vectors: (k,) variances of the gap, and (k, k) along what.
-    """
+    """Root (k, k) of what is known; whitened by it, variances (k,) of a gap of one metre, and (k, k) along what."""
 
     root: np.ndarray
     values: np.ndarray

@@ -1,63 +1,182 @@
-"""The gap on held-out trials, before and after effects are added: nothing was fitted to these, and nothing chosen."""
+"""The gap on held-out trials, before and after effects are added: nothing was fitted to these, and nothing chosen.
 
-from collections.abc import Mapping, Sequence
+S = 1 - (L_with - F) / (L_plain - F), with L the mean squared whitened residual and F what noise alone would leave,
+tells how far it shrinks. Its interval is that of the S which the true coefficients and strengths would have on these
+swims without noise. Noise is taken off as a normal draw, whose size is known no better than it shows where nothing is
+wrong: the twin's own error counts as noise here, and is not the same in every session. And coefficients and strengths
+that were fitted are moved as far as they may be off. Whatever moves them makes a held-out gap larger, more often than
+not, and the truth made it smaller: so their draws are reflected about what was found (Davison and Hinkley 1997, section
+5.2).
+
+Beside it stands what it would shrink by anyhow: with an effect that is not there, and with a correction without
+physics. A name under which the gap shrinks no further than under these has not earned it.
+"""
+
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
 from diagnosis.affected_swims import ForecastScore, forecast_scores, noise_floor_m
-from diagnosis.controls import carried_over
-from diagnosis.gap import SkillScore, skill_score
+from diagnosis.constants import AGAINST, CLEAR, FLOOR_SD, LEAST_GAP
+from diagnosis.evidence import Hypotheses
+from diagnosis.generic import generic_size
 from diagnosis.linear_model import LinearModel
+from diagnosis.probabilities import Probabilities
 from diagnosis.refit import Refit, residual_drawn, residual_with
-from diagnosis.result import Controls
-from fitting.speed_line import speed_constant_stride, speed_line, speed_power_law
+from diagnosis.result import Controls, GapSize, HeldOutSwim
+from fitting.model.features import advanced
+from fitting.model.session_model import SessionModel
+from fitting.speed import BASELINES
 from fitting.trial import MeasuredTrial
 
+_NOISE_DRAWS = 4000
+_PER_M = 1000.0  # mm
 _DRAWS = 400  # of coefficients and strengths as they might have been fitted
-BASELINES = {"line": speed_line, "power_law": speed_power_law, "constant_stride": speed_constant_stride}
 
 
-@dataclass(frozen=True, eq=False)
-class Gap:
-    """The held-out gap before and after.
+@dataclass(frozen=True)
+class SkillScore:
+    """Of one held-out gap.
 
     Attributes:
-        shrinkage: in whitened squares.
-        before, after: each held-out swim beside the plain twin and beside the one with effects; both run ahead alone.
-        hertz: (t, 3) of each held-out trial: measured, and forecast from its command without and with effects, Hz; nan
-            without a command.
-        baselines: (t,) speeds by simple rules in frequency through the fitted trials, m/s, by the rule's name.
-        noise_floor_m: mean distance that tracking noise alone would make.
-        controls: what it would shrink by anyhow; None where nothing was added.
+        plain, with_effects: mean squared whitened residual.
+        value: S; None where the plain twin leaves no more than noise, or nothing was added.
+        interval: 95 %, over trials, over their noise and how large it is, and over how far what was fitted may be off;
+            None where S is, or where twins a little off what was fitted diverge. It holds S itself, and nothing above
+            1 but that: what is left may be less than F makes it. Of one trial nothing is known of others.
     """
 
-    shrinkage: SkillScore
-    before: tuple[ForecastScore, ...]
-    after: tuple[ForecastScore, ...]
-    hertz: np.ndarray
-    baselines: Mapping[str, list[float]]
-    noise_floor_m: float
-    controls: Controls | None
+    plain: float
+    with_effects: float
+    value: float | None
+    interval: tuple[float, float] | None
+
+
+def skill_score(
+    before: np.ndarray,
+    after: np.ndarray | None,
+    trial_of: np.ndarray,
+    seed: int = 0,
+    otherwise: tuple[np.ndarray, np.ndarray] | None = None,
+) -> SkillScore:
+    """Of whitened residuals (q,) of some trials beside the plain twin and one with effects.
+
+    Args:
+        before: of the plain twin.
+        after: of the one with effects; None where no effect was added.
+        trial_of: (q,) number of the trial that each is of.
+        seed: of the draws.
+        otherwise: (d, q) each, residuals of draws of the plain twin and of the one with effects, fitted as they might
+            have been; default: that they are known.
+    """
+    count = len(before)
+    plain = float(before @ before / count)
+    if after is None:
+        return SkillScore(plain, plain, None, None)
+    over, under = before @ before - count, after @ after - count
+    with_effects = float(after @ after / count)
+    if over < CLEAR * np.sqrt(2 * count + 4 * max(over, 0.0)):
+        return SkillScore(plain, with_effects, None, None)
+    drawn_over, drawn_under = (
+        excess - noise for excess, noise in zip((over, under), _noise(before, after, seed), strict=True)
+    )
+    value = float(1 - under / over)
+    drawn = 1 - np.maximum(drawn_under, 0.0) / np.maximum(drawn_over, LEAST_GAP * over)
+    if trial_of.max() > 0:
+        drawn += value - _over_trials(before, after, trial_of, seed)
+    if otherwise is not None:
+        values = _values(*otherwise)
+        if not len(values):
+            return SkillScore(plain, with_effects, value, None)
+        drawn = np.add.outer(value - values, drawn).ravel()
+    low, high = np.quantile(np.minimum(drawn, 1.0), [0.025, 0.975])  # without noise nothing shrinks by more than all
+    return SkillScore(plain, with_effects, value, (min(float(low), value), max(float(high), value)))
+
+
+def _over_trials(before: np.ndarray, after: np.ndarray, trial_of: np.ndarray, seed: int) -> np.ndarray:
+    """(d,) S of several trials drawn anew (Bayesian bootstrap; Rubin 1981)."""
+    over, under = (np.bincount(trial_of, row**2 - 1) for row in (before, after))  # (t,)
+    shares = np.random.default_rng([seed, 29]).dirichlet(np.ones(len(over)), _NOISE_DRAWS)
+    return np.asarray(1 - (shares @ under) / np.maximum(shares @ over, LEAST_GAP * over.mean()))
+
+
+def _values(plain: np.ndarray, with_effects: np.ndarray) -> np.ndarray:
+    """(d,) S of draws (d, q); those that diverged are left out, and there may be none."""
+    standing = np.isfinite(plain).all(axis=1) & np.isfinite(with_effects).all(axis=1)
+    over, under = ((rows[standing] ** 2).sum(axis=1) - rows.shape[1] for rows in (plain, with_effects))
+    return np.asarray(1 - under / np.maximum(over, 1e-9))
+
+
+def _noise(before: np.ndarray, after: np.ndarray, seed: int) -> tuple[np.ndarray, np.ndarray]:
+    """(d,) each, what noise adds to the squares of two rows (k,) that hold the same, beyond k.
+
+    For each row twice the noise along what it is without, and the square of the noise.
+    """
+    count, random = len(before), np.random.default_rng([seed, 11])
+    squares = np.maximum([before @ before - count, after @ after - count], 0.0)
+    most = float(np.sqrt(squares.prod()))
+    between = float(np.clip(before @ after - count, -most, most))
+    along = random.multivariate_normal(np.zeros(2), [[squares[0], between], [between, squares[1]]], _NOISE_DRAWS)
+    size = np.exp(FLOOR_SD * random.standard_normal(_NOISE_DRAWS) / 2)
+    own = size**2 * random.chisquare(count, _NOISE_DRAWS) - count
+    return 2 * size * along[:, 0] + own, 2 * size * along[:, 1] + own
+
+
+def placebo_for(hypotheses: Hypotheses, probabilities: Probabilities, named: Collection[str]) -> str | None:
+    """Of the effects that the evidence speaks against, the one that moves the fitted swims most.
+
+    With as many parameters as the named ones have, or as near to that as there is.
+    """
+    count = sum(_parameters(hypotheses, i) for i, name in enumerate(probabilities.names) if name in named)
+    found = []
+    for i, (name, chance) in enumerate(zip(probabilities.names, probabilities.marginal, strict=True)):
+        if hypotheses.best[i] is not None and name not in named and chance <= AGAINST:
+            size = max(each.size for each in hypotheses.effects[i].linear)
+            found.append((abs(_parameters(hypotheses, i) - count), -size, name))
+    return min(found)[-1] if found else None
+
+
+def _parameters(hypotheses: Hypotheses, effect: int) -> int:
+    return max((len(each.parameters) for each in hypotheses.effects[effect].linear), default=0)
+
+
+def carried_over(linear: LinearModel, held_out: LinearModel) -> np.ndarray:
+    """(k,) what is left of other swims once what is left of the fitted ones is carried over to them (kriging).
+
+    As much of it as is no noise: smooth along the body as a gap of no particular cause is, and alike in all swims as
+    their beats go on; and what the twin leaves of swims alike where nothing is wrong. Masked markers tell nothing, and
+    are not corrected.
+    """
+    features = len(linear.model.measured) // len(linear.trials)
+    both = SessionModel((*linear.model.trials[: len(linear.swims)], *held_out.model.trials))
+    scored, asked = linear.scored, held_out.scored
+    others = len(linear.swims) * features + asked
+    covariance, residual = linear.covariance[np.ix_(scored, scored)], linear.residual[scored]
+    of_one = np.linalg.cholesky(linear.generic[:features, :features]).T
+    of_all = np.hstack([advanced(of_one, float(phase)) for phase in both.phase_rad]).T
+    common, of_others = of_all[scored], of_all[others]
+    among = common @ common.T
+    size = generic_size(residual, covariance, among)
+    of_twin = linear.error**2 * linear.discrepancy.over(both)[np.ix_(others, scored)]
+    result = np.array(held_out.residual)
+    result[asked] -= (size**2 * of_others @ common.T + of_twin) @ np.linalg.solve(
+        covariance + size**2 * among, residual
+    )
+    return result
 
 
 @dataclass(frozen=True, eq=False)
 class HeldOut:
-    """Swims that nothing was fitted to, beside the nearest plain twin.
-
-    Attributes:
-        linear: the fitted swims.
-        swims: h of them.
-        seed: of what is drawn.
-    """
+    """Swims that nothing was fitted to, beside the nearest plain twin."""
 
     linear: LinearModel
     swims: tuple[MeasuredTrial, ...]
     seed: int
 
-    def gap(self, best: Refit | None, placebo: Refit | None = None, *, as_fitted: bool = False) -> Gap | None:
-        """Of the swims that no twin diverges on; None where there is none.
+    def gap(self, best: Refit | None, placebo: Refit | None = None, *, as_fitted: bool = False) -> GapSize:
+        """Of the swims that no twin diverges on; nothing is compared where there is none.
 
         Args:
             best: the twin with effects; None where none was added.
@@ -65,7 +184,7 @@ class HeldOut:
             as_fitted: the interval is over noise alone, of these very twins, and not over what else they might be.
         """
         if not self.swims:
-            return None
+            return GapSize()
         linear, held_out, seed = self.linear, self.held_out, self.seed
         twins = [twin for twin in (best, placebo) if twin is not None]
         residual = [held_out.residual, *(residual_with(held_out, twin) for twin in twins)]
@@ -86,10 +205,23 @@ class HeldOut:
                 )
                 otherwise = held_out.whitened_swims(drawn[0]), held_out.whitened_swims(drawn[1])
         skill = skill_score(self._scored, scored, self._trial_of, seed, otherwise)
-        hertz = np.stack(
-            [self._measured_hz, *(self._forecast_hz(row) for row in (residual[0], residual[best is not None]))], 1
+        hertz = [self._measured_hz, *(self._forecast_hz(row) for row in (residual[0], residual[best is not None]))]
+        measured, baselines = [each.speed_measured for each in after], self._baselines
+        swims = zip(self._plain, after, baselines["line"], *hertz, strict=True)
+        return errors_of(
+            self._plain,
+            after,
+            noise_floor_mm=_PER_M * self._noise_floor_m,
+            shrinkage=np.nan if skill.value is None else skill.value,
+            shrinkage_ci95=skill.interval,
+            squares_before=skill.plain,
+            squares_after=skill.with_effects,
+            controls=controls,
+            speed_mae_baselines={name: _mae(speeds, measured) for name, speeds in baselines.items()},
+            frequency_mae_before=_mae(hertz[1], hertz[0]),
+            frequency_mae_after=_mae(hertz[2], hertz[0]),
+            trials={each[0].name: _swim(*each) for each in swims},
         )
-        return Gap(skill, self._plain, after, hertz, self._baselines, self._noise_floor_m, controls)
 
     def _controls(self, placebo: Refit | None, residual: np.ndarray) -> Controls:
         """What the gap would shrink by anyhow, with a placebo that leaves a residual (k,)."""
@@ -124,6 +256,7 @@ class HeldOut:
 
     @property
     def _baselines(self) -> Mapping[str, list[float]]:
+        """(t,) speeds by simple rules in frequency through the fitted trials, m/s, by the rule's name."""
         fitted, asked = self.linear.swims, [trial.start_frequency.hz for trial in self.swims]
         hz, speed = [trial.frequency.hz for trial in fitted], [trial.speed for trial in fitted]
         return {name: baseline(hz, speed, asked) for name, baseline in BASELINES.items()}
@@ -131,7 +264,7 @@ class HeldOut:
     @cached_property
     def held_out(self) -> LinearModel:
         """The swims beside the plain twin."""
-        return self.linear.held_out(self.swims)
+        return self.linear.other_trials(self.swims, self.linear.twin)
 
     @cached_property
     def _plain(self) -> tuple[ForecastScore, ...]:
@@ -141,6 +274,40 @@ class HeldOut:
     def _noise_floor_m(self) -> float:
         each = [noise_floor_m(self.held_out, number, self.seed) for number in range(len(self.swims))]
         return float(np.nanmean(each))
+
+
+def errors_of(before: Sequence[ForecastScore], after: Sequence[ForecastScore], **more: object) -> GapSize:
+    """Means over the same swims without and with effects."""
+    return GapSize(
+        baseline_mm=_PER_M * float(np.nanmean([each.marker_error_m for each in before])),
+        with_effects_mm=_PER_M * float(np.nanmean([each.marker_error_m for each in after])),
+        speed_mae_before=_mae([each.speed_twin for each in before], [each.speed_measured for each in before]),
+        speed_mae_after=_mae([each.speed_twin for each in after], [each.speed_measured for each in after]),
+        evaluated_on=tuple(each.name for each in before),
+        **more,  # type: ignore[arg-type]
+    )
+
+
+def _swim(
+    before: ForecastScore, after: ForecastScore, line: float, measured_hz: float, before_hz: float, after_hz: float
+) -> HeldOutSwim:
+    return HeldOutSwim(
+        before_mm=_PER_M * before.marker_error_m,
+        after_mm=_PER_M * after.marker_error_m,
+        speed_measured=before.speed_measured,
+        speed_before=before.speed_twin,
+        speed_after=after.speed_twin,
+        speed_line=line,
+        frequency_measured_hz=float(measured_hz),
+        frequency_before_hz=float(before_hz),
+        frequency_after_hz=float(after_hz),
+    )
+
+
+def _mae(forecast: Sequence[float] | np.ndarray, measured: Sequence[float] | np.ndarray) -> float:
+    """Mean absolute error of those that are known; nan of none."""
+    errors = np.abs(np.subtract(forecast, measured))
+    return float(errors[np.isfinite(errors)].mean()) if np.isfinite(errors).any() else float("nan")
 
 
 def _stands(residual: Sequence[np.ndarray], trials: int) -> np.ndarray:

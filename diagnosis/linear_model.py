@@ -7,21 +7,20 @@ from functools import cached_property
 import numpy as np
 from scipy.linalg import solve_triangular
 
-from diagnosis.described import perturbed_robots
 from diagnosis.discrepancy import Discrepancy
 from diagnosis.generic import GaussianProcessDiscrepancy, generic_covariance
-from diagnosis.placement import TAKEN, placement_uncertainty
+from diagnosis.tolerances import TAKEN, perturbed_robots, placement_uncertainty
 from fitting.free_decay import Ring
 from fitting.model.features import OF_A_MARKER, places_of_markers, places_of_slides
 from fitting.model.session_model import START_PHASE_RAD, NuisanceModel, PlacementUncertainty, SessionModel
 from fitting.model.trial_model import TrialModel
-from fitting.objective import COEFFICIENT_BOUNDS
 from fitting.signatures import Whitened
 from fitting.signatures.session_row import PRIOR_SD, residual_row, row_covariance, row_slopes
 from fitting.trial import MeasuredTrial
 from session import CameraSpec
 from session.errors import SimulationDiverged
 from swimmer import Twin
+from swimmer.fluid import COEFFICIENT_BOUNDS
 from swimmer.mjcf import DRY
 
 _LEAST_FRAMES = 28  # of a marker, from which its mean, harmonics, drift and noise are known
@@ -66,16 +65,7 @@ class LinearModel:
         dry: Sequence[MeasuredTrial] = (),
         rings: Sequence[Ring] = (),
     ) -> "LinearModel":
-        """Of the swims that the coefficients were fitted to.
-
-        Args:
-            trials: the swims.
-            twin: plain, in water.
-            camera: that filmed them.
-            discrepancy: see above.
-            at: (5,) the recommended coefficients of the session.
-            dry: runs with the head clamped in air, which say nothing of coefficients.
-            rings: free decays, which say nothing of them either.
+        """Of the swims that coefficients were fitted to, and of what was measured in air, which tells nothing of these.
 
         Raises:
             SimulationDiverged: the twin at these coefficients, or next to them.
@@ -115,12 +105,8 @@ class LinearModel:
     def _gap(self) -> GaussianProcessDiscrepancy:
         return GaussianProcessDiscrepancy(self.covariance, self.generic, self.model.frequencies, self.model.of_rings)
 
-    def held_out(self, trials: Sequence[MeasuredTrial]) -> "LinearModel":
-        """Other swims beside the same twin, their boxes as far off as those of the fitted ones."""
-        return self.other_trials(trials, self.twin)
-
     def other_trials(self, trials: Sequence[MeasuredTrial], twin: Twin) -> "LinearModel":
-        """The same of trials beside a twin that may be clamped."""
+        """The same of trials beside a twin that may be clamped, their boxes as far off as those of the fitted ones."""
         model = _beside(twin, trials)
         return replace(self, model=model, disturbances=model.disturbances(self.at), common=None)
 
@@ -166,10 +152,6 @@ class LinearModel:
             places[slides] = seen[: slides.stop - slides.start]
             found.append(places)
         return np.concatenate(found)
-
-    def whitened(self, residual: np.ndarray) -> np.ndarray:
-        """(k,) of unit noise, a residual (k,)."""
-        return np.asarray(solve_triangular(self.space.root, residual, lower=True))
 
     @cached_property
     def scored(self) -> np.ndarray:

@@ -1,16 +1,15 @@
-"""An unknown effect that acts at one place: at a marker, on the head, in a hinge, across the tail.
+"""What is missing, whatever its cause: forces on the head and in every hinge, and an unknown effect at one place.
 
-What is amiss at one place takes few numbers: so it shows where a gap of no particular cause of the same length
-would not. It may be the same in all trials, or another in each.
+What is amiss at one place (at a marker, on the head, in a hinge, across the tail) takes few numbers: so it shows where
+a gap of no particular cause of the same length would not. It may be the same in all trials, or another in each.
 """
 
 from collections.abc import Iterator, Sequence
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 
-from diagnosis.constants import OF_HARMONIC, OF_WATER, PLACED, SLIDE_PER_M
-from diagnosis.generalised_forces import HEAD, ForceResponses, across
+from diagnosis.constants import OF_WATER, PLACED, SLIDE_PER_M
 from diagnosis.linear_model import LinearModel
 from fitting.model.features import (
     HARMONICS,
@@ -19,7 +18,17 @@ from fitting.model.features import (
     advanced,
     places_of_slides,
 )
+from fitting.model.variance import harmonic_decay
+from fitting.series import waves
+from fitting.signatures import signature_of
+from session.session_file import TrialKind
+from swimmer.effects import Effect, Parameter, StepForce, StepState
+from swimmer.mjcf import Scene
+from swimmer.robot import RobotSpec
 
+HEAD = ("head_along", "head_across", "head_moment")
+PER_JOINT = 1 + 2 * HARMONICS
+FORCE_N, MOMENT_N_M, TORQUE_N_M = 0.02, 0.004, 0.004  # that responses are measured with
 STAGE_OF = {
     "marker": "camera",
     "hinge": "tail",
@@ -30,11 +39,88 @@ STAGE_OF = {
 """Of a place, by its first word; what drags on the tail from outside is the body's, as of effects of the catalogue."""
 
 
+class GeneralisedForces(Effect):
+    """Forces along and across the head (N), a moment on it and torques in the hinges (N m), each a mean and harmonics.
+
+    Of the crank's angle. In no catalogue: it stands for whatever is missing.
+    """
+
+    name = "generalised_forces"
+    family = "fluid"
+    stage = "body"
+    physics = "Generalised forces that are periodic with the crank."
+    source = "Inverse dynamics, linear about the twin."
+    seen_in: ClassVar[frozenset[TrialKind]] = frozenset({"swim", "dry"})
+
+    def __init__(self, robot: RobotSpec) -> None:
+        self.joints = (*HEAD, *robot.hinges)
+        sd = dict.fromkeys(HEAD[:2], FORCE_N) | {HEAD[2]: MOMENT_N_M}
+        self.parameters = tuple(
+            Parameter(f"{joint}_{number}", "N" if joint in HEAD[:2] else "N m", -1.0, 1.0, sd.get(joint, TORQUE_N_M))
+            for joint in self.joints
+            for number in range(PER_JOINT)
+        )
+
+    @property
+    def sd(self) -> np.ndarray:
+        """(p,) that responses are measured with."""
+        return np.array([parameter.sd for parameter in self.parameters])
+
+    def force(self, robot: RobotSpec, scene: Scene, values: np.ndarray) -> StepForce | None:  # noqa: ARG002
+        """On all joints but the crank."""
+        if not values.any():
+            return None
+        amplitudes = values.reshape(len(values), len(self.joints), PER_JOINT)
+        free = 0 if scene.head_clamped else len(HEAD)
+
+        def force(state: StepState) -> np.ndarray:
+            crank = state.position[:, free]
+            columns = np.column_stack([np.ones(len(crank)), waves(crank, HARMONICS)])
+            amount = np.einsum("njc,nc->nj", amplitudes, columns)
+            result = np.zeros_like(state.velocity)
+            if free:
+                cos, sin = np.cos(state.position[:, 2]), np.sin(state.position[:, 2])
+                result[:, 0] = cos * amount[:, 0] - sin * amount[:, 1]
+                result[:, 1] = sin * amount[:, 0] + cos * amount[:, 1]
+                result[:, 2] = amount[:, 2]
+            result[:, free + 1 :] = amount[:, len(HEAD) :]
+            return result
+
+        return force
+
+
+class ForceResponses(NamedTuple):
+    """Columns (k, t, j, 7) of the row, for one standard force (j,), N or N m, on a joint in one trial alone."""
+
+    joints: tuple[str, ...]
+    columns: np.ndarray
+    unit: np.ndarray
+
+
+def responses(linear: LinearModel) -> ForceResponses:
+    """To each force alone, linear about the twin."""
+    pushes = GeneralisedForces(linear.twin.robot)
+    rows = signature_of(pushes, linear.model, linear.camera, linear.at, np.diag(pushes.sd)).rows  # (p, k)
+    rows = np.nan_to_num(rows)
+    trials, length = len(linear.trials), rows.shape[1]
+    own = len(linear.model.measured) // trials
+    columns = np.zeros((length, trials, len(rows)))
+    for trial in range(trials):
+        part = slice(own * trial, own * (trial + 1))
+        columns[part, trial] = rows[:, part].T
+    unit = pushes.sd.reshape(len(pushes.joints), PER_JOINT)[:, 0]
+    return ForceResponses(pushes.joints, columns.reshape(length, trials, len(unit), PER_JOINT), unit)
+
+
+def across(place_m: float, hinge_m: np.ndarray) -> np.ndarray:
+    """(3 + h,) what 1 N to the left at x (m) of the straight robot is on its joints, hinges at (h,) m; N and N m."""
+    return np.concatenate([[0.0, 1.0, place_m], np.maximum(place_m - hinge_m, 0.0)])
+
+
 class LocalDiscrepancy(NamedTuple):
     """What anything at one place would do.
 
     Attributes:
-        place: where.
         same: whether it is the same in all trials.
         columns: (k, b) of the row.
         weight: how likely it is, against others, before a session is looked at.
@@ -52,12 +138,7 @@ class LocalDiscrepancy(NamedTuple):
 
 
 def likely_of(sought: Sequence[LocalDiscrepancy], at_place: Sequence[float]) -> tuple[LocalDiscrepancy, ...]:
-    """At each place where there probably is one, the likeliest.
-
-    Args:
-        sought: that were looked for.
-        at_place: probability of each.
-    """
+    """At each place where there probably is one, the likeliest."""
     whole: dict[str, float] = {}
     best: dict[str, tuple[float, LocalDiscrepancy]] = {}
     for each, chance in zip(sought, at_place, strict=True):
@@ -85,7 +166,7 @@ def _at_markers(linear: LinearModel) -> Iterator[tuple[str, np.ndarray]]:
 
     But for that beyond the eleventh.
     """
-    decay = np.append(1.0, np.repeat(OF_HARMONIC ** np.arange(HARMONICS), 2))
+    decay = np.append(1.0, harmonic_decay())
     phases = linear.model.phase_rad
     own = len(linear.model.measured) // len(phases)
     slides = np.arange(own)[places_of_slides(own)]

@@ -35,12 +35,7 @@ _ROUNDS = 3  # in which each marker's own noise is found
 
 
 class NonPeriodicSize(NamedTuple):
-    """One kind, over all trials of a session.
-
-    Attributes:
-        rms: noise taken out; of a motion the mean over markers, m; of a delay s.
-        log_odds: by which the tracks speak for it and against noise alone (log Bayes factor).
-    """
+    """One kind: rms without noise, m of a motion, s of a delay; log Bayes factor against noise alone."""
 
     rms: float
     log_odds: float
@@ -65,23 +60,14 @@ class _Squares(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class _Swim:
-    """n frames of a trial in which all m markers count that mostly do; places along + i across, m.
+    """n frames of a trial in which all m markers count that mostly do; places along + i across, m."""
 
-    Attributes:
-        columns: (n, c) drift, harmonics and settling.
-        fitted: (n, m) what these are of the markers.
-        residual: (n, m) what these leave.
-        speed: (n, m) of the markers, m/s.
-        time_s: (n,)
-        stretch: (n,) number of each frame's.
-    """
-
-    columns: np.ndarray
-    fitted: np.ndarray
-    residual: np.ndarray
-    speed: np.ndarray
-    time_s: np.ndarray
-    stretch: np.ndarray
+    columns: np.ndarray  # (n, c) drift, harmonics and settling
+    fitted: np.ndarray  # (n, m) what these are of the markers
+    residual: np.ndarray  # (n, m) what these leave
+    speed: np.ndarray  # (n, m) of the markers, m/s
+    time_s: np.ndarray  # (n,)
+    stretch: np.ndarray  # (n,) number of each frame's
 
     @classmethod
     def of(cls, trial: MeasuredTrial) -> "_Swim | None":
@@ -169,19 +155,12 @@ class _Swim:
 
 
 class _Split(NamedTuple):
-    """Of b stretches, or of one: of the kind that is asked for, beside the other.
+    """Of b stretches, or of one: of the kind that is asked for, beside the other."""
 
-    Attributes:
-        own: (b, d) in directions of its own, over noise.
-        rest: (b, m) what neither kind holds, over each marker's noise.
-        moved_m: (b, 2 m) by which markers are moved, along and then across.
-        of_one: (b, d) what one unit of it would be in these directions.
-    """
-
-    own: np.ndarray
-    rest: np.ndarray
-    moved_m: np.ndarray
-    of_one: np.ndarray
+    own: np.ndarray  # (b, d) in directions of its own, over noise
+    rest: np.ndarray  # (b, m) what neither kind holds, over each marker's noise
+    moved_m: np.ndarray  # (b, 2 m) by which markers are moved, along and then across
+    of_one: np.ndarray  # (b, d) what one unit of it would be in these directions
 
 
 def non_periodic(trials: Sequence[MeasuredTrial]) -> NonPeriodic:

@@ -1,4 +1,7 @@
-"""From evidences to probabilities: of nothing, of sets of effects, and of an unknown effect, by Bayes' rule."""
+"""From evidences to probabilities: of nothing, of sets of effects, and of an unknown effect, by Bayes' rule.
+
+They are averaged over how large the fitted twin's own discrepancy is in this session.
+"""
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
@@ -9,8 +12,12 @@ from typing import NamedTuple
 import numpy as np
 from scipy.special import logsumexp
 
-from diagnosis.constants import AT_PLACES, GROWN, MOST_EFFECTS, PAIRED
-from diagnosis.evidence import Hypotheses
+from diagnosis.constants import AT_PLACES, GROWN, MIXED, MOST_EFFECTS, NEEDED, PAIRED, SCALES
+from diagnosis.effect_response import effect_responses
+from diagnosis.evidence import Hypotheses, Priors, Residual, gaussian_evidence
+from diagnosis.linear_model import LinearModel
+from diagnosis.local_discrepancies import LocalDiscrepancy
+from fitting.signatures import Signature
 
 
 class Hypothesis(NamedTuple):
@@ -201,3 +208,78 @@ def _pairs(logs: dict[Hypothesis, float], shows: list[int]) -> set[tuple[int, in
     order = sorted(shows, key=lambda i: -alone[i])
     found = {(min(pair), max(pair)) for pair in combinations(order[:PAIRED], 2)}
     return found | {(min(first, i), max(first, i)) for first in order[:2] for i in order[PAIRED:]}
+
+
+class Explained(NamedTuple):
+    """What may explain the residual, with the likeliest size of the twin's own discrepancy; averaged over that size."""
+
+    linear: LinearModel
+    hypotheses: Hypotheses
+    probabilities: Probabilities
+
+
+def explained(
+    linear: LinearModel,
+    signatures: Sequence[Signature],
+    priors: Priors,
+    places: Sequence[LocalDiscrepancy] = (),
+    non_periodic: tuple[float, ...] = (0.0,),
+) -> Explained:
+    """Weighs all hypotheses, for every size that the twin's own discrepancy may have."""
+    common, found = linear.discrepancy.common_columns(signatures), []
+    for scale, chance in SCALES.items():
+        here = linear.with_error(scale, common)
+        hypotheses = _hypotheses(here, signatures, priors, places, non_periodic)
+        weighed = Weighed.of(hypotheses)
+        assumed = float(np.log(chance)) + here.space.log_volume
+        found.append((assumed + logsumexp(list(weighed.logs.values())), assumed, here, hypotheses, weighed))
+    _, _, likeliest, hypotheses, _ = max(found, key=lambda each: each[0])
+    probabilities = posterior([(each[1], each[4]) for each in found], hypotheses)
+    most = max(probabilities.of, key=lambda key: probabilities.of[key])
+    needed = needed_in_mixture(likeliest, hypotheses, most.present) if most.other else ()
+    return Explained(likeliest, hypotheses, probabilities.with_needed(needed))
+
+
+def needed_in_mixture(linear: LinearModel, hypotheses: Hypotheses, present: Sequence[int]) -> tuple[int, ...]:
+    """Effects without which a random mixture of the catalogue is much worse.
+
+    An unknown effect that is clearly such a mixture is many effects at once, and naming one gains nothing beside all of
+    them. But the mixture without that one may be much worse.
+    """
+    responses = [each for each in (hypotheses.best[i] for i in present) if each is not None]
+
+    def evidence(residual: Residual) -> float:
+        return gaussian_evidence(residual, responses, True, hypotheses.priors.form_error).evidence
+
+    mixed, found = evidence(hypotheses.like_any), []
+    if mixed - evidence(hypotheses.loose) < MIXED:
+        return ()
+    features = len(linear.model.measured)
+    frequencies = slice(features, features + linear.model.frequencies)
+    for effect, each in enumerate(hypotheses.effects):
+        if each.ways and effect not in present:
+            others = [other for other in hypotheses.effects if other is not each]
+            without = Residual.of(linear.space, linear.residual, linear.generic, others, frequencies)
+            if mixed - evidence(without) >= NEEDED:
+                found.append(effect)
+    return tuple(found)
+
+
+def _hypotheses(
+    linear: LinearModel,
+    signatures: Sequence[Signature],
+    priors: Priors,
+    places: Sequence[LocalDiscrepancy],
+    non_periodic: tuple[float, ...],
+) -> Hypotheses:
+    effects, features = effect_responses(signatures, linear.space), len(linear.model.measured)
+    frequencies = slice(features, features + linear.model.frequencies)
+    return Hypotheses(
+        like_any=Residual.of(linear.space, linear.residual, linear.generic, effects, frequencies),
+        loose=Residual.of(linear.space, linear.residual, linear.generic),
+        effects=effects,
+        priors=priors,
+        not_features=slice(features, features + linear.model.beside),
+        places=tuple((each.weight, linear.space.projected(each.columns.T).T) for each in places),
+        non_periodic=non_periodic,
+    )

@@ -7,16 +7,19 @@ import numpy as np
 from scipy.linalg import solve_triangular
 
 from diagnosis.constants import WIDER
+from diagnosis.evidence import Hypotheses
 from diagnosis.linear_model import LinearModel
-from fitting.objective import COEFFICIENT_BOUNDS
+from fitting.model.mode import broyden
 from fitting.signatures import AffectedSession
-from fitting.signatures.session_row import LONG, PRIOR_SD, mended
+from fitting.signatures.session_row import LONG, PRIOR_SD
 from swimmer.effects import Effect
+from swimmer.fluid import COEFFICIENT_BOUNDS
 
 _ROOT_STEP, _STEP_SD = 0.02, 0.25  # of the root of a coefficient; of a parameter, in standard deviations of its prior
 _HALVINGS = (1.0, 0.5, 0.2)
 _TINY = 1e-9
 _MANY = 50  # numbers, of whose slopes one step says too little to mend them
+_HELD = 0.2  # by which strengths are held back: slopes of strong effects are rough
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,7 +113,7 @@ def refit(
         taken, change = tried[best] - point, residual - looks[best][0]
         point, (residual, misfit) = tried[best], looks[best]
         short = len(point) < _MANY and joint.moved(taken, slopes) <= LONG
-        slopes = mended(slopes, taken, change, joint.sd) if short else joint.slopes(point)
+        slopes = broyden(slopes, taken, change, taken * joint.sd**-2.0) if short else joint.slopes(point)
     joint.count_as_disturbance(residual, point)
     return Refit(joint.effects, point[:5], point[5:], residual, joint.covariance(slopes), joint.sd, slopes)
 
@@ -218,3 +221,21 @@ class _Joint:
 
     def _white(self, rows: np.ndarray) -> np.ndarray:
         return np.asarray(solve_triangular(self._root, rows, lower=True))
+
+
+def refitted(linear: LinearModel, hypotheses: Hypotheses, effects: Sequence[Effect], rounds: int) -> Refit:
+    """The nearest twin with effects."""
+    names = [each.name for each in hypotheses.effects]
+    chosen = [hypotheses.best[names.index(effect.name)] for effect in effects]
+    forms = [form for form in chosen if form is not None]
+    assert len(forms) == len(effects), "an effect that does nothing explains nothing"
+    columns = np.hstack([form.columns for form in forms])
+    held = _HELD * np.eye(columns.shape[1])
+    target = np.append(linear.space.projected(linear.residual), np.zeros(len(held)))
+    strength = np.linalg.lstsq(np.vstack([columns, held]), target, rcond=None)[0]
+    ends, start = np.cumsum([len(form.sd) for form in forms])[:-1], []
+    for effect, form, own in zip(effects, forms, np.split(strength, ends), strict=True):
+        values = np.zeros(len(effect.suited(linear.twin.robot, linear.trials[0].markers).parameters))
+        values[list(form.parameters)] = np.clip(own, form.low, form.high) * form.sd
+        start.append(values)
+    return refit(linear, effects, np.concatenate(start), rounds)

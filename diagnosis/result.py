@@ -8,6 +8,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
+from fitting.series import waves
 from session.results import ResultFile
 from swimmer import FluidCoefficients
 
@@ -282,7 +283,7 @@ class MissingForces:
 
     def over(self, turn_rad: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(t, j, n) mean and standard deviation at angles (n,) of the crank; coefficients as if independent."""
-        columns = _columns(turn_rad, self.mean.shape[-1])
+        columns = np.column_stack([np.ones(len(turn_rad)), waves(turn_rad, self.mean.shape[-1] // 2)])
         return self.mean @ columns.T, np.sqrt(self.sd**2 @ columns.T**2)
 
     @property
@@ -501,12 +502,6 @@ class EffectTestResult:
     effect_parameters: EffectParameters
     fitted: GapSize
     gap: GapSize
-
-
-def _columns(turn_rad: np.ndarray, count: int) -> np.ndarray:
-    """(n, c) one, then cosine and sine of each harmonic of the turn (n,)."""
-    of_harmonics = [wave(h * turn_rad) for h in range(1, count // 2 + 1) for wave in (np.cos, np.sin)]
-    return np.column_stack([np.ones(len(turn_rad)), *of_harmonics])
 
 
 DIAGNOSIS = ResultFile("diagnosis.json", DiagnosisResult)

@@ -131,14 +131,12 @@ def _looks_like(chances: Mapping[str, float]) -> str | None:
 
 
 def _together(groups: Sequence[str]) -> str:
-    """Groups that act together, as one list."""
     if len(groups) == 1:
         return groups[0]
     return f"{', '.join(groups[:-1])} and {groups[-1]}, all at once"
 
 
 def _group(group: Sequence[str], chances: Mapping[str, float]) -> str:
-    """Alternatives, the likeliest first."""
     named = [f"{plain(name)} ({chances.get(name, 0.0):.2f})" for name in group]
     return named[0] if len(named) == 1 else f"either {' or '.join(named)}"
 
@@ -165,7 +163,6 @@ def _how_far(data: DiagnosisResult) -> str:
 
 
 def _sizes(markers_mm: float, speed_m_s: float, frequency_hz: float) -> str:
-    """What a twin is off by."""
     beats = "" if np.isnan(frequency_hz) else f" and frequencies {1000 * frequency_hz:.0f} mHz"
     return f"markers are {markers_mm:.1f} mm, speeds {1000 * speed_m_s:.1f} mm/s{beats} off"
 

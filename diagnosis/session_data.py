@@ -10,10 +10,9 @@ import numpy as np
 from diagnosis.discrepancy import Discrepancy
 from diagnosis.linear_model import LinearModel
 from fitting.free_decay import DecayTrial, Ring, fit_decay
-from fitting.free_decay.decay_flags import fault_of_decay
-from fitting.in_air import NOTHING, ExperimentsInAir
-from fitting.signatures.view_of import with_picture
-from fitting.trial import MeasuredTrial
+from fitting.free_decay.hinges import fault_of_decay
+from fitting.signatures.affected_session import with_picture
+from fitting.trial import NOTHING, ExperimentsInAir, MeasuredTrial
 from session import CameraSpec, NotEnoughData
 from session.errors import SimulationDiverged
 from swimmer import Twin
@@ -29,7 +28,6 @@ class SessionData:
     Attributes:
         trials: all swims; those of the role "fit" say which effect, the others score it.
         twin: plain, of the robot as described.
-        camera: that filmed them.
         discrepancy: what a refitted twin leaves of features where nothing is wrong.
         at: (5,) the recommended coefficients of the session, fitted to the same swims.
         dry: what was measured out of the water: that too says which effect.
@@ -67,24 +65,14 @@ class SessionData:
 
 
 class FreeDecayFits(NamedTuple):
-    """Of all free decays of a session.
-
-    Attributes:
-        believed: how they ring.
-        left_out: by name, why others do not count.
-    """
+    """Free decays of a session: how those that are believed ring, and by name why others are left out."""
 
     believed: tuple[Ring, ...]
     left_out: Mapping[str, str]
 
 
 def free_decay_fits(decays: Sequence[DecayTrial], twin: Twin) -> FreeDecayFits:
-    """How they ring; without those whose fit must not be believed (`fitting.structure.belief`).
-
-    Args:
-        decays: as measured.
-        twin: of the robot as described.
-    """
+    """How they ring; without those whose fit must not be believed (`fault_of_decay`)."""
     believed, left_out = [], {}
     for trial in decays:
         try:

@@ -16,11 +16,10 @@ from scipy.linalg import block_diag, cho_solve, cholesky
 from scipy.linalg.lapack import dpotri
 from scipy.optimize import minimize
 
-from diagnosis.constants import OF_HARMONIC
-from diagnosis.generalised_forces import HEAD, PER_JOINT, ForceResponses
 from diagnosis.linear_model import LinearModel
-from diagnosis.local_discrepancies import LocalDiscrepancy
-from diagnosis.placement import TAKEN
+from diagnosis.local_discrepancies import HEAD, PER_JOINT, ForceResponses, LocalDiscrepancy
+from diagnosis.result import GapShares, MissingForces
+from diagnosis.tolerances import TAKEN
 from fitting.free_decay.ring import NUMBERS as RING_NUMBERS
 from fitting.model.features import (
     COURSE,
@@ -32,8 +31,9 @@ from fitting.model.features import (
     places_of_markers,
     places_of_slides,
 )
+from fitting.model.variance import harmonic_decay
 from fitting.signatures import Signature
-from fitting.signatures.slopes import pieces
+from fitting.signatures.signature import pieces
 
 STAGES = ("camera", "drive", "body", "tail", "floor")
 OF_NO_MARKER = ("speed", "course", "frequency", "ringing")
@@ -45,42 +45,20 @@ _HERTZ = 0.01  # relative
 _RINGING = 0.05  # of the logarithms of stiffness and damping
 
 
-class Forces(NamedTuple):
-    """What is missing on the head and in the hinges, in each trial.
-
-    Attributes:
-        joints: (j,) names.
-        mean: (t, j, 7) mean, then cosine and sine of each harmonic of the crank's turn, N or N m.
-        sd: (t, j, 7).
-    """
-
-    joints: tuple[str, ...]
-    mean: np.ndarray
-    sd: np.ndarray
-
-
 @dataclass(frozen=True, eq=False)
 class VarianceDecomposition:
-    """Shares of the squared whitened length of what the nearest plain twin leaves; each adds up to 1.
+    """What the nearest plain twin leaves, split.
 
     Attributes:
-        by_stage: camera, drive, body, tail and floor; may be negative.
+        shares: of its squared whitened length, split in several ways.
         alone: by stage, the share that it would have if it were the only one (the other end of its range).
-        by_trial, by_marker, by_axis, by_band: an orthogonal split of the same length.
-        by_repeat: what all swim trials have in common at equal phase of the beat ("reproducible"), what each has of its
-            own ("scatter"), and noise ("floor", which no trial repeats); empty for one swim trial.
-        forces: that are missing.
+        forces: that are missing in the swims; nothing acts on the head in a dry run.
         parts: (5, k) of what is left, by stage.
     """
 
-    by_stage: Mapping[str, float]
+    shares: GapShares
     alone: Mapping[str, float]
-    by_trial: Mapping[str, float]
-    by_marker: Mapping[str, float]
-    by_axis: Mapping[str, float]
-    by_band: Mapping[str, float]
-    by_repeat: Mapping[str, float]
-    forces: Forces
+    forces: MissingForces
     parts: np.ndarray
 
 
@@ -91,36 +69,23 @@ def decompose(
     named: Collection[str] = (),
     placed: Sequence[LocalDiscrepancy] = (),
 ) -> VarianceDecomposition:
-    """Splits what is left.
-
-    Args:
-        linear: the fitted swims beside the nearest twin.
-        responses: to missing forces.
-        signatures: of the catalogue; those of the stage "drive" say how cranks turn otherwise.
-        named: effects, each of which explains what it can.
-        placed: the same of what no catalogue holds, at its place.
-    """
+    """Splits what is left; effects that are named, and what is placed, each explain what they can."""
     residual = linear.residual - linear.slopes @ linear.space.coefficients(linear.residual)
     columns_of = _components(linear, responses, signatures, named, placed)
     target = linear.space.projected(residual)
     projected = {component: linear.space.projected(part.T).T for component, part in columns_of.items()}
-    sizes = _sizes(target, list(projected.values()))
-    weights = {component: size**2 for component, size in zip(projected, sizes, strict=True)}
-    solved = _solved(target, projected, weights)
-    total = float(target @ target)
+    fit, total = _fitted(target, projected), float(target @ target)
     shares, parts = dict.fromkeys(STAGES, 0.0), {stage: np.zeros_like(residual) for stage in STAGES}
     for component, part in projected.items():
-        amplitude = weights[component] * (part.T @ solved)
+        amplitude = fit.weights[component] * (part.T @ fit.solved)
         shares[component.stage] += float(amplitude @ (part.T @ target)) / total
         parts[component.stage] += columns_of[component] @ amplitude
-    shares["floor"] = float(target @ solved) / total
+    shares["floor"] = float(target @ fit.solved) / total
     parts["floor"] = residual - sum(parts.values())
     return VarianceDecomposition(
-        by_stage=shares,
+        shares=GapShares(shares, **_split(linear, residual), by_repeat=by_repeat(linear, target)),
         alone=_alone(target, projected),
-        **_split(linear, residual),
-        by_repeat=by_repeat(linear, target),
-        forces=_forces(responses, projected, weights, solved),
+        forces=_forces(linear, responses, projected, fit),
         parts=np.array([parts[stage] for stage in STAGES]),
     )
 
@@ -146,8 +111,9 @@ def _components(
         steady, beating = of_joint[joints, ..., :1], of_joint[joints, ..., 1:]
         for what, part in (("steady", steady), ("beating", beating)):
             found[Component(stage, what)] = np.concatenate([each.reshape(len(each), -1) for each in part], axis=1)
-    found[Component("camera", "on the body")] = _misplaced(linear)
-    found[Component("camera", "in the picture")] = _misboxed(linear)
+    nuisances = linear.disturbances
+    found[Component("camera", "on the body")] = _of_features(linear, TAKEN.marker_m * nuisances.per_marker)
+    found[Component("camera", "in the picture")] = _of_features(linear, _SEEN_M * nuisances.per_box)
     found[Component("camera", "beating")] = _in_each_trial(linear, _beats)
     found[Component("camera", "sliding")] = _in_each_trial(linear, _slides)
     found[Component("camera", "scale")] = _in_each_trial(linear, lambda features: _SCALE * features[:, None])
@@ -192,22 +158,11 @@ def _of_features(linear: LinearModel, columns: np.ndarray) -> np.ndarray:
     return np.vstack([columns, np.zeros((linear.model.beside, columns.shape[1]))])
 
 
-def _misplaced(linear: LinearModel) -> np.ndarray:
-    """(k, 2 m) each marker elsewhere on the body, the same in all trials."""
-    return _of_features(linear, TAKEN.marker_m * linear.disturbances.per_marker)
-
-
-def _misboxed(linear: LinearModel) -> np.ndarray:
-    """(k, b) each box beside its marker in the picture, in each trial by itself."""
-    return _of_features(linear, _SEEN_M * linear.disturbances.per_box)
-
-
 def _beats(features: np.ndarray) -> np.ndarray:
     """(g, 12 m) each marker's harmonics otherwise."""
-    decay = np.repeat(OF_HARMONIC ** np.arange(HARMONICS), 2)
     markers = of_markers(features)
     sizes = np.zeros(len(features))
-    sizes[places_of_markers(len(features))] = np.broadcast_to(np.append(0.0, decay), markers.shape).ravel()
+    sizes[places_of_markers(len(features))] = np.broadcast_to(np.append(0.0, harmonic_decay()), markers.shape).ravel()
     return _SEEN_M * np.diag(sizes)[:, sizes > 0]
 
 
@@ -270,11 +225,18 @@ def _sizes(target: np.ndarray, parts: list[np.ndarray]) -> np.ndarray:
     return np.asarray(np.where(found.x <= low + 1e-6, 0.0, np.exp(found.x)))
 
 
-def _solved(
-    target: np.ndarray, parts: Mapping[Component, np.ndarray], weights: Mapping[Component, float]
-) -> np.ndarray:
+class _Fit(NamedTuple):
+    """Components at their likeliest sizes: squared sizes, (k, k) covariance, and what is left by its inverse (k,)."""
+
+    weights: Mapping[Component, float]
+    covariance: np.ndarray
+    solved: np.ndarray
+
+
+def _fitted(target: np.ndarray, parts: Mapping[Component, np.ndarray]) -> _Fit:
+    weights = dict(zip(parts, _sizes(target, list(parts.values())) ** 2, strict=True))
     covariance = np.eye(len(target)) + sum(weights[component] * part @ part.T for component, part in parts.items())
-    return np.asarray(np.linalg.solve(covariance, target))
+    return _Fit(weights, covariance, np.linalg.solve(covariance, target))
 
 
 def _alone(target: np.ndarray, parts: Mapping[Component, np.ndarray]) -> dict[str, float]:
@@ -282,18 +244,12 @@ def _alone(target: np.ndarray, parts: Mapping[Component, np.ndarray]) -> dict[st
     found = {}
     for stage in dict.fromkeys(component.stage for component in parts):
         own = {component: part for component, part in parts.items() if component.stage == stage}
-        weights = {component: size**2 for component, size in zip(own, _sizes(target, list(own.values())), strict=True)}
-        found[stage] = 1 - float(target @ _solved(target, own, weights)) / float(target @ target)
+        found[stage] = 1 - float(target @ _fitted(target, own).solved) / float(target @ target)
     return found
 
 
 def by_repeat(linear: LinearModel, target: np.ndarray) -> dict[str, float]:
-    """Shares of displacements that neighbouring markers share: in all swim trials alike, in each its own, and noise.
-
-    Args:
-        linear: the fitted swims.
-        target: (q,) the whitened residual, coefficients refitted.
-    """
+    """Shares of displacements that neighbouring markers share: in all swims alike, in each its own, and noise."""
     swims = len(linear.swims)
     if swims < 2:
         return {}
@@ -305,8 +261,7 @@ def by_repeat(linear: LinearModel, target: np.ndarray) -> dict[str, float]:
         rows = np.zeros((columns.shape[1], len(linear.residual)))
         rows[:, : swims * length] = columns.T
         projected[Component("repeat", what)] = linear.space.projected(rows).T
-    weights = dict(zip(projected, _sizes(target, list(projected.values())) ** 2, strict=True))
-    solved, total = _solved(target, projected, weights), float(target @ target)
+    (weights, _, solved), total = _fitted(target, projected), float(target @ target)
     shares = {
         each.what: weights[each] * float(np.sum((part.T @ solved) * (part.T @ target))) / total
         for each, part in projected.items()
@@ -315,25 +270,23 @@ def by_repeat(linear: LinearModel, target: np.ndarray) -> dict[str, float]:
 
 
 def _forces(
-    responses: ForceResponses,
-    parts: Mapping[Component, np.ndarray],
-    weights: Mapping[Component, float],
-    solved: np.ndarray,
-) -> Forces:
+    linear: LinearModel, responses: ForceResponses, parts: Mapping[Component, np.ndarray], fit: _Fit
+) -> MissingForces:
     """Mean and standard deviation of the missing forces, given all that was measured."""
     trials, unit = responses.columns.shape[1], responses.unit[:, None]
-    covariance = np.eye(len(solved)) + sum(weights[component] * part @ part.T for component, part in parts.items())
     mean, sd = np.zeros((2, len(responses.joints), trials, PER_JOINT))
     for stage, joints in (("body", slice(None, len(HEAD))), ("tail", slice(len(HEAD), None))):
         for what, harmonics in (("steady", slice(None, 1)), ("beating", slice(1, None))):
             if (component := Component(stage, what)) not in parts:
                 continue
-            columns, prior = parts[component], weights[component]
-            explained = np.einsum("ij,ij->j", columns, np.linalg.solve(covariance, columns))
+            columns, prior = parts[component], fit.weights[component]
+            explained = np.einsum("ij,ij->j", columns, np.linalg.solve(fit.covariance, columns))
             shape = mean[joints, :, harmonics].shape
-            mean[joints, :, harmonics] = (prior * (columns.T @ solved)).reshape(shape)
+            mean[joints, :, harmonics] = (prior * (columns.T @ fit.solved)).reshape(shape)
             sd[joints, :, harmonics] = np.sqrt(np.maximum(prior - prior**2 * explained, 0.0)).reshape(shape)
-    return Forces(responses.joints, *(np.moveaxis(each, 0, 1) * unit for each in (mean, sd)))
+    swims = tuple(trial.name for trial in linear.swims)
+    mean, sd = (np.moveaxis(each, 0, 1)[: len(swims)] * unit for each in (mean, sd))
+    return MissingForces(responses.joints, swims, mean, sd)
 
 
 def _split(linear: LinearModel, residual: np.ndarray) -> dict[str, dict[str, float]]:

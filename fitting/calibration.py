@@ -1,22 +1,20 @@
 """The first identification from end to end: measured swims in, a calibrated twin with its scores out."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from fitting.body_wave import Sway, sways
 from fitting.coefficient_fit import CoefficientFit, fit_coefficients
 from fitting.ebt import FORMS, EbtFit, fit_every_form, model_speeds
-from fitting.forecast import fit_phase, forecast
-from fitting.model.robot_uncertainty import uncertainties_of
+from fitting.forecast import Scores, fit_phase, forecast, score
+from fitting.model.mode import Progress
 from fitting.model.session_forecast import TWIN, Forecast, SessionForecast, forecast_session
-from fitting.model.sway import Sway, sways
-from fitting.objective import Swims
-from fitting.published_search import PublishedFit, published_search
-from fitting.scoring import Scores, score
+from fitting.published_search import PublishedFit, Swims, published_search
+from fitting.speed import speed_line, speed_power_law
 from fitting.speed_law import SpeedLaw, speed_law
-from fitting.speed_line import speed_line, speed_power_law
-from fitting.structure import Structure
+from fitting.structure import Structure, uncertainties_of
 from fitting.sweep import SpeedSweep, sweep_frequencies, sweep_speed
 from fitting.trial import MeasuredTrial
 from session import Flag, NotEnoughData
@@ -24,15 +22,12 @@ from session.errors import SimulationDiverged
 from swimmer import FluidCoefficients, RobotSpec, Twin
 from tracking import HeadFrame
 
-Progress = Callable[[str, float | None], None]
-
 
 @dataclass(frozen=True, eq=False)
 class CalibratedTrial:
     """One trial and the calibrated twin.
 
     Attributes:
-        measured: as measured.
         simulated: (n, m, 2) the twin's head frame at the same times.
         phase_rad: crank phase at time 0.
         simulated_hz: frequency the twin was driven with (held-out trials: from their known part only).
@@ -239,17 +234,7 @@ def assemble(
     forecasts: SessionForecast,
     sways_of: Mapping[str, Sway],
 ) -> Calibration:
-    """Every trial with a twin whose coefficients are known.
-
-    Args:
-        trials: all swims.
-        twin: of the structure's robot, with their markers.
-        fit: the coefficients.
-        phases: crank phase of each trial by name; those that are missing are found from the trial's known part.
-        structure: that the coefficients were fitted with.
-        forecasts: of the trials.
-        sways_of: the neck of each trial, by name.
-    """
+    """Every trial with a twin of known coefficients; a phase that is not given is found from the known part."""
     fitted = [trial for trial in trials if trial.role == "fit"]
     ebts = fit_every_form(fitted, structure.robot)
     frequencies = sweep_frequencies([trial.frequency.hz for trial in trials])

@@ -1,25 +1,59 @@
 """The recommended coefficients of a session, the mode of the hierarchical model, with flags."""
 
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from threadpoolctl import threadpool_limits
 
 from fitting.model import Mode, SessionModel, find_mode
 from fitting.model.forecast import NORMAL_90
-from fitting.model.mode import SearchEnd
-from fitting.model.robot_uncertainty import ParameterUncertainty
+from fitting.model.mode import Progress, SearchEnd
 from fitting.model.roll import Roll
-from fitting.objective import COEFFICIENT_BOUNDS
+from fitting.structure import ParameterUncertainty
 from fitting.trial import MeasuredTrial
 from session import Flag
 from swimmer import FluidCoefficients, Twin
+from swimmer.fluid import COEFFICIENT_BOUNDS
 
+_WIDE, _WIDE_BY = 2.5, 0.5  # ratio and difference of the ends of a 90 % interval beyond which nothing is determined
+_NEAR_BOUND = 0.02  # of the range
 NAMES = FluidCoefficients._fields
 _AT_BOUND = 1e-3  # of the range
-_WIDE, _WIDE_BY = 2.5, 0.5  # factor and difference between the ends of an interval from which it is worth a flag
+
+
+class Marginal(NamedTuple):
+    """The marginal posterior of one coefficient.
+
+    Attributes:
+        mean, sd: mean and standard deviation.
+        q05, q95: ends of the 90 % interval.
+        ess_bulk: effective number of draws.
+        r_hat: convergence of the chains; 1 is best.
+        determined: whether the trials determine it; one that is cut off at a bound is not, however narrow.
+    """
+
+    mean: float
+    sd: float
+    q05: float
+    q95: float
+    ess_bulk: float
+    r_hat: float
+    determined: bool
+
+    @property
+    def narrow(self) -> bool:
+        """Whether the 90 % interval is narrow, by the trials or by a bound."""
+        return self.q95 <= _WIDE * self.q05 or self.q95 - self.q05 <= _WIDE_BY
+
+    @property
+    def at_bounds(self) -> tuple[float, ...]:
+        """The bounds of the prior that cut it off: its interval reaches them, and would reach further."""
+        reach = _NEAR_BOUND * (COEFFICIENT_BOUNDS[1] - COEFFICIENT_BOUNDS[0])
+        near = zip(COEFFICIENT_BOUNDS, (self.q05, self.q95), strict=True)
+        return tuple(float(bound) for bound, end in near if abs(end - bound) < reach < self.sd)
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,17 +88,9 @@ def fit_coefficients(
     doubts: Sequence[ParameterUncertainty],
     starts: int = 3,
     seed: int = 0,
-    progress: Callable[[str, float | None], None] = lambda _message, _share: None,
+    progress: Progress = lambda _message, _share: None,
 ) -> tuple[CoefficientFit, Mode]:
-    """Finds the posterior mode of the coefficients of some trials; the order of the trials does not matter.
-
-    Args:
-        trials: of the role "fit".
-        twin: with their markers, of the robot with its structure.
-        doubts: how well the numbers of the robot are known.
-        starts: how many of the screened points are gone on from.
-        seed: of the screening.
-        progress: receives it.
+    """Finds the posterior mode of the coefficients of fit trials, from so many starts; in which order does not matter.
 
     Raises:
         SimulationDiverged: from every start.

@@ -1,4 +1,9 @@
-"""Elongated body theory in three forms, each fitted to the fit trials by the same search over its one free number."""
+"""Elongated body theory in three forms, each fitted to the fit trials by the same search over its one free number.
+
+What they want of the motion of the tail tip, measured or simulated: derivatives are either the published finite
+difference between neighbouring frames, which half-pixel tracks inflate (<h_t^2> by up to 80 % at low speed), or those
+of a Savitzky-Golay filter (quadratic over 11 frames).
+"""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -6,18 +11,136 @@ from typing import Any
 
 import numpy as np
 from scipy.optimize import minimize_scalar
+from scipy.signal import savgol_filter
 
-from fitting.speed import forward_speed
-from fitting.tail_tip import TailSwim, measured_tail, published_motion, simulated_tail, smoothed_motion, tip_motion
+from fitting.series import bridged, design, weighted_fit
+from fitting.speed import forward_speed, whole_beats
 from fitting.trial import MeasuredTrial
 from session import Flag
 from swimmer import RobotSpec
-from swimmer.ebt import BETA_BOUNDS, DRAG_BOUNDS, steady_speed
-from swimmer.large_amplitude import steady_speed_large
-from tracking import HeadFrame
+from swimmer.ebt import BETA_BOUNDS, DRAG_BOUNDS, TailMotion, TipMotion, steady_speed, steady_speed_large
+from tracking import HeadFrame, from_head_frame
 
+WINDOW, ORDER = 11, 2  # frames and degree of the Savitzky-Golay filter
 EBT_RATIO_ONLY = "ebt_ratio_only"
 """The flag that names what is not identifiable in elongated body theory; every fit of it has it."""
+FROM_TWIN = ", twin's tail"  # after the name of a form that predicts from the tail of the twin
+
+
+@dataclass(frozen=True, eq=False)
+class TailSwim:
+    """What elongated body theory needs of one swim.
+
+    Attributes:
+        time_s: (n,) s.
+        tip_m: (n, 2, 2) the last two markers in the head frame, relative to the nose, m.
+        pool_m: (n, 2, 2) the same two in the pool, m.
+        heading_rad: (n,) direction of nose -> neck in the pool, unwrapped.
+        weight: (n, 2) 0 leaves a sample out.
+        used: (n,) the whole beats looked at.
+        frequency_hz: beats a second.
+    """
+
+    time_s: np.ndarray
+    tip_m: np.ndarray
+    pool_m: np.ndarray
+    heading_rad: np.ndarray
+    weight: np.ndarray
+    used: np.ndarray
+    frequency_hz: float
+
+
+def measured_tail(trial: MeasuredTrial, frames: np.ndarray) -> TailSwim:
+    """The tail of a measured trial over the whole beats of the frames (n,)."""
+    tail = list(trial.tail[-2:])
+    return TailSwim(
+        time_s=trial.time_s,
+        tip_m=trial.head.shape_m[:, tail],
+        pool_m=trial.position_m[:, tail],
+        heading_rad=trial.head.heading_rad,
+        weight=trial.weight[:, tail],
+        used=whole_beats(trial.time_s, frames, trial.frequency.hz),
+        frequency_hz=trial.frequency.hz,
+    )
+
+
+def simulated_tail(
+    time_s: np.ndarray, head: HeadFrame, tail: Sequence[int], frames: np.ndarray, frequency_hz: float
+) -> TailSwim:
+    """The tail of one simulated swim (n, m, 2); `tail` are the indices of its markers behind the head."""
+    last = list(tail[-2:])
+    return TailSwim(
+        time_s=time_s,
+        tip_m=head.shape_m[:, last],
+        pool_m=from_head_frame(head)[:, last],
+        heading_rad=head.heading_rad,
+        weight=np.ones((len(time_s), 2)),
+        used=whole_beats(time_s, frames, frequency_hz),
+        frequency_hz=frequency_hz,
+    )
+
+
+def published_motion(swim: TailSwim) -> TailMotion:
+    """<h_t^2> and <h_x^2> in the head frame, h_t by finite differences, as published."""
+    good = (swim.weight > 0) & np.isfinite(swim.tip_m).all(axis=-1) & swim.used[:, None]
+    rate = np.diff(swim.tip_m[:, 1, 1]) / np.diff(swim.time_s)  # (n - 1,)
+    return _mean_squares(rate, good[1:, 1] & good[:-1, 1], *_slope(swim.tip_m, good))
+
+
+def smoothed_motion(swim: TailSwim) -> TailMotion:
+    """The same with the derivative and the slope of a Savitzky-Golay filter."""
+    good = (swim.weight > 0) & np.isfinite(swim.tip_m).all(axis=-1) & swim.used[:, None]
+    rate = _smooth(swim.tip_m, swim.time_s, 1)[:, 1, 1]
+    return _mean_squares(rate, good[:, 1], *_slope(_smooth(swim.tip_m, swim.time_s, 0), good))
+
+
+def tip_motion(swim: TailSwim) -> TipMotion:
+    """The tip in the frame that swims along: smoothed velocities in the pool, turned by the trend of the heading.
+
+    One sample of nan where the tip is never seen.
+    """
+    used = swim.used & (swim.weight > 0).all(axis=1) & np.isfinite(swim.pool_m).all(axis=(1, 2))
+    if not used.any():
+        return TipMotion(*np.full((3, 1), np.nan))
+    trend = _heading_trend(swim)
+    forward = -np.stack([np.cos(trend), np.sin(trend)], axis=1)  # (n, 2), against nose -> neck
+    aside = np.stack([-forward[:, 1], forward[:, 0]], axis=1)
+    velocity = _smooth(swim.pool_m, swim.time_s, 1)[:, 1]
+    place = _smooth(swim.pool_m, swim.time_s, 0)
+    tangent = place[:, 0] - place[:, 1]  # pointing forward
+    ahead, lateral = (velocity * forward).sum(axis=1)[used], (velocity * aside).sum(axis=1)[used]
+    angle = np.arctan2((tangent * aside).sum(axis=1), (tangent * forward).sum(axis=1))[used]
+    return TipMotion(ahead - ahead.mean(), lateral - lateral.mean(), angle - angle.mean())
+
+
+def _heading_trend(swim: TailSwim) -> np.ndarray:
+    """(n,) the heading less its beat: a straight line through the whole beats."""
+    columns = design(swim.time_s, swim.frequency_hz, harmonics=2)
+    weight = (swim.used & np.isfinite(swim.heading_rad)).astype(float)[:, None]
+    return columns[:, :2] @ weighted_fit(columns, swim.heading_rad[:, None], weight)[:2, 0]
+
+
+def _smooth(series_m: np.ndarray, time_s: np.ndarray, derivative: int) -> np.ndarray:
+    """(n, 2, 2) smoothed series or its time derivative; missing samples are bridged before."""
+    flat = bridged(time_s, series_m.reshape(len(series_m), -1))
+    window = min(WINDOW, len(flat) - 1 + len(flat) % 2)
+    step = float(np.median(np.diff(time_s)))
+    smooth = savgol_filter(flat, window, min(ORDER, window - 1), deriv=derivative, delta=step, axis=0)
+    return smooth.reshape(series_m.shape)
+
+
+def _slope(tip_m: np.ndarray, good: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(n,) slope of the line through the last two markers, and where it counts."""
+    step = tip_m[:, 1] - tip_m[:, 0]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return step[:, 1] / step[:, 0], good.all(axis=1) & (np.abs(step[:, 0]) > 1e-6)
+
+
+def _mean_squares(rate: np.ndarray, rate_good: np.ndarray, slope: np.ndarray, slope_good: np.ndarray) -> TailMotion:
+    def mean_square(values: np.ndarray) -> np.ndarray:
+        return np.array((values**2).mean() if len(values) else np.nan)
+
+    return TailMotion(mean_square(rate[rate_good]), mean_square(slope[slope_good]))
 
 
 @dataclass(frozen=True)
@@ -41,7 +164,6 @@ PUBLISHED = EbtForm("published", "steady, finite difference (as published)", pub
 SMOOTHED = EbtForm("smoothed", "steady, smoothed derivative", smoothed_motion, steady_speed)
 LARGE = EbtForm("large", "large amplitude, smoothed derivative", tip_motion, steady_speed_large)
 FORMS = (PUBLISHED, SMOOTHED, LARGE)
-FROM_TWIN = ", twin's tail"  # after the name of a form that predicts from the tail of the twin
 
 
 @dataclass(frozen=True)
@@ -49,7 +171,6 @@ class EbtFit:
     """Elongated body theory with its two numbers, of which only the ratio is identifiable.
 
     Attributes:
-        form: the way it is used.
         beta: shape factor of the added mass, kept at 1 within its published bounds [0.9, 1.1].
         drag_coefficient: c_D, on the reference area of the robot, within its published bounds [0, 10].
         flags: that only the ratio is identifiable, and others.
@@ -66,14 +187,7 @@ class EbtFit:
 
 
 def fit_ebt(form: EbtForm, swims: Sequence[TailSwim], speeds: np.ndarray, robot: RobotSpec) -> EbtFit:
-    """Least squares on the speed of the fit trials, over c_D / beta; trials that do not show the tail tip are left out.
-
-    Args:
-        form: the way the theory is used.
-        swims: tail of each fit trial.
-        speeds: (t,) measured, m/s.
-        robot: depth, reference area and water.
-    """
+    """Least squares on speeds (t,), m/s, over c_D / beta; trials that do not show the tail tip are left out."""
     motions = [form.motion(swim) for swim in swims]
     seen = np.array([np.isfinite(float(form.speed(motion, robot, 1.0, 1.0))) for motion in motions])
     if not seen.any():

@@ -1,10 +1,17 @@
-"""The twin's forecast of a trial from known coefficients: phase from the trial's first beats, then simulation."""
+"""The twin's forecast of a trial from known coefficients, how far it is off, and whether such a twin swims from rest.
+
+The crank's phase is that of the trial's first beats. Distances are as the public contract defines them.
+"""
+
+from typing import NamedTuple
 
 import numpy as np
 
 from fitting.in_pool import head_frame
+from fitting.speed import forward_speed
 from fitting.trial import MeasuredTrial
 from swimmer import FluidCoefficients, Runs, Twin
+from swimmer.twin import simulate_together
 from tracking import HeadFrame, one_of
 
 SETTLED_S = 0.25  # the tail has forgotten its start by then
@@ -12,6 +19,8 @@ BEATS_IN_STEP = 3.0
 _REACH_RAD = 0.6  # the harmonic phase is right to within this
 _TRIES = (7, 5)  # phases a round
 _NEXT = 0.6  # reach of the second round, against the steps of the first
+BEATS = 4.0  # simulated, of which the second half counts; with 6, 4 of 512 twins are told apart otherwise
+FRAME_S = 1 / 30
 
 
 def swim(
@@ -52,16 +61,9 @@ def frames_in_step(trial: MeasuredTrial) -> slice:
 
 
 def phase_from_harmonic(twin: Twin, trial: MeasuredTrial, coefficients: np.ndarray, frequency_hz: float) -> np.ndarray:
-    """Crank phases at time 0 that bring the twin's tail in step with the measured one.
+    """(s,) crank phases at time 0, rad, with which tails of coefficients (s, 5) beat in step with the measured one.
 
     One simulation at phase 0 gives the lag of the tail's first harmonic behind the crank.
-
-    Args:
-        twin, trial, frequency_hz: as for `swim`.
-        coefficients: (s, 5).
-
-    Returns:
-        (s,) rad.
     """
     frames = frames_in_step(trial)
     simulated = swim(twin, trial, coefficients, np.zeros(len(coefficients)), frequency_hz, frames.stop)
@@ -128,3 +130,92 @@ def _shape_misfit(trial: MeasuredTrial, simulated: HeadFrame, frames: slice) -> 
     error = error - (share[..., None] * error).sum(axis=1, keepdims=True)
     found = (weight * np.linalg.norm(error, axis=-1)).sum(axis=(1, 2)) / weight.sum()
     return np.asarray(np.where(lost, np.inf, found))
+
+
+def probed_hz(trials: tuple[MeasuredTrial, ...]) -> float:
+    """Half the slowest of the trials: of 512 twins all over the box, those that swim forward at it do at all faster."""
+    return 0.5 * min(trial.frequency.hz for trial in trials)
+
+
+def seconds_from_rest(trials: tuple[MeasuredTrial, ...]) -> float:
+    """Seconds simulated to check one set of coefficients."""
+    return BEATS / probed_hz(trials)
+
+
+def speed_from_rest(twin: Twin, coefficients: np.ndarray, frequency_hz: np.ndarray) -> np.ndarray:
+    """(s, f) forward speed after half of some beats from rest, m/s, for s sets of coefficients (s, 5)."""
+    count, times = len(coefficients), [np.arange(0.0, BEATS / hz, FRAME_S) for hz in frequency_hz]
+    runs = [Runs(np.asarray(coefficients, float), np.full(count, hz), np.zeros(count)) for hz in frequency_hz]
+    speeds = np.zeros((count, len(times)))
+    for i, swum in enumerate(simulate_together([twin] * len(runs), runs, times)):
+        time_s, hz, head = times[i], frequency_hz[i], head_frame(twin.markers, swum.marker_m)
+        speeds[:, i] = forward_speed(time_s, head.forward_m, time_s >= BEATS / 2 / hz, hz)
+    return speeds
+
+
+def swims_forward(twin: Twin, coefficients: np.ndarray, trials: tuple[MeasuredTrial, ...]) -> np.ndarray:
+    """(s,) whether each set of coefficients (s, 5) swims forward from rest at the frequencies of the trials.
+
+    MuJoCo's fluid model has two steady states for many sets of coefficients: started at the measured speed such a twin
+    follows the trials, started from rest it settles swimming backward. No trial that begins mid-swim can separate them,
+    but the robot itself does: it starts from rest.
+
+    Always True when a trial itself was measured swimming backward.
+    """
+    if any(trial.speed <= 0 for trial in trials):
+        return np.ones(len(coefficients), bool)
+    with np.errstate(invalid="ignore"):
+        return np.asarray((speed_from_rest(twin, coefficients, np.array([probed_hz(trials)])) > 0)[:, 0])
+
+
+class Scores(NamedTuple):
+    """Mean marker distances of one trial.
+
+    Attributes:
+        marker_error_m: head frame, unflagged samples of the scored 4 s, aligned at the first kept frame, m.
+        marker_error_all_m: the same over all samples, flagged ones too, m.
+        shape_error_m: unflagged samples, relative to the nose in every frame, m.
+        used_fraction: share of the samples that are not flagged.
+    """
+
+    marker_error_m: float
+    marker_error_all_m: float
+    shape_error_m: float
+    used_fraction: float
+
+
+def residuals(trial: MeasuredTrial, simulated: HeadFrame, frames: np.ndarray) -> np.ndarray:
+    """Simulated minus measured in the head frame, aligned at the first of the frames.
+
+    Args:
+        trial: n frames of m markers.
+        simulated: (..., n, m, 2) at the same times; it may end after the last of the frames.
+        frames: (n,) which frames.
+
+    Returns:
+        (..., k, m, 2) m.
+    """
+    simulated_frames = frames[: simulated.shape_m.shape[-3]]
+    first = int(np.flatnonzero(frames)[0])
+    measured_path = trial.head.path_m[frames] - trial.head.path_m[first]
+    simulated_path = simulated.path_m[..., simulated_frames, :] - simulated.path_m[..., first : first + 1, :]
+    shape = simulated.shape_m[..., simulated_frames, :, :] - trial.head.shape_m[frames]
+    return shape + (simulated_path - measured_path)[..., None, :]
+
+
+def score(trial: MeasuredTrial, simulated: HeadFrame) -> Scores:
+    """The distances of one trial from one simulation of it, (n, m, 2) at the same times."""
+    frames = trial.scored
+    distance = np.linalg.norm(residuals(trial, simulated, frames), axis=-1)  # (k, m)
+    shape = np.linalg.norm(simulated.shape_m[frames] - trial.head.shape_m[frames], axis=-1)
+    good = trial.weight[frames] > 0
+    return Scores(
+        marker_error_m=_mean(distance, good),
+        marker_error_all_m=_mean(distance, np.isfinite(distance)),
+        shape_error_m=_mean(shape, good),
+        used_fraction=float(good.mean()),
+    )
+
+
+def _mean(values: np.ndarray, good: np.ndarray) -> float:
+    return float(values[good].mean()) if good.any() else float("nan")

@@ -1,9 +1,11 @@
-"""The published search, for comparison: Bayesian optimisation of the coefficients, then Nelder-Mead with the phases.
+"""The published objective and search, for comparison.
 
-"Simple Models, Real Swimming" (2026) finds its five coefficients so, on the mean marker distance after warm-up. The
+"Simple Models, Real Swimming" (2026) finds its five coefficients so: Bayesian optimisation of the coefficients, then
+Nelder-Mead with the crank phase of each trial, on the mean marker distance in the head frame after warm-up, over all
+fit trials jointly. Each trial's crank makes its measured turn, or turns evenly at the measured frequency. The
 proposals of the Bayesian optimisation come in batches (constant liar) so that all cores are used; its Gaussian
 process runs on one BLAS thread, which is several times faster at this size. A point counts as a new best only if its
-twin swims forward from rest (see `fitting.from_rest`).
+twin swims forward from rest (see `fitting.forecast`).
 """
 
 import time
@@ -15,18 +17,60 @@ import numpy as np
 from scipy.stats import qmc
 from threadpoolctl import threadpool_limits
 
-from fitting.forecast import phase_from_harmonic
-from fitting.from_rest import seconds_from_rest, swims_forward
-from fitting.objective import COEFFICIENT_BOUNDS, Swims
+from fitting.forecast import phase_from_harmonic, residuals, seconds_from_rest, swims_forward
+from fitting.in_pool import head_frame
+from fitting.trial import MeasuredTrial
 from session.errors import SimulationDiverged
-from swimmer import FluidCoefficients
+from swimmer import FluidCoefficients, Runs, Twin
+from swimmer.fluid import COEFFICIENT_BOUNDS
+from swimmer.twin import simulate_together
+from tracking import HeadFrame
 
+LOST_M = 1.0  # distance assigned to a simulation that diverged
 Progress = Callable[[float, float], None]
 _INITIAL, _BATCH = 16, 4  # Sobol points before the first proposal; proposals a batch
 _BAYESIAN_SHARE = 0.3  # of the budget, the rest is Nelder-Mead's
 _SIMPLEX = (1.0, 0.1)  # first steps of the simplex, in coefficients and in phases (rad)
 _FREE_TURNS_RAD = 100.0  # phases are free; the optimiser asks for finite bounds
 _PENALTY = 1.5  # factor on the distance of what swims backward
+
+
+@dataclass(frozen=True, eq=False)
+class Swims:
+    """The trials a set of parameters is compared with, and the twin that swims them."""
+
+    twin: Twin
+    trials: tuple[MeasuredTrial, ...]
+
+    def simulate(self, parameters: np.ndarray) -> list[HeadFrame]:
+        """Head frames (s, k, m, 2) of each trial for s columns of parameters (p, s); what diverges is nan.
+
+        All trials run in one batch, each until the last of its k frames that is scored.
+        """
+        coefficients, count = parameters[:5].T, parameters.shape[1]
+        frames = [int(np.flatnonzero(t.scored)[-1]) + 1 for t in self.trials]
+        runs = [
+            Runs(
+                coefficients=coefficients,
+                frequency_hz=np.full(count, t.frequency.hz),
+                phase_rad=phase_rad,
+                velocity=np.tile(t.start_velocity, (count, 1)),
+                turns=(t.turn,) * count,
+            )
+            for t, phase_rad in zip(self.trials, parameters[5:], strict=True)
+        ]
+        times = [t.time_s[:n] for t, n in zip(self.trials, frames, strict=True)]
+        swum = simulate_together([self.twin] * len(runs), runs, times)
+        return [head_frame(self.twin.markers, each.marker_m) for each in swum]
+
+    def mean_distance(self, parameters: np.ndarray) -> np.ndarray:
+        """(s,) mean over trials of the mean distance, m; parameters (p, s): coefficients, a phase a trial (rad)."""
+        total = np.zeros(parameters.shape[1])
+        for trial, head in zip(self.trials, self.simulate(parameters), strict=True):
+            distance = np.linalg.norm(residuals(trial, head, trial.scored), axis=-1)  # (s, k, m)
+            good = trial.weight[trial.scored] > 0
+            total += np.nan_to_num(distance[:, good], nan=LOST_M).mean(axis=1)
+        return total / len(self.trials)
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,7 +83,6 @@ class PublishedFit:
         mean_distance_m: the objective there, m.
         converged: the simplex became small before the budget was spent.
         simulations: how often the fit trials were simulated.
-        seconds: wall time.
     """
 
     coefficients: FluidCoefficients

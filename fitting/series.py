@@ -13,6 +13,11 @@ def bridged(time_s: np.ndarray, series: np.ndarray, at_s: np.ndarray | None = No
     return result
 
 
+def waves(turn_rad: np.ndarray, harmonics: int) -> np.ndarray:
+    """(n, 2 h) cosine and sine of each harmonic of a turn (n,)."""
+    return np.stack([wave(k * turn_rad) for k in range(1, harmonics + 1) for wave in (np.cos, np.sin)], axis=1)
+
+
 def design(time_s: np.ndarray, frequency_hz: float, harmonics: int) -> np.ndarray:
     """(n, 2 + 2 * harmonics) columns: a constant and a drift in time, then cosine and sine of each harmonic.
 
@@ -20,9 +25,7 @@ def design(time_s: np.ndarray, frequency_hz: float, harmonics: int) -> np.ndarra
     """
     span = max(float(np.ptp(time_s)), 1e-9)
     drift = (time_s - time_s.mean()) / span
-    angle = 2 * np.pi * frequency_hz * time_s
-    waves = [wave(k * angle) for k in range(1, harmonics + 1) for wave in (np.cos, np.sin)]
-    return np.stack([np.ones_like(drift), drift, *waves], axis=1)
+    return np.column_stack([np.ones_like(drift), drift, waves(2 * np.pi * frequency_hz * time_s, harmonics)])
 
 
 def weighted_fit(columns: np.ndarray, series: np.ndarray, weight: np.ndarray) -> np.ndarray:

@@ -15,12 +15,7 @@ _FEWEST = 3  # trials that tell a slope with its interval
 
 
 class Slope(NamedTuple):
-    """Of a straight line through points, by least squares.
-
-    Attributes:
-        value: the slope.
-        interval: at 90 %, Student's over the points; None of two.
-    """
+    """Of a straight line through points, by least squares, with Student's 90 % interval; None of two points."""
 
     value: float
     interval: tuple[float, float] | None
@@ -35,7 +30,6 @@ class SwimNumbers(NamedTuple):
     """What may change the law, of one trial.
 
     Attributes:
-        frequency_hz: of its beat.
         amplitude_m: half the sideways width of the hindmost marker's motion in the head frame.
         reynolds: speed times the fish's length over the kinematic viscosity.
         strouhal: frequency times twice the amplitude over the speed.
@@ -56,7 +50,6 @@ class SpeedLaw:
     """Of all swim trials of a session, fitted and held out.
 
     Attributes:
-        trials: by name.
         stride_m: by name, the way of a beat.
         exponents: of the speed over the frequency, by "measured" and the names of models.
         residual: slope of ln(measured speed / twin's) with ln frequency: 0 where the twin has the right law.
@@ -91,13 +84,7 @@ class SpeedLaw:
 def speed_law(
     trials: Sequence[MeasuredTrial], models: Mapping[str, Sequence[float]], robot: RobotSpec
 ) -> SpeedLaw | None:
-    """The law of some trials; None where fewer than two of different frequencies swim forward.
-
-    Args:
-        trials: swims.
-        models: speeds of these trials by each model, m/s; that of "twin" is compared.
-        robot: that swam.
-    """
+    """The law of some trials; None where fewer than two of different frequencies swim forward."""
     forward = np.array([trial.speed > 0 for trial in trials], bool)
     swims = [trial for trial, swam in zip(trials, forward, strict=True) if swam]
     hz = np.array([trial.frequency.hz for trial in swims])

@@ -5,10 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fitting.ebt import EbtFit
+from fitting.ebt import EbtFit, simulated_tail
 from fitting.in_pool import head_frame, tail_markers
 from fitting.speed import forward_speed
-from fitting.tail_tip import simulated_tail
 from swimmer import FluidCoefficients, Runs, Twin
 from tracking import one_of
 
@@ -52,15 +51,7 @@ def sweep_speed(
     frequency_hz: np.ndarray,
     fitted_hz: tuple[float, float],
 ) -> SpeedSweep:
-    """Simulates one long swim a frequency, all in one batch.
-
-    Args:
-        twin: of the calibrated robot.
-        coefficients: frozen.
-        ebts: forms of elongated body theory, frozen.
-        frequency_hz: (f,).
-        fitted_hz: range of the fit trials.
-    """
+    """Simulates one long swim at each frequency (f,), all in one batch."""
     count = len(frequency_hz)
     seconds = np.maximum(BEATS / frequency_hz, LEAST_S)
     time_s = np.arange(0.0, seconds.max(), FRAME_S)

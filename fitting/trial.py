@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
 
+from fitting.free_decay import DecayTrial
 from fitting.frequency import SwimFrequency, estimate_frequency
 from fitting.in_pool import head_frame, head_is_trusted, in_pool
 from fitting.motor_clock import MotorRecord
@@ -38,7 +40,6 @@ class MeasuredTrial:
     The turn is an input, like a command: in a held-out trial it is used over the scored part too.
 
     Attributes:
-        name, role, commanded_hz: as in the session.
         tracks: n frames of m markers, time from the first frame, as `session.tracks` has them and with the variables
             ``weight`` (time, keypoint), 0 where a sample is flagged, missing, or its frame has no trusted head;
             ``position_pool`` (time, space, keypoint), m, on the pool, right-handed seen from above; and of the
@@ -53,7 +54,6 @@ class MeasuredTrial:
         speed: forward speed over the whole beats of the kept frames, m/s.
         warmup_s: left out of every comparison, of a drive known to be steady too: the twin has to settle.
         tail: indices of the markers behind the head, from head to fin.
-        flags: of tracks, frequency and motor.
         first_frame: the number of the first frame in the tracks it was measured from.
         motor: what the motor did; None without a log.
         turn: of the crank, from time 0; None where it is taken to turn evenly.
@@ -345,3 +345,13 @@ def _start_velocity(time_s: np.ndarray, path_m: np.ndarray, heading_rad: np.ndar
     c = weighted_fit(columns, series, np.isfinite(series).astype(float))
     angular = 2 * np.pi * hz
     return c[1] / max(float(np.ptp(time_s[first])), 1e-9) + angular * (c[3] + 2 * c[5])
+
+
+class ExperimentsInAir(NamedTuple):
+    """Runs with the head clamped, measured as swims are, and decays of a tail that is let go."""
+
+    runs: Sequence[MeasuredTrial] = ()
+    decays: Sequence[DecayTrial] = ()
+
+
+NOTHING = ExperimentsInAir()

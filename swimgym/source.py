@@ -89,7 +89,7 @@ def _of_session(session: Path, effects: bool, draws: int, seed: int) -> Fish:
     if not (results / "posterior.nc").is_file():
         step = f"Run `calib posterior {session}`."
         raise _fault(str(results / "posterior.nc"), "there is no posterior", "nothing", "draws of a posterior", step)
-    from fitting.posterior.posterior_file import load_chains
+    from fitting.posterior.posterior import load_chains
 
     drawn = load_chains(results / "posterior.nc")[..., :5].reshape(-1, 5)
     return fish.with_coefficients(np.random.default_rng(seed).choice(drawn, draws, replace=draws > len(drawn)))

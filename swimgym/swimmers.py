@@ -12,7 +12,7 @@ import mujoco
 import numpy as np
 from mujoco.batch import Batch
 
-from swimmer.engine_log import quiet_engine
+from swimmer.engine import quiet_engine
 from swimmer.twin import PLAUSIBLE_HINGE_RAD, PLAUSIBLE_SPEED_M_S
 from swimmer.workers import workers_of
 

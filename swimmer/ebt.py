@@ -1,7 +1,16 @@
-"""Elongated body theory in the published steady form.
+"""Elongated body theory in the published steady form, and in its large-amplitude form.
 
 Lighthill, "Note on the swimming of slender fish", J. Fluid Mech. 9 (1960); as printed in "Simple Models, Real
 Swimming" (2026), whose thrust omits the factor 1/2 that momentum minus wake energy leaves and that belongs there.
+
+Lighthill, "Large-amplitude elongated-body theory of fish locomotion", Proc. R. Soc. B 179 (1971), eq. 8: averaged over
+whole beats the reactive thrust is that of the tail tip alone,
+
+    T = m < w dz/dt - 1/2 w^2 cos(theta) >,    w = dz/dt cos(theta) - dx/dt sin(theta),
+
+with x forward and z to the side in water at rest, theta the angle of the tail tip's tangent (pointing forward)
+against x, w the velocity across the tail and m its added mass per length. See also Boyer, Porez and Leroyer, J.
+Nonlinear Sci. 20 (2010). For small slopes it becomes the steady form.
 """
 
 from typing import NamedTuple
@@ -15,12 +24,7 @@ DRAG_BOUNDS = (0.0, 10.0)
 
 
 class TailMotion(NamedTuple):
-    """Mean squares of the tail tip's motion over whole beats.
-
-    Attributes:
-        lateral_speed_sq: <h_t^2>, of the lateral speed, m^2/s^2.
-        slope_sq: <h_x^2>, of the slope against the swimming direction.
-    """
+    """Mean squares over whole beats at the tail tip: <h_t^2> of its lateral speed, m^2/s^2, <h_x^2> of its slope."""
 
     lateral_speed_sq: np.ndarray
     slope_sq: np.ndarray
@@ -29,11 +33,6 @@ class TailMotion(NamedTuple):
 def added_mass_per_length(body: ElongatedBody, density_kg_m3: float, beta: float) -> float:
     """m = 1/4 rho pi beta d^2, the added mass of a cross section of depth d, kg/m (Lighthill 1960)."""
     return 0.25 * density_kg_m3 * np.pi * beta * body.depth_m**2
-
-
-def mean_thrust(motion: TailMotion, speed: np.ndarray, mass_per_length: float) -> np.ndarray:
-    """T = 1/2 m (<h_t^2> - U^2 <h_x^2>) at the tail tip, N (Lighthill 1960, eq. 12)."""
-    return 0.5 * mass_per_length * (motion.lateral_speed_sq - speed**2 * motion.slope_sq)
 
 
 def steady_speed(motion: TailMotion, robot: RobotSpec, beta: float, drag_coefficient: float) -> np.ndarray:
@@ -45,3 +44,43 @@ def steady_speed(motion: TailMotion, robot: RobotSpec, beta: float, drag_coeffic
     mass = added_mass_per_length(body, density, beta)
     resistance = density * drag_coefficient * body.reference_area_m2 + mass * motion.slope_sq
     return np.sqrt(mass * motion.lateral_speed_sq / np.maximum(resistance, 1e-12))
+
+
+class TipMotion(NamedTuple):
+    """The tail tip over whole beats, seen from a frame that swims along at the mean velocity.
+
+    Attributes:
+        forward_speed: (n,) dx/dt less its mean, m/s.
+        lateral_speed: (n,) dz/dt, m/s.
+        angle_rad: (n,) of the tangent, pointing forward, against the swimming direction.
+    """
+
+    forward_speed: np.ndarray
+    lateral_speed: np.ndarray
+    angle_rad: np.ndarray
+
+
+def steady_speed_large(motion: TipMotion, robot: RobotSpec, beta: float, drag_coefficient: float) -> float:
+    """The speed U >= 0 at which mean thrust and drag 1/2 rho c_D S U^2 balance, m/s.
+
+    Thrust is a quadratic in U, so the balance is one too; it depends on beta and c_D only through c_D / beta. Returns
+    0 where the tail gives no thrust.
+    """
+    body, density = robot.elongated_body, robot.water.density_kg_m3
+    mass = added_mass_per_length(body, density, beta)
+    constant, linear, quadratic = (mass * c for c in thrust_polynomial(motion))
+    resistance = 0.5 * density * drag_coefficient * body.reference_area_m2 - quadratic
+    if constant <= 0 or resistance <= 0:
+        return 0.0
+    return float((linear + np.sqrt(linear**2 + 4 * resistance * constant)) / (2 * resistance))
+
+
+def thrust_polynomial(motion: TipMotion) -> tuple[float, float, float]:
+    """T / m as a polynomial in U: w = a - U sin(theta) with a what the beat alone gives."""
+    forward, lateral, angle = motion
+    cos, sin = np.cos(angle), np.sin(angle)
+    across = lateral * cos - forward * sin  # a, at U = 0
+    constant = across * lateral - 0.5 * across**2 * cos
+    linear = -sin * lateral + across * sin * cos
+    quadratic = -0.5 * sin**2 * cos
+    return float(constant.mean()), float(linear.mean()), float(quadratic.mean())

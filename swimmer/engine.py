@@ -1,6 +1,11 @@
-"""Which engine and model a calibration was made with. Coefficients fitted with one are void with another."""
+"""The engine's own log, kept quiet, and which engine and model a calibration was made with.
+
+Where we look for divergence we report it in our own words. Coefficients fitted with one engine are void with another.
+"""
 
 import hashlib
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 import mujoco
 
@@ -11,6 +16,18 @@ from swimmer.mjcf import SWIM, build_mjcf
 from swimmer.robot import RobotSpec
 
 ENGINE = mujoco.__version__
+
+
+@contextmanager
+def quiet_engine() -> Iterator[None]:
+    """While it lasts the engine neither prints warnings nor writes MUJOCO_LOG.TXT into the user's folder."""
+    before, quiet = mujoco.MjLogConfig.get(), mujoco.MjLogConfig.get()
+    quiet.logto_console = quiet.logto_file = False
+    quiet.set()
+    try:
+        yield
+    finally:
+        before.set()
 
 
 def model_sha256(robot: RobotSpec) -> str:
@@ -25,11 +42,6 @@ def check_engine(made_with: Provenance, robot: RobotSpec, file: str) -> None:
 
     The fluid model is not the same in every release: with 3.12 the published coefficients swim forward, from 3.14
     on the same file swims backward.
-
-    Args:
-        made_with: of a result.
-        robot: the robot at hand.
-        file: the result, for the message.
 
     Raises:
         ModelMismatch: either differs.

@@ -20,6 +20,8 @@ class FluidCoefficients(NamedTuple):
     magnus_lift: float
 
 
+COEFFICIENT_BOUNDS = (0.0, 10.0)
+"""Within which each is sought, as published."""
 PUBLISHED_COEFFICIENTS = FluidCoefficients(0.40, 7.79, 2.81, 3.84, 0.27)
 
 

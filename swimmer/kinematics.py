@@ -9,12 +9,7 @@ from swimmer.robot import RobotSpec
 
 
 class MarkerKinematics:
-    """Places of chosen markers as a function of the planar pose of the chain.
-
-    Args:
-        robot: the robot.
-        names: the m markers wanted, in the order wanted.
-    """
+    """Places of m chosen markers, in the order given, as a function of the planar pose of the chain."""
 
     def __init__(self, robot: RobotSpec, names: tuple[str, ...]) -> None:
         origins = np.concatenate([[0.0], robot.hinge_x_m])  # (l,) of each link on the straight robot

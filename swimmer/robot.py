@@ -2,19 +2,23 @@
 
 A `RobotSpec` is read from a TOML file and validated when it is made. Lengths are in metres, masses in kilograms,
 angles in radians. The robot frame has x from nose to tail along the straight body, z up, y to complete a
-right-handed frame; the robot swims towards -x.
+right-handed frame; the robot swims towards -x. What must fit together beyond the range of each value is checked on a
+few valid tables only, so that its faults come out together with those of the rest of the file.
 """
 
-from functools import cached_property, lru_cache
+from collections.abc import Iterable, Iterator, Mapping
+from functools import cached_property, lru_cache, partial
 from importlib.resources import as_file, files
 from pathlib import Path
 from typing import Annotated
 
 import numpy as np
-from pydantic import Field, ValidationInfo, field_validator
+from pydantic import Field, ValidationError, ValidationInfo, field_validator
+from pydantic_core import InitErrorDetails, PydanticCustomError
 
+from session.errors import did_you_mean, shown
+from session.session_file import HEAD_MARKERS
 from session.toml_source import Table, key_error, load_toml
-from swimmer.robot_checks import crank_faults, guide_faults, marker_faults, part_faults, raise_together
 
 Positive = Annotated[float, Field(gt=0)]
 NonNegative = Annotated[float, Field(ge=0)]
@@ -25,6 +29,21 @@ Coordinate = Annotated[float, Field(ge=-10.0, le=10.0)]
 Mass = Annotated[float, Field(ge=1e-6, le=100.0)]
 Point = tuple[Coordinate, Coordinate, Coordinate]  # x, y, z in the robot frame, m
 HalfSize = tuple[Length, Length, Length]
+
+
+def _raise_together(faults: Iterable[InitErrorDetails]) -> None:
+    """Raises one error of pydantic's that holds every fault, each with its own place.
+
+    Raises:
+        pydantic.ValidationError: if there is any.
+    """
+    if details := list(faults):
+        raise ValidationError.from_exception_data("robot", details)
+
+
+def _fault(error: PydanticCustomError, *place: str | int) -> InitErrorDetails:
+    """The error at a place below the value that is checked; `found` is in the error already."""
+    return InitErrorDetails(type=error, loc=place, input="")
 
 
 class Water(Table):
@@ -53,7 +72,10 @@ class Head(Table):
     @field_validator("part")
     @classmethod
     def _differ(cls, part: tuple[Part, ...]) -> tuple[Part, ...]:
-        raise_together(part_faults([one.name for one in part]))
+        names = [one.name for one in part]
+        error = partial(key_error, "two parts of one name", expected="names that differ")  # each becomes a geom
+        again = [(number, name) for number, name in enumerate(names) if name in names[:number]]
+        _raise_together(_fault(error(found=shown(name)), number, "name") for number, name in again)
         return part
 
 
@@ -105,18 +127,17 @@ class Tail(Table):
     @field_validator("segment")
     @classmethod
     def _hold_their_guides(cls, segment: tuple[Segment, ...], info: ValidationInfo) -> tuple[Segment, ...]:
-        raise_together(guide_faults([one.length_m for one in segment], info.data.get("guide_inset_m")))
+        inset_m = info.data.get("guide_inset_m", 0.0)
+        error = partial(key_error, "the tendon guide is before the segment")
+        expected = f"at least tail.guide_inset_m = {inset_m:g}"
+        short = [(number, one.length_m) for number, one in enumerate(segment) if one.length_m < inset_m]
+        _raise_together(_fault(error(found=shown(m), expected=expected), number, "length_m") for number, m in short)
         return segment
 
     @property
     def hinges(self) -> tuple[str, ...]:
         """Names of the hinges, which are also those of the bodies behind them."""
         return tuple(f"tail_{i + 1}" for i in range(len(self.segment)))
-
-    @property
-    def links(self) -> tuple[str, ...]:
-        """Names of the rigid links, from the head to the last segment."""
-        return ("head", *self.hinges)
 
 
 class CaudalFin(Table):
@@ -173,24 +194,35 @@ class RobotSpec(Table):
     @classmethod
     def _clear_of_the_crank(cls, tail: Tail, info: ValidationInfo) -> Tail:
         crank: Crank | None = info.data.get("crank")
-        reach_m = None if crank is None else crank.position_m[0] + crank.arm_m
-        raise_together(crank_faults(reach_m, tail.start_m))
+        if crank is not None and (reach_m := crank.position_m[0] + crank.arm_m) >= tail.start_m:
+            expected = f"more than crank.position_m[0] + crank.arm_m = {reach_m:g}"
+            error = key_error("the crank would hit the tail", found=shown(tail.start_m), expected=expected)
+            _raise_together([_fault(error, "start_m")])
         return tail
 
     @field_validator("markers")
     @classmethod
     def _on_the_robot(cls, markers: dict[str, Marker], info: ValidationInfo) -> dict[str, Marker]:
-        tail = info.data.get("tail")
-        body, x_m = {}, {}
+        tail: Tail | None = info.data.get("tail")
+        links = ("head", *tail.hinges) if tail else ()  # none: not known
+        faults = []
         for name, marker in markers.items():
-            body[name], x_m[name] = marker.body, marker.position_m[0]
-        raise_together(marker_faults(body, x_m, tail.links if tail else ()))
+            if links and marker.body not in links:
+                error = key_error(
+                    "the marker is on a link the robot lacks",
+                    found=shown(marker.body),
+                    expected="a link of the robot",
+                    choices=links,
+                    next_step=did_you_mean(marker.body, links),
+                )
+                faults.append(_fault(error, name, "body"))
+        _raise_together([*faults, *_head_frame_faults(markers)])
         return markers
 
     @cached_property
     def links(self) -> tuple[str, ...]:
         """Names of the rigid links that can carry markers, from the head to the last segment."""
-        return self.tail.links
+        return ("head", *self.hinges)
 
     @cached_property
     def hinges(self) -> tuple[str, ...]:
@@ -227,9 +259,33 @@ class RobotSpec(Table):
         """From the nose marker to the tips of the caudal fin, m."""
         return self.fin_root_x_m + self.caudal_fin.length_m - self.markers["nose"].position_m[0]
 
+    def changed(self, **tables: Mapping[str, object]) -> "RobotSpec":
+        """The same with other values in some of its tables, by table and key; they are not validated."""
+        parts = {name: getattr(self, name).model_copy(update=values) for name, values in tables.items()}
+        return self.model_copy(update=parts)
+
     def marker_positions_m(self, names: tuple[str, ...]) -> np.ndarray:
         """(m, 3) places of the named markers on the straight robot, robot frame, m."""
         return np.array([self.markers[name].position_m for name in names])
+
+
+def _head_frame_faults(markers: dict[str, Marker]) -> Iterator[InitErrorDetails]:
+    for name in HEAD_MARKERS:
+        if name not in markers:
+            expected = "nose and neck among the markers: they make the head frame"
+            yield _fault(key_error(f"marker {name!r} is missing", found=shown(list(markers)), expected=expected), name)
+        elif (body := markers[name].body) != "head":
+            what = "a marker of the head frame is not on the head"
+            yield _fault(key_error(what, found=shown(body), expected="'head'"), name, "body")
+    nose, neck = (markers[name].position_m[0] if name in markers else None for name in HEAD_MARKERS)
+    if nose is not None and neck is not None and nose >= neck:
+        error = key_error(
+            "the nose is not before the neck",
+            found=f"x = {nose:g}",
+            expected=f"less than that of the neck, {neck:g}",
+            next_step="x runs from nose to tail.",
+        )
+        yield _fault(error, "nose", "position_m")
 
 
 def load_robot(path: Path | None = None) -> RobotSpec:

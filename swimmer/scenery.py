@@ -17,15 +17,11 @@ _TILE, _JOINT = (0.30, 0.52, 0.60), (0.45, 0.66, 0.72)
 
 
 def add_scenery(spec: mujoco.MjSpec, robot: RobotSpec) -> mujoco.MjSpec:
-    """Puts a robot into a pool to look at, with sensors of head, crank and hinges.
+    """Puts a robot, as `build_mjcf` made it, into a pool to look at, with sensors; returns it.
 
     Cameras: `follow` goes along next to the robot, `above` looks straight down as over a pool. Sensors: `head_position`
     (m), `head_orientation` (quaternion), `head_velocity` (m/s), `crank_angle` (rad), `crank_speed` (rad/s) and
     `<hinge>_angle` (rad).
-
-    Args:
-        spec: of `build_mjcf`, swimming; it is changed, and returned.
-        robot: that it was built of.
     """
     _add_pool(spec)
     head = spec.body("head")

@@ -14,7 +14,7 @@ from mujoco.batch import Batch
 from scipy.interpolate import CubicSpline
 
 from session.errors import SimulationDiverged
-from swimmer.engine_log import quiet_engine
+from swimmer.engine import quiet_engine
 from swimmer.kinematics import MarkerKinematics
 from swimmer.mjcf import DRY, SWIM, Scene, build_mjcf
 from swimmer.robot import RobotSpec

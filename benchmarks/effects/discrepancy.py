@@ -26,7 +26,7 @@ from diagnosis.discrepancy import Discrepancy, nearness
 from fitting.in_pool import tail_markers
 from fitting.model.features import advanced, beat_phase, harmonics_of
 from fitting.signatures.session_row import PRIOR_SD, row_slopes
-from fitting.signatures.slopes import little
+from fitting.signatures.signature import little
 from session.create import FISHSIM_MARKERS
 from swimmer import load_robot
 from swimmer.effects import catalogue
@@ -242,6 +242,22 @@ def _unlikely(rows: Mapping[float, Sequence[_Row]], one: tuple[str, int] | None 
     return -float(logsumexp(of_sizes, axis=0).sum())
 
 
+def save(found: Discrepancy, path: Path, seeds: Sequence[int]) -> None:
+    """Writes it, for `Discrepancy.load`, with the seeds of the sessions that it was found from."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    np.savez_compressed(
+        path,
+        directions=found.directions.astype(np.float32),
+        common=found.common.astype(np.float32),
+        effects=np.array([name for name, own in found.strengths.items() for _ in own], dtype=np.str_),
+        strengths=np.array([strength for own in found.strengths.values() for strength in own], dtype=float),
+        beat=found.beat.astype(np.complex64),
+        heavy=np.array(list(found.heavy), dtype=np.str_),
+        heavy_tails=np.reshape(list(found.heavy.values()), (-1, 2)),
+        seeds=np.array(seeds),
+    )
+
+
 def measure(path: Path, workers: int = 0) -> None:
     """Simulates the sessions, and writes what is found."""
     asked, others = SEEDS[:WITH_EFFECTS], SEEDS[WITH_EFFECTS:]
@@ -253,7 +269,7 @@ def measure(path: Path, workers: int = 0) -> None:
         if failures := run_cases(work, batches, run, lambda _, sessions: found.extend(sessions)):
             raise RuntimeError(f"{failures[0].name}: {failures[0].message}")
     found.sort(key=lambda session: session.seed)
-    replace(discrepancy_of(found), heavy=HEAVY).save(path, list(SEEDS))
+    save(replace(discrepancy_of(found), heavy=HEAVY), path, list(SEEDS))
 
 
 if __name__ == "__main__":

@@ -7,28 +7,30 @@ from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
-from scipy.linalg import block_diag
+from scipy.linalg import block_diag, solve_triangular
 
+from benchmarks.effects.closest_fit import ClosestFit, closest_fit_of
 from benchmarks.effects.drawn import GLUED_SD_M, DrawnWorld
 from benchmarks.effects.suite import WARMUP_S
 from benchmarks.reality import Recording
 from benchmarks.reality.noise import PixelNoise
-from diagnosis.described import perturbed_robots
 from diagnosis.discrepancy import Discrepancy
 from diagnosis.linear_model import LinearModel
+from diagnosis.tolerances import perturbed_robots
 from fitting.model.features import advanced, phase_between
+from fitting.model.mode import broyden
 from fitting.model.noise import FeatureNoise
 from fitting.model.session_model import START_PHASE_RAD, PlacementUncertainty, SessionModel
 from fitting.model.trial_model import TrialModel
-from fitting.objective import COEFFICIENT_BOUNDS
-from fitting.signatures import Signature, Together, Whitened, signature_of
-from fitting.signatures.session_row import LONG, PRIOR_SD, mended, residual_row, row_covariance, row_slopes
+from fitting.signatures import Signature, Whitened, signature_of
+from fitting.signatures.session_row import LONG, PRIOR_SD, residual_row, row_covariance, row_slopes
 from fitting.trial import MeasuredTrial, measure_trial
 from session import CameraSpec, TrialSpec
 from session.create import FISHSIM_MARKERS
 from session.tracks import as_tracks
 from swimmer import Twin, load_robot
 from swimmer.effects import Effect, catalogue
+from swimmer.fluid import COEFFICIENT_BOUNDS
 
 _ROUNDS, _GAIN = 7, 0.8  # share of a step that is taken: the twin is not linear
 _STILL = 0.1  # whitened length of a step after which none is taken
@@ -45,7 +47,13 @@ class Change(NamedTuple):
 
     def strays(self, row: np.ndarray) -> float:
         """How far from these coefficients, whitened, those are that best make up for a row (k,)."""
-        return self.space.moved(self.space.coefficients(row) - self.step)
+        return moved(self.space, self.space.coefficients(row) - self.step)
+
+
+def moved(space: Whitened, change: np.ndarray) -> float:
+    """By how much a change (5,) of the coefficients moves the row, with the prior's distance."""
+    white = solve_triangular(space.root, space.slopes @ change, lower=True)
+    return float(np.sqrt(white @ white + space.precision @ change**2))
 
 
 def nearest(model: SessionModel, start: np.ndarray, covariance: np.ndarray) -> np.ndarray:
@@ -64,20 +72,24 @@ def nearest(model: SessionModel, start: np.ndarray, covariance: np.ndarray) -> n
         space = Whitened.of(covariance, slopes, PRIOR_SD)
         before, at = at, np.clip(at + _GAIN * space.coefficients(residual), *COEFFICIENT_BOUNDS)
         step = at - before
-        length = space.moved(step)
+        length = moved(space, step)
         if length < _STILL:
             break
         before_step, residual = residual, residual_row(model, at)
-        slopes = row_slopes(model, at) if length > LONG else mended(slopes, step, before_step - residual, PRIOR_SD)
+        slopes = (
+            row_slopes(model, at)
+            if length > LONG
+            else broyden(slopes, step, before_step - residual, step * PRIOR_SD**-2.0)
+        )
     return at
 
 
-def closest_fit(changes: Sequence[Change], signatures: Sequence[Signature]) -> tuple[int, Together]:
+def closest_fit(changes: Sequence[Change], signatures: Sequence[Signature]) -> tuple[int, ClosestFit]:
     """The closest fit of some effects, or of none, to what is changed, and the number of the change that gives it.
 
     Seen from where coefficients end nearest to those that they are seen from: farther off the twin is not linear.
     """
-    found = [change.space.together(change.row, signatures) for change in changes]
+    found = [closest_fit_of(change.space, change.row, signatures) for change in changes]
     number = min(range(len(changes)), key=lambda i: changes[i].strays(found[i].residual))
     return number, found[number]
 

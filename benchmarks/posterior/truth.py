@@ -8,14 +8,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fitting.from_rest import speed_from_rest
-from fitting.model.robot_uncertainty import uncertainties_of
-from fitting.objective import COEFFICIENT_BOUNDS
-from fitting.structure import assumed
+from fitting.forecast import speed_from_rest
+from fitting.structure import assumed, uncertainties_of
 from fitting.trial import MeasuredTrial, measure_trial
 from session import CameraSpec, TrialSpec
 from session.create import FISHSIM_MARKERS
 from swimmer import FluidCoefficients, RobotSpec, Twin, load_robot
+from swimmer.fluid import COEFFICIENT_BOUNDS
 from swimmer.mjcf import SWIM
 from synthetic import SyntheticCamera, SyntheticPlan, SyntheticTrial, TrackingNoise, simulate_swims
 from synthetic.recorder import tracked

@@ -11,7 +11,7 @@ import pandas as pd
 
 from calib.results.figures import PosteriorFigures
 from calib.results.result import Result, flag_frame, flag_lines, forecast_frame
-from fitting.marginal import Marginal
+from fitting.coefficient_fit import Marginal
 from reports.forecast_words import drawn_sentence
 from reports.numbers import counted, in_words, listed, of_its_size, shown, spanned
 from session import Flag

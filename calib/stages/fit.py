@@ -24,7 +24,7 @@ from swimmer.engine import ENGINE, check_engine, model_sha256
 from swimmer.scenery import add_scenery
 
 if TYPE_CHECKING:
-    from fitting.marginal import Marginal
+    from fitting.coefficient_fit import Marginal
 
 _FORM = 11  # of calibration.json
 _UPON = ("posterior.nc", "diagnosis.json", "report.html")  # results that rest on a fit

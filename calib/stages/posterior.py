@@ -16,7 +16,7 @@ from calib.options import EffortName, Job
 from calib.stages.fit import FitStage
 from fitting import Calibration, MeasuredTrial
 from fitting.model import Mode, SessionModel, mode_at
-from fitting.model.robot_uncertainty import uncertainties_of
+from fitting.structure import uncertainties_of
 from session.errors import NotConverged
 from session.results import writing_whole
 from session.stage import Stage
@@ -53,7 +53,7 @@ class PosteriorStage(Stage):
             NotConverged: too few effective draws, or chains that disagree; nothing is written.
         """
         from fitting.posterior import sample_posterior
-        from fitting.posterior.posterior_file import save_draws
+        from fitting.posterior.posterior import save_draws
         from fitting.posterior.summary import SUMMARY, summarise
         from fitting.signatures.score_tests import score_tests
 

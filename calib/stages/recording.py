@@ -12,7 +12,7 @@ from calib.pipeline import Pipeline
 from calib.progress import is_kernel
 from diagnosis.result import MissingForces
 from fitting import CalibratedTrial
-from fitting.scoring import residuals
+from fitting.forecast import residuals
 from reports.recording import APPLICATION, MissingOverTime, RecordedTrial, make_proxy, write_recording
 from session import NotEnoughData, SwimcalError, TrialSpec
 from session.stage import Stage

@@ -16,9 +16,9 @@ from fitting import MeasuredTrial, measure_trial
 from fitting.dry_run import DryTrial, measure_dry_run
 from fitting.free_decay import DecayTrial, measure_decay_trial
 from fitting.free_decay.decay_trial import FAR_OUT_PX
-from fitting.in_air import ExperimentsInAir
 from fitting.motor_clock import read_motor
 from fitting.structure import DryExperiments
+from fitting.trial import ExperimentsInAir
 from session import FaultCollector, NotEnoughData, TrialSpec
 from session.stage import Stage, fingerprint_of
 from session.tracks import load_tracks, save_tracks

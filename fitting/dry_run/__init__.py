@@ -1,9 +1,8 @@
 """The dry run: crank arm, speed and phase from a robot whose head is clamped in air while its motor turns."""
 
-from fitting.dry_run.crank import CrankFit, CrankTrial
-from fitting.dry_run.crank_fit import crank_response, fit_crank
+from fitting.dry_run.crank import CrankFit, CrankTrial, crank_response, fit_crank
 from fitting.dry_run.measured import DryTrial, measure_dry_run
-from fitting.dry_run.tendons import PUBLISHED_STRETCH
+from fitting.dry_run.response import PUBLISHED_STRETCH
 
 __all__ = [
     "PUBLISHED_STRETCH",

@@ -1,13 +1,38 @@
-"""What dry runs say of the crank: its arm, and of each run speed, phase and how close the twin comes."""
+"""The crank arm, and the speed and phase of every dry run: the published search, then one fit of all runs together."""
 
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
-from fitting.dry_run.error_surface import Cell, ErrorSurface
+from fitting.dry_run.error_surface import (
+    ARM_SPAN,
+    Cell,
+    CrankGrid,
+    ErrorSurface,
+    distance_at,
+    error_surface,
+    lowest_point,
+    speed_range,
+)
+from fitting.dry_run.joint import JointFit, fit_joint
 from fitting.dry_run.measured import DryTrial
-from fitting.dry_run.tendons import TendonUse
-from session import Flag
+from fitting.dry_run.response import PUBLISHED_STRETCH, DryResponse, TendonUse, simulate_response, tendon_use, with_arm
+from fitting.trial import SCALE_OFF, SCORED_S
+from session import Flag, NotEnoughData
+from swimmer import RobotSpec
+
+FEWEST_TURNS = 2.0
+SLACK_SHARE = 0.9  # of the turn and the tendons; those of the built-in robot are slack for 0.78 to 0.85 of it
+STRETCH_OFF = 0.01  # above the published stretch; the built-in robot stays below it, at 0.0001
+POOR_MOTION = 0.1  # of the sideways motion of the last marker, root mean square
+ARM_POOR = 0.05  # standard error over arm, or spread between trials, that leaves the arm open
+_EDGE = 0.02  # of a range: an estimate this close to its end is at its end
+PUBLISHED_GRID = CrankGrid()
+_GLANCE = CrankGrid(speeds=21, phases=20)  # enough to start a joint fit from
+_WIDENINGS = 2  # of the grid of arms
 
 
 @dataclass(frozen=True, eq=False)
@@ -15,7 +40,6 @@ class CrankTrial:
     """One dry run and the twin with the fitted arm.
 
     Attributes:
-        measured: the run.
         speed_hz, speed_se_hz: turns of the crank a second.
         phase_rad, phase_se_rad: crank angle at time 0, from 0 to 2 pi.
         marker_error_m: published distance of the twin with the joint arm and this speed and phase, m.
@@ -24,7 +48,6 @@ class CrankTrial:
         published: this run's own lowest published distance.
         surface: the published distance on the grid.
         tendons: in the twin, at the fitted arm and speed.
-        flags: what is doubtful.
     """
 
     measured: DryTrial
@@ -53,7 +76,6 @@ class CrankFit:
     Attributes:
         arm_m, arm_se_m: of the joint fit of all runs, and its standard error, m.
         smooth_m: smallest and largest arm around it over which the tail moves smoothly; the arm is within, m.
-        trials: the runs.
         flags: what is doubtful about the arm.
     """
 
@@ -72,3 +94,181 @@ class CrankFit:
     def arm_published_m(self) -> float:
         """The published estimate: the mean of those, m."""
         return float(np.mean(self.arm_per_trial_m))
+
+
+def trial_flags(found: CrankTrial, smooth_m: tuple[float, float]) -> Iterator[Flag]:
+    """The flags of one trial's speed, phase and distance; the tail moves smoothly over arms of `smooth_m`."""
+    run, hz, arm_m = found.measured, found.surface.hz, found.published.arm_m
+    seconds, scored_s = float(np.ptp(run.time_s)), float(np.ptp(run.time_s[run.scored]))
+    turns = seconds * found.speed_hz
+    if turns < FEWEST_TURNS or scored_s <= 0.95 * SCORED_S:
+        message = (
+            f"only {seconds:.1f} s, {turns:.1f} turns of the crank, after the warm-up; the published distance asks for "
+            f"{SCORED_S:g} s, and fewer than {FEWEST_TURNS:g} turns separate speed from phase poorly"
+        )
+        yield Flag("too_short", message=message)
+    if not _inside(found.speed_hz, hz[0], hz[-1]):
+        message = f"the speed, {found.speed_hz:.3f} Hz, sits at the edge of the grid, {hz[0]:.3f} to {hz[-1]:.3f} Hz"
+        yield Flag("at_bound", message=message)
+    if not _inside(arm_m, *smooth_m):
+        smoothly = f"{1000 * smooth_m[0]:.1f} to {1000 * smooth_m[1]:.1f} mm"
+        message = (
+            f"the lowest published distance of this run alone is at {1000 * arm_m:.1f} mm, at or beyond the "
+            f"end of the arms with which the tail moves smoothly, {smoothly}"
+        )
+        yield Flag("at_bound", message=message)
+    yield from _of_motion(found)
+
+
+def _of_motion(found: CrankTrial) -> Iterator[Flag]:
+    swing = found.measured.frequency.amplitude_m / np.sqrt(2)
+    if found.motion_error_m > POOR_MOTION * swing:
+        message = (
+            f"whatever its crank, the twin's tail moves otherwise than the measured one: "
+            f"{1000 * found.motion_error_m:.1f} mm apart (root mean square), where the last marker moves by "
+            f"{1000 * swing:.0f} mm; arm and standard error may be off"
+        )
+        yield Flag("poor_fit", message=message)
+    if abs(found.scale - 1) > SCALE_OFF:
+        message = (
+            f"all markers together give a scale {100 * (found.scale - 1):+.0f} % off that of nose and neck: a box "
+            "off its marker, parallax, or a robot that differs from its description"
+        )
+        yield Flag("scale_off_robot", message=message)
+    if found.tendons.slack_share > SLACK_SHARE:
+        message = (
+            f"for {100 * found.tendons.slack_share:.0f} % of the turn a tendon is shorter than at rest, by up to "
+            f"{100 * found.tendons.shortening:.1f} %: a string would be slack there, the twin's springs push"
+        )
+        yield Flag("tendon_pushes", message=message)
+    if found.tendons.stretch - PUBLISHED_STRETCH > STRETCH_OFF:
+        message = (
+            f"the twin's tendons stretch by up to {100 * found.tendons.stretch:.1f} %, published are about "
+            f"{100 * PUBLISHED_STRETCH:.0f} %"
+        )
+        yield Flag("tendon_stretch", message=message)
+
+
+def fit_flags(joint: JointFit, response: DryResponse, arm_per_trial_m: Sequence[float]) -> Iterator[Flag]:
+    """The flags of the arm."""
+    low, high = response.range_of(joint.branch)
+    if not _inside(joint.arm_m, low, high):
+        snaps = joint.arm_m > (low + high) / 2 and high < response.arm_m[-1]
+        why = "; with a longer one the twin's tail snaps over" if snaps else ", the edge of the grid"
+        yield Flag("at_bound", message=f"the arm, {1000 * joint.arm_m:.2f} mm, is at the end of its range{why}")
+    if joint.arm_se_m > ARM_POOR * joint.arm_m:
+        error = f"{1000 * joint.arm_se_m:.1f} mm (standard error)"
+        yield Flag("unidentifiable", message=f"the arm is only known to {error}: the runs do not determine it")
+    if max(arm_per_trial_m) - min(arm_per_trial_m) > ARM_POOR * float(np.mean(arm_per_trial_m)):
+        arms = ", ".join(f"{1000 * arm:.1f}" for arm in arm_per_trial_m)
+        message = f"taken alone, with nose and neck as marked, the runs give arms of {arms} mm: rely on the joint fit"
+        yield Flag("trials_disagree", message=message)
+
+
+def _inside(value: float, low: float, high: float) -> bool:
+    return bool(low + _EDGE * (high - low) < value < high - _EDGE * (high - low))
+
+
+def fit_crank(
+    trials: Sequence[DryTrial],
+    robot: RobotSpec,
+    response: DryResponse,
+    grid: CrankGrid = PUBLISHED_GRID,
+    workers: int = 0,
+) -> CrankFit:
+    """Finds the crank arm of a robot from its dry runs.
+
+    Args:
+        trials: from `measure_dry_run`.
+        robot: whose arm is sought.
+        response: of it to these trials or more of them (`crank_response`).
+        grid: of the published search, for each trial.
+        workers: threads; 0 for all cores.
+
+    Raises:
+        NotEnoughData: no trial.
+        SimulationDiverged: the fitted motion does not stay bounded.
+    """
+    if not trials:
+        raise NotEnoughData('no dry run: the crank needs at least one trial with kind = "dry"')
+    with threadpool_limits(1, user_api="blas"):  # small matrices, for which threads only wait
+        surfaces = [error_surface(trial, response, grid, workers) for trial in trials]
+        lowest = [lowest_point(t, response, surface) for t, surface in zip(trials, surfaces, strict=True)]
+        joint = fit_joint(trials, response, lowest)
+        return _assembled(trials, with_arm(robot, joint.arm_m), response, surfaces, lowest, joint, workers)
+
+
+def crank_response(
+    trials: Sequence[DryTrial], robot: RobotSpec, grid: CrankGrid = PUBLISHED_GRID, workers: int = 0
+) -> DryResponse:
+    """What `fit_crank` simulates: the grid's arms about that of the robot, at the speeds of these trials.
+
+    Where the trials ask for an arm beyond the grid, it is widened by as much again, twice at most.
+
+    Raises:
+        NotEnoughData: no smooth motion of the tail over four neighbouring arms.
+    """
+    own = robot.crank.arm_m
+    step = 2 * ARM_SPAN * own / (grid.arms - 1)
+    arms = _on_the_crank((1 - ARM_SPAN) * own + step * np.arange(grid.arms), robot)
+    simulate = partial(simulate_response, robot, tuple(robot.markers), range_hz=speed_range(trials), workers=workers)
+    response = simulate(arm_m=arms)
+    for _ in range(_WIDENINGS):
+        beyond = step * np.arange(1, grid.arms // 2 + 1)
+        side = _asked_beyond(trials, response, workers)
+        more = response.arm_m[-1] + beyond if side > 0 else response.arm_m[0] - beyond[::-1]
+        arms = _on_the_crank(more, robot)
+        if not side or not len(arms):
+            break
+        response = simulate(arm_m=np.sort(np.concatenate([response.arm_m, arms])))
+    return response
+
+
+def _on_the_crank(arm_m: np.ndarray, robot: RobotSpec) -> np.ndarray:
+    """Those of these arms that are long enough to hold the anchors."""
+    return arm_m[arm_m > 1.05 * robot.crank.anchor_inset_m]
+
+
+def _asked_beyond(trials: Sequence[DryTrial], response: DryResponse, workers: int) -> int:
+    """-1 where the trials ask for an arm below those simulated, 1 above, 0 within; beyond a snap there is none."""
+    low, high = response.arm_m[[0, -1]]
+    with threadpool_limits(1, user_api="blas"):
+        starts = [error_surface(trial, response, _GLANCE, workers).valleys(1)[0] for trial in trials]
+        arm_m = fit_joint(trials, response, starts).arm_m
+    margin = (high - low) / len(response.arm_m)
+    return int(arm_m > high - margin) - int(arm_m < low + margin)
+
+
+def _assembled(
+    trials: Sequence[DryTrial],
+    robot: RobotSpec,
+    response: DryResponse,
+    surfaces: list[ErrorSurface],
+    lowest: list[Cell],
+    joint: JointFit,
+    workers: int,
+) -> CrankFit:
+    hz = np.array([trial.hz for trial in joint.trials])
+    uses = tendon_use(robot, hz, workers)
+    smooth = response.range_of(joint.branch)
+    found = []
+    for i, (trial, own) in enumerate(zip(trials, joint.trials, strict=True)):
+        turn = response.turn(joint.arm_m, own.hz, joint.branch)
+        one = CrankTrial(
+            measured=trial,
+            speed_hz=own.hz,
+            speed_se_hz=own.hz_se,
+            phase_rad=turn.crank_rad(own.phase_rad),
+            phase_se_rad=own.phase_se_rad,
+            marker_error_m=distance_at(trial, response.select(trial.markers), joint.arm_m, own.hz, own.phase_rad),
+            scale=own.scale,
+            motion_error_m=own.motion_error_m,
+            published=lowest[i],
+            surface=surfaces[i],
+            tendons=uses[i],
+            flags=trial.flags,
+        )
+        flags = trial_flags(one, smooth)
+        found.append(replace(one, flags=(*trial.flags, *flags)))
+    flags = fit_flags(joint, response, [cell.arm_m for cell in lowest])
+    return CrankFit(joint.arm_m, joint.arm_se_m, smooth, tuple(found), tuple(flags))

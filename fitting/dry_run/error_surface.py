@@ -1,4 +1,4 @@
-"""The published search: the mean marker distance on a grid of crank arm, speed and phase.
+"""The published search: the mean marker distance on a grid of crank arm, speed and phase, its best cells refined.
 
 "Simple Models, Real Swimming" (2026), identification of the dry robot: of all simulations on the grid, the one whose
 markers stay closest to the measured ones over a fixed 4 s, head clamped, in the head frame. Here phase costs no
@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 from scipy.ndimage import minimum_filter
+from scipy.optimize import minimize
 
 from fitting.dry_run.measured import DryTrial
 from fitting.dry_run.response import ANGLES, DryResponse
@@ -20,6 +21,7 @@ from swimmer.workers import workers_of
 
 ARM_SPAN, SPEED_SPAN = 0.25, 0.15  # either side of the robot's own arm and of the command, relative
 FAR_FROM_BEAT = 0.3
+_EVALUATIONS, _VALLEYS = 250, 3
 
 
 @dataclass(frozen=True)
@@ -93,14 +95,7 @@ def speed_range(trials: Sequence[DryTrial]) -> tuple[float, float]:
 
 
 def error_surface(trial: DryTrial, response: DryResponse, grid: CrankGrid, workers: int = 0) -> ErrorSurface:
-    """The published distance at every point of the grid: all simulated arms, speeds around command and beat.
-
-    Args:
-        trial: with markers that the response has.
-        response: its arms are the grid's.
-        grid: how many speeds and phases.
-        workers: threads; 0 for all cores.
-    """
+    """The published distance at every point of the grid: all simulated arms, speeds around command and beat."""
     hz = np.linspace(*speed_range([trial]), grid.speeds)
     own = response.select(trial.markers)
     measured = _ScoredTrial.of(trial, own)
@@ -161,3 +156,50 @@ class _ScoredTrial:
         step = np.roll(table, -1, axis=1) - table
         off = table[:, rows] + share * step[:, rows] - self.place  # (2, k, p, t)
         return self.head_m + np.einsum("kt,kpt->p", self.weight, np.sqrt(off[0] ** 2 + off[1] ** 2), optimize=True)
+
+
+def lowest_point(trial: DryTrial, response: DryResponse, surface: ErrorSurface) -> Cell:
+    """The lowest point of a surface: its deepest valleys, each followed to its floor (Nelder and Mead 1965).
+
+    A valley beyond a snap of the tail, where nothing is interpolated, stays at its cell.
+    """
+    own = response.select(trial.markers)
+    return min(
+        (_refined(trial, own, surface, cell) for cell in surface.valleys(_VALLEYS)), key=lambda cell: cell.distance_m
+    )
+
+
+def distance_at(trial: DryTrial, response: DryResponse, arm_m: float, hz: float, phase_rad: float) -> float:
+    """The published distance of a point between those of the grid, m; `response` holds the trial's markers."""
+    turn = response.turn(arm_m, hz, response.branch_at(arm_m))
+    model = in_head_frame(turn.at(phase_rad + 2 * np.pi * hz * trial.even_s), trial.markers)
+    return published_distance(trial, model)
+
+
+def _refined(trial: DryTrial, response: DryResponse, surface: ErrorSurface, cell: Cell) -> Cell:
+    low, high = response.range_of(response.branch_at(cell.arm_m))
+    if not low <= cell.arm_m <= high:
+        return cell
+    steps = np.array([np.ptp(axis) / max(len(axis) - 1, 1) for axis in (surface.arm_m, surface.hz, surface.phase_rad)])
+    middle = trial.even_s[trial.scored].mean()  # phase counted from here hardly depends on the speed
+
+    def point(x: np.ndarray) -> tuple[float, float, float]:
+        hz = cell.hz + steps[1] * x[1]
+        turned = 2 * np.pi * middle * (hz - cell.hz)
+        return cell.arm_m + steps[0] * x[0], hz, cell.phase_rad + steps[2] * x[2] - turned
+
+    bounds = [
+        ((low - cell.arm_m) / steps[0], (high - cell.arm_m) / steps[0]),
+        tuple((surface.hz[[0, -1]] - cell.hz) / steps[1]),
+        (-10.0, 10.0),
+    ]
+    simplex = np.vstack([np.zeros(3), np.diag([-1.0 if cell.arm_m >= high else 1.0, 1.0, 1.0])])
+    found = minimize(
+        lambda x: distance_at(trial, response, *point(x)),
+        np.zeros(3),
+        method="Nelder-Mead",
+        bounds=bounds,
+        options={"initial_simplex": simplex, "maxfev": _EVALUATIONS, "xatol": 1e-3, "fatol": 1e-8},
+    )
+    arm_m, hz, phase_rad = map(float, point(found.x))
+    return Cell(arm_m, hz, phase_rad % (2 * np.pi), float(found.fun))

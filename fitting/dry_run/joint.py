@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
+from scipy.linalg import block_diag
 from scipy.optimize import least_squares
 from scipy.stats import t as student
 from threadpoolctl import threadpool_limits
@@ -18,7 +19,7 @@ from threadpoolctl import threadpool_limits
 from fitting.dry_run.error_surface import Cell
 from fitting.dry_run.measured import DryTrial
 from fitting.dry_run.response import DryResponse
-from fitting.frequency_error import standard_error
+from fitting.frequency import standard_error
 
 _ROUNDS = 3  # of fit and noise level
 _OWN = 6  # numbers a trial has to itself: speed, phase, place (2), turned scale (2)
@@ -62,13 +63,7 @@ class JointFit(NamedTuple):
 
 
 def fit_joint(trials: Sequence[DryTrial], response: DryResponse, starts: Sequence[Cell]) -> JointFit:
-    """Fits arm, speeds and phases to all frames of all trials.
-
-    Args:
-        trials: each with markers that the response has.
-        response: of arms and speeds around the starts.
-        starts: a point for each trial; the arm starts at their median.
-    """
+    """Fits arm, speeds and phases to all frames of all trials; the arm starts at the median of the starts."""
     arm_m = float(np.median([start.arm_m for start in starts]))
     branch = response.branch_at(arm_m)
     parts = [_Part(trial, response.select(trial.markers), branch, Spread()) for trial in trials]
@@ -129,7 +124,6 @@ class _Part:
 
 
 def _points(point: np.ndarray) -> list[np.ndarray]:
-    """Arm, speed and phase of each trial."""
     return [np.array([point[0], hz, phase]) for hz, phase in point[1:].reshape(-1, 2)]
 
 
@@ -211,14 +205,9 @@ def _with_errors(parts: list[_Part], branch: int, point: np.ndarray) -> JointFit
 
 def _pulls(slopes: list[np.ndarray]) -> np.ndarray:
     """(r, 1 + 6 t) by how much each split row of all trials moves each number: the arm, then six of every trial."""
-    count = 1 + _OWN * len(slopes)
-    whole = np.zeros((sum(len(s) for s in slopes), count), complex)
-    row = 0
-    for i, own in enumerate(slopes):
-        rows = slice(row, row + len(own))
-        whole[rows, 0] = own[:, 0]
-        whole[rows, 1 + _OWN * i : 1 + _OWN * (i + 1)] = own[:, 1:]
-        row += len(own)
+    whole = np.column_stack(
+        [np.concatenate([own[:, 0] for own in slopes]), block_diag(*[own[:, 1:] for own in slopes])]
+    )
     information = (whole.conj().T @ whole).real
     size = np.sqrt(np.diag(information)) + 1e-300
     inverse = np.linalg.pinv(information / np.outer(size, size), hermitian=True) / np.outer(size, size)

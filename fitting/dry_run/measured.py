@@ -24,7 +24,6 @@ class DryTrial:
     motor log, those of its steady drive.
 
     Attributes:
-        name, commanded_hz: as in the session.
         markers: names of the m markers.
         time_s: (n,) from the first frame of the recording, or of the drive where a motor log gives it, s.
         even_s: (n,) when the crank would be where it is if it turned evenly at its mean speed; `time_s` without a log.
@@ -127,7 +126,6 @@ def _even(time_s: np.ndarray, crank_rad: np.ndarray) -> np.ndarray:
 
 
 def _moving_head(position_m: np.ndarray, markers: tuple[str, ...]) -> tuple[Flag, ...]:
-    """Whether the head that should be clamped moves."""
     head = position_m[:, [markers.index("nose"), markers.index("neck")]].mean(axis=1)
     head = head[np.isfinite(head).all(axis=1)]
     moved = float(np.percentile(np.linalg.norm(head - np.median(head, axis=0), axis=1), 90)) if len(head) else 0.0

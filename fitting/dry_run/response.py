@@ -13,6 +13,7 @@ from functools import cached_property
 from itertools import pairwise
 from typing import NamedTuple
 
+import mujoco
 import numpy as np
 from scipy.interpolate import BSpline, CubicSpline, barycentric_interpolate, make_interp_spline
 
@@ -27,15 +28,13 @@ FEWEST_ARMS = 4  # of a branch that is interpolated
 _SETTLING_TURNS = 1
 _SPEEDS = 6  # simulated of a range
 _JUMP = 3.0  # times the usual change between neighbouring arms
+PUBLISHED_STRETCH = 0.03  # "Simple Models, Real Swimming" (2026): about 3 % in use
+SLACK = 1e-3  # a tendon shorter than at rest by more than this share is slack
+_TENDON_ANGLES = 60  # of a turn, at which the tendons are looked at
 
 
 class Turn(NamedTuple):
-    """One turn of the crank.
-
-    Attributes:
-        marker_m: (angles, m) x + i y in the robot frame, m, evenly spaced in time from where the crank is at 0.
-        lead_rad: (angles,) by how much the crank is ahead of an even turn.
-    """
+    """One turn: (angles, m) markers x + i y, robot frame, m, evenly in time from angle 0; (angles,) crank ahead."""
 
     marker_m: np.ndarray
     lead_rad: np.ndarray
@@ -106,7 +105,6 @@ class DryResponse:
 
     @cached_property
     def _splines(self) -> tuple[tuple[BSpline, BSpline], ...]:
-        """Markers and lead of each branch over the arm."""
         return tuple(
             (make_interp_spline(self.arm_m[b], self.marker_m[b]), make_interp_spline(self.arm_m[b], self.lead_rad[b]))
             for b in self.branches
@@ -155,7 +153,7 @@ def simulate_response(
 
 def with_arm(robot: RobotSpec, arm_m: float) -> RobotSpec:
     """The same robot with another crank arm."""
-    return robot.model_copy(update={"crank": robot.crank.model_copy(update={"arm_m": arm_m})})
+    return robot.changed(crank={"arm_m": arm_m})
 
 
 def simulate_turns(robot: RobotSpec, markers: tuple[str, ...], hz: np.ndarray, workers: int = 0) -> Turn:
@@ -192,3 +190,40 @@ def _periodic(table: np.ndarray) -> CubicSpline:
     """Through a table (angles, ...) of one turn."""
     angle = np.linspace(0.0, 2 * np.pi, len(table) + 1)
     return CubicSpline(angle, np.concatenate([table, table[:1]]), bc_type="periodic")
+
+
+class TendonUse(NamedTuple):
+    """Both tendons over one settled turn: by what share they stretch and shorten, and for what share are slack."""
+
+    stretch: float
+    shortening: float
+    slack_share: float
+
+
+def tendon_use(robot: RobotSpec, hz: np.ndarray, workers: int = 0) -> tuple[TendonUse, ...]:
+    """The tendons of a robot in air at each of s speeds, turns a second.
+
+    Raises:
+        SimulationDiverged: the motion does not stay bounded.
+    """
+    twin = Twin(robot, ("nose",), replace(DRY, timestep_s=TIMESTEP_S), workers)
+    time_s = (1.0 + np.arange(_TENDON_ANGLES) / _TENDON_ANGLES) / hz[:, None]
+    run = twin.simulate(Runs(np.zeros((len(hz), 5)), hz, np.zeros(len(hz))), time_s)
+    states = np.concatenate(
+        [run.crank_rad[..., None], run.hinges_rad], axis=-1
+    )  # (s, angles, q): a clamped head has none
+    longer = [_elongation(twin.model, turn) for turn in states]
+    return tuple(TendonUse(float(e.max()), float(-e.min()), float((e < -SLACK).mean())) for e in longer)
+
+
+def _elongation(model: mujoco.MjModel, states: np.ndarray) -> np.ndarray:
+    """(k, tendons) length over that at rest, less 1, in k states (k, q)."""
+    data = mujoco.MjData(model)
+    length = np.zeros((len(states), model.ntendon))
+    for i, state in enumerate(states):
+        data.qpos[:] = state
+        mujoco.mj_kinematics(model, data)
+        mujoco.mj_comPos(model, data)
+        mujoco.mj_tendon(model, data)
+        length[i] = data.ten_length
+    return length / model.tendon_lengthspring[:, 0] - 1

@@ -14,10 +14,9 @@ from typing import NamedTuple
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from fitting.free_decay.decay_flags import decay_flags
 from fitting.free_decay.decay_trial import DecayTrial
 from fitting.free_decay.decay_twin import DecayTwin, stable_scene, start_pose
-from fitting.free_decay.hinges import DecayFit
+from fitting.free_decay.hinges import DecayFit, decay_flags
 from fitting.free_decay.lasting_noise import LastingNoise, LinearModel, Regression, descend, regress, whitened
 from fitting.free_decay.spectrum import DecaySpectrum, measure_decay, spectrum_of
 from session.errors import SimulationDiverged
@@ -201,7 +200,6 @@ def _descended(problem: _Problem, x: np.ndarray) -> _Descent:
 
 
 def _size(guess: Regression) -> float:
-    """How far stiffness and damping move, relative."""
     return float(np.abs(guess.step[:2]).max())
 
 

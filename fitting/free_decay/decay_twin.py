@@ -9,7 +9,7 @@ from scipy.interpolate import CubicSpline
 from scipy.optimize import least_squares
 
 from swimmer import RobotSpec, Scene, build_mjcf
-from swimmer.engine_log import quiet_engine
+from swimmer.engine import quiet_engine
 from swimmer.kinematics import MarkerKinematics
 from swimmer.mjcf import FREE_DECAY
 from swimmer.twin import PLAUSIBLE_HINGE_RAD

@@ -1,17 +1,24 @@
-"""Stiffness and damping, the same in all hinges, from free decays."""
+"""Stiffness and damping, the same in all hinges, from free decays, and when not to believe them."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.stats import chi2
 
+from fitting.free_decay.decay_trial import DecayTrial
 from fitting.free_decay.lasting_noise import LastingNoise
 from fitting.free_decay.spectrum import DecaySpectrum
 from session import Flag, NotEnoughData
 from swimmer import RobotSpec
 
 LEAST_CHANCE = 0.01  # of decays of one robot being as far apart, below which they disagree
+LEAST_EXPLAINED = 0.98  # of the motion; a tail that decays like the twin leaves tracking errors only
+LEAST_SEEN = 0.9  # of a marker's samples; a marker that leaves or merges is missing where it swings widest
+FARTHEST_RAD = 1.2  # of a hinge; the published model stops it at 80 degrees (1.4 rad)
+MISFIT_M = 0.0015  # rms distance that tracking errors explain, however small the swing
+WRONG = ("head_moves", "poor_fit", "not_converged")  # flags of a decay that must not reach the swims
+WORST_SE = (0.03, 0.3)  # relative standard errors of stiffness and damping that are worth a flag
 
 
 def hinges_of(robot: RobotSpec) -> np.ndarray:
@@ -21,8 +28,8 @@ def hinges_of(robot: RobotSpec) -> np.ndarray:
 
 def with_hinges(robot: RobotSpec, stiffness_n_m: float, damping_n_m_s: float) -> RobotSpec:
     """The robot with these, N m/rad and N m s/rad."""
-    hinges = {"hinge_stiffness_n_m": float(stiffness_n_m), "hinge_damping_n_m_s": float(damping_n_m_s)}
-    return robot.model_copy(update={"tail": robot.tail.model_copy(update=hinges)})
+    stiffness, damping = float(stiffness_n_m), float(damping_n_m_s)
+    return robot.changed(tail={"hinge_stiffness_n_m": stiffness, "hinge_damping_n_m_s": damping})
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,7 +37,6 @@ class DecayFit:
     """The hinges from one free decay.
 
     Attributes:
-        name: of the trial.
         stiffness_n_m, stiffness_se_n_m: of every hinge, N m/rad, with its standard error.
         damping_n_m_s, damping_se_n_m_s: of every hinge, N m s/rad.
         matched_stiffness_n_m: that whose twin has the same peak and decay, the first estimate.
@@ -38,11 +44,9 @@ class DecayFit:
         noise: of the tracks, as the fit found it.
         start_rad: (2, h) hinge angles (rad) and rates (rad/s) in the first frame.
         time_s: (n,) from the first frame after the release, s.
-        markers: the k tail markers.
         measured_m, simulated_m: (n, k) lateral motion with the boxes' offsets taken off; nan where it does not count.
         rms_m: of their difference.
         explained: share of the motion about rest that the twin explains.
-        converged: whether the fit settled.
         flags: when not to believe it, those of trial and spectrum among them.
     """
 
@@ -109,3 +113,36 @@ def combine_decays(fits: Sequence[DecayFit]) -> HingeEstimate:
         decays=len(fits),
         flags=tuple(flags),
     )
+
+
+def fault_of_decay(fit: DecayFit) -> str | None:
+    """Why a free decay is not believed; None where it is."""
+    if message := next((flag.message for flag in fit.flags if flag.kind in WRONG), None):
+        return message
+    se = fit.stiffness_se_n_m / fit.stiffness_n_m
+    return None if se < WORST_SE[0] else f"it determines the stiffness to {100 * se:.0f} % only"
+
+
+def decay_flags(trial: DecayTrial, fit: DecayFit, rejected: np.ndarray) -> Iterator[Flag]:
+    """Doubts about the fit of a decay, of which samples (n, k) were rejected as too far from the twin."""
+    for name, out in zip(trial.markers, rejected.T, strict=True):
+        if out.any():
+            at = trial.first_frame + np.flatnonzero(out)
+            message = f"{int(out.sum())} samples of {name} are farther off than any tracking error; they are left out"
+            yield Flag("jump", (name,), (int(at[0]), int(at[-1])), message)
+    for name, weight in zip(trial.markers, trial.weight.T, strict=True):
+        if (seen := float((weight > 0).mean())) < LEAST_SEEN:
+            message = f"{name} is missing or not believed in {100 * (1 - seen):.0f} % of the decay's frames"
+            yield Flag("clipped", (name,), message=message)
+    if (farthest := float(np.abs(fit.start_rad[0]).max())) > FARTHEST_RAD:
+        message = f"a hinge is bent by {np.degrees(farthest):.0f} degrees, near its stop: bend the tail less"
+        yield Flag("clipped", message=message)
+    if fit.explained < LEAST_EXPLAINED and fit.rms_m > MISFIT_M:
+        message = f"the twin explains only {100 * fit.explained:.1f} % of the decay: its hinges, masses or clamp differ"
+        yield Flag("poor_fit", message=message)
+    if not fit.converged:
+        yield Flag("not_converged", message="the fit of the whole decay did not settle")
+    relative = (fit.stiffness_se_n_m / fit.stiffness_n_m, fit.damping_se_n_m_s / fit.damping_n_m_s)
+    for name, se, worst in zip(("stiffness", "damping"), relative, WORST_SE, strict=True):
+        if not se < worst:
+            yield Flag("unidentifiable", message=f"the decay determines the {name} to {100 * se:.0f} % only")

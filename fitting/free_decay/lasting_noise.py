@@ -27,13 +27,7 @@ class LastingNoise:
 
 @dataclass(frozen=True, eq=False)
 class Regression:
-    """A linear regression under correlated noise.
-
-    Attributes:
-        step: (p,) estimate.
-        covariance: (p, p).
-        noise: of maximum likelihood.
-    """
+    """A linear regression under correlated noise: (p,) estimate, (p, p) covariance, and the likeliest noise."""
 
     step: np.ndarray
     covariance: np.ndarray

@@ -57,14 +57,7 @@ class Ring:
 
     @classmethod
     def to_come(cls, name: str, robot: RobotSpec, markers: tuple[str, ...], frame_s: float) -> "Ring":
-        """One that could be filmed of a robot as described: all its hinges bent equally and let go.
-
-        Args:
-            name: of the trial.
-            robot: as described.
-            markers: k of the tail's.
-            frame_s: between two frames.
-        """
+        """One that could be filmed of a robot as described: all its hinges bent equally and let go."""
         time_s = np.arange(0.0, _LASTS_S, frame_s)
         still, start = np.zeros((len(time_s), len(markers), 2)), np.zeros((2, len(robot.hinges)))
         start[0] = _BENT_RAD
@@ -81,11 +74,6 @@ class Ring:
 
         Their hinges are as much stiffer and more damped than they are described as the robot's were fitted to be. It
         is nan where a twin diverged.
-
-        Args:
-            twin: any of the robot's, for the markers; it may have other masses.
-            effects: with the parameters that its markers give them.
-            values: of all of them.
         """
         values = np.zeros((1, sum(len(effect.parameters) for effect in effects))) if values is None else values
         robot = with_hinges(twin.robot, *hinges_of(twin.robot) * np.exp(self.residual))

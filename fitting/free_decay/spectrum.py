@@ -29,7 +29,6 @@ class DecaySpectrum:
         peak_hz: peak of the markers' rms spectrum, between the bins; None where it has none, as the tail creeps back.
         decay_1_s: rate at which the swing falls, 1/s: an exponential's squares have their centroid at 1 / (2 rate).
         rest_m: (k,) where the markers rest, m.
-        flags: what is doubtful.
     """
 
     bins_hz: np.ndarray

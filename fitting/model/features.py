@@ -13,6 +13,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
+from fitting.series import waves
 from fitting.trial import MeasuredTrial
 
 HARMONICS = 3
@@ -211,11 +212,6 @@ class FeatureReader:
         columns = np.column_stack([self._scaled**k for k in range(HEADING_DEGREE + 1)] + [self.waves])
         read = np.linalg.pinv(columns[self._head_seen])
         return columns[:, : HEADING_DEGREE + 1], read[: HEADING_DEGREE + 1]
-
-
-def waves(turn_rad: np.ndarray, harmonics: int) -> np.ndarray:
-    """(n, 2 h) cosine and sine of each harmonic of a turn (n,)."""
-    return np.stack([wave(k * turn_rad) for k in range(1, harmonics + 1) for wave in (np.cos, np.sin)], axis=1)
 
 
 def of_markers(features: np.ndarray) -> np.ndarray:

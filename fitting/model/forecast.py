@@ -13,11 +13,12 @@ from scipy.linalg import cho_factor, cho_solve
 
 from fitting.forecast import SETTLED_S
 from fitting.in_pool import head_frame
-from fitting.model.features import COURSE, HARMONICS, SPEED, FeatureReader, advanced, of_markers, phase_between, waves
+from fitting.model.features import COURSE, HARMONICS, SPEED, FeatureReader, advanced, of_markers, phase_between
 from fitting.model.mode import Mode, jacobian_at, time_step_errors
 from fitting.model.noise import FeatureNoise
 from fitting.model.trial_model import Sensitivities, TrialModel, sensitivities_together
 from fitting.model.variance import Block, Covariance
+from fitting.series import waves
 from fitting.trial import MeasuredTrial
 from session import NotEnoughData
 from tracking import HeadFrame
@@ -29,13 +30,7 @@ _DRAWS = 200  # of tracks, for their bands
 
 @dataclass(frozen=True, eq=False)
 class FeatureForecast:
-    """Normal, of the features of a window.
-
-    Attributes:
-        window: beside the twin.
-        mean: (k,).
-        covariance: (k, k).
-    """
+    """Normal, of the features of a window beside the twin: (k,) mean and (k, k) covariance."""
 
     window: TrialModel
     mean: np.ndarray
@@ -97,12 +92,7 @@ def tracks_of(features: np.ndarray, window: TrialModel) -> np.ndarray:
 
 @dataclass(frozen=True, eq=False)
 class Windows:
-    """Two windows of a held-out trial, both at the frequency of its first beats.
-
-    Attributes:
-        early: its known part; None where that is too short.
-        late: its kept frames.
-    """
+    """A held-out trial at the frequency of its first beats: its known part, None where too short, and kept frames."""
 
     early: TrialModel | None
     late: TrialModel
@@ -117,12 +107,7 @@ class Windows:
 
 
 class Scatter(NamedTuple):
-    """By how much two windows of one trial differ: a fish does not beat as evenly as its model.
-
-    Attributes:
-        noise: mean squared difference of features against what tracking noise makes of them, at least 1.
-        speed: relative standard deviation of the speed of a window about that of its trial.
-    """
+    """How windows of a trial differ: squares against tracking noise, at least 1; relative sd of a window's speed."""
 
     noise: float = 1.0
     speed: float = 0.03
@@ -140,13 +125,7 @@ def repeated(mode: Mode, number: int) -> FeatureForecast:
 
 
 class NewWindow(NamedTuple):
-    """A window of a new trial as the twin swims it.
-
-    Attributes:
-        block: its features are what the twin simulates.
-        jacobian: (k, 5) of its features with the coefficients.
-        scatter: of windows of one trial.
-    """
+    """A window of a new trial as the twin swims it: its block, (k, 5) Jacobian with the coefficients, and scatter."""
 
     block: Block
     jacobian: np.ndarray
@@ -158,14 +137,13 @@ class NewWindow(NamedTuple):
         return cls(block_of(mode, window, scatter), jacobian_at([window], mode.coefficients), scatter)
 
 
-def forecast_given_frequency(mode: Mode, window: NewWindow) -> FeatureForecast:
-    """Of a window of a new trial, by its frequency and what the fitted trials tell; in step with its tail."""
-    return _conditional(mode, window.block, window.jacobian, None)
+def forecast_of(mode: Mode, window: NewWindow, early: TrialModel | None = None) -> FeatureForecast:
+    """Of a window of a new trial: by its frequency and what the fitted trials tell, and by its own early window.
 
-
-def forecast_after_beats(mode: Mode, late: NewWindow, early: TrialModel) -> FeatureForecast:
-    """Of the late window of a new trial, by the fitted trials and its own early window."""
-    return _conditional(mode, late.block, late.jacobian, _early_block(mode, early, late.block, late.scatter))
+    Without that it is in step with its tail.
+    """
+    beats = None if early is None else _early_block(mode, early, window.block, window.scatter)
+    return _conditional(mode, window.block, window.jacobian, beats)
 
 
 def scatter_of(mode: Mode) -> Scatter:
@@ -227,16 +205,10 @@ def _tracking_noise(mode: Mode, window: TrialModel) -> np.ndarray:
 
 
 def _conditional(mode: Mode, late: Block, jacobian: np.ndarray, early: tuple[Block, float] | None) -> FeatureForecast:
-    """Of a block, given the fitted trials and, where there is one, an early window of its trial.
+    """Of a block, given the fitted trials and, where there is one, an early window, ahead by a phase, of its trial.
 
     The coefficients stay those of the fit, with its covariance: what the wider discrepancy of forecasts would make of
     them is linear, and leads far off where they are uncertain.
-
-    Args:
-        mode: of the fitted trials.
-        late: whose features are forecast.
-        jacobian: (k, 5) of its features.
-        early: with the phase by which it is ahead.
     """
     blocks, rows, residual = [*mode.blocks, late], [mode.jacobian, jacobian], mode.residual
     if early is not None:

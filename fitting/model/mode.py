@@ -11,7 +11,7 @@ from fitting.model.roll import NO_ROLL, Roll
 from fitting.model.session_model import SessionModel
 from fitting.model.trial_model import TrialModel, sensitivities_together, simulated_together
 from fitting.model.variance import COEFFICIENT_SD, FORECAST_SPEED, Block, Covariance
-from fitting.objective import COEFFICIENT_BOUNDS
+from swimmer.fluid import COEFFICIENT_BOUNDS
 
 Progress = Callable[[str, float | None], None]
 _ROOT_STEP = 0.08  # of the differences, in roots of coefficients: Kutta lift roughens the twin below that
@@ -110,15 +110,7 @@ def mode_at(
     roll: Roll = NO_ROLL,
     ends: tuple[SearchEnd, ...] = (),
 ) -> Mode:
-    """The normal approximation about coefficients (5,) that are known, with variance components of known sizes.
-
-    Args:
-        model: the trials.
-        coefficients: where.
-        sizes: standard deviation of each variance component, by its name.
-        roll: of the hull.
-        ends: of the search that found them.
-    """
+    """The normal approximation about coefficients (5,) that are known, with variance components of known sizes."""
     model = model.rolling(roll)
     blocks = blocks_at(model, coefficients)
     residual = model.measured - model.simulated(coefficients[None])[0]
@@ -164,3 +156,11 @@ def coefficient_covariance(total: np.ndarray, jacobian: np.ndarray) -> np.ndarra
     """(5, 5) of the coefficients, by a covariance of the features (K, K), their slopes (K, 5) and the prior's width."""
     information = jacobian.T @ cho_solve(cho_factor(total, lower=True), jacobian)
     return np.linalg.inv(information + COEFFICIENT_SD**-2.0 * np.eye(jacobian.shape[1]))
+
+
+def broyden(slopes: np.ndarray, step: np.ndarray, change: np.ndarray, along: np.ndarray) -> np.ndarray:
+    """(k, p) slopes (k, p) with which a step (p,) changes the row as it has (k,), else as they were (Broyden 1965).
+
+    As little changed as that allows; `along` (p,) is the step times the matrix by which lengths of steps are measured.
+    """
+    return np.asarray(slopes + np.outer(change - slopes @ step, along) / (along @ step))

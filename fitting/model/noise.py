@@ -7,17 +7,15 @@ by restricted maximum likelihood (Patterson and Thompson 1971) in what is left b
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
-from typing import NamedTuple
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 from scipy.optimize import brentq, minimize
 from threadpoolctl import threadpool_limits
 
-from fitting.model.across_markers import across_markers
-from fitting.model.features import FeatureReader, waves
-from fitting.model.noise_part import NoisePart, falling
+from fitting.model.features import FeatureReader
+from fitting.series import waves
 
 _HARMONICS, _DRIFT = 5, 3
 _START = (np.log(0.08), -1.5)  # ln seconds, logit of the white share
@@ -27,6 +25,116 @@ _PRIOR_SD = 1.5
 _WORTH = 10.0  # by which -2 ln likelihood must fall for a sway: chance does that in fewer than one trial in 100
 _LEAST_M = 1e-6
 _JITTER = 1e-9
+_LEAST_EIGENVALUE = 0.02  # of correlations between markers
+
+
+@dataclass(frozen=True, eq=False)
+class NoisePart:
+    """A part of the noise of every marker.
+
+    Attributes:
+        share: of a marker's variance.
+        scale_s: in which the correlation of an Ornstein-Uhlenbeck process falls to 1/e; of a smooth process (squared
+            exponential) to exp(-1/2).
+        smooth: which of the two it is.
+        across: (m, m) correlation between markers; (0, 0) where it is not known yet.
+    """
+
+    share: float
+    scale_s: float
+    smooth: bool
+    across: np.ndarray = field(default_factory=lambda: np.zeros((0, 0)))
+
+    def over(self, time_s: np.ndarray) -> np.ndarray:
+        """(n, n) covariance between times (n,), of a marker of unit variance."""
+        return self.share * falling(np.abs(time_s[:, None] - time_s), self.scale_s, self.smooth)
+
+
+def falling(lag_s: np.ndarray, scale_s: float, smooth: bool) -> np.ndarray:
+    """Correlation over a lag of any shape."""
+    lags = lag_s / scale_s
+    return np.exp(-0.5 * lags**2) if smooth else np.exp(-lags)
+
+
+def across_markers(
+    series: np.ndarray,
+    usable: np.ndarray,
+    columns: np.ndarray,
+    parts: Sequence[np.ndarray],
+    correlation: np.ndarray,
+) -> list[np.ndarray]:
+    """(m, m) correlation between markers of each part of the noise.
+
+    One step of Fisher's scoring of the restricted likelihood from independent markers, which are Rao's minimum norm
+    quadratic estimates (MINQUE; Rao 1971, J. Multivar. Anal. 1, 257). Slow parts of real tracks are common to
+    neighbours and fast ones are not, so each part has a correlation of its own. It is shrunk towards one that is the
+    same between all markers by how much chance alone would scatter it (Schaefer and Strimmer 2005, Stat. Appl. Genet.
+    Mol. Biol. 4, 32; the target of Ledoit and Wolf 2004, J. Portf. Manag. 30, 110): towards independence, what all have
+    in common, which moves the speed most, would be lost.
+
+    Args:
+        series: (n, m, 2) of the markers, in their standard deviations; both coordinates count alike.
+        usable: (n, m) samples that count.
+        columns: (n, c) that are taken out of each.
+        parts: (n, n) covariance in time of each part.
+        correlation: (n, n) in time of them all and of white noise.
+    """
+    masks, which = np.unique(usable, axis=1, return_inverse=True)
+    which = which.ravel()
+    restricted = [_restricted(columns, mask, correlation) for mask in masks.T]  # (g, n, n)
+    common = _information(restricted, parts)[:, :, which[:, None], which]  # (p, p, m, m)
+    clean = np.where(usable[..., None], series, 0.0)
+    residual = np.stack([restricted[group] @ clean[:, m] for m, group in enumerate(which)])  # (m, n, 2)
+    seen = np.array(
+        [np.einsum("inx,nk,jkx->ij", residual, part, residual, optimize=True) for part in parts]
+    )  # (p, m, m)
+    information = np.moveaxis(common, (0, 1), (-2, -1))  # (m, m, p, p)
+    # one sample more, which says independent, so that a pair that is never seen together has an inverse
+    inverse = np.linalg.inv(information + np.eye(len(parts)))
+    found = np.einsum("ijpq,qij->pij", inverse, seen)
+    variance = np.einsum("ijpq,ijqr,ijrp->pij", inverse, information, inverse)
+    return [_shrunk(*pair) for pair in zip(found, variance, strict=True)]
+
+
+def _restricted(columns: np.ndarray, mask: np.ndarray, correlation: np.ndarray) -> np.ndarray:
+    """(n, n) inverse of the correlation (n, n) in the frames of a mask, beside columns (n, c); 0 in all others."""
+    frames, result = np.flatnonzero(mask), np.zeros_like(correlation)
+    if len(frames) > 2 * columns.shape[1]:
+        inverse, design = np.linalg.inv(correlation[np.ix_(frames, frames)]), columns[frames]
+        solved = inverse @ design
+        result[np.ix_(frames, frames)] = inverse - solved @ np.linalg.solve(design.T @ solved, solved.T)
+    return result
+
+
+def _information(restricted: Sequence[np.ndarray], parts: Sequence[np.ndarray]) -> np.ndarray:
+    """(p, p, g, g) Fisher's information of two coordinates, between parts, for a pair of independent markers."""
+    reach = [[inverse @ part for inverse in restricted] for part in parts]  # [p][g] (n, n)
+    return np.array([[[[2 * (a * b.T).sum() for b in other] for a in own] for other in reach] for own in reach])
+
+
+def _shrunk(found: np.ndarray, variance: np.ndarray) -> np.ndarray:
+    """(m, m) correlation from what was found (m, m) and how far chance scatters it.
+
+    Each pair goes towards what all pairs have in common in the mean, by how much of their scatter chance alone would
+    give; and that towards independence. A pair that was never seen together has what all have in common.
+    """
+    pairs = np.triu(variance > 0, 1)  # those that were seen together
+    if not pairs.any():
+        return np.eye(len(found))
+    common = _without_chance(found[pairs].mean(), variance[pairs].mean() / pairs.sum())
+    own = _without_chance(found - common, variance[pairs].mean(), np.mean((found[pairs] - common) ** 2))
+    matrix = common + np.where(variance > 0, own, 0.0)
+    np.fill_diagonal(matrix, 1.0)
+    values, vectors = np.linalg.eigh((matrix + matrix.T) / 2)
+    definite = (vectors * np.maximum(values, _LEAST_EIGENVALUE)) @ vectors.T
+    size = np.sqrt(np.diag(definite))
+    return np.asarray(definite / np.outer(size, size))
+
+
+def _without_chance(found: np.ndarray, chance: float, square: float | None = None) -> np.ndarray:
+    """What was found, shrunk by the share of its mean square (default: its own square) that chance would give."""
+    square = float(found**2) if square is None else square
+    return max(1.0 - chance / max(square, 1e-12), 0.0) * found
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,10 +158,8 @@ class FeatureNoise:
     @classmethod
     def of_parts(cls, sd_m: np.ndarray, parts: Sequence[NoisePart], time_s: np.ndarray) -> "FeatureNoise":
         """From the lasting parts, for frames at times (n,); what they leave of the variance is white."""
-        correlation = np.asarray(sum(part.over(time_s) for part in parts))
-        correlation[np.diag_indices_from(correlation)] = 1.0 + _JITTER
         white = 1.0 - sum(part.share for part in parts)
-        return cls(sd_m, _lasting(parts), white, correlation, tuple(parts))
+        return cls(sd_m, _lasting(parts), white, _correlation(parts, time_s), tuple(parts))
 
     @classmethod
     def typical(cls, noises: Sequence["FeatureNoise"], time_s: np.ndarray) -> "FeatureNoise":
@@ -102,15 +208,12 @@ def noise_of(reader: FeatureReader, position_m: np.ndarray) -> FeatureNoise:
     columns, time_s = smooth_swim(reader), reader.time_s
     groups = _by_mask(reader.usable, position_m, columns.shape[1])
     with threadpool_limits(1):  # the matrices are small: threads cost more than they save
-        shares, sd_m = _in_time(groups, columns, time_s, reader.usable.shape[1])
+        parts, sd_m = _in_time(groups, columns, time_s, reader.usable.shape[1])
         sd_m = np.where(np.isfinite(sd_m), np.maximum(sd_m, _LEAST_M), np.nanmax(sd_m))
-        alone = [NoisePart(*share, np.eye(len(sd_m))) for share in shares]
-        apart = FeatureNoise.of_parts(sd_m, alone, time_s)
-        across = across_markers(
-            position_m / sd_m[:, None], reader.usable, columns, [p.over(time_s) for p in alone], apart.correlation
-        )
-    parts = [NoisePart(*share, together) for share, together in zip(shares, across, strict=True)]
-    return FeatureNoise.of_parts(sd_m, parts, time_s)
+        in_time, correlation = [part.over(time_s) for part in parts], _correlation(parts, time_s)
+        across = across_markers(position_m / sd_m[:, None], reader.usable, columns, in_time, correlation)
+    together = [replace(part, across=each) for part, each in zip(parts, across, strict=True)]
+    return FeatureNoise.of_parts(sd_m, together, time_s)
 
 
 def smooth_swim(reader: FeatureReader) -> np.ndarray:
@@ -119,54 +222,47 @@ def smooth_swim(reader: FeatureReader) -> np.ndarray:
     return np.column_stack([scaled**k for k in range(_DRIFT + 1)] + [waves(reader.turn_rad, _HARMONICS)])
 
 
-class _Share(NamedTuple):
-    """Of the variance, that lasts."""
-
-    share: float
-    scale_s: float
-    smooth: bool
+def _plain(x: np.ndarray) -> list[NoisePart]:
+    return [NoisePart(1.0 - _logistic(x[1]), float(np.exp(x[0])), False)]
 
 
-def _plain(x: np.ndarray) -> list[_Share]:
-    return [_Share(1.0 - _logistic(x[1]), float(np.exp(x[0])), False)]
-
-
-def _swaying(x: np.ndarray) -> list[_Share]:
+def _swaying(x: np.ndarray) -> list[NoisePart]:
     lasting, sway = 1.0 - _logistic(x[1]), _logistic(x[3])
     return [
-        _Share(lasting * (1.0 - sway), float(np.exp(x[0])), False),
-        _Share(lasting * sway, float(np.exp(x[2])), True),
+        NoisePart(lasting * (1.0 - sway), float(np.exp(x[0])), False),
+        NoisePart(lasting * sway, float(np.exp(x[2])), True),
     ]
 
 
 def _in_time(
     groups: Sequence["_Group"], columns: np.ndarray, time_s: np.ndarray, markers: int
-) -> tuple[list[_Share], np.ndarray]:
-    """The lasting shares, and the (m,) standard deviations; nan for a marker that is hardly seen."""
-    lag_s = np.abs(time_s[:, None] - time_s)
+) -> tuple[list[NoisePart], np.ndarray]:
+    """The lasting parts, and the (m,) standard deviations; nan for a marker that is hardly seen."""
 
-    def correlation(shares: Sequence[_Share]) -> np.ndarray:
-        matrix = np.asarray(sum(share * falling(lag_s, scale_s, smooth) for share, scale_s, smooth in shares))
-        matrix[np.diag_indices_from(matrix)] = 1.0 + _JITTER
-        return matrix
-
-    def found(shares_of: Callable[[np.ndarray], list[_Share]], start: np.ndarray) -> tuple[float, list[_Share]]:
+    def found(parts_of: Callable[[np.ndarray], list[NoisePart]], start: np.ndarray) -> tuple[float, list[NoisePart]]:
         def deviance(x: np.ndarray) -> float:
-            matrix = correlation(shares_of(x))
+            matrix = _correlation(parts_of(x), time_s)
             prior = (((x - start) / _PRIOR_SD) ** 2).sum()
             return sum(group.restricted(columns, matrix)[0] for group in groups) + prior
 
         simplex = start + _STEP * np.vstack([np.zeros(len(start)), np.eye(len(start))])
         options = {"xatol": 0.03, "fatol": 0.3, "initial_simplex": simplex}
         best = minimize(deviance, start, method="Nelder-Mead", options=options)
-        return float(best.fun), shares_of(best.x)
+        return float(best.fun), parts_of(best.x)
 
     plain, swaying = found(_plain, np.array(_START)), found(_swaying, np.array(_WITH_SWAY))
-    shares = swaying[1] if swaying[0] < plain[0] - _WORTH else plain[1]
-    matrix, sd_m = correlation(shares), np.full(markers, np.nan)
+    parts = swaying[1] if swaying[0] < plain[0] - _WORTH else plain[1]
+    matrix, sd_m = _correlation(parts, time_s), np.full(markers, np.nan)
     for group in groups:
         sd_m[group.markers] = group.restricted(columns, matrix)[1]
-    return shares, sd_m
+    return parts, sd_m
+
+
+def _correlation(parts: Sequence[NoisePart], time_s: np.ndarray) -> np.ndarray:
+    """(n, n) of lasting parts, and of white noise for the rest of the variance."""
+    matrix = np.asarray(sum(part.over(time_s) for part in parts))
+    matrix[np.diag_indices_from(matrix)] = 1.0 + _JITTER
+    return matrix
 
 
 def _logistic(value: float) -> float:

@@ -14,14 +14,14 @@ from scipy.optimize import lsq_linear
 from scipy.stats import qmc
 
 from fitting.model.features import SPEED
-from fitting.model.mode import Mode, Progress, SearchEnd, blocks_at, coefficient_covariance, jacobian_at
+from fitting.model.mode import Mode, Progress, SearchEnd, blocks_at, broyden, coefficient_covariance, jacobian_at
 from fitting.model.roll import NO_ROLL, ROLL_SD, Roll
 from fitting.model.session_model import SessionModel
 from fitting.model.trial_model import trajectories_together
 from fitting.model.variance import COEFFICIENT_SD, MEDIANS, Block, Covariance
-from fitting.objective import COEFFICIENT_BOUNDS
 from session.errors import SimulationDiverged
 from swimmer import PUBLISHED_COEFFICIENTS, Trajectories
+from swimmer.fluid import COEFFICIENT_BOUNDS
 
 _SCREENED = 48
 _TRIED = 4  # times the starts, of which it is asked whether their twins swim forward from rest
@@ -135,7 +135,8 @@ class _Descent:
             return length if sloped else None
         self._sloped = False
         change = residual - self._residual_with(None)
-        self._jacobian = _corrected(self._jacobian, step, change, root) if length < _SHORT else self._jacobian[:0]
+        short = length < _SHORT
+        self._jacobian = broyden(self._jacobian, step, change, root @ (root.T @ step)) if short else self._jacobian[:0]
         return length
 
     def _look(self, sloped: bool = False) -> None:
@@ -225,15 +226,6 @@ class _Descent:
                         each.part(np.array([best]), each.time_s.shape[-1]) for each in told
                     ]
         return self._at, self._trajectories
-
-
-def _corrected(jacobian: np.ndarray, step: np.ndarray, change: np.ndarray, root: np.ndarray) -> np.ndarray:
-    """(K, 5) slopes that give the change (K,) that a step (5,) made, else as they were (Broyden 1965, good update).
-
-    The length of a step is measured by the root (5, 5) of the information about the coefficients.
-    """
-    along = root @ (root.T @ step)
-    return np.asarray(jacobian + np.outer(change - jacobian @ step, along) / (step @ along))
 
 
 def _worse(descent: _Descent) -> tuple[bool, float]:

@@ -8,6 +8,7 @@ import numpy as np
 from scipy.stats import t as student
 from threadpoolctl import threadpool_limits
 
+from fitting.forecast import score
 from fitting.in_pool import head_frame
 from fitting.model.forecast import (
     NORMAL_90,
@@ -15,22 +16,18 @@ from fitting.model.forecast import (
     NewWindow,
     Scatter,
     Windows,
-    forecast_after_beats,
-    forecast_given_frequency,
+    forecast_of,
     repeated,
     scatter_of,
     tracks_of,
 )
 from fitting.model.mode import Mode
-from fitting.scoring import score
-from fitting.speed import forward_speed
-from fitting.speed_line import speed_constant_stride, speed_line, speed_power_law
+from fitting.speed import BASELINES, forward_speed
 from fitting.trial import MeasuredTrial
 from tracking import HeadFrame
 
 TWIN, GIVEN, BEATS, REPEAT, CONTINUED = "twin", "given_frequency", "after_two_beats", "repeat", "continued"
 DRAWN = "posterior"
-BASELINES = {"line": speed_line, "power_law": speed_power_law, "constant_stride": speed_constant_stride}
 _MM = 1000.0
 _FEWEST = 2  # trials that an interval over trials needs
 
@@ -81,7 +78,6 @@ class SessionForecast:
 
     Attributes:
         scatter: by how much beats differ within a trial.
-        trials: by name.
     """
 
     scatter: Scatter
@@ -160,13 +156,7 @@ class Gain(NamedTuple):
 
 @threadpool_limits.wrap(limits=1, user_api="blas")  # the matrices are small: threads cost more than they save
 def forecast_session(mode: Mode, trials: Sequence[MeasuredTrial], seed: int = 0) -> SessionForecast:
-    """What the model says of its own trials and forecasts of all others.
-
-    Args:
-        mode: of the trials of the role "fit".
-        trials: all swim trials.
-        seed: of all draws.
-    """
+    """What the model says of its own trials and forecasts of all others."""
     scatter = scatter_of(mode)
     found = {block.model.trial.name: _fitted(mode, number, seed) for number, block in enumerate(mode.blocks)}
     for trial in trials:
@@ -185,9 +175,9 @@ def _fitted(mode: Mode, number: int, seed: int) -> ForecastTrial:
 def _held_out(mode: Mode, trial: MeasuredTrial, scatter: Scatter, seed: int) -> ForecastTrial:
     windows, fitted = Windows.of(mode, trial), [block.model.trial for block in mode.blocks]
     late = NewWindow.of(mode, windows.late, scatter)
-    found = {GIVEN: scored(trial, forecast_given_frequency(mode, late), seed)}
+    found = {GIVEN: scored(trial, forecast_of(mode, late), seed)}
     if windows.early is not None:
-        found[BEATS] = scored(trial, forecast_after_beats(mode, late, windows.early), seed)
+        found[BEATS] = scored(trial, forecast_of(mode, late, windows.early), seed)
         goes_on = head_frame(trial.markers, tracks_of(windows.early.measured[None], windows.late)[0])
         found[CONTINUED] = _distances(trial, goes_on)
     at = trial.start_frequency.hz

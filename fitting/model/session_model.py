@@ -8,14 +8,13 @@ from typing import NamedTuple
 import numpy as np
 from scipy.linalg import block_diag
 
+from fitting.forecast import swims_forward
 from fitting.free_decay.ring import NUMBERS as RING_NUMBERS
 from fitting.free_decay.ring import Ring
-from fitting.from_rest import swims_forward
 from fitting.model.features import beat_phase
-from fitting.model.robot_uncertainty import ParameterUncertainty, perturbed_twins, uncertainties_of
 from fitting.model.roll import Roll
 from fitting.model.trial_model import TrialModel, sensitivities_together, simulated_together
-from fitting.structure import assumed
+from fitting.structure import ParameterUncertainty, assumed, perturbed_twins, uncertainties_of
 from fitting.trial import MeasuredTrial
 from swimmer import Twin
 
@@ -23,12 +22,7 @@ START_PHASE_RAD = 1.0  # of the crank in simulations; features are put in step a
 
 
 class PlacementUncertainty(NamedTuple):
-    """How far off things sit, standard deviations each way, m.
-
-    Attributes:
-        box_m: a box from its marker, in the picture; anew in each trial.
-        marker_m: a marker from its place on the body; the same in all trials.
-    """
+    """Standard deviations, m: of boxes from markers, anew in each trial; of markers on the body, the same in all."""
 
     box_m: float
     marker_m: float
@@ -72,7 +66,6 @@ class SessionModel:
     """The trials a posterior rests on; features of all of them stand in one row of length k.
 
     Attributes:
-        trials: each beside the twin.
         rings: free decays of the same robot, of which a diagnosis reads more numbers.
     """
 

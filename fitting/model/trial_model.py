@@ -12,8 +12,8 @@ import numpy as np
 
 from fitting.model.features import OF_A_MARKER, SPEED, FeatureReader, advanced, phase_between, places_of_markers
 from fitting.model.noise import FeatureNoise, noise_of
-from fitting.model.robot_uncertainty import PerturbedTwin
 from fitting.model.roll import NO_ROLL, ROLL_STEP, Roll
+from fitting.structure import PerturbedTwin
 from fitting.trial import MeasuredTrial
 from swimmer import Runs, Trajectories, Twin
 from swimmer.kinematics import MarkerKinematics
@@ -33,7 +33,6 @@ class TrialModel:
 
     Attributes:
         twin: with the trial's markers.
-        trial: as measured.
         phase_rad: crank phase that simulations start from; they are then put in step.
         doubted: twins of robots that differ as the robot may.
         with_course: whether features hold how straight the fish goes.
@@ -77,19 +76,15 @@ class TrialModel:
         """(s, k) features of coefficients (s, 5), in step with the measured tail; nan where the twin diverged."""
         return simulated_together((self,), coefficients)[0]
 
-    def sensitivities(self, coefficients: np.ndarray) -> "Sensitivities":
-        """By how much the features moves with one standard deviation of each nuisance, at coefficients (5,)."""
-        return sensitivities_together((self,), coefficients)[0]
-
-    def of_tracks(self, coefficients: np.ndarray) -> "Sensitivities":
-        """Those that lie in the tracks: phase, place, boxes and markers; the twin is simulated once."""
+    def of_sure_robot(self, coefficients: np.ndarray) -> "Sensitivities":
+        """By how much the features move with each nuisance at coefficients (5,), of a robot that nobody doubts."""
         trajectories = self.trajectories(coefficients[None])
         marker_m = self._kept(self._marker_m(trajectories)[0])  # (n, m, 2)
         features = self.in_step(self.reader(marker_m))
         kinematics = MarkerKinematics(self.twin.robot, self.trial.markers)
         body = self._kept(kinematics.axes(trajectories.head[0], trajectories.hinges_rad[0]))  # (n, m, 2, 2)
         pool = np.broadcast_to(np.eye(2), body.shape)
-        own = [PHASE_SD_RAD * _slope_of_phase(features), *_of_place(len(features))]
+        own = [*self._of_start(coefficients), PHASE_SD_RAD * _slope_of_phase(features), *_of_place(len(features))]
         boxes = self._of_shifts(marker_m, pool, features)
         markers = self._of_shifts(marker_m, body, features)
         robot = np.zeros((len(features), 0))
@@ -100,11 +95,6 @@ class TrialModel:
             robot,
             self.slopes_of_roll(trajectories),
         )
-
-    def _of_sure_robot(self, coefficients: np.ndarray) -> "Sensitivities":
-        """`sensitivities` of a robot that nobody doubts."""
-        found = self.of_tracks(coefficients)
-        return found._replace(own=np.column_stack([*self._of_start(coefficients), found.own]))
 
     def _of_start(self, coefficients: np.ndarray) -> np.ndarray:
         """(4, k) of the velocity at time 0, and of the frequency."""
@@ -147,13 +137,7 @@ class TrialModel:
     def positions(
         self, coefficients: np.ndarray, faster: np.ndarray | None = None, shift: np.ndarray | None = None
     ) -> np.ndarray:
-        """(s, n, m, 2) markers of the twin in the kept frames, in its own frame, of coefficients (s, 5), m.
-
-        Args:
-            coefficients: of each.
-            faster: (s,) by which the crank turns faster.
-            shift: (s, 3) of the velocity at time 0.
-        """
+        """(s, n, m, 2) markers of the twin in the kept frames, in its own frame, m; arguments as of `trajectories`."""
         return self._kept(self._marker_m(self.trajectories(coefficients, faster, shift)))
 
     def trajectories(
@@ -228,7 +212,7 @@ def trajectories_together(models: Sequence[TrialModel], coefficients: np.ndarray
 
 
 def sensitivities_together(models: Sequence[TrialModel], coefficients: np.ndarray) -> list[Sensitivities]:
-    """`TrialModel.sensitivities` of several trials, whose robots are doubted in the same ways."""
+    """By how much features of several trials, whose robots are doubted in the same ways, move with each nuisance."""
     at = coefficients[None]
     columns: list[list[np.ndarray]] = [[] for _ in models]
     for doubts in zip(*(model.doubted for model in models), strict=True):
@@ -238,7 +222,7 @@ def sensitivities_together(models: Sequence[TrialModel], coefficients: np.ndarra
         )
         for own, doubt, up, down in zip(columns, doubts, more, less, strict=True):
             own.append(doubt.per_sd * (up[0] - down[0]))
-    found = [model._of_sure_robot(coefficients) for model in models]
+    found = [model.of_sure_robot(coefficients) for model in models]
     return [each._replace(robot=np.column_stack([each.robot, *own])) for each, own in zip(found, columns, strict=True)]
 
 

@@ -13,26 +13,40 @@ import numpy as np
 from scipy.linalg import block_diag, cho_factor, cho_solve
 from scipy.optimize import minimize
 
-from fitting.model.discrepancy import wave_discrepancy
-from fitting.model.features import COURSE, SPEED, advanced, beat_phase, of_markers, places_of_markers, places_of_slides
+from fitting.model.features import (
+    COURSE,
+    HARMONICS,
+    SPEED,
+    advanced,
+    beat_phase,
+    harmonics_of,
+    of_markers,
+    places_of_markers,
+    places_of_slides,
+)
 from fitting.model.trial_model import Sensitivities, TrialModel
 
+_LENGTH_M = 0.12  # over which discrepancies along the body are alike
+_OF_ITS_OWN = 0.2  # share of a discrepancy's variance that each marker has to itself
+_OF_HARMONIC = 0.5  # discrepancy of each harmonic over that of the one before
 LN_LENGTH = 0.7
 """Of the logarithm of frequency, over which the common discrepancy of the wave is alike: a factor of two."""
 COEFFICIENT_SD = 2.9  # of a coefficient uniform over [0, 10]: it is integrated out of the restricted likelihood
 _SLOPE = 3.0  # of the line: a tenth off in the middle goes with a power of frequency that is off by a third
 _ITERATIONS = 60
+FORECAST_SPEED = 0.10
+"""Of `speed_common` in forecasts, which must not rest on the wish that the twin swims as fast (a cut; Liu, Bayarri and
+Berger 2009). Its line then allows for a power of a third, as laminar and turbulent drag differ (Gazzola et al. 2014).
+"""
 
 
 class Component(NamedTuple):
     """Prior of one standard deviation.
 
     Attributes:
-        name: of the component.
         level: whether each trial has a draw of its own, or all share one.
         unit: of the standard deviation; "1" for a share.
         median, ln_sd: of the lognormal prior.
-        meaning: for the reader.
     """
 
     name: str
@@ -56,11 +70,6 @@ COMPONENTS = (
     Component("speed_own", "trial", "1", 0.02, 0.2, "discrepancy of the speed of one trial"),
 )
 """The last two are nearly fixed: two speeds tell no variance, and who calibrates a twin wants it to swim as fast."""
-
-FORECAST_SPEED = 0.10
-"""Of `speed_common` in forecasts, which must not rest on the wish that the twin swims as fast (a cut; Liu, Bayarri and
-Berger 2009). Its line then allows for a power of a third, as laminar and turbulent drag differ (Gazzola et al. 2014).
-"""
 
 
 class Block(NamedTuple):
@@ -100,12 +109,7 @@ class Covariance:
 
     @classmethod
     def of(cls, blocks: Sequence[Block], fitted: Sequence[Block] | None = None) -> "Covariance":
-        """From what each block's nuisances and discrepancies do.
-
-        Args:
-            blocks: in the order of the row.
-            fitted: those in whose middle the line of the speed's discrepancy has its centre; default: all.
-        """
+        """From what each block does; the line of the speed has its centre in the fitted ones, by default all."""
         whose = np.array([block.trial for block in blocks])
         length = len(blocks[0].features)
         same = np.kron(np.equal.outer(whose, whose), np.ones((length, length)))
@@ -217,6 +221,31 @@ def _wave_roots(blocks: Sequence[Block]) -> list[np.ndarray]:
     root[markers] = vectors * np.sqrt(np.maximum(values, 0.0))
     phases = [float(beat_phase(block.features, list(block.model.trial.tail))) for block in blocks]
     return [advanced(root.T, np.full(root.shape[1], phase)).T for phase in phases]
+
+
+def wave_discrepancy(measured: np.ndarray, position_m: np.ndarray) -> np.ndarray:
+    """(k, k) covariance of a wave that is off by 100 %, for features (k,) of m markers at (m,) along the body.
+
+    Of each marker the first harmonic by its own size, higher ones by half of the one before, alike for neighbours along
+    the body. Means do not count: they are those of the boxes.
+    """
+    first = np.sqrt((np.abs(harmonics_of(measured)[..., 0]) ** 2).sum(axis=-1) / 2)  # (m,)
+    size = np.maximum(first, 0.1 * first.max())
+    of_column = np.append(0.0, harmonic_decay()) ** 2  # (7,)
+    total = np.zeros((len(measured),) * 2)
+    total[1:, 1:] = np.kron(np.outer(size, size) * along_body(position_m), np.diag(np.tile(of_column, 2)))
+    return total
+
+
+def along_body(position_m: np.ndarray) -> np.ndarray:
+    """(m, m) correlation of displacements of markers at (m,) along the body, each of which has a share of its own."""
+    smooth = np.exp(-0.5 * ((position_m[:, None] - position_m) / _LENGTH_M) ** 2)
+    return np.asarray((1 - _OF_ITS_OWN) * smooth + _OF_ITS_OWN * np.eye(len(position_m)))
+
+
+def harmonic_decay() -> np.ndarray:
+    """(6,) size of cosine and sine of each harmonic of a displacement, against the first."""
+    return np.repeat(_OF_HARMONIC ** np.arange(HARMONICS), 2)
 
 
 def _nearness(blocks: Sequence[Block]) -> np.ndarray:

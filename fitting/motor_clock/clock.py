@@ -5,9 +5,7 @@ from typing import Literal
 
 import numpy as np
 
-from fitting.motor_clock.code_delay import CodeDelay, code_delay
-from fitting.motor_clock.code_search import search
-from fitting.motor_clock.tail_motion import TailMotion
+from fitting.motor_clock.code import CodeDelay, TailMotion, code_delay, search
 from session import Flag, TrialSpec
 from session.commands import MotorCommands
 from swimmer import CrankTurn
@@ -42,7 +40,6 @@ class MotorClock:
         rate_se: its standard error; nan where it was given.
         found_by: "code": both codes; "start code" or "end code": one alone, the rate taken for 1; "given": neither,
             the offset is that of `session.toml`.
-        flags: what is doubtful.
     """
 
     offset_s: float

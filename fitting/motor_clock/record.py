@@ -10,7 +10,7 @@ import xarray as xr
 
 from fitting.frequency import SwimFrequency
 from fitting.motor_clock.clock import MotorClock, find_clock
-from fitting.motor_clock.tail_motion import TailMotion, tail_motion
+from fitting.motor_clock.code import TailMotion, tail_motion
 from session import CameraSpec, Flag, NotEnoughData, TrialSpec
 from session.commands import MotorCommands, load_commands
 from session.motor import MotorLog, load_motor
@@ -25,13 +25,7 @@ ERRORS = {0: "input voltage", 2: "overheating", 3: "encoder", 4: "electrical sho
 
 
 def log_flags(log: MotorLog, drive_s: tuple[float, float], measured_hz: float, commanded_hz: float) -> Iterator[Flag]:
-    """Doubts about a log.
-
-    Args:
-        log: as read.
-        drive_s: the steady stretch, on the motor's clock, s.
-        measured_hz, commanded_hz: turns a second over it; nan where not known.
-    """
+    """Doubts about a log with its steady drive on the motor's clock; turns a second are nan where not known."""
     yield from log.flags
     if bits := int(np.bitwise_or.reduce(np.nan_to_num(log.error).astype(int))):
         named = [ERRORS.get(bit, f"bit {bit}") for bit in range(bits.bit_length()) if bits >> bit & 1]
@@ -104,7 +98,6 @@ class MotorRecord:
         commanded_hz: nan where not known.
         ripple: amplitude of a sine as large as the changes of the speed over it, relative to its mean.
         usable: whether clock and log are believed, so that the turn may drive the twin.
-        flags: of log and clock.
     """
 
     log: MotorLog
@@ -137,12 +130,7 @@ class MotorRecord:
         return hz
 
     def against(self, beat: SwimFrequency, time_s: np.ndarray) -> MotorRecord:
-        """The same, no longer usable where the tail beats otherwise than the crank turns: it is another trial's log.
-
-        Args:
-            beat: of the tail.
-            time_s: (n,) of the frames that show it, on the clock of the video.
-        """
+        """The same, no longer usable where the tail, in frames (n,), beats otherwise than the crank: another log."""
         if not self.usable:
             return self
         hz = self.turn.mean_hz(float(time_s[0]), float(time_s[-1]))
@@ -175,11 +163,6 @@ class MotorRecord:
 def read_motor(spec: TrialSpec, tracks: xr.Dataset, camera: CameraSpec, robot: RobotSpec) -> MotorRecord | None:
     """Reads the motor log of a trial and finds its clock; None where the trial has none.
 
-    Args:
-        spec: the trial.
-        tracks: all n frames of it, codes included.
-        camera, robot: what filmed it and what was filmed.
-
     Raises:
         InputError: log or commands cannot be read.
         NotEnoughData: fewer than five readings of the shaft.
@@ -199,12 +182,6 @@ def motor_record(
     spec: TrialSpec, log: MotorLog, commands: MotorCommands | None, tail: TailMotion | None, time_s: np.ndarray
 ) -> MotorRecord:
     """What `read_motor` makes of what it read.
-
-    Args:
-        spec: the trial, for its name, offset and command.
-        log, commands: of the motor.
-        tail: in which the codes are looked for.
-        time_s: (n,) of the frames.
 
     Raises:
         NotEnoughData: fewer than five readings of the shaft.
@@ -257,7 +234,6 @@ def _within(wanted_s: tuple[float, float], turn: CrankTurn, time_s: np.ndarray |
 
 
 def _speed(turn: CrankTurn, stretch_s: tuple[float, float]) -> tuple[float, float]:
-    """Mean turns a second, and ripple."""
     speed = turn.speed(np.arange(*stretch_s, 0.005))
     mean_hz = turn.mean_hz(*stretch_s)
     return mean_hz, float(np.sqrt(2) * speed.std() / max(2 * np.pi * abs(mean_hz), 1e-9))
@@ -271,7 +247,6 @@ def _commanded(commands: MotorCommands | None, spec: TrialSpec) -> float:
 
 
 def _other_command(commanded_hz: float, spec: TrialSpec) -> tuple[Flag, ...]:
-    """Whether the commanded speed differs from that of the session."""
     if spec.commanded_hz is None or not abs(commanded_hz / spec.commanded_hz - 1) > OTHER_COMMAND:
         return ()
     message = (

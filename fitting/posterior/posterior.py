@@ -1,40 +1,42 @@
 """The posterior of the five coefficients: draws of the model whose mode is the fit, and when not to believe them."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
+from pathlib import Path
 
 import numpy as np
+import xarray
 from scipy.stats import chi2
 from threadpoolctl import threadpool_limits
 
-from fitting.coefficient_fit import NAMES
-from fitting.marginal import Marginal
+from fitting.coefficient_fit import NAMES, Marginal
 from fitting.model import Mode
+from fitting.model.features import HARMONICS, SPEED, of_markers
 from fitting.model.forecast import NORMAL_90
 from fitting.model.mode import Progress
-from fitting.objective import COEFFICIENT_BOUNDS
-from fitting.posterior.sampling import Draws, sample
-from fitting.posterior.surrogate import Surrogate, fit_surrogate
+from fitting.posterior.quiet_arviz import arviz
+from fitting.posterior.sampling import VARIABLES, Draws, Surrogate, fit_surrogate, sample
 from session import Flag
 from swimmer import FluidCoefficients
+from swimmer.fluid import COEFFICIENT_BOUNDS
 
 EFFECTIVE = 400
 MISFIT_P = 0.01  # below which noise and nuisances alone do not explain a misfit
 _MARKERS_OFF_M = 0.005  # from which where markers sit is worth a flag
 _DISCREPANT = 0.02  # relative, from which the error of the twin's wave is worth a flag
 _BESIDE = 0.1  # share of the draws that a 90 % interval leaves out
+PRIOR = (
+    f"uniform from {COEFFICIENT_BOUNDS[0]:g} to {COEFFICIENT_BOUNDS[1]:g} in each coefficient, lognormal in the "
+    "twin's relative discrepancies of wave and speed; normal in the nuisances, the robot's hinges and crank arm among "
+    "them, which are integrated out; other variance components as at the mode"
+)
+_TERMS = ("mean", *(f"{wave}_{h}" for h in range(1, HARMONICS + 1) for wave in ("cos", "sin")))
 
 
 @dataclass(frozen=True, eq=False)
 class Posterior:
-    """Draws from the posterior of the coefficients and of the sizes of the twin's two discrepancies.
-
-    Attributes:
-        mode: that it is about.
-        surrogate: of the twin.
-        draws: from the posterior.
-        flags: when not to believe it.
-    """
+    """Draws from the posterior of the coefficients and of the sizes of the twin's two discrepancies."""
 
     mode: Mode
     surrogate: Surrogate
@@ -111,17 +113,11 @@ def sample_posterior(
     seed: int = 0,
     tell: Progress = lambda _message, _share: None,
 ) -> Posterior:
-    """Draws from the posterior of the coefficients given the trials of a mode.
+    """So many effective draws from the posterior of the coefficients given the trials of a mode.
 
     The prior is uniform over [0, 10] in each coefficient, for twins that swim forward from rest. Of the variance
     components those of the twin's wave share one factor and those of its speed another, which are drawn too; all others
     stay as large as at the mode.
-
-    Args:
-        mode: the likeliest coefficients, and the covariance of all else.
-        effective: draws wanted for every coefficient.
-        seed: of all draws.
-        tell: of the progress.
     """
     with threadpool_limits(1):  # the matrices are small: threads cost more than they save
         surrogate = fit_surrogate(mode, seed, tell)
@@ -170,3 +166,64 @@ def _flags(posterior: Posterior) -> list[Flag]:
         if not marginal.narrow:
             flags.append(Flag("unidentifiable", message=f"{name} is not determined: {interval}"))
     return flags
+
+
+def save_draws(path: Path, posterior: Posterior, stamp: Mapping[str, str | int]) -> None:
+    """Writes an ArviZ `InferenceData` as netCDF, with the groups posterior, sample_stats and observed_data.
+
+    A walker of the ensemble is a chain. The logarithms of the relative discrepancies are variables as well.
+    """
+    data = arviz.InferenceData(
+        attrs={**stamp, "prior": PRIOR},
+        posterior=_chains(posterior.draws.chains),
+        sample_stats=_statistics(posterior),
+        observed_data=_observed(posterior),
+    )
+    data.to_netcdf(str(path), engine="h5netcdf")
+
+
+def load_chains(path: Path) -> np.ndarray:
+    """(w, d, 7) walkers, draws, coefficients and ln discrepancies that `save_draws` wrote."""
+    with xarray.open_dataset(path, group="posterior", engine="h5netcdf") as draws:
+        return np.stack([draws[name].to_numpy() for name in VARIABLES], axis=-1)
+
+
+def _chains(chains: np.ndarray) -> xarray.Dataset:
+    places = {"chain": np.arange(chains.shape[0]), "draw": np.arange(chains.shape[1])}
+    return xarray.Dataset({name: (("chain", "draw"), chains[..., i]) for i, name in enumerate(VARIABLES)}, places)
+
+
+def _statistics(posterior: Posterior) -> xarray.Dataset:
+    draws, surrogate = posterior.draws, posterior.surrogate
+    scalars: dict[str, float | int] = {
+        "acceptance_rate": draws.acceptance,
+        "autocorrelation_steps": draws.autocorrelation,
+        "steps": draws.steps,
+        "simulations_of_each_trial": surrogate.simulations,
+        **{f"{name}_sd": size for name, size in posterior.mode.sizes.items()},
+        "emulator_error_ln_likelihood": surrogate.error,
+        "misfit_p": posterior.misfit_p,
+    }
+    arrays = {"ess_bulk": ("variable", draws.ess_bulk), "r_hat": ("variable", draws.r_hat)}
+    return xarray.Dataset({**scalars, **arrays}, {"variable": list(VARIABLES)})
+
+
+def _observed(posterior: Posterior) -> xarray.Dataset:
+    """Forward speed, and mean and harmonics of each marker along and across the fish, of each trial."""
+    models = posterior.mode.model.trials
+    features = np.array([model.measured for model in models])
+    return xarray.Dataset(
+        {
+            "forward_speed_m_s": ("trial", features[:, SPEED]),
+            "beat_m": (("trial", "marker", "axis", "term"), of_markers(features)),
+            "frequency_hz": ("trial", np.array([model.trial.frequency.hz for model in models])),
+            "noise_lasts_s": ("trial", np.array([model.noise.lasts_s for model in models])),
+            "noise_sd_m": (("trial", "marker"), np.array([model.noise.sd_m for model in models])),
+        },
+        {
+            "trial": [model.trial.name for model in models],
+            "marker": list(models[0].trial.markers),
+            "axis": ["along", "across"],
+            "term": list(_TERMS),
+        },
+    )

@@ -14,20 +14,17 @@ from scipy.linalg import cho_factor, cho_solve
 from fitting.model import Block, Covariance, Mode
 from fitting.model.features import SPEED, harmonics_of
 from fitting.model.forecast import FeatureForecast, Windows, block_of, scatter_of
-from fitting.model.mode import jacobian_at
+from fitting.model.mode import coefficient_covariance, jacobian_at
 from fitting.model.session_forecast import Forecast, scored
-from fitting.model.variance import COEFFICIENT_SD
 from fitting.posterior.posterior import Posterior
+from fitting.signatures.affected_session import imagined
 from fitting.sweep import START_SPEED_M_S
-from fitting.trial import MeasuredTrial, measure_trial
-from session import CameraSpec, Flag, TrialSpec
-from session.tracks import as_tracks
-from swimmer import Runs
+from fitting.trial import MeasuredTrial
+from session import Flag
 
 QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
 DRAWS = 40
 SECONDS = 5.0  # of a further trial
-_RUN_IN_BEATS = 4.0  # before it: the speed settles
 _NOISES = 20  # draws of everything else for each
 _FEWEST_INSIDE = 0.8  # share of marker coordinates within 90 % bands: chance leaves 0.83 and more in 19 of 20 trials
 
@@ -37,7 +34,6 @@ class PredictedTrial:
     """One trial and what the posterior predicts of it.
 
     Attributes:
-        name, role: of the trial.
         speed: measured smooth forward speed, m/s.
         inner, outer: (5,) quantiles 5, 25, 50, 75, 95 % of the predicted one, m/s.
         place_m: (m,) of each marker along the body.
@@ -128,9 +124,11 @@ def predict_sweep(posterior: Posterior, frequency_hz: np.ndarray, seed: int = 0)
     mode, random = posterior.mode, np.random.default_rng([seed, 3])
     draws, scatter = _some(posterior, random), scatter_of(mode)
     inner, outer, shrunk = [], [], []
-    now = np.sqrt(np.diag(mode.coefficient_covariance))
+    now, first = np.sqrt(np.diag(mode.coefficient_covariance)), mode.model.trials[0]
+    seconds = SECONDS + first.trial.warmup_s
     for hz in frequency_hz:
-        window = replace(mode.model.trials[0], trial=_imagined(posterior, float(hz)))
+        trial = imagined(first.twin, first.trial, mode.coefficients, float(hz), START_SPEED_M_S, seconds)
+        window = replace(first, trial=trial)
         block = block_of(mode, window, scatter)
         mean, covariance = _predicted(posterior, block, draws, _simulated(mode, block, draws))
         speed, sd = mean[:, SPEED], np.sqrt(covariance[SPEED, SPEED])
@@ -202,21 +200,4 @@ def _with(mode: Mode, block: Block) -> np.ndarray:
     """(5, 5) covariance of the coefficients with one more trial."""
     total = Covariance.of([*mode.blocks, block], mode.blocks).at(mode.sizes)
     jacobian = np.vstack([mode.jacobian, jacobian_at([block.model], mode.coefficients)])
-    information = jacobian.T @ cho_solve(cho_factor(total, lower=True), jacobian)
-    return np.linalg.inv(information + COEFFICIENT_SD**-2.0 * np.eye(len(mode.coefficients)))
-
-
-def _imagined(posterior: Posterior, hz: float) -> MeasuredTrial:
-    """The twin at the mode, settled at a frequency and seen without noise."""
-    model = posterior.mode.model.trials[0]
-    like, twin = model.trial, model.twin
-    frame_s, run_in_s = float(np.median(np.diff(like.time_s))), _RUN_IN_BEATS / hz
-    time_s = np.arange(0.0, run_in_s + SECONDS + like.warmup_s, frame_s)
-    start = np.array([[-START_SPEED_M_S, 0.0, 0.0]])
-    runs = Runs(posterior.mode.coefficients[None], np.array([hz]), np.zeros(1), start)
-    position_px = twin.simulate(runs, time_s).marker_m[0] / like.metres_per_px * np.array([1, -1])
-    tracks = as_tracks(like.markers, time_s, position_px, np.ones(position_px.shape[:2]))
-    spec = TrialSpec(f"{hz:.2f} Hz", "swim", commanded_hz=hz, role="fit")
-    camera = CameraSpec(1 / frame_s, twin.robot.scale_length_m)
-    later = tracks.isel(time=slice(int(np.searchsorted(time_s, run_in_s)), None))
-    return measure_trial(spec, later, camera, twin.robot, like.warmup_s)
+    return coefficient_covariance(total, jacobian)

@@ -6,17 +6,15 @@ from pathlib import Path
 
 import numpy as np
 
-from fitting.left_out import EffectsLeftOut
-from fitting.marginal import Marginal
+from fitting.coefficient_fit import Marginal
 from fitting.model.forecast import scatter_of
 from fitting.model.mode import Progress
 from fitting.model.session_forecast import DRAWN, ForecastTrial, SessionForecast, simple_rules
-from fitting.posterior.identifiability import Identifiability, identifiability
-from fitting.posterior.posterior import Posterior
-from fitting.posterior.posterior_file import load_chains
+from fitting.posterior.identifiability import Identifiability, RobotPart, identifiability, robot_flags, robot_parts
+from fitting.posterior.posterior import Posterior, load_chains
 from fitting.posterior.prediction import PredictedSweep, PredictedTrial, predict_sweep, predict_trials
-from fitting.posterior.robot import RobotPart, robot_flags, robot_parts
 from fitting.posterior.whiteness import Whiteness, noise_flags, whiteness
+from fitting.signatures.score_tests import EffectsLeftOut
 from fitting.sweep import sweep_frequencies
 from fitting.trial import MeasuredTrial
 from session import Flag
@@ -101,15 +99,7 @@ def summarise(
     tell: Progress = lambda _message, _share: None,
     left_out: EffectsLeftOut = EffectsLeftOut(),  # noqa: B008 (it is frozen)
 ) -> PosteriorSummary:
-    """Works out all that is said of a posterior.
-
-    Args:
-        posterior: with its draws.
-        trials: all swim trials, fit and held-out.
-        seed: of all draws.
-        tell: of the progress.
-        left_out: what score tests of effects said.
-    """
+    """Works out all that is said of a posterior."""
     draws, robot = posterior.draws, robot_parts(posterior)
     tell("predicting trials", 0.0)
     predicted = predict_trials(posterior, trials, seed)

@@ -29,7 +29,6 @@ class Whiteness:
     """Correlation of the residuals of one trial's tracks about a smooth swim, before and after the noise model.
 
     Attributes:
-        trial: its name.
         lag_s: (l,) from one frame on.
         raw: (l,) autocorrelation of the residuals.
         innovations: (l,) of what the model takes for independent.
@@ -38,7 +37,6 @@ class Whiteness:
             of what is no faster than the third harmonic of the beat, which features read.
         neighbours: (2, m - 1) of what the model takes for independent.
         neighbours_limit: (2,) below which the root mean square of these lies in 99 % of trials with white noise.
-        frames: of the trial.
         effective: how many independent frames would determine a mean as well.
         white: share of the noise's variance that is white.
         lasts_s: in which the correlation of the rest falls to 1/e.

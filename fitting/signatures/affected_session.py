@@ -1,10 +1,10 @@
-"""All trials of a session beside twins with effects, simulated together.
+"""All trials of a session beside twins with effects, simulated together and seen by the camera that filmed them.
 
 A step with forces that no model holds costs by the step, hardly by the simulation.
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
@@ -13,77 +13,160 @@ from fitting.free_decay import Ring
 from fitting.free_decay.ring import ring_changes
 from fitting.model.session_model import SessionModel
 from fitting.model.trial_model import TrialModel
-from fitting.signatures.view_of import picture_px, view_of
-from session import CameraSpec
-from swimmer import Trajectories
+from fitting.trial import MeasuredTrial, measure_trial
+from session import CameraSpec, TrialSpec
+from session.camera import CameraCalibration
+from session.tracks import as_tracks
+from swimmer import Runs, Trajectories, Twin
 from swimmer.effects import AffectedRuns, AffectedTwin, Effect, View
 from swimmer.twin import simulate_together
+
+COMMON_PX = (
+    (640, 480),
+    (1280, 720),
+    (1920, 1080),
+    (1920, 1440),
+    (2704, 1520),
+    (2704, 2028),
+    (3840, 2160),
+    (5312, 2988),
+)
+"""Sizes of the pictures of common cameras, width and height; the smallest comes first."""
+_RUN_IN_BEATS = 4.0  # of a trial that is imagined: the speed settles
+TO_PX = np.array([1.0, -1.0])  # the pool's y points up in the picture
+
+
+def picture_px(trials: Iterable[MeasuredTrial], camera: CameraSpec) -> tuple[float, float]:
+    """Width and height of the picture: as calibrated, else the least common size that holds all that was tracked."""
+    if (lens := camera.calibration) is not None:
+        return lens.width_px, lens.height_px
+    reached = np.max([np.nanmax(TO_PX * each.position_m / each.metres_per_px, axis=(0, 1)) for each in trials], axis=0)
+    holding = [size for size in COMMON_PX if (reached < size).all()]
+    return holding[0] if holding else (float(reached[0]), float(reached[1]))
+
+
+def imagined(
+    twin: Twin,
+    like: MeasuredTrial,
+    coefficients: np.ndarray,
+    hz: float,
+    start_m_s: float,
+    seconds: float,
+    noise: Callable[[np.ndarray], np.ndarray | float] = lambda _time_s: 0.0,
+    middle_px: np.ndarray | float = 0.0,
+) -> MeasuredTrial:
+    """A trial that could be swum, settled at a frequency, filmed like another of the same markers.
+
+    Args:
+        twin: that swims it.
+        like: the other trial.
+        coefficients: (5,) of the twin.
+        hz: turns of the crank a second.
+        start_m_s: forward speed that it begins with.
+        seconds: that are filmed.
+        noise: (n, m, 2) of the tracks at times (n,), m; default: none.
+        middle_px: (2,) of the picture.
+    """
+    frame_s, run_in_s = float(np.median(np.diff(like.time_s))), _RUN_IN_BEATS / hz
+    time_s = np.arange(0.0, run_in_s + seconds, frame_s)
+    runs = Runs(coefficients[None], np.array([hz]), np.zeros(1), np.array([[-start_m_s, 0.0, 0.0]]))
+    marker_m = twin.simulate(runs, time_s).marker_m[0]
+    position_px = (marker_m - marker_m.mean(axis=(0, 1)) + noise(time_s)) / like.metres_per_px * TO_PX + middle_px
+    tracks = as_tracks(like.markers, time_s, position_px, np.ones(position_px.shape[:2]))
+    spec = TrialSpec(f"{hz:.2f} Hz", "swim", commanded_hz=hz, role="fit")
+    later = tracks.isel(time=slice(int(np.searchsorted(time_s, run_in_s)), None))
+    return measure_trial(spec, later, CameraSpec(1 / frame_s, twin.robot.scale_length_m), twin.robot, like.warmup_s)
+
+
+def with_picture(camera: CameraSpec, trials: Iterable[MeasuredTrial]) -> CameraSpec:
+    """The camera with the picture that all trials of a session tell, so that every part of it is seen in the same one.
+
+    For views alone: its focal length is only a place holder.
+    """
+    if camera.calibration is not None:
+        return camera
+    width, height = (round(size) for size in picture_px(trials, camera))
+    picture = CameraCalibration(
+        width_px=width, height_px=height, fx_px=width, fy_px=width, cx_px=width / 2, cy_px=height / 2
+    )
+    return replace(camera, calibration=picture)
+
+
+def view_of(
+    trial: MeasuredTrial,
+    simulated_m: np.ndarray,
+    camera: CameraSpec,
+    size_px: tuple[float, float] | None = None,
+) -> View:
+    """The view of a trial; without a calibrated lens its axis goes through the middle of the picture.
+
+    The twin's frame is laid on the pool so that both fish, over the kept frames, head the same way and are at the same
+    place in the mean: at a single frame each is somewhere else in its beat.
+
+    Args:
+        trial: as measured.
+        simulated_m: (n, m, 2) of the kept frames, the markers of the twin beside it, m.
+        camera: that filmed it.
+        size_px: of the picture; default: as the trial alone tells it.
+    """
+    width_px, height_px = size_px or picture_px([trial], camera)
+    lens = camera.calibration
+    middle_px = np.array([width_px / 2, height_px / 2] if lens is None else [lens.cx_px, lens.cy_px])
+    measured_m = trial.position_m[trial.kept][: len(simulated_m)]
+    (line, place), (own_line, own_place) = (_mean_head(each, trial.markers) for each in (measured_m, simulated_m))
+    turn = np.angle(line / own_line)
+    cos, sin = np.cos(turn), np.sin(turn)
+    to_pool = np.array([[cos, -sin], [sin, cos]])  # from the twin's frame
+    origin_m = place - to_pool @ own_place
+    return View(
+        axis_m=(trial.metres_per_px * TO_PX * middle_px - origin_m) @ to_pool,
+        down=np.array([0.0, -1.0]) @ to_pool,
+        half_height_m=height_px / 2 * trial.metres_per_px,
+    )
+
+
+def _mean_head(position_m: np.ndarray, markers: tuple[str, ...]) -> tuple[complex, np.ndarray]:
+    """The mean direction from nose to neck, x + i y, and the mean place (2,) of the nose, of positions (n, m, 2)."""
+    nose, neck = (position_m[:, markers.index(name)] for name in ("nose", "neck"))
+    line = (neck - nose) / np.linalg.norm(neck - nose, axis=-1, keepdims=True)
+    along, across = np.nanmean(line, axis=0)
+    return complex(along, across), np.asarray(np.nanmean(nose, axis=0))
 
 
 @dataclass(frozen=True, eq=False)
 class AffectedTrial:
-    """What effects do to the features of one trial.
-
-    Attributes:
-        model: the trial beside the plain twin.
-        twin: the same twin with effects.
-        view: of the trial.
-    """
+    """What effects do to the features of one trial."""
 
     model: TrialModel
     twin: AffectedTwin
     view: View
 
-    def hertz(self, values: np.ndarray) -> np.ndarray:
-        """(s,) the frequency that the trial's command leads to with values (s, p), as it is measured; nan without one.
+    def hertz(self, values: np.ndarray, *, logged: bool = False) -> np.ndarray:
+        """(s,) the frequency that the trial's command leads to with values (s, p); nan without one.
 
-        What gears and clocks make of the command, and how a crank that does not turn evenly beats over the trial.
+        As it is measured, or, `logged`, as the motor's log tells it: what gears and clocks make of the command, and how
+        a crank that does not turn evenly beats over the trial, unless its turn was measured. That shows in a log too;
+        a twin beside a wrong clock beats as it was filmed.
         """
         trial = self.model.trial
         if trial.commanded_hz is None:
             return np.full(len(values), np.nan)
-        led_to = np.array([self.twin.measured_hz(trial.commanded_hz, value) for value in values])
-        return led_to + self._otherwise_hz(values)
-
-    def logged_hz(self, values: np.ndarray) -> np.ndarray:
-        """(s,) the frequency that the trial's command leads to with values (s, p), as the motor's log tells it.
-
-        What makes a crank that does not turn evenly beat otherwise over the trial shows there too; a twin beside a
-        wrong clock beats as it was filmed.
-        """
-        trial = self.model.trial
-        assert trial.commanded_hz is not None
-        led_to = np.array([self.twin.turned_hz(trial.commanded_hz, value) for value in values])
-        return led_to + self._otherwise_hz(values)
-
-    def _otherwise_hz(self, values: np.ndarray) -> np.ndarray:
-        """(s,) what an uneven turn of the crank adds to how the tail beats; 0 beside a measured turn."""
-        trial = self.model.trial
+        led_to = self.twin.turned_hz if logged else self.twin.measured_hz
+        found = np.array([led_to(trial.commanded_hz, value) for value in values])
         if trial.turn is not None:
-            return np.zeros(len(values))
+            return found
         runs = self.runs(np.zeros((len(values), 5)), values)
-        return np.asarray(self.twin.beats_hz(runs, trial.time_s) - trial.frequency.hz)
+        return np.asarray(found + self.twin.beats_hz(runs, trial.time_s) - trial.frequency.hz)
 
     def runs(self, coefficients: np.ndarray, values: np.ndarray) -> AffectedRuns:
         """Of coefficients (s, 5) and values (s, p) of the session."""
-        trial, count = self.model.trial, len(values)
-        return AffectedRuns(
-            coefficients=np.ascontiguousarray(coefficients),
-            frequency_hz=np.full(count, trial.frequency.hz),
-            phase_rad=np.full(count, self.model.phase_rad),
-            velocity=np.tile(trial.start_velocity, (count, 1)),
-            turns=None if trial.turn is None else (trial.turn.shifted(0.0, 1.0),) * count,
-            values=np.array([self.twin.in_trial(self.view, value) for value in values]),
-        )
+        in_trial = np.array([self.twin.in_trial(self.view, value) for value in values])
+        return AffectedRuns(**vars(self.model.runs(coefficients)), values=in_trial)
 
     def features(self, runs: AffectedRuns, motion: Trajectories) -> np.ndarray:
         """(s, k) of its runs, as tracks would show them, scaled by nose and neck; nan where the twin diverged."""
-        trial = self.model.trial
-        seen = self.twin.observed(runs, motion, [self.view] * len(runs))
-        nose, neck = (trial.markers.index(name) for name in ("nose", "neck"))
-        span = np.median(np.linalg.norm(seen[:, :, nose] - seen[:, :, neck], axis=-1), axis=1)
-        scaled = (self.twin.robot.scale_length_m / span)[:, None, None, None] * seen
-        kept = np.compress(trial.kept[: len(self.model.time_s)], scaled, axis=1)
+        tracked = self.twin.tracked(runs, motion, self.view)
+        kept = np.compress(self.model.trial.kept[: len(self.model.time_s)], tracked, axis=1)
         return self.model.in_step(self.model.reader(kept))
 
 
@@ -129,7 +212,7 @@ class AffectedSession:
         First as they are filmed, of all trials, then as the motors' logs tell them.
         """
         filmed = [trial.hertz(values) for trial in self.trials]
-        return np.column_stack([*filmed, *(self.trials[number].logged_hz(values) for number in self.logged)])
+        return np.column_stack([*filmed, *(self.trials[number].hertz(values, logged=True) for number in self.logged)])
 
     def beside(self, values: np.ndarray) -> np.ndarray:
         """(s, b) by how much values (s, p) change the numbers beside the features; 0 where nobody knows.

@@ -1,14 +1,17 @@
-"""A session as one row.
+"""A session as one row, and the space in which all that disturbs it has unit size.
 
 A row holds the features of all swims, then how far each beats from its command, and then how free decays ring.
 """
 
+from dataclasses import dataclass
+from functools import cached_property
+
 import numpy as np
-from scipy.linalg import block_diag
+from scipy.linalg import block_diag, solve_triangular
 
 from fitting.model.session_model import SessionModel
-from fitting.objective import COEFFICIENT_BOUNDS
 from fitting.trial import MeasuredTrial
+from swimmer.fluid import COEFFICIENT_BOUNDS
 
 PRIOR_SD = np.full(5, (COEFFICIENT_BOUNDS[1] - COEFFICIENT_BOUNDS[0]) / np.sqrt(12.0))
 TOLD_TO = 0.002  # relative standard deviation of a measured frequency about the commanded one
@@ -33,7 +36,6 @@ def residual_row(model: SessionModel, at: np.ndarray) -> np.ndarray:
 
 
 def _off_command(trial: MeasuredTrial) -> float:
-    """Of a logged motor, Hz."""
     assert trial.logged_hz is not None
     assert trial.commanded_hz is not None
     return trial.logged_hz - trial.commanded_hz
@@ -69,10 +71,48 @@ def row_covariance(model: SessionModel, features: np.ndarray, robot: np.ndarray 
     return np.asarray(apart)
 
 
-def mended(slopes: np.ndarray, step: np.ndarray, change: np.ndarray, sd: np.ndarray) -> np.ndarray:
-    """(k, p) slopes (k, p) with which a step (p,) changes the row as it has (k,), and which are else as they were.
+@dataclass(frozen=True, eq=False)
+class Whitened:
+    """A space in which all that disturbs a session's row of k numbers has unit size and coefficients are free.
 
-    As little changed as that allows, with steps counted in standard deviations (p,) of priors (Broyden 1965).
+    The row holds the features of t trials, and then the numbers beside them.
+
+    Attributes:
+        root: (k, k) lower Cholesky factor of the covariance of noise, nuisances and the twin's own discrepancy.
+        slopes: (k, 5) of the row with the coefficients.
+        precision: (5,) of the prior of the coefficients.
     """
-    along = step * sd**-2.0
-    return np.asarray(slopes + np.outer(change - slopes @ step, along) / (along @ step))
+
+    root: np.ndarray
+    slopes: np.ndarray
+    precision: np.ndarray
+
+    @classmethod
+    def of(cls, covariance: np.ndarray, slopes: np.ndarray, prior_sd: np.ndarray) -> "Whitened":
+        """From a covariance (k, k), slopes (k, 5) and the prior's standard deviations (5,)."""
+        return cls(np.linalg.cholesky(covariance), slopes, prior_sd**-2.0)
+
+    def projected(self, rows: np.ndarray) -> np.ndarray:
+        """(..., k + 5) rows (..., k), whitened, with what coefficients can take away taken; lengths are distances."""
+        white = solve_triangular(self.root, rows.reshape(-1, rows.shape[-1]).T, lower=True)  # (k, q)
+        slopes = np.vstack([solve_triangular(self.root, self.slopes, lower=True), np.diag(np.sqrt(self.precision))])
+        white = np.vstack([white, np.zeros((len(self.precision), white.shape[1]))])
+        residual = white - slopes @ np.linalg.lstsq(slopes, white, rcond=None)[0]
+        return residual.T.reshape(*rows.shape[:-1], -1)
+
+    @cached_property
+    def log_volume(self) -> float:
+        """What the logarithm of a row's density has beside half the square of its length, but for a constant."""
+        white = solve_triangular(self.root, self.slopes, lower=True)
+        freedom = np.diag(self.precision) + white.T @ white
+        of_prior = 0.5 * float(np.log(self.precision).sum())
+        return of_prior - float(np.log(np.diag(self.root)).sum()) - 0.5 * float(np.linalg.slogdet(freedom)[1])
+
+    def coefficients(self, row: np.ndarray) -> np.ndarray:
+        """(5,) by how much coefficients, held back by their prior, best make up for a change (k,)."""
+        white, slopes = (solve_triangular(self.root, part, lower=True) for part in (row, self.slopes))
+        return np.linalg.solve(slopes.T @ slopes + np.diag(self.precision), slopes.T @ white)
+
+    def length(self, row: np.ndarray) -> float:
+        """From the plain twin, refitted, of a change (k,)."""
+        return float(np.linalg.norm(self.projected(row)))

@@ -4,11 +4,11 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from fitting import CoefficientFit
-from fitting.objective import COEFFICIENT_BOUNDS
 from reports.colours import EBT, INK, MUTED, SHADE, TWIN, WARN
 from reports.numbers import in_words
 from reports.style import HALF_WIDTH_IN, Look, Margins, legend_above, panel, styled
 from swimmer import PUBLISHED_COEFFICIENTS, FluidCoefficients
+from swimmer.fluid import COEFFICIENT_BOUNDS
 
 NAMES = tuple(map(in_words, FluidCoefficients._fields))
 _LOW, _HIGH = (float(root) for root in np.sqrt(COEFFICIENT_BOUNDS))

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 from matplotlib.figure import Figure
 
-from fitting.model.sway import Sway
+from fitting.body_wave import Sway
 from reports.colours import EBT, INK, TWIN
 from reports.numbers import MM
 from reports.style import HALF_WIDTH_IN, Grid, Look, Margins, legend_above, panels, styled

@@ -28,8 +28,8 @@ from reports.style import (
 )
 
 if TYPE_CHECKING:
-    from fitting.left_out import LeftOut
     from fitting.posterior.summary import PosteriorSummary
+    from fitting.signatures.score_tests import LeftOut
 
 _POINTS = 120  # drawn of a trace
 _GROUPS, _BINS = 4, 10

@@ -11,7 +11,6 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from scipy.ndimage import gaussian_filter
 
-from fitting.objective import COEFFICIENT_BOUNDS
 from reports.colours import EBT, EBT_LARGE, INK, MUTED, SHADE, TWIN, WARN
 from reports.figures.coefficients import NAMES
 from reports.numbers import significant
@@ -26,6 +25,7 @@ from reports.style import (
     panels,
     styled,
 )
+from swimmer.fluid import COEFFICIENT_BOUNDS
 
 if TYPE_CHECKING:
     from fitting.posterior.summary import PosteriorSummary

@@ -7,7 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from fitting import CalibratedTrial
-from fitting.scoring import residuals
+from fitting.forecast import residuals
 from reports.colours import INK, SHADE, TWIN, WARN
 from reports.figures.trial import mark_scored
 from reports.numbers import MM, in_words, shortened

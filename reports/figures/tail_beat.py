@@ -9,8 +9,8 @@ from scipy.signal import savgol_filter
 
 from fitting import CalibratedTrial
 from fitting.body_wave import BodyWave
+from fitting.ebt import ORDER, WINDOW
 from fitting.in_pool import tail_markers
-from fitting.tail_tip import ORDER, WINDOW
 from reports.colours import INK, MUTED, TWIN
 from reports.numbers import MM, shortened
 from reports.style import Grid, Margins, legend_on_top, name_panels, panels, small_multiples, styled

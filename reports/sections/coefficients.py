@@ -5,13 +5,13 @@ import numpy as np
 from fitting import CoefficientFit
 from fitting.calibration_file import PublishedResult
 from fitting.model import COMPONENTS
-from fitting.objective import COEFFICIENT_BOUNDS
 from reports.blocks import Block, Plot, Plots, Prose, Section, Table, table_head
 from reports.context import ReportContext
 from reports.figures.coefficients import coefficients_figure
 from reports.figures.hull_roll import hull_roll_figure
 from reports.numbers import MISSING, counted, in_mm, in_words, sentence, shown, significant
 from swimmer import PUBLISHED_COEFFICIENTS, FluidCoefficients
+from swimmer.fluid import COEFFICIENT_BOUNDS
 
 _COLUMNS = table_head("coefficient | value [] | 90 % interval [] | published search [] | authors' values [] | caveats")
 _ERRORS = table_head("over | quantity | recommended fit | published search")

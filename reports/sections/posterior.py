@@ -6,8 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fitting.left_out import LeftOut, with_unit
-from fitting.objective import COEFFICIENT_BOUNDS
+from fitting.signatures.score_tests import LeftOut, with_unit
 from reports.blocks import Block, Plot, Plots, Prose, Section, Table, table_head
 from reports.context import ReportContext
 from reports.figures.coefficients import NAMES
@@ -38,6 +37,7 @@ from reports.numbers import (
     with_error,
 )
 from reports.sections.structure import WORDS
+from swimmer.fluid import COEFFICIENT_BOUNDS
 
 if TYPE_CHECKING:
     from fitting.posterior.summary import PosteriorSummary

@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from fitting import CalibratedTrial, Calibration
-from fitting.command_forecast import CommandForecast, beat_to_command, forecast_from_command
+from fitting.calibration_file import CommandForecast, beat_to_command, forecast_from_command
 from fitting.ebt import EbtFit
 from fitting.speed_law import Slope, SpeedLaw
 from reports.blocks import Block, Plot, Plots, Prose, Section, Table, table_head

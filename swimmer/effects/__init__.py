@@ -2,8 +2,7 @@
 
 from swimmer.effects.affected_twin import AffectedRuns, AffectedTwin
 from swimmer.effects.catalogue import catalogue
-from swimmer.effects.effect import Effect, Parameter, StepForce, StepState
-from swimmer.effects.seen import View
+from swimmer.effects.effect import Effect, Parameter, StepForce, StepState, View
 
 __all__ = [
     "AffectedRuns",

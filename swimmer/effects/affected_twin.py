@@ -12,10 +12,19 @@ from scipy.interpolate import CubicSpline
 
 from session import InputError
 from session.errors import Fault, shown
-from swimmer.effects.effect import MODEL_WAYS, MOVING_WAYS, Drive, Effect, StepDamper, StepForce, StepState
+from swimmer.effects.effect import (
+    MODEL_WAYS,
+    MOVING_WAYS,
+    Drive,
+    Effect,
+    Observation,
+    StepDamper,
+    StepForce,
+    StepState,
+    View,
+)
 from swimmer.effects.plates import Plates
-from swimmer.effects.seen import Observation, View
-from swimmer.engine_log import quiet_engine
+from swimmer.engine import quiet_engine
 from swimmer.fluid import FluidCoefficients
 from swimmer.mjcf import DRY, Scene, build_mjcf
 from swimmer.robot import RobotSpec
@@ -28,11 +37,7 @@ _LEAD_RAD, _ASIDE_RAD, _SLOW_RAD_S = 0.8, 0.05, 1.6  # of the slow turn that bri
 
 @dataclass(frozen=True, eq=False)
 class AffectedRuns(Runs):
-    """Simulations with effects.
-
-    Attributes:
-        values: (n, p) parameters of all effects, one after the other.
-    """
+    """Simulations with effects: values (n, p) are the parameters of all effects, one after the other."""
 
     values: np.ndarray = field(kw_only=True)
 
@@ -57,12 +62,7 @@ class _EffectColumns(NamedTuple):
 
 
 class AffectedTwin(Twin):
-    """A twin with effects; at zero values it is the plain twin to the bit.
-
-    Args:
-        twin: the plain one.
-        effects: in the order in which they act.
-    """
+    """A twin with effects, in the order in which they act; at zero values it is the plain twin to the bit."""
 
     def __init__(self, twin: Twin, effects: Sequence[Effect]) -> None:
         super().__init__(twin.robot, twin.markers, twin.scene, twin.workers)
@@ -95,13 +95,8 @@ class AffectedTwin(Twin):
         )
         return replace(trajectories, time_s=time_s)
 
-    def observed(self, runs: Runs, trajectories: Trajectories, views: Sequence[View]) -> np.ndarray:
-        """(n, f, m, 2) where cameras find the markers of simulations, m.
-
-        Args:
-            runs: the simulations.
-            trajectories: of the simulations.
-            views: n, one a simulation.
+    def observed(self, runs: Runs, trajectories: Trajectories, view: View) -> np.ndarray:
+        """(n, f, m, 2) where a camera finds the markers of simulations, m.
 
         Raises:
             InputError: an effect gives an array of another shape than it should.
@@ -112,12 +107,19 @@ class AffectedTwin(Twin):
         axes = self._kinematics.axes(trajectories.head, trajectories.hinges_rad)
         times = np.broadcast_to(trajectories.time_s, trajectories.marker_m.shape[:2])
         seen = np.empty_like(trajectories.marker_m)
-        for i, (values, view) in enumerate(zip(self._values(runs), views, strict=True)):
+        for i, values in enumerate(self._values(runs)):
             seen[i] = trajectories.marker_m[i]
             for effect, columns in self._own:
                 one = Observation(times[i], seen[i], axes[i], trajectories.crank_rad[i], markers, above, view)
                 seen[i] = _of_shape(seen[i].shape, effect, "observe", effect.observe(one, values[columns]))
         return seen
+
+    def tracked(self, runs: Runs, trajectories: Trajectories, view: View) -> np.ndarray:
+        """(n, f, m, 2) as tracks would show simulations: `observed`, scaled by nose and neck; arguments as for that."""
+        seen = self.observed(runs, trajectories, view)
+        nose, neck = (self.markers.index(name) for name in ("nose", "neck"))
+        span = np.median(np.linalg.norm(seen[:, :, nose] - seen[:, :, neck], axis=-1), axis=1)
+        return np.asarray((self.robot.scale_length_m / span)[:, None, None, None] * seen)
 
     def in_trial(self, view: View, values: np.ndarray) -> np.ndarray:
         """(p,) values in the frame of one trial, of those of a session (p,)."""
@@ -304,13 +306,7 @@ def _add(fields: Sequence[np.ndarray], base: np.ndarray, added: Sequence[np.ndar
 
 
 def _of_shape(shape: tuple[int, ...], effect: Effect, way: str, given: np.ndarray) -> np.ndarray:
-    """The array that an effect gave.
-
-    Args:
-        shape: that it should have.
-        effect: that gave it.
-        way: the method that gave it.
-        given: the array.
+    """The array that an effect gave by one of its methods.
 
     Raises:
         InputError: it is of another shape, or no array.

@@ -1,7 +1,6 @@
 """Effects of the motor."""
 
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -31,24 +30,12 @@ def turn_of(drive: Drive) -> Turn:
     return EvenTurn(2 * np.pi * drive.frequency_hz) if drive.turn is None else drive.turn
 
 
-class Pace(Protocol):
-    """How far along a turn the crank is by the clock."""
-
-    def reached_s(self, time_s: np.ndarray) -> np.ndarray:
-        """(f,) the instant of the turn that is reached at times (f,), s; 0 at 0."""
-        ...
-
-    def rate(self, time_s: np.ndarray) -> np.ndarray:
-        """(f,) its derivative; 1 is the turn's own pace."""
-        ...
-
-
 @dataclass(frozen=True, eq=False)
 class WarpedTurn:
     """Attributes: turn, as it would be made; pace, at which it is."""
 
     turn: Turn
-    pace: Pace
+    pace: "WarmingPace | LatePace"
 
     @property
     def logged(self) -> bool:
@@ -65,15 +52,20 @@ class WarpedTurn:
         return np.asarray(self.turn.speed(self.pace.reached_s(time_s)) * self.pace.rate(time_s))
 
 
-class DriveRatioError(Effect):
+class DriveEffect(Effect):
+    """Of the motor."""
+
+    family = "drive"
+    stage = "drive"
+    seen_in = frozenset({"dry", "swim"})
+
+
+class DriveRatioError(DriveEffect):
     """The crank turns at (1 + relative) times the command; the turn itself is even, and known by its frequency."""
 
     name = "drive_ratio_error"
-    family = "drive"
-    stage = "drive"
     physics = "A gear ratio, pulley or speed unit that differs from the described one scales every speed by one factor."
     source = "Kinematics of gearing; the unit of an XW540's goal speed is 0.229 turns a minute."
-    seen_in = frozenset({"dry", "swim"})
     parameters = (Parameter("relative", "1", -0.4, 0.4, 0.02),)
 
     def turned_hz(self, commanded_hz: float, values: np.ndarray) -> float:
@@ -88,11 +80,7 @@ _MEAN = 1 - np.exp(-1.0)  # of exp(-t / WARMING_S) over that time
 
 @dataclass(frozen=True)
 class WarmingPace:
-    """A pace that falls from 1 + (1 - mean) share towards 1 - mean share, with mean 1 over `WARMING_S`.
-
-    Attributes:
-        share: by how much it falls in the end.
-    """
+    """A pace that falls by a share, from 1 + (1 - mean) share to 1 - mean share, with mean 1 over `WARMING_S`."""
 
     share: float
 
@@ -106,17 +94,14 @@ class WarmingPace:
         return np.asarray(1 + self.share * (np.exp(-time_s / WARMING_S) - _MEAN))
 
 
-class MotorSpeedSag(Effect):
+class MotorSpeedSag(DriveEffect):
     """The share of speed that is lost grows with the load, which grows with the square of the speed."""
 
     name = "motor_speed_sag"
-    family = "drive"
-    stage = "drive"
     physics = "A DC motor at its voltage limit loses speed with its torque, and more as its winding warms up."
     source = (
         "Torque-speed line of a DC motor; drag grows with speed squared; copper gains 0.39 % resistance per kelvin."
     )
-    seen_in = frozenset({"dry", "swim"})
     parameters = (Parameter("load", "s^2", 0.0, 0.3, 0.03), Parameter("warming", "1", 0.0, 0.3, 0.02))
 
     def turned_hz(self, commanded_hz: float, values: np.ndarray) -> float:
@@ -165,18 +150,15 @@ class RippledTurn:
         return np.asarray((self.cosine * np.sin(twice) - self.sine * np.cos(twice)) / 2)
 
 
-class MotorSpeedRipple(Effect):
+class MotorSpeedRipple(DriveEffect):
     """The crank slows down where the tendons pull hardest, and hurries in between.
 
     By as many turns a second at any speed, since most of the pull is that of the hinges' springs.
     """
 
     name = "motor_speed_ripple"
-    family = "drive"
-    stage = "drive"
     physics = "Under a load that comes twice a turn a speed-controlled motor turns unevenly, by load over gain."
     source = "First order response of a proportional speed loop to a periodic load."
-    seen_in = frozenset({"dry", "swim"})
     parameters = (Parameter("cosine", "Hz", -0.3, 0.3, 0.05), Parameter("sine", "Hz", -0.3, 0.3, 0.05))
 
     def drive(self, drive: Drive, values: np.ndarray) -> Drive:
@@ -189,11 +171,7 @@ class MotorSpeedRipple(Effect):
 
 @dataclass(frozen=True)
 class LatePace:
-    """At rest for three quarters of the delay, up to full speed over half of it, from then on late by all of it.
-
-    Attributes:
-        delay_s: more than 0.
-    """
+    """At rest for three quarters of a delay above 0, up to full speed over half of it, from then on late by it."""
 
     delay_s: float
 
@@ -211,15 +189,12 @@ class LatePace:
         return np.asarray(np.clip(2 * time_s / self.delay_s - 1.5, 0.0, 1.0))
 
 
-class MotorStartDelay(Effect):
+class MotorStartDelay(DriveEffect):
     """The crank rests at its phase for a while, then turns."""
 
     name = "motor_start_delay"
-    family = "drive"
-    stage = "drive"
     physics = "Between the first frame and the motor's start are the host's and the bus's delay and the speed ramp."
     source = "Kinematics: a turn made later."
-    seen_in = frozenset({"dry", "swim"})
     parameters = (Parameter("delay", "s", 0.0, 1.0, 0.05),)
 
     def drive(self, drive: Drive, values: np.ndarray) -> Drive:

@@ -12,13 +12,55 @@ import numpy as np
 from session.session_file import TrialKind
 from swimmer.crank_turn import Turn
 from swimmer.effects.plates import Motion, Plates
-from swimmer.effects.seen import Observation, View
 from swimmer.mjcf import Scene
 from swimmer.robot import RobotSpec
 
 Family = Literal["measurement", "drive", "tendons", "structure", "fluid"]
 Stage = Literal["camera", "drive", "body", "tail"]
 """Where along the way from command to picture an effect makes its gap, as `where.by_stage` of a diagnosis names it."""
+WAYS = ("in_trial", "robot", "mjcf", "force", "damping", "drive", "turned_hz", "measured_hz", "clock", "observe")
+MODEL_WAYS = ("robot", "mjcf")
+"""Ways that make another model."""
+MOVING_WAYS = (*MODEL_WAYS, "force", "damping")
+"""Ways that move the fish otherwise, whatever its crank does."""
+
+
+@dataclass(frozen=True, eq=False)
+class View:
+    """A camera that looks straight down, in the frame of the pool in which the simulated head starts at the origin.
+
+    Attributes:
+        axis_m: (2,) the point under the camera, m.
+        down: (2,) unit vector in the pool that points down in the picture.
+        half_height_m: from the picture's middle to its lower edge, at the height of the head's markers, m.
+    """
+
+    axis_m: np.ndarray
+    down: np.ndarray
+    half_height_m: float
+
+
+@dataclass(frozen=True, eq=False)
+class Observation:
+    """The markers of one simulation before camera and tracker err.
+
+    Attributes:
+        time_s: (f,) of the frames.
+        marker_m: (f, m, 2) in the pool, m.
+        axes: (f, m, 2, 2) unit vectors in the pool along x (backward) and y of the link that carries each marker.
+        crank_rad: (f,) angle of the crank.
+        names: of the m markers.
+        above_m: (m,) height of each over the markers of nose and neck, m.
+        view: of the camera.
+    """
+
+    time_s: np.ndarray
+    marker_m: np.ndarray
+    axes: np.ndarray
+    crank_rad: np.ndarray
+    names: tuple[str, ...]
+    above_m: np.ndarray
+    view: View
 
 
 class Parameter(NamedTuple):
@@ -43,13 +85,7 @@ class Parameter(NamedTuple):
 
 
 class Drive(NamedTuple):
-    """How a crank is driven.
-
-    Attributes:
-        frequency_hz: turns a second where it turns evenly.
-        phase_rad: at time 0.
-        turn: from time 0 on; None where it turns evenly.
-    """
+    """How a crank is driven: turns a second where it turns evenly, phase at time 0, else its turn from then on."""
 
     frequency_hz: float
     phase_rad: float
@@ -199,10 +235,3 @@ class Effect(ABC):
 
     def __repr__(self) -> str:
         return f"<effect {self.name}>"
-
-
-WAYS = ("in_trial", "robot", "mjcf", "force", "damping", "drive", "turned_hz", "measured_hz", "clock", "observe")
-MODEL_WAYS = ("robot", "mjcf")
-"""Ways that make another model."""
-MOVING_WAYS = (*MODEL_WAYS, "force", "damping")
-"""Ways that move the fish otherwise, whatever its crank does."""

@@ -4,8 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from swimmer.effects.effect import Effect, Parameter
-from swimmer.effects.seen import Observation
+from swimmer.effects.effect import Effect, Observation, Parameter
 from swimmer.robot import RobotSpec
 
 ROLL_HZ, PITCH_HZ, DAMPING = 2.0, 1.6, 0.2
@@ -30,7 +29,15 @@ def swing(driven: np.ndarray, beat_rad: np.ndarray, time_s: np.ndarray, natural_
     return np.asarray((turning @ answer).real)
 
 
-class SurfaceMotion(Effect):
+class FloatingEffect(Effect):
+    """Of a body that floats."""
+
+    family = "fluid"
+    stage = "camera"
+    seen_in = frozenset({"swim"})
+
+
+class SurfaceMotion(FloatingEffect):
     """Raised markers swing over the water line, at which nose and neck are: sideways with roll, lengthwise with pitch.
 
     Roll and pitch are what a damped float does when the head's acceleration shakes it, across and along: in proportion
@@ -39,13 +46,10 @@ class SurfaceMotion(Effect):
     """
 
     name = "surface_motion"
-    family = "fluid"
-    stage = "camera"
     physics = (
         "A shaken float rolls and pitches; a marker z above the water line moves by -z roll to the right, z pitch aft."
     )
     source = "Driven damped oscillator; kinematics of a floating body, small angles."
-    seen_in = frozenset({"swim"})
     parameters = (
         Parameter("roll", "rad s^2/m", -0.3, 0.3, 0.02),
         Parameter("pitch", "rad s^2/m", -0.6, 0.6, 0.06),
@@ -77,13 +81,7 @@ NATURAL_ROLL_HZ = 0.6
 
 @dataclass(frozen=True, eq=False)
 class RollingHull:
-    """How the markers of a robot swing when all of it rolls about a long axis through the middle of its plates.
-
-    Attributes:
-        behind_neck_m: from the neck's marker back to the head's centre of mass.
-        height_m: (m,) of the markers over the axis.
-        neck: number of the neck's marker.
-    """
+    """A hull that rolls about a long axis: from neck to centre of mass, m; (m,) heights of markers, m; the neck."""
 
     behind_neck_m: float
     height_m: np.ndarray
@@ -118,7 +116,7 @@ class RollingHull:
         return np.asarray((roll_rad[:, None] * self.height_m)[..., None] * right[:, None])
 
 
-class HullRoll(Effect):
+class HullRoll(FloatingEffect):
     """The whole fish rolls, most where it beats near the natural frequency of its roll.
 
     The water pushes it sideways below its centre of mass; a small righting moment, and a damping ratio of `DAMPING`,
@@ -127,14 +125,11 @@ class HullRoll(Effect):
     """
 
     name = "hull_roll"
-    family = "fluid"
-    stage = "camera"
     physics = (
         "roll'' + 2 z w roll' + w^2 roll = g a, a the head's acceleration sideways, g its mass times the height of its "
         "centre over the roll axis, by its moment of inertia."
     )
     source = "Damped oscillator of one degree of freedom: Lewandowski, The Dynamics of Marine Craft (2004), chapter 6."
-    seen_in = frozenset({"swim"})
     parameters = (
         Parameter("roll_per_sway", "1/m", -80.0, 80.0, 20.0),
         Parameter("natural", "1", -1.0, 1.0, 0.3),

@@ -5,9 +5,8 @@ from collections.abc import Callable
 import mujoco
 import numpy as np
 
-from swimmer.effects.effect import Effect, Parameter, StepForce, StepState
+from swimmer.effects.effect import Effect, Parameter, StepForce, StepState, View
 from swimmer.effects.plates import Plates
-from swimmer.effects.seen import View
 from swimmer.fluid import added_volumes
 from swimmer.mjcf import Scene
 from swimmer.robot import RobotSpec
@@ -64,7 +63,15 @@ class _Reactive:
         return self.plates.generalised(force * motion.along, motion, torque)
 
 
-class AddedMassReaction(Effect):
+class WaterEffect(Effect):
+    """Of the water."""
+
+    family = "fluid"
+    stage = "body"
+    seen_in = frozenset({"swim"})
+
+
+class AddedMassReaction(WaterEffect):
     """Water that must be accelerated with the body, and is left behind with what it has gained.
 
     Without what is left behind the kinetic energy would be the body's plus 1/2 scale m_A v_y^2, and stay; the wake
@@ -73,14 +80,11 @@ class AddedMassReaction(Effect):
     """
 
     name = "added_mass_reaction"
-    family = "fluid"
-    stage = "body"
     physics = "Reaction -d(m_A v_y)/dt to the acceleration of a plate across itself; its momentum is shed at the tail."
     source = (
         "Lighthill, Proc. R. Soc. B 179 (1971), m_A = pi/4 rho d^2 a length; Candelier, Boyer and Leroyer, J. Fluid "
         "Mech. 673 (2011); Kirchhoff's equations (Lamb, article 124), of which MuJoCo has all but the acceleration."
     )
-    seen_in = frozenset({"swim"})
     parameters = (Parameter("scale", "1", 0.0, 1.0, 0.2),)
 
     def mjcf(self, spec: mujoco.MjSpec, robot: RobotSpec, scene: Scene, values: np.ndarray) -> None:
@@ -100,15 +104,12 @@ class AddedMassReaction(Effect):
 _PLATES = ("head_fluid", "caudal_fin")
 
 
-class SegmentCoefficients(Effect):
+class SegmentCoefficients(WaterEffect):
     """All five coefficients of the head, and of the fin, are those of the tail times exp(parameter)."""
 
     name = "segment_coefficients"
-    family = "fluid"
-    stage = "body"
     physics = "Drag and lift coefficients depend on shape: a bluff head, and a fin with free edges, differ from a tail."
     source = "Hoerner, Fluid-Dynamic Drag (1965), chapter 3: plates and bodies by proportion and bluntness."
-    seen_in = frozenset({"swim"})
     parameters = (Parameter("ln_head", "1", -1.0, 1.0, 0.3), Parameter("ln_fin", "1", -1.0, 1.0, 0.3))
 
     def mjcf(self, spec: mujoco.MjSpec, robot: RobotSpec, scene: Scene, values: np.ndarray) -> None:
@@ -147,18 +148,15 @@ class _Wake:
         return np.asarray(-(1 - AT_ONCE) * late)
 
 
-class FluidMemory(Effect):
+class FluidMemory(WaterEffect):
     """Half of the water's force comes at once, the rest as the wake that it must build up is left behind.
 
     The lag is that of the whole force on each joint; the engine does not separate drag from lift.
     """
 
     name = "fluid_memory"
-    family = "fluid"
-    stage = "body"
     physics = "The vortex shed at a change of circulation holds half of it back until it has been left behind."
     source = "Wagner (1925); Jones, NACA report 681 (1940), here with one exponential; Theodorsen, report 496 (1935)."
-    seen_in = frozenset({"swim"})
     parameters = (Parameter("way", "m", 0.0, 0.1, 0.004),)
 
     def force(self, robot: RobotSpec, scene: Scene, values: np.ndarray) -> StepForce | None:
@@ -169,7 +167,7 @@ class FluidMemory(Effect):
 _MOST_M_S, _SD_M_S = 0.15, 0.02
 
 
-class BackgroundCurrent(Effect):
+class BackgroundCurrent(WaterEffect):
     """A uniform, steady current, the same in the pool in all trials.
 
     In one trial its components are those of the frame in which the head starts at the origin, heading along -x. The
@@ -178,11 +176,8 @@ class BackgroundCurrent(Effect):
     """
 
     name = "background_current"
-    family = "fluid"
-    stage = "body"
     physics = "Forces depend on the velocity relative to the water, which is that in the pool less the current's."
     source = "Galilean invariance; MuJoCo's option wind."
-    seen_in = frozenset({"swim"})
     parameters = (
         Parameter("right", "m/s", -_MOST_M_S, _MOST_M_S, _SD_M_S),
         Parameter("down", "m/s", -_MOST_M_S, _MOST_M_S, _SD_M_S),
@@ -237,21 +232,18 @@ class _Wall:
         return self.plates.generalised(1j * self.pressed * (drag + lift) * course, motion)
 
 
-class WallProximity(Effect):
+class WallProximity(WaterEffect):
     """A wall parallel to the course, given by its distance from the start, to the power -2: left +, right -.
 
     In proportion to it is what a distant wall does.
     """
 
     name = "wall_proximity"
-    family = "fluid"
-    stage = "body"
     physics = (
         "A wall at clearance c adds a share (h / c)^2 to the drag across it and draws a passing body of half depth h "
         "towards it."
     )
     source = "Images in a plane (Lamb, Hydrodynamics, article 137); Quinn, Lauder and Smits, J. Fluid Mech. 742 (2014)."
-    seen_in = frozenset({"swim"})
     parameters = (Parameter("inverse_square", "1/m^2", -64.0, 64.0, 8.0),)
 
     def force(self, robot: RobotSpec, scene: Scene, values: np.ndarray) -> StepForce | None:
@@ -292,15 +284,12 @@ class _AlongTheHead:
         return self.plates.generalised(force, motion)
 
 
-class WaveDrag(Effect):
+class WaveDrag(WaterEffect):
     """A drag that is nothing when slow and rises steeply towards the speed of waves as long as the head."""
 
     name = "wave_drag"
-    family = "fluid"
-    stage = "body"
     physics = "Drag 1/2 rho S c(Fr) U^2 with a hump at Fr = U / sqrt(g L) = 0.5, L the hull's (head's) length."
     source = "Havelock, Proc. R. Soc. A 89 (1914); Hoerner, Fluid-Dynamic Drag (1965), chapter 11."
-    seen_in = frozenset({"swim"})
     parameters = (Parameter("on_hump", "1", 0.0, 4.0, 0.5),)
 
     def force(self, robot: RobotSpec, scene: Scene, values: np.ndarray) -> StepForce | None:
@@ -313,15 +302,12 @@ class WaveDrag(Effect):
         return _AlongTheHead(plates, lambda speed: scale * hump(speed / hull_speed) * speed**2)
 
 
-class LinearDrag(Effect):
+class LinearDrag(WaterEffect):
     """A pull on the head against its velocity through the pool, in proportion to it."""
 
     name = "linear_drag"
-    family = "fluid"
-    stage = "body"
     physics = "Drag c v on the head: of a cable in tow or creeping flow; a stand-in for drag that grows less than v^2."
     source = "Stokes; White, Viscous Fluid Flow (2006), chapter 3."
-    seen_in = frozenset({"swim"})
     parameters = (Parameter("drag", "N s/m", 0.0, 10.0, 0.5),)
 
     def mjcf(self, spec: mujoco.MjSpec, robot: RobotSpec, scene: Scene, values: np.ndarray) -> None:
@@ -333,7 +319,7 @@ class LinearDrag(Effect):
                 spec.joint(joint).damping = damping
 
 
-class SkinFriction(Effect):
+class SkinFriction(WaterEffect):
     """Friction of a laminar boundary layer on both sides of head and tail, which quadratic drag does not hold.
 
     One at the parameter 1 is that of a smooth flat plate as long as the fish; a wavy motion thins the layer (Ehrenstein
@@ -341,11 +327,8 @@ class SkinFriction(Effect):
     """
 
     name = "skin_friction"
-    family = "fluid"
-    stage = "body"
     physics = "Drag 1/2 rho S U^2 c with c = 1.328 / sqrt(Re): it grows as U^1.5, so that slow swimmers pay more."
     source = "Blasius; Gazzola, Argentina and Mahadevan, Nature Physics 10 (2014); Ehrenstein and Eloy, JFM 716 (2013)."
-    seen_in = frozenset({"swim"})
     parameters = (Parameter("times_plate", "1", 0.0, 60.0, 2.0),)
 
     def force(self, robot: RobotSpec, scene: Scene, values: np.ndarray) -> StepForce | None:

@@ -4,14 +4,21 @@ from itertools import pairwise
 
 import numpy as np
 
-from swimmer.effects.effect import Drive, Effect, Parameter
-from swimmer.effects.seen import Observation
+from swimmer.effects.effect import Drive, Effect, Observation, Parameter
 from swimmer.robot import RobotSpec, load_robot
 
 _MOST_M, _SD_M = 0.03, 0.003
 
 
-class HeadFrameMisalignment(Effect):
+class CameraEffect(Effect):
+    """Of camera, markers or tracker; every kind of trial shows it."""
+
+    family = "measurement"
+    stage = "camera"
+    seen_in = frozenset({"free_decay", "dry", "swim"})
+
+
+class HeadFrameMisalignment(CameraEffect):
     """The two markers that make the head frame are found to one side of where they are.
 
     By `across` where a box has found a spot that turns with the head, by `in_picture` where it keeps the offset that it
@@ -19,11 +26,8 @@ class HeadFrameMisalignment(Effect):
     """
 
     name = "head_frame_misalignment"
-    family = "measurement"
-    stage = "camera"
     physics = "The line from nose to neck, which every marker is turned by, makes an angle with the head's axis."
     source = "Geometry of the published normaliser; boxes are placed by hand."
-    seen_in = frozenset({"free_decay", "dry", "swim"})
     in_fit = True
     parameters = (
         Parameter("nose_across", "m", -_MOST_M, _MOST_M, _SD_M),
@@ -40,7 +44,7 @@ class HeadFrameMisalignment(Effect):
         return found
 
 
-class ScaleError(Effect):
+class ScaleError(CameraEffect):
     """Nose and neck are found further apart than they are; all else is scaled by them.
 
     By the share `relative` where a box has found a spot that turns with the head, by `in_picture` where it keeps the
@@ -48,11 +52,8 @@ class ScaleError(Effect):
     """
 
     name = "scale_error"
-    family = "measurement"
-    stage = "camera"
     physics = "Metres in a picture are pixels times a scale; a wrong distance between nose and neck scales everything."
     source = "Pinhole camera; the published normaliser takes the scale from two boxes placed by hand."
-    seen_in = frozenset({"free_decay", "dry", "swim"})
     parameters = (Parameter("relative", "1", -0.3, 0.3, 0.02), Parameter("in_picture", "1", -0.3, 0.3, 0.02))
 
     def observe(self, seen: Observation, values: np.ndarray) -> np.ndarray:
@@ -67,7 +68,7 @@ class ScaleError(Effect):
 _MOST, _SD = 0.1, 0.01
 
 
-class CameraParallax(Effect):
+class CameraParallax(CameraEffect):
     """Markers at another height than nose and neck are seen nearer to the picture's edge, or further from it.
 
     How high nose and neck are is the least certain: nobody measures it, and a fish that is trimmed nose down has them
@@ -75,11 +76,8 @@ class CameraParallax(Effect):
     """
 
     name = "camera_parallax"
-    family = "measurement"
-    stage = "camera"
     physics = "A point z above the plane of the scale is magnified by 1 / (1 - z / H) for a camera at height H over it."
     source = "Pinhole camera (Hartley and Zisserman, Multiple View Geometry, section 6.1)."
-    seen_in = frozenset({"free_decay", "dry", "swim"})
     parameters = (
         Parameter("inverse_height", "1/m", 0.0, 2.0, 0.4),
         Parameter("nose_nearer", "1", -_MOST, _MOST, _SD),
@@ -93,15 +91,12 @@ class CameraParallax(Effect):
         return np.asarray(seen.marker_m + (nearness / (1 - nearness))[:, None] * (seen.marker_m - seen.view.axis_m))
 
 
-class LensDistortion(Effect):
+class LensDistortion(CameraEffect):
     """The scale changes from the middle of the picture to its edge."""
 
     name = "lens_distortion"
-    family = "measurement"
-    stage = "camera"
     physics = "A radius r in the picture is drawn at r (1 + k1 r^2); r = 1 at the lower edge."
     source = "Brown, Photogrammetric Engineering 32 (1966): the first radial term."
-    seen_in = frozenset({"free_decay", "dry", "swim"})
     parameters = (Parameter("k1", "1", -0.3, 0.3, 0.03),)
 
     def observe(self, seen: Observation, values: np.ndarray) -> np.ndarray:
@@ -120,9 +115,9 @@ class TimeBaseError(Effect):
     name = "time_base_error"
     family = "measurement"
     stage = "drive"
+    seen_in = frozenset({"free_decay", "dry", "swim"})
     physics = "Frames are further apart than their stamps say: speeds and frequencies are read too high."
     source = "A frame rate taken from the file's header or the camera's menu."
-    seen_in = frozenset({"free_decay", "dry", "swim"})
     parameters = (Parameter("relative", "1", -0.4, 0.4, 0.02),)
 
     def clock(self, time_s: np.ndarray, values: np.ndarray) -> np.ndarray:
@@ -140,15 +135,12 @@ class TimeBaseError(Effect):
         return float(turned_hz * (1 + values[0]))
 
 
-class RollingShutter(Effect):
+class RollingShutter(CameraEffect):
     """Markers lower in the picture are seen later."""
 
     name = "rolling_shutter"
-    family = "measurement"
-    stage = "camera"
     physics = "The lowest line is exposed one readout time after the highest: what moves is seen where it will be."
     source = "Meingast, Geyer and Sastry (2005), Geometric models of rolling-shutter cameras."
-    seen_in = frozenset({"free_decay", "dry", "swim"})
     parameters = (Parameter("readout", "s", 0.0, 0.04, 0.01),)
 
     def observe(self, seen: Observation, values: np.ndarray) -> np.ndarray:
@@ -161,15 +153,12 @@ class RollingShutter(Effect):
 _MOST_M, _SD_M = 0.05, 0.004
 
 
-class MarkerOffset(Effect):
+class MarkerOffset(CameraEffect):
     """Each marker but nose and neck is glued, or its box placed, off its place, along the body and across."""
 
     name = "marker_offset"
-    family = "measurement"
-    stage = "camera"
     physics = "A marker that rides on its link off its place is off by a constant vector in the link's frame."
     source = "Rigid-body kinematics; markers are glued and boxes placed by hand."
-    seen_in = frozenset({"free_decay", "dry", "swim"})
     in_fit = True
 
     def __init__(self, markers: tuple[str, ...]) -> None:
@@ -191,15 +180,12 @@ class MarkerOffset(Effect):
         return np.asarray(seen.marker_m + np.einsum("mk,fmkd->fmd", shift, seen.axes))
 
 
-class TrackerDrift(Effect):
+class TrackerDrift(CameraEffect):
     """Boxes slide along the body at a steady pace, each at its own; those of nose and neck are held."""
 
     name = "tracker_drift"
-    family = "measurement"
-    stage = "camera"
     physics = "A template that is renewed from what was found last adds up its small errors: a drift in one direction."
     source = "Matthews, Ishikawa and Baker, The template update problem, IEEE PAMI 26 (2004)."
-    seen_in = frozenset({"free_decay", "dry", "swim"})
 
     def __init__(self, markers: tuple[str, ...]) -> None:
         self._markers = _others(markers)
@@ -217,15 +203,12 @@ class TrackerDrift(Effect):
         return np.asarray(seen.marker_m + slid_m[..., None] * seen.axes[:, :, 0])
 
 
-class MarkerSwap(Effect):
+class MarkerSwap(CameraEffect):
     """For a share of the time two neighbours on the tail are exchanged; what is seen is the mean over such times."""
 
     name = "marker_swap"
-    family = "measurement"
-    stage = "camera"
     physics = "Two markers of one look that pass close by leave a tracker with the names exchanged."
     source = "Identity switches in multi-object tracking (Milan et al. 2016, MOT16)."
-    seen_in = frozenset({"free_decay", "dry", "swim"})
 
     def __init__(self, tail: tuple[str, ...]) -> None:
         self._pairs = tuple(pairwise(tail))
@@ -247,7 +230,6 @@ class MarkerSwap(Effect):
 
 
 def _others(markers: tuple[str, ...]) -> tuple[str, ...]:
-    """All but those that make the head frame."""
     return tuple(name for name in markers if name not in ("nose", "neck"))
 
 

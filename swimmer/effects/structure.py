@@ -6,41 +6,43 @@ import mujoco
 import numpy as np
 
 from swimmer.effects.effect import Effect, Parameter, StepDamper, StepDamping, StepState
-from swimmer.effects.tendon_path import rest_lengths, set_rest_lengths
+from swimmer.effects.tendons import rest_lengths, set_rest_lengths
 from swimmer.mjcf import Scene
 from swimmer.robot import RobotSpec
 
 
-class StiffnessError(Effect):
+class TailEffect(Effect):
+    """Of the hinges or masses of the tail; every kind of trial shows it."""
+
+    family = "structure"
+    stage = "tail"
+    seen_in = frozenset({"free_decay", "dry", "swim"})
+
+
+class StiffnessError(TailEffect):
     """All hinges are stiffer by the share `relative`."""
 
     name = "stiffness_error"
-    family = "structure"
-    stage = "tail"
     physics = "The restoring torque of every hinge differs by the same share."
     source = "Hooke's law; plates bend with the cube of a thickness that printing holds to a few hundredths."
-    seen_in = frozenset({"free_decay", "dry", "swim"})
     in_fit = True
     parameters = (Parameter("relative", "1", -0.3, 1.5, 0.1),)
 
     def robot(self, robot: RobotSpec, values: np.ndarray) -> RobotSpec:
         """With other hinges."""
         stiffness = float(robot.tail.hinge_stiffness_n_m * (1 + values[0]))
-        return robot.model_copy(update={"tail": robot.tail.model_copy(update={"hinge_stiffness_n_m": stiffness})})
+        return robot.changed(tail={"hinge_stiffness_n_m": stiffness})
 
 
-class StiffnessGradient(Effect):
+class StiffnessGradient(TailEffect):
     """Stiffness goes evenly from (1 - `relative`) at the first hinge to (1 + `relative`) times at the last.
 
     The mean over the hinges stays.
     """
 
     name = "stiffness_gradient"
-    family = "structure"
-    stage = "tail"
     physics = "Hinges of unequal height or thickness share the bend unequally."
     source = "Hooke's law; a plate's bending stiffness is E h t^3 / 12 a length."
-    seen_in = frozenset({"free_decay", "dry", "swim"})
     parameters = (Parameter("relative", "1", -0.8, 0.8, 0.2),)
 
     def mjcf(self, spec: mujoco.MjSpec, robot: RobotSpec, scene: Scene, values: np.ndarray) -> None:
@@ -51,15 +53,12 @@ class StiffnessGradient(Effect):
                 joint.stiffness = joint.stiffness * (1 + values[0] * place)
 
 
-class StiffnessHardening(Effect):
+class StiffnessHardening(TailEffect):
     """The torque of a hinge is k q (1 + `cubic` q^2)."""
 
     name = "stiffness_hardening"
-    family = "structure"
-    stage = "tail"
     physics = "A flexible gap that closes on one side and stretches on the other resists more than in proportion."
     source = "Duffing (1918): the first odd term beyond Hooke's law."
-    seen_in = frozenset({"free_decay", "dry", "swim"})
     parameters = (Parameter("cubic", "1/rad^2", 0.0, 20.0, 2.0),)
 
     def mjcf(self, spec: mujoco.MjSpec, robot: RobotSpec, scene: Scene, values: np.ndarray) -> None:
@@ -70,22 +69,19 @@ class StiffnessHardening(Effect):
                 joint.stiffness = joint.stiffness[0] * np.array([1.0, 0.0, values[0]])
 
 
-class JointDamping(Effect):
+class JointDamping(TailEffect):
     """All hinges damp more by the share `relative`."""
 
     name = "joint_damping"
-    family = "structure"
-    stage = "tail"
     physics = "The torque against the motion of every hinge, in proportion to its speed, differs by the same share."
     source = "Kelvin-Voigt material; loss factors of printed plastics and rubbers vary severalfold."
-    seen_in = frozenset({"free_decay", "dry", "swim"})
     in_fit = True
     parameters = (Parameter("relative", "1", -0.5, 5.0, 0.5),)
 
     def robot(self, robot: RobotSpec, values: np.ndarray) -> RobotSpec:
         """With other hinges."""
         damping = float(robot.tail.hinge_damping_n_m_s * (1 + values[0]))
-        return robot.model_copy(update={"tail": robot.tail.model_copy(update={"hinge_damping_n_m_s": damping})})
+        return robot.changed(tail={"hinge_damping_n_m_s": damping})
 
 
 CREEP_RAD_S = 0.02
@@ -93,13 +89,10 @@ CREEP_RAD_S = 0.02
 
 
 class DryFriction:
-    """The torque against a hinge's motion, T w / sqrt(w^2 + `CREEP_RAD_S`^2) at speed w, as damping.
+    """The torque against a hinge's motion, T w / sqrt(w^2 + `CREEP_RAD_S`^2) at speed w, as damping; T is (n, h), N m.
 
     The engine's own dry friction is no help: its solver foresees speeds without the hinges' implicit damping, which
     outweighs the lightest link's inertia 90 times in a step, and at the twin's step it errs by more than the effect.
-
-    Args:
-        torque_n_m: (n, h) full torques.
     """
 
     def __init__(self, torque_n_m: np.ndarray) -> None:
@@ -113,15 +106,12 @@ class DryFriction:
         return StepDamping(joints=joints)
 
 
-class JointFriction(Effect):
+class JointFriction(TailEffect):
     """A hinge resists its motion with the same torque at any speed."""
 
     name = "joint_friction"
-    family = "structure"
-    stage = "tail"
     physics = "Coulomb friction: a torque against the hinge's motion that does not depend on its speed."
     source = "Coulomb (1785); smoothed about zero speed."
-    seen_in = frozenset({"free_decay", "dry", "swim"})
     parameters = (Parameter("torque", "N m", 0.0, 0.3, 0.03),)
 
     def damping(
@@ -131,18 +121,15 @@ class JointFriction(Effect):
         return DryFriction(np.repeat(values, len(robot.hinges), axis=1)) if values.any() else None
 
 
-class BendOffset(Effect):
+class BendOffset(TailEffect):
     """Every hinge rests at `angle`; the tendons keep the lengths at which they hold the tail straight.
 
     So with tendons the tail bends only as far as they let it.
     """
 
     name = "bend_offset"
-    family = "structure"
-    stage = "tail"
     physics = "Warped printing or creep moves the angle at which a hinge's torque is zero."
     source = "Hooke's law about another point."
-    seen_in = frozenset({"free_decay", "dry", "swim"})
     parameters = (Parameter("angle", "rad", -0.3, 0.3, 0.03),)
 
     def mjcf(self, spec: mujoco.MjSpec, robot: RobotSpec, scene: Scene, values: np.ndarray) -> None:
@@ -154,15 +141,12 @@ class BendOffset(Effect):
                 set_rest_lengths(spec, rest_lengths(spec, robot))
 
 
-class MassDistribution(Effect):
+class MassDistribution(TailEffect):
     """A `share` of the head's mass belongs to the tail, where it is spread as the tail's own; the total stays."""
 
     name = "mass_distribution"
-    family = "structure"
-    stage = "tail"
     physics = "Glue, guides, markers and lines weigh on the tail what was weighed of the whole robot alone."
     source = "Newton's second law; the tail's mass follows from volume and density alone, 35 g of 1.4 kg."
-    seen_in = frozenset({"free_decay", "dry", "swim"})
     parameters = (Parameter("share", "1", 0.0, 0.1, 0.01),)
 
     def robot(self, robot: RobotSpec, values: np.ndarray) -> RobotSpec:
@@ -173,13 +157,10 @@ class MassDistribution(Effect):
         moved_kg = share * sum(part.mass_kg for part in robot.head.part)
         heavier = 1 + moved_kg / _tail_kg(robot)
         part = tuple(p.model_copy(update={"mass_kg": p.mass_kg * (1 - share)}) for p in robot.head.part)
-        tail, fin = robot.tail, robot.caudal_fin
-        return robot.model_copy(
-            update={
-                "head": robot.head.model_copy(update={"part": part}),
-                "tail": tail.model_copy(update={"density_kg_m3": tail.density_kg_m3 * heavier}),
-                "caudal_fin": fin.model_copy(update={"mass_kg": fin.mass_kg * heavier}),
-            }
+        return robot.changed(
+            head={"part": part},
+            tail={"density_kg_m3": robot.tail.density_kg_m3 * heavier},
+            caudal_fin={"mass_kg": robot.caudal_fin.mass_kg * heavier},
         )
 
 
@@ -188,7 +169,7 @@ def _tail_kg(robot: RobotSpec) -> float:
     return float(volume_m3 * robot.tail.density_kg_m3 + robot.caudal_fin.mass_kg)
 
 
-class EntrainedWater(Effect):
+class EntrainedWater(TailEffect):
     """A layer of water, `thickness` deep on both sides of the tail's plates and fin, moves as if it were part of them.
 
     Unlike added mass it weighs the same in all directions. It hangs on the plates' surface, so its moment of inertia is
@@ -196,8 +177,6 @@ class EntrainedWater(Effect):
     """
 
     name = "entrained_water"
-    family = "structure"
-    stage = "tail"
     physics = "Skin, sponge and gaps hold water that takes part in every acceleration; in air it has run off."
     source = "Newton's second law for rho times the volume held."
     seen_in = frozenset({"swim"})

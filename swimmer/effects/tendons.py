@@ -1,43 +1,120 @@
-"""Effects of crank and tendons."""
+"""Effects of crank and tendons, and the way of the tendons from the crank through the guides."""
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import mujoco
 import numpy as np
 
 from swimmer.effects.effect import Effect, Parameter, StepDamper, StepDamping, StepForce, StepState
-from swimmer.effects.tendon_path import TendonPath, rest_lengths, set_rest_lengths
 from swimmer.mjcf import SIDES, Scene
 from swimmer.robot import RobotSpec
 
+_EDGE_M = 1e-4  # over which a tendon's damper comes in before its spring does
+CREEP_M_S = 0.002
+"""Speed of a line through a guide at which friction has 0.7 of its full force."""
 
-class CrankArmError(Effect):
+
+class Spans(NamedTuple):
+    """The straight pieces of both tendons, one over each hinge, of n simulations.
+
+    Attributes:
+        length_m: (n, 2, h) left and right.
+        per_hinge: (n, 2, h) by how much each grows with the angle of its own hinge, m/rad.
+        per_crank: (n, 2) by how much the first one grows with the angle of the crank, m/rad.
+    """
+
+    length_m: np.ndarray
+    per_hinge: np.ndarray
+    per_crank: np.ndarray
+
+
+class TendonPath:
+    """Tendons of a robot as polygons from the anchor on the crank through one guide a segment.
+
+    A piece runs between two neighbouring links, so its length depends on the one hinge between them; that of the first
+    one on the crank too.
+
+    Args:
+        robot: the robot.
+        radius_m: (n,) of the anchors about the shaft where n simulations differ in it; default the robot's.
+    """
+
+    def __init__(self, robot: RobotSpec, radius_m: np.ndarray | None = None) -> None:
+        hinge_x, crank = robot.hinge_x_m, robot.crank
+        guide_x = robot.segment_x_m[:, 1] - robot.tail.guide_inset_m
+        inner = np.array([s.guide_offset_m * (-1 if s.tendon_crosses else 1) for s in robot.tail.segment])
+        sign = np.array([sign for _, sign in SIDES])
+        guide_y = sign[:, None] * inner  # (2, h)
+        self._to = np.stack([np.broadcast_to(guide_x - hinge_x, guide_y.shape), guide_y], axis=-1)  # (2, h, 2)
+        self._from = np.zeros((2, len(hinge_x), 3))  # relative to the hinge; of the first piece the shaft's
+        self._from[:, 1:, 0], self._from[:, 1:, 1] = guide_x[:-1] - hinge_x[1:], guide_y[:, :-1]
+        self._from[:, 0] = np.subtract(crank.position_m, [hinge_x[0], 0, 0])
+        self._from[:, 0, 1] += sign * crank.anchor_offset_m
+        self._arm = sign * (crank.anchor_radius_m if radius_m is None else radius_m[:, None])
+
+    def __call__(self, crank_rad: np.ndarray, hinges_rad: np.ndarray) -> Spans:
+        """Of crank angles (n,) and hinge angles (n, h)."""
+        sin, cos = np.sin(crank_rad)[:, None] * self._arm, np.cos(crank_rad)[:, None] * self._arm  # (n, 2)
+        c, s = np.cos(hinges_rad)[:, None], np.sin(hinges_rad)[:, None]
+        x, y = self._to[..., 0], self._to[..., 1]
+        end_x, end_y = c * x - s * y, s * x + c * y  # (n, 2, h)
+        piece_x, piece_y, up = end_x - self._from[..., 0], end_y - self._from[..., 1], -self._from[0, 0, 2] - cos
+        piece_x[:, :, 0] -= sin
+        length = np.sqrt(piece_x**2 + piece_y**2)
+        length[:, :, 0] = np.hypot(length[:, :, 0], up)
+        per_hinge = (piece_y * end_x - piece_x * end_y) / length
+        per_crank = (up * sin - piece_x[:, :, 0] * cos) / length[:, :, 0]
+        return Spans(length, per_hinge, per_crank)
+
+    def straight(self) -> Spans:
+        """Of the straight tail at crank angle 0, where the tendons are cut to length."""
+        return self(np.zeros(1), np.zeros((1, self._to.shape[1])))
+
+
+def rest_lengths(spec: mujoco.MjSpec, robot: RobotSpec) -> np.ndarray:
+    """(2, 2) from and to which length the left and the right tendon are at rest, m: as set, or of the straight tail.
+
+    Left to the compiler they would follow the hinges' own rest angles.
+    """
+    set_m = np.array([spec.tendon(f"tendon_{side}").springlength for side, _ in SIDES])
+    return np.where(set_m < 0, TendonPath(robot).straight().length_m[0].sum(axis=-1)[:, None], set_m)
+
+
+def set_rest_lengths(spec: mujoco.MjSpec, length_m: np.ndarray) -> None:
+    """Sets them, (2, 2) as above."""
+    for (side, _), length in zip(SIDES, length_m, strict=True):
+        spec.tendon(f"tendon_{side}").springlength = length
+
+
+class TendonEffect(Effect):
+    """Of crank or tendons."""
+
+    family = "tendons"
+    stage = "tail"
+    seen_in = frozenset({"dry", "swim"})
+
+
+class CrankArmError(TendonEffect):
     """The tendons are pulled further, or less far, by the share `relative`."""
 
     name = "crank_arm_error"
-    family = "tendons"
-    stage = "tail"
     physics = "The tendon's stroke, and with it the tail's amplitude, grows with the radius of its anchor."
     source = "Geometry; the paper identifies 39.5 mm where 40 mm were measured."
-    seen_in = frozenset({"dry", "swim"})
     in_fit = True
     parameters = (Parameter("relative", "1", -0.25, 0.25, 0.05),)
 
     def robot(self, robot: RobotSpec, values: np.ndarray) -> RobotSpec:
         """With another arm."""
-        arm_m = float(robot.crank.arm_m * (1 + values[0]))
-        return robot.model_copy(update={"crank": robot.crank.model_copy(update={"arm_m": arm_m})})
+        return robot.changed(crank={"arm_m": float(robot.crank.arm_m * (1 + values[0]))})
 
 
-class TendonCompliance(Effect):
+class TendonCompliance(TendonEffect):
     """The tendons, or what holds them, give (1 + `relative`) times as much under the same force."""
 
     name = "tendon_compliance"
-    family = "tendons"
-    stage = "tail"
     physics = "Line, knots and anchors are springs in series: their compliances 1/k add up."
     source = "Hooke's law; spring and damper change together, as with a longer piece of the same line."
-    seen_in = frozenset({"dry", "swim"})
     parameters = (Parameter("relative", "1", 0.0, 20.0, 2.0),)
 
     def mjcf(self, spec: mujoco.MjSpec, robot: RobotSpec, scene: Scene, values: np.ndarray) -> None:
@@ -49,18 +126,11 @@ class TendonCompliance(Effect):
                 tendon.damping = tendon.damping / (1 + values[0])
 
 
-_EDGE_M = 1e-4  # over which a tendon's damper comes in before its spring does
-
-
 class LooseTendons:
     """Takes the damping from tendons while they hang loose.
 
     The plain twin's dampers act parallel to its springs, strong for the sake of the time step: they would drag the
     tail along through the whole dead band.
-
-    Args:
-        robot: the robot.
-        models: of the n simulations.
     """
 
     def __init__(self, robot: RobotSpec, models: Sequence[mujoco.MjModel]) -> None:
@@ -80,15 +150,12 @@ class LooseTendons:
         return StepDamping(tendons=-self._damping * loose)
 
 
-class TendonSlack(Effect):
+class TendonSlack(TendonEffect):
     """Each tendon is too long by `length`: between pulling and pushing is a dead band of twice that."""
 
     name = "tendon_slack"
-    family = "tendons"
-    stage = "tail"
     physics = "A loose line pulls only after its slack is taken up; a pair of lines leaves the tail free in between."
     source = "Dead band of a cable drive; MuJoCo's tendon springlength with two values."
-    seen_in = frozenset({"dry", "swim"})
     parameters = (Parameter("length", "m", 0.0, 0.01, 0.001),)
 
     def mjcf(self, spec: mujoco.MjSpec, robot: RobotSpec, scene: Scene, values: np.ndarray) -> None:
@@ -101,10 +168,6 @@ class TendonSlack(Effect):
     ) -> StepDamper | None:
         """None within it."""
         return LooseTendons(robot, models) if values.any() and scene.with_tendons else None
-
-
-CREEP_M_S = 0.002
-"""Speed of a line through a guide at which friction has 0.7 of its full force."""
 
 
 class _Guides:
@@ -145,18 +208,15 @@ class _Guides:
         return np.asarray(k @ (sizes * sizes.sum(axis=1, keepdims=True)))
 
 
-class TendonFriction(Effect):
+class TendonFriction(TendonEffect):
     """Each line loses `force` of its pull at each guide that it slides through; it ends in the last one.
 
     There is no guide before the first hinge.
     """
 
     name = "tendon_friction"
-    family = "tendons"
-    stage = "tail"
     physics = "Coulomb friction in the guides: the pull falls from guide to guide, and the rear of the tail lags."
     source = "Coulomb (1785), of constant force where Euler's capstan has one in proportion to the pull."
-    seen_in = frozenset({"dry", "swim"})
     parameters = (Parameter("force", "N", 0.0, 5.0, 0.5),)
 
     def force(self, robot: RobotSpec, scene: Scene, values: np.ndarray) -> StepForce | None:
@@ -170,15 +230,12 @@ class TendonFriction(Effect):
         return _Guides(robot, values).damping if values.any() and scene.with_tendons else None
 
 
-class TendonAsymmetry(Effect):
+class TendonAsymmetry(TendonEffect):
     """The left tendon is shorter by `length` and the right one longer: the tail is pulled to the left."""
 
     name = "tendon_asymmetry"
-    family = "tendons"
-    stage = "tail"
     physics = "Lines that were cut or wound unequally move the middle of the beat to one side."
     source = "Geometry: a shift of the tail's path length equal to a shift of the crank's stroke."
-    seen_in = frozenset({"dry", "swim"})
     parameters = (Parameter("length", "m", -0.006, 0.006, 0.001),)
 
     def mjcf(self, spec: mujoco.MjSpec, robot: RobotSpec, scene: Scene, values: np.ndarray) -> None:

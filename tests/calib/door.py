@@ -16,7 +16,7 @@ from calib.stages import posterior as posterior_stage
 from calib.stages import report as report_stage
 from fitting import calibration
 from fitting.model import search
-from fitting.posterior import prediction, sampling, summary, surrogate
+from fitting.posterior import prediction, sampling, summary
 from fitting.sweep import sweep_frequencies
 from session.results import write_whole
 from swimmer.effects import catalogue
@@ -118,9 +118,9 @@ def assert_reports(outcome: Outcome, *parts: str) -> None:
 
 def little_posterior(patch: pytest.MonkeyPatch) -> None:
     """Draws that nobody should rely on, in a second or two."""
-    patch.setattr(surrogate, "_FIRST", 32)
-    patch.setattr(surrogate, "_ROUND", 16)
-    patch.setattr(surrogate, "_ROUNDS", 1)
+    patch.setattr(sampling, "_FIRST", 32)
+    patch.setattr(sampling, "_ROUND", 16)
+    patch.setattr(sampling, "_ROUNDS", 1)
     patch.setattr(sampling, "_CHUNK", 250)
     patch.setattr(sampling, "R_HAT", 2.0)
     patch.setattr(posterior_stage, "EFFECTIVE", {"quick": 5, "full": 5})

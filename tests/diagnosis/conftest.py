@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from diagnosis.generalised_forces import ForceResponses, responses
+from diagnosis.local_discrepancies import ForceResponses, responses
 from tests.diagnosis.linear_models import linear
 
 

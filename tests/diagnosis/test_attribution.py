@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from diagnosis.attribution import GROUPS, _moved, group_of, shapley, smallest, subsets
+from diagnosis.ridge import GROUPS, _moved, group_of, shapley, smallest, subsets
 from swimmer.effects import catalogue
 
 NAMES = ("a", "b", "c")

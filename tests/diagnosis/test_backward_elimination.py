@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 from scipy.linalg import block_diag
 
-from diagnosis.backward_elimination import backward_elimination, log_evidence
 from diagnosis.constants import WIDER
 from diagnosis.evidence import Priors
 from diagnosis.refit import Refit, refit
+from diagnosis.verdict import backward_elimination, log_evidence
 from swimmer.effects import catalogue
 from tests.diagnosis.linear_models import ARM, linear
 from tests.diagnosis.rows import made

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from diagnosis.controls import carried_over, placebo_for
+from diagnosis.held_out import carried_over, placebo_for
 from diagnosis.linear_model import LinearModel
 from fitting.model.features import advanced
 from tests.diagnosis.linear_models import linear

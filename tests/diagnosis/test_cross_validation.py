@@ -7,13 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from diagnosis.cross_validation import Validated, left_out, refutable, validated
 from diagnosis.evidence import Hypotheses
-from diagnosis.gap import SkillScore
+from diagnosis.held_out import SkillScore
 from diagnosis.linear_model import LinearModel
 from diagnosis.probabilities import Hypothesis, Probabilities
 from diagnosis.refit import Refit, refit
-from diagnosis.verdict import Verdict
+from diagnosis.verdict import Validated, Verdict, left_out, refutable, validated
 from swimmer.effects import catalogue
 from tests.diagnosis.linear_models import linear
 from tests.diagnosis.rows import DIRECTIONS, K, hypotheses, made, signature

@@ -15,10 +15,9 @@ import pytest
 from diagnosis.discrepancy import discrepancy_for
 from diagnosis.evidence import Priors
 from diagnosis.experiments import _Pair, _with_a_decay
-from diagnosis.explaining import explained
-from diagnosis.generalised_forces import responses
 from diagnosis.linear_model import LinearModel
-from diagnosis.probabilities import Probabilities
+from diagnosis.local_discrepancies import responses
+from diagnosis.probabilities import Probabilities, explained
 from diagnosis.session_data import free_decay_fits
 from diagnosis.verdict import verdict_of
 from diagnosis.where import OF_NO_MARKER, decompose
@@ -112,7 +111,7 @@ def test_it_speaks_for_a_clock_or_for_a_gear() -> None:
 @pytest.mark.long
 def test_the_split_by_stage_and_by_trial_counts_it_and_adds_up() -> None:
     at = linear(0.15, 0.5)
-    where = decompose(at, responses(at), signatures(at))
+    where = decompose(at, responses(at), signatures(at)).shares
     assert where.by_stage["tail"] > 0.1
     assert where.by_trial["decay"] > 0.1
     for parts in (where.by_stage, where.by_trial, where.by_marker, where.by_axis, where.by_band):

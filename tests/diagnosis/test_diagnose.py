@@ -53,11 +53,13 @@ def test_it_names_the_arm_and_the_gap_shrinks(found: Diagnosis) -> None:
     assert found.verdict.groups == (("crank_arm_error",),)
     assert found.refit is not None
     assert found.refit.values[0] == pytest.approx(ARM, abs=0.005)
-    assert found.gap is not None
-    assert found.gap.shrinkage.with_effects < found.gap.shrinkage.plain
-    np.testing.assert_allclose(found.gap.hertz, found.gap.hertz[:, :1], rtol=0.01)
+    assert found.gap.squares_after < found.gap.squares_before
+    assert found.gap.trials is not None
+    for swim in found.gap.trials.values():
+        forecasts = [swim.frequency_before_hz, swim.frequency_after_hz]
+        np.testing.assert_allclose(forecasts, swim.frequency_measured_hz, rtol=0.01)
     assert found.validation.skill is None  # of two trials none can be left out
-    assert found.gap.after[0].marker_error_m < found.gap.before[0].marker_error_m
+    assert found.gap.with_effects_mm < found.gap.baseline_mm
 
 
 def test_motor_logs_and_threads_are_not_looked_at(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -101,7 +103,7 @@ def test_without_the_effect_in_the_catalogue_it_is_not_named() -> None:
     told = diagnose(replace(data(), trials=trials()), others, Settings("quick"))
     assert "crank_arm_error" not in told.probabilities.names
     assert told.verdict.name != "named"
-    assert told.gap is None
+    assert not told.gap.evaluated_on
 
 
 @pytest.mark.parametrize(
@@ -134,10 +136,8 @@ def test_the_arm_is_borne_out_and_a_bend_beside_it_is_not() -> None:
     assert found.of_each["crank_arm_error"] > 5
     assert found.of_each["bend_offset"] < 1
     assert found.refit.by_effect["crank_arm_error"] == pytest.approx(ARM, abs=0.006)
-    plain, with_effects = ([each.marker_error_m for each in fitted] for fitted in found.fitted)
-    assert np.mean(with_effects) < np.mean(plain)
-    assert found.gap is not None
-    assert found.gap.shrinkage.with_effects < found.gap.shrinkage.plain
+    assert found.fitted.with_effects_mm < found.fitted.baseline_mm
+    assert found.gap.squares_after < found.gap.squares_before
 
 
 def test_without_a_fitted_swim_nothing_is_said() -> None:

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from benchmarks.effects.discrepancy import save
 from diagnosis.constants import COURSE_SD, SLIDE_SD_M_S
 from diagnosis.discrepancy import Discrepancy, discrepancy_for
 from fitting.model.features import SPEED, advanced
@@ -81,7 +82,7 @@ def test_it_is_read_as_written_and_an_older_form_is_refused(tmp_path: Path) -> N
     any_one = drawn(0.5, 0.3)
     beat = np.linspace(0.1, 1.0, 9) * (1 - 2j)
     known = replace(any_one, strengths={"fluid_memory": (0.1,), "bend_offset": ()}, beat=beat)
-    known.save(tmp_path / "discrepancy.npz", [1, 2])
+    save(known, tmp_path / "discrepancy.npz", [1, 2])
     found = Discrepancy.load(tmp_path / "discrepancy.npz")
     assert found.directions == pytest.approx(known.directions, rel=1e-6)
     assert found.common == pytest.approx(known.common, rel=1e-6)

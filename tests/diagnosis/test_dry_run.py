@@ -8,8 +8,8 @@ import pytest
 from diagnosis import Diagnosis, SessionData, Settings, diagnose, discrepancy_for
 from diagnosis.diagnosis_file import diagnosis_result
 from diagnosis.linear_model import LinearModel
-from fitting.in_air import ExperimentsInAir
 from fitting.signatures import Signature, signature_of
+from fitting.trial import ExperimentsInAir
 from session.create import FISHSIM_MARKERS
 from swimmer import Twin
 from swimmer.effects import catalogue

@@ -11,8 +11,7 @@ from scipy.stats import norm
 from diagnosis import experiments
 from diagnosis.evidence import Priors
 from diagnosis.experiments import Experiment, _odds, _Pair, borne_out, error_residual, next_experiments
-from diagnosis.explaining import explained
-from diagnosis.probabilities import Hypothesis, Probabilities
+from diagnosis.probabilities import Hypothesis, Probabilities, explained
 from diagnosis.verdict import Verdict
 from fitting.signatures import signature_of
 from swimmer.effects import catalogue

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from diagnosis.gap import skill_score
+from diagnosis.held_out import skill_score
 
 K = 200
 ONE = np.zeros(K, int)  # the trial of each number

@@ -9,11 +9,9 @@ import numpy as np
 import pytest
 
 from diagnosis.evidence import Priors
-from diagnosis.explaining import explained
-from diagnosis.generalised_forces import ForceResponses, across
 from diagnosis.linear_model import LinearModel
-from diagnosis.local_discrepancies import LocalDiscrepancy, likely_of, local_discrepancies
-from diagnosis.probabilities import Probabilities
+from diagnosis.local_discrepancies import ForceResponses, LocalDiscrepancy, across, likely_of, local_discrepancies
+from diagnosis.probabilities import Probabilities, explained
 from diagnosis.verdict import verdict_of
 from fitting.signatures import signature_of
 from session.create import FISHSIM_MARKERS

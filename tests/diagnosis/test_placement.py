@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from diagnosis.placement import TAKEN, mean_places, placement_uncertainty
+from diagnosis.tolerances import TAKEN, mean_places, placement_uncertainty
 from fitting.model.session_model import NuisanceModel, PlacementUncertainty
 
 MARKERS, TRIALS = 9, 2

@@ -3,7 +3,7 @@ from __future__ import annotations
 import pytest
 
 from fitting import MeasuredTrial
-from fitting.objective import Swims
+from fitting.published_search import Swims
 from swimmer import Twin, load_robot
 from synthetic import Truth
 from tests.fitting.swims import noise_free

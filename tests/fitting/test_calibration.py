@@ -11,13 +11,12 @@ import pytest
 from fitting import Calibration, MeasuredTrial, calibrate
 from fitting import calibration as of_calibration
 from fitting.calibration import summarise
-from fitting.ebt import FORMS, fit_ebt
+from fitting.ebt import FORMS, fit_ebt, measured_tail
 from fitting.model import search
 from fitting.model.session_forecast import Forecast
-from fitting.objective import Swims
+from fitting.published_search import Swims
 from fitting.structure import assumed
 from fitting.sweep import sweep_frequencies, sweep_speed
-from fitting.tail_tip import measured_tail
 from session import NotEnoughData
 from swimmer import load_robot
 

@@ -8,8 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fitting.ebt import FORMS, EbtForm, fit_ebt
-from fitting.tail_tip import TailSwim, measured_tail, published_motion, smoothed_motion, tip_motion
+from fitting.ebt import FORMS, EbtForm, TailSwim, fit_ebt, measured_tail, published_motion, smoothed_motion, tip_motion
 from swimmer import load_robot
 from swimmer.ebt import TailMotion
 from tests.fitting.swims import by_hand, straight_swim

@@ -8,11 +8,10 @@ import numpy as np
 import pytest
 
 from fitting import Calibration, MeasuredTrial
-from fitting.command_forecast import CommandForecast, beat_to_command, forecast_from_command
+from fitting.calibration_file import CommandForecast, beat_to_command, forecast_from_command
 from fitting.forecast import _lowest as lowest
-from fitting.forecast import fit_phase, forecast
-from fitting.objective import Swims
-from fitting.scoring import score
+from fitting.forecast import fit_phase, forecast, score
+from fitting.published_search import Swims
 from synthetic import Truth
 from tests.reports.sample import made_calibration
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from fitting import MeasuredTrial
-from fitting.from_rest import speed_from_rest, swims_forward
+from fitting.forecast import speed_from_rest, swims_forward
 from swimmer import PUBLISHED_COEFFICIENTS, Twin, load_robot
 
 FORWARD = (0.43, 6.5, 9.97, 4.14, 7.56)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from fitting.left_out import EffectsLeftOut, LeftOut
+from fitting.signatures.score_tests import EffectsLeftOut, LeftOut
 from session import Flag
 from tests.reports.posteriors import left_out
 

@@ -7,8 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from fitting.objective import Swims
-from fitting.published_search import _PENALTY, PublishedFit, _Search, published_search
+from fitting.published_search import _PENALTY, PublishedFit, Swims, _Search, published_search
 from session.errors import SimulationDiverged
 from synthetic import PLAUSIBLE_COEFFICIENTS
 from tests.fitting.exact_swims import PHASES, exact_swims, exact_twin

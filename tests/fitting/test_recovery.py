@@ -9,7 +9,7 @@ import pytest
 
 from fitting import MeasuredTrial, measure_trial
 from fitting.coefficient_fit import fit_coefficients
-from fitting.objective import Swims
+from fitting.published_search import Swims
 from session import CameraSpec, TrialSpec
 from session.create import FISHSIM_MARKERS
 from session.tracks import as_tracks

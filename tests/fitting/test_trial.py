@@ -11,7 +11,7 @@ import xarray as xr
 
 from fitting import MeasuredTrial, measure_trial
 from fitting.forecast import fit_phase
-from fitting.objective import Swims
+from fitting.published_search import Swims
 from session import CameraSpec, NotEnoughData, Session, load_session
 from session.camera import CameraCalibration
 from session.tracks import load_tracks, markers_of, pixels_of

@@ -5,15 +5,14 @@ from typing import Any
 
 import numpy as np
 
-from fitting.left_out import EffectsLeftOut, LeftOut
-from fitting.marginal import Marginal
+from fitting.coefficient_fit import Marginal
 from fitting.model.forecast import Scatter
 from fitting.model.session_forecast import Forecast, ForecastTrial, SessionForecast
-from fitting.posterior.identifiability import Identifiability
+from fitting.posterior.identifiability import Identifiability, RobotPart
 from fitting.posterior.prediction import PredictedSweep, PredictedTrial
-from fitting.posterior.robot import RobotPart
 from fitting.posterior.summary import PosteriorSummary
 from fitting.posterior.whiteness import Whiteness
+from fitting.signatures.score_tests import EffectsLeftOut, LeftOut
 from session import Flag
 from swimmer import FluidCoefficients
 from tests.reports.sample import BEST, MARKERS, ROLES

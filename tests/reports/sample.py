@@ -9,6 +9,7 @@ import numpy as np
 from fitting import CalibratedTrial, Calibration, CoefficientFit, MeasuredTrial
 from fitting.calibration_file import PublishedResult, published_result
 from fitting.ebt import FORMS, EbtFit
+from fitting.forecast import score
 from fitting.frequency import SwimFrequency
 from fitting.in_pool import tail_markers
 from fitting.model.forecast import Scatter
@@ -17,7 +18,6 @@ from fitting.model.roll import NO_ROLL
 from fitting.model.session_forecast import Forecast, ForecastTrial, SessionForecast
 from fitting.model.variance import MEDIANS
 from fitting.published_search import PublishedFit
-from fitting.scoring import score
 from fitting.structure import assumed
 from fitting.sweep import SpeedSweep
 from reports.context import ReportContext

@@ -7,7 +7,7 @@ import pytest
 
 from fitting.dry_run import CrankFit, CrankTrial, DryTrial
 from fitting.dry_run.error_surface import Cell, ErrorSurface
-from fitting.dry_run.tendons import TendonUse
+from fitting.dry_run.response import TendonUse
 from fitting.frequency import SwimFrequency
 from reports.blocks import Prose, Table
 from reports.figures.crank_surface import crank_surface_figure

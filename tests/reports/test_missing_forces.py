@@ -7,7 +7,7 @@ import pytest
 
 from diagnosis.result import MissingForces
 from fitting import CalibratedTrial
-from fitting.model.features import waves
+from fitting.series import waves
 from reports.missing_forces import likenesses, motions
 from swimmer import load_robot
 from tests.fitting.swims import filmed

@@ -5,9 +5,9 @@ from dataclasses import replace
 
 import pytest
 
-from fitting.left_out import EffectsLeftOut
 from fitting.posterior.summary import PosteriorSummary
 from fitting.posterior.whiteness import noise_flags
+from fitting.signatures.score_tests import EffectsLeftOut
 from reports import render_report
 from reports.sections import posterior
 from tests.reports.page import Page

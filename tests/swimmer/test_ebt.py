@@ -3,8 +3,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from swimmer.ebt import TailMotion, added_mass_per_length, mean_thrust, steady_speed
+from swimmer.ebt import TailMotion, added_mass_per_length, steady_speed
 from tests.swimmer.robots import FISH
+from tests.swimmer.thrust import mean_thrust
 
 BODY = FISH.elongated_body
 sizes = st.floats(0.01, 10.0)

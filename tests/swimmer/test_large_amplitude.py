@@ -8,9 +8,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.special import ellipe, ellipk
 
-from swimmer.ebt import TailMotion, mean_thrust
-from swimmer.large_amplitude import TipMotion, mean_thrust_large, steady_speed_large
+from swimmer.ebt import TailMotion, TipMotion, steady_speed_large
 from tests.swimmer.robots import FISH
+from tests.swimmer.thrust import mean_thrust, mean_thrust_large
 
 MASS = 7.0  # kg/m
 amplitudes, wave_numbers, angulars = st.floats(0.005, 0.15), st.floats(0.5, 20.0), st.floats(1.0, 12.0)

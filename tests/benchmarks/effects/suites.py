@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.effects.discrepancy import save
 from benchmarks.effects.folder import DIAGNOSIS, Answer, SuiteFolder
 from benchmarks.effects.suite import SessionPlan
 from diagnosis import Discrepancy
@@ -23,7 +24,7 @@ _NO_BENCH: dict[str, Any] = {"dry_hz": None, "free_decay": False}
 
 def suite_in(folder: Path, answers: Sequence[Answer] = ANSWERS) -> SuiteFolder:
     suite = SuiteFolder(folder)
-    Discrepancy.independent(np.eye(127)).save(suite.discrepancy, [0])
+    save(Discrepancy.independent(np.eye(127)), suite.discrepancy, [0])
     for answer in answers:
         (suite.sessions / answer.session).mkdir(parents=True)
         (suite.sessions / answer.session / "session.toml").write_text(f'[session]\nname = "{answer.session}"\n')

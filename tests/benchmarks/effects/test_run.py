@@ -11,6 +11,7 @@ from distributed import LocalCluster
 
 from benchmarks.cases import Failure, Run
 from benchmarks.effects import run
+from benchmarks.effects.discrepancy import save
 from benchmarks.effects.folder import Answer, SuiteFolder
 from benchmarks.effects.generators import GENERATORS, Generator
 from benchmarks.effects.run import make_suite
@@ -39,7 +40,7 @@ def _short_swims(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def empty_suite(folder: Path) -> SuiteFolder:
     suite = SuiteFolder(folder)
-    Discrepancy.independent((2e-4) ** 2 * np.eye(127)).save(suite.discrepancy, [0])
+    save(Discrepancy.independent((2e-4) ** 2 * np.eye(127)), suite.discrepancy, [0])
     return suite
 
 

@@ -7,7 +7,7 @@ import pytest
 
 from benchmarks.posterior import truth as posterior_truth
 from benchmarks.posterior.truth import DrawnSession, draw_session
-from fitting.from_rest import speed_from_rest
+from fitting.forecast import speed_from_rest
 from fitting.model import SessionModel
 from fitting.model.features import COURSE, harmonics_of
 from swimmer import load_robot

@@ -9,11 +9,10 @@ import numpy as np
 import pytest
 
 from fitting.dry_run import CrankFit, DryTrial, crank_response, fit_crank, measure_dry_run
-from fitting.dry_run.crank_flags import trial_flags
+from fitting.dry_run.crank import trial_flags
 from fitting.dry_run.error_surface import Cell, CrankGrid
 from fitting.dry_run.joint import JointFit, fit_joint
-from fitting.dry_run.response import with_arm
-from fitting.dry_run.tendons import TendonUse
+from fitting.dry_run.response import TendonUse, with_arm
 from session import NotEnoughData, TrialSpec
 from session.tracks import pixels_of
 from tests.cases import changed

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fitting.free_decay import measure_decay_trial
-from fitting.free_decay.release import find_release
+from fitting.free_decay.decay_trial import find_release
 from session import NotEnoughData
 from tests.fitting.free_decay.decays import CAMERA, MARKERS, ROBOT, Truth, filmed, frame_times, swings
 

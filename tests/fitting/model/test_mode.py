@@ -12,18 +12,16 @@ from fitting.model.features import SPEED
 from fitting.model.forecast import (
     NewWindow,
     Windows,
-    forecast_after_beats,
-    forecast_given_frequency,
+    forecast_of,
     repeated,
     scatter_of,
     tracks_of,
 )
-from fitting.model.robot_uncertainty import perturbed_twins, uncertainties_of
 from fitting.model.session_forecast import BASELINES
 from fitting.model.session_model import START_PHASE_RAD, SessionModel
-from fitting.model.trial_model import START_SD, TrialModel
+from fitting.model.trial_model import START_SD, TrialModel, sensitivities_together
 from fitting.model.variance import MEDIANS
-from fitting.structure import assumed
+from fitting.structure import assumed, perturbed_twins, uncertainties_of
 
 HELD_OUT_HZ = 1.1
 FAR_SD = 3.5
@@ -69,7 +67,8 @@ def mode(drawn: DrawnSession) -> Mode:
 def test_next_to_a_second_steady_state_the_start_does_not_explain_any_speed(mode: Mode) -> None:
     """Of this water the slope at 0.8 Hz is 0.3 m/s for a standard deviation of the start, a centimetre a second."""
     slow = mode.model.trials[1]
-    of_start, plain = (slow.sensitivities(np.array(at)).own[SPEED, :3] for at in (BISTABLE, mode.coefficients))
+    both = (sensitivities_together([slow], np.array(at))[0] for at in (BISTABLE, mode.coefficients))
+    of_start, plain = (each.own[SPEED, :3] for each in both)
     assert np.linalg.norm(of_start) == pytest.approx(START_SD[0])
     assert np.linalg.norm(plain) < 0.1 * START_SD[0]
 
@@ -97,7 +96,7 @@ def test_a_held_out_trial_is_forecast_and_its_first_beats_tell_more(drawn: Drawn
     windows = Windows.of(mode, trial)
     assert windows.early is not None
     late = NewWindow.of(mode, windows.late, scatter_of(mode))
-    before, after = forecast_given_frequency(mode, late), forecast_after_beats(mode, late, windows.early)
+    before, after = forecast_of(mode, late), forecast_of(mode, late, windows.early)
     measured = windows.late.measured[SPEED]
     for told in (before, after):
         assert abs(told.speed - measured) < FAR_SD * told.speed_sd
@@ -168,7 +167,7 @@ def test_nothing_of_what_is_scored_enters_a_forecast(drawn: DrawnSession, mode: 
     place = np.array(late.trial.position_m)
     place[late.trial.kept] *= 1.1
     other = replace(late, trial=late.trial.seen_as(position_m=place))
-    one, same = (forecast_given_frequency(mode, NewWindow.of(mode, window)) for window in (late, other))
+    one, same = (forecast_of(mode, NewWindow.of(mode, window)) for window in (late, other))
     assert same.mean == pytest.approx(one.mean, abs=1e-5)
     assert same.covariance == pytest.approx(one.covariance, abs=1e-6)
 
@@ -200,6 +199,6 @@ def test_two_beats_tell_a_speed_that_the_fitted_trials_do_not(drawn: DrawnSessio
     measured = windows.late.measured[SPEED]
     assert windows.early is not None
     late = NewWindow.of(mode, windows.late)
-    before, after = forecast_given_frequency(mode, late), forecast_after_beats(mode, late, windows.early)
+    before, after = forecast_of(mode, late), forecast_of(mode, late, windows.early)
     assert abs(after.speed - measured) < 0.75 * abs(before.speed - measured)
     assert abs(after.speed - measured) < FAR_SD * after.speed_sd

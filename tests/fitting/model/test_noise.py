@@ -10,8 +10,7 @@ import numpy as np
 import pytest
 
 from fitting.model.features import SPEED, places_of_slides
-from fitting.model.noise import FeatureNoise, noise_of
-from fitting.model.noise_part import NoisePart
+from fitting.model.noise import FeatureNoise, NoisePart, noise_of
 from fitting.posterior.whiteness import noise_flags, whiteness
 from session.create import FISHSIM_MARKERS
 from swimmer import load_robot

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from fitting.model import SessionModel
-from fitting.model.robot_uncertainty import UNMEASURED_SD, uncertainties_of
-from fitting.structure import Source, assumed
+from fitting.model.trial_model import sensitivities_together
+from fitting.structure import UNMEASURED_SD, Source, assumed, uncertainties_of
 from synthetic import PLAUSIBLE_COEFFICIENTS
 from tests.fitting.exact_swims import ROBOT, exact_swims, exact_twin
 
@@ -26,7 +26,7 @@ def model() -> SessionModel:
 
 @pytest.fixture(scope="module")
 def robot(model: SessionModel) -> np.ndarray:
-    return model.trials[0].sensitivities(TRUTH).robot
+    return sensitivities_together(model.trials[:1], TRUTH)[0].robot
 
 
 def test_what_was_measured_is_free_by_its_standard_error() -> None:

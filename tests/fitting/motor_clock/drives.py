@@ -10,8 +10,8 @@ import numpy as np
 
 from fitting.in_pool import tail_markers
 from fitting.motor_clock import MotorRecord
+from fitting.motor_clock.code import TailMotion
 from fitting.motor_clock.record import motor_record
-from fitting.motor_clock.tail_motion import TailMotion
 from session import TrialSpec
 from session.commands import MotorCommands
 from session.create import FISHSIM_MARKERS

@@ -13,7 +13,7 @@ from fitting import MeasuredTrial, measure_trial
 from fitting.dry_run import measure_dry_run
 from fitting.forecast import phase_from_harmonic
 from fitting.motor_clock import MotorRecord
-from fitting.objective import Swims
+from fitting.published_search import Swims
 from session import CameraSpec, NotEnoughData
 from session.create import FISHSIM_MARKERS
 from session.tracks import as_tracks

@@ -7,10 +7,9 @@ import pytest
 from scipy.stats import multivariate_normal
 
 from fitting.model import Mode
-from fitting.model.discrepancy import wave_discrepancy
 from fitting.model.features import HARMONICS
-from fitting.posterior.emulator import exponents, fit_emulator, terms
-from fitting.posterior.likelihood import SPEEDS, WAVE, Likelihood, size_of
+from fitting.model.variance import wave_discrepancy
+from fitting.posterior.likelihood import SPEEDS, WAVE, Likelihood, exponents, fit_emulator, size_of, terms
 from tests.fitting.posterior.waves import ALONG_M, cruising, reader
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fitting.model.features import advanced, phase_between
-from fitting.model.trial_model import START_SD, Sensitivities, TrialModel
+from fitting.model.trial_model import START_SD, Sensitivities, TrialModel, sensitivities_together
 from session.create import FISHSIM_MARKERS
 from swimmer import RobotSpec, Runs, Twin
 from synthetic import PLAUSIBLE_COEFFICIENTS
@@ -23,7 +23,7 @@ def model() -> TrialModel:
 
 @pytest.fixture(scope="module")
 def sensitivities(model: TrialModel) -> Sensitivities:
-    return model.sensitivities(TRUTH)
+    return sensitivities_together([model], TRUTH)[0]
 
 
 def simulated(model: TrialModel, velocity: np.ndarray, hz: float = 1.0, robot: RobotSpec = ROBOT) -> np.ndarray:

@@ -10,10 +10,9 @@ from typing import cast
 import numpy as np
 import pytest
 
-from fitting.marginal import Marginal
+from fitting.coefficient_fit import Marginal
 from fitting.posterior.identifiability import identifiability
-from fitting.posterior.posterior import Posterior, _flags
-from fitting.posterior.posterior_file import VARIABLES
+from fitting.posterior.posterior import VARIABLES, Posterior, _flags
 from fitting.posterior.summary import SUMMARY, read_summary
 from session import Flag
 from session.results import Provenance
@@ -125,7 +124,7 @@ def test_a_coefficient_that_presses_against_the_prior_is_flagged_with_its_bounds
 def test_a_fitted_trial_outside_its_own_bands_is_flagged(speed: float, inside: float, warns: int) -> None:
     trial = next(each for each in made_summary().trials if each.role == "fit")
     band = np.linspace(0.09, 0.11, 5)
-    found = replace(trial, speed=speed, inner=band, outer=band, inside=inside)
+    found = replace(trial, speed=speed, inner=band, outer=band, forecast=replace(trial.forecast, inside=inside))
     assert [flag.kind for flag in found.flags] == ["fit_outside"] * warns
     assert not replace(found, role="holdout").flags
 

@@ -10,13 +10,12 @@ import numpy as np
 import pytest
 
 from fitting.dry_run.response import with_arm
-from fitting.left_out import EffectsLeftOut
 from fitting.model import Mode
 from fitting.model.session_model import START_PHASE_RAD, SessionModel
 from fitting.model.trial_model import TrialModel
 from fitting.signatures import Signature
 from fitting.signatures import score_tests as tested
-from fitting.signatures.score_tests import score_tests
+from fitting.signatures.score_tests import EffectsLeftOut, score_tests
 from fitting.signatures.session_row import row_slopes
 from session import CameraSpec
 from swimmer import Twin

@@ -3,17 +3,9 @@
 import numpy as np
 import pytest
 
-from fitting.signatures.separation import Whitened
-from fitting.signatures.signature import Signature
-from tests.fitting.signatures.made import Made
+from fitting.signatures.session_row import Whitened
 
 K = 9
-
-
-def signature(name: str, rows: np.ndarray, *bounds: tuple[float, float]) -> Signature:
-    """Linear: (p, k) rows per unit of each parameter."""
-    values = np.vstack([np.eye(len(rows)), 3 * np.eye(len(rows))])
-    return Signature(Made(name, *bounds), values, values @ rows, np.zeros((len(values), 0)))
 
 
 @pytest.fixture
@@ -33,42 +25,3 @@ def test_what_coefficients_and_noise_can_do_has_little_length(space: Whitened) -
     noise = np.eye(K) + 8 * np.outer(along, along)
     correlated = Whitened.of(noise, np.zeros((K, 5)), np.ones(5))
     assert correlated.length(6 * along) == pytest.approx(2.0)
-
-
-def test_a_rival_in_the_same_direction_comes_within_its_bounds(space: Whitened) -> None:
-    row = 2 * np.eye(K)[6]
-    same = signature("same", np.eye(K)[6:7], (-5.0, 5.0))
-    bound = signature("bound", np.eye(K)[6:7], (-5.0, 0.5))
-    other = signature("other", np.eye(K)[7:8], (-5.0, 5.0))
-    one_sided = signature("one_sided", -np.eye(K)[6:7], (0.0, 5.0))
-    found = {each.effect.name: space.together(row, [each]) for each in (same, bound, other, one_sided)}
-    assert found["same"].distance == pytest.approx(0.0, abs=1e-6)
-    assert found["same"].values[0] == pytest.approx([2.0])
-    assert found["bound"].distance == pytest.approx(1.5)
-    assert found["other"].distance == pytest.approx(2.0)
-    assert found["one_sided"].distance == pytest.approx(2.0)
-
-
-def test_a_rival_of_two_parameters_uses_both(space: Whitened) -> None:
-    both = signature("both", np.eye(K)[6:8], (-5.0, 5.0), (-5.0, 5.0))
-    rival = space.together(np.eye(K)[6] - 2 * np.eye(K)[7] + np.eye(K)[8], [both])
-    assert rival.values[0] == pytest.approx([1.0, -2.0])
-    assert rival.distance == pytest.approx(1.0)
-
-
-def test_a_rival_that_turns_is_nearest_on_the_right_stretch(space: Whitened) -> None:
-    """Along one direction while it is weak and along another once it is strong; no single slope comes near both."""
-    bent = signature("bent", np.eye(K)[6:7], (0.0, 6.0))
-    bent.features[1] = 3 * np.eye(K)[7]
-    weak, strong = space.together(np.eye(K)[6], [bent]), space.together(4 * np.eye(K)[7], [bent])
-    assert (weak.distance, *weak.values[0]) == pytest.approx((0.0, 1.0), abs=1e-6)
-    assert (strong.distance, *strong.values[0]) == pytest.approx((0.0, 4.0), abs=1e-6)
-    assert space.together(4 * np.eye(K)[6], [bent]).distance > 1.0  # so strong it is another
-
-
-def test_two_effects_together_come_nearer_than_either(space: Whitened) -> None:
-    one, other = (signature(str(i), np.eye(K)[i : i + 1], (-5.0, 5.0)) for i in (6, 7))
-    values, distance, left = space.together(2 * np.eye(K)[6] - np.eye(K)[7] + np.eye(K)[8], [one, other])
-    assert [each.tolist() for each in values] == [pytest.approx([2.0]), pytest.approx([-1.0])]
-    assert distance == pytest.approx(1.0)
-    assert left == pytest.approx(np.eye(K)[8], abs=1e-6)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fitting.model.session_model import START_PHASE_RAD, SessionModel
-from fitting.model.trial_model import TrialModel
+from fitting.model.trial_model import TrialModel, sensitivities_together
 from fitting.signatures import signature_of, view_of
 from fitting.signatures.signature import strengths
 from session import CameraSpec
@@ -32,7 +32,9 @@ def test_a_marker_glued_elsewhere_is_the_column_of_the_posterior(model: SessionM
     values = np.zeros((1, len(effect.parameters)))
     values[0, [p.name for p in effect.parameters].index("tail_3_across")] = 0.001
     found = signature_of(effect, model, CAMERA, TRUTH, values).features[0]
-    column = np.concatenate([0.001 * trial.sensitivities(TRUTH).markers[:, 2 * marker + 1] for trial in model.trials])
+    column = np.concatenate(
+        [0.001 * each.markers[:, 2 * marker + 1] for each in sensitivities_together(model.trials, TRUTH)]
+    )
     assert found == pytest.approx(column, abs=0.02 * np.abs(column).max())
 
 

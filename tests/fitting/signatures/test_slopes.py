@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from fitting.signatures import Signature
-from fitting.signatures.slopes import little, pieces
+from fitting.signatures.signature import little, pieces
 from tests.fitting.signatures.made import Made
 
 TURN, BEND = np.random.default_rng(3).standard_normal((2, 20))

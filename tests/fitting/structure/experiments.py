@@ -13,7 +13,7 @@ from fitting.dry_run import crank_response, fit_crank, measure_dry_run
 from fitting.dry_run.error_surface import CrankGrid
 from fitting.dry_run.response import with_arm
 from fitting.free_decay import measure_decay_trial
-from fitting.structure import DryExperiments, identify
+from fitting.structure import DryExperiments
 from session import TrialSpec, load_session
 from session.tracks import load_tracks
 from swimmer import RobotSpec, load_robot
@@ -27,8 +27,8 @@ TRUE = {"hinge_stiffness": 0.75, "hinge_damping": 0.028, "crank_arm": 0.0375}
 
 def with_few_points(patch: pytest.MonkeyPatch) -> None:
     """A coarse table and grid of the published search, from which the joint fit of the crank begins."""
-    patch.setattr(identify, "crank_response", partial(crank_response, grid=FEW_POINTS))
-    patch.setattr(identify, "fit_crank", partial(fit_crank, grid=FEW_POINTS))
+    patch.setattr("fitting.structure.crank_response", partial(crank_response, grid=FEW_POINTS))
+    patch.setattr("fitting.structure.fit_crank", partial(fit_crank, grid=FEW_POINTS))
 
 
 def robot_with(numbers: Mapping[str, float]) -> RobotSpec:

@@ -31,4 +31,4 @@ def with_effect(effect: Effect, values: np.ndarray, twin: Twin = PLAIN) -> tuple
     """(n, f, m, 2) markers as simulated and as observed."""
     affected, runs = AffectedTwin(twin, [effect]), runs_with(values)
     simulated = affected.simulate(runs, TIME_S)
-    return simulated.marker_m, affected.observed(runs, simulated, [VIEW] * COUNT)
+    return simulated.marker_m, affected.observed(runs, simulated, VIEW)

@@ -7,18 +7,18 @@ import numpy as np
 import pytest
 
 from swimmer import FluidCoefficients, RobotSpec, Runs, Scene, Twin, build_mjcf
-from swimmer.ebt import TailMotion, mean_thrust
+from swimmer.ebt import TailMotion
 from swimmer.effects import catalogue
 from swimmer.effects.affected_twin import AffectedRuns, AffectedTwin
-from swimmer.effects.effect import Effect, StepState
+from swimmer.effects.effect import Effect, Observation, StepState, View
 from swimmer.effects.floating import DAMPING, NATURAL_ROLL_HZ, PITCH_HZ, ROLL_HZ
 from swimmer.effects.fluid import SLOW_M_S
 from swimmer.effects.plates import Plates
-from swimmer.effects.seen import Observation, View
 from swimmer.mjcf import SWIM
 from tests.swimmer.effects.swims import PLAIN
 from tests.swimmer.engine_state import random_state
 from tests.swimmer.robots import FISH, changed, every_robot
+from tests.swimmer.thrust import mean_thrust
 
 REACTION = catalogue()["added_mass_reaction"]
 CURRENT = catalogue()["background_current"]

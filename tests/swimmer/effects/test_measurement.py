@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from swimmer.effects import AffectedTwin, View, catalogue
+from swimmer.effects.effect import Observation
 from swimmer.effects.measurement import MarkerOffset, MarkerSwap, TrackerDrift
-from swimmer.effects.seen import Observation
 from tests.swimmer.effects.swims import PLAIN, TIME_S, runs_with, with_effect
 
 NAMES = ("nose", "neck", "tail_1", "tail_2")

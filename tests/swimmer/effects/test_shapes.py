@@ -5,7 +5,7 @@ import pytest
 
 from session import InputError
 from swimmer.effects import Effect, StepForce, StepState
-from swimmer.effects.seen import Observation
+from swimmer.effects.effect import Observation
 from swimmer.effects.tendons import CrankArmError
 from swimmer.mjcf import Scene
 from swimmer.robot import RobotSpec

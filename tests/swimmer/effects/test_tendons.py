@@ -6,7 +6,7 @@ import pytest
 
 from swimmer import RobotSpec, build_mjcf
 from swimmer.effects import catalogue
-from swimmer.effects.tendon_path import TendonPath
+from swimmer.effects.tendons import TendonPath
 from swimmer.mjcf import DRY
 from tests.swimmer.effects.models import model_with, plain_model, settled, still
 from tests.swimmer.engine_state import at_pose, random_state

@@ -23,7 +23,7 @@ from benchmarks.reality.mechanisms.measurement import (
 from session.create import FISHSIM_MARKERS
 from swimmer import load_robot
 from swimmer.effects import Effect, View, catalogue
-from swimmer.effects.seen import Observation
+from swimmer.effects.effect import Observation
 
 TIME_S = np.arange(241) / 60
 CAMERA = Camera()

@@ -1,0 +1,324 @@
+"""The structure of the robot that the swims are fitted with, where its numbers come from, and how well they are known.
+
+The chain of the dry experiments: free decays -> hinges -> dry runs with these hinges -> crank arm. Hinges that are a
+little stiffer are answered with other coefficients so well that swims alone do not tell. What the dry experiments did
+not measure is therefore free by a stated share; what they did, by its standard error.
+"""
+
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from types import MappingProxyType
+from typing import NamedTuple
+
+import numpy as np
+
+from fitting.dry_run import CrankFit, CrankTrial, DryTrial, crank_response, fit_crank
+from fitting.dry_run.response import with_arm
+from fitting.free_decay import DecayFit, DecayTrial, HingeEstimate, combine_decays, fit_decay
+from fitting.free_decay.hinges import fault_of_decay, with_hinges
+from session import Flag
+from session.errors import SimulationDiverged
+from session.records import KEPT_ELSEWHERE
+from session.results import ResultFile
+from swimmer import RobotSpec, Twin
+
+BUILT_IN = "the built-in robot"
+UNMEASURED_SD = {"hinge_stiffness": 0.1, "hinge_damping": 0.2, "crank_arm": 0.02}
+"""Relative standard deviation of what nobody measured."""
+WRONG_RUN = ("head_moves", "poor_fit")  # flags of a dry run that is not used with others
+WRONG_ARM = ("at_bound", "unidentifiable")  # flags of all of them together, whose arm is not
+Tell = Callable[[str], None]
+"""Called with what is going on."""
+
+
+class Source(NamedTuple):
+    """Where a number of the structure comes from.
+
+    Attributes:
+        quantity: "hinge_stiffness", "hinge_damping" or "crank_arm".
+        value: the number, in `unit`.
+        unit: "N m/rad", "N m s/rad" or "m".
+        se: standard error; null where the value is assumed.
+        trials: names of the trials it was measured in; none where it is assumed.
+        sentence: value and source in words and, where it is assumed, why.
+    """
+
+    quantity: str
+    value: float
+    unit: str
+    se: float | None
+    trials: tuple[str, ...]
+    sentence: str
+
+    @property
+    def assumed(self) -> bool:
+        """Whether it was taken over from the robot's description."""
+        return not self.trials
+
+
+@dataclass(frozen=True, eq=False)
+class Structure:
+    """What the dry experiments say about the robot, each building on the one before: hinges, then crank.
+
+    Attributes:
+        robot: as described, with what was measured in the place of what was assumed.
+        decays: every free decay and its twin, used or not.
+        hinges: stiffness and damping from the decays that are used; null without one.
+        crank: crank arm from the dry runs that are used, else, unused, from all of them; null without one.
+        sources: where hinge stiffness, hinge damping and crank arm come from, in this order.
+        flags: which experiments are not used, and the flags of those that are.
+    """
+
+    robot: RobotSpec = field(metadata=KEPT_ELSEWHERE)
+    decays: tuple[DecayFit, ...]
+    hinges: HingeEstimate | None
+    crank: CrankFit | None
+    sources: tuple[Source, ...]
+    flags: tuple[Flag, ...] = ()
+
+
+STRUCTURE = ResultFile("structure.json", Structure, named=(DryTrial,), arrays_apart=True)
+"""In SI units, without the dry runs as measured and the robot's description."""
+
+
+class Quantity(NamedTuple):
+    """A number of the structure: key, words, unit, the unit shown and how many of it make one unit, and whose it is."""
+
+    key: str
+    words: str
+    unit: str
+    shown_unit: str
+    shown: float
+    of: Callable[[RobotSpec], float]
+
+
+STIFFNESS = Quantity(
+    "hinge_stiffness", "hinge stiffness", "N m/rad", "N m/rad", 1.0, lambda robot: robot.tail.hinge_stiffness_n_m
+)
+DAMPING = Quantity(
+    "hinge_damping", "hinge damping", "N m s/rad", "N m s/rad", 1.0, lambda robot: robot.tail.hinge_damping_n_m_s
+)
+ARM = Quantity("crank_arm", "crank arm", "m", "mm", 1000.0, lambda robot: robot.crank.arm_m)
+HINGES = (STIFFNESS, DAMPING)
+
+
+def assumed(robot: RobotSpec, origin: str = BUILT_IN) -> Structure:
+    """The structure of a robot none of whose dry experiments were recorded."""
+    hinges = (assumed_source(quantity, robot, origin, "no free decay") for quantity in HINGES)
+    return Structure(robot, (), None, None, (*hinges, assumed_source(ARM, robot, origin, "no dry run")))
+
+
+def read_structure(results: Path, robot: RobotSpec, runs: Sequence[DryTrial]) -> Structure:
+    """Reads ``structure.json``.
+
+    Raises:
+        InputError: there is none of this version.
+    """
+    found = STRUCTURE.read(results, {DryTrial: {run.name: run for run in runs}, "robot": robot})
+    return replace(found, robot=with_sources(robot, found.sources))
+
+
+def assumed_source(quantity: Quantity, robot: RobotSpec, origin: str, why: str) -> Source:
+    """A number as described, and why it is not measured."""
+    value = quantity.of(robot)
+    shown = f"{quantity.shown * value:.4g} {quantity.shown_unit}"
+    return Source(quantity.key, value, quantity.unit, None, (), f"{why}: {quantity.words} {shown} as in {origin}")
+
+
+def measured_source(quantity: Quantity, value: float, se: float, trials: tuple[str, ...], experiment: str) -> Source:
+    """A number, in the quantity's unit, with its standard error from these trials of an experiment."""
+    digits = max(1 - int(np.floor(np.log10(quantity.shown * se))), 0) if se > 0 else 6  # two of the error
+    shown = f"{quantity.shown * value:.{digits}f} ± {quantity.shown * se:.{digits}f} {quantity.shown_unit}"
+    from_trials = f"{experiment}{'s' if len(trials) > 1 else ''} {', '.join(trials)}"
+    sentence = f"{quantity.words} {shown} (standard error) from {from_trials}"
+    return Source(quantity.key, value, quantity.unit, se, trials, sentence)
+
+
+def with_sources(robot: RobotSpec, sources: Iterable[Source]) -> RobotSpec:
+    """The robot with the numbers of these sources in the place of its own."""
+    given = {source.quantity: source.value for source in sources}
+    stiffness, damping, arm_m = (given.get(quantity.key, quantity.of(robot)) for quantity in (*HINGES, ARM))
+    return with_arm(with_hinges(robot, stiffness, damping), arm_m)
+
+
+class ParameterUncertainty(NamedTuple):
+    """How far a number of the robot may be off, its relative standard deviation."""
+
+    source: Source
+    sd: float
+
+    def robot(self, robot: RobotSpec, off: float) -> RobotSpec:
+        """A robot whose number is off by a share of itself."""
+        return with_sources(robot, (self.source._replace(value=(1 + off) * self.source.value),))
+
+
+class PerturbedTwin(NamedTuple):
+    """Twins with more and less of a doubted number of the robot, by a relative step, the same however sure one is."""
+
+    doubt: ParameterUncertainty
+    more: Twin
+    less: Twin
+    step: float
+
+    @property
+    def per_sd(self) -> float:
+        """What the difference of the two is to be multiplied with for one standard deviation."""
+        return self.doubt.sd / (2 * self.step)
+
+
+def uncertainties_of(sources: Iterable[Source]) -> tuple[ParameterUncertainty, ...]:
+    """By the standard error of what was measured, by the stated share of what was not; a number that is 0 stays 0."""
+    return tuple(
+        ParameterUncertainty(source, UNMEASURED_SD[source.quantity] if source.se is None else source.se / source.value)
+        for source in sources
+        if source.value > 0
+    )
+
+
+def perturbed_twins(twin: Twin, doubts: Sequence[ParameterUncertainty]) -> tuple[PerturbedTwin, ...]:
+    """Two twins for each doubt."""
+
+    def doubted(doubt: ParameterUncertainty) -> PerturbedTwin:
+        step = UNMEASURED_SD[doubt.source.quantity]
+        more, less = (twin.of_robot(doubt.robot(twin.robot, off)) for off in (step, -step))
+        return PerturbedTwin(doubt, more, less, step)
+
+    return tuple(map(doubted, doubts))
+
+
+class DryExperiments(NamedTuple):
+    """What was recorded out of the water, as measured.
+
+    Attributes:
+        unmeasured_decays, unmeasured_runs: by name, why others could not be measured, or must not be fitted.
+    """
+
+    decays: Sequence[DecayTrial] = ()
+    runs: Sequence[DryTrial] = ()
+    unmeasured_decays: Mapping[str, str] = MappingProxyType({})
+    unmeasured_runs: Mapping[str, str] = MappingProxyType({})
+
+
+def identify_structure(
+    experiments: DryExperiments,
+    robot: RobotSpec,
+    origin: str = BUILT_IN,
+    workers: int = 0,
+    progress: Tell = lambda _message: None,
+) -> Structure:
+    """The structure of a robot from its dry experiments; what they do not determine is taken from its description.
+
+    An experiment that could not be measured or must not be used is reported, not used.
+
+    Args:
+        experiments: as measured.
+        robot: as described.
+        origin: where it is described, for the reader.
+        workers: threads; 0 for all cores.
+        progress: receives it.
+
+    Raises:
+        NotEnoughData: the twin's tail moves smoothly over no range of crank arms.
+        SimulationDiverged: the twin does not stay bounded.
+    """
+    decays = []
+    for trial in experiments.decays:
+        progress(f"fitting the free decay {trial.name}")
+        with _named(f"trial {trial.name}"):
+            decays.append(fit_decay(trial, robot, workers=workers))
+    hinges, of_hinges, hinge_flags = _hinges(decays, experiments.unmeasured_decays, robot, origin)
+    hinged = with_sources(robot, of_hinges)
+    if experiments.runs:
+        progress(f"fitting the crank arm to {', '.join(trial.name for trial in experiments.runs)}")
+    with _named(_listed("trial", [trial.name for trial in experiments.runs])):
+        crank, of_arm, crank_flags = _crank(experiments, hinged, origin, workers)
+    return Structure(
+        robot=with_sources(hinged, (of_arm,)),
+        decays=tuple(decays),
+        hinges=hinges,
+        crank=crank,
+        sources=(*of_hinges, of_arm),
+        flags=(*hinge_flags, *crank_flags),
+    )
+
+
+@contextmanager
+def _named(trials: str) -> Iterator[None]:
+    """Says whose twin it was that diverged."""
+    try:
+        yield
+    except SimulationDiverged as problem:
+        raise SimulationDiverged(f"{trials}: {problem} If the recording shows something else, leave it out.") from None
+
+
+def _hinges(
+    fits: Sequence[DecayFit], unmeasured: Mapping[str, str], robot: RobotSpec, origin: str
+) -> tuple[HingeEstimate | None, tuple[Source, ...], tuple[Flag, ...]]:
+    refused = {**unmeasured} | {fit.name: why for fit in fits if (why := fault_of_decay(fit))}
+    flags = tuple(_not_used(f"free decay {name}", why) for name, why in refused.items())
+    used = [fit for fit in fits if fit.name not in refused]
+    if not used:
+        why = f"{_listed('free decay', list(refused))} not used" if refused else "no free decay"
+        return None, tuple(assumed_source(quantity, robot, origin, why) for quantity in HINGES), flags
+    found, names = combine_decays(used), tuple(fit.name for fit in used)
+    stiffness = measured_source(STIFFNESS, found.stiffness_n_m, found.stiffness_se_n_m, names, "free decay")
+    damping = measured_source(DAMPING, found.damping_n_m_s, found.damping_se_n_m_s, names, "free decay")
+    return found, (stiffness, damping), (*flags, *found.flags)
+
+
+def _crank(
+    experiments: DryExperiments, robot: RobotSpec, origin: str, workers: int
+) -> tuple[CrankFit | None, Source, tuple[Flag, ...]]:
+    runs, unmeasured = experiments.runs, experiments.unmeasured_runs
+    flags = tuple(_not_used(f"dry run {name}", why) for name, why in unmeasured.items())
+    if not runs:
+        why = f"{_listed('dry run', list(unmeasured))} not used" if unmeasured else "no dry run"
+        return None, assumed_source(ARM, robot, origin, why), flags
+    fit, refused = _fit_of_used(runs, robot, workers)
+    flags = (*flags, *(_not_used(f"dry run {name}", why) for name, why in refused.items()))
+    names = tuple(trial.name for trial in fit.trials)
+    whole = _listed("dry run", list(names))
+    fault = _first(fit.flags, WRONG_ARM)
+    if fault is not None:
+        flags = (*flags, _not_used(f"the crank arm of {whole}", fault))
+    if fault is not None or len(refused) == len(runs):
+        return fit, assumed_source(ARM, robot, origin, f"{whole} not used"), flags
+    return fit, measured_source(ARM, fit.arm_m, fit.arm_se_m, names, "dry run"), (*flags, *fit.flags)
+
+
+def _fit_of_used(runs: Sequence[DryTrial], robot: RobotSpec, workers: int) -> tuple[CrankFit, dict[str, str]]:
+    """The fit of the runs that are used, of all where none is, and why the others are not.
+
+    A wrong run makes the fit of the others poor as well, so the worst is left out first and the rest is fitted again.
+    """
+    response = crank_response(runs, robot, workers=workers)
+    fit = whole = fit_crank(runs, robot, response=response, workers=workers)
+    refused: dict[str, str] = {}
+    while faults := {trial.name: fault for trial in fit.trials if (fault := _first(trial.flags, WRONG_RUN))}:
+        worst = max((trial for trial in fit.trials if trial.name in faults), key=_misfit)
+        refused[worst.name] = faults[worst.name]
+        remaining = [run for run in runs if run.name not in refused]
+        if not remaining:
+            return whole, refused
+        fit = fit_crank(remaining, robot, response=response, workers=workers)
+    return fit, refused
+
+
+def _misfit(trial: CrankTrial) -> float:
+    """How far the twin's motion is off, over the swing of the tail; infinite where the head is not clamped."""
+    moves = any(flag.kind == "head_moves" for flag in trial.flags)
+    return np.inf if moves else trial.motion_error_m / trial.measured.frequency.amplitude_m
+
+
+def _first(flags: tuple[Flag, ...], kinds: tuple[str, ...]) -> str | None:
+    return next((flag.message for flag in flags if flag.kind in kinds), None)
+
+
+def _not_used(what: str, why: str) -> Flag:
+    return Flag("not_used", message=f"{what} is not used: {why}")
+
+
+def _listed(noun: str, names: list[str]) -> str:
+    return f"{noun}{'s' if len(names) > 1 else ''} {', '.join(names)}"
