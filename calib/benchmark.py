@@ -107,9 +107,14 @@ def speed(session: Session | str | Path | None = None) -> SpeedOutcome:
         >>> calib.benchmark.speed().real_time_one_core > 1      # faster than the fish
         True
     """
-    from calib.interface import load_twin
+    from calib.pipeline import working
 
-    return measure_speed(None if session is None else load_twin(session).coefficients)
+    if session is None:
+        return measure_speed(None)
+    folder = session.folder if isinstance(session, Session) else Path(session)
+    with working(folder, quiet=True) as pipeline:
+        coefficients = pipeline.the_fit().result().coefficients
+    return measure_speed(coefficients)
 
 
 def gym(session: Session | str | Path | None = None) -> "GymSpeed":
