@@ -136,7 +136,7 @@ def fit(
     is assumed to be as the robot is described. A previous fit is kept in `results/kept`.
 
     Args:
-        session, effort, workers, progress: as everywhere.
+        session, effort, workers, progress: see `help(calib.interface)`.
         objective: "published" also runs the published search (Bayesian optimisation, then Nelder-Mead, of the mean
             marker distance) and keeps it next to the fit, for comparison; it takes minutes.
 
@@ -173,7 +173,7 @@ def posterior(
     Stopped, it goes on where it was.
 
     Args:
-        session, effort, workers, progress: as everywhere.
+        session, effort, workers, progress: see `help(calib.interface)`.
 
     Raises:
         NotConverged: draws that must not be relied on; none are reported.
@@ -203,7 +203,7 @@ def diagnose(
     """Finds where the sim-to-real gap is, which unmodelled effect causes it, and how far it shrinks with that effect.
 
     Args:
-        session, effort, workers, progress: as everywhere.
+        session, effort, workers, progress: see `help(calib.interface)`.
         exclude: names that the catalogue is to lack.
         effects: the catalogue of this diagnosis: names, or effects of your own; default: all.
 
@@ -268,7 +268,7 @@ def track(
     """Tracks the markers in a session's videos, and reads the tracks of its other trials.
 
     Args:
-        session, workers, progress: as everywhere.
+        session, workers, progress: see `help(calib.interface)`.
         method: "hybrid", "spots" or "csrt"; default: that of the existing tracks, else hybrid.
         export: another form to write next to the tracks: "deeplabcut", "movement" or "fishsim".
         click: track nothing, only write a page a video on which to click its start boxes: `<trial>.click.html`.
@@ -289,7 +289,8 @@ def correct(session: AnySession, trial: str, correction: str | Mapping[str, Any]
     """Adds a correction to the edit log of a tracked trial; `track` replays it. Nothing is removed from the log.
 
     Args:
-        session, trial: as everywhere, and the name of the trial.
+        session: see `help(calib.interface)`.
+        trial: its name.
         correction: for instance `{"op": "swap", "markers": ["tail_3", "tail_4"], "frames": [120, 180]}`; others:
             "drop", "relabel", "box" (set a box and track on), "undo". A mapping, or JSON.
 
@@ -375,7 +376,7 @@ def run(
 
     Args:
         sessions: one, or several: then a session that fails stops no other.
-        effort, progress: as everywhere.
+        effort, progress: see `help(calib.interface)`.
         jobs: sessions at a time, each in a process of its own.
         workers: threads of each session; 0 for its share of the cores, one with a scheduler.
         scheduler: address of a dask scheduler, whose workers run the sessions; they need to see the same folders.
@@ -434,7 +435,7 @@ def view(session: AnySession, *, open_viewer: bool = False, inline: bool = False
     """Writes the rerun recording of the current tracks, with the twin and the missing forces where there are any.
 
     Args:
-        session: as everywhere.
+        session: see `help(calib.interface)`.
         open_viewer: also open it in the Rerun viewer.
         inline: also show it in the notebook; where that cannot be, `notes` say why.
 
@@ -497,7 +498,7 @@ def load_twin(
         coefficients: blunt, slender and angular drag, Kutta and Magnus lift; default: those of the fit, for a robot the
             published ones.
         effects: names of the catalogue, or effects of your own, that the twin is to have.
-        workers: as everywhere.
+        workers: see `help(calib.interface)`.
 
     Raises:
         InputError: no current fit, no such effect, or faults of the robot's file.
@@ -556,7 +557,7 @@ def doctor(session: AnySession | None = None, *, motor: bool = False) -> pd.Data
     """Checks the installation and, if given, a session and the motor connection.
 
     Args:
-        session: as everywhere.
+        session: see `help(calib.interface)`.
         motor: also look for the motor on every serial port; takes up to a minute.
 
     Returns:

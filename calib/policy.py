@@ -84,7 +84,7 @@ def train(
     Writes `results/policy/<task>.npz`, its card `<task>.json` and, for the report, how it swam.
 
     Args:
-        session, task, seed, workers: as everywhere.
+        session, task, seed, workers: see `help(calib.policy)`.
         method: "search": a steering law, in minutes; "sac": a network, needs swimcal[policies].
         effort: how hard to search, and on how many targets it is scored.
         draws: train on so many draws of the posterior; 0: the fit alone.
@@ -126,7 +126,7 @@ def evaluate(
     """Scores a policy on the session's twin, beside the paper's and, if asked for, control by prediction.
 
     Args:
-        session, task, policy_file, seed, workers: as everywhere.
+        session, task, policy_file, seed, workers: see `help(calib.policy)`.
         episodes: 0: 1,000 targets, or a circle to either side.
         predictive: also so many episodes of predictive control, which needs no training.
 
@@ -166,7 +166,7 @@ def play(
     """Films a policy on the session's twin: one episode, drawn from above.
 
     Args:
-        session, task, policy_file, seed: as everywhere.
+        session, task, policy_file, seed: see `help(calib.policy)`.
         out: the film: .mp4, .gif or .rrd.
         target: x, y in m from the start, the robot heading along -x; default: random.
 
@@ -217,7 +217,7 @@ def aquarium(
         out: the file to write: .rrd (Rerun), .mp4 or .gif.
         draws: of the posterior, dealt out to the swimmers; 0: the fit alone.
         policy_file: that steers them; default: that of the session, else plain beats.
-        seed, workers: as everywhere.
+        seed, workers: see `help(calib.policy)`.
 
     Raises:
         InputError: there is no fit, no posterior to draw from, no such policy, or another kind of file.

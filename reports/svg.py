@@ -17,7 +17,7 @@ _NO_METADATA = {"Date": None, "Creator": None, "Format": None, "Type": None}
 def inline_svg(figure: Figure, name: str, alt: str) -> Markup:
     """The figure for a page.
 
-    Every colour of `reports.style.INKS` becomes `var(--<ink>, <its light colour>)`, so a page may redefine
+    Every colour of `reports.colours.INKS` becomes `var(--<ink>, <its light colour>)`, so a page may redefine
     it, and a copy saved from the page still shows it. Its ids start with the name, which is unique in the page; `alt`
     tells those who cannot see it what it shows.
     """

@@ -12,7 +12,7 @@ EffortOption = Literal["quick", "full"]
 ObjectiveOption = Literal["likelihood", "published"]
 TrackerOption = Literal["hybrid", "spots", "csrt"]
 FORMS = ("swimcal", "deeplabcut", "movement", "fishsim")
-"""Of tracks, for help; what is given is held against `tracking.records.FORMATS`."""
+"""Of tracks, for help; what is given is held against `tracking.records.formats.FORMATS`."""
 
 SessionFolder = Annotated[Path, typer.Argument(metavar="SESSION", help="a session folder, with its session.toml")]
 SessionFolders = Annotated[list[Path], typer.Argument(metavar="SESSION...", help="one or more session folders")]

@@ -106,7 +106,8 @@ class TrialModel:
         up, down = np.split(self.in_step(self.reader(positions)), 2)
         moved = (np.array([*START_SD, relative]) / (2 * step))[:, None] * (up - down)
         # next to a second steady state slopes are steep, but the start moves the mean speed by no more than it is off
-        moved[:3] *= min(1.0, START_SD[0] / max(float(np.linalg.norm(moved[:3, SPEED])), 1e-12))
+        of_velocity = moved[: len(START_SD)]
+        of_velocity *= min(1.0, START_SD[0] / max(float(np.linalg.norm(of_velocity[:, SPEED])), 1e-12))
         return moved
 
     def _of_shifts(self, marker_m: np.ndarray, axes: np.ndarray, features: np.ndarray) -> list[np.ndarray]:

@@ -76,13 +76,13 @@ def _what_is_missing(context: ReportContext) -> str:
 
 
 def _next_step(context: ReportContext) -> str:
-    folder = context.session.folder.name
+    on_folder = f"on the folder of this session ({context.session.folder.name})"
     if not context.trials("holdout"):
         return "Hold a trial out, or film another one, and fit again."
     if context.posterior is None:
-        return f"Run calib posterior {folder}."
+        return f"Run calib posterior {on_folder}."
     if context.diagnosed is None:
-        return f"Run calib diagnose {folder}."
+        return f"Run calib diagnose {on_folder}."
     experiments = context.diagnosed.next_experiments
     return f"{experiments[0].describe}." if experiments else "Film further trials at other speeds."
 

@@ -72,7 +72,7 @@ def _not_calibrated() -> Flag:
 
 
 def save_camera(path: Path, calibration: CameraCalibration) -> None:
-    """Writes a camera file, whole or not at all; `session.load_camera` reads the same numbers back.
+    """Writes a camera file, whole or not at all; `session.camera.load_camera` reads the same numbers back.
 
     Raises:
         ResultsNotWritable: the file cannot be written.

@@ -65,7 +65,7 @@ def checked_tracks(
 
 
 def save_fishsim(path: Path, tracks: xr.Dataset) -> None:
-    """Writes the authors' form, nan where missing, whole or not at all; `session.load_tracks` reads it.
+    """Writes the authors' form, nan where missing, whole or not at all; `session.tracks.load_tracks` reads it.
 
     Times and confidences are lost.
 

@@ -3,7 +3,7 @@
 That alone says little, for the simulators differ too: of reality with the very formula of the twin in it the twin
 leaves up to a third. So the twin's formulas are put into reality as well (`twins_forms`), and what they leave
 of reality's forms there, refitted, is of the forms alone. For camera and tracker, which need no simulator, see
-`tests/reality/mechanisms/test_forms_of_measurement.py`.
+`tests/benchmarks/reality/mechanisms/test_forms_of_measurement.py`.
 """
 
 from __future__ import annotations
