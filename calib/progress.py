@@ -13,6 +13,7 @@ from rich.progress import Progress as RichProgress
 from calib.options import Progress
 
 EVERY_S = 10.0
+_SETTLED_S = 3.0  # a stage's first steps are slower than its others: before this no time left is told
 
 
 @contextmanager
@@ -39,7 +40,7 @@ class Bar:
 
     def __init__(self, bar: RichProgress) -> None:
         self._bar, self._share = bar, 0.0
-        self._task = bar.add_task("reading", total=None)
+        self._task = bar.add_task("starting", total=None)
         self._began = bar.tasks[0].start_time
 
     def __call__(self, message: str, share: float | None) -> None:
@@ -61,7 +62,7 @@ class Lines:
         self._write, self._every_s, self._clock = write, every_s, clock
         self._began = self._last = clock()
         self._from, self._share, self._long = 0.0, 0.0, False
-        self._message, self._done, self._ends = "reading", "", 0.0
+        self._message, self._done, self._ends = "starting", "", 0.0
 
     def __call__(self, message: str, share: float | None) -> None:
         """Takes in what is going on, and writes a line where one is due."""
@@ -71,7 +72,8 @@ class Lines:
         self._share, self._message, self._done = share or 0.0, message, ""
         if share is not None and share > self._from:
             self._done = f", {share:.0%} done"
-            self._ends = now + (1 - share) * (now - self._began) / (share - self._from)
+            spent = now - self._began
+            self._ends = now + (1 - share) * spent / (share - self._from) if spent >= _SETTLED_S else now
         if first or now - self._last >= self._every_s:
             self._long = self._long or first
             self._show(now)

@@ -5,13 +5,14 @@ A process that dies costs its own piece only.
 
 from __future__ import annotations
 
+import pickle
 import platform
+import subprocess
+import sys
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor
 from concurrent.futures import as_completed as as_completed_here
-from concurrent.futures.process import BrokenProcessPool
 from functools import partial
-from multiprocessing import get_context
 from typing import TYPE_CHECKING, NamedTuple, TypeVar
 
 from session import InputError
@@ -25,10 +26,15 @@ if TYPE_CHECKING:
 Piece = TypeVar("Piece")
 Outcome = TypeVar("Outcome")
 _PATIENCE_S = 10.0  # with a scheduler
-_DIED = (
-    "its process died (killed, or out of memory?); the same command goes on from there. A script needs the line "
-    "`if __name__ == '__main__':` before it runs several sessions"
-)
+_DIED = "its process died (killed, or out of memory?); the same command goes on from there"
+_CHILD = """
+import os, pickle, sys
+answer = os.fdopen(os.dup(1), "wb")
+os.dup2(2, 1)
+sys.path[:] = pickle.load(sys.stdin.buffer)
+work, piece = pickle.load(sys.stdin.buffer)
+pickle.dump(work(piece), answer)
+"""
 
 
 class Versions(NamedTuple):
@@ -67,15 +73,18 @@ def spread(
         for future in as_completed_here(futures):
             try:
                 yield future.result()
-            except BrokenProcessPool:
+            except subprocess.CalledProcessError:
                 yield lost(futures[future], _DIED)
     finally:
         threads.shutdown(cancel_futures=True)
 
 
 def _alone(work: Callable[[Piece], Outcome], piece: Piece) -> Outcome:
-    with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as own:
-        return own.submit(work, piece).result()
+    """Unlike a process of `multiprocessing`, this one does not run the user's script again."""
+    told = pickle.dumps(sys.path) + pickle.dumps((work, piece))
+    done = subprocess.run((sys.executable, "-c", _CHILD), input=told, stdout=subprocess.PIPE, check=True)
+    outcome: Outcome = pickle.loads(done.stdout)
+    return outcome
 
 
 def _elsewhere(

@@ -29,10 +29,7 @@ def broken(fresh_session: Path, tmp_path: Path) -> Path:
     return folder
 
 
-def test_a_broken_session_stops_no_other(
-    calib: Front, finished: Path, broken: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(of_spread, "get_context", lambda _: forks())
+def test_a_broken_session_stops_no_other(calib: Front, finished: Path, broken: Path) -> None:
     outcome = calib("run", finished, broken, "--effort", "quick", "--jobs", "2")
     assert outcome.code == 2
     assert "calib: broken: failed after" in outcome.err

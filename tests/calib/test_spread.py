@@ -1,6 +1,9 @@
 """Each piece is done once; a process or worker that dies costs its own piece only."""
 
 import os
+import subprocess
+import sys
+from pathlib import Path
 
 import pytest
 from distributed import LocalCluster
@@ -21,9 +24,16 @@ def lost(number: int, _why: str) -> int:
     return -number
 
 
-@pytest.mark.long
 def test_a_process_that_dies_costs_its_own_piece_only() -> None:
-    assert sorted(spread(fatal, [0, 1, 2], lost, jobs=2)) == [-1, 0, 4]
+    assert sorted(spread(fatal, [1, 2], lost, jobs=2)) == [-1, 4]
+
+
+def test_a_script_needs_no_guard_against_running_itself_again(tmp_path: Path) -> None:
+    script = tmp_path / "script.py"
+    script.write_text("from calib.spread import spread\nprint(sorted(spread(abs, [-1, -2], max, jobs=2)))\n")
+    done = subprocess.run([sys.executable, str(script)], capture_output=True, text=True, check=True)
+    assert done.stdout == "[1, 2]\n"
+    assert not done.stderr
 
 
 def test_a_scheduler_that_does_not_answer_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
