@@ -1,4 +1,4 @@
-"""What `calib benchmark` can do in a checkout: `tracking`, `posterior`, `effects`, `transfer`."""
+"""What `calib benchmark` can do in a checkout: `tracking`, `posterior`, `effects`, `transfer`, `gym`."""
 
 import json
 from contextlib import nullcontext
@@ -138,6 +138,19 @@ def transfer(
     _print(scores_of(SuiteFolder(folder), "calib benchmark transfer --folder FOLDER", failures), as_json)
 
 
+def gym(
+    session: Annotated[
+        Path | None, typer.Option(help="of this calibrated session; default: the built-in robot")
+    ] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Steps a second: the vector environment against a process for each environment, in one run."""
+    from benchmarks.gym import measure_gym
+
+    found = measure_gym(**({} if session is None else {"session": str(session)}))
+    print(json.dumps(found, indent=1) if as_json else "\n".join(f"{kind}: {rate:,.1f}" for kind, rate in found.items()))
+
+
 def _score_effects(folder: Path, as_json: bool) -> None:
     """Of a suite, or of its cases in a file."""
     from benchmarks.cases import write_lines
@@ -159,4 +172,4 @@ def _print(scores: "Scores", as_json: bool) -> None:
     print(scores.json() if as_json else scores.text(), end="" if as_json else "\n")
 
 
-COMMANDS = (tracking, posterior, effects, transfer)
+COMMANDS = (tracking, posterior, effects, transfer, gym)

@@ -1,6 +1,6 @@
 """How fast the twin is and what its step costs in accuracy. Ratios count: absolute times vary with machines.
 
-It holds the functions of `calib benchmark speed` and `gym`; the other benchmarks are in the checkout alone.
+The other benchmarks of `calib benchmark` are in the checkout alone.
 
 Example:
     >>> calib.benchmark.speed().step_errors[0].speed < 0.02     # the step changes no speed by more than 2 %
@@ -10,7 +10,7 @@ Example:
 import time
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -22,10 +22,7 @@ from swimmer import PUBLISHED_COEFFICIENTS, FluidCoefficients, Runs, Twin, build
 from swimmer.mjcf import SWIM
 from tracking import HeadFrame, to_head_frame
 
-if TYPE_CHECKING:
-    from swimgym.speed import GymSpeed
-
-__all__ = ["SpeedOutcome", "gym", "speed"]
+__all__ = ["SpeedOutcome", "speed"]
 
 FREQUENCIES_HZ = np.round(np.arange(0.3, 2.01, 0.1), 1)
 SECONDS, WARMUP_S, FINER = 8.0, 1.0, 8
@@ -115,25 +112,6 @@ def speed(session: Session | str | Path | None = None) -> SpeedOutcome:
     with working(folder, quiet=True) as pipeline:
         coefficients = pipeline.the_fit().result().coefficients
     return measure_speed(coefficients)
-
-
-def gym(session: Session | str | Path | None = None) -> "GymSpeed":
-    """Steps a second: the vector environment against a process for each environment, in one run; takes a minute.
-
-    Args:
-        session: of this calibrated session; default: the built-in robot.
-
-    Raises:
-        InputError: the session has no fit.
-
-    Example:
-        >>> calib.benchmark.gym().ratio
-        7.0
-    """
-    from swimgym.speed import measure_gym_speed
-
-    folder = session.folder if isinstance(session, Session) else session
-    return measure_gym_speed({} if folder is None else {"session": str(folder)})
 
 
 def measure_speed(calibrated: FluidCoefficients | None) -> SpeedOutcome:

@@ -49,7 +49,6 @@ for command, (made, example) in COMMANDS.items():
     kind = results.SeveralFiles if command is results.new else None
     group = camera if command in OF_CAMERA else app
     group.command(cls=kind, short_help=made, epilog=f"Example: {example}")(command)
-benchmarks.benchmark.command()(policies.gym)
 app.add_typer(benchmarks.benchmark, name="benchmark", short_help="measures what is claimed of speed and accuracy")
 app.add_typer(policies.policy, name="policy", short_help="trains and scores policies on the twin")
 

@@ -1,10 +1,9 @@
-"""Commands about swimming on purpose: `policy train`, `policy evaluate`, `policy play`, `aquarium`, `benchmark gym`."""
+"""Commands about swimming on purpose: `policy train`, `policy evaluate`, `policy play`, `aquarium`."""
 
 from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping
-from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -109,17 +108,6 @@ def aquarium(  # noqa: PLR0913
         return
     print(f"{swimmers} swimmers, {seconds:g} s in {shoal.wall_s:.1f} s: {shoal.in_real_time} swim in real time here")
     print(out)
-
-
-def gym(
-    session: Annotated[
-        Path | None, typer.Option(help="of this calibrated session; default: the built-in robot")
-    ] = None,
-    as_json: AsJson = False,
-) -> None:
-    """Steps a second: the vector environment against a process for each environment, in one run."""
-    found = calib.benchmark.gym(session)
-    print(json.dumps({**asdict(found), "ratio": found.ratio}, indent=1) if as_json else found.table())
 
 
 _EXAMPLES: dict[Callable[..., None], str] = {

@@ -23,7 +23,6 @@ from session import Flag
 from session.camera import CameraCalibration
 from session.results import write_whole
 from swimgym.policy import SHIPPED, load_policy
-from swimgym.speed import GymSpeed
 from synthetic import SyntheticPlan, make_session
 from synthetic.trials import SyntheticDecay
 from tests.calib.motor.virtual_port import VirtualClock, VirtualPort
@@ -80,7 +79,6 @@ def stand_in(patch: pytest.MonkeyPatch) -> None:
     patch.setattr(benchmark, "_real_time_batch", lambda _: (30.0, 1))
     patch.setattr(benchmark, "measure_speed", cache(benchmark.measure_speed))
     patch.setattr("calib.policy._trained", lambda *_: load_policy(SHIPPED / "circle"))
-    patch.setattr("swimgym.speed.measure_gym_speed", lambda *_: GymSpeed(2, {256: 35000.0}, {}, {8: 5000.0}, 900.0))
     clock = VirtualClock()
     motor = Emulator(clock=clock, load_nm=0.3, baud=57600)
 

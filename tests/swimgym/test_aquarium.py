@@ -4,9 +4,9 @@ import av
 import numpy as np
 import pytest
 
+from benchmarks.gym import RATIO, measure_gym
 from swimgym.aquarium import FPS, play, swim_together, write_shoal
 from swimgym.making import make_course
-from swimgym.speed import measure_gym_speed
 from swimgym.swimmers import Swimmers
 from tests.calib.door import Front, front_door
 from tests.swimgym.fish import fish, session_with_fit
@@ -77,4 +77,4 @@ def test_bad_input_gets_one_error(tmp_path: Path, calib: Front) -> None:
 
 @pytest.mark.long
 def test_the_batch_is_at_least_five_times_as_fast_as_processes() -> None:
-    assert measure_gym_speed({"fish": fish()}).ratio >= 5  # of an idle machine: beside others, processes get more of it
+    assert measure_gym(fish=fish())[RATIO] >= 5  # of an idle machine: beside others, processes get more of it
