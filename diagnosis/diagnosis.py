@@ -45,40 +45,55 @@ class Settings:
 DEFAULT = Settings()
 
 
+class Weighed(NamedTuple):
+    """Hypotheses about the fitted swims, with their evidence.
+
+    Attributes:
+        linear: the fitted swims beside the nearest plain twin.
+        signatures: what each effect does.
+        forces: what missing forces do.
+        elsewhere: where something that is in no catalogue was looked for.
+        aperiodic: what shows beside the beat, in the fitted swims.
+        decays_left_out: names of free decays that do not count, and why.
+    """
+
+    linear: LinearModel
+    signatures: tuple[Signature, ...]
+    forces: ForceResponses
+    elsewhere: tuple[LocalDiscrepancy, ...]
+    aperiodic: NonPeriodic
+    hypotheses: Hypotheses
+    probabilities: Probabilities
+    decays_left_out: Mapping[str, str]
+
+    @property
+    def placed(self) -> Sequence[LocalDiscrepancy]:
+        """Where something that is in no catalogue is likely."""
+        return likely_of(self.elsewhere, self.probabilities.at_place)
+
+
 @dataclass(frozen=True, eq=False)
 class Diagnosis:
     """Of one session.
 
     Attributes:
-        linear: the fitted swims beside the nearest plain twin.
-        elsewhere: where something that is in no catalogue was looked for.
-        aperiodic: what shows beside the beat, in the fitted swims.
-        hypotheses: with their evidence.
+        weighed: the hypotheses.
+        said: verdict and probabilities after cross-validation, and the twin with the likeliest of the named effects.
         where: shares of the gap.
-        refit: the twin with the likeliest of the named effects; None where none is named.
-        remainder: what it leaves; None where none is named.
+        remainder: what that twin leaves; None where nothing is named.
         gap: on held-out swims that the twins can follow.
-        validation: of the names, on fitted trials left out in turn; names that these spoke against are not said.
         everything: the twin with all effects at once, its held-out gap, and to what it owes that; None where there is
             no gap, or the swims call for no more than is named, or with the effort "quick".
         experiments: what to measure next, the most telling first.
-        decays_left_out: names of free decays that do not count, and why.
     """
 
-    linear: LinearModel
-    elsewhere: tuple[LocalDiscrepancy, ...]
-    aperiodic: NonPeriodic
-    hypotheses: Hypotheses
-    probabilities: Probabilities
-    verdict: Verdict
+    weighed: Weighed
+    said: Validated
     where: VarianceDecomposition
-    refit: Refit | None
     remainder: Remainder | None
     gap: GapSize
-    validation: Validated
     everything: tuple[RidgeFit, GapSize, Attribution | None] | None
     experiments: tuple[Experiment, ...]
-    decays_left_out: Mapping[str, str]
 
 
 @threadpool_limits.wrap(limits=1, user_api="blas")  # small matrices, for which threads only wait
@@ -109,42 +124,19 @@ def diagnose(
     gap = swims.gap(best, None if placebo is None else refitting([placebo]))
     tell("what to do next", 0.9)
     return Diagnosis(
-        linear=weighed.linear,
-        elsewhere=weighed.elsewhere,
-        aperiodic=weighed.aperiodic,
-        hypotheses=weighed.hypotheses,
-        probabilities=said.probabilities,
-        verdict=said.verdict,
+        weighed=weighed,
+        said=said,
         where=decompose(weighed.linear, weighed.forces, weighed.signatures, said.verdict.effects, weighed.placed),
-        refit=best,
         remainder=None if best is None else _remainder(weighed, best),
         gap=gap,
-        validation=said,
         everything=_everything(weighed, effects, said, swims, settings.effort),
         experiments=next_experiments(
             weighed.linear, weighed.hypotheses, said.verdict, said.probabilities, effects, settings.seed
         ),
-        decays_left_out=weighed.decays_left_out,
     )
 
 
-class _Weighed(NamedTuple):
-    linear: LinearModel
-    signatures: tuple[Signature, ...]
-    forces: ForceResponses
-    elsewhere: tuple[LocalDiscrepancy, ...]
-    aperiodic: NonPeriodic
-    hypotheses: Hypotheses
-    probabilities: Probabilities
-    decays_left_out: Mapping[str, str]
-
-    @property
-    def placed(self) -> Sequence[LocalDiscrepancy]:
-        """Where something that is in no catalogue is likely."""
-        return likely_of(self.elsewhere, self.probabilities.at_place)
-
-
-def _weighed(data: SessionData, effects: Mapping[str, Effect], priors: Priors, tell: Progress) -> _Weighed:
+def _weighed(data: SessionData, effects: Mapping[str, Effect], priors: Priors, tell: Progress) -> Weighed:
     tell("the plain twin", 0.0)
     linear = data.linear
     signatures = []
@@ -157,7 +149,7 @@ def _weighed(data: SessionData, effects: Mapping[str, Effect], priors: Priors, t
     elsewhere = local_discrepancies(linear, forces)
     aperiodic = non_periodic(linear.swims)
     found = explained(linear, signatures, priors, elsewhere, tuple(each.log_odds for each in aperiodic))
-    return _Weighed(
+    return Weighed(
         found.linear,
         tuple(signatures),
         forces,
@@ -169,7 +161,7 @@ def _weighed(data: SessionData, effects: Mapping[str, Effect], priors: Priors, t
     )
 
 
-def _named(weighed: _Weighed, refitting: Refitting, settings: Settings, effects: int) -> Validated:
+def _named(weighed: Weighed, refitting: Refitting, settings: Settings, effects: int) -> Validated:
     """What is said, of the fitted trials alone."""
     probabilities, verdict = weighed.probabilities, verdict_of(weighed.probabilities)
     if not verdict.first:
@@ -189,7 +181,7 @@ def _named(weighed: _Weighed, refitting: Refitting, settings: Settings, effects:
 
 
 def _everything(
-    weighed: _Weighed, effects: Mapping[str, Effect], said: Validated, swims: HeldOut, effort: str
+    weighed: Weighed, effects: Mapping[str, Effect], said: Validated, swims: HeldOut, effort: str
 ) -> tuple[RidgeFit, GapSize, Attribution | None] | None:
     """The twin with all effects, and what it leaves of held-out swims, just as it was fitted; None if not asked."""
     if effort not in ALL_AT_ONCE or said.verdict.name == "no_gap":
@@ -203,7 +195,7 @@ def _everything(
     return every, gap, asked
 
 
-def _remainder(weighed: _Weighed, best: Refit) -> Remainder:
+def _remainder(weighed: Weighed, best: Refit) -> Remainder:
     linear = weighed.linear
     rest = replace(linear)
     rest.__dict__["residual"] = best.residual

@@ -36,9 +36,9 @@ _SETS = 12  # of effects that are reported
 
 def diagnosis_result(found: Diagnosis, withheld: Sequence[str] = (), models: Sequence[str] = ()) -> DiagnosisResult:
     """The record of a diagnosis, with the effects that the catalogue lacked and the files of twins with effects."""
-    chances, verdict = found.probabilities, found.verdict
+    chances, verdict, best = found.said.probabilities, found.said.verdict, found.said.best
     present = {n: float(p) for n, p in zip(chances.names, chances.marginal, strict=True) if p >= _LEAST}
-    refits = {"plain": found.linear.at} | ({} if found.refit is None else {"with_effects": found.refit.at})
+    refits = {"plain": found.weighed.linear.at} | ({} if best is None else {"with_effects": best.at})
     return DiagnosisResult(
         verdict=verdict.name,
         groups=verdict.groups,
@@ -47,7 +47,7 @@ def diagnosis_result(found: Diagnosis, withheld: Sequence[str] = (), models: Seq
         remainder=found.remainder,
         where=found.where.shares,
         gap=found.gap,
-        effect_parameters={} if found.refit is None else _parameters(found.refit),
+        effect_parameters={} if best is None else _parameters(best),
         next_experiments=found.experiments,
         no_gap_probability=min(chances.null, 1.0),
         everything=None if found.everything is None else _everything(*found.everything),
@@ -55,7 +55,7 @@ def diagnosis_result(found: Diagnosis, withheld: Sequence[str] = (), models: Seq
         stage_alone=found.where.alone,
         missing_forces=found.where.forces,
         free_decays=_decays(found),
-        frequencies={t.name: BeatFrequency(t.commanded_hz, float(t.frequency.hz)) for t in found.linear.trials},
+        frequencies={t.name: BeatFrequency(t.commanded_hz, float(t.frequency.hz)) for t in found.weighed.linear.trials},
         evidence=_evidence(found),
         withheld_from_catalogue=tuple(withheld),
         models=tuple(models),
@@ -89,10 +89,10 @@ def _everything(every: RidgeFit, gap: GapSize, attribution: Attribution | None) 
 
 def _decays(found: Diagnosis) -> tuple[FreeDecay, ...]:
     fits = []
-    for ring in found.linear.model.rings:
+    for ring in found.weighed.linear.model.rings:
         off, se = np.expm1(ring.residual), np.exp(ring.residual) * ring.sd
         fits.append(FreeDecay(ring.name, float(off[0]), float(se[0]), float(off[1]), float(se[1])))
-    return (*fits, *(FreeDecay(name, not_used=why) for name, why in found.decays_left_out.items()))
+    return (*fits, *(FreeDecay(name, not_used=why) for name, why in found.weighed.decays_left_out.items()))
 
 
 def _parameters(best: Refit) -> EffectParameters:
@@ -113,16 +113,16 @@ def _parameter(parameter: Parameter, value: float, half: float) -> FittedParamet
 
 
 def _evidence(found: Diagnosis) -> Evidence:
-    chances, residual = found.probabilities, found.hypotheses.like_any
+    chances, residual = found.said.probabilities, found.weighed.hypotheses.like_any
     likeliest = sorted(chances.of.items(), key=lambda item: -item[1])[:_SETS]
     places = (
         Place(each.place, each.same, float(chance))
-        for each, chance in zip(found.elsewhere, chances.at_place, strict=True)
+        for each, chance in zip(found.weighed.elsewhere, chances.at_place, strict=True)
         if chance >= _LEAST_OF_PLACE
     )
     sway, delay = (
         NonPeriodicResidual(size.rms, size.log_odds, min(chances.with_other * chance, 1.0))  # sums may exceed 1
-        for size, chance in zip(found.aperiodic, found.hypotheses.shares_non_periodic, strict=True)
+        for size, chance in zip(found.weighed.aperiodic, found.weighed.hypotheses.shares_non_periodic, strict=True)
     )
     return Evidence(
         squares=float(residual.value @ residual.value),
@@ -136,7 +136,7 @@ def _evidence(found: Diagnosis) -> Evidence:
             for each, chance in likeliest
         ),
         elsewhere=tuple(sorted(places, key=lambda each: -each.probability)),
-        refuted=found.validation.refutations,
+        refuted=found.said.refutations,
         cross_validation=_cross_validation(found),
         sway_m=sway,
         delay_s=delay,
@@ -144,7 +144,7 @@ def _evidence(found: Diagnosis) -> Evidence:
 
 
 def _cross_validation(found: Diagnosis) -> CrossValidation:
-    names, skill = tuple(trial.name for trial in found.linear.swims), found.validation.skill
+    names, skill = tuple(trial.name for trial in found.weighed.linear.swims), found.said.skill
     if len(names) < FEWEST_TRIALS:
         return CrossValidation(())
     if skill is None or skill.value is None:

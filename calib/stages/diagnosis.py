@@ -87,14 +87,15 @@ class DiagnosisStage(Stage):
             job.notes.append(f"The previous diagnosis is kept in {kept}.")
         for path in job.results.glob("calibrated+*"):
             path.unlink()
-        twins = {} if found.refit is None else {"+".join(effect.name for effect in found.refit.effects): found.refit}
+        best = found.said.best
+        twins = {} if best is None else {"+".join(effect.name for effect in best.effects): best}
         if found.everything is not None:
             twins["everything"] = found.everything[0].refit
         robot_file = job.session.robot_file
         models = [
             path
             for name, twin in twins.items()
-            for path in write_affected_twin(job.results, found.linear, twin, name, robot_file)
+            for path in write_affected_twin(job.results, found.weighed.linear, twin, name, robot_file)
         ]
         result = diagnosis_result(found, sorted(self._without), [path.name for path in models])
         written = (*DIAGNOSIS.write(job.results, job.provenance, result), *models)

@@ -50,15 +50,15 @@ def found() -> Diagnosis:
 
 @pytest.mark.long
 def test_it_names_the_arm_and_the_gap_shrinks(found: Diagnosis) -> None:
-    assert found.verdict.groups == (("crank_arm_error",),)
-    assert found.refit is not None
-    assert found.refit.values[0] == pytest.approx(ARM, abs=0.005)
+    assert found.said.verdict.groups == (("crank_arm_error",),)
+    assert found.said.best is not None
+    assert found.said.best.values[0] == pytest.approx(ARM, abs=0.005)
     assert found.gap.squares_after < found.gap.squares_before
     assert found.gap.trials is not None
     for swim in found.gap.trials.values():
         forecasts = [swim.frequency_before_hz, swim.frequency_after_hz]
         np.testing.assert_allclose(forecasts, swim.frequency_measured_hz, rtol=0.01)
-    assert found.validation.skill is None  # of two trials none can be left out
+    assert found.said.skill is None  # of two trials none can be left out
     assert found.gap.with_effects_mm < found.gap.baseline_mm
 
 
@@ -101,8 +101,8 @@ def test_what_is_written_follows_the_contract(found: Diagnosis, tmp_path: Path) 
 def test_without_the_effect_in_the_catalogue_it_is_not_named() -> None:
     others = {name: effect for name, effect in EFFECTS.items() if name != "crank_arm_error"}
     told = diagnose(replace(data(), trials=trials()), others, Settings("quick"))
-    assert "crank_arm_error" not in told.probabilities.names
-    assert told.verdict.name != "named"
+    assert "crank_arm_error" not in told.said.probabilities.names
+    assert told.said.verdict.name != "named"
     assert not told.gap.evaluated_on
 
 

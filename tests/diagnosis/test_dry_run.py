@@ -32,7 +32,7 @@ def found() -> Diagnosis:
 
 @pytest.fixture(scope="module")
 def signatures(found: Diagnosis) -> dict[str, Signature]:
-    at = found.linear
+    at = found.weighed.linear
     return {name: signature_of(catalogue()[name], at.model, at.camera, at.at) for name in NAMES}
 
 
@@ -44,15 +44,15 @@ def dry_part(linear: LinearModel, rows: np.ndarray) -> np.ndarray:
 
 
 def test_neither_coefficients_nor_water_move_it(found: Diagnosis, signatures: dict[str, Signature]) -> None:
-    np.testing.assert_allclose(dry_part(found.linear, found.linear.slopes.T), 0.0, atol=1e-9)
-    size = {name: np.abs(dry_part(found.linear, told.rows)).max() for name, told in signatures.items()}
+    np.testing.assert_allclose(dry_part(found.weighed.linear, found.weighed.linear.slopes.T), 0.0, atol=1e-9)
+    size = {name: np.abs(dry_part(found.weighed.linear, told.rows)).max() for name, told in signatures.items()}
     assert size["entrained_water"] < 1e-9
     assert size["crank_arm_error"] > 1e-3
 
 
 def test_the_arm_is_named_from_both_and_what_a_decay_says_is_told(found: Diagnosis) -> None:
     told = diagnosis_result(found)
-    assert found.verdict.groups == (("crank_arm_error",),)
+    assert found.said.verdict.groups == (("crank_arm_error",),)
     assert told.missing_forces.trials == ("f0.70", "f1.10")
     assert {"dry0.90", "decay"} < set(told.where.by_trial)
     (decay,) = (vars(decay) for decay in told.free_decays)
