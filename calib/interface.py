@@ -605,22 +605,18 @@ def new_session(  # noqa: PLR0913  it is the command `new`, of which a user give
         fps: frames a second, needed for tracks without time.
         commands_hz: crank turns a second, one a trial in the order of `videos`, then `tracks`; default: from
             names such as f1_25, else to fill in.
-        from_fishsim: instead of your own files: a checkout of the authors' repository, or a folder of its marker CSVs.
+        from_fishsim: instead of your own files: the data of Michelis et al. (2026), "Simple Models, Real Swimming", a
+            checkout of their repository, or a folder of its marker CSVs.
         synthetic: instead of files: simulate the trials.
         fit: trials to fit, the others are held out; default: every other one, of the public tracks f1_00 and f1_75.
-        seed: of the coefficients and the noise of a synthetic session.
-        progress: show it on standard error.
+        seed, progress: of a synthetic session's coefficients and noise; whether it is shown on standard error.
 
     Returns:
         The folder, for `open_session`.
 
     Raises:
-        InputError: every fault of the files at once, not one source of trials, or `folder` is not empty; nothing is
-            written.
+        InputError: every fault of the files at once, no or several sources of trials, or `folder` is not empty.
         ResultsNotWritable: the folder cannot be written.
-
-    Source:
-        Michelis et al. (2026), "Simple Models, Real Swimming", public data.
 
     Example:
         >>> calib.new_session("mine", videos=["f0_75.mp4", "f1_25.mp4"])
@@ -632,19 +628,23 @@ def new_session(  # noqa: PLR0913  it is the command `new`, of which a user give
     from synthetic import default_plan, make_session
 
     films, own = _several(videos), tracks if isinstance(tracks, Mapping) else _several(tracks)
-    if bool(films or own) + (from_fishsim is not None) + synthetic != 1:
-        what = "several sources of trials" if films or own or from_fishsim is not None else "no trials"
-        expected = "one of these: --videos and --tracks, --from-fishsim DIR, --synthetic"
-        raise InputError([Fault("a new session", "", what, "", expected)])
+    _check_one_source(bool(films or own), from_fishsim is not None, synthetic)
     if from_fishsim is not None:
         new_from_fishsim(Path(folder), Path(from_fishsim), tuple(fit))
     elif synthetic:
-        with progress_bar(quiet=not progress) as report:
-            report("simulating the trials", 0.0)
+        with progress_bar(quiet=not progress) as tell:
+            tell("simulating the trials", 0.0)
             make_session(Path(folder), default_plan(seed))
     else:
         new_from_files(Path(folder), films, own, robot, fps, commands_hz, fit)
     return Path(folder)
+
+
+def _check_one_source(*given: bool) -> None:
+    if sum(given) != 1:
+        expected = "one of these: --videos and --tracks, --from-fishsim DIR, --synthetic"
+        what = "several sources of trials" if any(given) else "no trials"
+        raise InputError([Fault("a new session", "", what, "", expected)])
 
 
 def _folder(session: AnySession) -> Path:
