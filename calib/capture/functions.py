@@ -106,21 +106,16 @@ def run(  # noqa: PLR0913
     """
     faults: list[str] = []
     speeds = _speeds(hz, faults)
-    if baud not in BAUD_RATES:
-        faults.append(f"--baud: found {baud}; choices: {', '.join(map(str, BAUD_RATES))}")
-    _check_id(motor_id, faults)
-    limits = ("max-current", max_current_a, 4.9), ("max-temperature", max_temperature_c, 80.0)
-    for name, value, most in (("seconds", seconds, 3600.0), *limits):
-        if not 0 < value <= most:
-            faults.append(f"--{name}: found {value:g}; expected: more than 0, at most {most:g}")
+    _check_address(baud, motor_id, faults)
+    _check_most({"seconds": (seconds, 3600.0)}, faults)
+    _check_most({"max-current": (max_current_a, 4.9), "max-temperature": (max_temperature_c, 80.0)}, faults)
     for name, word, choices in (("kind", kind, ("swim", "dry")), ("role", role, ("fit", "holdout"))):
         if word not in choices:
             faults.append(f"--{name}: found {word!r}; choices: {', '.join(choices)}")
     if faults:
         raise UserError(faults)
-    settings = CaptureSettings(
-        Path(out), speeds, seconds, motor_id, kind, role, coded, Limits(max_current_a, max_temperature_c)
-    )
+    limits = Limits(max_current_a, max_temperature_c)
+    settings = CaptureSettings(Path(out), speeds, seconds, motor_id, kind, role, coded, limits)
     opened = open_port(port, baud)
     try:
         return capture(settings, opened, report)
@@ -149,7 +144,7 @@ def emulate(motor_id: int = 1, baud: int = 57600, load_nm: float = 0.0, seed: in
         Ended. The motor is not driven, at 0.00 turns/s, ... degrees C.
     """
     faults: list[str] = []
-    _check_id(motor_id, faults)
+    _check_address(baud, motor_id, faults)
     if not 0 <= load_nm <= STALL_N_M:
         faults.append(f"--load: found {load_nm:g}; expected: 0 to {STALL_N_M:g} N m, the motor's stall torque")
     if faults:
@@ -161,9 +156,17 @@ def emulate(motor_id: int = 1, baud: int = 57600, load_nm: float = 0.0, seed: in
     run_emulator(Emulator(id=motor_id, load_nm=load_nm, seed=seed, baud=baud), report)
 
 
-def _check_id(motor_id: int, faults: list[str]) -> None:
+def _check_address(baud: int, motor_id: int, faults: list[str]) -> None:
+    if baud not in BAUD_RATES:
+        faults.append(f"--baud: found {baud}; choices: {', '.join(map(str, BAUD_RATES))}")
     if not 0 <= motor_id <= 252:
         faults.append(f"--id: found {motor_id}; expected: 0 to 252")
+
+
+def _check_most(values: Mapping[str, tuple[float, float]], faults: list[str]) -> None:
+    for name, (value, most) in values.items():
+        if not 0 < value <= most:
+            faults.append(f"--{name}: found {value:g}; expected: more than 0, at most {most:g}")
 
 
 def _speeds(hz: Sequence[float] | str, faults: list[str]) -> tuple[float, ...]:

@@ -15,11 +15,7 @@ SIZE = 147
 
 
 class Item(NamedTuple):
-    """One entry: little-endian, two's complement where `low` is negative.
-
-    `limit` names the entry whose value bounds this one's magnitude (data limit error rather than data range error);
-    `choices`, where given, are the only values allowed.
-    """
+    """One entry: little-endian, two's complement where `low` is negative; from the bus `low` to `high` are allowed."""
 
     name: str
     address: int
@@ -28,8 +24,6 @@ class Item(NamedTuple):
     low: int = 0
     high: int = 0
     writable: bool = True
-    limit: str = ""
-    choices: tuple[int, ...] = ()
 
 
 def _read_only(name: str, address: int, size: int, initial: int = 0, signed: bool = False) -> Item:
@@ -38,50 +32,36 @@ def _read_only(name: str, address: int, size: int, initial: int = 0, signed: boo
 
 ITEMS = (
     _read_only("model_number", 0, 2, MODEL_NUMBER),
-    _read_only("model_information", 2, 4),
     _read_only("firmware_version", 6, 1, 46),
     Item("id", 7, 1, 1, 0, 252),
     Item("baud_rate", 8, 1, 1, 0, 7),
     Item("return_delay_time", 9, 1, 250, 0, 254),
-    Item("drive_mode", 10, 1, choices=(0, 1, 4, 5)),
-    Item("operating_mode", 11, 1, 3, choices=(0, 1, 3, 4, 5, 16)),
-    Item("secondary_id", 12, 1, 255, 0, 255),
-    Item("protocol_type", 13, 1, 2, choices=(2,)),
-    Item("temperature_limit", 31, 1, 80, 0, 100),
-    Item("max_voltage_limit", 32, 2, 160, 95, 160),
-    Item("min_voltage_limit", 34, 2, 95, 95, 160),
-    Item("pwm_limit", 36, 2, 885, 0, 885),
-    Item("current_limit", 38, 2, 2_047, 0, 2_047),
+    Item("drive_mode", 10, 1, 0, 0, 5),
+    Item("operating_mode", 11, 1, 3, 0, 16),
+    _read_only("secondary_id_and_protocol", 12, 2, 0x02FF),
     Item("velocity_limit", 44, 4, 304, 0, 1_023),
-    Item("max_position_limit", 48, 4, 4_095, 0, 4_095),
-    Item("min_position_limit", 52, 4, 0, 0, 4_095),
-    Item("shutdown", 63, 1, 52, 0, 0x3D),
+    _read_only("position_limits", 48, 8, 4_095),
     Item("torque_enable", 64, 1, 0, 0, 1),
     _read_only("registered_instruction", 69, 1),
     _read_only("hardware_error_status", 70, 1),
     Item("bus_watchdog", 98, 1, 0, -1, 127),
-    Item("goal_pwm", 100, 2, 885, -885, 885, limit="pwm_limit"),
-    Item("goal_current", 102, 2, 2_047, -2_047, 2_047, limit="current_limit"),
-    Item("goal_velocity", 104, 4, 0, -1_023, 1_023, limit="velocity_limit"),
+    _read_only("goal_pwm_and_current", 100, 4),
+    Item("goal_velocity", 104, 4, 0, -1_023, 1_023),
     Item("profile_acceleration", 108, 4, 0, 0, 32_767),
     Item("profile_velocity", 112, 4, 0, 0, 32_767),
     _read_only("realtime_tick", 120, 2),
-    _read_only("moving", 122, 1),
-    _read_only("moving_status", 123, 1),
-    _read_only("present_pwm", 124, 2, signed=True),
+    _read_only("moving_and_pwm", 122, 4),
     _read_only("present_current", 126, 2, signed=True),
     _read_only("present_velocity", 128, 4, signed=True),
     _read_only("present_position", 132, 4, signed=True),
-    _read_only("velocity_trajectory", 136, 4, signed=True),
-    _read_only("position_trajectory", 140, 4, signed=True),
+    _read_only("trajectories", 136, 8),
     _read_only("present_input_voltage", 144, 2),
     _read_only("present_temperature", 146, 1),
 )
+"""Neighbours that are only read together count as one."""
 BY_NAME = {item.name: item for item in ITEMS}
 BY_ADDRESS = {item.address: item for item in ITEMS}
 DEFINED = frozenset(address for item in ITEMS for address in range(item.address, item.address + item.size))
-GOALS = frozenset({"goal_pwm", "goal_current", "goal_velocity"})
-"""Entries that a tripped bus watchdog makes read-only."""
 
 
 class Refusal(Exception):
@@ -100,9 +80,8 @@ class ControlTable:
         self._reset(since=0)
 
     def restart(self) -> None:
-        """What a loss of power does: the RAM area goes back to its initial values, the limits to those in EEPROM."""
+        """What a loss of power does: the RAM area goes back to its initial values."""
         self._reset(since=EEPROM_END)
-        self["goal_pwm"], self["goal_current"] = self["pwm_limit"], self["current_limit"]
 
     def _reset(self, since: int) -> None:
         for item in ITEMS:
@@ -136,8 +115,8 @@ class ControlTable:
 
         Raises:
             Refusal: ACCESS for an entry that is read-only, undefined, or in EEPROM while torque is on; DATA_LENGTH
-                for part of an entry; DATA_RANGE and DATA_LIMIT for values out of bounds, and for goals after the bus
-                watchdog has tripped.
+                for part of an entry; DATA_RANGE for values out of bounds, and for goals after the bus watchdog has
+                tripped; DATA_LIMIT beyond the velocity limit.
         """
         if not data:
             raise Refusal(ErrorNumber.DATA_LENGTH)
@@ -151,7 +130,7 @@ class ControlTable:
             values[item.name] = int.from_bytes(raw, "little", signed=item.low < 0)
             at += item.size
         for name, value in values.items():
-            self._check_value(BY_NAME[name], value, values)
+            self._check_value(BY_NAME[name], value)
         return values
 
     def _writable_at(self, address: int) -> Item:
@@ -164,12 +143,12 @@ class ControlTable:
             raise Refusal(ErrorNumber.ACCESS)
         return item
 
-    def _check_value(self, item: Item, value: int, together: dict[str, int]) -> None:
+    def _check_value(self, item: Item, value: int) -> None:
         tripped = self["bus_watchdog"] < 0
-        allowed = value in item.choices if item.choices else item.low <= value <= item.high
+        allowed = item.low <= value <= item.high
         if item.name == "bus_watchdog":
             allowed = value == 0 if tripped else value >= 0
-        if not allowed or (tripped and item.name in GOALS):
+        if not allowed or (tripped and item.name == "goal_velocity"):
             raise Refusal(ErrorNumber.DATA_RANGE)
-        if item.limit and abs(value) > together.get(item.limit, self[item.limit]):
+        if item.name == "goal_velocity" and abs(value) > self["velocity_limit"]:
             raise Refusal(ErrorNumber.DATA_LIMIT)

@@ -15,7 +15,6 @@ from calib.motor.motor_physics import MotorConstants, MotorPhysics
 from calib.motor.protocol import (
     ALERT,
     BROADCAST_ID,
-    MAX_ID,
     ErrorNumber,
     Instruction,
     Packet,
@@ -48,11 +47,6 @@ class Emulator:
         seed: int = 0,
         baud: int = 1_000_000,
     ) -> None:
-        if not 0 <= id <= MAX_ID:
-            raise ValueError(f"motor id {id}: expected a number from 0 to {MAX_ID}")
-        if baud not in BAUD_RATES:
-            choices = ", ".join(f"{rate:_}" for rate in BAUD_RATES)
-            raise ValueError(f"baud rate {baud!r}: the motor knows {choices}; choose one of them")
         self.connected, self.clock = True, clock
         self._random = Random(seed)
         physics = MotorPhysics(MotorConstants(), load_nm, self._random.uniform(0, 2 * math.pi))
@@ -90,13 +84,6 @@ class Emulator:
         with self._lock:
             self._servo.advance()
             self._servo.raise_error(error)
-
-    def power_cycle(self) -> None:
-        """Takes its power away for a moment: RAM is lost, torque is off, errors and whole turns are forgotten."""
-        with self._lock:
-            self._servo.advance()
-            self._servo.restart()
-            self._reader.clear()
 
     def feed(self, data: bytes, baud: int | None = None) -> bytes:
         """Hears bytes and answers: the status packets they ask for, in order; often none.

@@ -9,13 +9,10 @@ from typing import NamedTuple
 
 HEADER = b"\xff\xff\xfd\x00"
 BROADCAST_ID = 0xFE
-MAX_ID = 0xFC
 ALERT = 0x80
 """Bit of the error byte that means that Hardware Error Status (70) is not zero."""
 
 STUFFED, PLAIN = b"\xff\xff\xfd\xfd", b"\xff\xff\xfd"
-LONGEST = 1024
-"""Longest length field that is believed; anything above is noise that looks like a header."""
 
 
 class Instruction(IntEnum):
@@ -80,49 +77,27 @@ def encode(packet: Packet) -> bytes:
 class PacketReader:
     """Finds packets in a stream of bytes that may hold anything else as well.
 
-    A header inside a packet starts a new one (stuffing keeps it out of any whole packet), so that a packet cut short
-    costs itself alone.
+    Stuffing keeps the header out of every packet, so that one that is cut short costs itself alone.
     """
 
     def __init__(self) -> None:
-        self._buffer = bytearray()
+        self._buffer = b""
 
     def clear(self) -> None:
         """Forgets the bytes kept."""
-        self._buffer.clear()
+        self._buffer = b""
 
     def push(self, data: bytes) -> list[Packet]:
         """The packets completed by these bytes, in order."""
-        self._buffer += data
         packets = []
-        while self._find_header():
-            end = 7 + int.from_bytes(self._buffer[5:7], "little")
-            if len(self._buffer) < end:
-                break
-            packets.append(_decode(bytes(self._buffer[:end])))
-            del self._buffer[:end]
+        self._buffer, *parts = (self._buffer + data).split(HEADER)
+        for part in parts:
+            end = 3 + int.from_bytes(part[1:3], "little")
+            whole = 6 <= end <= len(part)
+            if whole:
+                packets.append(_decode(HEADER + part[:end]))
+            self._buffer = part[end:] if whole else HEADER + part
         return packets
-
-    def _find_header(self) -> bool:
-        """Drops what cannot be a packet; True when a packet's head is at the start of the buffer."""
-        buffer = self._buffer
-        while True:
-            start = buffer.find(HEADER)
-            if start < 0:
-                beginning = next((count for count in (3, 2, 1) if buffer.endswith(HEADER[:count])), 0)
-                del buffer[: len(buffer) - beginning]
-                return False
-            del buffer[:start]
-            if len(buffer) < 7:
-                return False
-            length = int.from_bytes(buffer[5:7], "little")
-            inner = buffer.find(HEADER, 7, 7 + length)
-            if 0 <= inner <= 7 + length - 5:  # its first three bytes are before the CRC
-                del buffer[:inner]
-            elif not 3 <= length <= LONGEST or buffer[4] in (0xFD, 0xFF):
-                del buffer[:3]
-            else:
-                return True
 
 
 def _decode(raw: bytes) -> Packet:

@@ -30,6 +30,8 @@ BOOT_S = 0.3
 OVERLOAD_S = 1.0
 """How long more than 80 % of the stall torque is borne before Overload (assumed; in the manual "persistent")."""
 CHECK_S = 0.05
+VOLTAGE_V, HOTTEST_C = (9.5, 16.0), 80
+"""Limits as from the factory."""
 
 
 class HardwareError(IntFlag):
@@ -40,6 +42,10 @@ class HardwareError(IntFlag):
     ENCODER = 8
     ELECTRICAL_SHOCK = 16
     OVERLOAD = 32
+
+
+SHUTDOWN = HardwareError.OVERHEATING | HardwareError.ELECTRICAL_SHOCK | HardwareError.OVERLOAD
+"""Errors that switch torque off, as from the factory: Shutdown (63)."""
 
 
 @dataclass(frozen=True)
@@ -106,19 +112,18 @@ class Servo:
             Refusal: RESULT_FAIL for torque on after a shutdown.
         """
         table = self.table
-        if values.get("torque_enable") and table["hardware_error_status"] & table["shutdown"]:
+        if values.get("torque_enable") and table["hardware_error_status"] & SHUTDOWN:
             raise Refusal(ErrorNumber.RESULT_FAIL)
         for name, value in values.items():
             table[name] = value
         if "operating_mode" in values:
             table["profile_velocity"] = table["profile_acceleration"] = table["goal_velocity"] = 0
-            table["goal_pwm"], table["goal_current"] = table["pwm_limit"], table["current_limit"]
         self._command()
 
     def raise_error(self, error: HardwareError) -> None:
-        """Raises a hardware error; one of those named in Shutdown (63) switches torque off."""
+        """Raises a hardware error; one of those in `SHUTDOWN` switches torque off."""
         self.table["hardware_error_status"] |= error
-        if error & self.table["shutdown"]:
+        if error & SHUTDOWN:
             self.table["torque_enable"] = 0
             self._command()
 
@@ -165,11 +170,10 @@ class Servo:
         self._command()
 
     def _protect(self) -> None:
-        table, physics = self.table, self.physics
-        found = HardwareError(0)
-        if not table["min_voltage_limit"] <= physics.supply_v * 10 <= table["max_voltage_limit"]:
+        physics, found = self.physics, HardwareError(0)
+        if not VOLTAGE_V[0] <= physics.supply_v <= VOLTAGE_V[1]:
             found |= HardwareError.INPUT_VOLTAGE
-        if physics.temperature_c > table["temperature_limit"]:
+        if physics.temperature_c > HOTTEST_C:
             found |= HardwareError.OVERHEATING
         if physics.overloaded_s > OVERLOAD_S:
             found |= HardwareError.OVERLOAD

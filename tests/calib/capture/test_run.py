@@ -16,7 +16,7 @@ from session import load_session
 from session.motor import load_motor
 from swimmer import load_robot
 from tests.calib.capture.virtual import bench
-from tests.calib.motor.faults import Fault, Faults, FaultyEmulator
+from tests.calib.motor.faults import Fault, Faults, FaultyEmulator, power_cycle
 
 
 def logged(out: Path, name: str = "f0_60") -> Path:
@@ -89,7 +89,7 @@ def test_a_motor_left_tripped_and_in_another_mode_is_made_ready(tmp_path: Path) 
         (lambda motor: motor.raise_error(HardwareError.OVERLOAD), "the motor reports: overload"),
         (lambda motor: motor.raise_error(HardwareError.INPUT_VOLTAGE), "input voltage out of range"),
         (lambda motor: setattr(motor._servo.physics, "supply_v", 8.0), "input voltage out of range"),
-        (lambda motor: motor.power_cycle(), "does not answer|clock jumped"),
+        (power_cycle, "does not answer|clock jumped"),
         (lambda motor: setattr(motor._servo.physics, "temperature_c", 75.0), "too warm; found: 75 degrees C"),
         (lambda motor: setattr(motor._servo.physics, "load_nm", 30.0), "does not follow|current is too high"),
     ],

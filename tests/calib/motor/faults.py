@@ -47,6 +47,13 @@ class Faults:
     after: int = 0
 
 
+def power_cycle(motor: Emulator) -> None:
+    """Takes its power away for a moment: RAM is lost, torque is off, errors and whole turns are forgotten."""
+    _ = motor.state
+    motor._servo.restart()
+    motor._reader.clear()
+
+
 class FaultyEmulator(Emulator):
     """A motor with faults around it. `happened` lists (exchange, fault).
 
@@ -97,7 +104,7 @@ class FaultyEmulator(Emulator):
         if fault.name in HardwareError.__members__:
             self.raise_error(HardwareError[fault.name])
         elif fault is Fault.POWER_CYCLE:
-            self.power_cycle()
+            power_cycle(self)
         elif fault is Fault.DISCONNECT:
             self.connected = False
         elif fault is Fault.WRONG_BAUD:
