@@ -3,8 +3,8 @@
 from math import floor, isnan, log10
 
 from diagnosis.result import DiagnosisResult, EffectParameters, EffectTestResult, FittedParameter, parameters_of
-from diagnosis.sentences import by_how_much, plain
-from reports.gap_words import gap_sentences
+from diagnosis.sentences import plain
+from reports.gap_words import by_how_much, gap_sentences
 from swimmer.effects import catalogue
 
 _ROWS, _NEXT = 6, 3  # effects, at least, and experiments that are shown

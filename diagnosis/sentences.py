@@ -1,11 +1,9 @@
-"""A diagnosis in three sentences: how far its twin can be trusted, where the gap lies, which effect makes it."""
+"""A diagnosis in sentences: where the gap lies, and which effect makes it."""
 
 from collections.abc import Mapping, Sequence
 
-import numpy as np
-
 from diagnosis.constants import ENOUGH, HELD, PLACED
-from diagnosis.result import DiagnosisResult, GapSize, NonPeriodicResidual
+from diagnosis.result import DiagnosisResult, NonPeriodicResidual
 from diagnosis.where import OF_NO_MARKER
 
 _SHOWS_IN = ("in its speed", "in its course", "in its beat frequency", "in its free decay")
@@ -20,17 +18,13 @@ _STANDS_OUT = 0.005  # share of a stage, below which none is named
 _LOOKS_LIKE = 0.5  # of all that is there
 
 
-def sentences(data: DiagnosisResult) -> tuple[str, str, str]:
-    """Of a diagnosis."""
-    return _how_far(data), _where(data), _which(data)
-
-
 def plain(name: str) -> str:
     """A name as words."""
     return name.replace("_", " ")
 
 
-def _where(data: DiagnosisResult) -> str:
+def where(data: DiagnosisResult) -> str:
+    """Where the gap comes from and where it shows."""
     shares = dict(data.where.by_stage)
     floor = shares.pop("floor")
     if data.verdict == "no_gap":
@@ -46,7 +40,8 @@ def _where(data: DiagnosisResult) -> str:
     )
 
 
-def _which(data: DiagnosisResult) -> str:
+def which(data: DiagnosisResult) -> str:
+    """Which effects are named, or why none is."""
     verdict, chances = data.verdict, data.probabilities
     if verdict == "no_gap":
         against = _refuted(data)
@@ -139,60 +134,3 @@ def _together(groups: Sequence[str]) -> str:
 def _group(group: Sequence[str], chances: Mapping[str, float]) -> str:
     named = [f"{plain(name)} ({chances.get(name, 0.0):.2f})" for name in group]
     return named[0] if len(named) == 1 else f"either {' or '.join(named)}"
-
-
-def _how_far(data: DiagnosisResult) -> str:
-    gap = data.gap
-    if not gap.evaluated_on:
-        return "How far: not known, for no swim was held out; do not use this model for forecasts before one is."
-    if np.isnan([gap.baseline_mm, gap.with_effects_mm]).any():
-        return "How far: not known, for no marker of the held-out swims could be compared."
-    trials = f"{len(gap.evaluated_on)} untouched swim{'s' * (len(gap.evaluated_on) > 1)}"
-    every = _with_everything(data)
-    if data.verdict in ("no_gap", "unexplained"):
-        sizes = _sizes(gap.baseline_mm, gap.speed_mae_before, gap.frequency_mae_before)
-        return f"How far: nothing was added; on {trials} {sizes}{_line(gap)}{every}."
-    sizes = (
-        f"{_sizes(gap.baseline_mm, gap.speed_mae_before, gap.frequency_mae_before)} without, "
-        f"{_sizes(gap.with_effects_mm, gap.speed_mae_after, gap.frequency_mae_after)} with what is named"
-    )
-    if np.isnan(gap.shrinkage):
-        return f"How far: on {trials} the plain twin leaves no more than noise; {sizes}{_line(gap)}{every}."
-    warning = "" if gap.improves else "do not use this model for forecasts; "
-    return f"How far: {warning}on {trials} the gap {by_how_much(gap)}; {sizes}{_line(gap)}{every}."
-
-
-def _sizes(markers_mm: float, speed_m_s: float, frequency_hz: float) -> str:
-    beats = "" if np.isnan(frequency_hz) else f" and frequencies {1000 * frequency_hz:.0f} mHz"
-    return f"markers are {markers_mm:.1f} mm, speeds {1000 * speed_m_s:.1f} mm/s{beats} off"
-
-
-def _line(gap: GapSize) -> str:
-    """The baseline that every forecast of a speed has to beat."""
-    error = gap.speed_mae_baselines.get("line", float("nan"))
-    if np.isnan(error):
-        return ""
-    return f"; a straight line in frequency through the fitted speeds is {1000 * error:.1f} mm/s off"
-
-
-def by_how_much(gap: GapSize) -> str:
-    """What became of a held-out gap of which a shrinkage is reported, with its interval."""
-    interval = gap.shrinkage_ci95
-    grows = round(gap.shrinkage, 2) < 0
-    sure = "how surely is not known"
-    if interval is not None:  # of a gap that grows, by how much it does
-        low, high = (-interval[1], -interval[0]) if grows else interval
-        sure = f"{low:.0%} to {high:.0%}"
-    how = f"grows by {-gap.shrinkage:.0%}" if grows else f"shrinks by {max(gap.shrinkage, 0.0):.0%}"
-    return f"{how} ({sure})"
-
-
-def _with_everything(data: DiagnosisResult) -> str:
-    """What the held-out swims would be off by with all effects at once; empty where that was not asked."""
-    gap = None if data.everything is None else data.everything.gap
-    if gap is None or np.isnan(gap.with_effects_mm) or gap.evaluated_on != data.gap.evaluated_on:
-        return ""
-    return (
-        "; with all effects at once, each a little, markers are "
-        f"{gap.with_effects_mm:.1f} mm off and speeds {1000 * gap.speed_mae_after:.1f} mm/s"
-    )

@@ -1,17 +1,16 @@
 """A diagnosis in three sentences: where the gap is, which effect causes it, how far it shrinks with that."""
 
-from math import isnan
+from math import isnan, nan
 
-from diagnosis.result import DiagnosisResult
-from reports.numbers import counted, in_mm, shown, spanned, whole_percent
+from diagnosis.result import DiagnosisResult, GapSize
+from reports.numbers import counted, in_mm, shown, whole_percent
 
 
 def gap_sentences(found: DiagnosisResult) -> tuple[str, str, str]:
     """Each after its question."""
-    from diagnosis.sentences import sentences  # its package loads the twin
+    from diagnosis.sentences import where, which  # its package loads the twin
 
-    _, where, which = sentences(found)
-    return where, which, f"How far: {how_far(found)}"
+    return where(found), which(found), f"How far: {how_far(found)}"
 
 
 def how_far(found: DiagnosisResult) -> str:
@@ -20,15 +19,24 @@ def how_far(found: DiagnosisResult) -> str:
     if not gap.evaluated_on or isnan(gap.baseline_mm):
         return "No trial is held out, so how far the gap shrinks is not known."
     trials = counted(len(gap.evaluated_on), "held-out trial")
+    line = gap.speed_mae_baselines.get("line", nan)
+    beside = "" if isnan(line) else f" (a line in frequency: {in_mm(line)})"
     if found.verdict in ("no_gap", "unexplained"):
-        sizes = f"markers {shown(gap.baseline_mm)} mm, speeds {in_mm(gap.speed_mae_before)} mm/s off"
+        sizes = f"markers {shown(gap.baseline_mm)} mm, speeds {in_mm(gap.speed_mae_before)} mm/s off{beside}"
         return f"Nothing was added to the twin; on {trials}: {sizes}."
     sizes = (
         f"markers {shown(gap.baseline_mm)} to {shown(gap.with_effects_mm)} mm, "
-        f"speeds {in_mm(gap.speed_mae_before)} to {in_mm(gap.speed_mae_after)} mm/s"
+        f"speeds {in_mm(gap.speed_mae_before)} to {in_mm(gap.speed_mae_after)} mm/s{beside}"
     )
     if isnan(gap.shrinkage):
         return f"On {trials} the plain twin leaves no more than noise: {sizes}."
-    ends = "" if gap.shrinkage_ci95 is None else f" (95 % interval {spanned(*gap.shrinkage_ci95, whole_percent)})"
     warning = "" if gap.improves else " Do not use it for forecasts."
-    return f"On {trials} the gap shrinks by {whole_percent(gap.shrinkage)}{ends}: {sizes}.{warning}"
+    return f"On {trials} the gap {by_how_much(gap)}: {sizes}.{warning}"
+
+
+def by_how_much(gap: GapSize, over: str = "") -> str:
+    """`shrinks by 44 % (95 % interval 29 % to 71 %)`, or by how much it grows; `over` what the interval is."""
+    sign = -1 if gap.shrinkage < 0 else 1
+    ends = sorted(sign * end for end in gap.shrinkage_ci95 or ())
+    interval = f" (95 % interval {over}{' to '.join(map(whole_percent, ends))})" if ends else ""
+    return f"{'grows' if sign < 0 else 'shrinks'} by {whole_percent(abs(gap.shrinkage))}{interval}"

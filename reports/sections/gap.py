@@ -4,10 +4,10 @@ from math import isnan
 
 from markupsafe import Markup
 
-from diagnosis.result import AllEffects, Attribution, Controls, DiagnosisResult, GapSize, Remainder
+from diagnosis.result import AllEffects, Attribution, Controls, DiagnosisResult, Remainder
 from reports.blocks import Block, Plots, Points, Prose, Section
 from reports.context import ReportContext
-from reports.gap_words import gap_sentences
+from reports.gap_words import by_how_much, gap_sentences
 from reports.numbers import in_mm, in_words, listed, shown, spanned, whole_percent
 from reports.sections.gap_evidence import evidence, missing, next_experiments
 from reports.sections.gap_plots import gap_plots
@@ -126,8 +126,7 @@ def _everything(every: AllEffects) -> str:
     listing = [f"{in_words(s.effect)} ({in_words(s.parameter)} {shown(s.strength_sd, 1)})" for s in strongest]
     far = ""
     if not isnan(gap.shrinkage):
-        far = f" With it {_by_how_much(gap.shrinkage)}"
-        far += f" (95 % interval over the noise of these trials {_interval(gap)})." if gap.shrinkage_ci95 else "."
+        far = f" With it the held-out gap {by_how_much(gap, 'over the noise of these trials ')}."
     ends = [f"{in_words(effect)} ({in_words(name)})" for effect, name in every.at_bound]
     bound = f" At a bound: {listed(ends)}." if ends else ""
     return (
@@ -164,16 +163,6 @@ def _attribution(found: Attribution | None) -> str:
     )
 
 
-def _by_how_much(shrinkage: float) -> str:
-    return f"the held-out gap {'grows' if shrinkage < 0 else 'shrinks'} by {whole_percent(abs(shrinkage))}"
-
-
-def _interval(gap: GapSize) -> str:
-    """Of a shrinkage, or of how far a gap grows."""
-    sign = -1 if gap.shrinkage < 0 else 1
-    return " to ".join(whole_percent(end) for end in sorted(sign * end for end in gap.shrinkage_ci95 or ()))
-
-
 def _added(found: DiagnosisResult) -> str:
     return listed([in_words(name) for name in found.effect_parameters])
 
@@ -185,13 +174,10 @@ def _shrinkage(found: DiagnosisResult) -> str:
     added = _added(found)
     if isnan(gap.shrinkage):
         return f"The residual of the held-out trials is no more than noise: there is no gap for {added} to shrink."
-    text = f"With {added}, {_by_how_much(gap.shrinkage)}"
+    text = f"With {added}, the held-out gap {by_how_much(gap)}."
+    why = " Both twins were refitted to the fit trials. The interval covers trials, noise and fitted parameters."
     if gap.shrinkage_ci95 is None:
-        text += "."
         why = " The interval is not known: twins near the fitted one diverge."
-    else:
-        text += f" (95 % interval {_interval(gap)})."
-        why = " Both twins were refitted to the fit trials. The interval covers trials, noise and fitted parameters."
     if gap.shrinkage > 1:
         why += " Above 100 %: the residual is smaller than the assumed noise."
     worse = " What explains the fit trials does not help the held-out ones." if gap.shrinkage < 0 else ""

@@ -88,4 +88,4 @@ def test_numbers_have_the_digits_of_their_interval_and_ratios_no_unit() -> None:
 def test_a_supposed_gap_that_grows_is_reported_to_grow() -> None:
     gap = made_diagnosed("named", gap={"shrinkage": -0.04, "shrinkage_ci95": [-0.25, 0.2]}).gap
     reported = EffectTestResult(("wave_drag",), 1.4, {"wave_drag": 1.4}, {}, gap, gap)
-    assert lines_of_test(reported)[-1] == "The held-out gap grows by 4% (-20% to 25%)."
+    assert lines_of_test(reported)[-1] == "The held-out gap grows by 4 % (95 % interval −20 % to 25 %)."

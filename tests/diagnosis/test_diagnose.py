@@ -15,7 +15,7 @@ from diagnosis import Diagnosis, EffectTest, SessionData, Settings, diagnose, di
 from diagnosis.diagnosis_file import _parameters, diagnosis_result
 from diagnosis.refit import Refit, refit
 from diagnosis.result import DIAGNOSIS, parameters_of
-from diagnosis.sentences import sentences
+from diagnosis.sentences import which
 from fitting import MeasuredTrial
 from session import NotEnoughData
 from session.create import FISHSIM_MARKERS
@@ -93,7 +93,7 @@ def test_what_is_written_follows_the_contract(found: Diagnosis, tmp_path: Path) 
         jsonschema.validate(json.loads(path.read_text()), json.loads(SCHEMA.read_text()))
     read = DIAGNOSIS.read(tmp_path)
     assert read.effects == ("crank_arm_error",)
-    assert "crank arm error" in sentences(read)[2]
+    assert "crank arm error" in which(read)
     np.testing.assert_array_equal(read.missing_forces.mean, found.where.forces.mean)
 
 

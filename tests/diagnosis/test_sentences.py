@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from diagnosis.sentences import sentences
-from tests.reports.diagnoses import made_diagnosed, made_everything
+from diagnosis.sentences import where, which
+from reports.gap_words import how_far
+from tests.reports.diagnoses import made_diagnosed
 
 _OTHER = {"none_of_these": 0.95}
 
@@ -20,13 +21,13 @@ _OTHER = {"none_of_these": 0.95}
     ],
 )
 def test_an_unexplained_gap_is_told_by_what_it_looks_like(chances: dict[str, float], said: str) -> None:
-    assert said in sentences(made_diagnosed("unexplained", probabilities=chances))[2]
+    assert said in which(made_diagnosed("unexplained", probabilities=chances))
 
 
 @pytest.mark.parametrize(("place", "said"), [("caudal_fin", "at caudal fin"), ("frequency", "in its beat frequency")])
 def test_where_it_shows_most_may_be_no_marker(place: str, said: str) -> None:
     data = made_diagnosed("named", where={"by_marker": {"nose": 0.1, place: 0.7}})
-    assert f"mainly {said}." in sentences(data)[1]
+    assert f"mainly {said}." in where(data)
 
 
 @pytest.mark.parametrize("chance", [0.4, 0.6])
@@ -36,7 +37,7 @@ def test_the_place_of_a_stranger_is_told_where_it_is_sure(chance: float) -> None
         {"place": "marker tail_4", "same_in_all_trials": same, "probability": chance / 2} for same in (True, False)
     ]
     data = made_diagnosed("unexplained", probabilities=_OTHER, evidence={"elsewhere": split})
-    said = "something that no catalogue holds acts on the marker tail 4" in sentences(data)[2]
+    said = "something that no catalogue holds acts on the marker tail 4" in which(data)
     assert said == (chance > 0.5)
 
 
@@ -50,17 +51,15 @@ def test_the_place_of_a_stranger_is_told_where_it_is_sure(chance: float) -> None
 )
 def test_what_is_beside_the_beat_is_told_where_it_is_sure(beside: str, chance: float, told: str) -> None:
     evidence = {beside: {"rms": 0.0028, "log_bayes_factor": 50.0, "probability": chance}}
-    said = sentences(made_diagnosed("unexplained", probabilities=_OTHER, evidence=evidence))[2]
+    said = which(made_diagnosed("unexplained", probabilities=_OTHER, evidence=evidence))
     assert told in said
     assert ("early and late" in said or "beside its beat" in said) == bool(told)
 
 
-def test_a_gap_that_grows_is_said_to_grow_and_may_have_no_stage() -> None:
-    data = made_diagnosed("named", gap={"shrinkage": -0.04, "shrinkage_ci95": [-0.11, 0.03]})
-    assert "the gap grows by 4% (-3% to 11%)" in sentences(data)[0]
+def test_a_gap_of_noise_has_no_stage() -> None:
     by_stage = {"camera": 0.001, "drive": 0.0, "body": 0.0, "tail": 0.0, "floor": 0.999}
     data = made_diagnosed("unexplained", where={"by_stage": by_stage})
-    assert sentences(data)[1].startswith("Where: in nothing that repeats with the beat; 100%")
+    assert where(data).startswith("Where: in nothing that repeats with the beat; 100%")
 
 
 @pytest.mark.parametrize(
@@ -70,27 +69,14 @@ def test_names_that_trials_left_out_speak_against_are_told_as_that(verdict: str,
     against = {"effects": ["fluid_memory", "wave_drag"], "shrinkage": -0.8, "shrinkage_ci95": [-1.6, -0.1]}
     told = made_diagnosed(verdict, evidence={"refuted": [against]})
     why = "but with that fitted swims are forecast worse from the others (their gap grows by 80%, 10% to 160%)"
-    assert f"{before} fluid memory or wave drag, {why}" in sentences(told)[2]
+    assert f"{before} fluid memory or wave drag, {why}" in which(told)
 
 
-@pytest.mark.parametrize("verdict", ["named", "unexplained"])
-def test_with_all_effects_at_once_it_says_what_they_forecast(verdict: str) -> None:
-    told = made_diagnosed(verdict, everything=made_everything())
-    assert (
-        "; with all effects at once, each a little, markers are 3.0 mm off and speeds 2.0 mm/s." in sentences(told)[0]
-    )
-    assert "all effects" not in sentences(made_diagnosed(verdict))[0]
-
-
-@pytest.mark.parametrize(
-    ("interval", "warns"), [([-0.1, 0.3], True), ([0.05, 0.3], False), ([-0.6, -0.3], True), (None, True)]
-)
-def test_effects_that_do_not_surely_improve_untouched_trials_are_not_for_forecasts(
+@pytest.mark.parametrize(("interval", "warns"), [([-0.1, 0.3], True), ([0.05, 0.3], False), (None, True)])
+def test_beside_the_twins_speeds_stands_the_line_and_what_does_not_surely_improve_is_no_model(
     interval: list[float] | None, warns: bool
 ) -> None:
-    baselines = {"line": 0.0056, "power_law": 0.009}
-    gap = {"shrinkage": 0.1, "shrinkage_ci95": interval, "speed_mae_baselines": baselines, "frequency_mae_after": 0.002}
-    first = sentences(made_diagnosed("named", gap=gap))[0]
-    assert first.startswith("How far: do not use this model for forecasts; ") == warns
-    assert "speeds 2.0 mm/s and frequencies 2 mHz off with what is named" in first
-    assert "; a straight line in frequency through the fitted speeds is 5.6 mm/s off" in first
+    gap = {"shrinkage": 0.1, "shrinkage_ci95": interval, "speed_mae_baselines": {"line": 0.0056}}
+    said = how_far(made_diagnosed("named", gap=gap))
+    assert "mm/s (a line in frequency: 5.6)." in said
+    assert said.endswith("Do not use it for forecasts.") == warns
