@@ -6,12 +6,11 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from command_line import command_line
-from interface_names import interface
 from messages import messages
 from records import record
 
 NOTEBOOKS = Path(__file__).parents[2] / "notebooks"
-_MARK = re.compile(r"<!-- generated: (?:(command line|interface|messages|tutorials|words)|record (\S+)) -->")
+_MARK = re.compile(r"<!-- generated: (?:(command line|messages|tutorials|words)|record (\S+)) -->")
 
 
 def filled(page: str) -> str:
@@ -43,7 +42,6 @@ def tutorials() -> Iterator[str]:
 
 _WHOLE = {
     "command line": command_line,
-    "interface": interface,
     "messages": messages,
     "tutorials": lambda: "\n".join(tutorials()),
     "words": words,
