@@ -95,7 +95,3 @@ def version(
 
         print(f"{program_version()}, MuJoCo {ENGINE}")
         raise typer.Exit
-
-
-if __name__ == "__main__":
-    main()

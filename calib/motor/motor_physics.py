@@ -28,11 +28,6 @@ class MotorConstants:
     thermal_resistance_k_w: float = 3.0
     thermal_capacity_j_k: float = 100.0
 
-    @property
-    def winding_ohm(self) -> float:
-        """Resistance that gives the stall current at the nominal voltage."""
-        return self.nominal_v / self.stall_current_a
-
 
 @dataclass
 class Drive:
@@ -114,6 +109,7 @@ class MotorPhysics:
     def _heat(self, step_s: float) -> None:
         """One thermal mass: exact over a step of constant current."""
         own = self.constants
-        rest = own.ambient_c + own.thermal_resistance_k_w * self.current_a**2 * own.winding_ohm
+        winding_ohm = own.nominal_v / own.stall_current_a
+        rest = own.ambient_c + own.thermal_resistance_k_w * self.current_a**2 * winding_ohm
         kept = math.exp(-step_s / (own.thermal_resistance_k_w * own.thermal_capacity_j_k))
         self.temperature_c = rest + (self.temperature_c - rest) * kept

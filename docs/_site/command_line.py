@@ -16,14 +16,10 @@ def command_line() -> str:
     program = typer.main.get_command(app)
     page = get_docs_for_click(obj=program, ctx=typer.Context(program, info_name="calib"), name="calib")
     overview, _, commands = page.partition("**Commands**:\n")[2].partition("\n## ")
-    overview = re.sub(r"^\* `(.+?)`:", lambda found: f"* [`{found[1]}`](#{_anchor(found[1])}):", overview, flags=re.M)
+    overview = re.sub(r"^\* `(.+?)`:", r"* [`\1`](#\1):", overview, flags=re.M)
     commands = re.sub(r"^Example: (.+)$", r"```sh\n\1\n```", f"## {commands}", flags=re.M)
     commands = re.sub(r"^##+ `calib (.+)`$", r"### \1", commands, flags=re.M)
     return "\n".join([overview, commands, *_capture(capture._parser("calib capture"))])
-
-
-def _anchor(command: str) -> str:
-    return "capture-scan" if command == "capture" else command
 
 
 def _capture(parser: argparse.ArgumentParser) -> Iterator[str]:

@@ -21,12 +21,10 @@ class Spans(NamedTuple):
     Attributes:
         length_m: (n, 2, h) left and right.
         per_hinge: (n, 2, h) by how much each grows with the angle of its own hinge, m/rad.
-        per_crank: (n, 2) by how much the first one grows with the angle of the crank, m/rad.
     """
 
     length_m: np.ndarray
     per_hinge: np.ndarray
-    per_crank: np.ndarray
 
 
 class TendonPath:
@@ -64,8 +62,7 @@ class TendonPath:
         length = np.sqrt(piece_x**2 + piece_y**2)
         length[:, :, 0] = np.hypot(length[:, :, 0], up)
         per_hinge = (piece_y * end_x - piece_x * end_y) / length
-        per_crank = (up * sin - piece_x[:, :, 0] * cos) / length[:, :, 0]
-        return Spans(length, per_hinge, per_crank)
+        return Spans(length, per_hinge)
 
     def straight(self) -> Spans:
         """Of the straight tail at crank angle 0, where the tendons are cut to length."""
