@@ -15,13 +15,11 @@ from reports.figures.gap_how_far import gap_waterfall_figure
 from reports.page import render_page
 from reports.sections import gap
 from session.records import to_plain
-from swimmer import load_robot
 from tests.reports.diagnoses import made_diagnosed, made_everything, made_forces
 from tests.reports.page import Page
 from tests.reports.sample import made_context
 from tests.reports.undrawn import nothing_drawn
 
-ROBOT = load_robot()
 VERDICTS = ("named", "inseparable", "unexplained", "no_gap")
 
 

@@ -84,10 +84,3 @@ def test_noise_that_neighbours_still_share_is_said() -> None:
     assert (
         "medium: what the noise model leaves of the tracks is not white: neighbouring markers correlate by 0.40" in text
     )
-
-
-@pytest.mark.parametrize(
-    "kind", ["intervals", "corner", "sweep", "trials", "trace", "ranks", "whiteness", "further-plot", "left-out-plot"]
-)
-def test_every_figure_is_in_the_page(page: Page, kind: str) -> None:
-    assert f"posterior-{kind}" in page.ids
