@@ -6,6 +6,13 @@ from session import FaultCollector, InputError, SwimcalError
 from session.errors import SHOWN_PER_KIND, Fault
 
 
+def test_fault_says_place_what_found_expected_choices_and_next_step() -> None:
+    fault = Fault("a.toml", "line 3, x", "wrong value", "'b'", "a letter", ("c", "d"), "Did you mean 'c'?")
+    assert str(fault) == (
+        "a.toml: line 3, x: wrong value; found 'b'; expected a letter; choices: c, d. Did you mean 'c'?"
+    )
+
+
 def test_message_names_each_file_once_and_orders_its_faults_by_line() -> None:
     faults = [
         Fault("b.csv", "line 12", "late", "", ""),

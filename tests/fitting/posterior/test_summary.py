@@ -67,6 +67,12 @@ def test_combinations_that_the_data_see_come_before_those_they_do_not() -> None:
             "Magnus lift is not determined by these trials; blunt drag and angular drag are. "
             "Slender drag and kutta lift press against a bound of the prior.",
         ),
+        (
+            (True,) * 5,
+            NAMES[1:],
+            "Blunt drag is determined by these trials. "
+            "Slender drag, angular drag, kutta lift and magnus lift press against a bound of the prior.",
+        ),
     ],
 )
 def test_the_sentence_says_which_coefficients_are_determined(
