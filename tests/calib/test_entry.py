@@ -15,7 +15,8 @@ from tracking.records.formats import FORMATS
 from tracking.tracker import TRACKERS
 
 
-def test_a_name_it_does_not_have_is_an_attribute_error() -> None:
+def test_it_has_the_names_it_promises_and_no_other() -> None:
+    assert [getattr(front, name).__name__.removeprefix("calib.") for name in front.__all__] == list(front.__all__)
     with pytest.raises(AttributeError, match="module 'calib' has no attribute 'nonsense'"):
         _ = front.nonsense
 
