@@ -156,6 +156,7 @@ def _score_effects(folder: Path, as_json: bool) -> None:
     from benchmarks.cases import write_lines
     from benchmarks.effects.folder import SuiteFolder
     from benchmarks.effects.scoring import score_all, score_file
+    from session.results import write_whole
 
     command = f"calib benchmark effects {folder} --part score"
     if folder.suffix == ".jsonl":
@@ -164,7 +165,7 @@ def _score_effects(folder: Path, as_json: bool) -> None:
         outcome = score_all(SuiteFolder(folder))
         scores = outcome.scores(command)
         write_lines(folder / "cases.jsonl", outcome.cases)
-        scores.write(folder / "scores.json")
+        write_whole(folder / "scores.json", scores.json())
     _print(scores, as_json)
 
 

@@ -13,6 +13,7 @@ import numpy as np
 from mujoco.batch import Batch
 
 import calib
+from benchmarks.scores import Table
 from calib.benchmark import FITTED
 from swimmer import Runs, Twin, load_robot
 
@@ -22,19 +23,12 @@ REFERENCE_S = 10_000.0
 
 
 class Cost(NamedTuple):
-    """Of one command.
+    """Of one command."""
 
-    Attributes:
-        command: its name.
-        simulated_s: of all twins.
-        engine_s: CPU seconds within the engine, on all cores.
-        elsewhere_s: other CPU seconds.
-    """
-
-    command: str
-    simulated_s: float
-    engine_s: float
-    elsewhere_s: float
+    command: str  # its name
+    simulated_s: float  # of all twins
+    engine_s: float  # CPU seconds within the engine, on all cores
+    elsewhere_s: float  # other CPU seconds
 
 
 def measure_costs(folder: Path, commands: tuple[str, ...] = COMMANDS) -> tuple[tuple[Cost, ...], float]:
@@ -75,23 +69,19 @@ def _cost(command: str, call: Callable[[], Any]) -> Cost:
     return Cost(command, spent["simulated"], spent["engine"], total - spent["engine"])
 
 
-def cost_table(costs: tuple[Cost, ...], reference_s: float) -> str:
+def cost_table(costs: tuple[Cost, ...], reference_s: float) -> Table:
     """For a terminal or a page."""
-    rows = [
-        f"| {c.command} | {c.simulated_s:.0f} | {c.engine_s:.1f} | {c.elsewhere_s:.1f} "
-        f"| {c.engine_s / (c.engine_s + c.elsewhere_s):.0%} | {(c.engine_s + c.elsewhere_s) / reference_s:.2f} |"
-        for c in costs
-    ]
-    head = (
-        "| command | simulated, s | engine, CPU s | elsewhere, CPU s | engine's share | references |\n"
-        + 6 * "|---"
-        + "|"
-    )
-    return "\n".join([head, *rows, f"\nA reference, {REFERENCE_S:.0f} s of the twin: {reference_s:.1f} CPU s."])
+    rows = []
+    for name, simulated_s, engine_s, elsewhere_s in costs:
+        whole_s = engine_s + elsewhere_s
+        spent = f"{simulated_s:.0f}", f"{engine_s:.1f}", f"{elsewhere_s:.1f}", f"{engine_s / whole_s:.0%}"
+        rows.append((name, *spent, f"{whole_s / reference_s:.2f}"))
+    head = ("command", "simulated, s", "engine, CPU s", "elsewhere, CPU s", "engine's share", "references")
+    return Table(f"A reference, {REFERENCE_S:.0f} s of the twin: {reference_s:.1f} CPU s.", head, tuple(rows))
 
 
 if __name__ == "__main__":
     import sys
 
     found = measure_costs(Path(sys.argv[1]), tuple(sys.argv[2:]) or COMMANDS)
-    print(cost_table(*found))
+    print(cost_table(*found).text())

@@ -31,13 +31,14 @@ class ReferenceSwimmers:
 
     Args:
         worlds: n, with their mechanisms.
-        interval_s: between two commands.
         step_s: of the integrator.
     """
 
-    def __init__(self, worlds: Sequence[World], interval_s: float = 0.02, step_s: float = STEP_S) -> None:
+    interval_s = 0.02  # between two commands
+
+    def __init__(self, worlds: Sequence[World], step_s: float = STEP_S) -> None:
         robot = load_robot()
-        self.interval_s, self._step_s, self.substeps = interval_s, step_s, round(interval_s / step_s)
+        self._step_s, self.substeps = step_s, round(self.interval_s / step_s)
         self._layout, self.hinges = lay_out(robot), robot.hinges
         trial = Trial("swim", _LONG_S, 0.0, start_speed_m_s=0.0, run_in_s=0.0)
         made = [prepared_parameters(world, trial, self._layout, ("nose", "neck")) for world in worlds]

@@ -13,7 +13,7 @@ import numpy as np
 from scipy.stats import binomtest
 
 from session.records import from_plain, to_plain
-from session.results import plain_json, write_whole
+from session.results import plain_json
 
 T = TypeVar("T")
 _FEWEST, _DRAWS, _SEED = 5, 400, 0  # of an interval by resampling
@@ -136,14 +136,6 @@ class Scores:
     def json(self) -> str:
         """As text for a file."""
         return json.dumps(plain_json(to_plain(self)), indent=1, ensure_ascii=False) + "\n"
-
-    def write(self, path: Path) -> None:
-        """Writes them.
-
-        Raises:
-            ResultsNotWritable: the file cannot be written.
-        """
-        write_whole(path, self.json())
 
     @classmethod
     def read(cls, path: Path) -> Scores:

@@ -53,13 +53,8 @@ def test_what_passed_before_the_trouble_is_left_out_after_it(project: Path, trou
     assert f"{3 - passed_before} passed, {passed_before} deselected" in again.stdout
 
 
-def test_a_run_after_a_whole_one_starts_over(project: Path) -> None:
+def test_after_a_whole_run_and_after_an_edit_all_starts_over(project: Path) -> None:
     assert "3 passed" in run_in(project).stdout
-
-    assert "3 passed" in run_in(project).stdout
-
-
-def test_an_edit_starts_over(project: Path) -> None:
     run_in(project, FAIL="1")
     with (project / "test_some.py").open("a") as tests:
         tests.write("\n# another tree\n")

@@ -8,7 +8,6 @@ import shutil
 import subprocess
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
@@ -32,31 +31,21 @@ def diagnose(session: Path, discrepancy: Discrepancy, without: frozenset[str]) -
     Pipeline(open_session(session), Options("quick", workers=1)).diagnosis(without, discrepancy)
 
 
-@dataclass(frozen=True)
-class CommandLine:
-    """Any program that takes a session's folder, and `--exclude EFFECT[,EFFECT]`, as `calib diagnose` does.
-
-    It is not given the discrepancy, which is next to the sessions.
-    """
-
-    words: tuple[str, ...]  # of the command, to which these are appended
-
-    def __call__(self, session: Path, _discrepancy: Discrepancy, without: frozenset[str]) -> None:
-        """Runs it.
-
-        Raises:
-            ProgramFailed: it ended with another status than 0.
-        """
-        lacking = ("--exclude", ",".join(sorted(without))) if without else ()
-        ended = subprocess.run([*self.words, str(session), *lacking], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
-        if ended.returncode:
-            lines = ended.stderr.decode(errors="replace").strip().splitlines()
-            raise ProgramFailed(f"ended with status {ended.returncode}: {lines[-1] if lines else 'no message'}")
-
-
 def program_of(command: str) -> Program:
-    """The program that a command line names; the toolkit's own for an empty one."""
-    return CommandLine(tuple(shlex.split(command))) if command else diagnose
+    """The program that a command line names; the toolkit's own for an empty one.
+
+    A session's folder is appended, and `--exclude EFFECT[,EFFECT]`, as `calib diagnose` takes them. Such a program is
+    not given the discrepancy, which is next to the sessions.
+    """
+    return partial(_run_command, tuple(shlex.split(command))) if command else diagnose
+
+
+def _run_command(words: tuple[str, ...], session: Path, _discrepancy: Discrepancy, without: frozenset[str]) -> None:
+    lacking = ("--exclude", ",".join(sorted(without))) if without else ()
+    ended = subprocess.run([*words, str(session), *lacking], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
+    if ended.returncode:
+        lines = ended.stderr.decode(errors="replace").strip().splitlines()
+        raise ProgramFailed(f"ended with status {ended.returncode}: {lines[-1] if lines else 'no message'}")
 
 
 Piece = tuple[Path, frozenset[str]]

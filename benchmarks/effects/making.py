@@ -3,7 +3,7 @@
 import gzip
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -55,7 +55,7 @@ class Making:
         """
         drawn = yield from self.generator.draw(plan)
         present, answer = yield from self._present(drawn)
-        write_session(folder / plan.name, drawn, (yield from drawn.recorded(present)), present)
+        write_session(folder / plan.name, drawn, (yield from drawn.recorded(present)))
         return answer
 
     def _present(self, drawn: DrawnWorld) -> Filming[tuple[tuple[Mechanism, ...], Answer]]:
@@ -119,22 +119,19 @@ def oracle_shrinkage(
     return 1 - rest / plain if plain > _SHOWS else None
 
 
-def write_session(
-    folder: Path, drawn: DrawnWorld, recordings: Mapping[str, Recording], present: tuple[Mechanism, ...]
-) -> None:
+def write_session(folder: Path, drawn: DrawnWorld, recordings: Mapping[str, Recording]) -> None:
     """Writes what a user would have of these recordings: tracks with a tracker's errors, motor logs, the description.
 
     Raises:
         InputError: the folder is there and not empty.
         ResultsNotWritable: it cannot be written.
     """
-    world = replace(drawn.world, mechanisms=present)
     with new_folder(folder) as part:
         tables = []
         for number, each in enumerate(drawn.trials):
             recording = recordings[each.name]
             random = np.random.default_rng([drawn.plan.seed, 4, number])
-            tracks = tracks_of(recording, recording.tracked_px(world, random))
+            tracks = tracks_of(recording, drawn.world.noise.tracked(recording.time_s, recording.position_px, random))
             plain = part / "trials" / f"{each.name}.csv"
             save_tracks(plain, tracks)
             write_whole(plain.with_suffix(".csv.gz"), _packed(plain.read_bytes()))

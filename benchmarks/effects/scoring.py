@@ -1,6 +1,6 @@
 """Opens the answers of a suite and scores the diagnoses of its sessions."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -82,7 +82,7 @@ def score_suite(suite: SuiteFolder) -> tuple[Case, ...]:
     Raises:
         InputError: a diagnosis is missing or not by the contract; all at once.
     """
-    found = _diagnoses(suite, suite.names, lambda name: _diagnosis(suite.sessions / name))
+    found = _diagnoses(suite.sessions, dict.fromkeys(suite.names, frozenset[str]()))
     true = suite.true()  # opened last: a diagnosis that is still to come could have seen them
     return tuple(Case(answer, found[answer.session]) for answer in true)
 
@@ -94,24 +94,19 @@ def score_without(suite: SuiteFolder) -> tuple[Case, ...]:
         InputError: as of `score_suite`, or a diagnosis was made by another catalogue.
     """
     answers = suite.singles
-    found = _diagnoses(
-        suite, tuple(answers), lambda name: _diagnosis(suite.without / name, frozenset(answers[name].effects))
-    )
+    found = _diagnoses(suite.without, {name: frozenset(answer.effects) for name, answer in answers.items()})
     return tuple(Case(answer, found[name]) for name, answer in answers.items())
 
 
-def _diagnosis(session: Path, lacking: frozenset[str] = frozenset()) -> Diagnosis:
-    """With the time that it took, where only the benchmark knows."""
-    found, clock = read_diagnosis(session / DIAGNOSIS, lacking), session / SECONDS
-    return replace(found, seconds=float(clock.read_text())) if found.seconds is None and clock.exists() else found
-
-
-def _diagnoses(suite: SuiteFolder, names: Sequence[str], read: Callable[[str], Diagnosis]) -> dict[str, Diagnosis]:
-    """Of sessions, by name; all faults at once."""
-    faults, diagnoses = FaultCollector(str(suite.folder)), {}
-    for name in names:
+def _diagnoses(folder: Path, lacking: Mapping[str, frozenset[str]]) -> dict[str, Diagnosis]:
+    """Of sessions, by name, with what their catalogue is to lack; with the time, where only the benchmark knows."""
+    faults, diagnoses = FaultCollector(str(folder.parent)), {}
+    for name, effects in lacking.items():
+        clock = folder / name / SECONDS
         try:
-            diagnoses[name] = read(name)
+            found = read_diagnosis(folder / name / DIAGNOSIS, effects)
+            untimed = found.seconds is None and clock.exists()
+            diagnoses[name] = replace(found, seconds=float(clock.read_text())) if untimed else found
         except InputError as error:
             faults.extend_capped(list(error.faults))
     faults.raise_if_any()

@@ -23,13 +23,7 @@ class Recording:
     # (f, 3) x, y (m) and angle (rad) of the head's frame in the pool, whose x axis runs from nose to tail
     head: np.ndarray
     hinges_rad: np.ndarray  # (f, g) bend at each hinge of the robot's description
-    crank_rad: np.ndarray  # (f,) angle of the crank
-    crank_torque_n_m: np.ndarray  # (f,) that the tendons ask of the motor
-    drive: Drive  # the same between the frames too, whenever they were exposed
-
-    def tracked_px(self, world: World, random: np.random.Generator) -> np.ndarray:
-        """(f, m, 2) what the tracker of its world makes of it."""
-        return world.noise.tracked(self.time_s, self.position_px, random)
+    drive: Drive  # what turned its crank
 
 
 def exposed_s(world: World, trial: Trial) -> np.ndarray:
@@ -75,8 +69,6 @@ def film(
         marker_m=np.stack([sight.marker_m.real, sight.marker_m.imag], axis=-1),
         head=coordinates[:, :3],
         hinges_rad=bends,
-        crank_rad=record.linear(row, time_s, record.crank_rad),
-        crank_torque_n_m=record.linear(row, time_s, record.crank_torque_n_m),
         drive=record.drive(row, trial.duration_s),
     )
 

@@ -42,8 +42,9 @@ class Record:
 
     def coordinates(self, row: int, time_s: np.ndarray) -> np.ndarray:
         """(f, N) coordinates at times (f,): cubic Hermite polynomials, through places and rates."""
-        low, t = self._between(row, time_s)
-        t = t[:, None]
+        where = (time_s - self.start_s[row, 0]) / self.step_s
+        low = np.clip(np.floor(where).astype(int), 0, self.position.shape[1] - 2)
+        t = (where - low)[:, None]
         at, rate = self.position[row], self.velocity[row] * self.step_s
         return (
             (1 + 2 * t) * (1 - t) ** 2 * at[low]
@@ -52,21 +53,11 @@ class Record:
             - t**2 * (1 - t) * rate[low + 1]
         )
 
-    def linear(self, row: int, time_s: np.ndarray, values: np.ndarray) -> np.ndarray:
-        """(f,) one of the crank's series (n, k) at times (f,)."""
-        low, t = self._between(row, time_s)
-        return (1 - t) * values[row, low] + t * values[row, low + 1]
-
     def drive(self, row: int, end_s: float) -> Drive:
         """The crank of one simulation until just after `end_s`, however long the others of its batch go on."""
         time_s = self.start_s[row, 0] + self.step_s * np.arange(self.crank_rad.shape[1])
         own = time_s < end_s + self.step_s
         return Drive(time_s[own], self.crank_rad[row, own], self.crank_torque_n_m[row, own])
-
-    def _between(self, row: int, time_s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        where = (time_s - self.start_s[row, 0]) / self.step_s
-        low = np.clip(np.floor(where).astype(int), 0, self.position.shape[1] - 2)
-        return low, where - low
 
 
 class Recorder:

@@ -6,7 +6,7 @@ import numpy as np
 
 from benchmarks.reality.film import Recording, exposed_s, film
 from benchmarks.reality.integrate import step
-from benchmarks.reality.layout import HINGES_PER_GAP, Layout, lay_out
+from benchmarks.reality.layout import HINGES_PER_GAP, lay_out
 from benchmarks.reality.motion import Motion
 from benchmarks.reality.parameters import Parameters
 from benchmarks.reality.record import Recorder
@@ -46,22 +46,16 @@ def simulate(
     recordings: dict[int, Recording] = {}
     for first in range(0, len(trials), _BATCH):
         rows = order[first : first + _BATCH]
-        batch = _simulate_batch([trials[i] for i in rows], layout, names, step_s, allow_divergence)
-        recordings.update(zip(rows, batch, strict=True))
+        batch = [trials[i] for i in rows]
+        parameters = Parameters.stacked([prepared_parameters(*each, layout, names) for each in batch])
+        motion = Motion(layout, parameters, *cranks(batch), [world.mechanisms for world, _ in batch])
+        recordings.update(zip(rows, filmed(motion, batch, names, step_s, allow_divergence), strict=True))
     return [recordings[i] for i in range(len(trials))]
 
 
 def _company(world: World, trial: Trial) -> tuple[int, list[str]]:
     """Order in which trials go into batches: similar in length and mechanisms, so that a batch costs less."""
     return -int(np.ceil(trial.lead_s + trial.duration_s)), sorted(type(m).__qualname__ for m in world.mechanisms)
-
-
-def _simulate_batch(
-    trials: list[tuple[World, Trial]], layout: Layout, markers: tuple[str, ...], step_s: float, allow_divergence: bool
-) -> list[Recording]:
-    parameters = Parameters.stacked([prepared_parameters(world, trial, layout, markers) for world, trial in trials])
-    motion = Motion(layout, parameters, *cranks(trials), [world.mechanisms for world, _ in trials])
-    return filmed(motion, trials, markers, step_s, allow_divergence)
 
 
 def cranks(trials: Sequence[tuple[World, Trial]]) -> tuple[np.ndarray, np.ndarray]:

@@ -68,7 +68,8 @@ class Tendons:
         units = np.concatenate([(unit * head)[:, :, None], span / length], axis=2)  # (n, 2, g) along each span
         gradient = self._gradient(pose, units, arm, turn)
         later_first, _, later_per_turn = self._first_span(seen, later)
-        moved = (gradient @ np.concatenate([_rates(pose), pose.rate_rad_s], axis=1)[:, :, None])[..., 0]
+        speed = pose.velocity_m_s[:, :1]
+        moved = (gradient @ np.concatenate([speed.real, speed.imag, pose.rate_rad_s], axis=1)[:, :, None])[..., 0]
         rate = moved + per_turn * turn.speed_rad_s
         growth = later_per_turn * later.speed_rad_s - per_turn * turn.speed_rad_s
         return Pull(
@@ -105,9 +106,3 @@ class Tendons:
         force[:, :, 0] -= units[:, :, 0]
         torque[:, :, 0] -= ((anchor * pose.direction[:, :1]).conj() * units[:, :, 0]).imag
         return self._chain.generalised(pose, force, torque)
-
-
-def _rates(pose: Pose) -> np.ndarray:
-    """(n, 2) velocity of the head's origin."""
-    head = pose.velocity_m_s[:, 0]
-    return np.stack([head.real, head.imag], axis=1)

@@ -92,10 +92,8 @@ class WakeMotion(Motion):
         self._wake_step_s, self._nodes = step_s, _Nodes(layout, panels)
         self.wake: Wake | None = None
         count = layout.hinges + 3
-        self._held_mass, self._held_force = (
-            np.zeros((len(parameters), count, count)),
-            np.zeros((len(parameters), count)),
-        )
+        self._held_force = np.zeros((len(parameters), count))
+        self._held_mass = np.zeros((len(parameters), count, count))
         self._before: tuple[np.ndarray, ...] | None = None
 
     def equations(

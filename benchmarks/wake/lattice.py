@@ -43,12 +43,6 @@ class Panels:
         node = np.append(edge_m[:-1] + length / 4, edge_m[-1])
         return cls(node, (length / 2) / np.diff(node), SLENDER * half_height_m)
 
-    @property
-    def kept_m(self) -> np.ndarray:
-        """(m,) half height that each ring shares with the one before; 0 of the first."""
-        before = np.append(0.0, self.half_height_m[:-1])
-        return np.minimum(self.half_height_m, before)
-
 
 @dataclass(frozen=True, eq=False)
 class Surface:
@@ -68,17 +62,8 @@ class Surface:
         """(n, m) unit vectors along the rings."""
         return np.asarray(np.diff(self.node_m) / self.length_m)
 
-    @property
-    def collocation_m(self) -> np.ndarray:
-        """(n, m) where no water passes."""
-        return self._at_collocation(self.node_m)
-
-    @property
-    def collocation_m_s(self) -> np.ndarray:
-        """(n, m) the body's speed there."""
-        return self._at_collocation(self.velocity_m_s)
-
-    def _at_collocation(self, at_nodes: np.ndarray) -> np.ndarray:
+    def at_collocation(self, at_nodes: np.ndarray) -> np.ndarray:
+        """(n, m) where no water passes, of what is known at the nodes (n, m + 1)."""
         return np.asarray(at_nodes[:, :-1] + self.panels.collocation * np.diff(at_nodes))
 
     def rings(self, core_m: float, edge_core_m: float) -> Rings:
@@ -134,18 +119,19 @@ class Bound:
     """
 
     def __init__(self, surface: Surface, wake: Wake, water: "Water") -> None:
-        self.surface, place = surface, surface.collocation_m
+        self.surface, place = surface, surface.at_collocation(surface.node_m)
+        moving = surface.at_collocation(surface.velocity_m_s)
         across, rings = 1j * surface.along, surface.rings(0.0, wake.core_m)
         by_ring = water.mirrored(place, lambda at: of_rings(at, rings))  # (n, m, m)
         core = np.array([wake.core_m])
         newest = Rings(surface.node_m[:, -1:], wake.node_m[:, :1], np.array([wake.half_height_m]), core, core)
         by_ring[:, :, -1:] += water.mirrored(place, lambda at: of_rings(at, newest))
         outside = water.velocity(place) + water.mirrored(place, wake.velocity)
-        passes = ((surface.collocation_m_s - outside) * across.conj()).real
+        passes = ((moving - outside) * across.conj()).real
         self.response = np.linalg.inv((by_ring * across.conj()[:, :, None]).real)
         self.circulation_m2_s = (self.response @ passes[:, :, None])[..., 0]
         induced = outside + (by_ring @ self.circulation_m2_s[:, :, None])[..., 0]
-        self.along_m_s = ((induced - surface.collocation_m_s) * surface.along.conj()).real
+        self.along_m_s = ((induced - moving) * surface.along.conj()).real
 
     def carried(self, wake: Wake, water: "Water") -> np.ndarray:
         """(n, k + 1) m/s of the nodes of a wake, the newest of which is at the trailing edge."""
@@ -164,9 +150,10 @@ class Bound:
             density_kg_m3: of the water.
             critical: (n, 1) leading-edge parameter up to which the front is sucked ahead.
         """
-        panels, along = self.surface.panels, self.surface.along
+        height, along = self.surface.panels.half_height_m, self.surface.along
+        shared = np.minimum(height, np.append(0.0, height[:-1]))  # by each ring with the one before
         before = np.concatenate([np.zeros_like(self.circulation_m2_s[:, :1]), self.circulation_m2_s[:, :-1]], axis=1)
-        step = panels.half_height_m * self.circulation_m2_s - panels.kept_m * before
+        step = height * self.circulation_m2_s - shared * before
         speed = self.along_m_s
         at_front = np.concatenate([speed[:, :1], (speed[:, 1:] + speed[:, :-1]) / 2], axis=1)
         force = -2j * density_kg_m3 * at_front * step * along

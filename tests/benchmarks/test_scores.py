@@ -28,7 +28,7 @@ def test_scores_come_back_from_their_file_and_read_as_markdown(tmp_path: Path) -
     row = Measure("right", Share(3, 4), "≥ 85 %")
     table = Table.of("Names", {"diagnosis": {"right": row}, "chance": {"right": Measure("right", Share(0, 4))}})
     scores = Scores("Effects", "synthetic", "calib benchmark effects F", (table,), ("Small.",))
-    scores.write(tmp_path / "scores.json")
+    (tmp_path / "scores.json").write_text(scores.json())
     assert Scores.read(tmp_path / "scores.json") == scores
     lines = scores.text().splitlines()
     assert "| right | ≥ 85 % | 3 of 4 (30 to 95 %) | 0 of 4 (0 to 49 %) |" in lines

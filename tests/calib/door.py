@@ -1,12 +1,14 @@
 """The command line from outside: what it prints, writes and ends with."""
 
+import json
 import re
 import sys
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
+import jsonschema
 import pytest
 
 from calib import cli
@@ -98,6 +100,18 @@ def lasting(folder: Path) -> dict[str, str]:
         if not name.startswith((".", "kept/"))
     }
     return {name: re.sub(r'"seconds": [0-9.e-]+', "", text) for name, text in found.items()}
+
+
+def calibration_of(folder: Path) -> Any:
+    """The content of its `calibration.json`."""
+    return json.loads((folder / "results" / "calibration.json").read_text())
+
+
+def assert_public_form(folder: Path) -> None:
+    """Its calibration is by the public schema, where that is here."""
+    schema = ROOT.parent / "shared" / "design" / "schema" / "calibration.schema.json"
+    if schema.is_file():
+        jsonschema.validate(calibration_of(folder), json.loads(schema.read_text()))
 
 
 def edit(path: Path, old: str, new: str) -> None:

@@ -10,14 +10,12 @@ import xarray as xr
 
 from session.create import FISHSIM_MARKERS
 from session.tracks import load_tracks, pixels_of
-from synthetic import SyntheticCamera, SyntheticPlan, SyntheticTrial
+from synthetic import SyntheticCamera, SyntheticPlan
+from tests.calib.door import PLAN as TRACKED
 from tests.calib.door import edit
 
 PLAN = SyntheticPlan(
-    trials=(
-        SyntheticTrial(name="slow", frequency_hz=0.8, commanded_hz=0.82, seconds=2.8, phase_rad=1.0),
-        SyntheticTrial(name="fast", frequency_hz=1.3, commanded_hz=1.35, seconds=2.5, role="holdout"),
-    ),
+    trials=TRACKED.trials,
     camera=SyntheticCamera(fps=30.0, px_per_m=480.0, width_px=560, height_px=280),
     run_in_s=3.0,
 )
@@ -48,13 +46,6 @@ def change_boxes(folder: Path, name: str, change: Callable[[dict[str, Any]], Non
     content = json.loads(path.read_text())
     change(content)
     path.write_text(json.dumps(content))
-
-
-def cut_short(folder: Path, name: str, share: float = 0.7) -> None:
-    """Leaves the first part of a video."""
-    path = folder / "trials" / f"{name}.mp4"
-    data = path.read_bytes()
-    path.write_bytes(data[: int(share * len(data))])
 
 
 def read(path: Path) -> xr.Dataset:

@@ -13,8 +13,7 @@ import pytest
 from calib.pipeline import Options, Pipeline, open_session
 from fitting import CalibrationResult
 from session.create import new_from_fishsim
-from tests.calib.door import ROOT, Front
-from tests.calib.test_run import SCHEMA
+from tests.calib.door import ROOT, Front, assert_public_form, calibration_of
 from tests.session.sample import FISHSIM, needs_fishsim
 
 CORE_S = 2 * 30.0
@@ -87,11 +86,8 @@ class TestRealRobot:
     def test_it_is_done_in_half_a_minute(self, real: Real) -> None:
         assert real.seconds < SLACK * CORE_S
 
-    @pytest.mark.skipif(not SCHEMA.is_file(), reason="the public schema is not here (../shared/design/schema)")
     def test_its_file_has_the_public_form(self, real: Real) -> None:
-        jsonschema = pytest.importorskip("jsonschema")
-
-        jsonschema.validate(json.loads(real.pipeline.fits.file.read_text()), json.loads(SCHEMA.read_text()))
+        assert_public_form(real.pipeline.session.folder)
 
 
 @pytest.mark.long
@@ -104,7 +100,7 @@ def test_the_shipped_sample_is_calibrated_to_its_truth(calib: Front, tmp_path: P
 
     assert outcome.code == 0, outcome.err
     assert outcome.out.splitlines()[-1] == str(folder / "results" / "report.html")
-    data = json.loads((folder / "results" / "calibration.json").read_text())
+    data = calibration_of(folder)
     truth = json.loads((folder / "truth.json").read_text())
     for name, trial in data["trials"].items():
         true = truth["trials"][name]

@@ -15,9 +15,9 @@ from swimmer import load_robot
 from swimmer.engine import model_sha256
 from synthetic import make_session
 from synthetic.motor import SyntheticMotor
-from tests.calib.door import Front, assert_reports, edit, with_little_effort
-from tests.calib.test_left_out import change_tracks, only
-from tests.calib.test_run import SCHEMA, remade, results_of
+from tests.calib.door import Front, assert_public_form, assert_reports, calibration_of, edit, with_little_effort
+from tests.calib.test_left_out import change_tracks, lose_the_tail, only
+from tests.calib.test_run import remade, results_of
 from tests.fitting.structure.experiments import DESCRIBED, PLAN, TRUE, with_few_points
 
 STRUCTURE = {"structure.json", "structure.npz"}
@@ -53,14 +53,12 @@ def unfitted(fitted: Path) -> Path:
     return fitted
 
 
-def calibration_of(folder: Path) -> dict[str, object]:
-    data = json.loads((folder / "results" / "calibration.json").read_text())
-    assert isinstance(data, dict)
-    return data
+def stand_still(position_px: np.ndarray) -> None:
+    position_px[:] = position_px[:1]
 
 
 def test_the_swims_are_fitted_with_what_was_measured(fitted: Path) -> None:
-    data = json.loads((fitted / "results" / "calibration.json").read_text())
+    data = calibration_of(fitted)
     model = mujoco.MjModel.from_xml_path(str(fitted / "results" / "calibrated.xml"))
 
     assert data["hinge_stiffness"] == data["structure"]["hinge_stiffness"]["value"]
@@ -82,13 +80,7 @@ def test_every_result_stands_and_the_model_is_that_of_the_description(fitted: Pa
         data = json.loads((fitted / "results" / name).read_text())
         assert data["model_sha256"] == model_sha256(load_robot(fitted / "robot.toml"))
         assert "trials/pull.csv.gz" in data["inputs"]
-
-
-@pytest.mark.skipif(not SCHEMA.is_file(), reason="the public schema is not here (../shared/design/schema)")
-def test_the_calibration_has_the_public_form(fitted: Path) -> None:
-    jsonschema = pytest.importorskip("jsonschema")
-
-    jsonschema.validate(calibration_of(fitted), json.loads(SCHEMA.read_text()))
+    assert_public_form(fitted)
 
 
 def test_it_tells_what_was_taken_from_where(calib: Front, fitted: Path) -> None:
@@ -111,7 +103,7 @@ def test_another_search_does_not_find_the_structure_again(calib: Front, fitted: 
 @pytest.mark.long
 def test_a_missing_decay_is_assumed_and_reported(calib: Front, unfitted: Path) -> None:
     outcome = calib("fit", only(unfitted, "slow", "fast", "dry_fast"), "--effort", "quick", "-v")
-    data = json.loads((unfitted / "results" / "calibration.json").read_text())
+    data = calibration_of(unfitted)
 
     assert outcome.code == 0, outcome.err
     assert "no free decay: hinge stiffness 0.65 N m/rad as in robot.toml" in outcome.out
@@ -151,9 +143,6 @@ def test_what_needs_a_swim_says_so_once_the_structure_stands(calib: Front, unfit
 
 @pytest.mark.long
 def test_an_experiment_that_cannot_be_measured_is_left_out_and_reported(calib: Front, unfitted: Path) -> None:
-    def stand_still(position_px: np.ndarray) -> None:
-        position_px[:] = position_px[:1]
-
     change_tracks(only(unfitted, "slow", "pull", "dry_fast"), "pull", stand_still)
     outcome = calib("fit", unfitted, "--effort", "quick", "-v")
     data = calibration_of(unfitted)
@@ -176,12 +165,6 @@ def test_an_experiment_that_is_held_out_is_not_used(calib: Front, unfitted: Path
 
 
 def test_what_is_wrong_with_any_trial_is_reported_at_once(calib: Front, unfitted: Path) -> None:
-    def stand_still(position_px: np.ndarray) -> None:
-        position_px[:] = position_px[:1]
-
-    def lose_the_tail(position_px: np.ndarray) -> None:
-        position_px[8:, 3:] = np.nan
-
     change_tracks(unfitted, "pull", stand_still)
     change_tracks(unfitted, "dry_fast", lose_the_tail)
     change_tracks(unfitted, "slow", lose_the_tail)
@@ -198,7 +181,7 @@ def test_an_experiment_that_is_not_believed_is_reported(calib: Front, unfitted: 
 
     change_tracks(only(unfitted, "slow", "pull"), "pull", shake)
     outcome = calib("fit", unfitted, "--effort", "quick", "-v")
-    data = json.loads((unfitted / "results" / "calibration.json").read_text())
+    data = calibration_of(unfitted)
 
     assert outcome.code == 0, outcome.err
     assert "free decay pull not used: hinge stiffness 0.65 N m/rad as in robot.toml" in outcome.out

@@ -11,7 +11,7 @@ import pytest
 
 import calib as front
 from session import Flag
-from tests.calib.door import Front, files_in
+from tests.calib.door import Front, calibration_of, files_in
 from tests.session.sample import FISHSIM, needs_fishsim
 
 
@@ -23,7 +23,7 @@ def found(finished: Path) -> front.FitResult:
 
 
 def test_every_forecast_of_the_file_is_next_to_baselines(finished: Path) -> None:
-    trials = json.loads((finished / "results" / "calibration.json").read_text())["forecasts"]["trials"]
+    trials = calibration_of(finished)["forecasts"]["trials"]
     assert {"twin", "given_frequency", "line", "power_law", "constant_stride", "ebt_large"} <= set(
         trials["fast"]["forecasts"]
     )

@@ -234,14 +234,3 @@ def test_a_file_of_the_user_that_hides_a_package_is_named(name: str, tmp_path: P
     assert f"{tmp_path / name}.py hides the package `{name}`" in shown.stdout
     assert "Rename the file" in shown.stdout
     assert shown.stderr == ""
-
-
-def test_figures_are_drawn_once() -> None:
-    drawn = []
-
-    def draw() -> dict[str, object]:
-        drawn.append(1)
-        return {"one": "figure"}
-
-    figures = Figures(SimpleNamespace(is_current=True), draw)  # type: ignore[arg-type]
-    assert (figures["one"], figures["one"], len(drawn)) == ("figure", "figure", 1)

@@ -86,11 +86,12 @@ def change_tracks(folder: Path, name: str, change: Callable[[np.ndarray], None])
     plain.unlink()
 
 
+def lose_the_tail(position_px: np.ndarray) -> None:
+    position_px[8:, 3:] = np.nan
+
+
 @pytest.mark.parametrize("name", ["slow", "fast"])
 def test_a_trial_whose_tail_cannot_be_trusted_is_named(calib: Front, fresh: Path, name: str) -> None:
-    def lose_the_tail(position_px: np.ndarray) -> None:
-        position_px[8:, 3:] = np.nan
-
     change_tracks(fresh, name, lose_the_tail)
     outcome = calib("run", fresh, "--effort", "quick")
 

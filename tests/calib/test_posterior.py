@@ -8,20 +8,22 @@ import numpy as np
 import pytest
 
 from fitting.posterior import sampling
-from tests.calib.door import FEW_EFFECTS, ROOT, Front, assert_reports, files_in, little_posterior
+from tests.calib.door import (
+    FEW_EFFECTS,
+    Front,
+    assert_public_form,
+    assert_reports,
+    calibration_of,
+    files_in,
+    little_posterior,
+)
 
-SCHEMA = ROOT.parent / "shared" / "design" / "schema" / "calibration.schema.json"
 QUICK = ("--effort", "quick")
 
 
 @pytest.fixture(autouse=True)
 def _little(monkeypatch: pytest.MonkeyPatch) -> None:
     little_posterior(monkeypatch)
-
-
-def calibration_of(folder: Path) -> dict[str, object]:
-    data: dict[str, object] = json.loads((folder / "results" / "calibration.json").read_text())
-    return data
 
 
 def test_the_calibration_gains_the_posterior_and_nothing_else(finished_session: Path, sampled_session: Path) -> None:
@@ -34,13 +36,7 @@ def test_the_calibration_gains_the_posterior_and_nothing_else(finished_session: 
     for marginal in posterior.values():
         assert set(marginal) == {"mean", "sd", "q05", "q95", "ess_bulk", "r_hat", "determined"}
         assert 0 <= marginal["q05"] < marginal["mean"] < marginal["q95"] <= 10
-
-
-@pytest.mark.skipif(not SCHEMA.is_file(), reason="the public schema is not here (../shared/design/schema)")
-def test_the_calibration_with_a_posterior_has_the_public_form(sampled_session: Path) -> None:
-    jsonschema = pytest.importorskip("jsonschema")
-
-    jsonschema.validate(calibration_of(sampled_session), json.loads(SCHEMA.read_text()))
+    assert_public_form(sampled_session)
 
 
 def test_each_effect_was_asked_and_the_likeliest_is_flagged(sampled_session: Path) -> None:

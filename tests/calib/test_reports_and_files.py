@@ -37,12 +37,6 @@ def test_the_nominal_mjcf_is_that_of_the_published_fish(calib: Front, tmp_path: 
     np.testing.assert_allclose(fluid, np.tile(PUBLISHED_COEFFICIENTS, (len(fluid), 1)), rtol=1e-5)
 
 
-def test_the_mjcf_of_a_session_is_its_calibrated_one(calib: Front, finished: Path, tmp_path: Path) -> None:
-    calib("mjcf", finished, "--out", tmp_path / "out" / "fish.xml")
-
-    assert (tmp_path / "out" / "fish.xml").read_text() == (finished / "results" / "calibrated.xml").read_text()
-
-
 def test_the_mjcf_of_a_faulty_robot_is_refused_and_not_written(calib: Front, tmp_path: Path) -> None:
     robot = tmp_path / "robot.toml"
     robot.write_text('name = "x"\nlenght = 3\n')

@@ -10,10 +10,9 @@ import numpy as np
 import pytest
 
 from session.lock import session_lock
-from tests.calib.door import ROOT, Front, assert_reports, edit, files_in, little_posterior
+from tests.calib.door import Front, assert_public_form, assert_reports, calibration_of, edit, files_in, little_posterior
 from tests.reports.undrawn import nothing_drawn
 
-SCHEMA = ROOT.parent / "shared" / "design" / "schema" / "calibration.schema.json"
 FIT = {"calibration.json", "calibrated.xml", "tracks/slow.csv", "tracks/fast.csv"}
 RESULTS = FIT | {"report.html"}
 
@@ -42,16 +41,8 @@ def test_it_writes_every_result_and_names_the_report_last(calib: Front, fresh: P
     assert results_of(fresh).keys() == RESULTS
     assert len(outcome.out.splitlines()) <= 8
     assert outcome.out.splitlines()[-1] == str(fresh / "results" / "report.html")
-    for name in (
-        "slow",
-        "Kutta lift",
-        "continuation of two beats",
-        "Held-out speed error",
-        "line in frequency",
-        "Verdict",
-        "Next: calib",
-    ):
-        assert name in outcome.out
+    assert "Verdict" in outcome.out
+    assert "Next: calib" in outcome.out
 
 
 @pytest.mark.long
@@ -63,7 +54,7 @@ def test_full_effort_makes_all_again_and_tells_how_sure_it_is(
         finished, *RESULTS - {"tracks/slow.csv", "tracks/fast.csv"}, "posterior.nc", "posterior.json", "diagnosis.json"
     ):
         calib("run", finished, "--effort", "full")
-    assert json.loads((finished / "results" / "calibration.json").read_text())["effort"] == "full"
+    assert calibration_of(finished)["effort"] == "full"
 
 
 @pytest.mark.long
@@ -86,28 +77,21 @@ def test_json_is_all_there_is_on_standard_output(calib: Front, finished: Path) -
     assert outcome.err == ""
     assert reported["result"] == str(finished / "results" / "report.html")
     assert reported["made"] == []
-    assert reported["calibration"] == json.loads((finished / "results" / "calibration.json").read_text())
+    assert reported["calibration"] == calibration_of(finished)
 
 
 def test_provenance_names_engine_inputs_and_effort(finished: Path) -> None:
-    data = json.loads((finished / "results" / "calibration.json").read_text())
+    data = calibration_of(finished)
 
     assert list(data)[:7] == ["schema", "program", "mujoco", "model_sha256", "inputs", "seed", "effort"]
     assert data["mujoco"] == mujoco.__version__
     assert set(data["inputs"]) == {"session.toml", "trials/slow.csv.gz", "trials/fast.csv.gz"}
     assert data["effort"] == "quick"
-
-
-@pytest.mark.skipif(not SCHEMA.is_file(), reason="the public schema is not here (../shared/design/schema)")
-def test_the_calibration_has_the_public_form(finished: Path) -> None:
-    jsonschema = pytest.importorskip("jsonschema")
-    data = json.loads((finished / "results" / "calibration.json").read_text())
-
-    jsonschema.validate(data, json.loads(SCHEMA.read_text()))
+    assert_public_form(finished)
 
 
 def test_the_calibrated_file_swims_in_plain_mujoco(finished: Path) -> None:
-    data = json.loads((finished / "results" / "calibration.json").read_text())
+    data = calibration_of(finished)
     model = mujoco.MjModel.from_xml_path(str(finished / "results" / "calibrated.xml"))
     state = mujoco.MjData(model)
     coefficients = list(data["coefficients"].values())

@@ -20,7 +20,6 @@ from tests.calib.filmed import (
     NAMES,
     PLAN,
     change_boxes,
-    cut_short,
     farthest_px,
     read,
     tracks_of,
@@ -106,18 +105,6 @@ def test_a_click_page_can_be_asked_for(calib: Front, filmed: Path) -> None:
     assert not list((filmed / "results" / "tracking").glob("*.csv"))
 
 
-def gone(content: dict[str, Any]) -> None:
-    del content["boxes"]["tail_3"]
-
-
-def beyond(content: dict[str, Any]) -> None:
-    content["frame"] = 4000
-
-
-def outside(content: dict[str, Any]) -> None:
-    content["boxes"]["nose"] = [900, 20, 20, 20]
-
-
 def on_water(content: dict[str, Any]) -> None:
     content["boxes"]["nose"][1] += 30
 
@@ -128,10 +115,7 @@ def exchanged(content: dict[str, Any]) -> None:
 
 
 BOXES: dict[str, tuple[Callable[[dict[str, Any]], None], tuple[str, ...]]] = {
-    "a marker is missing": (gone, ("slow.boxes.json", "boxes.tail_3", "--click")),
-    "frame beyond": (beyond, ("slow.boxes.json", "no such frame", "4000", "0 to 84")),
     "exchanged": (exchanged, ("slow.boxes.json", "boxes.tail_2", "no place for tail_2", "Exchange tail_2 and tail_4")),
-    "outside": (outside, ("slow.boxes.json", "boxes.nose", "outside the picture", "x from 0 to 559")),
     "on water": (on_water, ("slow.mp4", "frame 0", "boxes without a marker", "nose", "preview")),
 }
 
@@ -165,34 +149,6 @@ def test_a_broken_video_is_one_clear_error(calib: Front, filmed: Path, content: 
 
     assert_reports(outcome, str(filmed / "trials" / "slow.mp4"))
     assert len(outcome.err.splitlines()) == 1
-
-
-def test_a_truncated_video_is_tracked_as_far_as_it_goes_and_flagged(calib: Front, filmed: Path) -> None:
-    index_first(filmed / "trials" / "slow.mp4")
-    cut_short(filmed, "slow")
-    outcome = calib("track", filmed)
-
-    assert outcome.code == 0, outcome.err
-    assert "damaged_video" in outcome.out
-    assert "! slow: the file ends after" in outcome.out
-    assert 30 < len(tracks_of(filmed, "slow").time.values) < FRAMES["slow"]
-    flags = json.loads((filmed / "results" / "tracking" / "slow.flags.json").read_text())
-    assert {flag["kind"] for flag in flags} <= {"damaged_video", "gap", "lost_marker"}
-    assert farthest_px(filmed, "fast") < 0.5
-
-
-def index_first(path: Path) -> None:
-    """Puts the index of a video before its pictures, so that a cut leaves something to read."""
-    import av
-
-    moved = path.with_name("moved.mp4")
-    with av.open(str(path)) as source, av.open(str(moved), "w", options={"movflags": "faststart"}) as sink:
-        stream = sink.add_stream_from_template(source.streams.video[0])
-        for packet in source.demux(source.streams.video[0]):
-            if packet.dts is not None:
-                packet.stream = stream
-                sink.mux(packet)
-    moved.replace(path)
 
 
 def test_a_session_without_video_is_reported_so(calib: Front, fresh: Path) -> None:

@@ -1,6 +1,5 @@
 """From videos to a calibration in one command, interrupted or not; what stands on the terminal meanwhile."""
 
-import json
 import os
 import pty
 import subprocess
@@ -15,14 +14,9 @@ from calib.pipeline import Pipeline, open_session
 from calib.progress import Bar, Lines
 from session.create import FISHSIM_MARKERS
 from session.tracks import pixels_of
-from tests.calib.door import ROOT, Front, assert_reports, edit, files_in
+from tests.calib.door import ROOT, Front, calibration_of, edit, files_in
 from tests.calib.filmed import FRAMES, NAMES, PLAN, change_boxes, read, tracks_of, with_tracks
 from tracking.tracker import MarkerTracker
-
-
-def calibration(folder: Path) -> dict[str, dict[str, dict[str, float]]]:
-    content: dict[str, dict[str, dict[str, float]]] = json.loads((folder / "results" / "calibration.json").read_text())
-    return content
 
 
 def test_a_run_goes_from_video_to_report(calib: Front, filmed: Path) -> None:
@@ -33,7 +27,7 @@ def test_a_run_goes_from_video_to_report(calib: Front, filmed: Path) -> None:
     details = calib("fit", filmed, "--effort", "quick", "-v").out
     assert details.count("the lens is not calibrated") == 1
     assert "! slow, fast: the lens is not calibrated" in details
-    trials = calibration(filmed)["trials"]
+    trials = calibration_of(filmed)["trials"]
     for trial in PLAN.trials:
         assert trials[trial.name]["frequency_hz"] == pytest.approx(trial.frequency_hz, abs=0.01)
     before = files_in(filmed / "results")
@@ -90,12 +84,6 @@ def test_ctrl_c_in_the_middle_and_going_on_gives_the_same_tracks(
             whole, resumed = (tracks_of(folder, name, stage) for folder in (tracked_session, filmed))
             np.testing.assert_array_equal(pixels_of(whole), pixels_of(resumed))
             np.testing.assert_array_equal(whole.confidence.values, resumed.confidence.values)
-
-
-def test_a_trial_without_enough_to_measure_is_reported(calib: Front, tracked: Path) -> None:
-    edit(tracked / "session.toml", "warmup_s = 1.0", "warmup_s = 9.0")
-
-    assert_reports(calib("fit", tracked, "--effort", "quick"), "trial slow", "trial fast", "warm-up")
 
 
 @pytest.mark.long

@@ -8,21 +8,13 @@ import numpy as np
 import pytest
 
 from benchmarks.video.writer import VideoWriter
-from session.camera import CameraCalibration, load_camera
+from session.camera import load_camera
 from tests.calib.door import Front, assert_reports, edit
-from tests.tracking.lens.render import Scene, poses
+from tests.tracking.lens.render import Scene, lens_of, poses
 from tracking.lens import BoardSpec, save_camera
 from tracking.lens.pictures import read_picture
 
-LENS = CameraCalibration(
-    width_px=640,
-    height_px=360,
-    fx_px=380.0,
-    fy_px=382.0,
-    cx_px=327.0,
-    cy_px=176.0,
-    distortion=(-0.2, 0.06, 0.0, 0.0, 0.0),
-)
+LENS = lens_of((640, 360), (380.0, 382.0), (327.0, 176.0), -0.2, 0.06, 0.0, 0.0, 0.0)
 BOARD = BoardSpec(columns=9, rows=6, square_m=0.03)
 """The one that `calib camera board` draws."""
 

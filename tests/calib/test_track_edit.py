@@ -9,7 +9,7 @@ import pytest
 from calib.pipeline import Pipeline, open_session
 from session.create import FISHSIM_MARKERS
 from session.tracks import pixels_of
-from tests.calib.door import Front, assert_reports, edit
+from tests.calib.door import Front, assert_reports, calibration_of, edit
 from tests.calib.filmed import read, tracks_of, with_tracks
 from tracking.records import SampleState, load_tracked
 
@@ -81,37 +81,20 @@ def test_a_box_is_tracked_on_from(calib: Front, tracked: Path) -> None:
     assert (state[41:61, A] == SampleState.MISSING).any()
 
 
-def test_an_edit_can_be_undone(calib: Front, tracked: Path) -> None:
-    tracking = tracked / "results" / "tracking"
-    before = (tracking / "slow.csv").read_bytes()
-    calib("edit", tracked, "slow", SWAP)
-    calib("track", tracked)
-    outcome = calib("edit", tracked, "slow", '{"op": "undo", "line": 1}')
-
-    assert "added line 2; 0 edits count" in outcome.out
-    assert calib("track", tracked).code == 0
-    assert (tracking / "slow.csv").read_bytes() == before
-    assert len((tracked / "trials" / "slow.edits.jsonl").read_text().splitlines()) == 2
-
-
 @pytest.mark.long
 def test_a_fit_takes_an_edit_into_account_by_itself(calib: Front, fitted: Path) -> None:
-    before = json.loads((fitted / "results" / "calibration.json").read_text())
+    before = calibration_of(fitted)
     calib("edit", fitted, "slow", DROP)
     assert calib("fit", fitted, "--effort", "quick").code == 0
 
-    after = json.loads((fitted / "results" / "calibration.json").read_text())
+    after = calibration_of(fitted)
     assert after["trials"]["slow"]["used_fraction"] < before["trials"]["slow"]["used_fraction"]
     assert "trials/slow.edits.jsonl" in after["inputs"]
 
 
 CASES: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
     "not JSON": (("slow", "{op: swap}"), ("the edit", "not JSON", '{"op": "drop"')),
-    "unknown operation": (("slow", '{"op": "swpa"}'), ("'swpa'", "swap, drop, relabel, box, undo", "Did you mean")),
-    "unknown marker": (("slow", SWAP.replace("tail_4", "tail_9")), ("no such marker", "'tail_9'", "tail_5")),
     "frame beyond": (("slow", SWAP.replace("30", "85")), ("no such frame", "85", "0 to 84")),
-    "wrong way round": (("slow", SWAP.replace("30", "3")), ("20 to 3",)),
-    "nothing to undo": (("slow", '{"op": "undo", "line": 7}'), ("no edit to undo", "line 7")),
     "unknown trial": (("slwo", SWAP), ("no such trial", "'slwo'", "slow, fast")),
     "no video": (("fast", SWAP), ("trial fast: it has no video", "choices: slow")),
 }

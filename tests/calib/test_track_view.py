@@ -1,6 +1,5 @@
 """`calib view`: what the recording holds before and after a fit, and opening it."""
 
-import json
 import subprocess
 import sys
 from pathlib import Path
@@ -9,7 +8,7 @@ import numpy as np
 import pytest
 
 import calib as front
-from tests.calib.door import Front, assert_reports, edit
+from tests.calib.door import Front, assert_reports, calibration_of, edit
 from tests.calib.filmed import FRAMES, NAMES
 from tests.calib.test_left_out import MOTOR_LOG
 from tests.cases import later
@@ -44,7 +43,7 @@ def test_after_a_fit_of_any_effort_it_shows_the_twin_next_to_them(calib: Front, 
         assert calib("fit", fitted, "--effort", "full").code == 0
     contents = shown(calib, fitted)
 
-    calibration = json.loads((fitted / "results" / "calibration.json").read_text())
+    calibration = calibration_of(fitted)
     for name in NAMES:
         residual = contents.entities[f"/{name}/residual_mm"]
         assert residual.rows[SCALARS] == FRAMES[name]

@@ -86,11 +86,6 @@ def test_trials_beyond_the_fitted_speeds_are_flagged(trials: dict[str, MeasuredT
     assert "1.200 Hz is outside the fitted 0.800 to 1.000 Hz" in flag.message
 
 
-def test_without_a_fit_trial_it_is_refused(trials: dict[str, MeasuredTrial]) -> None:
-    with pytest.raises(NotEnoughData, match='no swim has role = "fit"'):
-        calibrate([trials["new"]], assumed(load_robot()), STARTS)
-
-
 def test_trials_with_nothing_to_compare_are_refused_by_name(trials: dict[str, MeasuredTrial]) -> None:
     def without(trial: MeasuredTrial, frames: np.ndarray) -> MeasuredTrial:
         return trial.seen_as(weight=np.where(frames[:, None], 0.0, trial.weight))

@@ -13,24 +13,16 @@ from fitting import MeasuredTrial, measure_trial
 from fitting.forecast import fit_phase
 from fitting.published_search import Swims
 from session import CameraSpec, NotEnoughData, Session, load_session
-from session.camera import CameraCalibration
 from session.tracks import load_tracks, markers_of, pixels_of
 from swimmer import load_robot
 from synthetic import Truth, make_session
 from tests.cases import changed
 from tests.fitting.swims import PLAN
-from tests.tracking.lens.render import to_pixels
+from tests.tracking.lens.render import lens_of, to_pixels
 from tracking import to_pool
 
-LENS = CameraCalibration(
-    width_px=3840,
-    height_px=2160,
-    fx_px=2280.0,
-    fy_px=2280.0,
-    cx_px=1919.5,
-    cy_px=1079.5,
-    distortion=(-0.05, 0.02, 0.0, 0.0, -0.003),
-    height_above_water_m=2.4,
+LENS = lens_of(
+    (3840, 2160), (2280.0, 2280.0), (1919.5, 1079.5), -0.05, 0.02, 0.0, 0.0, -0.003, height_above_water_m=2.4
 )
 
 

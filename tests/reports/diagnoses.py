@@ -6,13 +6,11 @@ import numpy as np
 
 from diagnosis.result import DiagnosisResult, MissingForces
 from session.records import from_plain, to_plain
-from session.results import Provenance
 from swimmer import load_robot
 from tests.reports.sample import MARKERS
 
 JOINTS = ("head_along", "head_across", "head_moment", *load_robot().hinges)
 FITTED = ("medium", "fast")
-PROVENANCE = Provenance("4.0.0", "abc", {"session.toml": "def"}, 7, "quick")
 _COEFFICIENTS = {"blunt_drag": 0.7, "slender_drag": 3.0, "angular_drag": 5.0, "kutta_lift": 4.0, "magnus_lift": 1.0}
 _GROUPS: dict[str, list[list[str]]] = {
     "named": [["tendon_slack"], ["wave_drag"]],

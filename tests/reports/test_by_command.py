@@ -35,10 +35,6 @@ def test_the_error_of_the_forecast_is_next_to_that_of_the_twin(page: Page) -> No
     assert re.search(rf"mean held out +5\.0 {error:.1f} ", page.text)
 
 
-def test_a_line_of_the_sweep_comes_from_a_frequency_not_from_the_command(page: Page) -> None:
-    assert "All lines are simulated from the crank’s frequency alone" in page.text
-
-
 @pytest.mark.usefixtures("words_alone")
 @pytest.mark.parametrize("command", [None, 9.0], ids=["unknown", "beyond the sweep"])
 def test_without_it_the_reason_is_reported(command: float | None) -> None:

@@ -2,27 +2,24 @@
 
 import re
 from dataclasses import replace
+from typing import Any
 
 import pytest
-from matplotlib.colors import to_hex, to_rgb
+from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
-from diagnosis.constants import HELD
 from diagnosis.result import DiagnosisResult
 from reports import render_report
 from reports.colours import EBT_SMOOTHED, WARN
-from reports.figures import gap_which
 from reports.figures.gap_how_far import gap_waterfall_figure
 from reports.page import render_page
 from reports.sections import gap
 from session.records import to_plain
-from swimmer import load_robot
 from tests.reports.diagnoses import made_diagnosed, made_everything, made_forces
 from tests.reports.page import Page
 from tests.reports.sample import made_context
 from tests.reports.undrawn import nothing_drawn
 
-ROBOT = load_robot()
 VERDICTS = ("named", "inseparable", "unexplained", "no_gap")
 
 
@@ -34,14 +31,10 @@ def page_of(found: DiagnosisResult | None, effort: str = "full") -> Page:
 
 @pytest.fixture(scope="module")
 def pages() -> dict[str, Page]:
+    """By verdict; the figures of a named gap alone are drawn."""
     with nothing_drawn():
-        return {verdict: page_of(made_diagnosed(verdict)) for verdict in VERDICTS}
-
-
-@pytest.fixture(scope="module")
-def page() -> Page:
-    """Of a named gap, its figures drawn."""
-    return page_of(made_diagnosed("named"))
+        others = {verdict: page_of(made_diagnosed(verdict)) for verdict in VERDICTS[1:]}
+    return {"named": page_of(made_diagnosed("named")), **others}
 
 
 def test_without_a_diagnosis_it_tells_how_to_get_one() -> None:
@@ -76,58 +69,61 @@ def test_three_sentences_answer_the_three_questions(pages: dict[str, Page], verd
     assert pages[verdict].open == []
 
 
-def test_every_figure_of_a_named_gap_is_in_the_page(page: Page) -> None:
+def test_every_figure_of_a_named_gap_is_in_the_page(pages: dict[str, Page]) -> None:
+    page = pages["named"]
     wanted = {"fish", "shares", "effects", "waterfall", "held-out", "forces"}
 
     assert {name.removeprefix("gap-") for name in page.ids} >= wanted
     assert len(page.ids) == len(set(page.ids))
 
 
-def test_shares_stand_at_their_parts_negative_ones_too(page: Page) -> None:
-    assert "−2 % camera" in page.text
-    assert "60 % tail" in page.text
-    assert "caudal fin 60 %" in page.text
-    assert "60 to 75 %" in page.text
-
-
-def test_effects_that_act_together_are_reported_with_what_they_leave(page: Page) -> None:
-    assert "Together tendon slack wave drag" in page.text
-    assert "With tendon slack and wave drag, 12 % of the gap in the fitted trials remains" in page.text
-    assert "(p < 0.001): another effect is present." in page.text
+@pytest.mark.parametrize(
+    ("verdict", "said"),
+    [
+        ("named", "−2 % camera"),
+        ("named", "caudal fin 60 %"),
+        ("named", "60 to 75 %"),
+        ("named", "Together tendon slack wave drag"),
+        ("named", "12 % of the gap in the fitted trials remains"),
+        ("named", "the held-out gap shrinks by 80 % (95 % interval 70 % to 90 %)."),
+        ("named", "5 % with motor speed sag instead, an effect that the evidence rejects; 30 % with the residual"),
+        ("named", "(p < 0.001): another effect is present."),
+        ("named", "12.0 → 3.0"),
+        ("named", "11.0 → 2.0"),
+        ("named", "tendon slack length 0.0021 0.0018 to 0.0024 m"),
+        ("named", "wave drag high −1.5 −2 to −1, at its bound s"),
+        (
+            "named",
+            "tendon slack + wave drag 0.700 wave drag + another effect 0.100 another effect 0.020",
+        ),
+        ("named", "marker tail 4 the same 0.070 hinge tail 1 the same 0.060 phase jitter (4.00 ms) different 0.050"),
+        ("named", "whole fish, non-periodic (0.40 mm) different 0.030"),
+        ("inseparable", "One of these tendon slack or tendon friction"),
+        ("inseparable", "Run it dry. tendon slack and tendon friction 4"),
+        ("unexplained", "The most significant is the torque in tail 5: 2.83 mN m"),
+    ],
+)
+def test_numbers_of_the_diagnosis_stand_with_what_they_are_of(pages: dict[str, Page], verdict: str, said: str) -> None:
+    assert said in pages[verdict].text
 
 
 @pytest.mark.usefixtures("words_alone")
-def test_a_remainder_that_noise_would_leave_passes_for_noise() -> None:
-    rest = {"share": 0.0, "stage": "tail", "p_value": 0.4}
-
-    assert "is no more than noise (p = 0.40)" in page_of(made_diagnosed(remainder=rest)).text
-
-
-def test_alternatives_are_reported_as_such_and_what_would_separate_them(pages: dict[str, Page]) -> None:
-    text = pages["inseparable"].text
-
-    assert "Verdict: inseparable." in text
-    assert "One of these tendon slack or tendon friction" in text
-    assert "Run it dry. tendon slack and tendon friction 4" in text
-
-
-def test_a_gap_that_shrinks_by_more_than_all_of_it_says_why() -> None:
-    more = {"shrinkage": 1.2, "shrinkage_ci95": [0.9, 1.2]}
-    page = page_of(made_diagnosed(gap=more))
-    assert "the held-out gap shrinks by 120 %" in page.text
-    assert "Above 100 %: the residual is smaller than the assumed noise." in page.text
-
-
-def test_shrinkage_comes_with_its_interval_and_what_it_is_over(page: Page) -> None:
-    assert "the held-out gap shrinks by 80 % (95 % interval 70 % to 90 %)." in page.text
-    assert "The interval covers trials, noise and fitted parameters." in page.text
-    assert "Above 100 %" not in page.text
-    assert (
-        "For comparison: 5 % with motor speed sag instead, an effect that the evidence rejects; 30 % with the residual"
-        in page.text
-    )
-    assert "12.0 → 3.0" in page.text
-    assert "11.0 → 2.0" in page.text
+@pytest.mark.parametrize(
+    ("verdict", "changes", "said"),
+    [
+        ("named", {"remainder": {"share": 0.0, "stage": "tail", "p_value": 0.4}}, "is no more than noise (p = 0.40)"),
+        ("named", {"gap": {"shrinkage": 1.2, "shrinkage_ci95": [0.9, 1.2]}}, "Above 100 %: the residual is smaller"),
+        ("named", {"gap": {"shrinkage": None, "squares_before": 1.0}}, "of the held-out trials is no more than noise"),
+        ("named", {"missing_forces": to_plain(made_forces(sd=0.004))}, "No missing force differs significantly"),
+        ("named", {"withheld_from_catalogue": ["scale_error"]}, "Its catalogue lacked scale error."),
+        ("no_gap", {"no_gap_probability": 0.06}, "some effect is 0.94, and the first suspect is tendon slack (0.93)."),
+    ],
+)
+def test_what_takes_from_a_diagnosis_is_said(verdict: str, changes: dict[str, Any], said: str) -> None:
+    text = page_of(made_diagnosed(verdict, **changes), "quick").text
+    assert said in text
+    assert "made with effort quick" in text
+    assert said not in page_of(made_diagnosed(verdict)).text
 
 
 @pytest.mark.usefixtures("words_alone")
@@ -138,13 +134,6 @@ def test_a_gap_that_grows_is_said_and_drawn_as_such() -> None:
     assert "What explains the fit trials does not help the held-out ones." in page_of(found).text
     assert colours_of(gap_waterfall_figure(found)) >= {WARN}
     assert EBT_SMOOTHED not in colours_of(gap_waterfall_figure(found))
-
-
-@pytest.mark.usefixtures("words_alone")
-def test_without_a_held_out_gap_nothing_shrinks() -> None:
-    shrunk = {"shrinkage": None, "shrinkage_ci95": None, "squares_before": 1.0}
-
-    assert "The residual of the held-out trials is no more than noise" in page_of(made_diagnosed(gap=shrunk)).text
 
 
 @pytest.mark.usefixtures("words_alone")
@@ -196,59 +185,5 @@ def test_where_nothing_is_named_nothing_was_added(pages: dict[str, Page], verdic
     assert "12.0 →" not in text
 
 
-@pytest.mark.usefixtures("words_alone")
-def test_a_near_miss_is_called_that(pages: dict[str, Page]) -> None:
-    near = page_of(made_diagnosed("no_gap", no_gap_probability=0.06))
-
-    assert "the probability of some effect is 0.94, and the first suspect is tendon slack (0.93)." in near.text
-    assert "near miss" not in pages["no_gap"].text
-
-
-def test_an_unexplained_gap_is_led_by_what_is_missing(pages: dict[str, Page]) -> None:
-    assert "The most significant is the torque in tail 5: 2.83 mN m" in pages["unexplained"].text
-    assert "It is a lead to the effect that the catalogue lacks." in pages["unexplained"].text
-
-
-@pytest.mark.usefixtures("words_alone")
-def test_forces_that_noise_could_feign_are_called_that() -> None:
-    found = made_diagnosed(missing_forces=to_plain(made_forces(sd=0.004)))
-
-    assert "No missing force differs significantly from zero over half of the beat." in page_of(found).text
-
-
-def test_parameters_have_intervals_units_and_their_physics(page: Page) -> None:
-    assert "tendon slack length 0.0021 0.0018 to 0.0024 m" in page.text
-    assert "wave drag high −1.5 −2 to −1, at its bound s" in page.text
-    assert "tendon slack: " in page.text
-
-
-def test_explanations_are_listed_with_their_weight(page: Page) -> None:
-    assert (
-        "tendon slack + wave drag 0.700 wave drag + another effect 0.100 another effect 0.020 no effect 0.001"
-    ) in page.text
-
-
-def test_places_of_something_else_and_what_shows_beside_the_beat_are_in_one_table(page: Page) -> None:
-    assert (
-        "marker tail 4 the same 0.070 hinge tail 1 the same 0.060 "
-        "phase jitter (4.00 ms) different 0.050 "
-        "whole fish, non-periodic (0.40 mm) different 0.030"
-    ) in page.text
-
-
-def test_effort_and_a_shorter_catalogue_are_caveats() -> None:
-    found = made_diagnosed(withheld_from_catalogue=["scale_error"])
-
-    assert "made with effort quick. Its catalogue lacked scale error." in page_of(found, "quick").text
-
-
-def test_names_are_said_from_where_the_verdict_says_them() -> None:
-    assert gap_which.HELD == HELD == 0.5, "as the caption says"
-
-
 def colours_of(figure: Figure) -> set[str]:
     return {to_hex(patch.get_facecolor()) for patch in figure.axes[0].patches}
-
-
-def rgb(colour: str) -> tuple[float, ...]:
-    return to_rgb(colour)

@@ -18,12 +18,7 @@ def test_minus_is_a_minus_and_zero_has_no_sign() -> None:
 
 
 def test_a_share_is_whole_only_when_nothing_is_missing() -> None:
-    assert [percent(1.0), percent(0.99999), percent(0.5), percent(0.0)] == [
-        "100 %",
-        "99.9 %",
-        "50.0 %",
-        "0 %",
-    ]
+    assert [percent(1.0), percent(0.99999), percent(0.5), percent(0.0)] == ["100 %", "99.9 %", "50.0 %", "0 %"]
 
 
 def test_lists_read_as_sentences() -> None:

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import pytest
 import tomlkit
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
@@ -21,27 +22,7 @@ HEADER = "time_s,nose_x,nose_y,nose_confidence,neck_x,neck_y,tail_1_x,tail_1_y"
 WITH_HEADER = HEADER + "\n" + "".join(f"{k / 60},1,2,0.5,3,4,5,{k}\n" for k in range(6))
 MOTOR = ",".join(MOTOR_COLUMNS) + "\n" + "".join(f"{k},0.1,6.28,0.5,12,30,0\n" for k in range(6))
 CAMERA = "[camera]\nwidth_px = 3840\nheight_px = 2160\nfx_px = 2e3\nfy_px = 2e3\ncx_px = 1920.0\ncy_px = 1080.0\n"
-PIECES = [
-    "",
-    ",",
-    "\n",
-    "\r",
-    "nan",
-    "inf",
-    "-",
-    "1e999",
-    "_",
-    '"',
-    ";",
-    "\0",
-    "é",
-    "[",
-    "]",
-    "=",
-    "'''",
-    "0x",
-    "#",
-]
+PIECES = [*',\n\r-_";\0é[]=#', "", "nan", "inf", "1e999", "'''", "0x"]
 
 broken = settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 
@@ -106,50 +87,24 @@ def read_session(path: Path) -> None:
     assert not (path.parent / "results").exists()
 
 
+FILES: dict[str, tuple[st.SearchStrategy[bytes], Callable[[Path], object]]] = {
+    "t.csv": (st.one_of(mutated(tracks_text(6)), mutated(WITH_HEADER), cells(), st.binary(max_size=200)), read_tracks),
+    "t.csv.gz": (damaged_gzip(tracks_text(6).encode()), read_tracks),
+    "m.csv": (st.one_of(mutated(MOTOR), cells(), st.binary(max_size=200)), load_motor),
+    "camera.toml": (st.one_of(mutated(CAMERA), st.binary(max_size=100)), load_camera),
+    "broken.toml": (st.one_of(mutated(SESSION_TOML), st.binary(max_size=100)), read_session),
+}
+
+
+@pytest.mark.parametrize("name", FILES)
 @broken
-@given(st.one_of(mutated(tracks_text(6)), mutated(WITH_HEADER), cells(), st.binary(max_size=200)))
-def test_broken_tracks_never_end_in_a_traceback(content: bytes) -> None:
-    read(content, "t.csv", read_tracks)
+@given(data=st.data())
+def test_broken_files_never_end_in_a_traceback(name: str, data: st.DataObject) -> None:
+    contents, reader = FILES[name]
+    read(data.draw(contents), name, reader)
 
 
-@broken
-@given(damaged_gzip(tracks_text(6).encode()))
-def test_broken_packed_tracks_never_end_in_a_traceback(content: bytes) -> None:
-    read(content, "t.csv.gz", read_tracks)
-
-
-@broken
-@given(st.one_of(mutated(MOTOR), cells(), st.binary(max_size=200)))
-def test_broken_motor_logs_never_end_in_a_traceback(content: bytes) -> None:
-    read(content, "m.csv", load_motor)
-
-
-@broken
-@given(st.one_of(mutated(CAMERA), st.binary(max_size=100)))
-def test_broken_camera_files_never_end_in_a_traceback(content: bytes) -> None:
-    read(content, "camera.toml", load_camera)
-
-
-@broken
-@given(st.one_of(mutated(SESSION_TOML), st.binary(max_size=100)))
-def test_broken_session_files_never_end_in_a_traceback(content: bytes) -> None:
-    read(content, "broken.toml", read_session)
-
-
-KEYS = [
-    "session",
-    "robot",
-    "camera",
-    "markers",
-    "fit",
-    "trial",
-    "name",
-    "file",
-    "fps",
-    "names",
-    "kind",
-    "tracks",
-]
+KEYS = ["session", "robot", "camera", "markers", "fit", "trial", "name", "file", "fps", "names", "kind", "tracks"]
 scalars = st.one_of(
     st.booleans(),
     st.integers(-(10**30), 10**30),

@@ -66,16 +66,8 @@ def test_an_unknown_trial_is_reported_with_the_choices(tmp_path: Path) -> None:
     ("old", "new", "message"),
     [
         ("fps = 60.0", "fps = 0", "line 5, camera.fps: wrong value; found 0; expected greater than 0"),
-        ("fps = 60.0", "fps = -60.0", "expected greater than 0"),
         ("fps = 60.0", "fps = nan", "camera.fps: wrong value; found nan"),
         ("0.142", "0.0", "line 6, camera.scale_length_m: wrong value; found 0.0; expected greater than 0"),
-        ("fps = 60.0", "", "line 4, camera.fps: key is missing; expected a number"),
-        (
-            "fps =",
-            "fsp =",
-            "unknown key; found 'fsp'; expected a known key; "
-            "choices: fps, scale_length_m, calibration. Did you mean 'fps'?",
-        ),
         (
             '"nose", "neck", "tail_1"',
             '"nose", "neck"',
@@ -91,7 +83,6 @@ def test_an_unknown_trial_is_reported_with_the_choices(tmp_path: Path) -> None:
             "line 18, trial[1].name: two trials of one name; found 'Slow', as in line 12, trial[0].name",
         ),
         ('"fast.csv"', '"none.csv"', "line 20, trial[1].tracks: the file is not there; found 'none.csv'"),
-        ('"fast.csv"', '"."', "the file is not there; found '.'"),
         ('"fast.csv"', '"a\\u0000b"', "the file is not there"),
         (
             'tracks = "fast.csv"',
@@ -115,20 +106,12 @@ def test_an_unknown_trial_is_reported_with_the_choices(tmp_path: Path) -> None:
             "line 21, trial[1].commanded_hz: faster than a tail is driven; found 90; "
             "expected crank turns a second, at most 15. Turns a minute? Divide by 60: 1.5.",
         ),
-        ("commanded_hz = 1.5", "commanded_hz = -1.5", "trial[1].commanded_hz: wrong value; found -1.5"),
-        (
-            'role = "holdout"',
-            'role = "hold_out"',
-            "line 22, trial[1].role: wrong value; found 'hold_out'; expected one of the choices; "
-            "choices: fit, holdout. Did you mean 'holdout'?",
-        ),
         ('kind = "swim"', 'kind = "swims"', "choices: free_decay, dry, swim. Did you mean 'swim'?"),
         (
             "[session]",
             "[fit]\nwarmup_s = 60\n[session]",
             "the trial is too short; found 1.48 s; expected more than the warm-up of 60 s",
         ),
-        ("[session]", "[fit]\nwarmup_s = -1\n[session]", "line 2, fit.warmup_s: wrong value; found -1"),
         ("[session]", 'robot = "fish.toml"\n[session]', "line 1, robot: wrong value; found 'fish.toml'"),
         ("0.142", '0.142\ncalibration = "slow.csv"', "slow.csv: line 1: not valid TOML"),
     ],

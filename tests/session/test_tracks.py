@@ -57,11 +57,6 @@ def test_saved_tracks_read_back_the_same(tmp_path: Path, name: str) -> None:
     np.testing.assert_array_equal(again.confidence.values, tracks.confidence.values)
 
 
-def test_packed_tracks_are_unpacked(tmp_path: Path) -> None:
-    path = written(tmp_path, gzip.compress(tracks_text(7).encode()), "t.csv.gz")
-    assert len(load_tracks(path, MARKERS, 60.0).time.values) == 7
-
-
 def test_windows_line_ends_and_a_byte_order_mark_are_no_fault(tmp_path: Path) -> None:
     text = "\ufeff" + f"{HEADER}\n0,1,2,3,4,5,6\n1,1,2,3,4,5,6\n\n".replace("\n", "\r\n")
     assert len(load_tracks(written(tmp_path, text), MARKERS, 60.0).time.values) == 2
@@ -89,7 +84,6 @@ def test_arrays_that_do_not_fit_each_other_are_refused() -> None:
         ("1,2,3,4,5,6\n1,2,x,4,5,6\n", "line 2, column 3 (neck_x): not a number; found 'x'"),
         ("1,2,3,4,5,6\n1,2,3,4,1_0,6\n", "line 2, column 5 (tail_1_x): not a number; found '1_0'"),
         ("1,2,3,4,5,6\n1,2,3,inf,5,6\n", "line 2, column 4 (neck_y): an infinite value; found 'inf'"),
-        ("1,2,3,4,5,6\n1,2,3,1e999,5,6\n", "an infinite value; found '1e999'"),
         ("1,2,3,4\n1,2,3,4\n", "found 4 in every row; expected 6: x and y of the 3 markers nose,"),
         ("1,2,,4,5,6\n1,2,3,,5,6\n", "marker 'neck' is missing in every frame"),
         ("1,2,3,4,5,6\n", "too short; found 1 frames; expected at least 2"),

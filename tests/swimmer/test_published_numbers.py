@@ -17,6 +17,10 @@ def test_the_robot_weighs_what_was_published() -> None:
     assert build_mjcf(FISH).compile().body_mass.sum() == pytest.approx(1.48, rel=0.05)
 
 
+def test_the_robot_is_as_long_as_published() -> None:
+    assert FISH.length_m == pytest.approx(0.57, abs=0.01)
+
+
 def test_the_lowest_natural_frequency_in_air_without_tendons_is_within_a_fifth_of_the_published() -> None:
     """3.5 Hz published, 4.15 Hz here at the published hinge stiffness: our tail is the lighter one."""
     model = build_mjcf(FISH, scene=FREE_DECAY).compile()

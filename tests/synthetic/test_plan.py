@@ -2,7 +2,7 @@ from typing import Any
 
 import pytest
 
-from synthetic import SyntheticTrial, default_plan
+from synthetic import SyntheticTrial
 from synthetic.trials import Merge
 from tests.synthetic.plans import MOTOR, SLOW, dry_plan, small_plan
 
@@ -47,12 +47,3 @@ def test_a_trial_has_a_frame_at_its_start_and_at_every_tick_up_to_its_end(second
     trial = SyntheticTrial(**SLOW | {"seconds": seconds})
 
     assert len(trial.time_s(small_plan().camera)) == frames
-
-
-def test_the_default_plan_has_five_speeds_both_roles_and_one_fault() -> None:
-    plan = default_plan(3)
-
-    assert len({trial.frequency_hz for trial in plan.trials}) == 5
-    assert [trial.role for trial in plan.trials].count("fit") == 2
-    assert sum(len(trial.faults) for trial in plan.trials) == 1
-    assert all(0.95 < trial.frequency_hz / trial.commanded_hz < 1 for trial in plan.trials)

@@ -65,9 +65,6 @@ class Faulty(NamedTuple):
     touched: np.ndarray
 
 
-FAULTS = ("merge", "freeze", "jump", "hop", "swap")
-
-
 def with_fault(kind: str, clean_px: np.ndarray, k: int, rng: np.random.Generator) -> Faulty:
     """One fault of marker k, at a random time and of a random size, markers in body order."""
     n, m, _ = clean_px.shape

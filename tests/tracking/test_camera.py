@@ -10,22 +10,15 @@ from session import CameraSpec, InputError, NotEnoughData
 from session.camera import CameraCalibration
 from session.tracks import as_tracks, pixels_of
 from swimmer import load_robot
-from tests.tracking.lens.render import to_pixels
+from tests.tracking.lens.render import lens_of, to_pixels
 from tracking import to_pool
 
 ROBOT = load_robot()
 MARKERS = tuple(ROBOT.markers)
 PLACE_M = ROBOT.marker_positions_m(MARKERS)
 NOSE_NECK_M = PLACE_M[MARKERS.index("nose"), 2]
-LENS = CameraCalibration(
-    width_px=3840,
-    height_px=2160,
-    fx_px=2280.0,
-    fy_px=2310.0,
-    cx_px=1950.0,
-    cy_px=1060.0,
-    distortion=(-0.05, 0.02, 3e-4, -2e-4, -0.003),
-    height_above_water_m=2.4,
+LENS = lens_of(
+    (3840, 2160), (2280.0, 2310.0), (1950.0, 1060.0), -0.05, 0.02, 3e-4, -2e-4, -0.003, height_above_water_m=2.4
 )
 CAMERA = CameraSpec(60.0, ROBOT.scale_length_m, LENS, Path("camera.toml"))
 

@@ -177,10 +177,6 @@ def test_a_marker_the_robot_lacks_is_refused_with_the_choices() -> None:
 # ---- invariance and other swimmers
 
 
-def turned(position: np.ndarray) -> np.ndarray:
-    return (position - 2000) @ np.array([[0.0, 1.0], [-1.0, 0.0]]) + 2000
-
-
 @pytest.mark.parametrize("segments", [3, 7])
 def test_a_robot_with_another_number_of_segments(segments: int) -> None:
     head = {name: ROBOT.markers[name] for name in ("nose", "neck", "dorsal_fin")}

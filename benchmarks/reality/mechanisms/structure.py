@@ -22,10 +22,10 @@ class StiffnessError(Mechanism):
         return replace(parameters, hinge_stiffness_n_m=parameters.hinge_stiffness_n_m * factor)
 
 
-def stiffness_error(random: np.random.Generator, gaps: int = 5) -> AtStrength:
+def stiffness_error(random: np.random.Generator) -> AtStrength:
     """All stiffer, or all softer, by 10 % at strength 1, uneven by a twentieth of that; exponential in the strength."""
     ln, uneven = 0.1, 0.05
-    ln_factor = ln * random.choice([-1.0, 1.0]) * (1 + uneven * random.standard_normal(gaps))
+    ln_factor = ln * random.choice([-1.0, 1.0]) * (1 + uneven * random.standard_normal(5))
     return lambda strength: (StiffnessError(tuple(strength * ln_factor)),)
 
 

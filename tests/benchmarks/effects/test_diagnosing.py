@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from benchmarks.cases import Run
-from benchmarks.effects.diagnosing import CommandLine, diagnose, diagnose_suite, diagnose_without, program_of
+from benchmarks.effects.diagnosing import diagnose, diagnose_suite, diagnose_without, program_of
 from benchmarks.effects.folder import DIAGNOSIS, SuiteFolder
 from benchmarks.effects.score import measures_without
 from benchmarks.effects.scoring import score_all, score_suite, score_without
@@ -151,7 +151,7 @@ def test_any_command_may_be_the_program(suite: SuiteFolder, tmp_path: Path) -> N
 
 
 def test_a_command_that_fails_is_told_with_its_last_words(suite: SuiteFolder) -> None:
-    program = CommandLine((sys.executable, "-c", "raise SystemExit('no such camera')"))
+    program = program_of(f"""{sys.executable} -c "raise SystemExit('no such camera')" """)
     failures = diagnose_suite(suite, program, ALONE)
     assert {failure.message for failure in failures} == {"ProgramFailed: ended with status 1: no such camera"}
 

@@ -47,7 +47,7 @@ def folder(plans: tuple[SessionPlan, ...], tmp_path_factory: pytest.TempPathFact
         for _ in range(tries):
             yield from drawn.recorded(present, drawn.swims("fit"))
         recordings = yield from drawn.recorded(present)
-        write_session(folder / "sessions" / plan.name, drawn, recordings, present)
+        write_session(folder / "sessions" / plan.name, drawn, recordings)
 
     film_together((made(plan) for plan in plans), TOGETHER)
     return folder

@@ -19,7 +19,7 @@ from benchmarks.effects.score import (
     reachable,
 )
 from benchmarks.effects.scored_diagnosis import AllAtOnce, Diagnosis, Gap, Where
-from benchmarks.scores import Estimate, Share
+from benchmarks.scores import Estimate
 
 NULL = Answer("n", "null")
 SLACK = Answer("s", "single", ("tendon_slack",), None, (("tendon_friction",),), 5.0, "tail", 0.8)
@@ -174,13 +174,3 @@ def test_all_at_once_counts_where_called_for_against_what_there_is_without() -> 
     assert value(found, "shrinkage") == pytest.approx(0.3)
     blank = measures_together([Case(many, Diagnosis("unexplained", (), {}, everything=AllAtOnce()))])
     assert "nearer_than_plain" not in blank  # no held-out swim counts: no comparison
-
-
-def test_every_share_has_its_interval() -> None:
-    right = made("named", ("tendon_slack",), tendon_slack=0.99, wave_drag=0.15, shrinkage=0.75)
-    wrong = made("inseparable", ("tendon_slack", "wave_drag"), tendon_slack=0.3, wave_drag=0.6, shrinkage=0.2)
-    outside, quiet = made("unexplained", shrinkage=0.4, stage="body"), made("no_gap", scale_error=0.04)
-    cases = [(SLACK, right), (SLACK, wrong), (WEAK, quiet), (BOTH, wrong), (TETHER, outside), (NULL, quiet)] * 6
-    for row in measured(*cases).values():
-        if not isinstance(row.found, Share) or row.found.of:
-            assert row.found.interval[0] <= row.found.value <= row.found.interval[1], row.label

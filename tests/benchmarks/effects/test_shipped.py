@@ -69,7 +69,7 @@ def test_the_seed_gives_these_tracks(tmp_path: Path) -> None:
     nulls = [plan for plan in PLANS.values() if plan.kind == "null"]
     plan = min(nulls, key=lambda each: len((*each.recorded.fit_hz, *each.recorded.holdout_hz)))
     (drawn,) = film_together([draw_world(plan)])
-    write_session(tmp_path / plan.name, drawn, film_together([drawn.recorded()])[0], ())
+    write_session(tmp_path / plan.name, drawn, film_together([drawn.recorded()])[0])
     shipped = load_session(SUITE.sessions / plan.name)
     for trial, made in zip(shipped.trials, load_session(tmp_path / plan.name).trials, strict=True):
         assert trial.tracks is not None

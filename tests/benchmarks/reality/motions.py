@@ -51,9 +51,3 @@ def roll(
         states = motion.advanced(at, states, step_s)
         position, velocity = later, faster
     return seen
-
-
-def bent(layout: Layout, angle_rad: float) -> np.ndarray:
-    """(N,) coordinates of a tail that a finger at the fin's root bends by so much in all, the head at the origin."""
-    arm = layout.robot.fin_root_x_m - layout.origin_m[1:]
-    return np.concatenate([np.zeros(3), np.cumsum(angle_rad * arm / arm.sum())])

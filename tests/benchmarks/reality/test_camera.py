@@ -1,12 +1,8 @@
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
-from benchmarks.reality import Trial, World, simulate
 from benchmarks.reality.camera import Camera
 from benchmarks.reality.noise import PixelNoise
-from tests.benchmarks.reality.motions import COEFFICIENTS
 
 
 def test_x_is_to_the_right_and_y_down_at_the_scale_of_the_plane():
@@ -40,11 +36,3 @@ def test_boxes_sit_elsewhere_in_every_trial_and_stay_there():
     assert (first[0] != second[0]).any()
     assert (2 * first == np.round(2 * first)).all()
     assert (first - true).std() == pytest.approx(2.0, rel=0.4)
-
-
-def test_a_recording_is_tracked_as_its_world_says():
-    quiet = World(COEFFICIENTS, noise=PixelNoise(sd_px=0.0, placement_sd_px=0.0, grid_px=0.0))
-    (dry,) = simulate([(quiet, Trial("dry", 0.1, 1.0, run_in_s=0.0))])
-    assert (dry.tracked_px(quiet, np.random.default_rng(0)) == dry.position_px).all()
-    loud = replace(quiet, noise=PixelNoise())
-    assert np.abs(dry.tracked_px(loud, np.random.default_rng(0)) - dry.position_px).max() > 1.0

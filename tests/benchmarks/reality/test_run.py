@@ -75,7 +75,8 @@ def test_one_hinge_a_gap_moves_in_air_as_the_twin_does():
     twin = Twin(load_robot(), scene=replace(DRY, timestep_s=5e-4), workers=1).simulate(runs, time_s)
     assert np.abs(dry.hinges_rad).max() > 0.3
     assert dry.hinges_rad[30:] == pytest.approx(twin.hinges_rad[0, 30:], abs=4e-3)
-    assert dry.crank_rad == pytest.approx(twin.crank_rad[0], abs=2e-3)
+    crank_rad = np.interp(time_s, dry.drive.time_s, dry.drive.angle_rad)
+    assert crank_rad == pytest.approx(twin.crank_rad[0], abs=2e-3)
 
 
 def test_the_tail_starts_in_balance_with_its_tendons():

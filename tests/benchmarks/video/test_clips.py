@@ -54,7 +54,3 @@ def test_markers_leave_for_good_or_come_back() -> None:
 
     caudal = truth_of("comes_and_goes").visible[:, -1]
     assert (np.diff(caudal.astype(int)) == 1).sum() >= 3
-
-
-def test_every_clip_has_a_seed_of_its_own() -> None:
-    assert len({plan.seed for plan in BENCHMARK_CLIPS.values()}) == len(BENCHMARK_CLIPS)

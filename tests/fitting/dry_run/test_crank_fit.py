@@ -122,7 +122,6 @@ def test_an_arm_far_from_the_described_one_is_found(described_m: float, true_m: 
     runs = [dry_trial(true_m, *SLOW, robot=robot), dry_trial(true_m, *FAST, seed=1, robot=robot)]
     fit = fit_crank(runs, robot, crank_response(runs, robot, SMALL), SMALL)
 
-    print(f"\n{1000 * fit.arm_m:.3f} ± {1000 * fit.arm_se_m:.3f} mm of {1000 * true_m:.1f} mm")
     assert fit.arm_m == pytest.approx(true_m, abs=3e-4)
     assert abs(fit.arm_m - true_m) < 3 * fit.arm_se_m
     assert "at_bound" not in {flag.kind for flag in fit.flags}

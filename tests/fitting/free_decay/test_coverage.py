@@ -101,7 +101,6 @@ def test_three_decays_together_hold_one_per_cent() -> None:
     within = np.abs(found.error) < [0.01, 0.10]
     rings = np.array([damped(robot) <= 1.0 for robot in robots])
 
-    print(f"\nwithin 1 %: {within[rings, 0].sum()} of {rings.sum()}, {within[:, 0].sum()} of 120; {found.coverage}")
     assert within[rings, 0].mean() >= 0.95
     assert within[:, 0].mean() >= 0.90
     assert within[:, 1].all()

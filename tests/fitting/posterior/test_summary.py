@@ -62,12 +62,6 @@ def test_combinations_that_the_data_see_come_before_those_they_do_not() -> None:
         ((True,) * 5, (), "All five coefficients are determined by these trials."),
         ((False,) * 5, (), "None of the five coefficients is determined by these trials."),
         (
-            (True, False, True, True, False),
-            (),
-            "Slender drag and magnus lift are not determined by these trials; "
-            "blunt drag, angular drag and kutta lift are.",
-        ),
-        (
             (True, True, True, True, False),
             ("slender_drag", "kutta_lift"),
             "Magnus lift is not determined by these trials; blunt drag and angular drag are. "

@@ -152,10 +152,6 @@ def test_what_a_trial_lacks_is_left_out(entities: dict[str, EntityContents]) -> 
     }
 
 
-def test_a_recording_is_laid_out(file: Path) -> None:
-    assert read_recording(file).blueprints == 1
-
-
 def test_one_that_is_not_whole_fails_its_check(tmp_path: Path, file: Path) -> None:
     whole, path = file.read_bytes(), tmp_path / "session.rrd"
     middle = len(whole) // 2

@@ -42,13 +42,6 @@ class OutOfOrder(CrankArmError):
     parameters = (Parameter("share", "1", 0.1, 1.0, 0.0),)
 
 
-class NeedsMore(CrankArmError):
-    name = "needs_more"
-
-    def __init__(self, share: float) -> None:
-        self.share = share
-
-
 class Idle(Effect):
     name, family, stage = "idle", "tendons", "tail"
     physics = source = "Nothing at all."
@@ -94,7 +87,6 @@ def test_a_user_adds_one_through_an_entry_point(catalogue_with: Catalogue) -> No
                 "parameters: share: bounds or prior out of order; found low 0.1, high 1.0, sd 0.0; expected",
             ),
         ),
-        (":NeedsMore", ("it cannot be loaded", "'share'", "made without arguments")),
         (":Idle", ("the effect does nothing",)),
         (":CrankArmError", ("an effect of this name is there already; found 'crank_arm_error'", "Rename")),
     ],

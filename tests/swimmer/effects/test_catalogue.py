@@ -24,14 +24,6 @@ def plain() -> np.ndarray:
     return PLAIN.simulate(plain_runs(), TIME_S).marker_m
 
 
-def test_the_catalogue_holds_the_thirty_six_effects() -> None:
-    assert len(EFFECTS) == 36
-    assert len({effect.name for effect in EFFECTS}) == 36
-    assert [effect.family for effect in EFFECTS] == sorted(
-        (e.family for e in EFFECTS), key=list(get_args(Family)).index
-    )
-
-
 @pytest.mark.parametrize("effect", EFFECTS, ids=named)
 def test_it_says_what_it_is(effect: Effect) -> None:
     assert effect.family in get_args(Family)

@@ -4,19 +4,10 @@ import cv2
 import numpy as np
 import pytest
 
-from session.camera import CameraCalibration
-from tests.tracking.lens.render import Scene, poses
+from tests.tracking.lens.render import Scene, lens_of, poses
 from tracking.lens import BoardSpec
 
-LENS = CameraCalibration(
-    width_px=960,
-    height_px=540,
-    fx_px=570.0,
-    fy_px=573.0,
-    cx_px=491.0,
-    cy_px=263.0,
-    distortion=(-0.22, 0.08, 4e-4, -3e-4, -0.012),
-)
+LENS = lens_of((960, 540), (570.0, 573.0), (491.0, 263.0), -0.22, 0.08, 4e-4, -3e-4, -0.012)
 CHARUCO = BoardSpec(columns=8, rows=6, square_m=0.03)
 
 

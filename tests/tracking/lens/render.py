@@ -22,6 +22,15 @@ def to_pixels(ray: np.ndarray, lens: CameraCalibration) -> np.ndarray:
     return cv2.projectPoints(points, np.zeros(3), np.zeros(3), matrix, np.array(lens.distortion))[0].reshape(ray.shape)
 
 
+def lens_of(
+    size: tuple[int, int], focal: tuple[float, float], centre: tuple[float, float], *bent: float, **more: float
+) -> CameraCalibration:
+    """Of a picture of that size, px, bent by these coefficients of OpenCV."""
+    (width, height), (fx, fy), (cx, cy) = size, focal, centre
+    sizes = {"width_px": width, "height_px": height, "fx_px": fx, "fy_px": fy, "cx_px": cx, "cy_px": cy}
+    return CameraCalibration(**sizes, distortion=bent, **more)  # type: ignore[arg-type]
+
+
 @dataclass(frozen=True)
 class Scene:
     """A lens and a board in front of it."""

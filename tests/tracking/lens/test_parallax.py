@@ -30,16 +30,6 @@ def test_a_traced_ray_leads_back_to_where_it_came_from(height: float, distance: 
     assert found == pytest.approx(distance * np.array([0.6, -0.8]), rel=1e-9)
 
 
-def test_a_marker_above_the_plane_appears_too_far_out_by_the_ratio_of_distances() -> None:
-    factor = true_over_apparent(np.array([[0.3, 0.1]]), np.array([0.05]), H)
-    assert factor == pytest.approx((H - 0.05) / H)
-
-
-def test_near_the_foot_water_shows_the_apparent_depth() -> None:
-    factor = true_over_apparent(np.array([1e-4, 0.0]), np.array(-0.4), H)
-    assert factor == pytest.approx(1 + 0.4 / WATER_INDEX / H)
-
-
 def test_a_place_above_the_camera_is_refused() -> None:
     with pytest.raises(ValueError, match=r"1\.2 m above the plane is not below the camera at 1 m"):
         true_over_apparent(np.zeros((1, 2)), np.array([1.2]), 1.0)

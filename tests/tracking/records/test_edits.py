@@ -48,9 +48,6 @@ def test_what_only_csrt_saw_goes_with_its_samples(path, edit, left) -> None:
     } == left
 
 
-swaps = edits.filter(lambda edit: isinstance(edit, Swap))
-
-
 @settings(deadline=None, max_examples=40)
 @given(st.lists(edits, max_size=4), edits, st.integers(0, 99))
 def test_an_undo_restores_bit_for_bit(tmp_path_factory, several, edit, seed):

@@ -1,11 +1,10 @@
-from pathlib import Path
-
 import numpy as np
 import pytest
 
 from session.create import FISHSIM_MARKERS
 from session.tracks import load_tracks, markers_of, pixels_of
 from swimmer import load_robot
+from tests.session.sample import FISHSIM, needs_fishsim
 from tests.tracking.fish import FPS, MARKERS, swimming_fish
 from tests.tracking.records.trials import same, tracked_of, twin_px
 from tracking import check_tracks
@@ -111,10 +110,7 @@ def test_predicted_samples_are_filled_too_and_give_nothing():
     assert same(fill_gaps(tracked), plain)
 
 
-FISHSIM = Path(__file__).parents[4] / "shared" / "data" / "fishsim"
-
-
-@pytest.mark.skipif(not FISHSIM.is_dir(), reason="needs the public tracks in ../shared/data/fishsim")
+@needs_fishsim
 @pytest.mark.parametrize(("trial", "at_most_px"), [("f0_50", 0.9), ("f1_00", 1.3), ("f1_75", 1.8)])
 def test_gaps_cut_into_public_tracks_are_filled_within_their_jitter(trial, at_most_px):
     tracks = load_tracks(FISHSIM / f"{trial}.csv", FISHSIM_MARKERS, FPS)

@@ -20,6 +20,7 @@ from tracking.records import SampleState
 
 _PLACE_M = load_robot().marker_positions_m(FISHSIM_MARKERS)[:, 0] + ([0.077] * 8 + [0.117])  # behind the nose
 _ROOT_M, _FINE_M = 0.3, np.linspace(-0.05, _PLACE_M[-1] + 0.05, 400)
+_WIDE = 1.1  # half width of the body at the markers, diameters
 _MOMENTS = (np.arange(16) + 0.5) / 16 - 0.5  # of the exposure
 Colour = tuple[float, float, float]
 
@@ -33,27 +34,18 @@ class FinClip:
         fastest: of the caudal fin, px a frame.
         chain: the tail bends and keeps its length; else it swings sideways, and its markers move apart.
         scale: px a metre.
-        overtone: by how much the beat's phase swings with twice its frequency, rad.
-        waxing: share by which the beat comes and goes in two seconds.
-        wide: half width of the body at the markers, diameters.
     """
 
     hz: float = 3.0
     fastest: float = 45.0
     chain: bool = False
     scale: float = 1100.0
-    overtone: float = 0.0
-    waxing: float = 0.0
     exposure: float = 0.45
     diameter: float = 17.0
     dot: Colour = (25, 25, 30)
     body: Colour = (235, 130, 30)
     water: Colour = (60, 95, 120)
-    wide: float = 1.1
-    noise: float = 2.0
-    phase: float = 0.0
     frames: int = 180
-    crf: float = 20
     size: tuple[int, int] = (960, 720)
     seed: int = 0
 
@@ -65,7 +57,7 @@ class FinClip:
     def picture(self, number: int) -> np.ndarray:
         """(h, w, 3) uint8 RGB."""
         behind = np.linspace(-0.02, _PLACE_M[-1] + 0.03, 80)
-        thick = self.wide * self.diameter * (1 + 1.5 * np.exp(-(((behind - 0.1) / 0.1) ** 2)))[:, None]
+        thick = _WIDE * self.diameter * (1 + 1.5 * np.exp(-(((behind - 0.1) / 0.1) ** 2)))[:, None]
         line = self._line(number + self.exposure * _MOMENTS, np.concatenate([behind, _PLACE_M]), self._bend)
         corner = np.maximum(line.min(axis=(0, 1)) - thick.max() - 4, 0).astype(int)
         right, bottom = (line.max(axis=(0, 1)) + thick.max() + 4).astype(int)
@@ -83,11 +75,11 @@ class FinClip:
             total += moment
         picture[there] = total / len(_MOMENTS)
         picture = cv2.GaussianBlur(picture, (0, 0), 0.7)
-        picture += np.random.default_rng([self.seed, number]).normal(0, self.noise, picture.shape[:2])[..., None]
+        picture += np.random.default_rng([self.seed, number]).normal(0, 2.0, picture.shape[:2])[..., None]
         return np.clip(np.rint(picture), 0, 255).astype(np.uint8)
 
     def video(self, path: Path) -> Path:
-        with VideoWriter(path, *self.size, crf=self.crf) as writer:
+        with VideoWriter(path, *self.size, crf=20) as writer:
             for number in range(self.frames):
                 writer.write(self.picture(number))
         return path
@@ -111,11 +103,9 @@ class FinClip:
 
     def _line(self, frame: np.ndarray, behind_m: np.ndarray, bend: float) -> np.ndarray:
         """(n, s, 2) places at times (n,) of what is so far (s,) behind the nose."""
-        beat = 2 * np.pi * self.hz * frame[:, None] / 60 + self.phase
+        beat = 2 * np.pi * self.hz * frame[:, None] / 60
         tail = np.clip(_FINE_M - _ROOT_M, 0, None) / (_PLACE_M[-1] - _ROOT_M)
-        wave = beat - 1.6 * tail
-        wave = np.sin(wave + self.overtone * np.sin(2 * wave))
-        wave = bend * (1 + self.waxing * np.sin(2 * np.pi * frame[:, None] / 120)) * wave
+        wave = bend * np.sin(beat - 1.6 * tail)
         if self.chain:
             angle, step = wave * (0.4 * tail + 0.6 * tail**2), self.scale * (_FINE_M[1] - _FINE_M[0])
             fine = step * np.cumsum([np.cos(angle), np.sin(angle)], axis=2)
@@ -152,7 +142,6 @@ class FinScore:
     rms_px: float  # an axis, of samples that are not blurred
     rms_blurred_px: float
     unflagged: int  # samples half a diameter off that count
-    counted_fin: float  # share of the caudal fin's samples that count
 
     @classmethod
     def of(cls, clip: FinClip, tracked: xr.Dataset) -> "FinScore":
@@ -164,11 +153,9 @@ class FinScore:
         speed = np.linalg.norm(np.gradient(truth, axis=0), axis=2)
         blurred = clip.exposure * speed > clip.diameter / 2
         plain, smeared = (error[good & which].ravel() for which in (~blurred, blurred))
-        counts = tracked.weight.values > 0
         return cls(
             lost=float(1 - good.mean()),
             rms_px=float(np.sqrt(np.mean(plain**2))),
             rms_blurred_px=float(np.sqrt(np.sum(smeared**2) / max(len(smeared), 1))),
-            unflagged=int((counts & ~near).sum()),
-            counted_fin=float(counts[:, -1].mean()),
+            unflagged=int(((tracked.weight.values > 0) & ~near).sum()),
         )

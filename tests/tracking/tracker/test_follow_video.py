@@ -12,6 +12,7 @@ import xarray as xr
 from session import InputError
 from session.tracks import markers_of, pixels_of
 from tests.cases import later
+from tests.tracking.records.trials import same
 from tests.tracking.tracker.pool import WATER, Pool, Thing, tail
 from tracking.boxes import Box, StartBoxes
 from tracking.records import SampleState
@@ -41,18 +42,6 @@ def whole(clip: Path) -> xr.Dataset:
 def tracked(clip: Path, boxes: StartBoxes | None = None, **options: object) -> xr.Dataset:
     with Video(clip) as video:
         return follow_video(video, boxes or POOL.boxes(NAMES), NAMES, **options)  # type: ignore[arg-type]
-
-
-def same(one: xr.Dataset, other: xr.Dataset) -> bool:
-    """Bit for bit."""
-    pairs = [
-        (pixels_of(one), pixels_of(other)),
-        (one.confidence.values, other.confidence.values),
-        (one.time.values, other.time.values),
-        (one.state.values, other.state.values),
-        (one["size"].values, other["size"].values),
-    ]
-    return all(np.array_equal(a, b, equal_nan=True) for a, b in pairs) and one.flags == other.flags
 
 
 class Interrupting:

@@ -3,13 +3,9 @@
 import numpy as np
 import pytest
 
-from swimmer import load_robot
 from tests.cases import later
 from tests.tracking.tracker.pool import WATER, Pool, Thing, drifting, errors, still, tail
 from tracking.tracker import MarkerTracker
-
-ROBOT = load_robot()
-NINE = ("nose", "neck", "dorsal_fin", "tail_1", "tail_2", "tail_3", "tail_4", "tail_5", "caudal_fin")
 
 
 def rms_axis(away: np.ndarray) -> float:
