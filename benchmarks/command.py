@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from calib.commands.arguments import AsJson
+from calib.commands.arguments import AsJson, Scheduler
 
 if TYPE_CHECKING:
     from benchmarks.scores import Scores
@@ -43,7 +43,7 @@ def posterior(
     first: Annotated[int, typer.Option(min=0, help="first session of this shard")] = 0,
     count: Annotated[int, typer.Option(min=0, help="sessions of this shard; 0: only the table of what is there")] = 300,
     workers: Annotated[int, typer.Option(min=0, help="sessions at a time; 0: one on each core")] = 0,
-    scheduler: Annotated[str | None, typer.Option(help="address of a dask scheduler; default: here")] = None,
+    scheduler: Scheduler = None,
     as_json: AsJson = False,
 ) -> None:
     """Draws sessions from the prior; measures how often posteriors hold the truth (simulation-based calibration)."""
@@ -81,7 +81,7 @@ def effects(
         str, typer.Option(help="command that diagnoses, given SESSION [--exclude EFFECT]; default: the toolkit's own")
     ] = "",
     workers: Annotated[int, typer.Option(min=0, help="sessions at a time; 0: one on each core")] = 0,
-    scheduler: Annotated[str | None, typer.Option(help="address of a dask scheduler; default: here")] = None,
+    scheduler: Scheduler = None,
     as_json: AsJson = False,
 ) -> None:
     """Makes sessions whose effect is withheld from what diagnoses them, has them diagnosed, and scores that."""

@@ -1,7 +1,7 @@
 """Several sessions at a time: each in a process of its own, and a broken one stops no other."""
 
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from os import cpu_count
 from pathlib import Path
@@ -15,6 +15,8 @@ from calib.results.result import Export
 from calib.spread import spread
 from reports import IndexEntry, write_index
 from session.errors import NotConverged, SwimcalError
+
+Work = Callable[[Pipeline], object]
 
 
 def run_pipeline(pipeline: Pipeline) -> None:
@@ -47,11 +49,14 @@ def run_all(
     workers: int = 0,
     progress: bool = False,
     scheduler: str | None = None,
+    work: Work = run_pipeline,
 ) -> Mapping[Path, str]:
-    """Runs all sessions, `jobs` at a time, and says when each is done; why sessions failed, by folder.
+    """Works on all sessions, `jobs` at a time, and says when each is done; why sessions failed, by folder.
 
-    Threads of each, `workers`: 0 for its share of the cores, one where a dask scheduler is given, whose workers run the
-    sessions; they need to see the same folders.
+    Args:
+        workers: threads of each; 0 for its share of the cores, one where a dask scheduler is given, whose workers do
+            the sessions; they need to see the same folders.
+        work: on each, which can be pickled.
 
     Raises:
         InputError: of the scheduler or its workers.
@@ -59,8 +64,8 @@ def run_all(
     threads = workers or (1 if scheduler else max((cpu_count() or 1) // jobs, 1))
     failures: dict[Path, str] = {}
     given = {folder.resolve(): folder for folder in folders}
-    work = partial(_run_one, effort=effort, workers=threads)
-    for done, ended in enumerate(spread(work, list(given), _lost, jobs, scheduler), 1):
+    one = partial(_run_one, effort=effort, workers=threads, work=work)
+    for done, ended in enumerate(spread(one, list(given), _lost, jobs, scheduler), 1):
         if ended.error:
             failures[given[ended.folder]] = ended.error
         if progress:
@@ -97,11 +102,11 @@ def reported(folder: Path) -> tuple[IndexEntry, str]:
     return entry, " ".join([f"{pipeline.session.name}: {pipeline.standing}", *pipeline.notes])
 
 
-def _run_one(folder: Path, effort: EffortName, workers: int) -> Ended:
+def _run_one(folder: Path, effort: EffortName, workers: int, work: Work) -> Ended:
     began, error = monotonic(), ""
     try:
         with working(folder, True, Options(effort, workers)) as pipeline:
-            run_pipeline(pipeline)
+            work(pipeline)
     except Exception as problem:  # whatever it is, it is this session's and no other's
         error = str(problem) or type(problem).__name__
     return Ended(folder, error, monotonic() - began)

@@ -1,7 +1,7 @@
 """The functions behind `import calib`, one a command; the command line is a thin layer on top of them.
 
 Commands with commands of their own are modules: `calib.camera` (board, lens, scale), `calib.capture` (scan, run,
-emulate: the motor), `calib.policy` (train, evaluate, play, aquarium) and `calib.benchmark` (speed, gym).
+emulate: the motor), `calib.policy` (train, evaluate, play, aquarium) and `calib.benchmark` (speed).
 
 A session is given as what `open_session` returns, or as the path of its folder. What has not changed since it was made
 is not made again, so that every function returns at once where its results are current. Functions that compute are
@@ -9,23 +9,25 @@ is not made again, so that every function returns at once where its results are 
 and read from finished files; every one has `to_frame()`, `summary()` and, where there is something to see, `plot`.
 
 The same in all functions: `session` is opened, or its folder; `effort`, "quick" or "full", says how hard to search;
-`workers` are threads, 0 for all cores; `progress` is shown on standard error.
+`workers` are threads, 0 for all cores; `progress` is shown on standard error; `scheduler`, the address of a dask
+scheduler, has one of its workers compute, which needs to see the same folder.
 
 Errors are a `SwimcalError`: `InputError` (all faults of what was given, at once), `NotEnoughData`, `NotConverged`,
 `SimulationDiverged`, `ModelMismatch`, `SessionLocked`, `ResultsNotWritable`.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, overload
 
 import pandas as pd
 
 from calib import benchmark, camera, capture, policy
-from calib.batch import indexed, reported, run_all, run_pipeline
+from calib.batch import Work, indexed, reported, run_all, run_pipeline
 from calib.options import EffortName, ObjectiveName, Options
+from calib.pipeline import Pipeline, working
 from calib.pipeline import open_session as _open_session
-from calib.pipeline import working
 from calib.progress import progress_bar
 from calib.results.fit import FitResult
 from calib.results.gap import EffectTest, GapResult
@@ -124,6 +126,7 @@ def fit(
     workers: int = 0,
     objective: ObjectiveName = "likelihood",
     progress: bool = True,
+    scheduler: str | None = None,
 ) -> FitResult | StructureResult:
     """Fits the five fluid coefficients, with hinges, crank, frequencies, phases and elongated body theory; forecasts.
 
@@ -136,7 +139,7 @@ def fit(
     is assumed to be as the robot is described. A previous fit is kept in `results/kept`.
 
     Args:
-        session, effort, workers, progress: see `help(calib.interface)`.
+        session, effort, workers, progress, scheduler: see `help(calib.interface)`.
         objective: "published" also runs the published search (Bayesian optimisation, then Nelder-Mead, of the mean
             marker distance) and keeps it next to the fit, for comparison; it takes minutes.
 
@@ -155,25 +158,36 @@ def fit(
         >>> list(found.to_frame().index)
         ['slow', 'fast']
     """
+    work = partial(_fit, objective=objective)
+    _elsewhere(scheduler, session, effort, work)
     with _working(session, Options(effort, workers), progress) as pipeline:
-        if pipeline.only_dry:
-            pipeline.structured()
-            return structure_result(pipeline)
-        pipeline.fit()
-        if objective == "published":
-            pipeline.published()
-        return fit_result(pipeline)
+        work(pipeline)
+        return structure_result(pipeline) if pipeline.only_dry else fit_result(pipeline)
+
+
+def _fit(pipeline: Pipeline, objective: ObjectiveName) -> None:
+    if pipeline.only_dry:
+        pipeline.structured()
+        return
+    pipeline.fit()
+    if objective == "published":
+        pipeline.published()
 
 
 def posterior(
-    session: AnySession, effort: EffortName = "full", *, workers: int = 0, progress: bool = True
+    session: AnySession,
+    effort: EffortName = "full",
+    *,
+    workers: int = 0,
+    progress: bool = True,
+    scheduler: str | None = None,
 ) -> PosteriorResult:
     """Draws from the posterior of the five coefficients given the fit trials; fits first where there is no fit.
 
     Stopped, it goes on where it was.
 
     Args:
-        session, effort, workers, progress: see `help(calib.interface)`.
+        session, effort, workers, progress, scheduler: see `help(calib.interface)`.
 
     Raises:
         NotConverged: draws that must not be relied on; none are reported.
@@ -186,6 +200,7 @@ def posterior(
         >>> list(calib.posterior("pool", "quick", progress=False).to_frame("coefficients").index)[:2]
         ['blunt_drag', 'slender_drag']
     """
+    _elsewhere(scheduler, session, effort, Pipeline.posterior)
     with _working(session, Options(effort, workers), progress) as pipeline:
         pipeline.posterior()
         return posterior_result(pipeline)
@@ -199,11 +214,12 @@ def diagnose(
     effects: Iterable[str | Effect] | None = None,
     workers: int = 0,
     progress: bool = True,
+    scheduler: str | None = None,
 ) -> GapResult:
     """Finds where the sim-to-real gap is, which unmodelled effect causes it, and how far it shrinks with that effect.
 
     Args:
-        session, effort, workers, progress: see `help(calib.interface)`.
+        session, effort, workers, progress, scheduler: see `help(calib.interface)`.
         exclude: names that the catalogue is to lack.
         effects: the catalogue of this diagnosis: names, or effects of your own; default: all.
 
@@ -222,9 +238,10 @@ def diagnose(
     named = {effect.name if isinstance(effect, Effect) else effect for effect in asked}
     check_names("effects", sorted(named), dict(catalogue()) | {effect.name: effect for effect in own})
     without = frozenset(exclude) | (frozenset(catalogue()) - named)
+    further = tuple(each for each in own if each.name not in catalogue())
+    _elsewhere(scheduler, session, effort, partial(Pipeline.diagnosis, without=without, own=further))
     with _working(session, Options(effort, workers), progress) as pipeline:
-        stage = pipeline.diagnosis(without, own=tuple(each for each in own if each.name not in catalogue()))
-        return gap_result(pipeline, stage)
+        return gap_result(pipeline, pipeline.diagnosis(without, own=further))
 
 
 def effect_test(
@@ -638,6 +655,13 @@ def new_session(  # noqa: PLR0913  it is the command `new`, of which a user give
     else:
         new_from_files(Path(folder), films, own, robot, fps, commands_hz, fit)
     return Path(folder)
+
+
+def _elsewhere(scheduler: str | None, session: AnySession, effort: EffortName, work: Work) -> None:
+    """Has a dask worker do it, if one is asked: what it has written is current here."""
+    if scheduler is not None:
+        for why in run_all([_folder(session)], effort, scheduler=scheduler, work=work).values():
+            raise SwimcalError(why)
 
 
 def _check_one_source(*given: bool) -> None:

@@ -18,5 +18,6 @@ SessionFolder = Annotated[Path, typer.Argument(metavar="SESSION", help="a sessio
 SessionFolders = Annotated[list[Path], typer.Argument(metavar="SESSION...", help="one or more session folders")]
 Effort = Annotated[EffortOption, typer.Option(help="how hard to search; recorded in the results")]
 Workers = Annotated[int, typer.Option(min=0, help="threads; 0: all cores, or SWIMCAL_WORKERS")]
+Scheduler = Annotated[str | None, typer.Option(help="address of a dask scheduler, whose workers do it; default: here")]
 Verbose = Annotated[bool, typer.Option("--verbose", "-v", help="every number and every flag, not the summary alone")]
 AsJson = Annotated[bool, typer.Option("--json", help="print the outcome as JSON on standard output")]

@@ -7,7 +7,16 @@ import typer
 from typer.core import TyperCommand
 
 import calib
-from calib.commands.arguments import AsJson, Effort, ObjectiveOption, SessionFolder, SessionFolders, Verbose, Workers
+from calib.commands.arguments import (
+    AsJson,
+    Effort,
+    ObjectiveOption,
+    Scheduler,
+    SessionFolder,
+    SessionFolders,
+    Verbose,
+    Workers,
+)
 from calib.terminal import print_export, print_result
 
 _MANY = ("--videos", "--tracks")
@@ -81,9 +90,7 @@ def run(
     sessions: SessionFolders,
     effort: Effort = "full",
     jobs: Annotated[int, typer.Option(min=1, help="sessions at a time")] = 1,
-    scheduler: Annotated[
-        str | None, typer.Option(help="address of a dask scheduler, whose workers run the sessions; default: here")
-    ] = None,
+    scheduler: Scheduler = None,
     workers: Workers = 0,
     verbose: Verbose = False,
     as_json: AsJson = False,
@@ -112,6 +119,7 @@ def fit(
         ObjectiveOption,
         typer.Option(help="published: the published search as well (minutes), for comparison with the fit"),
     ] = "likelihood",
+    scheduler: Scheduler = None,
     verbose: Verbose = False,
     as_json: AsJson = False,
 ) -> None:
@@ -123,7 +131,7 @@ def fit(
     constant stride through the fitted speeds are given for comparison. The other commands use the current fit,
     whatever its effort; only another fit replaces it.
     """
-    found = calib.fit(session, effort, workers=workers, objective=objective, progress=not as_json)
+    found = calib.fit(session, effort, workers=workers, objective=objective, progress=not as_json, scheduler=scheduler)
     print_result(found, as_json, verbose)
 
 
@@ -131,6 +139,7 @@ def posterior(
     session: SessionFolder,
     effort: Effort = "full",
     workers: Workers = 0,
+    scheduler: Scheduler = None,
     verbose: Verbose = False,
     as_json: AsJson = False,
 ) -> None:
@@ -138,7 +147,8 @@ def posterior(
 
     Stopped, it goes on where it was. Where the draws are not enough nothing is reported.
     """
-    print_result(calib.posterior(session, effort, workers=workers, progress=not as_json), as_json, verbose)
+    found = calib.posterior(session, effort, workers=workers, progress=not as_json, scheduler=scheduler)
+    print_result(found, as_json, verbose)
 
 
 def diagnose(
@@ -147,6 +157,7 @@ def diagnose(
     workers: Workers = 0,
     exclude: Annotated[str | None, typer.Option(help="effects that the catalogue is to lack, comma-separated")] = None,
     test: Annotated[str | None, typer.Option(help="instead: test these effects together, comma-separated")] = None,
+    scheduler: Scheduler = None,
     verbose: Verbose = False,
     as_json: AsJson = False,
 ) -> None:
@@ -162,7 +173,9 @@ def diagnose(
         alone = calib.effect_test(session, tested, effort, workers=workers, progress=not as_json)
         print_result(alone, as_json, verbose)
         return
-    found = calib.diagnose(session, effort, exclude=excluded, workers=workers, progress=not as_json)
+    found = calib.diagnose(
+        session, effort, exclude=excluded, workers=workers, progress=not as_json, scheduler=scheduler
+    )
     print_result(found, as_json, verbose)
 
 

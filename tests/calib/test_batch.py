@@ -17,6 +17,9 @@ from distributed import LocalCluster
 import calib as front
 from calib import spread as of_spread
 from calib.batch import run_all
+from calib.stages.diagnosis import DiagnosisStage
+from calib.stages.fit import FitStage
+from calib.stages.posterior import PosteriorStage
 from session.lock import HOLDER
 from tests.calib.door import Front, assert_reports, hurried, lasting
 from tests.calib.forks import forks
@@ -84,6 +87,35 @@ def test_results_are_those_of_one_process_to_the_last_digit(
     assert outcome.code == 0, outcome
     for folder in pair:
         assert lasting(folder) == lasting(finished)
+
+
+def idle(patch: pytest.MonkeyPatch) -> None:
+    """Nothing is computed in this process."""
+    for stage, makes in ((FitStage, "_made"), (PosteriorStage, "make"), (DiagnosisStage, "make")):
+        patch.setattr(stage, makes, lambda *_, **__: pytest.fail("computed here"))
+
+
+def test_a_fit_by_a_worker_is_that_of_this_process(
+    calib: Front, cluster: LocalCluster, pair: list[Path], finished: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    idle(monkeypatch)
+    outcome = calib("fit", pair[0], "--effort", "quick", "--scheduler", cluster.scheduler_address)
+    assert outcome.code == 0, outcome
+    assert lasting(pair[0])["calibration.json"] == lasting(finished)["calibration.json"]
+
+
+@pytest.mark.long
+def test_posterior_and_diagnosis_by_a_worker(
+    calib: Front, cluster: LocalCluster, fresh: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    idle(monkeypatch)
+    for command in ("fit", "posterior", "diagnose"):
+        outcome = calib(command, fresh, "--effort", "quick", "--scheduler", cluster.scheduler_address)
+        assert outcome.code == 0, outcome
+
+
+def test_what_fails_at_a_worker_fails_here(calib: Front, cluster: LocalCluster, broken: Path) -> None:
+    assert_reports(calib("posterior", broken, "--scheduler", cluster.scheduler_address), "session.toml")
 
 
 @pytest.mark.long
