@@ -19,7 +19,7 @@ Errors are a `SwimcalError`: `InputError` (all faults of what was given, at once
 from collections.abc import Iterable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, overload
+from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
@@ -261,18 +261,6 @@ def effect_test(
         return test_result(pipeline, pipeline.effect_test(tuple(effects)))
 
 
-@overload
-def track(
-    session: AnySession,
-    *,
-    method: TrackerName | None = None,
-    export: str = "",
-    click: Literal[False] = False,
-    workers: int = 0,
-    progress: bool = True,
-) -> TrackResult: ...
-@overload
-def track(session: AnySession, *, click: Literal[True], workers: int = 0, progress: bool = True) -> Export: ...
 def track(
     session: AnySession,
     *,

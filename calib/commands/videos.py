@@ -26,15 +26,15 @@ def track(
     as_json: AsJson = False,
 ) -> None:
     """Tracks the markers in a session's videos, with the state and confidence of each sample, and flags."""
+    from calib.results.tracks import TrackResult
     from calib.tracked_videos import print_tracks
 
-    if click:
-        pages = calib.track(session, click=True, workers=workers, progress=not as_json).files
-        files = {page.name.removesuffix(".click.html"): str(page) for page in pages}
+    found = calib.track(session, method=method, export=export, click=click, workers=workers, progress=not as_json)
+    if isinstance(found, TrackResult):
+        print_tracks(found, as_json)
+    else:
+        files = {page.name.removesuffix(".click.html"): str(page) for page in found.files}
         print(json.dumps(files, indent=1) if as_json else "\n".join(files.values()))
-        return
-    found = calib.track(session, method=method, export=export, workers=workers, progress=not as_json)
-    print_tracks(found, as_json)
 
 
 def edit(
