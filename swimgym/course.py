@@ -16,11 +16,11 @@ targets and the distance that counts as reached. What the paper leaves open, or 
 """
 
 from dataclasses import dataclass
-from typing import Generic, Protocol
+from typing import Protocol
 
 import numpy as np
 
-from swimgym.swimmers import S, turned
+from swimgym.swimmers import Swimmers, turned
 
 SEEN = ("crank_cos", "crank_sin", "crank_speed", "roll_rate", "pitch_rate", "yaw_rate")
 AHEAD = ("distance", "target_x", "target_y", "target_x_rate", "target_y_rate", "last_action")
@@ -186,10 +186,10 @@ class Moment:
         return self.reached | self.diverged | self.timed_out
 
 
-class Course(Generic[S]):
-    """Swimmers with a task: begun again one by one, acted on together."""
+class Course:
+    """Swimmers, or what has their members, with a task: begun again one by one, acted on together."""
 
-    def __init__(self, swimmers: S, task: Task, rules: Rules) -> None:
+    def __init__(self, swimmers: Swimmers, task: Task, rules: Rules) -> None:
         self.swimmers, self.task, self.rules = swimmers, task, rules
         self.action, self.time_s = np.zeros(len(swimmers)), np.zeros(len(swimmers))
         hinges = swimmers.hinges

@@ -6,7 +6,6 @@ live views of its state. Each swimmer can have a model of its own (posterior dra
 
 from collections.abc import Sequence
 from copy import copy
-from typing import Protocol, TypeVar
 
 import mujoco
 import numpy as np
@@ -19,39 +18,6 @@ from swimmer.workers import workers_of
 HEAD = ("surge", "sway", "yaw")
 """Joints of the head in an MJCF of the public contract: x, y (m) and yaw (rad); the robot heads along -x."""
 TURNS = ("roll", "pitch", "yaw")
-
-
-class Steerable(Protocol):
-    """What a course needs of n swimmers, `Swimmers` or robots of another simulator; see there for what each is."""
-
-    hinges: tuple[str, ...]
-
-    def __len__(self) -> int: ...
-    def rest(self, rows: np.ndarray, place_m: np.ndarray | float = 0.0, heading_rad: np.ndarray | float = 0.0) -> None:
-        """Lays some still."""
-        ...
-
-    def drive(self, speed_rad_s: np.ndarray, rows: np.ndarray | None = None) -> None:
-        """Advances all or some by an interval."""
-        ...
-
-    @property
-    def head(self) -> np.ndarray: ...  # noqa: D102
-    @property
-    def head_rate(self) -> np.ndarray: ...  # noqa: D102
-    @property
-    def turn_rates(self) -> np.ndarray: ...  # noqa: D102
-    @property
-    def crank(self) -> tuple[np.ndarray, np.ndarray]: ...  # noqa: D102
-    @property
-    def tail(self) -> tuple[np.ndarray, np.ndarray]: ...  # noqa: D102
-    @property
-    def centre(self) -> tuple[np.ndarray, np.ndarray]: ...  # noqa: D102
-    @property
-    def diverged(self) -> np.ndarray: ...  # noqa: D102
-
-
-S = TypeVar("S", bound=Steerable)
 
 
 class Swimmers:

@@ -12,7 +12,7 @@ from swimgym import Circle, Course, Rules
 from swimgym.evaluation import Swum, swim
 from swimgym.policy import SHIPPED, load_policy
 from swimgym.steering import start_of, steered
-from swimgym.swimmers import S
+from swimgym.swimmers import Swimmers
 
 GENERATIONS, CANDIDATES, EPISODES, SECONDS = 6, 12, 2, 25.0
 LAP_S, SLOW_M = 60.0, 0.3  # a lap is to take no longer; what one pays that does not move
@@ -22,7 +22,7 @@ _ELITE, _LEAST_WIDTH = 3, 0.02
 _TESTED, TEST_S, _TEST_SEED = 4, 80.0, 1_000_003
 _ASKEW_RAD = 0.2  # heading at the start, either way
 
-Make = Callable[[int, int, int], S]
+Make = Callable[[int, int, int], Swimmers]
 """Swimmers of a generation, given numbers of episodes and candidates: rows are episodes x candidates x robots."""
 
 
@@ -37,10 +37,10 @@ class OnRobot:
     seconds: tuple[float, ...]  # by episode
 
 
-class _Laps(Course[S]):
+class _Laps(Course):
     """Circles from headings that are the same for all that are compared."""
 
-    def __init__(self, swimmers: S, episodes: int, seconds: float, seed: int) -> None:
+    def __init__(self, swimmers: Swimmers, episodes: int, seconds: float, seed: int) -> None:
         super().__init__(swimmers, Circle(len(swimmers)), Rules(seconds=seconds))
         each = len(swimmers) // episodes
         heading = np.random.default_rng(seed).uniform(-_ASKEW_RAD, _ASKEW_RAD, episodes)
@@ -62,7 +62,7 @@ def shipped_law() -> np.ndarray:
     return load_policy(SHIPPED / "circle").arrays["law"]
 
 
-def searched(make: Make[S], robots: int, seed: int = 0) -> tuple[np.ndarray, np.ndarray]:
+def searched(make: Make, robots: int, seed: int = 0) -> tuple[np.ndarray, np.ndarray]:
     """(r, p) the best law of the last generation for each robot, and (r,) its cost, by the cross-entropy method."""
     first = shipped_law()
     middle, width = np.tile(first, (robots, 1)), _WIDTH * start_of("circle", len(first) - 8)[1]
@@ -78,7 +78,7 @@ def searched(make: Make[S], robots: int, seed: int = 0) -> tuple[np.ndarray, np.
     return best[0], costs.min(axis=0)
 
 
-def _cost(laps: _Laps[S], laws: np.ndarray) -> np.ndarray:
+def _cost(laps: _Laps, laws: np.ndarray) -> np.ndarray:
     """(n,) m: off the circle, and behind the pace of a lap in time."""
     mean, largest = laps.swum(laws).off_path_m
     share = laps.task.progress / (2 * np.pi * SECONDS / LAP_S)  # type: ignore[attr-defined]
@@ -86,7 +86,7 @@ def _cost(laps: _Laps[S], laws: np.ndarray) -> np.ndarray:
     return np.where(np.isfinite(cost), cost, 10.0)
 
 
-def tested(swimmers: Callable[[int], S], laws: np.ndarray, promised: np.ndarray) -> tuple[OnRobot, ...]:
+def tested(swimmers: Callable[[int], Swimmers], laws: np.ndarray, promised: np.ndarray) -> tuple[OnRobot, ...]:
     """Laws (r, p) that promise costs (r,), each on its robot, from starts that no search saw."""
     swum = _Laps(swimmers(_TESTED), _TESTED, TEST_S, _TEST_SEED).swum(np.tile(laws, (_TESTED, 1)))
     lapped, off_m, seconds = (

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import cast
 
 import numpy as np
 
@@ -13,6 +14,7 @@ from benchmarks.effects.suite import SIZES, SessionPlan
 from benchmarks.reality import Nuisances, World
 from benchmarks.reality.mechanism import worn
 from benchmarks.reference_swimmers import ReferenceSwimmers
+from swimgym import Swimmers
 
 _GENERATOR = GENERATORS["reality"]
 _STEP_S = 0.005  # of the integrator; over 1 m of way it is 7 mm from a step five times finer, and 0.02 degrees
@@ -57,6 +59,6 @@ def load_worlds(suite: SuiteFolder, robots: dict[str, Robot], of: dict[str, Sess
     return tuple(world_of(robot, of[name], answers[name].strengths) for name, robot in robots.items())
 
 
-def in_the_pool(worlds: Sequence[World], times: int) -> ReferenceSwimmers:
-    """Robots to steer: all of them, so many times."""
-    return ReferenceSwimmers(list(worlds) * times, step_s=_STEP_S)
+def in_the_pool(worlds: Sequence[World], times: int) -> Swimmers:
+    """Robots to steer, with the members of `Swimmers`: all of them, so many times."""
+    return cast(Swimmers, ReferenceSwimmers(list(worlds) * times, step_s=_STEP_S))

@@ -110,7 +110,7 @@ def _laws(
     return searched(_twins(fishes, suite if arm == "randomised" else None, names), count)
 
 
-def _twins(fishes: Sequence[Fish], drawn: SuiteFolder | None, names: tuple[str, ...] = ()) -> Make[Swimmers]:
+def _twins(fishes: Sequence[Fish], drawn: SuiteFolder | None, names: tuple[str, ...] = ()) -> Make:
     """Twins to search on; of sessions whose fit is drawn, another draw in every episode."""
 
     def make(generation: int, episodes: int, candidates: int) -> Swimmers:
