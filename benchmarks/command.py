@@ -173,4 +173,11 @@ def _print(scores: "Scores", as_json: bool) -> None:
     print(scores.json() if as_json else scores.text(), end="" if as_json else "\n")
 
 
-COMMANDS = (tracking, posterior, effects, transfer, gym)
+COMMANDS = {
+    tracking: "tracking --part accuracy",
+    posterior: "posterior --folder scores --first 2000 --count 30",
+    effects: "effects suite --part make --suite small --seed 1",
+    transfer: "transfer --folder suite",
+    gym: "gym --session pool",
+}
+"""Each with an example, for help."""

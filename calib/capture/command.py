@@ -31,14 +31,18 @@ def main(arguments: Sequence[str] | None = None, program: str = "calib capture")
 def _parser(program: str) -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog=program, description="Drives and logs the robot's motor.")
     commands = parser.add_subparsers(metavar="COMMAND", required=True)
-    search = commands.add_parser("scan", help="find the motor: port, baud rate and id")
+    search = commands.add_parser(
+        "scan", help="find the motor: port, baud rate and id", epilog="Example: calib capture scan"
+    )
     search.add_argument("--port", action="append", help="look here only; may be given again")
     search.add_argument(
         "--baud", action="append", type=int, choices=BAUD_RATES, help="at this baud rate only; may be given again"
     )
     search.set_defaults(command=_scan)
-    _add_run(commands.add_parser("run", help="drive speeds, log them and add them to a session"))
-    motor = commands.add_parser("emulate", help="an emulated motor on a pseudo-terminal, to try things out on")
+    example = "Example: calib capture run --port /dev/ttyUSB0 --hz 0.6,0.8,1.0 --out pool"
+    _add_run(commands.add_parser("run", help="drive speeds, log them and add them to a session", epilog=example))
+    example = "Example: calib capture emulate --load 1.5"
+    motor = commands.add_parser("emulate", help="an emulated motor, to try things out on", epilog=example)
     motor.add_argument("--id", type=int, default=1, help="of the emulated motor (default: 1)")
     motor.add_argument("--baud", type=int, default=57600, choices=BAUD_RATES, help="its baud rate (default: 57600)")
     motor.add_argument("--load", type=float, default=0.0, help="friction on its shaft, N m; 6.9 stall it (default: 0)")

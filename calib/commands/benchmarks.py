@@ -15,7 +15,7 @@ CHECKOUT = Path(__file__).parents[2]
 benchmark = typer.Typer(rich_markup_mode=None, no_args_is_help=True)
 
 
-@benchmark.command()
+@benchmark.command(epilog="Example: calib benchmark speed --session pool")
 def speed(
     session: Annotated[
         Path | None, typer.Option(help="also measure with the coefficients of this calibrated session")
@@ -39,8 +39,8 @@ def add_development_benchmarks() -> None:
     benchmark.info.help = about
     if str(CHECKOUT) not in sys.path:
         sys.path.insert(0, str(CHECKOUT))
-    for command in import_module("benchmarks.command").COMMANDS:
-        benchmark.command()(command)
+    for command, example in import_module("benchmarks.command").COMMANDS.items():
+        benchmark.command(epilog=f"Example: calib benchmark {example}")(command)
 
 
 add_development_benchmarks()

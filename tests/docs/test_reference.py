@@ -126,8 +126,9 @@ def test_every_command_is_described() -> None:
     while groups:
         for name, command in groups.pop().commands.items():  # type: ignore[attr-defined]
             groups += [command] if hasattr(command, "commands") else []
-            example = (command.epilog or name).removeprefix("Example: ")
-            missing += [] if example in page else [name]
+            example = (command.epilog or "").removeprefix("Example: ")
+            told = hasattr(command, "commands") or name == "capture" or (example and example in page)
+            missing += [] if told else [name]
     assert missing == []
     assert anchors(REFERENCE / "command-line.md") >= {"capture-scan", "capture-run", "capture-emulate"}
 
