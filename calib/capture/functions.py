@@ -5,32 +5,31 @@ from __future__ import annotations
 import contextlib
 import math
 import sys
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
+from typing import TextIO
 
 from calib.capture.bus import BAUD_RATES, open_port
 from calib.capture.errors import UserError
 from calib.capture.guard import Limits
 from calib.capture.registers import RATED_TURNS_PER_S, reach_turns_per_s
 from calib.capture.search import BAUD_ORDER, PORT_PATTERNS, Found, ports, search
-from calib.capture.trials import CaptureSettings, TrialResult, capture
+from calib.capture.trials import CaptureSettings, Report, TrialResult, capture
 from calib.motor.emulator import STALL_NM, Emulator
 
 HIGHEST_SUPPLY_V = 14.8
 REACH = f"up to {RATED_TURNS_PER_S:g} crank turns/s at 12 V, in proportion to the voltage"
-Report = Callable[[str], None]
 
 
-def show(line: str) -> None:
+def show(line: str, file: TextIO | None = None) -> None:
     """Prints a line; a terminal that is gone must not keep the motor from being stopped."""
     with contextlib.suppress(OSError, ValueError):
-        print(line, flush=True)
+        print(line, file=file, flush=True)
 
 
 def complain(line: str) -> None:
     """The same on standard error."""
-    with contextlib.suppress(OSError, ValueError):
-        print(line, file=sys.stderr, flush=True)
+    show(line, sys.stderr)
 
 
 def scan(port: Iterable[str] = (), baud: Iterable[int] = (), report: Report = complain) -> list[Found]:
@@ -105,8 +104,14 @@ def run(  # noqa: PLR0913
     faults: list[str] = []
     speeds = _speeds(hz, faults)
     _check_address(baud, motor_id, faults)
-    _check_most({"seconds": (seconds, 3600.0)}, faults)
-    _check_most({"max-current": (max_current_a, 4.9), "max-temperature": (max_temperature_c, 80.0)}, faults)
+    bounded = (
+        ("seconds", seconds, 3600),
+        ("max-current", max_current_a, 4.9),
+        ("max-temperature", max_temperature_c, 80),
+    )
+    for name, value, most in bounded:
+        if not 0 < value <= most:
+            faults.append(f"--{name}: found {value:g}; expected: more than 0, at most {most:g}")
     for name, word, choices in (("kind", kind, ("swim", "dry")), ("role", role, ("fit", "holdout"))):
         if word not in choices:
             faults.append(f"--{name}: found {word!r}; choices: {', '.join(choices)}")
@@ -159,12 +164,6 @@ def _check_address(baud: int, motor_id: int, faults: list[str]) -> None:
         faults.append(f"--baud: found {baud}; choices: {', '.join(map(str, BAUD_RATES))}")
     if not 0 <= motor_id <= 252:
         faults.append(f"--id: found {motor_id}; expected: 0 to 252")
-
-
-def _check_most(values: Mapping[str, tuple[float, float]], faults: list[str]) -> None:
-    for name, (value, most) in values.items():
-        if not 0 < value <= most:
-            faults.append(f"--{name}: found {value:g}; expected: more than 0, at most {most:g}")
 
 
 def _speeds(hz: Sequence[float] | str, faults: list[str]) -> tuple[float, ...]:

@@ -147,18 +147,6 @@ def test_scan_without_a_motor_says_what_to_look_at(
     assert "no XW540-T140-R answers" in printed.err
 
 
-def test_emulate_serves_a_motor_that_can_be_captured(tmp_path: Path) -> None:
-    """It reports its path first, so that a program can read it, and how the motor was left last."""
-    command = [sys.executable, "-m", "calib.capture", "emulate", "--baud", str(BAUD)]
-    with subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, text=True) as process:
-        assert process.stdout is not None
-        path = process.stdout.readline().strip()
-        assert main(arguments(path, tmp_path, "--seconds", "0.5")) == 0
-        process.send_signal(signal.SIGINT)
-        assert "not driven" in process.communicate(timeout=20)[0]
-    assert process.returncode == 0
-
-
 def test_an_emulated_motor_that_cannot_be_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["emulate", "--load", "9", "--id", "300"]) == 2
     printed = capsys.readouterr().err
