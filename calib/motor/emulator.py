@@ -78,10 +78,6 @@ class HardwareError(IntFlag):
     OVERLOAD = 32
 
 
-class Refusal(Exception):
-    """What is asked for is not allowed; its argument is the `ErrorNumber` of the answer."""
-
-
 class Emulator:
     """One motor on a bus of its own: `motor["present_velocity"]` is what an entry of its control table holds now.
 
@@ -139,44 +135,41 @@ class Emulator:
             self._heard_at = self._now
         if packet.id not in (self.id, BROADCAST_ID):
             return b""
-        params, number = b"", ErrorNumber.NONE
-        try:
-            params = self._obey(packet)
-        except Refusal as refusal:
-            number = refusal.args[0]
+        number, params = self._obey(packet)
         alert = ALERT if self._get("hardware_error_status") else 0
         return encode(Packet(self.id, Instruction.STATUS, bytes([alert | number]) + params))
 
-    def _obey(self, packet: Packet) -> bytes:
-        """The parameters of the answer."""
+    def _obey(self, packet: Packet) -> tuple[ErrorNumber, bytes]:
+        """Error number and parameters of the answer."""
         if not packet.intact:
-            raise Refusal(ErrorNumber.CRC)
-        address = int.from_bytes(packet.params[:2], "little")
+            return ErrorNumber.CRC, b""
+        address, rest = int.from_bytes(packet.params[:2], "little"), packet.params[2:]
         match packet.instruction:
             case Instruction.PING:
-                return bytes(self._memory[0:2] + self._memory[6:7])
+                return ErrorNumber.NONE, bytes(self._memory[0:2] + self._memory[6:7])
             case Instruction.READ:
-                return bytes(self._memory[address : address + int.from_bytes(packet.params[2:], "little")])
+                end = address + int.from_bytes(rest, "little")
+                return ErrorNumber.NONE, bytes(self._memory[address:end])
             case Instruction.WRITE:
-                self._write(address, packet.params[2:])
-                return b""
-        raise Refusal(ErrorNumber.INSTRUCTION)
+                return self._write(address, rest), b""
+        return ErrorNumber.INSTRUCTION, b""
 
-    def _write(self, address: int, data: bytes) -> None:
+    def _write(self, address: int, data: bytes) -> ErrorNumber:
         name = WRITABLE.get((address, len(data)))
         if name is None or (address < EEPROM_END and self._get("torque_enable")):
-            raise Refusal(ErrorNumber.ACCESS)
+            return ErrorNumber.ACCESS
         value = int.from_bytes(data, "little", signed=ITEMS[name].signed)
         if name == "torque_enable" and value and self._get("hardware_error_status") & HardwareError.OVERLOAD:
-            raise Refusal(ErrorNumber.RESULT_FAIL)
+            return ErrorNumber.RESULT_FAIL
         if name == "goal_velocity" and self._get("bus_watchdog") < 0:
-            raise Refusal(ErrorNumber.DATA_RANGE)
+            return ErrorNumber.DATA_RANGE
         if name == "goal_velocity" and abs(value) > self._get("velocity_limit"):
-            raise Refusal(ErrorNumber.DATA_LIMIT)
+            return ErrorNumber.DATA_LIMIT
         if name == "operating_mode":
             self._set("profile_acceleration", 0)
             self._set("goal_velocity", 0)
         self._set(name, value)
+        return ErrorNumber.NONE
 
     def _advance(self) -> None:
         """Brings the motor to the clock's time; its watchdog acts when it is due: it stops, with its torque on."""
