@@ -3,6 +3,6 @@
 It speaks Protocol 2.0 byte for byte, from the manuals and without ROBOTIS' SDK; it needs the standard library only.
 """
 
-from calib.motor.emulator import Emulator, HardwareError
+from calib.motor.emulator import Emulator
 
-__all__ = ["Emulator", "HardwareError"]
+__all__ = ["Emulator"]

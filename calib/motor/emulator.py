@@ -9,7 +9,6 @@ import math
 import threading
 import time
 from collections.abc import Callable
-from enum import IntFlag
 from random import Random
 from typing import NamedTuple
 
@@ -71,13 +70,6 @@ FACTORY = {
 }
 
 
-class HardwareError(IntFlag):
-    """Bits of Hardware Error Status (70)."""
-
-    INPUT_VOLTAGE = 1
-    OVERLOAD = 32
-
-
 class Emulator:
     """One motor on a bus of its own: `motor["present_velocity"]` is what an entry of its control table holds now.
 
@@ -118,12 +110,6 @@ class Emulator:
             self._advance()
             self._set(name, value)
 
-    def raise_error(self, error: HardwareError) -> None:
-        """Raises a hardware error, as if the motor had found it; an overload switches its torque off."""
-        self["hardware_error_status"] |= error
-        if error & HardwareError.OVERLOAD:
-            self["torque_enable"] = 0
-
     def feed(self, data: bytes) -> bytes:
         """Hears bytes and answers: the status packets they ask for, in order; often none."""
         with self._lock:
@@ -159,8 +145,6 @@ class Emulator:
         if name is None or (address < EEPROM_END and self._get("torque_enable")):
             return ErrorNumber.ACCESS
         value = int.from_bytes(data, "little", signed=ITEMS[name].signed)
-        if name == "torque_enable" and value and self._get("hardware_error_status") & HardwareError.OVERLOAD:
-            return ErrorNumber.RESULT_FAIL
         if name == "goal_velocity" and self._get("bus_watchdog") < 0:
             return ErrorNumber.DATA_RANGE
         if name == "goal_velocity" and abs(value) > self._get("velocity_limit"):

@@ -28,7 +28,6 @@ class ErrorNumber(IntEnum):
     """Bits 0 to 6 of a status packet's error byte."""
 
     NONE = 0
-    RESULT_FAIL = 1
     INSTRUCTION = 2
     CRC = 3
     DATA_RANGE = 4

@@ -12,12 +12,11 @@ from calib.capture import MotorFault, UserError, trials
 from calib.capture.errors import Interrupted
 from calib.capture.logs import COMMANDS_HEADER
 from calib.capture.plan import START_CODE
-from calib.motor import HardwareError
 from session import load_session
 from session.motor import load_motor
 from swimmer import load_robot
 from tests.calib.capture.virtual import bench
-from tests.calib.motor.faults import Fault, Faults, FaultyEmulator, power_cycle
+from tests.calib.motor.faults import INPUT_VOLTAGE, OVERLOAD, Fault, Faults, FaultyEmulator, power_cycle, raise_error
 
 
 def logged(out: Path, name: str = "f0_60") -> Path:
@@ -87,8 +86,8 @@ def test_a_motor_left_tripped_and_in_another_mode_is_made_ready(tmp_path: Path) 
 @pytest.mark.parametrize(
     ("break_it", "reason"),
     [
-        (lambda motor: motor.raise_error(HardwareError.OVERLOAD), "the motor reports: overload"),
-        (lambda motor: motor.raise_error(HardwareError.INPUT_VOLTAGE), "input voltage out of range"),
+        (lambda motor: raise_error(motor, OVERLOAD), "the motor reports: overload"),
+        (lambda motor: raise_error(motor, INPUT_VOLTAGE), "input voltage out of range"),
         (power_cycle, "clock jumped"),
         (lambda motor: operator.setitem(motor, "present_temperature", 75), "too warm; found: 75 degrees C"),
         (lambda motor: setattr(motor, "load_nm", 30.0), "does not follow|current is too high"),

@@ -5,7 +5,7 @@ from enum import StrEnum
 from random import Random
 from typing import Any
 
-from calib.motor import Emulator, HardwareError
+from calib.motor import Emulator
 from calib.motor.emulator import EEPROM_END
 
 
@@ -27,6 +27,7 @@ class Fault(StrEnum):
 
 
 ALL_FAULTS = tuple(Fault)
+INPUT_VOLTAGE, OVERLOAD = 1, 32  # bits of Hardware Error Status (70)
 LATEST_S = 0.2
 
 
@@ -42,6 +43,13 @@ class Faults:
     kinds: tuple[Fault, ...] = ALL_FAULTS
     rate: float = 0.02
     after: int = 0
+
+
+def raise_error(motor: Emulator, error: int) -> None:
+    """The motor finds a hardware error; an overload switches its torque off."""
+    motor["hardware_error_status"] = error
+    if error == OVERLOAD:
+        motor["torque_enable"] = 0
 
 
 def power_cycle(motor: Emulator) -> None:
@@ -70,7 +78,7 @@ class FaultyEmulator(Emulator):
         late_s = self._chance.uniform(0, LATEST_S) if fault is Fault.REPLY_LATE else 0.0
         self.reply_delay_s = Emulator.reply_delay_s + late_s
         if fault in (Fault.INPUT_VOLTAGE, Fault.OVERLOAD):
-            self.raise_error(HardwareError[fault.name])
+            raise_error(self, INPUT_VOLTAGE if fault is Fault.INPUT_VOLTAGE else OVERLOAD)
         elif fault is Fault.POWER_CYCLE:
             power_cycle(self)
         elif fault in (Fault.DISCONNECT, Fault.SILENCE):

@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from calib.motor import Emulator, HardwareError
+from calib.motor import Emulator
 from calib.motor.emulator import ITEMS
 from calib.motor.protocol import ALERT, ErrorNumber, Instruction, Packet, PacketReader, encode
 from tests.calib.motor.virtual_port import VirtualClock
@@ -99,12 +99,11 @@ def test_the_watchdog_stops_it_at_once_after_its_time_without_an_instruction(hos
     assert host.write("bus_watchdog", 0) == host.write("goal_velocity", 200) == 0
 
 
-def test_an_overload_switches_torque_off_for_good(host: Host) -> None:
-    host.turn(200)
-    host.motor.raise_error(HardwareError.OVERLOAD)
+def test_a_hardware_error_is_in_every_answer(host: Host) -> None:
+    host.motor["hardware_error_status"] = 1
 
-    assert host.motor.stopped
-    assert host.write("torque_enable", 1) == ALERT | ErrorNumber.RESULT_FAIL
+    assert host.write("goal_velocity", 100) == ALERT
+    assert host.write("goal_velocity", 305) == ALERT | ErrorNumber.DATA_LIMIT
 
 
 def test_what_may_not_be_written_is_refused(host: Host) -> None:
