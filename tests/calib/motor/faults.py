@@ -60,12 +60,12 @@ def power_cycle(motor: Emulator) -> None:
 
 
 class FaultyEmulator(Emulator):
-    """A motor with faults around it. `happened` lists (exchange, fault); `settings` are those of the `Emulator`."""
+    """A motor with faults around it. `happened` counts them; `settings` are those of the `Emulator`."""
 
     def __init__(self, faults: Faults, **settings: Any) -> None:
         super().__init__(**settings)
         self.faults = faults
-        self.happened: list[tuple[int, Fault]] = []
+        self.happened = 0
         self._chance = Random(faults.seed)
         self._exchanges = 0
         self._silent = False
@@ -95,7 +95,7 @@ class FaultyEmulator(Emulator):
         strikes, kind = self._chance.random() < self.faults.rate, self._chance.choice(self.faults.kinds)
         if not strikes or self._exchanges <= self.faults.after:
             return None
-        self.happened.append((self._exchanges, kind))
+        self.happened += 1
         return kind
 
     def _on_the_way_back(self, reply: bytes, fault: Fault | None) -> bytes:
