@@ -5,34 +5,31 @@ from __future__ import annotations
 import contextlib
 import math
 import sys
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
+from typing import TextIO
 
 from calib.capture.bus import BAUD_RATES, open_port
 from calib.capture.errors import UserError
 from calib.capture.guard import Limits
 from calib.capture.registers import RATED_TURNS_PER_S, reach_turns_per_s
 from calib.capture.search import BAUD_ORDER, PORT_PATTERNS, Found, ports, search
-from calib.capture.trials import CaptureSettings, TrialResult, capture
-from calib.motor import Emulator
-from calib.motor.motor_physics import MotorConstants
+from calib.capture.trials import CaptureSettings, Report, TrialResult, capture
+from calib.motor.emulator import STALL_NM, Emulator
 
 HIGHEST_SUPPLY_V = 14.8
-STALL_N_M = MotorConstants().stall_torque_nm
 REACH = f"up to {RATED_TURNS_PER_S:g} crank turns/s at 12 V, in proportion to the voltage"
-Report = Callable[[str], None]
 
 
-def show(line: str) -> None:
+def show(line: str, file: TextIO | None = None) -> None:
     """Prints a line; a terminal that is gone must not keep the motor from being stopped."""
     with contextlib.suppress(OSError, ValueError):
-        print(line, flush=True)
+        print(line, file=file, flush=True)
 
 
 def complain(line: str) -> None:
     """The same on standard error."""
-    with contextlib.suppress(OSError, ValueError):
-        print(line, file=sys.stderr, flush=True)
+    show(line, sys.stderr)
 
 
 def scan(port: Iterable[str] = (), baud: Iterable[int] = (), report: Report = complain) -> list[Found]:
@@ -141,19 +138,19 @@ def emulate(motor_id: int = 1, baud: int = 57600, load_nm: float = 0.0, seed: in
         /dev/pts/...
         An emulated XW540-T140-R, id 1, at 57600 baud. Ctrl-C ends it.
         <BLANKLINE>
-        Ended. The motor is not driven, at 0.00 turns/s, ... degrees C.
+        Ended. The motor is not driven.
     """
     faults: list[str] = []
     _check_address(baud, motor_id, faults)
-    if not 0 <= load_nm <= STALL_N_M:
-        faults.append(f"--load: found {load_nm:g}; expected: 0 to {STALL_N_M:g} N m, the motor's stall torque")
+    if not 0 <= load_nm <= STALL_NM:
+        faults.append(f"--load: found {load_nm:g}; expected: 0 to {STALL_NM:g} N m, the motor's stall torque")
     if faults:
         raise UserError(faults)
     try:
         from calib.motor.pseudo_terminal import run_emulator
     except ImportError as error:
         raise UserError("the emulator needs pseudo-terminals, which this system does not have: use Linux") from error
-    run_emulator(Emulator(id=motor_id, load_nm=load_nm, seed=seed, baud=baud), report)
+    run_emulator(Emulator(motor_id, load_nm=load_nm, seed=seed), baud, report)
 
 
 def _check_address(baud: int, motor_id: int, faults: list[str]) -> None:

@@ -13,16 +13,15 @@ class Limits:
     """When the motor is stopped.
 
     Attributes:
-        current_a: more than this for `patience_s`.
+        current_a: more than this for `PATIENCE_S`.
         temperature_c: more than this at once. The motor's own limit is 80.
-        patience_s: how long a current too high, or a speed of less than half the command, is borne.
     """
 
     current_a: float = 3.5
     temperature_c: float = 70.0
-    patience_s: float = 0.5
 
 
+PATIENCE_S = 0.5  # how long a current too high, or a speed of less than half the command, is borne
 CLOCK_TOLERANCE_S = 0.02  # in addition to what two exchanges took
 RISE_S = 1.0  # after a new command, before the speed counts
 SLOWEST_WATCHED_TURNS_PER_S = 0.05
@@ -67,9 +66,9 @@ class Guard:
             self._over_s = None
             return
         self._over_s = reading.time_s if self._over_s is None else self._over_s
-        if reading.time_s - self._over_s >= self._limits.patience_s:
+        if reading.time_s - self._over_s >= PATIENCE_S:
             raise MotorFault(
-                f"the current is too high; found: {ampere:.2f} A for {self._limits.patience_s:g} s; expected: at most "
+                f"the current is too high; found: {ampere:.2f} A for {PATIENCE_S:g} s; expected: at most "
                 f"{self._limits.current_a:g} A (--max-current). Does the tail move freely?"
             )
 
@@ -80,7 +79,7 @@ class Guard:
             self._slow_s = None
             return
         self._slow_s = reading.time_s if self._slow_s is None else self._slow_s
-        if reading.time_s - self._slow_s >= self._limits.patience_s:
+        if reading.time_s - self._slow_s >= PATIENCE_S:
             raise MotorFault(
                 "the motor does not follow; found: "
                 f"{registers.turns_per_s(reading.measured.velocity):.2f} turns/s; expected: near "

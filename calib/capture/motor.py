@@ -9,29 +9,10 @@ from calib.capture import registers
 from calib.capture.bus import Bus
 from calib.capture.errors import MotorFault, NoAnswer, UserError
 from calib.capture.host import Clock
-from calib.capture.registers import (
-    BUS_WATCHDOG,
-    DRIVE_MODE,
-    GOAL_VELOCITY,
-    GOALS,
-    HARDWARE_ERROR,
-    LIMITS,
-    MEASURED,
-    MODES,
-    OPERATING_MODE,
-    PROFILE_ACCELERATION,
-    REVERSED,
-    TORQUE_ENABLE,
-    TRIPPED,
-    VELOCITY_LIMIT,
-    VELOCITY_MODE,
-    WATCHDOG_S,
-    Telemetry,
-    TurnCounter,
-)
+from calib.capture.registers import Telemetry, TurnCounter
 
 WATCHDOG = 20
-SILENCE_S = WATCHDOG * WATCHDOG_S
+SILENCE_S = WATCHDOG * registers.WATCHDOG_S
 """Without a word from the host for so long, the motor stops by itself."""
 
 ACCELERATION_TURNS_PER_S2 = 4.0
@@ -102,16 +83,16 @@ class Motor:
             MotorFault: no answer, a refusal, or a value that does not stay.
         """
         self._freshness = Freshness()
-        self.bus.write(TORQUE_ENABLE, 0)
-        self.bus.write(BUS_WATCHDOG, 0)  # after a trip, goals cannot be written before
+        self.bus.write(registers.TORQUE_ENABLE, 0)
+        self.bus.write(registers.BUS_WATCHDOG, 0)  # after a trip, goals cannot be written before
         self._settle_settings(registers.velocity_units(fastest_turns_per_s))
         acceleration = registers.acceleration_units(ACCELERATION_TURNS_PER_S2)
-        self.bus.write(PROFILE_ACCELERATION, acceleration)
-        self.bus.write(GOAL_VELOCITY, 0)
-        self.bus.write(BUS_WATCHDOG, WATCHDOG)
-        self.bus.write(TORQUE_ENABLE, 1)
-        goal_velocity, set_to = struct.unpack("<4xii4x", self.bus.read(GOALS).data)
-        found = self.bus.read(BUS_WATCHDOG).data[0], goal_velocity, set_to
+        self.bus.write(registers.PROFILE_ACCELERATION, acceleration)
+        self.bus.write(registers.GOAL_VELOCITY, 0)
+        self.bus.write(registers.BUS_WATCHDOG, WATCHDOG)
+        self.bus.write(registers.TORQUE_ENABLE, 1)
+        goal_velocity, set_to = struct.unpack("<4xii4x", self.bus.read(registers.GOALS).data)
+        found = self.bus.read(registers.BUS_WATCHDOG).data[0], goal_velocity, set_to
         if found != (WATCHDOG, 0, acceleration) or not self._torque():
             raise MotorFault(
                 "the motor does not keep its settings; found: watchdog, goal velocity and acceleration "
@@ -126,7 +107,7 @@ class Motor:
         """
         before = self._clock.now()
         try:
-            self.bus.write(GOAL_VELOCITY, units)
+            self.bus.write(registers.GOAL_VELOCITY, units)
         except MotorFault as fault:
             raise self._explained(fault) from fault
         return (before + self._clock.now()) / 2
@@ -139,7 +120,7 @@ class Motor:
         """
         damaged = self.bus.damaged
         before = self._clock.now()
-        answer = self.bus.read(MEASURED)
+        answer = self.bus.read(registers.MEASURED)
         after = self._clock.now()
         whole = self.bus.damaged == damaged
         measured = registers.decode_measured(answer.data)
@@ -150,7 +131,7 @@ class Motor:
 
     def hardware_error(self) -> int:
         """The bits of the hardware error status."""
-        return self.bus.read(HARDWARE_ERROR).data[-1]
+        return self.bus.read(registers.HARDWARE_ERROR).data[-1]
 
     def stop(self) -> bool:
         """Switches the torque off, whatever happened before; whether the motor confirmed it.
@@ -160,10 +141,10 @@ class Motor:
         """
         for _ in range(STOP_TRIES):
             try:
-                self.bus.write(TORQUE_ENABLE, 0, tries=1)
+                self.bus.write(registers.TORQUE_ENABLE, 0, tries=1)
                 if not self._torque():
                     with suppress(Exception):  # so that whoever uses the motor next does not find it tripped
-                        self.bus.write(BUS_WATCHDOG, 0, tries=2)
+                        self.bus.write(registers.BUS_WATCHDOG, 0, tries=2)
                     return True
             except Exception:
                 pass
@@ -173,8 +154,10 @@ class Motor:
     def _settle_settings(self, velocity_limit: int) -> None:
         """EEPROM: velocity mode, profiles in units of speed, the direction kept as it is, and the speed limit."""
         found = self._settings()
-        wanted = (found[0] & REVERSED, VELOCITY_MODE, velocity_limit)
-        for register, value, now in zip((DRIVE_MODE, OPERATING_MODE, VELOCITY_LIMIT), wanted, found, strict=True):
+        wanted = (found[0] & registers.REVERSED, registers.VELOCITY_MODE, velocity_limit)
+        for register, value, now in zip(
+            (registers.DRIVE_MODE, registers.OPERATING_MODE, registers.VELOCITY_LIMIT), wanted, found, strict=True
+        ):
             if now != value:
                 self.bus.write(register, value)
         found = self._settings()
@@ -185,16 +168,16 @@ class Motor:
             )
 
     def _settings(self) -> tuple[int, int, int]:
-        drive_mode, operating_mode = self.bus.read(MODES).data[:2]
-        return drive_mode, operating_mode, int.from_bytes(self.bus.read(LIMITS).data[:4], "little")
+        drive_mode, operating_mode = self.bus.read(registers.MODES).data[:2]
+        return drive_mode, operating_mode, int.from_bytes(self.bus.read(registers.LIMITS).data[:4], "little")
 
     def _torque(self) -> bool:
-        return bool(self.bus.read(TORQUE_ENABLE, tries=2).data[0])
+        return bool(self.bus.read(registers.TORQUE_ENABLE, tries=2).data[0])
 
     def _explained(self, fault: MotorFault) -> MotorFault:
         """The fault; where the watchdog has tripped, that it has."""
         try:
-            tripped = self.bus.read(BUS_WATCHDOG).data[0] == TRIPPED
+            tripped = self.bus.read(registers.BUS_WATCHDOG).data[0] == registers.TRIPPED
         except MotorFault:
             return fault
         if not tripped:

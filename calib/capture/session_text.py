@@ -122,13 +122,9 @@ class SessionText:
 
 def _parsed(path: Path, text: str) -> Mapping[str, Any]:
     try:
-        content = tomllib.loads(text)
+        return tomllib.loads(text)
     except ValueError as error:
         raise UserError(f"{path}: not valid TOML; found: {error}. Mend it first, or choose another folder.") from error
-    trials = content.get("trial", [])
-    if not (isinstance(trials, list) and all(isinstance(trial, dict) for trial in trials)):
-        raise UserError(f"{path}: trial is not an array of tables; expected: [[trial]] tables. Mend it first.")
-    return content
 
 
 def _string(text: str) -> str:

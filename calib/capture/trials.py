@@ -103,58 +103,58 @@ def capture(
     return results
 
 
+@dataclass(frozen=True)
 class _Trial:
-    def __init__(self, plan: TrialPlan, motor: Motor, guard: Guard, signals: Signals, clock: Clock) -> None:
-        self._plan = plan
-        self._motor = motor
-        self._guard = guard
-        self._signals = signals
-        self._clock = clock
+    plan: TrialPlan
+    motor: Motor
+    guard: Guard
+    signals: Signals
+    clock: Clock
 
     def run(self, folder: Path, report: Report) -> TrialResult:
         """Drives the trial into new files of the folder; whatever happens, the motor is stopped."""
-        damaged = self._motor.bus.damaged
-        log = TrialLog(folder, self._plan.name)
+        damaged = self.motor.bus.damaged
+        log = TrialLog(folder, self.plan.name)
         try:
-            with log, _stopping(self._motor, report):
-                self._motor.prepare(max(registers.RATED_TURNS_PER_S, self._plan.hz))
+            with log, _stopping(self.motor, report):
+                self.motor.prepare(max(registers.RATED_TURNS_PER_S, self.plan.hz))
                 self._drive(log)
         except CaptureError as error:
             if log.rows >= FEWEST_ROWS:
                 report(f"{log.path} holds the {log.rows} rows until then; the trial was not added to the session")
             raise error
         return TrialResult(
-            name=self._plan.name,
-            commanded_hz=self._plan.hz,
+            name=self.plan.name,
+            commanded_hz=self.plan.hz,
             measured_hz=log.mean_hz,
             rows=log.rows,
             rate_hz=log.rate_hz,
-            damaged=self._motor.bus.damaged - damaged,
+            damaged=self.motor.bus.damaged - damaged,
         )
 
     def _drive(self, log: TrialLog) -> None:
-        end_s = self._clock.now()  # the steps end on a fixed schedule: what one is late, the next is not
-        for step in self._plan.steps():
+        end_s = self.clock.now()  # the steps end on a fixed schedule: what one is late, the next is not
+        for step in self.plan.steps():
             end_s += step.seconds
             units = registers.velocity_units(step.turns_per_s)
-            done_s = self._motor.set_speed(units)
+            done_s = self.motor.set_speed(units)
             log.commanded(done_s, step.part, units)
-            self._guard.command(units, done_s)
+            self.guard.command(units, done_s)
             self._log_until(end_s, units, log, done_s + RISE_S if step.part == "drive" else math.inf)
 
     def _log_until(self, end_s: float, units: int, log: TrialLog, settled_s: float) -> None:
         """Reads and logs on a fixed beat until the time comes."""
-        next_s = renewed_s = self._clock.now()
-        while self._clock.now() < end_s:
-            self._signals.raise_if_any()
+        next_s = renewed_s = self.clock.now()
+        while self.clock.now() < end_s:
+            self.signals.raise_if_any()
             if next_s - renewed_s >= RENEWAL_S:
-                renewed_s = self._motor.set_speed(units)
-            reading = self._motor.read()
+                renewed_s = self.motor.set_speed(units)
+            reading = self.motor.read()
             log.measured(reading, steady=reading.time_s >= settled_s)
-            self._guard.check(reading)
-            now = self._clock.now()
+            self.guard.check(reading)
+            now = self.clock.now()
             next_s = max(next_s + PERIOD_S, now)
-            self._clock.sleep(max(0.0, min(next_s, end_s) - now))
+            self.clock.sleep(max(0.0, min(next_s, end_s) - now))
 
 
 @contextmanager

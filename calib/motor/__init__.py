@@ -1,12 +1,8 @@
 """An emulator of the robot's motor, a DYNAMIXEL XW540-T140-R, for trying `calib capture` without one.
 
 It speaks Protocol 2.0 byte for byte, from the manuals and without ROBOTIS' SDK; it needs the standard library only.
-
-    with PseudoTerminal(Emulator()) as terminal:
-        ...                               # any program opens terminal.path, in real time
 """
 
 from calib.motor.emulator import Emulator
-from calib.motor.servo import HardwareError, MotorState
 
-__all__ = ["Emulator", "HardwareError", "MotorState"]
+__all__ = ["Emulator"]

@@ -28,11 +28,9 @@ class ErrorNumber(IntEnum):
     """Bits 0 to 6 of a status packet's error byte."""
 
     NONE = 0
-    RESULT_FAIL = 1
     INSTRUCTION = 2
     CRC = 3
     DATA_RANGE = 4
-    DATA_LENGTH = 5
     DATA_LIMIT = 6
     ACCESS = 7
 
@@ -46,24 +44,13 @@ class Packet(NamedTuple):
     intact: bool = True
 
 
-def _crc_table() -> tuple[int, ...]:
-    table = []
-    for byte in range(256):
-        crc = byte << 8
-        for _ in range(8):
-            crc = (crc << 1) ^ (0x8005 if crc & 0x8000 else 0)
-        table.append(crc & 0xFFFF)
-    return tuple(table)
-
-
-_TABLE = _crc_table()
-
-
 def crc16(data: bytes) -> int:
     """CRC-16 with polynomial 0x8005, start 0, not reflected, of the stuffed packet from its header on."""
     crc = 0
     for byte in data:
-        crc = ((crc << 8) ^ _TABLE[(crc >> 8) ^ byte]) & 0xFFFF
+        crc ^= byte << 8
+        for _ in range(8):
+            crc = (crc << 1) ^ (0x18005 if crc & 0x8000 else 0)
     return crc
 
 
@@ -83,10 +70,6 @@ class PacketReader:
     def __init__(self) -> None:
         self._buffer = b""
 
-    def clear(self) -> None:
-        """Forgets the bytes kept."""
-        self._buffer = b""
-
     def push(self, data: bytes) -> list[Packet]:
         """The packets completed by these bytes, in order."""
         packets = []
@@ -101,7 +84,5 @@ class PacketReader:
 
 
 def _decode(raw: bytes) -> Packet:
-    if crc16(raw[:-2]) != int.from_bytes(raw[-2:], "little"):
-        return Packet(raw[4], raw[7], intact=False)
     body = raw[7:-2].replace(STUFFED, PLAIN)
-    return Packet(raw[4], body[0], body[1:])
+    return Packet(raw[4], body[0], body[1:], intact=crc16(raw[:-2]) == int.from_bytes(raw[-2:], "little"))

@@ -80,14 +80,13 @@ def stand_in(patch: pytest.MonkeyPatch) -> None:
     patch.setattr(benchmark, "measure_speed", cache(benchmark.measure_speed))
     patch.setattr("calib.policy._trained", lambda *_: load_policy(SHIPPED / "circle"))
     clock = VirtualClock()
-    motor = Emulator(clock=clock, load_nm=0.3, baud=57600)
+    motor = Emulator(clock=clock, load_nm=0.3)
 
     def plugged(name: str, baud: int) -> Any:
         if name != PORT:
             return open_port(name, baud)
         port = VirtualPort(motor)
         port.baudrate = baud
-        port.openPort()
         port.closePort = lambda: None
         return port
 

@@ -49,11 +49,6 @@ PRINTING = {"as_json", "verbose", "help"}
 OF_OPTION = {
     "commands": "commands_hz",
     "show": "open_viewer",
-    "id": "motor_id",
-    "no_code": "coded",
-    "load": "load_nm",
-    "max_current": "max_current_a",
-    "max_temperature": "max_temperature_c",
     "test": None,
 }
 """The parameters that are not called as their options; `--test` of `calib diagnose` is the function `effect_test`."""

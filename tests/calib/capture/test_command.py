@@ -13,7 +13,7 @@ import serial
 
 from calib.capture.command import main
 from calib.motor import Emulator
-from calib.motor.pseudo_terminal import PseudoTerminal
+from calib.motor.pseudo_terminal import pseudo_terminal
 from session import load_session
 from session.motor import load_motor
 from tests.calib.motor.faults import ALL_FAULTS, Fault, Faults, FaultyEmulator
@@ -30,9 +30,9 @@ def motor() -> Emulator:
 
 
 @pytest.fixture
-def terminal(motor: Emulator) -> Iterator[PseudoTerminal]:
-    with PseudoTerminal(motor) as terminal:
-        yield terminal
+def port(motor: Emulator) -> Iterator[str]:
+    with pseudo_terminal(motor, BAUD) as path:
+        yield path
 
 
 def arguments(port: str, out: Path, *more: str) -> list[str]:
@@ -52,15 +52,15 @@ def wait_for(what: Callable[[], bool], seconds: float = 20.0) -> bool:
 
 
 def turning(motor: Emulator) -> bool:
-    return motor.state.velocity_rad_s > 2.0
+    return motor["present_velocity"] > 80
 
 
-def test_a_capture_over_a_terminal_is_a_session(terminal: PseudoTerminal, motor: Emulator, tmp_path: Path) -> None:
+def test_a_capture_over_a_terminal_is_a_session(port: str, motor: Emulator, tmp_path: Path) -> None:
     more = ("--seconds", "1", "--kind", "dry", "--role", "holdout")
-    assert main(arguments(terminal.path, tmp_path / "pool", *more)) == 0
+    assert main(arguments(port, tmp_path / "pool", *more)) == 0
     (trial,) = load_session(tmp_path / "pool").trials
     assert (trial.name, trial.kind, trial.role) == ("f0_60", "dry", "holdout")
-    assert not motor.state.torque_enabled
+    assert not motor["torque_enable"]
 
 
 @pytest.mark.parametrize(
@@ -68,38 +68,38 @@ def test_a_capture_over_a_terminal_is_a_session(terminal: PseudoTerminal, motor:
     [(signal.SIGINT, 130, "stopped by Ctrl-C"), (signal.SIGTERM, 143, "stopped by SIGTERM")],
 )
 def test_a_signal_stops_the_motor_and_the_log_stays(
-    terminal: PseudoTerminal, motor: Emulator, tmp_path: Path, number: int, code: int, reason: str
+    port: str, motor: Emulator, tmp_path: Path, number: int, code: int, reason: str
 ) -> None:
-    with started(terminal.path, tmp_path, "--seconds", "60") as process:
+    with started(port, tmp_path, "--seconds", "60") as process:
         assert wait_for(lambda: turning(motor))
         process.send_signal(number)
         _, printed = process.communicate(timeout=20)
-    assert (process.returncode, motor.state.torque_enabled) == (code, False)
+    assert (process.returncode, motor["torque_enable"]) == (code, 0)
     assert reason in printed
     assert load_motor(tmp_path / "trials/f0_60.motor.csv").time_s.size > 10
 
 
 def test_a_killed_host_leaves_a_motor_that_the_watchdog_stops_and_a_readable_log(
-    terminal: PseudoTerminal, motor: Emulator, tmp_path: Path
+    port: str, motor: Emulator, tmp_path: Path
 ) -> None:
-    with started(terminal.path, tmp_path, "--seconds", "60") as process:
+    with started(port, tmp_path, "--seconds", "60") as process:
         assert wait_for(lambda: turning(motor))
         process.kill()
         killed_s = time.monotonic()
         process.communicate(timeout=20)
     assert wait_for(lambda: motor.stopped, 1.0)
     assert time.monotonic() - killed_s < 1.0
-    assert motor.state.watchdog_tripped
+    assert motor["bus_watchdog"] < 0
     assert load_motor(tmp_path / "trials/f0_60.motor.csv").time_s.size > 10
-    assert main(arguments(terminal.path, tmp_path, "--seconds", "0.5")) == 0  # and the next run finds it ready
+    assert main(arguments(port, tmp_path, "--seconds", "0.5")) == 0  # and the next run finds it ready
     assert [trial.name for trial in load_session(tmp_path).trials] == ["f0_60_2"]
 
 
 def test_a_lost_cable_ends_with_a_motor_fault(
-    terminal: PseudoTerminal, motor: Emulator, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    port: str, motor: Emulator, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     threading.Timer(1.5, lambda: setattr(motor, "connected", False)).start()
-    assert main(arguments(terminal.path, tmp_path, "--seconds", "60")) == 3
+    assert main(arguments(port, tmp_path, "--seconds", "60")) == 3
     printed = capsys.readouterr()
     assert "did not confirm that it stopped" in printed.out + printed.err
     assert wait_for(lambda: motor.stopped, 1.0)
@@ -110,8 +110,8 @@ def test_a_lost_cable_ends_with_a_motor_fault(
 def test_random_faults_on_a_real_terminal_end_with_a_stopped_motor(tmp_path: Path, seed: int) -> None:
     kinds = ALL_FAULTS if seed % 2 else (Fault.DISCONNECT, Fault.GARBAGE, Fault.REPLY_LATE, Fault.REQUEST_CORRUPTED)
     device = FaultyEmulator(Faults(seed, kinds, rate=0.02, after=20), load_nm=0.3)
-    with PseudoTerminal(device) as terminal:
-        arguments = ["run", "--port", terminal.path, "--baud", "1000000", "--hz", "0.8", "--seconds", "1", "--no-code"]
+    with pseudo_terminal(device, BAUD) as port:
+        arguments = ["run", "--port", port, "--baud", "1000000", "--hz", "0.8", "--seconds", "1", "--no-code"]
         assert main([*arguments, "--out", str(tmp_path)]) in (0, 2, 3)
         time.sleep(0.5)
         assert device.stopped
@@ -119,52 +119,32 @@ def test_random_faults_on_a_real_terminal_end_with_a_stopped_motor(tmp_path: Pat
         load_motor(log)
 
 
-def test_another_program_on_the_port_is_refused(
-    terminal: PseudoTerminal, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    with serial.Serial(terminal.path, BAUD, exclusive=True):
-        assert main(arguments(terminal.path, tmp_path)) == 2
+def test_another_program_on_the_port_is_refused(port: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    with serial.Serial(port, BAUD, exclusive=True):
+        assert main(arguments(port, tmp_path)) == 2
     assert "in use by another program" in capsys.readouterr().err
 
 
-def test_a_wrong_baud_rate_is_reported(
-    terminal: PseudoTerminal, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert main([*arguments(terminal.path, tmp_path), "--baud", "57600"]) == 2
+def test_a_wrong_baud_rate_is_reported(port: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main([*arguments(port, tmp_path), "--baud", "57600"]) == 2
     assert "calib capture scan" in capsys.readouterr().err
 
 
-def test_scan_finds_the_motor_and_says_how_to_reach_it(
-    terminal: PseudoTerminal, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert (
-        main(["scan", "--port", terminal.path, "--port", "/dev/not_there", "--baud", "57600", "--baud", str(BAUD)]) == 0
-    )
+def test_scan_finds_the_motor_and_says_how_to_reach_it(port: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["scan", "--port", port, "--port", "/dev/not_there", "--baud", "57600", "--baud", str(BAUD)]) == 0
     printed = capsys.readouterr()
-    assert printed.out == f"--port {terminal.path} --baud {BAUD} --id 1  (XW540-T140-R)\n"
+    assert printed.out == f"--port {port} --baud {BAUD} --id 1  (XW540-T140-R)\n"
     assert "/dev/not_there cannot be opened" in printed.err
 
 
 def test_scan_without_a_motor_says_what_to_look_at(
-    terminal: PseudoTerminal, motor: Emulator, capsys: pytest.CaptureFixture[str]
+    port: str, motor: Emulator, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    motor.table["model_number"] = 1170
-    assert main(["scan", "--port", terminal.path, "--baud", str(BAUD)]) == 2
+    motor["model_number"] = 1170
+    assert main(["scan", "--port", port, "--baud", str(BAUD)]) == 2
     printed = capsys.readouterr()
     assert "another Dynamixel, model 1170" in printed.out
     assert "no XW540-T140-R answers" in printed.err
-
-
-def test_emulate_serves_a_motor_that_can_be_captured(tmp_path: Path) -> None:
-    """It reports its path first, so that a program can read it, and how the motor was left last."""
-    command = [sys.executable, "-m", "calib.capture", "emulate", "--baud", str(BAUD)]
-    with subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, text=True) as process:
-        assert process.stdout is not None
-        path = process.stdout.readline().strip()
-        assert main(arguments(path, tmp_path, "--seconds", "0.5")) == 0
-        process.send_signal(signal.SIGINT)
-        assert "not driven" in process.communicate(timeout=20)[0]
-    assert process.returncode == 0
 
 
 def test_an_emulated_motor_that_cannot_be_is_refused(capsys: pytest.CaptureFixture[str]) -> None:

@@ -37,7 +37,7 @@ def check(seed: int, out: Path) -> str:
     except CaptureError as error:
         failure = error
     confirmed = not any("did not confirm" in line for line in (*one.messages, str(failure)))
-    assert not confirmed or not one.motor.state.torque_enabled, seed
+    assert not confirmed or not one.motor["torque_enable"], seed
     assert failure is None or str(failure)
     assert one.stopped_soon, seed
     for log in out.glob("trials/*.motor.csv"):

@@ -3,16 +3,16 @@ from calib.capture.motor import Freshness
 TOOK_S = 0.002
 
 
-def started(drift: float = 0.0) -> tuple[Freshness, float]:
+def started() -> tuple[Freshness, float]:
     """Ten seconds of good readings, over a wrap of the tick; the host's time at the last."""
     fresh = Freshness()
     for k in range(1001):
-        assert fresh.is_fresh(tick(k / 100, drift), 5 + k / 100, TOOK_S)
+        assert fresh.is_fresh(tick(k / 100), 5 + k / 100, TOOK_S)
     return fresh, 15.0
 
 
-def tick(since_s: float, drift: float = 0.0) -> int:
-    return round(30000 + 1000 * since_s * (1 + drift)) % 32768
+def tick(since_s: float) -> int:
+    return round(30000 + 1000 * since_s) % 32768
 
 
 def test_an_answer_to_an_earlier_question_is_stale_and_the_next_is_fresh() -> None:

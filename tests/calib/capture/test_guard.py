@@ -23,7 +23,7 @@ def test_a_motor_that_does_what_it_should_is_left_alone() -> None:
 
 @pytest.mark.parametrize("sign", [1, -1])
 def test_a_current_too_high_is_borne_for_its_patience_only(sign: int) -> None:
-    guard = Guard(Limits(current_a=2.0, patience_s=0.5))
+    guard = Guard(Limits(current_a=2.0))
     for k in range(40):
         guard.check(reading(k, ampere=3.0 * sign))
     guard.check(reading(40))  # a peak: it starts anew

@@ -35,7 +35,7 @@ class Bench:
     def stopped_soon(self) -> bool:
         """Whether the motor is stopped once the watchdog had its time."""
         self.clock.sleep(SILENCE_S + 0.1)
-        return self.motor.stopped and abs(self.motor.state.velocity_rad_s) < 0.1
+        return self.motor.stopped and self.motor["present_velocity"] == 0
 
     def _sleep(self, seconds: float) -> None:
         self.clock.sleep(seconds)
@@ -48,6 +48,4 @@ def bench(faults: Faults | None = None, load: float = 0.3, latency_s: float = 1e
     clock = VirtualClock()
     settings = {"clock": clock, "load_nm": load, "seed": seed}
     motor = FaultyEmulator(faults, **settings) if faults else Emulator(**settings)
-    port = VirtualPort(motor, latency_s)
-    port.openPort()
-    return Bench(motor, port, clock)
+    return Bench(motor, VirtualPort(motor, latency_s), clock)

@@ -51,16 +51,6 @@ class VirtualPort:
     def getBaudRate(self) -> int:
         return self.baudrate
 
-    def openPort(self) -> bool:
-        return self.setBaudRate(self.baudrate)
-
-    def setBaudRate(self, baudrate: int) -> bool:
-        if not self.device.connected:
-            raise OSError(errno.ENOENT, "could not open port: the cable is lost")
-        self.baudrate = baudrate
-        self._arriving.clear()
-        return True
-
     def clearPort(self) -> None:
         """Throws away what has arrived; what is still on its way arrives later."""
         if not self.device.connected:
@@ -81,7 +71,7 @@ class VirtualPort:
         self._check()
         data = bytes(packet)
         self.clock.sleep(len(data) * self.tx_time_per_byte / 1000)
-        reply = self.device.feed(data, self.baudrate)
+        reply = self.device.feed(data)
         at = self.clock() + self.device.reply_delay_s + self.latency_s
         if self._arriving:
             at = max(at, self._arriving[-1][0])
