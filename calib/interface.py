@@ -10,7 +10,8 @@ and read from finished files; every one has `to_frame()`, `summary()` and, where
 
 The same in all functions: `session` is opened, or its folder; `effort`, "quick" or "full", says how hard to search;
 `workers` are threads, 0 for all cores; `progress` is shown on standard error; `scheduler`, the address of a dask
-scheduler, has one of its workers compute, which needs to see the same folder.
+scheduler, has one of its workers compute, which needs to see the same folder: `InputError` where none answers or is of
+another version; what fails there is a plain `SwimcalError` here.
 
 Errors are a `SwimcalError`: `InputError` (all faults of what was given, at once), `NotEnoughData`, `NotConverged`,
 `SimulationDiverged`, `ModelMismatch`, `SessionLocked`, `ResultsNotWritable`.
