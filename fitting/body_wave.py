@@ -67,7 +67,7 @@ def swim_numbers(wave: BodyWave, frequency_hz: float, speed: float, robot: Robot
 
 
 class Wave(NamedTuple):
-    """The first harmonic of a marker's sideways motion; phase ahead of the hindmost marker's, 0 to 360 degrees."""
+    """The first harmonic of a marker's sideways motion; phase ahead of the hindmost one seen, 0 to 360 degrees."""
 
     amplitude_m: float
     phase_deg: float
@@ -94,7 +94,7 @@ def sways(mode: Mode, trials: Sequence[MeasuredTrial]) -> dict[str, Sway]:
     """Of every trial by its name, fitted or held out."""
     first, found = mode.model.trials[0], {}
     for trial in trials:
-        neck, hindmost = trial.markers.index("neck"), trial.tail[-1]
+        neck, hindmost = trial.markers.index("neck"), trial.hindmost
         model = type(first)(first.twin, trial, first.phase_rad, with_course=True, roll=mode.roll)
         swum = model.trajectories(mode.coefficients[None])
         rows = [model.measured, *(each.features_of(swum)[0] for each in (model.rolling(NO_ROLL), model))]

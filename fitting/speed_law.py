@@ -129,7 +129,7 @@ def _trends(numbers: Mapping[str, SwimNumbers], residual: np.ndarray) -> dict[st
 
 def _numbers(trial: MeasuredTrial, robot: RobotSpec) -> SwimNumbers:
     kept = trial.kept
-    behind = trial.head.shape_m[kept, trial.tail[-1], 1]
+    behind = trial.head.shape_m[kept, trial.hindmost, 1]
     amplitude_m = float(np.sqrt(2) * np.nanstd(behind))
     heading = np.unwrap(trial.head.heading_rad)
     time_s = trial.time_s

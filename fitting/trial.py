@@ -109,6 +109,12 @@ class MeasuredTrial:
         return np.asarray(self.tracks.weight.values)
 
     @property
+    def hindmost(self) -> int:
+        """Index of the last tail marker that is seen in kept frames."""
+        seen = self.weight[self.kept].any(axis=0)
+        return [marker for marker in self.tail if seen[marker]][-1]
+
+    @property
     def metres_per_px(self) -> float:
         """Scale of the picture."""
         return float(self.tracks.metres_per_px)

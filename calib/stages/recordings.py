@@ -162,7 +162,7 @@ class Recordings:
             raise NotEnoughData("\n".join(f"trial {spec.name}: {why}" for spec, why in problems))
         self._unmeasured = tuple(problems)
         for spec, _ in problems:
-            tracks = self._recorded(spec).tracks
+            tracks = counting(self._recorded(spec))
             self._save(spec, tracks, partial(np.ones, tracks.confidence.shape))
         return measured
 

@@ -141,7 +141,6 @@ def test_what_needs_a_swim_says_so_once_the_structure_stands(calib: Front, unfit
     assert results_of(unfitted).keys() >= STRUCTURE
 
 
-@pytest.mark.long
 def test_an_experiment_that_cannot_be_measured_is_left_out_and_reported(calib: Front, unfitted: Path) -> None:
     change_tracks(only(unfitted, "slow", "pull", "dry_fast"), "pull", stand_still)
     outcome = calib("fit", unfitted, "--effort", "quick", "-v")
