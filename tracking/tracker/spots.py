@@ -190,8 +190,9 @@ def measure_centres(
 
     The disc is shifted onto the centroid a few times, from places (k, 2) right to a pixel or two; a marker in a disc of
     its own width draws it to its middle. A glint on the rim then hardly counts, nor does light beyond what the marker
-    is known to have. Half-way to another of all markers (o, 2) the disc ends. For a streak the disc is drawn out
-    as far; size and contrast are those of the marker at rest, whose light it has.
+    is known to have. Half-way to another of all markers (o, 2) the disc ends: its centroid is to be that of what is
+    left of a disc. For a streak it is drawn out as far; size and contrast are those of the marker at rest, whose light
+    it has.
     """
     centres = Centres(position_px.astype(float), *np.full((3, len(position_px)), np.nan))
     large = look.diameter_px > _LARGE_PX
@@ -225,17 +226,27 @@ def _centres_of(
     light = (bright - _background(bright, ring)[:, None, None]) * mine
     counted = np.clip(light - _FLOOR * known, 0, _CEILING * known)
     rim = radius + (_MARGIN_PX + 0.5)
+    cut = (~mine & (distance < rim)).any(axis=(1, 2))
     for _ in range(_ROUNDS[streaks is not None]):
         weight = np.clip(rim - distance, 0, 1)
         weight *= counted
-        columns, rows = weight.sum(axis=1), weight.sum(axis=2)  # (k, s)
-        shift = np.stack([(columns * x[:, 0]).sum(axis=1), (rows * y[:, :, 0]).sum(axis=1)], axis=1)
-        offset = offset + shift / np.maximum(columns.sum(axis=1), 1e-9)[:, None]
+        shift = _centroid(weight, x, y)
+        if cut.any():  # what a neighbour hides of a disc draws its centroid away from it
+            disc = np.clip(radius[cut] + 0.5 - distance[cut], 0, 1) * mine[cut]
+            shift[cut] -= _centroid(disc, x[cut], y[cut])
+        offset = offset + shift
         x, y, distance = _from(offset, away, streaks)
     peak = (light * (distance < 0.6 * radius + 1)).max(axis=(1, 2))
     streak = None if streaks is None else _streak_px2(weight, x, y, streaks.along.astype(np.float32))
     share = np.clip(light / np.maximum(peak, 1.0)[:, None, None], 0, 1) * (distance < _REACH * radius + _RING[0])
     return middle + offset, 2 * np.sqrt(share.sum(axis=(1, 2)) / (np.pi * thinner)), thinner * peak, streak
+
+
+def _centroid(weight: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """(k, 2) of windows (k, s, s)."""
+    columns, rows = weight.sum(axis=1), weight.sum(axis=2)
+    moment = np.stack([(columns * x[:, 0]).sum(axis=1), (rows * y[:, :, 0]).sum(axis=1)], axis=1)
+    return moment / np.maximum(columns.sum(axis=1), 1e-9)[:, None]
 
 
 def _streak_px2(weight: np.ndarray, x: np.ndarray, y: np.ndarray, along: np.ndarray) -> np.ndarray:
