@@ -115,8 +115,9 @@ def effects(
 def transfer(
     folder: Annotated[Path, typer.Option(help="a copy of datasets/withheld/small, or what `effects` made of a suite")],
     count: Annotated[int, typer.Option(min=1, help="robots, the first of the suite")] = 24,
+    task: Annotated[Literal["circle", "target"], typer.Option(help="what the laws are for")] = "circle",
     arms: Annotated[str, typer.Option(help="only these, comma-separated; none: only the tables of what is there")] = "",
-    suite: Annotated[str, typer.Option(help="which suite it is")] = "small",
+    suite: Annotated[str, typer.Option(help="which suite it is, or which part, as `effects` takes it")] = "small",
     seed: Annotated[int, typer.Option(min=0, help="of the suite")] = 1,
     workers: Annotated[int, typer.Option(min=0, help="arms at a time; 0: one on each core")] = 0,
     as_json: AsJson = False,
@@ -134,8 +135,8 @@ def transfer(
             f"found {', '.join(sorted(unknown))}, expected some of {', '.join(ARMS)}", param_hint="--arms"
         )
     with progress_bar(as_json) as progress:
-        failures = work_off(SuiteFolder(folder), count, (seed, suite), chosen, Run(workers, None, progress))
-    _print(scores_of(SuiteFolder(folder), "calib benchmark transfer --folder FOLDER", failures), as_json)
+        failures = work_off(SuiteFolder(folder), count, (seed, suite), task, chosen, Run(workers, None, progress))
+    _print(scores_of(SuiteFolder(folder), task, failures), as_json)
 
 
 def gym(

@@ -10,7 +10,7 @@ from benchmarks.effects.drawn import draw_world
 from benchmarks.effects.filming import film_together
 from benchmarks.effects.folder import SuiteFolder
 from benchmarks.effects.generators import GENERATORS
-from benchmarks.effects.suite import SIZES, SessionPlan
+from benchmarks.effects.suite import SessionPlan, suite_named
 from benchmarks.reality import Nuisances, World
 from benchmarks.reality.mechanism import worn
 from benchmarks.reference_swimmers import ReferenceSwimmers
@@ -29,9 +29,14 @@ class Robot:
     used_s: float  # how long its trials took
 
 
-def plans(seed: int, size: str) -> dict[str, SessionPlan]:
-    """The sessions of a suite, by name."""
-    return {plan.name: plan for plan in _GENERATOR.plan(seed, SIZES[size])}
+def plans(seed: int, suite: str) -> dict[str, SessionPlan]:
+    """The sessions of a suite, or of a part of one, by name.
+
+    Raises:
+        ValueError: there is no such suite.
+    """
+    size, part = suite_named(suite)
+    return {plan.name: plan for plan in _GENERATOR.plan(seed, size)[part]}
 
 
 def draw_robots(of: Sequence[SessionPlan]) -> dict[str, Robot]:

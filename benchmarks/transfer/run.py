@@ -30,6 +30,7 @@ _TOGETHER = 12  # robots: a step of many costs little more than one of one
 class Flock:
     """Robots that were searched for and tested together, by one arm."""
 
+    task: str  # of `TASKS`
     arm: str  # see `ARMS`
     robots: dict[str, OnRobot]  # by session
 
@@ -37,6 +38,7 @@ class Flock:
 @dataclass(frozen=True)
 class _Case:
     suite: Path
+    task: str
     arm: str
     seed: int  # of the search on the published coefficients, which is one for all of them
     robots: dict[str, Robot]
@@ -44,14 +46,15 @@ class _Case:
 
 
 def work_off(
-    suite: SuiteFolder, count: int, made_by: tuple[int, str], arms: Sequence[str], run: Run
+    suite: SuiteFolder, count: int, made_by: tuple[int, str], task: str, arms: Sequence[str], run: Run
 ) -> tuple[Failure, ...]:
     """Searches and tests what is missing.
 
     Args:
         suite: fits and diagnoses are written into its sessions.
         count: robots, the first of the suite.
-        made_by: its seed and size.
+        made_by: its seed, and which suite or part of one it is.
+        task: of `TASKS`.
         arms: of `ARMS`.
         run: how.
 
@@ -69,11 +72,16 @@ def work_off(
     robots = {name: robot for name in names if (robot := kept.read(name)) is not None}
     records, cases = flocks(suite), {}
     for arm in arms:
-        done = {name for flock in records.every().values() if flock.arm == arm for name in flock.robots}
+        done = {
+            name
+            for flock in records.every().values()
+            if (flock.task, flock.arm) == (task, arm)
+            for name in flock.robots
+        }
         todo = [name for name in robots if name not in done]
         for first in range(0, len(todo), _TOGETHER):
             group = {name: robots[name] for name in todo[first : first + _TOGETHER]}
-            cases[f"{arm}-{todo[first]}"] = _Case(suite.folder, arm, first // _TOGETHER, group, of)
+            cases[f"{task}-{arm}-{todo[first]}"] = _Case(suite.folder, task, arm, first // _TOGETHER, group, of)
     return run_cases(_flock, cases, run, records.keep)
 
 
@@ -86,28 +94,29 @@ def _flock(case: _Case) -> Flock:
     suite = SuiteFolder(case.suite)
     robots = {name: robot for name, robot in case.robots.items() if case.arm != "effects" or _named(suite, name)}
     if not robots:
-        return Flock(case.arm, {})
+        return Flock(case.task, case.arm, {})
     worlds = load_worlds(suite, robots, case.plans)
-    laws, promised = _laws(case.arm, suite, tuple(robots), worlds, case.seed)
-    return Flock(case.arm, dict(zip(robots, tested(partial(in_the_pool, worlds), laws, promised), strict=True)))
+    laws, promised = _laws(case, suite, tuple(robots), worlds)
+    found = tested(partial(in_the_pool, worlds), case.task, laws, promised)
+    return Flock(case.task, case.arm, dict(zip(robots, found, strict=True)))
 
 
 def _laws(
-    arm: str, suite: SuiteFolder, names: tuple[str, ...], worlds: tuple[World, ...], seed: int
+    case: _Case, suite: SuiteFolder, names: tuple[str, ...], worlds: tuple[World, ...]
 ) -> tuple[np.ndarray, np.ndarray]:
     """(r, p) laws and (r,) what they promise."""
-    count = len(names)
+    task, arm, count = case.task, case.arm, len(names)
     if arm == "shipped":
-        return np.tile(shipped_law(), (count, 1)), np.full(count, np.nan)
+        return np.tile(shipped_law(task), (count, 1)), np.full(count, np.nan)
     if arm == "reality":
-        return searched(lambda _, episodes, candidates: in_the_pool(worlds, episodes * candidates), count)
+        return searched(lambda _, episodes, candidates: in_the_pool(worlds, episodes * candidates), task, count)
     if arm == "published":
-        law, cost = searched(_twins([load_fish()], None), 1, seed)
+        law, cost = searched(_twins([load_fish()], None), task, 1, case.seed)
         return np.tile(law, (count, 1)), np.tile(cost, count)
     for name in names:
         Pipeline(open_session(suite.sessions / name), Options("quick", workers=1)).fit()
     fishes = [load_fish(suite.sessions / name, effects=arm == "effects") for name in names]
-    return searched(_twins(fishes, suite if arm == "randomised" else None, names), count)
+    return searched(_twins(fishes, suite if arm == "randomised" else None, names), task, count)
 
 
 def _twins(fishes: Sequence[Fish], drawn: SuiteFolder | None, names: tuple[str, ...] = ()) -> Make:
