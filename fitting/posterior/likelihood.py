@@ -83,8 +83,11 @@ def exponents(degree: int) -> np.ndarray:
 def terms(coefficients: np.ndarray, powers: np.ndarray) -> np.ndarray:
     """(s, t) products of Legendre polynomials in the roots of coefficients (s, 5), scaled to -1 to 1."""
     x = 2 * np.sqrt(np.clip(coefficients, *COEFFICIENT_BOUNDS) / COEFFICIENT_BOUNDS[1]) - 1
-    table = np.polynomial.legendre.legvander(x, int(powers.max(initial=0)))  # (s, 5, d + 1)
-    return np.prod(np.take_along_axis(table[:, None], powers[None, ..., None], axis=-1)[..., 0], axis=-1)
+    table = np.polynomial.legendre.legvander(x.T, int(powers.max(initial=0)))  # (5, s, d + 1)
+    result = np.ones((len(x), len(powers)))
+    for own, power in zip(table, powers.T, strict=True):  # gathering all five at once takes three times as long
+        result *= own[:, power]
+    return result
 
 
 def _inverse_root(moments: np.ndarray) -> np.ndarray:
