@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 EFFECTIVE = {"quick": 100, "full": 400}
 """Effective draws of every coefficient."""
 
-_FORM = 9  # of the files and of what they rest on
+_FORM = 10  # of the files and of what they rest on
 
 
 class PosteriorStage(Stage):

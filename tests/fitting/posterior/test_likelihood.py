@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 from scipy.stats import multivariate_normal
 
-from fitting.model import Mode
+from benchmarks.posterior.truth import DrawnSession
+from fitting.model import Mode, SessionModel
 from fitting.model.features import HARMONICS
-from fitting.model.variance import wave_discrepancy
+from fitting.model.mode import mode_at
+from fitting.model.variance import MEDIANS, wave_discrepancy
 from fitting.posterior.likelihood import SPEEDS, WAVE, Likelihood, exponents, fit_emulator, size_of, terms
 from tests.fitting.posterior.waves import ALONG_M, cruising, reader
 
@@ -105,8 +107,9 @@ def test_a_wave_that_is_off_is_off_by_its_size_and_alike_nearby() -> None:
     assert np.linalg.eigvalsh(total).min() > -1e-12
 
 
-@pytest.mark.long
-def test_at_the_sizes_of_a_mode_it_has_the_covariance_of_the_mode(mode: Mode) -> None:
+def test_at_the_sizes_of_a_mode_it_has_the_covariance_of_the_mode(drawn: DrawnSession) -> None:
+    model = SessionModel.of(drawn.twin, drawn.trials, with_course=True)
+    mode = mode_at(model, np.array(drawn.truth), MEDIANS)
     found = Likelihood.of(mode, fit_emulator(np.tile(mode.coefficients, (3, 1)), np.zeros((3, len(mode.residual)))))
     wave, speed = (size_of(mode, names) ** 2 for names in (WAVE, SPEEDS))
     total = found.known + wave * found.wave + speed * found.speed @ found.speed.T
