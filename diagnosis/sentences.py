@@ -2,8 +2,8 @@
 
 from collections.abc import Mapping, Sequence
 
-from diagnosis.constants import ENOUGH, HELD, PLACED
-from diagnosis.result import DiagnosisResult, NonPeriodicResidual
+from diagnosis.constants import ALARM, ENOUGH, HELD, PLACED
+from diagnosis.result import NONE, DiagnosisResult, NonPeriodicResidual
 from diagnosis.where import OF_NO_MARKER
 
 _SHOWS_IN = ("in its speed", "in its course", "in its beat frequency", "in its free decay")
@@ -46,7 +46,8 @@ def which(data: DiagnosisResult) -> str:
     if verdict == "no_gap":
         against = _refuted(data)
         but = f"; the fitted swims look like {against}" if against else ""
-        return f"Which: the data need no effect (probability of no gap {data.no_gap_probability:.2f}){but}."
+        nothing = f"Which: the data need no effect (probability of no gap {data.no_gap_probability:.2f}){but}."
+        return f"{nothing} {near_miss(data)}".rstrip()
     if verdict == "unexplained" and (against := _refuted(data)):
         return f"Which: it looks like {against}{_elsewhere(data)}; see the missing forces."
     if verdict == "unexplained" and (like := _looks_like(chances)) is not None:
@@ -76,6 +77,22 @@ def which(data: DiagnosisResult) -> str:
     residual = "" if rest is None or rest.share < 0.05 else f"; {rest.share:.0%} of the fitted gap remains"
     against = _refuted(data)
     return f"Which: {named}{residual}{_elsewhere(data)}{'; not ' if against else ''}{against}."
+
+
+def near_miss(data: DiagnosisResult) -> str:
+    """That there probably is some effect, where that is not sure enough for a verdict; else empty."""
+    chance = 1 - data.no_gap_probability
+    if data.verdict != "no_gap" or chance <= HELD:
+        return ""
+    suspect = ""
+    if not data.evidence.refuted:  # one that was refuted would be the likeliest
+        name = max(data.probabilities, key=lambda each: data.probabilities[each])
+        what = "something that no catalogue holds" if name == NONE else plain(name)
+        suspect = f"; the likeliest is {what} ({data.probabilities[name]:.2f})"
+    return (
+        f"A near miss: some effect has a probability of {chance:.2f}, and an alarm needs {ALARM:g}{suspect}. One more "
+        "trial may settle it."
+    )
 
 
 def _refuted(data: DiagnosisResult) -> str:

@@ -5,6 +5,7 @@ from math import isnan
 from markupsafe import Markup
 
 from diagnosis.result import AllEffects, Attribution, Controls, DiagnosisResult, Remainder
+from diagnosis.sentences import near_miss
 from reports.blocks import Block, Plots, Points, Prose, Section
 from reports.context import ReportContext
 from reports.gap_words import by_how_much, gap_sentences
@@ -22,7 +23,6 @@ _NOT_HELD_OUT = (
     "No trial is held out, so how far the gap shrinks on trials that were not fitted is not known. Give one or more "
     'trials the role "holdout" in session.toml and diagnose again.'
 )
-_SUSPECT = 0.5  # probability of a gap from which a verdict of none is called a near miss
 _STRONGEST = 4  # parameters that are listed
 _CLEAR = 0.01  # of the p value from which what remains passes for noise
 
@@ -93,22 +93,11 @@ def _which(found: DiagnosisResult) -> tuple[Block, ...]:
         items = tuple(" or ".join(in_words(name) for name in group) for group in groups)
         title = "Together" if len(groups) > 1 else "Named" if len(groups[0]) == 1 else "One of these"
         blocks.append(Points(title, items))
-    if found.verdict == "no_gap" and (chance := 1 - found.no_gap_probability) > _SUSPECT:
-        blocks.append(Prose(_suspicion(found, chance)))
+    if missed := near_miss(found):
+        blocks.append(Prose(missed))
     if (rest := found.remainder) is not None:
         blocks.append(Prose(_remainder(rest, _added(found))))
     return tuple(blocks)
-
-
-def _suspicion(found: DiagnosisResult, chance: float) -> str:
-    names = list(found.chances.items())
-    suspect = ""
-    if names and not found.evidence.refuted:  # one that was refuted would be the first
-        suspect = f", and the first suspect is {in_words(names[0][0])} ({shown(names[0][1], 2)})"
-    return (
-        f"It is a near miss: the probability of some effect is {shown(chance, 2)}{suspect}. "
-        "One more trial would settle it."
-    )
 
 
 def _remainder(rest: Remainder, added: str) -> str:

@@ -63,6 +63,25 @@ def test_a_gap_of_noise_has_no_stage() -> None:
 
 
 @pytest.mark.parametrize(
+    ("chance", "likeliest", "said"),
+    [
+        (
+            0.65,
+            "none_of_these",
+            "of 0.65, and an alarm needs 0.98; the likeliest is something that no catalogue holds (0.60)",
+        ),
+        (0.65, "tendon_slack", "the likeliest is tendon slack (0.60)"),
+        (0.4, "tendon_slack", ""),
+    ],
+)
+def test_a_gap_that_just_misses_the_alarm_is_told(chance: float, likeliest: str, said: str) -> None:
+    chances = {"scale_error": 0.02, "none_of_these": 0.1} | {likeliest: 0.6}
+    told = which(made_diagnosed("no_gap", no_gap_probability=1 - chance, probabilities=chances))
+    assert said in told
+    assert ("near miss" in told) == bool(said)
+
+
+@pytest.mark.parametrize(
     ("verdict", "before"), [("unexplained", "looks like"), ("named", "; not"), ("no_gap", "look like")]
 )
 def test_names_that_trials_left_out_speak_against_are_told_as_that(verdict: str, before: str) -> None:
