@@ -144,6 +144,11 @@ class Covariance:
         known += common([block.time_step[:, None] for block in blocks])
         return cls(known, np.vstack([each.rolls for each in sensitivities]), units)
 
+    @property
+    def fixed(self) -> np.ndarray:
+        """(K, K) of all but the components: noise, nuisances of known size, and the roll."""
+        return self.known + self.rolls @ self.rolls.T
+
     def without_roll(self, sizes: Mapping[str, float]) -> np.ndarray:
         """(K, K) with components of these standard deviations, without the roll."""
         return self.known + np.asarray(sum(sizes[name] ** 2 * unit for name, unit in self.units.items()))
@@ -162,7 +167,7 @@ class Covariance:
             jacobian: (K, 5) of the simulated features.
             start: standard deviations to begin with.
         """
-        free = self.known + self.rolls @ self.rolls.T + COEFFICIENT_SD**2 * jacobian @ jacobian.T
+        free = self.fixed + COEFFICIENT_SD**2 * jacobian @ jacobian.T
         units = [self.units[component.name] for component in COMPONENTS]
         mean, sd = _LN_MEDIAN, _LN_SD
 

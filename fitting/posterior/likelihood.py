@@ -153,9 +153,7 @@ class Likelihood:
             return np.asarray(sum(mode.sizes[name] ** 2 * mode.covariance.units[name] for name in names))
 
         others = tuple(each.name for each in COMPONENTS if each.name not in WAVE + SPEEDS)
-        rolls = mode.covariance.rolls
-        known = mode.covariance.known + rolls @ rolls.T + total(others)
-        known += emulator.error + _JITTER * np.eye(len(mode.residual))
+        known = mode.covariance.fixed + total(others) + emulator.error + _JITTER * np.eye(len(mode.residual))
         wave, speed = (size_of(mode, names) for names in (WAVE, SPEEDS))
         places = SPEED + len(mode.residual) // len(mode.blocks) * np.arange(len(mode.blocks))
         columns = np.zeros((len(mode.residual), len(places)))
