@@ -50,7 +50,6 @@ FLAG_KINDS: dict[str, str] = {
     "not_used": "an experiment is not believed and was left out",
     "fit_outside": "the fit lies outside its own posterior interval",
     "markers_off": "markers sit elsewhere than the robot's description has them",
-    "effect_left_out": "the swim trials support an effect that the twin leaves out",
     "robot_off": "the swim trials support another robot than the described one",
     "at_bound": "an estimate sits at the bound of its range",
     "not_converged": "the optimiser stopped before it converged",

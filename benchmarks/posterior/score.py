@@ -15,14 +15,11 @@ from fitting.model import find_mode
 from fitting.model.session_model import SessionModel
 from fitting.posterior import Posterior, sample_posterior
 from fitting.posterior.posterior import MISFIT_P
-from fitting.signatures.score_tests import score_tests
 from session import Flag
-from swimmer.effects import catalogue
 
 EFFECTIVE, STARTS = 100, 3
 WARNINGS = (
     "model_discrepancy",
-    "effect_left_out",
     "robot_off",
     "emulator_off",
     "not_converged",
@@ -79,8 +76,7 @@ def score_session(seed: int) -> PosteriorScore:
     began = time.perf_counter()
     mode = find_mode(SessionModel.of(drawn.twin, drawn.trials, with_course=True), STARTS, seed)
     posterior = sample_posterior(mode, EFFECTIVE, seed)
-    flags = (*posterior.flags, *score_tests(mode, drawn.camera, catalogue().values()).flags)
-    return _score(drawn, posterior, flags, time.perf_counter() - began)
+    return _score(drawn, posterior, posterior.flags, time.perf_counter() - began)
 
 
 def _score(drawn: DrawnSession, posterior: Posterior, flags: Sequence[Flag], seconds: float) -> PosteriorScore:

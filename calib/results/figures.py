@@ -103,7 +103,6 @@ class PosteriorFigures(Figures):
     speeds = _figure("posterior-sweep", "Speed over frequency with its predictive band.")
     trials = _figure("posterior-trials", "The speed of every trial with its predictive interval.")
     further_trial = _figure("posterior-further-plot", "Expected information of one more trial, over its frequency.")
-    left_out = _figure("posterior-left-out-plot", "Effects that the trials support and the twin leaves out.")
     whiteness = _figure("posterior-whiteness", "Autocorrelation of the residuals of every trial.")
     trace = _figure("posterior-trace", "The chains over their draws.")
     ranks = _figure("posterior-ranks", "Rank histograms of the chains.")

@@ -21,7 +21,6 @@ from session.errors import NotConverged
 from session.results import writing_whole
 from session.stage import Stage
 from swimmer import Twin
-from swimmer.effects import catalogue
 
 if TYPE_CHECKING:
     from fitting.posterior.summary import PosteriorSummary
@@ -29,7 +28,7 @@ if TYPE_CHECKING:
 EFFECTIVE = {"quick": 100, "full": 400}
 """Effective draws of every coefficient."""
 
-_FORM = 10  # of the files and of what they rest on
+_FORM = 11  # of the files and of what they rest on
 
 
 class PosteriorStage(Stage):
@@ -38,8 +37,7 @@ class PosteriorStage(Stage):
     def __init__(self, job: Job, fit: FitStage, effort: EffortName | None = None) -> None:
         self._job, self._fit, self.effort = job, fit, effort or job.options.effort
         file = job.results / "posterior.nc"
-        effects = {name: [list(parameter) for parameter in effect.parameters] for name, effect in catalogue().items()}
-        super().__init__(file, {}, {"form": _FORM, "effort": self.effort, "effects": effects}, [fit])
+        super().__init__(file, {}, {"form": _FORM, "effort": self.effort}, [fit])
 
     @property
     def summary_file(self) -> Path:
@@ -55,7 +53,6 @@ class PosteriorStage(Stage):
         from fitting.posterior import sample_posterior
         from fitting.posterior.posterior import save_draws
         from fitting.posterior.summary import SUMMARY, summarise
-        from fitting.signatures.score_tests import score_tests
 
         job, mode = self._job, mode_of(calibration, trials, twin)
         posterior = sample_posterior(mode, EFFECTIVE[self.effort], job.session.seed, job.progress)
@@ -65,8 +62,7 @@ class PosteriorStage(Stage):
                 f"{self.file}: not written, nor are intervals reported; found: {why}. Look into the flags of the fit "
                 "trials, leave out faulty ones, or try another [fit] seed in session.toml."
             )
-        left_out = score_tests(mode, job.session.camera, catalogue().values(), job.progress)
-        summary = summarise(posterior, trials, job.session.seed, job.progress, left_out)
+        summary = summarise(posterior, trials, job.session.seed, job.progress)
         provenance = replace(job.provenance, effort=self.effort)
         stamp = {key: value for key, value in provenance.to_json().items() if isinstance(value, str | int)}
         if (kept := self.keep_aside()) is not None:

@@ -14,7 +14,6 @@ from fitting.posterior.identifiability import Identifiability, RobotPart, identi
 from fitting.posterior.posterior import Posterior, load_chains
 from fitting.posterior.prediction import PredictedSweep, PredictedTrial, predict_sweep, predict_trials
 from fitting.posterior.whiteness import Whiteness, noise_flags, whiteness
-from fitting.signatures.score_tests import EffectsLeftOut
 from fitting.sweep import sweep_frequencies
 from fitting.trial import MeasuredTrial
 from session import Flag
@@ -38,7 +37,6 @@ class PosteriorSummary:
         misfit_p: probability of a larger misfit by noise and nuisances alone.
         discrepancy: (2,) median relative error of the twin's wave and speed.
         robot: standard deviation of each number of the robot before and after the swim trials.
-        left_out: effects that the trials support and the twin leaves out, and how they would move the coefficients.
         identifiability: which coefficients, and which combinations of them, the trials determine.
         sweep: predicted speed over frequency, with bands.
         trials: predicted and measured speed of every trial, with bands.
@@ -59,7 +57,6 @@ class PosteriorSummary:
     misfit_p: float
     discrepancy: np.ndarray
     robot: tuple[RobotPart, ...]
-    left_out: EffectsLeftOut
     identifiability: Identifiability
     sweep: PredictedSweep
     trials: tuple[PredictedTrial, ...]
@@ -97,7 +94,6 @@ def summarise(
     trials: Sequence[MeasuredTrial],
     seed: int = 0,
     tell: Progress = lambda _message, _share: None,
-    left_out: EffectsLeftOut = EffectsLeftOut(),  # noqa: B008 (it is frozen)
 ) -> PosteriorSummary:
     """Works out all that is said of a posterior."""
     draws, robot = posterior.draws, robot_parts(posterior)
@@ -120,13 +116,12 @@ def summarise(
         misfit_p=posterior.misfit_p,
         discrepancy=np.median(posterior.discrepancy, axis=0),
         robot=robot,
-        left_out=left_out,
         identifiability=identifiability(posterior),
         sweep=sweep,
         trials=predicted,
         forecasts=_forecasts(posterior, trials, predicted),
         whiteness=white,
-        flags=(*posterior.flags, *missed, *noise_flags(white), *robot_flags(robot), *left_out.flags),
+        flags=(*posterior.flags, *missed, *noise_flags(white), *robot_flags(robot)),
     )
 
 

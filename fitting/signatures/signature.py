@@ -5,7 +5,6 @@ be right about that strength. Nearer to nothing the slope goes on as it changes 
 a parameter with one sign, as it changes beyond; where it changes only across nothing it has a kink there, and stays.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import NamedTuple
@@ -49,7 +48,6 @@ def signature_of(
     camera: CameraSpec,
     coefficients: np.ndarray,
     values: np.ndarray | None = None,
-    sizes: Sequence[float] = STRENGTHS,
 ) -> Signature:
     """What an effect does to the trials of a session at coefficients (5,), against the plain twin.
 
@@ -60,12 +58,12 @@ def signature_of(
         model: the trials beside the plain twin.
         camera: that filmed them.
         coefficients: (5,) at which.
-        values: (q, p) strengths; by default each parameter alone, as far as its bounds allow.
-        sizes: of each parameter alone, in standard deviations of its prior; by default one and three, either way.
+        values: (q, p) strengths; by default each parameter alone, one and three standard deviations of its prior either
+            way, as far as its bounds allow.
     """
     session = AffectedSession.of([effect], model, camera, coefficients)
     suited = session.effects[0]
-    values = strengths(suited, sizes) if values is None else values
+    values = strengths(suited) if values is None else values
     plain = plain_features(model, camera, tuple(map(float, coefficients)))
     rows = (
         session.features(np.tile(coefficients, (len(values), 1)), values) if len(values) else np.zeros((0, len(plain)))
@@ -73,11 +71,11 @@ def signature_of(
     return Signature(suited, values, rows - plain, session.beside(values))
 
 
-def strengths(effect: Effect, sizes: Sequence[float] = STRENGTHS) -> np.ndarray:
-    """(q, p) each parameter alone, of such sizes in standard deviations as far as its bounds allow."""
+def strengths(effect: Effect) -> np.ndarray:
+    """(q, p) each parameter alone, in sizes `STRENGTHS` as far as its bounds allow."""
     rows = []
     for number, parameter in enumerate(effect.parameters):
-        for size in sizes:
+        for size in STRENGTHS:
             value = float(np.clip(size * parameter.sd, parameter.low, parameter.high))
             if value != 0.0:
                 rows.append(value * np.eye(len(effect.parameters))[number])

@@ -1,4 +1,4 @@
-"""Whether to believe the posterior: the traces and ranks of walkers, the noise of tracks, what the twin leaves out."""
+"""Whether to believe the posterior: the traces and ranks of walkers, the noise of tracks."""
 
 from __future__ import annotations
 
@@ -7,21 +7,17 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import NullLocator
 from scipy.stats import rankdata
 
-from reports.colours import EBT, EBT_LARGE, FAINT, INK, MUTED, SHADE, TWIN, WARN
+from reports.colours import EBT, EBT_LARGE, FAINT, INK, MUTED, SHADE, TWIN
 from reports.figures.coefficients import NAMES
-from reports.numbers import in_words, shortened
+from reports.numbers import shortened
 from reports.style import (
-    FULL_WIDTH_IN,
     HALF_WIDTH_IN,
     Grid,
     Margins,
-    legend_above,
     legend_on_top,
     name_panels,
-    panel,
     panels,
     small_multiples,
     styled,
@@ -29,7 +25,6 @@ from reports.style import (
 
 if TYPE_CHECKING:
     from fitting.posterior.summary import PosteriorSummary
-    from fitting.signatures.score_tests import LeftOut
 
 _POINTS = 120  # drawn of a trace
 _GROUPS, _BINS = 4, 10
@@ -107,51 +102,3 @@ def posterior_whiteness_figure(found: PosteriorSummary) -> Figure:
     drawn[-1].set_xlabel("lag (s)")
     legend_on_top(figure, 4 if wide else 2)
     return figure
-
-
-@styled
-def posterior_left_out_figure(found: PosteriorSummary) -> Figure:
-    """A point a parameter of an effect: right what would be seen, above what would move a coefficient."""
-    figure, axes = panel(FULL_WIDTH_IN, 3.3, Margins(right=2.1, top=0.42))
-    tried, seen_from = found.left_out.tried, found.left_out.seen_from
-    axes.fill_between((_X[0], seen_from), 1.0, _Y[1], color=SHADE, linewidth=0)
-    kinds = {
-        "significant here": (WARN, [each for each in tried if each.asked]),
-        "not detectable, yet biases": (INK, [each for each in tried if each.hides and not each.asked]),
-        "detectable, allowed for, or harmless": (MUTED, [each for each in tried if not each.hides and not each.asked]),
-    }
-    for label, (colour, own) in kinds.items():
-        x, y = (np.clip([_place(each)[i] for each in own], *ends) for i, ends in ((0, _X), (1, _Y)))
-        axes.scatter(x, y, s=9 if colour == MUTED else 18, color=colour, label=label, zorder=3, clip_on=False)
-    _labels(axes, [(each, colour) for colour, own in kinds.values() if colour != MUTED for each in own])
-    axes.axvline(seen_from, color=TWIN, linewidth=0.8, linestyle=(0, (2, 2)))
-    axes.set(xscale="log", yscale="log", xlim=_X, ylim=_Y, xlabel="detectability (standard deviations)")
-    axes.set_ylabel("largest bias of a coefficient (sd)")
-    for axis in (axes.xaxis, axes.yaxis):
-        axis.set_major_formatter("{x:g}")
-        axis.set_minor_locator(NullLocator())
-    legend_above(axes, 3, columnspacing=1.0)
-    return figure
-
-
-def _place(each: LeftOut) -> tuple[float, float]:
-    """How clearly it shows, and how far it moves the coefficient that it moves most."""
-    return each.shows, float(abs(each.moves[each.most]))
-
-
-def _labels(axes: Axes, named: list[tuple[LeftOut, str]]) -> None:
-    """Names in a column beside the panel, the highest point first, each with a line to its point."""
-    order = sorted(named, key=lambda own: -_place(own[0])[1])[:_NAMED]
-    middle = (len(order) - 1) / 2
-    for row, (each, colour) in enumerate(order):
-        x, y = (float(np.clip(value, *ends)) for value, ends in zip(_place(each), (_X, _Y), strict=True))
-        axes.annotate(
-            shortened(in_words(each.name), 34),
-            (x, y),
-            xytext=(1.02, 0.5 + _BETWEEN * (middle - row)),
-            textcoords="axes fraction",
-            va="center",
-            fontsize=7.5,
-            color=colour,
-            arrowprops={"arrowstyle": "-", "color": colour, "linewidth": 0.4, "shrinkB": 2, "relpos": (0, 0.5)},
-        )

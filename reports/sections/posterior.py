@@ -6,12 +6,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fitting.signatures.score_tests import LeftOut, with_unit
 from reports.blocks import Block, Plot, Plots, Prose, Section, Table, table_head
 from reports.context import ReportContext
 from reports.figures.coefficients import NAMES
 from reports.figures.posterior_checks import (
-    posterior_left_out_figure,
     posterior_ranks_figure,
     posterior_trace_figure,
     posterior_whiteness_figure,
@@ -27,7 +25,6 @@ from reports.numbers import (
     MM,
     counted,
     in_mm,
-    in_words,
     listed,
     percent,
     sentence,
@@ -50,8 +47,6 @@ TRIALS = table_head(
     "marker coordinates inside [%]"
 )
 ROBOT = table_head("quantity | prior sd [%] | from | posterior offset [%]")
-LEFT_OUT = table_head("effect | estimate [] | from zero [sd] | p [] | largest bias")
-_LIKELIEST = 5  # rows of it
 NOISE = table_head(
     "trial | frames [] | effective [] | lasts [s] | white share [%] | size [mm] | neighbours [] | "
     "after the model [] | white after the model"
@@ -68,7 +63,6 @@ def build(context: ReportContext) -> Section:
     parts = (
         Section("What was predicted", "posterior-predicted", _predicted(found)),
         Section("One more trial", "posterior-further", _further(found)),
-        Section("What the twin leaves out", "posterior-left-out", _left_out(found)),
         Section("Convergence and noise", "posterior-checks", _checks(found)),
     )
     return Section("How sure", "posterior", _determined(found, context), flags, parts)
@@ -225,61 +219,6 @@ def _further(found: PosteriorSummary) -> tuple[Block, ...]:
         "It assumes that the twin is right: more trials do not reduce an error that all trials share.",
     )
     return Prose(text), Plots((figure,))
-
-
-def _left_out(found: PosteriorSummary) -> tuple[Block, ...]:
-    left_out = found.left_out
-    if not left_out.tried:
-        return (Prose(f"No effect was tested.{_not_asked(found)}"),)
-    best, hidden = left_out.tried[0], listed([in_words(name) for name in left_out.hidden])
-    furthest = (
-        f"The largest is {in_words(best.name)}: {shown(best.z, 1)} standard deviations from zero, p "
-        f"{significant(best.chance, 1)} corrected for {len(left_out.tried)} tests."
-        if best.z > 0
-        else "None is."
-    )
-    blind = (
-        f"Not detectable here at usual size, yet biasing a coefficient by more than its standard deviation: {hidden}. "
-        "The intervals hold for a robot without them."
-        if hidden
-        else "No effect of usual size that is not detectable here would bias a coefficient by more than its standard "
-        "deviation."
-    )
-    text = (
-        f"Score test of each of {counted(len(left_out.effects), 'effect')} of the catalogue: is it significantly "
-        f"different from zero in these trials? {furthest} {blind}"
-        f"{_not_asked(found)}"
-    )
-    figure = Plot(
-        posterior_left_out_figure(found),
-        "posterior-left-out-plot",
-        "Detectability of each unmodelled effect at its usual size, and the bias that it would cause. Right of the "
-        f"dashed line ({shown(left_out.seen_from, 1)}) it is flagged in 19 of 20 sessions. Shaded: not detectable, yet "
-        "it biases coefficients, unless the intervals allow for it (hinges, crank arm, boxes, markers).",
-        "Linear about the fit; the sizes are those of the catalogue, not of this robot.",
-    )
-    rows = tuple(_left_out_row(each) for each in left_out.tried[:_LIKELIEST] if each.z > 0)
-    caption = (
-        "The most significant effects: estimate within its bounds, distance from zero, p corrected for all tests, and "
-        "the coefficient that it would bias most."
-    )
-    return Prose(text), Plots((figure,)), Table(caption, LEFT_OUT, rows)
-
-
-def _not_asked(found: PosteriorSummary) -> str:
-    silent, diverged = ([in_words(name) for name in names] for names in found.left_out[2:])
-    unseen = f" No feature depends on {listed(silent)}." if silent else ""
-    return unseen + (f" Not tested, for the twin diverged: {listed(diverged)}." if diverged else "")
-
-
-def _left_out_row(each: LeftOut) -> tuple[str, ...]:
-    return (
-        in_words(each.name),
-        with_unit(each.value, each.unit).replace("-", "−"),
-        shown(each.z, 1),
-        significant(each.chance, 1),
-        f"{NAMES[each.most]} {shown(float(each.moved[each.most]), 1, signed=True)} sd",
-    )
 
 
 def _checks(found: PosteriorSummary) -> tuple[Block, ...]:

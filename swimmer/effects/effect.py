@@ -153,7 +153,6 @@ class Effect(ABC):
         source: paper, equation or law.
         seen_in: kinds of trials that can show it.
         parameters: of which at least one is not zero where the effect is present.
-        in_fit: whether the fit allows for it to some extent, as a nuisance.
 
     Example:
         >>> class WornGear(calib.Effect):
@@ -176,7 +175,6 @@ class Effect(ABC):
     source: ClassVar[str]
     seen_in: ClassVar[frozenset[TrialKind]]
     parameters: tuple[Parameter, ...]
-    in_fit: ClassVar[bool] = False
 
     def suited(self, robot: RobotSpec, markers: tuple[str, ...]) -> "Effect":
         """The same with the parameters that a robot with these markers has."""

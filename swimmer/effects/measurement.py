@@ -28,7 +28,6 @@ class HeadFrameMisalignment(CameraEffect):
     name = "head_frame_misalignment"
     physics = "The line from nose to neck, which every marker is turned by, makes an angle with the head's axis."
     source = "Geometry of the published normaliser; boxes are placed by hand."
-    in_fit = True
     parameters = (
         Parameter("nose_across", "m", -_MOST_M, _MOST_M, _SD_M),
         Parameter("neck_across", "m", -_MOST_M, _MOST_M, _SD_M),
@@ -159,7 +158,6 @@ class MarkerOffset(CameraEffect):
     name = "marker_offset"
     physics = "A marker that rides on its link off its place is off by a constant vector in the link's frame."
     source = "Rigid-body kinematics; markers are glued and boxes placed by hand."
-    in_fit = True
 
     def __init__(self, markers: tuple[str, ...]) -> None:
         self._markers = _others(markers)

@@ -25,7 +25,6 @@ class StiffnessError(TailEffect):
     name = "stiffness_error"
     physics = "The restoring torque of every hinge differs by the same share."
     source = "Hooke's law; plates bend with the cube of a thickness that printing holds to a few hundredths."
-    in_fit = True
     parameters = (Parameter("relative", "1", -0.3, 1.5, 0.1),)
 
     def robot(self, robot: RobotSpec, values: np.ndarray) -> RobotSpec:
@@ -75,7 +74,6 @@ class JointDamping(TailEffect):
     name = "joint_damping"
     physics = "The torque against the motion of every hinge, in proportion to its speed, differs by the same share."
     source = "Kelvin-Voigt material; loss factors of printed plastics and rubbers vary severalfold."
-    in_fit = True
     parameters = (Parameter("relative", "1", -0.5, 5.0, 0.5),)
 
     def robot(self, robot: RobotSpec, values: np.ndarray) -> RobotSpec:

@@ -98,7 +98,6 @@ class CrankArmError(TendonEffect):
     name = "crank_arm_error"
     physics = "The tendon's stroke, and with it the tail's amplitude, grows with the radius of its anchor."
     source = "Geometry; the paper identifies 39.5 mm where 40 mm were measured."
-    in_fit = True
     parameters = (Parameter("relative", "1", -0.25, 0.25, 0.05),)
 
     def robot(self, robot: RobotSpec, values: np.ndarray) -> RobotSpec:

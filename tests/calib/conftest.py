@@ -5,7 +5,6 @@ import pytest
 
 from benchmarks.video.filmed import SessionVideo
 from calib.pipeline import Options, Pipeline, open_session
-from fitting.signatures import score_tests
 from synthetic import make_session
 from tests.calib import filmed as of_video
 from tests.calib.door import PLAN, Front, front_door, little_posterior, with_little_effort
@@ -58,15 +57,8 @@ def finished_session(fresh_session: Path, tmp_path_factory: pytest.TempPathFacto
 
 @pytest.fixture(scope="session")
 def sampled_session(finished_session: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """With the posterior; one of its effects is called for whatever the data say."""
-
-    def sample(folder: Path) -> None:
-        with pytest.MonkeyPatch.context() as patch:
-            patch.setattr(score_tests, "LEFT_OUT_P", 2.0)
-            patch.setattr(score_tests, "LEFT_OUT_SD", -1.0)
-            work_off(finished_session, folder, "posterior")
-
-    return made_once(tmp_path_factory, "sampled", sample)
+    """With the posterior."""
+    return made_once(tmp_path_factory, "sampled", lambda folder: work_off(finished_session, folder, "posterior"))
 
 
 @pytest.fixture(scope="session")

@@ -72,8 +72,7 @@ def with_little_effort(patch: pytest.MonkeyPatch, true_report: bool = False) -> 
     patch.setattr(fit_stage, "PUBLISHED_S", {"quick": 100.0, "full": 100.0})
     patch.setattr(search, "_SCREENED", 8)
     patch.setattr(search, "_ROUNDS", 2)
-    for stage in (diagnosis_stage, posterior_stage):
-        patch.setattr(stage, "catalogue", lambda: FEW_EFFECTS)
+    patch.setattr(diagnosis_stage, "catalogue", lambda: FEW_EFFECTS)
     patch.setattr(calibration, "sweep_frequencies", partial(sweep_frequencies, count=3))
     if not true_report:
         patch.setattr(report_stage, "write_report", lambda path, *_, **__: write_whole(path, "<html></html>"))

@@ -9,7 +9,6 @@ import pytest
 
 from fitting.posterior import sampling
 from tests.calib.door import (
-    FEW_EFFECTS,
     Front,
     assert_public_form,
     assert_reports,
@@ -37,13 +36,6 @@ def test_the_calibration_gains_the_posterior_and_nothing_else(finished_session: 
         assert set(marginal) == {"mean", "sd", "q05", "q95", "ess_bulk", "r_hat", "determined"}
         assert 0 <= marginal["q05"] < marginal["mean"] < marginal["q95"] <= 10
     assert_public_form(sampled_session)
-
-
-def test_each_effect_was_asked_and_the_likeliest_is_flagged(sampled_session: Path) -> None:
-    reported = json.loads((sampled_session / "results" / "posterior.json").read_text())
-
-    assert {each["effect"] for each in reported["left_out"]["tried"]} == set(FEW_EFFECTS)
-    assert "effect_left_out" in [flag["kind"] for flag in reported["flags"]]
 
 
 def test_arviz_reads_draws_statistics_features_and_what_they_were_made_with(sampled_session: Path) -> None:

@@ -33,8 +33,9 @@ def signatures() -> tuple[Signature, ...]:
 
 @lru_cache(maxsize=4)
 def simulated(name: str, size: float) -> Signature:
-    at = linear()
-    return signature_of(catalogue()[name], at.model, CAMERA, at.at, sizes=(size,))
+    at, effect = linear(), catalogue()[name]
+    values = size * np.diag([parameter.sd for parameter in effect.parameters])
+    return signature_of(effect, at.model, CAMERA, at.at, values)
 
 
 def columns() -> np.ndarray:

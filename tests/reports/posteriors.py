@@ -12,7 +12,6 @@ from fitting.posterior.identifiability import Identifiability, RobotPart
 from fitting.posterior.prediction import PredictedSweep, PredictedTrial
 from fitting.posterior.summary import PosteriorSummary
 from fitting.posterior.whiteness import Whiteness
-from fitting.signatures.score_tests import EffectsLeftOut, LeftOut
 from session import Flag
 from swimmer import FluidCoefficients
 from tests.reports.sample import BEST, MARKERS, ROLES
@@ -50,14 +49,6 @@ def made_summary(names: tuple[str, ...] = tuple(ROLES), **changes: Any) -> Poste
             RobotPart("hinge_damping", True, 0.05, 0.0, 0.05),
             RobotPart("crank_arm", False, 0.02, -0.021, 0.008),
         ),
-        "left_out": EffectsLeftOut(
-            (
-                left_out("entrained_water", 2.1, 0.9, shows=1.9, moves=(2.2, 0.6, 1.5, 0.4, 0.0)),
-                left_out("crank_arm_error", 0.8, 1.0, shows=9.0, moves=(0.1, -0.3, 0.2, 0.0, 0.4)),
-            ),
-            5.4,
-            ("drive_ratio_error",),
-        ),
         "identifiability": made_identifiability(),
         "sweep": PredictedSweep(
             hz := np.array([0.5, 0.9, 1.4]),
@@ -72,13 +63,6 @@ def made_summary(names: tuple[str, ...] = tuple(ROLES), **changes: Any) -> Poste
         "flags": (Flag("unidentifiable", message="magnus_lift is not determined: 90 % interval 0.1 to 6"),),
     }
     return PosteriorSummary(**values | changes)
-
-
-def left_out(effect: str, z: float, chance: float, shows: float, moves: tuple[float, ...]) -> LeftOut:
-    """Of an effect of one parameter, usually 2 mm."""
-    hides = shows < 5.4 and max(map(abs, moves)) > 1
-    value = max(0.002 * z / shows, 0.0)
-    return LeftOut(effect, "size", "m", True, False, 0.002, value, z, chance, shows, np.array(moves), hides)
 
 
 def made_identifiability() -> Identifiability:

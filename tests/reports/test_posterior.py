@@ -7,11 +7,10 @@ import pytest
 
 from fitting.posterior.summary import PosteriorSummary
 from fitting.posterior.whiteness import noise_flags
-from fitting.signatures.score_tests import EffectsLeftOut
 from reports import render_report
 from reports.sections import posterior
 from tests.reports.page import Page
-from tests.reports.posteriors import left_out, made_summary
+from tests.reports.posteriors import made_summary
 from tests.reports.sample import ROLES, made_calibration, made_context
 from tests.reports.undrawn import nothing_drawn
 
@@ -45,8 +44,6 @@ def test_without_a_posterior_it_tells_how_to_sample_one() -> None:
         "slow held out 55.0",
         "One more swim trial of 5 s at 0.5 Hz, tracked like these, would narrow what is not determined most",
         "deviation of slender drag to 50 % and Magnus lift to 50 % of what it is. Next best: 1.4 Hz",
-        "The largest is entrained water: 2.1 standard deviations from zero, p 0.9 corrected for 2 tests",
-        "No feature depends on drive ratio error.",
         "16 walkers, 4000 steps each, acceptance 0.31, autocorrelation 42 steps: at least 500",
         "medium 150 21 0.10 10 0.80 0.50 0.04 (chance 0.20) yes",
     ],
@@ -58,20 +55,12 @@ def test_numbers_of_the_posterior_stand_with_what_they_are_of(page: Page, said: 
 def test_every_interval_stands_beside_the_fit(page: Page) -> None:
     assert re.search(r"Magnus lift [\d.]+ 3 ± 2 [\d.]+ to [\d.]+ 69 no", page.text)
     assert re.search(r"slender drag [^–]* at a bound angular drag", page.text)
-    assert re.search(r"entrained water 0\.0022 m 2\.1 0\.9 blunt drag \+2\.4 sd", page.text)
     assert not re.search(r"\bnan\b", page.text)
 
 
 @pytest.mark.usefixtures("words_alone")
 def test_without_held_out_trials_it_says_so() -> None:
     assert "No trial was held out." in page_of(made_summary(("medium", "fast")), ("medium", "fast")).text
-
-
-@pytest.mark.usefixtures("words_alone")
-def test_where_nothing_was_looked_for_or_found_that_is_said() -> None:
-    against = left_out("tendon_slack", -1.0, 1.0, shows=9.0, moves=(1.2,) * 5)
-    assert "None is." in page_of(made_summary(left_out=EffectsLeftOut((against,), 5.4))).text
-    assert "No effect was tested." in page_of(made_summary(left_out=EffectsLeftOut())).text
 
 
 @pytest.mark.usefixtures("words_alone")
