@@ -5,14 +5,13 @@ All samples of a trial are freed at once of what the noise model correlates, and
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 from scipy.linalg import solve_triangular
 from scipy.stats import chi2
 
 from fitting.model.features import HARMONICS
-from fitting.model.noise import FeatureNoise, smooth_swim
+from fitting.model.noise import smooth_swim
 from fitting.model.trial_model import TrialModel
 from session import Flag
 
@@ -21,6 +20,8 @@ _ENOUGH = 40  # frames that a marker, or two neighbours, must be seen in
 _OUTSIDE = 0.2  # share of the lags that may lie outside their 95 % band
 _BY_CHANCE = 0.99  # of trials with white noise stay below the limit of neighbours
 _SAMPLES = 2400  # that are freed of correlation at once
+_DIFFUSE = 1e10  # variance of each number of the smooth swim, against that of a sample
+_DETERMINED = 1e3  # standard deviation of a forecast, against that of a sample, below which the swim is determined
 _RATES = ("", ", up to the third harmonic")
 
 
@@ -120,35 +121,37 @@ def noise_flags(found: Sequence[Whiteness]) -> list[Flag]:
 
 def whiteness(model: TrialModel) -> Whiteness:
     """Of one trial's tracks; of a long trial its beginning."""
-    reader, noise = model.reader, model.noise
-    position_m, columns = model.trial.position_m[model.trial.kept], smooth_swim(reader)
+    reader, noise, columns = model.reader, model.noise, smooth_swim(model.reader)
     seen = reader.usable.sum(axis=0) >= max(_ENOUGH, 2 * columns.shape[1])
     along_m = model.twin.robot.marker_positions_m(model.trial.markers)[:, 0]
     order = np.array([m for m in np.argsort(along_m) if seen[m]], int)
-    at, samples = _whitened(columns, position_m, reader.usable, reader.time_s, noise, order)
-    lags = range(1, min(_LAGS, len(at) // 4) + 1)
-    in_time = np.array([_pair(samples, *_both(at[:-lag].ravel(), at[lag:].ravel())) for lag in lags]).reshape(-1, 3)
-    lag_s = float(np.median(np.diff(reader.time_s))) * np.array(lags)
+    usable = reader.usable[: _SAMPLES // max(len(order), 1), order]
+    scaled = model.trial.position_m[model.trial.kept][: len(usable), order] / noise.sd_m[order, None]
+    both = _beside_swim(columns[: len(usable)], scaled, usable), _innovations(columns, scaled, usable, model, order)
+    time_s = reader.time_s[: len(usable)]
+    lags = range(1, min(_LAGS, len(usable) // 4) + 1)
+    raw, innovations = (
+        np.array([_correlation(each[:-lag].reshape(-1, 2), each[lag:].reshape(-1, 2)) for lag in lags]) for each in both
+    )
     fastest_hz = HARMONICS * np.ptp(reader.turn_rad) / (2 * np.pi * np.ptp(reader.time_s))
-    time_s = reader.time_s[: len(at)]
     slow = np.exp(-0.5 * (2 * np.pi * fastest_hz * (time_s[:, None] - time_s)) ** 2)
-    found = []
-    for first, second in zip(at.T[:-1], at.T[1:], strict=True):
-        both = (first >= 0) & (second >= 0)
-        if both.sum() >= _ENOUGH:
-            weights = (None, slow[np.ix_(both, both)])
-            found.append([_pair(samples, first[both], second[both], weight) for weight in weights])
-    raw, innovations, variance = np.moveaxis(np.array(found).reshape(-1, 2, 3), -1, 0).swapaxes(1, 2)  # (2, m - 1) each
-    count = max(len(found), 1)
+    weights = np.eye(len(time_s)), slow
+    pairs = [m for m in range(len(order) - 1) if usable[:, m : m + 2].all(axis=1).sum() >= _ENOUGH]
+    neighbours_raw, neighbours = (
+        np.array([[_correlation(each[:, m], each[:, m + 1], weight) for m in pairs] for weight in weights])
+        for each in both
+    )
+    chance = np.array([sum(_chance(both[1][:, m : m + 2], weight) for m in pairs) for weight in weights])
+    count = max(len(pairs), 1)
     return Whiteness(
         trial=model.trial.name,
-        lag_s=lag_s,
-        raw=in_time[:, 0],
-        innovations=in_time[:, 1],
-        limit=1.96 / np.sqrt(max(2 * len(samples.white), 1)),
-        neighbours_raw=raw,
-        neighbours=innovations,
-        neighbours_limit=np.sqrt(chi2.ppf(_BY_CHANCE, count) * variance.sum(axis=1)) / count,
+        lag_s=float(np.median(np.diff(reader.time_s))) * np.array(lags),
+        raw=raw,
+        innovations=innovations,
+        limit=1.96 / np.sqrt(max(np.isfinite(both[1]).sum(), 1)),
+        neighbours_raw=neighbours_raw,
+        neighbours=neighbours,
+        neighbours_limit=np.sqrt(chi2.ppf(_BY_CHANCE, count) * chance) / count,
         frames=len(reader.time_s),
         effective=noise.effective,
         white=noise.white,
@@ -157,74 +160,48 @@ def whiteness(model: TrialModel) -> Whiteness:
     )
 
 
-class _Samples(NamedTuple):
-    """Of s samples: (s, 2) residuals about a smooth swim, and innovations; (s, c) what that swim took of these."""
-
-    raw: np.ndarray
-    white: np.ndarray
-    basis: np.ndarray
-
-
-def _whitened(
-    columns: np.ndarray,
-    position_m: np.ndarray,
-    usable: np.ndarray,
-    time_s: np.ndarray,
-    noise: FeatureNoise,
-    order: np.ndarray,
-) -> tuple[np.ndarray, _Samples]:
-    """(n, m) number of each sample of markers in this order, by time and then along the body; -1: does not count."""
-    counts = usable[: _SAMPLES // max(len(order), 1), order]
-    frame, place = np.nonzero(counts)
-    marker = order[place]
-    own, rows = marker[:, None] == marker, np.ix_(frame, frame)
-    covariance = np.where(own, noise.correlation[rows], 0.0)
-    for part in noise.parts:
-        covariance += np.where(own, 0.0, part.across[np.ix_(marker, marker)] * part.over(time_s)[rows])
-    root = np.linalg.cholesky(covariance)
-    design = (columns[frame][:, None] * (place[:, None] == np.arange(len(order)))[..., None]).reshape(len(frame), -1)
-    basis = np.linalg.qr(solve_triangular(root, design, lower=True))[0]
-    white = solve_triangular(root, position_m[frame, marker] / noise.sd_m[marker, None], lower=True)
-    white = white - basis @ (basis.T @ white)
-    at = np.full(counts.shape, -1)
-    at[frame, place] = np.arange(len(frame))
-    return at, _Samples(root @ white, white, basis)
+def _beside_swim(columns: np.ndarray, scaled: np.ndarray, usable: np.ndarray) -> np.ndarray:
+    """(n, m, 2) residuals of the markers about a smooth swim, by least squares; nan where a sample does not count."""
+    found = np.full(scaled.shape, np.nan)
+    for m, own in enumerate(usable.T):
+        found[own, m] = scaled[own, m] - columns[own] @ np.linalg.lstsq(columns[own], scaled[own, m], rcond=None)[0]
+    return found
 
 
-def _both(first: np.ndarray, second: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    counts = (first >= 0) & (second >= 0)
-    return first[counts], second[counts]
+def _innovations(
+    columns: np.ndarray, scaled: np.ndarray, usable: np.ndarray, model: TrialModel, order: np.ndarray
+) -> np.ndarray:
+    """(n, m, 2) each sample against its forecast by all before it, over the standard deviation of that forecast.
 
-
-def _pair(
-    samples: _Samples, first: np.ndarray, second: np.ndarray, weight: np.ndarray | None = None
-) -> tuple[float, float, float]:
-    """Correlation of samples with numbers (k,) and (k,), raw and of the innovations, and its variance by chance.
-
-    What the smooth swim takes away correlates innovations a little; that is put back. With weights (k, k) of products
-    those of all pairs count, else those of each with its own.
+    The smooth swim has a diffuse prior: innovations are independent, but for the first ones, which determine it. Those
+    are nan, as samples are that do not count (recursive residuals; Brown, Durbin and Evans 1975).
     """
-    spent, other = samples.basis[first], samples.basis[second]
-    if weight is None:
-        kept = 1 - (spent**2).sum(axis=1), 1 - (other**2).sum(axis=1)
-        size = np.sqrt(kept[0].sum() * kept[1].sum())
-        expected, scatter = -(spent * other).sum() / size, len(first) / (2 * size**2)
-    else:
-        a, b = (np.eye(len(each)) - each @ each.T for each in (spent, other))
-        size = np.sqrt((weight * a).sum() * (weight * b).sum())
-        expected = -(weight * (spent @ other.T)).sum() / size
-        scatter = ((weight @ a) * (weight @ b).T).sum() / (2 * size**2)
-    raw, white = (
-        _neighbour_correlation(series[first], series[second], weight) for series in (samples.raw, samples.white)
-    )
-    return raw, white - float(expected), float(scatter)
+    noise, time_s = model.noise, model.reader.time_s
+    frame, place = np.nonzero(usable)
+    own, rows, markers = place[:, None] == place, np.ix_(frame, frame), np.ix_(order[place], order[place])
+    covariance = np.where(own, noise.correlation[rows] + _DIFFUSE * (columns @ columns.T)[rows], 0.0)
+    for part in noise.parts:
+        covariance += np.where(own, 0.0, part.across[markers] * part.over(time_s)[rows])
+    root = np.linalg.cholesky(covariance)
+    found = np.full(scaled.shape, np.nan)
+    known = np.diag(root) < _DETERMINED
+    found[frame[known], place[known]] = solve_triangular(root, scaled[frame, place], lower=True)[known]
+    return found
 
 
-def _neighbour_correlation(a: np.ndarray, b: np.ndarray, weight: np.ndarray | None) -> float:
-    def product(x: np.ndarray, y: np.ndarray) -> float:
-        return float((x * y).sum() if weight is None else (x * (weight @ y)).sum())
+def _correlation(first: np.ndarray, second: np.ndarray, weight: np.ndarray | None = None) -> float:
+    """Of two series (n, 2) where both count; with weights (n, n) of products of all pairs, else each with its own."""
+    counts = np.isfinite(first).all(axis=1) & np.isfinite(second).all(axis=1)
+    a, b = first[counts], second[counts]
+    left, right = (a, b) if weight is None else (weight[np.ix_(counts, counts)] @ each for each in (a, b))
+    return float((left * b).sum() / np.sqrt((left * a).sum() * (right * b).sum()))
 
-    return product(a, b) / np.sqrt(product(a, a) * product(b, b))
+
+def _chance(pair: np.ndarray, weight: np.ndarray) -> float:
+    """Variance of such a correlation between two markers' white noise (n, 2, 2)."""
+    counts = np.isfinite(pair).all(axis=(1, 2))
+    own = weight[np.ix_(counts, counts)]
+    return float((own**2).sum() / (2 * np.trace(own) ** 2))
 
 
 def _rms(correlations: np.ndarray) -> np.ndarray:
