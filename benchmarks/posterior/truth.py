@@ -45,7 +45,6 @@ class DrawnSession:
     trials: list[MeasuredTrial]  # two swims as measured, by a session that believes every marker to be in its place
     held_out: list[MeasuredTrial]  # further swims
     twin: Twin  # of the robot as the session believes it to be
-    camera: CameraSpec  # that filmed it
     robot: RobotSpec  # that swam
     noise: TrackingNoise  # that its tracks were made with
     varied: bool = False  # whether trials differ in trim, registration of the head frame and speed

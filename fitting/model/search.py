@@ -6,6 +6,7 @@ of points all over the box, guard against other valleys.
 """
 
 from collections.abc import Sequence
+from copy import copy
 from dataclasses import replace
 
 import numpy as np
@@ -30,6 +31,10 @@ _RACED = 6  # rounds of all descents, after which the better half goes on
 _RENEWED = (2, 5)  # rounds in which nuisances are simulated anew where the coefficients now are
 _NATURALS = tuple(np.linspace(-0.8, 0.8, 9))  # of rolls to begin with, see `Roll.natural`
 _SHARES = (1.0, 0.5, 0.25, 0.1)  # of a step
+_ALONG = 8  # rounds along the edge of twins that swim forward from rest
+_CLEARLY = 0.5  # gain in log density, below which a twin is as likely: it is as rough as that
+_REACHES = (1.0, 0.3)  # of a step and of the scatter of coefficients, within which points are drawn
+_DRAWN, _ASKED, _LOOKED_AT = 64, 16, 4  # points; of which is asked whether they swim forward; that are simulated
 _STILL = 0.2  # length of a step in standard deviations of the coefficients, below which it is the last
 _SHORT = 1.0  # such a length, below which slopes are corrected by what the step did instead of simulated anew
 
@@ -63,6 +68,7 @@ def find_mode(
         descent.go_on(_ROUNDS)
     while not (found := sorted(descents, key=_worse))[0].done:
         found[0].go_on(_ROUNDS)
+    found[0] = found[0].along_edge()
     found = [each for each in found if np.isfinite(each.log_density)]
     if not found:
         raise SimulationDiverged("the twin diverged from every start; look into the flags of the fit trials")
@@ -85,7 +91,7 @@ class _Descent:
         self.log_density, self._round, self._converged = -np.inf, 0, False
         self._at, self._sizes = start, dict(MEDIANS)
         self._trajectories = trajectories_together(model.trials, start[None])
-        self._jacobian, self._sloped = np.zeros((0, 5)), False
+        self._jacobian, self._sloped, self._edge = np.zeros((0, 5)), False, False
 
     @property
     def done(self) -> bool:
@@ -100,6 +106,23 @@ class _Descent:
             self._look(sloped=True)
         except (np.linalg.LinAlgError, ValueError):  # what is simulated is not finite
             self.log_density, self._converged = -np.inf, True
+
+    def along_edge(self) -> "_Descent":
+        """Gone on along the edge of twins that swim forward from rest, if that is clearly likelier; else itself.
+
+        Steps that lead beyond that edge are none. It is no function's zero, for beyond it a twin settles in another
+        steady state: so points about part of the step are drawn, as the data scatter coefficients, and asked.
+        """
+        if not (self.forward and np.isfinite(self.log_density)):
+            return self
+        _, white, columns = self._whitened(self._covariance.at(self._sizes))
+        if white @ white - ((white - columns @ self._free_step(white, columns)) ** 2).sum() < 2 * _CLEARLY:
+            return self
+        other = copy(self)
+        other._edge, other._converged = True, False
+        other.go_on(self._round + _ALONG)
+        self.simulated = other.simulated
+        return other if other.log_density > self.log_density + _CLEARLY else self
 
     def _step(self) -> None:
         if self._round in _RENEWED:
@@ -200,32 +223,60 @@ class _Descent:
         return float(np.sqrt(step @ information @ step))
 
     def _stepped(self, total: np.ndarray) -> tuple[np.ndarray, list[Trajectories]]:
-        """(5,) one step on and what swims there, or the same where no share of it gains.
+        """(5,) one step on and what swims there, or the same where nothing that is tried gains.
 
         A twin that swims forward from rest goes on to.
         """
-        root = np.linalg.cholesky(total)
-        white, columns = (solve_triangular(root, each, lower=True) for each in (self._residual, self._jacobian))
-        low, high = COEFFICIENT_BOUNDS
-        step = lsq_linear(columns, white, bounds=(low - self._at - 1e-9, high - self._at + 1e-9)).x
+        root, white, columns = self._whitened(total)
+        step = self._free_step(white, columns)
         for shares in (_SHARES[:1], _SHARES[1:]):
-            tried = np.clip(self._at + np.outer(shares, step), low, high)
-            told = trajectories_together(self.model.trials, tried)
-            self.simulated += len(tried)
-            rows = self.model.measured - np.hstack(
-                [trial.features_of(each) for trial, each in zip(self.model.trials, told, strict=True)]
-            )
-            squares = np.nan_to_num(
-                (solve_triangular(root, np.nan_to_num(rows, nan=1e3).T, lower=True) ** 2).sum(axis=0)
-            )
-            for best in np.argsort(squares):
-                if squares[best] >= white @ white:
-                    break
-                if not self.forward or self.model.swim_forward(tried[[best]])[0]:
-                    return np.asarray(tried[best]), [
-                        each.part(np.array([best]), each.time_s.shape[-1]) for each in told
-                    ]
+            tried = np.clip(self._at + np.outer(shares, step), *COEFFICIENT_BOUNDS)
+            if (there := self._best(tried, root)) is not None:
+                return there
+        for reach in _REACHES if self._edge else ():
+            if (there := self._best(self._drawn(reach, step, white, columns), root)) is not None:
+                return there
         return self._at, self._trajectories
+
+    def _whitened(self, total: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """(K, K) root of a covariance (K, K), and residual (K,) and slopes (K, 5) whitened by it."""
+        root = np.linalg.cholesky(total)
+        return root, *(solve_triangular(root, each, lower=True) for each in (self._residual, self._jacobian))
+
+    def _free_step(self, white: np.ndarray, columns: np.ndarray) -> np.ndarray:
+        """(5,) to the least squares within the bounds, linear, of a whitened residual (K,) with slopes (K, 5)."""
+        low, high = COEFFICIENT_BOUNDS
+        return np.asarray(lsq_linear(columns, white, bounds=(low - self._at - 1e-9, high - self._at + 1e-9)).x)
+
+    def _best(self, tried: np.ndarray, root: np.ndarray) -> tuple[np.ndarray, list[Trajectories]] | None:
+        """Of points (s, 5) that which leaves least, whitened by a root (K, K), and what swims there; None: no gain."""
+        if not len(tried):
+            return None
+        told = trajectories_together(self.model.trials, tried)
+        self.simulated += len(tried)
+        rows = self.model.measured - np.hstack(
+            [trial.features_of(each) for trial, each in zip(self.model.trials, told, strict=True)]
+        )
+        rows = np.vstack([self._residual, np.nan_to_num(rows, nan=1e3)])
+        now, *squares = (solve_triangular(root, rows.T, lower=True) ** 2).sum(axis=0)
+        for best in np.argsort(squares):
+            if squares[best] >= now:
+                break
+            if not self.forward or self.model.swim_forward(tried[[best]])[0]:
+                return np.asarray(tried[best]), [each.part(np.array([best]), each.time_s.shape[-1]) for each in told]
+        return None
+
+    def _drawn(self, reach: float, step: np.ndarray, white: np.ndarray, columns: np.ndarray) -> np.ndarray:
+        """(s, 5) points about part of a step whose twins swim forward from rest, the most promising by slopes first."""
+        random = np.random.default_rng([31, self._round])
+        scatter = np.linalg.inv(np.linalg.cholesky(columns.T @ columns + COEFFICIENT_SD**-2.0 * np.eye(5)))
+        wide = max(1.0, float(np.linalg.norm(columns @ step)) / np.sqrt(5))
+        drawn = self._at + reach * (step / 2 + wide * random.standard_normal((_DRAWN, 5)) @ scatter)
+        drawn = np.clip(drawn, *COEFFICIENT_BOUNDS)
+        squares = ((white - (drawn - self._at) @ columns.T) ** 2).sum(axis=1)
+        drawn = drawn[np.argsort(squares)[: int((squares < white @ white).sum())]]
+        drawn = drawn[:: max(len(drawn) // _ASKED, 1)]  # the most promising may all be beyond the edge
+        return drawn[self.model.swim_forward(drawn)][:_LOOKED_AT] if len(drawn) else drawn
 
 
 def _worse(descent: _Descent) -> tuple[bool, float]:

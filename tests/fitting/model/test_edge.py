@@ -1,0 +1,72 @@
+"""Where steps lead beyond the twins that swim forward from rest, the search goes along their edge to the optimum."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any, NamedTuple
+
+import numpy as np
+import pytest
+from scipy.optimize import minimize
+
+from fitting.model import search
+from fitting.model.search import _Descent
+
+SLOPES = np.linalg.qr(np.random.default_rng(5).standard_normal((12, 5)))[0] * [9.0, 7.0, 5.0, 4.0, 3.0]
+BEST = np.array([3.0, 4.0, 5.0, 2.0, 3.0])  # of all coefficients; with these the twin swims backward
+BEGIN = np.array([5.0, 5.0, 6.0, 5.0, 5.5])
+ROUNDS = 40
+
+
+def margin(points: np.ndarray) -> np.ndarray:
+    """(s,) above 0 where the twin swims forward: a curved edge."""
+    return np.asarray(points[:, 3] + 0.5 * points[:, 4] - 5.0 - 0.05 * (points[:, 0] - 4.0) ** 2)
+
+
+def misfit(point: np.ndarray) -> float:
+    """Half the squares that a point leaves."""
+    return 0.5 * float(((SLOPES @ (BEST - point)) ** 2).sum())
+
+
+class Swum(NamedTuple):
+    """What points (s, 5) simulate."""
+
+    points: np.ndarray
+    time_s: np.ndarray = np.zeros(1)
+
+    def part(self, rows: np.ndarray, _frames: int) -> Swum:
+        return Swum(self.points[rows])
+
+
+@pytest.fixture
+def descent(monkeypatch: pytest.MonkeyPatch) -> _Descent:
+    """Of a twin that is linear in its coefficients."""
+    trial: Any = SimpleNamespace(features_of=lambda swum: swum.points @ SLOPES.T)
+    monkeypatch.setattr(search, "trajectories_together", lambda _trials, points: [Swum(points)])
+    found = object.__new__(_Descent)
+    model = SimpleNamespace(trials=[trial], measured=SLOPES @ BEST, swim_forward=lambda points: margin(points) > 0)
+    own = {"model": model, "forward": True, "simulated": 0, "_jacobian": SLOPES, "_trajectories": [Swum(BEGIN[None])]}
+    found.__dict__.update(own, _at=BEGIN, _edge=False)
+    return found
+
+
+def followed(descent: _Descent) -> np.ndarray:
+    for number in range(ROUNDS):
+        descent._round, descent._residual = number, SLOPES @ (BEST - descent._at)
+        descent._at, descent._trajectories = descent._stepped(np.eye(len(SLOPES)))
+    return descent._at
+
+
+def test_without_the_edge_it_stops_where_it_meets_it_and_along_the_edge_it_gets_to_the_optimum(
+    descent: _Descent,
+) -> None:
+    inside = {"type": "ineq", "fun": lambda point: margin(point[None])[0]}
+    optimum = minimize(misfit, BEGIN, constraints=[inside]).x
+    stopped = followed(descent)
+    assert margin(stopped[None])[0] > 0
+    assert misfit(stopped) > misfit(optimum) + 10
+
+    descent._edge = True
+    reached = followed(descent)
+    assert margin(reached[None])[0] > 0
+    assert misfit(reached) < misfit(optimum) + 0.5
