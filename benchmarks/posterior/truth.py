@@ -99,7 +99,6 @@ def draw_session(
         trials=swims[:_FITTED],
         held_out=swims[_FITTED:],
         twin=twin,
-        camera=camera,
         robot=robot,
         noise=noise,
         varied=varied,

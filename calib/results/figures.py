@@ -87,8 +87,6 @@ class FitFigures(StructureFigures):
     speeds = _figure("sweep", "Speed over frequency: measured, of the twin and by elongated body theory.")
     speed_errors = _figure("speed-errors", "Speed errors of the twin and of elongated body theory, by trial.")
     residual_markers = _figure("residual-markers", "Distance between measured and simulated markers, by marker.")
-    residual_time = _figure("residual-time", "Distance between measured and simulated markers, over time.")
-    phase_portrait = _figure("phase-portrait", "Angle and angular rate of the tail, measured and simulated.")
     body_wave = _figure("body-wave", "Amplitude and phase of the wave along the fish, measured and simulated.")
     forecasts = _figure("forecast-speeds", "Speeds of held-out trials, measured and forecast.")
     hull_roll = _figure("hull-roll", "The neck's sideways sway over frequency: measured, and with and without a roll.")

@@ -1,4 +1,4 @@
-"""The motor: its speed over time, through a turn, and against its command."""
+"""The motor: its speed over time and through a turn."""
 
 from collections.abc import Sequence
 
@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from reports.colours import EBT, INK, MUTED, SHADE, SURFACE
+from reports.colours import EBT, INK, MUTED, SHADE
 from reports.logged_trial import BINS, LoggedTrial
 from reports.numbers import shortened, shown
 from reports.style import (
@@ -15,10 +15,8 @@ from reports.style import (
     Grid,
     Look,
     Margins,
-    legend_above,
     legend_on_top,
     name_panels,
-    panel,
     panels,
     small_multiples,
     styled,
@@ -26,8 +24,7 @@ from reports.style import (
 
 _MOST_TURNS = 40  # drawn of each trial
 _TALL_IN, _ROW_IN = 2.2, 1.4  # of all panels where there are one or two rows, of each row where there are more
-_LEAST_REACH = 1.0, 0.3  # per cent above and below: of the mean speed of a turn, of the command
-_MOST_IN_HALF = 4  # dots, with names next to them
+_LEAST_REACH = 1.0  # per cent above and below the mean speed of a turn
 
 
 @styled
@@ -87,7 +84,7 @@ def motor_turn_figure(trials: Sequence[LoggedTrial]) -> Figure:
     height = _ROW_IN if rows > 2 else (_TALL_IN - gap * (rows - 1)) / rows
     figure, drawn = panels(len(trials), Grid(columns, height, gap_in=(0.28, gap)), width, Margins(top=0.5, right=0.16))
     turns = [100 * (trial.turns - 1) for trial in trials]
-    reach = 1.1 * max([_LEAST_REACH[0], *(float(np.abs(percent).max()) for percent in turns if len(percent))])
+    reach = 1.1 * max([_LEAST_REACH, *(float(np.abs(percent).max()) for percent in turns if len(percent))])
     for percent, axes in zip(turns, drawn, strict=True):
         _draw_turns(axes, percent)
         axes.set_ylim(-reach, reach)
@@ -115,34 +112,3 @@ def _draw_turns(axes: Axes, percent: np.ndarray) -> None:
         axes.plot(angle_deg, closed.mean(axis=0), color=INK, linewidth=1.6, label="mean of the turns")
     axes.set_xlim(0, 360)
     axes.set_xticks([0, 180, 360], ["0°", "180°", "360°"])
-
-
-@styled
-def motor_command_figure(trials: Sequence[LoggedTrial]) -> Figure:
-    """A dot a trial whose command is known; its bar is how far the speed swings within a turn."""
-    figure, axes = panel(FULL_WIDTH_IN if len(trials) > _MOST_IN_HALF else HALF_WIDTH_IN, 3.1)
-    axes.axhline(0.0, color=MUTED, linewidth=0.8)
-    reach = _LEAST_REACH[1]
-    commanded = [trial for trial in trials if trial.motor.commanded_hz > 0]
-    middle = np.median([trial.motor.commanded_hz for trial in commanded])
-    for trial in commanded:
-        hz, off, swim = trial.motor.commanded_hz, 100 * trial.off_command, trial.kind == "swim"
-        low, high = off + (100 + off) * _swing(trial)
-        axes.plot([hz, hz], [low, high], color=MUTED, linewidth=3.0, alpha=0.5, label="within a turn")
-        face, label = (INK, "swim") if swim else (SURFACE, "dry run")
-        axes.plot(hz, off, "o", color=INK, markerfacecolor=face, markersize=5.0, label=label)
-        side = -1 if hz > middle else 1  # of the name: towards the middle of the figure
-        place: Look = {"xytext": (5 * side, 3), "textcoords": "offset points", "ha": "left" if side > 0 else "right"}
-        axes.annotate(shortened(trial.name), (hz, off), fontsize=7.0, **place)
-        reach = max(reach, -low, high)
-    axes.set_ylim(-1.15 * reach, 1.15 * reach)
-    axes.margins(x=0.18)
-    axes.set(xlabel="commanded (turns/s)", ylabel="measured, off the command (%)")
-    legend_above(axes, 3)
-    return figure
-
-
-def _swing(trial: LoggedTrial) -> np.ndarray:
-    """(2,) how far the speed falls and rises within the mean turn, of its mean."""
-    mean = trial.turns.mean(axis=0) - 1 if len(trial.turns) else np.zeros(1)
-    return np.array([mean.min(), mean.max()])

@@ -1,4 +1,4 @@
-"""How far each trial is from its twin: marker by marker, and frame by frame."""
+"""How far each trial is from its twin, marker by marker."""
 
 from collections.abc import Sequence
 
@@ -9,7 +9,6 @@ from matplotlib.figure import Figure
 from fitting import CalibratedTrial
 from fitting.forecast import residuals
 from reports.colours import INK, SHADE, TWIN, WARN
-from reports.figures.trial import mark_scored
 from reports.numbers import MM, in_words, shortened
 from reports.style import HALF_WIDTH_IN, Grid, Margins, legend_on_top, name_panels, panels, styled
 
@@ -40,24 +39,14 @@ def marker_distances(trial: CalibratedTrial) -> tuple[np.ndarray, np.ndarray, np
         Mean distance in the head frame (m), that of the shape alone (m), share of samples that count. Means are
         nan for a marker of which nothing counts.
     """
-    scored = trial.measured.scored
-    distance, shape, count = _distances(trial, scored, axis=0)
-    return distance, shape, count / max(scored.sum(), 1)
-
-
-def _distances(trial: CalibratedTrial, frames: np.ndarray, axis: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Mean distances in the head frame and relative to the nose (m), over frames or over markers, and of how many.
-
-    Flagged samples are left out; nan where nothing counts.
-    """
-    measured, simulated = trial.measured, trial.simulated
-    distance = np.linalg.norm(residuals(measured, simulated, frames), axis=-1)  # (k, m)
-    shape = np.linalg.norm(simulated.shape_m[frames] - measured.head.shape_m[frames], axis=-1)
-    good = (measured.weight[frames] > 0) & np.isfinite(distance)
-    count = good.sum(axis=axis)
+    measured, simulated, scored = trial.measured, trial.simulated, trial.measured.scored
+    distance = np.linalg.norm(residuals(measured, simulated, scored), axis=-1)  # (k, m)
+    shape = np.linalg.norm(simulated.shape_m[scored] - measured.head.shape_m[scored], axis=-1)
+    good = (measured.weight[scored] > 0) & np.isfinite(distance)
+    count = good.sum(axis=0)
     known = np.where(count > 0, count, np.nan)
-    means = (np.where(good, values, 0.0).sum(axis=axis) / known for values in (distance, shape))
-    return (*means, count)
+    means = (np.where(good, values, 0.0).sum(axis=0) / known for values in (distance, shape))
+    return (*means, count / max(scored.sum(), 1))
 
 
 def _draw(
@@ -75,33 +64,3 @@ def _draw(
     axes.set_yticks(rows, [shortened(in_words(name), 11) for name in markers])
     axes.grid(visible=False, axis="y")
     axes.locator_params(axis="x", nbins=3)
-
-
-@styled
-def residuals_over_time_figure(trials: Sequence[CalibratedTrial]) -> Figure:
-    """A row for each trial: distance from frame to frame, mean over markers that count, from the first kept frame."""
-    height = 0.62 if len(trials) < 8 else 0.42
-    figure, drawn = panels(len(trials), Grid(1, height, gap_in=(0.0, 0.27)), HALF_WIDTH_IN, Margins(left=0.5, top=0.5))
-    longest = max(float(np.ptp(trial.measured.time_s[trial.measured.kept])) for trial in trials)
-    for axes, trial in zip(drawn, trials, strict=True):
-        time_s, distance, shape = distances_over_time(trial)
-        axes.plot(time_s, distance * MM, color=TWIN, linewidth=1.2, label="distance")
-        axes.plot(time_s, shape * MM, color=INK, linewidth=0.9, label="shape alone")
-        mark_scored(axes, trial.measured, float(trial.measured.time_s[trial.measured.kept][0]), 0.96)
-        axes.set(xlim=(0.0, longest), ylim=(0.0, 1.15 * axes.get_ylim()[1]))
-        axes.locator_params(axis="y", nbins=3)
-    names = [shortened(trial.measured.name, 40) for trial in trials]
-    name_panels(drawn, names, 1, "time since the first compared frame (s)")
-    drawn[len(drawn) // 2].set_ylabel("distance (mm)")
-    legend_on_top(figure, 3)
-    return figure
-
-
-def distances_over_time(trial: CalibratedTrial) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """(k,) each over the kept frames: time since the first (s), mean distance over markers, that of the shape (m).
-
-    Flagged samples are left out; a frame of which nothing counts is nan.
-    """
-    kept = trial.measured.kept
-    distance, shape, _ = _distances(trial, kept, axis=1)
-    return trial.measured.time_s[kept] - trial.measured.time_s[kept][0], distance, shape

@@ -6,11 +6,10 @@ import numpy as np
 
 from reports.blocks import Plot, Plots, Prose, Section, Table, table_head
 from reports.context import ReportContext
-from reports.figures.motor import motor_command_figure, motor_speed_figure, motor_turn_figure
+from reports.figures.motor import motor_speed_figure, motor_turn_figure
 from reports.logged_trial import LoggedTrial
 from reports.numbers import MISSING, counted, listed, percent, sentence, shown, with_error
 
-FEWEST_FOR_COMMAND = 3
 MILLION = 1e6
 TURNING = table_head(
     "trial | kind | commanded [turns/s] | measured [turns/s] | off command [%] | ripple [%] | clock [ahead by, s] | "
@@ -118,12 +117,4 @@ def _plots(trials: tuple[LoggedTrial, ...]) -> tuple[Plot, ...]:
         "turn, the heavy one their mean; grey that spreads is no pattern of the shaft. A pattern that all trials share "
         "belongs to the mechanism, one that grows with the speed to the load.",
     )
-    if sum(trial.motor.commanded_hz > 0 for trial in trials) < FEWEST_FOR_COMMAND:
-        return speeds, turns
-    commands = Plot(
-        motor_command_figure(trials),
-        "motor-command",
-        "What becomes of a command: how far the mean speed is off it, and in the bar how far it swings within a turn. "
-        "A motor at its limit falls below the line.",
-    )
-    return speeds, commands, turns
+    return speeds, turns

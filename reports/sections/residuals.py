@@ -1,18 +1,18 @@
-"""Where and when the twin is off: marker by marker, and over time."""
+"""Where the twin is off, marker by marker."""
 
 import numpy as np
 
 from fitting import CalibratedTrial
 from reports.blocks import Plot, Plots, Prose, Section
 from reports.context import ReportContext
-from reports.figures.residuals import TRUSTED, marker_distances, marker_residuals_figure, residuals_over_time_figure
+from reports.figures.residuals import TRUSTED, marker_distances, marker_residuals_figure
 from reports.numbers import in_mm, listed, percent
 
 DRIFTING = 2.0  # distance over that of the shape alone, above which the way swum makes up most of it
 
 
 def build(context: ReportContext) -> Section:
-    """Distances by marker and by frame, and what they say about shape and way."""
+    """Distances by marker, and what they say about shape and way."""
     trials = context.calibration.trials
     plots = (
         Plot(
@@ -22,12 +22,6 @@ def build(context: ReportContext) -> Section:
             "the nose. A long bar with a short tick is an error of the path, not of the shape of the body; where the "
             "tick is beyond the bar, both errors partly cancel. Percentages: less than "
             f"{TRUSTED * 100:.0f} % of the marker’s samples are unflagged.",
-        ),
-        Plot(
-            residuals_over_time_figure(trials),
-            "residual-time",
-            "Mean distance over the markers, frame by frame, from the first compared frame, where the nose is aligned. "
-            "A steady rise is an error of speed or heading; a ripple at the beat is one of shape or phase.",
         ),
     )
     return Section("Residuals", "residuals", (Plots(plots), Prose(_where(trials))), _caveats(trials))

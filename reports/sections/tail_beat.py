@@ -1,4 +1,4 @@
-"""The beat itself: its phase portrait, the wave along the tail, and the dimensionless numbers of each swim."""
+"""The beat itself: the wave along the tail, and the dimensionless numbers of each swim."""
 
 import numpy as np
 
@@ -6,7 +6,7 @@ from fitting import CalibratedTrial
 from fitting.body_wave import BodyWave, SwimNumbers, body_wave, swim_numbers
 from reports.blocks import Plot, Plots, Prose, Section, Table, table_head
 from reports.context import ReportContext
-from reports.figures.tail_beat import body_wave_figure, phase_portrait_figure
+from reports.figures.tail_beat import body_wave_figure
 from reports.numbers import counted, listed, shown, significant
 from swimmer import RobotSpec
 
@@ -19,19 +19,12 @@ Waves = tuple[BodyWave, BodyWave]
 
 
 def build(context: ReportContext) -> Section:
-    """Portraits, waves and numbers, measured and simulated."""
+    """Waves and numbers, measured and simulated."""
     trials, robot = context.calibration.trials, context.calibration.robot
     waves = [_waves(trial) for trial in trials]
     names = [trial.measured.name for trial in trials]
     last = waves[0][0].markers[-1]
     plots = (
-        Plot(
-            phase_portrait_figure(trials, robot),
-            "phase-portrait",
-            f"Phase portrait of {last} over the scored window: lateral place across, lateral speed over angular "
-            "frequency up. A pure sine is a circle as wide as its amplitude; corners are higher harmonics, loops that "
-            "do not close are beats that differ. Flagged samples are left out.",
-        ),
         Plot(
             body_wave_figure(names, waves),
             "body-wave",

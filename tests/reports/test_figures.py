@@ -13,7 +13,6 @@ from reports.colours import TWIN
 from reports.figures.flagged_samples import flagged_kinds
 from reports.figures.residuals import marker_distances
 from reports.figures.speed import speed_sweep_figure
-from reports.figures.tail_beat import beat_loops
 from reports.figures.trial import beat_midlines
 from reports.sections import gap
 from reports.sections.track_quality import picture_of_tracks
@@ -134,13 +133,3 @@ def test_marker_distances_average_to_the_score_of_the_trial() -> None:
     assert float(distance @ used) == pytest.approx(trial.scores.marker_error_m)
     assert float(shape @ used) == pytest.approx(trial.scores.shape_error_m)
     assert float(share.mean()) == pytest.approx(trial.scores.used_fraction)
-
-
-def test_the_loop_of_a_sine_is_a_circle_as_wide_as_its_amplitude() -> None:
-    trial = made_trial(ROBOT, "slow")
-    measured, twin = beat_loops(trial, ROBOT)
-    tip = trial.measured.head.shape_m[:, -1, 1]
-
-    np.testing.assert_allclose(np.linalg.norm(measured, axis=1)[:-6], np.abs(tip).max(), rtol=0.12)
-    sizes = [np.nanmean(np.linalg.norm(loop, axis=1)) for loop in (twin, measured)]
-    assert sizes[0] == pytest.approx(1.15 * sizes[1], rel=0.02)
