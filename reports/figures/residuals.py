@@ -10,9 +10,9 @@ from fitting import CalibratedTrial
 from fitting.forecast import residuals
 from reports.colours import INK, SHADE, TWIN, WARN
 from reports.numbers import MM, in_words, shortened
-from reports.style import HALF_WIDTH_IN, Grid, Margins, legend_on_top, name_panels, panels, styled
+from reports.style import FULL_WIDTH_IN, HALF_WIDTH_IN, Grid, Margins, legend_on_top, name_panels, panels, styled
 
-_MOST_COLUMNS = 3
+_MOST_COLUMNS, _IN_HALF = 6, 3  # of the page, and of half of it
 TRUSTED = 0.9  # share of a marker's samples below which its bar is marked
 
 
@@ -21,7 +21,8 @@ def marker_residuals_figure(trials: Sequence[CalibratedTrial]) -> Figure:
     """A panel for each trial: mean distance by marker over the scored window, and that of the shape alone."""
     rows = max(len(trial.measured.markers) for trial in trials)
     columns = min(len(trials), _MOST_COLUMNS)
-    figure, drawn = panels(len(trials), Grid(columns, 0.15 + 0.135 * rows), HALF_WIDTH_IN, Margins(left=0.78, top=0.5))
+    width = HALF_WIDTH_IN if columns <= _IN_HALF else FULL_WIDTH_IN
+    figure, drawn = panels(len(trials), Grid(columns, 0.15 + 0.135 * rows), width, Margins(left=0.78, top=0.5))
     distances = [marker_distances(trial) for trial in trials]
     reach = np.nanmax([*(np.nan_to_num(distance).max() for distance, *_ in distances), 1e-3]) * MM
     for axes, trial, columns_of in zip(drawn, trials, distances, strict=True):
