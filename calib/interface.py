@@ -185,8 +185,6 @@ def posterior(
 ) -> PosteriorResult:
     """Draws from the posterior of the five coefficients given the fit trials; fits first where there is no fit.
 
-    Stopped, it goes on where it was.
-
     Args:
         session, effort, workers, progress, scheduler: see `help(calib.interface)`.
 

@@ -4,9 +4,10 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import Literal
+from typing import Literal, get_args
 
-from session import Session
+from session import InputError, Session
+from session.errors import Fault
 from session.folder import file_hashes
 from session.results import Provenance
 from swimmer import RobotSpec, load_robot
@@ -31,6 +32,11 @@ class Options:
     workers: int = 0
     tracker: TrackerName | None = None
     progress: Progress = lambda _message, _share: None
+
+    def __post_init__(self) -> None:
+        """Refuses an effort that does not exist, before anything is compared with it."""
+        if self.effort not in get_args(EffortName):
+            raise InputError([Fault("effort", "", "no such effort", repr(self.effort), "", get_args(EffortName))])
 
 
 @dataclass(frozen=True, eq=False)

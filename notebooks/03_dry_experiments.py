@@ -134,7 +134,7 @@ frame[["value", "se", "unit"]].assign(guess=assumed, truth=truth)
 
 # %%
 hz, robots = np.arange(0.4, 1.45, 0.2), {"truth": truth, "assumed": assumed, "measured": frame.value}
-speed = {name: calib.load_twin(robot_file(f"{name}.toml", *robots[name])).swim(hz).speed for name in robots}
+speed = {name: calib.load_twin(robot_file(f"{name}.toml", *robots[name])).swim(hz, 6.0).speed for name in robots}
 
 figure, axes = plt.subplots(figsize=(9, 2.8), layout="constrained")
 axes.axhline(0, color="black", linestyle=":")

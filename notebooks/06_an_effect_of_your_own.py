@@ -67,7 +67,7 @@ class TornFin(calib.Effect):
 water = (0.6, 3.0, 6.0, 4.0, 1.5)  # blunt, slender and angular drag, Kutta and Magnus lift
 twin = calib.load_twin(coefficients=water, effects=[TornFin()])
 share = np.linspace(0.0, 0.6, 7)
-swim = twin.swim(1.0, parameters={"torn_fin.share": share})
+swim = twin.swim(1.0, seconds=6.0, parameters={"torn_fin.share": share})
 
 figure, axes = plt.subplots(figsize=(6, 3))
 axes.plot(100 * share, 1000 * swim.speed, "o-")

@@ -152,7 +152,7 @@ plt.show()
 
 # %%
 hz = [0.5, 1.0, 1.5]
-swim = twin.swim(hz)
+swim = twin.swim(hz, seconds=6.0)
 beat = swim.position.isel(run=1, time=slice(240, 300, 5))
 beat = beat.transpose("time", "space", "keypoint").values
 
@@ -170,7 +170,7 @@ plt.show()
 # How far a beat takes it, next to the built-in fish:
 
 # %%
-swims = {"minnow": (twin, swim), "fish_057": (fish, fish.swim(hz))}
+swims = {"minnow": (twin, swim), "fish_057": (fish, fish.swim(hz, seconds=6.0))}
 per_beat = {name: swum.speed / swum.frequency / one.robot.length_m for name, (one, swum) in swims.items()}
 pd.DataFrame(per_beat, index=pd.Index(hz, name="Hz")).round(3).rename_axis("body lengths a beat", axis=1)
 

@@ -145,7 +145,7 @@ def posterior(
 ) -> None:
     """Posterior of the five fluid coefficients: how sure they are, given the fit trials.
 
-    Stopped, it goes on where it was. Where the draws are not enough nothing is reported.
+    Where the draws are not enough nothing is reported.
     """
     found = calib.posterior(session, effort, workers=workers, progress=not as_json, scheduler=scheduler)
     print_result(found, as_json, verbose)

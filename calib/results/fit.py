@@ -17,7 +17,7 @@ from calib.results.posterior import interval_lines
 from calib.results.result import Result, flag_frame, flag_lines, forecast_frame
 from fitting import Calibration, CalibrationResult
 from fitting.calibration_file import PublishedResult, TrialResult
-from fitting.model.session_forecast import SessionForecast
+from fitting.model.session_forecast import GIVEN, SessionForecast
 from reports.caveats import kinds_of_whole_trials
 from reports.forecast_words import beaten, gain_sentence, marker_sentence, speed_sentence
 from reports.numbers import counted, in_words, listed, of_its_size, shown
@@ -222,9 +222,12 @@ class FitResult(Result):
             yield from ((name, flag) for flag in trial.flags)
 
     def _why(self, caveats: int) -> str:
+        best = self.forecasts.best_baseline
+        gain = self.forecasts.gain(GIVEN, best).interval if best else None
+        better = "better than the best baseline" + ("" if gain and gain[0] > 0 else ", though not significantly")
         why = {
-            "good": "better than the best baseline, and nothing is flagged",
-            "doubtful": f"better than the best baseline, but read {counted(caveats, 'caveat')} first (-v)",
+            "good": f"{better}, and nothing is flagged",
+            "doubtful": f"{better}: read {counted(caveats, 'caveat')} first (-v)",
             "unchecked": 'no trial is held out: give one role = "holdout"',
             "worse_than_baseline": "a simple baseline forecasts speeds as well: use that for speeds",
         }
@@ -234,7 +237,8 @@ class FitResult(Result):
         """A sentence a kind of flag: of the fit, of whole trials, then of stretches, those of most frames first."""
         of_fit: dict[str, str] = {}
         for flag in self.flags:
-            if flag.kind not in _OF_EVERY_FIT:
+            of_posterior = flag.kind == "unidentifiable" and self.data.posterior  # which knows better
+            if flag.kind not in _OF_EVERY_FIT and not of_posterior:
                 of_fit.setdefault(flag.kind, flag.message)
         where = kinds_of_whole_trials({name: trial.flags for name, trial in self.trials.items()})
         of_trials = [f"{trials}: {FLAG_KINDS.get(kind, in_words(kind))}" for kind, trials in where.items()]

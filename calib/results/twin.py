@@ -17,6 +17,8 @@ from swimmer import FluidCoefficients, RobotSpec, Runs, Twin, build_mjcf
 from swimmer.effects import AffectedRuns, AffectedTwin
 from swimmer.scenery import add_scenery
 
+_LEAST_S, _SETTLED_BEATS = 6.0, 12.0  # of a swim from rest whose duration nobody gave
+
 if TYPE_CHECKING:
     import xarray as xr
 
@@ -59,7 +61,7 @@ class SwimTwin:
     def swim(
         self,
         frequency_hz: ArrayLike,
-        seconds: float = 6.0,
+        seconds: float | None = None,
         fps: float = 60.0,
         phase_rad: float = 0.0,
         parameters: Mapping[str, ArrayLike] | None = None,
@@ -68,7 +70,7 @@ class SwimTwin:
 
         Args:
             frequency_hz: crank turns a second; one or (n,), simulated together.
-            seconds: how long.
+            seconds: how long; default: twelve beats of the slowest, in which speeds settle, and 6 s at least.
             fps: frames a second.
             phase_rad: of the crank at time 0; at 0 the tail is straight.
             parameters: of the effects, by the names in `parameters`; one or (n,). Others are 0.
@@ -79,14 +81,19 @@ class SwimTwin:
             forward, over the whole beats of the second half; `frequency` (run), Hz.
 
         Raises:
-            InputError: a parameter that the effects do not have.
+            InputError: a parameter that the effects do not have, or a frequency that is none.
             SimulationDiverged: the twin left the range in which its numbers mean something.
         """
         import xarray as xr
 
         given = self._given(parameters or {})
         hz = np.atleast_1d(np.asarray(frequency_hz, float))
+        if not (np.isfinite(hz) & (hz > 0)).all():
+            raise InputError(
+                [Fault("frequency_hz", "", "no frequency", str(frequency_hz), "crank turns a second above 0")]
+            )
         count = max(map(len, (hz, *given.values())))
+        seconds = max(_LEAST_S, _SETTLED_BEATS / float(hz.min())) if seconds is None else seconds
         hz = np.broadcast_to(hz, count)
         time_s = np.arange(round(seconds * fps)) / fps
         water = np.tile(np.array(self.coefficients, float), (count, 1))

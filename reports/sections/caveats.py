@@ -20,9 +20,12 @@ def build(context: ReportContext) -> Section | None:
 
 
 def caveats_of(context: ReportContext) -> tuple[str, ...]:
-    """Flags of the fit in full, those of whole trials by kind."""
-    calibration = context.calibration
-    caveats = [sentence(flag.message or flag.kind) for flag in calibration.flags if flag.kind != EBT_RATIO_ONLY]
+    """Flags of the fit and of the posterior in full, those of whole trials by kind."""
+    calibration, posterior = context.calibration, context.posterior
+    known = {EBT_RATIO_ONLY, *(["unidentifiable"] if posterior is not None else [])}  # a posterior knows better
+    of_fit = [flag for flag in calibration.flags if flag.kind not in known]
+    of_both = [*of_fit, *(posterior.flags if posterior is not None else ())]
+    caveats = list(dict.fromkeys(sentence(flag.message or flag.kind) for flag in of_both))
     flags = {trial.measured.name: trial.flags for trial in calibration.trials}
     for kind, where in kinds_of_whole_trials(flags).items():
         size = _off_command(context) if kind == "frequency_off_command" else ""

@@ -219,6 +219,20 @@ def test_a_twin_swims_as_the_fit_has_it(finished: Path) -> None:
     assert swim.speed[0] != swim.speed[1]
     with pytest.raises(front.InputError, match="no such parameter"):
         twin.swim(0.8, parameters={"nonsense": 1.0})
+    for wrong in (0.0, -1.0, float("nan")):
+        with pytest.raises(front.InputError, match="no frequency"):
+            twin.swim([0.8, wrong])
+
+
+def test_a_swim_from_rest_lasts_until_its_speed_has_settled() -> None:
+    twin = front.load_twin()
+    told, settled = (float(twin.swim(0.4, seconds=seconds).speed[0]) for seconds in (None, 80.0))
+    assert told == pytest.approx(settled, rel=0.05)
+
+
+def test_an_effort_that_does_not_exist_is_refused(finished: Path) -> None:
+    with pytest.raises(front.InputError, match="no such effort"):
+        front.fit(finished, effort="quik")  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("name", PACKAGES)
