@@ -31,7 +31,7 @@ _RACED = 6  # rounds of all descents, after which the better half goes on
 _RENEWED = (2, 5)  # rounds in which nuisances are simulated anew where the coefficients now are
 _NATURALS = tuple(np.linspace(-0.8, 0.8, 9))  # of rolls to begin with, see `Roll.natural`
 _SHARES = (1.0, 0.5, 0.25, 0.1)  # of a step
-_ALONG = 8  # rounds along the edge of twins that swim forward from rest
+_ALONG = 8  # rounds along the boundary of twins that swim forward from rest
 _CLEARLY = 0.5  # gain in log density, below which a twin is as likely: it is as rough as that
 _REACHES = (1.0, 0.3)  # of a step and of the scatter of coefficients, within which points are drawn
 _DRAWN, _ASKED, _LOOKED_AT = 64, 16, 4  # points; of which is asked whether they swim forward; that are simulated
@@ -68,7 +68,7 @@ def find_mode(
         descent.go_on(_ROUNDS)
     while not (found := sorted(descents, key=_worse))[0].done:
         found[0].go_on(_ROUNDS)
-    found[0] = found[0].along_edge()
+    found[0] = found[0].along_boundary()
     found = [each for each in found if np.isfinite(each.log_density)]
     if not found:
         raise SimulationDiverged("the twin diverged from every start; look into the flags of the fit trials")
@@ -91,7 +91,8 @@ class _Descent:
         self.log_density, self._round, self._converged = -np.inf, 0, False
         self._at, self._sizes = start, dict(MEDIANS)
         self._trajectories = trajectories_together(model.trials, start[None])
-        self._jacobian, self._sloped, self._edge = np.zeros((0, 5)), False, False
+        self._jacobian, self._sloped = np.zeros((0, 5)), False
+        self._follows_boundary = False
 
     @property
     def done(self) -> bool:
@@ -107,11 +108,12 @@ class _Descent:
         except (np.linalg.LinAlgError, ValueError):  # what is simulated is not finite
             self.log_density, self._converged = -np.inf, True
 
-    def along_edge(self) -> "_Descent":
-        """Gone on along the edge of twins that swim forward from rest, if that is clearly likelier; else itself.
+    def along_boundary(self) -> "_Descent":
+        """Gone on along the boundary of twins that swim forward from rest, if that is clearly likelier; else itself.
 
-        Steps that lead beyond that edge are none. It is no function's zero, for beyond it a twin settles in another
-        steady state: so points about part of the step are drawn, as the data scatter coefficients, and asked.
+        Steps that cross it are refused. It has no gradient, for beyond it a twin settles in another steady state: so
+        points are drawn about part of the step, with the covariance of the coefficients, and each is simulated from
+        rest.
         """
         if not (self.forward and np.isfinite(self.log_density)):
             return self
@@ -119,7 +121,7 @@ class _Descent:
         if white @ white - ((white - columns @ self._free_step(white, columns)) ** 2).sum() < 2 * _CLEARLY:
             return self
         other = copy(self)
-        other._edge, other._converged = True, False
+        other._follows_boundary, other._converged = True, False
         other.go_on(self._round + _ALONG)
         self.simulated = other.simulated
         return other if other.log_density > self.log_density + _CLEARLY else self
@@ -233,7 +235,7 @@ class _Descent:
             tried = np.clip(self._at + np.outer(shares, step), *COEFFICIENT_BOUNDS)
             if (there := self._best(tried, root)) is not None:
                 return there
-        for reach in _REACHES if self._edge else ():
+        for reach in _REACHES if self._follows_boundary else ():
             if (there := self._best(self._drawn(reach, step, white, columns), root)) is not None:
                 return there
         return self._at, self._trajectories
@@ -275,7 +277,7 @@ class _Descent:
         drawn = np.clip(drawn, *COEFFICIENT_BOUNDS)
         squares = ((white - (drawn - self._at) @ columns.T) ** 2).sum(axis=1)
         drawn = drawn[np.argsort(squares)[: int((squares < white @ white).sum())]]
-        drawn = drawn[:: max(len(drawn) // _ASKED, 1)]  # the most promising may all be beyond the edge
+        drawn = drawn[:: max(len(drawn) // _ASKED, 1)]  # the most promising may all be beyond the boundary
         return drawn[self.model.swim_forward(drawn)][:_LOOKED_AT] if len(drawn) else drawn
 
 

@@ -1,4 +1,4 @@
-"""Where steps lead beyond the twins that swim forward from rest, the search goes along their edge to the optimum."""
+"""Where steps would cross the boundary of twins that swim forward from rest, the search follows it to the optimum."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ ROUNDS = 40
 
 
 def margin(points: np.ndarray) -> np.ndarray:
-    """(s,) above 0 where the twin swims forward: a curved edge."""
+    """(s,) above 0 where the twin swims forward: a curved boundary."""
     return np.asarray(points[:, 3] + 0.5 * points[:, 4] - 5.0 - 0.05 * (points[:, 0] - 4.0) ** 2)
 
 
@@ -46,7 +46,7 @@ def descent(monkeypatch: pytest.MonkeyPatch) -> _Descent:
     found = object.__new__(_Descent)
     model = SimpleNamespace(trials=[trial], measured=SLOPES @ BEST, swim_forward=lambda points: margin(points) > 0)
     own = {"model": model, "forward": True, "simulated": 0, "_jacobian": SLOPES, "_trajectories": [Swum(BEGIN[None])]}
-    found.__dict__.update(own, _at=BEGIN, _edge=False)
+    found.__dict__.update(own, _at=BEGIN, _follows_boundary=False)
     return found
 
 
@@ -57,7 +57,7 @@ def followed(descent: _Descent) -> np.ndarray:
     return descent._at
 
 
-def test_without_the_edge_it_stops_where_it_meets_it_and_along_the_edge_it_gets_to_the_optimum(
+def test_a_descent_stops_at_the_boundary_unless_it_follows_it_to_the_optimum(
     descent: _Descent,
 ) -> None:
     inside = {"type": "ineq", "fun": lambda point: margin(point[None])[0]}
@@ -66,7 +66,7 @@ def test_without_the_edge_it_stops_where_it_meets_it_and_along_the_edge_it_gets_
     assert margin(stopped[None])[0] > 0
     assert misfit(stopped) > misfit(optimum) + 10
 
-    descent._edge = True
+    descent._follows_boundary = True
     reached = followed(descent)
     assert margin(reached[None])[0] > 0
     assert misfit(reached) < misfit(optimum) + 0.5
