@@ -227,7 +227,7 @@ class FitResult(Result):
         better = "better than the best baseline" + ("" if gain and gain[0] > 0 else ", though not significantly")
         why = {
             "good": f"{better}, and nothing is flagged",
-            "doubtful": f"{better}: read {counted(caveats, 'caveat')} first (-v)",
+            "doubtful": f"{better}, but read {counted(caveats, 'caveat')} first (-v)",
             "unchecked": 'no trial is held out: give one role = "holdout"',
             "worse_than_baseline": "a simple baseline forecasts speeds as well: use that for speeds",
         }
