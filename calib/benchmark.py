@@ -20,7 +20,7 @@ from fitting.speed import forward_speed
 from session import Session
 from swimmer import PUBLISHED_COEFFICIENTS, FluidCoefficients, Runs, Twin, build_mjcf, load_robot
 from swimmer.mjcf import SWIM
-from tracking import HeadFrame, to_head_frame
+from tracking import HeadFrame, one_of, to_head_frame
 
 __all__ = ["SpeedOutcome", "speed"]
 
@@ -192,7 +192,7 @@ def _step_error(name: str, coefficients: FluidCoefficients) -> StepError:
     kept = TIME_S >= WARMUP_S
     distance = 1000 * np.linalg.norm(coarse.shape_m - fine.shape_m, axis=-1)[:, kept]  # (f, k, m)
     speeds = [
-        np.array([forward_speed(TIME_S, head.forward_m[i], kept, hz) for i, hz in enumerate(FREQUENCIES_HZ)])
+        np.array([forward_speed(TIME_S, one_of(head, i), kept, hz) for i, hz in enumerate(FREQUENCIES_HZ)])
         for head in (coarse, fine)
     ]
     difference = np.abs(speeds[0] / speeds[1] - 1)

@@ -141,7 +141,7 @@ class Pipeline:
         if not stage.is_current:
             calibration = fit.read()
             stage.make(
-                calibration, self.trials, Twin(calibration.robot, self.trials[0].markers, workers=self.options.workers)
+                calibration, fit.trials, Twin(calibration.robot, fit.trials[0].markers, workers=self.options.workers)
             )
         return stage.file
 

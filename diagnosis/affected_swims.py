@@ -8,7 +8,6 @@ import numpy as np
 
 from diagnosis.linear_model import LinearModel
 from fitting.forecast import fit_phase, forecast, score
-from fitting.in_pool import head_frame
 from fitting.model.session_model import START_PHASE_RAD
 from fitting.model.trial_model import TrialModel
 from fitting.signatures.affected_session import view_of
@@ -60,7 +59,7 @@ def forecast_scores(
         view = view_of(trial, plain, linear.camera)
         twin = SettledTwin(AffectedTwin(linear.twin, effects), values, view) if effects else linear.twin
         head = forecast(twin, trial, coefficients, fit_phase(twin, trial, coefficients))
-        speed = float(forward_speed(trial.time_s, head.forward_m, trial.kept, trial.frequency.hz))
+        speed = float(forward_speed(trial.time_s, head, trial.kept, trial.frequency.hz))
         found.append(ForecastScore(trial.name, score(trial, head).marker_error_m, trial.speed, speed))
     return found
 
@@ -75,6 +74,6 @@ def noise_floor_m(linear: LinearModel, number: int, seed: int = 0) -> float:
     clean_m = linear.twin.simulate(model.runs(linear.at[None]), trial.time_s).marker_m[0]
     for _ in range(_DRAWS):
         noisy_m = clean_m + model.noise.drawn(trial.time_s, random)
-        frames = [head_frame(trial.markers, each) for each in (clean_m, noisy_m)]
+        frames = [trial.seen_head(each) for each in (clean_m, noisy_m)]
         found.append(score(trial.seen_as(head=frames[1]), frames[0]).marker_error_m)
     return float(np.mean(found))

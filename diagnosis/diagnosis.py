@@ -201,8 +201,9 @@ def _remainder(weighed: Weighed, best: Refit) -> Remainder:
     rest.__dict__["residual"] = best.residual
     where = decompose(rest, weighed.forces, weighed.signatures, placed=weighed.placed)
     plain, residual = (linear.space.projected(row) for row in (linear.residual, best.residual))
-    freedom = max(len(linear.residual) - 5 - len(best.values), 1)
-    excess, before = residual @ residual - freedom, plain @ plain - len(linear.residual) + 5
+    numbers = int(linear.observed.sum())
+    freedom = max(numbers - 5 - len(best.values), 1)
+    excess, before = residual @ residual - freedom, plain @ plain - numbers + 5
     stages = {stage: share for stage, share in where.shares.by_stage.items() if stage != "floor"}
     share = float(np.clip(excess / before, 0.0, 1.0)) if before > 0 else 0.0
     return Remainder(share, max(stages, key=lambda stage: stages[stage]), float(chi2.sf(residual @ residual, freedom)))

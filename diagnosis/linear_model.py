@@ -11,9 +11,9 @@ from diagnosis.discrepancy import Discrepancy
 from diagnosis.generic import GaussianProcessDiscrepancy, generic_covariance
 from diagnosis.tolerances import TAKEN, perturbed_robots, placement_uncertainty
 from fitting.free_decay import Ring
-from fitting.model.features import OF_A_MARKER, places_of_markers, places_of_slides
 from fitting.model.session_model import START_PHASE_RAD, NuisanceModel, PlacementUncertainty, SessionModel
 from fitting.model.trial_model import TrialModel
+from fitting.model.variance import apart
 from fitting.signatures import Whitened
 from fitting.signatures.session_row import PRIOR_SD, residual_row, row_covariance, row_slopes
 from fitting.trial import MeasuredTrial
@@ -23,7 +23,6 @@ from swimmer import Twin
 from swimmer.fluid import COEFFICIENT_BOUNDS
 from swimmer.mjcf import DRY
 
-_LEAST_FRAMES = 28  # of a marker, from which its mean, harmonics, drift and noise are known
 _LEAST_BOX_M = TAKEN.box_m / 3  # boxes are placed by hand, however well the means happen to agree
 
 
@@ -86,7 +85,8 @@ class LinearModel:
         """(k, k) covariance of a gap of no particular cause that is one metre large."""
         first = self.model.trials[0]
         along_m = first.twin.robot.marker_positions_m(first.trial.markers)[:, 0]
-        return generic_covariance(along_m, len(self.trials), self.model.frequencies, self.model.of_rings)
+        whole = generic_covariance(along_m, len(self.trials), self.model.frequencies, self.model.of_rings)
+        return apart(whole, self.observed, 0.0)
 
     @cached_property
     def with_gap(self) -> Whitened:
@@ -142,16 +142,8 @@ class LinearModel:
 
     @cached_property
     def observed(self) -> np.ndarray:
-        """(g,) features that the tracks tell: not those of a marker that is masked in nearly all frames."""
-        found = []
-        for model in self.model.trials:
-            seen = model.reader.usable.sum(axis=0) >= _LEAST_FRAMES  # (m,)
-            length = len(model.measured)
-            places, slides = np.ones(length, bool), places_of_slides(length)
-            places[places_of_markers(length)] = np.repeat(seen, 2 * OF_A_MARKER)
-            places[slides] = seen[: slides.stop - slides.start]
-            found.append(places)
-        return np.concatenate(found)
+        """(k,) numbers that are measured: all but the features of markers that are not read."""
+        return np.concatenate([self.model.observed, np.ones(self.model.beside, bool)])
 
     @cached_property
     def scored(self) -> np.ndarray:
@@ -211,8 +203,8 @@ class LinearModel:
     def covariance(self) -> np.ndarray:
         """(k, k) of all that disturbs the row."""
         features = self.disturbances.of(self.off) + self.error**2 * self._of_twin
-        apart = row_covariance(self.model, features, self.disturbances.robot)
-        return apart if self.common is None else apart + self.common @ self.common.T
+        own = row_covariance(self.model, features, self.disturbances.robot)
+        return own if self.common is None else own + self.common @ self.common.T
 
     @cached_property
     def _of_twin(self) -> np.ndarray:
@@ -229,7 +221,7 @@ def _placement_uncertainty(
     model: SessionModel, residual: np.ndarray, disturbances: NuisanceModel
 ) -> PlacementUncertainty:
     """Boxes by what trials differ by; what they have in common is for effects to explain, and no box's."""
-    found = placement_uncertainty(residual[: len(model.measured)], len(model.trials), disturbances)
+    found = placement_uncertainty(residual[: len(model.measured)], len(model.trials), disturbances, model.observed)
     return PlacementUncertainty(max(found.box_m, _LEAST_BOX_M), TAKEN.marker_m)
 
 

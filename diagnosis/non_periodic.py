@@ -18,7 +18,7 @@ from scipy.special import logsumexp
 
 from diagnosis.constants import LEAST_OF_DELAY, LEAST_OF_MOTION, MOST_BESIDE
 from fitting.model.features import FeatureReader
-from fitting.model.noise import smooth_swim
+from fitting.model.noise import beside
 from fitting.trial import MeasuredTrial
 
 _STRETCH_S = 0.25  # longer than trackers err alike
@@ -76,7 +76,7 @@ class _Swim:
         usable = features.usable.mean(axis=0) >= _MOSTLY
         frames = np.flatnonzero(features.usable[:, usable].all(axis=1))
         begun_s = features.time_s - features.time_s[0]
-        columns = np.column_stack([smooth_swim(features), *(np.exp(-begun_s / each) for each in _SETTLES_S)])[frames]
+        columns = np.column_stack([beside(features), *(np.exp(-begun_s / each) for each in _SETTLES_S)])[frames]
         stretch = np.floor(features.time_s[frames] / _STRETCH_S).astype(int)
         if len(np.unique(stretch)) <= columns.shape[1] or usable.sum() <= _WHOLE:
             return None

@@ -18,9 +18,19 @@ _STARTS = ((1.0, 1.0), (3.0, 1.0), (1.0, 10.0))  # times what is taken
 _STEP = 0.05  # of mass, either way
 
 
-def placement_uncertainty(residual: np.ndarray, trials: int, disturbances: NuisanceModel) -> PlacementUncertainty:
-    """The likeliest sizes, by what is left (k,) of the features of so many trials."""
+def placement_uncertainty(
+    residual: np.ndarray, trials: int, disturbances: NuisanceModel, observed: np.ndarray | None = None
+) -> PlacementUncertainty:
+    """Return the likeliest sizes.
+
+    Args:
+        residual: (k,) what is left of the features.
+        trials: how many they are of.
+        disturbances: what noise and nuisances do to them.
+        observed: (k,) features that are measured; default all.
+    """
     means = mean_places(len(residual), trials)
+    means = means if observed is None else means[observed[means]]
     off, fixed = residual[means], disturbances.fixed[np.ix_(means, means)]
     boxes, markers = (part @ part.T for part in (disturbances.per_box[means], disturbances.per_marker[means]))
     taken = np.log(TAKEN)

@@ -10,7 +10,8 @@ from fitting.coefficient_fit import CoefficientFit, fit_coefficients
 from fitting.ebt import FORMS, EbtFit, fit_every_form, model_speeds
 from fitting.forecast import Scores, fit_phase, forecast, score
 from fitting.model.mode import Progress
-from fitting.model.session_forecast import TWIN, Forecast, SessionForecast, forecast_session
+from fitting.left_out import diverges, followed, left_out_flags, suspicion
+from fitting.model.session_forecast import NOTHING_FORECAST, TWIN, Forecast, SessionForecast, forecast_session
 from fitting.published_search import PublishedFit, Swims, published_search
 from fitting.speed import speed_line, speed_power_law
 from fitting.speed_law import SpeedLaw, speed_law
@@ -89,6 +90,7 @@ class Calibration:
         sweep: simulated speed over frequency.
         forecasts: of every trial by the hierarchical model, and by simple baselines.
         sways: of the neck in every trial, by its name.
+        left_out: why, by name, of the swims that take no part.
     """
 
     structure: Structure
@@ -98,6 +100,7 @@ class Calibration:
     sweep: SpeedSweep
     forecasts: SessionForecast
     sways: Mapping[str, Sway] = field(default_factory=dict)
+    left_out: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def robot(self) -> RobotSpec:
@@ -117,7 +120,7 @@ class Calibration:
     @property
     def flags(self) -> tuple[Flag, ...]:
         """Of the fit as a whole, the structure it builds on first."""
-        return (*self.structure.flags, *self.fit.flags, *self.ebt.flags)
+        return (*left_out_flags(self.left_out), *self.structure.flags, *self.fit.flags, *self.ebt.flags)
 
     @property
     def speed_law(self) -> SpeedLaw | None:
@@ -153,6 +156,7 @@ def calibrate(
     seed: int = 0,
     workers: int = 0,
     progress: Progress = lambda _message, _share: None,
+    left_out: Mapping[str, str] | None = None,
 ) -> Calibration:
     """Fits the coefficients and elongated body theory on the fit trials, then compares and forecasts every trial.
 
@@ -163,19 +167,23 @@ def calibrate(
         seed: of the search.
         workers: threads; 0 for all cores.
         progress: receives it.
+        left_out: swims that could not be measured, by name and why.
 
     Raises:
-        NotEnoughData: no fit trial, or trials without a usable sample; all of them at once.
+        NotEnoughData: no fit trial, or none that a twin can swim.
         SimulationDiverged: from every start, or at the end.
     """
-    _refuse_unusable(trials)
+    _check_fit_trials(trials)
     twin = Twin(structure.robot, trials[0].markers, workers=workers)
-    fitted = [trial for trial in trials if trial.role == "fit"]
+    fitted, lost = followed([trial for trial in trials if trial.role == "fit"], twin)
     fit, mode = fit_coefficients(fitted, twin, uncertainties_of(structure.sources), starts, seed, progress)
     progress("forecasting the trials", 0.9)
-    found = assemble(trials, twin, fit, {}, structure, forecast_session(mode, trials, seed), sways(mode, trials))
-    forecasts = found.forecasts.with_models({t.measured.name: _alone(t) for t in found.trials})
-    return replace(found, forecasts=forecasts)
+    able = [trial for trial in trials if trial.name not in lost]
+    found = assemble(able, twin, fit, {}, structure, left_out={**(left_out or {}), **lost})
+    compared = [trial.measured for trial in found.trials]
+    forecasts = forecast_session(mode, compared, seed)
+    forecasts = forecasts.with_models({t.measured.name: _alone(t) for t in found.trials})
+    return replace(found, forecasts=forecasts, sways=sways(mode, compared))
 
 
 def _alone(trial: CalibratedTrial) -> dict[str, Forecast]:
@@ -198,7 +206,7 @@ def calibrate_as_published(
     Args, Raises:
         As `calibrate`; `budget_s` are simulated seconds.
     """
-    _refuse_unusable(trials)
+    _check_fit_trials(trials)
     twin = Twin(structure.robot, trials[0].markers, workers=workers)
     fitted = tuple(trial for trial in trials if trial.role == "fit")
 
@@ -207,22 +215,12 @@ def calibrate_as_published(
 
     fit = published_search(Swims(twin, fitted), budget_s, seed, report)
     phases = dict(zip([trial.name for trial in fitted], fit.phase_rad, strict=True))
-    return fit, compare_trials(trials, twin, fit.coefficients, phases, fit_every_form(fitted, structure.robot))
+    return fit, compare_trials(trials, twin, fit.coefficients, phases, fit_every_form(fitted, structure.robot))[0]
 
 
-def _refuse_unusable(trials: Sequence[MeasuredTrial]) -> None:
-    problems = []
+def _check_fit_trials(trials: Sequence[MeasuredTrial]) -> None:
     if not any(trial.role == "fit" for trial in trials):
-        problems.append('no swim has role = "fit"; give at least one trial of session.toml that role')
-    for trial in trials:
-        if not trial.weight[trial.scored].any():
-            problems.append(
-                f"trial {trial.name}: every sample to be compared is flagged or missing; leave the trial out"
-            )
-        elif not trial.weight[trial.known][:, list(trial.tail)].any():
-            problems.append(f"trial {trial.name}: no usable marker where its phase comes from; leave the trial out")
-    if problems:
-        raise NotEnoughData("\n".join(problems))
+        raise NotEnoughData('no swim has role = "fit"; give at least one trial of session.toml that role')
 
 
 def assemble(
@@ -231,21 +229,33 @@ def assemble(
     fit: CoefficientFit,
     phases: Mapping[str, float],
     structure: Structure,
-    forecasts: SessionForecast,
-    sways_of: Mapping[str, Sway],
+    forecasts: SessionForecast = NOTHING_FORECAST,
+    sways_of: Mapping[str, Sway] | None = None,
+    left_out: Mapping[str, str] | None = None,
 ) -> Calibration:
-    """Every trial with a twin of known coefficients; a phase that is not given is found from the known part."""
+    """Compare every trial with a twin of known coefficients.
+
+    Args:
+        trials: that take part.
+        twin, fit, structure: with which.
+        phases: of the crank at time 0, by name; one that is not given is found from the known part.
+        forecasts, sways_of: where they are known.
+        left_out: swims that take no part, by name and why; held-out trials at whose frequency the twin diverges join
+            them.
+    """
     fitted = [trial for trial in trials if trial.role == "fit"]
     ebts = fit_every_form(fitted, structure.robot)
-    frequencies = sweep_frequencies([trial.frequency.hz for trial in trials])
+    compared, lost = compare_trials(trials, twin, fit.coefficients, phases, ebts)
+    frequencies = sweep_frequencies([trial.measured.frequency.hz for trial in compared])
     return Calibration(
         structure=structure,
         fit=fit,
         ebts=ebts,
-        trials=compare_trials(trials, twin, fit.coefficients, phases, ebts),
+        trials=compared,
         sweep=sweep_speed(twin, fit.coefficients, ebts, frequencies, _fitted_hz(fitted)),
         forecasts=forecasts,
-        sways=sways_of,
+        sways=sways_of or {},
+        left_out={**(left_out or {}), **lost},
     )
 
 
@@ -255,15 +265,35 @@ def compare_trials(
     coefficients: FluidCoefficients,
     phases: Mapping[str, float],
     ebts: Mapping[str, EbtFit],
-) -> tuple[CalibratedTrial, ...]:
-    """Every trial with the twin at given coefficients; arguments as for `assemble`."""
+) -> tuple[tuple[CalibratedTrial, ...], dict[str, str]]:
+    """Compare every trial with the twin at given coefficients; arguments as for `assemble`.
+
+    Returns:
+        The trials, and by name why a held-out one is not among them.
+
+    Raises:
+        SimulationDiverged: the twin of a fit trial.
+    """
     fitted_hz = _fitted_hz([trial for trial in trials if trial.role == "fit"])
-    compared = []
+    compared, lost = [], {}
     for trial in trials:
-        known = phases.get(trial.name)
-        phase = fit_phase(twin, trial, coefficients) if known is None else float(known)
-        compared.append(_compare(twin, trial, coefficients, ebts, phase, fitted_hz))
-    return tuple(compared)
+        try:
+            known = phases.get(trial.name)
+            phase = fit_phase(twin, trial, coefficients) if known is None else float(known)
+            compared.append(_compare(twin, trial, coefficients, ebts, phase, fitted_hz))
+        except SimulationDiverged:
+            if trial.role == "fit":
+                raise
+            lost[trial.name] = diverges(trial.start_frequency.hz)
+    return _with_suspicion(compared), lost
+
+
+def _with_suspicion(trials: Sequence[CalibratedTrial]) -> tuple[CalibratedTrial, ...]:
+    """Flag each trial whose own twin is far from it."""
+    errors_m = [trial.scores.marker_error_m for trial in trials]
+    others = [[*errors_m[:number], *errors_m[number + 1 :]] for number in range(len(trials))]
+    flags = [suspicion(trial, fellows) for trial, fellows in zip(trials, others, strict=True)]
+    return tuple(replace(t, flags=(*t.flags, *own)) for t, own in zip(trials, flags, strict=True))
 
 
 def _fitted_hz(fitted: Sequence[MeasuredTrial]) -> tuple[float, float]:

@@ -151,6 +151,7 @@ class CalibrationResult:
         speed_law: exponent of speed over frequency, of robot and twin; null for a single frequency.
         sways: sideways sway of the neck in every trial.
         posterior: marginal posterior of each coefficient; empty before `calib posterior`.
+        left_out: why, by name, of swim trials that take no part.
     """
 
     coefficients: FluidCoefficients
@@ -167,6 +168,7 @@ class CalibrationResult:
     speed_law: SpeedLaw | None
     sways: Mapping[str, Sway]
     posterior: Mapping[str, Marginal] = field(default_factory=dict)
+    left_out: Mapping[str, str] = field(default_factory=dict)
 
 
 CALIBRATION = ResultFile("calibration.json", CalibrationResult)
@@ -193,6 +195,7 @@ def calibration_result(calibration: Calibration) -> CalibrationResult:
         forecasts=calibration.forecasts,
         speed_law=calibration.speed_law,
         sways=calibration.sways,
+        left_out=calibration.left_out,
     )
 
 

@@ -1,8 +1,8 @@
 """Elongated body theory in three forms, each fitted to the fit trials by the same search over its one free number.
 
 What they want of the motion of the tail tip, measured or simulated: derivatives are either the published finite
-difference between neighbouring frames, which half-pixel tracks inflate (<h_t^2> by up to 80 % at low speed), or those
-of a Savitzky-Golay filter (quadratic over 11 frames).
+difference between neighbouring frames of 60 a second, which half-pixel tracks inflate (<h_t^2> by up to 80 % at low
+speed), or those of a Savitzky-Golay filter (quadratic over a sixth of a second).
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -21,7 +21,9 @@ from swimmer import RobotSpec
 from swimmer.ebt import BETA_BOUNDS, DRAG_BOUNDS, TailMotion, TipMotion, steady_speed, steady_speed_large
 from tracking import HeadFrame, from_head_frame
 
-WINDOW, ORDER = 11, 2  # frames and degree of the Savitzky-Golay filter
+PUBLISHED_STEP_S = 1 / 60
+"""Between two frames of the published videos."""
+WINDOW_S, ORDER = 10 / 60, 2  # length and degree of the Savitzky-Golay filter: 11 frames of the published videos
 EBT_RATIO_ONLY = "ebt_ratio_only"
 """The flag that names what is not identifiable in elongated body theory; every fit of it has it."""
 FROM_TWIN = ", twin's tail"  # after the name of a form that predicts from the tail of the twin
@@ -51,14 +53,17 @@ class TailSwim:
 
 
 def measured_tail(trial: MeasuredTrial, frames: np.ndarray) -> TailSwim:
-    """The tail of a measured trial over the whole beats of the frames (n,)."""
-    tail = list(trial.tail[-2:])
+    """Return the tail of a measured trial over the whole beats of the frames (n,).
+
+    Of a single marker on the tail nothing has a weight: the slope at the tip takes two.
+    """
+    tail = _last_two(trial.tail)
     return TailSwim(
         time_s=trial.time_s,
         tip_m=trial.head.shape_m[:, tail],
         pool_m=trial.position_m[:, tail],
         heading_rad=trial.head.heading_rad,
-        weight=trial.weight[:, tail],
+        weight=trial.weight[:, tail] * (len(trial.tail) > 1),
         used=whole_beats(trial.time_s, frames, trial.frequency.hz),
         frequency_hz=trial.frequency.hz,
     )
@@ -68,23 +73,31 @@ def simulated_tail(
     time_s: np.ndarray, head: HeadFrame, tail: Sequence[int], frames: np.ndarray, frequency_hz: float
 ) -> TailSwim:
     """The tail of one simulated swim (n, m, 2); `tail` are the indices of its markers behind the head."""
-    last = list(tail[-2:])
+    last = _last_two(tail)
     return TailSwim(
         time_s=time_s,
         tip_m=head.shape_m[:, last],
         pool_m=from_head_frame(head)[:, last],
         heading_rad=head.heading_rad,
-        weight=np.ones((len(time_s), 2)),
+        weight=np.full((len(time_s), 2), float(len(tail) > 1)),
         used=whole_beats(time_s, frames, frequency_hz),
         frequency_hz=frequency_hz,
     )
 
 
+def _last_two(tail: Sequence[int]) -> list[int]:
+    return [*tail[:1], *tail][-2:]
+
+
 def published_motion(swim: TailSwim) -> TailMotion:
-    """<h_t^2> and <h_x^2> in the head frame, h_t by finite differences, as published."""
+    """Return <h_t^2> and <h_x^2> in the head frame, h_t by finite differences over a published frame.
+
+    Over the frames of a faster camera the same noise of the tracks would make a larger h_t.
+    """
     good = (swim.weight > 0) & np.isfinite(swim.tip_m).all(axis=-1) & swim.used[:, None]
-    rate = np.diff(swim.tip_m[:, 1, 1]) / np.diff(swim.time_s)  # (n - 1,)
-    return _mean_squares(rate, good[1:, 1] & good[:-1, 1], *_slope(swim.tip_m, good))
+    step = max(1, round(PUBLISHED_STEP_S / float(np.median(np.diff(swim.time_s)))))  # frames
+    rate = (swim.tip_m[step:, 1, 1] - swim.tip_m[:-step, 1, 1]) / (swim.time_s[step:] - swim.time_s[:-step])
+    return _mean_squares(rate, good[step:, 1] & good[:-step, 1], *_slope(swim.tip_m, good))
 
 
 def smoothed_motion(swim: TailSwim) -> TailMotion:
@@ -123,8 +136,9 @@ def _heading_trend(swim: TailSwim) -> np.ndarray:
 def _smooth(series_m: np.ndarray, time_s: np.ndarray, derivative: int) -> np.ndarray:
     """(n, 2, 2) smoothed series or its time derivative; missing samples are bridged before."""
     flat = bridged(time_s, series_m.reshape(len(series_m), -1))
-    window = min(WINDOW, len(flat) - 1 + len(flat) % 2)
     step = float(np.median(np.diff(time_s)))
+    window = max(2 * round(WINDOW_S / 2 / step) + 1, ORDER + 1 + ORDER % 2)
+    window = min(window, len(flat) - 1 + len(flat) % 2)
     smooth = savgol_filter(flat, window, min(ORDER, window - 1), deriv=derivative, delta=step, axis=0)
     return smooth.reshape(series_m.shape)
 
@@ -191,8 +205,11 @@ def fit_ebt(form: EbtForm, swims: Sequence[TailSwim], speeds: np.ndarray, robot:
     motions = [form.motion(swim) for swim in swims]
     seen = np.array([np.isfinite(float(form.speed(motion, robot, 1.0, 1.0))) for motion in motions])
     if not seen.any():
-        message = "EBT: the last two tail markers are usable in no fit trial"
-        return EbtFit(form, float("nan"), float("nan"), (Flag(EBT_RATIO_ONLY, message=message),))
+        message = (
+            "no elongated body theory to compare with: it needs the slope at the tail tip, and the last two markers of "
+            "the tail are usable together in no fit trial"
+        )
+        return EbtFit(form, float("nan"), float("nan"), (Flag("no_ebt", message=message),))
 
     def misfit(ratio: float) -> float:
         predicted = np.array([float(form.speed(motion, robot, 1.0, ratio)) for motion in motions])
@@ -227,7 +244,7 @@ def model_speeds(
         "": measured_tail(trial, trial.kept),
         FROM_TWIN: simulated_tail(trial.time_s, simulated, trial.tail, trial.kept, trial.frequency.hz),
     }
-    twin = float(forward_speed(trial.time_s, simulated.forward_m, trial.kept, trial.frequency.hz))
+    twin = float(forward_speed(trial.time_s, simulated, trial.kept, trial.frequency.hz))
     theory = {form + whose: ebt.speed(tail, robot) for whose, tail in tails.items() for form, ebt in ebts.items()}
     return {"twin": twin, **theory}
 

@@ -10,6 +10,7 @@ import numpy as np
 from fitting.in_pool import head_frame
 from fitting.speed import forward_speed
 from fitting.trial import MeasuredTrial
+from session.errors import SimulationDiverged
 from swimmer import FluidCoefficients, Runs, Twin
 from swimmer.twin import simulate_together
 from tracking import HeadFrame, one_of
@@ -50,7 +51,7 @@ def swim(
         turns=(trial.turn,) * count,
     )
     trajectories = twin.simulate(runs, trial.time_s[:frames], allow_divergence=True)
-    return head_frame(trial.markers, trajectories.marker_m)
+    return trial.seen_head(trajectories.marker_m)
 
 
 def frames_in_step(trial: MeasuredTrial) -> slice:
@@ -84,10 +85,15 @@ def fit_phase(twin: Twin, trial: MeasuredTrial, coefficients: FluidCoefficients)
     """Crank phase at time 0, from the shape of the tail in the known part of the trial, rad.
 
     The harmonic phase is refined twice on a grid, all simulations of one in a batch, then by a parabola.
+
+    Raises:
+        SimulationDiverged: the twin, at this frequency.
     """
     hz = trial.start_frequency.hz
     values = np.array([coefficients], float)
     centre, reach = float(phase_from_harmonic(twin, trial, values, hz)[0]), _REACH_RAD
+    if not np.isfinite(centre):
+        raise SimulationDiverged(f"trial {trial.name}: the twin diverged at {hz:.3g} Hz")
     frames = frames_in_step(trial)
     for count in _TRIES:
         tries = centre + np.linspace(-reach, reach, count)
@@ -149,7 +155,7 @@ def speed_from_rest(twin: Twin, coefficients: np.ndarray, frequency_hz: np.ndarr
     speeds = np.zeros((count, len(times)))
     for i, swum in enumerate(simulate_together([twin] * len(runs), runs, times)):
         time_s, hz, head = times[i], frequency_hz[i], head_frame(twin.markers, swum.marker_m)
-        speeds[:, i] = forward_speed(time_s, head.forward_m, time_s >= BEATS / 2 / hz, hz)
+        speeds[:, i] = forward_speed(time_s, head, time_s >= BEATS / 2 / hz, hz)
     return speeds
 
 

@@ -18,8 +18,8 @@ from session import Flag, NotEnoughData
 BLOCKS_PER_BEAT = 16.0
 CORRELATIONS = np.append(0.0, 1 - np.geomspace(0.7, 0.005, 24))  # tried between neighbouring blocks
 HARMONICS = 3
-SEARCH_HZ = (0.1, 6.0)
-STILL_M = 1e-5  # a tail that moves by less does not move at all
+SEARCH_HZ = (0.1, 15.0)  # as session.toml allows
+STILL_M = 1e-3  # a tail that moves by less does not move at all: trackers err by as much
 OFF_COMMAND = 0.05  # relative difference to the command that is worth a flag
 LEAST_EXPLAINED = 0.5  # of the tail's motion; below, something else than a beat moves it
 _REWEIGHTINGS = 3

@@ -37,9 +37,13 @@ def tail_markers(robot: RobotSpec, markers: tuple[str, ...]) -> list[int]:
     return sorted(behind, key=lambda i: robot.markers[markers[i]].position_m[0])
 
 
-def head_frame(markers: tuple[str, ...], position_m: np.ndarray) -> HeadFrame:
-    """Markers (..., n, m, 2) of these m names in the head frame."""
-    return to_head_frame(position_m, markers.index("nose"), markers.index("neck"))
+def head_frame(markers: tuple[str, ...], position_m: np.ndarray, seen: np.ndarray | None = None) -> HeadFrame:
+    """Turn markers (..., n, m, 2) of these m names into the head frame, as `to_head_frame`.
+
+    A simulation that is compared with a trial is seen through the trial's own gaps: `seen` (n,) are the frames whose
+    nose and neck are trusted in the trial.
+    """
+    return to_head_frame(position_m, markers.index("nose"), markers.index("neck"), seen)
 
 
 def head_is_trusted(markers: tuple[str, ...], weight: np.ndarray) -> np.ndarray:

@@ -18,7 +18,6 @@ from scipy.stats import qmc
 from threadpoolctl import threadpool_limits
 
 from fitting.forecast import phase_from_harmonic, residuals, seconds_from_rest, swims_forward
-from fitting.in_pool import head_frame
 from fitting.trial import MeasuredTrial
 from session.errors import SimulationDiverged
 from swimmer import FluidCoefficients, Runs, Twin
@@ -61,7 +60,7 @@ class Swims:
         ]
         times = [t.time_s[:n] for t, n in zip(self.trials, frames, strict=True)]
         swum = simulate_together([self.twin] * len(runs), runs, times)
-        return [head_frame(self.twin.markers, each.marker_m) for each in swum]
+        return [trial.seen_head(each.marker_m) for trial, each in zip(self.trials, swum, strict=True)]
 
     def mean_distance(self, parameters: np.ndarray) -> np.ndarray:
         """(s,) mean over trials of the mean distance, m; parameters (p, s): coefficients, a phase a trial (rad)."""

@@ -1,4 +1,4 @@
-"""Series in time: missing samples bridged, and weighted regression on a drift and the first harmonics of a beat."""
+"""Series in time: missing samples bridged, regression on a drift and harmonics, and whether the samples allow it."""
 
 import numpy as np
 
@@ -15,7 +15,14 @@ def bridged(time_s: np.ndarray, series: np.ndarray, at_s: np.ndarray | None = No
 
 def waves(turn_rad: np.ndarray, harmonics: int) -> np.ndarray:
     """(n, 2 h) cosine and sine of each harmonic of a turn (n,)."""
-    return np.stack([wave(k * turn_rad) for k in range(1, harmonics + 1) for wave in (np.cos, np.sin)], axis=1)
+    angles = np.multiply.outer(turn_rad, np.arange(1, harmonics + 1))  # (n, h)
+    return np.stack([np.cos(angles), np.sin(angles)], axis=-1).reshape(len(turn_rad), -1)
+
+
+def smooth_swim(time_s: np.ndarray, turn_rad: np.ndarray, degree: int, harmonics: int) -> np.ndarray:
+    """(n, degree + 1 + 2 harmonics) columns: powers of the time from -1 to 1, then cosine and sine of each harmonic."""
+    scaled = 2 * (time_s - time_s[0]) / (time_s[-1] - time_s[0]) - 1
+    return np.column_stack([*(scaled**k for k in range(degree + 1)), waves(turn_rad, harmonics)])
 
 
 def design(time_s: np.ndarray, frequency_hz: float, harmonics: int) -> np.ndarray:
@@ -40,3 +47,31 @@ def weighted_fit(columns: np.ndarray, series: np.ndarray, weight: np.ndarray) ->
     moment = (weight * y).T @ columns  # (k, c)
     ridge = 1e-12 * np.trace(normal, axis1=1, axis2=2)[:, None, None] + 1e-300
     return np.linalg.solve(normal + ridge * np.eye(count), moment[..., None])[..., 0].T
+
+
+_LARGEST_INFLATION = 100.0  # of a variance: a marker seen in 1 frame of 100 over all phases, or on 2/3 of each beat
+_FRAMES_A_COLUMN = 2
+
+
+def determined(columns: np.ndarray, usable: np.ndarray, worst: float = _LARGEST_INFLATION) -> np.ndarray:
+    """Tell which series have the samples that a regression needs.
+
+    Args:
+        columns: (n, c) regressors.
+        usable: (n, m) samples of each series that count.
+        worst: largest variance of a coefficient against that of orthogonal regressors seen in all n frames (the
+            variance inflation factor times n over the samples; Marquardt 1970, Technometrics 12, 591).
+
+    Returns:
+        (m,) True where there are twice as many samples as regressors, and no variance is larger than that.
+    """
+    count, squares = columns.shape[1], np.maximum((columns**2).sum(axis=0), 1e-300)  # n times the mean squares
+    scaled = columns / np.sqrt(squares)
+    masks, which = np.unique(usable, axis=1, return_inverse=True)
+    good = np.zeros(masks.shape[1], bool)
+    for number, mask in enumerate(masks.T):
+        if mask.sum() >= _FRAMES_A_COLUMN * count:
+            values, vectors = np.linalg.eigh(scaled[mask].T @ scaled[mask])
+            if values[0] > 1e-12:
+                good[number] = bool(((vectors**2 / values).sum(axis=1) <= worst).all())
+    return good[which.ravel()]

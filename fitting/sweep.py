@@ -69,7 +69,7 @@ def sweep_speed(
     speeds = {name: np.full(count, np.nan) for name in ebts}
     for i, hz in enumerate(frequency_hz):
         kept = (time_s >= SETTLING_BEATS / hz) & (time_s < seconds[i])
-        speed_twin[i] = forward_speed(time_s, head.forward_m[i], kept, hz)
+        speed_twin[i] = forward_speed(time_s, one_of(head, i), kept, hz)
         if np.isfinite(speed_twin[i]):
             swim = simulated_tail(time_s, one_of(head, i), tail, kept, hz)
             for name, ebt in ebts.items():

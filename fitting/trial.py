@@ -13,11 +13,12 @@ import xarray as xr
 from fitting.free_decay import DecayTrial
 from fitting.frequency import SwimFrequency, estimate_frequency
 from fitting.in_pool import head_frame, head_is_trusted, in_pool
+from fitting.lasting_beat import beating_part
 from fitting.motor_clock import MotorRecord
-from fitting.series import design, weighted_fit
+from fitting.series import design, determined, smooth_swim, weighted_fit
 from fitting.speed import forward_speed
+from fitting.trial_checks import check_beat, check_clock_and_scale, motion_flags, rest_flags, unread_flags
 from session import CameraSpec, Flag, NotEnoughData, TrialSpec
-from session.session_checks import OTHER_UNIT, rate_is_off
 from session.tracks import by_marker, markers_of
 from swimmer import CrankTurn, RobotSpec
 from tracking import HeadFrame
@@ -27,13 +28,21 @@ Beat = Callable[[np.ndarray], SwimFrequency]
 
 FIRST_BEATS = 1.2  # of the command, from which the frequency of a held-out trial is first estimated
 KNOWN_BEATS = 2.0  # of a held-out trial that may set its own frequency, phase and start
-SCALE_OFF = 0.05  # relative difference of the scale that is worth a flag
+HARMONICS = 3
+"""Of a beat, that are read of every marker."""
+_DEGREES, _OF_SHORT = (3, 2), (1, 1)
+_SHORT_BEATS = 1.5
+_LEAST_FRAMES = 29  # compared: twice what a path, its harmonics and noise beside them need, and one
+_FRAMES_A_BEAT = 2 * HARMONICS + 1
 SCORED_S = 4.0  # of each trial, after warm-up, that the published distance is taken over
 
 
 @dataclass(frozen=True, eq=False)
 class MeasuredTrial:
     """One swim as measured.
+
+    What is not seen takes no part. A frame counts where nose and neck are trusted; the compared frames end with the
+    last such frame; a marker that these frames show too rarely, or at too few phases of the beat, has no weight in them.
 
     With a motor log whose clock is known only the frames of the steady drive are here, and the crank makes its measured
     turn, unless the tail beats otherwise: then it is another trial's log.
@@ -44,7 +53,8 @@ class MeasuredTrial:
             ``weight`` (time, keypoint), 0 where a sample is flagged, missing, or its frame has no trusted head;
             ``position_pool`` (time, space, keypoint), m, on the pool, right-handed seen from above; and of the
             published normaliser ``position_head`` (time, space, keypoint), m, relative to the nose, ``path`` (time,
-            space), m, the nose's displacement, and ``heading`` (time), rad. Attribute: ``metres_per_px``.
+            space), m, the nose's displacement, ``heading`` (time), rad, nan where nose or neck is not trusted, and
+            ``nose`` (time, space), m, on the pool, bridged there. Attribute: ``metres_per_px``.
         frequency: over the whole trial; with a turn its mean, else the tail's beat.
         start_frequency: over the known part only; the same for a fit trial.
         start_velocity: (3,) of the head at time 0 in its own axes (m/s, m/s, rad/s), from the known part.
@@ -101,7 +111,17 @@ class MeasuredTrial:
     def head(self) -> HeadFrame:
         """The same in the head frame."""
         shape_m, path_m = by_marker(self.tracks.position_head), self.tracks.path.values
-        return HeadFrame(shape_m + path_m[:, None], shape_m, path_m, self.tracks.heading.values)
+        nose_m = self.tracks.nose.values
+        return HeadFrame(shape_m + path_m[:, None], shape_m, path_m, self.tracks.heading.values, nose_m)
+
+    @cached_property
+    def head_seen(self) -> np.ndarray:
+        """(n,) frames whose nose and neck are trusted."""
+        return np.isfinite(self.tracks.heading.values)
+
+    def seen_head(self, position_m: np.ndarray) -> HeadFrame:
+        """Turn simulated markers (..., k, m, 2) of the first k frames into the head frame, with this trial's gaps."""
+        return head_frame(self.markers, position_m, self.head_seen[: position_m.shape[-3]])
 
     @cached_property
     def weight(self) -> np.ndarray:
@@ -185,18 +205,27 @@ def measure_trial(
         NotEnoughData: no tail marker, too short for its warm-up, less than one beat, or a drive that was not filmed.
     """
     first_frame, tracks = (0, tracks) if motor is None else motor.driven(tracks, spec.name)
+    recorded_s, rests = tracks.time.values, ()
     position_m, metres_per_px, quality, tail = in_pool(tracks, camera, robot, f"trial {spec.name}")
-    weight = quality.weight * head_is_trusted(markers_of(tracks), quality.weight)[:, None]
-    head = head_frame(markers_of(tracks), position_m)
+    trusted = head_is_trusted(markers_of(tracks), quality.weight)
+    weight = quality.weight * trusted[:, None]
+    head = head_frame(markers_of(tracks), position_m, trusted)
     weight = np.where(np.isfinite(head.shape_m).all(axis=-1), weight, 0.0)
+    flags = check_clock_and_scale(recorded_s, camera, robot)
+    beat = estimate_frequency(recorded_s - recorded_s[0], head.shape_m[:, tail, 1], weight[:, tail], spec.commanded_hz)
+    used = beating_part(recorded_s, head.shape_m[:, tail, 1], weight[:, tail], beat.hz)
+    if used != slice(0, len(recorded_s)):
+        rests, tracks = rest_flags(recorded_s, used), tracks.isel(time=used)
+        position_m, weight, trusted = position_m[used], weight[used], trusted[used]
+        head = head_frame(markers_of(tracks), position_m, trusted)
     time_s = tracks.time.values - tracks.time.values[0]
-
-    flags = _clock_and_scale(time_s, camera, robot)
-    beat = estimate_frequency(time_s, head.shape_m[:, tail, 1], weight[:, tail], spec.commanded_hz)
+    if rests:
+        beat = estimate_frequency(time_s, head.shape_m[:, tail, 1], weight[:, tail], spec.commanded_hz)
+    check_beat(beat)
     motor = None if motor is None else motor.against(beat, tracks.time.values)
     turn = motor.turn.shifted(float(tracks.time.values[0])) if motor is not None and motor.usable else None
     frequency = _of_crank(beat, turn, motor, time_s)
-    of_frames = (*quality.flags, *flags, *beat.flags)
+    of_frames = (*quality.flags, *flags, *rests, *beat.flags)
     every_frame = np.ones(len(time_s), bool)
     trial = MeasuredTrial(
         name=spec.name,
@@ -213,13 +242,13 @@ def measure_trial(
         warmup_s=warmup_s,
         tail=tuple(tail),
         flags=(*(flag.later(first_frame) for flag in of_frames), *(motor.flags if motor else ())),
-        first_frame=first_frame,
+        first_frame=first_frame + used.start,
         motor=motor,
         turn=turn,
         beat=beat,
         logged_hz=None if motor is None else motor.logged_hz,
     )
-    return _with_role(trial, spec.role)
+    return _flagged(_with_role(trial, spec.role), weight > 0)
 
 
 def laid_on_pool(
@@ -232,6 +261,7 @@ def laid_on_pool(
         "position_pool": (places, np.swapaxes(position_m, 1, 2), metres),
         "position_head": (places, np.swapaxes(head.shape_m, 1, 2), metres),
         "path": (("time", "space"), head.path_m, metres),
+        "nose": (("time", "space"), head.nose_m, metres),
         "heading": (("time",), head.heading_rad, {"units": "rad"}),
     }
     return tracks.assign(variables).assign_attrs(metres_per_px=metres_per_px)
@@ -247,31 +277,16 @@ def _of_crank(
     return replace(beat, hz=hz, se_hz=hz * motor.clock.rate_se, beats=hz * float(np.ptp(time_s)))
 
 
-def _clock_and_scale(time_s: np.ndarray, camera: CameraSpec, robot: RobotSpec) -> tuple[Flag, ...]:
-    """Whether the time stamps fit the nominal frame rate, and the scale length the robot.
-
-    Raises:
-        NotEnoughData: the frame rate is off by more than 5 %, or the scale by so much that it must be another unit.
-    """
-    spacing_s, scale = np.diff(time_s), camera.scale_length_m / robot.scale_length_m
-    if rate_is_off(camera.fps, float(np.median(spacing_s)), float(np.mean(spacing_s))):
-        raise NotEnoughData(
-            f"its time stamps give {1 / np.median(spacing_s):.3g} frames a second, [camera] fps is {camera.fps:g}; "
-            "expected the same within 5 %. Correct the one that is wrong: frequencies and speeds go by it."
-        )
-    flags = []
-    if not 1 / OTHER_UNIT < scale < OTHER_UNIT:
-        raise NotEnoughData(
-            f"[camera] scale_length_m is {camera.scale_length_m:g}, but nose and neck of {robot.name} are "
-            f"{robot.scale_length_m:.4g} m apart; expected about the same. Is it in metres, and is the robot right?"
-        )
-    if abs(scale - 1) > SCALE_OFF:
-        message = (
-            f"[camera] scale_length_m is {camera.scale_length_m:g} m, {100 * (scale - 1):+.0f} % off the "
-            f"{robot.scale_length_m:.4g} m between nose and neck of {robot.name}: all lengths and speeds scale with it"
-        )
-        flags.append(Flag("scale_off_robot", message=message))
-    return tuple(flags)
+def _flagged(trial: MeasuredTrial, usable: np.ndarray) -> MeasuredTrial:
+    """Flag what is wrong with the trial as a whole, in the frames that are compared; usable (n, m) samples."""
+    nose, neck = (trial.markers.index(name) for name in ("nose", "neck"))
+    span_m = np.linalg.norm(trial.position_m[:, neck] - trial.position_m[:, nose], axis=1)
+    span_px = np.where(trial.head_seen, span_m, np.nan) / trial.metres_per_px
+    warm = trial.time_s >= trial.warmup_s - 1e-9
+    moves = motion_flags(trial.time_s, trial.head, trial.kept, warm, trial.speed, trial.frequency.hz, span_px)
+    read, counts = trial.weight[trial.kept].any(axis=0), (usable[trial.kept] > 0).sum(axis=0)
+    unread = unread_flags(trial.markers, read, counts, int(trial.kept.sum()))
+    return replace(trial, flags=(*trial.flags, *(flag.later(trial.first_frame) for flag in (*moves, *unread))))
 
 
 def _with_role(trial: MeasuredTrial, role: str) -> MeasuredTrial:
@@ -286,7 +301,7 @@ def _with_role(trial: MeasuredTrial, role: str) -> MeasuredTrial:
     known = _known(role, trial.commanded_hz, time_s, beat)
     start_frequency = trial.frequency if known.all() else _beat_of_part(beat, known, trial.name)
     kept = _kept(role, trial, known)
-    return replace(
+    found = replace(
         trial,
         role=role,
         start_frequency=start_frequency,
@@ -294,8 +309,9 @@ def _with_role(trial: MeasuredTrial, role: str) -> MeasuredTrial:
         known=known,
         kept=kept,
         scored=kept & (time_s < time_s[kept][0] + SCORED_S - 1e-9),
-        speed=float(forward_speed(time_s, head.forward_m, kept, trial.frequency.hz)),
+        speed=float(forward_speed(time_s, head, kept, trial.frequency.hz)),
     )
+    return _without_unread(found)
 
 
 def _known(role: str, commanded_hz: float | None, time_s: np.ndarray, beat: Beat) -> np.ndarray:
@@ -319,17 +335,62 @@ def _known(role: str, commanded_hz: float | None, time_s: np.ndarray, beat: Beat
     return time_s < end + 1e-9
 
 
+def degrees_of(turn_rad: np.ndarray) -> tuple[int, int]:
+    """Return the degrees in time of the smooth path and heading over a crank's turn (n,), rad.
+
+    Those of a short window are 1: a cubic cannot be told from a single beat.
+    """
+    return _DEGREES if np.ptp(turn_rad) >= 2 * np.pi * _SHORT_BEATS else _OF_SHORT
+
+
 def _kept(role: str, trial: MeasuredTrial, known: np.ndarray) -> np.ndarray:
+    """(n,) after the warm-up and what is known of a held-out trial, from the first to the last frame with a head."""
     time_s, warmup_s = trial.time_s, trial.warmup_s
     kept = time_s >= warmup_s - 1e-9
     if role != "fit":
         kept &= ~known
-    if kept.sum() < 12:
+    seen = np.flatnonzero(kept & trial.head_seen)
+    if len(seen):
+        kept[: seen[0]], kept[seen[-1] + 1 :] = False, False
+    if len(seen) < _LEAST_FRAMES:
         raise NotEnoughData(
-            f"trial {trial.name}: {time_s[-1]:.2f} s leave {int(kept.sum())} frames after {warmup_s:g} s of warm-up; "
-            "at least 12 are needed: shorten [fit] warmup_s or record longer"
+            f"trial {trial.name}: {time_s[-1]:.2f} s leave {len(seen)} frames with nose and neck after {warmup_s:g} s "
+            f"of warm-up; at least {_LEAST_FRAMES} are needed: shorten [fit] warmup_s or record longer"
+        )
+    a_beat = 1 / (trial.frequency.hz * float(np.median(np.diff(time_s))))
+    if a_beat < _FRAMES_A_BEAT:
+        raise NotEnoughData(
+            f"trial {trial.name}: {a_beat:.1f} frames a beat of {trial.frequency.hz:.3g} Hz; at least {_FRAMES_A_BEAT} "
+            "are needed: film it with more frames a second"
         )
     return kept
+
+
+def _without_unread(trial: MeasuredTrial) -> MeasuredTrial:
+    """Take the weight in kept frames of markers that these do not show well enough to be read.
+
+    Raises:
+        NotEnoughData: nose and neck, or all markers of the tail, are among them.
+    """
+    frames = trial.kept
+    turn_rad = trial.crank_rad(trial.time_s[frames], trial.frequency.hz)
+    columns = smooth_swim(trial.time_s[frames], turn_rad, degrees_of(turn_rad)[1], HARMONICS)
+    read = determined(columns, (trial.weight[frames] > 0) & np.isfinite(trial.position_m[frames]).all(axis=-1))
+    head = [trial.markers.index(name) for name in ("nose", "neck")]
+    for needed, whose in ((read[head].all(), "nose and neck"), (read[list(trial.tail)].any(), "the tail")):
+        if not needed:
+            counts = ", ".join(
+                f"{trial.markers[marker]} {int((trial.weight[frames, marker] > 0).sum())}"
+                for marker in (head if whose != "the tail" else trial.tail)
+            )
+            raise NotEnoughData(
+                f"trial {trial.name}: {whose} cannot be read: of {int(frames.sum())} compared frames usable are {counts}, "
+                "too few, or at too few phases of the beat. See the flags of these markers, or leave the trial out"
+            )
+    if read.all():
+        return trial
+    weight = np.where(frames[:, None] & ~read, 0.0, trial.weight)
+    return replace(trial, tracks=trial.tracks.assign(weight=(("time", "keypoint"), weight)))
 
 
 def _beat_of_part(beat: Beat, known: np.ndarray, name: str) -> SwimFrequency:

@@ -119,7 +119,7 @@ def _true_run(plan: SyntheticPlan, planned: _RunPlan, seen: Trajectories, number
     motor = None if planned.motor is None else planned.motor.read(crank_rad[len(time_s) : len(planned.sampled_s)])
     turning, kept = _counted(time_s, plan, motor)
     first, last = np.flatnonzero(turning)[[0, -1]]
-    forward_m = to_head_frame(marker_m, plan.markers.index("nose"), plan.markers.index("neck")).forward_m
+    head = to_head_frame(marker_m, plan.markers.index("nose"), plan.markers.index("neck"))
     return TrueRun(
         trial=trial,
         time_s=time_s,
@@ -128,7 +128,7 @@ def _true_run(plan: SyntheticPlan, planned: _RunPlan, seen: Trajectories, number
         hinges_rad=seen.hinges_rad[number, frames],
         frequency_hz=float((crank_rad[last] - crank_rad[first]) / (2 * np.pi * (time_s[last] - time_s[first]))),
         phase_rad=float(crank_rad[0] % (2 * np.pi)),
-        speed_m_s=float(forward_speed(time_s, forward_m, kept, trial.frequency_hz)),
+        speed_m_s=float(forward_speed(time_s, head, kept, trial.frequency_hz)),
         motor=motor,
     )
 

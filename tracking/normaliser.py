@@ -2,10 +2,11 @@
 
 "Simple Models, Real Swimming" (2026), data processing: in every frame all markers are rotated so that nose ->
 neck is +x, with the nose as origin; to that each frame adds the nose's displacement since the frame before,
-taken in the axes of that frame. Forward is therefore -x, as in the robot frame.
+taken in the axes half-way between the two frames (the published code takes those of the later frame, which makes the
+path depend on the frame rate). Forward is therefore -x, as in the robot frame.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 
@@ -18,13 +19,16 @@ class HeadFrame:
         position_m: (..., n, m, 2) the published trajectory: shape plus accumulated displacement, m.
         shape_m: (..., n, m, 2) relative to the nose in every frame, m.
         path_m: (..., n, 2) accumulated displacement of the head along its own axes, 0 in the first frame, m.
-        heading_rad: (..., n) angle of nose -> neck in the pool, unwrapped, counter-clockwise seen from above.
+        heading_rad: (..., n) angle of nose -> neck in the pool, unwrapped, counter-clockwise seen from above; nan in
+            frames without a trusted nose and neck, which path and nose bridge.
+        nose_m: (..., n, 2) the nose in the pool, bridged, m.
     """
 
     position_m: np.ndarray
     shape_m: np.ndarray
     path_m: np.ndarray
     heading_rad: np.ndarray
+    nose_m: np.ndarray
 
     @property
     def forward_m(self) -> np.ndarray:
@@ -32,27 +36,31 @@ class HeadFrame:
         return -self.path_m[..., 0]
 
 
-def to_head_frame(position_m: np.ndarray, nose: int, neck: int) -> HeadFrame:
-    """Markers in the pool -> markers in the head frame, for any number of trajectories at once.
+def to_head_frame(position_m: np.ndarray, nose: int, neck: int, seen: np.ndarray | None = None) -> HeadFrame:
+    """Turn markers in the pool into markers in the head frame, for any number of trajectories at once.
 
     Args:
         position_m: (..., n, m, 2) markers in a right-handed frame fixed to the pool, z towards the camera, m.
             Frames in which nose or neck is missing (nan), or both are on one spot, are missing in the result; the
             displacement bridges them.
         nose, neck: index of the marker.
+        seen: (n,) frames whose nose and neck may be trusted; the displacement bridges the others as well. Two
+            trajectories that are compared need the same.
     """
     axis = _unit(position_m[..., neck, :] - position_m[..., nose, :])  # (..., n, 2)
     shape = _turn(position_m - position_m[..., nose : nose + 1, :], axis[..., None, :])  # (..., n, m, 2)
 
-    place = _bridged(position_m[..., nose, :])  # (..., n, 2)
-    steps = _turn(np.diff(place, axis=-2), _unit(_bridged(axis))[..., 1:, :])  # (..., n - 1, 2)
+    trusted = np.isfinite(axis).all(axis=-1) & (True if seen is None else seen)  # (..., n)
+    place = _bridged(np.where(trusted[..., None], position_m[..., nose, :], np.nan))  # (..., n, 2)
+    heading = _unwrapped(np.where(trusted, np.arctan2(axis[..., 1], axis[..., 0]), np.nan))  # (..., n)
+    steps = _turn(np.diff(place, axis=-2), _between(heading))  # (..., n - 1, 2)
     path = np.concatenate([np.zeros_like(place[..., :1, :]), np.cumsum(steps, axis=-2)], axis=-2)
-    angle = np.arctan2(axis[..., 1], axis[..., 0])  # (..., n)
     return HeadFrame(
         position_m=shape + path[..., None, :],
         shape_m=shape,
         path_m=path,
-        heading_rad=_unwrapped(angle),
+        heading_rad=np.where(trusted, heading, np.nan),
+        nose_m=place,
     )
 
 
@@ -63,17 +71,23 @@ def _unit(vector: np.ndarray) -> np.ndarray:
 
 
 def one_of(heads: HeadFrame, index: int) -> HeadFrame:
-    """One of several trajectories (s, n, m, 2)."""
-    return HeadFrame(heads.position_m[index], heads.shape_m[index], heads.path_m[index], heads.heading_rad[index])
+    """Return one of several trajectories (s, n, m, 2)."""
+    return HeadFrame(*(getattr(heads, part.name)[index] for part in fields(heads)))
 
 
 def from_head_frame(head: HeadFrame) -> np.ndarray:
-    """Back to the pool, up to a shift of it: (..., n, m, 2) markers, m, with the nose starting at 0."""
-    axis = np.stack([np.cos(head.heading_rad), np.sin(head.heading_rad)], axis=-1)  # (..., n, 2)
-    turned_back = axis * np.array([1.0, -1.0])
-    steps = _turn(np.diff(head.path_m, axis=-2), turned_back[..., 1:, :])
+    """Return the markers (..., n, m, 2) in the pool again, m, up to a shift of it: the nose starts at 0."""
+    heading = _unwrapped(head.heading_rad)
+    back = np.stack([np.cos(heading), -np.sin(heading)], axis=-1)  # (..., n, 2)
+    steps = _turn(np.diff(head.path_m, axis=-2), _between(heading) * np.array([1.0, -1.0]))
     place = np.concatenate([np.zeros_like(head.path_m[..., :1, :]), np.cumsum(steps, axis=-2)], axis=-2)
-    return _turn(head.shape_m, turned_back[..., None, :]) + place[..., None, :]
+    return _turn(head.shape_m, back[..., None, :]) + place[..., None, :]
+
+
+def _between(heading_rad: np.ndarray) -> np.ndarray:
+    """(..., n - 1, 2) unit vectors half-way between the headings (..., n) of neighbouring frames."""
+    middle = 0.5 * (heading_rad[..., 1:] + heading_rad[..., :-1])
+    return np.stack([np.cos(middle), np.sin(middle)], axis=-1)
 
 
 def _turn(vector: np.ndarray, axis: np.ndarray) -> np.ndarray:
@@ -84,21 +98,25 @@ def _turn(vector: np.ndarray, axis: np.ndarray) -> np.ndarray:
 
 
 def _bridged(series: np.ndarray) -> np.ndarray:
-    """(..., n, 2) with missing samples interpolated linearly in time, held constant at the ends."""
+    """(..., n, c) with missing samples interpolated linearly in time, held constant at the ends."""
     if np.isfinite(series).all():
         return series
-    flat = series.reshape(-1, series.shape[-2], 2).copy()
+    flat = series.reshape(-1, *series.shape[-2:]).copy()
     frames = np.arange(series.shape[-2])
     for one in flat:
         known = np.isfinite(one).all(axis=1)
         if known.any():
-            for column in range(2):
+            for column in range(one.shape[1]):
                 one[:, column] = np.interp(frames, frames[known], one[known, column])
     return flat.reshape(series.shape)
 
 
 def _unwrapped(angle: np.ndarray) -> np.ndarray:
-    """(..., n) without jumps of a whole turn; missing samples stay missing."""
-    turns = _bridged(np.stack([np.cos(angle), np.sin(angle)], axis=-1))
-    whole = np.unwrap(np.arctan2(turns[..., 1], turns[..., 0]), axis=-1)
-    return np.where(np.isfinite(angle), whole, np.nan)
+    """(..., n) without jumps of a whole turn; missing samples are interpolated between the others."""
+    if np.isfinite(angle).all():
+        return np.unwrap(angle, axis=-1)
+    flat = angle.reshape(-1, angle.shape[-1]).copy()
+    for one in flat:
+        known = np.isfinite(one)
+        one[known] = np.unwrap(one[known])
+    return _bridged(flat[..., None])[..., 0].reshape(angle.shape)

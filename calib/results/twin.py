@@ -10,12 +10,14 @@ import mujoco
 import numpy as np
 from numpy.typing import ArrayLike
 
+from fitting.in_pool import head_frame
 from fitting.speed import forward_speed
 from session import InputError
 from session.errors import Fault
 from swimmer import FluidCoefficients, RobotSpec, Runs, Twin, build_mjcf
 from swimmer.effects import AffectedRuns, AffectedTwin
 from swimmer.scenery import add_scenery
+from tracking import one_of
 
 _LEAST_S, _SETTLED_BEATS = 6.0, 12.0  # of a swim from rest whose duration nobody gave
 
@@ -104,8 +106,8 @@ class SwimTwin:
                 values[:, self.parameters.index(name)] = value
             runs = AffectedRuns(water, hz, np.full(count, phase_rad), values=values)
         found = self.engine.simulate(runs, time_s)
-        late, forward = time_s >= time_s[-1] / 2, -found.head[..., 0]
-        speed = [float(forward_speed(time_s, forward[run], late, hz[run])) for run in range(count)]
+        late, heads = time_s >= time_s[-1] / 2, head_frame(self.engine.markers, found.marker_m)
+        speed = [float(forward_speed(time_s, one_of(heads, run), late, hz[run])) for run in range(count)]
         return xr.Dataset(
             {
                 "position": (("run", "time", "space", "keypoint"), np.swapaxes(found.marker_m, 2, 3), {"units": "m"}),

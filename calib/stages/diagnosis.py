@@ -137,7 +137,7 @@ class DiagnosisStage(Stage):
         """What `diagnose` or `weigh_effects` says of this session."""
         from diagnosis import SessionData, Settings, discrepancy_for
 
-        job, trials = self._job, self._recordings.swims
+        job, trials = self._job, self._fit.trials
         markers = trials[0].markers
         data = SessionData(
             trials,

@@ -12,7 +12,7 @@ import numpy as np
 
 from calib.options import PUBLISHED_S, STARTS, EffortName, Job
 from calib.stages.recordings import Recordings
-from fitting import Calibration, CalibrationResult, calibrate
+from fitting import Calibration, CalibrationResult, MeasuredTrial, calibrate
 from fitting.calibration import assemble, calibrate_as_published
 from fitting.calibration_file import CALIBRATION, PUBLISHED, PublishedResult, calibration_result, published_result
 from fitting.structure import BUILT_IN, STRUCTURE, Structure, assumed, identify_structure, read_structure
@@ -26,7 +26,7 @@ from swimmer.scenery import add_scenery
 if TYPE_CHECKING:
     from fitting.coefficient_fit import Marginal
 
-_FORM = 12  # of calibration.json, and of the search that fills it
+_FORM = 13  # of calibration.json, and of the search that fills it
 _UPON = ("posterior.nc", "diagnosis.json", "report.html")  # results that rest on a fit
 
 
@@ -134,9 +134,16 @@ class FitStage(Stage):
         result = CALIBRATION.read(job.results)
         phases = {name: trial.phase_rad for name, trial in result.trials.items()}
         structure = self._structures.current()
-        trials = self._recordings.swims
+        trials = self.trials
         twin = Twin(structure.robot, trials[0].markers, workers=job.options.workers)
-        return assemble(trials, twin, result.fit, phases, structure, result.forecasts, result.sways)
+        others = result.forecasts, result.sways, result.left_out
+        return assemble(trials, twin, result.fit, phases, structure, *others)
+
+    @property
+    def trials(self) -> list[MeasuredTrial]:
+        """The measured swims that take part in this fit."""
+        taken = self.result().trials
+        return [trial for trial in self._recordings.swims if trial.name in taken]
 
     def result(self) -> CalibrationResult:
         """The content of `calibration.json`.
@@ -171,7 +178,8 @@ class FitStage(Stage):
         self._report_why_again()
         structure, trials = self._structures.current(), self._recordings.swims  # the structure needs no swim
         starts, workers = STARTS[self.effort], job.options.workers
-        calibration = calibrate(trials, structure, starts, job.session.seed, workers, job.progress)
+        left_out = self._recordings.swims_left_out
+        calibration = calibrate(trials, structure, starts, job.session.seed, workers, job.progress, left_out)
         mjcf = calibrated_mjcf(calibration)
         if (kept := self.keep_aside(job.results / name for name in _UPON)) is not None:
             job.notes.append(f"The previous fit, with what depends on it, is kept in {kept}.")

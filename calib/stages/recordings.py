@@ -67,7 +67,7 @@ class Recordings:
 
         Raises:
             InputError: videos or boxes cannot be used; all of them at once.
-            NotEnoughData: no usable swim, or trials that cannot be measured; all of them at once.
+            NotEnoughData: no usable swim, or none to be fitted that can be measured; all of them at once.
         """
         if not self.has_swims:
             found = ", ".join(f"{spec.name} ({spec.kind})" for spec in self._session.trials)
@@ -76,6 +76,12 @@ class Recordings:
                 f"tracks file or a video, for the fluid coefficients; found {found}. {' '.join(self.notes)}".rstrip()
             )
         return [trial for trial in self._measured if isinstance(trial, MeasuredTrial)]
+
+    @property
+    def swims_left_out(self) -> dict[str, str]:
+        """Why, by name, of the usable swims that cannot be measured."""
+        _ = self._measured
+        return {spec.name: why for spec, why in self._unmeasured if spec.kind == "swim"}
 
     @property
     def experiments(self) -> DryExperiments:
@@ -88,7 +94,8 @@ class Recordings:
         held_out = {spec.name: spec for spec in self._usable if spec.kind != "swim" and spec.role == "holdout"}
         lost: dict[str, dict[str, str]] = {"free_decay": {}, "dry": {}}
         for spec, why in (*((spec, HELD_OUT) for spec in held_out.values()), *self._unmeasured):
-            lost[spec.kind][spec.name] = why
+            if spec.kind != "swim":
+                lost[spec.kind][spec.name] = why
         decays = [trial for trial in measured if isinstance(trial, DecayTrial) and trial.name not in held_out]
         runs = [trial for trial in measured if isinstance(trial, DryTrial) and trial.name not in held_out]
         return DryExperiments(decays, runs, lost["free_decay"], lost["dry"])
@@ -148,7 +155,11 @@ class Recordings:
 
     @cached_property
     def _measured(self) -> list[AnyTrial]:
-        """All usable trials that can be measured, in the order of the session; the swims all can."""
+        """All usable trials that can be measured, in the order of the session.
+
+        Raises:
+            NotEnoughData: no swim that is to be fitted can be measured, or nothing at all.
+        """
         measured, problems, faults = [], [], FaultCollector()
         for spec in self._usable:
             self._job.progress(f"reading {spec.name}")
@@ -158,7 +169,9 @@ class Recordings:
             except NotEnoughData as problem:
                 problems.append((spec, str(problem).removeprefix(f"trial {spec.name}: ")))
         faults.raise_if_any()
-        if any(spec.kind == "swim" for spec, _ in problems) or (problems and not measured):
+        fitted = any(isinstance(trial, MeasuredTrial) and trial.role == "fit" for trial in measured)
+        lacking = not fitted and any(spec.kind == "swim" and spec.role == "fit" for spec, _ in problems)
+        if problems and (lacking or not measured):
             raise NotEnoughData("\n".join(f"trial {spec.name}: {why}" for spec, why in problems))
         self._unmeasured = tuple(problems)
         for spec, _ in problems:

@@ -20,7 +20,8 @@ from fitting.dry_run.error_surface import (
 from fitting.dry_run.joint import JointFit, fit_joint
 from fitting.dry_run.measured import DryTrial
 from fitting.dry_run.response import PUBLISHED_STRETCH, DryResponse, TendonUse, simulate_response, tendon_use, with_arm
-from fitting.trial import SCALE_OFF, SCORED_S
+from fitting.trial import SCORED_S
+from fitting.trial_checks import SCALE_OFF
 from session import Flag, NotEnoughData
 from swimmer import RobotSpec
 

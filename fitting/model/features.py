@@ -13,17 +13,17 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
-from fitting.series import waves
-from fitting.trial import MeasuredTrial
+from fitting.series import determined, smooth_swim, waves
+from fitting.trial import HARMONICS, MeasuredTrial, degrees_of
+from session import NotEnoughData
 
-HARMONICS = 3
-PATH_DEGREE, HEADING_DEGREE = 3, 2
 SPEED = 0  # place of the forward speed in a summary; the markers follow
 OF_A_MARKER = 1 + 2 * HARMONICS  # mean, then cosine and sine of each harmonic, for x and then for y
 COURSE = ("sideways", "turning")  # the last numbers of features, where they are read
 SLIDES = 2 * OF_A_MARKER - len(COURSE) - 1
 """Markers, at most, whose sliding is read with the course: so all that follows the markers is less than one more."""
 _SHARE_OF_FRAMES = 0.5  # that a marker must be seen in to carry the path
+_PATH_INFLATION = 1000.0  # of the variance of a cubic path, which is smooth by itself, see `determined`
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,10 +35,13 @@ class FeatureReader:
     fast each marker, up to the eleventh, slides forward along the fish (m/s, beside the smooth path of all), the speed
     of its middle to the left (m/s), and the rate of turning, counter-clockwise (rad/s).
 
+    A marker whose samples do not determine its mean, harmonics and drift takes no part: nothing of it is usable, and
+    all of its numbers are 0, of tracks as of simulations. `observed` tells which numbers are read.
+
     Attributes:
         time_s: (n,) of the frames.
         turn_rad: (n,) of the crank since time 0.
-        usable: (n, m) samples that count.
+        usable: (n, m) samples that count, of the markers that are read.
         nose, neck: their places among the markers.
         span_m: between nose and neck; where it is given, the course is read too.
     """
@@ -52,12 +55,22 @@ class FeatureReader:
 
     @classmethod
     def of(cls, trial: MeasuredTrial, with_course: bool = False) -> "FeatureReader":
-        """The reader for a trial."""
+        """Make the reader for the kept frames of a trial.
+
+        Raises:
+            NotEnoughData: nose and neck are seen together in too few of these frames.
+        """
         time_s = trial.time_s[trial.kept]
         turn_rad = trial.crank_rad(time_s, trial.frequency.hz)
         usable = (trial.weight[trial.kept] > 0) & np.isfinite(trial.position_m[trial.kept]).all(axis=-1)
         nose, neck = (trial.markers.index(name) for name in ("nose", "neck"))
         read = cls(time_s, turn_rad, usable, nose, neck)
+        if not read.can_read:
+            raise NotEnoughData(
+                f"trial {trial.name}: nose and neck are seen together in {int(read._head_seen.sum())} of "
+                f"{len(time_s)} frames, which do not tell its heading; see the flags of these two markers"
+            )
+        read = replace(read, usable=usable & read._determined)
         if not with_course:
             return read
         head = trial.position_m[trial.kept][read._head_seen]
@@ -93,8 +106,44 @@ class FeatureReader:
         trend = self._heading(position_m)  # (s, n)
         place = self._along(position_m, trend)
         path = self._path(place)
-        turning = np.gradient(trend, self.time_s, axis=-1)
-        return place, path, np.gradient(path, self.time_s, axis=-1) + 1j * turning * path, turning
+        turning = np.gradient(trend, self.time_s, axis=-1, edge_order=2)
+        return place, path, np.gradient(path, self.time_s, axis=-1, edge_order=2) + 1j * turning * path, turning
+
+    @property
+    def can_read(self) -> bool:
+        """Whether the frames that show nose and neck determine heading and path."""
+        head = self._head_seen[:, None]
+        return bool(determined(self._columns, head)[0]) and bool(self._determined[[self.nose, self.neck]].all())
+
+    @property
+    def _determined(self) -> np.ndarray:
+        """(m,) markers whose samples tell their means, harmonics and drift."""
+        return determined(self._columns, self.usable)
+
+    @property
+    def _columns(self) -> np.ndarray:
+        """(n, 9) drift and harmonics."""
+        return smooth_swim(self.time_s, self.turn_rad, self.degrees[1], HARMONICS)
+
+    @property
+    def read(self) -> np.ndarray:
+        """(m,) markers that are read."""
+        return np.asarray(self.usable.any(axis=0))
+
+    @property
+    def observed(self) -> np.ndarray:
+        """(k,) numbers that these frames tell; the others are 0."""
+        slides = [] if self.span_m is None else [self.read[:SLIDES], np.ones(len(COURSE), bool)]
+        return np.concatenate([[True], np.repeat(self.read, 2 * OF_A_MARKER), *slides])
+
+    @cached_property
+    def degrees(self) -> tuple[int, int]:
+        """Degree in time of the smooth path and of the smooth heading."""
+        return degrees_of(self.turn_rad)
+
+    def _drift(self, degree: int) -> np.ndarray:
+        """(n, degree + 1) powers of scaled time."""
+        return np.column_stack([self._scaled**k for k in range(degree + 1)])
 
     @cached_property
     def _scaled(self) -> np.ndarray:
@@ -110,7 +159,8 @@ class FeatureReader:
     def _beats(self) -> np.ndarray:
         """(m, 8, n) reads mean, harmonics and pace off each marker, beside what a trend that is a little off leaves."""
         means = np.column_stack([np.ones(len(self.time_s)), self.waves])
-        trends = np.column_stack([self._scaled**k - np.mean(self._scaled**k) for k in range(1, HEADING_DEGREE + 1)])
+        trends = self._drift(self.degrees[1])[:, 1:]
+        trends = trends - trends.mean(axis=0)
         read = _readers(np.column_stack([means, trends]), self.usable)[:, : OF_A_MARKER + 1]
         read[:, OF_A_MARKER] *= 2 / np.ptp(self.time_s)  # of scaled time
         return read
@@ -118,27 +168,28 @@ class FeatureReader:
     @cached_property
     def _powers(self) -> np.ndarray:
         """(m, 4, n) reads the powers of scaled time off each marker."""
-        columns = np.column_stack([self._scaled**k for k in range(PATH_DEGREE + 1)] + [self.waves])
-        return _readers(columns, self.usable)[:, : PATH_DEGREE + 1]
+        columns = smooth_swim(self.time_s, self.turn_rad, self.degrees[0], HARMONICS)
+        return _readers(columns, self.usable)[:, : self.degrees[0] + 1]
 
     @cached_property
     def carriers(self) -> np.ndarray:
         """(m,) share of each marker in the path."""
-        seen = self.usable.mean(axis=0) >= _SHARE_OF_FRAMES
-        seen = seen if seen.any() else np.ones_like(seen)
+        columns = smooth_swim(self.time_s, self.turn_rad, self.degrees[0], HARMONICS)
+        smooth = determined(columns, self.usable, _PATH_INFLATION)
+        often = smooth & (self.usable.mean(axis=0) >= _SHARE_OF_FRAMES)
+        seen = next(each for each in (often, smooth, self.read) if each.any())
         return seen / seen.sum()
 
     @cached_property
     def speed_reader(self) -> np.ndarray:
         """(m, n) by how much a shift of each sample along the fish raises its mean speed, 1/s."""
-        rates = np.array([np.mean(np.gradient(self._scaled**k, self.time_s)) for k in range(PATH_DEGREE + 1)])
+        rates = np.gradient(self._drift(self.degrees[0]), self.time_s, axis=0, edge_order=2).mean(axis=0)
         return self.carriers[:, None] * np.einsum("c,mcn->mn", rates, self._powers)
 
     @cached_property
     def _path_reader(self) -> np.ndarray:
         """(m, n) by how much a shift of each sample moves the pace of the path, as it is read off a marker, 1/s."""
-        powers = np.column_stack([self._scaled**k for k in range(PATH_DEGREE + 1)])
-        paces = self.carriers @ (self._beats[:, OF_A_MARKER] @ powers)
+        paces = self.carriers @ (self._beats[:, OF_A_MARKER] @ self._drift(self.degrees[0]))
         return self.carriers[:, None] * np.einsum("c,mcn->mn", paces, self._powers)
 
     @cached_property
@@ -151,7 +202,7 @@ class FeatureReader:
         if self.span_m is not None:
             turning = np.zeros((self.usable.shape[1], 1, len(self.time_s)))
             columns, read = self._trend
-            rate = np.gradient(columns, self.time_s, axis=0).mean(axis=0) @ read / self.span_m
+            rate = np.gradient(columns, self.time_s, axis=0, edge_order=2).mean(axis=0) @ read / self.span_m
             turning[self.nose, 0, self._head_seen], turning[self.neck, 0, self._head_seen] = rate, -rate
             pieces += [turning, self._path_reader[:, None], self._beats]
         else:
@@ -192,7 +243,7 @@ class FeatureReader:
         Along the heading, for there a beat stays a beat while the fish turns, and does not pass for a drift.
         """
         powers = np.einsum("m,mcn,snm->sc", self.carriers, self._powers, place)
-        return powers @ np.array([self._scaled**k for k in range(PATH_DEGREE + 1)])
+        return powers @ self._drift(self.degrees[0]).T
 
     def _heading(self, position_m: np.ndarray) -> np.ndarray:
         """(s, n) smooth heading from neck to nose, rad, of positions (s, n, m, 2)."""
@@ -209,9 +260,9 @@ class FeatureReader:
     @cached_property
     def _trend(self) -> tuple[np.ndarray, np.ndarray]:
         """(n, 3) powers of scaled time, and (3, k) what reads them off the k frames that show nose and neck."""
-        columns = np.column_stack([self._scaled**k for k in range(HEADING_DEGREE + 1)] + [self.waves])
-        read = np.linalg.pinv(columns[self._head_seen])
-        return columns[:, : HEADING_DEGREE + 1], read[: HEADING_DEGREE + 1]
+        drift = self._drift(self.degrees[1])
+        read = np.linalg.pinv(self._columns[self._head_seen])
+        return drift, read[: drift.shape[1]]
 
 
 def of_markers(features: np.ndarray) -> np.ndarray:

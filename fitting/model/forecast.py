@@ -12,11 +12,10 @@ import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 
 from fitting.forecast import SETTLED_S
-from fitting.in_pool import head_frame
 from fitting.model.features import COURSE, HARMONICS, SPEED, FeatureReader, advanced, of_markers, phase_between
 from fitting.model.mode import Mode, jacobian_at, time_step_errors
 from fitting.model.noise import FeatureNoise
-from fitting.model.trial_model import Sensitivities, TrialModel, sensitivities_together
+from fitting.model.trial_model import Sensitivities, TrialModel, sensitivities_together, slope_of_phase
 from fitting.model.variance import Block, Covariance
 from fitting.series import waves
 from fitting.trial import MeasuredTrial
@@ -30,11 +29,18 @@ _DRAWS = 200  # of tracks, for their bands
 
 @dataclass(frozen=True, eq=False)
 class FeatureForecast:
-    """Normal, of the features of a window beside the twin: (k,) mean and (k, k) covariance."""
+    """Normal, of the features of a window beside the twin.
+
+    Attributes:
+        window: that is forecast.
+        mean, covariance: (k,) and (k, k) of its features.
+        in_step: whether the forecast is put in step with the measured tail, so that its phase is not uncertain.
+    """
 
     window: TrialModel
     mean: np.ndarray
     covariance: np.ndarray
+    in_step: bool = True
 
     @property
     def speed(self) -> float:
@@ -62,13 +68,31 @@ class FeatureForecast:
 
     def _drawn(self, seed: int) -> np.ndarray:
         """(d, k)."""
-        values, vectors = np.linalg.eigh(self.covariance)
-        root = np.sqrt(np.maximum(values, 0.0))[:, None] * vectors.T
-        return self.mean + np.random.default_rng([seed, 31]).standard_normal((_DRAWS, len(root))) @ root
+        noise = np.random.default_rng([seed, 31]).standard_normal((_DRAWS, len(self.mean)))
+        drawn = draws_about(self.mean, noise @ root_of(self.covariance))
+        if not self.in_step:
+            return drawn
+        return advanced(drawn, phase_between(drawn, self.mean, list(self.window.trial.tail)))
 
     def _head_of(self, features: np.ndarray, one: bool = False) -> HeadFrame:
         position_m = tracks_of(features, self.window)
-        return head_frame(self.window.trial.markers, position_m[0] if one else position_m)
+        return self.window.trial.seen_head(position_m[0] if one else position_m)
+
+
+def root_of(covariance: np.ndarray) -> np.ndarray:
+    """Return a (k, k) whose transpose times itself is the covariance (k, k)."""
+    values, vectors = np.linalg.eigh(covariance)
+    return np.sqrt(np.maximum(values, 0.0))[:, None] * vectors.T
+
+
+def draws_about(mean: np.ndarray, deviations: np.ndarray) -> np.ndarray:
+    """Return features (..., k) with means (..., k) and such deviations, their phase turned instead of added.
+
+    A phase is uncertain by half a radian: along its tangent that would make every amplitude larger.
+    """
+    tangent = slope_of_phase(mean)
+    phase = (deviations * tangent).sum(axis=-1) / np.maximum((tangent**2).sum(axis=-1), 1e-300)
+    return advanced(mean + deviations - phase[..., None] * tangent, phase)
 
 
 def tracks_of(features: np.ndarray, window: TrialModel) -> np.ndarray:
@@ -99,11 +123,20 @@ class Windows:
 
     @classmethod
     def of(cls, mode: Mode, trial: MeasuredTrial) -> "Windows":
-        """Of a trial that was not fitted."""
+        """Part a trial that was not fitted.
+
+        Raises:
+            NotEnoughData: nose and neck are hardly seen in the kept frames.
+        """
         late = replace(mode.model.trials[0], trial=replace(trial, frequency=trial.start_frequency))
         known = trial.known & (trial.time_s > SETTLED_S)
-        early = replace(late, trial=replace(late.trial, kept=known)) if known.sum() >= _FEWEST else None
-        return cls(early, late)
+        early = replace(late, trial=replace(late.trial, kept=known))
+        try:
+            both = early.reader.read & late.reader.read
+        except NotEnoughData:
+            _ = late.reader
+            return cls(None, late)
+        return cls(early if known.sum() >= _FEWEST and both[list(trial.tail)].any() else None, late)
 
 
 class Scatter(NamedTuple):
@@ -224,7 +257,7 @@ def _conditional(mode: Mode, late: Block, jacobian: np.ndarray, early: tuple[Blo
     covariance = total[np.ix_(asked, asked)] - gain @ total[np.ix_(known, asked)]
     of_coefficients = slopes[asked] - gain @ slopes[known]
     covariance += of_coefficients @ mode.coefficient_covariance @ of_coefficients.T
-    return FeatureForecast(late.model, late.features + gain @ residual, covariance)
+    return FeatureForecast(late.model, late.features + gain @ residual, covariance, in_step=early is None)
 
 
 def _aligned(head: HeadFrame, frames: np.ndarray) -> np.ndarray:

@@ -15,7 +15,7 @@ from scipy.optimize import brentq, minimize
 from threadpoolctl import threadpool_limits
 
 from fitting.model.features import FeatureReader
-from fitting.series import waves
+from fitting.series import determined, smooth_swim
 
 _HARMONICS, _DRIFT = 5, 3
 _START = (np.log(0.08), -1.5)  # ln seconds, logit of the white share
@@ -25,6 +25,7 @@ _PRIOR_SD = 1.5
 _WORTH = 10.0  # by which -2 ln likelihood must fall for a sway: chance does that in fewer than one trial in 100
 _LEAST_M = 1e-6
 _JITTER = 1e-9
+_WORST = 1e4  # variance of drift and harmonics, see `determined`: they are only taken out
 _LEAST_EIGENVALUE = 0.02  # of correlations between markers
 
 
@@ -81,7 +82,8 @@ def across_markers(
     """
     masks, which = np.unique(usable, axis=1, return_inverse=True)
     which = which.ravel()
-    restricted = [_restricted(columns, mask, correlation) for mask in masks.T]  # (g, n, n)
+    shown = determined(columns, masks, _WORST)
+    restricted = [_restricted(columns, mask & good, correlation) for mask, good in zip(masks.T, shown, strict=True)]
     common = _information(restricted, parts)[:, :, which[:, None], which]  # (p, p, m, m)
     clean = np.where(usable[..., None], series, 0.0)
     residual = np.stack([restricted[group] @ clean[:, m] for m, group in enumerate(which)])  # (m, n, 2)
@@ -99,7 +101,7 @@ def across_markers(
 def _restricted(columns: np.ndarray, mask: np.ndarray, correlation: np.ndarray) -> np.ndarray:
     """(n, n) inverse of the correlation (n, n) in the frames of a mask, beside columns (n, c); 0 in all others."""
     frames, result = np.flatnonzero(mask), np.zeros_like(correlation)
-    if len(frames) > 2 * columns.shape[1]:
+    if len(frames):
         inverse, design = np.linalg.inv(correlation[np.ix_(frames, frames)]), columns[frames]
         solved = inverse @ design
         result[np.ix_(frames, frames)] = inverse - solved @ np.linalg.solve(design.T @ solved, solved.T)
@@ -142,7 +144,7 @@ class FeatureNoise:
     """Noise of one trial's tracks.
 
     Attributes:
-        sd_m: (m,) of each marker in each coordinate.
+        sd_m: (m,) of each marker in each coordinate; nan of those that are not read.
         lasts_s: time in which the correlation of its lasting share falls to 1/e.
         white: share of the variance that is white, and each marker's own.
         correlation: (n, n) between frames.
@@ -165,7 +167,10 @@ class FeatureNoise:
     def typical(cls, noises: Sequence["FeatureNoise"], time_s: np.ndarray) -> "FeatureNoise":
         """What the noises of some trials are like in the mean, for frames at times (n,); sizes are their medians."""
         parts = [replace(part, share=part.share / len(noises)) for noise in noises for part in noise.parts]
-        return cls.of_parts(np.median([noise.sd_m for noise in noises], axis=0), parts, time_s)
+        sizes = np.array([noise.sd_m for noise in noises])
+        worst = np.nanmax(sizes)  # of a marker that none of them shows
+        middle = [np.median(own[np.isfinite(own)]) if np.isfinite(own).any() else worst for own in sizes.T]
+        return cls.of_parts(np.array(middle), parts, time_s)
 
     @property
     def effective(self) -> float:
@@ -189,11 +194,11 @@ class FeatureNoise:
                 for matrix in (part.over(time_s), part.across)
             )
             total += in_time @ random.standard_normal(shape) @ across.T
-        return np.moveaxis(total, 0, -1) * self.sd_m[:, None]
+        return np.moveaxis(total, 0, -1) * np.nan_to_num(self.sd_m)[:, None]
 
     def covariance(self, reader: FeatureReader) -> np.ndarray:
         """(k, k) of features of these frames."""
-        rows = self.sd_m[:, None, None] * reader.readers  # (m, r, n)
+        rows = np.nan_to_num(self.sd_m)[:, None, None] * reader.readers  # (m, r, n)
         each = np.zeros(rows.shape[:2] * 2)  # (m, r, m, r) between what is read of each marker, either way
         for part in self.parts:
             each += part.across[:, None, :, None] * np.einsum("iam,jbm->iajb", rows @ part.over(reader.time_s), rows)
@@ -205,21 +210,23 @@ class FeatureNoise:
 
 def noise_of(reader: FeatureReader, position_m: np.ndarray) -> FeatureNoise:
     """The noise in positions (n, m, 2) of the frames of features."""
-    columns, time_s = smooth_swim(reader), reader.time_s
-    groups = _by_mask(reader.usable, position_m, columns.shape[1])
+    columns, time_s = beside(reader), reader.time_s
+    groups = _by_mask(reader.usable, position_m, columns)
     with threadpool_limits(1):  # the matrices are small: threads cost more than they save
         parts, sd_m = _in_time(groups, columns, time_s, reader.usable.shape[1])
-        sd_m = np.where(np.isfinite(sd_m), np.maximum(sd_m, _LEAST_M), np.nanmax(sd_m))
+        sd_m = np.where(np.isfinite(sd_m), np.maximum(sd_m, _LEAST_M), np.nanmax(sd_m))  # hardly seen: as the worst
+        sd_m[~reader.read] = np.nan
         in_time, correlation = [part.over(time_s) for part in parts], _correlation(parts, time_s)
         across = across_markers(position_m / sd_m[:, None], reader.usable, columns, in_time, correlation)
     together = [replace(part, across=each) for part, each in zip(parts, across, strict=True)]
     return FeatureNoise.of_parts(sd_m, together, time_s)
 
 
-def smooth_swim(reader: FeatureReader) -> np.ndarray:
-    """(n, 14) drift and harmonics, beside which noise is looked for."""
-    scaled = 2 * (reader.time_s - reader.time_s.mean()) / np.ptp(reader.time_s)
-    return np.column_stack([scaled**k for k in range(_DRIFT + 1)] + [waves(reader.turn_rad, _HARMONICS)])
+def beside(reader: FeatureReader) -> np.ndarray:
+    """(n, 14) drift and harmonics, beside which noise is looked for; of a beat of few frames fewer harmonics."""
+    turn_a_frame = float(np.ptp(reader.turn_rad)) / (len(reader.turn_rad) - 1)
+    harmonics = min(_HARMONICS, int((2 * np.pi / turn_a_frame - 1) / 2))
+    return smooth_swim(reader.time_s, reader.turn_rad, _DRIFT, harmonics)
 
 
 def _plain(x: np.ndarray) -> list[NoisePart]:
@@ -300,11 +307,13 @@ class _Group:
         return float(2 * (freedom * np.log(variance)).sum() + len(squares) * volume), np.sqrt(variance)
 
 
-def _by_mask(usable: np.ndarray, position_m: np.ndarray, columns: int) -> list[_Group]:
+def _by_mask(usable: np.ndarray, position_m: np.ndarray, columns: np.ndarray) -> list[_Group]:
+    """Group markers by the frames they are seen in; only those of which these determine drift and harmonics."""
     masks, which = np.unique(usable, axis=1, return_inverse=True)
+    shown = determined(columns, masks, _WORST)
+    shown = shown if shown.any() else masks.sum(axis=0) == masks.sum(axis=0).max()
     groups = []
-    for number, mask in enumerate(masks.T):
-        frames, markers = np.flatnonzero(mask), np.flatnonzero(which == number)
-        if len(frames) > 2 * columns:
-            groups.append(_Group(frames, markers, position_m[np.ix_(frames, markers)].reshape(len(frames), -1)))
+    for number in np.flatnonzero(shown):
+        frames, markers = np.flatnonzero(masks[:, number]), np.flatnonzero(which.ravel() == number)
+        groups.append(_Group(frames, markers, position_m[np.ix_(frames, markers)].reshape(len(frames), -1)))
     return groups

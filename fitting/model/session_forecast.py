@@ -9,8 +9,8 @@ from scipy.stats import t as student
 from threadpoolctl import threadpool_limits
 
 from fitting.forecast import score
-from fitting.in_pool import head_frame
 from fitting.model.forecast import (
+    EVEN,
     NORMAL_90,
     FeatureForecast,
     NewWindow,
@@ -144,6 +144,10 @@ class SessionForecast:
         return float("nan") if value is None else float(value)
 
 
+NOTHING_FORECAST = SessionForecast(EVEN, {})
+"""Of a session before its trials are forecast."""
+
+
 class Gain(NamedTuple):
     """Mean over trials of how much smaller an absolute speed error is, m/s, with its 90 % interval over trials.
 
@@ -178,8 +182,9 @@ def _held_out(mode: Mode, trial: MeasuredTrial, scatter: Scatter, seed: int) -> 
     found = {GIVEN: scored(trial, forecast_of(mode, late), seed)}
     if windows.early is not None:
         found[BEATS] = scored(trial, forecast_of(mode, late, windows.early), seed)
-        goes_on = head_frame(trial.markers, tracks_of(windows.early.measured[None], windows.late)[0])
-        found[CONTINUED] = _distances(trial, goes_on)
+        goes_on = _distances(trial, trial.seen_head(tracks_of(windows.early.measured[None], windows.late)[0]))
+        shown = windows.early.reader.read | ~windows.late.reader.read
+        found[CONTINUED] = goes_on if shown.all() else Forecast(goes_on.speed)
     at = trial.start_frequency.hz
     return ForecastTrial(trial.role, at, trial.speed, found | simple_rules(fitted, at))
 
@@ -205,5 +210,5 @@ def scored(trial: MeasuredTrial, forecast: FeatureForecast, seed: int) -> Foreca
 
 def _distances(trial: MeasuredTrial, head: HeadFrame) -> Forecast:
     scores = score(trial, head)
-    speed = float(forward_speed(trial.time_s, head.forward_m, trial.kept, trial.frequency.hz))
+    speed = float(forward_speed(trial.time_s, head, trial.kept, trial.frequency.hz))
     return Forecast(speed, None, _MM * scores.marker_error_m, _MM * scores.shape_error_m)

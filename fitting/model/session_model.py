@@ -147,6 +147,11 @@ class SessionModel:
         """(k,) the measured row."""
         return np.concatenate([model.measured for model in self.trials])
 
+    @property
+    def observed(self) -> np.ndarray:
+        """(k,) numbers of the row that its tracks tell; the others are 0, measured and simulated."""
+        return np.concatenate([model.reader.observed for model in self.trials])
+
     @cached_property
     def noise(self) -> np.ndarray:
         """(k, k) covariance of the tracking noise."""

@@ -72,6 +72,11 @@ class TrialModel:
         """(k, k) of the measured features."""
         return self.noise.covariance(self.reader)
 
+    @property
+    def places_of_head(self) -> np.ndarray:
+        """(4,) columns of `Sensitivities.boxes` and `markers` that are those of nose and neck."""
+        return np.ravel([[2 * marker, 2 * marker + 1] for marker in (self.reader.nose, self.reader.neck)])
+
     def simulated(self, coefficients: np.ndarray) -> np.ndarray:
         """(s, k) features of coefficients (s, 5), in step with the measured tail; nan where the twin diverged."""
         return simulated_together((self,), coefficients)[0]
@@ -84,7 +89,7 @@ class TrialModel:
         kinematics = MarkerKinematics(self.twin.robot, self.trial.markers)
         body = self._kept(kinematics.axes(trajectories.head[0], trajectories.hinges_rad[0]))  # (n, m, 2, 2)
         pool = np.broadcast_to(np.eye(2), body.shape)
-        own = [*self._of_start(coefficients), PHASE_SD_RAD * _slope_of_phase(features), *_of_place(len(features))]
+        own = [*self._of_start(coefficients), PHASE_SD_RAD * slope_of_phase(features), *_of_place(len(features))]
         boxes = self._of_shifts(marker_m, pool, features)
         markers = self._of_shifts(marker_m, body, features)
         robot = np.zeros((len(features), 0))
@@ -227,7 +232,8 @@ def sensitivities_together(models: Sequence[TrialModel], coefficients: np.ndarra
     return [each._replace(robot=np.column_stack([each.robot, *own])) for each, own in zip(found, columns, strict=True)]
 
 
-def _slope_of_phase(features: np.ndarray) -> np.ndarray:
+def slope_of_phase(features: np.ndarray) -> np.ndarray:
+    """(..., k) by how much features (..., k) change with the phase of the crank, 1/rad."""
     step = 1e-4
     return (advanced(features, step) - advanced(features, -step)) / (2 * step)
 

@@ -32,6 +32,9 @@ _OF_HARMONIC = 0.5  # discrepancy of each harmonic over that of the one before
 LN_LENGTH = 0.7
 """Of the logarithm of frequency, over which the common discrepancy of the wave is alike: a factor of two."""
 COEFFICIENT_SD = 2.9  # of a coefficient uniform over [0, 10]: it is integrated out of the restricted likelihood
+_HEAD_MARKER_M, _HEAD_BOX_M = 0.0015, 0.002
+"""How far nose and neck are off their places on the body, and their boxes off them in a trial: they define the scale,
+and a ruler lays them out."""
 _SLOPE = 3.0  # of the line: a tenth off in the middle goes with a power of frequency that is off by a third
 _ITERATIONS = 60
 FORECAST_SPEED = 0.10
@@ -58,12 +61,12 @@ class Component(NamedTuple):
 
 
 COMPONENTS = (
-    Component("box_placement", "trial", "m", 0.003, 0.7, "distance of a box from its marker"),
+    Component("box_placement", "trial", "m", 0.003, 0.7, "distance of a box from its marker, but of nose and neck"),
     Component("head_registration", "trial", "rad", 0.02, 0.7, "the head frame turned against the body"),
     Component("sideways_drift", "trial", "m/s", 0.005, 1.0, "trim: a steady slip to one side"),
     Component("turning", "trial", "rad/s", 0.03, 1.0, "trim: a steady turn"),
     Component("marker_drift", "trial", "m/s", 0.001, 1.5, "a marker sliding along the body"),
-    Component("marker_placement", "session", "m", 0.003, 0.7, "a marker beside its described place"),
+    Component("marker_placement", "session", "m", 0.003, 0.7, "a marker beside its described place, but nose and neck"),
     Component("wave_common", "session", "1", 0.05, 1.5, "discrepancy of the body wave, correlated over frequency"),
     Component("wave_own", "trial", "1", 0.03, 1.5, "discrepancy of the body wave of one trial"),
     Component("speed_common", "session", "1", 0.03, 0.2, "discrepancy of the speed, a line in frequency"),
@@ -97,6 +100,9 @@ class Block(NamedTuple):
 class Covariance:
     """Of the features (K,) of some blocks, all in one row.
 
+    A number that is not observed is 0 in measured and simulated features. Here it has a variance of its own and nothing
+    in common with any other, so that all that is made from this covariance is as if its row were not there.
+
     Attributes:
         known: (K, K) of tracking noise, and of nuisances whose size is known.
         rolls: (K, 2) what the hull's roll does, by the standard deviations of its two numbers.
@@ -124,17 +130,18 @@ class Covariance:
             return stacked @ stacked.T
 
         sensitivities = [block.sensitivities for block in blocks]
+        head = blocks[0].model.places_of_head
         waves = _wave_roots(blocks)
         of_course = [_unit_columns(length, places) for places in _course_places(length)]
         noise = block_diag(*[block.noise for block in blocks])
         count = len(blocks)
         units = {
-            "box_placement": own([each.boxes for each in sensitivities]),
+            "box_placement": own([np.delete(each.boxes, head, axis=1) for each in sensitivities]),
             "head_registration": own([_turned(block.features)[:, None] for block in blocks]),
             "sideways_drift": own([of_course[0]] * count),
             "turning": own([of_course[1]] * count),
             "marker_drift": own([of_course[2]] * count),
-            "marker_placement": common([each.markers for each in sensitivities]),
+            "marker_placement": common([np.delete(each.markers, head, axis=1) for each in sensitivities]),
             "wave_common": common(waves) * np.kron(_nearness(blocks), np.ones((length, length))),
             "wave_own": own(waves),
             "speed_common": common(_lines(blocks, fitted or blocks)),
@@ -142,7 +149,14 @@ class Covariance:
         }
         known = noise + own([each.own for each in sensitivities]) + common([each.robot for each in sensitivities])
         known += common([block.time_step[:, None] for block in blocks])
-        return cls(known, np.vstack([each.rolls for each in sensitivities]), units)
+        known += own([_HEAD_BOX_M * each.boxes[:, head] for each in sensitivities])
+        known += common([_HEAD_MARKER_M * each.markers[:, head] for each in sensitivities])
+        observed = np.concatenate([block.model.reader.observed for block in blocks])
+        return cls(
+            apart(known, observed),
+            np.vstack([each.rolls for each in sensitivities]),
+            {name: apart(unit, observed, 0.0) for name, unit in units.items()},
+        )
 
     @property
     def fixed(self) -> np.ndarray:
@@ -189,6 +203,11 @@ class Covariance:
         return dict(zip(names, map(float, np.exp(found.x)), strict=True)), float(found.fun)
 
 
+def apart(covariance: np.ndarray, observed: np.ndarray, variance: float = 1e-6) -> np.ndarray:
+    """Return a covariance (k, k) in which what is not observed (k,) has this variance and no correlation."""
+    return np.where(np.outer(observed, observed), covariance, np.diag(np.where(observed, 0.0, variance)))
+
+
 _LN_MEDIAN = np.log([component.median for component in COMPONENTS])
 _LN_SD = np.array([component.ln_sd for component in COMPONENTS])
 MEDIANS: Mapping[str, float] = {component.name: component.median for component in COMPONENTS}
@@ -220,7 +239,10 @@ def _wave_roots(blocks: Sequence[Block]) -> list[np.ndarray]:
     length, first = len(blocks[0].features), blocks[0].model
     markers = slice(places_of_markers(length).stop)
     along_m = first.twin.robot.marker_positions_m(first.trial.markers)[:, 0]
-    mean = np.mean([wave_discrepancy(block.features[markers], along_m) for block in blocks], axis=0)
+    observed = np.array([block.model.reader.observed[markers] for block in blocks], float)  # (b, k)
+    both = np.einsum("bi,bj->ij", observed, observed)
+    waves = [wave_discrepancy(block.features[markers], along_m) for block in blocks]
+    mean = sum(wave * np.outer(seen, seen) for wave, seen in zip(waves, observed, strict=True)) / np.maximum(both, 1.0)
     values, vectors = np.linalg.eigh(mean)
     root = np.zeros((length, markers.stop))
     root[markers] = vectors * np.sqrt(np.maximum(values, 0.0))

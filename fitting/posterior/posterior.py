@@ -68,7 +68,8 @@ class Posterior:
         """How often features lie as far from the twin at the median if noise and nuisances alone stand between them."""
         likelihood = self.surrogate.likelihood
         off = likelihood.emulator(np.array([self.median]))[0] - likelihood.measured
-        return float(chi2.sf(off @ np.linalg.solve(likelihood.known, off), len(off) - len(NAMES)))
+        numbers = int(self.mode.model.observed.sum())
+        return float(chi2.sf(off @ np.linalg.solve(likelihood.known, off), numbers - len(NAMES)))
 
     @property
     def outside(self) -> tuple[str, ...]:

@@ -13,7 +13,7 @@ from scipy.linalg import cho_factor, cho_solve
 
 from fitting.model import Block, Covariance, Mode
 from fitting.model.features import SPEED, harmonics_of
-from fitting.model.forecast import FeatureForecast, Windows, block_of, scatter_of
+from fitting.model.forecast import FeatureForecast, Windows, block_of, draws_about, root_of, scatter_of
 from fitting.model.mode import coefficient_covariance, jacobian_at
 from fitting.model.session_forecast import Forecast, scored
 from fitting.posterior.posterior import Posterior
@@ -34,9 +34,9 @@ class PredictedTrial:
     """One trial and what the posterior predicts of it.
 
     Attributes:
-        speed: measured smooth forward speed, m/s.
+        speed: measured forward speed, m/s.
         inner, outer: (5,) quantiles 5, 25, 50, 75, 95 % of the predicted one, m/s.
-        place_m: (m,) of each marker along the body.
+        place_m: (m,) of each marker that is read along the body.
         swing_m: (m,) measured amplitude of its lateral beat at the crank's frequency.
         swing_inner, swing_outer: (5, m) quantiles of the predicted ones.
         forecast: the mean over the draws, by the measures of every forecast.
@@ -171,23 +171,23 @@ def _of_trial(
     seed: int,
 ) -> PredictedTrial:
     """From means (d, k) by the draws, and the covariance (k, k) about each."""
-    model = block.model
-    values, vectors = np.linalg.eigh(covariance)
-    root = np.sqrt(np.maximum(values, 0.0))[:, None] * vectors.T
-    outer = np.concatenate([mean + random.standard_normal(mean.shape) @ root for _ in range(_NOISES)])
+    model, root = block.model, root_of(covariance)
+    outer = np.concatenate([draws_about(mean, random.standard_normal(mean.shape) @ root) for _ in range(_NOISES)])
     together = FeatureForecast(model, mean.mean(axis=0), covariance + np.cov(mean.T))
     place_m = model.twin.robot.marker_positions_m(model.trial.markers)[:, 0]
+    forecast, read = scored(trial, together, seed), model.reader.read
+    chord = forecast.speed - together.speed  # features hold the speed along the path
     return PredictedTrial(
         name=trial.name,
         role=trial.role,
-        speed=float(model.measured[SPEED]),
-        inner=np.quantile(mean[:, SPEED], QUANTILES),
-        outer=np.quantile(outer[:, SPEED], QUANTILES),
-        place_m=place_m - place_m.min(),
-        swing_m=_swing(model.measured),
-        swing_inner=np.quantile(_swing(mean), QUANTILES, axis=0),
-        swing_outer=np.quantile(_swing(outer), QUANTILES, axis=0),
-        forecast=scored(trial, together, seed),
+        speed=trial.speed,
+        inner=np.quantile(mean[:, SPEED], QUANTILES) + chord,
+        outer=np.quantile(outer[:, SPEED], QUANTILES) + chord,
+        place_m=(place_m - place_m.min())[read],
+        swing_m=_swing(model.measured)[read],
+        swing_inner=np.quantile(_swing(mean), QUANTILES, axis=0)[:, read],
+        swing_outer=np.quantile(_swing(outer), QUANTILES, axis=0)[:, read],
+        forecast=forecast,
     )
 
 

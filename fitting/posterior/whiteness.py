@@ -11,7 +11,7 @@ from scipy.linalg import solve_triangular
 from scipy.stats import chi2
 
 from fitting.model.features import HARMONICS
-from fitting.model.noise import smooth_swim
+from fitting.model.noise import beside
 from fitting.model.trial_model import TrialModel
 from session import Flag
 
@@ -121,7 +121,7 @@ def noise_flags(found: Sequence[Whiteness]) -> list[Flag]:
 
 def whiteness(model: TrialModel) -> Whiteness:
     """Of one trial's tracks; of a long trial its beginning."""
-    reader, noise, columns = model.reader, model.noise, smooth_swim(model.reader)
+    reader, noise, columns = model.reader, model.noise, beside(model.reader)
     seen = reader.usable.sum(axis=0) >= max(_ENOUGH, 2 * columns.shape[1])
     along_m = model.twin.robot.marker_positions_m(model.trial.markers)[:, 0]
     order = np.array([m for m in np.argsort(along_m) if seen[m]], int)

@@ -10,6 +10,7 @@ import numpy as np
 from scipy.linalg import block_diag, solve_triangular
 
 from fitting.model.session_model import SessionModel
+from fitting.model.variance import apart
 from fitting.trial import MeasuredTrial
 from swimmer.fluid import COEFFICIENT_BOUNDS
 
@@ -63,12 +64,13 @@ def row_covariance(model: SessionModel, features: np.ndarray, robot: np.ndarray 
     hertz = np.diag([TOLD_TO * model.trials[number].trial.frequency.hz for number in whose])
     correlation = np.where(np.equal.outer(whose, whose), _ALIKE, 0.0) + (1 - _ALIKE) * np.eye(len(whose))
     doubted = model.ring_sensitivities
-    apart = block_diag(features, hertz @ correlation @ hertz, np.diag(model.rings_sd**2) + doubted @ doubted.T)
+    told = apart(features, model.observed)
+    whole = block_diag(told, hertz @ correlation @ hertz, np.diag(model.rings_sd**2) + doubted @ doubted.T)
     if robot is not None and robot.shape[1] == doubted.shape[1]:  # else it is not doubted yet
         shared = robot @ doubted.T
-        apart[: len(features), len(apart) - len(doubted) :] = shared
-        apart[len(apart) - len(doubted) :, : len(features)] = shared.T
-    return np.asarray(apart)
+        whole[: len(features), len(whole) - len(doubted) :] = shared
+        whole[len(whole) - len(doubted) :, : len(features)] = shared.T
+    return np.asarray(whole)
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,0 +1,144 @@
+"""What is wrong with a whole swim trial, looked for before any fit.
+
+A check either flags the trial, which is used all the same, or raises `NotEnoughData`: then the trial is left out, and
+the others go on.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from fitting.frequency import LEAST_EXPLAINED, SwimFrequency
+from fitting.series import design
+from session import CameraSpec, Flag, NotEnoughData
+from session.session_checks import OTHER_UNIT, rate_is_off
+from swimmer import RobotSpec
+from tracking import HeadFrame
+
+SCALE_OFF = 0.05
+"""Relative difference of the scale that is worth a flag."""
+_SCALE_DRIFTS = 0.01  # relative, from the first to the last compared frame
+_CHORD = 0.02  # by which the net displacement of a fish that turns may be shorter than its path
+_RESTS_S = 0.2
+_UNSEEN_END_S = 0.5
+
+
+def check_clock_and_scale(time_s: np.ndarray, camera: CameraSpec, robot: RobotSpec) -> tuple[Flag, ...]:
+    """Check that time stamps (n,) fit the nominal frame rate, and the scale length the robot.
+
+    Raises:
+        NotEnoughData: the frame rate is off by more than 5 %, or the scale by so much that it must be another unit.
+    """
+    spacing_s, scale = np.diff(time_s), camera.scale_length_m / robot.scale_length_m
+    if rate_is_off(camera.fps, float(np.median(spacing_s)), float(np.mean(spacing_s))):
+        raise NotEnoughData(
+            f"its time stamps give {1 / np.median(spacing_s):.3g} frames a second, [camera] fps is {camera.fps:g}; "
+            "expected the same within 5 %. Correct the one that is wrong: frequencies and speeds go by it."
+        )
+    if not 1 / OTHER_UNIT < scale < OTHER_UNIT:
+        raise NotEnoughData(
+            f"[camera] scale_length_m is {camera.scale_length_m:g}, but nose and neck of {robot.name} are "
+            f"{robot.scale_length_m:.4g} m apart; expected about the same. Is it in metres, and is the robot right?"
+        )
+    if abs(scale - 1) <= SCALE_OFF:
+        return ()
+    message = (
+        f"[camera] scale_length_m is {camera.scale_length_m:g} m, {100 * (scale - 1):+.0f} % off the "
+        f"{robot.scale_length_m:.4g} m between nose and neck of {robot.name}: all lengths and speeds scale with it"
+    )
+    return (Flag("scale_off_robot", message=message),)
+
+
+def check_beat(beat: SwimFrequency) -> None:
+    """Check that a beat explains most of what the tail does.
+
+    Raises:
+        NotEnoughData: it does not; noise and drift have a strongest frequency too.
+    """
+    if beat.explained < LEAST_EXPLAINED:
+        raise NotEnoughData(
+            f"no lasting beat: the likeliest, {beat.hz:.3g} Hz, explains {100 * beat.explained:.0f} % of what the tail "
+            f"does, at least {100 * LEAST_EXPLAINED:.0f} % are expected. Did the robot swim? See the flags of its tail "
+            "markers, cut the recording to the swim, or leave the trial out"
+        )
+
+
+def rest_flags(time_s: np.ndarray, used: slice) -> tuple[Flag, ...]:
+    """Flag the frames before and after the stretch in which the tail beats."""
+    first, last = used.start, used.stop - 1
+    flags = []
+    for frames, when in (((0, first - 1), "at first"), ((last + 1, len(time_s) - 1), "at the end")):
+        seconds = float(time_s[frames[1]] - time_s[frames[0]]) if frames[1] > frames[0] else 0.0
+        if seconds > _RESTS_S:
+            message = f"the tail does not beat {when}, for {seconds:.1f} s: these frames are left out"
+            flags.append(Flag("rests", frames=frames, message=message))
+    return tuple(flags)
+
+
+def motion_flags(
+    time_s: np.ndarray, head: HeadFrame, kept: np.ndarray, warm: np.ndarray, speed: float, hz: float, span_px: np.ndarray
+) -> tuple[Flag, ...]:
+    """Flag a course that bends, a fish that swims tail first, a picture whose scale drifts, and one that ends early.
+
+    Args:
+        time_s, head: (n,) s and the n head frames of the trial.
+        kept: (n,) frames that are compared.
+        warm: (n,) frames after the warm-up, which would be compared if the head were seen in all.
+        speed: forward, m/s.
+        hz: beats a second.
+        span_px: (n,) nose to neck in the picture, px; nan where not trusted.
+    """
+    flags = []
+    if speed < 0:
+        message = f"it swims tail first, at {-1000 * speed:.0f} mm/s: does water carry it, or are nose and neck exchanged?"
+        flags.append(Flag("tail_first", message=message))
+    turned = _drift(time_s, head.heading_rad, kept, hz)
+    if abs(turned) > np.sqrt(24 * _CHORD):
+        message = (
+            f"it turns by {np.degrees(turned):+.0f} degrees while it is compared: the net displacement, which the speed "
+            f"is taken from, is {100 * turned**2 / 24:.0f} % shorter than its path"
+        )
+        flags.append(Flag("turns", message=message))
+    shrinks = _drift(time_s, np.log(span_px), kept, hz)
+    if abs(shrinks) > _SCALE_DRIFTS:
+        message = (
+            f"nose to neck {'grows' if shrinks > 0 else 'shrinks'} by {100 * abs(shrinks):.1f} % from the first to the "
+            "last compared frame: its lengths and speeds are no surer than that. Is the camera level and its lens "
+            "calibrated?"
+        )
+        flags.append(Flag("scale_drifts", markers=(), message=message))
+    unseen_s = float(time_s[warm][-1] - time_s[kept][-1])
+    if unseen_s > _UNSEEN_END_S:
+        frames = int(np.flatnonzero(kept)[-1]) + 1, len(time_s) - 1
+        message = f"nose and neck are not seen in the last {unseen_s:.1f} s, which are left out"
+        flags.append(Flag("leaves_picture", frames=frames, message=message))
+    return tuple(flags)
+
+
+def unread_flags(names: Sequence[str], read: np.ndarray, seen: np.ndarray, frames: int) -> tuple[Flag, ...]:
+    """Flag markers that are seen too little, or at too few phases of the beat, to take part in a fit.
+
+    Args:
+        names, read, seen: of the m markers; whether each is read, and in how many frames it is seen.
+        frames: that are compared.
+    """
+    return tuple(
+        Flag(
+            "unread_marker",
+            message=f"{name} is usable in {int(count)} of {frames} compared frames, too few or at too few phases of "
+            "the beat to tell how it moves: it takes no part",
+        )
+        for name, good, count in zip(names, read, seen, strict=True)
+        if not good
+    )
+
+
+def _drift(time_s: np.ndarray, series: np.ndarray, kept: np.ndarray, hz: float) -> float:
+    """Return the change of a series (n,) over the kept frames, beside its beat; 0 where it is hardly seen."""
+    used = kept & np.isfinite(series)
+    if used.sum() < 12:
+        return 0.0
+    beats = float(np.ptp(time_s[used])) * hz
+    columns = design(time_s[used], hz, 2 if beats >= 1 else 0)
+    found = np.linalg.lstsq(columns, series[used], rcond=None)[0]
+    return float(found[1] * np.ptp(time_s[kept]) / np.ptp(time_s[used]))
