@@ -5,6 +5,7 @@ from math import floor, isnan, log10
 from diagnosis.result import DiagnosisResult, EffectParameters, EffectTestResult, FittedParameter, parameters_of
 from diagnosis.sentences import plain
 from reports.gap_words import by_how_much, gap_sentences
+from reports.numbers import listed
 from swimmer.effects import catalogue
 
 _ROWS, _NEXT = 6, 3  # effects, at least, and experiments that are shown
@@ -62,6 +63,11 @@ def _models(data: DiagnosisResult) -> list[str]:
 
 def _checks(data: DiagnosisResult) -> list[str]:
     caveats = []
+    if data.doubted_trials:
+        caveats.append(
+            f"{listed(data.doubted_trials)} of the fitted trials: the twin does not follow at all, so no effect is "
+            "named; look into the flags of the fit first"
+        )
     if data.effects and data.gap.evaluated_on and data.gap.shrinkage <= 0:
         caveats.append("the named effects do not reduce the gap on held-out trials")
     if data.effects and data.gap.with_effects_mm > data.gap.baseline_mm:

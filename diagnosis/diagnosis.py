@@ -85,6 +85,7 @@ class Diagnosis:
         everything: the twin with all effects at once, its held-out gap, and to what it owes that; None where there is
             no gap, or the swims call for no more than is named, or with the effort "quick".
         experiments: what to measure next, the most telling first.
+        doubted: names of fitted swims that their own twin does not follow, for which nothing is named.
     """
 
     weighed: Weighed
@@ -94,6 +95,7 @@ class Diagnosis:
     gap: GapSize
     everything: tuple[RidgeFit, GapSize, Attribution | None] | None
     experiments: tuple[Experiment, ...]
+    doubted: tuple[str, ...] = ()
 
 
 @threadpool_limits.wrap(limits=1, user_api="blas")  # small matrices, for which threads only wait
@@ -117,6 +119,8 @@ def diagnose(
 
     tell("refitting with the effects", 0.75)
     said = _named(weighed, refitting, settings, len(effects))
+    if data.doubted and said.verdict.effects:
+        said = Validated(Verdict("unexplained", ()), said.probabilities, None)
     best, swims = said.best, HeldOut(weighed.linear, data.of_role(fitted=False), settings.seed)
     tell("held-out swims", 0.85)
     named = set(said.verdict.effects)
@@ -133,6 +137,7 @@ def diagnose(
         experiments=next_experiments(
             weighed.linear, weighed.hypotheses, said.verdict, said.probabilities, effects, settings.seed
         ),
+        doubted=data.doubted,
     )
 
 

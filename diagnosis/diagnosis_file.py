@@ -58,6 +58,7 @@ def diagnosis_result(found: Diagnosis, withheld: Sequence[str] = (), models: Seq
         frequencies={t.name: BeatFrequency(t.commanded_hz, float(t.frequency.hz)) for t in found.weighed.linear.trials},
         evidence=_evidence(found),
         withheld_from_catalogue=tuple(withheld),
+        doubted_trials=found.doubted,
         models=tuple(models),
     )
 

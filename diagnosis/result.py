@@ -450,6 +450,7 @@ class DiagnosisResult:
         frequencies: commanded and measured beat frequency of every fit trial.
         evidence: what the verdict rests on.
         withheld_from_catalogue: names of effects that the catalogue lacked in this run.
+        doubted_trials: fitted swims that their own twin does not follow; because of these no effect is named.
         models: names of the files of twins with effects.
     """
 
@@ -471,6 +472,7 @@ class DiagnosisResult:
     frequencies: Mapping[str, BeatFrequency]
     evidence: Evidence
     withheld_from_catalogue: tuple[str, ...] = ()
+    doubted_trials: tuple[str, ...] = ()
     models: tuple[str, ...] = ()
 
     @property

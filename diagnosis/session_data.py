@@ -31,6 +31,7 @@ class SessionData:
         discrepancy: what a refitted twin leaves of features where nothing is wrong.
         at: (5,) the recommended coefficients of the session, fitted to the same swims.
         dry: what was measured out of the water: that too says which effect.
+        doubted: names of fitted swims that their own twin does not follow; with these no effect is named.
     """
 
     trials: Sequence[MeasuredTrial]
@@ -39,6 +40,7 @@ class SessionData:
     discrepancy: Discrepancy
     at: np.ndarray
     dry: ExperimentsInAir = NOTHING
+    doubted: tuple[str, ...] = ()
 
     def of_role(self, fitted: bool) -> tuple[MeasuredTrial, ...]:
         """The swims that are fitted, or those that are not, without the logs of their motors."""

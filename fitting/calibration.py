@@ -9,8 +9,8 @@ from fitting.body_wave import Sway, sways
 from fitting.coefficient_fit import CoefficientFit, fit_coefficients
 from fitting.ebt import FORMS, EbtFit, fit_every_form, model_speeds
 from fitting.forecast import Scores, fit_phase, forecast, score
-from fitting.model.mode import Progress
 from fitting.left_out import diverges, followed, left_out_flags, suspicion
+from fitting.model.mode import Progress
 from fitting.model.session_forecast import NOTHING_FORECAST, TWIN, Forecast, SessionForecast, forecast_session
 from fitting.published_search import PublishedFit, Swims, published_search
 from fitting.speed import speed_line, speed_power_law

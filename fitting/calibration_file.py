@@ -15,10 +15,12 @@ from fitting.body_wave import Sway
 from fitting.calibration import CalibratedTrial, Calibration, Summary, summarise
 from fitting.coefficient_fit import CoefficientFit, Marginal
 from fitting.ebt import FORMS, FROM_TWIN
+from fitting.left_out import FAR
 from fitting.model.session_forecast import SessionForecast
 from fitting.published_search import PublishedFit
 from fitting.speed_law import SpeedLaw
 from fitting.structure import Source, Structure
+from fitting.trial_checks import TAIL_FIRST
 from session import Flag
 from session.results import ResultFile
 from swimmer import FluidCoefficients
@@ -172,6 +174,15 @@ class CalibrationResult:
 
 
 CALIBRATION = ResultFile("calibration.json", CalibrationResult)
+
+
+def doubted_trials(found: CalibrationResult) -> tuple[str, ...]:
+    """Return the names of fitted trials that swim otherwise than any twin could follow: no effect explains these."""
+    return tuple(
+        name
+        for name, trial in found.trials.items()
+        if trial.role == "fit" and any(flag.kind in (FAR, TAIL_FIRST) for flag in trial.flags)
+    )
 
 
 def calibration_result(calibration: Calibration) -> CalibrationResult:

@@ -44,13 +44,14 @@ def beating_part(time_s: np.ndarray, lateral_m: np.ndarray, weight: np.ndarray, 
     return slice(int(frames[0]), int(frames[-1]) + 1)
 
 
-def _amplitude(
-    time_s: np.ndarray, lateral_m: np.ndarray, weight: np.ndarray, hz: float, middle_s: float
-) -> np.ndarray:
+def _amplitude(time_s: np.ndarray, lateral_m: np.ndarray, weight: np.ndarray, hz: float, middle_s: float) -> np.ndarray:
     """(k,) amplitude of each marker's first harmonic in the beat about a time, m; nan where it is hardly seen."""
     frames = np.abs(time_s - middle_s) <= 0.5 / hz + 1e-9
     angle = 2 * np.pi * hz * time_s[frames]
-    columns, found = np.column_stack([np.ones_like(angle), np.cos(angle), np.sin(angle)]), np.full(len(weight[0]), np.nan)
+    columns, found = (
+        np.column_stack([np.ones_like(angle), np.cos(angle), np.sin(angle)]),
+        np.full(len(weight[0]), np.nan),
+    )
     for marker in range(len(found)):
         good = (weight[frames, marker] > 0) & np.isfinite(lateral_m[frames, marker])
         if good.mean() >= _LEAST_SEEN and good.sum() > 3:

@@ -7,7 +7,6 @@ import numpy as np
 from fitting.series import design
 from tracking import HeadFrame
 
-
 _HARMONICS = 3
 _LEAST_BEATS = 1.0  # below, a drift cannot be told from the beat
 

@@ -17,7 +17,14 @@ from fitting.lasting_beat import beating_part
 from fitting.motor_clock import MotorRecord
 from fitting.series import design, determined, smooth_swim, weighted_fit
 from fitting.speed import forward_speed
-from fitting.trial_checks import check_beat, check_clock_and_scale, motion_flags, rest_flags, unread_flags
+from fitting.trial_checks import (
+    check_beat,
+    check_clock_and_scale,
+    motion_flags,
+    rest_flags,
+    sight_flags,
+    unread_flags,
+)
 from session import CameraSpec, Flag, NotEnoughData, TrialSpec
 from session.tracks import by_marker, markers_of
 from swimmer import CrankTurn, RobotSpec
@@ -41,8 +48,8 @@ SCORED_S = 4.0  # of each trial, after warm-up, that the published distance is t
 class MeasuredTrial:
     """One swim as measured.
 
-    What is not seen takes no part. A frame counts where nose and neck are trusted; the compared frames end with the
-    last such frame; a marker that these frames show too rarely, or at too few phases of the beat, has no weight in them.
+    What is not seen takes no part. A frame counts where nose and neck are trusted, and the compared frames end with the
+    last such frame. A marker that these show too rarely, or at too few phases of the beat, has no weight in them.
 
     With a motor log whose clock is known only the frames of the steady drive are here, and the crank makes its measured
     turn, unless the tail beats otherwise: then it is another trial's log.
@@ -283,10 +290,11 @@ def _flagged(trial: MeasuredTrial, usable: np.ndarray) -> MeasuredTrial:
     span_m = np.linalg.norm(trial.position_m[:, neck] - trial.position_m[:, nose], axis=1)
     span_px = np.where(trial.head_seen, span_m, np.nan) / trial.metres_per_px
     warm = trial.time_s >= trial.warmup_s - 1e-9
-    moves = motion_flags(trial.time_s, trial.head, trial.kept, warm, trial.speed, trial.frequency.hz, span_px)
+    moves = motion_flags(trial.time_s, trial.head, trial.kept, trial.speed, trial.frequency.hz)
+    sight = sight_flags(trial.time_s, span_px, trial.kept, warm, trial.frequency.hz)
     read, counts = trial.weight[trial.kept].any(axis=0), (usable[trial.kept] > 0).sum(axis=0)
     unread = unread_flags(trial.markers, read, counts, int(trial.kept.sum()))
-    return replace(trial, flags=(*trial.flags, *(flag.later(trial.first_frame) for flag in (*moves, *unread))))
+    return replace(trial, flags=(*trial.flags, *(flag.later(trial.first_frame) for flag in (*moves, *sight, *unread))))
 
 
 def _with_role(trial: MeasuredTrial, role: str) -> MeasuredTrial:
@@ -384,8 +392,8 @@ def _without_unread(trial: MeasuredTrial) -> MeasuredTrial:
                 for marker in (head if whose != "the tail" else trial.tail)
             )
             raise NotEnoughData(
-                f"trial {trial.name}: {whose} cannot be read: of {int(frames.sum())} compared frames usable are {counts}, "
-                "too few, or at too few phases of the beat. See the flags of these markers, or leave the trial out"
+                f"trial {trial.name}: {whose} cannot be read: of {int(frames.sum())} compared frames usable are "
+                f"{counts}, too few, or at too few phases of the beat. See the flags of these markers, or leave the trial out"
             )
     if read.all():
         return trial

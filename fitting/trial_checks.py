@@ -17,6 +17,8 @@ from tracking import HeadFrame
 
 SCALE_OFF = 0.05
 """Relative difference of the scale that is worth a flag."""
+TAIL_FIRST = "tail_first"
+"""The flag of a trial in which the robot swims backward."""
 _SCALE_DRIFTS = 0.01  # relative, from the first to the last compared frame
 _CHORD = 0.02  # by which the net displacement of a fish that turns may be shorter than its path
 _RESTS_S = 0.2
@@ -75,30 +77,44 @@ def rest_flags(time_s: np.ndarray, used: slice) -> tuple[Flag, ...]:
     return tuple(flags)
 
 
-def motion_flags(
-    time_s: np.ndarray, head: HeadFrame, kept: np.ndarray, warm: np.ndarray, speed: float, hz: float, span_px: np.ndarray
-) -> tuple[Flag, ...]:
-    """Flag a course that bends, a fish that swims tail first, a picture whose scale drifts, and one that ends early.
+def motion_flags(time_s: np.ndarray, head: HeadFrame, kept: np.ndarray, speed: float, hz: float) -> tuple[Flag, ...]:
+    """Flag a fish that swims tail first, and a course that bends.
 
     Args:
         time_s, head: (n,) s and the n head frames of the trial.
         kept: (n,) frames that are compared.
-        warm: (n,) frames after the warm-up, which would be compared if the head were seen in all.
         speed: forward, m/s.
         hz: beats a second.
-        span_px: (n,) nose to neck in the picture, px; nan where not trusted.
     """
     flags = []
     if speed < 0:
-        message = f"it swims tail first, at {-1000 * speed:.0f} mm/s: does water carry it, or are nose and neck exchanged?"
-        flags.append(Flag("tail_first", message=message))
+        message = (
+            f"it swims tail first, at {-1000 * speed:.0f} mm/s: does water carry it, or are nose and neck exchanged?"
+        )
+        flags.append(Flag(TAIL_FIRST, message=message))
     turned = _drift(time_s, head.heading_rad, kept, hz)
     if abs(turned) > np.sqrt(24 * _CHORD):
         message = (
-            f"it turns by {np.degrees(turned):+.0f} degrees while it is compared: the net displacement, which the speed "
-            f"is taken from, is {100 * turned**2 / 24:.0f} % shorter than its path"
+            f"it turns by {np.degrees(turned):+.0f} degrees while it is compared: the net displacement, from which the "
+            f"speed comes, is {100 * turned**2 / 24:.0f} % shorter than its path"
         )
         flags.append(Flag("turns", message=message))
+    return tuple(flags)
+
+
+def sight_flags(
+    time_s: np.ndarray, span_px: np.ndarray, kept: np.ndarray, warm: np.ndarray, hz: float
+) -> tuple[Flag, ...]:
+    """Flag a picture whose scale drifts, and a fish that leaves it.
+
+    Args:
+        time_s: (n,) s.
+        span_px: (n,) nose to neck in the picture, px; nan where not trusted.
+        kept: (n,) frames that are compared.
+        warm: (n,) frames after the warm-up, which would be compared if the head were seen in all.
+        hz: beats a second.
+    """
+    flags = []
     shrinks = _drift(time_s, np.log(span_px), kept, hz)
     if abs(shrinks) > _SCALE_DRIFTS:
         message = (
@@ -106,7 +122,7 @@ def motion_flags(
             "last compared frame: its lengths and speeds are no surer than that. Is the camera level and its lens "
             "calibrated?"
         )
-        flags.append(Flag("scale_drifts", markers=(), message=message))
+        flags.append(Flag("scale_drifts", message=message))
     unseen_s = float(time_s[warm][-1] - time_s[kept][-1])
     if unseen_s > _UNSEEN_END_S:
         frames = int(np.flatnonzero(kept)[-1]) + 1, len(time_s) - 1

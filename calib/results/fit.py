@@ -19,7 +19,7 @@ from fitting import Calibration, CalibrationResult
 from fitting.calibration_file import PublishedResult, TrialResult
 from fitting.model.session_forecast import GIVEN, SessionForecast
 from reports.caveats import kinds_of_whole_trials
-from reports.forecast_words import beaten, gain_sentence, marker_sentence, speed_sentence
+from reports.forecast_words import beaten, gain_sentence, marker_sentence, misses, speed_sentence, twin_sentence
 from reports.numbers import counted, in_words, listed, of_its_size, shown
 from session import Flag, InputError
 from session.errors import Fault
@@ -121,7 +121,13 @@ class FitResult(Result):
 
     @property
     def verdict(self) -> str:
-        """One word: good, doubtful (caveats), unchecked (no held-out trial) or worse_than_baseline (in forecasts)."""
+        """One word.
+
+        off (the twin misses its own fit trials by more than 10 %), unchecked (no held-out trial), worse_than_baseline
+        (in forecasts), doubtful (caveats) or good.
+        """
+        if misses(self.forecasts):
+            return "off"
         if not self.forecasts.held_out:
             return "unchecked"
         if not beaten(self.forecasts):
@@ -129,7 +135,7 @@ class FitResult(Result):
         return "doubtful" if self._caveats() else "good"
 
     def summary(self) -> str:
-        """What was found, how well it forecasts, how far to trust it, and what to do next, in six lines."""
+        """What was found, how well it fits and forecasts, how far to trust it, and what to do next, in seven lines."""
         fitted = [name for name, trial in self.trials.items() if trial.role == "fit"]
         coefficients = self.coefficients._asdict()
         values = ", ".join(f"{in_words(name)} {of_its_size(value)}" for name, value in coefficients.items())
@@ -137,6 +143,7 @@ class FitResult(Result):
         more = " (more: -v)" if len(caveats) > 1 else ""
         lines = [
             f"{self.session.name}, {self.name} to {listed(fitted, 3)}: {values}.",
+            twin_sentence(self.forecasts),
             speed_sentence(self.forecasts),
             gain_sentence(self.forecasts),
             marker_sentence(self.forecasts),
@@ -226,6 +233,7 @@ class FitResult(Result):
         gain = self.forecasts.gain(GIVEN, best).interval if best else None
         better = "better than the best baseline" + ("" if gain and gain[0] > 0 else ", though not significantly")
         why = {
+            "off": "the twin does not describe this robot: check the robot's description, the scale and the trials",
             "good": f"{better}, and nothing is flagged",
             "doubtful": f"{better}, but read {counted(caveats, 'caveat')} first (-v)",
             "unchecked": 'no trial is held out: give one role = "holdout"',

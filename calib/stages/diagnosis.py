@@ -15,6 +15,7 @@ import numpy as np
 from calib.options import EffortName, Job
 from calib.stages.fit import FitStage
 from calib.stages.recordings import Recordings
+from fitting.calibration_file import doubted_trials
 from session import InputError
 from session.errors import Fault, did_you_mean
 from session.stage import Stage
@@ -26,7 +27,7 @@ if TYPE_CHECKING:
     from diagnosis.result import DiagnosisResult, EffectTestResult
 
 Found = TypeVar("Found")
-_FORM = 18  # of the files and of what they rest on
+_FORM = 19  # of the files and of what they rest on
 
 
 class DiagnosisStage(Stage):
@@ -146,6 +147,7 @@ class DiagnosisStage(Stage):
             discrepancy_for(markers, job.robot) if discrepancy is None else discrepancy,
             np.array(self._fit.result().coefficients),
             self._recordings.in_air,
+            doubted_trials(self._fit.result()),
         )
         return question(data, effects, Settings(job.options.effort, seed=job.session.seed), job.progress)
 

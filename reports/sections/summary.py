@@ -3,9 +3,9 @@
 from fitting import CalibratedTrial
 from reports.blocks import Prose, Section, Terms
 from reports.context import ReportContext
-from reports.forecast_words import gain_sentence, marker_sentence, speed_sentence
+from reports.forecast_words import gain_sentence, marker_sentence, speed_sentence, twin_sentence
 from reports.gap_words import gap_sentences
-from reports.numbers import counted, in_mm, in_words, listed, of_its_size, shown, spanned
+from reports.numbers import counted, in_words, listed, of_its_size, shown, spanned
 from reports.sections.caveats import caveats_of
 
 
@@ -16,7 +16,7 @@ def build(context: ReportContext) -> Section:
 
 def _lead(context: ReportContext) -> str:
     forecasts = context.calibration.forecasts
-    return f"{speed_sentence(forecasts)} {gain_sentence(forecasts)}".strip()
+    return f"{twin_sentence(forecasts)} {speed_sentence(forecasts)} {gain_sentence(forecasts)}".strip()
 
 
 def _answers(context: ReportContext) -> tuple[tuple[str, str], ...]:
@@ -43,14 +43,13 @@ def _what(context: ReportContext) -> str:
 
 
 def _how_good(context: ReportContext) -> str:
-    """Markers after two beats, and how near the twin alone comes."""
-    alone = [
-        f"{in_mm(summary.speed_mae_twin)} mm/s and {shown(summary.marker_error_mm, 0)} mm in "
-        f"{_trials(context.trials(role), words)}"
+    """Markers after two beats, and over which frequencies."""
+    over = [
+        _trials(context.trials(role), words)
         for role, words in (("fit", "fit"), ("holdout", "held-out"))
-        if (summary := context.calibration.summary(role)) is not None
+        if context.trials(role)
     ]
-    return f"{marker_sentence(context.calibration.forecasts)} Errors of the twin alone: {', '.join(alone)}.".strip()
+    return f"{marker_sentence(context.calibration.forecasts)} All over {' and '.join(over)}.".strip()
 
 
 def _how_sure(context: ReportContext) -> str:
