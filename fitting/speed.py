@@ -24,12 +24,12 @@ def whole_beats(time_s: np.ndarray, kept: np.ndarray, frequency_hz: float) -> np
 
 
 def forward_speed(time_s: np.ndarray, head: HeadFrame, kept: np.ndarray, frequency_hz: float) -> np.ndarray:
-    """Return the net displacement in the pool along the mean heading, over whole beats, for each second.
+    """Return the net displacement in the pool along the mean heading, for each second.
 
-    The nose's path is a straight line and three harmonics of the beat (least squares), the mean heading what is left
-    of the heading beside a drift and the same harmonics. So neither where in a beat the window begins and ends nor the
-    frame rate nor a gap tilts it. Of a fish whose course bends by an angle a it is the chord: a^2 / 24 less than its
-    path.
+    The nose's path is a straight line and three harmonics of the beat (least squares), so that the slope is that of
+    whole beats; the mean heading is what is left of the heading beside a drift and the same harmonics. Neither where in
+    a beat the window begins and ends nor the frame rate nor a gap tilts it. Of a fish whose course bends by an angle a it is 1 - a^2 / 40 of the speed along its
+    path: the least-squares slope of a chord.
 
     Args:
         time_s: (n,) s.
@@ -44,12 +44,12 @@ def forward_speed(time_s: np.ndarray, head: HeadFrame, kept: np.ndarray, frequen
     found = np.full(len(heading), np.nan)
     standing = np.isfinite(head.nose_m).all(axis=(-2, -1)).reshape(-1)  # no simulation that diverged
     seen = np.isfinite(heading[standing]).all(axis=0) if standing.any() else np.zeros(len(time_s), bool)
-    used = whole_beats(time_s, kept & seen, frequency_hz)
+    used = kept & seen
     if used.sum() < 3:
         return found.reshape(head.heading_rad.shape[:-1])
     span = float(np.ptp(time_s[used]))
     frame = float(np.median(np.diff(time_s)))
-    whole = (span + 1.5 * frame) * frequency_hz > _LEAST_BEATS  # time stamps are not even
+    whole = (span + 1.5 * frame) * frequency_hz >= _LEAST_BEATS  # time stamps are not even
     harmonics = min(_HARMONICS, (int(used.sum()) - 3) // 2) if whole else 0
     read = np.linalg.pinv(design(time_s[used], frequency_hz, harmonics))[:2]  # mean and drift over the span
     velocity = np.einsum("n,snx->sx", read[1] / span, head.nose_m.reshape(len(heading), -1, 2)[standing][:, used])

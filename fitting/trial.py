@@ -18,8 +18,10 @@ from fitting.motor_clock import MotorRecord
 from fitting.series import design, determined, smooth_swim, weighted_fit
 from fitting.speed import forward_speed
 from fitting.trial_checks import (
+    LEAST_OF_PART,
     check_beat,
     check_clock_and_scale,
+    check_lasting,
     motion_flags,
     rest_flags,
     sight_flags,
@@ -220,8 +222,10 @@ def measure_trial(
     weight = np.where(np.isfinite(head.shape_m).all(axis=-1), weight, 0.0)
     flags = check_clock_and_scale(recorded_s, camera, robot)
     beat = estimate_frequency(recorded_s - recorded_s[0], head.shape_m[:, tail, 1], weight[:, tail], spec.commanded_hz)
+    check_beat(beat, LEAST_OF_PART)
     used = beating_part(recorded_s, head.shape_m[:, tail, 1], weight[:, tail], beat.hz)
     if used != slice(0, len(recorded_s)):
+        check_lasting(recorded_s, used, beat)
         rests, tracks = rest_flags(recorded_s, used), tracks.isel(time=used)
         position_m, weight, trusted = position_m[used], weight[used], trusted[used]
         head = head_frame(markers_of(tracks), position_m, trusted)
@@ -393,7 +397,8 @@ def _without_unread(trial: MeasuredTrial) -> MeasuredTrial:
             )
             raise NotEnoughData(
                 f"trial {trial.name}: {whose} cannot be read: of {int(frames.sum())} compared frames usable are "
-                f"{counts}, too few, or at too few phases of the beat. See the flags of these markers, or leave the trial out"
+                f"{counts}, too few, or at too few phases of the beat. See the flags of these "
+                "markers, or leave the trial out"
             )
     if read.all():
         return trial

@@ -22,6 +22,10 @@ TAIL_FIRST = "tail_first"
 _SCALE_DRIFTS = 0.01  # relative, from the first to the last compared frame
 _CHORD = 0.02  # by which the net displacement of a fish that turns may be shorter than its path
 _RESTS_S = 0.2
+LEAST_OF_PART = 0.2
+"""Share of the tail's motion that a beat explains where the robot swims in a quarter of the trial: noise leaves less."""
+_LEAST_BEATS = 2.0
+_BACKWARD_M_S = 0.005  # below, a robot that beats on the spot
 _UNSEEN_END_S = 0.5
 
 
@@ -51,17 +55,31 @@ def check_clock_and_scale(time_s: np.ndarray, camera: CameraSpec, robot: RobotSp
     return (Flag("scale_off_robot", message=message),)
 
 
-def check_beat(beat: SwimFrequency) -> None:
-    """Check that a beat explains most of what the tail does.
+def check_beat(beat: SwimFrequency, least: float = LEAST_EXPLAINED) -> None:
+    """Check that a beat explains most of what the tail does, or at least some share of it.
 
     Raises:
         NotEnoughData: it does not; noise and drift have a strongest frequency too.
     """
-    if beat.explained < LEAST_EXPLAINED:
+    if beat.explained < least:
         raise NotEnoughData(
             f"no lasting beat: the likeliest, {beat.hz:.3g} Hz, explains {100 * beat.explained:.0f} % of what the tail "
-            f"does, at least {100 * LEAST_EXPLAINED:.0f} % are expected. Did the robot swim? See the flags of its tail "
+            f"does, at least {100 * least:.0f} % are expected. Did the robot swim? See the flags of its tail "
             "markers, cut the recording to the swim, or leave the trial out"
+        )
+
+
+def check_lasting(time_s: np.ndarray, used: slice, beat: SwimFrequency) -> None:
+    """Check that the stretch in which the tail beats holds a few beats.
+
+    Raises:
+        NotEnoughData: it does not: a robot at rest has a strongest frequency too.
+    """
+    lasts_s, whole_s = float(time_s[used.stop - 1] - time_s[used.start]), float(np.ptp(time_s))
+    if lasts_s * beat.hz < _LEAST_BEATS:
+        raise NotEnoughData(
+            f"no lasting beat: at the likeliest frequency, {beat.hz:.3g} Hz, the tail beats for {lasts_s:.1f} of "
+            f"{whole_s:.1f} s; at least {_LEAST_BEATS:g} beats in a row are expected. Did the robot swim?"
         )
 
 
@@ -87,16 +105,16 @@ def motion_flags(time_s: np.ndarray, head: HeadFrame, kept: np.ndarray, speed: f
         hz: beats a second.
     """
     flags = []
-    if speed < 0:
+    if speed < -_BACKWARD_M_S:
         message = (
             f"it swims tail first, at {-1000 * speed:.0f} mm/s: does water carry it, or are nose and neck exchanged?"
         )
         flags.append(Flag(TAIL_FIRST, message=message))
     turned = _drift(time_s, head.heading_rad, kept, hz)
-    if abs(turned) > np.sqrt(24 * _CHORD):
+    if abs(turned) > np.sqrt(40 * _CHORD):
         message = (
-            f"it turns by {np.degrees(turned):+.0f} degrees while it is compared: the net displacement, from which the "
-            f"speed comes, is {100 * turned**2 / 24:.0f} % shorter than its path"
+            f"it turns by {np.degrees(turned):+.0f} degrees while it is compared: the net displacement, which its "
+            f"speed is, is {100 * turned**2 / 40:.0f} % shorter than its path"
         )
         flags.append(Flag("turns", message=message))
     return tuple(flags)

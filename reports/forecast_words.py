@@ -39,8 +39,8 @@ def misses(forecasts: SessionForecast) -> str:
     way = f"{100 * abs(off[worst]):.0f} % too {'fast' if off[worst] > 0 else 'slow'}"
     way = "going the other way" if measured * twin < 0 else way
     return (
-        f"The twin does not describe this robot: in {worst}, which it was fitted to, it is {way} ({in_mm(twin)} instead "
-        f"of {in_mm(measured)} mm/s)."
+        f"The twin does not describe this robot: in {worst}, which it was fitted to, it is {way} ({in_mm(twin)} "
+        f"instead of {in_mm(measured)} mm/s)."
     )
 
 

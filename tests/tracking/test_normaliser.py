@@ -20,15 +20,16 @@ def moved(position_m: np.ndarray, turn: float, shift: np.ndarray) -> np.ndarray:
 
 
 def by_loop(position_m: np.ndarray) -> np.ndarray:
-    """The published recursion, frame by frame and marker by marker."""
-    path, place_before, frames = np.zeros(2), None, []
+    """The published recursion, frame by frame and marker by marker, in the axes half-way between two frames."""
+    path, before, frames = np.zeros(2), None, []
     for markers in position_m:
         forward = (markers[NECK] - markers[NOSE]) / np.linalg.norm(markers[NECK] - markers[NOSE])
         axes = np.array([forward, [-forward[1], forward[0]]])
         place = markers[NOSE]
-        if place_before is not None:
-            path = path + axes @ (place - place_before)
-        place_before = place
+        if before is not None:
+            middle = (forward + before[0]) / np.linalg.norm(forward + before[0])
+            path = path + np.array([middle, [-middle[1], middle[0]]]) @ (place - before[1])
+        before = forward, place
         frames.append([axes @ (marker - markers[NOSE]) + path for marker in markers])
     return np.array(frames)
 
@@ -73,6 +74,24 @@ def test_a_marker_of_the_head_missing_for_some_frames_is_bridged() -> None:
     assert np.isfinite(frame.path_m).all()
 
 
+def test_frames_that_are_not_trusted_are_bridged_as_if_they_were_missing() -> None:
+    position = swim()
+    seen = (np.arange(120) < 40) | (np.arange(120) >= 46)
+    gappy, wrong = position.copy(), position.copy()
+    gappy[40:46, NOSE], wrong[40:46, NOSE] = np.nan, 0.3
+    missing, distrusted = to_head_frame(gappy, NOSE, NECK), to_head_frame(wrong, NOSE, NECK, seen)
+    assert distrusted.path_m == pytest.approx(missing.path_m)
+    assert np.isnan(distrusted.heading_rad[40:46]).all()
+    assert distrusted.nose_m == pytest.approx(missing.nose_m)
+
+
+@given(st.integers(2, 6))
+def test_the_path_does_not_depend_on_the_frame_rate(every: int) -> None:
+    position = swim(frames=601)
+    whole, fewer = to_head_frame(position, NOSE, NECK), to_head_frame(position[::every], NOSE, NECK)
+    assert fewer.path_m[-1] == pytest.approx(whole.path_m[: 600 // every * every + 1][-1], abs=4e-4 * every**2)
+
+
 def test_a_tail_marker_missing_concerns_no_other() -> None:
     position = swim()
     gappy = position.copy()
@@ -101,3 +120,11 @@ def test_it_inverts_the_normaliser_up_to_a_shift(turn: float, x: float, y: float
     back = from_head_frame(to_head_frame(position, NOSE, NECK))
 
     np.testing.assert_allclose(back, position - position[0, NOSE], atol=1e-11)
+
+
+def test_it_inverts_a_path_with_a_gap() -> None:
+    position = swim(60)
+    seen = (np.arange(60) < 20) | (np.arange(60) >= 30)
+    back = from_head_frame(to_head_frame(position, NOSE, NECK, seen))
+
+    np.testing.assert_allclose(back[seen], (position - position[0, NOSE])[seen], atol=1e-11)
