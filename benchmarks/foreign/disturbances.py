@@ -1,4 +1,4 @@
-"""What happens to sessions in laboratories: in the pool, before the camera, in the tracker, and in the file about it."""
+"""What happens to sessions in laboratories: in the pool, before the camera, in the tracker, and in the file of it."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -56,7 +56,7 @@ def apply(session: Recordings, kind: Disturbance, random: np.random.Generator) -
 # In the pool
 
 
-def rests_first(session: Recordings, trial: Recording, random: np.random.Generator) -> str:
+def rests_first(session: Recordings, trial: Recording, random: np.random.Generator) -> str:  # noqa: ARG001
     """The robot lies still, then swims."""
     seconds = float(random.uniform(1.0, 3.0))
     _pause(trial, 0.0, seconds)
@@ -72,7 +72,7 @@ def rests(session: Recordings, trial: Recording, random: np.random.Generator) ->
     return "rests throughout"
 
 
-def stops(session: Recordings, trial: Recording, random: np.random.Generator) -> str:
+def stops(session: Recordings, trial: Recording, random: np.random.Generator) -> str:  # noqa: ARG001
     """The robot stands still for a while in the middle."""
     seconds, at = float(random.uniform(1.0, 3.0)), float(random.uniform(0.3, 0.7)) * trial.pool_s[-1]
     _pause(trial, at, seconds)
@@ -114,7 +114,7 @@ def scale_drifts(session: Recordings, trial: Recording, random: np.random.Genera
 def beats_fast(session: Recordings, trial: Recording, random: np.random.Generator) -> str:  # noqa: ARG001
     """The same motion, at several times the speed, again and again, as far per beat."""
     factor, step = float(random.uniform(*FASTER_HZ)) / trial.hz, trial.pool_s[1] - trial.pool_s[0]
-    whole = int(round(int(np.ptp(trial.pool_s) * trial.hz) / trial.hz / step))
+    whole = round(int(np.ptp(trial.pool_s) * trial.hz) / trial.hz / step)
     ahead = (trial.pool_px[whole] - trial.pool_px[0]).mean(axis=0)
     again = range(int(np.ceil(factor * FAST_S / (whole * step))))
     trial.pool_px = np.concatenate([trial.pool_px[:whole] + i * ahead for i in again])

@@ -18,10 +18,11 @@ from synthetic.swims import simulate_dry_runs, simulate_swims
 
 FPS = (20.0, 24.0, 25.0, 29.97, 30.0, 50.0, 59.94, 60.0, 90.0, 100.0, 120.0, 240.0)
 SLOWEST_HZ, FASTEST_HZ, SHORTEST_S, LONGEST_S = 0.3, 3.0, 3.0, 20.0
+REALLY_LONGEST_S = 7.0  # the second simulator is slow
 COUNTS = (1, 2, 2, 2, 3, 3, 3, 4, 5, 6)  # of swim trials
 FINEST_FPS = 240.0  # at least as many instants a second are kept of what truly happens
 SLOWEST_M_S = 0.01  # a robot that does not swim is no session
-_TIMESTEP_S, _RUN_IN_S, _TRIES = 0.0005, 6.0, 40
+_TIMESTEP_S, _RUN_IN_S, _REAL_RUN_IN_S, _TRIES = 0.0005, 6.0, 3.0, 40
 _ROBOTS = Path(__file__).parents[2] / "tests" / "swimmer" / "robots"
 
 
@@ -39,11 +40,11 @@ def draw(seed: int, number: int) -> Recordings:
 
 def _drawn(random: np.random.Generator) -> Recordings:
     robot, built_in = _robot(random)
-    simulator = "reality" if built_in and random.random() < 0.25 else "twin"
+    simulator = "reality" if built_in and random.random() < 0.2 else "twin"
     px_per_m, mirrored = float(np.exp(random.uniform(*np.log([400.0, 2500.0])))), bool(random.random() < 0.3)
     fps, warmup_s = float(random.choice(FPS)), float(random.choice([0.5, 1.0, 1.0, 2.0]))
     markers = _markers(robot, mirrored, random)
-    trials = _trials(warmup_s, random)
+    trials = _trials(warmup_s, LONGEST_S if simulator == "twin" else REALLY_LONGEST_S, random)
     fine = fps * np.ceil(FINEST_FPS / fps)
     plan = SyntheticPlan(
         trials=trials,
@@ -95,18 +96,21 @@ def _markers(robot: RobotSpec, mirrored: bool, random: np.random.Generator) -> t
     return tuple(name for name in robot.markers if name in chosen)
 
 
-def _trials(warmup_s: float, random: np.random.Generator) -> tuple[SyntheticTrial, ...]:
-    count, logged = int(random.choice(COUNTS)), random.random() < 0.2
+def _trials(warmup_s: float, longest_s: float, random: np.random.Generator) -> tuple[SyntheticTrial, ...]:
+    count, logged = int(random.choice(COUNTS)), longest_s == LONGEST_S and random.random() < 0.2
     roles = ["fit", *("fit" if random.random() < 0.5 else "holdout" for _ in range(count - 1))]
-    return tuple(_trial(f"swim_{'abcdef'[i]}", role, warmup_s, logged, random) for i, role in enumerate(roles))
+        names = (f"swim_{letter}" for letter in "abcdef")
+    return tuple(_trial(*named, warmup_s, longest_s, logged, random) for named in zip(names, roles, strict=False))
 
 
-def _trial(name: str, role: str, warmup_s: float, logged: bool, random: np.random.Generator) -> SyntheticTrial:
+def _trial(
+    name: str, role: str, warmup_s: float, longest_s: float, logged: bool, random: np.random.Generator
+) -> SyntheticTrial:
     """Long enough for two beats that are compared, and two before them where it is held out."""
     hz = float(np.exp(random.uniform(*np.log([SLOWEST_HZ, FASTEST_HZ]))))
     least_s = warmup_s + 2.5 / hz if role == "fit" else max(warmup_s, 2.0 / hz) + 2.5 / hz
     least_s = max(least_s, SHORTEST_S)
-    seconds = round(float(np.exp(random.uniform(np.log(least_s), np.log(max(LONGEST_S, least_s))))), 1)
+    seconds = round(float(np.exp(random.uniform(np.log(least_s), np.log(max(longest_s, least_s))))), 1)
     motor = None
     if logged:
         motor = SyntheticMotor(drive_s=seconds + 1.0, clock_offset_s=float(random.uniform(0.0, 9000.0)))
@@ -160,8 +164,7 @@ def _by_reality(plan: SyntheticPlan, random: np.random.Generator) -> list[Record
     world, swims = World(tuple(map(float, coefficients))), []
     for trial in plan.trials:
         beats = {"frequency_hz": trial.frequency_hz, "phase_rad": trial.phase_rad, "heading_rad": trial.heading_rad}
-        seconds = min(trial.seconds, LONGEST_S)
-        swims.append(RealTrial("swim", seconds, fps=plan.camera.fps, run_in_s=_RUN_IN_S, **beats))
+        swims.append(RealTrial("swim", trial.seconds, fps=plan.camera.fps, run_in_s=_REAL_RUN_IN_S, **beats))
     found = []
     for trial, seen in zip(plan.trials, simulate([(world, swim) for swim in swims], plan.markers), strict=True):
         place = plan.camera.px_per_m * seen.marker_m * np.array([1.0, -1.0])
