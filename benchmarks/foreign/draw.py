@@ -99,7 +99,7 @@ def _markers(robot: RobotSpec, mirrored: bool, random: np.random.Generator) -> t
 def _trials(warmup_s: float, longest_s: float, random: np.random.Generator) -> tuple[SyntheticTrial, ...]:
     count, logged = int(random.choice(COUNTS)), longest_s == LONGEST_S and random.random() < 0.2
     roles = ["fit", *("fit" if random.random() < 0.5 else "holdout" for _ in range(count - 1))]
-        names = (f"swim_{letter}" for letter in "abcdef")
+    names = (f"swim_{letter}" for letter in "abcdef")
     return tuple(_trial(*named, warmup_s, longest_s, logged, random) for named in zip(names, roles, strict=False))
 
 
