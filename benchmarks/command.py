@@ -1,4 +1,4 @@
-"""What `calib benchmark` can do in a checkout: `tracking`, `posterior`, `effects`, `transfer`, `gym`."""
+"""What `calib benchmark` can do in a checkout: `tracking`, `posterior`, `effects`, `foreign`, `transfer`, `gym`."""
 
 import json
 from contextlib import nullcontext
@@ -112,6 +112,28 @@ def effects(
         print(f"{failure.name}: {failure.message}")
 
 
+def foreign(
+    folder: Annotated[Path, typer.Option(help="for sessions.jsonl, a line a session; what it holds is not run again")],
+    count: Annotated[int, typer.Option(min=0, help="sessions; 0: only the table of what is there")] = 300,
+    first: Annotated[int, typer.Option(min=0, help="number of the first")] = 0,
+    seed: Annotated[int, typer.Option(min=0, help="of all draws")] = 0,
+    keep: Annotated[Path | None, typer.Option(help="where sessions and results are kept; default: nowhere")] = None,
+    workers: Annotated[int, typer.Option(min=0, help="sessions at a time; 0: one on each core")] = 0,
+    as_json: AsJson = False,
+) -> None:
+    """Fits random sessions, two thirds of them disturbed: right or flagged? Exit status 1 when one falls short."""
+    from benchmarks.cases import Run
+    from benchmarks.foreign.report import measure_foreign
+    from calib.progress import progress_bar
+
+    command = f"calib benchmark foreign --folder {folder} --seed {seed} --count {count}"
+    with progress_bar(as_json) as progress:
+        outcome = measure_foreign(folder, seed, range(first, first + count), Run(workers, None, progress), keep)
+    _print(outcome.scores(command), as_json)
+    if outcome.falls_short:
+        raise typer.Exit(1)
+
+
 def transfer(
     folder: Annotated[Path, typer.Option(help="a copy of datasets/withheld/small, or what `effects` made of a suite")],
     count: Annotated[int, typer.Option(min=1, help="robots, the first of the suite")] = 24,
@@ -178,6 +200,7 @@ COMMANDS = {
     tracking: "tracking --part accuracy",
     posterior: "posterior --folder scores --first 2000 --count 30",
     effects: "effects suite --part make --suite small --seed 1",
+    foreign: "foreign --folder foreign --count 300",
     transfer: "transfer --folder suite",
     gym: "gym --session pool",
 }

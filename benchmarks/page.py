@@ -14,7 +14,7 @@ _HEAD = """# Benchmark results
 
 Written by `python -m benchmarks.page` from the files in `scores/`; do not edit. Intervals are 95 % intervals unless a
 table states otherwise. Methods: [withheld effects](withheld.md), [third
-generator](wake.md), [posterior](posterior.md), [tracking](tracking.md)."""
+generator](wake.md), [foreign sessions](foreign.md), [posterior](posterior.md), [tracking](tracking.md)."""
 
 
 def page() -> str:

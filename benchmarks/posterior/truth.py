@@ -79,7 +79,7 @@ def draw_session(
     nominal = load_robot()
     twin = Twin(nominal, FISHSIM_MARKERS, workers=workers)
     frequency_hz = _frequencies(random)
-    truth = _forward_swimmer(twin, frequency_hz, random)
+    truth = forward_swimmer(twin, frequency_hz, random)
     robot = _reglued(_built(nominal, seed), random)
     noise = NOISE.model_copy(update={"shared": float(random.uniform(0.0, MOST_SHARED))})
     plan = SyntheticPlan(
@@ -113,7 +113,8 @@ def _frequencies(random: np.random.Generator) -> np.ndarray:
             return pair
 
 
-def _forward_swimmer(twin: Twin, frequency_hz: np.ndarray, random: np.random.Generator) -> FluidCoefficients:
+def forward_swimmer(twin: Twin, frequency_hz: np.ndarray, random: np.random.Generator) -> FluidCoefficients:
+    """Coefficients uniform over the box, of those with which the robot swims forward from rest at (2,) frequencies."""
     asked_hz, least_m_s = np.append(frequency_hz, 0.5 * frequency_hz.min()), np.array([LEAST_M_S, LEAST_M_S, 0.0])
     while True:
         drawn = random.uniform(*COEFFICIENT_BOUNDS, (_TRIES, 5))
