@@ -67,7 +67,7 @@ def _law(calibration: Calibration) -> tuple[Block, ...]:
     of_trials = Table(
         "What may change the law. The amplitude is half the excursion of the hindmost marker across the course of the "
         "fish in the pool; St is the Strouhal number with all of that excursion, Re the Reynolds number with the "
-        f"fish's length.{_trends(law)}",
+        f"fish's length: all three of the whole swim after its warm-up.{_trends(law)}",
         table_head("trial | beat [Hz] | stride [mm] | amplitude [mm] | St [] | Re [] | heading [°] | turning [°/s]"),
         tuple(
             (
