@@ -76,7 +76,4 @@ def _heavier_head(robot: RobotSpec, by: float) -> RobotSpec:
 
 
 def _heavier_tail(robot: RobotSpec, by: float) -> RobotSpec:
-    return robot.changed(
-        tail={"density_kg_m3": robot.tail.density_kg_m3 * (1 + by)},
-        caudal_fin={"mass_kg": robot.caudal_fin.mass_kg * (1 + by)},
-    )
+    return robot.with_tail_mass_times(1 + by)

@@ -1,17 +1,20 @@
 """The wave along the body, the dimensionless numbers of the swim, and the neck's sway, all measured and simulated."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
-from fitting.model.features import of_markers
+from fitting.model.features import FeatureReader, harmonics_of, of_markers
 from fitting.model.mode import Mode
 from fitting.model.roll import NO_ROLL
 from fitting.series import design, weighted_fit
+from fitting.speed import forward_speed
 from fitting.trial import MeasuredTrial
 from swimmer import RobotSpec
 from tracking import HeadFrame
+from tracking.normaliser import from_head_frame
 
 
 class BodyWave(NamedTuple):
@@ -29,14 +32,18 @@ class BodyWave(NamedTuple):
 
 
 class SwimNumbers(NamedTuple):
-    """Dimensionless numbers (Gazzola, Argentina and Mahadevan, Nature Physics 10 (2014)).
+    """Dimensionless numbers (Gazzola, Argentina and Mahadevan, Nature Physics 10 (2014)) of a swim after its warm-up.
+
+    The role of a trial changes none of them: U and A are those of the whole swim, not of the rest that is scored.
 
     Attributes:
-        swimming_number: Sw = omega A L / nu, A the amplitude of the last marker, L the body length.
+        amplitude_m: A, half the excursion of the hindmost marker in the pool, peak to peak, m.
+        swimming_number: Sw = omega A L / nu, L the body length.
         reynolds: Re = U L / nu.
         strouhal: St = f 2 A / U; nan when the robot does not swim forward.
     """
 
+    amplitude_m: float
     swimming_number: float
     reynolds: float
     strouhal: float
@@ -55,11 +62,45 @@ def body_wave(trial: MeasuredTrial, head: HeadFrame) -> BodyWave:
     return BodyWave(tuple(trial.markers[i] for i in tail), np.abs(first), lag)
 
 
-def swim_numbers(wave: BodyWave, frequency_hz: float, speed: float, robot: RobotSpec) -> SwimNumbers:
-    """The numbers of a swim from its wave, frequency (Hz) and forward speed (m/s)."""
+def excursion(reader: FeatureReader, position_m: np.ndarray, marker: int) -> float:
+    """Measure how far a marker swings across the course of the fish in the pool, peak to peak.
+
+    The course is smooth: a path cubic in time, along a heading quadratic in time. The head's own sway and yaw count, as
+    in the literature on Strouhal numbers: in the head's frame the tail of this fish swings about twice as far.
+
+    Args:
+        reader: of the frames that count.
+        position_m: (n, m, 2) markers in these frames, on the pool, m.
+        marker: index of the marker.
+
+    Returns:
+        Twice the amplitude of its first harmonic, m.
+    """
+    return 2 * float(abs(harmonics_of(reader(position_m))[marker, 1, 0]))
+
+
+def swim_numbers(trial: MeasuredTrial, robot: RobotSpec) -> SwimNumbers:
+    """Find the numbers of a measured swim."""
+    whole = trial.with_role("fit")
+    wide = excursion(FeatureReader.of(whole), whole.position_m[whole.kept], whole.hindmost)
+    return _numbers(wide / 2, trial.frequency.hz, whole.speed, robot)
+
+
+def simulated_numbers(trial: MeasuredTrial, head: HeadFrame, frequency_hz: float, robot: RobotSpec) -> SwimNumbers:
+    """Find the numbers of a simulation of a trial, in the head frame (n, m, 2), whose crank turns at this frequency."""
+    whole = trial.with_role("fit")
+    reader = FeatureReader.of(whole)
+    turn_rad = trial.crank_rad(reader.time_s, frequency_hz)
+    everything = replace(reader, turn_rad=turn_rad, usable=np.ones_like(reader.usable))
+    wide = excursion(everything, from_head_frame(head)[whole.kept], whole.hindmost)
+    speed = float(forward_speed(trial.time_s, head.forward_m, whole.kept, frequency_hz))
+    return _numbers(wide / 2, frequency_hz, speed, robot)
+
+
+def _numbers(amplitude: float, frequency_hz: float, speed: float, robot: RobotSpec) -> SwimNumbers:
     viscosity = robot.water.viscosity_pa_s / robot.water.density_kg_m3  # nu, m^2/s
-    amplitude = float(wave.amplitude_m[-1])
     return SwimNumbers(
+        amplitude_m=amplitude,
         swimming_number=2 * np.pi * frequency_hz * amplitude * robot.length_m / viscosity if viscosity > 0 else np.nan,
         reynolds=speed * robot.length_m / viscosity if viscosity > 0 else np.nan,
         strouhal=2 * amplitude * frequency_hz / speed if speed > 0 else np.nan,

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.stats import t as student
 
+from fitting.body_wave import swim_numbers
 from fitting.trial import MeasuredTrial
 from swimmer import RobotSpec
 
@@ -26,11 +27,11 @@ class Slope(NamedTuple):
         return self.interval is not None and (self.interval[0] > 0 or self.interval[1] < 0)
 
 
-class SwimNumbers(NamedTuple):
-    """What may change the law, of one trial.
+class LawNumbers(NamedTuple):
+    """What may change the law, of one trial; amplitude and speed as for `fitting.body_wave.SwimNumbers`.
 
     Attributes:
-        amplitude_m: half the sideways width of the hindmost marker's motion in the head frame.
+        amplitude_m: half the excursion of the hindmost marker in the pool, peak to peak.
         reynolds: speed times the fish's length over the kinematic viscosity.
         strouhal: frequency times twice the amplitude over the speed.
         heading_deg: mean, in the picture.
@@ -56,7 +57,7 @@ class SpeedLaw:
         trends: slope of the same with each of the other numbers, in units of its standard deviation over the trials.
     """
 
-    trials: Mapping[str, SwimNumbers]
+    trials: Mapping[str, LawNumbers]
     stride_m: Mapping[str, float]
     exponents: Mapping[str, Slope]
     residual: Slope | None
@@ -118,27 +119,25 @@ def slope(x: np.ndarray, y: np.ndarray) -> Slope:
     return Slope(value, (value - reach, value + reach))
 
 
-def _trends(numbers: Mapping[str, SwimNumbers], residual: np.ndarray) -> dict[str, Slope]:
+def _trends(numbers: Mapping[str, LawNumbers], residual: np.ndarray) -> dict[str, Slope]:
     table = np.array(list(numbers.values()))
     found = {}
-    for name, column in zip(SwimNumbers._fields, table.T, strict=True):
+    for name, column in zip(LawNumbers._fields, table.T, strict=True):
         if name != "frequency_hz" and len(residual) >= _FEWEST and column.std() > 0:
             found[name] = slope((column - column.mean()) / column.std(), residual)
     return found
 
 
-def _numbers(trial: MeasuredTrial, robot: RobotSpec) -> SwimNumbers:
-    kept = trial.kept
-    behind = trial.head.shape_m[kept, trial.hindmost, 1]
-    amplitude_m = float(np.sqrt(2) * np.nanstd(behind))
+def _numbers(trial: MeasuredTrial, robot: RobotSpec) -> LawNumbers:
+    swim = swim_numbers(trial, robot)
     heading = np.unwrap(trial.head.heading_rad)
     time_s = trial.time_s
     known = np.isfinite(heading)
-    return SwimNumbers(
+    return LawNumbers(
         trial.frequency.hz,
-        amplitude_m,
-        trial.speed * robot.length_m * robot.water.density_kg_m3 / robot.water.viscosity_pa_s,
-        2 * amplitude_m * trial.frequency.hz / trial.speed,
+        swim.amplitude_m,
+        swim.reynolds,
+        swim.strouhal,
         float(np.degrees(np.angle(np.exp(1j * heading[known]).mean()))),
         float(np.degrees(np.polyfit(time_s[known], heading[known], 1)[0])),
     )

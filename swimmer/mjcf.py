@@ -2,7 +2,8 @@
 
 The model is planar: `surge`, `sway` and `yaw` of the head, the `crank`, and one hinge a tail segment. Every rigid
 link carries one fluid ellipsoid (the caudal fin a second one on the last link), so a step costs a fraction of the
-published model's. Two spatial tendons run from the crank's arms through the guides of the segments.
+published model's. Guide plates and flexible strips weigh on it; the water does not feel them. Two spatial tendons run
+from the crank's arms through the guides of the segments.
 """
 
 from dataclasses import dataclass
@@ -11,7 +12,7 @@ import mujoco
 import numpy as np
 
 from swimmer.fluid import PUBLISHED_COEFFICIENTS, FluidCoefficients
-from swimmer.robot import RobotSpec, Segment
+from swimmer.robot import Point, RobotSpec, Segment
 
 TIMESTEP_S = 0.0045
 SIDES = (("left", -1.0), ("right", +1.0))  # heading is -x and z is up, so left is -y
@@ -22,6 +23,7 @@ _FIN = (0.90, 0.45, 0.25, 1.0)
 _MARKER = (0.95, 0.60, 0.10, 1.0)
 _SPECK_M, _SPECK_KG = 1e-4, 1e-3
 _ARM_HALF_WIDTH_M = 0.005  # for the eye only
+_STRIP_HALF_THICKNESS_M = 0.0005
 
 
 @dataclass(frozen=True)
@@ -88,16 +90,23 @@ def _add_head(spec: mujoco.MjSpec, robot: RobotSpec, coefficients: FluidCoeffici
         head.add_joint(name="sway", type=slide, axis=(0, 1, 0))
         head.add_joint(name="yaw", type=hinge, axis=(0, 0, 1))
     for part in robot.head.part:
-        head.add_geom(
-            name=f"part_{part.name}",  # its own prefix: no other geom's name can be the same
-            type=mujoco.mjtGeom.mjGEOM_BOX,
-            pos=part.centre_m,
-            size=part.half_size_m,
-            mass=part.mass_kg,
-            rgba=_FRAME,
-        )
+        # its own prefix: no other geom's name can be the same
+        _add_dry_box(head, f"part_{part.name}", part.centre_m, part.half_size_m, part.mass_kg, _FRAME)
     _add_plate(head, "head_fluid", robot.head.fluid_centre_m, robot.head.fluid_half_size_m, 0.0, coefficients)
     return head
+
+
+def _add_dry_box(
+    body: mujoco.MjsBody,
+    name: str,
+    centre_m: Point,
+    half_size_m: Point,
+    mass_kg: float,
+    rgba: tuple[float, ...] = _PLASTIC,
+) -> None:
+    """A box of uniform density that the water does not feel: the body has a fluid ellipsoid of its own."""
+    box = mujoco.mjtGeom.mjGEOM_BOX
+    body.add_geom(name=name, type=box, pos=centre_m, size=half_size_m, mass=mass_kg, rgba=rgba)
 
 
 def _add_plate(
@@ -156,8 +165,10 @@ def _add_tail(head: mujoco.MjsBody, robot: RobotSpec, coefficients: FluidCoeffic
             damping=robot.tail.hinge_damping_n_m_s,
         )
         rear = robot.segment_x_m[i, 1] - hinge_x
-        _add_link_plate(body, robot, i, coefficients)
         guide_x = rear - robot.tail.guide_inset_m
+        _add_link_plate(body, robot, i, coefficients)
+        _add_guide_plates(body, robot, i, guide_x)
+        _add_strips(body, robot, i, rear)
         for side, sign in SIDES:
             body.add_site(
                 name=f"guide_{i + 1}_{side}",
@@ -173,15 +184,39 @@ def _add_link_plate(body: mujoco.MjsBody, robot: RobotSpec, i: int, coefficients
     segment, start = segments[i], float(robot.hinge_x_m[i])
     end = float(robot.hinge_x_m[i + 1]) if i + 1 < len(segments) else robot.fin_root_x_m
     half = (end - start) / 2
-    volume = segment.length_m * segment.thickness_m * 2 * segment.half_height_m
     _add_plate(
         body,
         f"{robot.hinges[i]}_plate",
         (half, 0.0, 0.0),
         (half, segment.thickness_m / 2, segment.half_height_m),
-        volume * robot.tail.density_kg_m3,
+        robot.segment_mass_kg(i),
         coefficients,
     )
+
+
+def _add_guide_plates(body: mujoco.MjsBody, robot: RobotSpec, i: int, guide_x: float) -> None:
+    """Across, from either side of the segment."""
+    segment, tail = robot.tail.segment[i], robot.tail
+    if (width := segment.guide_plate_width_m) == 0:
+        return
+    half_size = (tail.guide_plate_length_m / 2, width / 2, tail.guide_plate_height_m / 2)
+    for side, sign in SIDES:
+        centre = (guide_x, sign * (segment.thickness_m + width) / 2, 0.0)
+        _add_dry_box(body, f"guide_plate_{i + 1}_{side}", centre, half_size, robot.guide_plate_mass_kg(i))
+
+
+def _add_strips(body: mujoco.MjsBody, robot: RobotSpec, i: int, rear: float) -> None:
+    """Those of the link: from its hinge to its segment, and from there half over the next gap or to the fin's root."""
+    segments, fin = robot.tail.segment, robot.caudal_fin
+    front, height = segments[i].gap_m / 2, segments[i].half_height_m
+    if i + 1 < len(segments):
+        end, behind_kg = rear + segments[i + 1].gap_m / 2, segments[i + 1].strip_mass_kg
+    else:
+        end, behind_kg = rear + fin.gap_m, fin.strip_mass_kg
+    for place, start, stop, kg in (("front", 0.0, front, segments[i].strip_mass_kg), ("rear", rear, end, behind_kg)):
+        if kg > 0:
+            half_size = ((stop - start) / 2, _STRIP_HALF_THICKNESS_M, height)
+            _add_dry_box(body, f"strip_{i + 1}_{place}", ((start + stop) / 2, 0.0, 0.0), half_size, kg)
 
 
 def _add_fin(body: mujoco.MjsBody, robot: RobotSpec, coefficients: FluidCoefficients) -> None:

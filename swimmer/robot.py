@@ -27,6 +27,7 @@ Length = Annotated[float, Field(ge=1e-5, le=10.0)]
 Offset = Annotated[float, Field(ge=0.0, le=10.0)]
 Coordinate = Annotated[float, Field(ge=-10.0, le=10.0)]
 Mass = Annotated[float, Field(ge=1e-6, le=100.0)]
+AddedMass = Annotated[float, Field(ge=0.0, le=100.0)]  # 0: there is none
 Point = tuple[Coordinate, Coordinate, Coordinate]  # x, y, z in the robot frame, m
 HalfSize = tuple[Length, Length, Length]
 
@@ -104,7 +105,10 @@ class Crank(Table):
 
 
 class Segment(Table):
-    """A rigid tail segment and the flexible gap before it, which bends at one hinge in its middle."""
+    """A rigid tail segment and the flexible gap before it, which bends at one hinge in its middle.
+
+    A flexible strip spans either half of the gap; that before the tail's first hinge is a part of the head.
+    """
 
     gap_m: Length
     length_m: Length
@@ -112,16 +116,23 @@ class Segment(Table):
     half_height_m: Length
     guide_offset_m: Offset
     tendon_crosses: bool = False
+    guide_plate_width_m: Offset = 0.0  # from the segment's side; 0: it has no plates
+    strip_mass_kg: AddedMass = 0.0  # of each strip of the gap
 
 
 class Tail(Table):
-    """The articulated part: segments in order from the head, all hinges equal."""
+    """The articulated part: segments in order from the head, all hinges equal.
+
+    A guide plate, of the segments' material, stands on either side of a segment and holds the tendon there.
+    """
 
     start_m: Coordinate
     hinge_stiffness_n_m: Positive
     hinge_damping_n_m_s: NonNegative
     density_kg_m3: Annotated[float, Field(ge=1.0, le=3e4)]
     guide_inset_m: Offset
+    guide_plate_length_m: Offset = 0.0  # along the tail, half of it before the tendon guide
+    guide_plate_height_m: Offset = 0.0
     segment: Annotated[tuple[Segment, ...], Field(min_length=1)]
 
     @field_validator("segment")
@@ -134,6 +145,26 @@ class Tail(Table):
         _raise_together(_fault(error(found=shown(m), expected=expected), number, "length_m") for number, m in short)
         return segment
 
+    @field_validator("segment")
+    @classmethod
+    def _guide_plates_with_their_size(cls, segment: tuple[Segment, ...], info: ValidationInfo) -> tuple[Segment, ...]:
+        widths = [(number, one.guide_plate_width_m) for number, one in enumerate(segment) if one.guide_plate_width_m]
+        sizes = {key: info.data.get(key) for key in ("guide_plate_length_m", "guide_plate_height_m")}  # None: faulty
+        error = partial(key_error, "a guide plate without its size")
+        missing = " and ".join(f"tail.{key} above 0" for key, size in sizes.items() if size == 0)
+        if missing:
+            _raise_together(
+                _fault(error(found=shown(width), expected=missing), number, "guide_plate_width_m")
+                for number, width in widths
+            )
+        if not widths and any(sizes.values()):
+            raise key_error(
+                "the guide plates have a size but no width",
+                found=", ".join(f"tail.{key} = {size:g}" for key, size in sizes.items() if size),
+                expected="guide_plate_width_m in the segments that have such plates",
+            )
+        return segment
+
     @property
     def hinges(self) -> tuple[str, ...]:
         """Names of the hinges, which are also those of the bodies behind them."""
@@ -141,7 +172,10 @@ class Tail(Table):
 
 
 class CaudalFin(Table):
-    """The fin, rigid with the last segment; a plate of span x chord at the centre of its planform."""
+    """The fin, rigid with the last segment; a plate of span x chord at the centre of its planform.
+
+    One flexible strip, which does not bend, spans the gap before it.
+    """
 
     gap_m: Offset
     length_m: Length
@@ -150,6 +184,14 @@ class CaudalFin(Table):
     span_m: Length
     thickness_m: Length
     mass_kg: Mass
+    strip_mass_kg: AddedMass = 0.0
+
+    @field_validator("strip_mass_kg")
+    @classmethod
+    def _strip_in_a_gap(cls, strip_mass_kg: float, info: ValidationInfo) -> float:
+        if strip_mass_kg > 0 and info.data.get("gap_m") == 0:
+            raise key_error("a flexible strip where there is no gap", expected="0, as caudal_fin.gap_m is 0")
+        return strip_mass_kg
 
 
 class Tendons(Table):
@@ -248,6 +290,36 @@ class RobotSpec(Table):
     def fin_root_x_m(self) -> float:
         """The caudal fin's root on the straight robot, m."""
         return float(self.segment_x_m[-1, 1]) + self.caudal_fin.gap_m
+
+    def segment_mass_kg(self, number: int) -> float:
+        """Mass of a segment alone, without guide plates and strips, kg."""
+        segment = self.tail.segment[number]
+        return segment.length_m * segment.thickness_m * 2 * segment.half_height_m * self.tail.density_kg_m3
+
+    def guide_plate_mass_kg(self, number: int) -> float:
+        """Mass of each of the two guide plates of a segment, kg; 0 where it has none."""
+        area_m2 = self.tail.guide_plate_length_m * self.tail.guide_plate_height_m
+        return area_m2 * self.tail.segment[number].guide_plate_width_m * self.tail.density_kg_m3
+
+    @cached_property
+    def tail_mass_kg(self) -> np.ndarray:
+        """(h,) mass of each link behind the head, with guide plates, strips and, on the last, the fin, kg."""
+        tail, fin = self.tail.segment, self.caudal_fin
+        segments = [self.segment_mass_kg(i) + 2 * self.guide_plate_mass_kg(i) for i in range(len(tail))]
+        before = np.array([segment.strip_mass_kg for segment in tail])
+        behind = np.append(before[1:], fin.strip_mass_kg)
+        return _read_only(np.array(segments) + before + behind + fin.mass_kg * (np.arange(len(tail)) == len(tail) - 1))
+
+    def with_tail_mass_times(self, factor: float) -> "RobotSpec":
+        """The same with everything behind the first hinge so many times as heavy."""
+        strips = [segment.strip_mass_kg * factor for segment in self.tail.segment]
+        segment = tuple(
+            one.model_copy(update={"strip_mass_kg": kg}) for one, kg in zip(self.tail.segment, strips, strict=True)
+        )
+        fin = {key: getattr(self.caudal_fin, key) * factor for key in ("mass_kg", "strip_mass_kg")}
+        return self.changed(
+            tail={"density_kg_m3": self.tail.density_kg_m3 * factor, "segment": segment}, caudal_fin=fin
+        )
 
     @property
     def scale_length_m(self) -> float:

@@ -100,8 +100,10 @@ def lay_out(robot: RobotSpec, hinges_per_gap: int = HINGES_PER_GAP) -> Layout:
 def _masses(robot: RobotSpec, origin: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """(l,) mass, first and second moment of each link about its origin.
 
-    A segment's mass is spread evenly from the middle of the gap before it to the middle of the one behind.
+    A segment's mass is spread evenly from the middle of the gap before it to the middle of the one behind, that of a
+    flexible strip over its half of a gap.
     """
+    tail, fin = robot.tail, robot.caudal_fin
     mass, moment, inertia = np.zeros((3, len(origin)))
 
     def add(link: int, kg: float, x: float, own: float) -> None:
@@ -109,20 +111,29 @@ def _masses(robot: RobotSpec, origin: np.ndarray) -> tuple[np.ndarray, np.ndarra
         moment[link] += kg * (x - origin[link])
         inertia[link] += own + kg * (x - origin[link]) ** 2
 
+    def spread(kg: float, start: float, end: float, thickness: float) -> None:
+        if kg == 0:
+            return
+        inner = origin[(origin > start) & (origin < end)]
+        for a, b in pairwise([start, *inner, end]):
+            part_kg = kg * (b - a) / (end - start)
+            add(_link_at(origin, (a + b) / 2), part_kg, (a + b) / 2, part_kg * ((b - a) ** 2 + thickness**2) / 12)
+
     for part in robot.head.part:
         (x, y, _), (half_x, half_y, _) = part.centre_m, part.half_size_m
         add(0, part.mass_kg, x, part.mass_kg * ((half_x**2 + half_y**2) / 3 + y**2))
     ends = np.append(robot.hinge_x_m, robot.fin_root_x_m)
-    edges = np.unique(np.concatenate([ends, origin[1:]]))
-    edges = edges[(edges >= ends[0]) & (edges <= ends[-1])]
-    for start, end in pairwise(edges):
-        middle = (start + end) / 2
-        i = int(np.searchsorted(ends, middle)) - 1
-        segment = robot.tail.segment[i]
-        volume = segment.length_m * segment.thickness_m * 2 * segment.half_height_m
-        kg = volume * robot.tail.density_kg_m3 * (end - start) / (ends[i + 1] - ends[i])
-        add(_link_at(origin, middle), kg, middle, kg * ((end - start) ** 2 + segment.thickness_m**2) / 12)
-    fin = robot.caudal_fin
+    for i, segment in enumerate(tail.segment):
+        spread(robot.segment_mass_kg(i), ends[i], ends[i + 1], segment.thickness_m)
+        hinge, half = robot.hinge_x_m[i], segment.gap_m / 2
+        spread(segment.strip_mass_kg, hinge, hinge + half, 0.0)
+        if i > 0:  # that before the first hinge is a part of the head
+            spread(segment.strip_mass_kg, hinge - half, hinge, 0.0)
+        (_, rear), width = robot.segment_x_m[i], segment.guide_plate_width_m
+        plates_kg, across = 2 * robot.guide_plate_mass_kg(i), (segment.thickness_m + width) / 2
+        own = (tail.guide_plate_length_m**2 + width**2) / 12 + across**2
+        add(_link_at(origin, rear), plates_kg, rear - tail.guide_inset_m, plates_kg * own)
+    spread(fin.strip_mass_kg, robot.segment_x_m[-1, 1], robot.fin_root_x_m, 0.0)
     own = fin.mass_kg * (fin.chord_m**2 + fin.thickness_m**2) / 12
     add(len(origin) - 1, fin.mass_kg, robot.fin_root_x_m + fin.centre_m, own)
     return mass, moment, inertia

@@ -65,8 +65,9 @@ def _law(calibration: Calibration) -> tuple[Block, ...]:
         tuple(rows),
     )
     of_trials = Table(
-        "What may change the law. St is the Strouhal number with the width of the fin's stroke, Re the Reynolds number "
-        f"with the fish's length.{_trends(law)}",
+        "What may change the law. The amplitude is half the excursion of the hindmost marker across the course of the "
+        "fish in the pool; St is the Strouhal number with all of that excursion, Re the Reynolds number with the "
+        f"fish's length: all three of the whole swim after its warm-up.{_trends(law)}",
         table_head("trial | beat [Hz] | stride [mm] | amplitude [mm] | St [] | Re [] | heading [°] | turning [°/s]"),
         tuple(
             (
@@ -74,7 +75,7 @@ def _law(calibration: Calibration) -> tuple[Block, ...]:
                 shown(each.frequency_hz, 2),
                 in_mm(law.stride_m[name]),
                 in_mm(each.amplitude_m),
-                shown(each.strouhal, 1),
+                shown(each.strouhal, 2),
                 f"{each.reynolds:,.0f}",
                 shown(each.heading_deg, 0),
                 shown(each.turning_deg_s, 1),

@@ -3,7 +3,7 @@
 import numpy as np
 
 from fitting import CalibratedTrial
-from fitting.body_wave import BodyWave, SwimNumbers, body_wave, swim_numbers
+from fitting.body_wave import BodyWave, SwimNumbers, body_wave, simulated_numbers, swim_numbers
 from reports.blocks import Plot, Plots, Prose, Section, Table, table_head
 from reports.context import ReportContext
 from reports.figures.tail_beat import body_wave_figure
@@ -61,11 +61,10 @@ def _caveats(trials: tuple[CalibratedTrial, ...], waves: list[Waves]) -> tuple[s
 
 
 def _numbers(trial: CalibratedTrial, waves: Waves, robot: RobotSpec) -> tuple[SwimNumbers, SwimNumbers]:
-    hz = trial.measured.frequency.hz
-    return (
-        swim_numbers(waves[0], hz, trial.measured.speed, robot),
-        swim_numbers(waves[1], trial.simulated_hz, trial.speed_twin, robot),
-    )
+    measured = swim_numbers(trial.measured, robot)
+    if not np.isfinite(waves[0].amplitude_m[-1]):
+        measured = measured._replace(amplitude_m=np.nan, swimming_number=np.nan, strouhal=np.nan)
+    return measured, simulated_numbers(trial.measured, trial.simulated, trial.simulated_hz, robot)
 
 
 def _row(trial: CalibratedTrial, waves: Waves, robot: RobotSpec) -> tuple[str, ...]:
@@ -81,9 +80,10 @@ def _row(trial: CalibratedTrial, waves: Waves, robot: RobotSpec) -> tuple[str, .
 
 def _table(rows: tuple[tuple[str, ...], ...], last: str) -> Table:
     return Table(
-        f"Dimensionless numbers of each trial, with the amplitude A of {last} and the body length L: swimming number "
-        "Sw = ω A L / ν, Reynolds number Re = U L / ν, Strouhal number St = 2 A f / U (Gazzola, Argentina and "
-        f"Mahadevan, Nature Physics 10, 2014). The lag is that of {last} behind the first tail marker.",
+        f"Dimensionless numbers of each swim after its warm-up. 2 A is the excursion of {last} across the course of "
+        "the fish in the pool, peak to peak; L is the body length. Swimming number Sw = ω A L / ν, Reynolds number "
+        "Re = U L / ν, Strouhal number St = 2 A f / U (Gazzola, Argentina and Mahadevan, Nature Physics 10, 2014). "
+        f"The lag is that of {last} behind the first tail marker.",
         COLUMNS,
         rows,
     )

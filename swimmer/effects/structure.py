@@ -144,7 +144,7 @@ class MassDistribution(TailEffect):
 
     name = "mass_distribution"
     physics = "Glue, guides, markers and lines weigh on the tail what was weighed of the whole robot alone."
-    source = "Newton's second law; the tail's mass follows from volume and density alone, 35 g of 1.4 kg."
+    source = "Newton's second law; the tail's mass follows from volumes and densities, 75 g of 1.48 kg."
     parameters = (Parameter("share", "1", 0.0, 0.1, 0.01),)
 
     def robot(self, robot: RobotSpec, values: np.ndarray) -> RobotSpec:
@@ -153,18 +153,9 @@ class MassDistribution(TailEffect):
         if share == 0:
             return robot
         moved_kg = share * sum(part.mass_kg for part in robot.head.part)
-        heavier = 1 + moved_kg / _tail_kg(robot)
+        heavier = 1 + moved_kg / float(robot.tail_mass_kg.sum())
         part = tuple(p.model_copy(update={"mass_kg": p.mass_kg * (1 - share)}) for p in robot.head.part)
-        return robot.changed(
-            head={"part": part},
-            tail={"density_kg_m3": robot.tail.density_kg_m3 * heavier},
-            caudal_fin={"mass_kg": robot.caudal_fin.mass_kg * heavier},
-        )
-
-
-def _tail_kg(robot: RobotSpec) -> float:
-    volume_m3 = sum(s.length_m * s.thickness_m * 2 * s.half_height_m for s in robot.tail.segment)
-    return float(volume_m3 * robot.tail.density_kg_m3 + robot.caudal_fin.mass_kg)
+        return robot.changed(head={"part": part}).with_tail_mass_times(heavier)
 
 
 class EntrainedWater(TailEffect):

@@ -91,6 +91,25 @@ CASES = {
             "found 0.002; expected at least tail.guide_inset_m = 0.003"
         ],
     ),
+    "guide plates without a size": (
+        ("guide_plate_height_m = 0.014", "guide_plate_height_m = 0.0"),
+        lambda: [
+            f"line {line_of('guide_plate_width_m')}, tail.segment[0].guide_plate_width_m: a guide plate without its "
+            "size; found 0.0485; expected tail.guide_plate_height_m above 0",
+            "tail.segment[4].guide_plate_width_m: a guide plate without its size",
+        ],
+    ),
+    "a guide plate of negative width": (
+        ("guide_plate_width_m = 0.0485", "guide_plate_width_m = -0.0485"),
+        lambda: [
+            f"line {line_of('guide_plate_width_m')}, tail.segment[0].guide_plate_width_m: wrong value; found -0.0485; "
+            "expected greater than or equal to 0"
+        ],
+    ),
+    "strip in grams": (
+        ("strip_mass_kg = 0.001 ", "strip_mass_kg = 1000.0 "),
+        lambda: ["tail.segment[0].strip_mass_kg: wrong value; found 1000.0; expected less than or equal to 100"],
+    ),
     "two parts of one name": (
         ('name = "body"', 'name = "front_plate"'),
         lambda: ["head.part[4].name: two parts of one name; found 'front_plate'; expected names that differ"],
@@ -112,6 +131,23 @@ CASES = {
         lambda: ["tail.segment[0].thickness_m: wrong value; found '3 mm'; expected a valid number"],
     ),
 }
+
+
+def test_a_size_of_guide_plates_that_no_segment_has_is_a_fault(tmp_path: Path) -> None:
+    widths = [(line, "") for line in re.findall(r"guide_plate_width_m = .*\n", FISH_TOML)]
+    text = message(tmp_path, *widths)
+    assert "tail.segment: the guide plates have a size but no width; found " in text
+    assert (
+        "tail.guide_plate_length_m = 0.006, tail.guide_plate_height_m = 0.014; expected guide_plate_width_m in" in text
+    )
+
+
+def test_a_strip_before_the_fin_needs_a_gap(tmp_path: Path) -> None:
+    text = message(tmp_path, ("gap_m = 0.010 ", "gap_m = 0.0 "))
+    assert (
+        f"line {line_of('strip_mass_kg = 0.001                      # of the one')}, caudal_fin.strip_mass_kg: " in text
+    )
+    assert "a flexible strip where there is no gap; found 0.001; expected 0, as caudal_fin.gap_m is 0" in text
 
 
 @pytest.mark.parametrize(("change", "expected"), CASES.values(), ids=CASES.keys())

@@ -195,10 +195,8 @@ def mass_distribution(random: np.random.Generator) -> AtStrength:
     """
     share, most = 0.01, 0.08
     even = 400.0  # of the draw: a tenth more or less on a guide
-    robot = load_robot()
-    kg = [robot.tail.density_kg_m3 * s.length_m * s.thickness_m * 2 * s.half_height_m for s in robot.tail.segment]
-    kg[-1] += robot.caudal_fin.mass_kg
-    at_guide = tuple(random.dirichlet(even * np.array(kg) / sum(kg)))
+    kg = load_robot().tail_mass_kg
+    at_guide = tuple(random.dirichlet(even * kg / kg.sum()))
     return lambda strength: ((MassDistribution(most * float(np.tanh(share * strength / most)), at_guide),))
 
 

@@ -9,19 +9,37 @@ from tests.cases import later
 
 
 def linearised_chain(robot, at_hinges, stiffness, damping):
-    """Slowest swinging eigenvalue (1/s) of M a'' + C a' + K a = 0, in small hinge angles a; plates of uniform mass."""
+    """Slowest swinging eigenvalue (1/s) of M a'' + C a' + K a = 0, in small hinge angles a; parts of uniform mass."""
     tail, fin = robot.tail, robot.caudal_fin
     ends = np.append(robot.hinge_x_m, robot.fin_root_x_m)
-    points, masses = [], []
-    for i, segment in enumerate(tail.segment):
-        x = ends[i] + (np.arange(400) + 0.5) / 400 * (ends[i + 1] - ends[i])
-        kg = tail.density_kg_m3 * segment.length_m * segment.thickness_m * 2 * segment.half_height_m
-        points.append(x)
+    points, masses, across = [], [], []
+
+    def add(kg, start, end, inner=0.0, outer=0.0):
+        points.append(start + (np.arange(400) + 0.5) / 400 * (end - start))
         masses.append(np.full(400, kg / 400))
-    x = robot.fin_root_x_m + fin.centre_m + ((np.arange(400) + 0.5) / 400 - 0.5) * fin.chord_m
-    points, masses = np.concatenate([*points, x]), np.concatenate([*masses, np.full(400, fin.mass_kg / 400)])
+        across.append(np.full(400, (outer**2 + outer * inner + inner**2) / 3))  # mean square of its distance aside
+
+    for i, segment in enumerate(tail.segment):
+        kg = tail.density_kg_m3 * segment.length_m * segment.thickness_m * 2 * segment.half_height_m
+        add(kg, ends[i], ends[i + 1])
+        hinge, half = robot.hinge_x_m[i], segment.gap_m / 2
+        add(segment.strip_mass_kg, hinge, hinge + half)
+        if i > 0:
+            add(segment.strip_mass_kg, hinge - half, hinge)
+        guide, length, width = (
+            hinge + half + segment.length_m - tail.guide_inset_m,
+            tail.guide_plate_length_m,
+            segment.guide_plate_width_m,
+        )
+        kg = 2 * tail.density_kg_m3 * length * width * tail.guide_plate_height_m
+        add(kg, guide - length / 2, guide + length / 2, segment.thickness_m / 2, segment.thickness_m / 2 + width)
+    add(fin.strip_mass_kg, robot.fin_root_x_m - fin.gap_m, robot.fin_root_x_m)
+    middle = robot.fin_root_x_m + fin.centre_m
+    add(fin.mass_kg, middle - fin.chord_m / 2, middle + fin.chord_m / 2)
+    points, masses, across = (np.concatenate(part) for part in (points, masses, across))
     arms = np.maximum(points - at_hinges[:, None], 0.0)
-    mass = (arms * masses) @ arms.T
+    behind = (points > at_hinges[:, None]).astype(float)
+    mass = (arms * masses) @ arms.T + (behind * masses * across) @ behind.T
     count = len(mass)
     none, one = np.zeros((count, count)), np.eye(count)
     left = np.block([[none, one], [-stiffness * one, -damping * one]])

@@ -1,4 +1,4 @@
-"""The linear chain by hand: mass matrix of flat links about their hinges, without the engine."""
+"""The linear chain by hand: mass matrix of links and what they carry about their hinges, without the engine."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from swimmer import RobotSpec
 
 
 def linear_mass(robot: RobotSpec) -> np.ndarray:
-    """(h, h) mass matrix of the straight tail in its hinge angles, kg m^2: plates as uniform rods with thickness."""
+    """(h, h) mass matrix of the straight tail in its hinge angles, kg m^2: parts as uniform boxes from above."""
     hinge_x = robot.hinge_x_m
     h, segments, fin = len(hinge_x), robot.tail.segment, robot.caudal_fin
     ends = np.append(hinge_x[1:], robot.fin_root_x_m)
@@ -20,6 +20,18 @@ def linear_mass(robot: RobotSpec) -> np.ndarray:
         for i, s in enumerate(segments)
     ]  # fmt: skip
     plates.append((h - 1, robot.fin_root_x_m + fin.centre_m, fin.chord_m, fin.thickness_m, fin.mass_kg))
+    thin = 0.001
+    for i, s in enumerate(segments):
+        both, rear, fat = 2 * s.guide_plate_width_m, robot.segment_x_m[i, 1], s.thickness_m
+        area = robot.tail.guide_plate_length_m * robot.tail.guide_plate_height_m
+        # One box over both guide plates and the segment between them, less the segment's part.
+        for across, sign in ((both + fat, 1), (fat, -1)):
+            kg = sign * area * across * robot.tail.density_kg_m3 * (both > 0)
+            plates.append((i, rear - robot.tail.guide_inset_m, robot.tail.guide_plate_length_m, across, kg))
+        plates.append((i, hinge_x[i] + s.gap_m / 4, s.gap_m / 2, thin, s.strip_mass_kg))
+        if i > 0:
+            plates.append((i - 1, hinge_x[i] - s.gap_m / 4, s.gap_m / 2, thin, s.strip_mass_kg))
+    plates.append((h - 1, robot.fin_root_x_m - fin.gap_m / 2, fin.gap_m, thin, fin.strip_mass_kg))
     for link, centre, length, thickness, kg in plates:
         lever = np.where(np.arange(h) <= link, centre - hinge_x, 0.0)  # (h,) of each hinge that moves this plate
         turned = (np.arange(h) <= link).astype(float)
