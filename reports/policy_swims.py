@@ -69,7 +69,7 @@ def _card(file: Path) -> Path:
 
 
 def _read(file: Path, fit: str) -> PolicySwims:
-    card = json.loads(_card(file).read_text())
+    card = json.loads(_card(file).read_bytes())
     with np.load(file, allow_pickle=False) as arrays:
         return PolicySwims(
             card["task"],

@@ -133,7 +133,7 @@ def load_policy(file: Path) -> Policy:
     """
     step = "Train one with `calib policy train`."
     try:
-        data = json.loads(file.with_suffix(".json").read_text())
+        data = json.loads(file.with_suffix(".json").read_bytes())
         if data["schema"] != SCHEMA:
             raise ValueError(f"schema {data['schema']}")
         card = Card(**{**data, "observations": tuple(data["observations"]), "rules": Rules(**data["rules"])})
