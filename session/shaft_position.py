@@ -118,8 +118,8 @@ def _misread(log: str, lines: np.ndarray, off_turns: np.ndarray) -> tuple[Flag, 
     how_far = f"{first:+.0f}" if abs(first - round(first)) < _OFF_TURNS else f"{first:+.1f}"
     message = (
         f"{len(lines)} single reading{several} of the motor's position (line{several} {_listed(lines)} of {log}) "
-        f"cannot be, the first is {how_far} turns off its neighbours; left out, and the crank is taken to turn smoothly "
-        "there"
+        f"cannot be, the first is {how_far} turns off its neighbours; left out, and the crank is taken to turn "
+        "smoothly there"
     )
     return (Flag("misread_position", message=message),)
 
