@@ -102,7 +102,7 @@ class Records(Generic[Record]):
     def read(self, name: str, inputs: str = "") -> Record | None:
         """The record of a case; None where there is none, or one of other inputs or other code."""
         with suppress(OSError, ValueError, KeyError, TypeError):
-            written = json.loads(self._file(name).read_text())
+            written = json.loads(self._file(name).read_bytes())
             if written["made_by"] == self.made_by and written["inputs"] == inputs:
                 record: Record = from_plain(self.kind, written["record"])
                 return record
@@ -157,7 +157,7 @@ def read_lines(path: Path, kind: type[Record], name_of: Callable[[Record], str])
     """
     faults, records = FaultCollector(str(path)), dict[str, Record]()
     try:
-        lines = path.read_text().splitlines()
+        lines = path.read_text(encoding="utf-8").splitlines()
     except (OSError, ValueError) as error:
         fault = Fault(str(path), "", "cannot be read", str(error), "records, one line of JSON each")
         raise InputError([fault]) from error

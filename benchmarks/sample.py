@@ -52,7 +52,7 @@ def checksums(folder: Path) -> dict[str, str]:
 
 def write_checksums(folder: Path) -> None:
     """Writes them into the card, whose text is written by hand."""
-    text, _, _ = (folder / CARD_FILE).read_text().rpartition(_TABLE)
+    text, _, _ = (folder / CARD_FILE).read_text(encoding="utf-8").rpartition(_TABLE)
     rows = "".join(f"| `{name}` | `{digest}` |\n" for name, digest in checksums(folder).items())
     write_whole(folder / CARD_FILE, text + _TABLE + rows)
 

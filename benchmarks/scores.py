@@ -144,7 +144,7 @@ class Scores:
         Raises:
             OSError, KeyError, TypeError, ValueError: it holds none.
         """
-        scores: Scores = from_plain(cls, json.loads(path.read_text()))
+        scores: Scores = from_plain(cls, json.loads(path.read_bytes()))
         return scores
 
 

@@ -3,6 +3,7 @@
 Files of a user hide a package of this program where they have its name and Python looks there first: that is reported.
 """
 
+import os
 import sys
 from importlib.util import find_spec
 from pathlib import Path
@@ -42,8 +43,12 @@ def _place(name: str) -> Path | None:
 
 def main() -> None:
     """Entry point: Ctrl-C ends with one line and exit code 130 from the first import on."""
+    os.environ["MPLBACKEND"] = "agg"  # figures go into files; matplotlib cannot be imported with a backend that is not
     try:
         check_shadowing()
+        from calib.capture.host import print_in_any_encoding
+
+        print_in_any_encoding()
         from calib.cli import main as command_line
     except KeyboardInterrupt:
         print("\ncalib: stopped before anything was begun.", file=sys.stderr)

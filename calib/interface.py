@@ -484,7 +484,7 @@ def export_mjcf(source: AnySession | None = None, out: str | Path = "robot.xml")
         return Export((Path(out),), (f"{robot.name}, nominal: the published coefficients",))
     with _working(source, Options(), False) as pipeline:  # type: ignore[arg-type]
         stage = pipeline.the_fit()
-        write_whole(Path(out), stage.mjcf_file.read_text())
+        write_whole(Path(out), stage.mjcf_file.read_bytes())
     return Export((Path(out),), (f"{pipeline.session.name}: {stage.name}",))
 
 

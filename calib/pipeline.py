@@ -18,6 +18,7 @@ from fitting import Calibration, MeasuredTrial, Structure
 from session import InputError, Session, load_session
 from session.errors import Fault
 from session.lock import session_lock
+from session.results import is_incomplete
 from swimmer import Twin, load_robot
 from swimmer.effects import Effect, catalogue
 
@@ -91,6 +92,8 @@ class Pipeline:
         if self.fits.file.is_file():
             what, aside = "the fit is out of date", "; it is kept aside"
             found = "one of other recordings, another program or edited by hand"
+        if (cut := self.fits.incomplete) is not None:
+            what, found = "the fit is incomplete", f"{cut.name}, whose end is missing or damaged"
         step = f"Run `calib fit {self.session.folder}`{aside}."
         raise InputError([Fault(str(self.fits.file), "", what, found, "the fit of these recordings", next_step=step)])
 
@@ -148,8 +151,9 @@ class Pipeline:
     def _fit_to_build_on(self) -> FitStage:
         """The current fit; where there is none, one of this effort is made first."""
         if (fit := self.current_fit) is None:
-            self.notes.append(f"There was no fit of these recordings; a {self.fits.name} was made first.")
-            self.job.progress(f"no fit of these recordings yet: a {self.fits.name} comes first", 0.0)
+            lacking = "no" if self.fits.incomplete is None else "only an incomplete"
+            self.notes.append(f"There was {lacking} fit of these recordings; a {self.fits.name} was made first.")
+            self.job.progress(f"{lacking} fit of these recordings yet: a {self.fits.name} comes first", 0.0)
             self.fit()
             fit = self.fits
         return fit
@@ -201,7 +205,9 @@ class Pipeline:
         )
         parts = [fit.name]
         for name, stage, file, command in stages:
-            lacking = f"{name} is out of date" if (self.job.results / file).exists() else f"no {name}"
+            path = self.job.results / file
+            lacking = f"{name} is out of date" if path.exists() else f"no {name}"
+            lacking = f"{name} is incomplete" if is_incomplete(path) else lacking
             step = f"{lacking} (`calib {command} {self.session.folder}`)"
             parts.append(step if stage is None else f"{name} of {stage.effort} effort")
         return ", ".join(parts)

@@ -18,7 +18,7 @@ def print_result(result: Result, as_json: bool, verbose: bool, main: Path | None
     path, notes = main or result.file, sorted(result.notes, key=lambda note: not note.startswith("!"))
     if as_json:
         made = {"result": str(path), "made": list(map(str, result.made)), "notes": notes}
-        print(json.dumps(made | {result.key: json.loads(result.file.with_suffix(".json").read_text())}, indent=1))
+        print(json.dumps(made | {result.key: json.loads(result.file.with_suffix(".json").read_bytes())}, indent=1))
         return
     if len(notes) > 1 and not verbose:
         notes = [f"{notes[0]} ({len(notes) - 1} more notes: -v)"]

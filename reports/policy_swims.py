@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from session.results import sha256_of
+from session.results import check_whole, sha256_of
 
 TASKS = ("target", "circle")
 SWIMS = ".swims.npz"
@@ -69,7 +69,9 @@ def _card(file: Path) -> Path:
 
 
 def _read(file: Path, fit: str) -> PolicySwims:
-    card = json.loads(_card(file).read_text())
+    for part in (_card(file), file):
+        check_whole(part, "calib policy evaluate")
+    card = json.loads(_card(file).read_bytes())
     with np.load(file, allow_pickle=False) as arrays:
         return PolicySwims(
             card["task"],

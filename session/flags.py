@@ -41,6 +41,8 @@ FLAG_KINDS: dict[str, str] = {
     "clock_rate": "the clocks of video and motor log run at implausibly different rates",
     "short_log": "the motor log does not cover what is compared",
     "log_gap": "readings are missing from the motor log",
+    "misread_position": "single readings of the motor's position cannot be, and are left out",
+    "position_jump": "the counter of the motor's position jumps by whole turns, which are taken out",
     "motor_error": "the motor reported an error",
     "motor_slow": "the motor turned otherwise than commanded",
     "supply_sags": "the supply voltage of the motor sags",

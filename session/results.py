@@ -7,12 +7,14 @@ import json
 import math
 import os
 import secrets
+import zlib
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any, Generic, TypeVar, cast
+from zipfile import BadZipFile, ZipFile
 
 import numpy as np
 
@@ -143,7 +145,7 @@ class ResultFile(Generic[T]):
         """What `write` wrote; `external` is what is in other files, see `session.records`.
 
         Raises:
-            InputError: not there, not JSON, or not of this version.
+            InputError: not there, incomplete, or not of this version.
         """
         path = results / self.name
         data = _read_json(path)
@@ -151,7 +153,8 @@ class ResultFile(Generic[T]):
             rest = {key: value for key, value in data.items() if key not in PROVENANCE}
             if not self.arrays_apart:
                 return cast(T, from_plain(self.kind, rest, external))
-            with np.load(self.paths(results)[1]) as arrays:
+            check_whole(path.with_suffix(".npz"))
+            with np.load(path.with_suffix(".npz")) as arrays:
                 return cast(T, from_plain(self.kind, rest, external, arrays))
         except (OSError, KeyError, TypeError, ValueError, AttributeError) as error:
             raise _unreadable(path, "not a result of this version", str(error), "what `calib run` writes") from error
@@ -161,7 +164,7 @@ def read_provenance(path: Path) -> Provenance:
     """With what a JSON result was made.
 
     Raises:
-        InputError: not there, not JSON, or not of this version.
+        InputError: not there, incomplete, or not of this version.
     """
     data = _read_json(path)
     try:
@@ -171,11 +174,10 @@ def read_provenance(path: Path) -> Provenance:
 
 
 def _read_json(path: Path) -> dict[str, Any]:
+    check_whole(path)
     try:
         data = json.loads(path.read_bytes())
-    except FileNotFoundError as error:
-        raise _unreadable(path, "the result is not there", "", "a result written by this program") from error
-    except (OSError, ValueError, RecursionError) as error:
+    except (OSError, RecursionError) as error:
         raise _unreadable(path, "the result cannot be read", str(error), "a JSON object") from error
     if not isinstance(data, dict) or data.get("schema") != SCHEMA:
         found = f"schema {data.get('schema')!r}" if isinstance(data, dict) else type(data).__name__
@@ -183,8 +185,41 @@ def _read_json(path: Path) -> dict[str, Any]:
     return data
 
 
-def _unreadable(path: Path, what: str, found: str, expected: str) -> InputError:
-    return InputError([Fault(str(path), "", what, found, expected, (), "Make it again with `calib run`.")])
+def is_incomplete(path: Path) -> bool:
+    """Whether the end of a file is missing, or it was damaged otherwise: JSON, ``.npz`` or netCDF of HDF5."""
+    try:
+        if path.suffix == ".npz":
+            with ZipFile(path) as packed:
+                return packed.testzip() is not None
+        if path.suffix == ".nc":
+            import h5netcdf  # takes longer to load than all else here
+
+            with h5netcdf.File(path) as stored:
+                return not stored.groups and not stored.variables
+        if path.suffix == ".json":
+            json.loads(path.read_bytes())
+    except (FileNotFoundError, IsADirectoryError, PermissionError):
+        return False
+    except (OSError, ValueError, EOFError, RuntimeError, BadZipFile, zlib.error):
+        return True
+    return False
+
+
+def check_whole(path: Path, command: str = "calib run") -> None:
+    """Checks that a result is there and not cut short.
+
+    Raises:
+        InputError: it is not; `command` makes it again.
+    """
+    if not path.is_file():
+        raise _unreadable(path, "the result is not there", "", "a result written by this program", command)
+    if is_incomplete(path):
+        found = f"{path.stat().st_size} bytes, whose end is missing or damaged"
+        raise _unreadable(path, "the result is incomplete", found, "the whole file as it was written", command)
+
+
+def _unreadable(path: Path, what: str, found: str, expected: str, command: str = "calib run") -> InputError:
+    return InputError([Fault(str(path), "", what, found, expected, (), f"Make it again with `{command}`.")])
 
 
 def plain_json(value: Any) -> Any:

@@ -14,7 +14,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, Protocol
 
-from session.results import plain_json, program_version, sha256_of, write_whole
+from session.results import is_incomplete, plain_json, program_version, sha256_of, write_whole
 
 STAMPS = ".stages.json"
 KEPT = "kept"
@@ -60,6 +60,15 @@ class Stage:
             return all(sha256_of(self._results / name) == sha256 for name, sha256 in outputs.items())
         except OSError:
             return False
+
+    @property
+    def incomplete(self) -> Path | None:
+        """A file of the results that stand whose end is missing, as after a full disk; None where all are whole."""
+        stamp = _read(self._results).get(_name(self.file, self._results))
+        outputs = stamp.get("outputs") if isinstance(stamp, dict) else None
+        names = outputs if isinstance(outputs, dict) else ()
+        files = (self.file, *(self._results / name for name in names))
+        return next((path for path in files if is_incomplete(path)), None)
 
     def ensure(self, make: Callable[[], Iterable[Path] | None]) -> bool:
         """Makes the results unless they are current; whether it did. What `make` returns was written as well."""

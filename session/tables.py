@@ -5,8 +5,10 @@ from __future__ import annotations
 import gzip
 import math
 import zlib
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
+from types import MappingProxyType
 
 import numpy as np
 
@@ -92,28 +94,43 @@ def read_table(path: Path) -> RawTable:
     return RawTable(file, header, rows[1:] if has_header else rows, text.endswith(("\n", "\r")))
 
 
-def check_header(table: RawTable, columns: tuple[str, ...], faults: FaultCollector) -> None:
-    """Adds a fault where the header is missing or is not these columns."""
+def check_header(
+    table: RawTable, columns: tuple[str, ...], faults: FaultCollector, others: Mapping[str, Iterable[str]]
+) -> None:
+    """Adds a fault where the header is missing or is not these columns, each under its name or one of its others."""
     expected = ",".join(columns)
     if table.header is None:
         faults.add("line 1", "no header", expected=expected)
-    elif table.header != columns:
-        strange = [name for name in table.header if name not in columns]
-        hint = did_you_mean(strange[0], columns) if strange else ""
-        faults.add("line 1", "wrong header", found=",".join(table.header), expected=expected, next_step=hint)
+        return
+    column_of = {name: column for column, names in others.items() for name in names}
+    if tuple(column_of.get(name, name) for name in table.header) == columns:
+        return
+    strange = [name for name in table.header if name not in columns and name not in column_of]
+    hint = did_you_mean(strange[0], (*columns, *column_of)) if strange else ""
+    for column, names in others.items():
+        if strange and strange[0].split("_")[0] == column.split("_")[0]:
+            hint = f"{strange[0]!r} does not say its unit; name the column by it: {', '.join(names)}."
+    faults.add("line 1", "wrong header", found=",".join(table.header), expected=expected, next_step=hint)
 
 
-def read_log(path: Path, columns: tuple[str, ...]) -> tuple[RawTable, tuple[Flag, ...]]:
+def read_log(
+    path: Path, columns: tuple[str, ...], others: Mapping[str, Iterable[str]] = MappingProxyType({})
+) -> tuple[RawTable, tuple[Flag, ...]]:
     """A table with these columns, to which rows are appended while something runs.
 
     A last row cut short by the end (not ended by a line feed, or with cells missing) is left out and flagged.
+
+    Args:
+        path: of the file.
+        columns: names that the header must have, in their order.
+        others: further names of a column, for instance one for each unit it may be in.
 
     Raises:
         InputError: the file cannot be read as text, is empty, or has another header.
     """
     table = read_table(path)
     faults = FaultCollector(table.file)
-    check_header(table, columns, faults)
+    check_header(table, columns, faults, others)
     faults.raise_if_any()
     if not _ends_cut(table):
         return table, ()

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from session.errors import Fault, InputError, ModelMismatch
-from session.results import plain_json, program_version, write_whole, writing_whole
+from session.results import is_incomplete, plain_json, program_version, write_whole, writing_whole
 from swimgym.beat import beat_action
 from swimgym.course import Course, Rules
 from swimgym.source import Fish
@@ -129,11 +129,15 @@ def load_policy(file: Path) -> Policy:
     """What `Policy.save` wrote.
 
     Raises:
-        InputError: it is not there, or no policy of this version.
+        InputError: it is not there, incomplete, or no policy of this version.
     """
     step = "Train one with `calib policy train`."
+    for part in (file.with_suffix(".json"), file.with_suffix(".npz")):
+        if is_incomplete(part):
+            found, expected = f"{part.name}, whose end is missing or damaged", "the whole file as it was written"
+            raise InputError([Fault(str(file), "", "it is incomplete", found, expected, (), step)])
     try:
-        data = json.loads(file.with_suffix(".json").read_text())
+        data = json.loads(file.with_suffix(".json").read_bytes())
         if data["schema"] != SCHEMA:
             raise ValueError(f"schema {data['schema']}")
         card = Card(**{**data, "observations": tuple(data["observations"]), "rules": Rules(**data["rules"])})

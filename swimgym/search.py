@@ -115,7 +115,7 @@ def _resumed(file: Path | None, plan: SearchPlan, card: Card) -> _State | None:
     if file is None or not file.is_file():
         return None
     try:
-        data = json.loads(file.read_text())
+        data = json.loads(file.read_bytes())
         if (data["plan"], data["model_sha256"], data["task"]) != (asdict(plan), card.model_sha256, card.task):
             return None
         return _State(

@@ -44,7 +44,7 @@ class Answer:
         Raises:
             KeyError, TypeError, ValueError: it holds none.
         """
-        answer: Self = from_plain(cls, json.loads(path.read_text()))
+        answer: Self = from_plain(cls, json.loads(path.read_bytes()))
         return answer
 
     def write(self, path: Path) -> None:

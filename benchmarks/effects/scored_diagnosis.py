@@ -110,7 +110,7 @@ def read_diagnosis(path: Path, lacking: frozenset[str] = frozenset()) -> Diagnos
     faults = FaultCollector(str(path))
     again = "Diagnose it again."
     try:
-        found = _CONTRACT.validate_json(path.read_text(), strict=True)
+        found = _CONTRACT.validate_json(path.read_text(encoding="utf-8"), strict=True)
     except OSError as error:
         unread = Fault(str(path), "", "cannot be read", str(error), "a diagnosis.json", next_step=again)
         raise InputError([unread]) from error

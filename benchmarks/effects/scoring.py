@@ -106,7 +106,7 @@ def _diagnoses(folder: Path, lacking: Mapping[str, frozenset[str]]) -> dict[str,
         try:
             found = read_diagnosis(folder / name / DIAGNOSIS, effects)
             untimed = found.seconds is None and clock.exists()
-            diagnoses[name] = replace(found, seconds=float(clock.read_text())) if untimed else found
+            diagnoses[name] = replace(found, seconds=float(clock.read_text(encoding="utf-8"))) if untimed else found
         except InputError as error:
             faults.extend_capped(list(error.faults))
     faults.raise_if_any()

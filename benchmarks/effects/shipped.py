@@ -33,7 +33,7 @@ def ship(folder: Path) -> None:
         raise RuntimeError(f"small suite: {len(failures)} sessions failed, the first: {failures[0].message}")
     card = folder / "CARD.md"
     found = checksum_of_sessions(suite)
-    write_whole(card, re.sub(r"(\| `small/sessions` \| `)[^`]*`", rf"\g<1>{found}`", card.read_text()))
+    write_whole(card, re.sub(r"(\| `small/sessions` \| `)[^`]*`", rf"\g<1>{found}`", card.read_text(encoding="utf-8")))
 
 
 def checksum_of_sessions(suite: SuiteFolder) -> str:

@@ -3,8 +3,9 @@
 import sys
 
 from calib.capture.command import main
-from calib.capture.host import let_go_of_a_lost_terminal
+from calib.capture.host import let_go_of_a_lost_terminal, print_in_any_encoding
 
+print_in_any_encoding()
 code = main(program="python -m calib.capture")
 let_go_of_a_lost_terminal()
 sys.exit(code)

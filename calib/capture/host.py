@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import codecs
+import io
 import os
 import signal
 import sys
@@ -54,6 +56,33 @@ class Signals:
     def _note(self, number: int, _frame: FrameType | None) -> None:
         if self.caught is None:
             self.caught = number
+
+
+_IN_ASCII = {
+    "\N{MINUS SIGN}": "-",
+    "\N{EN DASH}": "-",
+    "\N{PLUS-MINUS SIGN}": "+/-",
+    "\N{MULTIPLICATION SIGN}": "x",
+    "\N{HORIZONTAL ELLIPSIS}": "...",
+    "\N{RIGHTWARDS ARROW}": "->",
+    "\N{GREEK SMALL LETTER BETA}": "beta",
+}
+
+
+def _in_ascii(error: UnicodeError) -> tuple[str, int]:
+    """The handler of characters that a terminal's encoding does not have: another spelling, or the number of each."""
+    if not isinstance(error, UnicodeEncodeError):
+        raise error
+    missing = error.object[error.start : error.end]
+    return "".join(_IN_ASCII.get(each) or ascii(each)[1:-1] for each in missing), error.end
+
+
+def print_in_any_encoding() -> None:
+    """Output to a terminal or file that is not UTF-8 is spelled in what it has, and no longer ends the program."""
+    codecs.register_error("in_ascii", _in_ascii)
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="in_ascii")
 
 
 def let_go_of_a_lost_terminal() -> None:

@@ -71,7 +71,7 @@ def new(  # noqa: PLR0913
         fit=tuple(name.strip() for name in fit.split(",") if name.strip()),
         seed=seed,
     )
-    for line in (session / SESSION_FILE).read_text().splitlines():
+    for line in (session / SESSION_FILE).read_text(encoding="utf-8").splitlines():
         if line.startswith("# TODO"):
             print(f"to fill in: {line.removeprefix('# TODO ')}")
     print(session)

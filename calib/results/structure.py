@@ -36,8 +36,8 @@ class StructureResult(Result):
 
     def summary(self) -> str:
         """Where each number of the structure comes from, the main caveat, and what to do next."""
-        flags = self.to_frame("flags")
-        caveat = f"Main caveat: {flags.message.iloc[0]}." if len(flags) else "No caveat."
+        about, flag = next(self._flags(), ("", None))
+        caveat = f"Main caveat: {f'{about}: ' if about else ''}{flag.message}." if flag else "No caveat."
         sources = [source.sentence for source in self.data.sources]
         add = f"Next: film a swim trial, add it to {self.session.folder / 'session.toml'}"
         return "\n".join([f"{self.session.name}: {self.name}.", *sources, caveat, add])

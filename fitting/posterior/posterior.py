@@ -18,6 +18,7 @@ from fitting.model.mode import Progress
 from fitting.posterior.quiet_arviz import arviz
 from fitting.posterior.sampling import VARIABLES, Draws, Surrogate, fit_surrogate, sample
 from session import Flag
+from session.results import check_whole
 from swimmer import FluidCoefficients
 from swimmer.fluid import COEFFICIENT_BOUNDS
 
@@ -184,7 +185,12 @@ def save_draws(path: Path, posterior: Posterior, stamp: Mapping[str, str | int])
 
 
 def load_chains(path: Path) -> np.ndarray:
-    """(w, d, 7) walkers, draws, coefficients and ln discrepancies that `save_draws` wrote."""
+    """(w, d, 7) walkers, draws, coefficients and ln discrepancies that `save_draws` wrote.
+
+    Raises:
+        InputError: not there, or incomplete.
+    """
+    check_whole(path, "calib posterior")
     with xarray.open_dataset(path, group="posterior", engine="h5netcdf") as draws:
         return np.stack([draws[name].to_numpy() for name in VARIABLES], axis=-1)
 

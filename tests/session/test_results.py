@@ -5,10 +5,19 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
+import xarray as xr
 
 from session import Flag, InputError
 from session.errors import ResultsNotWritable
-from session.results import Provenance, ResultFile, read_provenance, write_whole, writing_whole
+from session.results import (
+    Provenance,
+    ResultFile,
+    check_whole,
+    is_incomplete,
+    read_provenance,
+    write_whole,
+    writing_whole,
+)
 
 PROVENANCE = Provenance("4.0.0", "abc", {"session.toml": "def"}, 7, "quick")
 
@@ -106,7 +115,7 @@ def test_what_is_no_data_is_no_result(tmp_path: Path) -> None:
     ("text", "message"),
     [
         (None, "the result is not there"),
-        ("{", "the result cannot be read"),
+        ("{", "the result is incomplete; found 1 bytes, whose end is missing"),
         ("[]", "not a result of this version; found list; expected schema 1"),
         (json.dumps({"schema": 99}), "found schema 99; expected schema 1. Make it again with `calib run`."),
         (json.dumps({"schema": 1, "count": 3}), "not a result of this version; found 'array'; expected what"),
@@ -120,3 +129,39 @@ def test_a_damaged_result_is_reported(tmp_path: Path, text: str | None, message:
     assert message in str(caught.value)
     with pytest.raises(InputError):
         read_provenance(tmp_path / "r.json")
+
+
+@dataclass(frozen=True, eq=False)
+class Apart:
+    word: str
+    array: np.ndarray
+
+
+APART = ResultFile("apart.json", Apart, arrays_apart=True)
+
+
+@pytest.mark.parametrize("share", [0.0, 0.01, 0.3, 0.5, 0.9, 0.98])
+@pytest.mark.parametrize("name", ["apart.json", "apart.npz"])
+def test_a_result_cut_anywhere_is_called_incomplete(tmp_path: Path, name: str, share: float) -> None:
+    APART.write(tmp_path, PROVENANCE, Apart("°C", np.arange(300.0)))
+    whole = (tmp_path / name).read_bytes()
+    (tmp_path / name).write_bytes(whole[: int(share * len(whole))])
+    with pytest.raises(InputError, match=rf"{name}: the result is incomplete; .*Make it again with `calib run`\."):
+        APART.read(tmp_path)
+
+
+def test_arrays_that_are_not_there_are_called_that(tmp_path: Path) -> None:
+    APART.write(tmp_path, PROVENANCE, Apart("", np.arange(3.0)))[1].unlink()
+    with pytest.raises(InputError, match=r"apart.npz: the result is not there"):
+        APART.read(tmp_path)
+
+
+@pytest.mark.parametrize("share", [0.0, 0.01, 0.5, 0.999])
+def test_netcdf_cut_anywhere_is_called_incomplete(tmp_path: Path, share: float) -> None:
+    path = tmp_path / "posterior.nc"
+    xr.Dataset({"blunt_drag": ("draw", np.arange(1e4))}).to_netcdf(path, engine="h5netcdf", group="posterior")
+    assert not is_incomplete(path)
+    whole = path.read_bytes()
+    path.write_bytes(whole[: int(share * len(whole))])
+    with pytest.raises(InputError, match=r"the result is incomplete; .*Make it again with `calib posterior`"):
+        check_whole(path, "calib posterior")

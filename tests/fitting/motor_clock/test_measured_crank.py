@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -16,9 +17,11 @@ from fitting.motor_clock import MotorRecord
 from fitting.published_search import Swims
 from session import CameraSpec, NotEnoughData
 from session.create import FISHSIM_MARKERS
+from session.motor import load_motor
 from session.tracks import as_tracks
 from swimmer import Twin
 from synthetic import PLAUSIBLE_COEFFICIENTS
+from synthetic.motor_log import save_motor_log
 from tests.fitting.motor_clock.drives import FPS, PX_PER_M, ROBOT, SPEC, SWIM_SPEC, Filmed, filmed, recorded
 
 CAMERA = CameraSpec(FPS, ROBOT.scale_length_m)
@@ -108,3 +111,21 @@ def test_a_dry_run_knows_how_unevenly_its_crank_turned() -> None:
     ahead = 2 * np.pi * record.measured_hz * (trial.even_s - trial.time_s)
     assert 0.01 < ahead.std() < 0.05  # rad: 2 % once and 1.5 % twice a turn
     assert measure_dry_run(SPEC, tracks_of(one), CAMERA, ROBOT).motor is None
+
+
+@pytest.mark.parametrize(("rows", "turns"), [((300, 301, 302, 500), 2), ((420,), -1)])
+def test_misread_positions_change_neither_drive_nor_turn_and_are_flagged_in_the_trial(
+    tmp_path: Path, rows: tuple[int, ...], turns: int
+) -> None:
+    one, undisturbed, trial = swum()
+    position = one.log.position_rad.copy()
+    position[list(rows)] += 2 * np.pi * turns
+    save_motor_log(tmp_path / "f0_90.motor.csv", replace(one.log, position_rad=position))
+    record = recorded(one._replace(log=load_motor(tmp_path / "f0_90.motor.csv")))
+    assert record.usable
+    assert record.measured_hz == pytest.approx(undisturbed.measured_hz, rel=1e-5)
+    video_s = np.arange(*undisturbed.drive_s, 1 / FPS)
+    assert record.turn.angle(video_s) == pytest.approx(undisturbed.turn.angle(video_s), abs=0.01)
+    flags = measure_trial(SWIM_SPEC, tracks_of(one), CAMERA, ROBOT, 1.0, record).flags
+    assert f"{len(rows)} single reading" in next(flag.message for flag in flags if flag.kind == "misread_position")
+    assert {flag.kind for flag in flags} - {"misread_position"} == {flag.kind for flag in trial.flags}
