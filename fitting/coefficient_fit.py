@@ -62,7 +62,8 @@ class CoefficientFit:
 
     Attributes:
         coefficients: the five fluid coefficients at the mode.
-        interval: (5, 2) 90 % interval of each by the curvature at the mode, within the bounds.
+        interval: (5, 2) 90 % interval of each by the curvature at the mode, and about other ends of the search that are
+            as likely; within the bounds.
         components: standard deviation of each variance component by its name (see `fitting.model.variance`).
         roll: roll of the hull, by which simulated markers swing in the fit; it does not move the calibrated twin.
         ends: where every start of the search ended, the best first.
@@ -99,7 +100,8 @@ def fit_coefficients(
     ordered = sorted(trials, key=lambda trial: trial.name)
     mode = find_mode(SessionModel.of(twin, ordered, doubts, with_course=True), starts, seed, progress)
     reach = NORMAL_90 * np.sqrt(np.diag(mode.coefficient_covariance))
-    ends = np.column_stack([mode.coefficients - reach, mode.coefficients + reach])
+    likely = np.array([mode.coefficients, *(end.coefficients for end in mode.disagree)])
+    ends = np.column_stack([likely.min(axis=0) - reach, likely.max(axis=0) + reach])
     interval = np.clip(ends, *COEFFICIENT_BOUNDS)
     fit = CoefficientFit(
         coefficients=FluidCoefficients(*map(float, mode.coefficients)),

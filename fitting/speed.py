@@ -28,8 +28,8 @@ def forward_speed(time_s: np.ndarray, head: HeadFrame, kept: np.ndarray, frequen
 
     The nose's path is a straight line and three harmonics of the beat (least squares), so that the slope is that of
     whole beats; the mean heading is what is left of the heading beside a drift and the same harmonics. Neither where in
-    a beat the window begins and ends nor the frame rate nor a gap tilts it. Of a fish whose course bends by an angle a it is 1 - a^2 / 40 of the speed along its
-    path: the least-squares slope of a chord.
+    a beat the window begins and ends nor the frame rate nor a gap tilts it. Of a fish whose course bends by an angle a
+    it is 1 - a^2 / 40 of the speed along its path.
 
     Args:
         time_s: (n,) s.

@@ -1,8 +1,8 @@
 """The search for the mode: coefficients by Gauss-Newton, variance components by restricted likelihood.
 
 The two take turns. Each step of the coefficients is that of generalised least squares in the covariance so far, within
-the bounds (Stark and Parker 1995, by `scipy.optimize.lsq_linear`), halved until it gains. A few starts, the likeliest
-of points all over the box, guard against other valleys.
+the bounds (Stark and Parker 1995, by `scipy.optimize.lsq_linear`), halved until it gains. Many starts, the likeliest of
+points all over the box, race against each other; the winner hops about in what the trials allow, for the twin is rough.
 """
 
 from collections.abc import Sequence
@@ -24,10 +24,13 @@ from session.errors import SimulationDiverged
 from swimmer import PUBLISHED_COEFFICIENTS, Trajectories
 from swimmer.fluid import COEFFICIENT_BOUNDS
 
-_SCREENED = 48
+_SCREENED = 128
 _TRIED = 4  # times the starts, of which it is asked whether their twins swim forward from rest
 _ROUNDS = 14
-_RACED = 6  # rounds of all descents, after which the better half goes on
+_RACES = ((2, 2), (6, 1))
+"""Rounds of all descents that are left, and times the starts that go on after them; in the end the better half."""
+_BEGUN = 3  # times the starts, descents at first
+_HOPS, _HOPPED, _WIDE = 2, 32, 1.5  # hops; points of each; their scatter in standard deviations of the coefficients
 _RENEWED = (2, 5)  # rounds in which nuisances are simulated anew where the coefficients now are
 _NATURALS = tuple(np.linspace(-0.8, 0.8, 9))  # of rolls to begin with, see `Roll.natural`
 _SHARES = (1.0, 0.5, 0.25, 0.1)  # of a step
@@ -46,8 +49,8 @@ def find_mode(
 
     Args:
         model: the trials; their features hold the course.
-        starts: how many of the screened points are gone on from, those first whose twins swim forward from rest; on
-            the way there these stay so.
+        starts: how many descents go on to the end or nearly so, of three times as many that begin at the likeliest
+            of the screened points, those first whose twins swim forward from rest; on the way these stay so.
         seed: of the screening.
         tell: of the progress.
 
@@ -55,20 +58,18 @@ def find_mode(
         SimulationDiverged: from every start.
     """
     points = _screened(seed)
-    simulated = model.simulated(points)
-    promising = _promising(model, points, simulated, starts)
-    blocks = blocks_at(model, promising[0])
+    promising, blocks = _promising(model, points, model.simulated(points), _BEGUN * starts)
     descents = [_Descent(model, start, blocks) for start in promising]
-    for number, descent in enumerate(descents):
-        tell("fitting the coefficients", 0.5 * number / starts)
-        descent.go_on(min(_RACED, _ROUNDS))
-    descents.sort(key=_worse)
-    for number, descent in enumerate(descents[: (starts + 1) // 2]):
-        tell("fitting the coefficients", 0.5 + number / starts)
-        descent.go_on(_ROUNDS)
+    racing, done = descents, 0.0
+    for rounds, left in (*_RACES, (_ROUNDS, 0.5)):
+        for number, descent in enumerate(racing):
+            tell("fitting the coefficients", done + (0.9 - done) / 2 * number / len(racing))
+            descent.go_on(rounds)
+        done = (0.9 + done) / 2
+        racing = sorted(racing, key=_worse)[: max(int(left * starts), 1)]
     while not (found := sorted(descents, key=_worse))[0].done:
         found[0].go_on(_ROUNDS)
-    found[0] = found[0].along_boundary()
+    found[0] = found[0].hopped(seed).along_boundary()
     found = [each for each in found if np.isfinite(each.log_density)]
     if not found:
         raise SimulationDiverged("the twin diverged from every start; look into the flags of the fit trials")
@@ -100,13 +101,37 @@ class _Descent:
         return self._converged or self._round >= _ROUNDS
 
     def go_on(self, rounds: int) -> None:
-        """Goes on until so many rounds are behind it, or until it has converged."""
+        """Goes on until so many rounds are behind it, until it has converged, or until the twin diverges."""
         try:
             while self._round < rounds and not self._converged:
                 self._step()
             self._look(sloped=True)
-        except (np.linalg.LinAlgError, ValueError):  # what is simulated is not finite
+        except _Diverged:
             self.log_density, self._converged = -np.inf, True
+
+    def hopped(self, seed: int) -> "_Descent":
+        """Gone on from the best of points drawn about it, if that leads to where it is likelier; else itself.
+
+        The twin is rough by some hundredths of a millimetre, so that gradients end in hollows of that depth.
+        """
+        best, random = self, np.random.default_rng([seed, 37])
+        for _ in range(_HOPS if np.isfinite(self.log_density) else 0):
+            root, _, columns = best._whitened(best._covariance.at(best._sizes))
+            scatter = np.linalg.inv(np.linalg.cholesky(columns.T @ columns + COEFFICIENT_SD**-2.0 * np.eye(5)))
+            drawn = best._at + _WIDE * random.standard_normal((_HOPPED, 5)) @ scatter
+            there = best._best(np.clip(drawn, *COEFFICIENT_BOUNDS), root)
+            self.simulated = best.simulated
+            if there is None:
+                break
+            other = copy(best)
+            other._at, other._trajectories = there
+            other._jacobian, other._sloped, other._converged = np.zeros((0, 5)), False, False
+            other.go_on(best._round + _RACES[-1][0])
+            self.simulated = other.simulated
+            if other.log_density <= best.log_density:
+                break
+            best = other
+        return best
 
     def along_boundary(self) -> "_Descent":
         """Gone on along the boundary of twins that swim forward from rest, if that is clearly likelier; else itself.
@@ -128,9 +153,10 @@ class _Descent:
 
     def _step(self) -> None:
         if self._round in _RENEWED:
-            self._blocks = blocks_at(self.model, self._at)
-            self._covariance = Covariance.of(self._blocks)
+            blocks = blocks_at(self.model, self._at)
             self.simulated += 16
+            if all(map(_is_finite, blocks)):  # next to it a twin may diverge
+                self._blocks, self._covariance = blocks, Covariance.of(blocks)
         self._look()
         jacobian, others = self._jacobian, self._covariance.without_roll(self._sizes) + _free(self._jacobian)
         if self._round in (0, *_RENEWED):
@@ -170,6 +196,8 @@ class _Descent:
         if not len(self._jacobian) or (sloped and not self._sloped):
             self._jacobian, self._sloped = jacobian_at(self.model.trials, self._at), True
             self.simulated += 10
+        if not (np.isfinite(self._residual).all() and np.isfinite(self._jacobian).all()):
+            raise _Diverged
         self._sizes, deviance = self._covariance.restricted(self._residual, self._jacobian, self._sizes)
         self.log_density = -deviance - self.model.trials[0].roll.deviance
 
@@ -281,6 +309,14 @@ class _Descent:
         return drawn[self.model.swim_forward(drawn)][:_LOOKED_AT] if len(drawn) else drawn
 
 
+class _Diverged(Exception):
+    """What a descent meets where the twin diverges."""
+
+
+def _is_finite(block: Block) -> bool:
+    return all(np.isfinite(part).all() for part in (*block.sensitivities, block.time_step))
+
+
 def _worse(descent: _Descent) -> tuple[bool, float]:
     return not descent.forward, -descent.log_density
 
@@ -296,13 +332,32 @@ def _screened(seed: int) -> np.ndarray:
     return np.vstack([PUBLISHED_COEFFICIENTS, box[: _SCREENED - 1]])
 
 
-def _promising(model: SessionModel, points: np.ndarray, simulated: np.ndarray, starts: int) -> Sequence[np.ndarray]:
-    """The likeliest of the points (s, 5) by what they simulate (s, K), relative to how fast and wide each beat is."""
+def _promising(
+    model: SessionModel, points: np.ndarray, simulated: np.ndarray, count: int
+) -> tuple[Sequence[np.ndarray], tuple[Block, ...]]:
+    """Return the likeliest of the points (s, 5) by what they simulate (s, K), and the blocks they are ranked with.
+
+    The first look is relative to how fast and wide each beat is. Nuisances are simulated where it finds most; in their
+    covariance all points are ranked by what they leave, those first that swim forward from rest.
+
+    Raises:
+        SimulationDiverged: at all points.
+    """
     measured = model.measured.reshape(len(model.trials), -1)
     rows = simulated.reshape(len(points), *measured.shape)
     speed = (rows[..., SPEED] - measured[..., SPEED]) / np.maximum(np.abs(measured[..., SPEED]), 1e-3)
     wave = np.linalg.norm(rows[..., 1:] - measured[..., 1:], axis=-1) / np.linalg.norm(measured[..., 1:], axis=-1)
-    misfit = np.nan_to_num((speed**2 + wave**2).sum(axis=-1), nan=np.inf)
-    order = [i for i in np.argsort(misfit)[: _TRIED * starts] if np.isfinite(misfit[i])]
+    misfit = (speed**2 + wave**2).sum(axis=-1)
+    for first in (i for i in np.argsort(misfit) if np.isfinite(misfit[i])):
+        blocks = blocks_at(model, points[first])
+        if all(map(_is_finite, blocks)):
+            break
+    else:
+        raise SimulationDiverged("the twin diverged from every start; look into the flags of the fit trials")
+    root = np.linalg.cholesky(Covariance.of(blocks).at(MEDIANS))
+    residual = np.nan_to_num(model.measured - simulated, nan=1e3)
+    squares = (solve_triangular(root, residual.T, lower=True) ** 2).sum(axis=0)
+    order = [i for i in np.argsort(squares)[: _TRIED * count] if np.isfinite(simulated[i]).all()]
     forward = model.swim_forward(points[order])
-    return [points[i] for i in [*np.array(order)[forward], *np.array(order)[~forward]][:starts]]
+    chosen = [*np.array(order)[forward], *np.array(order)[~forward]][:count]
+    return [points[i] for i in chosen], blocks
