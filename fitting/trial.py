@@ -129,8 +129,13 @@ class MeasuredTrial:
         return np.isfinite(self.tracks.heading.values)
 
     def seen_head(self, position_m: np.ndarray) -> HeadFrame:
-        """Turn simulated markers (..., k, m, 2) of the first k frames into the head frame, with this trial's gaps."""
-        return head_frame(self.markers, position_m, self.head_seen[: position_m.shape[-3]])
+        """Turn simulated markers (..., k, m, 2) of the first k frames into the head frame, with this trial's gaps.
+
+        A simulation that diverges on the way is nan throughout: no gap is to hide that.
+        """
+        stands = np.isfinite(position_m).all(axis=(-3, -2, -1), keepdims=True)
+        whole = np.where(stands, position_m, np.nan)
+        return head_frame(self.markers, whole, self.head_seen[: position_m.shape[-3]])
 
     @cached_property
     def weight(self) -> np.ndarray:

@@ -9,7 +9,7 @@ from scipy.linalg import cho_factor, cho_solve
 
 from fitting.model.roll import NO_ROLL, Roll
 from fitting.model.session_model import SessionModel
-from fitting.model.trial_model import TrialModel, sensitivities_together, simulated_together
+from fitting.model.trial_model import TrialModel, difference, sensitivities_together, simulated_together
 from fitting.model.variance import COEFFICIENT_SD, FORECAST_SPEED, Block, Covariance
 from swimmer.fluid import COEFFICIENT_BOUNDS
 
@@ -134,7 +134,10 @@ def jacobian_at(trials: Sequence[TrialModel], coefficients: np.ndarray) -> np.nd
     steps = 2 * _ROOT_STEP * np.sqrt(np.maximum(coefficients, 0.01))
     up, down = (np.clip(coefficients + sign * np.diag(steps), *COEFFICIENT_BOUNDS) for sign in (1, -1))
     rows = np.hstack(simulated_together(trials, np.vstack([up, down])))
-    return np.asarray(((rows[:5] - rows[5:]) / np.diag(up - down)[:, None]).T)
+    middle = rows[0]
+    if not np.isfinite(rows).all():
+        middle = np.hstack(simulated_together(trials, coefficients[None]))[0]
+    return np.asarray((difference(rows[:5], rows[5:], middle) / np.diag(up - down)[:, None]).T)
 
 
 def time_step_errors(trials: Sequence[TrialModel], coefficients: np.ndarray) -> list[np.ndarray]:
@@ -149,7 +152,7 @@ def time_step_errors(trials: Sequence[TrialModel], coefficients: np.ndarray) -> 
         simulated_together(each, coefficients[None])
         for each in (trials, [replace(trial, twin=finer) for trial in trials])
     )
-    return [2 * (after[0] - before[0]) for before, after in zip(whole, half, strict=True)]
+    return [2 * np.nan_to_num(after[0] - before[0]) for before, after in zip(whole, half, strict=True)]
 
 
 def coefficient_covariance(total: np.ndarray, jacobian: np.ndarray) -> np.ndarray:

@@ -27,10 +27,11 @@ from swimmer.fluid import COEFFICIENT_BOUNDS
 _SCREENED = 128
 _TRIED = 4  # times the starts, of which it is asked whether their twins swim forward from rest
 _ROUNDS = 14
-_RACES = ((2, 2), (6, 1))
+_RACES = ((2, 1.0), (6, 0.5))
 """Rounds of all descents that are left, and times the starts that go on after them; in the end the better half."""
-_BEGUN = 3  # times the starts, descents at first
-_HOPS, _HOPPED, _WIDE = 2, 32, 1.5  # hops; points of each; their scatter in standard deviations of the coefficients
+_BEGUN = 2  # times the starts, descents at first
+_APART = 0.25  # of the box in the roots of coefficients, that two starts are at least apart in one of them
+_HOPS, _HOPPED, _WIDE = 2, 32, (1.5, 3.0)  # hops; points of each; half of them each with such a scatter, in sd
 _RENEWED = (2, 5)  # rounds in which nuisances are simulated anew where the coefficients now are
 _NATURALS = tuple(np.linspace(-0.8, 0.8, 9))  # of rolls to begin with, see `Roll.natural`
 _SHARES = (1.0, 0.5, 0.25, 0.1)  # of a step
@@ -61,7 +62,7 @@ def find_mode(
     promising, blocks = _promising(model, points, model.simulated(points), _BEGUN * starts)
     descents = [_Descent(model, start, blocks) for start in promising]
     racing, done = descents, 0.0
-    for rounds, left in (*_RACES, (_ROUNDS, 0.5)):
+    for rounds, left in (*_RACES, (_ROUNDS, 0.0)):
         for number, descent in enumerate(racing):
             tell("fitting the coefficients", done + (0.9 - done) / 2 * number / len(racing))
             descent.go_on(rounds)
@@ -118,7 +119,8 @@ class _Descent:
         for _ in range(_HOPS if np.isfinite(self.log_density) else 0):
             root, _, columns = best._whitened(best._covariance.at(best._sizes))
             scatter = np.linalg.inv(np.linalg.cholesky(columns.T @ columns + COEFFICIENT_SD**-2.0 * np.eye(5)))
-            drawn = best._at + _WIDE * random.standard_normal((_HOPPED, 5)) @ scatter
+            wide = np.repeat(_WIDE, _HOPPED // len(_WIDE))[:, None]
+            drawn = best._at + wide * random.standard_normal((_HOPPED, 5)) @ scatter
             there = best._best(np.clip(drawn, *COEFFICIENT_BOUNDS), root)
             self.simulated = best.simulated
             if there is None:
@@ -357,7 +359,13 @@ def _promising(
     root = np.linalg.cholesky(Covariance.of(blocks).at(MEDIANS))
     residual = np.nan_to_num(model.measured - simulated, nan=1e3)
     squares = (solve_triangular(root, residual.T, lower=True) ** 2).sum(axis=0)
-    order = [i for i in np.argsort(squares)[: _TRIED * count] if np.isfinite(simulated[i]).all()]
+    order = np.array([i for i in np.argsort(squares)[: _TRIED * count] if np.isfinite(simulated[i]).all()])
     forward = model.swim_forward(points[order])
-    chosen = [*np.array(order)[forward], *np.array(order)[~forward]][:count]
-    return [points[i] for i in chosen], blocks
+    ranked = [*order[forward], *order[~forward]]
+    chosen: list[int] = []
+    roots = np.sqrt(points / COEFFICIENT_BOUNDS[1])
+    for i in ranked:
+        if all(np.abs(roots[i] - roots[other]).max() > _APART for other in chosen):
+            chosen.append(i)
+    chosen += [i for i in ranked if i not in chosen]
+    return [points[i] for i in chosen[:count]], blocks

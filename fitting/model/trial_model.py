@@ -89,7 +89,11 @@ class TrialModel:
         kinematics = MarkerKinematics(self.twin.robot, self.trial.markers)
         body = self._kept(kinematics.axes(trajectories.head[0], trajectories.hinges_rad[0]))  # (n, m, 2, 2)
         pool = np.broadcast_to(np.eye(2), body.shape)
-        own = [*self._of_start(coefficients), PHASE_SD_RAD * slope_of_phase(features), *_of_place(len(features))]
+        own = [
+            *self._of_start(coefficients, features),
+            PHASE_SD_RAD * slope_of_phase(features),
+            *_of_place(len(features)),
+        ]
         boxes = self._of_shifts(marker_m, pool, features)
         markers = self._of_shifts(marker_m, body, features)
         robot = np.zeros((len(features), 0))
@@ -101,15 +105,15 @@ class TrialModel:
             self.slopes_of_roll(trajectories),
         )
 
-    def _of_start(self, coefficients: np.ndarray) -> np.ndarray:
-        """(4, k) of the velocity at time 0, and of the frequency."""
+    def _of_start(self, coefficients: np.ndarray, features: np.ndarray) -> np.ndarray:
+        """(4, k) of the velocity at time 0, and of the frequency, about features (k,)."""
         frequency = self.trial.frequency
         relative = max(frequency.se_hz / frequency.hz, LEAST_FREQUENCY_SE) if np.isfinite(frequency.se_hz) else 0.01
         step = np.array([*_START_STEP, _FREQUENCY_STEP])
         steps = np.vstack([np.diag(step), -np.diag(step)])  # (8, 4)
         positions = self.positions(np.tile(coefficients, (len(steps), 1)), 1 + steps[:, 3], steps[:, :3])
         up, down = np.split(self.in_step(self.reader(positions)), 2)
-        moved = (np.array([*START_SD, relative]) / (2 * step))[:, None] * (up - down)
+        moved = (np.array([*START_SD, relative]) / (2 * step))[:, None] * difference(up, down, features)
         # next to a second steady state slopes are steep, but the start moves the mean speed by no more than it is off
         of_velocity = moved[: len(START_SD)]
         of_velocity *= min(1.0, START_SD[0] / max(float(np.linalg.norm(of_velocity[:, SPEED])), 1e-12))
@@ -220,16 +224,30 @@ def trajectories_together(models: Sequence[TrialModel], coefficients: np.ndarray
 def sensitivities_together(models: Sequence[TrialModel], coefficients: np.ndarray) -> list[Sensitivities]:
     """By how much features of several trials, whose robots are doubted in the same ways, move with each nuisance."""
     at = coefficients[None]
-    columns: list[list[np.ndarray]] = [[] for _ in models]
+    columns: list[list[tuple[float, np.ndarray, np.ndarray]]] = [[] for _ in models]
     for doubts in zip(*(model.doubted for model in models), strict=True):
         more, less = (
             simulated_together([replace(model, twin=twin) for model, twin in zip(models, twins, strict=True)], at)
             for twins in ([doubt.more for doubt in doubts], [doubt.less for doubt in doubts])
         )
         for own, doubt, up, down in zip(columns, doubts, more, less, strict=True):
-            own.append(doubt.per_sd * (up[0] - down[0]))
+            own.append((doubt.per_sd, up[0], down[0]))
     found = [model.of_sure_robot(coefficients) for model in models]
-    return [each._replace(robot=np.column_stack([each.robot, *own])) for each, own in zip(found, columns, strict=True)]
+    middles = simulated_together(models, at)
+    return [
+        each._replace(robot=np.column_stack([each.robot, *(sd * difference(*ends, middle[0]) for sd, *ends in own)]))
+        for each, own, middle in zip(found, columns, middles, strict=True)
+    ]
+
+
+def difference(up: np.ndarray, down: np.ndarray, middle: np.ndarray) -> np.ndarray:
+    """Return features (..., k) one step up less those one step down.
+
+    Where the twin diverged on one side it is twice the difference to the middle (k,), where on both sides 0.
+    """
+    up, down = (np.where(np.isfinite(each).all(axis=-1, keepdims=True), each, np.nan) for each in (up, down))
+    up, down = np.where(np.isnan(up), 2 * middle - down, up), np.where(np.isnan(down), 2 * middle - up, down)
+    return np.nan_to_num(up - down)
 
 
 def slope_of_phase(features: np.ndarray) -> np.ndarray:
