@@ -387,7 +387,7 @@ def _unseen(session: Recordings, trial: Recording, markers: "range | list[int]",
 
 def _exchange(trial: Recording, one: int, two: int, frames: np.ndarray) -> None:
     rows = np.flatnonzero(frames)
-    trial.xy[np.ix_(rows, [one, two])] = trial.xy[np.ix_(rows, [two, one])]
+    trial.xy[np.ix_(rows, np.array([one, two]))] = trial.xy[np.ix_(rows, np.array([two, one]))]
 
 
 def _sole(session: Recordings, trial: Recording) -> None:
