@@ -114,12 +114,13 @@ def scale_drifts(session: Recordings, trial: Recording, random: np.random.Genera
 def beats_fast(session: Recordings, trial: Recording, random: np.random.Generator) -> str:  # noqa: ARG001
     """The same motion, at several times the speed, again and again, as far per beat."""
     factor, step = float(random.uniform(*FASTER_HZ)) / trial.hz, trial.pool_s[1] - trial.pool_s[0]
-    whole = round(int(np.ptp(trial.pool_s) * trial.hz) / trial.hz / step)
+    beats = int(np.ptp(trial.pool_s) * trial.hz)
+    whole = round(beats / trial.hz / step)
     ahead = (trial.pool_px[whole] - trial.pool_px[0]).mean(axis=0)
     again = range(int(np.ceil(factor * FAST_S / (whole * step))))
     trial.pool_px = np.concatenate([trial.pool_px[:whole] + i * ahead for i in again])
     trial.pool_s = np.arange(len(trial.pool_px)) * step / factor
-    trial.hz, trial.like_twin = trial.hz * factor, False
+    trial.hz, trial.like_twin = beats / (whole * step) * factor, False
     trial.commanded_hz = trial.hz
     return f"beats at {trial.hz:.2f} Hz"
 
@@ -386,7 +387,7 @@ def _unseen(session: Recordings, trial: Recording, markers: "range | list[int]",
 
 def _exchange(trial: Recording, one: int, two: int, frames: np.ndarray) -> None:
     rows = np.flatnonzero(frames)
-    trial.xy[np.ix_(rows, [one, two])] = trial.xy[np.ix_(rows, [two, one])]
+    trial.xy[np.ix_(rows, np.array([one, two]))] = trial.xy[np.ix_(rows, np.array([two, one]))]
 
 
 def _sole(session: Recordings, trial: Recording) -> None:

@@ -109,18 +109,26 @@ def judge(session: Recordings, folder: Path, seed: int, number: int, commands: t
 def judge_results(session: Recordings, folder: Path, run: Verdict, text: str) -> Verdict:
     """What a finished run wrote and said, judged."""
     last = next((line.strip() for line in reversed(text.splitlines()) if line.strip()), "")
-    if run.code not in (0, 2) or (inside := INSIDE_WORDS.search(text)):
-        worst = last if run.code not in (0, 2) else text[max(inside.start() - 60, 0) : inside.end() + 100]  # type: ignore[union-attr]
+    inside = INSIDE_WORDS.search(text)
+    if run.code not in (0, 2) or inside is not None:
+        worst = last if inside is None else text[max(inside.start() - 60, 0) : inside.end() + 100]
         return _with(run, broken=f"exit {run.code}: {' '.join(worst.split())[:240]}")
-    if run.code == 2:
-        said = " ".join(line.strip() for line in text.splitlines() if not re.match(r"calib: .* (left|done)", line))
+    refusal = "" if run.code == 0 else _without_progress(text)[-300:]
+    if run.code == 2 and not (folder / "results" / "calibration.json").is_file():
         right = session.refused or session.refusable
-        return _with(run, refusal=said[-300:], unsaid=() if right else ("refused, though the rest is of use",))
+        return _with(run, refusal=refusal, unsaid=() if right else ("refused, though the rest is of use",))
     judgement = _Judgement(session, Results(folder))
     judgement.everything()
     judged, wrong, excused = judgement.judged, tuple(judgement.wrong), tuple(judgement.excused)
+    found = {"wrong": wrong, "excused": excused, "judged": judged, "flags": tuple(judgement.needless())}
     unsaid = (*judgement.unsaid, *(("not refused",) if session.refused else ()))
-    return _with(run, wrong=wrong, excused=excused, judged=judged, unsaid=unsaid, flags=tuple(judgement.needless()))
+    return _with(run, refusal=refusal, unsaid=unsaid, **found)
+
+
+def _without_progress(text: str) -> str:
+    """In one line."""
+    told = (line.strip() for line in text.splitlines())
+    return " ".join(line for line in told if not re.match(r"calib: (reading|fitting|sampling)|.*(left|done)$", line))
 
 
 class Results:
@@ -255,7 +263,8 @@ class _Judgement:
         self._number(f"{swim.name} frequency", found["frequency_hz"], swim.hz, found["frequency_se_hz"] or 0.0, flags)
         low, high, length_s = true_speeds(self.session, swim)
         near = float(np.clip(found["speed_measured"] if found["speed_measured"] is not None else low, low, high))
-        error = speed_error(self.session, length_s, high) + max(_RELATIVE * abs(near), _LEAST_M_S) / FAR_SD
+        by_noise = speed_error(self.session, length_s, high) + max(_RELATIVE * abs(near), _LEAST_M_S) / FAR_SD
+        error = found.get("speed_measured_se") or by_noise
         self._number(f"{swim.name} measured speed", found["speed_measured"], near, error, flags)
         for name in ("speed_ebt", "speed_ebt_large", "speed_ebt_smoothed", "speed_twin"):
             if found[name] is not None:

@@ -68,7 +68,7 @@ class Recording:
 
     def empty(self, markers: Iterable[int], frames: np.ndarray) -> None:
         """Nothing is seen of these markers in these frames, (n,) bool."""
-        self.xy[np.ix_(np.flatnonzero(frames), list(markers))] = np.nan
+        self.xy[np.ix_(np.flatnonzero(frames), np.array(list(markers)))] = np.nan
 
     def keep(self, frames: np.ndarray) -> None:
         """The tracks hold these frames alone."""

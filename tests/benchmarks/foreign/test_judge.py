@@ -47,7 +47,8 @@ def right(made: Recordings) -> dict:
 
 def judged(folder: Path, made: Recordings, results: dict, text: str = "", code: int = 0) -> Verdict:
     (folder / "results").mkdir(exist_ok=True)
-    (folder / "results" / "calibration.json").write_text(json.dumps(results))
+    if results:
+        (folder / "results" / "calibration.json").write_text(json.dumps(results))
     return judge_results(made, folder, replace(RUN, code=code, disturbances=tuple(made.disturbances)), text)
 
 
@@ -131,6 +132,21 @@ def test_a_refusal_is_right_only_where_nothing_else_is(tmp_path: Path) -> None:
     assert not judged(tmp_path, made, {}, "calib: trial swim_a: too short", 2).short
     made.refused = True
     assert judged(tmp_path, made, right(made)).unsaid == ("not refused",)
+
+
+def test_a_posterior_that_is_refused_leaves_the_fit_to_be_judged(tmp_path: Path) -> None:
+    made, results = session(), right(session())
+    results["trials"]["swim_a"]["frequency_hz"] = 0.9
+    verdict = judged(tmp_path, made, results, "calib: sampling\ncalib: the draws do not agree", 2)
+    assert verdict.refusal == "calib: the draws do not agree"
+    assert len(verdict.wrong) == 1
+    assert verdict.unsaid == ()
+
+
+def test_a_speed_is_held_against_its_own_standard_error_where_it_states_one(tmp_path: Path) -> None:
+    made, results = session(), right(session())
+    results["trials"]["swim_b"].update(speed_measured=1.03 * SPEED_M_S, speed_measured_se=0.01 * SPEED_M_S)
+    assert not judged(tmp_path, made, results).short
 
 
 def test_a_trial_that_is_left_out_or_rests_has_to_be_named(tmp_path: Path) -> None:
