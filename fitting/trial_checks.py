@@ -23,7 +23,7 @@ _SCALE_DRIFTS = 0.01  # relative, from the first to the last compared frame
 _CHORD = 0.02  # by which the net displacement of a fish that turns may be shorter than its path
 _RESTS_S = 0.2
 LEAST_OF_PART = 0.2
-"""Share of the tail's motion that a beat explains where a robot swims in a quarter of the trial: of noise it is less."""
+"""Share of its motion that a beat explains where the tail beats for a quarter of the trial: of noise it is less."""
 _LEAST_BEATS = 2.0
 _BACKWARD_M_S = 0.005  # below, a robot that beats on the spot
 _UNSEEN_END_S = 0.5
