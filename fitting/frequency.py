@@ -22,6 +22,7 @@ SEARCH_HZ = (0.1, 15.0)  # as session.toml allows
 STILL_M = 1e-3  # a tail that moves by less does not move at all: trackers err by as much
 OFF_COMMAND = 0.05  # relative difference to the command that is worth a flag
 LEAST_EXPLAINED = 0.5  # of the tail's motion; below, something else than a beat moves it
+_PHASES, _SHOWN, _TURNS = 16, 0.75, 3.0  # of a beat; share of them that must be seen; beats that tell
 _REWEIGHTINGS = 3
 _HUBER = 2.0  # residuals beyond this many robust standard deviations count less
 
@@ -122,7 +123,7 @@ class SwimFrequency:
     Attributes:
         hz: beats a second.
         se_hz: its standard error.
-        phase_rad: phase of the last tail marker's first harmonic at time 0 (angle of a cosine).
+        phase_rad: phase of the first harmonic of the last tail marker that is seen, at time 0 (angle of a cosine).
         amplitude_m: amplitude of that harmonic.
         explained: share of the tail's motion that the harmonics explain, 0 to 1.
         commanded_hz: as commanded, None when unknown.
@@ -174,7 +175,8 @@ def estimate_frequency(
     beats = hz * float(np.ptp(time_s))
     if beats < 1.0:
         raise NotEnoughData(f"{np.ptp(time_s):.2f} s hold {beats:.2f} beats at {hz:.2f} Hz; at least one is needed")
-    cos, sin = coefficients[2, -1], coefficients[3, -1]
+    seen = weight > 0
+    cos, sin = coefficients[2:4, np.flatnonzero(seen.any(axis=0))[-1]]
     explained = _explained(lateral_m, residual, weight)
     return SwimFrequency(
         hz=hz,
@@ -184,8 +186,23 @@ def estimate_frequency(
         explained=explained,
         beats=beats,
         commanded_hz=commanded_hz,
-        flags=_flags(hz, commanded_hz, beats, explained),
+        flags=(*_flags(hz, commanded_hz, beats, explained), *_one_side(time_s, seen.any(axis=1), hz)),
     )
+
+
+def _one_side(time_s: np.ndarray, seen: np.ndarray, hz: float) -> tuple[Flag, ...]:
+    """Flag a beat that may be half as fast: frames (n,) that show the tail at some phases of that one only."""
+    turns = 0.5 * hz * time_s
+    if np.ptp(turns) < _TURNS:
+        return ()
+    shown = len(np.unique(np.floor(turns[seen] % 1.0 * _PHASES))) / _PHASES
+    if shown >= _SHOWN:
+        return ()
+    message = (
+        f"the tail is seen at {100 * shown:.0f} % of the phases of a beat of {hz / 2:.3g} Hz: it may beat at that, or "
+        f"at {hz:.3g} Hz"
+    )
+    return (Flag("unidentifiable", message=message),)
 
 
 def _range(lateral_m: np.ndarray, weight: np.ndarray) -> float:
