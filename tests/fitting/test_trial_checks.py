@@ -1,0 +1,217 @@
+"""A swim trial is judged before any fit: what it lacks is flagged or ends it, and what it shows counts as it is."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from fitting import MeasuredTrial, measure_trial
+from fitting.lasting_beat import beating_part
+from fitting.series import determined, smooth_swim
+from session import CameraSpec, NotEnoughData, TrialSpec
+from session.create import FISHSIM_MARKERS
+from session.tracks import as_tracks
+from swimmer import load_robot
+
+ROBOT, CAMERA, FPS = load_robot(), CameraSpec(60.0, 0.142), 60.0
+PX_PER_M = 950.0
+
+
+def swim(
+    seconds: float = 5.0,
+    hz: float = 1.0,
+    speed: float = 0.1,
+    fps: float = FPS,
+    turning: float = 0.0,
+    grows: float = 0.0,
+    noise_px: float = 0.3,
+    seed: int = 0,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Times (n,), s, and pixels (n, m, 2) of a fish whose tail waves behind a head that sways and yaws a little."""
+    time_s = np.arange(round(seconds * fps)) / fps
+    along = ROBOT.marker_positions_m(FISHSIM_MARKERS)[:, 0] - ROBOT.markers["nose"].position_m[0]
+    beat, behind = 2 * np.pi * hz * time_s[:, None], np.clip((along - 0.25) / 0.3, 0.0, 1.0)
+    across = 0.06 * behind * np.sin(beat - 3.0 * along) + 0.004 * np.sin(beat)
+    body = along + 1j * (across + along * 0.06 * np.sin(beat + 1.0))
+    course = turning * time_s
+    path = -np.concatenate([[0], np.cumsum(np.exp(1j * course[1:]) * speed / fps)])
+    place = path[:, None] + body * np.exp(1j * course)[:, None]
+    place = place * (1 + grows * time_s / time_s[-1])[:, None]
+    position_px = np.stack([place.real, -place.imag], axis=-1) * PX_PER_M + 1500.0
+    return time_s, position_px + np.random.default_rng(seed).normal(0.0, noise_px, position_px.shape)
+
+
+def measured(
+    time_s: np.ndarray, position_px: np.ndarray, role: str = "fit", markers: tuple[str, ...] = FISHSIM_MARKERS
+) -> MeasuredTrial:
+    tracks = as_tracks(markers, time_s, position_px, np.isfinite(position_px).all(axis=-1).astype(float))
+    camera = replace(CAMERA, fps=1 / float(np.median(np.diff(time_s))))
+    return measure_trial(TrialSpec("trial", "swim", role=role), tracks, camera, ROBOT, 1.0)
+
+
+def kinds(trial: MeasuredTrial) -> set[str]:
+    return {flag.kind for flag in trial.flags if not flag.markers}
+
+
+def lose(position_px: np.ndarray, names: tuple[str, ...], frames: slice | np.ndarray) -> np.ndarray:
+    found = position_px.copy()
+    for name in names:
+        found[frames, FISHSIM_MARKERS.index(name)] = np.nan
+    return found
+
+
+def test_a_clean_swim_has_no_flag_and_its_true_speed() -> None:
+    trial = measured(*swim())
+
+    assert kinds(trial) == set()
+    assert trial.speed == pytest.approx(0.1, rel=2e-3)
+    assert trial.frequency.hz == pytest.approx(1.0, rel=2e-3)
+
+
+@settings(deadline=None, max_examples=6)
+@given(
+    hz=st.floats(0.5, 2.5),
+    fps=st.sampled_from([25.0, 30.0, 50.0, 60.0, 120.0]),
+    turn=st.floats(-3.1, 3.1),
+    mirrored=st.booleans(),
+    seed=st.integers(0, 1000),
+)
+def test_how_it_was_filmed_does_not_matter(hz: float, fps: float, turn: float, mirrored: bool, seed: int) -> None:
+    time_s, position_px = swim(hz=hz, fps=fps, noise_px=0.1, seed=seed)
+    cos, sin = np.cos(turn), np.sin(turn)
+    laid = position_px @ np.array([[cos, sin], [-sin, cos]]) * [1, -1 if mirrored else 1]
+    trial, other = measured(time_s, position_px), measured(time_s, laid)
+
+    assert other.speed == pytest.approx(trial.speed, rel=1e-4)
+    assert other.frequency.hz == pytest.approx(trial.frequency.hz, rel=1e-5)
+    assert trial.speed == pytest.approx(0.1, rel=5e-3)
+    assert kinds(trial) == kinds(other) == set()
+
+
+@pytest.mark.parametrize("role", ["fit", "holdout"])
+@pytest.mark.parametrize(("before_s", "after_s"), [(2.0, 0.0), (0.0, 2.5), (1.5, 1.5)])
+def test_rest_is_left_out(role: str, before_s: float, after_s: float) -> None:
+    _, swum = swim(seconds=7.0)
+    random = np.random.default_rng(3)
+    parts = [
+        swum[:1] + random.normal(0, 0.3, (round(before_s * FPS), *swum.shape[1:])),
+        swum,
+        swum[-1:] + random.normal(0, 0.3, (round(after_s * FPS), *swum.shape[1:])),
+    ]
+    position_px = np.concatenate(parts)
+    trial = measured(np.arange(len(position_px)) / FPS, position_px, role)
+
+    assert "rests" in kinds(trial)
+    assert trial.frequency.hz == pytest.approx(1.0, rel=5e-3)
+    assert trial.speed == pytest.approx(0.1, rel=0.01)
+    assert trial.first_frame >= (before_s > 0) * (before_s - 0.6) * FPS
+
+
+@settings(deadline=None, max_examples=5)
+@given(seed=st.integers(0, 10_000), noise_px=st.floats(0.1, 3.0), lasting=st.booleans())
+def test_a_robot_at_rest_has_no_beat(seed: int, noise_px: float, lasting: bool) -> None:
+    time_s, swum = swim()
+    noise = np.random.default_rng(seed).normal(0.0, noise_px, swum.shape)
+    if lasting:
+        for frame in range(1, len(noise)):
+            noise[frame] = 0.9 * noise[frame - 1] + np.sqrt(1 - 0.9**2) * noise[frame]
+
+    with pytest.raises(NotEnoughData, match=r"no lasting beat|does not move|beats at|are needed|usable"):
+        measured(time_s, swum[:1] + noise)
+
+
+def test_a_fish_that_leaves_the_picture_does_not_stand_still() -> None:
+    time_s, position_px = swim(seconds=8.0)
+    trial = measured(time_s, lose(position_px, FISHSIM_MARKERS, slice(300, None)))
+
+    assert "leaves_picture" in kinds(trial)
+    assert trial.speed == pytest.approx(0.1, rel=3e-3)
+    assert trial.time_s[trial.kept][-1] < 5.0
+
+
+@pytest.mark.parametrize(
+    "frames",
+    [slice(60, None), slice(None, -8), slice(180, None), np.sin(2 * np.pi * np.arange(360) / 60.0) > 0],
+    ids=["never after the warm-up", "in 8 frames", "in 2 beats of 5", "on one side of every beat"],
+)
+def test_a_marker_that_is_hardly_seen_takes_no_part(frames: slice | np.ndarray) -> None:
+    time_s, position_px = swim()
+    whole, trial = measured(time_s, position_px), measured(time_s, lose(position_px, ("caudal_fin",), frames))
+    tip = FISHSIM_MARKERS.index("caudal_fin")
+
+    assert "unread_marker" in kinds(trial)
+    assert not trial.weight[trial.kept][:, tip].any()
+    assert (trial.weight[trial.kept][:, :tip] > 0).all()
+    assert trial.speed == pytest.approx(whole.speed, rel=1e-3)
+
+
+def test_the_nose_missing_for_a_while_is_bridged_alike_in_trial_and_twin() -> None:
+    time_s, position_px = swim()
+    whole, gappy = measured(time_s, position_px), measured(time_s, lose(position_px, ("nose",), slice(120, 220)))
+    seen = gappy.seen_head(whole.position_m)
+
+    np.testing.assert_allclose(seen.path_m, gappy.head.path_m, atol=2e-3)
+    assert gappy.speed == pytest.approx(whole.speed, rel=0.01)
+
+
+def test_a_twin_that_diverges_is_not_hidden_by_a_gap() -> None:
+    trial = measured(*swim())
+    lost = trial.position_m.copy()
+    lost[250:] = np.nan
+
+    assert np.isnan(trial.seen_head(lost).path_m).all()
+
+
+@pytest.mark.parametrize(
+    ("changes", "kind"),
+    [({"speed": -0.08}, "tail_first"), ({"turning": 0.3}, "turns"), ({"grows": 0.04}, "scale_drifts")],
+)
+def test_what_a_whole_trial_suffers_from_is_flagged(changes: dict[str, float], kind: str) -> None:
+    assert kinds(measured(*swim(**changes))) == {kind}  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda px: lose(px, ("nose",), slice(None, None, 1)), "never seen apart|usable"),
+        (lambda px: lose(px, ("neck",), slice(30, None)), "frames with nose and neck|usable"),
+        (lambda px: lose(px, FISHSIM_MARKERS[3:], slice(60, None)), "the tail cannot be read|usable"),
+        (lambda px: px[:60], "are needed|less than one beat|beats at"),
+    ],
+)
+def test_a_trial_that_cannot_be_read_says_why(change: Callable[[np.ndarray], np.ndarray], message: str) -> None:
+    time_s, position_px = swim()
+    changed = change(position_px)
+
+    with pytest.raises(NotEnoughData, match=message):
+        measured(time_s[: len(changed)], changed)
+
+
+def test_a_fast_beat_is_found_and_too_few_frames_for_it_are_refused() -> None:
+    assert measured(*swim(hz=7.0, fps=60.0)).frequency.hz == pytest.approx(7.0, rel=0.01)
+    with pytest.raises(NotEnoughData, match="frames a beat"):
+        measured(*swim(hz=7.0, fps=30.0))
+
+
+@given(seed=st.integers(0, 1000), beats=st.floats(3.0, 8.0), kept=st.floats(0.02, 1.0))
+def test_what_is_called_determined_is_recovered(seed: int, beats: float, kept: float) -> None:
+    """Of samples that pass, white noise moves no coefficient by more than ten times what it would if all were seen."""
+    random = np.random.default_rng(seed)
+    time_s = np.linspace(0.0, 1.0, 300)
+    columns = smooth_swim(time_s, 2 * np.pi * beats * time_s, 2, 3)
+    usable = random.random((300, 1)) < kept
+    if determined(columns, usable)[0]:
+        spread = np.sqrt(np.diag(np.linalg.inv(columns[usable[:, 0]].T @ columns[usable[:, 0]])))
+        assert (spread * np.sqrt((columns**2).sum(axis=0)) <= 10.0 + 1e-6).all()
+    else:
+        assert kept < 0.35
+
+
+def test_a_short_trial_is_taken_as_it_is() -> None:
+    time_s = np.arange(120) / 60.0
+    assert beating_part(time_s, np.zeros((120, 2)), np.ones((120, 2)), 1.0) == slice(0, 120)
