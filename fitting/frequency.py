@@ -24,6 +24,7 @@ OFF_COMMAND = 0.05  # relative difference to the command that is worth a flag
 LEAST_EXPLAINED = 0.5  # of the tail's motion; below, something else than a beat moves it
 _PHASES, _SHOWN, _TURNS = 16, 0.75, 3.0  # of a beat; share of them that must be seen; beats that tell
 _REWEIGHTINGS = 3
+_AT_ONCE = 64  # frequencies
 _HUBER = 2.0  # residuals beyond this many robust standard deviations count less
 
 
@@ -223,7 +224,28 @@ def _strongest(time_s: np.ndarray, lateral_m: np.ndarray, weight: np.ndarray) ->
             f"{len(time_s)} frames over {span:.4g} s hold no beat between {SEARCH_HZ[0]:g} and {SEARCH_HZ[1]:g} Hz; "
             "are the time stamps in seconds, and is [camera] fps right?"
         )
-    return float(grid[np.argmin([_misfit(f, time_s, lateral_m, weight, 1) for f in grid])])
+    series = np.where(weight > 0, np.nan_to_num(lateral_m), 0.0)
+    series = series - (weight * series).sum(axis=0) / np.maximum(weight.sum(axis=0), 1e-12)
+    trend = (time_s - time_s.mean()) / span
+    explained = np.concatenate(
+        [_power(part, trend, time_s, series, weight) for part in np.split(grid, range(_AT_ONCE, len(grid), _AT_ONCE))]
+    )
+    return float(grid[np.argmax(explained)])
+
+
+def _power(
+    grid: np.ndarray, trend: np.ndarray, time_s: np.ndarray, series: np.ndarray, weight: np.ndarray
+) -> np.ndarray:
+    """(f,) weighted squares of series (n, k) that a mean, a drift (n,) and a harmonic of each frequency explain."""
+    angle = 2 * np.pi * np.multiply.outer(grid, time_s)  # (f, n)
+    even = np.broadcast_to(np.stack([np.ones_like(trend), trend]), (len(grid), 2, len(trend)))
+    columns = np.concatenate([even, np.cos(angle)[:, None], np.sin(angle)[:, None]], axis=1)  # (f, 4, n)
+    pairs = (columns[:, :, None] * columns[:, None]).reshape(len(grid), 16, -1)
+    normal = np.moveaxis(pairs @ weight, -1, 1).reshape(len(grid), -1, 4, 4)  # (f, k, 4, 4)
+    moment = np.moveaxis(columns @ (weight * series), -1, 1)  # (f, k, 4)
+    ridge = 1e-9 * np.trace(normal, axis1=2, axis2=3)[..., None, None] + 1e-300
+    found = np.linalg.solve(normal + ridge * np.eye(4), moment[..., None])[..., 0]
+    return np.asarray((found * moment).sum(axis=(1, 2)))
 
 
 def _refined(time_s: np.ndarray, lateral_m: np.ndarray, weight: np.ndarray, start: float) -> float:

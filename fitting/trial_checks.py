@@ -19,6 +19,8 @@ SCALE_OFF = 0.05
 """Relative difference of the scale that is worth a flag."""
 TAIL_FIRST = "tail_first"
 """The flag of a trial in which the robot swims backward."""
+BEARING = ("unread_marker", TAIL_FIRST, "turns", "scale_drifts")
+"""Kinds of flags of a fitted trial that bear on every coefficient."""
 _SCALE_DRIFTS = 0.01  # relative, from the first to the last compared frame
 _CHORD = 0.02  # by which the net displacement of a fish that turns may be shorter than its path
 _RESTS_S = 0.2

@@ -1,7 +1,7 @@
 """Everything that is said of a posterior: what is determined, what it predicts, and whether to believe it."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +16,7 @@ from fitting.posterior.prediction import PredictedSweep, PredictedTrial, predict
 from fitting.posterior.whiteness import Whiteness, noise_flags, whiteness
 from fitting.sweep import sweep_frequencies
 from fitting.trial import MeasuredTrial
+from fitting.trial_checks import BEARING
 from session import Flag
 from session.records import KEPT_ELSEWHERE
 from session.results import ResultFile
@@ -121,7 +122,18 @@ def summarise(
         trials=predicted,
         forecasts=_forecasts(posterior, trials, predicted),
         whiteness=white,
-        flags=(*posterior.flags, *missed, *noise_flags(white), *robot_flags(robot)),
+        flags=(*_of_trials(trials), *posterior.flags, *missed, *noise_flags(white), *robot_flags(robot)),
+    )
+
+
+def _of_trials(trials: Sequence[MeasuredTrial]) -> tuple[Flag, ...]:
+    """Flags of fitted trials that bear on every coefficient, each with its trial's name."""
+    fitted = [trial for trial in trials if trial.role == "fit"]
+    return tuple(
+        replace(flag, frames=None, message=f"{trial.name}: {flag.message}")
+        for trial in fitted
+        for flag in trial.flags
+        if flag.kind in BEARING
     )
 
 
