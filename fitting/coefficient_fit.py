@@ -116,10 +116,21 @@ def fit_coefficients(
     return fit, mode
 
 
+def is_no_drag(name: str, bound: float) -> bool:
+    """Whether a coefficient at this bound is a drag that is not there: below 0 it would push."""
+    return bound == 0.0 and name.endswith("_drag")
+
+
+def _at_bound(name: str, value: float, bound: float) -> str:
+    if is_no_drag(name, bound):
+        return f"{name} = {value:.3g} is at its physical limit 0: the trials show no such drag, and none is below 0"
+    return f"{name} = {value:.3g} is at its bound {bound:g}: the data favour a value beyond it"
+
+
 def _flags(mode: Mode, interval: np.ndarray) -> tuple[Flag, ...]:
     best, (low, high) = mode.ends[0], COEFFICIENT_BOUNDS
     flags = [
-        Flag("at_bound", message=f"{name} = {value:.3g} is at its bound {bound:g}: the data favour a value beyond it")
+        Flag("at_bound", message=_at_bound(name, value, bound))
         for name, value in zip(NAMES, mode.coefficients, strict=True)
         for bound in (low, high)
         if abs(value - bound) < _AT_BOUND * (high - low)

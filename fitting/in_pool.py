@@ -4,6 +4,7 @@ import numpy as np
 import xarray as xr
 
 from session import CameraSpec, NotEnoughData
+from session.head_check import is_exchanged
 from session.tracks import markers_of
 from swimmer import RobotSpec
 from tracking import HeadFrame, TrackQuality, check_tracks, to_head_frame, to_pool
@@ -21,9 +22,14 @@ def in_pool(
         floor_px: how far a marker may always be from where the others put it.
 
     Raises:
-        NotEnoughData: no tail marker, or nose and neck are never seen apart.
+        NotEnoughData: no tail marker, or nose and neck are exchanged or never seen apart.
     """
     quality, markers = check_tracks(tracks, robot, floor_px), markers_of(tracks)
+    if is_exchanged(tracks, robot.marker_positions_m(markers)):
+        raise NotEnoughData(
+            f"{whose}: nose and neck are exchanged; found the markers of the tail on the nose's side, expected them on "
+            "the neck's. Exchange the two in its boxes, or in its tracks"
+        )
     position_m, metres_per_px = to_pool(tracks, camera, quality.weight, robot.marker_positions_m(markers)[:, 2])
     tail = tail_markers(robot, markers)
     if not tail:

@@ -13,12 +13,14 @@ import numpy as np
 from session.camera import CameraSpec, load_camera
 from session.commands import load_commands
 from session.errors import Fault, FaultCollector, InputError, did_you_mean
+from session.head_check import is_exchanged
 from session.motor import load_motor
 from session.results import sha256_of
 from session.session_checks import (
     TRIAL_FILES,
     DescribedRobot,
     check_files,
+    check_heads,
     check_markers,
     check_rates,
     check_scale,
@@ -27,9 +29,9 @@ from session.session_checks import (
     markers_in,
     trials_in,
 )
-from session.session_file import SessionFile, TrialKind, TrialRole, TrialTable
+from session.session_file import HEAD_MARKERS, SessionFile, TrialKind, TrialRole, TrialTable
 from session.toml_source import Key, TomlSource, read_toml
-from session.tracks import load_tracks
+from session.tracks import load_tracks, markers_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -162,7 +164,7 @@ def load_session(folder: Path, robot_of: RobotOf | None = None, *, check_tracks:
     check_scale(source, robot, faults)
     camera = _camera(content, folder, faults) if content else None
     if check_tracks:
-        _check_recordings(source, content, folder, faults)
+        _check_recordings(source, content, folder, robot, faults)
     faults.raise_if_any()
     assert content is not None
     assert camera is not None
@@ -202,9 +204,18 @@ def _camera(content: SessionFile, folder: Path, faults: FaultCollector) -> Camer
     return CameraSpec(camera.fps, camera.scale_length_m, calibration, file)
 
 
-def _check_recordings(source: TomlSource, content: SessionFile | None, folder: Path, faults: FaultCollector) -> None:
+def _check_recordings(
+    source: TomlSource,
+    content: SessionFile | None,
+    folder: Path,
+    robot: DescribedRobot | None,
+    faults: FaultCollector,
+) -> None:
     """Reads the tracks and motor logs that are there, also when `session.toml` has faults of its own."""
     markers, stamps = markers_in(source), {}
+    exchanged: dict[str, bool] = {}  # nose and neck, by trial
+    if robot is None or not set(HEAD_MARKERS) <= set(markers) <= set(robot.markers):
+        robot = None
     for key, trial in trials_in(source):
         if path := _present(folder, trial.get("motor")):
             with faults.nested():
@@ -216,6 +227,9 @@ def _check_recordings(source: TomlSource, content: SessionFile | None, folder: P
         if path and markers and len(set(markers)) == len(markers):
             with faults.nested():
                 tracks = load_tracks(path, markers, content.camera.fps if content else 1.0)
+                if robot is not None:
+                    name = str(trial.get("name"))
+                    exchanged[name] = is_exchanged(tracks, robot.marker_positions_m(markers_of(tracks)))
                 if content:
                     _check_length(source, key, tracks, content, faults)
                     if trial.get("kind") != "free_decay":  # one may be filmed in slow motion
@@ -223,6 +237,7 @@ def _check_recordings(source: TomlSource, content: SessionFile | None, folder: P
                         stamps[trial["name"]] = float(np.median(spacing_s)), float(np.mean(spacing_s))
     if content:
         check_rates(source, content.camera.fps, stamps, faults)
+    check_heads(source, exchanged, faults)
 
 
 def _present(folder: Path, name: object) -> Path | None:

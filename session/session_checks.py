@@ -10,6 +10,8 @@ from collections.abc import Collection, Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any, Protocol
 
+import numpy as np
+
 from session.errors import FaultCollector, did_you_mean, shown
 from session.session_file import HEAD_MARKERS
 from session.toml_source import Key, TomlSource
@@ -34,6 +36,9 @@ class DescribedRobot(Protocol):
     @property
     def scale_length_m(self) -> float:
         """Nose to neck, m."""
+
+    def marker_positions_m(self, names: tuple[str, ...]) -> np.ndarray:
+        """(m, 3) places of the named markers on the straight robot, m."""
 
 
 def markers_in(source: TomlSource) -> tuple[str, ...]:
@@ -134,6 +139,24 @@ def check_markers(source: TomlSource, robot: Collection[str] | None, faults: Fau
             what, expected = "a marker that the robot does not have", "markers of the robot"
             hint = did_you_mean(name, robot)
             faults.add(source.where(key), what, found=shown(name), expected=expected, choices=robot, next_step=hint)
+
+
+def check_heads(source: TomlSource, exchanged: Mapping[str, bool], faults: FaultCollector) -> None:
+    """Nose and neck are not exchanged, in all trials alike or in single ones; whether they are, by trial."""
+    trials = [name for name, each in exchanged.items() if each]
+    expected = "the markers of the tail on the neck's side, as on the robot"
+    if len(trials) > 1 and all(exchanged.values()):
+        found = f"in every trial ({', '.join(trials)}) the markers of the tail on the nose's side"
+        step = "Exchange the two names: here for tracks without a header, else in the headers of the tracks."
+        what = "nose and neck are exchanged"
+        faults.add(source.where(("markers", "names")), what, found=found, expected=expected, next_step=step)
+        return
+    for key, trial in trials_in(source):
+        if trial.get("name") in trials:
+            what = f"nose and neck are exchanged in trial {trial['name']}"
+            step = "Exchange the two names in the header of its tracks, or without a header their columns."
+            found = "the markers of the tail on the nose's side"
+            faults.add(source.where((*key, "tracks")), what, found=found, expected=expected, next_step=step)
 
 
 def is_file(path: Path) -> bool:

@@ -89,7 +89,7 @@ class Targets:
 
     Attributes:
         places: (n, 2) of the targets, m.
-        given_m: (2,) where the next are put instead; None: at random.
+        given_m: (2,), or (r, 2) of the next r, where the next are put instead; None: at random.
     """
 
     def __init__(self, count: int, ahead_m: float = 4.0, across_m: float = 4.0, reach_m: float = 0.05) -> None:

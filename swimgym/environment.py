@@ -6,6 +6,7 @@ import gymnasium
 import numpy as np
 from gymnasium.spaces import Box
 
+from swimgym.asked import checked_action, checked_target
 from swimgym.course import Course, Moment, Targets
 from swimgym.making import make_course
 from swimgym.picture import view_from_above
@@ -42,16 +43,25 @@ class SwimEnv(gymnasium.Env[np.ndarray, np.ndarray]):
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[np.ndarray, dict[str, Any]]:
-        """Begins an episode; the option "target_m" (x, y) places its target."""
+        """Begins an episode; the option "target_m" (x, y) places its target.
+
+        Raises:
+            ValueError: another option, or another shape.
+        """
+        target_m = checked_target(options, self.course.task)
         super().reset(seed=seed)
         if isinstance(self.course.task, Targets):
-            self.course.task.given_m = options.get("target_m") if options else None
+            self.course.task.given_m = target_m
         seen = self.course.begin(np.zeros(1, int), self.np_random)
         return seen[0].astype(np.float32), {}
 
     def step(self, action: np.ndarray) -> tuple[np.ndarray, float, bool, bool, dict[str, Any]]:
-        """One action, (1,); see `told` for the last entry."""
-        moment = self.course.act(np.asarray(action, float).reshape(1))
+        """One action, (1,); see `told` for the last entry.
+
+        Raises:
+            ValueError: an action of another shape, or not finite.
+        """
+        moment = self.course.act(checked_action(action, (1,)))
         ended = bool(moment.reached[0] or moment.diverged[0])
         seen, infos = moment.seen[0].astype(np.float32), {name: value[0] for name, value in told(moment).items()}
         return seen, float(moment.reward[0]), ended, bool(moment.timed_out[0]), infos

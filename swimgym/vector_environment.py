@@ -1,11 +1,15 @@
 """Many swimmers as one vector environment of gymnasium, all stepped at once on all cores."""
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+from gymnasium.utils.seeding import np_random
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
+from swimgym.asked import checked_action, checked_seeds, checked_target
+from swimgym.course import Targets
 from swimgym.environment import spaces_of, told
 from swimgym.making import make_course
 from swimgym.picture import view_from_above
@@ -34,26 +38,58 @@ class SwimVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
     ) -> None:
         self.course = make_course(task, num_envs, **options)
         self.num_envs, self.render_mode = num_envs, render_mode
+        self._own: list[np.random.Generator] | None = None  # a generator for each swimmer
         self.single_observation_space, self.single_action_space = spaces_of(self.course)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self.action_space = batch_space(self.single_action_space, num_envs)
 
     def reset(
-        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+        self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
     ) -> tuple[np.ndarray, dict[str, Any]]:
-        """Begins all episodes; one seed draws all goals."""
-        super().reset(seed=seed, options=options)
-        return self.course.begin(np.arange(self.num_envs), self.np_random).astype(np.float32), {}
+        """Begins all episodes.
+
+        Args:
+            seed: one that draws all goals, or a list of one for each, with which each is as a `SwimEnv` of that seed.
+            options: "target_m" (2,) or (n, 2) places the targets of these episodes.
+
+        Raises:
+            ValueError: another number of seeds, another option, or another shape.
+        """
+        seeds, task = checked_seeds(seed, self.num_envs), self.course.task
+        target_m = checked_target(options, task, self.num_envs)
+        if seeds is not None:
+            self._own = [np_random(each)[0] for each in seeds]
+        elif seed is not None:
+            self._own = None
+        super().reset(seed=None if seeds is not None else seed, options=options)  # type: ignore[arg-type]
+        if isinstance(task, Targets):
+            task.given_m = target_m
+        seen = self._begun(np.arange(self.num_envs))
+        if isinstance(task, Targets):
+            task.given_m = None  # of these episodes, not of those that follow them
+        return seen, {}
 
     def step(self, actions: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
-        """Actions (n, 1)."""
-        moment = self.course.act(np.asarray(actions, float).reshape(self.num_envs))
+        """Actions (n, 1).
+
+        Raises:
+            ValueError: actions of another shape, or not finite.
+        """
+        moment = self.course.act(checked_action(actions, (self.num_envs, 1)))
         infos: dict[str, Any] = dict(told(moment))
         seen = moment.seen.astype(np.float32)
         if (ended := np.flatnonzero(moment.over)).size:
             infos |= {"final_obs": seen, "_final_obs": moment.over}
-            seen = self.course.begin(ended, self.np_random).astype(np.float32)
+            seen = self._begun(ended)
         return seen, moment.reward, moment.reached | moment.diverged, moment.timed_out, infos
+
+    def _begun(self, rows: np.ndarray) -> np.ndarray:
+        """(n, o) what all see once the episodes of some (r,) began, drawn by their own generators where they have."""
+        if self._own is None:
+            return self.course.begin(rows, self.np_random).astype(np.float32)
+        for row in rows:
+            seen = self.course.begin(np.array([row]), self._own[row])
+        return seen.astype(np.float32)
 
     def render(self) -> tuple[np.ndarray, ...] | None:
         """The pool from above with all of them, RGB (p, p, 3)."""

@@ -16,6 +16,7 @@ from fitting import MeasuredTrial, measure_trial
 from fitting.dry_run import DryTrial, measure_dry_run
 from fitting.free_decay import DecayTrial, measure_decay_trial
 from fitting.free_decay.decay_trial import FAR_OUT_PX
+from fitting.marker_places import odd_markers
 from fitting.motor_clock import read_motor
 from fitting.structure import DryExperiments
 from fitting.trial import ExperimentsInAir
@@ -177,7 +178,10 @@ class Recordings:
         for spec, _ in problems:
             tracks = counting(self._recorded(spec))
             self._save(spec, tracks, partial(np.ones, tracks.confidence.shape))
-        return measured
+        odd = odd_markers([trial for trial in measured if isinstance(trial, MeasuredTrial)], self._robot)
+        return [
+            replace(trial, flags=(*trial.flags, odd[trial.name])) if trial.name in odd else trial for trial in measured
+        ]
 
     def _recorded(self, spec: TrialSpec) -> xr.Dataset:
         if spec.tracks is None:

@@ -10,7 +10,7 @@ import xarray
 from scipy.stats import chi2
 from threadpoolctl import threadpool_limits
 
-from fitting.coefficient_fit import NAMES, Marginal
+from fitting.coefficient_fit import NAMES, Marginal, is_no_drag
 from fitting.model import Mode
 from fitting.model.features import HARMONICS, SPEED, of_markers
 from fitting.model.forecast import NORMAL_90
@@ -164,6 +164,8 @@ def _flags(posterior: Posterior) -> list[Flag]:
         if at := marginal.at_bounds:
             bounds = " and ".join(f"{bound:g}" for bound in at)
             message = f"{name} is at its bound {bounds}: the prior, not the trials, limits its {interval}"
+            if all(is_no_drag(name, bound) for bound in at):
+                message = f"{name} is at its physical limit 0: the trials allow that there is no such drag; {interval}"
             flags.append(Flag("at_bound", message=message))
         if not marginal.narrow:
             flags.append(Flag("unidentifiable", message=f"{name} is not determined: {interval}"))

@@ -34,7 +34,7 @@ def flags(*ends: SearchEnd, disagree: tuple[SearchEnd, ...] = (), width: float =
     return _flags(likeliest, interval)  # type: ignore[arg-type]
 
 
-@pytest.mark.parametrize(("place", "value", "bound"), [(0, 0.0, "0"), (2, 9.995, "10"), (4, 10.0, "10")])
+@pytest.mark.parametrize(("place", "value", "bound"), [(3, 0.0, "0"), (2, 9.995, "10"), (4, 10.0, "10")])
 def test_a_coefficient_at_its_bound_is_flagged_by_name(place: int, value: float, bound: str) -> None:
     values = GOOD.copy()
     values[place] = value
@@ -43,6 +43,18 @@ def test_a_coefficient_at_its_bound_is_flagged_by_name(place: int, value: float,
     assert flag.kind == "at_bound"
     assert flag.message.startswith(FluidCoefficients._fields[place])
     assert f"at its bound {bound}:" in flag.message
+
+
+@pytest.mark.parametrize("place", [0, 1, 2])
+def test_a_drag_of_0_is_a_force_that_the_trials_do_not_show(place: int) -> None:
+    values = GOOD.copy()
+    values[place] = 1e-4
+    (flag,) = flags(end(values))
+
+    assert flag.kind == "at_bound"
+    assert flag.message.startswith(FluidCoefficients._fields[place])
+    assert "at its physical limit 0: the trials show no such drag, and none is below 0" in flag.message
+    assert "beyond" not in flag.message
 
 
 def test_what_is_wrong_with_the_best_alone_is_flagged() -> None:

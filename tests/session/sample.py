@@ -53,6 +53,10 @@ class Robot(NamedTuple):
     scale_length_m: float = 0.142
     name: str = "fish"
 
+    def marker_positions_m(self, names: tuple[str, ...]) -> np.ndarray:
+        """(m, 3) behind each other, a scale length apart."""
+        return np.array([[self.scale_length_m * self.markers.index(name), 0.0, 0.0] for name in names])
+
 
 def tracks_text(frames: int = 90) -> str:
     """Headerless tracks of the three markers, drifting to the right."""

@@ -185,3 +185,32 @@ def test_all_faults_of_all_files_come_at_once(tmp_path: Path) -> None:
 def test_a_folder_without_a_session_says_how_to_make_one(tmp_path: Path) -> None:
     assert "no session.toml here; expected a session folder with a session.toml" in faults_of(tmp_path)
     assert "Make one with `calib new`." in faults_of(tmp_path / "none")
+
+
+EXCHANGED = 'names = ["neck", "nose", "tail_1"]'
+
+
+@pytest.mark.parametrize("header", [False, True])
+@pytest.mark.parametrize("lost", [False, True])
+def test_nose_and_neck_exchanged_in_every_trial_are_called_that_once(tmp_path: Path, header: bool, lost: bool) -> None:
+    toml = SESSION_TOML if header else SESSION_TOML.replace('names = ["nose", "neck", "tail_1"]', EXCHANGED)
+    folder = make_session(tmp_path / "pool", toml)
+    for name in ("slow", "fast"):
+        rows = [f"{k / 60:.4f},{row}" if header else row for k, row in enumerate(tracks_text().splitlines())]
+        if lost:  # unseen at first
+            rows[:10] = [row.rsplit(",", 2)[0] + ",," for row in rows[:10]]
+        first = "time_s,neck_x,neck_y,nose_x,nose_y,tail_1_x,tail_1_y\n" if header else ""
+        (folder / f"{name}.csv").write_text(first + "\n".join(rows) + "\n")
+    message = faults_of(folder, robot_of=lambda _: Robot(MARKERS))
+    assert message.count("nose and neck are exchanged") == 1
+    assert "markers.names: nose and neck are exchanged; found in every trial (slow, fast) the markers of" in message
+    assert "Exchange the two names" in message
+
+
+def test_nose_and_neck_exchanged_in_one_trial_name_it(tmp_path: Path) -> None:
+    folder = make_session(tmp_path / "pool")
+    rows = [row.split(",") for row in tracks_text().splitlines()]
+    (folder / "fast.csv").write_text("".join(",".join([*r[2:4], *r[:2], *r[4:]]) + "\n" for r in rows))
+    message = faults_of(folder, robot_of=lambda _: Robot(MARKERS))
+    assert "trial[1].tracks: nose and neck are exchanged in trial fast; found the markers of the tail on" in message
+    assert "slow" not in message
