@@ -128,6 +128,7 @@ class SwimFrequency:
         amplitude_m: amplitude of that harmonic.
         explained: share of the tail's motion that the harmonics explain, 0 to 1.
         commanded_hz: as commanded, None when unknown.
+        swing_m: amplitude of the first harmonic of the tail marker that swings most.
     """
 
     hz: float
@@ -138,6 +139,7 @@ class SwimFrequency:
     beats: float
     commanded_hz: float | None
     flags: tuple[Flag, ...] = ()
+    swing_m: float = float("nan")
 
 
 def estimate_frequency(
@@ -188,6 +190,7 @@ def estimate_frequency(
         beats=beats,
         commanded_hz=commanded_hz,
         flags=(*_flags(hz, commanded_hz, beats, explained), *_one_side(time_s, seen.any(axis=1), hz)),
+        swing_m=float(np.hypot(coefficients[2], coefficients[3])[seen.any(axis=0)].max()),
     )
 
 

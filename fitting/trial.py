@@ -227,7 +227,7 @@ def measure_trial(
     weight = np.where(np.isfinite(head.shape_m).all(axis=-1), weight, 0.0)
     flags = check_clock_and_scale(recorded_s, camera, robot)
     beat = estimate_frequency(recorded_s - recorded_s[0], head.shape_m[:, tail, 1], weight[:, tail], spec.commanded_hz)
-    check_beat(beat, LEAST_OF_PART)
+    check_beat(beat, robot, LEAST_OF_PART)
     used = beating_part(recorded_s, head.shape_m[:, tail, 1], weight[:, tail], beat.hz)
     if used != slice(0, len(recorded_s)):
         check_lasting(recorded_s, used, beat)
@@ -237,7 +237,7 @@ def measure_trial(
     time_s = tracks.time.values - tracks.time.values[0]
     if rests:
         beat = estimate_frequency(time_s, head.shape_m[:, tail, 1], weight[:, tail], spec.commanded_hz)
-    check_beat(beat)
+    check_beat(beat, robot)
     motor = None if motor is None else motor.against(beat, tracks.time.values)
     turn = motor.turn.shifted(float(tracks.time.values[0])) if motor is not None and motor.usable else None
     frequency = _of_crank(beat, turn, motor, time_s)

@@ -26,6 +26,7 @@ _CHORD = 0.02  # by which the net displacement of a fish that turns may be short
 _RESTS_S = 0.2
 LEAST_OF_PART = 0.2
 """Share of its motion that a beat explains where the tail beats for a quarter of the trial: of noise it is less."""
+_LEAST_SWING = 0.005  # of the robot's length: published swims have 0.08 and more, trackers err by 0.002
 _LEAST_BEATS = 2.0
 _BACKWARD_M_S = 0.005  # below, a robot that beats on the spot
 _UNSEEN_END_S = 0.5
@@ -57,12 +58,17 @@ def check_clock_and_scale(time_s: np.ndarray, camera: CameraSpec, robot: RobotSp
     return (Flag("scale_off_robot", message=message),)
 
 
-def check_beat(beat: SwimFrequency, least: float = LEAST_EXPLAINED) -> None:
-    """Check that a beat explains most of what the tail does, or at least some share of it.
+def check_beat(beat: SwimFrequency, robot: RobotSpec, least: float = LEAST_EXPLAINED) -> None:
+    """Check that a tail beats, and that its beat explains most of what it does, or at least some share of it.
 
     Raises:
         NotEnoughData: it does not; noise and drift have a strongest frequency too.
     """
+    if beat.swing_m < _LEAST_SWING * robot.length_m:
+        raise NotEnoughData(
+            f"no lasting beat: the tail swings by {1000 * beat.swing_m:.1f} mm to either side at the likeliest frequency, "
+            f"{beat.hz:.3g} Hz; at least {1000 * _LEAST_SWING * robot.length_m:.0f} mm are expected. Did the robot swim?"
+        )
     if beat.explained < least:
         raise NotEnoughData(
             f"no lasting beat: the likeliest, {beat.hz:.3g} Hz, explains {100 * beat.explained:.0f} % of what the tail "

@@ -72,7 +72,7 @@ class FeatureForecast:
         drawn = draws_about(self.mean, noise @ root_of(self.covariance))
         if not self.in_step:
             return drawn
-        return advanced(drawn, phase_between(drawn, self.mean, list(self.window.trial.tail)))
+        return advanced(drawn, phase_between(drawn, self.window.measured, list(self.window.trial.tail)))
 
     def _head_of(self, features: np.ndarray, one: bool = False) -> HeadFrame:
         position_m = tracks_of(features, self.window)

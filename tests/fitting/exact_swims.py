@@ -97,5 +97,5 @@ def _trial(name: str, hz: float, position_m: np.ndarray) -> MeasuredTrial:
         warmup_s=WARMUP_S,
         tail=tuple(tail_markers(ROBOT, FISHSIM_MARKERS)),
     )
-    speed = float(forward_speed(time_s, trial.head.forward_m, kept, hz))
+    speed = float(forward_speed(time_s, trial.head, kept, hz))
     return replace(trial, speed=speed)

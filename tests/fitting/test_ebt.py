@@ -147,7 +147,7 @@ def rotation(angle: np.ndarray) -> np.ndarray:
 
 def test_the_tip_of_a_wave_moves_and_leans_as_its_formula_says() -> None:
     """The tip leans the way it moves: both are a sine of the beat, seen from a fish whose left is -y."""
-    motion, whole = tip_motion(wave_swim()), slice(10, -10)  # the filter's window ends at the first and last frame
+    motion, whole = tip_motion(wave_swim()), slice(60, -60)  # the filter's window ends at the first and last frame
     beat = WAVE["angular"] * np.arange(3000) / 600
     middle, tip = (np.sin(WAVE["wave_number"] * along - beat) for along in (0.450, 0.451))
     angle, lateral = -np.arctan(WAVE["amplitude"] * WAVE["wave_number"] * middle), WAVE["angular"] * tip

@@ -67,7 +67,7 @@ def test_a_simulation_that_moves_as_the_trial_has_its_numbers() -> None:
     for seen in (trial, trial.seen_as(weight=weight)):
         found = simulated_numbers(seen, head, HZ, ROBOT)
         assert found.amplitude_m == pytest.approx(swim_numbers(trial, ROBOT).amplitude_m, rel=1e-3)
-        speed = forward_speed(TIME_S, head.forward_m, trial.kept, HZ)
+        speed = forward_speed(TIME_S, head, trial.kept, HZ)
         assert found.strouhal == pytest.approx(2 * HZ * found.amplitude_m / speed)
 
 

@@ -189,4 +189,4 @@ def swimming(robot: RobotSpec, time_s: np.ndarray, hz: float, speed: float, size
         axis=2,
     )
     path = np.stack([-speed * time_s, np.zeros_like(time_s)], axis=1)
-    return HeadFrame(shape + path[:, None], shape, path, np.zeros_like(time_s))
+    return HeadFrame(shape + path[:, None], shape, path, np.zeros_like(time_s), path)
