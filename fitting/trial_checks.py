@@ -26,7 +26,7 @@ _CHORD = 0.02  # by which the net displacement of a fish that turns may be short
 _RESTS_S = 0.2
 LEAST_OF_PART = 0.2
 """Share of its motion that a beat explains where the tail beats for a quarter of the trial: of noise it is less."""
-_LEAST_SWING = 0.005  # of the robot's length: published swims have 0.08 and more, trackers err by 0.002
+_LEAST_SWING = 0.01  # of the length of the robot: published swims have 0.09 and more, noise that lasts makes 0.004
 _LEAST_BEATS = 2.0
 _BACKWARD_M_S = 0.005  # below, a robot that beats on the spot
 _UNSEEN_END_S = 0.5
