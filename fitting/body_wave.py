@@ -93,7 +93,7 @@ def simulated_numbers(trial: MeasuredTrial, head: HeadFrame, frequency_hz: float
     turn_rad = trial.crank_rad(reader.time_s, frequency_hz)
     everything = replace(reader, turn_rad=turn_rad, usable=np.ones_like(reader.usable))
     wide = excursion(everything, from_head_frame(head)[whole.kept], whole.hindmost)
-    speed = float(forward_speed(trial.time_s, head.forward_m, whole.kept, frequency_hz))
+    speed = float(forward_speed(trial.time_s, head, whole.kept, frequency_hz))
     return _numbers(wide / 2, frequency_hz, speed, robot)
 
 

@@ -79,7 +79,9 @@ def run_program(folder: Path, commands: tuple[str, ...]) -> tuple[int, str]:
                 capture_output=True,
                 text=True,
                 errors="replace",
-                env=os.environ | one | {"PYTHONPATH": str(ROOT)},
+                env=os.environ
+                | one
+                | {"PYTHONPATH": os.pathsep.join(filter(None, (str(ROOT), os.environ.get("PYTHONPATH"))))},
                 timeout=LIMIT_S,
                 check=False,
             )

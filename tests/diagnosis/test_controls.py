@@ -43,7 +43,7 @@ def test_only_what_swims_have_in_common_is_carried_over() -> None:
 def test_a_masked_marker_is_neither_corrected_nor_scored() -> None:
     masked, marker = with_left([gap_of(5e-3)] * 2), 3
     own = slice(1 + 14 * marker, 15 + 14 * marker)
-    masked.__dict__["observed"] = np.ones(2 * LENGTH, bool)
+    masked.__dict__["observed"] = np.ones(2 * LENGTH + 2, bool)
     masked.observed[own] = False
     masked.residual[own] = 0.0
     corrected = carried_over(masked, masked)
