@@ -85,8 +85,7 @@ class LinearModel:
         """(k, k) covariance of a gap of no particular cause that is one metre large."""
         first = self.model.trials[0]
         along_m = first.twin.robot.marker_positions_m(first.trial.markers)[:, 0]
-        whole = generic_covariance(along_m, len(self.trials), self.model.frequencies, self.model.of_rings)
-        return apart(whole, self.observed, 0.0)
+        return generic_covariance(along_m, len(self.trials), self.model.frequencies, self.model.of_rings)
 
     @cached_property
     def with_gap(self) -> Whitened:
@@ -103,7 +102,8 @@ class LinearModel:
 
     @cached_property
     def _gap(self) -> GaussianProcessDiscrepancy:
-        return GaussianProcessDiscrepancy(self.covariance, self.generic, self.model.frequencies, self.model.of_rings)
+        measured = apart(self.generic, self.observed, 0.0)
+        return GaussianProcessDiscrepancy(self.covariance, measured, self.model.frequencies, self.model.of_rings)
 
     def other_trials(self, trials: Sequence[MeasuredTrial], twin: Twin) -> "LinearModel":
         """The same of trials beside a twin that may be clamped, their boxes as far off as those of the fitted ones."""

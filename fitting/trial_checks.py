@@ -66,8 +66,9 @@ def check_beat(beat: SwimFrequency, robot: RobotSpec, least: float = LEAST_EXPLA
     """
     if beat.swing_m < _LEAST_SWING * robot.length_m:
         raise NotEnoughData(
-            f"no lasting beat: the tail swings by {1000 * beat.swing_m:.1f} mm to either side at the likeliest frequency, "
-            f"{beat.hz:.3g} Hz; at least {1000 * _LEAST_SWING * robot.length_m:.0f} mm are expected. Did the robot swim?"
+            f"no lasting beat: at the likeliest frequency, {beat.hz:.3g} Hz, the tail swings by "
+            f"{1000 * beat.swing_m:.1f} mm to either side; at least {1000 * _LEAST_SWING * robot.length_m:.0f} mm are "
+            "expected. Did the robot swim?"
         )
     if beat.explained < least:
         raise NotEnoughData(

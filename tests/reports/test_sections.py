@@ -35,8 +35,8 @@ def full() -> Page:
 @pytest.mark.parametrize(
     "said",
     [
-        "Held-out speed error, given the frequency: twin 4.0 mm/s (alone, without its discrepancy,",
-        "line in frequency 2.0 mm/s. The twin is not better than the best baseline: gain −2.0 mm/s.",
+        "with the correction that the fit trials show 4.0 mm/s; line in frequency 2.0 mm/s.",
+        "line in frequency 2.0 mm/s. With it the twin is not better than the best baseline: gain −2.0 mm/s.",
         "after two beats: twin 12.0 mm; continuation of two beats 9.0 mm. The twin is not better.",
         "twin, after two beats 3.0 12.0 6.0 90 %",
         "turning from trial to trial 1.7 °/s",
