@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def print_result(result: Result, as_json: bool, verbose: bool, main: Path | None = None) -> None:
-    """The outcome on standard output: JSON, every number (`verbose`) or the summary; the path of `main` last."""
+    """The outcome on standard output: JSON, numbers and verdict (`verbose`) or the summary; the path of `main` last."""
     path, notes = main or result.file, sorted(result.notes, key=lambda note: not note.startswith("!"))
     if as_json:
         made = {"result": str(path), "made": list(map(str, result.made)), "notes": notes}
@@ -22,7 +22,11 @@ def print_result(result: Result, as_json: bool, verbose: bool, main: Path | None
         return
     if len(notes) > 1 and not verbose:
         notes = [f"{notes[0]} ({len(notes) - 1} more notes: -v)"]
-    for line in (*notes, *(result.details() if verbose else result.summary().splitlines()), path):
+    lines = result.summary().splitlines()
+    if verbose:
+        details = result.details()
+        lines = [*details, *(line for line in lines if line.startswith("Verdict: ") and line not in details)]
+    for line in (*notes, *lines, path):
         print(line)
 
 

@@ -78,9 +78,12 @@ def run_where(environment: dict[str, str], *arguments: str | Path) -> subprocess
 @pytest.mark.parametrize(
     "environment", [{"PYTHONIOENCODING": "ascii"}, {"PYTHONIOENCODING": "cp1252"}, {"LC_ALL": "C"}, {"PYTHONUTF8": "0"}]
 )
-def test_what_a_terminal_cannot_show_is_spelled_out(environment: dict[str, str], finished: Path) -> None:
+@pytest.mark.parametrize("more", [(), ("--verbose",)])
+def test_what_a_terminal_cannot_show_is_spelled_out(
+    environment: dict[str, str], more: tuple[str, ...], finished: Path
+) -> None:
     folder = finished.rename(finished.with_name("−1 ± 0.1 水"))
-    shown = run_where(environment, "fit", folder, "--effort", "quick")
+    shown = run_where(environment, "fit", folder, "--effort", "quick", *more)
     error = run_where(environment, "fit", folder / "−2")
 
     assert (shown.returncode, error.returncode) == (0, 2), shown.stderr + error.stderr
