@@ -9,7 +9,7 @@ from fitting.body_wave import Sway, sways
 from fitting.coefficient_fit import CoefficientFit, fit_coefficients
 from fitting.ebt import FORMS, EbtFit, fit_every_form, model_speeds
 from fitting.forecast import Scores, fit_phase, forecast, score
-from fitting.left_out import diverges, followed, left_out_flags, suspicion
+from fitting.left_out import beyond, diverges, followed, left_out_flags, suspicion
 from fitting.model.mode import Progress
 from fitting.model.session_forecast import NOTHING_FORECAST, TWIN, Forecast, SessionForecast, forecast_session
 from fitting.published_search import PublishedFit, Swims, published_search
@@ -277,6 +277,9 @@ def compare_trials(
     fitted_hz = _fitted_hz([trial for trial in trials if trial.role == "fit"])
     compared, lost = [], {}
     for trial in trials:
+        if trial.role != "fit" and (why := beyond(trial.start_frequency.hz, fitted_hz)):
+            lost[trial.name] = why
+            continue
         try:
             known = phases.get(trial.name)
             phase = fit_phase(twin, trial, coefficients) if known is None else float(known)

@@ -189,7 +189,7 @@ def estimate_frequency(
         explained=explained,
         beats=beats,
         commanded_hz=commanded_hz,
-        flags=(*_flags(hz, commanded_hz, beats, explained), *_one_side(time_s, seen.any(axis=1), hz)),
+        flags=(*_flags(hz, commanded_hz, beats, explained), *_one_side(time_s, np.asarray(seen.any(axis=1)), hz)),
         swing_m=float(np.hypot(coefficients[2], coefficients[3])[seen.any(axis=0)].max()),
     )
 

@@ -24,6 +24,7 @@ FAR = "far_from_twin"
 MISSED = "speed_missed"
 """The flag of a fit trial whose speed the fitted twin misses."""
 MISSED_BY = 0.05  # relative
+_BEYOND = 3.0  # times the fastest or slowest fitted beat
 _OTHER_WAY_M_S = 0.005
 _SLOW, _SLOW_M_S = 0.3, 0.02  # relative and absolute, both
 _OFF_M = 0.1  # of markers that may be off in the mean before it is another swim: a sixth of the published fish
@@ -50,6 +51,20 @@ def followed(trials: Sequence[MeasuredTrial], twin: Twin) -> tuple[list[Measured
     if not good:
         raise NotEnoughData("\n".join(f"trial {name}: {reason}" for name, reason in why.items()))
     return good, why
+
+
+def beyond(hz: float, fitted_hz: tuple[float, float]) -> str:
+    """Say that a held-out trial beats far outside the fitted frequencies; empty where it does not.
+
+    This is known before anything is compared, so that no score decides what is scored.
+    """
+    low, high = fitted_hz
+    if low / _BEYOND <= hz <= high * _BEYOND:
+        return ""
+    return (
+        f"it beats at {hz:.3g} Hz, more than {_BEYOND:g} times beyond the fitted {low:.3g} to {high:.3g} Hz: these say "
+        "nothing of it. Fit a trial nearer to it"
+    )
 
 
 def diverges(hz: float) -> str:

@@ -219,7 +219,8 @@ def measure_trial(
         NotEnoughData: no tail marker, too short for its warm-up, less than one beat, or a drive that was not filmed.
     """
     first_frame, tracks = (0, tracks) if motor is None else motor.driven(tracks, spec.name)
-    recorded_s, rests = tracks.time.values, ()
+    recorded_s: np.ndarray = tracks.time.values
+    rests: tuple[Flag, ...] = ()
     position_m, metres_per_px, quality, tail = in_pool(tracks, camera, robot, f"trial {spec.name}")
     trusted = head_is_trusted(markers_of(tracks), quality.weight)
     weight = quality.weight * trusted[:, None]

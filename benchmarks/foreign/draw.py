@@ -161,10 +161,12 @@ def _by_twin(plan: SyntheticPlan) -> list[Recording]:
 def _by_reality(plan: SyntheticPlan, random: np.random.Generator) -> list[Recording]:
     """The same trials by the second simulator, without logs."""
     coefficients = np.array(PLAUSIBLE_COEFFICIENTS) * random.uniform(0.8, 1.25, 5)
-    world, swims = World(tuple(map(float, coefficients))), []
+    blunt, slender, angular, kutta, magnus = map(float, coefficients)
+    world, swims = World((blunt, slender, angular, kutta, magnus)), []
     for trial in plan.trials:
-        beats = {"frequency_hz": trial.frequency_hz, "phase_rad": trial.phase_rad, "heading_rad": trial.heading_rad}
-        swims.append(RealTrial("swim", trial.seconds, fps=plan.camera.fps, run_in_s=_REAL_RUN_IN_S, **beats))
+        swim = RealTrial("swim", trial.seconds, fps=plan.camera.fps, run_in_s=_REAL_RUN_IN_S)
+        beats = replace(swim, frequency_hz=trial.frequency_hz, phase_rad=trial.phase_rad, heading_rad=trial.heading_rad)
+        swims.append(beats)
     found = []
     for trial, seen in zip(plan.trials, simulate([(world, swim) for swim in swims], plan.markers), strict=True):
         place = plan.camera.px_per_m * seen.marker_m * np.array([1.0, -1.0])

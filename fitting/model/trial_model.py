@@ -235,7 +235,9 @@ def sensitivities_together(models: Sequence[TrialModel], coefficients: np.ndarra
     found = [model.of_sure_robot(coefficients) for model in models]
     middles = simulated_together(models, at)
     return [
-        each._replace(robot=np.column_stack([each.robot, *(sd * difference(*ends, middle[0]) for sd, *ends in own)]))
+        each._replace(
+            robot=np.column_stack([each.robot, *(sd * difference(up, down, middle[0]) for sd, up, down in own)])
+        )
         for each, own, middle in zip(found, columns, middles, strict=True)
     ]
 

@@ -12,6 +12,7 @@ from fitting import Calibration, MeasuredTrial, calibrate
 from fitting import calibration as of_calibration
 from fitting.calibration import summarise
 from fitting.ebt import FORMS, fit_ebt, measured_tail
+from fitting.left_out import FAR, MISSED
 from fitting.model import search
 from fitting.model.session_forecast import Forecast
 from fitting.published_search import Swims
@@ -40,6 +41,11 @@ def test_every_swim_is_compared_in_the_order_of_the_session(calibration: Calibra
     *_, new = calibration.trials  # held out: driven with what its known part says
     assert new.simulated_hz == new.measured.start_frequency.hz
     assert new.scores.marker_error_m < 0.1
+
+
+def test_no_trial_of_the_twin_s_own_kind_of_fish_is_suspicious(calibration: Calibration) -> None:
+    assert not [flag for trial in calibration.trials for flag in trial.flags if flag.kind in (FAR, MISSED)]
+    assert calibration.left_out == {}
 
 
 def test_the_summary_is_the_mean_over_the_trials_of_a_role(calibration: Calibration) -> None:
