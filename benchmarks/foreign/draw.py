@@ -1,5 +1,6 @@
 """Draws and simulates a session: robot, water, camera, tracker, trials; by the twin, or by the second simulator."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
