@@ -21,11 +21,13 @@ TAIL_FIRST = "tail_first"
 """The flag of a trial in which the robot swims backward."""
 BEARING = ("unread_marker", TAIL_FIRST, "turns", "scale_drifts")
 """Kinds of flags of a fitted trial that bear on every coefficient."""
+_SURE, _LASTS = 4.0, 10.0  # standard errors; frames that an error of a box stays
 _SCALE_DRIFTS = 0.01  # relative, from the first to the last compared frame
 _CHORD = 0.02  # by which the net displacement of a fish that turns may be shorter than its path
 _RESTS_S = 0.2
 LEAST_OF_PART = 0.2
 """Share of its motion that a beat explains where the tail beats for a quarter of the trial: of noise it is less."""
+_OF_BEATS = 5.0  # for which that is so: the swing that noise makes falls with the root of the time
 _LEAST_SWING = 0.01  # of the length of the robot: published swims have 0.09 and more, noise that lasts makes 0.004
 _LEAST_BEATS = 2.0
 _BACKWARD_M_S = 0.005  # below, a robot that beats on the spot
@@ -64,11 +66,12 @@ def check_beat(beat: SwimFrequency, robot: RobotSpec, least: float = LEAST_EXPLA
     Raises:
         NotEnoughData: it does not; noise and drift have a strongest frequency too.
     """
-    if beat.swing_m < _LEAST_SWING * robot.length_m:
+    least_m = _LEAST_SWING * robot.length_m * min(1.0, float(np.sqrt(_OF_BEATS / beat.beats)))
+    if beat.swing_m < least_m:
         raise NotEnoughData(
             f"no lasting beat: at the likeliest frequency, {beat.hz:.3g} Hz, the tail swings by "
-            f"{1000 * beat.swing_m:.1f} mm to either side; at least {1000 * _LEAST_SWING * robot.length_m:.0f} mm are "
-            "expected. Did the robot swim?"
+            f"{1000 * beat.swing_m:.1f} mm to either side; at least {1000 * least_m:.1f} mm are expected. "
+            "Did the robot swim?"
         )
     if beat.explained < least:
         raise NotEnoughData(
@@ -119,7 +122,7 @@ def motion_flags(time_s: np.ndarray, head: HeadFrame, kept: np.ndarray, speed: f
             f"it swims tail first, at {-1000 * speed:.0f} mm/s: does water carry it, or are nose and neck exchanged?"
         )
         flags.append(Flag(TAIL_FIRST, message=message))
-    turned = _drift(time_s, head.heading_rad, kept, hz)
+    turned, _ = _drift(time_s, head.heading_rad, kept, hz)
     if abs(turned) > np.sqrt(40 * _CHORD):
         message = (
             f"it turns by {np.degrees(turned):+.0f} degrees while it is compared: the net displacement, which its "
@@ -142,8 +145,8 @@ def sight_flags(
         hz: beats a second.
     """
     flags = []
-    shrinks = _drift(time_s, np.log(span_px), kept, hz)
-    if abs(shrinks) > _SCALE_DRIFTS:
+    shrinks, error = _drift(time_s, np.log(span_px), kept, hz)
+    if abs(shrinks) > max(_SCALE_DRIFTS, _SURE * error):
         message = (
             f"nose to neck {'grows' if shrinks > 0 else 'shrinks'} by {100 * abs(shrinks):.1f} % from the first to the "
             "last compared frame: its lengths and speeds are no surer than that. Is the camera level and its lens "
@@ -176,12 +179,18 @@ def unread_flags(names: Sequence[str], read: np.ndarray, seen: np.ndarray, frame
     )
 
 
-def _drift(time_s: np.ndarray, series: np.ndarray, kept: np.ndarray, hz: float) -> float:
-    """Return the change of a series (n,) over the kept frames, beside its beat; 0 where it is hardly seen."""
+def _drift(time_s: np.ndarray, series: np.ndarray, kept: np.ndarray, hz: float) -> tuple[float, float]:
+    """Return the change of a series (n,) over the kept frames beside its beat, and its standard error.
+
+    Where it is hardly seen both are 0.
+    """
     used = kept & np.isfinite(series)
     if used.sum() < 12:
-        return 0.0
+        return 0.0, 0.0
     beats = float(np.ptp(time_s[used])) * hz
     columns = design(time_s[used], hz, 2 if beats >= 1 else 0)
     found = np.linalg.lstsq(columns, series[used], rcond=None)[0]
-    return float(found[1] * np.ptp(time_s[kept]) / np.ptp(time_s[used]))
+    left = series[used] - columns @ found
+    error = float(np.sqrt(12 * _LASTS / used.sum()) * left.std())  # of the slope of a line over its own span
+    longer = float(np.ptp(time_s[kept]) / np.ptp(time_s[used]))
+    return float(found[1]) * longer, error * longer

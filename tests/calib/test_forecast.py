@@ -36,10 +36,10 @@ def test_its_summary_says_whether_the_baselines_are_beaten(found: front.FitResul
     errors = found.to_frame("speed_errors").holdout
     best = errors[["line", "power_law", "constant_stride"]].min()
     if errors["given_frequency"] < best:
-        assert "The twin is better" in lines[2]
+        assert "With it the twin is better" in lines[3]
         assert found.verdict != "worse_than_baseline"
     else:
-        assert "The twin is not better" in lines[2]
+        assert "With it the twin is not better" in lines[3]
         assert found.verdict == "worse_than_baseline"
     assert lines[0] in found._repr_html_()
 

@@ -91,13 +91,23 @@ def lose_the_tail(position_px: np.ndarray) -> None:
     position_px[8:, 3:] = np.nan
 
 
-@pytest.mark.parametrize("name", ["slow", "fast"])
-def test_a_trial_whose_tail_cannot_be_trusted_is_named(calib: Front, fresh: Path, name: str) -> None:
-    change_tracks(fresh, name, lose_the_tail)
+def test_the_only_fit_trial_whose_tail_cannot_be_trusted_is_named(calib: Front, fresh: Path) -> None:
+    change_tracks(fresh, "slow", lose_the_tail)
     outcome = calib("run", fresh, "--effort", "quick")
 
-    assert_reports(outcome, f"trial {name}:", "usable tail marker", "leave the trial out")
+    assert_reports(outcome, "trial slow:", "usable tail marker", "leave the trial out")
     assert set(files_in(fresh / "results")) <= {".stages.json", "tracks/slow.csv", "tracks/fast.csv"}
+
+
+def test_a_held_out_trial_whose_tail_cannot_be_trusted_stops_no_other(calib: Front, fresh: Path) -> None:
+    change_tracks(fresh, "fast", lose_the_tail)
+    outcome = calib("run", fresh, "--effort", "quick")
+
+    assert outcome.code == 0, outcome.err
+    data = json.loads((fresh / "results" / "calibration.json").read_text())
+    assert list(data["trials"]) == ["slow"]
+    assert "usable tail marker" in data["left_out"]["fast"]
+    assert [flag["message"] for flag in data["flags"] if flag["kind"] == "left_out"][0].startswith("fast is left out:")
 
 
 @pytest.mark.long
@@ -125,7 +135,7 @@ def test_without_the_tail_tip_there_is_no_ebt_and_all_else_stands(calib: Front, 
     outcome = calib("run", fresh, "--effort", "quick", "--verbose")
 
     assert outcome.code == 0, outcome.err
-    assert "the last two tail markers are usable in no fit trial" in outcome.out
+    assert "the last two markers of the tail are usable together in no fit trial" in outcome.out
     data = json.loads((fresh / "results" / "calibration.json").read_text())
     assert data["ebt"]["drag_coefficient"] is None
     assert data["trials"]["slow"]["speed_ebt"] is None
