@@ -42,7 +42,14 @@ OF_COMMAND = {"edit": "correct", "convert": "convert_tracks", "mjcf": "export_mj
     "aquarium": "policy.aquarium"
 }
 """The functions that are not called as their commands."""
-OF_CHECKOUT = {"benchmark tracking", "benchmark posterior", "benchmark effects", "benchmark transfer", "benchmark gym"}
+OF_CHECKOUT = {
+    "benchmark tracking",
+    "benchmark posterior",
+    "benchmark effects",
+    "benchmark transfer",
+    "benchmark gym",
+    "benchmark foreign",
+}
 """Commands that are not in the installed program."""
 PRINTING = {"as_json", "verbose", "help"}
 """Options that change nothing but what is printed."""

@@ -107,7 +107,7 @@ def test_a_held_out_trial_whose_tail_cannot_be_trusted_stops_no_other(calib: Fro
     data = json.loads((fresh / "results" / "calibration.json").read_text())
     assert list(data["trials"]) == ["slow"]
     assert "usable tail marker" in data["left_out"]["fast"]
-    assert [flag["message"] for flag in data["flags"] if flag["kind"] == "left_out"][0].startswith("fast is left out:")
+    assert next(flag["message"] for flag in data["flags"] if flag["kind"] == "left_out").startswith("fast is left out:")
 
 
 @pytest.mark.long
