@@ -130,7 +130,7 @@ def _trends(numbers: Mapping[str, LawNumbers], residual: np.ndarray) -> dict[str
 
 def _numbers(trial: MeasuredTrial, robot: RobotSpec) -> LawNumbers:
     swim = swim_numbers(trial, robot)
-    heading = np.unwrap(trial.head.heading_rad)
+    heading = trial.head.heading_rad
     time_s = trial.time_s
     known = np.isfinite(heading)
     return LawNumbers(

@@ -24,6 +24,7 @@ START_SD = (0.01, 0.02, 0.2)  # of the head's velocity at time 0: along, across 
 PHASE_SD_RAD = 0.5  # of the crank's phase beside the one that puts the tail in step
 PLACE_SD_M = 0.05  # of the whole fish beside its smooth path
 LEAST_FREQUENCY_SE = 1e-4  # relative
+_THROWN = 10.0  # m, m/s and rad/s, beyond which no fish beats or swims
 _SHIFT_M, _START_STEP, _FREQUENCY_STEP = 1e-3, (0.01, 0.01, 0.1), 0.005
 
 
@@ -175,8 +176,14 @@ class TrialModel:
         )
 
     def features_of(self, motion: Trajectories) -> np.ndarray:
-        """(s, k) of trajectories up to the last frame that is kept, in step with the measured tail."""
-        return self.in_step(self.reader(self._kept(self._marker_m(motion))))
+        """(s, k) of trajectories up to the last frame that is kept, in step with the measured tail.
+
+        Features of a twin that is thrown about, as before it diverges, are nan as well.
+        """
+        found = self.in_step(self.reader(self._kept(self._marker_m(motion))))
+        with np.errstate(invalid="ignore"):
+            stands = (np.abs(found) < _THROWN).all(axis=-1, keepdims=True)
+        return np.where(stands, found, np.nan)
 
     def _marker_m(self, motion: Trajectories) -> np.ndarray:
         """(s, n, m, 2) with the roll, m."""
