@@ -22,6 +22,7 @@ from session.records import KEPT_ELSEWHERE
 from session.results import ResultFile
 
 SWEPT = 9  # frequencies
+_ALL = 0.985  # share of coordinates in 90 % bands that chance leaves in one trial of 20
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,8 +123,27 @@ def summarise(
         trials=predicted,
         forecasts=_forecasts(posterior, trials, predicted),
         whiteness=white,
-        flags=(*_of_trials(trials), *posterior.flags, *missed, *noise_flags(white), *robot_flags(robot)),
+        flags=(
+            *_of_trials(trials),
+            *posterior.flags,
+            *missed,
+            *_wide(predicted),
+            *noise_flags(white),
+            *robot_flags(robot),
+        ),
     )
+
+
+def _wide(predicted: Sequence[PredictedTrial]) -> tuple[Flag, ...]:
+    """Flag bands that hold nearly everything: they are as wrong as bands that hold too little."""
+    inside = [trial.inside for trial in predicted if np.isfinite(trial.inside)]
+    if not inside or (share := float(np.median(inside))) < _ALL:
+        return ()
+    message = (
+        f"the 90 % bands hold {100 * share:.1f} % of the marker coordinates of half the trials and more: they are wider "
+        "than these trials need, by what the speed's discrepancy is believed to be beforehand"
+    )
+    return (Flag("wide_bands", message=message),)
 
 
 def _of_trials(trials: Sequence[MeasuredTrial]) -> tuple[Flag, ...]:
