@@ -140,8 +140,8 @@ def _wide(predicted: Sequence[PredictedTrial]) -> tuple[Flag, ...]:
     if not inside or (share := float(np.median(inside))) < _ALL:
         return ()
     message = (
-        f"the 90 % bands hold {100 * share:.1f} % of the marker coordinates of half the trials and more: they are wider "
-        "than these trials need, by what the speed's discrepancy is believed to be beforehand"
+        f"the 90 % bands hold {100 * share:.1f} % of the marker coordinates of half the trials and more: they are "
+        "wider than these trials need, by what the speed's discrepancy is believed to be beforehand"
     )
     return (Flag("wide_bands", message=message),)
 
