@@ -37,6 +37,9 @@ _HEAD_MARKER_M, _HEAD_BOX_M = 0.0015, 0.002
 and a ruler lays them out."""
 _SLOPE = 3.0  # of the line: a tenth off in the middle goes with a power of frequency that is off by a third
 _ITERATIONS = 60
+_FARTHEST = 5.0
+"""Prior standard deviations from its median that a component may be: a first step that is far too long otherwise makes
+one of them so large that rounding alone makes the sum indefinite."""
 FORECAST_SPEED = 0.10
 """Of `speed_common` in forecasts, which must not rest on the wish that the twin swims as fast (a cut; Liu, Bayarri and
 Berger 2009). Its line then allows for a power of a third, as laminar and turbulent drag differ (Gazzola et al. 2014).
@@ -198,7 +201,8 @@ class Covariance:
 
         begin = np.log([start[component.name] for component in COMPONENTS])
         options = {"maxiter": _ITERATIONS, "ftol": 1e-6}
-        found = minimize(deviance, begin, jac=True, method="L-BFGS-B", options=options)
+        within = list(zip(mean - _FARTHEST * sd, mean + _FARTHEST * sd, strict=True))
+        found = minimize(deviance, begin, jac=True, method="L-BFGS-B", bounds=within, options=options)
         names = [component.name for component in COMPONENTS]
         return dict(zip(names, map(float, np.exp(found.x)), strict=True)), float(found.fun)
 
