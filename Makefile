@@ -16,7 +16,7 @@ unexport PYTHONDONTWRITEBYTECODE
 .PHONY: help demo docs policies test test-all check check-beside-compiling format lock
 
 help:
-	@echo "make demo      install everything into $(VENV), calibrate datasets/sample, print the path of its report"
+	@echo "make demo      install everything into $(VENV), calibrate and diagnose datasets/sample, print the path of its report"
 	@echo "make docs      the documentation as a site in build/site; warnings are errors"
 	@echo "make policies  install torch and stable-baselines3 too, train a small policy on datasets/sample and score it"
 	@echo "make test      linter, type check, import contract and tests"
@@ -27,6 +27,8 @@ help:
 
 demo: $(VENV)/.installed
 	@$(BIN)/calib run --effort quick datasets/sample
+	@echo "What was put in, which the program never read (datasets/sample/CARD.md):"
+	@sed -n 's/^- Withheld effect: /  /p' datasets/sample/CARD.md
 
 # Offline, from the pages of docs/ and the notebooks as committed; `demo` and `test` need none of what it installs.
 docs: $(VENV)/.docs-installed

@@ -1,46 +1,212 @@
-"""Makes `datasets/sample` again, with the checksums of its card: `python -m benchmarks.sample datasets/sample`."""
+"""Makes `datasets/sample` again, with the checksums of its card: `python -m benchmarks.sample datasets/sample`.
 
+The session is made by the second simulator with one effect that the twin lacks: so its fit is not checked by the model
+that made the data, and its diagnosis has something to find. The card and `truth.json` tell what was put in; the program
+opens neither.
+"""
+
+import gzip
+import json
 import shutil
 import sys
 import tempfile
+from collections.abc import Mapping
+from dataclasses import asdict, replace
 from pathlib import Path
+from typing import Any
 
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from benchmarks.effects.drawn import drawn_nuisances, swim_past_middle
+from benchmarks.effects.rows import tracks_of
+from benchmarks.reality import Recording, Trial, World, simulate
+from benchmarks.reality.camera import Camera
+from benchmarks.reality.mechanism import Mechanism
+from benchmarks.reality.mechanisms.fluid import BackgroundCurrent
+from benchmarks.reality.tendons import Turn
 from benchmarks.video.filmed import SessionVideo
+from fitting.speed import forward_speed
+from session import load_session
+from session.create import FISHSIM_MARKERS, new_folder, write_session_toml
 from session.results import sha256_of, write_whole
-from synthetic.default import default_plan
+from session.tracks import save_tracks
+from swimmer import CrankTurn, load_robot
+from synthetic.default import FEWEST_BEATS, FEWEST_S, SPEEDS_HZ, default_plan
+from synthetic.motor_log import DrivenMotor, save_commands, save_motor_log
 from synthetic.plan import SyntheticPlan
-from synthetic.session import make_session
-from synthetic.trials import SyntheticTrial
+from synthetic.recorder import motor_file
+from synthetic.swims import TrueRun
+from synthetic.trials import SyntheticCamera, SyntheticTrial, trial_name
+from tracking import to_head_frame
 
 SAMPLE_SEED = 0
-CARD_FILE = "CARD.md"
+CARD_FILE, TRUTH_FILE = "CARD.md", "truth.json"
+WITHHELD = BackgroundCurrent(right_m_s=0.0076, up_m_s=0.0025, turning_rad_s=0.001)
+"""The effect that the twin lacks: the pool's pump is on, and its water drifts by 8 mm/s, in a wide eddy."""
+WORLD = World(
+    coefficients=(0.4, 2.0, 6.0, 4.0, 1.0),
+    nuisances=replace(drawn_nuisances(np.random.default_rng(SAMPLE_SEED)), marker_shift_m={}),
+    mechanisms=(WITHHELD,),
+    camera=Camera(height_m=2.5, focal_px=2412.5),
+)
+"""A robot within its maker's tolerances, and a camera of 965 px per metre, as in the published videos."""
+VIDEO_NAME = "f1_00_video"
+VIDEO = SessionVideo(trials=(VIDEO_NAME,), width_px=1280, height_px=720, crf=21)
+FIT_HZ = (0.6, 0.8, 1.3)
+_VIDEO_HZ, _VIDEO_S, _VIDEO_HEADING_RAD = 1.0, 3.5, 3.0
+_RUN_IN_S, _WARMUP_S = 3.0, 1.0
+_HEADING_RAD = 0.35  # off the picture's long side, at most
 _TABLE = "|---|---|\n"  # that the checksums end the card with
 
-FILMED = SyntheticTrial(
-    name="f1_00_video",
-    frequency_hz=0.98,
-    commanded_hz=1.0,
-    seconds=3.5,
-    role="holdout",
-    phase_rad=0.7,
-    heading_rad=3.0,
-)
-"""The sample's one video: a swim that stays within 1280 x 720 px at the scale of the published videos."""
-VIDEO = SessionVideo(trials=(FILMED.name,), width_px=1280, height_px=720, crf=21)
 
+class DrivenCrank(Mechanism):
+    """The crank turns as its motor drives it, from rest to rest, whatever pulls at it."""
 
-def sample_plan() -> SyntheticPlan:
-    """The default plan under the sample's name and seed, with one more trial, the filmed one."""
-    plan = default_plan(SAMPLE_SEED)
-    return plan.model_copy(update={"name": "sample", "trials": (*plan.trials, FILMED)})
+    driven: CrankTurn
+    phase_rad: float
+
+    def turn(self, time_s: np.ndarray, turn: Turn, state: np.ndarray) -> Turn:  # noqa: ARG002
+        """Follow the motor."""
+        return Turn(self.phase_rad + self.driven.angle(time_s), self.driven.speed(time_s))
 
 
 def make_sample(folder: Path) -> Path:
-    """Makes the sample; files of the same names are replaced, no others are touched."""
+    """Make the sample; files of the same names are replaced, no others are touched."""
     with tempfile.TemporaryDirectory() as scratch:
-        made = make_session(Path(scratch) / "sample", sample_plan(), VIDEO)
-        shutil.copytree(made, folder, dirs_exist_ok=True)
+        shutil.copytree(_made(Path(scratch) / "sample"), folder, dirs_exist_ok=True)
     return folder
+
+
+def _made(folder: Path) -> Path:
+    plan = default_plan(SAMPLE_SEED)  # of the dry experiments, which start and stop as `calib capture` drives them
+    driven = {run.name: run for run in plan.dry_runs}
+    motors = {
+        name: DrivenMotor.of(run, run.motor, np.random.default_rng([SAMPLE_SEED, number]))
+        for number, (name, run) in enumerate(driven.items())
+        if run.motor is not None
+    }
+    recordings = _recorded(_trials(plan), motors)
+    with new_folder(folder) as part:
+        tables = []
+        for number, (name, recording) in enumerate(recordings.items()):
+            files = _film(part, name, recording) if VIDEO.films(name) else _track(part, name, recording, number)
+            hz = driven[name].commanded_hz if name in driven else recording.trial.frequency_hz or None
+            if name in motors:
+                _log(part, name, motors[name], recording)
+                files["motor"] = motor_file(driven[name])
+            held_out = recording.trial.kind == "swim" and (hz not in FIT_HZ or VIDEO.films(name))
+            role = "holdout" if held_out else "fit"
+            tables.append({"name": name, "kind": recording.trial.kind, **files, "commanded_hz": hz, "role": role})
+        write_session_toml(
+            part,
+            name="sample",
+            camera={"fps": plan.camera.fps, "scale_length_m": round(load_robot().scale_length_m, 9)},
+            markers=FISHSIM_MARKERS,
+            trials=tables,
+            fit={"warmup_s": _WARMUP_S},
+        )
+        write_whole(part / TRUTH_FILE, json.dumps(_truth(recordings), indent=1) + "\n")
+        load_session(part)
+    return folder
+
+
+def _trials(plan: SyntheticPlan) -> dict[str, Trial]:
+    random = np.random.default_rng(SAMPLE_SEED)
+    swims = {trial_name("f", hz): _swim(hz, np.pi * (number % 2), random) for number, hz in enumerate(SPEEDS_HZ)}
+    swims[VIDEO_NAME] = swim_past_middle(_VIDEO_HZ, _VIDEO_S, _VIDEO_HEADING_RAD, 0.2, random)
+    dry = {run.name: Trial("dry", run.seconds, phase_rad=run.phase_rad) for run in plan.dry_runs}
+    decays = {
+        each.name: Trial("free_decay", each.seconds, bent_rad=each.bent_rad, release_s=each.release_s)
+        for each in plan.free_decays
+    }
+    return {name: replace(trial, run_in_s=_RUN_IN_S) for name, trial in swims.items()} | dry | decays
+
+
+def _recorded(trials: Mapping[str, Trial], motors: Mapping[str, DrivenMotor]) -> dict[str, Recording]:
+    """Simulate all trials in one batch; a crank that a motor is logged of turns as that drives it."""
+    worlds = dict.fromkeys(trials, WORLD)
+    for name, motor in motors.items():
+        turned = DrivenCrank(motor.turn, trials[name].phase_rad)
+        worlds[name] = replace(WORLD, mechanisms=(*WORLD.mechanisms, turned))
+    filmed = simulate([(worlds[name], trial) for name, trial in trials.items()], FISHSIM_MARKERS)
+    return dict(zip(trials, filmed, strict=True))
+
+
+def _swim(hz: float, way_rad: float, random: np.random.Generator) -> Trial:
+    heading = float(random.uniform(-_HEADING_RAD, _HEADING_RAD) + way_rad)
+    return swim_past_middle(hz, max(FEWEST_S, round(FEWEST_BEATS / hz, 1)), heading, 0.2, random)
+
+
+def _track(folder: Path, name: str, recording: Recording, number: int) -> dict[str, str]:
+    """Write the tracks that a tracker with faults gives; the key of its `[[trial]]`."""
+    random = np.random.default_rng([SAMPLE_SEED, 4, number])
+    tracks = tracks_of(recording, WORLD.noise.tracked(recording.time_s, recording.position_px, random))
+    plain = folder / "trials" / f"{name}.csv"
+    save_tracks(plain, tracks)
+    write_whole(plain.with_suffix(".csv.gz"), gzip.compress(plain.read_bytes(), mtime=0))
+    plain.unlink()
+    return {"tracks": f"trials/{name}.csv.gz"}
+
+
+def _log(folder: Path, name: str, motor: DrivenMotor, recording: Recording) -> None:
+    """Write what the motor's computer logs, on a clock of its own."""
+    crank = CubicSpline(recording.drive.time_s, recording.drive.angle_rad)
+    last_s = recording.drive.time_s[-1]
+    read = motor.read(crank(np.clip(motor.sampled_s, recording.drive.time_s[0], last_s)))
+    save_motor_log(folder / f"trials/{name}.motor.csv", read.log)
+    save_commands(folder / f"trials/{name}.commands.csv", read.commands)
+
+
+def _film(folder: Path, name: str, recording: Recording) -> dict[str, str]:
+    """Render the video of a swim, in the middle of the picture, with start boxes and what a perfect tracker finds."""
+    camera = SyntheticCamera(px_per_m=WORLD.camera.focal_px / WORLD.camera.height_m)
+    plan = SyntheticPlan(trials=(_planned(name, recording),), camera=camera, seed=SAMPLE_SEED)
+    middle = (recording.position_px.max(axis=(0, 1)) + recording.position_px.min(axis=(0, 1))) / 2
+    swim = TrueRun(
+        trial=plan.trials[0],
+        time_s=recording.time_s,
+        position_px=recording.position_px + WORLD.camera.centre_px - middle,
+        head=recording.head,
+        hinges_rad=recording.hinges_rad,
+        frequency_hz=recording.trial.frequency_hz,
+        phase_rad=recording.trial.phase_rad,
+        speed_m_s=_speed(recording),
+    )
+    return VIDEO.film(folder, 0, swim, plan, lambda *_: None)
+
+
+def _planned(name: str, recording: Recording) -> SyntheticTrial:
+    trial = recording.trial
+    hz = trial.frequency_hz
+    return SyntheticTrial(
+        name=name, frequency_hz=hz, commanded_hz=hz, seconds=trial.duration_s, role="holdout", phase_rad=trial.phase_rad
+    )
+
+
+def _speed(recording: Recording) -> float:
+    """Forward speed after the warm-up, as the program defines it, without noise, m/s."""
+    nose, neck = (recording.markers.index(marker) for marker in ("nose", "neck"))
+    head = to_head_frame(recording.marker_m, nose, neck)
+    kept = recording.time_s >= _WARMUP_S
+    return float(forward_speed(recording.time_s, head, kept, recording.trial.frequency_hz))
+
+
+def _truth(recordings: Mapping[str, Recording]) -> dict[str, Any]:
+    swims = {name: each for name, each in recordings.items() if each.trial.kind == "swim"}
+    return {
+        "withheld": {"effect": "background_current", **asdict(WITHHELD)},
+        "coefficients": WORLD.coefficients,
+        "robot": {key: value for key, value in asdict(WORLD.nuisances).items() if key != "marker_shift_m"},
+        "trials": {
+            name: {
+                "frequency_hz": each.trial.frequency_hz,
+                "phase_rad": round(each.trial.phase_rad, 4),
+                "speed_m_s": round(_speed(each), 5),
+            }
+            for name, each in swims.items()
+        },
+    }
 
 
 def checksums(folder: Path) -> dict[str, str]:
@@ -51,7 +217,7 @@ def checksums(folder: Path) -> dict[str, str]:
 
 
 def write_checksums(folder: Path) -> None:
-    """Writes them into the card, whose text is written by hand."""
+    """Write them into the card, whose text is written by hand."""
     text, _, _ = (folder / CARD_FILE).read_text(encoding="utf-8").rpartition(_TABLE)
     rows = "".join(f"| `{name}` | `{digest}` |\n" for name, digest in checksums(folder).items())
     write_whole(folder / CARD_FILE, text + _TABLE + rows)

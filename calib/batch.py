@@ -20,16 +20,18 @@ Work = Callable[[Pipeline], object]
 
 
 def run_pipeline(pipeline: Pipeline) -> None:
-    """Everything that the data allow; with full effort posterior and diagnosis too."""
+    """Make everything that the data allow; of quick effort only what does not stand yet."""
     if pipeline.only_dry:
         pipeline.structured()
         return
     pipeline.fit()
-    if pipeline.options.effort == "full":
+    full = pipeline.options.effort == "full"
+    if full or pipeline.current_posterior(pipeline.the_fit()) is None:
         try:
             pipeline.posterior()
         except NotConverged as refusal:  # a note: the other results do not need it
             pipeline.notes.append(f"! {refusal}")
+    if full or pipeline.current_diagnosis() is None:
         pipeline.diagnosis()
     pipeline.report()
 

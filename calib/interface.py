@@ -376,7 +376,7 @@ def run(
     scheduler: str | None = None,
     progress: bool = True,
 ) -> FitResult | StructureResult | Export:
-    """Does everything the data allow: tracks, fit, MJCF, report; with full effort posterior and diagnosis too.
+    """Do everything the data allow: tracks, fit, MJCF, posterior, diagnosis, report.
 
     Args:
         sessions: one, or several: then a session that fails stops no other.

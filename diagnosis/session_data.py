@@ -22,8 +22,8 @@ from swimmer import Twin
 class SessionData:
     """The recordings of a session, and what was known before.
 
-    Of motor logs only how fast they turned counts: beside the turn within a beat as it was logged, what is wrong with
-    the drive would not show.
+    The crank of a trial with a motor log turns as it was logged, as in the fit: what is wrong with the drive shows in
+    how fast it turned, against the command.
 
     Attributes:
         trials: all swims; those of the role "fit" say which effect, the others score it.
@@ -43,8 +43,8 @@ class SessionData:
     doubted: tuple[str, ...] = ()
 
     def of_role(self, fitted: bool) -> tuple[MeasuredTrial, ...]:
-        """The swims that are fitted, or those that are not, without the logs of their motors."""
-        return tuple(trial.without_log for trial in self.trials if (trial.role == "fit") == fitted)
+        """The swims that are fitted, or those that are not."""
+        return tuple(trial for trial in self.trials if (trial.role == "fit") == fitted)
 
     @cached_property
     def rings(self) -> "FreeDecayFits":
@@ -61,7 +61,7 @@ class SessionData:
         """
         if not (fitted := self.of_role(fitted=True)):
             raise NotEnoughData('no swim of role "fit"; a diagnosis needs at least one')
-        runs = [trial.without_log for trial in self.dry.runs]
+        runs = self.dry.runs
         camera = with_picture(self.camera, (*fitted, *self.of_role(fitted=False), *runs))
         return LinearModel.of(fitted, self.twin, camera, self.discrepancy, self.at, runs, self.rings.believed)
 

@@ -178,17 +178,9 @@ class MeasuredTrial:
         return self if role == self.role else _with_role(self, role)
 
     @property
-    def without_log(self) -> MeasuredTrial:
-        """The same frames with a crank that turns evenly: what the motor does must show in the beat of the fish.
-
-        How fast it turned by its log stays known.
-
-        Raises:
-            NotEnoughData: held out, its tail gives no frequency in the part that may be used.
-        """
-        if self.turn is None or self.beat is None:
-            return self
-        return _with_role(replace(self, frequency=self.beat, motor=None, turn=None), self.role)
+    def filmed_hz(self) -> float:
+        """Beats a second of the tail on the camera's clock, whatever a motor's log says, Hz."""
+        return (self.beat or self.frequency).hz
 
     def weight_of(self, frames: int) -> np.ndarray:
         """(frames, m) weights in the tracks it was measured from; 0 before and after its own n frames."""

@@ -95,7 +95,7 @@ def run(
     verbose: Verbose = False,
     as_json: AsJson = False,
 ) -> None:
-    """Does everything the data allow: tracks, fit, MJCF, posterior and gap (effort full), report.
+    """Does everything the data allow: tracks, fit, MJCF, posterior, diagnosis, report.
 
     Of several sessions it also writes an index, as `calib report`; one that fails stops no other.
     """

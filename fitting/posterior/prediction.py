@@ -24,6 +24,7 @@ from session import Flag
 
 QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
 DRAWS = 40
+_SWEEP_DRAWS = 24
 SECONDS = 5.0  # of a further trial
 _NOISES = 20  # draws of everything else for each
 _FEWEST_INSIDE = 0.8  # share of marker coordinates within 90 % bands: chance leaves 0.83 and more in 19 of 20 trials
@@ -122,7 +123,7 @@ def predict_sweep(posterior: Posterior, frequency_hz: np.ndarray, seed: int = 0)
     What one would add is that of a linear model (Chaloner and Verdinelli 1995).
     """
     mode, random = posterior.mode, np.random.default_rng([seed, 3])
-    draws, scatter = _some(posterior, random), scatter_of(mode)
+    draws, scatter = _some(posterior, random, _SWEEP_DRAWS), scatter_of(mode)
     inner, outer, shrunk = [], [], []
     now, first = np.sqrt(np.diag(mode.coefficient_covariance)), mode.model.trials[0]
     seconds = SECONDS + first.trial.warmup_s
@@ -139,9 +140,9 @@ def predict_sweep(posterior: Posterior, frequency_hz: np.ndarray, seed: int = 0)
     return PredictedSweep(frequency_hz, np.transpose(inner), np.transpose(outer), sd_now * np.array(shrunk), sd_now)
 
 
-def _some(posterior: Posterior, random: np.random.Generator) -> np.ndarray:
-    """(d, 5) draws without replacement."""
-    return random.choice(posterior.coefficients, DRAWS, replace=False)
+def _some(posterior: Posterior, random: np.random.Generator, count: int = DRAWS) -> np.ndarray:
+    """Return (count, 5) draws without replacement."""
+    return random.choice(posterior.coefficients, count, replace=False)
 
 
 def _simulated(mode: Mode, block: Block, draws: np.ndarray) -> np.ndarray:

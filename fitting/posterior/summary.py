@@ -21,7 +21,7 @@ from session import Flag
 from session.records import KEPT_ELSEWHERE
 from session.results import ResultFile
 
-SWEPT = 9  # frequencies
+SWEPT = 7  # frequencies
 _ALL = 0.985  # share of coordinates in 90 % bands that chance leaves in one trial of 20
 
 

@@ -31,7 +31,7 @@ def residual_row(model: SessionModel, at: np.ndarray) -> np.ndarray:
     """
     residual = model.measured - model.simulated(at[None])[0]
     trials = [each.trial for each in model.trials]
-    hertz = [0.0 if trial.commanded_hz is None else trial.frequency.hz - trial.commanded_hz for trial in trials]
+    hertz = [0.0 if trial.commanded_hz is None else trial.filmed_hz - trial.commanded_hz for trial in trials]
     logged = [_off_command(trials[number]) for number in model.logged]
     return np.concatenate([residual, hertz, logged, model.ring_residuals])
 
