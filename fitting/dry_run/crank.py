@@ -151,7 +151,13 @@ def _of_motion(found: CrankTrial) -> Iterator[Flag]:
 
 
 def fit_flags(joint: JointFit, response: DryResponse, arm_per_trial_m: Sequence[float]) -> Iterator[Flag]:
-    """The flags of the arm."""
+    """Flag an arm at the end of its range, one that is poorly known, and runs that disagree.
+
+    Args:
+        joint: of all runs.
+        response: what was simulated.
+        arm_per_trial_m: of each run alone, by the same fit.
+    """
     low, high = response.range_of(joint.branch)
     if not _inside(joint.arm_m, low, high):
         snaps = joint.arm_m > (low + high) / 2 and high < response.arm_m[-1]
@@ -162,7 +168,7 @@ def fit_flags(joint: JointFit, response: DryResponse, arm_per_trial_m: Sequence[
         yield Flag("unidentifiable", message=f"the arm is only known to {error}: the runs do not determine it")
     if max(arm_per_trial_m) - min(arm_per_trial_m) > ARM_POOR * float(np.mean(arm_per_trial_m)):
         arms = ", ".join(f"{1000 * arm:.1f}" for arm in arm_per_trial_m)
-        message = f"taken alone, with nose and neck as marked, the runs give arms of {arms} mm: rely on the joint fit"
+        message = f"each run alone gives another arm: {arms} mm; the one reported is a compromise"
         yield Flag("trials_disagree", message=message)
 
 
@@ -271,5 +277,6 @@ def _assembled(
         )
         flags = trial_flags(one, smooth)
         found.append(replace(one, flags=(*trial.flags, *flags)))
-    flags = fit_flags(joint, response, [cell.arm_m for cell in lowest])
+    alone_m = [fit_joint([trial], response, [cell]).arm_m for trial, cell in zip(trials, lowest, strict=True)]
+    flags = fit_flags(joint, response, alone_m)
     return CrankFit(joint.arm_m, joint.arm_se_m, smooth, tuple(found), tuple(flags))
