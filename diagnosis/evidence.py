@@ -132,11 +132,13 @@ def gaussian_evidence(
     sizes = grid[:, whose]  # (s, p)
     wrong = grid[:, -1] * _norms(residual, responses, columns, whose, sizes)
     variance = 1 + np.outer((wrong**2 + grid[:, -2] ** 2) / len(residual.value), residual.spread)  # (s, q)
-    weighted = np.swapaxes(columns / variance[:, :, None], 1, 2)  # (s, p, q)
-    precision = np.eye(columns.shape[1]) + sizes[:, :, None] * (weighted @ columns) * sizes[:, None]
-    along, covariance = sizes * (weighted @ residual.value), np.linalg.inv(precision)
+    weight, count = 1 / variance, columns.shape[1]
+    pairs = (columns[:, :, None] * columns[:, None]).reshape(len(columns), -1)  # (q, p p)
+    gram = (weight @ pairs).reshape(len(grid), count, count)  # (s, p, p)
+    precision = np.eye(count) + sizes[:, :, None] * gram * sizes[:, None]
+    along, covariance = sizes * (weight @ (columns * residual.value[:, None])), np.linalg.inv(precision)
     mean = (covariance @ along[:, :, None])[:, :, 0]
-    squares = (residual.value**2 / variance + np.log(variance)).sum(axis=1) - (along * mean).sum(axis=1)
+    squares = weight @ residual.value**2 + np.log(variance).sum(axis=1) - (along * mean).sum(axis=1)
     logs = -0.5 * (squares + np.linalg.slogdet(precision)[1])
     if len(whose):
         ends = [np.vstack([each.low, each.high, each.bounds]) * each.size for each in responses]

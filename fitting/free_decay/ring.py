@@ -25,6 +25,7 @@ TO_COME_SD = (0.009, 0.011)
 _MOVES = frozenset({"robot", "mjcf", "force", "damping", "clock"})  # ways in which an effect can change a decay
 _NO_FLUID = 5  # coefficients, which nothing in air depends on
 _DIFFERENCE, _LONGEST, _ROUNDS, _SETTLED = 0.01, 0.7, 6, 2e-3  # of logarithms: in slopes, of a step, and the last one
+_SLOPES = _DIFFERENCE * np.vstack([np.zeros(NUMBERS), np.eye(NUMBERS)])
 _MOST = 2.0  # a larger difference comes from no hinges
 _LASTS_S, _BENT_RAD = 1.5, 0.2  # of one that could be filmed
 
@@ -96,17 +97,24 @@ class Ring:
         However wide they swing. Of what swings like no hinges it is where the last of the steps led.
         """
         found, seen = np.zeros((len(lateral_m), NUMBERS)), self._seen(lateral_m)
-        slopes = _DIFFERENCE * np.vstack([np.zeros(NUMBERS), np.eye(NUMBERS)])
+        going = np.arange(len(found))  # rows whose last step was no short one
+        moved = np.tile(self._about_fitted, (len(found), 1))
         for _ in range(_ROUNDS):
-            moved = self._seen(self._moved((found[:, None] + slopes).reshape(-1, NUMBERS)))
-            plain, *others = np.moveaxis(moved.reshape(len(found), 1 + NUMBERS, -1), 1, 0)
+            plain, *others = np.moveaxis(moved.reshape(len(going), 1 + NUMBERS, -1), 1, 0)
             columns = np.stack([*((each - plain) / _DIFFERENCE for each in others), plain], axis=-1)  # (s, i, 3)
             turned = np.swapaxes(columns, 1, 2)
-            step = (np.linalg.pinv(turned @ columns) @ turned @ (seen - plain)[..., None])[:, :NUMBERS, 0]
-            found = np.clip(found + np.clip(step, -_LONGEST, _LONGEST), -_MOST, _MOST)
-            if not (np.abs(step) > _SETTLED).any():
+            step = (np.linalg.pinv(turned @ columns) @ turned @ (seen[going] - plain)[..., None])[:, :NUMBERS, 0]
+            found[going] = np.clip(found[going] + np.clip(step, -_LONGEST, _LONGEST), -_MOST, _MOST)
+            going = going[(np.abs(step) > _SETTLED).any(axis=1)]
+            if not len(going):
                 break
+            moved = self._seen(self._moved((found[going, None] + _SLOPES).reshape(-1, NUMBERS)))
         return np.where(np.isfinite(lateral_m).all(axis=(1, 2))[:, None], found, np.nan)
+
+    @cached_property
+    def _about_fitted(self) -> np.ndarray:
+        """(3, i) samples of the plain twin with the fitted hinges, and with either number a little larger."""
+        return self._seen(self._moved(_SLOPES))
 
     def _moved(self, numbers: np.ndarray) -> np.ndarray:
         """(s, n, k) across the body, m, of plain twins whose hinges are off the fitted ones by (s, 2)."""
