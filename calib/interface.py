@@ -8,10 +8,11 @@ is not made again, so that every function returns at once where its results are 
 `run`, `track`, `fit`, `posterior`, `diagnose` and `effect_test`; all others use existing results. Results are frozen
 and read from finished files; every one has `to_frame()`, `summary()` and, where there is something to see, `plot`.
 
-The same in all functions: `session` is opened, or its folder; `effort`, "quick" or "full", says how hard to search;
-`workers` are threads, 0 for all cores; `progress` is shown on standard error; `scheduler`, the address of a dask
-scheduler, has one of its workers compute, which needs to see the same folder: `InputError` where none answers or is of
-another version; what fails there is a plain `SwimcalError` here.
+The same in all functions: `session` is opened, or its folder; `effort`, "quick" or "full", says how hard to search:
+None takes that of the result that stands, without one that of the fit, without a fit "full"; `workers` are threads, 0
+for all cores; `progress` is shown on standard error; `scheduler`, the address of a dask scheduler, has one of its
+workers compute, which needs to see the same folder: `InputError` where none answers or is of another version; what
+fails there is a plain `SwimcalError` here.
 
 Errors are a `SwimcalError`: `InputError` (all faults of what was given, at once), `NotEnoughData`, `NotConverged`,
 `SimulationDiverged`, `ModelMismatch`, `SessionLocked`, `ResultsNotWritable`.
@@ -25,6 +26,7 @@ from typing import TYPE_CHECKING, Any
 import pandas as pd
 
 from calib import benchmark, camera, capture, policy
+from calib.answers import keep_answers
 from calib.batch import Work, indexed, reported, run_all, run_pipeline
 from calib.options import EffortName, ObjectiveName, Options
 from calib.pipeline import Pipeline, working
@@ -122,7 +124,7 @@ def open_session(folder: str | Path) -> Session:
 
 def fit(
     session: AnySession,
-    effort: EffortName = "full",
+    effort: EffortName | None = None,
     *,
     workers: int = 0,
     objective: ObjectiveName = "likelihood",
@@ -163,6 +165,7 @@ def fit(
     _elsewhere(scheduler, session, effort, work)
     with _working(session, Options(effort, workers), progress) as pipeline:
         work(pipeline)
+        keep_answers(pipeline)
         return structure_result(pipeline) if pipeline.only_dry else fit_result(pipeline)
 
 
@@ -177,7 +180,7 @@ def _fit(pipeline: Pipeline, objective: ObjectiveName) -> None:
 
 def posterior(
     session: AnySession,
-    effort: EffortName = "full",
+    effort: EffortName | None = None,
     *,
     workers: int = 0,
     progress: bool = True,
@@ -201,13 +204,14 @@ def posterior(
     """
     _elsewhere(scheduler, session, effort, Pipeline.posterior)
     with _working(session, Options(effort, workers), progress) as pipeline:
-        pipeline.posterior()
-        return posterior_result(pipeline)
+        stage = pipeline.posterior()
+        keep_answers(pipeline)
+        return posterior_result(pipeline, stage)
 
 
 def diagnose(
     session: AnySession,
-    effort: EffortName = "full",
+    effort: EffortName | None = None,
     *,
     exclude: Iterable[str] = (),
     effects: Iterable[str | Effect] | None = None,
@@ -240,11 +244,18 @@ def diagnose(
     further = tuple(each for each in own if each.name not in catalogue())
     _elsewhere(scheduler, session, effort, partial(Pipeline.diagnosis, without=without, own=further))
     with _working(session, Options(effort, workers), progress) as pipeline:
-        return gap_result(pipeline, pipeline.diagnosis(without, own=further))
+        stage = pipeline.diagnosis(without, own=further)
+        keep_answers(pipeline)
+        return gap_result(pipeline, stage)
 
 
 def effect_test(
-    session: AnySession, effects: Iterable[str], effort: EffortName = "full", *, workers: int = 0, progress: bool = True
+    session: AnySession,
+    effects: Iterable[str],
+    effort: EffortName | None = None,
+    *,
+    workers: int = 0,
+    progress: bool = True,
 ) -> EffectTest:
     """Tests some effects of the catalogue together: log Bayes factor over the plain twin; computed anew every time.
 
@@ -369,7 +380,7 @@ def convert_tracks(
 
 def run(
     sessions: AnySession | Sequence[AnySession],
-    effort: EffortName = "full",
+    effort: EffortName | None = None,
     *,
     jobs: int = 1,
     workers: int = 0,
@@ -402,6 +413,7 @@ def run(
         if scheduler is None:
             with _working(sessions, Options(effort, workers), progress) as pipeline:
                 run_pipeline(pipeline)
+                keep_answers(pipeline)
                 return structure_result(pipeline) if pipeline.only_dry else fit_result(pipeline)
         sessions = [sessions]
     folders = [_folder(each) for each in sessions]
@@ -644,7 +656,7 @@ def new_session(  # noqa: PLR0913  it is the command `new`, of which a user give
     return Path(folder)
 
 
-def _elsewhere(scheduler: str | None, session: AnySession, effort: EffortName, work: Work) -> None:
+def _elsewhere(scheduler: str | None, session: AnySession, effort: EffortName | None, work: Work) -> None:
     """Has a dask worker do it, if one is asked: what it has written is current here."""
     if scheduler is not None:
         for why in run_all([_folder(session)], effort, scheduler=scheduler, work=work).values():

@@ -34,8 +34,8 @@ _FORM = 11  # of the files and of what they rest on
 class PosteriorStage(Stage):
     """``results/posterior.nc`` and ``posterior.json``, and `posterior` in ``calibration.json``."""
 
-    def __init__(self, job: Job, fit: FitStage, effort: EffortName | None = None) -> None:
-        self._job, self._fit, self.effort = job, fit, effort or job.options.effort
+    def __init__(self, job: Job, fit: FitStage, effort: EffortName) -> None:
+        self._job, self._fit, self.effort = job, fit, effort
         file = job.results / "posterior.nc"
         super().__init__(file, {}, {"form": _FORM, "effort": self.effort}, [fit])
 
