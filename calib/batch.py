@@ -87,7 +87,7 @@ def indexed(folders: Sequence[Path], index: str | Path | None, failures: Mapping
                 continue
             except SwimcalError as problem:
                 failed[folder] = str(problem)
-        entries.append(IndexEntry(folder.name, error=failed[folder]))
+        entries.append(IndexEntry(folder.absolute().name, error=failed[folder], folder=folder))
     path = Path(index) if index is not None else folders[0].resolve().parent / "index.html"
     page, table = write_index(path, entries)
     reports = [entry.report for entry in entries if entry.report is not None]
@@ -100,7 +100,7 @@ def reported(folder: Path) -> tuple[IndexEntry, str]:
         page, fit, diagnosis = pipeline.report(), fit_result(pipeline), pipeline.current_diagnosis()
         keep_answers(pipeline)
     gap, effort = None if diagnosis is None else diagnosis.read(), pipeline.the_fit().effort
-    entry = IndexEntry(pipeline.session.name, page, fit.data, effort, fit.verdict, gap)
+    entry = IndexEntry(pipeline.session.name, page, fit.data, effort, fit.verdict, gap, folder=folder)
     return entry, " ".join([f"{pipeline.session.name}: {pipeline.standing}", *pipeline.notes])
 
 

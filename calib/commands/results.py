@@ -54,7 +54,7 @@ def new(  # noqa: PLR0913
     ] = None,
     synthetic: Annotated[bool, typer.Option("--synthetic", help="a session made with the twin, truth known")] = False,
     fit: Annotated[str, typer.Option(help="trials to fit on, comma-separated; the others are held out")] = "",
-    seed: Annotated[int, typer.Option(min=0, help="of a synthetic session")] = 0,
+    seed: Annotated[int | None, typer.Option(min=0, help="of a synthetic session; default: 0")] = None,
 ) -> None:
     """Makes a session folder from your videos or tracks, and lists what you still have to fill in."""
     from session.folder import SESSION_FILE
