@@ -62,9 +62,10 @@ def keep_answers(pipeline: Pipeline) -> None:
 
     folder, inputs = pipeline.session.folder, pipeline.job.provenance.inputs
     lacking = (Path(os.path.relpath(file, folder)).as_posix() for file in pipeline.session.absent_inputs())
-    kept = {"folder": str(folder), "program": _program(), "inputs": sorted((*inputs, *lacking))}
-    kept["files"] = _hashes(folder, kept["inputs"])
-    if any(kept["files"][name] != hash_ for name, hash_ in inputs.items()):
+    names = sorted((*inputs, *lacking))
+    files = _hashes(folder, names)
+    kept: dict[str, Any] = {"folder": str(folder), "program": _program(), "inputs": names, "files": files}
+    if any(files[name] != sha256_ for name, sha256_ in inputs.items()):
         return  # changed while they were worked on
     with suppress(SwimcalError):
         kept["answers"] = {command: answer._asdict() for command, answer in _answers(pipeline)}
