@@ -8,6 +8,7 @@ from pathlib import Path
 from time import monotonic
 from typing import NamedTuple
 
+from calib.answers import keep_answers
 from calib.options import EffortName, Options
 from calib.pipeline import Pipeline, working
 from calib.results.made import fit_result
@@ -25,7 +26,7 @@ def run_pipeline(pipeline: Pipeline) -> None:
         pipeline.structured()
         return
     pipeline.fit()
-    full = pipeline.options.effort == "full"
+    full = pipeline.fits.effort == "full"
     if full or pipeline.current_posterior(pipeline.the_fit()) is None:
         try:
             pipeline.posterior()
@@ -46,7 +47,7 @@ class Ended(NamedTuple):
 
 def run_all(
     folders: Sequence[Path],
-    effort: EffortName,
+    effort: EffortName | None,
     jobs: int = 1,
     workers: int = 0,
     progress: bool = False,
@@ -88,7 +89,7 @@ def indexed(folders: Sequence[Path], index: str | Path | None, failures: Mapping
                 continue
             except SwimcalError as problem:
                 failed[folder] = str(problem)
-        entries.append(IndexEntry(folder.name, error=failed[folder]))
+        entries.append(IndexEntry(folder.absolute().name, error=failed[folder], folder=folder))
     path = Path(index) if index is not None else folders[0].resolve().parent / "index.html"
     page, table = write_index(path, entries)
     reports = [entry.report for entry in entries if entry.report is not None]
@@ -99,12 +100,13 @@ def reported(folder: Path) -> tuple[IndexEntry, str]:
     """What the index has of a session whose report is up to date, and what the report shows."""
     with working(folder, True) as pipeline:
         page, fit, diagnosis = pipeline.report(), fit_result(pipeline), pipeline.current_diagnosis()
+        keep_answers(pipeline)
     gap, effort = None if diagnosis is None else diagnosis.read(), pipeline.the_fit().effort
-    entry = IndexEntry(pipeline.session.name, page, fit.data, effort, fit.verdict, gap)
+    entry = IndexEntry(pipeline.session.name, page, fit.data, effort, fit.verdict, gap, folder=folder)
     return entry, " ".join([f"{pipeline.session.name}: {pipeline.standing}", *pipeline.notes])
 
 
-def _run_one(folder: Path, effort: EffortName, workers: int, work: Work) -> Ended:
+def _run_one(folder: Path, effort: EffortName | None, workers: int, work: Work) -> Ended:
     began, error = monotonic(), ""
     try:
         with working(folder, True, Options(effort, workers)) as pipeline:

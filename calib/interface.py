@@ -8,10 +8,11 @@ is not made again, so that every function returns at once where its results are 
 `run`, `track`, `fit`, `posterior`, `diagnose` and `effect_test`; all others use existing results. Results are frozen
 and read from finished files; every one has `to_frame()`, `summary()` and, where there is something to see, `plot`.
 
-The same in all functions: `session` is opened, or its folder; `effort`, "quick" or "full", says how hard to search;
-`workers` are threads, 0 for all cores; `progress` is shown on standard error; `scheduler`, the address of a dask
-scheduler, has one of its workers compute, which needs to see the same folder: `InputError` where none answers or is of
-another version; what fails there is a plain `SwimcalError` here.
+The same in all functions: `session` is opened, or its folder; `effort`, "quick" or "full", says how hard to search:
+None takes that of the result that stands, without one that of the fit, without a fit "full"; `workers` are threads, 0
+for all cores; `progress` is shown on standard error; `scheduler`, the address of a dask scheduler, has one of its
+workers compute, which needs to see the same folder: `InputError` where none answers or is of another version; what
+fails there is a plain `SwimcalError` here.
 
 Errors are a `SwimcalError`: `InputError` (all faults of what was given, at once), `NotEnoughData`, `NotConverged`,
 `SimulationDiverged`, `ModelMismatch`, `SessionLocked`, `ResultsNotWritable`.
@@ -25,6 +26,7 @@ from typing import TYPE_CHECKING, Any
 import pandas as pd
 
 from calib import benchmark, camera, capture, policy
+from calib.answers import keep_answers
 from calib.batch import Work, indexed, reported, run_all, run_pipeline
 from calib.options import EffortName, ObjectiveName, Options
 from calib.pipeline import Pipeline, working
@@ -50,7 +52,7 @@ from calib.stages.fit import nominal_mjcf
 from calib.tracked_videos import check_form, click_pages, correct_track, track_videos
 from session import FaultCollector, InputError, NotEnoughData, Session, SwimcalError
 from session.create import FISHSIM_MARKERS, new_from_fishsim
-from session.errors import Fault, ModelMismatch, NotConverged, ResultsNotWritable, SessionLocked, SimulationDiverged
+from session.errors import ModelMismatch, NotConverged, ResultsNotWritable, SessionLocked, SimulationDiverged
 from session.folder import SESSION_FILE
 from session.results import write_whole
 from swimmer import PUBLISHED_COEFFICIENTS, FluidCoefficients, Twin, load_robot
@@ -105,6 +107,14 @@ __all__ = [
 
 AnySession = Session | str | Path
 
+FISHSIM, SYNTHETIC = "--from-fishsim DIR", "--synthetic"
+_OPTIONS_OF_NEW = {
+    "--videos or --tracks": ("--robot", "--fps", "--commands", "--fit"),
+    FISHSIM: ("--fit",),
+    SYNTHETIC: ("--robot", "--seed"),
+}
+"""Where the trials of a new session come from, and what else may be said with it."""
+
 
 def open_session(folder: str | Path) -> Session:
     """Reads a session folder, or its `session.toml`, and checks it with its tracks, robot and markers; writes nothing.
@@ -122,7 +132,7 @@ def open_session(folder: str | Path) -> Session:
 
 def fit(
     session: AnySession,
-    effort: EffortName = "full",
+    effort: EffortName | None = None,
     *,
     workers: int = 0,
     objective: ObjectiveName = "likelihood",
@@ -163,6 +173,7 @@ def fit(
     _elsewhere(scheduler, session, effort, work)
     with _working(session, Options(effort, workers), progress) as pipeline:
         work(pipeline)
+        keep_answers(pipeline)
         return structure_result(pipeline) if pipeline.only_dry else fit_result(pipeline)
 
 
@@ -177,7 +188,7 @@ def _fit(pipeline: Pipeline, objective: ObjectiveName) -> None:
 
 def posterior(
     session: AnySession,
-    effort: EffortName = "full",
+    effort: EffortName | None = None,
     *,
     workers: int = 0,
     progress: bool = True,
@@ -201,13 +212,14 @@ def posterior(
     """
     _elsewhere(scheduler, session, effort, Pipeline.posterior)
     with _working(session, Options(effort, workers), progress) as pipeline:
-        pipeline.posterior()
-        return posterior_result(pipeline)
+        stage = pipeline.posterior()
+        keep_answers(pipeline)
+        return posterior_result(pipeline, stage)
 
 
 def diagnose(
     session: AnySession,
-    effort: EffortName = "full",
+    effort: EffortName | None = None,
     *,
     exclude: Iterable[str] = (),
     effects: Iterable[str | Effect] | None = None,
@@ -240,11 +252,18 @@ def diagnose(
     further = tuple(each for each in own if each.name not in catalogue())
     _elsewhere(scheduler, session, effort, partial(Pipeline.diagnosis, without=without, own=further))
     with _working(session, Options(effort, workers), progress) as pipeline:
-        return gap_result(pipeline, pipeline.diagnosis(without, own=further))
+        stage = pipeline.diagnosis(without, own=further)
+        keep_answers(pipeline)
+        return gap_result(pipeline, stage)
 
 
 def effect_test(
-    session: AnySession, effects: Iterable[str], effort: EffortName = "full", *, workers: int = 0, progress: bool = True
+    session: AnySession,
+    effects: Iterable[str],
+    effort: EffortName | None = None,
+    *,
+    workers: int = 0,
+    progress: bool = True,
 ) -> EffectTest:
     """Tests some effects of the catalogue together: log Bayes factor over the plain twin; computed anew every time.
 
@@ -369,7 +388,7 @@ def convert_tracks(
 
 def run(
     sessions: AnySession | Sequence[AnySession],
-    effort: EffortName = "full",
+    effort: EffortName | None = None,
     *,
     jobs: int = 1,
     workers: int = 0,
@@ -402,6 +421,7 @@ def run(
         if scheduler is None:
             with _working(sessions, Options(effort, workers), progress) as pipeline:
                 run_pipeline(pipeline)
+                keep_answers(pipeline)
                 return structure_result(pipeline) if pipeline.only_dry else fit_result(pipeline)
         sessions = [sessions]
     folders = [_folder(each) for each in sessions]
@@ -593,7 +613,7 @@ def new_session(  # noqa: PLR0913  it is the command `new`, of which a user give
     from_fishsim: str | Path | None = None,
     synthetic: bool = False,
     fit: Sequence[str] = (),
-    seed: int = 0,
+    seed: int | None = None,
     progress: bool = True,
 ) -> Path:
     """Makes a session folder of one's own videos or tracks, of the public tracks, or one simulated with the twin.
@@ -605,7 +625,7 @@ def new_session(  # noqa: PLR0913  it is the command `new`, of which a user give
     Args:
         folder: to make; new or empty.
         videos, tracks: one a trial, in any order; they are copied. Tracks may also be datasets by the trial's name.
-        robot: its TOML; default: the published 0.57 m fish.
+        robot: its TOML, of your own files or a synthetic session; default: the published 0.57 m fish.
         fps: frames a second, needed for tracks without time.
         commands_hz: crank turns a second, one a trial in the order of `videos`, then `tracks`; default: from
             names such as f1_25, else to fill in.
@@ -613,13 +633,15 @@ def new_session(  # noqa: PLR0913  it is the command `new`, of which a user give
             checkout of their repository, or a folder of its marker CSVs.
         synthetic: instead of files: simulate the trials.
         fit: trials to fit, the others are held out; default: every other one, of the public tracks f1_00 and f1_75.
-        seed, progress: of a synthetic session's coefficients and noise; whether it is shown on standard error.
+        seed, progress: of a synthetic session's noise, phases and headings, default 0; whether it is shown on standard
+            error.
 
     Returns:
         The folder, for `open_session`.
 
     Raises:
-        InputError: every fault of the files at once, no or several sources of trials, or `folder` is not empty.
+        InputError: every fault of the files at once, no or several sources of trials, an argument that means nothing
+            for these, or `folder` is not empty.
         ResultsNotWritable: the folder cannot be written.
 
     Example:
@@ -632,30 +654,43 @@ def new_session(  # noqa: PLR0913  it is the command `new`, of which a user give
     from synthetic import default_plan, make_session
 
     films, own = _several(videos), tracks if isinstance(tracks, Mapping) else _several(tracks)
-    _check_one_source(bool(films or own), from_fishsim is not None, synthetic)
+    _check_options(
+        {"--videos or --tracks": len(films) + len(own) > 0, FISHSIM: from_fishsim is not None, SYNTHETIC: synthetic},
+        {"--robot": robot, "--fps": fps, "--commands": commands_hz, "--fit": fit, "--seed": seed},
+    )
     if from_fishsim is not None:
         new_from_fishsim(Path(folder), Path(from_fishsim), tuple(fit))
     elif synthetic:
         with progress_bar(quiet=not progress) as tell:
             tell("simulating the trials", 0.0)
-            make_session(Path(folder), default_plan(seed))
+            spec = None if robot is None else load_robot(Path(robot))
+            make_session(Path(folder), default_plan(seed or 0, spec))
     else:
         new_from_files(Path(folder), films, own, robot, fps, commands_hz, fit)
     return Path(folder)
 
 
-def _elsewhere(scheduler: str | None, session: AnySession, effort: EffortName, work: Work) -> None:
+def _elsewhere(scheduler: str | None, session: AnySession, effort: EffortName | None, work: Work) -> None:
     """Has a dask worker do it, if one is asked: what it has written is current here."""
     if scheduler is not None:
         for why in run_all([_folder(session)], effort, scheduler=scheduler, work=work).values():
             raise SwimcalError(why)
 
 
-def _check_one_source(*given: bool) -> None:
-    if sum(given) != 1:
-        expected = "one of these: --videos and --tracks, --from-fishsim DIR, --synthetic"
-        what = "several sources of trials" if any(given) else "no trials"
-        raise InputError([Fault("a new session", "", what, "", expected)])
+def _check_options(sources: Mapping[str, bool], options: Mapping[str, object]) -> None:
+    """That trials come from one source, and that every option means something for it."""
+    faults, given = FaultCollector("a new session"), [name for name, is_given in sources.items() if is_given]
+    if len(given) != 1:
+        what, found = "several sources of trials" if given else "no trials", ", ".join(given)
+        faults.add("", what, found=found, expected="one of these", choices=tuple(_OPTIONS_OF_NEW))
+    meant = {option for name in given or _OPTIONS_OF_NEW for option in _OPTIONS_OF_NEW[name]}
+    for option, value in options.items():
+        if value not in (None, (), []) and option not in meant:
+            of_others = [name for name, theirs in _OPTIONS_OF_NEW.items() if option in theirs]
+            what, step = f"means nothing with {' and '.join(given)}", f"Leave it out; it is for {', '.join(of_others)}."
+            found = ", ".join(map(str, value)) if isinstance(value, list | tuple) else str(value)
+            faults.add(option, what, found=found, choices=tuple(sorted(meant)), next_step=step)
+    faults.raise_if_any()
 
 
 def _folder(session: AnySession) -> Path:

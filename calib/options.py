@@ -26,16 +26,23 @@ Progress = Callable[[str, float | None], None]
 
 @dataclass(frozen=True)
 class Options:
-    """How a session is worked on; workers: threads, 0 for all cores; tracker: None for that of the existing tracks."""
+    """How a session is worked on.
 
-    effort: EffortName = "full"
+    Attributes:
+        effort: None for that of the results that stand, full where there are none.
+        workers: threads, 0 for all cores.
+        tracker: None for that of the existing tracks.
+        progress: told what is going on.
+    """
+
+    effort: EffortName | None = None
     workers: int = 0
     tracker: TrackerName | None = None
     progress: Progress = lambda _message, _share: None
 
     def __post_init__(self) -> None:
         """Refuses an effort that does not exist, before anything is compared with it."""
-        if self.effort not in get_args(EffortName):
+        if self.effort is not None and self.effort not in get_args(EffortName):
             raise InputError([Fault("effort", "", "no such effort", repr(self.effort), "", get_args(EffortName))])
 
 
@@ -62,7 +69,7 @@ class Job:
     def provenance(self) -> Provenance:
         """What every result of this work is stamped with."""
         inputs, sha256 = file_hashes(self.session), model_sha256(self.robot)
-        return Provenance(ENGINE, sha256, inputs, self.session.seed, self.options.effort)
+        return Provenance(ENGINE, sha256, inputs, self.session.seed, self.options.effort or "full")
 
     def progress(self, message: str, share: float | None = None) -> None:
         """Reports what is going on, and the share done where it is known."""

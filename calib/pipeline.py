@@ -1,7 +1,7 @@
 """From a session folder to its results, stage by stage; what has not changed is not made again."""
 
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
@@ -28,7 +28,14 @@ if TYPE_CHECKING:
 
 
 def open_session(folder: Path) -> Session:
-    """Reads and checks a session, its tracks, its robot and its markers included; all faults at once."""
+    """Reads and checks a session, its tracks, its robot and its markers included; all faults at once.
+
+    Tracks and motor logs whose hashes are those of earlier results were checked for these, and are not read again.
+    """
+    with suppress(InputError):  # which is raised below with all other faults
+        session = load_session(folder, load_robot, check_tracks=False)
+        if Recordings(Job(session, Options())).are_current:
+            return session
     return load_session(folder, load_robot)
 
 
@@ -54,6 +61,11 @@ class Pipeline:
         """Whether experiments out of the water are all there is."""
         return self.recordings.has_experiments and not self.recordings.has_swims
 
+    @property
+    def dry_note(self) -> str:
+        """What is said where `only_dry`."""
+        return f"{self.session.name}: no swim trial to fit; what follows is from the dry experiments alone"
+
     @cached_property
     def structures(self) -> StructureStage:
         """What is known of the robot before it swims, and where from."""
@@ -66,8 +78,10 @@ class Pipeline:
 
     @cached_property
     def fits(self) -> FitStage:
-        """The fit as asked for."""
-        return self._fit_of(self.options.effort)
+        """The fit as asked for; without an effort the current one, of full effort where there is none."""
+        if self.options.effort is None and (stage := self.current_fit) is not None:
+            return stage
+        return self._fit_of(self.options.effort or "full")
 
     @property
     def current_fit(self) -> FitStage | None:
@@ -105,15 +119,15 @@ class Pipeline:
     def fit(self) -> Path:
         """`results/calibration.json` and `results/calibrated.xml`, up to date, and the structure they build on."""
         self.recordings.tracks()
-        if self.fits.is_current:
-            _ = self.structure
-        else:
+        if not self.fits.is_current:
             self.calibrated()
+        elif not self.structures.is_up_to_date:
+            _ = self.structure
         return self.fits.file
 
     def published(self) -> Path:
         """`results/published.json`, up to date: what the published search leads to, for comparison."""
-        stage = self._published_of(self.options.effort)
+        stage = self._published_of(self.fits.effort)
         if not stage.is_current:
             stage.make()
         return stage.file
@@ -122,14 +136,14 @@ class Pipeline:
         """`results/structure.json`, up to date: all that dry experiments alone determine."""
         self.recordings.tracks()
         _ = self.structure
-        self.notes.append(f"{self.session.name}: no swim trial to fit; what follows is from the dry experiments alone")
+        self.notes.append(self.dry_note)
         return self.structures.file
 
     def calibrated(self) -> Calibration:
         """The calibration: made when inputs, program, engine or effort changed, else read back."""
         return self.fits.current()
 
-    def posterior(self) -> Path:
+    def posterior(self) -> PosteriorStage:
         """`results/posterior.nc` of the current fit, up to date, and its summary in `calibration.json`.
 
         Where there is no fit, one of this effort is made first.
@@ -140,13 +154,14 @@ class Pipeline:
         if self.only_dry:
             _ = self.trials  # raises what is missing
         fit = self._fit_to_build_on()
-        stage = PosteriorStage(self.job, fit)
+        standing = None if self.options.effort else self.current_posterior(fit)
+        stage = standing or PosteriorStage(self.job, fit, self.options.effort or fit.effort)
         if not stage.is_current:
             calibration = fit.read()
             stage.make(
                 calibration, fit.trials, Twin(calibration.robot, fit.trials[0].markers, workers=self.options.workers)
             )
-        return stage.file
+        return stage
 
     def _fit_to_build_on(self) -> FitStage:
         """The current fit; where there is none, one of this effort is made first."""
@@ -171,24 +186,29 @@ class Pipeline:
         """
         check_names("--exclude", sorted(without), catalogue())
         self.recordings.tracks()
-        stage = DiagnosisStage(self.job, self.recordings, self._fit_to_build_on(), without, own=own)
+        fit = self._fit_to_build_on()
+        efforts = (self.options.effort,) if self.options.effort else get_args(EffortName)
+        stages = [self._diagnosis_of(fit, effort, without, own) for effort in efforts]
+        stage = next((stage for stage in stages if stage.is_current), None)
+        if stage is None:
+            stage = self._diagnosis_of(fit, self._effort_of_diagnosis(fit), without, own)
         if not stage.is_current:
             stage.make(discrepancy)
         return stage
 
     def effect_test(self, names: Sequence[str]) -> "EffectTestResult":
         """Test of effects that a user names; also in `results/supposed.json`."""
-        check_names("--test", names, DiagnosisStage(self.job, self.recordings, self.fits).effects)
+        check_names("--test", names, catalogue())
         self.recordings.tracks()
-        return DiagnosisStage(self.job, self.recordings, self._fit_to_build_on()).test(names)
+        fit = self._fit_to_build_on()
+        return self._diagnosis_of(fit, self._effort_of_diagnosis(fit)).test(names)
 
     def current_diagnosis(self) -> DiagnosisStage | None:
         """The diagnosis of the current fit, whatever its effort and what its catalogue lacked; None without."""
         if (fit := self.current_fit) is None:
             return None
-        lacking = DiagnosisStage(self.job, self.recordings, fit).withheld
-        efforts = get_args(EffortName)
-        stages = (DiagnosisStage(self.job, self.recordings, fit, lacking, effort) for effort in efforts)
+        lacking = self._diagnosis_of(fit, fit.effort).withheld
+        stages = (self._diagnosis_of(fit, effort, lacking) for effort in get_args(EffortName))
         return next((stage for stage in stages if stage.is_current), None)
 
     @property
@@ -219,14 +239,34 @@ class Pipeline:
             InputError: there is no fit of these recordings.
         """
         fit = self.the_fit()
-        others = self.current_published(), self.current_posterior(fit), self.current_diagnosis()
-        stage = ReportStage(self.job, fit, *others)
+        stage = self._report_of(fit)
         if not stage.is_current:
             stage.make(fit.read(), self.recordings.notes)
         return stage.file
 
+    def current_report(self) -> Path | None:
+        """`results/report.html`; None where it does not show the current results, or there is no fit."""
+        fit = self.current_fit
+        return None if fit is None or not (stage := self._report_of(fit)).is_current else stage.file
+
+    def _report_of(self, fit: FitStage) -> ReportStage:
+        others = self.current_published(), self.current_posterior(fit), self.current_diagnosis()
+        return ReportStage(self.job, fit, *others)
+
     def _fit_of(self, effort: EffortName) -> FitStage:
         return FitStage(self.job, self.recordings, self.structures, effort)
+
+    def _diagnosis_of(
+        self, fit: FitStage, effort: EffortName, without: frozenset[str] = frozenset(), own: tuple[Effect, ...] = ()
+    ) -> DiagnosisStage:
+        return DiagnosisStage(self.job, self.recordings, fit, effort, without, own)
+
+    def _effort_of_diagnosis(self, fit: FitStage) -> EffortName:
+        """As asked for, else of the diagnosis that stands, else of the fit."""
+        if self.options.effort is not None:
+            return self.options.effort
+        standing = self.current_diagnosis()
+        return fit.effort if standing is None else standing.effort
 
     def _published_of(self, effort: EffortName) -> PublishedStage:
         return PublishedStage(self.job, self.recordings, self.structures, effort)

@@ -1,4 +1,4 @@
-"""Progress: a bar on a terminal and in a notebook, elsewhere a plain line every ten seconds; with the time left."""
+"""Progress: a bar on a terminal and in a notebook, elsewhere plain lines ten seconds apart; with the time left."""
 
 import sys
 import threading
@@ -7,13 +7,15 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 from rich.console import Console
-from rich.progress import BarColumn, SpinnerColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+from rich.progress import BarColumn, ProgressColumn, SpinnerColumn, Task, TextColumn, TimeElapsedColumn
 from rich.progress import Progress as RichProgress
+from rich.text import Text
 
 from calib.options import Progress
 
 EVERY_S = 10.0
 _SETTLED_S = 3.0  # a stage's first steps are slower than its others: before this no time left is told
+_NEWS = 0.3  # relative change of the time left that is worth a line
 
 
 @contextmanager
@@ -29,66 +31,121 @@ def progress_bar(quiet: bool) -> Iterator[Progress]:
         with _ticking(Lines(lambda line: print(line, file=sys.stderr, flush=True))) as lines:
             yield lines
     else:
-        columns = (SpinnerColumn(), TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
-        remaining = (TextColumn("left:"), TimeRemainingColumn())
-        with RichProgress(*columns, *remaining, console=console, transient=True) as bar:
+        columns = (SpinnerColumn(), TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn(), TimeLeft())
+        with RichProgress(*columns, console=console, transient=True) as bar:
             yield Bar(bar)
 
 
-class Bar:
-    """Receives progress; a share that is unknown, or falls, begins a stage with its own estimate of the time left."""
+class Estimate:
+    """The time left of a stage, from its share done and the time that this took; it grows while the share stands still.
 
-    def __init__(self, bar: RichProgress) -> None:
-        self._bar, self._share = bar, 0.0
-        self._task = bar.add_task("starting", total=None)
-        self._began = bar.tasks[0].start_time
+    A share that is unknown, or falls, begins a stage.
+    """
+
+    def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
+        self._clock, self._began, self._from = clock, clock(), 0.0
+        self.share: float | None = None
+
+    def update(self, share: float | None) -> None:
+        """Takes in the share done, None when unknown."""
+        if share is None or self.share is None or share < self.share:
+            self._began, self._from = self._clock(), share or 0.0
+        self.share = share
+
+    @property
+    def spent_s(self) -> float:
+        """Seconds since the stage began."""
+        return self._clock() - self._began
+
+    @property
+    def left_s(self) -> float | None:
+        """Seconds; None while too little is done to tell."""
+        if self.share is None or self.share <= self._from or self.spent_s < _SETTLED_S:
+            return None
+        return (1 - self.share) * self.spent_s / (self.share - self._from)
+
+
+class Bar:
+    """Receives progress; each stage has its own estimate of the time left."""
+
+    def __init__(self, bar: RichProgress, clock: Callable[[], float] = time.monotonic) -> None:
+        self._bar, self._estimate = bar, Estimate(clock)
+        self._task = bar.add_task("starting", total=None, estimate=self._estimate)
 
     def __call__(self, message: str, share: float | None) -> None:
         """Shows what is going on and the share done, None when unknown."""
-        if share is None or share < self._share or self._bar.tasks[0].total is None:
-            self._bar.remove_task(self._task)
-            self._task = self._bar.add_task(message, total=None if share is None else 1.0)
-            self._bar.tasks[0].start_time = self._began
-        self._share = share or 0.0
-        self._bar.update(self._task, description=message, completed=self._share)
+        self._estimate.update(share)
+        total = None if share is None else 1.0
+        self._bar.update(self._task, description=message, total=total, completed=share or 0.0)
+
+
+class TimeLeft(ProgressColumn):
+    """The estimate of the time left, at the end of a bar."""
+
+    def render(self, task: Task) -> Text:
+        """The column of one bar."""
+        left_s = task.fields["estimate"].left_s
+        return Text(f"left: {'–' if left_s is None else f'about {_in_words(left_s)}'}")
 
 
 class Lines:
-    """Receives progress; what takes long is reported as it begins, and then every ten seconds with the time left."""
+    """Receives progress; what takes long is reported as it begins, and then, where there is news, every ten seconds.
+
+    News are what is going on, the share done, and an estimate of the time left that changed by more than 30 %. While
+    there are none, a line at growing intervals says how long the step has taken.
+    """
 
     def __init__(
         self, write: Callable[[str], None], every_s: float = EVERY_S, clock: Callable[[], float] = time.monotonic
     ) -> None:
         self._write, self._every_s, self._clock = write, every_s, clock
-        self._began = self._last = clock()
-        self._from, self._share, self._long = 0.0, 0.0, False
-        self._message, self._done, self._ends = "starting", "", 0.0
+        self._estimate, self._message, self._long = Estimate(clock), "starting", False
+        self._since = self._last = clock()
+        self._told: tuple[str, str] | None = None
+        self._told_left_s: float | None = None
+        self._wait_s = every_s
 
     def __call__(self, message: str, share: float | None) -> None:
         """Takes in what is going on, and writes a line where one is due."""
-        now, first = self._clock(), share is not None and not self._long
-        if share is None or share < self._share:
-            self._began, self._from = now, share or 0.0
-        self._share, self._message, self._done = share or 0.0, message, ""
-        if share is not None and share > self._from:
-            self._done = f", {share:.0%} done"
-            spent = now - self._began
-            self._ends = now + (1 - share) * spent / (share - self._from) if spent >= _SETTLED_S else now
-        if first or now - self._last >= self._every_s:
-            self._long = self._long or first
-            self._show(now)
+        if message != self._message:
+            self._since = self._clock()
+        self._message, first = message, share is not None and not self._long
+        self._estimate.update(share)
+        if first:
+            self._long = True
+            self._show()
+        else:
+            self.tick()
 
     def tick(self) -> None:
         """Writes a line where one is due although nothing new was reported."""
-        now = self._clock()
-        if now - self._last >= self._every_s:
-            self._show(now)
+        waited = self._clock() - self._last
+        if waited >= self._wait_s or (waited >= self._every_s and self._is_news):
+            self._show()
 
-    def _show(self, now: float) -> None:
-        self._last = now
-        remaining_s = self._ends - now if self._done else 0.0
-        remaining = f"{remaining_s:.0f} s" if remaining_s < 90 else f"{remaining_s / 60:.0f} min"
-        self._write(f"calib: {self._message}{self._done}{f', about {remaining} left' if remaining_s >= 0.5 else ''}")
+    @property
+    def _is_news(self) -> bool:
+        left_s, told_s = self._estimate.left_s, self._told_left_s
+        if (self._message, self._done) != self._told or (left_s is None) != (told_s is None):
+            return True
+        return left_s is not None and told_s is not None and abs(left_s - told_s) > _NEWS * told_s
+
+    @property
+    def _done(self) -> str:
+        share = self._estimate.share
+        return f", {share:.0%} done" if share and share >= 0.005 else ""
+
+    def _show(self) -> None:
+        now, left_s, same = self._clock(), self._estimate.left_s, (self._message, self._done) == self._told
+        self._wait_s = 2 * self._wait_s if same else self._every_s
+        self._last, self._told, self._told_left_s = now, (self._message, self._done), left_s
+        taken = f", for {_in_words(now - self._since)}" if same else ""
+        left = f", about {_in_words(left_s)} left" if left_s is not None and left_s >= 0.5 else ""
+        self._write(f"calib: {self._message}{taken}{self._done}{left}")
+
+
+def _in_words(seconds: float) -> str:
+    return f"{seconds:.0f} s" if seconds < 90 else f"{seconds / 60:.{1 if seconds < 600 else 0}f} min"
 
 
 @contextmanager

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import json
 import sys
+from collections.abc import Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import typer
+
+from calib.answers import standing_answer
 
 if TYPE_CHECKING:
     from calib.results.result import Export, Result
@@ -15,19 +18,42 @@ if TYPE_CHECKING:
 
 def print_result(result: Result, as_json: bool, verbose: bool, main: Path | None = None) -> None:
     """The outcome on standard output: JSON, numbers and verdict (`verbose`) or the summary; the path of `main` last."""
-    path, notes = main or result.file, sorted(result.notes, key=lambda note: not note.startswith("!"))
     if as_json:
-        made = {"result": str(path), "made": list(map(str, result.made)), "notes": notes}
+        of_it = {"result": str(main or result.file), "made": list(map(str, result.made))}
+        made: dict[str, Any] = {**of_it, "notes": _sorted(result.notes)}
         print(json.dumps(made | {result.key: json.loads(result.file.with_suffix(".json").read_bytes())}, indent=1))
         return
+    for line in result_lines(result, verbose, main):
+        print(line)
+
+
+def result_lines(result: Result, verbose: bool, main: Path | None = None) -> list[str]:
+    """What is printed of a result: notes, numbers and verdict (`verbose`) or the summary, the path of `main` last."""
+    notes = _sorted(result.notes)
     if len(notes) > 1 and not verbose:
         notes = [f"{notes[0]} ({len(notes) - 1} more notes: -v)"]
     lines = result.summary().splitlines()
     if verbose:
         details = result.details()
         lines = [*details, *(line for line in lines if line.startswith("Verdict: ") and line not in details)]
-    for line in (*notes, *lines, path):
-        print(line)
+    return [*notes, *lines, str(main or result.file)]
+
+
+def print_again(command: str, session: Path, effort: str | None, verbose: bool = False) -> bool:
+    """Prints what the command says of results that stand, where it has nothing to do; whether it did."""
+    text = standing_answer(command, session.parent if session.name == "session.toml" else session, effort, verbose)
+    print(text or "", end="")
+    return text is not None
+
+
+def _sorted(notes: Iterable[str]) -> list[str]:
+    """Warnings first."""
+    return sorted(notes, key=lambda note: not note.startswith("!"))
+
+
+def export_lines(notes: Iterable[str], files: Iterable[Path]) -> list[str]:
+    """What is printed of files that were written: what they are, then where they are."""
+    return [*notes, *map(str, files)]
 
 
 def print_export(made: Export, as_json: bool = False) -> None:
@@ -36,7 +62,7 @@ def print_export(made: Export, as_json: bool = False) -> None:
         files = list(map(str, made.files))
         print(json.dumps({"files": files, "notes": made.notes, "failures": dict(made.failures)}, indent=1))
     else:
-        for line in (*made.notes, *made.files):
+        for line in export_lines(made.notes, made.files):
             print(line)
         for name, why in made.failures.items():
             print(f"calib: {name} failed: {why}", file=sys.stderr)

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import count
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -22,7 +23,7 @@ from diagnosis.ridge import Attribution, RidgeFit, attribute, ridge_fit
 from diagnosis.session_data import SessionData
 from diagnosis.verdict import Validated, Verdict, backward_elimination, validated, verdict_of
 from diagnosis.where import VarianceDecomposition, decompose
-from fitting.model.mode import Progress
+from fitting.progress import Progress, part_of
 from fitting.signatures import Signature, signature_of
 from swimmer.effects import Effect
 
@@ -111,22 +112,24 @@ def diagnose(
         SimulationDiverged: the plain twin.
         NotEnoughData: no fitted swim.
     """
-    weighed = _weighed(data, effects, settings.priors, tell)
+    weighed = _weighed(data, effects, settings.priors, part_of(tell, 0.0, 0.42))
+    refits, tell_refit = count(), part_of(tell, 0.42, 0.86)  # how many there will be is not known
 
     def refitting(names: Sequence[str]) -> Refit:
         chosen = [effects[name] for name in names]
+        tell_refit(f"refitting with {' and '.join(names).replace('_', ' ')}", 1 - 0.75 ** next(refits))
         return refitted(weighed.linear, weighed.hypotheses, chosen, _ROUNDS[settings.effort])
 
-    tell("refitting with the effects", 0.75)
     said = _named(weighed, refitting, settings, len(effects))
     if data.doubted and said.verdict.effects:
         said = Validated(Verdict("unexplained", ()), said.probabilities, None)
     best, swims = said.best, HeldOut(weighed.linear, data.of_role(fitted=False), settings.seed)
-    tell("held-out swims", 0.85)
     named = set(said.verdict.effects)
     placebo = None if best is None else placebo_for(weighed.hypotheses, said.probabilities, named)
-    gap = swims.gap(best, None if placebo is None else refitting([placebo]))
-    tell("what to do next", 0.9)
+    beside = None if placebo is None else refitting([placebo])
+    tell("held-out swims", 0.86)
+    gap = swims.gap(best, beside)
+    tell("what to do next", 0.96)
     return Diagnosis(
         weighed=weighed,
         said=said,
@@ -146,11 +149,11 @@ def _weighed(data: SessionData, effects: Mapping[str, Effect], priors: Priors, t
     linear = data.linear
     signatures = []
     for number, effect in enumerate(effects.values()):
-        tell(f"what {effect.name.replace('_', ' ')} would do", 0.1 + 0.5 * number / len(effects))
+        tell(f"what {effect.name.replace('_', ' ')} would do", 0.14 + 0.46 * number / len(effects))
         signatures.append(signature_of(effect, linear.model, linear.camera, linear.at))
     tell("missing forces", 0.6)
     forces = responses(linear)
-    tell("weighing hypotheses", 0.65)
+    tell("weighing hypotheses", 0.66)
     elsewhere = local_discrepancies(linear, forces)
     aperiodic = non_periodic(linear.swims)
     found = explained(linear, signatures, priors, elsewhere, tuple(each.log_odds for each in aperiodic))

@@ -20,7 +20,7 @@ from diagnosis.refit import Refit, refit, refitted
 from diagnosis.result import GapSize
 from diagnosis.session_data import SessionData
 from diagnosis.verdict import log_evidence
-from fitting.model.mode import Progress
+from fitting.progress import Progress
 from fitting.signatures import Signature, signature_of
 from session import NotEnoughData
 from swimmer.effects import Effect

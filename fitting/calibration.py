@@ -10,8 +10,8 @@ from fitting.coefficient_fit import CoefficientFit, fit_coefficients
 from fitting.ebt import FORMS, EbtFit, fit_every_form, model_speeds
 from fitting.forecast import Scores, fit_phase, forecast, score
 from fitting.left_out import beyond, diverges, followed, left_out_flags, suspicion
-from fitting.model.mode import Progress
 from fitting.model.session_forecast import NOTHING_FORECAST, TWIN, Forecast, SessionForecast, forecast_session
+from fitting.progress import Progress, part_of
 from fitting.published_search import PublishedFit, Swims, published_search
 from fitting.speed import speed_line, speed_power_law
 from fitting.speed_law import SpeedLaw, speed_law
@@ -176,11 +176,14 @@ def calibrate(
     _check_fit_trials(trials)
     twin = Twin(structure.robot, trials[0].markers, workers=workers)
     fitted, lost = followed([trial for trial in trials if trial.role == "fit"], twin)
-    fit, mode = fit_coefficients(fitted, twin, uncertainties_of(structure.sources), starts, seed, progress)
-    progress("forecasting the trials", 0.9)
+    fit, mode = fit_coefficients(
+        fitted, twin, uncertainties_of(structure.sources), starts, seed, part_of(progress, 0.0, 0.8)
+    )
+    progress("simulating the trials", 0.8)
     able = [trial for trial in trials if trial.name not in lost]
     found = assemble(able, twin, fit, {}, structure, left_out={**(left_out or {}), **lost})
     compared = [trial.measured for trial in found.trials]
+    progress("forecasting the trials", 0.9)
     forecasts = forecast_session(mode, compared, seed)
     forecasts = forecasts.with_models({t.measured.name: _alone(t) for t in found.trials})
     return replace(found, forecasts=forecasts, sways=sways(mode, compared))

@@ -10,8 +10,9 @@ from threadpoolctl import threadpool_limits
 
 from fitting.model import Mode, SessionModel, find_mode
 from fitting.model.forecast import NORMAL_90
-from fitting.model.mode import Progress, SearchEnd
+from fitting.model.mode import SearchEnd
 from fitting.model.roll import Roll
+from fitting.progress import Progress
 from fitting.structure import ParameterUncertainty
 from fitting.trial import MeasuredTrial
 from session import Flag

@@ -2,10 +2,11 @@
 
 import os
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from math import isfinite, nan
 from pathlib import Path
+from typing import Any
 from urllib.parse import quote
 
 import pandas as pd
@@ -22,12 +23,15 @@ from session.results import write_whole
 from swimmer import FluidCoefficients
 
 _DATE = re.compile(r"\d{4}-\d{2}-\d{2}")  # in the name of a session
-_WIDE, _HIGH = 84, 26  # px of a sparkline
+_WIDE, _HIGH = 64, 26  # px of a sparkline
 
 
 @dataclass(frozen=True, eq=False)
 class IndexEntry:
-    """One session of an index: its page, and its fit with effort and verdict; what it lacks stays empty, and why."""
+    """One session of an index: its page, and its fit with effort and verdict; what it lacks stays empty, and why.
+
+    The folder tells sessions of one name apart.
+    """
 
     name: str
     report: Path | None = None
@@ -36,38 +40,64 @@ class IndexEntry:
     verdict: str = ""
     gap: DiagnosisResult | None = None
     error: str = ""
+    folder: Path | None = None
 
     @property
     def date(self) -> str:
-        """The date in its name, if there is one."""
-        found = _DATE.search(self.name)
+        """The date in its name, or in that of its folder, if there is one."""
+        found = _DATE.search(self.name) or _DATE.search("" if self.folder is None else self.folder.absolute().name)
         return found[0] if found else ""
+
+
+@dataclass(frozen=True)
+class _Cell:
+    """What a reader sees, a smaller line below it, and the value that the column is sorted by."""
+
+    text: str
+    below: str = ""
+    value: object = ""
+
+
+@dataclass(frozen=True)
+class _Column:
+    """A column of the page, with a cell a session that has a fit, and names of what it shows in the CSV."""
+
+    title: str
+    unit: str
+    shows: tuple[str, ...]
+    cell: Callable[[Mapping[str, Any]], _Cell]
 
 
 def write_index(path: Path, entries: Sequence[IndexEntry]) -> tuple[Path, Path]:
     """Writes the page, with links relative to it, and a CSV of the same name; whole or not at all.
 
+    Both have the same columns; those in which no session has a value are left out.
+
     Raises:
         ResultsNotWritable: a file cannot be written.
     """
-    rows = [_row(entry) for entry in entries]
-    table = pd.DataFrame(rows, columns=list(_row(IndexEntry(""))))
+    rows = [_row(entry, path.parent) for entry in entries]
+    table = pd.DataFrame(rows, columns=list(_row(IndexEntry(""), path.parent))).replace("", nan)
+    table = table.loc[:, [name in _ALWAYS or bool(table[name].notna().any()) for name in table]]
     write_whole(path.with_suffix(".csv"), table.to_csv(index=False))
+    columns = [column for column in _COLUMNS if set(column.shows) & set(table)]
     failed = sum(bool(entry.error) for entry in entries)
+    speeds = _range([point for entry in entries for line in _speeds(entry) for point in line])
     page = render_page(
         "index.html.j2",
         title="Calibrated sessions",
         summary=f"{counted(len(entries), 'session')}{f', {failed} failed' if failed else ''}",
-        coefficients=[in_words(name) for name in FluidCoefficients._fields],
-        rows=[_shown(entry, row, path.parent) for entry, row in zip(entries, rows, strict=True)],
-        drift=[_drift(entries, i) for i in range(len(FluidCoefficients._fields))],
+        columns=columns,
+        rows=[_shown(entry, row, columns, path.parent, speeds) for entry, row in zip(entries, rows, strict=True)],
+        drift=_drift(entries, columns),
+        speeds="" if speeds is None else f"to {shown(1000 * speeds[1][1], 0)} mm/s",
         csv=path.with_suffix(".csv").name,
     )
     write_whole(path, page)
     return path, path.with_suffix(".csv")
 
 
-def _row(entry: IndexEntry) -> dict[str, object]:
+def _row(entry: IndexEntry, folder: Path) -> dict[str, object]:
     """The numbers of a session in SI units and millimetres, by column of the CSV; nan where there is none."""
     fit, gap = entry.fit, None if entry.gap is None else entry.gap.gap
     trials = list(fit.trials.values()) if fit else []
@@ -75,6 +105,7 @@ def _row(entry: IndexEntry) -> dict[str, object]:
     best = fit.forecasts.best_baseline if fit else ""
     row: dict[str, object] = {
         "session": entry.name,
+        "folder": "" if entry.folder is None else _relative(entry.folder, folder),
         "date": entry.date,
         "error": entry.error,
         "effort": entry.effort,
@@ -83,10 +114,11 @@ def _row(entry: IndexEntry) -> dict[str, object]:
         "held_out_trials": sum(trial.role != "fit" for trial in trials),
         "slowest_hz": min((trial.frequency_hz for trial in trials), default=nan),
         "fastest_hz": max((trial.frequency_hz for trial in trials), default=nan),
-        "speed_error_m_s": fit.forecasts.mean(GIVEN, "speed_error") if fit else nan,
+        "twin_speed_error_m_s": held.speed_mae_twin if held else nan,
+        "corrected_speed_error_m_s": fit.forecasts.mean(GIVEN, "speed_error") if fit else nan,
+        "ebt_speed_error_m_s": held.speed_mae_ebt if held else nan,
         "baseline": best or "",
         "baseline_error_m_s": fit.forecasts.mean(best, "speed_error") if fit and best else nan,
-        "twin_speed_error_m_s": held.speed_mae_twin if held else nan,
         "twin_marker_error_mm": held.marker_error_mm if held else nan,
     }
     for i, name in enumerate(FluidCoefficients._fields):
@@ -107,45 +139,95 @@ def _row(entry: IndexEntry) -> dict[str, object]:
     }
 
 
-def _shown(entry: IndexEntry, row: Mapping[str, object], folder: Path) -> dict[str, object]:
-    """What the page shows of a row; a cell is its text and the value that it is sorted by."""
+def _relative(path: Path, folder: Path) -> str:
+    """The path as seen from the index; absolute where they share no root."""
+    try:
+        return Path(os.path.relpath(path.absolute(), folder.absolute())).as_posix()
+    except ValueError:  # another drive on Windows
+        return path.absolute().as_posix()
 
-    def number(name: str) -> float:
-        value = row[name]
-        return value if isinstance(value, float) else nan
 
-    def cell(text: str, value: object = None) -> tuple[str, object]:
-        return text, text if value is None else value if value == value else ""
+def _number(row: Mapping[str, Any], name: str) -> float:
+    value = row[name]
+    return value if isinstance(value, float) else nan
 
-    best = str(row["baseline"])
-    baseline = f" ({MODELS[best]} {in_mm(number('baseline_error_m_s'))})" if best else ""
-    coefficients = [
-        cell(
-            f"{of_its_size(number(name))} ({spanned(number(f'{name}_q05'), number(f'{name}_q95'), of_its_size)})"
-            if isfinite(number(name))
-            else MISSING,
-            number(name),
-        )
-        for name in FluidCoefficients._fields
-    ]
+
+def _cell(text: str, value: object = None, below: str = "") -> _Cell:
+    return _Cell(text or MISSING, below, text if value is None else value if value == value else "")
+
+
+def _speed_error(name: str, below: str = "") -> Callable[[Mapping[str, Any]], _Cell]:
+    """A cell of an error in mm/s; under it the name of what made it, where it is in the row."""
+
+    def cell(row: Mapping[str, Any]) -> _Cell:
+        return _cell(in_mm(_number(row, name)), _number(row, name), MODELS.get(str(row.get(below)), ""))
+
+    return cell
+
+
+def _coefficient(name: str) -> Callable[[Mapping[str, Any]], _Cell]:
+    def cell(row: Mapping[str, Any]) -> _Cell:
+        value, low, high = (_number(row, f"{name}{end}") for end in ("", "_q05", "_q95"))
+        if not isfinite(value):
+            return _cell("")
+        return _cell(of_its_size(value), value, spanned(low, high, of_its_size))
+
+    return cell
+
+
+def _trials(row: Mapping[str, Any]) -> _Cell:
+    return _cell(f"{row['fit_trials']} + {row['held_out_trials']}")
+
+
+def _frequencies(row: Mapping[str, Any]) -> _Cell:
+    slowest, fastest = _number(row, "slowest_hz"), _number(row, "fastest_hz")
+    return _cell(spanned(slowest, fastest, lambda hz: shown(hz, 2)), slowest)
+
+
+def _gap(row: Mapping[str, Any]) -> _Cell:
+    before, after = _number(row, "gap_before_mm"), _number(row, "gap_after_mm")
+    return _cell(f"{shown(before)} → {shown(after)}" if isfinite(after) else shown(before), before)
+
+
+def _diagnosis(row: Mapping[str, Any]) -> _Cell:
     effects = str(row["effects"]).replace("|", " or ").replace("_", " ")
-    before, after = number("gap_before_mm"), number("gap_after_mm")
-    cells = [
-        cell(in_words(entry.verdict) or MISSING),
-        cell(f"{row['fit_trials']} + {row['held_out_trials']}"),
-        cell(spanned(number("slowest_hz"), number("fastest_hz"), lambda hz: shown(hz, 2)), number("slowest_hz")),
-        cell(f"{in_mm(number('speed_error_m_s'))}{baseline}", number("speed_error_m_s")),
-        *coefficients,
-        cell(f"{shown(before)} → {shown(after)}" if isfinite(after) else shown(before), before),
-        cell(f"{in_words(str(row['diagnosis']))}{': ' if effects else ''}{effects}" or MISSING),
-        cell(in_words(str(row["flags"])) or MISSING),
-    ]
+    return _cell(f"{in_words(str(row['diagnosis']))}{': ' if effects else ''}{effects}")
+
+
+_TWIN, _BASELINE, _EBT = "twin_speed_error_m_s", "baseline_error_m_s", "ebt_speed_error_m_s"
+_ALWAYS = ("session", "folder")
+_COLUMNS = (
+    _Column("verdict", "", ("verdict",), lambda row: _cell(in_words(row["verdict"]))),
+    _Column(
+        "trials",
+        "fit + held out",
+        ("fit_trials",),
+        lambda row: _cell(f"{row['fit_trials']} + {row['held_out_trials']}"),
+    ),
+    _Column("frequency", "Hz", ("slowest_hz",), _frequencies),
+    _Column("twin", "off by, mm/s", (_TWIN,), _speed_error(_TWIN)),
+    _Column("corrected", "mm/s", ("corrected_speed_error_m_s",), _speed_error("corrected_speed_error_m_s")),
+    _Column("EBT", "mm/s", (_EBT,), _speed_error(_EBT)),
+    _Column("best baseline", "mm/s", (_BASELINE,), _speed_error(_BASELINE, "baseline")),
+    *(_Column(in_words(name), "90 %", (name,), _coefficient(name)) for name in FluidCoefficients._fields),
+    _Column("gap", "mm, with effects", ("gap_before_mm",), _gap),
+    _Column("diagnosis", "", ("diagnosis",), _diagnosis),
+    _Column("flags", "", ("flags",), lambda row: _cell(in_words(row["flags"]))),
+)
+
+
+def _shown(
+    entry: IndexEntry, row: Mapping[str, Any], columns: Sequence[_Column], folder: Path, speeds: "_Range | None"
+) -> dict[str, object]:
+    """What the page shows of a session."""
+    name = str(row["folder"]) or entry.name
+    parts = (entry.name if entry.name not in Path(name).parts else "", entry.date if entry.date not in name else "")
     return {
-        "name": entry.name,
+        "name": _Cell(name, ", ".join(filter(None, parts)), name),
         "href": "" if entry.report is None else _href(entry.report, folder),
         "error": entry.error,
-        "speeds": _speeds(entry),
-        "cells": cells,
+        "speeds": Markup() if entry.fit is None else _spark(*_speeds(entry), speeds),
+        "cells": [column.cell(row) for column in columns],
     }
 
 
@@ -157,27 +239,46 @@ def _href(report: Path, folder: Path) -> str:
         return report.absolute().as_uri()
 
 
-def _speeds(entry: IndexEntry) -> Markup:
-    if entry.fit is None:
-        return Markup()
-    trials = sorted(entry.fit.trials.values(), key=lambda trial: trial.frequency_hz)
+Points = Sequence[tuple[float, float]]
+_Range = tuple[tuple[float, float], tuple[float, float]]
+
+
+def _speeds(entry: IndexEntry) -> tuple[Points, Points]:
+    """Measured speeds and those of the twin, m/s, over the frequency."""
+    trials = [] if entry.fit is None else sorted(entry.fit.trials.values(), key=lambda trial: trial.frequency_hz)
     hz = [trial.frequency_hz for trial in trials]
-    twin, measured = [trial.speed_twin for trial in trials], [trial.speed_measured for trial in trials]
-    return _spark(list(zip(hz, measured, strict=True)), list(zip(hz, twin, strict=True)))
+    measured, twin = ([getattr(trial, name) for trial in trials] for name in ("speed_measured", "speed_twin"))
+    return list(zip(hz, measured, strict=True)), list(zip(hz, twin, strict=True))
 
 
-def _drift(entries: Sequence[IndexEntry], i: int) -> Markup:
-    """A coefficient over the sessions, by date where their names have one."""
+def _drift(entries: Sequence[IndexEntry], columns: Sequence[_Column]) -> list[Markup]:
+    """Each coefficient over the sessions, by date where their names have one; nothing below other columns."""
     fits = [entry.fit for entry in sorted(entries, key=lambda entry: entry.date) if entry.fit is not None]
-    values = [(float(k), float(fit.coefficients[i])) for k, fit in enumerate(fits)]
-    return _spark(values, values) if len(values) > 1 else Markup()
+    found = []
+    for column in columns:
+        values = [
+            (float(k), float(getattr(fit.coefficients, column.shows[0])))
+            for k, fit in enumerate(fits)
+            if len(fits) > 1 and column.shows[0] in FluidCoefficients._fields
+        ]
+        found.append(_spark(values, values, _range(values)))
+    return found
 
 
-def _spark(dots: Sequence[tuple[float, float]], line: Sequence[tuple[float, float]]) -> Markup:
-    known = [point for point in (*dots, *line) if isfinite(point[1])]
+def _range(points: Points) -> _Range | None:
+    """The smallest and the largest of what is known, its second number from 0; None where nothing is known."""
+    known = [point for point in points if isfinite(point[1])]
     if not known:
-        return Markup()
+        return None
     (left, low), (right, high) = (tuple(map(end, zip(*known, strict=True))) for end in (min, max))
+    return (left, min(low, 0.0)), (right, max(high, 0.0))
+
+
+def _spark(dots: Points, line: Points, within: _Range | None) -> Markup:
+    known = [point[1] for point in (*dots, *line) if isfinite(point[1])]
+    if within is None or not known:
+        return Markup()
+    (left, low), (right, high) = within
 
     def place(point: tuple[float, float]) -> tuple[float, float]:
         x, y = (point[0] - left) / ((right - left) or 1.0), (point[1] - low) / ((high - low) or 1.0)
@@ -187,6 +288,6 @@ def _spark(dots: Sequence[tuple[float, float]], line: Sequence[tuple[float, floa
     circle = '<circle cx="{:.1f}" cy="{:.1f}" r="2"/>'
     circles = "".join(circle.format(*place(point)) for point in dots if isfinite(point[1]))
     return Markup(  # numbers alone
-        f'<svg class="spark" width="{_WIDE}" height="{_HIGH}" role="img" aria-label="{shown(low, 2)} to '
-        f'{shown(high, 2)}"><polyline points="{path}"/>{circles}</svg>'
+        f'<svg class="spark" width="{_WIDE}" height="{_HIGH}" role="img" aria-label="{shown(min(known), 2)} to '
+        f'{shown(max(known), 2)}"><polyline points="{path}"/>{circles}</svg>'
     )

@@ -81,8 +81,17 @@ class TrialSpec:
 
 def commands_of(motor: Path) -> Path | None:
     """The file of commands that belongs to a motor log; None where there is none."""
-    path = motor.with_name(motor.name.removesuffix(MOTOR_SUFFIX) + COMMANDS_SUFFIX)
+    path = _commands_beside(motor)
     return path if motor.name.endswith(MOTOR_SUFFIX) and is_file(path) else None
+
+
+def _commands_beside(motor: Path) -> Path:
+    return motor.with_name(motor.name.removesuffix(MOTOR_SUFFIX) + COMMANDS_SUFFIX)
+
+
+def usual_boxes(video: Path, trial: str) -> Path:
+    """Where the start boxes of a trial are looked for that names none."""
+    return video.with_name(f"{trial}.boxes.json")
 
 
 @dataclass(frozen=True)
@@ -141,6 +150,16 @@ class Session:
             files += [trial.tracks, trial.video, trial.boxes, trial.motor, trial.commands]
             files += [trial.edits] if trial.edits is not None and is_file(trial.edits) else []
         return tuple(dict.fromkeys(file for file in files if file is not None))
+
+    def absent_inputs(self) -> tuple[Path, ...]:
+        """Files that are not there and would be inputs if they were: boxes, edits and commands beside a recording."""
+        files: list[Path] = []
+        for trial in self.trials:
+            if trial.video is not None:
+                files += [path for path in (trial.edits, usual_boxes(trial.video, trial.name)) if path is not None]
+            if trial.motor is not None and trial.commands is None:
+                files.append(_commands_beside(trial.motor))
+        return tuple(dict.fromkeys(file for file in files if not is_file(file)))
 
 
 def load_session(folder: Path, robot_of: RobotOf | None = None, *, check_tracks: bool = True) -> Session:
@@ -278,6 +297,6 @@ def _trial(trial: TrialTable, folder: Path) -> TrialSpec:
     files = {kind: getattr(trial, kind) for kind in TRIAL_FILES}
     paths = {kind: None if name is None else folder / name for kind, name in files.items()}
     if paths["video"] is not None and paths["boxes"] is None:
-        usual = paths["video"].with_name(f"{trial.name}.boxes.json")
+        usual = usual_boxes(paths["video"], trial.name)
         paths["boxes"] = usual if is_file(usual) else None
     return TrialSpec(**{**trial.model_dump(), **paths})

@@ -2,6 +2,8 @@
 
 import numpy as np
 
+from session.create import FISHSIM_MARKERS
+from swimmer import RobotSpec
 from synthetic.motor import SyntheticMotor
 from synthetic.plan import SyntheticPlan
 from synthetic.trials import Merge, SyntheticDecay, SyntheticTrial, trial_name
@@ -15,26 +17,41 @@ FEWEST_S, FEWEST_BEATS = 5.0, 3.2
 
 DRY_HZ = (0.6, 0.9)
 BENT_RAD = ((0.18, 0.21, 0.21, 0.17, 0.08), (-0.2, -0.22, -0.18, -0.12, -0.05), (0.12, 0.17, 0.22, 0.2, 0.12))
-"""Of the hinges before each free decay: the tail rings for little over one period, so that one decay is too few."""
+"""Of five hinges before each free decay: the tail rings for little over one period, so that one decay is too few."""
 BETWEEN_VIDEOS_S = 96.0
 """From the start of one dry run's video to that of the next."""
 
 
-def default_plan(seed: int = 0) -> SyntheticPlan:
-    """Five swim trials of the built-in fish, two dry runs with a motor log, three free decays.
+def default_plan(seed: int = 0, robot: RobotSpec | None = None) -> SyntheticPlan:
+    """Five swim trials of a robot, two dry runs with a motor log, three free decays.
 
-    Two of the swim trials are to fit, three are held out; in the fastest tail_4 merges onto tail_5. The seed is that of
-    noise, crank phases, headings and the motor's clock.
+    Two of the swim trials are to fit, three are held out; in the fastest the last but two of the markers merges onto
+    the next, in the built-in fish tail_4 onto tail_5. The seed is that of noise, crank phases, headings and the motor's
+    clock.
+
+    Args:
+        robot: None for the built-in fish; another is bent and tracked as that one, at its own hinges and markers.
     """
+    markers = FISHSIM_MARKERS if robot is None else tuple(robot.markers)
     random = np.random.default_rng([seed, len(SPEEDS_HZ)])
     phases, headings = 2 * np.pi * random.random((2, len(SPEEDS_HZ)))
-    trials = [_swim(*settings) for settings in zip(SPEEDS_HZ, phases, headings, strict=True)]
-    dry_runs, decays = _dry_experiments(np.random.default_rng([seed, len(SPEEDS_HZ), len(DRY_HZ)]))
-    return SyntheticPlan(trials=tuple(trials), dry_runs=dry_runs, free_decays=decays, seed=seed)
+    trials = [_swim(*settings, markers) for settings in zip(SPEEDS_HZ, phases, headings, strict=True)]
+    of_motor = np.random.default_rng([seed, len(SPEEDS_HZ), len(DRY_HZ)])
+    dry_runs, decays = _dry_experiments(of_motor, BENT_RAD if robot is None else _bent(len(robot.hinges)))
+    return SyntheticPlan(
+        trials=tuple(trials), dry_runs=dry_runs, free_decays=decays, seed=seed, robot=robot, markers=markers
+    )
 
 
-def _swim(commanded_hz: float, phase_rad: float, heading_rad: float) -> SyntheticTrial:
-    fastest = commanded_hz == max(SPEEDS_HZ)
+def _bent(hinges: int) -> tuple[tuple[float, ...], ...]:
+    """As `BENT_RAD` along the tail, of so many hinges; the tip is as far off."""
+    along, places = np.linspace(0.0, 1.0, len(BENT_RAD[0])), np.linspace(0.0, 1.0, hinges)
+    less = len(BENT_RAD[0]) / hinges
+    return tuple(tuple(round(float(b) * less, 4) for b in np.interp(places, along, bent)) for bent in BENT_RAD)
+
+
+def _swim(commanded_hz: float, phase_rad: float, heading_rad: float, markers: tuple[str, ...]) -> SyntheticTrial:
+    fastest = commanded_hz == max(SPEEDS_HZ) and not {"nose", "neck"} & set(markers[-3:-1])
     return SyntheticTrial(
         name=trial_name("f", commanded_hz),
         frequency_hz=_reached(commanded_hz),
@@ -43,11 +60,13 @@ def _swim(commanded_hz: float, phase_rad: float, heading_rad: float) -> Syntheti
         role="fit" if commanded_hz in FIT_HZ else "holdout",
         phase_rad=round(float(phase_rad), 3),
         heading_rad=round(float(heading_rad), 3),
-        faults=(Merge(marker="tail_4", onto="tail_5", first=120, frames=20),) if fastest else (),
+        faults=(Merge(marker=markers[-3], onto=markers[-2], first=120, frames=20),) if fastest else (),
     )
 
 
-def _dry_experiments(random: np.random.Generator) -> tuple[tuple[SyntheticTrial, ...], tuple[SyntheticDecay, ...]]:
+def _dry_experiments(
+    random: np.random.Generator, bends_rad: tuple[tuple[float, ...], ...]
+) -> tuple[tuple[SyntheticTrial, ...], tuple[SyntheticDecay, ...]]:
     """One robot in one clamp under one camera, its motor logged by one computer."""
     heading_rad = round(float(2 * np.pi * random.random()), 3)
     first_s, rate = round(float(random.uniform(2000, 9000)), 3), 1 + round(float(random.uniform(-8e-5, 8e-5)), 6)
@@ -66,7 +85,7 @@ def _dry_experiments(random: np.random.Generator) -> tuple[tuple[SyntheticTrial,
             motor=motor,
         )
         runs.append(run)
-    bends = enumerate(BENT_RAD, start=1)
+    bends = enumerate(bends_rad, start=1)
     return tuple(runs), tuple(SyntheticDecay(name=f"decay_{n}", heading_rad=heading_rad, bent_rad=b) for n, b in bends)
 
 

@@ -16,7 +16,11 @@ FORMS = ("swimcal", "deeplabcut", "movement", "fishsim")
 
 SessionFolder = Annotated[Path, typer.Argument(metavar="SESSION", help="a session folder, with its session.toml")]
 SessionFolders = Annotated[list[Path], typer.Argument(metavar="SESSION...", help="one or more session folders")]
-Effort = Annotated[EffortOption, typer.Option(help="how hard to search; recorded in the results")]
+Effort = Annotated[
+    EffortOption | None,
+    typer.Option(help="how hard to search; default: as the results that stand, else full", show_default=False),
+]
+PolicyEffort = Annotated[EffortOption, typer.Option(help="how hard to search, and on how many targets it is scored")]
 Workers = Annotated[int, typer.Option(min=0, help="threads; 0: all cores, or SWIMCAL_WORKERS")]
 Scheduler = Annotated[str | None, typer.Option(help="address of a dask scheduler, whose workers do it; default: here")]
 Verbose = Annotated[bool, typer.Option("--verbose", "-v", help="every number and every flag, not the summary alone")]

@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal
 import typer
 
 import calib
-from calib.commands.arguments import AsJson, Effort, SessionFolder, Workers
+from calib.commands.arguments import AsJson, PolicyEffort, SessionFolder, Workers
 
 TaskName = Annotated[Literal["target", "circle"], typer.Option(help="reach random targets, or follow a circle of 1 m")]
 PolicyFile = Annotated[
@@ -30,7 +30,7 @@ def train(
         Literal["search", "sac"],
         typer.Option(help="search: a steering law, in minutes; sac: a network, needs swimcal[policies]"),
     ] = "search",
-    effort: Effort = "full",
+    effort: PolicyEffort = "full",
     draws: Annotated[int, typer.Option(min=0, help="train on so many draws of the posterior; 0: the fit alone")] = 0,
     seed: Seed = 0,
     workers: Workers = 0,

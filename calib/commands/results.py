@@ -17,7 +17,7 @@ from calib.commands.arguments import (
     Verbose,
     Workers,
 )
-from calib.terminal import print_export, print_result
+from calib.terminal import print_again, print_export, print_result
 
 _MANY = ("--videos", "--tracks")
 
@@ -54,7 +54,7 @@ def new(  # noqa: PLR0913
     ] = None,
     synthetic: Annotated[bool, typer.Option("--synthetic", help="a session made with the twin, truth known")] = False,
     fit: Annotated[str, typer.Option(help="trials to fit on, comma-separated; the others are held out")] = "",
-    seed: Annotated[int, typer.Option(min=0, help="of a synthetic session")] = 0,
+    seed: Annotated[int | None, typer.Option(min=0, help="of a synthetic session; default: 0")] = None,
 ) -> None:
     """Makes a session folder from your videos or tracks, and lists what you still have to fill in."""
     from session.folder import SESSION_FILE
@@ -88,7 +88,7 @@ def _numbers(text: str) -> tuple[float, ...]:
 
 def run(
     sessions: SessionFolders,
-    effort: Effort = "full",
+    effort: Effort = None,
     jobs: Annotated[int, typer.Option(min=1, help="sessions at a time")] = 1,
     scheduler: Scheduler = None,
     workers: Workers = 0,
@@ -99,6 +99,9 @@ def run(
 
     Of several sessions it also writes an index, as `calib report`; one that fails stops no other.
     """
+    alone = len(sessions) == 1 and scheduler is None and not as_json
+    if alone and print_again("run", sessions[0], effort, verbose):
+        return
     from calib.results.result import Export
     from calib.results.structure import StructureResult
 
@@ -113,7 +116,7 @@ def run(
 
 def fit(
     session: SessionFolder,
-    effort: Effort = "full",
+    effort: Effort = None,
     workers: Workers = 0,
     objective: Annotated[
         ObjectiveOption,
@@ -131,13 +134,16 @@ def fit(
     constant stride through the fitted speeds are given for comparison. The other commands use the current fit,
     whatever its effort; only another fit replaces it.
     """
+    plain = objective == "likelihood" and scheduler is None and not as_json
+    if plain and print_again("fit", session, effort, verbose):
+        return
     found = calib.fit(session, effort, workers=workers, objective=objective, progress=not as_json, scheduler=scheduler)
     print_result(found, as_json, verbose)
 
 
 def posterior(
     session: SessionFolder,
-    effort: Effort = "full",
+    effort: Effort = None,
     workers: Workers = 0,
     scheduler: Scheduler = None,
     verbose: Verbose = False,
@@ -147,13 +153,15 @@ def posterior(
 
     Where the draws are not enough nothing is reported.
     """
+    if scheduler is None and not as_json and print_again("posterior", session, effort, verbose):
+        return
     found = calib.posterior(session, effort, workers=workers, progress=not as_json, scheduler=scheduler)
     print_result(found, as_json, verbose)
 
 
 def diagnose(
     session: SessionFolder,
-    effort: Effort = "full",
+    effort: Effort = None,
     workers: Workers = 0,
     exclude: Annotated[str | None, typer.Option(help="effects that the catalogue is to lack, comma-separated")] = None,
     test: Annotated[str | None, typer.Option(help="instead: test these effects together, comma-separated")] = None,
@@ -172,6 +180,9 @@ def diagnose(
     if tested:
         alone = calib.effect_test(session, tested, effort, workers=workers, progress=not as_json)
         print_result(alone, as_json, verbose)
+        return
+    plain = not excluded and scheduler is None and not as_json
+    if plain and print_again("diagnose", session, effort, verbose):
         return
     found = calib.diagnose(
         session, effort, exclude=excluded, workers=workers, progress=not as_json, scheduler=scheduler
@@ -202,6 +213,9 @@ def report(
     as_json: AsJson = False,
 ) -> None:
     """Writes the HTML report of the current results of each session; of several an index, also as CSV. Fits nothing."""
+    alone = len(sessions) == 1 and index is None and not as_json
+    if alone and print_again("report", sessions[0], None):
+        return
     print_export(calib.report(sessions if len(sessions) > 1 else sessions[0], index), as_json)
 
 

@@ -46,11 +46,9 @@ def fit_result(pipeline: Pipeline) -> FitResult:
     )
 
 
-def posterior_result(pipeline: Pipeline) -> PosteriorResult:
-    """The posterior of the current fit."""
-    fit = pipeline.the_fit()
-    stage = PosteriorStage(pipeline.job, fit)
-    found = stage.read()
+def posterior_result(pipeline: Pipeline, stage: PosteriorStage) -> PosteriorResult:
+    """A posterior of the current fit."""
+    fit, found = pipeline.the_fit(), stage.read()
     assert found is not None
     figures = PosteriorFigures(stage, lambda: gallery(replace(_context(pipeline), posterior=found), (posterior.build,)))
     name = f"posterior of {stage.effort} effort of the {fit.name}"

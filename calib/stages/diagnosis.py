@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
+from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING, TypeVar
 
@@ -18,6 +19,7 @@ from calib.stages.recordings import Recordings
 from fitting.calibration_file import doubted_trials
 from session import InputError
 from session.errors import Fault, did_you_mean
+from session.results import Provenance
 from session.stage import Stage
 from swimmer import Twin
 from swimmer.effects import Effect, catalogue
@@ -36,7 +38,7 @@ class DiagnosisStage(Stage):
     Also ``calibrated+everything.xml``, where the evidence supports all effects together.
 
     `fit` has the coefficients of the plain twin; `without` are names that the catalogue is to lack, `own` further
-    effects that it is to have; the effort is by default as the options have it.
+    effects that it is to have.
     """
 
     def __init__(
@@ -44,15 +46,15 @@ class DiagnosisStage(Stage):
         job: Job,
         recordings: Recordings,
         fit: FitStage,
+        effort: EffortName,
         without: frozenset[str] = frozenset(),
-        effort: EffortName | None = None,
         own: tuple[Effect, ...] = (),
     ) -> None:
         self._job, self._recordings, self._fit, self._without, self._own = job, recordings, fit, without, own
         parameters = {
             name: [list(parameter) for parameter in effect.parameters] for name, effect in self.effects.items()
         }
-        self.effort = effort or job.options.effort
+        self.effort = effort
         settings = {"form": _FORM, "effort": self.effort, "effects": parameters, "seed": job.session.seed}
         super().__init__(job.results / "diagnosis.json", {}, settings, [recordings, fit])
 
@@ -99,7 +101,7 @@ class DiagnosisStage(Stage):
             for path in write_affected_twin(job.results, found.weighed.linear, twin, name, robot_file)
         ]
         result = diagnosis_result(found, sorted(self._without), [path.name for path in models])
-        written = (*DIAGNOSIS.write(job.results, job.provenance, result), *models)
+        written = (*DIAGNOSIS.write(job.results, self._provenance, result), *models)
         self.mark(written)
         job.made.extend(written)
 
@@ -116,7 +118,7 @@ class DiagnosisStage(Stage):
 
         effects = [self.effects[name] for name in dict.fromkeys(names)]
         result = effect_test_result(self._asked(weigh_effects, effects))
-        EFFECT_TEST.write(self._job.results, self._job.provenance, result)
+        EFFECT_TEST.write(self._job.results, self._provenance, result)
         return result
 
     def read(self) -> DiagnosisResult:
@@ -128,6 +130,10 @@ class DiagnosisStage(Stage):
         from diagnosis.result import DIAGNOSIS
 
         return DIAGNOSIS.read(self._job.results)
+
+    @property
+    def _provenance(self) -> Provenance:
+        return replace(self._job.provenance, effort=self.effort)
 
     def _asked(
         self,
@@ -149,7 +155,7 @@ class DiagnosisStage(Stage):
             self._recordings.in_air,
             doubted_trials(self._fit.result()),
         )
-        return question(data, effects, Settings(job.options.effort, seed=job.session.seed), job.progress)
+        return question(data, effects, Settings(self.effort, seed=job.session.seed), job.progress)
 
 
 def check_names(option: str, names: Iterable[str], known: Mapping[str, Effect]) -> None:

@@ -91,6 +91,11 @@ class StructureStage(Stage):
         return read_structure(job.results, job.robot, self._recordings.experiments.runs)
 
     @property
+    def is_up_to_date(self) -> bool:
+        """Whether the files are current, or there is no dry experiment to write of."""
+        return self.is_current or not self._recordings.has_experiments
+
+    @property
     def _origin(self) -> str:
         file = self._job.session.robot_file
         return BUILT_IN if file is None else file.name

@@ -16,6 +16,7 @@ from calib.options import EffortName, Job
 from calib.stages.fit import FitStage
 from fitting import Calibration, MeasuredTrial
 from fitting.model import Mode, SessionModel, mode_at
+from fitting.progress import part_of
 from fitting.structure import uncertainties_of
 from session.errors import NotConverged
 from session.results import writing_whole
@@ -34,8 +35,8 @@ _FORM = 11  # of the files and of what they rest on
 class PosteriorStage(Stage):
     """``results/posterior.nc`` and ``posterior.json``, and `posterior` in ``calibration.json``."""
 
-    def __init__(self, job: Job, fit: FitStage, effort: EffortName | None = None) -> None:
-        self._job, self._fit, self.effort = job, fit, effort or job.options.effort
+    def __init__(self, job: Job, fit: FitStage, effort: EffortName) -> None:
+        self._job, self._fit, self.effort = job, fit, effort
         file = job.results / "posterior.nc"
         super().__init__(file, {}, {"form": _FORM, "effort": self.effort}, [fit])
 
@@ -54,15 +55,18 @@ class PosteriorStage(Stage):
         from fitting.posterior.posterior import save_draws
         from fitting.posterior.summary import SUMMARY, summarise
 
-        job, mode = self._job, mode_of(calibration, trials, twin)
-        posterior = sample_posterior(mode, EFFECTIVE[self.effort], job.session.seed, job.progress)
+        job = self._job
+        job.progress("building the model about the fit", 0.0)
+        mode = mode_of(calibration, trials, twin)
+        tell = part_of(job.progress, 0.1, 0.6)
+        posterior = sample_posterior(mode, EFFECTIVE[self.effort], job.session.seed, tell)
         if posterior.draws.flags:
             why = posterior.draws.flags[0].message
             raise NotConverged(
                 f"{self.file}: not written, nor are intervals reported; found: {why}. Look into the flags of the fit "
                 "trials, leave out faulty ones, or try another [fit] seed in session.toml."
             )
-        summary = summarise(posterior, trials, job.session.seed, job.progress)
+        summary = summarise(posterior, trials, job.session.seed, part_of(job.progress, 0.6, 1.0))
         provenance = replace(job.provenance, effort=self.effort)
         stamp = {key: value for key, value in provenance.to_json().items() if isinstance(value, str | int)}
         if (kept := self.keep_aside()) is not None:

@@ -144,10 +144,25 @@ class Recordings:
         filmed = [spec for spec in self._usable if spec.tracks is None]
         of_each(filmed, self.videos.boxes)  # what is wrong with any of them, before the first is tracked
         for spec in filmed:
-            self.videos.tracks(spec)
-        if not all(self._stage(spec).is_current for spec in self._usable if spec.tracks is not None):
+            if not self.videos.are_current(spec):
+                self.videos.tracks(spec)
+        if not self._are_saved:
             _ = self._measured
         return tuple(files.values())
+
+    @property
+    def are_current(self) -> bool:
+        """Whether the tracks in ``results/tracks`` are of these recordings, which were checked when they were written.
+
+        Raises:
+            InputError: as `fingerprint`.
+        """
+        filmed = (spec for spec in self._usable if spec.tracks is None)
+        return self._are_saved and all(map(self.videos.are_current, filmed))
+
+    @property
+    def _are_saved(self) -> bool:
+        return all(self._stage(spec).is_current for spec in self._usable if spec.tracks is not None)
 
     @cached_property
     def _usable(self) -> tuple[TrialSpec, ...]:

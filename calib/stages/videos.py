@@ -13,6 +13,7 @@ import xarray as xr
 
 from calib.options import Job
 from session import FaultCollector, InputError, TrialSpec
+from session.folder import usual_boxes
 from session.results import sha256_of, write_whole
 from session.stage import Stage
 from session.tracks import save_tracks
@@ -81,15 +82,32 @@ class Videos:
                 is in `folder`.
         """
         if spec.name not in self._boxes:
-            with self._opened(spec) as video:
-                self._boxes[spec.name] = self._boxes_in(spec, video)
+            boxes = self._checked_before(spec)
+            if boxes is None:
+                with self._opened(spec) as video:
+                    boxes = self._boxes_in(spec, video)
+            self._boxes[spec.name] = boxes
         return self._boxes[spec.name]
+
+    def _checked_before(self, spec: TrialSpec) -> StartBoxes | None:
+        """The boxes where their picture says that they were once checked against this video; else None."""
+        names = self._job.session.markers
+        found = self._found_stage(spec, names)
+        with suppress(InputError):  # which those who open the video report, with all other faults
+            if spec.boxes is not None or found.is_current:
+                boxes = load_boxes(spec.boxes or found.file, names)
+                return boxes if self._picture(spec, boxes).is_current else None
+        return None
+
+    def _picture(self, spec: TrialSpec, boxes: StartBoxes) -> Stage:
+        layout_m = self._layout_m(self._job.session.markers)  # against which boxes are checked
+        return self._stage(f"{spec.name}.boxes.png", spec, {"boxes": boxes.to_json(), "layout_m": layout_m})
 
     def _boxes_in(self, spec: TrialSpec, video: Video) -> StartBoxes:
         if spec.name in self._boxes:
             return self._boxes[spec.name]
         boxes = self._given(spec, video) or self._found(spec, video)
-        picture = self._stage(f"{spec.name}.boxes.png", spec, {"boxes": boxes.to_json()})
+        picture = self._picture(spec, boxes)
         if picture.ensure(lambda: write_preview(picture.file, video.frame(boxes.frame).rgb(), boxes)):
             self._job.made.append(picture.file)
         return boxes
@@ -119,7 +137,7 @@ class Videos:
 
     def _boxes_file(self, spec: TrialSpec) -> Path:
         """Where a person's boxes belong: as the session names them, else next to the video, where they are found."""
-        return spec.boxes or self._video(spec).with_name(f"{spec.name}.boxes.json")
+        return spec.boxes or usual_boxes(self._video(spec), spec.name)
 
     def _layout_m(self, names: tuple[str, ...]) -> np.ndarray:
         return self._job.robot.marker_positions_m(names)[:, :2]
@@ -193,17 +211,11 @@ class Videos:
 
     def are_current(self, spec: TrialSpec) -> bool:
         """Whether the existing tracks are of this video, its boxes and its edits."""
-        names = self._job.session.markers
-        with self._opened(spec) as video:
-            boxes = self._given(spec, video)
-            frames = video.info.frames
+        boxes = self._checked_before(spec)
         if boxes is None:
-            found = self._found_stage(spec, names)
-            if not found.is_current:
-                return False
-            boxes = load_boxes(found.file, names)
+            return False
         assert spec.edits is not None
-        edited = bool(EditLog.load(spec.edits, names, frames).edits)
+        edited = bool(EditLog.load(spec.edits, self._job.session.markers).edits)
         return self._corrected_stage(spec, boxes, edited).is_current
 
     def tracker_of(self, spec: TrialSpec) -> TrackerName:

@@ -1,6 +1,6 @@
 """The mode of the hierarchical model: the likeliest coefficients and variance components, and their covariance."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -13,7 +13,6 @@ from fitting.model.trial_model import TrialModel, difference, sensitivities_toge
 from fitting.model.variance import COEFFICIENT_SD, FORECAST_SPEED, Block, Covariance
 from swimmer.fluid import COEFFICIENT_BOUNDS
 
-Progress = Callable[[str, float | None], None]
 _ROOT_STEP = 0.08  # of the differences, in roots of coefficients: Kutta lift roughens the twin below that
 _APART = 1.0  # square root of the mean squared distance, in standard deviations, from which two ends differ
 _AS_LIKELY = 2.0  # log density within which two ends are as likely

@@ -15,16 +15,18 @@ from scipy.optimize import lsq_linear
 from scipy.stats import qmc
 
 from fitting.model.features import SPEED
-from fitting.model.mode import Mode, Progress, SearchEnd, blocks_at, broyden, coefficient_covariance, jacobian_at
+from fitting.model.mode import Mode, SearchEnd, blocks_at, broyden, coefficient_covariance, jacobian_at
 from fitting.model.roll import NO_ROLL, ROLL_SD, Roll
 from fitting.model.session_model import SessionModel
 from fitting.model.trial_model import trajectories_together
 from fitting.model.variance import COEFFICIENT_SD, MEDIANS, Block, Covariance
+from fitting.progress import Progress
 from session.errors import SimulationDiverged
 from swimmer import PUBLISHED_COEFFICIENTS, Trajectories
 from swimmer.fluid import COEFFICIENT_BOUNDS
 
 _SCREENED = 128
+_SCREENING = 0.3  # share of the time of a search until its descents begin
 _TRIED = 4  # times the starts, of which it is asked whether their twins swim forward from rest
 _ROUNDS = 14
 _RACES = ((2, 1.0), (6, 0.5))
@@ -58,15 +60,17 @@ def find_mode(
     Raises:
         SimulationDiverged: from every start.
     """
+    tell("looking for starts of the search", 0.0)
     points = _screened(seed)
     promising, blocks = _promising(model, points, model.simulated(points), _BEGUN * starts)
     descents = [_Descent(model, start, blocks) for start in promising]
-    racing, done = descents, 0.0
+    racing, before, done, expected = descents, 0, 0, _steps_expected(len(descents), starts)
     for rounds, left in (*_RACES, (_ROUNDS, 0.0)):
-        for number, descent in enumerate(racing):
-            tell("fitting the coefficients", done + (0.9 - done) / 2 * number / len(racing))
+        for descent in racing:
+            tell("fitting the coefficients", _SCREENING + (1 - _SCREENING) * min(done / expected, 0.99))
             descent.go_on(rounds)
-        done = (0.9 + done) / 2
+            done += rounds - before
+        before = rounds
         racing = sorted(racing, key=_worse)[: max(int(left * starts), 1)]
     while not (found := sorted(descents, key=_worse))[0].done:
         found[0].go_on(_ROUNDS)
@@ -77,6 +81,14 @@ def find_mode(
     spent = len(points) + sum(each.simulated for each in descents)
     ends = tuple(each.mode.ends[0] for each in found)
     return replace(found[0].mode, ends=ends, simulations=spent)
+
+
+def _steps_expected(descents: int, starts: int) -> float:
+    """Rounds of all descents; of those that go on to the end half the rounds, for they converge on the way."""
+    steps, before, racing = 0.0, 0, descents
+    for rounds, left in _RACES:
+        steps, before, racing = steps + racing * (rounds - before), rounds, max(int(left * starts), 1)
+    return steps + racing * (_ROUNDS - before) / 2
 
 
 class _Descent:

@@ -14,9 +14,9 @@ from fitting.coefficient_fit import NAMES, Marginal, is_no_drag
 from fitting.model import Mode
 from fitting.model.features import HARMONICS, SPEED, of_markers
 from fitting.model.forecast import NORMAL_90
-from fitting.model.mode import Progress
 from fitting.posterior.quiet_arviz import arviz
 from fitting.posterior.sampling import VARIABLES, Draws, Surrogate, fit_surrogate, sample
+from fitting.progress import Progress, part_of
 from session import Flag
 from session.results import check_whole
 from swimmer import FluidCoefficients
@@ -122,8 +122,10 @@ def sample_posterior(
     stay as large as at the mode.
     """
     with threadpool_limits(1):  # the matrices are small: threads cost more than they save
-        surrogate = fit_surrogate(mode, seed, tell)
-        draws = sample(surrogate.likelihood, surrogate.prior, surrogate.walkers, effective, seed, tell)
+        surrogate = fit_surrogate(mode, seed, part_of(tell, 0.0, 0.85))
+        draws = sample(
+            surrogate.likelihood, surrogate.prior, surrogate.walkers, effective, seed, part_of(tell, 0.85, 1.0)
+        )
         found = Posterior(mode, surrogate, draws)
         return replace(found, flags=(*draws.flags, *_flags(found)))
 

@@ -17,6 +17,7 @@ from fitting.model.forecast import FeatureForecast, Windows, block_of, draws_abo
 from fitting.model.mode import coefficient_covariance, jacobian_at
 from fitting.model.session_forecast import Forecast, scored
 from fitting.posterior.posterior import Posterior
+from fitting.progress import Progress
 from fitting.signatures.affected_session import imagined
 from fitting.sweep import START_SPEED_M_S
 from fitting.trial import MeasuredTrial
@@ -117,7 +118,9 @@ def predict_trials(posterior: Posterior, trials: Sequence[MeasuredTrial], seed: 
     return tuple(found)
 
 
-def predict_sweep(posterior: Posterior, frequency_hz: np.ndarray, seed: int = 0) -> PredictedSweep:
+def predict_sweep(
+    posterior: Posterior, frequency_hz: np.ndarray, seed: int = 0, tell: Progress = lambda _message, _share: None
+) -> PredictedSweep:
     """Trials at each of some frequencies (f,), settled and measured like those of the session.
 
     What one would add is that of a linear model (Chaloner and Verdinelli 1995).
@@ -127,7 +130,8 @@ def predict_sweep(posterior: Posterior, frequency_hz: np.ndarray, seed: int = 0)
     inner, outer, shrunk = [], [], []
     now, first = np.sqrt(np.diag(mode.coefficient_covariance)), mode.model.trials[0]
     seconds = SECONDS + first.trial.warmup_s
-    for hz in frequency_hz:
+    for number, hz in enumerate(frequency_hz):
+        tell("predicting the speed over frequency", number / len(frequency_hz))
         trial = imagined(first.twin, first.trial, mode.coefficients, float(hz), START_SPEED_M_S, seconds)
         window = replace(first, trial=trial)
         block = block_of(mode, window, scatter)

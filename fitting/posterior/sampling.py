@@ -14,9 +14,9 @@ import xarray
 
 from fitting.coefficient_fit import NAMES
 from fitting.model import Mode
-from fitting.model.mode import Progress
 from fitting.posterior.likelihood import SPEEDS, WAVE, ForwardSwimming, Likelihood, fit_emulator, size_of
 from fitting.posterior.quiet_arviz import arviz
+from fitting.progress import Progress
 from session import Flag
 from swimmer.fluid import COEFFICIENT_BOUNDS
 
@@ -166,13 +166,14 @@ class Surrogate(NamedTuple):
 def fit_surrogate(mode: Mode, seed: int = 0, tell: Progress = lambda _message, _share: None) -> Surrogate:
     """Simulates the trials of a mode until an emulator holds where the posterior lies."""
     random = np.random.default_rng([seed, 1])
+    tell("simulating about the fit", 0.0)
     points = _about(mode, _FIRST, _OUTWARD, random)
     good, features = _simulated(mode, points)
     points, features = points[good], features[good]
     forward = mode.model.swim_forward(points)
     walkers, before, error, settled = _begin(mode, random), np.full((3, 5), np.inf), np.inf, False
     for round_ in range(_ROUNDS):
-        tell(f"emulating the twin, round {round_ + 1}", round_ / _ROUNDS)
+        tell(f"emulating the twin, round {round_ + 1}", 1 - 0.5 ** (round_ + 1))  # two rounds mostly do
         likelihood = Likelihood.of(mode, fit_emulator(points, features))
         prior = ForwardSwimming.of(points, forward)
         ensemble = sampler(likelihood, prior, random)

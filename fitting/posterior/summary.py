@@ -8,12 +8,12 @@ import numpy as np
 
 from fitting.coefficient_fit import Marginal
 from fitting.model.forecast import scatter_of
-from fitting.model.mode import Progress
 from fitting.model.session_forecast import DRAWN, ForecastTrial, SessionForecast, simple_rules
 from fitting.posterior.identifiability import Identifiability, RobotPart, identifiability, robot_flags, robot_parts
 from fitting.posterior.posterior import Posterior, load_chains
 from fitting.posterior.prediction import PredictedSweep, PredictedTrial, predict_sweep, predict_trials
 from fitting.posterior.whiteness import Whiteness, noise_flags, whiteness
+from fitting.progress import Progress, part_of
 from fitting.sweep import sweep_frequencies
 from fitting.trial import MeasuredTrial
 from fitting.trial_checks import BEARING
@@ -101,8 +101,8 @@ def summarise(
     draws, robot = posterior.draws, robot_parts(posterior)
     tell("predicting trials", 0.0)
     predicted = predict_trials(posterior, trials, seed)
-    tell("predicting the speed over frequency", 0.3)
-    sweep = predict_sweep(posterior, sweep_frequencies([t.frequency.hz for t in trials], SWEPT), seed)
+    frequency_hz = sweep_frequencies([t.frequency.hz for t in trials], SWEPT)
+    sweep = predict_sweep(posterior, frequency_hz, seed, part_of(tell, 0.2, 1.0))
     white = tuple(whiteness(trial) for trial in posterior.mode.model.trials)
     missed = [flag for trial in predicted for flag in trial.flags]
     return PosteriorSummary(

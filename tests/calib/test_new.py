@@ -5,8 +5,9 @@ from pathlib import Path
 import pytest
 
 from calib.pipeline import open_session
+from swimmer import load_robot
 from synthetic import read_truth
-from tests.calib.door import PLAN, Front, assert_reports
+from tests.calib.door import PLAN, ROOT, Front, assert_reports
 from tests.session.sample import FISHSIM, needs_fishsim
 
 
@@ -44,7 +45,9 @@ def test_a_trial_to_fit_that_is_not_there_is_refused_and_nothing_made(calib: Fro
 def test_a_synthetic_session_comes_with_its_truth_and_its_seed(
     calib: Front, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("synthetic.default_plan", lambda seed: PLAN.model_copy(update={"seed": seed}))
+    monkeypatch.setattr(
+        "synthetic.default_plan", lambda seed, robot: PLAN.model_copy(update={"seed": seed, "robot": robot})
+    )
     assert calib("new", tmp_path / "s", "--synthetic", "--seed", "5").code == 0
 
     assert open_session(tmp_path / "s").name == "synthetic"
@@ -57,4 +60,36 @@ def test_it_is_reported_to_make_one_of_both(calib: Front, tmp_path: Path, option
 
     assert outcome.code == 2
     assert "--from-fishsim DIR" in outcome.err
+    assert not (tmp_path / "s").exists()
+
+
+@pytest.mark.parametrize("robot", ["three_link", "seven_link"])
+def test_a_synthetic_session_is_of_the_robot_that_was_given(calib: Front, tmp_path: Path, robot: str) -> None:
+    file = ROOT / "tests" / "swimmer" / "robots" / f"{robot}.toml"
+    assert calib("new", tmp_path / "s", "--synthetic", "--robot", file).code == 0
+
+    session, expected = open_session(tmp_path / "s"), load_robot(file)
+    assert load_robot(session.robot_file) == expected
+    assert session.markers == tuple(expected.markers)
+    assert {trial.kind for trial in session.trials} == {"swim", "dry", "free_decay"}
+    decays = read_truth(tmp_path / "s").plan.free_decays
+    assert [len(decay.bent_rad) for decay in decays] == [len(expected.hinges)] * 3
+
+
+@pytest.mark.parametrize(
+    ("options", "faults"),
+    [
+        (("--synthetic", "--fps", "30", "--fit", "f0_40"), ("--fps", "--fit")),
+        (("--from-fishsim", "x", "--robot", "six.toml", "--seed", "3"), ("--robot", "--seed")),
+        (("--tracks", "f1_00.csv", "--seed", "3"), ("--seed",)),
+        (("--synthetic", "--from-fishsim", "x", "--commands", "1,2"), ("several sources of trials", "--commands")),
+    ],
+)
+def test_options_that_do_not_go_together_are_reported_at_once(
+    calib: Front, tmp_path: Path, options: tuple[str, ...], faults: tuple[str, ...]
+) -> None:
+    outcome = calib("new", tmp_path / "s", *options)
+
+    assert_reports(outcome, *(f"{fault}: means nothing with" for fault in faults if fault.startswith("--")))
+    assert_reports(outcome, *faults)
     assert not (tmp_path / "s").exists()

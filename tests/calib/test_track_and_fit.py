@@ -105,24 +105,27 @@ def test_the_terminal_shows_frames_a_second_and_the_time_left(filmed: Path) -> N
     assert running.returncode == 0
     assert b"tracking slow" in shown
     assert b"frames a second" in shown
-    assert b"left:" in shown
+    assert b"left" in shown
     assert b"tracking slow" not in out
 
 
 def test_the_time_left_is_estimated_anew_for_each_stage() -> None:
     clock = [0.0]
     with Progress(get_time=lambda: clock[0], disable=True) as bar:
-        tell = Bar(bar)
+        tell = Bar(bar, clock=lambda: clock[0])
+        estimate = bar.tasks[0].fields["estimate"]
         for second in range(5):
             clock[0] = second
             tell("tracking slow", second / 4)
-        assert bar.tasks[0].time_remaining == 0
+        assert estimate.left_s == 0
         tell("looking", None)
         for second in range(3):
             clock[0] = 10 + second
             tell("tracking fast", second / 8)
-        assert bar.tasks[0].time_remaining == 6
-        assert bar.tasks[0].elapsed == 12
+        assert estimate.left_s is None
+        clock[0] = 14
+        assert estimate.left_s == 12
+        assert bar.tasks[0].elapsed == 14
 
 
 def test_without_a_terminal_progress_is_a_line_every_ten_seconds() -> None:
@@ -151,7 +154,35 @@ def test_a_step_that_takes_long_is_reported_every_ten_seconds_too() -> None:
         tell.tick()
     assert lines == [
         "calib: fitting",
-        "calib: fitting",
-        "calib: fitting, 50% done, about 10 s left",
-        "calib: fitting, 50% done",
+        "calib: fitting, for 10 s",
+        "calib: fitting, 50% done, about 20 s left",
+        "calib: fitting, for 30 s, 50% done, about 30 s left",
     ]
+
+
+def test_no_line_is_repeated_without_news_and_no_estimate_counts_down_to_nothing() -> None:
+    clock, lines = [0.0], []
+    tell = Lines(lines.append, clock=lambda: clock[0])
+    for second in range(0, 21):
+        clock[0] = second
+        tell("fitting", second / 40)
+    told = len(lines)
+    for second in range(21, 600):  # it hangs
+        clock[0] = second
+        tell.tick()
+    hung = lines[told:]
+    assert len(set(lines)) == len(lines)
+    assert len(hung) <= 12
+    left = [float(line.split("about ")[1].split()[0]) * (60 if "min" in line else 1) for line in hung]
+    assert left == sorted(left)
+    assert left[-1] > 300
+
+
+def test_a_step_of_unknown_length_says_how_long_it_has_taken_at_growing_intervals() -> None:
+    clock, lines = [0.0], []
+    tell = Lines(lines.append, clock=lambda: clock[0])
+    tell("reading", None)
+    for second in range(1, 130):
+        clock[0] = second
+        tell.tick()
+    assert lines == ["calib: reading", *(f"calib: reading, for {seconds} s" for seconds in (20, 40, 80))]

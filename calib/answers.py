@@ -1,0 +1,144 @@
+"""What commands say of a session that stands, so that a command with nothing to do says it again at once.
+
+``results/.answers.json`` holds it with the hash of all that it rests on: input files, results and the program. Nothing
+else is loaded before these are compared: the libraries alone take seconds. Where anything differs, or is missing or
+new, there is no answer, and the command does its work.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import suppress
+from functools import cache
+from hashlib import file_digest, sha256
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from calib.entry import PACKAGES
+
+if TYPE_CHECKING:
+    from calib.pipeline import Pipeline
+
+ANSWERS = ".answers.json"
+_HOME = Path(__file__).resolve().parents[1]
+_ENGINES = ("swimcal", "mujoco", "opencv-contrib-python-headless")
+_STAMPS = ".stages.json"
+_NO_ANSWER_RESTS_ON_IT = ("kept", ".rrd", ".mp4")  # a folder, and suffixes of copies for the eye
+
+
+class Answer(NamedTuple):
+    """What a command says, without and with ``--verbose``, and of results of which effort; empty where none matters."""
+
+    effort: str
+    short: str
+    long: str
+
+
+def standing_answer(command: str, folder: Path, effort: str | None, verbose: bool = False) -> str | None:
+    """What a command says of a session; None where there is something to do, or that cannot be told.
+
+    Args:
+        folder: the session's, as the command has it: the answer names files in it.
+        effort: as asked for; None for that of the results that stand.
+    """
+    try:
+        kept = json.loads((folder / "results" / ANSWERS).read_bytes())
+        answer = Answer(**kept["answers"][command])
+        same = kept["folder"] == str(folder) and (effort is None or answer.effort in ("", effort))
+        if same and kept["program"] == _program() and kept["files"] == _hashes(folder, kept["inputs"]):
+            return answer.long if verbose else answer.short
+    except (OSError, ValueError, KeyError, TypeError, RecursionError):
+        pass
+    return None
+
+
+def keep_answers(pipeline: Pipeline) -> None:
+    """Keeps what each command would say of the results that stand; nothing where the folder cannot be written."""
+    from session.errors import ResultsNotWritable, SwimcalError
+    from session.results import write_whole
+
+    folder, inputs = pipeline.session.folder, pipeline.job.provenance.inputs
+    lacking = (Path(os.path.relpath(file, folder)).as_posix() for file in pipeline.session.absent_inputs())
+    names = sorted((*inputs, *lacking))
+    files = _hashes(folder, names)
+    kept: dict[str, Any] = {"folder": str(folder), "program": _program(), "inputs": names, "files": files}
+    if any(files[name] != sha256_ for name, sha256_ in inputs.items()):
+        return  # changed while they were worked on
+    with suppress(SwimcalError):
+        kept["answers"] = {command: answer._asdict() for command, answer in _answers(pipeline)}
+        with suppress(ResultsNotWritable):
+            write_whole(folder / "results" / ANSWERS, json.dumps(kept, indent=1) + "\n")
+
+
+def _answers(pipeline: Pipeline) -> Iterator[tuple[str, Answer]]:
+    """What there is to say, command by command, of all that is current."""
+    from dataclasses import replace
+
+    from calib.results.made import fit_result, gap_result, posterior_result, structure_result
+    from calib.terminal import export_lines, result_lines
+
+    def said(found: Any, effort: str, main: Path | None = None, notes: tuple[str, ...] = ()) -> Answer:
+        again = replace(found, notes=(*notes, *pipeline.recordings.notes), made=())
+        short, long = ("\n".join(result_lines(again, verbose, main)) + "\n" for verbose in (False, True))
+        return Answer(effort, short, long)
+
+    if pipeline.only_dry:
+        if pipeline.structures.is_current:
+            dry = said(structure_result(pipeline), "", notes=(pipeline.dry_note,))
+            yield from (("fit", dry), ("run", dry))
+        return
+    fit = pipeline.current_fit
+    if fit is None or not pipeline.structures.is_up_to_date:
+        return
+    posterior, gap, page = pipeline.current_posterior(fit), pipeline.current_diagnosis(), pipeline.current_report()
+    yield "fit", said(fit_result(pipeline), fit.effort)
+    if posterior is not None:
+        yield "posterior", said(posterior_result(pipeline, posterior), posterior.effort)
+    if gap is not None and not gap.withheld:
+        yield "diagnose", said(gap_result(pipeline, gap), gap.effort)
+    if page is not None:
+        text = "\n".join(export_lines([f"{pipeline.session.name}: {pipeline.standing}"], [page])) + "\n"
+        yield "report", Answer(fit.effort, text, text)
+        others = {None if stage is None else stage.effort for stage in (posterior, gap)}
+        if None not in others and (fit.effort == "quick" or (others == {"full"} and gap and not gap.withheld)):
+            yield "run", said(fit_result(pipeline), fit.effort, page)
+
+
+@cache
+def _program() -> str:
+    """A hash of the versions and of the state of the program's own files."""
+    parts: list[object] = [_version(name) for name in _ENGINES]
+    for package in ("calib", *PACKAGES):
+        files = sorted(path for path in (_HOME / package).rglob("*") if path.suffix in (".py", ".j2", ".css", ".js"))
+        parts += [[path.relative_to(_HOME).as_posix(), path.stat().st_size, path.stat().st_mtime_ns] for path in files]
+    return sha256(json.dumps(parts).encode()).hexdigest()
+
+
+def _version(name: str) -> str:
+    try:
+        return version(name)
+    except PackageNotFoundError:
+        return ""
+
+
+def _hashes(folder: Path, inputs: Iterable[str]) -> Mapping[str, str | None]:
+    """The sha256 of each input and result by its name; None where it is not there."""
+    results = folder / "results"
+    files = {name: folder / name for name in inputs}
+    for path in sorted(results.rglob("*")):
+        name = path.relative_to(results)
+        left_out = name.parts[0] == _NO_ANSWER_RESTS_ON_IT[0] or path.suffix in _NO_ANSWER_RESTS_ON_IT
+        if path.is_file() and not left_out and (not path.name.startswith(".") or path.name == _STAMPS):
+            files[path.relative_to(folder).as_posix()] = path
+    return {name: _sha256(path) for name, path in files.items()}
+
+
+def _sha256(path: Path) -> str | None:
+    try:
+        with path.open("rb") as stream:
+            return file_digest(stream, "sha256").hexdigest()
+    except FileNotFoundError:
+        return None
