@@ -32,18 +32,17 @@ def build(context: ReportContext) -> Section:
     found = context.diagnosed
     if found is None:
         text = (
-            "This session was not diagnosed. Run calib diagnose SESSION, then calib report SESSION. It finds "
+            "This session was not diagnosed. Run calib diagnose SESSION, then calib report SESSION: it finds "
             "where the gap between twin and robot lies, which unmodelled effect causes it, and how far it shrinks with "
             "that effect."
         )
-        return Section("Sim-to-real gap", "gap", (Prose(text),))
+        return Section("The sim-to-real gap", "gap", (Prose(text),))
     plots = gap_plots(found, context.calibration.robot, context.session.markers)
 
     def of(*names: str) -> Plots:
         return Plots(tuple(plots[f"gap-{name}"] for name in names if f"gap-{name}" in plots))
 
-    leads = tuple(Prose(_lead(text), lead=True) for text in gap_sentences(found))
-    where = (of("fish"), Prose(_how(found)), of("shares"))
+    leads = tuple(Prose(_lead(text)) for text in gap_sentences(found))
     how_far: tuple[Block, ...] = (Prose(_NOT_HELD_OUT),)
     if found.gap.trials:
         how_far = (Prose(_shrinkage(found)), of("waterfall", "held-out"))
@@ -51,13 +50,14 @@ def build(context: ReportContext) -> Section:
         how_far = (*how_far, Prose(_everything(found.everything)), of("everything"))
     loudest, forces = missing(found, context)
     parts = (
+        Section("Where it lies", "gap-where", (of("fish"), Prose(_how(found)), of("shares"))),
         Section("Which effect", "gap-which", (*_which(found), of("effects"))),
         Section("How far it shrinks", "gap-how-far", how_far),
-        Section("The forces that are missing", "gap-missing", (loudest, of("forces"), forces)),
         Section("What to measure next", "gap-next", next_experiments(found)),
+        Section("The forces that are missing", "gap-missing", (loudest, of("forces"), forces)),
         Section("The evidence", "gap-evidence", evidence(found)),
     )
-    return Section("Sim-to-real gap", "gap", (*leads, *where), _caveats(context, found), parts)
+    return Section("The sim-to-real gap", "gap", leads, _caveats(context), parts)
 
 
 def _lead(text: str) -> Markup:
@@ -66,24 +66,18 @@ def _lead(text: str) -> Markup:
     return Markup("<strong>{}?</strong> {}").format(question, answer[:1].upper() + answer[1:])
 
 
-def _caveats(context: ReportContext, found: DiagnosisResult) -> tuple[str, ...]:
-    caveats = []
-    if (effort := context.diagnosis_effort) != "full":
-        caveats.append(f"This diagnosis was made with effort {effort}.")
-    if withheld := found.withheld_from_catalogue:
-        caveats.append(f"Its catalogue lacked {listed([in_words(name) for name in withheld])}.")
-    return tuple(caveats)
+def _caveats(context: ReportContext) -> tuple[str, ...]:
+    effort = context.diagnosis_effort
+    return () if effort == "full" else (f"This diagnosis was made with effort {effort}.",)
 
 
 def _how(found: DiagnosisResult) -> str:
     evidence = found.evidence
     mean_square = evidence.squares / evidence.numbers
     return (
-        "Twin and trials are compared by their features: forward speed, slip and turning, the frequency given the "
-        "command, mean and three harmonics of every marker, and its drift along the fish: "
-        f"{evidence.numbers} numbers, whitened by tracking noise, hand-placed boxes, marker places and model "
-        f"discrepancy. The residual of the baseline twin has a mean square of {shown(mean_square, 1)}; noise alone "
-        "would give 1."
+        f"Compared are {evidence.numbers} numbers: speed, slip, turning, the frequency given the command, mean and three "
+        "harmonics of every marker. Over noise, misplaced boxes and the twin’s own error their residual has a mean "
+        f"square of {shown(mean_square, 1)}; noise alone would give 1."
     )
 
 

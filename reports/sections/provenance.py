@@ -13,12 +13,17 @@ def build(context: ReportContext) -> Section:
         "Provenance",
         "provenance",
         (
+            *_notes(context),
             Points("Assumed, not measured in this session", _assumptions(context)),
             Terms(_made_with(context)),
             Terms(_robot(context)),
-            Table("Input files, by name in the session folder.", columns, inputs, folded=len(inputs) > 8),
+            Table("Input files, by name in the session folder.", columns, inputs, folded=True),
         ),
     )
+
+
+def _notes(context: ReportContext) -> tuple[Points, ...]:
+    return (Points("About this run", tuple(map(sentence, context.notes))),) if context.notes else ()
 
 
 def _assumptions(context: ReportContext) -> tuple[str, ...]:
@@ -33,7 +38,6 @@ def _assumptions(context: ReportContext) -> tuple[str, ...]:
         f"{scale}; {'lens distortion is not corrected' if lens is None else 'the lens is calibrated'}.",
         *((f"The crank{where} turns at a constant speed: the beat of the tail, not the command.",) if even else ()),
         "The robot swims level, at the surface, in still water far from walls.",
-        "Elongated body theory is used in three forms; of the two numbers of each only the ratio c_D / β counts.",
     )
 
 
@@ -45,7 +49,6 @@ def _made_with(context: ReportContext) -> tuple[tuple[str, str], ...]:
         ("model sha256", made.model_sha256),
         ("seed", str(made.seed)),
         ("effort", made.effort),
-        ("fit", "mode of the hierarchical model, Gauss-Newton and restricted likelihood"),
         ("warm-up", f"{context.session.warmup_s:g} s of every trial left out"),
     )
 

@@ -27,7 +27,7 @@ def build(context: ReportContext) -> Section:
     """A row for each number of the structure, then how the crank turns."""
     structure = context.calibration.structure
     rows = (*map(_row, structure.sources), *_turns(context))
-    caption = "The structure that the swim trials were fitted with, in the order in which it was found."
+    caption = "The structure that the swims were fitted with."
     return Section(
         "What the twin is built from",
         "structure",
@@ -37,16 +37,13 @@ def build(context: ReportContext) -> Section:
 
 
 def _text(sources: tuple[Source, ...]) -> str:
-    chain = (
-        "Free decays give the hinges, dry runs with these hinges the crank arm, then the swim trials the fluid "
-        "coefficients. "
-    )
+    chain = "Free decays give the hinges, dry runs the crank arm, then the swims the fluid coefficients. "
     missing = [WORDS.get(source.quantity, source.quantity) for source in sources if source.assumed]
     if not missing:
         return chain + "All of it was measured in this session."
     return chain + (
         f"{sentence(listed(missing)).removesuffix('.')} {'was' if len(missing) == 1 else 'were'} not measured in this "
-        "session. The fluid coefficients absorb errors of the assumed values, as far as they can."
+        "session. The fluid coefficients absorb errors of assumed values, as far as they can."
     )
 
 
