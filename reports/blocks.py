@@ -134,10 +134,11 @@ class Points:
 
 @dataclass(frozen=True)
 class Terms:
-    """Terms or keys, each with its text."""
+    """Terms or keys, each with its text; with a title they are folded: closed until clicked, save in print."""
 
     kind: ClassVar[str] = "terms"
     items: tuple[tuple[str, str], ...]
+    title: str = ""
 
 
 class Bar(NamedTuple):

@@ -76,8 +76,8 @@ def correction_sentence(forecasts: SessionForecast, model: str = GIVEN) -> str:
     if not isfinite(forecasts.mean(model, "speed_error")):
         return ""
     return (
-        f"With a correction interpolated from the fit trials, which is not part of the exported twin, the held-out "
-        f"speed error is {own} instead of {alone} mm/s."
+        f"With a correction interpolated from the fit trials, which is no part of the exported twin, the speed error "
+        f"is {own} instead of {alone} mm/s."
     )
 
 

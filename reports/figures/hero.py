@@ -21,7 +21,8 @@ _STATIONS = 22  # along the body
 _FRAMES_A_SECOND, _MOST_FRAMES = 14.0, 64
 _LEAST_SEEN = 0.5  # share of the frames in which a marker must be seen to be drawn
 _FEWEST = 3  # markers, and frames
-_FINE, _NOSE = 200, 0.14  # stations of the outline, and share of the length over which the nose widens
+_FINE = 200  # stations of the outline
+_NOSE, _TAPER = 0.14, 0.3  # shares of the length over which the nose widens and the tail narrows
 _THINNEST_M = 0.004
 _APART = 0.62  # body lengths between snapshots
 _MOST_SNAPSHOTS = 4
@@ -130,7 +131,8 @@ def _half_width(robot: RobotSpec, x: np.ndarray) -> np.ndarray:
         width[reach] = np.maximum(width[reach], segment.guide_offset_m)
     smooth = gaussian_filter1d(width, 0.055 * _FINE, mode="nearest")
     nose = np.sqrt(np.clip((at - x[0]) / (_NOSE * (x[-1] - x[0])), 0.0, 1.0))
-    return np.maximum(np.interp(x, at, smooth * nose), _THINNEST_M)
+    tail = np.clip((x[-1] - at) / (_TAPER * (x[-1] - x[0])), 0.0, 1.0)
+    return np.maximum(np.interp(x, at, smooth * nose * tail), _THINNEST_M)
 
 
 def _outline(midline: np.ndarray, half_width_m: np.ndarray) -> np.ndarray:

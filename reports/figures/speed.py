@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from fitting.posterior.prediction import PredictedSweep
 
 WIDTH_IN = 6.3
-_HEIGHT_IN, _BELOW_IN, _BOTTOM_IN = 3.6, 0.9, 0.42
+_HEIGHT_IN, _BELOW_IN, _BOTTOM_IN, _LEFT_IN = 3.6, 0.9, 0.42, 0.66
 _RULES: dict[str, Look] = {
     "line": {"label": "line in frequency", "linestyle": (0, (1, 1.6))},
     "constant_stride": {"label": "constant stride", "linestyle": (0, (6, 2, 1, 2))},
@@ -29,8 +29,8 @@ _RULES: dict[str, Look] = {
 def speed_sweep_figure(calibration: Calibration, predicted: PredictedSweep | None = None) -> Figure:
     """Speeds above, and below the same minus the twin's; grey ground was not fitted; the band is the posterior's."""
     bottom = _BOTTOM_IN + _BELOW_IN + 0.14
-    figure, axes = panel(WIDTH_IN, _HEIGHT_IN, Margins(left=0.62, right=0.06, top=0.44, bottom=bottom))
-    below = add_panel(figure, (0.62, _BOTTOM_IN), (WIDTH_IN - 0.68, _BELOW_IN))
+    figure, axes = panel(WIDTH_IN, _HEIGHT_IN, Margins(left=_LEFT_IN, right=0.06, top=0.44, bottom=bottom))
+    below = add_panel(figure, (_LEFT_IN, _BOTTOM_IN), (WIDTH_IN - _LEFT_IN - 0.06, _BELOW_IN))
     sweep = calibration.sweep
     hz, twin = sweep.frequency_hz, sweep.speed_twin
     for part, minus in ((axes, np.zeros_like(twin)), (below, twin)):
@@ -45,7 +45,7 @@ def speed_sweep_figure(calibration: Calibration, predicted: PredictedSweep | Non
     axes.set_ylim(bottom=min(0.0, axes.get_ylim()[0]))
     axes.tick_params(labelbottom=False)
     axes.set_ylabel("speed (mm/s)")
-    below.set(ylabel="minus twin", xlabel="tail beat frequency (Hz)")
+    below.set(ylabel="minus twin\n(mm/s)", xlabel="tail beat frequency (Hz)")
     legend_above(axes, 4)
     return figure
 

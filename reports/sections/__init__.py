@@ -40,7 +40,7 @@ DRY_SECTIONS: tuple[SectionBuilder, ...] = (
 QUESTIONS: tuple[tuple[str, tuple[SectionBuilder, ...]], ...] = (
     ("", (summary.build,)),  # the first screen
     ("How far off is the twin?", (forecasts.build, trials.build, residuals.build, tail_beat.build)),
-    ("How sure are the coefficients?", (coefficients.build, posterior.build)),
+    ("How sure are the coefficients?", (posterior.build, coefficients.build)),
     ("What is missing from the twin?", (gap.build,)),
     ("Where can it be steered?", (steering.build,)),
     ("What is known of robot and motor?", DRY_SECTIONS),

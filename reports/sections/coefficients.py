@@ -25,8 +25,8 @@ def build(context: ReportContext) -> Section:
     best = fit.ends[0]
     equals = sum(end.log_density > best.log_density - _AS_LIKELY for end in fit.ends)
     text = (
-        f"The mode of a hierarchical model of the fit trials, from {counted(len(fit.ends), 'start')}; {equals} of them "
-        f"ended within two of the highest log density ({fit.simulations} simulations, {shown(fit.seconds)} s)."
+        f"The mode of a hierarchical model of the fit trials; {equals} of {counted(len(fit.ends), 'start')} ended "
+        f"within two of the highest log density ({fit.simulations} simulations, {shown(fit.seconds)} s)."
     )
     figure = Plot(
         coefficients_figure(fit, None if published is None else published.fit.coefficients),
@@ -34,15 +34,16 @@ def build(context: ReportContext) -> Section:
         "Each coefficient within its bounds with its 90 % interval. Dots: where other starts ended; distant dots mean "
         "that the data do not determine the coefficient. Crosses: the twin swims backward from rest.",
     )
-    plots = Plots((figure,)) if context.posterior is None else Plots((figure,), "Where the search ended.", folded=True)
-    blocks = (Prose(text), _table(fit, published), plots, *_roll(context), *_search(context))
+    sampled = context.posterior is not None  # which says more
+    plots = Plots((figure,), "Where the search ended." if sampled else "", folded=sampled)
+    blocks = (_table(fit, published, sampled), plots, *_roll(context), *_search(context), Prose(text))
     return Section("The fit", "coefficients", (*blocks, _components(fit)))
 
 
 _LEAST_ROLL_DEG = 2.0
 
 
-def _table(fit: CoefficientFit, published: PublishedResult | None) -> Table:
+def _table(fit: CoefficientFit, published: PublishedResult | None, folded: bool) -> Table:
     low, high = COEFFICIENT_BOUNDS
     rows = []
     for i, name in enumerate(FluidCoefficients._fields):
@@ -61,7 +62,7 @@ def _table(fit: CoefficientFit, published: PublishedResult | None) -> Table:
         f"Coefficients of the fluid forces (no unit), bounds {low:g} to {high:g}; normal approximation at the "
         "mode. The authors’ values belong to their own model."
     )
-    return Table(caption, _COLUMNS, tuple(rows))
+    return Table(caption, _COLUMNS, tuple(rows), folded=folded)
 
 
 def _search(context: ReportContext) -> tuple[Block, ...]:

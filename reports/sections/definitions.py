@@ -25,4 +25,4 @@ TERMS = {
 
 def build(context: ReportContext) -> Section:  # noqa: ARG001
     """The same for every session."""
-    return Section("What the words mean", "reading", (Terms(tuple(TERMS.items())),))
+    return Section("What the words mean", "reading", (Terms(tuple(TERMS.items()), "Definitions of the measures"),))

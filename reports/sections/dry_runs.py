@@ -73,8 +73,8 @@ def _table(fit: CrankFit) -> Table:
     )
     rows = tuple(map(_row, fit.trials))
     if not any(trial.measured.motor for trial in fit.trials):
-        return Table(caption, COLUMNS, rows)
-    return Table(caption, _without_command(COLUMNS), tuple(map(_without_command, rows)))
+        return Table(caption, COLUMNS, rows, folded=True)
+    return Table(caption, _without_command(COLUMNS), tuple(map(_without_command, rows)), folded=True)
 
 
 def _without_command(cells: tuple[T, ...]) -> tuple[T, ...]:
@@ -108,8 +108,9 @@ def _tendons(fit: CrankFit) -> str:
 
 
 def _caveats(fit: CrankFit) -> tuple[str, ...]:
-    """The flags of the arm, then those of runs; what all runs share is printed once, at the first."""
-    printed, texts = set(), [sentence(flag.message) for flag in fit.flags]
+    """The flags of runs; what all runs share is printed once. Those of the arm are on the first screen."""
+    printed: set[str] = set()
+    texts: list[str] = []
     others = " and the other run" if len(fit.trials) == 2 else " and all others"
     for trial in fit.trials:
         for flag in trial.flags:

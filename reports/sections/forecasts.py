@@ -9,7 +9,7 @@ from fitting.calibration_file import CommandForecast, forecast_from_command
 from fitting.ebt import EbtFit
 from fitting.model.session_forecast import BEATS, GIVEN
 from reports.blocks import Block, Plot, Plots, Prose, Section, Table, table_head
-from reports.caveats import speed_caveats
+from reports.caveats import speed_caveats, trial_caveats
 from reports.context import ReportContext
 from reports.figures.forecasts import forecasts_figure
 from reports.forecast_words import MODELS, correction_sentence, is_baseline, mean_speed_errors
@@ -27,12 +27,15 @@ def build(context: ReportContext) -> Section:
     """Tables of models and trials; without a held-out trial of the fit alone."""
     calibration = context.calibration
     blocks: list[Block] = [_trials(calibration)]
+    if caveats := [(t.measured.name, text) for t in calibration.trials for text in trial_caveats(t)]:
+        heads = table_head("trial | caveat")
+        blocks.append(Table(f"{counted(len(caveats), 'caveat')} of single trials.", heads, tuple(caveats), folded=True))
     if calibration.forecasts.held_out:
         plot = Plot(
             forecasts_figure(calibration.forecasts),
             "forecast-speeds",
-            "Speeds of held-out trials, measured and forecast by the corrected twin, with 90 % bands. A band that "
-            "misses the measured speed is too narrow.",
+            "Held-out speeds, measured and forecast by the corrected twin with 90 % bands. A band that misses the "
+            "measured speed is too narrow.",
         )
         blocks += [Plots((plot,)), _models(context)]
     blocks.append(Prose(" ".join(filter(None, (_law(calibration), _theory(calibration.ebts))))))
@@ -58,10 +61,11 @@ def _models(context: ReportContext) -> Table:
     fewer = len(forecasts.held_out) < len(everything.held_out)
     whose = f"{len(forecasts.held_out)} of {of}, those of which every model tells the speed" if fewer else of
     return Table(
-        f"Mean errors over {whose}. {correction_sentence(forecasts)} Elongated body theory (EBT) uses the measured "
-        "tail of the whole trial, so it is no forecast.",
+        f"Every model over {whose}. {correction_sentence(forecasts)} Elongated body theory (EBT) uses the measured "
+        "tail of the whole trial.",
         _MODELS,
         tuple(rows),
+        folded=True,
     )
 
 
@@ -69,13 +73,14 @@ def _law(calibration: Calibration) -> str:
     """With which power of the frequency robot and twin swim; empty where trials tell none."""
     if (law := calibration.speed_law) is None:
         return ""
-    labels = {"line": "line in frequency", "power_law": "power law in frequency"}
+    own = {"measured": "measured", "twin": "twin", "published": "elongated body theory"}
     parts = [
-        f"{labels.get(name) or model_label(name)} {shown(each.value, 2)}"
+        f"{own[name]} {shown(each.value, 2)}"
         + ("" if each.interval is None else f" ({spanned(*each.interval, lambda end: shown(end, 2))})")
         for name, each in law.exponents.items()
+        if name in own
     ]
-    return f"{law.sentence} Exponents of the speed over frequency (90 % interval): {listed(parts)}."
+    return f"{law.sentence} Exponents over frequency: {listed(parts)}."
 
 
 def _trials(calibration: Calibration) -> Table:
@@ -93,8 +98,8 @@ def _trials(calibration: Calibration) -> Table:
             totals.append((f"mean error, {title}{few}", "", "", twin, published, command, markers, "", "", ""))
     missing = [sentence(f"{name}: {flag.message}") for name, each in forecasts.items() for flag in each.flags]
     return Table(
-        "Each trial with the exported twin. Speed errors in mm/s, predicted minus measured; “from command”: the twin "
-        "knows nothing but the commanded frequency. “Shape alone”: markers relative to the nose."
+        "Speed errors in mm/s, predicted minus measured; “from command”: the twin knows the commanded frequency alone. "
+        "“Shape alone”: relative to the nose."
         + "".join(f" No forecast from the command of {each}" for each in missing),
         _TRIALS,
         tuple(rows),

@@ -8,10 +8,7 @@ from reports.figures.decay import decay_curve_figure, decay_spectrum_figure
 from reports.numbers import counted, in_mm, percent, sentence, shown, significant, with_error
 
 PUBLISHED_HZ = 3.5  # "Simple Models, Real Swimming" (2026)
-METHOD = (
-    "The head is clamped in air, the tendons are off, the bent tail is let go, and the twin’s hinges are turned until "
-    f"its decay agrees. Published peak for this kind of robot: {PUBLISHED_HZ:g} Hz."
-)
+METHOD = f"Published peak of the spectrum for this kind of robot: {PUBLISHED_HZ:g} Hz."
 COLUMNS = table_head(
     "free decay | peak [Hz] | first match [N m/rad] | stiffness [N m/rad] | damping [mN m s/rad] | "
     "distance [mm, rms] | explained [] | counts"
@@ -30,15 +27,8 @@ def free_decay_section(structure: Structure) -> Section:
     plots = [plot for number, fit in enumerate(structure.decays, start=1) for plot in _plots(fit, number)]
     caveats = [sentence(f"{fit.name}: {flag.message}") for fit in structure.decays for flag in fit.flags]
     caveats += [sentence(flag.message) for flag in (structure.hinges.flags if structure.hinges else ())]
-    blocks = (
-        Prose(f"{_result(structure.hinges)} {METHOD}"),
-        _table(structure),
-        Plots(
-            tuple(plots),
-            "Each decay as its spectrum and as a curve: tail markers (dots) and the twin (lines).",
-            folded=True,
-        ),
-    )
+    curves = Plots(tuple(plots), "Spectrum and curve of each decay: markers (dots), twin (lines).", folded=True)
+    blocks = (Prose(f"{_result(structure.hinges)} {METHOD}"), _table(structure), curves)
     return Section("Free decays", "free-decay", blocks, tuple(caveats))
 
 
@@ -61,7 +51,7 @@ def _table(structure: Structure) -> Table:
         "the hinges by the whole curve."
     )
     used = {name for source in structure.sources if source.quantity == "hinge_stiffness" for name in source.trials}
-    return Table(caption, COLUMNS, tuple(_row(fit, fit.name in used) for fit in structure.decays))
+    return Table(caption, COLUMNS, tuple(_row(fit, fit.name in used) for fit in structure.decays), folded=True)
 
 
 def _row(fit: DecayFit, used: bool) -> tuple[str, ...]:

@@ -49,11 +49,13 @@ def build(context: ReportContext) -> Section:
     if found.everything is not None and "gap-everything" in plots:
         how_far = (*how_far, Prose(_everything(found.everything)), of("everything"))
     loudest, forces = missing(found, context)
+    experiments = next_experiments(found)
+    next_parts = (Section("What to measure next", "gap-next", experiments),) if experiments else ()
     parts = (
         Section("Where it lies", "gap-where", (of("fish"), Prose(_how(found)), of("shares"))),
         Section("Which effect", "gap-which", (*_which(found), of("effects"))),
         Section("How far it shrinks", "gap-how-far", how_far),
-        Section("What to measure next", "gap-next", next_experiments(found)),
+        *next_parts,
         Section("The forces that are missing", "gap-missing", (loudest, of("forces"), forces)),
         Section("The evidence", "gap-evidence", evidence(found)),
     )
@@ -75,17 +77,16 @@ def _how(found: DiagnosisResult) -> str:
     evidence = found.evidence
     mean_square = evidence.squares / evidence.numbers
     return (
-        f"Compared are {evidence.numbers} numbers: speed, slip, turning, the frequency given the command, mean and three "
-        "harmonics of every marker. Over noise, misplaced boxes and the twin’s own error their residual has a mean "
-        f"square of {shown(mean_square, 1)}; noise alone would give 1."
+        f"The residual of {evidence.numbers} numbers (speed, course, frequency, harmonics of every marker) has a mean "
+        f"square of {shown(mean_square, 1)} over noise, misplaced boxes and the twin’s own error; these alone give 1."
     )
 
 
 def _which(found: DiagnosisResult) -> tuple[Block, ...]:
     blocks: list[Block] = [Prose(_VERDICTS[found.verdict])]
-    if groups := found.groups:
+    if (groups := found.groups) and len(found.effects) > 1:
         items = tuple(" or ".join(in_words(name) for name in group) for group in groups)
-        title = "Together" if len(groups) > 1 else "Named" if len(groups[0]) == 1 else "One of these"
+        title = "Together" if len(groups) > 1 else "One of these"
         blocks.append(Points(title, items))
     if missed := near_miss(found):
         blocks.append(Prose(missed))

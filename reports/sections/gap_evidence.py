@@ -152,7 +152,7 @@ def next_experiments(found: DiagnosisResult) -> tuple[Block, ...]:
     """The experiments, the most informative first."""
     experiments = found.next_experiments
     if not experiments:
-        return (Prose("No further experiment is proposed: no effects are confused, or none of the known ones helps."),)
+        return ()
     rows = tuple(
         (each.describe, " and ".join(map(in_words, each.separates)), whole_percent(each.expected_error)[:-2])
         for each in experiments

@@ -10,18 +10,18 @@ from reports.figures.gap_which import gap_effects_figure
 from swimmer import RobotSpec
 
 _CAPTIONS = {
-    "gap-fish": "Red: the parts where the gap comes from. Blue: where it shows; the size of a disc is the share of that "
+    "gap-fish": "Red: parts where the gap comes from. Blue: where it shows; the size of a disc is the share of that "
     "marker, of the speed, of the course or of the beat frequency.",
-    "gap-shares": "The same in numbers; the bars of a panel add up to 100 %. The line covers all ways to split what "
-    "several stages could cause, the tick is what the stage could explain alone.",
+    "gap-shares": "The same in numbers. Line: all ways to split what several stages could cause; tick: what the stage "
+    "could explain alone.",
     "gap-effects": "Probability of each effect. Blue: named. Several may be present at once.",
     "gap-waterfall": "Mean squared residual of the held-out trials: what the effects remove, what remains above noise, "
     "and noise.",
     "gap-held-out": "Errors of the held-out trials, forecast by the twin without and with the effects. Dashed: what "
     "tracking noise alone would give.",
     "gap-everything": "Each held-out trial without effects and with all of them, fitted to the fit trials alone.",
-    "gap-forces": "Forces that the plain twin lacks, over a beat, a line a trial with a band of two standard deviations: "
-    "along and across the head, a moment on it, a torque in every hinge.",
+    "gap-forces": "Forces and torques that the plain twin lacks over a beat, a line a trial, with bands of two "
+    "standard deviations.",
 }
 
 

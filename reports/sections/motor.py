@@ -32,6 +32,7 @@ def motor_section(trials: tuple[LoggedTrial, ...]) -> Section:
         "Speed over the steady stretch, and the clock of the log against the video’s, ± standard error.",
         TURNING,
         tuple(map(_turning_row, trials)),
+        folded=True,
     )
     caption = "What the motor drew, and what it reported."
     supply = Table(caption, SUPPLY, tuple(map(_supply_row, trials)), folded=True)

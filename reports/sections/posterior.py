@@ -20,7 +20,6 @@ from reports.figures.posterior_coefficients import (
     posterior_intervals_figure,
 )
 from reports.figures.posterior_predicted import posterior_trials_figure
-from reports.forecast_words import drawn_sentence
 from reports.numbers import (
     MM,
     counted,
@@ -80,7 +79,6 @@ def _determined(found: PosteriorSummary, context: ReportContext) -> tuple[Block,
         "that the trials determine better than either coefficient. Orange: the fit.",
     )
     return (
-        Prose(found.identifiability.sentence),
         _table(found, fit),
         Plots((intervals, corner), "How the coefficients trade against each other.", folded=True),
         Prose(_how(found)),
@@ -127,8 +125,8 @@ def _table(found: PosteriorSummary, fit: FluidCoefficients) -> Table:
             )
         )
     caption = (
-        "Posterior of each coefficient. Determined: the upper end of its 90 % interval is at most 2.5 times the lower, "
-        "or the interval no wider than 0.5, and not at a bound."
+        f"{found.identifiability.sentence} Determined: the upper end of the 90 % interval is at most 2.5 times the "
+        "lower, or the interval no wider than 0.5, and not at a bound."
     )
     return Table(caption, COLUMNS, tuple(rows))
 
@@ -167,17 +165,16 @@ def _predicted(found: PosteriorSummary) -> tuple[Block, ...]:
 
 
 def _inside(found: PosteriorSummary) -> str:
-    sentences = []
+    parts = []
     for role, label in (("holdout", "held-out"), ("fit", "fit")):
         speeds, count, share = found.inside(role)
         if count:
-            sentences.append(
-                f"{speeds} of {counted(count, f'{label} trial')} swam at a speed within its 90 % band, and "
-                f"{percent(share)} of their marker coordinates lie within theirs."
+            parts.append(
+                f"{speeds} of {counted(count, f'{label} trial')} swam at a speed within its 90 % band "
+                f"({percent(share)} of their marker coordinates within theirs)"
             )
-    if found.inside("holdout")[1] == 0:
-        sentences.insert(0, "No trial was held out.")
-    return " ".join([drawn_sentence(found.forecasts), *sentences]).strip()
+    none = "" if found.inside("holdout")[1] else "No trial was held out. "
+    return f"{none}{'; '.join(parts)}."
 
 
 def _further(found: PosteriorSummary) -> tuple[Block, ...]:
@@ -187,9 +184,8 @@ def _further(found: PosteriorSummary) -> tuple[Block, ...]:
     loose = "what is not determined" if not wanted.all() else "the coefficients"
     effects = listed([f"{name} to {shown(100 * ratios[i], 0)} %" for i, name in enumerate(NAMES) if wanted[i]])
     text = (
-        f"One more swim trial of 5 s at {shown(best, 1)} Hz, tracked like these, would narrow {loose} most: the "
-        f"standard deviation of {effects} of what it is. Next best: "
-        f"{listed([f'{shown(sweep.frequency_hz[i], 1)} Hz' for i in order[1:3]])}."
+        f"One more swim of 5 s at {shown(best, 1)} Hz would narrow {loose} most: the standard deviation of {effects} "
+        f"of what it is. Next best: {listed([f'{shown(sweep.frequency_hz[i], 1)} Hz' for i in order[1:3]])}."
     )
     figure = Plot(
         posterior_further_figure(found),

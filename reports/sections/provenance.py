@@ -2,7 +2,7 @@
 
 from reports.blocks import Points, Section, Table, Terms, table_head
 from reports.context import ReportContext
-from reports.numbers import MISSING, listed, sentence, shown, significant
+from reports.numbers import MISSING, sentence, shown, significant
 
 
 def build(context: ReportContext) -> Section:
@@ -15,8 +15,8 @@ def build(context: ReportContext) -> Section:
         (
             *_notes(context),
             Points("Assumed, not measured in this session", _assumptions(context)),
-            Terms(_made_with(context)),
-            Terms(_robot(context)),
+            Terms(_made_with(context), "Program and settings"),
+            Terms(_robot(context), "The robot as described"),
             Table("Input files, by name in the session folder.", columns, inputs, folded=True),
         ),
     )
@@ -31,12 +31,9 @@ def _assumptions(context: ReportContext) -> tuple[str, ...]:
     structure = [sentence(source.sentence) for source in context.calibration.structure.sources if source.assumed]
     scale = f"The scale of every picture is the nose-neck distance of {shown(session.camera.scale_length_m * 1000)} mm"
     lens = session.camera.calibration
-    even = context.even
-    where = "" if len(even) == len(context.driven) else f" of {listed(even)}"
     return (
         *structure,
         f"{scale}; {'lens distortion is not corrected' if lens is None else 'the lens is calibrated'}.",
-        *((f"The crank{where} turns at a constant speed: the beat of the tail, not the command.",) if even else ()),
         "The robot swims level, at the surface, in still water far from walls.",
     )
 

@@ -18,8 +18,8 @@ def build(context: ReportContext) -> Section:
         Plot(
             marker_residuals_figure(trials),
             "residual-markers",
-            "Mean distance of each marker from the twin’s; the tick: relative to the nose. A long bar with a short tick "
-            "is an error of the path, not of the shape. Percentages: less than "
+            "Mean distance of each marker from the twin’s; the tick: relative to the nose. A long bar with a short "
+            "tick is an error of the path, not of the shape. Percentages: less than "
             f"{TRUSTED * 100:.0f} % of the marker’s samples count.",
         ),
     )

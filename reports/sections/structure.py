@@ -1,7 +1,7 @@
 """The robot, and what its twin is built from: what the experiments out of the water measured, what was assumed."""
 
 from fitting.structure import Source
-from reports.blocks import Plot, Plots, Prose, Section, Table, table_head
+from reports.blocks import Plot, Plots, Section, Table, table_head
 from reports.context import ReportContext
 from reports.figures.planform import planform_figure
 from reports.numbers import MM, in_mm, listed, sentence, significant, with_error
@@ -27,11 +27,10 @@ def build(context: ReportContext) -> Section:
     """A row for each number of the structure, then how the crank turns."""
     structure = context.calibration.structure
     rows = (*map(_row, structure.sources), *_turns(context))
-    caption = "The structure that the swims were fitted with."
     return Section(
         "What the twin is built from",
         "structure",
-        (Prose(_text(structure.sources)), Table(caption, COLUMNS, rows)),
+        (Table(_text(structure.sources), COLUMNS, rows),),
         tuple(sentence(flag.message) for flag in structure.flags if flag.kind == "not_used"),
     )
 

@@ -36,13 +36,10 @@ def _lead(answers: Answers) -> Markup:
     off = answers.how_far_off
     parts = [Markup(_exported(off))]
     if (found := answers.missing) is not None:
-        named = listed([str(Markup("<b>{}</b>").format(name)) for name in found.named], 3)
         if found.named:
-            parts.append(
-                Markup("One thing is missing from it: {}." if len(found.named) == 1 else "It lacks {}.").format(
-                    Markup(named)
-                )
-            )
+            names = Markup(listed([str(Markup("<b>{}</b>").format(name)) for name in found.named], 3))
+            what = "One thing is missing from it" if len(found.named) == 1 else "Missing from it"
+            parts.append(Markup("{}: {}.").format(what, names))
         elif found.no_gap:
             parts.append(Markup("No effect of the catalogue is missing from it."))
         else:

@@ -4,7 +4,6 @@ import numpy as np
 
 from fitting import CalibratedTrial
 from reports.blocks import Plot, Plots, Section
-from reports.caveats import trial_caveats
 from reports.context import ReportContext
 from reports.figures.hero import representative
 from reports.figures.trial import beat_midlines, forward_path_figure, lateral_motion_figure, tail_envelope_figure
@@ -15,15 +14,14 @@ from swimmer import RobotSpec
 def build(context: ReportContext) -> Section:
     """Envelopes of all trials, in the order of the session; over time the trial of the first screen."""
     robot, trials = context.calibration.robot, context.calibration.trials
-    caveats = tuple(f"{trial.measured.name}: {text}" for trial in trials for text in trial_caveats(trial))
     text = (
-        "Midlines at sixteen phases of the beat in the frame of the head, to scale, robot above twin; dotted in both: "
-        "the robot’s envelope."
+        "Midlines through the beat in the frame of the head, to scale, robot above twin; dotted in both: the robot’s "
+        "envelope."
     )
     blocks = [Plots(tuple(_envelope(trial, robot) for trial in trials), text)]
     if (chosen := representative(trials)) is not None:
         blocks.append(Plots(_motion(chosen, robot)))
-    return Section("The body through the beat", "trials", tuple(blocks), tuple(dict.fromkeys(caveats)))
+    return Section("The body through the beat", "trials", tuple(blocks))
 
 
 def build_motions(context: ReportContext) -> Section:
@@ -45,7 +43,7 @@ def _envelope(trial: CalibratedTrial, robot: RobotSpec) -> Plot:
         tail_envelope_figure(trial, robot),
         f"{trial.measured.name}-envelope",
         f"Midlines at sixteen phases of the beat, mean over all compared beats, to scale; {sweep}.",
-        label=f"{_label(trial)}: {sweep}.",
+        label=f"{_label(trial)}.",
     )
 
 
@@ -54,14 +52,12 @@ def _motion(trial: CalibratedTrial, robot: RobotSpec) -> tuple[Plot, Plot]:
     path = Plot(
         forward_path_figure(trial),
         f"{name}-path",
-        f"{_label(trial)}: distance swum along the head's own axis. Slopes are speeds; on grey ground nothing is "
-        "compared.",
+        f"{_label(trial)}: distance swum along the head’s own axis. On grey ground nothing is compared.",
     )
     lateral = Plot(
         lateral_motion_figure(trial, robot),
         f"{name}-lateral",
-        f"{_label(trial)}: lateral motion of the tail markers relative to the head, from root (top) to fin. A steady "
-        "lag is an error of phase, a growing one an error of frequency.",
+        f"{_label(trial)}: lateral motion of the tail, from root (top) to fin. A growing lag is an error of frequency.",
     )
     return path, lateral
 
