@@ -147,6 +147,7 @@ class WhatIsMissing:
         changes: held-out errors without and, where something was added, with the named effects.
         chances: probability of each likely effect, the likeliest first, and that the catalogue holds none.
         named: the effects that are named.
+        groups: the same in words, those that the trials cannot separate together.
         no_gap: whether the data need no effect.
     """
 
@@ -156,13 +157,14 @@ class WhatIsMissing:
     changes: tuple[Change, ...]
     chances: Mapping[str, float]
     named: tuple[str, ...]
+    groups: tuple[str, ...]
     no_gap: bool
 
     @property
     def headline(self) -> str:
         """What is missing, in a few words."""
-        if self.named:
-            return sentence(listed(self.named)).removesuffix(".")
+        if self.groups:
+            return sentence(listed(self.groups, 3)).removesuffix(".")
         return "Nothing that these trials show" if self.no_gap else "Something that these trials do not name"
 
 
@@ -247,7 +249,8 @@ def _what_is_missing(found: DiagnosisResult) -> WhatIsMissing:
     chances["not in the catalogue"] = found.none_of_these
     chances["no gap at all"] = found.no_gap_probability
     named = tuple(map(in_words, found.effects))
-    return WhatIsMissing(where, which, how_far, changes(found), chances, named, found.verdict == "no_gap")
+    groups = tuple(" or ".join(map(in_words, group)) for group in found.groups)
+    return WhatIsMissing(where, which, how_far, changes(found), chances, named, groups, found.verdict == "no_gap")
 
 
 def _next_step(

@@ -6,7 +6,7 @@ Text is escaped when it is rendered; only `markupsafe.Markup` goes in as it is.
 """
 
 import io
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import ClassVar, NamedTuple
 
 from markupsafe import Markup
@@ -114,12 +114,16 @@ class Table:
     totals: tuple[tuple[str, ...], ...] = ()
     folded: bool = False
 
-    def __post_init__(self) -> None:
-        """Leaves out columns in which no row has anything."""
+    @property
+    def filled(self) -> "Table":
+        """The same without columns in which no row has anything."""
         kept = [i for i in range(len(self.columns)) if any(row[i] not in ("", MISSING) for row in self.rows)]
-        object.__setattr__(self, "columns", tuple(self.columns[i] for i in kept))
-        for name in ("rows", "totals"):
-            object.__setattr__(self, name, tuple(tuple(row[i] for i in kept) for row in getattr(self, name)))
+
+        def chosen(rows: tuple[tuple[str, ...], ...]) -> tuple[tuple[str, ...], ...]:
+            return tuple(tuple(row[i] for i in kept) for row in rows)
+
+        columns = tuple(self.columns[i] for i in kept)
+        return replace(self, columns=columns, rows=chosen(self.rows), totals=chosen(self.totals))
 
 
 @dataclass(frozen=True)

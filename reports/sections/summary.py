@@ -36,9 +36,9 @@ def _lead(answers: Answers) -> Markup:
     off = answers.how_far_off
     parts = [Markup(_exported(off))]
     if (found := answers.missing) is not None:
-        if found.named:
-            names = Markup(listed([str(Markup("<b>{}</b>").format(name)) for name in found.named], 3))
-            what = "One thing is missing from it" if len(found.named) == 1 else "Missing from it"
+        if found.groups:
+            names = Markup(listed([str(Markup("<b>{}</b>").format(group)) for group in found.groups], 3))
+            what = "One thing is missing from it" if len(found.groups) == 1 else "Missing from it"
             parts.append(Markup("{}: {}.").format(what, names))
         elif found.no_gap:
             parts.append(Markup("No effect of the catalogue is missing from it."))
@@ -48,18 +48,19 @@ def _lead(answers: Answers) -> Markup:
 
 
 def _exported(off: HowFarOff) -> Markup:
-    if off.misses:
-        return Markup("{}").format(off.misses)
+    parts = [Markup("{}").format(off.misses)] if off.misses else []
     if (held := off.held_out) is None:
-        text = "No trial was held out, so how well the exported twin forecasts is not known."
-        if off.fitted is not None:
-            text = f"The exported twin is off by {off.fitted.size} in the trials that it was fitted to. {text}"
-        return Markup("{}").format(text)
+        known = (
+            f"The exported twin is off by {off.fitted.size} in the trials that it was fitted to. " if off.fitted else ""
+        )
+        parts.append(Markup("{}").format(f"{known}No trial was held out, so how well it forecasts is not known."))
+        return Markup(" ").join(parts)
     swims = "an unseen swim" if held.trials == 1 else f"{held.trials} unseen swims"
-    text = Markup("The exported twin predicts the speed of {} to within <b>{} mm/s</b> of {}").format(
-        swims, in_mm(held.speed), in_mm(held.swum, 0)
-    )
-    return text + (f"; the best simple rule misses by {in_mm(off.best_rule)}." if off.best_rule is not None else ".")
+    rule = off.best_rule
+    beside = "" if rule is None else f"; the best simple rule, {MODELS[off.best]}, is off by {in_mm(rule)}"
+    text = "The exported twin predicts the speed of {} to within <b>{} mm/s</b> of {}{}."
+    parts.append(Markup(text).format(swims, in_mm(held.speed), in_mm(held.swum, 0), beside))
+    return Markup(" ").join(parts)
 
 
 def _hero(context: ReportContext) -> tuple[Markup, str]:
