@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import asdict, dataclass, field
+from functools import cached_property
 from math import nan
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -14,10 +15,11 @@ import pandas as pd
 from calib.results.figures import FitFigures
 from calib.results.posterior import interval_lines
 from calib.results.result import Result, flag_frame, flag_lines, forecast_frame
+from diagnosis.result import DiagnosisResult
 from fitting import Calibration, CalibrationResult
 from fitting.calibration_file import PublishedResult, TrialResult
 from fitting.model.session_forecast import SessionForecast
-from reports.answers import Answers
+from reports.answers import Answers, answers_of
 from reports.forecast_words import beaten, misses
 from reports.numbers import counted, in_words, shown
 from session import Flag, InputError
@@ -26,6 +28,8 @@ from swimmer import FluidCoefficients
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from fitting.posterior.summary import PosteriorSummary
 
 _HIDDEN = ("flags", "from_command", "speed_ebt_of_twin")  # of a trial, no columns of their own
 
@@ -44,14 +48,14 @@ class FitResult(Result):
     Attributes:
         mjcf_file: `results/calibrated.xml`.
         published: the published search, for comparison; None where it was not run.
-        answers: what the summary and the report's first screen say, of all that stands of this fit.
+        posterior, diagnosed: what stands of this fit, the posterior without its draws; None where nothing does.
         standing: which results of it there are, and by which commands the others are made.
         read: simulates every trial again.
 
     Example:
         >>> found = calib.fit("pool", "quick", progress=False)
         >>> print(found.summary())
-        synthetic, fit of quick effort to slow: blunt drag ...
+        synthetic: fit of quick effort, no posterior ...
         >>> found.trials["fast"].role, found.coefficients.blunt_drag > 0
         ('holdout', True)
         >>> list(found.to_frame("coefficients").columns[:3])
@@ -67,8 +71,9 @@ class FitResult(Result):
     data: CalibrationResult = field(repr=False)
     published: PublishedResult | None = field(repr=False)
     plot: FitFigures = field(repr=False)
-    answers: Answers = field(repr=False)
-    standing: str
+    posterior: PosteriorSummary | None = field(repr=False)
+    diagnosed: DiagnosisResult | None = field(repr=False)
+    standing: str = field(repr=False)
     read: Callable[[], Calibration] = field(repr=False)
 
     def motion(self, trial: str) -> xr.Dataset:
@@ -99,6 +104,11 @@ class FitResult(Result):
                 "scored": (("time",), measured.scored),
             }
         )
+
+    @cached_property
+    def answers(self) -> Answers:
+        """What the summary and the report's first screen say, of all that stands of this fit."""
+        return answers_of(self.data, self.posterior, self.diagnosed, str(self.session.folder))
 
     @property
     def coefficients(self) -> FluidCoefficients:

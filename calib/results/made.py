@@ -11,20 +11,19 @@ from calib.results.posterior import PosteriorResult
 from calib.results.structure import StructureResult
 from calib.results.tracks import FilmedTracks, TrackResult
 from calib.stages.diagnosis import DiagnosisStage
-from calib.stages.fit import FitStage
 from calib.stages.posterior import PosteriorStage
 from diagnosis.result import EFFECT_TEST, EffectTestResult
 from fitting import Calibration, MeasuredTrial
-from fitting.calibration_file import CalibrationResult, PublishedResult
+from fitting.calibration_file import PublishedResult
 from reports import ReportContext, gallery
-from reports.answers import Answers, answers_of
 from reports.context import NoSwims
 from reports.numbers import in_words, listed
-from reports.sections import DRY_SECTIONS, FURTHER, SECTIONS, gap, posterior, summary
+from reports.sections import DRY_SECTIONS, FURTHER, SECTIONS, gap, summary
+from reports.sections import posterior as posterior_section
 from reports.sections.gap_plots import gap_plots
 from session import NotEnoughData
 
-_NOT_OF_FIT = (posterior.build, gap.build)
+_NOT_OF_FIT = (posterior_section.build, gap.build)
 _OF_FIT = tuple(build for build in SECTIONS if build not in _NOT_OF_FIT)
 
 
@@ -37,16 +36,17 @@ def fit_result(pipeline: Pipeline) -> FitResult:
         check_current(stage)
         return stage.read()
 
-    data = stage.result()
+    posterior, diagnosis = pipeline.current_posterior(stage), pipeline.current_diagnosis()
     return FitResult(
         name=stage.name,
         file=stage.file,
         mjcf_file=stage.mjcf_file,
-        data=data,
+        data=stage.result(),
         published=_published(pipeline),
         plot=figures,
         read=read,
-        answers=_answers(data, pipeline, stage),
+        posterior=None if posterior is None else posterior.read(draws=False),
+        diagnosed=None if diagnosis is None else diagnosis.read(),
         standing=pipeline.standing,
         **_common(pipeline),
     )
@@ -58,7 +58,7 @@ def posterior_result(pipeline: Pipeline) -> PosteriorResult:
     stage = PosteriorStage(pipeline.job, fit)
     found = stage.read()
     assert found is not None
-    sections = (summary.build, posterior.build)
+    sections = (summary.build, posterior_section.build)
     figures = PosteriorFigures(stage, lambda: gallery(replace(_context(pipeline), posterior=found), sections))
     name = f"posterior of {stage.effort} effort of the {fit.name}"
     return PosteriorResult(name=name, file=stage.file, data=found, plot=figures, **_common(pipeline))
@@ -105,17 +105,6 @@ def _context(pipeline: Pipeline) -> ReportContext:
     fit = pipeline.the_fit()
     provenance = replace(pipeline.job.provenance, effort=fit.effort)
     return ReportContext(pipeline.session, fit.read(), provenance, pipeline.recordings.notes, _published(pipeline))
-
-
-def _answers(data: CalibrationResult, pipeline: Pipeline, fit: FitStage) -> Answers:
-    """What a reader asks first, of all that stands of this fit."""
-    posterior, diagnosis = pipeline.current_posterior(fit), pipeline.current_diagnosis()
-    return answers_of(
-        data,
-        None if posterior is None else posterior.read(draws=False),
-        None if diagnosis is None else diagnosis.read(),
-        str(pipeline.session.folder),
-    )
 
 
 def _published(pipeline: Pipeline) -> PublishedResult | None:

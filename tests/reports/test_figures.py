@@ -72,7 +72,7 @@ def test_every_figure_says_in_sentences_what_to_see_in_it(whole: dict[str, Plot]
     assert [name for name, text in captions.items() if len(text.split()) < FEWEST_WORDS or text[-1] != "."] == []
 
 
-def test_a_figure_shows_itself_in_a_notebook(whole: dict[str, Plot]) -> None:
+def test_a_figure_shows_itself_in_a_notebook() -> None:
     tracks = picture_of_tracks(made_trial(ROBOT, "medium").measured)
 
     assert tracks._repr_png_().startswith(b"\x89PNG")
