@@ -19,6 +19,8 @@ TERMS = {
     "of the tail tip.",
     "simple rules": "A line and a power law in frequency, and a constant stride (speed in proportion to frequency), "
     "through the speeds of the fit trials.",
+    "determined": "The upper end of a coefficient’s 90 % interval is at most 2.5 times the lower, or the interval no "
+    "wider than 0.5, and it does not lie at a bound.",
     "extrapolated": "The trial beats slower or faster than every trial that was fitted.",
 }
 

@@ -34,8 +34,8 @@ def build(context: ReportContext) -> Section:
         plot = Plot(
             forecasts_figure(calibration.forecasts),
             "forecast-speeds",
-            "Held-out speeds, measured and forecast by the corrected twin with 90 % bands. A band that misses the "
-            "measured speed is too narrow.",
+            "Held-out speeds, measured and forecast by the corrected twin with 90 % bands, and after the trial’s "
+            "first two beats.",
         )
         blocks += [Plots((plot,)), _models(context)]
     blocks.append(Prose(" ".join(filter(None, (_law(calibration), _theory(calibration.ebts))))))

@@ -42,24 +42,24 @@ def build(context: ReportContext) -> Section:
     def of(*names: str) -> Plots:
         return Plots(tuple(plots[f"gap-{name}"] for name in names if f"gap-{name}" in plots))
 
-    leads = tuple(Prose(_lead(text)) for text in gap_sentences(found))
-    how_far: tuple[Block, ...] = (Prose(_NOT_HELD_OUT),)
+    where, which, in_short = (Prose(_lead(text)) for text in gap_sentences(found))
+    how_far: tuple[Block, ...] = (in_short, Prose(_NOT_HELD_OUT))
     if found.gap.trials:
-        how_far = (Prose(_shrinkage(found)), of("waterfall", "held-out"))
+        how_far = (in_short, Prose(_shrinkage(found)), of("waterfall", "held-out"))
     if found.everything is not None and "gap-everything" in plots:
         how_far = (*how_far, Prose(_everything(found.everything)), of("everything"))
     loudest, forces = missing(found, context)
     experiments = next_experiments(found)
     next_parts = (Section("What to measure next", "gap-next", experiments),) if experiments else ()
     parts = (
-        Section("Where it lies", "gap-where", (of("fish"), Prose(_how(found)), of("shares"))),
-        Section("Which effect", "gap-which", (*_which(found), of("effects"))),
+        Section("Where it lies", "gap-where", (where, of("fish"), Prose(_how(found)), of("shares"))),
+        Section("Which effect", "gap-which", (which, *_which(found), of("effects"))),
         Section("How far it shrinks", "gap-how-far", how_far),
         *next_parts,
         Section("The forces that are missing", "gap-missing", (loudest, of("forces"), forces)),
         Section("The evidence", "gap-evidence", evidence(found)),
     )
-    return Section("The sim-to-real gap", "gap", leads, _caveats(context), parts)
+    return Section("The sim-to-real gap", "gap", (), _caveats(context), parts)
 
 
 def _lead(text: str) -> Markup:

@@ -81,7 +81,6 @@ def _determined(found: PosteriorSummary, context: ReportContext) -> tuple[Block,
     return (
         _table(found, fit),
         Plots((intervals, corner), "How the coefficients trade against each other.", folded=True),
-        Prose(_how(found)),
         _robot(found),
         _directions(found),
     )
@@ -107,7 +106,7 @@ def _robot(found: PosteriorSummary) -> Table:
         )
         for part in found.robot
     )
-    caption = "Uncertainty of hinges and crank arm, which the intervals include; dry experiments narrow it."
+    caption = f"{_how(found)} Dry experiments narrow what is not known of the robot."
     return Table(caption, ROBOT, rows, folded=True)
 
 
@@ -124,11 +123,7 @@ def _table(found: PosteriorSummary, fit: FluidCoefficients) -> Table:
                 "at a bound" if found.identifiability.at_bound[i] else "yes" if marginal.determined else "no",
             )
         )
-    caption = (
-        f"{found.identifiability.sentence} Determined: the upper end of the 90 % interval is at most 2.5 times the "
-        "lower, or the interval no wider than 0.5, and not at a bound."
-    )
-    return Table(caption, COLUMNS, tuple(rows))
+    return Table(found.identifiability.sentence, COLUMNS, tuple(rows))
 
 
 def _directions(found: PosteriorSummary) -> Table:

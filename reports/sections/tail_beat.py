@@ -90,7 +90,7 @@ def _table(rows: tuple[tuple[str, ...], ...], last: str) -> Table:
 def _strouhal(trials: tuple[CalibratedTrial, ...], waves: list[Waves], robot: RobotSpec) -> str:
     found = [_numbers(trial, pair, robot)[0].strouhal for trial, pair in zip(trials, waves, strict=True)]
     known = [value for value in found if np.isfinite(value)]
-    text = "Swimming animals cruise at Strouhal numbers of 0.2 to 0.4 (Taylor, Nudds and Thomas, Nature 425, 2003)"
+    text = "Swimming animals cruise at Strouhal numbers of 0.2 to 0.4 (Taylor et al., Nature 425, 2003)"
     if not known:
         return f"{text}; it is not known for any trial here."
     span = significant(known[0]) if len(known) == 1 else f"{significant(min(known))} to {significant(max(known))}"

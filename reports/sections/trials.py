@@ -20,7 +20,7 @@ def build(context: ReportContext) -> Section:
     )
     blocks = [Plots(tuple(_envelope(trial, robot) for trial in trials), text)]
     if (chosen := representative(trials)) is not None:
-        blocks.append(Plots(_motion(chosen, robot)))
+        blocks.append(Plots(_motion(chosen, robot)[1:]))  # the path alone shows no difference
     return Section("The body through the beat", "trials", tuple(blocks))
 
 
