@@ -59,7 +59,7 @@ class HowFarOff:
     """How far off the exported twin is.
 
     Attributes:
-        fitted, held_out: errors by role; None where no trial has it.
+        fitted, held_out: errors by role; None where no trial tells them.
         beside: mean absolute speed error of simple rules and of elongated body theory over the same held-out trials,
             m/s, by the model's name.
         best: name of the simple rule in frequency with the smallest error; "" where there is none.
@@ -91,7 +91,7 @@ class HowFarOff:
         held, fitted = self.held_out, self.fitted
         if held is None:
             known = "not known" if fitted is None else f"exported twin {fitted.size} in {fitted.over('fit')}"
-            off = f"{known}. No trial is held out: how well it forecasts is not known."
+            off = f"{known}. No held-out trial tells how well it forecasts."
         else:
             of_fit = "" if fitted is None else f" ({fitted.size} in {fitted.over('fit')})"
             off = f"exported twin {held.size} in {held.over('held-out')}{of_fit}{self.rules and f'; {self.rules}'}."
@@ -216,7 +216,8 @@ def how_far_off(forecasts: SessionForecast) -> HowFarOff:
 
 
 def _errors(compared: SessionForecast, everything: SessionForecast, role: str) -> TwinErrors | None:
-    trials = [trial for trial in compared.trials.values() if trial.role == role and TWIN in trial.forecasts]
+    told = [trial for trial in compared.trials.values() if trial.role == role and TWIN in trial.forecasts]
+    trials = [trial for trial in told if isfinite(trial.forecasts[TWIN].speed)]
     if not trials:
         return None
     count, of = len(trials), sum(trial.role == role for trial in everything.trials.values())
@@ -230,7 +231,9 @@ def _how_sure(found: CalibrationResult, posterior: PosteriorSummary | None) -> H
     values = found.coefficients._asdict()
     if posterior is None:
         ends = dict(zip(values, found.fit.interval, strict=True))
-        return HowSure({name: Interval(values[name], *map(float, ends[name]), False) for name in values}, False)
+        return HowSure(
+            {name: Interval(values[name], float(ends[name][0]), float(ends[name][1]), False) for name in values}, False
+        )
     of = posterior.marginals
     return HowSure(
         {name: Interval(values[name], of[name].q05, of[name].q95, of[name].determined) for name in values}, True

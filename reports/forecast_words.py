@@ -32,6 +32,7 @@ def misses(forecasts: SessionForecast) -> str:
         name: trial.forecasts[TWIN].speed / trial.speed_measured - 1
         for name, trial in forecasts.trials.items()
         if trial.role == "fit" and TWIN in trial.forecasts and trial.speed_measured
+        if isfinite(trial.forecasts[TWIN].speed)
     }
     worst = max(off, key=lambda name: abs(off[name]), default="")
     if not worst or abs(off[worst]) <= _MISSED:

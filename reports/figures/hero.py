@@ -16,6 +16,7 @@ from reports.svg import page_colour
 from swimmer import RobotSpec
 
 _WIDTH, _BELOW = 760.0, 30.0  # of the picture and of its legend, px
+_LABEL = 28.0  # half the width of a label in large letters, px
 _HIGHEST = 300.0  # px
 _STATIONS = 22  # along the body
 _FRAMES_A_SECOND, _MOST_FRAMES = 14.0, 64
@@ -167,7 +168,8 @@ def _drawn(swim: _Swim, trial: CalibratedTrial, robot: RobotSpec) -> Markup:
             parts.append(f'<path class="still" d="{path(shape[frame])}" {style}/>')
         x, y = px(swim.filmed[frame])[0]
         when = f"{shown(float(swim.time_s[frame]), 1)} s"
-        parts.append(f'<text x="{x:.0f}" y="14" text-anchor="middle" {_TEXT}>{when}</text>')
+        middle = float(np.clip(x, _LABEL, _WIDTH - _LABEL))
+        parts.append(f'<text x="{middle:.0f}" y="14" text-anchor="middle" {_TEXT}>{when}</text>')
         parts.append(f'<path d="M{x:.1f} 18V{y:.1f}" stroke="{page_colour(FAINT)}" stroke-dasharray="2 3"/>')
     for shape, style in zip(shapes, (_FILMED, _SIMULATED), strict=True):
         values = ";".join(path(each) for each in shape)

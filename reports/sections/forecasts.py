@@ -8,7 +8,7 @@ from fitting import CalibratedTrial, Calibration
 from fitting.calibration_file import CommandForecast, forecast_from_command
 from fitting.ebt import EbtFit
 from fitting.model.session_forecast import BEATS, GIVEN
-from reports.blocks import Block, Plot, Plots, Prose, Section, Table, table_head
+from reports.blocks import Block, Plot, Plots, Prose, Section, Table, Terms, table_head
 from reports.caveats import speed_caveats, trial_caveats
 from reports.context import ReportContext
 from reports.figures.forecasts import forecasts_figure
@@ -38,7 +38,9 @@ def build(context: ReportContext) -> Section:
             "first two beats.",
         )
         blocks += [Plots((plot,)), _models(context)]
-    blocks.append(Prose(" ".join(filter(None, (_law(calibration), _theory(calibration.ebts))))))
+    if law := _law(calibration):
+        blocks.append(Prose(law))
+    blocks.append(Terms((("c_D / β", _theory(calibration.ebts)),), "Elongated body theory as fitted."))
     return Section("Speeds and markers", "forecasts", tuple(blocks), _caveats(context))
 
 

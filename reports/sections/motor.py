@@ -101,12 +101,12 @@ def _of(summary: Callable[[np.ndarray], float], values: np.ndarray) -> float:
 
 def _plots(trials: tuple[LoggedTrial, ...]) -> tuple[Plot, ...]:
     apart = listed([trial.name for trial in trials if not trial.motor.laid])
-    own = f"; of {apart}, which could not be laid on the video, from the beginning of the log" if apart else ""
+    own = f". {apart} could not be laid on the video: time from the beginning of the log" if apart else ""
     speeds = Plot(
         motor_speed_figure(trials),
         "motor-speed",
         "Speed of the crank over each trial and its command. Grey ground: coded wiggles; the bar on top: the steady "
-        f"stretch. Time is that of the video{own}.",
+        f"stretch{own}.",
     )
     turns = Plot(
         motor_turn_figure(trials),

@@ -50,10 +50,10 @@ def _lead(answers: Answers) -> Markup:
 def _exported(off: HowFarOff) -> Markup:
     parts = [Markup("{}").format(off.misses)] if off.misses else []
     if (held := off.held_out) is None:
-        known = (
-            f"The exported twin is off by {off.fitted.size} in the trials that it was fitted to. " if off.fitted else ""
-        )
-        parts.append(Markup("{}").format(f"{known}No trial was held out, so how well it forecasts is not known."))
+        if off.fitted is not None:
+            known = f"The exported twin is off by {off.fitted.size} in the trials that it was fitted to."
+            parts.append(Markup("{}").format(known))
+        parts.append(Markup("No held-out trial tells how well it forecasts."))
         return Markup(" ").join(parts)
     swims = "an unseen swim" if held.trials == 1 else f"{held.trials} unseen swims"
     rule = off.best_rule

@@ -48,7 +48,7 @@ def _stretches(trial: MeasuredTrial) -> Iterator[tuple[str, ...]]:
     last_frame = len(trial.time_s) - 1
     for flag in track_flags(trial):
         first, last = (min(frame, last_frame) for frame in flag.frames or (0, last_frame))
-        when = spanned(*trial.time_s[[first, last]], lambda time_s: shown(time_s, 2))
+        when = spanned(float(trial.time_s[first]), float(trial.time_s[last]), lambda time_s: shown(time_s, 2))
         yield trial.name, flag.kind.replace("_", " "), f"{first} to {last}", when, sentence(flag.message)
 
 

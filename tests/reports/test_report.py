@@ -106,7 +106,7 @@ def test_flags_notes_and_provenance_are_printed(page: Page, said: str) -> None:
 def test_without_held_out_trials_it_says_that_nothing_was_predicted() -> None:
     page = page_of(made_calibration(("medium", "fast")))
 
-    assert "No trial was held out, so how well it forecasts is not known." in page.text
+    assert "No held-out trial tells how well it forecasts." in page.text
     assert "forecast-speeds" not in page.ids
     assert "No trial was held out: every error below is one of the fit." in page.text
     assert not re.search(r"\bnan\b", page.text)
