@@ -1,4 +1,4 @@
-"""What a command prints when it is done: eight lines at most, all of it with -v, or JSON."""
+"""What a command prints when it is done: a few lines, all of it with -v, or JSON."""
 
 from __future__ import annotations
 
@@ -17,7 +17,8 @@ def print_result(result: Result, as_json: bool, verbose: bool, main: Path | None
     """The outcome on standard output: JSON, numbers and verdict (`verbose`) or the summary; the path of `main` last."""
     path, notes = main or result.file, sorted(result.notes, key=lambda note: not note.startswith("!"))
     if as_json:
-        made = {"result": str(path), "made": list(map(str, result.made)), "notes": notes}
+        made: dict[str, object] = {"result": str(path), "made": list(map(str, result.made)), "notes": notes}
+        made["summary"] = result.summary().splitlines()
         print(json.dumps(made | {result.key: json.loads(result.file.with_suffix(".json").read_bytes())}, indent=1))
         return
     if len(notes) > 1 and not verbose:

@@ -231,9 +231,8 @@ def _how_sure(found: CalibrationResult, posterior: PosteriorSummary | None) -> H
     values = found.coefficients._asdict()
     if posterior is None:
         ends = dict(zip(values, found.fit.interval, strict=True))
-        return HowSure(
-            {name: Interval(values[name], float(ends[name][0]), float(ends[name][1]), False) for name in values}, False
-        )
+        rough = {name: Interval(values[name], float(low), float(high), False) for name, (low, high) in ends.items()}
+        return HowSure(rough, False)
     of = posterior.marginals
     return HowSure(
         {name: Interval(values[name], of[name].q05, of[name].q95, of[name].determined) for name in values}, True

@@ -61,7 +61,10 @@ def posterior_result(pipeline: Pipeline) -> PosteriorResult:
     sections = (summary.build, posterior_section.build)
     figures = PosteriorFigures(stage, lambda: gallery(replace(_context(pipeline), posterior=found), sections))
     name = f"posterior of {stage.effort} effort of the {fit.name}"
-    return PosteriorResult(name=name, file=stage.file, data=found, plot=figures, **_common(pipeline))
+    command = "diagnose" if pipeline.current_diagnosis() is None else "report"
+    step = f"calib {command} {pipeline.session.folder}"
+    common = _common(pipeline)
+    return PosteriorResult(name=name, file=stage.file, data=found, plot=figures, next_step=step, **common)
 
 
 def gap_result(pipeline: Pipeline, stage: DiagnosisStage) -> GapResult:
