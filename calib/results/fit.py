@@ -21,7 +21,7 @@ from fitting.calibration_file import PublishedResult, TrialResult
 from fitting.model.session_forecast import SessionForecast
 from reports.answers import Answers, answers_of
 from reports.forecast_words import beaten, misses
-from reports.numbers import counted, in_words, shown
+from reports.numbers import counted, in_mm, in_words, shown
 from session import Flag, InputError
 from session.errors import Fault
 from swimmer import FluidCoefficients
@@ -167,12 +167,10 @@ class FitResult(Result):
     def details(self) -> list[str]:
         """A line a trial, then structure, coefficients, means, and every flag, each once."""
         found = self.data
-        lines = [f"{'trial':12} {'role':8} {'Hz':>6} {'marker mm':>10} {'speed m/s':>10} {'twin':>8} {'EBT':>8}"]
+        lines = [f"{'trial':12} {'role':8} {'Hz':>6} {'marker mm':>10} {'speed mm/s':>10} {'twin':>8} {'EBT':>8}"]
         for name, trial in found.trials.items():
             errors = f"{shown(trial.frequency_hz, 3):>6} {shown(trial.marker_error_mm, 1):>10}"
-            speeds = (
-                f"{shown(trial.speed_measured, 4):>10} {shown(trial.speed_twin, 4):>8} {shown(trial.speed_ebt, 4):>8}"
-            )
+            speeds = f"{in_mm(trial.speed_measured):>10} {in_mm(trial.speed_twin):>8} {in_mm(trial.speed_ebt):>8}"
             lines.append(f"{name:12} {trial.role:8} {errors} {speeds}")
         lines += [source.sentence for source in found.structure.values()]
         coefficients = found.coefficients._asdict().items()
@@ -183,7 +181,7 @@ class FitResult(Result):
                 over = f", over {summary.compared} of {summary.trials}" if summary.compared < summary.trials else ""
                 lines.append(
                     f"{label}: markers {shown(summary.marker_error_mm, 1)} mm, mean speed error{over} "
-                    f"{shown(summary.speed_mae_twin, 4)} m/s (EBT {shown(summary.speed_mae_ebt, 4)})"
+                    f"{in_mm(summary.speed_mae_twin)} mm/s (EBT {in_mm(summary.speed_mae_ebt)})"
                 )
         lines += [f"! {caveat}" for caveat in self.answers.caveats]
         return [*lines, *(f"flag: {line.removeprefix('! ')}" for line in flag_lines(self._flags_of_tracks()))]
