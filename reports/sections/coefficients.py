@@ -35,8 +35,14 @@ def build(context: ReportContext) -> Section:
         "that the data do not determine the coefficient. Crosses: the twin swims backward from rest.",
     )
     sampled = context.posterior is not None  # which says more
-    plots = Plots((figure,), "Where the search ended." if sampled else "", folded=sampled)
-    blocks = (_table(fit, published, sampled), plots, *_roll(context), *_search(context), Prose(text))
+    plots = Plots((figure,), text if sampled else "", folded=sampled)
+    blocks = (
+        _table(fit, published, sampled),
+        plots,
+        *_roll(context),
+        *_search(context),
+        *([] if sampled else [Prose(text)]),
+    )
     return Section("The fit", "coefficients", (*blocks, _components(fit)))
 
 
@@ -68,6 +74,8 @@ def _table(fit: CoefficientFit, published: PublishedResult | None, folded: bool)
 def _search(context: ReportContext) -> tuple[Block, ...]:
     """How the published search differs, and why."""
     published = context.published
+    if published is None and context.posterior is not None:
+        return ()
     if published is None:
         text = "The published search was not run for comparison; calib fit SESSION --objective published does."
         return (Prose(text),)

@@ -106,8 +106,7 @@ def _robot(found: PosteriorSummary) -> Table:
         )
         for part in found.robot
     )
-    caption = f"{_how(found)} Dry experiments narrow what is not known of the robot."
-    return Table(caption, ROBOT, rows, folded=True)
+    return Table(_how(found), ROBOT, rows, folded=True)
 
 
 def _table(found: PosteriorSummary, fit: FluidCoefficients) -> Table:
