@@ -51,7 +51,7 @@ def how_far(found: DiagnosisResult) -> str:
     beside = {} if isnan(line) else {"speed": f" (a line in frequency: {in_mm(line)})"}
     sizes = listed([f"{change.text}{beside.get(change.quantity, '')}" for change in changes(found)])
     if not found.effect_parameters:
-        return f"Nothing was added to the twin; on {trials} it is off by {sizes}."
+        return f"Nothing was added to the twin; on {trials} its errors are: {sizes}."
     if isnan(gap.shrinkage):
         return f"On {trials}: {sizes}; the plain twin leaves no more than noise there."
     warning = "" if gap.improves else " Do not use it for forecasts."

@@ -55,7 +55,7 @@ class FitResult(Result):
     Example:
         >>> found = calib.fit("pool", "quick", progress=False)
         >>> print(found.summary())
-        synthetic: fit of quick effort, no posterior ...
+        synthetic: fit of quick effort, ...
         >>> found.trials["fast"].role, found.coefficients.blunt_drag > 0
         ('holdout', True)
         >>> list(found.to_frame("coefficients").columns[:3])
