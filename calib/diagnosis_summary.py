@@ -4,13 +4,10 @@ from math import floor, isnan, log10
 
 from diagnosis.result import DiagnosisResult, EffectParameters, EffectTestResult, FittedParameter, parameters_of
 from diagnosis.sentences import plain
-from reports.gap_words import by_how_much, gap_sentences
-from reports.numbers import listed
-from swimmer.effects import catalogue
+from reports.caveats import gap_caveats
+from reports.gap_words import SEPARATES, by_how_much, gap_sentences
 
 _ROWS, _NEXT = 6, 3  # effects, at least, and experiments that are shown
-_SEPARATES = 0.2  # error below which an experiment separates two effects
-_OFF = 0.1  # relative difference of beat and command, from which numbers of the session are to be checked
 
 
 def diagnosis_lines(data: DiagnosisResult) -> list[str]:
@@ -22,32 +19,22 @@ def diagnosis_lines(data: DiagnosisResult) -> list[str]:
             lines.append(f"{name:28} {chance:11.3f}  {_fitted(data.effect_parameters, name)}".rstrip())
     lines.append(f"{'none of these':28} {data.none_of_these:11.3f}")
     lines.append(f"{'nothing at all':28} {data.no_gap_probability:11.3f}")
-    return [*lines, *(f"check: {each}" for each in _checks(data)), *_next(data), *_models(data)]
+    return [*lines, *(f"! {each}" for each in gap_caveats(data)), *_next(data), *_models(data)]
 
 
 def main_caveat(data: DiagnosisResult) -> str:
     """What should be looked at before a diagnosis is believed, the first of all."""
-    checks = _checks(data)
-    if checks:
-        return f"{checks[0]}{' (more: -v)' if len(checks) > 1 else ''}"
+    if found := gap_caveats(data):
+        return f"{found[0]}{f' ({len(found) - 1} more: -v)' if len(found) > 1 else ''}"
     if not data.gap.evaluated_on:
-        return "no trial is held out, so how far the gap shrinks is not known"
-    return "none was raised"
-
-
-def next_experiment(data: DiagnosisResult) -> str:
-    """The most informative one."""
-    found = [each for each in data.next_experiments if each.expected_error < _SEPARATES]
-    if not found:
-        return "none of the known ones is expected to add information"
-    pair = " from ".join(map(plain, found[0].separates))
-    return f"{found[0].describe[:1].lower()}{found[0].describe[1:]} (separates {pair})"
+        return "no trial is held out, so how far the gap shrinks is not known."
+    return "none was raised."
 
 
 def _next(data: DiagnosisResult) -> list[str]:
     pairs_of: dict[str, list[str]] = {}
     for each in data.next_experiments:
-        if each.expected_error < _SEPARATES:
+        if each.expected_error < SEPARATES:
             pair = " from ".join(map(plain, each.separates))
             pairs_of.setdefault(each.describe, []).append(f"{pair}, expected error {each.expected_error:.0%}")
     return [f"next: {what} (separates {'; '.join(pairs)})" for what, pairs in list(pairs_of.items())[:_NEXT]]
@@ -59,45 +46,6 @@ def _models(data: DiagnosisResult) -> list[str]:
     chosen = f"; with {' and '.join(either)}, the most probable of each group" if either else ""
     names = data.models
     return [f"model: {name}{'' if name.startswith('calibrated+everything.') else chosen}" for name in names]
-
-
-def _checks(data: DiagnosisResult) -> list[str]:
-    caveats = []
-    if data.doubted_trials:
-        caveats.append(
-            f"{listed(data.doubted_trials)} of the fitted trials: the twin does not follow at all, so no effect is "
-            "named; look into the flags of the fit first"
-        )
-    if data.effects and data.gap.evaluated_on and data.gap.shrinkage <= 0:
-        caveats.append("the named effects do not reduce the gap on held-out trials")
-    if data.effects and data.gap.with_effects_mm > data.gap.baseline_mm:
-        caveats.append(
-            f"the held-out marker error is {data.gap.with_effects_mm:.1f} mm with the named effects, "
-            f"{data.gap.baseline_mm:.1f} mm without: at best they reduce it relative to the noise"
-        )
-    if lacking := data.withheld_from_catalogue:
-        caveats.append(
-            f"this diagnosis was made without {', '.join(map(plain, lacking))}; run it again with the whole catalogue"
-        )
-    of_drive = {name for name, effect in catalogue().items() if effect.stage == "drive"}
-    known = [f.measured_hz / f.commanded_hz - 1 for f in data.frequencies.values() if f.commanded_hz]
-    off = sum(known) / len(known) if known else 0.0
-    if abs(off) > _OFF and (data.verdict == "unexplained" or of_drive & set(data.effects)):
-        caveats.append(
-            f"tails beat {100 * abs(off):.0f} % {'slower' if off < 0 else 'faster'} than commanded: check [camera] fps "
-            "and commanded_hz (crank turns per second) before you blame clock, gear or motor"
-        )
-    fitted = {effect: parameters_of(data.effect_parameters, effect) for effect in data.effect_parameters}
-    ends = [
-        f"{plain(effect)} ({plain(name)})" for effect in fitted for name, own in fitted[effect].items() if own.at_bound
-    ]
-    if ends:
-        caveats.append(f"at a bound, so it may be stronger, or another effect: {', '.join(ends)}")
-    if len(data.missing_forces.trials) == 1:
-        caveats.append("one trial was fitted; two or more at different speeds determine far more")
-    elif data.effects and not data.evidence.cross_validation.trials:
-        caveats.append("two trials were fitted: cross-validation of the named effects needs three")
-    return caveats
 
 
 def test_lines(data: EffectTestResult) -> list[str]:

@@ -1,4 +1,4 @@
-"""What a command prints when it is done: eight lines at most, all of it with -v, or JSON."""
+"""What a command prints when it is done: a few lines, all of it with -v, or JSON."""
 
 from __future__ import annotations
 
@@ -20,7 +20,8 @@ def print_result(result: Result, as_json: bool, verbose: bool, main: Path | None
     """The outcome on standard output: JSON, numbers and verdict (`verbose`) or the summary; the path of `main` last."""
     if as_json:
         of_it = {"result": str(main or result.file), "made": list(map(str, result.made))}
-        made: dict[str, Any] = {**of_it, "notes": _sorted(result.notes)}
+        told = {"notes": _sorted(result.notes), "summary": result.summary().splitlines()}
+        made: dict[str, Any] = of_it | told
         print(json.dumps(made | {result.key: json.loads(result.file.with_suffix(".json").read_bytes())}, indent=1))
         return
     for line in result_lines(result, verbose, main):

@@ -6,13 +6,14 @@ Text is escaped when it is rendered; only `markupsafe.Markup` goes in as it is.
 """
 
 import io
-from dataclasses import dataclass, field
-from typing import ClassVar
+from dataclasses import dataclass, field, replace
+from typing import ClassVar, NamedTuple
 
 from markupsafe import Markup
 from matplotlib.figure import Figure
 
 from reports.colours import SURFACE
+from reports.numbers import MISSING
 from reports.style import HALF_WIDTH_IN, Look, applied
 from reports.svg import inline_svg
 
@@ -38,12 +39,14 @@ class Plot:
         name: unique in the page; also the name of a file saved from it.
         caption: what to see in it; the first sentence is for those who cannot see it.
         caveat: empty if there is none.
+        label: its own caption among figures that share one.
     """
 
     figure: Figure = field(repr=False)
     name: str
     caption: str
     caveat: str = ""
+    label: str = ""
 
     @property
     def svg(self) -> Markup:
@@ -74,10 +77,15 @@ class Plot:
 
 @dataclass(frozen=True)
 class Plots:
-    """Figures: two side by side where there is room."""
+    """Figures, two side by side where there is room; `caption`: what holds for all, printed once above them.
+
+    With a caption of all, that of each is only its `label` in the page; `folded`: closed until clicked, save in print.
+    """
 
     kind: ClassVar[str] = "plots"
     plots: tuple[Plot, ...]
+    caption: str = ""
+    folded: bool = False
 
 
 @dataclass(frozen=True)
@@ -106,6 +114,17 @@ class Table:
     totals: tuple[tuple[str, ...], ...] = ()
     folded: bool = False
 
+    @property
+    def filled(self) -> "Table":
+        """The same without columns in which no row has anything."""
+        kept = [i for i in range(len(self.columns)) if any(row[i] not in ("", MISSING) for row in self.rows)]
+
+        def chosen(rows: tuple[tuple[str, ...], ...]) -> tuple[tuple[str, ...], ...]:
+            return tuple(tuple(row[i] for i in kept) for row in rows)
+
+        columns = tuple(self.columns[i] for i in kept)
+        return replace(self, columns=columns, rows=chosen(self.rows), totals=chosen(self.totals))
+
 
 @dataclass(frozen=True)
 class Points:
@@ -119,13 +138,63 @@ class Points:
 
 @dataclass(frozen=True)
 class Terms:
-    """Terms or keys, each with its text."""
+    """Terms or keys, each with its text; with a title they are folded: closed until clicked, save in print."""
 
     kind: ClassVar[str] = "terms"
     items: tuple[tuple[str, str], ...]
+    title: str = ""
 
 
-Block = Prose | Plots | Table | Points | Terms
+class Bar(NamedTuple):
+    """A bar of a card: its name, its value as printed, its length as a share, and whether it stands out."""
+
+    name: str
+    text: str
+    share: float
+    strong: bool = False
+
+
+class Range(NamedTuple):
+    """An interval of a card on a line: its name, its value as printed, and its ends and value as shares of the line."""
+
+    name: str
+    text: str
+    low: float
+    high: float
+    value: float
+
+
+@dataclass(frozen=True)
+class Card:
+    """A question of the first screen with its answer: in a few words, in sentences, as bars or intervals.
+
+    Attributes:
+        command: that answers the question, where nothing does yet.
+    """
+
+    title: str
+    big: str
+    texts: tuple[str, ...]
+    bars: tuple[Bar, ...] = ()
+    ranges: tuple[Range, ...] = ()
+    command: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class FirstScreen:
+    """What a reader sees first: a sentence, a swim, the speeds, answers as cards, the next step and the caveats."""
+
+    kind: ClassVar[str] = "first_screen"
+    lead: str
+    hero: Markup
+    hero_caption: str
+    plots: tuple[Plot, ...]
+    cards: tuple[Card, ...]
+    next_step: str
+    caveats: tuple[str, ...]
+
+
+Block = Prose | Plots | Table | Points | Terms | FirstScreen
 
 
 @dataclass(frozen=True)
@@ -141,5 +210,5 @@ class Section:
     @property
     def plots(self) -> tuple[Plot, ...]:
         """Its figures, and those of its parts."""
-        own = [plot for block in self.blocks if isinstance(block, Plots) for plot in block.plots]
+        own = [plot for block in self.blocks if isinstance(block, Plots | FirstScreen) for plot in block.plots]
         return (*own, *(plot for part in self.parts for plot in part.plots))

@@ -1,16 +1,109 @@
-"""Caveats of a trial's numbers, in sentences for the reader."""
+"""Caveats in sentences for the reader: of a trial's numbers, of a fit, of its posterior and of its diagnosis."""
+
+from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from diagnosis.result import DiagnosisResult, parameters_of
 from fitting import CalibratedTrial, MeasuredTrial
+from fitting.calibration_file import CalibrationResult
+from fitting.ebt import EBT_RATIO_ONLY
 from fitting.trial import SCORED_S
-from reports.numbers import listed, percent, sentence, shown
+from reports.numbers import in_words, listed, percent, sentence, shown
 from session import Flag
+from session.flags import FLAG_KINDS
+
+if TYPE_CHECKING:
+    from fitting.posterior.summary import PosteriorSummary
 
 LITTLE_USED = 0.9
 FEW_BEATS = 2
+
+
+_OFF = 0.1  # relative difference of beat and command, from which numbers of the session are to be checked
+
+
+def fit_caveats(found: CalibrationResult, posterior: PosteriorSummary | None = None) -> tuple[str, ...]:
+    """Flags of the fit in full, then those of whole trials by kind; a posterior knows better what is determined."""
+    known = {EBT_RATIO_ONLY, *(["unidentifiable"] if posterior is not None else [])}
+    caveats = [sentence(flag.message or flag.kind) for flag in found.flags if flag.kind not in known]
+    for kind, where in kinds_of_whole_trials({name: trial.flags for name, trial in found.trials.items()}).items():
+        size = _off_command(found) if kind == "frequency_off_command" else ""
+        caveats.append(sentence(f"{where}: {FLAG_KINDS.get(kind, in_words(kind))}{size}"))
+    return tuple(dict.fromkeys(caveats))
+
+
+def posterior_caveats(posterior: PosteriorSummary | None) -> tuple[str, ...]:
+    """Every flag of a posterior, once; none without one."""
+    flags = () if posterior is None else posterior.flags
+    return tuple(dict.fromkeys(sentence(flag.message or flag.kind) for flag in flags))
+
+
+def gap_caveats(found: DiagnosisResult | None) -> tuple[str, ...]:
+    """What should be looked at before a diagnosis is believed; none without one."""
+    return () if found is None else tuple(map(sentence, _checks(found)))
+
+
+def _checks(found: DiagnosisResult) -> list[str]:
+    gap, caveats = found.gap, []
+    if found.doubted_trials:
+        caveats.append(
+            f"{listed(found.doubted_trials)} of the fitted trials: the twin does not follow at all, so no effect is "
+            "named; look into the flags of the fit first"
+        )
+    if found.effects and gap.evaluated_on and gap.shrinkage <= 0:
+        caveats.append("the named effects do not reduce the gap on held-out trials")
+    if found.effects and gap.with_effects_mm > gap.baseline_mm:
+        caveats.append(
+            f"the held-out marker error is {shown(gap.with_effects_mm)} mm with the named effects, "
+            f"{shown(gap.baseline_mm)} mm without: at best they reduce it relative to the noise"
+        )
+    if lacking := found.withheld_from_catalogue:
+        caveats.append(
+            f"the diagnosis was made without {', '.join(map(in_words, lacking))}; run it again with the whole catalogue"
+        )
+    known = [f.measured_hz / f.commanded_hz - 1 for f in found.frequencies.values() if f.commanded_hz]
+    off = sum(known) / len(known) if known else 0.0
+    if abs(off) > _OFF and (found.verdict == "unexplained" or _of_drive(found)):
+        caveats.append(
+            f"tails beat {shown(100 * abs(off), 0)} % {'slower' if off < 0 else 'faster'} than commanded: check "
+            "[camera] fps and commanded_hz (crank turns per second) before you blame clock, gear or motor"
+        )
+    fitted = {effect: parameters_of(found.effect_parameters, effect) for effect in found.effect_parameters}
+    ends = [
+        f"{in_words(effect)} ({in_words(name)})"
+        for effect, own in fitted.items()
+        for name, parameter in own.items()
+        if parameter.at_bound
+    ]
+    if ends:
+        caveats.append(f"at a bound, so it may be stronger, or another effect: {', '.join(ends)}")
+    if len(found.missing_forces.trials) == 1:
+        caveats.append("one trial was fitted; two or more at different speeds determine far more")
+    elif found.effects and not found.evidence.cross_validation.trials:
+        caveats.append("two trials were fitted: cross-validation of the named effects needs three")
+    return caveats
+
+
+def _of_drive(found: DiagnosisResult) -> bool:
+    from swimmer.effects import catalogue  # loads the twin
+
+    return any(name in found.effects and effect.stage == "drive" for name, effect in catalogue().items())
+
+
+def _off_command(found: CalibrationResult) -> str:
+    """By how much the flagged trials beat faster or slower than commanded, as far as the command is known."""
+    off = sorted(
+        {
+            shown(100 * (trial.frequency_hz / trial.commanded_hz - 1), 0, signed=True)
+            for trial in found.trials.values()
+            if trial.commanded_hz and any(flag.kind == "frequency_off_command" for flag in trial.flags)
+        }
+    )
+    return f" by {' % or '.join(off)} %" if 0 < len(off) < 3 else ""
 
 
 def trial_caveats(trial: CalibratedTrial) -> tuple[str, ...]:

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, Literal, NamedTuple
 
 from diagnosis.result import DiagnosisResult
 from fitting import CalibratedTrial, Calibration, MeasuredTrial, Structure
-from fitting.calibration_file import PublishedResult
+from fitting.calibration_file import PublishedResult, calibration_result
 from fitting.dry_run import DryTrial
+from reports.answers import Answers, answers_of
 from reports.logged_trial import LoggedTrial
 from reports.policy_swims import PolicySwims
 from session import Session
@@ -52,6 +54,12 @@ class ReportContext:
     diagnosed: DiagnosisResult | None = None
     diagnosis_effort: str = "full"
     policies: tuple[PolicySwims, ...] = ()
+
+    @cached_property
+    def answers(self) -> Answers:
+        """What a reader asks first."""
+        found = calibration_result(self.calibration)
+        return answers_of(found, self.posterior, self.diagnosed, self.session.folder.name)
 
     def trials(self, role: str) -> tuple[CalibratedTrial, ...]:
         """The fit or the held-out trials, in the order of the session."""

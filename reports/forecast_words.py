@@ -1,22 +1,23 @@
 """What the forecasts of held-out trials are worth, in sentences: the model and simple baselines."""
 
-from math import isfinite, nan
+from math import isfinite
 
 from fitting.ebt import FORMS
 from fitting.model.session_forecast import BASELINES, BEATS, CONTINUED, DRAWN, GIVEN, TWIN, SessionForecast
 from reports.models import model_label
-from reports.numbers import counted, in_mm, shown, spanned
+from reports.numbers import in_mm, spanned
 
 MODELS = {
-    TWIN: "twin alone",
-    GIVEN: "twin, given the frequency",
-    DRAWN: "twin, given the frequency, averaged over the posterior",
-    BEATS: "twin, after two beats",
+    TWIN: "exported twin",
+    GIVEN: "corrected twin",
+    DRAWN: "corrected twin, averaged over the posterior",
+    BEATS: "corrected twin, after two beats",
     CONTINUED: "continuation of two beats",
     "line": "line in frequency",
     "power_law": "power law in frequency",
     "constant_stride": "constant stride",
     **{f"ebt_{form.name}": model_label(form.name) for form in FORMS},
+    "ebt_published": "elongated body theory",
 }
 """The models of `ForecastTrial.forecasts` as the reader meets them, in their order."""
 
@@ -31,6 +32,7 @@ def misses(forecasts: SessionForecast) -> str:
         name: trial.forecasts[TWIN].speed / trial.speed_measured - 1
         for name, trial in forecasts.trials.items()
         if trial.role == "fit" and TWIN in trial.forecasts and trial.speed_measured
+        if isfinite(trial.forecasts[TWIN].speed)
     }
     worst = max(off, key=lambda name: abs(off[name]), default="")
     if not worst or abs(off[worst]) <= _MISSED:
@@ -44,68 +46,48 @@ def misses(forecasts: SessionForecast) -> str:
     )
 
 
-def twin_sentence(forecasts: SessionForecast) -> str:
-    """How far the exported twin, without any correction, is off in fit and in held-out trials; empty where unknown."""
-    parts = []
-    for role, words in (("fit", "fit trial"), ("holdout", "held-out trial")):
-        own = [trial for trial in forecasts.trials.values() if trial.role == role and TWIN in trial.forecasts]
-        if own:
-            speed = sum(abs(trial.forecasts[TWIN].speed - trial.speed_measured) for trial in own) / len(own)
-            errors = [trial.forecasts[TWIN].marker_error_mm for trial in own]
-            markers = sum(nan if error is None else error for error in errors) / len(own)
-            parts.append(f"{in_mm(speed)} mm/s and {shown(markers)} mm in {counted(len(own), words)}")
-    off = f"The exported twin is off by {' and by '.join(parts)}." if parts else ""
-    return " ".join(filter(None, (misses(forecasts), off)))
-
-
-def beaten(forecasts: SessionForecast) -> bool:
-    """Whether speeds forecast given the frequency are better than every simple baseline, on average."""
+def beaten(forecasts: SessionForecast, model: str = TWIN) -> bool:
+    """Whether a model, by default the exported twin, forecasts speeds better than every simple rule, on average."""
     best = forecasts.best_baseline
-    return bool(best) and forecasts.gain(GIVEN, best).mean > 0
+    return bool(best) and forecasts.gain(model, best).mean > 0
 
 
-def speed_sentence(forecasts: SessionForecast) -> str:
-    """How well held-out speeds are forecast given the frequency, and by the best baseline."""
-    if not forecasts.held_out:
-        return "No trial is held out: how well the twin forecasts is not known."
-    own, alone = (in_mm(forecasts.mean(model, "speed_error")) for model in (GIVEN, TWIN))
-    text = f"Held-out speed error: twin {alone} mm/s, with the correction that the fit trials show {own} mm/s"
+def compared_with_best(forecasts: SessionForecast, model: str = TWIN) -> str:
+    """Say whether a model, by default the exported twin, is better than the best simple rule; empty without a rule.
+
+    The four cases: better; better, but not significantly; worse, but not significantly; worse.
+    """
     if not (best := forecasts.best_baseline):
-        return f"{text}; no baseline can be drawn through the fitted speeds."
-    return f"{text}; {MODELS[best]} {in_mm(forecasts.mean(best, 'speed_error'))} mm/s."
+        return ""
+    gain, name = forecasts.gain(model, best), MODELS[best]
+    if not isfinite(gain.mean):
+        return ""
+    how = "better" if gain.mean > 0 else "worse"
+    sure = gain.interval is not None and gain.interval[0] * gain.interval[1] > 0
+    ends = "" if gain.interval is None else f" (90 % interval {spanned(*gain.interval, in_mm)})"
+    return (
+        f"The twin is {how}{'' if sure else ', but not significantly,'} than the best simple rule, {name}: gain "
+        f"{in_mm(gain.mean)} mm/s{ends}."
+    )
+
+
+def correction_sentence(forecasts: SessionForecast, model: str = GIVEN) -> str:
+    """What held-out speeds gain by the correction that the fit trials suggest; it is no part of the exported twin."""
+    own, alone = (in_mm(forecasts.mean(name, "speed_error")) for name in (model, TWIN))
+    if not isfinite(forecasts.mean(model, "speed_error")):
+        return ""
+    return (
+        f"With a correction interpolated from the fit trials, which is no part of the exported twin, the speed error "
+        f"is {own} instead of {alone} mm/s."
+    )
 
 
 def drawn_sentence(forecasts: SessionForecast) -> str:
-    """How well held-out speeds are forecast by the draws of a posterior, and by the best baseline; empty without."""
+    """How well held-out speeds are forecast by the draws of a posterior, and by the best simple rule; empty without."""
     if not (best := forecasts.best_baseline):
         return ""
     own, other = (in_mm(forecasts.mean(model, "speed_error")) for model in (DRAWN, best))
-    errors = f"twin {own} mm/s; {MODELS[best]} {other} mm/s"
-    return f"Held-out speed error, averaged over the draws: {errors}. {gain_sentence(forecasts, DRAWN)}"
-
-
-def gain_sentence(forecasts: SessionForecast, model: str = GIVEN) -> str:
-    """Whether that is better than the best baseline; empty where there is none."""
-    if not (best := forecasts.best_baseline):
-        return ""
-    gain = forecasts.gain(model, best)
-    ends = "" if gain.interval is None else f", 90 % interval over trials {spanned(*gain.interval, in_mm)}"
-    sure = gain.interval is not None and gain.interval[0] > 0
-    how = "not better than the best baseline"
-    if gain.mean > 0:
-        how = f"better than the best baseline{'' if sure else ', but not significantly'}"
-    return f"With it the twin is {how}: gain {in_mm(gain.mean)} mm/s{ends}."
-
-
-def marker_sentence(forecasts: SessionForecast) -> str:
-    """How well held-out markers are forecast after two beats, and by going on as in these; empty where unknown."""
-    own, goes_on = (forecasts.mean(model, "marker_error_mm") for model in (BEATS, CONTINUED))
-    if not (isfinite(own) and isfinite(goes_on)):
-        return ""
-    return (
-        f"Held-out marker error, after two beats: twin {shown(own)} mm; {MODELS[CONTINUED]} {shown(goes_on)} mm. "
-        f"The twin is {'better' if own < goes_on else 'not better'}."
-    )
+    return f"Held-out speed error: corrected twin, averaged over the draws, {own} mm/s; {MODELS[best]} {other} mm/s."
 
 
 def mean_speed_errors(forecasts: SessionForecast) -> dict[str, float]:

@@ -1,9 +1,10 @@
 """A diagnosis in three sentences: where the gap is, which effect causes it, how far it shrinks with that."""
 
-from math import isnan, nan
+from math import isfinite, isnan, nan
+from typing import NamedTuple
 
 from diagnosis.result import DiagnosisResult, GapSize
-from reports.numbers import counted, in_mm, shown, whole_percent
+from reports.numbers import MM, counted, in_mm, listed, shown, whole_percent
 
 
 def gap_sentences(found: DiagnosisResult) -> tuple[str, str, str]:
@@ -13,25 +14,64 @@ def gap_sentences(found: DiagnosisResult) -> tuple[str, str, str]:
     return where(found), which(found), f"How far: {how_far(found)}"
 
 
+class Change(NamedTuple):
+    """A mean error over the held-out trials without and with the effects; `after` is nan where nothing was added."""
+
+    quantity: str
+    unit: str
+    before: float
+    after: float
+
+    @property
+    def text(self) -> str:
+        """`markers 12.0 to 5.1 mm`; without an after `markers 12.0 mm`."""
+        after = f" to {shown(self.after)}" if isfinite(self.after) else ""
+        return f"{self.quantity} {shown(self.before)}{after} {self.unit}"
+
+
+def changes(found: DiagnosisResult) -> tuple[Change, ...]:
+    """Markers (mm), speed (mm/s) and beat frequency given the command (mHz), as far as they are known."""
+    gap = found.gap
+    rows = (
+        Change("markers", "mm", gap.baseline_mm, gap.with_effects_mm),
+        Change("speed", "mm/s", MM * gap.speed_mae_before, MM * gap.speed_mae_after),
+        Change("frequency", "mHz", MM * gap.frequency_mae_before, MM * gap.frequency_mae_after),
+    )
+    known = [row for row in rows if isfinite(row.before)]
+    return tuple(known) if found.effect_parameters else tuple(row._replace(after=nan) for row in known)
+
+
 def how_far(found: DiagnosisResult) -> str:
-    """The skill score with its interval, then markers and speeds without and with the effects."""
+    """Markers, speed and frequency of the held-out trials without and with the effects, and how surely they shrink."""
     gap = found.gap
     if not gap.evaluated_on or isnan(gap.baseline_mm):
         return "No trial is held out, so how far the gap shrinks is not known."
     trials = counted(len(gap.evaluated_on), "held-out trial")
     line = gap.speed_mae_baselines.get("line", nan)
-    beside = "" if isnan(line) else f" (a line in frequency: {in_mm(line)})"
-    if found.verdict in ("no_gap", "unexplained"):
-        sizes = f"markers {shown(gap.baseline_mm)} mm, speeds {in_mm(gap.speed_mae_before)} mm/s off{beside}"
-        return f"Nothing was added to the twin; on {trials}: {sizes}."
-    sizes = (
-        f"markers {shown(gap.baseline_mm)} to {shown(gap.with_effects_mm)} mm, "
-        f"speeds {in_mm(gap.speed_mae_before)} to {in_mm(gap.speed_mae_after)} mm/s{beside}"
-    )
+    beside = {} if isnan(line) else {"speed": f" (a line in frequency: {in_mm(line)})"}
+    sizes = listed([f"{change.text}{beside.get(change.quantity, '')}" for change in changes(found)])
+    if not found.effect_parameters:
+        return f"Nothing was added to the twin; on {trials} its errors are: {sizes}."
     if isnan(gap.shrinkage):
-        return f"On {trials} the plain twin leaves no more than noise: {sizes}."
+        return f"On {trials}: {sizes}; the plain twin leaves no more than noise there."
     warning = "" if gap.improves else " Do not use it for forecasts."
-    return f"On {trials} the gap {by_how_much(gap)}: {sizes}.{warning}"
+    return f"On {trials}: {sizes}; the squared gap above noise {by_how_much(gap)}.{warning}"
+
+
+SEPARATES = 0.2
+"""Expected error below which an experiment separates two effects."""
+
+
+def next_experiment(found: DiagnosisResult) -> str:
+    """The most informative experiment and what it separates; empty where none is expected to tell enough."""
+    from diagnosis.sentences import plain  # its package loads the twin
+
+    useful = [each for each in found.next_experiments if each.expected_error < SEPARATES]
+    if not useful:
+        return ""
+    pair = " from ".join(map(plain, useful[0].separates))
+    what = useful[0].describe
+    return f"{what[:1].lower()}{what[1:]} (separates {pair}, expected error {whole_percent(useful[0].expected_error)})"
 
 
 def by_how_much(gap: GapSize, over: str = "") -> str:

@@ -58,9 +58,9 @@ def spanned(low: float, high: float, how: Callable[[float], str] = significant) 
     return f"{how(low)} to {how(high)}" if math.isfinite(low) and math.isfinite(high) else MISSING
 
 
-def counted(count: int, noun: str) -> str:
+def counted(count: int, noun: str, plural: str = "s") -> str:
     """`1 trial`, `2 trials`."""
-    return f"{count} {noun}{'' if count == 1 else 's'}"
+    return f"{count} {noun}{'' if count == 1 else plural}"
 
 
 def listed(names: Sequence[str], most: int = 6) -> str:

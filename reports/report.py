@@ -27,12 +27,13 @@ def render_report(context: ReportContext, sections: Sequence[SectionBuilder] = S
     ]
     built = [(question, [one for one in own if one is not None]) for question, own in per_question]
     calibration, provenance = context.calibration, context.provenance
-    trials = counted(len(calibration.trials), "trial")
+    fitted, held = (len(context.trials(role)) for role in ("fit", "holdout"))
+    trials = f"{counted(fitted, 'trial')} fitted, {held or 'none'} held out"
     return render_page(
         "report.html.j2",
         title=f"{context.session.name} – swimcal report",
         session=context.session.name,
-        byline=f"{calibration.robot.name}, {trials} · {provenance.program}, MuJoCo {provenance.mujoco}, "
+        byline=f"{calibration.robot.name} · {trials} · {provenance.program}, MuJoCo {provenance.mujoco}, "
         f"effort {provenance.effort}, seed {provenance.seed}",
         questions=[(question, own) for question, own in built if own],
     )

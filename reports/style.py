@@ -113,7 +113,7 @@ def small_multiples(count: int) -> tuple[float, int]:
     """Width of a figure with a panel for each trial (inches), and panels in a row: few share half a page's width."""
     if count <= 3:
         return HALF_WIDTH_IN, max(count, 1)
-    return FULL_WIDTH_IN, 4 if count in (4, 7, 8) else 5
+    return FULL_WIDTH_IN, 6 if count == 6 else 4 if count in (4, 7, 8) else 5
 
 
 def name_panels(drawn: Sequence[Axes], names: Sequence[str], columns: int, x: str = "", y: str = "") -> None:

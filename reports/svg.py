@@ -14,6 +14,11 @@ POINTS = 72.0  # of an inch
 _NO_METADATA = {"Date": None, "Creator": None, "Format": None, "Type": None}
 
 
+def page_colour(light: str) -> str:
+    """A light colour of `reports.colours.INKS` as a page may redefine it."""
+    return _VARIABLE[light]
+
+
 def inline_svg(figure: Figure, name: str, alt: str) -> Markup:
     """The figure for a page.
 

@@ -84,8 +84,7 @@ class FitFigures(StructureFigures):
     path = _of_trial("path", "The distance swum in a trial over time, measured and simulated.")
     lateral = _of_trial("lateral", "The lateral motion of tail markers in a trial over time, measured and simulated.")
     flagged = _of_trial("flags", "The samples of a trial that are flagged, over time.")
-    speeds = _figure("sweep", "Speed over frequency: measured, of the twin and by elongated body theory.")
-    speed_errors = _figure("speed-errors", "Speed errors of the twin and of elongated body theory, by trial.")
+    speeds = _figure("sweep", "Speed over frequency: measured, of the twin, by elongated body theory and simple rules.")
     residual_markers = _figure("residual-markers", "Distance between measured and simulated markers, by marker.")
     body_wave = _figure("body-wave", "Amplitude and phase of the wave along the fish, measured and simulated.")
     forecasts = _figure("forecast-speeds", "Speeds of held-out trials, measured and forecast.")
@@ -98,7 +97,7 @@ class PosteriorFigures(Figures):
 
     intervals = _figure("posterior-intervals", "The 90 % interval of every coefficient and its prior.")
     corner = _figure("posterior-corner", "The joint posterior of every pair of coefficients.")
-    speeds = _figure("posterior-sweep", "Speed over frequency with its predictive band.")
+    speeds = _figure("sweep", "Speed over frequency with its predictive band.")
     trials = _figure("posterior-trials", "The speed of every trial with its predictive interval.")
     further_trial = _figure("posterior-further-plot", "Expected information of one more trial, over its frequency.")
     whiteness = _figure("posterior-whiteness", "Autocorrelation of the residuals of every trial.")

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import asdict, dataclass, field
+from functools import cached_property
 from math import nan
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -15,22 +15,23 @@ import pandas as pd
 from calib.results.figures import FitFigures
 from calib.results.posterior import interval_lines
 from calib.results.result import Result, flag_frame, flag_lines, forecast_frame
+from diagnosis.result import DiagnosisResult
 from fitting import Calibration, CalibrationResult
 from fitting.calibration_file import PublishedResult, TrialResult
-from fitting.model.session_forecast import GIVEN, SessionForecast
-from reports.caveats import kinds_of_whole_trials
-from reports.forecast_words import beaten, gain_sentence, marker_sentence, misses, speed_sentence, twin_sentence
-from reports.numbers import counted, in_words, listed, of_its_size, shown
+from fitting.model.session_forecast import SessionForecast
+from reports.answers import Answers, answers_of
+from reports.forecast_words import beaten, misses
+from reports.numbers import counted, in_mm, in_words, shown
 from session import Flag, InputError
 from session.errors import Fault
-from session.flags import FLAG_KINDS
 from swimmer import FluidCoefficients
 
 if TYPE_CHECKING:
     import xarray as xr
 
+    from fitting.posterior.summary import PosteriorSummary
+
 _HIDDEN = ("flags", "from_command", "speed_ebt_of_twin")  # of a trial, no columns of their own
-_OF_EVERY_FIT = ("ebt_ratio_only",)  # kinds of flags that are true of every fit
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -47,12 +48,14 @@ class FitResult(Result):
     Attributes:
         mjcf_file: `results/calibrated.xml`.
         published: the published search, for comparison; None where it was not run.
+        posterior, diagnosed: what stands of this fit, the posterior without its draws; None where nothing does.
+        standing: which results of it there are, and by which commands the others are made.
         read: simulates every trial again.
 
     Example:
         >>> found = calib.fit("pool", "quick", progress=False)
         >>> print(found.summary())
-        synthetic, fit of quick effort to slow: blunt drag ...
+        synthetic: fit of quick effort, ...
         >>> found.trials["fast"].role, found.coefficients.blunt_drag > 0
         ('holdout', True)
         >>> list(found.to_frame("coefficients").columns[:3])
@@ -68,6 +71,9 @@ class FitResult(Result):
     data: CalibrationResult = field(repr=False)
     published: PublishedResult | None = field(repr=False)
     plot: FitFigures = field(repr=False)
+    posterior: PosteriorSummary | None = field(repr=False)
+    diagnosed: DiagnosisResult | None = field(repr=False)
+    standing: str = field(repr=False)
     read: Callable[[], Calibration] = field(repr=False)
 
     def motion(self, trial: str) -> xr.Dataset:
@@ -98,6 +104,11 @@ class FitResult(Result):
                 "scored": (("time",), measured.scored),
             }
         )
+
+    @cached_property
+    def answers(self) -> Answers:
+        """What the summary and the report's first screen say, of all that stands of this fit."""
+        return answers_of(self.data, self.posterior, self.diagnosed, str(self.session.folder))
 
     @property
     def coefficients(self) -> FluidCoefficients:
@@ -132,35 +143,34 @@ class FitResult(Result):
             return "unchecked"
         if not beaten(self.forecasts):
             return "worse_than_baseline"
-        return "doubtful" if self._caveats() else "good"
+        return "doubtful" if self.answers.caveats else "good"
 
     def summary(self) -> str:
-        """What was found, how well it fits and forecasts, how far to trust it, and what to do next, in seven lines."""
-        fitted = [name for name, trial in self.trials.items() if trial.role == "fit"]
-        coefficients = self.coefficients._asdict()
-        values = ", ".join(f"{in_words(name)} {of_its_size(value)}" for name, value in coefficients.items())
-        caveats = self._caveats()
-        more = " (more: -v)" if len(caveats) > 1 else ""
-        lines = [
-            f"{self.session.name}, {self.name} to {listed(fitted, 3)}: {values}.",
-            twin_sentence(self.forecasts),
-            speed_sentence(self.forecasts),
-            gain_sentence(self.forecasts),
-            marker_sentence(self.forecasts),
-            f"Main caveat: {caveats[0]}{more}." if caveats else "No caveat.",
-            f"Verdict: {self._why(len(caveats))}. Next: calib posterior {self.session.folder}",
+        """How far off the exported twin is, how sure, what is missing, how far to trust it, and what to do next.
+
+        In at most eight lines, of all that stands of this fit: a posterior and a diagnosis that were made of it, too.
+        """
+        answers = self.answers
+        more = f" ({len(answers.caveats) - 1} more: -v)" if len(answers.caveats) > 1 else ""
+        lines = [f"{self.session.name}: {self.standing}.", f"How far off: {' '.join(answers.how_far_off.sentences)}"]
+        lines.append(f"How sure: {' '.join(answers.how_sure.sentences)}")
+        if (found := answers.missing) is None:
+            lines.append("What is missing: not known; calib diagnose tells.")
+        else:
+            lines += [f"Where: {found.where}", f"Which: {found.which}", f"How far: {found.how_far}"]
+        lines += [
+            f"Main caveat: {answers.caveats[0]}{more}" if answers.caveats else "No caveat.",
+            f"Verdict: {self._why(len(answers.caveats))}. Next: {answers.next_step}",
         ]
-        return "\n".join(filter(None, lines))
+        return "\n".join(lines)
 
     def details(self) -> list[str]:
         """A line a trial, then structure, coefficients, means, and every flag, each once."""
         found = self.data
-        lines = [f"{'trial':12} {'role':8} {'Hz':>6} {'marker mm':>10} {'speed m/s':>10} {'twin':>8} {'EBT':>8}"]
+        lines = [f"{'trial':12} {'role':8} {'Hz':>6} {'marker mm':>10} {'speed mm/s':>10} {'twin':>8} {'EBT':>8}"]
         for name, trial in found.trials.items():
             errors = f"{shown(trial.frequency_hz, 3):>6} {shown(trial.marker_error_mm, 1):>10}"
-            speeds = (
-                f"{shown(trial.speed_measured, 4):>10} {shown(trial.speed_twin, 4):>8} {shown(trial.speed_ebt, 4):>8}"
-            )
+            speeds = f"{in_mm(trial.speed_measured):>10} {in_mm(trial.speed_twin):>8} {in_mm(trial.speed_ebt):>8}"
             lines.append(f"{name:12} {trial.role:8} {errors} {speeds}")
         lines += [source.sentence for source in found.structure.values()]
         coefficients = found.coefficients._asdict().items()
@@ -171,9 +181,10 @@ class FitResult(Result):
                 over = f", over {summary.compared} of {summary.trials}" if summary.compared < summary.trials else ""
                 lines.append(
                     f"{label}: markers {shown(summary.marker_error_mm, 1)} mm, mean speed error{over} "
-                    f"{shown(summary.speed_mae_twin, 4)} m/s (EBT {shown(summary.speed_mae_ebt, 4)})"
+                    f"{in_mm(summary.speed_mae_twin)} mm/s (EBT {in_mm(summary.speed_mae_ebt)})"
                 )
-        return [*lines, *flag_lines(self._all_flags())]
+        lines += [f"! {caveat}" for caveat in self.answers.caveats]
+        return [*lines, *(f"flag: {line.removeprefix('! ')}" for line in flag_lines(self._flags_of_tracks()))]
 
     def _tables(self) -> Mapping[str, Callable[[], pd.DataFrame]]:
         return {
@@ -229,39 +240,17 @@ class FitResult(Result):
             yield from ((name, flag) for flag in trial.flags)
 
     def _why(self, caveats: int) -> str:
-        best = self.forecasts.best_baseline
-        gain = self.forecasts.gain(GIVEN, best).interval if best else None
-        better = "better than the best baseline" + ("" if gain and gain[0] > 0 else ", though not significantly")
+        sure = "" if "significantly" not in self.answers.how_far_off.compared else ", though not significantly"
+        better = f"better than the best simple rule{sure}"
         why = {
             "off": "the twin does not describe this robot: check the robot's description, the scale and the trials",
             "good": f"{better}, and nothing is flagged",
             "doubtful": f"{better}, but read {counted(caveats, 'caveat')} first (-v)",
             "unchecked": 'no trial is held out: give one role = "holdout"',
-            "worse_than_baseline": "a simple baseline forecasts speeds as well: use that for speeds",
+            "worse_than_baseline": "a simple rule forecasts speeds as well: use that for speeds",
         }
         return f"{in_words(self.verdict)}: {why[self.verdict]}"
 
-    def _caveats(self) -> list[str]:
-        """A sentence a kind of flag: of the fit, of whole trials, then of stretches, those of most frames first."""
-        of_fit: dict[str, str] = {}
-        for flag in self.flags:
-            of_posterior = flag.kind == "unidentifiable" and self.data.posterior  # which knows better
-            if flag.kind not in _OF_EVERY_FIT and not of_posterior:
-                of_fit.setdefault(flag.kind, flag.message)
-        where = kinds_of_whole_trials({name: trial.flags for name, trial in self.trials.items()})
-        of_trials = [f"{trials}: {FLAG_KINDS.get(kind, in_words(kind))}" for kind, trials in where.items()]
-        frames = self._flagged_frames().most_common()
-        return [
-            *of_fit.values(),
-            *of_trials,
-            *(f"{name}: {in_words(kind)} in {count} frames" for (name, kind), count in frames),
-        ]
-
-    def _flagged_frames(self) -> Counter[tuple[str, str]]:
-        """How many, by trial and kind of flag."""
-        frames: Counter[tuple[str, str]] = Counter()
-        for name, trial in self.trials.items():
-            for flag in trial.flags:
-                if flag.frames:
-                    frames[name, flag.kind] += flag.frames[1] - flag.frames[0] + 1
-        return frames
+    def _flags_of_tracks(self) -> Iterator[tuple[str, Flag]]:
+        """Those of single experiments and trials; those of the whole are caveats."""
+        return ((name, flag) for name, flag in self._all_flags() if name)

@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass, field
 
 import pandas as pd
 
-from calib.diagnosis_summary import diagnosis_lines, main_caveat, next_experiment, test_lines
+from calib.diagnosis_summary import diagnosis_lines, main_caveat, test_lines
 from calib.results.figures import GapFigures
 from calib.results.result import Result
 from diagnosis.result import (
@@ -20,7 +20,7 @@ from diagnosis.result import (
     MissingForces,
     parameters_of,
 )
-from reports.gap_words import gap_sentences
+from reports.gap_words import gap_sentences, next_experiment
 from reports.numbers import in_words
 
 
@@ -115,11 +115,12 @@ class GapResult(Result):
 
     def summary(self) -> str:
         """Where, which, how far, the main caveat, the next experiment and the verdict, in six lines."""
+        experiment = next_experiment(self.data) or "none of the known ones is expected to add information"
         return "\n".join(
             [
                 *gap_sentences(self.data),
-                f"Main caveat: {main_caveat(self.data)}.",
-                f"Next experiment: {next_experiment(self.data)}.",
+                f"Main caveat: {main_caveat(self.data)}",
+                f"Next experiment: {experiment}.",
                 f"Verdict: {in_words(self.verdict)}. Next: calib report {self.session.folder}",
             ]
         )

@@ -18,22 +18,25 @@ from fitting.calibration_file import PublishedResult
 from reports import ReportContext, gallery
 from reports.context import NoSwims
 from reports.numbers import in_words, listed
-from reports.sections import DRY_SECTIONS, SECTIONS, gap, posterior
+from reports.sections import DRY_SECTIONS, FURTHER, SECTIONS, gap, summary
+from reports.sections import posterior as posterior_section
 from reports.sections.gap_plots import gap_plots
 from session import NotEnoughData
 
-_OF_FIT = tuple(build for build in SECTIONS if build not in (posterior.build, gap.build))
+_NOT_OF_FIT = (posterior_section.build, gap.build)
+_OF_FIT = tuple(build for build in SECTIONS if build not in _NOT_OF_FIT)
 
 
 def fit_result(pipeline: Pipeline) -> FitResult:
     """The current fit."""
     stage = pipeline.the_fit()
-    figures = FitFigures(stage, lambda: gallery(_context(pipeline), _OF_FIT))
+    figures = FitFigures(stage, lambda: gallery(_context(pipeline), (*_OF_FIT, *FURTHER)))
 
     def read() -> Calibration:
         check_current(stage)
         return stage.read()
 
+    posterior, diagnosis = pipeline.current_posterior(stage), pipeline.current_diagnosis()
     return FitResult(
         name=stage.name,
         file=stage.file,
@@ -42,6 +45,9 @@ def fit_result(pipeline: Pipeline) -> FitResult:
         published=_published(pipeline),
         plot=figures,
         read=read,
+        posterior=None if posterior is None else posterior.read(draws=False),
+        diagnosed=None if diagnosis is None else diagnosis.read(),
+        standing=pipeline.standing,
         **_common(pipeline),
     )
 
@@ -50,9 +56,13 @@ def posterior_result(pipeline: Pipeline, stage: PosteriorStage) -> PosteriorResu
     """A posterior of the current fit."""
     fit, found = pipeline.the_fit(), stage.read()
     assert found is not None
-    figures = PosteriorFigures(stage, lambda: gallery(replace(_context(pipeline), posterior=found), (posterior.build,)))
+    sections = (summary.build, posterior_section.build)
+    figures = PosteriorFigures(stage, lambda: gallery(replace(_context(pipeline), posterior=found), sections))
     name = f"posterior of {stage.effort} effort of the {fit.name}"
-    return PosteriorResult(name=name, file=stage.file, data=found, plot=figures, **_common(pipeline))
+    command = "diagnose" if pipeline.current_diagnosis() is None else "report"
+    step = f"calib {command} {pipeline.session.folder}"
+    common = _common(pipeline)
+    return PosteriorResult(name=name, file=stage.file, data=found, plot=figures, next_step=step, **common)
 
 
 def gap_result(pipeline: Pipeline, stage: DiagnosisStage) -> GapResult:

@@ -43,6 +43,7 @@ class PosteriorResult(Result):
 
     data: PosteriorSummary = field(repr=False)
     plot: PosteriorFigures = field(repr=False)
+    next_step: str = field(repr=False)
 
     @cached_property
     def idata(self) -> Any:
@@ -94,7 +95,7 @@ class PosteriorResult(Result):
             f"{found[:-1]}{held}.",
             drawn_sentence(self.forecasts),
             f"Main caveat: {caveats[0]}{more}." if caveats else "No caveat.",
-            f"Verdict: {in_words(self.verdict)}{why}. Next: calib diagnose {self.session.folder}",
+            f"Verdict: {in_words(self.verdict)}{why}. Next: {self.next_step}",
         ]
         return "\n".join(filter(None, lines))
 

@@ -78,11 +78,11 @@ class PosteriorStage(Stage):
         self.mark(written)
         job.made.extend(written)
 
-    def read(self) -> PosteriorSummary | None:
-        """What is said of the posterior of this calibration; None where there is none."""
+    def read(self, draws: bool = True) -> PosteriorSummary | None:
+        """What is said of the posterior of this calibration, with its draws or without; None where there is none."""
         from fitting.posterior.summary import read_summary
 
-        return read_summary(self._job.results) if self.is_current else None
+        return read_summary(self._job.results, draws) if self.is_current else None
 
 
 def mode_of(calibration: Calibration, trials: Iterable[MeasuredTrial], twin: Twin) -> Mode:

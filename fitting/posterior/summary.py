@@ -82,13 +82,14 @@ class PosteriorSummary:
 SUMMARY = ResultFile("posterior.json", PosteriorSummary)
 
 
-def read_summary(results: Path) -> PosteriorSummary:
-    """Reads ``posterior.json``, and its draws from ``posterior.nc``.
+def read_summary(results: Path, draws: bool = True) -> PosteriorSummary:
+    """Read ``posterior.json``, and its draws from ``posterior.nc`` unless they are not needed.
 
     Raises:
         InputError: there is none of this version.
     """
-    return SUMMARY.read(results, {"chains": load_chains(results / "posterior.nc")})
+    chains = load_chains(results / "posterior.nc") if draws else np.empty((0, 0, 7))
+    return SUMMARY.read(results, {"chains": chains})
 
 
 def summarise(

@@ -19,7 +19,7 @@ def forecasts_figure(forecasts: SessionForecast) -> Figure:
     names = sorted(found, key=lambda name: found[name].frequency_hz)
     best = forecasts.best_baseline
     figure, axes = panel(HALF_WIDTH_IN, 1.3 + 0.42 * len(names), Margins(left=0.85, top=0.52))
-    labels = {GIVEN: "given the frequency", BEATS: "after two beats"}
+    labels = {GIVEN: "corrected twin", BEATS: "corrected, two beats"}
     for row, name in enumerate(names):
         trial = found[name]
         measured = trial.speed_measured * MM

@@ -8,7 +8,6 @@ from collections.abc import Callable
 from reports.blocks import Section
 from reports.context import ReportContext
 from reports.sections import (
-    caveats,
     coefficients,
     definitions,
     dry_runs,
@@ -19,7 +18,6 @@ from reports.sections import (
     posterior,
     provenance,
     residuals,
-    speed_sweep,
     steering,
     structure,
     summary,
@@ -40,27 +38,20 @@ DRY_SECTIONS: tuple[SectionBuilder, ...] = (
 """What is known of robot and motor, also of a session without a swim trial."""
 
 QUESTIONS: tuple[tuple[str, tuple[SectionBuilder, ...]], ...] = (
-    ("", (summary.build,)),  # the first screen, never folded
-    ("Which caveats apply?", (caveats.build,)),
-    (
-        "How well does the twin swim?",
-        (
-            forecasts.build,
-            speed_sweep.build,
-            trials.build,
-            residuals.build,
-            tail_beat.build,
-        ),
-    ),
-    ("Where can it be steered?", (steering.build,)),
-    ("How sure are the coefficients?", (coefficients.build, posterior.build)),
+    ("", (summary.build,)),  # the first screen
+    ("How far off is the twin?", (forecasts.build, trials.build, residuals.build, tail_beat.build)),
+    ("How sure are the coefficients?", (posterior.build, coefficients.build)),
     ("What is missing from the twin?", (gap.build,)),
+    ("Where can it be steered?", (steering.build,)),
     ("What is known of robot and motor?", DRY_SECTIONS),
     ("Can the tracks be trusted?", (track_quality.build,)),
-    ("How was this made, and what do the words mean?", (provenance.build, definitions.build)),
+    ("How was this made?", (provenance.build, definitions.build)),
 )
 """The questions of a report in their order, each with the sections that answer it."""
 
 SECTIONS: tuple[SectionBuilder, ...] = tuple(build for _, builders in QUESTIONS for build in builders)
 
-__all__ = ["DRY_SECTIONS", "QUESTIONS", "SECTIONS", "SectionBuilder"]
+FURTHER: tuple[SectionBuilder, ...] = (trials.build_motions,)
+"""Figures that a notebook can ask for and no page shows: one or two a trial."""
+
+__all__ = ["DRY_SECTIONS", "FURTHER", "QUESTIONS", "SECTIONS", "SectionBuilder"]

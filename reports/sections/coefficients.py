@@ -9,7 +9,7 @@ from reports.blocks import Block, Plot, Plots, Prose, Section, Table, table_head
 from reports.context import ReportContext
 from reports.figures.coefficients import coefficients_figure
 from reports.figures.hull_roll import hull_roll_figure
-from reports.numbers import MISSING, counted, in_mm, in_words, sentence, shown, significant
+from reports.numbers import MISSING, counted, in_mm, in_words, shown, significant
 from swimmer import PUBLISHED_COEFFICIENTS, FluidCoefficients
 from swimmer.fluid import COEFFICIENT_BOUNDS
 
@@ -25,27 +25,31 @@ def build(context: ReportContext) -> Section:
     best = fit.ends[0]
     equals = sum(end.log_density > best.log_density - _AS_LIKELY for end in fit.ends)
     text = (
-        "The mode of a hierarchical model of the fit trials, by Gauss-Newton and restricted "
-        f"likelihood from {counted(len(fit.ends), 'start')} ({fit.simulations} simulations of the fit trials, "
-        f"{shown(fit.seconds)} s). {equals} of them ended within two of the highest log density. "
-        "The model also has parameters that differ from trial to trial and a model discrepancy; their sizes are below."
+        f"The mode of a hierarchical model of the fit trials; {equals} of {counted(len(fit.ends), 'start')} ended "
+        f"within two of the highest log density ({fit.simulations} simulations, {shown(fit.seconds)} s)."
     )
     figure = Plot(
         coefficients_figure(fit, None if published is None else published.fit.coefficients),
         "coefficient-values",
-        "Each coefficient within its bounds (grey) with its 90 % interval. Dots: where other starts ended. "
-        "Distant dots of the same probability mean that the data do not determine the coefficient. Crosses: the twin "
-        "swims backward from rest, unlike the robot.",
+        "Each coefficient within its bounds with its 90 % interval. Dots: where other starts ended; distant dots mean "
+        "that the data do not determine the coefficient. Crosses: the twin swims backward from rest.",
     )
-    blocks = (Prose(text), Plots((figure,)), _table(fit, published), *_roll(context), *_search(context))
-    caveats = tuple(sentence(flag.message or flag.kind) for flag in fit.flags)
-    return Section("Fluid coefficients", "coefficients", (*blocks, _components(fit)), caveats)
+    sampled = context.posterior is not None  # which says more
+    plots = Plots((figure,), text if sampled else "", folded=sampled)
+    blocks = (
+        _table(fit, published, sampled),
+        plots,
+        *_roll(context),
+        *_search(context),
+        *([] if sampled else [Prose(text)]),
+    )
+    return Section("The fit", "coefficients", (*blocks, _components(fit)))
 
 
 _LEAST_ROLL_DEG = 2.0
 
 
-def _table(fit: CoefficientFit, published: PublishedResult | None) -> Table:
+def _table(fit: CoefficientFit, published: PublishedResult | None, folded: bool) -> Table:
     low, high = COEFFICIENT_BOUNDS
     rows = []
     for i, name in enumerate(FluidCoefficients._fields):
@@ -57,24 +61,23 @@ def _table(fit: CoefficientFit, published: PublishedResult | None) -> Table:
                 " to ".join(significant(end) for end in fit.interval[i]),
                 MISSING if published is None else significant(published.fit.coefficients[i]),
                 significant(PUBLISHED_COEFFICIENTS[i]),
-                ", ".join(caveats) or MISSING,
+                ", ".join(caveats),
             )
         )
     caption = (
-        f"Coefficients of the fluid forces (no unit), bounds {low:g} to {high:g}. The interval is that of the normal "
-        "approximation around the mode; the posterior is more accurate. The authors' values belong to their own model."
+        f"Coefficients of the fluid forces (no unit), bounds {low:g} to {high:g}; normal approximation at the "
+        "mode. The authors’ values belong to their own model."
     )
-    return Table(caption, _COLUMNS, tuple(rows))
+    return Table(caption, _COLUMNS, tuple(rows), folded=folded)
 
 
 def _search(context: ReportContext) -> tuple[Block, ...]:
     """How the published search differs, and why."""
     published = context.published
+    if published is None and context.posterior is not None:
+        return ()
     if published is None:
-        text = (
-            "The published search (Bayesian optimisation, then Nelder-Mead, of the mean marker distance) was not run "
-            "for comparison; calib fit SESSION --objective published does."
-        )
+        text = "The published search was not run for comparison; calib fit SESSION --objective published does."
         return (Prose(text),)
     rows = []
     for role, words in (("fit", "fit trials"), ("holdout", "held-out trials")):
@@ -124,8 +127,5 @@ def _components(fit: CoefficientFit) -> Table:
         shown_unit = unit.replace("rad", "°") if "rad" in unit else unit if unit == "%" else f"m{unit}"
         level = "from trial to trial" if component.level == "trial" else "never"
         rows.append((in_words(component.name), level, f"{significant(value, 2)} {shown_unit}", component.meaning))
-    caption = (
-        "Variance components of the fit trials by restricted likelihood with priors: what changes a trial in addition "
-        "to the coefficients. “Never”: common to all trials."
-    )
+    caption = "Variance components: what changes a trial beside the coefficients. “Never”: common to all trials."
     return Table(caption, _COMPONENTS, tuple(rows), (), True)

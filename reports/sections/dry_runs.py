@@ -36,15 +36,19 @@ def dry_run_section(fit: CrankFit) -> Section:
     surface = Plot(
         crank_surface_figure(fit),
         "crank-surface",
-        "Mean marker distance of each dry run from the twin, lowest where the blue is strongest; the contours are "
-        "labelled in millimetres above the lowest point. Left over arm and speed with the best phase, right over arm "
-        "and phase with the best speed. A long, flat valley is an arm that the run alone hardly determines; a dot away "
-        "from the diamond is what misplaced boxes on nose and neck do to the published distance.",
+        "Marker distance of each dry run from the twin (mm above the lowest point), over arm and speed (left) or phase "
+        "(right). A long, flat valley is an arm that the run alone hardly determines.",
     )
+    surfaces = Plots((surface,), "The error surface of each run.", folded=True)
     return Section(
-        "Dry runs: crank arm",
+        "Dry runs",
         "dry-runs",
-        (Prose(_arm(fit)), _table(fit), Plots((surface,)), Prose(_tendons(fit))),
+        (
+            Prose(_arm(fit)),
+            _table(fit),
+            Prose(_tendons(fit)),
+            surfaces,
+        ),
         _caveats(fit),
     )
 
@@ -56,22 +60,21 @@ def _arm(fit: CrankFit) -> str:
     mean = "which" if len(fit.trials) == 1 else f"{alone}; their mean, {in_mm(fit.arm_published_m, 2)} mm,"
     each = f"{alone}, " if len(fit.trials) == 1 else ""
     return (
-        f"{together} a crank arm of {in_mm(fit.arm_m, 2)} ± {in_mm(fit.arm_se_m, 2)} mm (standard error). The lowest "
-        f"published distance of each run alone gives {each}{mean} is the published estimate. It takes nose and neck as "
-        "they were marked; the joint fit allows every marker an offset of its own, and is the one to use."
+        f"{together} a crank arm of {in_mm(fit.arm_m, 2)} ± {in_mm(fit.arm_se_m, 2)} mm (standard error); the lowest "
+        f"published distance of each run alone gives {each}{mean} is the published estimate, which takes nose "
+        "and neck as they were marked."
     )
 
 
 def _table(fit: CrankFit) -> Table:
     caption = (
-        "Each dry run: speed and crank angle in the first frame (of the drive, where a motor log gives it), "
-        "mean marker distance over 4 s of the twin with the "
-        "joint arm, and the lowest this run reaches alone, with its arm."
+        "Each dry run: speed, crank angle in the first frame, marker distance of the twin with the joint arm, and the "
+        "lowest of this run alone."
     )
     rows = tuple(map(_row, fit.trials))
     if not any(trial.measured.motor for trial in fit.trials):
-        return Table(caption, COLUMNS, rows)
-    return Table(caption, _without_command(COLUMNS), tuple(map(_without_command, rows)))
+        return Table(caption, COLUMNS, rows, folded=True)
+    return Table(caption, _without_command(COLUMNS), tuple(map(_without_command, rows)), folded=True)
 
 
 def _without_command(cells: tuple[T, ...]) -> tuple[T, ...]:
@@ -98,15 +101,16 @@ def _tendons(fit: CrankFit) -> str:
     slack = max(trial.tendons.slack_share for trial in fit.trials)
     shortest = max(trial.tendons.shortening for trial in fit.trials)
     return (
-        f"In the twin the tendons stretch by up to {100 * stretch:.1f} % (published: about "
+        f"The twin’s tendons stretch by up to {100 * stretch:.1f} % (published: about "
         f"{100 * PUBLISHED_STRETCH:.0f} %) and shorten by up to {100 * shortest:.1f} %; for {percent(slack)} of the "
-        "turn a tendon is shorter than at rest, where a string would hang slack and the twin’s springs push instead."
+        "turn a string would hang slack where the twin’s springs push."
     )
 
 
 def _caveats(fit: CrankFit) -> tuple[str, ...]:
-    """The flags of the arm, then those of runs; what all runs share is printed once, at the first."""
-    printed, texts = set(), [sentence(flag.message) for flag in fit.flags]
+    """The flags of runs; what all runs share is printed once. Those of the arm are on the first screen."""
+    printed: set[str] = set()
+    texts: list[str] = []
     others = " and the other run" if len(fit.trials) == 2 else " and all others"
     for trial in fit.trials:
         for flag in trial.flags:

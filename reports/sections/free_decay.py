@@ -8,11 +8,7 @@ from reports.figures.decay import decay_curve_figure, decay_spectrum_figure
 from reports.numbers import counted, in_mm, percent, sentence, shown, significant, with_error
 
 PUBLISHED_HZ = 3.5  # "Simple Models, Real Swimming" (2026)
-METHOD = (
-    "The head is clamped in air, the tendons are off, the bent tail is let go, and the twin’s hinges are turned until "
-    "its decay agrees, first in the peak of its spectrum, then over the whole curve. Damping draws the peak below the "
-    f"frequency of the same tail without damping; published for this kind of robot: {PUBLISHED_HZ:g} Hz."
-)
+METHOD = f"Published peak of the spectrum for this kind of robot: {PUBLISHED_HZ:g} Hz."
 COLUMNS = table_head(
     "free decay | peak [Hz] | first match [N m/rad] | stiffness [N m/rad] | damping [mN m s/rad] | "
     "distance [mm, rms] | explained [] | counts"
@@ -31,8 +27,9 @@ def free_decay_section(structure: Structure) -> Section:
     plots = [plot for number, fit in enumerate(structure.decays, start=1) for plot in _plots(fit, number)]
     caveats = [sentence(f"{fit.name}: {flag.message}") for fit in structure.decays for flag in fit.flags]
     caveats += [sentence(flag.message) for flag in (structure.hinges.flags if structure.hinges else ())]
-    blocks = (Prose(f"{_result(structure.hinges)} {METHOD}"), _table(structure), Plots(tuple(plots)))
-    return Section("Free decay: hinge stiffness", "free-decay", blocks, tuple(caveats))
+    curves = Plots(tuple(plots), "Spectrum and curve of each decay: markers (dots), twin (lines).", folded=True)
+    blocks = (Prose(f"{_result(structure.hinges)} {METHOD}"), _table(structure), curves)
+    return Section("Free decays", "free-decay", blocks, tuple(caveats))
 
 
 def _result(hinges: HingeEstimate | None) -> str:
@@ -50,12 +47,11 @@ def _result(hinges: HingeEstimate | None) -> str:
 
 def _table(structure: Structure) -> Table:
     caption = (
-        "Each free decay, from the release to rest, with standard errors. The peak of its spectrum, and the stiffness "
-        "whose twin peaks there too; the twin’s hinges by the whole curve; the lateral motion of all tail markers "
-        "against the twin’s."
+        "Each free decay with standard errors: the peak of its spectrum, the stiffness whose twin peaks there too, and "
+        "the hinges by the whole curve."
     )
     used = {name for source in structure.sources if source.quantity == "hinge_stiffness" for name in source.trials}
-    return Table(caption, COLUMNS, tuple(_row(fit, fit.name in used) for fit in structure.decays))
+    return Table(caption, COLUMNS, tuple(_row(fit, fit.name in used) for fit in structure.decays), folded=True)
 
 
 def _row(fit: DecayFit, used: bool) -> tuple[str, ...]:
@@ -78,11 +74,13 @@ def _plots(fit: DecayFit, number: int) -> tuple[Plot, Plot]:
             decay_spectrum_figure(fit.spectrum),
             spectrum,
             f"{fit.name}: amplitude of the tail markers under the falling half of a Hann window, and the peak.",
+            label=f"{fit.name}: spectrum.",
         ),
         Plot(
             decay_curve_figure(fit),
             curve,
             f"{fit.name}: tail markers after the release (dots) and the twin with the fitted hinges (lines), about the "
             "straight tail.",
+            label=f"{fit.name}: curve.",
         ),
     )

@@ -32,32 +32,34 @@ def build(context: ReportContext) -> Section:
     found = context.diagnosed
     if found is None:
         text = (
-            "This session was not diagnosed. Run calib diagnose SESSION, then calib report SESSION. It finds "
+            "This session was not diagnosed. Run calib diagnose SESSION, then calib report SESSION: it finds "
             "where the gap between twin and robot lies, which unmodelled effect causes it, and how far it shrinks with "
             "that effect."
         )
-        return Section("Sim-to-real gap", "gap", (Prose(text),))
+        return Section("The sim-to-real gap", "gap", (Prose(text),))
     plots = gap_plots(found, context.calibration.robot, context.session.markers)
 
     def of(*names: str) -> Plots:
         return Plots(tuple(plots[f"gap-{name}"] for name in names if f"gap-{name}" in plots))
 
-    leads = tuple(Prose(_lead(text), lead=True) for text in gap_sentences(found))
-    where = (of("fish"), Prose(_how(found)), of("shares"))
-    how_far: tuple[Block, ...] = (Prose(_NOT_HELD_OUT),)
+    where, which, in_short = (Prose(_lead(text)) for text in gap_sentences(found))
+    how_far: tuple[Block, ...] = (in_short, Prose(_NOT_HELD_OUT))
     if found.gap.trials:
-        how_far = (Prose(_shrinkage(found)), of("waterfall", "held-out"))
+        how_far = (in_short, Prose(_shrinkage(found)), of("waterfall", "held-out"))
     if found.everything is not None and "gap-everything" in plots:
         how_far = (*how_far, Prose(_everything(found.everything)), of("everything"))
     loudest, forces = missing(found, context)
+    experiments = next_experiments(found)
+    next_parts = (Section("What to measure next", "gap-next", experiments),) if experiments else ()
     parts = (
-        Section("Which effect", "gap-which", (*_which(found), of("effects"))),
+        Section("Where it lies", "gap-where", (where, of("fish"), Prose(_how(found)), of("shares"))),
+        Section("Which effect", "gap-which", (which, *_which(found), of("effects"))),
         Section("How far it shrinks", "gap-how-far", how_far),
+        *next_parts,
         Section("The forces that are missing", "gap-missing", (loudest, of("forces"), forces)),
-        Section("What to measure next", "gap-next", next_experiments(found)),
         Section("The evidence", "gap-evidence", evidence(found)),
     )
-    return Section("Sim-to-real gap", "gap", (*leads, *where), _caveats(context, found), parts)
+    return Section("The sim-to-real gap", "gap", (), _caveats(context), parts)
 
 
 def _lead(text: str) -> Markup:
@@ -66,32 +68,25 @@ def _lead(text: str) -> Markup:
     return Markup("<strong>{}?</strong> {}").format(question, answer[:1].upper() + answer[1:])
 
 
-def _caveats(context: ReportContext, found: DiagnosisResult) -> tuple[str, ...]:
-    caveats = []
-    if (effort := context.diagnosis_effort) != "full":
-        caveats.append(f"This diagnosis was made with effort {effort}.")
-    if withheld := found.withheld_from_catalogue:
-        caveats.append(f"Its catalogue lacked {listed([in_words(name) for name in withheld])}.")
-    return tuple(caveats)
+def _caveats(context: ReportContext) -> tuple[str, ...]:
+    effort = context.diagnosis_effort
+    return () if effort == "full" else (f"This diagnosis was made with effort {effort}.",)
 
 
 def _how(found: DiagnosisResult) -> str:
     evidence = found.evidence
     mean_square = evidence.squares / evidence.numbers
     return (
-        "Twin and trials are compared by their features: forward speed, slip and turning, the frequency given the "
-        "command, mean and three harmonics of every marker, and its drift along the fish: "
-        f"{evidence.numbers} numbers, whitened by tracking noise, hand-placed boxes, marker places and model "
-        f"discrepancy. The residual of the baseline twin has a mean square of {shown(mean_square, 1)}; noise alone "
-        "would give 1."
+        f"The residual of {evidence.numbers} numbers (speed, course, frequency, harmonics of every marker) has a mean "
+        f"square of {shown(mean_square, 1)} over noise, misplaced boxes and the twin’s own error; these alone give 1."
     )
 
 
 def _which(found: DiagnosisResult) -> tuple[Block, ...]:
     blocks: list[Block] = [Prose(_VERDICTS[found.verdict])]
-    if groups := found.groups:
+    if (groups := found.groups) and len(found.effects) > 1:
         items = tuple(" or ".join(in_words(name) for name in group) for group in groups)
-        title = "Together" if len(groups) > 1 else "Named" if len(groups[0]) == 1 else "One of these"
+        title = "Together" if len(groups) > 1 else "One of these"
         blocks.append(Points(title, items))
     if missed := near_miss(found):
         blocks.append(Prose(missed))

@@ -26,12 +26,10 @@ def missing(found: DiagnosisResult, context: ReportContext) -> tuple[Prose, Tabl
     like = likenesses(forces, context.calibration.trials, context.calibration.robot)
     rows = tuple(_force_row(forces, place, like) for place in range(len(forces.joints)))
     caption = (
-        "Size of each missing force over all fit trials, the share of the beat in which it differs significantly from "
-        "zero, and the motion of that joint with which it correlates most: deflection (a spring), speed (a damper), "
-        f"speed squared (drag) or acceleration (mass). Not given below a correlation of {LEAST_LIKE} or "
-        f"{100 * LEAST_CLEAR:.0f} % of the beat; motions within 0.03 of the best are both given."
+        "Size of each missing force, the share of the beat in which it differs from zero, and the motion of that joint "
+        "it goes with: deflection (a spring), speed (a damper), speed squared (drag) or acceleration (mass)."
     )
-    return Prose(_loudest(found, forces, like)), Table(caption, FORCE, rows)
+    return Prose(_loudest(found, forces, like)), Table(caption, FORCE, rows, folded=True)
 
 
 def _loudest(found: DiagnosisResult, forces: MissingForces, like: Mapping[str, Likeness]) -> str:
@@ -78,12 +76,8 @@ def evidence(found: DiagnosisResult) -> tuple[Block, ...]:
     """Explanations with their weight, and the effects as strong as they were fitted."""
     blocks: list[Block] = [_explanations(found)]
     if rows := _elsewhere(found):
-        caption = (
-            "Where an effect outside the catalogue may act: a marker seen off its place, a force or torque, an uneven "
-            "crank, each free in every harmonic of the beat; or motion of the whole fish that does not repeat with "
-            "the beat."
-        )
-        blocks.append(Table(caption, PLACE, rows))
+        caption = "Where an effect outside the catalogue may act, alike or differently in all trials."
+        blocks.append(Table(caption, PLACE, rows, folded=True))
     if decays := found.free_decays:
         blocks.append(_decays(decays))
     if found.effect_parameters:
@@ -98,10 +92,10 @@ def _decays(decays: Sequence[FreeDecay]) -> Table:
         damping = _with_error(decay.damping_over_mass, decay.damping_over_mass_se)
         rows.append((decay.trial, stiffness, damping, f"no: {decay.not_used}" if decay.not_used else "yes"))
     caption = (
-        "Hinges in the free decays (in air, without tendons), relative to the robot as described. "
-        "The errors are those of tracking; a robot counts as described within 3 % in stiffness and 5 % in damping."
+        "Hinges in the free decays, relative to the robot as described; within 3 % in stiffness and 5 % in damping it "
+        "counts as described."
     )
-    return Table(caption, DECAY, tuple(rows))
+    return Table(caption, DECAY, tuple(rows), folded=True)
 
 
 def _with_error(off: float | None, se: float | None) -> str:
@@ -115,10 +109,10 @@ def _explanations(found: DiagnosisResult) -> Table:
         other = ["another effect"] if each.something_else else []
         rows.append((" + ".join([*names, *other]) or "no effect", shown(each.probability, 3)))
     caption = (
-        "The most probable hypotheses, weighted by their evidence. An effect stands for itself or a look-alike; "
-        "“another effect” is outside the catalogue."
+        "The most probable hypotheses. An effect stands for itself or a look-alike; “another effect” is outside the "
+        "catalogue."
     )
-    return Table(caption, SET, tuple(rows))
+    return Table(caption, SET, tuple(rows), folded=True)
 
 
 def _elsewhere(found: DiagnosisResult) -> tuple[tuple[str, ...], ...]:
@@ -158,13 +152,13 @@ def next_experiments(found: DiagnosisResult) -> tuple[Block, ...]:
     """The experiments, the most informative first."""
     experiments = found.next_experiments
     if not experiments:
-        return (Prose("No further experiment is proposed: no effects are confused, or none of the known ones helps."),)
+        return ()
     rows = tuple(
         (each.describe, " and ".join(map(in_words, each.separates)), whole_percent(each.expected_error)[:-2])
         for each in experiments
     )
     caption = (
-        "Experiments by how well they separate effects that these trials confuse. “Error after it” is the expected "
-        "probability to take one effect for the other after the experiment."
+        "Experiments by how well they separate effects that these trials confuse: the expected probability to take one "
+        "for the other afterwards."
     )
     return (Table(caption, NEXT, rows),)

@@ -10,23 +10,18 @@ from reports.figures.gap_which import gap_effects_figure
 from swimmer import RobotSpec
 
 _CAPTIONS = {
-    "gap-fish": "Red: where the gap comes from; the colour of a part gives the share of its stage in the residual. "
-    "Blue: where it shows; the size of a disc gives the share of that marker, of the speed, of the course (slip and "
-    "turning) or of the beat frequency.",
-    "gap-shares": "The same in numbers; the bars of each panel add up to 100 %. Where several stages could cause the "
-    "same residual, it is split between them: the bar is the split, the tick what the stage could explain alone; the "
-    "line between covers all splits. Speed, course and frequency have neither axis nor band.",
-    "gap-effects": "Posterior probability of each effect. Blue: named, which takes a probability of 0.9 that the gap "
-    "looks like one of the group, and of 0.5 that one of the group is present rather than a look-alike. Several "
-    "effects may be present at once, so the bars need not add up to 1.",
-    "gap-waterfall": "Mean squared whitened residual of the held-out trials: of the plain twin, the part that the "
-    "effects remove, the part above noise that remains, and noise.",
-    "gap-held-out": "Errors of the held-out trials in mm and mm/s, forecast by the twin alone, without and with the "
-    "effects. Dashed: the distance that tracking noise alone would give.",
+    "gap-fish": "Red: parts where the gap comes from. Blue: where it shows; the size of a disc is the share of that "
+    "marker, of the speed, of the course or of the beat frequency.",
+    "gap-shares": "The same in numbers. Line: all ways to split what several stages could cause; tick: what the stage "
+    "could explain alone.",
+    "gap-effects": "Probability of each effect. Blue: named. Several may be present at once.",
+    "gap-waterfall": "Mean squared residual of the held-out trials: what the effects remove, what remains above noise, "
+    "and noise.",
+    "gap-held-out": "Errors of the held-out trials, forecast by the twin without and with the effects. Dashed: what "
+    "tracking noise alone would give.",
     "gap-everything": "Each held-out trial without effects and with all of them, fitted to the fit trials alone.",
-    "gap-forces": "Forces that the plain twin lacks (generalised residual forces): along and across the head, a moment "
-    "on it, and a torque in every hinge. One line per trial, with a band of two standard deviations; where the band "
-    "covers zero, the force is not significant.",
+    "gap-forces": "Forces and torques that the plain twin lacks over a beat, a line a trial, with bands of two "
+    "standard deviations.",
 }
 
 

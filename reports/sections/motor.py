@@ -29,13 +29,13 @@ def build(context: ReportContext) -> Section | None:
 def motor_section(trials: tuple[LoggedTrial, ...]) -> Section:
     """Two tables of the trials, and their speeds drawn."""
     turning = Table(
-        "Speed over the steady stretch and the command as it was sent, in the motor’s steps, and the clock of the "
-        "log against the video’s, ± standard error.",
+        "Speed over the steady stretch, and the clock of the log against the video’s, ± standard error.",
         TURNING,
         tuple(map(_turning_row, trials)),
+        folded=True,
     )
-    caption = "What the motor drew over the steady stretch, and what it reported over the whole log."
-    supply = Table(caption, SUPPLY, tuple(map(_supply_row, trials)))
+    caption = "What the motor drew, and what it reported."
+    supply = Table(caption, SUPPLY, tuple(map(_supply_row, trials)), folded=True)
     return Section(
         "Motor",
         "motor",
@@ -50,8 +50,7 @@ def _text(trials: tuple[LoggedTrial, ...]) -> str:
     command = "" if off is None else f" The mean speed is off the command by up to {percent(off[0])} ({off[1]})."
     return (
         f"The motor was logged in {counted(len(trials), 'trial')}{_followed(trials)}. Within a turn its speed swings "
-        f"by up to ±{percent(ripple)}.{command} The log is laid on the video by offset and rate of its clock; where "
-        "these are found by code, the coded wiggles before and after the drive were sought in the motion of the tail."
+        f"by up to ±{percent(ripple)}.{command}"
     )
 
 
@@ -102,19 +101,17 @@ def _of(summary: Callable[[np.ndarray], float], values: np.ndarray) -> float:
 
 def _plots(trials: tuple[LoggedTrial, ...]) -> tuple[Plot, ...]:
     apart = listed([trial.name for trial in trials if not trial.motor.laid])
-    own = f"; of {apart}, which could not be laid on the video, from the beginning of the log" if apart else ""
+    own = f". {apart} could not be laid on the video: time from the beginning of the log" if apart else ""
     speeds = Plot(
         motor_speed_figure(trials),
         "motor-speed",
-        "Speed of the crank over each trial, as the motor measured it, and its command. On grey ground the "
-        "coded wiggles; the bar on top marks the steady stretch, over which the numbers are taken. Time is that of the "
-        f"video{own}.",
+        "Speed of the crank over each trial and its command. Grey ground: coded wiggles; the bar on top: the steady "
+        f"stretch{own}.",
     )
     turns = Plot(
         motor_turn_figure(trials),
         "motor-turn",
-        "Speed through a turn of the shaft, about its mean: what an even turn would leave out. Each grey line is one "
-        "turn, the heavy one their mean; grey that spreads is no pattern of the shaft. A pattern that all trials share "
-        "belongs to the mechanism, one that grows with the speed to the load.",
+        "Speed through a turn of the shaft, about its mean. Grey: each turn; heavy: their mean. A pattern that all "
+        "trials share belongs to the mechanism, one that grows with the speed to the load.",
     )
     return speeds, turns

@@ -19,15 +19,13 @@ from reports.figures.posterior_coefficients import (
     posterior_further_figure,
     posterior_intervals_figure,
 )
-from reports.figures.posterior_predicted import posterior_sweep_figure, posterior_trials_figure
-from reports.forecast_words import drawn_sentence
+from reports.figures.posterior_predicted import posterior_trials_figure
 from reports.numbers import (
     MM,
     counted,
     in_mm,
     listed,
     percent,
-    sentence,
     shown,
     significant,
     spanned,
@@ -58,14 +56,13 @@ def build(context: ReportContext) -> Section:
     found = context.posterior
     if found is None:
         text = "The posterior of the coefficients was not sampled for this session; calib posterior SESSION does it."
-        return Section("How sure", "posterior", (Prose(text),))
-    flags = tuple(sentence(flag.message) for flag in found.flags)
+        return Section("The posterior", "posterior", (Prose(text),))
     parts = (
         Section("What was predicted", "posterior-predicted", _predicted(found)),
         Section("One more trial", "posterior-further", _further(found)),
         Section("Convergence and noise", "posterior-checks", _checks(found)),
     )
-    return Section("How sure", "posterior", _determined(found, context), flags, parts)
+    return Section("The posterior", "posterior", _determined(found, context), parts=parts)
 
 
 def _determined(found: PosteriorSummary, context: ReportContext) -> tuple[Block, ...]:
@@ -75,26 +72,16 @@ def _determined(found: PosteriorSummary, context: ReportContext) -> tuple[Block,
         "posterior-intervals",
         "90 % intervals and means within the prior (grey), and the fit (orange), which is the mode.",
     )
-    sweep = Plot(
-        posterior_sweep_figure(found, context.calibration),
-        "posterior-sweep",
-        "Posterior predictive speed over frequency. Dark: uncertainty of the coefficients. Light: with noise, nuisance "
-        "parameters and model discrepancy. Below: the same relative to the median. Open points were held out.",
-    )
     corner = Plot(
         posterior_corner_figure(found, fit),
         "posterior-corner",
-        "The posterior of each coefficient with its 90 % interval, of each pair, and their correlations. A slanted "
-        "ellipse is a combination that the trials determine better than either coefficient. Orange: the fit, which is "
-        "the mode.",
+        "The posterior of each coefficient and of each pair, with correlations. A slanted ellipse is a combination "
+        "that the trials determine better than either coefficient. Orange: the fit.",
     )
     return (
-        Prose(found.identifiability.sentence, lead=True),
-        Prose(_how(found)),
-        Plots((intervals, sweep)),
         _table(found, fit),
+        Plots((intervals, corner), "How the coefficients trade against each other.", folded=True),
         _robot(found),
-        Plots((corner,)),
         _directions(found),
     )
 
@@ -103,10 +90,9 @@ def _how(found: PosteriorSummary) -> str:
     low, high = COEFFICIENT_BOUNDS
     wave, speed = found.discrepancy
     return (
-        f"Prior: each coefficient uniform from {low:g} to {high:g}. The model is that of the fit, which is its mode: "
-        "noise, what differs from trial to trial, what is not known of the robot, and the twin’s own error, here "
-        f"{significant(100 * wave, 2)} % of the wave and {significant(100 * speed, 2)} % of the speed in the median, "
-        f"are integrated out. {found.simulations} simulations of each fit trial."
+        f"Prior: each coefficient uniform from {low:g} to {high:g}. The twin’s own error, here "
+        f"{significant(100 * wave, 2)} % of the wave and {significant(100 * speed, 2)} % of the speed, noise and what "
+        f"is not known of the robot are integrated out ({found.simulations} simulations of each fit trial)."
     )
 
 
@@ -120,11 +106,7 @@ def _robot(found: PosteriorSummary) -> Table:
         )
         for part in found.robot
     )
-    caption = (
-        "Uncertainty of hinges and crank arm, which the intervals of the coefficients include: a stiffer hinge can be "
-        "traded for other coefficients. Dry experiments narrow both."
-    )
-    return Table(caption, ROBOT, rows)
+    return Table(_how(found), ROBOT, rows, folded=True)
 
 
 def _table(found: PosteriorSummary, fit: FluidCoefficients) -> Table:
@@ -140,21 +122,13 @@ def _table(found: PosteriorSummary, fit: FluidCoefficients) -> Table:
                 "at a bound" if found.identifiability.at_bound[i] else "yes" if marginal.determined else "no",
             )
         )
-    caption = (
-        "Posterior of each coefficient and the fit. A coefficient counts as determined when the upper "
-        "end of its 90 % interval is at most 2.5 times the lower one, or the interval no wider than 0.5; not when it "
-        "lies at a bound of the prior, which then ends the interval."
-    )
-    return Table(caption, COLUMNS, tuple(rows))
+    return Table(found.identifiability.sentence, COLUMNS, tuple(rows))
 
 
 def _directions(found: PosteriorSummary) -> Table:
     seen = found.identifiability
     rows = tuple((seen.combination(i), significant(100 * seen.direction_narrowed[i], 2)) for i in range(len(NAMES)))
-    caption = (
-        "Combinations of coefficients from the best to the least determined: principal axes of the posterior "
-        "in units of the prior."
-    )
+    caption = "Combinations of coefficients from the best to the least determined (principal axes)."
     return Table(caption, DIRECTIONS, rows, folded=True)
 
 
@@ -163,7 +137,7 @@ def _predicted(found: PosteriorSummary) -> tuple[Block, ...]:
         posterior_trials_figure(found),
         "posterior-trials",
         "Amplitude of each marker at the beat frequency, from nose to fin. Dark: uncertainty of the coefficients; "
-        "light: with noise, nuisance parameters and model discrepancy.",
+        "light: all of it.",
     )
     rows = tuple(
         (
@@ -178,26 +152,23 @@ def _predicted(found: PosteriorSummary) -> tuple[Block, ...]:
         for trial in found.trials
     )
     caption = (
-        "Speed along a smoothed path (so not that of the speed table), measured and predicted, and the share of the "
-        "scored marker coordinates inside their 90 % bands. Bands of fit trials are those of another trial like it; "
-        "those of held-out trials use the frequency and start of their own first two beats. All are in step with the "
-        "tail."
+        "Speed along a smoothed path, measured and predicted, and marker coordinates inside their 90 % bands. Held-out "
+        "trials: given the frequency and start of their first two beats."
     )
-    return Prose(_inside(found)), Plots((swings,)), Table(caption, TRIALS, rows)
+    return Prose(_inside(found)), Plots((swings,)), Table(caption, TRIALS, rows, folded=True)
 
 
 def _inside(found: PosteriorSummary) -> str:
-    sentences = []
+    parts = []
     for role, label in (("holdout", "held-out"), ("fit", "fit")):
         speeds, count, share = found.inside(role)
         if count:
-            sentences.append(
-                f"{speeds} of {counted(count, f'{label} trial')} swam at a speed within its 90 % band, and "
-                f"{percent(share)} of their marker coordinates lie within theirs."
+            parts.append(
+                f"{speeds} of {counted(count, f'{label} trial')} swam at a speed within its 90 % band "
+                f"({percent(share)} of their marker coordinates within theirs)"
             )
-    if found.inside("holdout")[1] == 0:
-        sentences.insert(0, "No trial was held out.")
-    return " ".join([drawn_sentence(found.forecasts), *sentences]).strip()
+    none = "" if found.inside("holdout")[1] else "No trial was held out. "
+    return f"{none}{'; '.join(parts)}."
 
 
 def _further(found: PosteriorSummary) -> tuple[Block, ...]:
@@ -207,16 +178,14 @@ def _further(found: PosteriorSummary) -> tuple[Block, ...]:
     loose = "what is not determined" if not wanted.all() else "the coefficients"
     effects = listed([f"{name} to {shown(100 * ratios[i], 0)} %" for i, name in enumerate(NAMES) if wanted[i]])
     text = (
-        f"One more swim trial of 5 s at {shown(best, 1)} Hz, tracked like these, would narrow {loose} most: the "
-        f"standard deviation of {effects} of what it is. Next best: "
-        f"{listed([f'{shown(sweep.frequency_hz[i], 1)} Hz' for i in order[1:3]])}."
+        f"One more swim of 5 s at {shown(best, 1)} Hz would narrow {loose} most: the standard deviation of {effects} "
+        f"of what it is. Next best: {listed([f'{shown(sweep.frequency_hz[i], 1)} Hz' for i in order[1:3]])}."
     )
     figure = Plot(
         posterior_further_figure(found),
         "posterior-further-plot",
-        "Standard deviation of each coefficient with one more trial, over its frequency: a linear forecast by the "
-        "twin. Thin dashed: coefficients that the trials determine already.",
-        "It assumes that the twin is right: more trials do not reduce an error that all trials share.",
+        "Standard deviation of each coefficient with one more trial, over its frequency, if the twin is right. Thin "
+        "dashed: determined already.",
     )
     return Prose(text), Plots((figure,))
 
@@ -224,11 +193,10 @@ def _further(found: PosteriorSummary) -> tuple[Block, ...]:
 def _checks(found: PosteriorSummary) -> tuple[Block, ...]:
     least, worst = float(np.min(found.ess_bulk[:5])), float(np.max(found.r_hat[:5]))
     text = (
-        f"{counted(found.chains.shape[0], 'walker')}, {found.steps} steps each, acceptance "
-        f"{shown(found.acceptance, 2)}, autocorrelation {shown(found.autocorrelation, 0)} steps: at least "
-        f"{shown(least, 0)} effective draws of each coefficient, R-hat at most {shown(worst, 3)}. At fresh draws the "
-        f"emulator of the twin misses its ln likelihood by {shown(found.emulator_error, 2)} (standard deviation). "
-        f"Goodness of fit: noise and nuisances alone leave residuals as large in {percent(found.misfit_p)} of sessions."
+        f"{counted(found.chains.shape[0], 'walker')}, {found.steps} steps each: at least {shown(least, 0)} effective "
+        f"draws of each coefficient, R-hat at most {shown(worst, 3)}. The emulator misses the ln likelihood by "
+        f"{shown(found.emulator_error, 2)}. Noise and nuisances alone leave residuals as large in "
+        f"{percent(found.misfit_p)} of sessions."
     )
     white = Plot(
         posterior_whiteness_figure(found),
@@ -247,7 +215,7 @@ def _checks(found: PosteriorSummary) -> tuple[Block, ...]:
         "Ranks of four groups of walkers among all draws: within the grey band (95 % of bins) they have drawn from the "
         "same distribution.",
     )
-    return Prose(text), _noise(found), Plots((white,)), Plots((trace, ranks))
+    return Prose(text), _noise(found), Plots((white, trace, ranks), "Noise and chains, drawn.", folded=True)
 
 
 def _noise(found: PosteriorSummary) -> Table:
@@ -266,9 +234,7 @@ def _noise(found: PosteriorSummary) -> Table:
         for white in found.whiteness
     )
     caption = (
-        "The noise of each fit trial’s tracks. “Effective” is the number of independent frames with the same "
-        "information about a mean; “size” is the median over markers. “Neighbours” is the correlation between "
-        "neighbouring markers (root mean square) up to the third harmonic of the beat, “after the model” that of the "
-        "residual, with the 99 % limit for white noise."
+        "The noise of each fit trial’s tracks: independent frames, size (median over markers), and the correlation of "
+        "neighbouring markers, before and after the noise model."
     )
-    return Table(caption, NOISE, rows)
+    return Table(caption, NOISE, rows, folded=True)

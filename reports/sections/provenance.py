@@ -2,7 +2,7 @@
 
 from reports.blocks import Points, Section, Table, Terms, table_head
 from reports.context import ReportContext
-from reports.numbers import MISSING, listed, sentence, shown, significant
+from reports.numbers import MISSING, sentence, shown, significant
 
 
 def build(context: ReportContext) -> Section:
@@ -13,12 +13,17 @@ def build(context: ReportContext) -> Section:
         "Provenance",
         "provenance",
         (
+            *_notes(context),
             Points("Assumed, not measured in this session", _assumptions(context)),
-            Terms(_made_with(context)),
-            Terms(_robot(context)),
-            Table("Input files, by name in the session folder.", columns, inputs, folded=len(inputs) > 8),
+            Terms(_made_with(context), "Program and settings"),
+            Terms(_robot(context), "The robot as described"),
+            Table("Input files, by name in the session folder.", columns, inputs, folded=True),
         ),
     )
+
+
+def _notes(context: ReportContext) -> tuple[Points, ...]:
+    return (Points("About this run", tuple(map(sentence, context.notes))),) if context.notes else ()
 
 
 def _assumptions(context: ReportContext) -> tuple[str, ...]:
@@ -26,14 +31,10 @@ def _assumptions(context: ReportContext) -> tuple[str, ...]:
     structure = [sentence(source.sentence) for source in context.calibration.structure.sources if source.assumed]
     scale = f"The scale of every picture is the nose-neck distance of {shown(session.camera.scale_length_m * 1000)} mm"
     lens = session.camera.calibration
-    even = context.even
-    where = "" if len(even) == len(context.driven) else f" of {listed(even)}"
     return (
         *structure,
         f"{scale}; {'lens distortion is not corrected' if lens is None else 'the lens is calibrated'}.",
-        *((f"The crank{where} turns at a constant speed: the beat of the tail, not the command.",) if even else ()),
         "The robot swims level, at the surface, in still water far from walls.",
-        "Elongated body theory is used in three forms; of the two numbers of each only the ratio c_D / β counts.",
     )
 
 
@@ -45,7 +46,6 @@ def _made_with(context: ReportContext) -> tuple[tuple[str, str], ...]:
         ("model sha256", made.model_sha256),
         ("seed", str(made.seed)),
         ("effort", made.effort),
-        ("fit", "mode of the hierarchical model, Gauss-Newton and restricted likelihood"),
         ("warm-up", f"{context.session.warmup_s:g} s of every trial left out"),
     )
 

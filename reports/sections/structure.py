@@ -1,7 +1,7 @@
 """The robot, and what its twin is built from: what the experiments out of the water measured, what was assumed."""
 
 from fitting.structure import Source
-from reports.blocks import Plot, Plots, Prose, Section, Table, table_head
+from reports.blocks import Plot, Plots, Section, Table, table_head
 from reports.context import ReportContext
 from reports.figures.planform import planform_figure
 from reports.numbers import MM, in_mm, listed, sentence, significant, with_error
@@ -27,26 +27,22 @@ def build(context: ReportContext) -> Section:
     """A row for each number of the structure, then how the crank turns."""
     structure = context.calibration.structure
     rows = (*map(_row, structure.sources), *_turns(context))
-    caption = "The structure that the swim trials were fitted with, in the order in which it was found."
     return Section(
         "What the twin is built from",
         "structure",
-        (Prose(_text(structure.sources)), Table(caption, COLUMNS, rows)),
+        (Table(_text(structure.sources), COLUMNS, rows),),
         tuple(sentence(flag.message) for flag in structure.flags if flag.kind == "not_used"),
     )
 
 
 def _text(sources: tuple[Source, ...]) -> str:
-    chain = (
-        "Free decays give the hinges, dry runs with these hinges the crank arm, then the swim trials the fluid "
-        "coefficients. "
-    )
+    chain = "Free decays give the hinges, dry runs the crank arm, then the swims the fluid coefficients. "
     missing = [WORDS.get(source.quantity, source.quantity) for source in sources if source.assumed]
     if not missing:
         return chain + "All of it was measured in this session."
     return chain + (
         f"{sentence(listed(missing)).removesuffix('.')} {'was' if len(missing) == 1 else 'were'} not measured in this "
-        "session. The fluid coefficients absorb errors of the assumed values, as far as they can."
+        "session. The fluid coefficients absorb errors of assumed values, as far as they can."
     )
 
 

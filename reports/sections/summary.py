@@ -1,92 +1,125 @@
-"""The first screen: whether the twin beats simple baselines, and an answer to each question."""
+"""The first screen: a swim from above, the forecast of speeds, and plain answers to what a reader asks first."""
 
-from fitting import CalibratedTrial
-from reports.blocks import Prose, Section, Terms
+from markupsafe import Markup
+
+from reports.answers import Answers, HowFarOff, HowSure
+from reports.blocks import Bar, Card, FirstScreen, Plot, Range, Section
 from reports.context import ReportContext
-from reports.forecast_words import gain_sentence, marker_sentence, speed_sentence, twin_sentence
-from reports.gap_words import gap_sentences
-from reports.numbers import counted, in_words, listed, of_its_size, shown, spanned
-from reports.sections.caveats import caveats_of
+from reports.figures.hero import representative, swim_from_above
+from reports.figures.speed import speed_sweep_figure
+from reports.forecast_words import MODELS
+from reports.numbers import in_mm, in_words, listed, sentence, shown, spanned
+from swimmer.fluid import COEFFICIENT_BOUNDS
 
 
 def build(context: ReportContext) -> Section:
-    """What it is, how good, how sure, what is missing, the main caveat and the next step; all on one screen."""
-    return Section("Summary", "summary", (Prose(_lead(context), lead=True), Terms(_answers(context))))
+    """All on one screen; what was not computed says by which command it is."""
+    answers = context.answers
+    hero, about = _hero(context)
+    screen = FirstScreen(
+        lead=_lead(answers),
+        hero=hero,
+        hero_caption=about,
+        plots=(_speeds(context),),
+        cards=(
+            _how_far_off(answers.how_far_off),
+            _how_sure(answers.how_sure, context),
+            _missing(answers, context),
+        ),
+        next_step=answers.next_step,
+        caveats=answers.caveats,
+    )
+    return Section("Summary", "summary", (screen,))
 
 
-def _lead(context: ReportContext) -> str:
-    forecasts = context.calibration.forecasts
-    return f"{twin_sentence(forecasts)} {speed_sentence(forecasts)} {gain_sentence(forecasts)}".strip()
+def _lead(answers: Answers) -> Markup:
+    off = answers.how_far_off
+    parts = [Markup(_exported(off))]
+    if (found := answers.missing) is not None:
+        if found.groups:
+            names = Markup(listed([str(Markup("<b>{}</b>").format(group)) for group in found.groups], 3))
+            what = "One thing is missing from it" if len(found.groups) == 1 else "Missing from it"
+            parts.append(Markup("{}: {}.").format(what, names))
+        elif found.no_gap:
+            parts.append(Markup("No effect of the catalogue is missing from it."))
+        else:
+            parts.append(Markup("Something is missing from it that these trials do not name."))
+    return Markup(" ").join(parts)
 
 
-def _answers(context: ReportContext) -> tuple[tuple[str, str], ...]:
-    found = caveats_of(context)
-    more = " Further caveats are below." if len(found) > 1 else ""
-    return (
-        ("What", _what(context)),
-        ("How good", _how_good(context)),
-        ("How sure", _how_sure(context)),
-        ("What is missing", _what_is_missing(context)),
-        ("Main caveat", f"{found[0]}{more}" if found else "None."),
-        ("Next step", _next_step(context)),
+def _exported(off: HowFarOff) -> Markup:
+    parts = [Markup("{}").format(off.misses)] if off.misses else []
+    if (held := off.held_out) is None:
+        if off.fitted is not None:
+            known = f"The exported twin is off by {off.fitted.size} in the trials that it was fitted to."
+            parts.append(Markup("{}").format(known))
+        parts.append(Markup("No held-out trial tells how well it forecasts."))
+        return Markup(" ").join(parts)
+    swims = "an unseen swim" if held.trials == 1 else f"{held.trials} unseen swims"
+    rule = off.best_rule
+    beside = "" if rule is None else f"; the best simple rule, {MODELS[off.best]}, is off by {in_mm(rule)}"
+    text = "The exported twin predicts the speed of {} to within <b>{} mm/s</b> of {}{}."
+    parts.append(Markup(text).format(swims, in_mm(held.speed), in_mm(held.swum, 0), beside))
+    return Markup(" ").join(parts)
+
+
+def _hero(context: ReportContext) -> tuple[Markup, str]:
+    trial = representative(context.calibration.trials)
+    drawn = Markup("") if trial is None else swim_from_above(trial, context.calibration.robot)
+    if trial is None or not drawn:
+        return Markup(""), ""
+    seen = "fitted" if trial.measured.role == "fit" else "never shown to the fit"
+    return drawn, (
+        f"Trial {trial.measured.name}, {shown(trial.measured.frequency.hz, 2)} Hz, {seen}. Robot and twin start "
+        f"together; their markers are {in_mm(trial.scores.marker_error_m)} mm apart in the mean."
     )
 
 
-def _what(context: ReportContext) -> str:
-    names = {role: [trial.measured.name for trial in context.trials(role)] for role in ("fit", "holdout")}
-    held = f"; forecasts of {listed(names['holdout'])}" if names["holdout"] else ""
-    robot = context.calibration.robot
-    return (
-        f"A MuJoCo twin of {robot.name}, {shown(robot.length_m, 2)} m long: five fluid coefficients fitted to "
-        f"{listed(names['fit'])}{held}."
+def _speeds(context: ReportContext) -> Plot:
+    calibration = context.calibration
+    low, high = calibration.sweep.fitted_hz
+    diverged = int((calibration.sweep.speed_twin != calibration.sweep.speed_twin).sum())
+    band = "" if context.posterior is None else " The band holds 90 % of what another swim may do."
+    return Plot(
+        speed_sweep_figure(calibration, None if context.posterior is None else context.posterior.sweep),
+        "sweep",
+        f"Speed over tail beat frequency. Below: the same minus the twin’s speed.{band} On grey ground nothing was "
+        f"fitted ({shown(low, 2)} to {shown(high, 2)} Hz was).",
+        f"The twin diverged at {diverged} frequencies, which are left out." if diverged else "",
     )
 
 
-def _how_good(context: ReportContext) -> str:
-    """Markers after two beats, and over which frequencies."""
-    over = [
-        _trials(context.trials(role), words)
-        for role, words in (("fit", "fit"), ("holdout", "held-out"))
-        if context.trials(role)
-    ]
-    return f"{marker_sentence(context.calibration.forecasts)} All over {' and '.join(over)}.".strip()
+def _how_far_off(off: HowFarOff) -> Card:
+    title = "How far off is the twin I can export?"
+    if (held := off.held_out) is None:
+        known = f"{off.fitted.size} in {off.fitted.over('fit')}. " if off.fitted is not None else ""
+        return Card(title, "Not known", (f"{known}Hold a trial out to find how well it forecasts.",))
+    fitted = "" if off.fitted is None else f" In {off.fitted.over('fit')}: {off.fitted.size}."
+    highest = max(held.speed, *off.beside.values(), 1e-9)
+    rows = [("exported twin", held.speed, True), *((MODELS[name], error, False) for name, error in off.beside.items())]
+    bars = tuple(Bar(name, f"{in_mm(error)} mm/s", error / highest, twin) for name, error, twin in rows)
+    return Card(
+        title, held.size, (f"Mean error of speed and markers in {held.over('held-out')}.{fitted}", off.compared), bars
+    )
 
 
-def _how_sure(context: ReportContext) -> str:
-    found = context.posterior
+def _how_sure(sure: HowSure, context: ReportContext) -> Card:
+    low, high = COEFFICIENT_BOUNDS
+    ranges = tuple(
+        Range(in_words(name), one.text, *((each - low) / (high - low) for each in (one.low, one.high, one.value)))
+        for name, one in sure.intervals.items()
+    )
+    how = f"90 % intervals; lines span {spanned(low, high)}."
+    command = "" if sure.sampled else f"calib posterior {context.session.folder.name}"
+    return Card("How sure are the coefficients?", "", (f"{sure.verdict} {how}",), (), ranges, command)
+
+
+def _missing(answers: Answers, context: ReportContext) -> Card:
+    found, title = answers.missing, "What is missing, and what to film next?"
     if found is None:
-        return "Not known: this fit has no posterior."
-    determined = [
-        f"{in_words(name)} {spanned(one.q05, one.q95, of_its_size)}"
-        for name, one in found.marginals.items()
-        if one.determined
-    ]
-    loose = [in_words(name) for name, one in found.marginals.items() if not one.determined]
-    sure = f"Determined by these trials (90 % interval): {listed(determined)}. " if determined else ""
-    return f"{sure}Not determined: {listed(loose) or 'none'}."
-
-
-def _what_is_missing(context: ReportContext) -> str:
-    found = context.diagnosed
-    if found is None:
-        return "Not known: the gap was not diagnosed."
-    which, how_far = (text.partition(": ")[2] for text in gap_sentences(found)[1:])
-    return f"{which[:1].upper()}{which[1:]} {how_far}"
-
-
-def _next_step(context: ReportContext) -> str:
-    on_folder = f"on the folder of this session ({context.session.folder.name})"
-    if not context.trials("holdout"):
-        return "Hold a trial out, or film another one, and fit again."
-    if context.posterior is None:
-        return f"Run calib posterior {on_folder}."
-    if context.diagnosed is None:
-        return f"Run calib diagnose {on_folder}."
-    experiments = context.diagnosed.next_experiments
-    return f"{experiments[0].describe}." if experiments else "Film further trials at other speeds."
-
-
-def _trials(trials: tuple[CalibratedTrial, ...], role: str) -> str:
-    hz = sorted(trial.measured.frequency.hz for trial in trials)
-    span = shown(hz[0], 2) if len(hz) == 1 else f"{shown(hz[0], 2)} to {shown(hz[-1], 2)}"
-    return f"{counted(len(trials), f'{role} trial')} ({span} Hz)"
+        text = "The trials were not searched for missing effects."
+        return Card(title, "Not known", (text,), command=f"calib diagnose {context.session.folder.name}")
+    bars = tuple(Bar(name, shown(chance, 2), chance, name in found.named) for name, chance in found.chances.items())
+    place = "" if found.no_gap else sentence(found.where.partition(" (")[0].partition(";")[0])
+    film = f"To film next: {answers.film_next}" if answers.film_next else "No further film is asked for."
+    return Card(title, found.headline, (f"{place} {found.how_far}".strip(), film), bars)

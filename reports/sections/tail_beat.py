@@ -28,9 +28,8 @@ def build(context: ReportContext) -> Section:
         Plot(
             body_wave_figure(names, waves),
             "body-wave",
-            "The wave along the tail: each dot a tail marker, from the root outwards; radius is the amplitude of its "
-            "beat, angle (counter-clockwise from the right) its lag behind the first. A spiral is a travelling wave, a "
-            "ray a standing one. A difference in angle is one of wave speed, a difference in radius one of amplitude.",
+            "The wave along the tail: each dot a tail marker; radius is its amplitude, angle its lag behind the first. "
+            "A spiral is a travelling wave, a ray a standing one.",
         ),
     )
     rows = tuple(_row(trial, pair, robot) for trial, pair in zip(trials, waves, strict=True))
@@ -80,19 +79,18 @@ def _row(trial: CalibratedTrial, waves: Waves, robot: RobotSpec) -> tuple[str, .
 
 def _table(rows: tuple[tuple[str, ...], ...], last: str) -> Table:
     return Table(
-        f"Dimensionless numbers of each swim after its warm-up. 2 A is the excursion of {last} across the course of "
-        "the fish in the pool, peak to peak; L is the body length. Swimming number Sw = ω A L / ν, Reynolds number "
-        "Re = U L / ν, Strouhal number St = 2 A f / U (Gazzola, Argentina and Mahadevan, Nature Physics 10, 2014). "
-        f"The lag is that of {last} behind the first tail marker.",
+        f"Dimensionless numbers of each swim (Gazzola, Argentina and Mahadevan, Nature Physics 10, 2014); amplitude "
+        f"and lag are those of {last}.",
         COLUMNS,
         rows,
+        folded=True,
     )
 
 
 def _strouhal(trials: tuple[CalibratedTrial, ...], waves: list[Waves], robot: RobotSpec) -> str:
     found = [_numbers(trial, pair, robot)[0].strouhal for trial, pair in zip(trials, waves, strict=True)]
     known = [value for value in found if np.isfinite(value)]
-    text = "Swimming animals cruise at a Strouhal number of 0.2 to 0.4 (Taylor, Nudds and Thomas, Nature 425, 2003)"
+    text = "Swimming animals cruise at Strouhal numbers of 0.2 to 0.4 (Taylor et al., Nature 425, 2003)"
     if not known:
         return f"{text}; it is not known for any trial here."
     span = significant(known[0]) if len(known) == 1 else f"{significant(min(known))} to {significant(max(known))}"

@@ -1,33 +1,37 @@
 """How far the tracks can be trusted: which samples are flagged, and as what."""
 
 from collections import Counter
+from collections.abc import Iterator
 
 from fitting import CalibratedTrial, MeasuredTrial
-from reports.blocks import Plot, Plots, Prose, Section, Table, table_head
+from reports.blocks import Block, Plot, Plots, Prose, Section, Table, table_head
 from reports.caveats import track_flags
 from reports.context import ReportContext
 from reports.figures.flagged_samples import flagged_samples_figure
-from reports.numbers import counted, listed, percent, shown
+from reports.numbers import counted, listed, percent, sentence, shown, spanned
 from session.flags import FLAG_KINDS
 
 COLUMNS = table_head("trial | what was seen | stretches [] | longest [frames] | markers")
+STRETCHES = table_head("trial | flag | frames [] | time [s] | what was seen")
 
 
 def build(context: ReportContext) -> Section:
-    """A matrix a trial, and the flags counted by kind."""
-    trials = context.calibration.trials
-    rows = [row for trial in trials for row in _rows(trial)]
+    """A matrix for each trial of which something is flagged, the flags counted by kind, and every stretch."""
+    trials = [trial for trial in context.calibration.trials if (trial.measured.weight <= 0).any()]
+    unflagged = [trial.measured.name for trial in context.calibration.trials if trial not in trials]
+    rows = tuple(row for trial in context.calibration.trials for row in _rows(trial))
+    blocks: list[Block] = []
+    if unflagged:
+        blocks.append(Prose(f"Every sample counts in {listed(unflagged)}."))
     if rows:
-        caption = "Flags by trial and kind; every stretch is listed with its trial. Flagged samples are not used."
-        table: Table | Prose = Table(caption, COLUMNS, tuple(rows))
-    else:
-        table = Prose("No sample of any trial is flagged: every marker counts in every frame.")
-    plots = Plots(tuple(picture_of_tracks(trial.measured) for trial in trials))
-    text = (
-        "Tracks are judged before any fit, each sample by the other markers of its frame and by its own "
-        "motion. Flagged samples get no weight."
-    )
-    return Section("Track quality", "tracks", (Prose(text), plots, table), _caveats(context))
+        blocks.append(Table("Flags by trial and kind. Flagged samples are not used.", COLUMNS, rows))
+        stretches = tuple(row for trial in context.calibration.trials for row in _stretches(trial.measured))
+        blocks.append(Table(f"{counted(len(stretches), 'stretch', 'es')}.", STRETCHES, stretches, folded=True))
+    pictures = tuple(picture_of_tracks(trial.measured) for trial in trials)
+    if pictures:
+        what = "A long coloured row is a marker to track again, a column a moment at which no marker can be used."
+        blocks.append(Plots(pictures, what))
+    return Section("Track quality", "tracks", tuple(blocks), _caveats(context))
 
 
 def picture_of_tracks(trial: MeasuredTrial) -> Plot:
@@ -37,7 +41,15 @@ def picture_of_tracks(trial: MeasuredTrial) -> Plot:
         f"{trial.name}: {count}. A long coloured row is a marker to track again, a coloured column a moment at which "
         "no marker can be used."
     )
-    return Plot(flagged_samples_figure(trial), f"{trial.name}-flags", caption)
+    return Plot(flagged_samples_figure(trial), f"{trial.name}-flags", caption, label=f"{trial.name}: {count}.")
+
+
+def _stretches(trial: MeasuredTrial) -> Iterator[tuple[str, ...]]:
+    last_frame = len(trial.time_s) - 1
+    for flag in track_flags(trial):
+        first, last = (min(frame, last_frame) for frame in flag.frames or (0, last_frame))
+        when = spanned(float(trial.time_s[first]), float(trial.time_s[last]), lambda time_s: shown(time_s, 2))
+        yield trial.name, flag.kind.replace("_", " "), f"{first} to {last}", when, sentence(flag.message)
 
 
 def _rows(trial: CalibratedTrial) -> list[tuple[str, ...]]:
@@ -62,8 +74,7 @@ def _caveats(context: ReportContext) -> tuple[str, ...]:
     if context.session.camera.calibration is None:
         scales = [trial.measured.metres_per_px * 1000 for trial in context.calibration.trials]
         caveats.append(
-            "No lens calibration is given: distances near the edge of the picture may be off. The scale "
-            f"({shown(min(scales), 2)} to {shown(max(scales), 2)} mm per pixel) is the median nose-neck "
-            "distance."
+            "No lens calibration is given: distances near the edge of the picture may be off. The scale is the median "
+            f"nose-neck distance ({shown(min(scales), 2)} to {shown(max(scales), 2)} mm per pixel)."
         )
     return tuple(caveats)

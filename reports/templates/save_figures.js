@@ -5,6 +5,7 @@
   const download = (url, name) => Object.assign(document.createElement("a"), { href: url, download: name }).click();
   const standalone = (svg, scale) => {
     const copy = svg.cloneNode(true);
+    copy.querySelectorAll(".move").forEach((one) => one.remove());
     const { width, height } = svg.viewBox.baseVal;
     copy.setAttribute("width", width * scale);
     copy.setAttribute("height", height * scale);

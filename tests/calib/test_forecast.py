@@ -10,8 +10,13 @@ import numpy as np
 import pytest
 
 import calib as front
+from fitting.model.forecast import Scatter
+from fitting.model.session_forecast import Forecast, ForecastTrial, SessionForecast
+from reports.forecast_words import compared_with_best, misses
 from session import Flag
 from tests.calib.door import Front, calibration_of, files_in
+from tests.reports.diagnoses import made_diagnosed
+from tests.reports.posteriors import made_summary
 from tests.session.sample import FISHSIM, needs_fishsim
 
 
@@ -31,17 +36,54 @@ def test_every_forecast_of_the_file_is_next_to_baselines(finished: Path) -> None
     assert "line" not in trials["slow"]["forecasts"]
 
 
-def test_its_summary_says_whether_the_baselines_are_beaten(found: front.FitResult) -> None:
+def test_its_summary_says_whether_the_exported_twin_beats_the_simple_rules(found: front.FitResult) -> None:
     lines = found.summary().splitlines()
+    (off,) = [line for line in lines if line.startswith("How far off:")]
     errors = found.to_frame("speed_errors").holdout
-    best = errors[["line", "power_law", "constant_stride"]].min()
-    if errors["given_frequency"] < best:
-        assert "With it the twin is better" in lines[3]
-        assert found.verdict != "worse_than_baseline"
-    else:
-        assert "With it the twin is not better" in lines[3]
-        assert found.verdict == "worse_than_baseline"
+    better = errors["twin"] < errors[["line", "power_law", "constant_stride"]].min()
+    assert f"exported twin {1000 * errors['twin']:.1f} mm/s" in off
+    assert ("The twin is better" in off) == better
+    assert ("The twin is worse" in off) == (not better)
+    assert (found.verdict == "worse_than_baseline") == (not better)
     assert lines[0] in found._repr_html_()
+
+
+@pytest.mark.parametrize(
+    ("others", "how"),
+    [
+        ((5.0, 5.1, 4.9), "better than"),
+        ((3.0, 9.0, 0.0), "better, but not significantly, than"),
+        ((0.0, 5.0, -0.5), "worse, but not significantly, than"),
+        ((0.9, 1.0, 1.1), "worse than"),
+    ],
+)
+def test_four_outcomes_are_told_apart(others: tuple[float, ...], how: str) -> None:
+    """The twin is off by 2 mm/s in each of three trials, the line by these."""
+    trials = {
+        str(i): ForecastTrial("holdout", 1.0, 0.1, {"twin": Forecast(0.102), "line": Forecast(0.1 + other / 1000)})
+        for i, other in enumerate(others)
+    }
+    assert f"The twin is {how} the best simple rule" in compared_with_best(SessionForecast(Scatter(), trials))
+
+
+def test_the_summary_knows_what_stands(found: front.FitResult) -> None:
+    """Nothing but the fit does: the next step is the posterior; beside one, the diagnosis; beside both, neither."""
+    assert "Next: calib posterior" in found.summary()
+    sampled = replace(found, posterior=made_summary())
+    assert "calib posterior" not in sampled.summary().split("Next:")[1]
+    if not misses(found.forecasts):
+        assert "Next: calib diagnose" in sampled.summary()
+    both = replace(sampled, diagnosed=made_diagnosed("named"))
+    assert "Next: calib" not in both.summary()
+    assert "Which: tendon slack" in both.summary()
+    assert len(both.summary().splitlines()) <= 8
+
+
+def test_caveats_are_counted_alike_in_summary_details_and_page(found: front.FitResult) -> None:
+    both = replace(found, posterior=made_summary(), diagnosed=made_diagnosed("named"))
+    caveats = both.answers.caveats
+    assert f"({len(caveats) - 1} more: -v)" in both.summary()
+    assert [line.removeprefix("! ") for line in both.details() if line.startswith("! ")] == list(caveats)
 
 
 def test_a_verdict_is_good_only_where_there_is_no_caveat(found: front.FitResult) -> None:

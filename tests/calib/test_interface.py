@@ -21,6 +21,7 @@ from calib.entry import PACKAGES
 from calib.results.figures import Figures, FitFigures, GapFigures, PosteriorFigures
 from reports import gallery
 from reports.sections import posterior as posterior_section
+from reports.sections import summary as summary_section
 from reports.sections.gap_plots import gap_plots
 from swimmer import load_robot
 from tests.calib import desk
@@ -194,7 +195,7 @@ def test_every_figure_of_the_report_is_a_method(finished: Path) -> None:
 def test_every_figure_of_posterior_and_gap_is_a_method(kind: type[Figures]) -> None:
     context = replace(made_context(), posterior=made_summary())
     plots = {
-        PosteriorFigures: lambda: gallery(context, (posterior_section.build,)),
+        PosteriorFigures: lambda: gallery(context, (summary_section.build, posterior_section.build)),
         GapFigures: lambda: gap_plots(made_diagnosed(everything=made_everything()), load_robot(), MARKERS),
     }[kind]
     figures = kind(SimpleNamespace(is_current=True), plots)  # type: ignore[arg-type]

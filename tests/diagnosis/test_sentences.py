@@ -97,5 +97,5 @@ def test_beside_the_twins_speeds_stands_the_line_and_what_does_not_surely_improv
 ) -> None:
     gap = {"shrinkage": 0.1, "shrinkage_ci95": interval, "speed_mae_baselines": {"line": 0.0056}}
     said = how_far(made_diagnosed("named", gap=gap))
-    assert "mm/s (a line in frequency: 5.6)." in said
+    assert "mm/s (a line in frequency: 5.6)" in said
     assert said.endswith("Do not use it for forecasts.") == warns

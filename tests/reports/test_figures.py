@@ -4,21 +4,20 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from matplotlib.colors import to_hex
 
 from diagnosis.result import DiagnosisResult
 from reports import gallery
 from reports.blocks import Plot
-from reports.colours import TWIN
 from reports.figures.flagged_samples import flagged_kinds
 from reports.figures.residuals import marker_distances
 from reports.figures.speed import speed_sweep_figure
 from reports.figures.trial import beat_midlines
-from reports.sections import gap
+from reports.sections import FURTHER, SECTIONS, gap
 from reports.sections.track_quality import picture_of_tracks
 from swimmer import load_robot
 from tests.cases import later
 from tests.reports.diagnoses import made_diagnosed, made_everything
+from tests.reports.posteriors import made_summary
 from tests.reports.sample import MARKERS, made_calibration, made_context, made_session, made_trial
 from tests.reports.whole import made_whole_context, of_trials
 
@@ -29,7 +28,7 @@ FEWEST_WORDS = 8  # of a caption
 @pytest.fixture(scope="module")
 def whole() -> dict[str, Plot]:
     """Of a session that lacks nothing."""
-    return gallery(made_whole_context())
+    return gallery(made_whole_context(), (*SECTIONS, *FURTHER))
 
 
 def outside(plot: Plot) -> bool:
@@ -41,7 +40,7 @@ def outside(plot: Plot) -> bool:
 
 def test_every_figure_stays_within_its_frame(whole: dict[str, Plot]) -> None:
     assert [name for name, plot in whole.items() if outside(plot)] == []
-    assert len(whole) > 40
+    assert len(whole) > 35
 
 
 @pytest.mark.parametrize("count", [1, 4, 9, *later(2, 5, 7)])
@@ -73,11 +72,11 @@ def test_every_figure_says_in_sentences_what_to_see_in_it(whole: dict[str, Plot]
     assert [name for name, text in captions.items() if len(text.split()) < FEWEST_WORDS or text[-1] != "."] == []
 
 
-def test_a_figure_shows_itself_in_a_notebook(whole: dict[str, Plot]) -> None:
+def test_a_figure_shows_itself_in_a_notebook() -> None:
     tracks = picture_of_tracks(made_trial(ROBOT, "medium").measured)
 
     assert tracks._repr_png_().startswith(b"\x89PNG")
-    assert tracks._repr_png_() == whole["medium-flags"]._repr_png_()
+    assert tracks._repr_png_() == picture_of_tracks(made_trial(ROBOT, "medium").measured)._repr_png_()
     assert repr(tracks).startswith("Plot(name='medium-flags', caption='medium: 100 % of 1260 samples count.")
 
 
@@ -116,13 +115,17 @@ def test_each_sample_left_out_has_a_reason_and_no_other_has() -> None:
     assert set(kinds[20:25, MARKERS.index("tail_1")]) == {"head not trusted"}
 
 
-def test_the_twin_curve_is_dashed_where_nothing_was_fitted() -> None:
-    (axes,) = speed_sweep_figure(made_calibration()).axes
-    curves = [line for line in axes.lines if to_hex(line.get_color()) == TWIN and len(line.get_xdata()) > 2]
-    solid = [line for line in curves if line.get_linestyle() == "-"]
+def test_speeds_are_drawn_beside_simple_rules_and_below_as_differences_from_the_twin() -> None:
+    above, below = speed_sweep_figure(made_calibration(), made_summary().sweep).axes
+    curves = {line.get_label(): line for line in above.lines}
+    lower = {line.get_label(): line for line in below.lines}
 
-    assert len(curves) == 2
-    assert [(min(line.get_xdata()), max(line.get_xdata())) for line in solid] == [(0.8, 1.3)]
+    assert {"exported twin", "elongated body theory", "line in frequency", "constant stride"} <= set(curves)
+    assert np.allclose(lower["exported twin"].get_ydata(), 0.0)
+    for name in ("elongated body theory", "constant stride"):
+        difference = curves[name].get_ydata() - curves["exported twin"].get_ydata()
+        np.testing.assert_allclose(lower[name].get_ydata(), difference, atol=1e-9)
+    assert any("band" in part.get_label() for part in above.collections)
 
 
 def test_marker_distances_average_to_the_score_of_the_trial() -> None:

@@ -4,16 +4,19 @@ import re
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
 import pytest
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
 from diagnosis.result import DiagnosisResult
 from reports import render_report
+from reports.caveats import gap_caveats
 from reports.colours import EBT_SMOOTHED, WARN
 from reports.figures.gap_how_far import gap_waterfall_figure
+from reports.numbers import shown
 from reports.page import render_page
-from reports.sections import gap
+from reports.sections import gap, summary
 from session.records import to_plain
 from tests.reports.diagnoses import made_diagnosed, made_everything, made_forces
 from tests.reports.page import Page
@@ -26,6 +29,7 @@ VERDICTS = ("named", "inseparable", "unexplained", "no_gap")
 def page_of(found: DiagnosisResult | None, effort: str = "full") -> Page:
     """A report of this section alone."""
     section = gap.build(replace(made_context(), diagnosed=found, diagnosis_effort=effort))
+    section = replace(section, caveats=(*section.caveats, *gap_caveats(found)))  # which stand on the first screen
     return Page(render_page("report.html.j2", title="pool", session="pool", byline="", questions=[("", [section])]))
 
 
@@ -48,16 +52,24 @@ def test_without_a_diagnosis_it_tells_how_to_get_one() -> None:
 @pytest.mark.parametrize(
     ("verdict", "said"),
     [
-        ("named", "The diagnosis names tendon slack and wave drag, which this fit leaves out"),
-        ("inseparable", "The diagnosis names tendon slack or tendon friction, which this fit leaves out"),
-        ("unexplained", "The diagnosis finds a gap that no effect of its catalogue explains"),
-        ("no_gap", ""),
+        ("named", "Missing from it: tendon slack and wave drag ."),
+        ("inseparable", "One thing is missing from it: tendon slack or tendon friction ."),
+        ("unexplained", "Something is missing from it that these trials do not name."),
+        ("no_gap", "No effect of the catalogue is missing from it."),
     ],
 )
-def test_the_summary_says_what_a_fit_leaves_out(verdict: str, said: str) -> None:
-    whole = Page(render_report(replace(made_context(), diagnosed=made_diagnosed(verdict))))
-    assert said in whole.text.split("Speed Forward", 1)[0]
-    assert ("The diagnosis" in whole.text.split("Speed Forward", 1)[0]) == bool(said)
+def test_the_first_sentence_says_what_the_exported_twin_lacks(verdict: str, said: str) -> None:
+    whole = Page(render_report(replace(made_context(), diagnosed=made_diagnosed(verdict)), (summary.build,)))
+    assert said in whole.text.replace(" and  ", " and ").replace("  ", " ")
+
+
+def test_where_something_is_named_the_first_screen_says_how_far_each_error_shrinks() -> None:
+    for verdict, after in (("named", True), ("unexplained", False)):
+        context = replace(made_context(), diagnosed=made_diagnosed(verdict))
+        (missing,) = [each for each in [context.answers.missing] if each is not None]
+        assert [change.quantity for change in missing.changes][:2] == ["markers", "speed"]
+        assert all(np.isfinite(change.after) == after for change in missing.changes)
+        assert all((f" to {shown(change.after)}" in missing.how_far) == after for change in missing.changes)
 
 
 @pytest.mark.parametrize("verdict", VERDICTS)
@@ -115,7 +127,7 @@ def test_numbers_of_the_diagnosis_stand_with_what_they_are_of(pages: dict[str, P
         ("named", {"gap": {"shrinkage": 1.2, "shrinkage_ci95": [0.9, 1.2]}}, "Above 100 %: the residual is smaller"),
         ("named", {"gap": {"shrinkage": None, "squares_before": 1.0}}, "of the held-out trials is no more than noise"),
         ("named", {"missing_forces": to_plain(made_forces(sd=0.004))}, "No missing force differs significantly"),
-        ("named", {"withheld_from_catalogue": ["scale_error"]}, "Its catalogue lacked scale error."),
+        ("named", {"withheld_from_catalogue": ["scale_error"]}, "made without scale error; run it again"),
         (
             "no_gap",
             {"no_gap_probability": 0.06},

@@ -66,6 +66,6 @@ def test_without_a_log_there_is_no_section_and_the_turn_is_reported_to_be_assume
     context = made_context()
 
     assert motor.build(context) is None
-    last = structure.build(context).blocks[1].rows[-1]  # type: ignore[union-attr]
+    last = structure.build(context).blocks[0].rows[-1]  # type: ignore[union-attr]
     assert last[0] == "crank angle"
     assert last[-1].startswith("assumed: turns evenly")

@@ -8,7 +8,7 @@ import pytest
 from fitting.posterior.summary import PosteriorSummary
 from fitting.posterior.whiteness import noise_flags
 from reports import render_report
-from reports.sections import posterior
+from reports.sections import posterior, summary
 from tests.reports.page import Page
 from tests.reports.posteriors import made_summary
 from tests.reports.sample import ROLES, made_calibration, made_context
@@ -16,7 +16,9 @@ from tests.reports.undrawn import nothing_drawn
 
 
 def page_of(found: PosteriorSummary | None, names: tuple[str, ...] = tuple(ROLES)) -> Page:
-    return Page(render_report(replace(made_context(made_calibration(names)), posterior=found), (posterior.build,)))
+    return Page(
+        render_report(replace(made_context(made_calibration(names)), posterior=found), (summary.build, posterior.build))
+    )
 
 
 @pytest.fixture(scope="module")
@@ -36,15 +38,15 @@ def test_without_a_posterior_it_tells_how_to_sample_one() -> None:
     "said",
     [
         "Magnus lift is not determined by these trials; blunt drag, angular drag",
-        "magnus_lift is not determined: 90 % interval 0.1 to 6.",
+        "magnus_lift is not determined: 90 % interval 0.1 to 6",
         "hinge stiffness 1.2 dry experiments 0 ± 1",
         "crank arm 2 assumed: not measured −2.1 ± 0.8",
-        "0 of 1 held-out trial swam at a speed within its 90 % band, and 87.5 % of their marker coordinates",
+        "0 of 1 held-out trial swam at a speed within its 90 % band (87.5 % of their marker coordinates",
         "2 of 2 fit trials swam",
         "slow held out 55.0",
-        "One more swim trial of 5 s at 0.5 Hz, tracked like these, would narrow what is not determined most",
+        "One more swim of 5 s at 0.5 Hz would narrow what is not determined most",
         "deviation of slender drag to 50 % and Magnus lift to 50 % of what it is. Next best: 1.4 Hz",
-        "16 walkers, 4000 steps each, acceptance 0.31, autocorrelation 42 steps: at least 500",
+        "16 walkers, 4000 steps each: at least 500",
         "medium 150 21 0.10 10 0.80 0.50 0.04 (chance 0.20) yes",
     ],
 )

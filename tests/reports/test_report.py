@@ -40,7 +40,7 @@ def page_of(calibration: Calibration, session: Session | None = None) -> Page:
 
 
 def test_every_section_is_there_and_every_link_leads_to_one(page: Page) -> None:
-    sections = ["summary", "caveats", "forecasts", "speed", "trials", "residuals", "tail-beat", "coefficients"]
+    sections = ["summary", "caveats", "forecasts", "trials", "residuals", "tail-beat", "posterior", "coefficients"]
     sections += ["gap", "robot-sketch", "structure", "tracks", "provenance", "reading"]
     links = [target[1:] for target in page.targets if target.startswith("#")]
 
@@ -62,18 +62,19 @@ def test_nothing_is_asked_for_from_outside(page: Page, html_of_medium: str) -> N
 
 
 def test_the_first_screen_gives_the_numbers_that_the_calibration_has(page: Page) -> None:
-    first = page.text.split("Before you rely")[0]
-    assert "better than the best baseline" in first
+    first = page.text.split("Next:")[0]
+    assert "than the best simple rule" in first
     forecasts = made_calibration().forecasts
     for role, words in (("fit", "2 fit trials"), ("holdout", "1 held-out trial")):
         alone = [trial for trial in forecasts.trials.values() if trial.role == role]
         off = np.mean([abs(trial.forecasts["twin"].speed - trial.speed_measured) for trial in alone])
         markers = np.mean([trial.forecasts["twin"].marker_error_mm for trial in alone])
-        assert f"{in_mm(float(off))} mm/s and {shown(float(markers))} mm in {words}" in first
+        assert f"{in_mm(float(off))} mm/s, {shown(float(markers))} mm" in first
+        assert words in first
 
 
 def test_flags_stand_in_the_summary_and_with_their_trial(page: Page) -> None:
-    summary, rest = page.text.split("Speed Forward", 1)[0], page.text
+    summary, rest = page.text.split("Speeds and markers", 1)[0], page.text
 
     assert "magnus_lift = 0 is at its bound 0: the data favour a value beyond it." in summary
     assert "outside the range of the trials that were fitted" in summary
@@ -105,9 +106,9 @@ def test_flags_notes_and_provenance_are_printed(page: Page, said: str) -> None:
 def test_without_held_out_trials_it_says_that_nothing_was_predicted() -> None:
     page = page_of(made_calibration(("medium", "fast")))
 
-    assert "No trial is held out: how well the twin forecasts is not known." in page.text
-    assert "forecasts" not in page.ids
-    assert "No trial was held out: every speed error below is one of the fit." in page.text
+    assert "No held-out trial tells how well it forecasts." in page.text
+    assert "forecast-speeds" not in page.ids
+    assert "No trial was held out: every error below is one of the fit." in page.text
     assert not re.search(r"\bnan\b", page.text)
 
 
@@ -127,13 +128,21 @@ def test_the_same_results_give_the_same_file(medium: ReportContext, html_of_medi
 
 
 def test_the_first_screen_answers_every_question_in_few_words(html_of_medium: str) -> None:
-    """What stands before anything is unfolded, headings of what is folded included."""
-    screen = html_of_medium.split('<details class="question">')[0]
-    for question in ("What", "How good", "How sure", "What is missing", "Main caveat", "Next step"):
-        assert f"<dt>{question}</dt>" in screen
-    shown = Page(
-        re.sub(
-            r"<details class=\"question\">.*?</details>\s*(?=<details class|</main>)", "", html_of_medium, flags=re.S
-        )
-    )
-    assert len(shown.text.split()) < 600
+    screen = html_of_medium.split('<section class="question"')[0]
+    for question in (
+        "How far off is the twin I can export?",
+        "How sure are the coefficients?",
+        "What is missing, and what to film next?",
+    ):
+        assert f"<h3>{question}</h3>" in screen
+    for command in ("calib posterior pool", "calib diagnose pool"):
+        assert f"<code>{command}</code>" in screen
+    assert len(Page(f"{screen}</main></body></html>").text.split()) < 400
+
+
+def test_nothing_is_hidden_but_what_a_heading_offers(html_of_medium: str) -> None:
+    """Sections are open; what is folded are tables and figures, each under its caption."""
+    folded = re.findall(r"<details[^>]*><summary>(.*?)</summary>", html_of_medium)
+    assert len(folded) == html_of_medium.count("<details")
+    assert all(text.strip() for text in folded)
+    assert "<details" not in html_of_medium.split('id="forecasts"')[0]

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from reports import render_report
-from reports.sections import SECTIONS, coefficients, forecasts, speed_sweep
+from reports.sections import SECTIONS, coefficients, forecasts, summary
 from swimmer import load_robot
 from tests.reports.page import Page
 from tests.reports.sample import made_calibration, made_context, made_published
@@ -35,13 +35,13 @@ def full() -> Page:
 @pytest.mark.parametrize(
     "said",
     [
-        "with the correction that the fit trials show 4.0 mm/s; line in frequency 2.0 mm/s.",
-        "line in frequency 2.0 mm/s. With it the twin is not better than the best baseline: gain −2.0 mm/s.",
-        "after two beats: twin 12.0 mm; continuation of two beats 9.0 mm. The twin is not better.",
-        "twin, after two beats 3.0 12.0 6.0 90 %",
+        "which is no part of the exported twin, the speed error is 4.0 instead of 5.0 mm/s.",
+        "The twin is worse, but not significantly, than the best simple rule, line in frequency: gain −3.0 mm/s.",
+        "corrected twin, after two beats 3.0 12.0 6.0 90",
+        "continuation of two beats (baseline) 1.0 9.0 5.0",
         "turning from trial to trial 1.7 °/s",
         "wave common never 5 %",
-        "only their ratio c_D / β is identifiable",
+        "only the ratio c_D / β is identifiable",
         "1.63 (EBT, published), 1.15 (EBT, smoothed) and 0.33 (EBT, large amplitude)",
     ],
 )
@@ -78,6 +78,6 @@ def test_a_diverged_sweep_is_drawn() -> None:
     calibration = made_calibration()
     lost = {name: np.full(12, np.nan) for name in calibration.sweep.ebt}
     sweep = replace(calibration.sweep, speed_twin=np.full(12, np.nan), ebt=lost)
-    page = page_of(speed_sweep, sweep=sweep)
+    page = page_of(summary, sweep=sweep)
 
     assert "The twin diverged at 12 frequencies" in page.text

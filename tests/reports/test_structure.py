@@ -21,9 +21,9 @@ def of(changed: Structure):  # type: ignore[no-untyped-def]
 
 def test_what_was_measured_stands_with_its_error_and_its_trials() -> None:
     section = structure.build(of(replace(made_calibration().structure, sources=MEASURED)))
-    prose, table = section.blocks
+    (table,) = section.blocks
 
-    assert prose.text.endswith("All of it was measured in this session.")  # type: ignore[union-attr]
+    assert table.caption.endswith("All of it was measured in this session.")  # type: ignore[union-attr]
     assert table.rows[:3] == (  # type: ignore[union-attr]
         ("hinge stiffness", "0.651 ± 0.002", "N m/rad", "decay_1 and decay_2"),
         ("hinge damping", "21.3 ± 0.4", "mN m s/rad", "decay_1 and decay_2"),
@@ -35,8 +35,8 @@ def test_what_was_assumed_is_named_with_why() -> None:
     sources = (*MEASURED[:2], assumed(made_calibration().robot).sources[2])
     section = structure.build(of(replace(made_calibration().structure, sources=sources)))
 
-    assert "Crank arm was not measured in this session" in section.blocks[0].text  # type: ignore[union-attr]
-    row = section.blocks[1].rows[2]  # type: ignore[union-attr]
+    assert "Crank arm was not measured in this session" in section.blocks[0].caption  # type: ignore[union-attr]
+    row = section.blocks[0].rows[2]  # type: ignore[union-attr]
     assert row == ("crank arm", "39.5", "mm", "assumed; no dry run: crank arm 39.5 mm as in the built-in robot")
 
 

@@ -1,0 +1,286 @@
+"""The answers that a reader wants first, worked out once for the end of `calib run` and the report's first screen.
+
+Both print these sentences and these numbers, so that no number stands in two places with two values or two units.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from math import isfinite, nan
+from typing import TYPE_CHECKING, NamedTuple
+
+from diagnosis.result import DiagnosisResult
+from fitting.calibration_file import CalibrationResult
+from fitting.model.session_forecast import TWIN, SessionForecast
+from reports.caveats import fit_caveats, gap_caveats, posterior_caveats
+from reports.forecast_words import MODELS, compared_with_best, misses
+from reports.gap_words import Change, changes, gap_sentences, next_experiment
+from reports.numbers import counted, in_mm, in_words, listed, of_its_size, sentence, shown, spanned
+
+if TYPE_CHECKING:
+    from fitting.posterior.summary import PosteriorSummary
+
+EBT = "ebt_published"
+BESIDE = ("line", "constant_stride", EBT)
+"""The models that the twin is compared with where there is room for few."""
+
+
+class TwinErrors(NamedTuple):
+    """Mean absolute errors of the exported twin, without any correction, over the trials of one role.
+
+    Attributes:
+        trials: how many trials the means are over.
+        of: how many trials have the role; more where elongated body theory tells no speed of some.
+        speed: of the forward speed, m/s.
+        markers_mm: of the marker distance, mm; nan where unknown.
+        swum: mean measured speed, m/s.
+    """
+
+    trials: int
+    of: int
+    speed: float
+    markers_mm: float
+    swum: float
+
+    @property
+    def size(self) -> str:
+        """`0.7 mm/s, 4.1 mm`."""
+        return f"{in_mm(self.speed)} mm/s, {shown(self.markers_mm)} mm"
+
+    def over(self, role: str) -> str:
+        """`4 held-out trials`, or how many of them."""
+        some = f"{self.trials} of " if self.trials < self.of else ""
+        return f"{some}{counted(self.of, f'{role} trial')}"
+
+
+@dataclass(frozen=True)
+class HowFarOff:
+    """How far off the exported twin is.
+
+    Attributes:
+        fitted, held_out: errors by role; None where no trial tells them.
+        beside: mean absolute speed error of simple rules and of elongated body theory over the same held-out trials,
+            m/s, by the model's name.
+        best: name of the simple rule in frequency with the smallest error; "" where there is none.
+        compared: whether the twin forecasts speeds better than that rule; "" where there is none.
+        misses: the fit trial that the twin does not describe; "" where it describes all.
+    """
+
+    fitted: TwinErrors | None
+    held_out: TwinErrors | None
+    beside: Mapping[str, float]
+    best: str
+    compared: str
+    misses: str
+
+    @property
+    def best_rule(self) -> float | None:
+        """Speed error of the best simple rule, m/s; None where there is none."""
+        return self.beside.get(self.best)
+
+    @property
+    def rules(self) -> str:
+        """`line in frequency 3.4, constant stride 2.3, elongated body theory 4.1 mm/s`."""
+        known = [f"{MODELS[name]} {in_mm(error)}" for name, error in self.beside.items()]
+        return f"{', '.join(known)} mm/s" if known else ""
+
+    @property
+    def sentences(self) -> tuple[str, ...]:
+        """Errors by role, what simple rules do, and whether the twin is better."""
+        held, fitted = self.held_out, self.fitted
+        if held is None:
+            known = "not known" if fitted is None else f"exported twin {fitted.size} in {fitted.over('fit')}"
+            off = f"{known}. No held-out trial tells how well it forecasts."
+        else:
+            of_fit = "" if fitted is None else f" ({fitted.size} in {fitted.over('fit')})"
+            off = f"exported twin {held.size} in {held.over('held-out')}{of_fit}{self.rules and f'; {self.rules}'}."
+        return tuple(filter(None, (self.misses, off, self.compared)))
+
+
+class Interval(NamedTuple):
+    """A coefficient: its value in the exported twin, its 90 % interval, and whether the trials determine it."""
+
+    value: float
+    low: float
+    high: float
+    determined: bool
+
+    @property
+    def text(self) -> str:
+        """`0.41 (0.40 to 0.42)`."""
+        return f"{of_its_size(self.value)} ({spanned(self.low, self.high, of_its_size)})"
+
+
+@dataclass(frozen=True)
+class HowSure:
+    """How sure the coefficients are: intervals by name; `sampled`: of the posterior, else approximate, of the fit."""
+
+    intervals: Mapping[str, Interval]
+    sampled: bool
+
+    @property
+    def verdict(self) -> str:
+        """Which of them the trials determine, in a sentence."""
+        if not self.sampled:
+            return "Roughly known: the posterior was not sampled."
+        loose = [in_words(name) for name, one in self.intervals.items() if not one.determined]
+        if not loose:
+            return "All five coefficients are determined."
+        if len(loose) == len(self.intervals):
+            return "None of the five coefficients is determined."
+        return f"Not determined: {listed(loose)}; the others are."
+
+    @property
+    def sentences(self) -> tuple[str, ...]:
+        """Which are determined, then every interval."""
+        each = listed([f"{in_words(name)} {one.text}" for name, one in self.intervals.items()])
+        return self.verdict, f"90 % intervals: {each}."
+
+
+@dataclass(frozen=True)
+class WhatIsMissing:
+    """What the diagnosis says: where, which effect, how far the gap shrinks with it.
+
+    Attributes:
+        where, which, how_far: a sentence each, after its question.
+        changes: held-out errors without and, where something was added, with the named effects.
+        chances: probability of each likely effect, the likeliest first, and that the catalogue holds none.
+        named: the effects that are named.
+        groups: the same in words, those that the trials cannot separate together.
+        no_gap: whether the data need no effect.
+    """
+
+    where: str
+    which: str
+    how_far: str
+    changes: tuple[Change, ...]
+    chances: Mapping[str, float]
+    named: tuple[str, ...]
+    groups: tuple[str, ...]
+    no_gap: bool
+
+    @property
+    def headline(self) -> str:
+        """What is missing, in a few words."""
+        if self.groups:
+            return sentence(listed(self.groups, 3)).removesuffix(".")
+        return "Nothing that these trials show" if self.no_gap else "Something that these trials do not name"
+
+
+@dataclass(frozen=True)
+class Answers:
+    """What a reader asks first; None for what was not computed.
+
+    Attributes:
+        film_next: the trial or experiment that would tell most; "" where the results ask for none.
+        caveats: of fit, posterior and diagnosis, in sentences; the same list wherever they are counted.
+        next_step: what to do, knowing what stands.
+    """
+
+    how_far_off: HowFarOff
+    how_sure: HowSure
+    missing: WhatIsMissing | None
+    film_next: str
+    caveats: tuple[str, ...]
+    next_step: str
+
+
+def answers_of(
+    found: CalibrationResult, posterior: PosteriorSummary | None, diagnosed: DiagnosisResult | None, folder: str
+) -> Answers:
+    """Work out the answers from the results that stand; `folder` is the session's, as commands are to name it."""
+    return Answers(
+        how_far_off=how_far_off(found.forecasts),
+        how_sure=_how_sure(found, posterior),
+        missing=None if diagnosed is None else _what_is_missing(diagnosed),
+        film_next=film_next(posterior, diagnosed),
+        caveats=(*fit_caveats(found, posterior), *posterior_caveats(posterior), *gap_caveats(diagnosed)),
+        next_step=_next_step(found, posterior, diagnosed, folder),
+    )
+
+
+def how_far_off(forecasts: SessionForecast) -> HowFarOff:
+    """The errors of the exported twin beside those of simple rules, all over the same trials."""
+    compared = forecasts.compared if forecasts.compared.held_out else forecasts
+    best = compared.best_baseline
+    beside = {name: compared.mean(name, "speed_error") for name in dict.fromkeys((*filter(None, (best,)), *BESIDE))}
+    return HowFarOff(
+        _errors(forecasts, forecasts, "fit"),
+        _errors(compared, forecasts, "holdout"),
+        {name: error for name, error in beside.items() if isfinite(error)},
+        best,
+        compared_with_best(compared),
+        misses(forecasts),
+    )
+
+
+def _errors(compared: SessionForecast, everything: SessionForecast, role: str) -> TwinErrors | None:
+    told = [trial for trial in compared.trials.values() if trial.role == role and TWIN in trial.forecasts]
+    trials = [trial for trial in told if isfinite(trial.forecasts[TWIN].speed)]
+    if not trials:
+        return None
+    count, of = len(trials), sum(trial.role == role for trial in everything.trials.values())
+    speed = sum(abs(trial.forecasts[TWIN].speed - trial.speed_measured) for trial in trials) / count
+    distances = [trial.forecasts[TWIN].marker_error_mm for trial in trials]
+    markers = sum(nan if each is None else each for each in distances) / count
+    return TwinErrors(count, of, speed, markers, sum(trial.speed_measured for trial in trials) / count)
+
+
+def _how_sure(found: CalibrationResult, posterior: PosteriorSummary | None) -> HowSure:
+    values = found.coefficients._asdict()
+    if posterior is None:
+        ends = dict(zip(values, found.fit.interval, strict=True))
+        rough = {name: Interval(values[name], float(low), float(high), False) for name, (low, high) in ends.items()}
+        return HowSure(rough, False)
+    of = posterior.marginals
+    return HowSure(
+        {name: Interval(values[name], of[name].q05, of[name].q95, of[name].determined) for name in values}, True
+    )
+
+
+_LIKELY = 3  # effects whose probability is shown though they are not named
+
+
+def _what_is_missing(found: DiagnosisResult) -> WhatIsMissing:
+    where, which, how_far = (text.partition(": ")[2] for text in gap_sentences(found))
+    few = {
+        name: chance for i, (name, chance) in enumerate(found.chances.items()) if i < _LIKELY or name in found.effects
+    }
+    chances = {in_words(name): chance for name, chance in few.items()}
+    chances["not in the catalogue"] = found.none_of_these
+    chances["no gap at all"] = found.no_gap_probability
+    named = tuple(map(in_words, found.effects))
+    groups = tuple(" or ".join(map(in_words, group)) for group in found.groups)
+    return WhatIsMissing(where, which, how_far, changes(found), chances, named, groups, found.verdict == "no_gap")
+
+
+def _next_step(
+    found: CalibrationResult, posterior: PosteriorSummary | None, diagnosed: DiagnosisResult | None, folder: str
+) -> str:
+    if misses(found.forecasts):
+        return "Check the robot's description, the scale and the trials."
+    if not found.forecasts.held_out:
+        return 'Hold a trial out (role = "holdout" in session.toml), or film another one, and fit again.'
+    if posterior is None:
+        return f"calib posterior {folder}"
+    if diagnosed is None:
+        return f"calib diagnose {folder}"
+    if film := film_next(posterior, diagnosed):
+        return film
+    if diagnosed.models and diagnosed.effects:
+        named = listed([in_words(name) for name in diagnosed.effect_parameters])
+        return f"Simulate with results/{diagnosed.models[0]}, the twin with {named}."
+    return "Use the twin: calib mjcf writes it, calib.load_twin simulates with it."
+
+
+def film_next(posterior: PosteriorSummary | None, diagnosed: DiagnosisResult | None) -> str:
+    """The trial or experiment that would tell most, in a sentence; empty where the results ask for none."""
+    if diagnosed is not None and (experiment := next_experiment(diagnosed)):
+        return sentence(experiment)
+    loose = [] if posterior is None else [in_words(n) for n, one in posterior.marginals.items() if not one.determined]
+    if posterior is None or not loose:
+        return ""
+    sweep = posterior.sweep
+    best = float(sweep.frequency_hz[sweep.shrinkage(posterior.wanted).argmin()])
+    return f"One more swim, with the tail beating at {shown(best, 1)} Hz: it narrows {listed(loose)} most."

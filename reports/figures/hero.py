@@ -1,0 +1,211 @@
+"""A swim from above, filmed and simulated: snapshots that print, and over them a pair that swims where it may move."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from markupsafe import Markup
+from scipy.interpolate import PchipInterpolator
+from scipy.ndimage import gaussian_filter1d
+
+from fitting import CalibratedTrial
+from reports.colours import FAINT, INK, MUTED, TWIN
+from reports.numbers import shown
+from reports.svg import page_colour
+from swimmer import RobotSpec
+
+_WIDTH, _BELOW = 760.0, 30.0  # of the picture and of its legend, px
+_LABEL = 28.0  # half the width of a label in large letters, px
+_HIGHEST = 300.0  # px
+_STATIONS = 22  # along the body
+_FRAMES_A_SECOND, _MOST_FRAMES = 14.0, 64
+_LEAST_SEEN = 0.5  # share of the frames in which a marker must be seen to be drawn
+_FEWEST = 3  # markers, and frames
+_FINE = 200  # stations of the outline
+_NOSE, _TAPER = 0.14, 0.3  # shares of the length over which the nose widens and the tail narrows
+_THINNEST_M = 0.004
+_APART = 0.62  # body lengths between snapshots
+_MOST_SNAPSHOTS = 4
+
+_FILMED = f'fill="{page_colour(INK)}" fill-opacity=".16" stroke="{page_colour(INK)}" stroke-opacity=".6"'
+_SIMULATED = f'fill="none" stroke="{page_colour(TWIN)}" stroke-width="1.8"'
+_TEXT = f'font-size="12.5" fill="{page_colour(MUTED)}"'
+
+
+class _Swim(NamedTuple):
+    """Midlines (n, k, 2) of robot and twin in one pool, m, swimming to the left; when, s; half widths (k,), m."""
+
+    filmed: np.ndarray
+    twin: np.ndarray
+    time_s: np.ndarray
+    half_width_m: np.ndarray
+
+
+def representative(trials: tuple[CalibratedTrial, ...]) -> CalibratedTrial | None:
+    """The held-out trial with the median marker distance, of those that can be drawn; without any a fitted one."""
+    for role in ("holdout", "fit"):
+        drawn = [
+            trial
+            for trial in trials
+            if trial.measured.role == role and np.isfinite(trial.scores.marker_error_m) and _drawable(trial).sum() > 1
+        ]
+        if drawn:
+            return sorted(drawn, key=lambda trial: trial.scores.marker_error_m)[len(drawn) // 2]
+    return None
+
+
+def swim_from_above(trial: CalibratedTrial, robot: RobotSpec) -> Markup:
+    """The compared part of a trial as SVG; empty where too little of it was seen or simulated."""
+    swim = _swim(trial, robot)
+    return Markup("") if swim is None else _drawn(swim, trial, robot)
+
+
+def _drawable(trial: CalibratedTrial) -> np.ndarray:
+    """(m,) markers that were seen often enough."""
+    seen = np.isfinite(trial.measured.position_m[trial.measured.kept]).all(axis=2)
+    return np.asarray(seen.mean(axis=0) >= _LEAST_SEEN) if seen.size else np.zeros(len(trial.measured.markers), bool)
+
+
+def _swim(trial: CalibratedTrial, robot: RobotSpec) -> _Swim | None:
+    measured, twin = trial.measured, trial.simulated
+    place = robot.marker_positions_m(measured.markers)
+    chosen = np.flatnonzero(_drawable(trial) & (np.abs(place[:, 1]) < 0.01 * robot.length_m))
+    chosen = chosen[np.argsort(place[chosen, 0])]
+    frames = np.flatnonzero(measured.kept)
+    if len(chosen) < _FEWEST or len(frames) < _FEWEST:
+        return None
+    cos, sin = np.cos(twin.heading_rad[frames]), np.sin(twin.heading_rad[frames])
+    turn = np.stack([np.stack([cos, -sin], -1), np.stack([sin, cos], -1)], -2)  # (n, 2, 2)
+    simulated = twin.nose_m[frames, None] + np.einsum("nij,nkj->nki", turn, twin.shape_m[frames][:, chosen])
+    filmed, simulated = (_bridged(each) for each in (measured.position_m[frames][:, chosen], simulated))
+    if not (np.isfinite(filmed).all() and np.isfinite(simulated).all()):
+        return None
+    time_s = measured.time_s[frames] - measured.time_s[frames[0]]
+    first = time_s <= max(1 / measured.frequency.hz, time_s[_FEWEST - 1])
+    simulated = _laid_on(simulated, simulated[first], filmed[first])
+    way = filmed[-1].mean(axis=0) - filmed[0].mean(axis=0)
+    leftwards = np.pi - np.arctan2(way[1], way[0])
+    both = [_turned(each, leftwards) for each in (filmed, simulated)]
+    step = max(len(time_s) // min(_MOST_FRAMES, max(int(time_s[-1] * _FRAMES_A_SECOND), 2)), 1)
+    x = place[chosen, 0]
+    at = np.linspace(x[0], x[-1], _STATIONS)
+    lines = [PchipInterpolator(x, each[::step], axis=1)(at) for each in both]
+    return _Swim(lines[0], lines[1], time_s[::step], _half_width(robot, at))
+
+
+def _bridged(position_m: np.ndarray) -> np.ndarray:
+    """(n, k, 2) without the gaps of single markers, straight over time."""
+    flat = position_m.reshape(len(position_m), -1).copy()
+    at = np.arange(len(flat))
+    for column in flat.T:
+        known = np.isfinite(column)
+        if known.any():
+            column[:] = np.interp(at, at[known], column[known])
+    return flat.reshape(position_m.shape)
+
+
+def _laid_on(everything: np.ndarray, part: np.ndarray, target: np.ndarray) -> np.ndarray:
+    """All of it moved and turned as brings the part (..., 2) nearest to the target, in the least squares."""
+    middle, onto = part.mean(axis=(0, 1)), target.mean(axis=(0, 1))
+    a, b = (part - middle).reshape(-1, 2), (target - onto).reshape(-1, 2)
+    angle = np.arctan2((a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]).sum(), (a * b).sum())
+    return _turned(everything - middle, angle) + onto
+
+
+def _turned(points: np.ndarray, angle: float) -> np.ndarray:
+    cos, sin = np.cos(angle), np.sin(angle)
+    return points @ np.array([[cos, sin], [-sin, cos]])
+
+
+def _half_width(robot: RobotSpec, x: np.ndarray) -> np.ndarray:
+    """(k,) of a smooth outline about the parts of the head and the ribs of the tail, at places along the robot, m."""
+    at = np.linspace(x[0], x[-1], _FINE)
+    width = np.full(_FINE, _THINNEST_M)
+    for part in robot.head.part:
+        (half, across), centre = part.half_size_m[:2], part.centre_m[0]
+        if 2 * half > across:  # a shaft across the fish is no part of its outline
+            reach = np.abs(at - centre) <= half
+            width[reach] = np.maximum(width[reach], across)
+    for (front, rear), segment in zip(robot.segment_x_m, robot.tail.segment, strict=True):
+        reach = (at >= front) & (at <= rear)
+        width[reach] = np.maximum(width[reach], segment.guide_offset_m)
+    smooth = gaussian_filter1d(width, 0.055 * _FINE, mode="nearest")
+    nose = np.sqrt(np.clip((at - x[0]) / (_NOSE * (x[-1] - x[0])), 0.0, 1.0))
+    tail = np.clip((x[-1] - at) / (_TAPER * (x[-1] - x[0])), 0.0, 1.0)
+    return np.maximum(np.interp(x, at, smooth * nose * tail), _THINNEST_M)
+
+
+def _outline(midline: np.ndarray, half_width_m: np.ndarray) -> np.ndarray:
+    """(2 k, 2) around a midline (k, 2)."""
+    along = np.gradient(midline, axis=0)
+    across = np.column_stack([-along[:, 1], along[:, 0]]) / np.maximum(np.hypot(*along.T), 1e-9)[:, None]
+    side = across * half_width_m[:, None]
+    return np.concatenate([midline + side, (midline - side)[::-1]])
+
+
+def _drawn(swim: _Swim, trial: CalibratedTrial, robot: RobotSpec) -> Markup:
+    shapes = [[_outline(line, swim.half_width_m) for line in lines] for lines in (swim.filmed, swim.twin)]
+    points = np.concatenate([np.concatenate(each) for each in shapes])
+    low, high = points.min(axis=0), points.max(axis=0)
+    scale = min((_WIDTH - 24) / (high[0] - low[0]), _HIGHEST / (high[1] - low[1]))
+    left = 12 + (_WIDTH - 24 - scale * (high[0] - low[0])) / 2
+    height = scale * (high[1] - low[1]) + 44
+
+    def px(at: np.ndarray) -> np.ndarray:
+        return np.column_stack([left + scale * (at[:, 0] - low[0]), 26 + scale * (high[1] - at[:, 1])])
+
+    def path(at: np.ndarray, closed: bool = True) -> str:
+        return "M" + "L".join(f"{x:.1f} {y:.1f}" for x, y in px(at)) + ("Z" if closed else "")
+
+    parts = [_tank(scale, height, left)]
+    for lines, colour, look in ((swim.filmed, INK, ""), (swim.twin, TWIN, ' stroke-dasharray="3 2"')):
+        for end in (0, -1):
+            trace = path(lines[:, end], closed=False)
+            parts.append(f'<path d="{trace}" fill="none" stroke="{page_colour(colour)}" stroke-opacity=".35"{look}/>')
+    for frame in _snapshots(swim, robot):
+        for shape, style in zip(shapes, (_FILMED, _SIMULATED), strict=True):
+            parts.append(f'<path class="still" d="{path(shape[frame])}" {style}/>')
+        x, y = px(swim.filmed[frame])[0]
+        when = f"{shown(float(swim.time_s[frame]), 1)} s"
+        middle = float(np.clip(x, _LABEL, _WIDTH - _LABEL))
+        parts.append(f'<text x="{middle:.0f}" y="14" text-anchor="middle" {_TEXT}>{when}</text>')
+        parts.append(f'<path d="M{x:.1f} 18V{y:.1f}" stroke="{page_colour(FAINT)}" stroke-dasharray="2 3"/>')
+    for shape, style in zip(shapes, (_FILMED, _SIMULATED), strict=True):
+        values = ";".join(path(each) for each in shape)
+        parts.append(
+            f'<path class="move" d="{path(shape[-1])}" {style}><animate attributeName="d" '
+            f'dur="{max(float(swim.time_s[-1]), 0.5):.2f}s" repeatCount="indefinite" values="{values}"/></path>'
+        )
+    parts.append(_legend(scale, height))
+    label = f"Trial {trial.measured.name} from above: the filmed fish and the twin."
+    return Markup('<svg role="img" aria-label="{}" viewBox="0 0 {} {:.0f}" xmlns="http://www.w3.org/2000/svg">').format(
+        label, int(_WIDTH), height + _BELOW
+    ) + Markup("".join(parts) + "</svg>")
+
+
+def _snapshots(swim: _Swim, robot: RobotSpec) -> list[int]:
+    """Frames that are drawn for paper: the last one and some before it, so far apart that they can be told apart."""
+    way = float(np.hypot(*(swim.filmed[-1].mean(axis=0) - swim.filmed[0].mean(axis=0))))
+    count = int(np.clip(way / (_APART * robot.length_m), 1, _MOST_SNAPSHOTS - 1)) + 1
+    return sorted({int(frame) for frame in np.linspace(0, len(swim.time_s) - 1, count).round()})
+
+
+def _tank(scale: float, height: float, left: float) -> str:
+    """Lines every 10 cm."""
+    step = 0.1 * scale
+    across = "".join(f"M{x:.1f} 20V{height:.1f}" for x in np.arange(left % step, _WIDTH, step))
+    down = "".join(f"M0 {y:.1f}H{_WIDTH:.0f}" for y in np.arange(26, height, step))
+    return f'<path d="{across}{down}" stroke="{page_colour(FAINT)}" stroke-opacity=".5" fill="none"/>'
+
+
+def _legend(scale: float, height: float) -> str:
+    y = height + 18
+    return (
+        f'<path d="M4 {y}h{0.1 * scale:.1f}" stroke="{page_colour(INK)}" stroke-width="2"/>'
+        f'<text x="{12 + 0.1 * scale:.0f}" y="{y + 4}" {_TEXT}>10 cm, swims to the left</text>'
+        f'<rect x="500" y="{y - 6}" width="18" height="12" rx="4" {_FILMED}/>'
+        f'<text x="525" y="{y + 4}" {_TEXT}>filmed</text>'
+        f'<rect x="600" y="{y - 6}" width="18" height="12" rx="4" {_SIMULATED}/>'
+        f'<text x="625" y="{y + 4}" {_TEXT}>exported twin</text>'
+    )

@@ -1,0 +1,96 @@
+"""The first screen prints the answers that the end of a run prints, and a swim that moves where it may."""
+
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from reports import render_report
+from reports.answers import how_far_off
+from reports.context import ReportContext
+from reports.figures.hero import representative, swim_from_above
+from reports.numbers import in_mm, shown
+from reports.sections import summary
+from swimmer import load_robot
+from tests.reports.diagnoses import made_diagnosed
+from tests.reports.page import Page
+from tests.reports.posteriors import made_summary
+from tests.reports.sample import made_calibration, made_context
+
+ROBOT = load_robot()
+
+
+@pytest.fixture(scope="module")
+def context() -> ReportContext:
+    return replace(made_context(), posterior=made_summary(), diagnosed=made_diagnosed("named"))
+
+
+def test_every_number_of_the_answers_is_on_the_first_screen(context: ReportContext) -> None:
+    page, answers = Page(render_report(context, (summary.build,))), context.answers
+    off, missing = answers.how_far_off, answers.missing
+    assert off.held_out is not None
+    assert missing is not None
+    said = [off.held_out.size, off.compared, answers.how_sure.verdict, missing.how_far, answers.next_step]
+    said += [f"{in_mm(error)} mm/s" for error in off.beside.values()]
+    said += [one.text for one in answers.how_sure.intervals.values()]
+    said += [*answers.caveats, f"{len(answers.caveats)} caveats"]
+    assert [text for text in said if text not in page.text] == []
+
+
+def test_what_was_not_computed_names_its_command_and_says_nothing_more() -> None:
+    answers = made_context().answers
+    assert answers.missing is None
+    assert not answers.how_sure.sampled
+    assert "determined" not in " ".join(answers.how_sure.sentences)
+
+
+def test_means_are_over_the_trials_that_every_model_tells(context: ReportContext) -> None:
+    """A held-out trial without a theory's speed is left out of every mean, and counted."""
+    found = context.calibration.forecasts
+    slow = found.trials["slow"]
+    silent = {**slow.forecasts, "ebt_published": replace(slow.forecasts["ebt_published"], speed=np.nan)}
+    twice = replace(found, trials={**found.trials, "other": replace(slow, forecasts=silent)})
+    off = how_far_off(twice).held_out
+    assert off is not None
+    assert (off.trials, off.of) == (1, 2)
+    assert off.over("held-out") == "1 of 2 held-out trials"
+
+
+def test_the_swim_is_that_of_a_held_out_trial_to_scale() -> None:
+    trial = representative(made_calibration().trials)
+    assert trial is not None
+    assert trial.measured.role == "holdout"
+    drawn = swim_from_above(trial, ROBOT)
+    bar = float(re.findall(r'd="M4 [\d.]+h([\d.]+)"', drawn)[0])
+    noses = [float(x) for x in re.findall(r'class="still" d="M([\d.]+) ', drawn)][::2]  # one of each filmed outline
+    frames = np.flatnonzero(trial.measured.kept)
+    moved = trial.measured.position_m[frames[-1]] - trial.measured.position_m[frames[0]]
+    way = moved.mean(axis=0)
+    swum = float(moved[trial.measured.markers.index("nose")] @ way / np.hypot(*way))
+    assert (noses[0] - noses[-1]) / bar * 0.1 == pytest.approx(swum, abs=0.01)
+
+
+def test_it_moves_unless_asked_not_to_and_stands_still_on_paper(context: ReportContext) -> None:
+    html = render_report(context, (summary.build,))
+    screen = html.split('id="swim"')[1].split("</figure>")[0]
+    assert screen.count("<animate ") == 2
+    assert screen.count('class="still"') >= 4
+    assert "@media screen and (prefers-reduced-motion: reduce) { .move { display: none; } }" in html
+    assert re.search(r"@media print \{.*\.move \{ display: none; \}", html, re.S)
+    assert f"{in_mm(representative(context.calibration.trials).scores.marker_error_m)} mm apart" in html  # type: ignore[union-attr]
+
+
+def test_a_trial_of_which_too_little_was_seen_is_not_drawn() -> None:
+    trial = made_calibration().trials[0]
+    tracks = trial.measured.tracks.copy(deep=True)
+    tracks["position_pool"] = tracks.position_pool * np.nan
+    assert swim_from_above(replace(trial, measured=replace(trial.measured, tracks=tracks)), ROBOT) == ""
+
+
+@pytest.mark.parametrize("probability", [1.0, 0.5])
+def test_bars_are_as_long_as_what_they_show(context: ReportContext, probability: float) -> None:
+    diagnosed = made_diagnosed("named", probabilities={"tendon_slack": probability, "none_of_these": 0.0})
+    html = render_report(replace(context, diagnosed=diagnosed), (summary.build,))
+    bar = f'<i><b style="width:{100 * probability:.1f}%"></b></i>'
+    assert f"tendon slack</span>{bar}<span>{shown(probability, 2)}<" in html
