@@ -28,14 +28,14 @@ def where(data: DiagnosisResult) -> str:
     shares = dict(data.where.by_stage)
     floor = shares.pop("floor")
     if data.verdict == "no_gap":
-        return f"Where: no place that these trials show; {floor:.0%} of the squared residual is noise."
+        return f"Where: no place that these trials show; {100 * floor:.0f} % of what the twin leaves is noise."
     stage = max(shares, key=lambda name: shares[name])
     if shares[stage] < _STANDS_OUT:
-        return f"Where: in nothing that repeats with the beat; {floor:.0%} of the squared residual that does is noise."
+        return f"Where: in nothing that repeats with the beat; {100 * floor:.0f} % of what does is noise."
     shows = data.where.by_marker
     place = max(shows, key=lambda name: shows[name])
     return (
-        f"Where: mostly {_OF_STAGE[stage]} ({shares[stage]:.0%} of the squared residual; {floor:.0%} is noise), "
+        f"Where: mostly {_OF_STAGE[stage]} ({100 * shares[stage]:.0f} % of what the twin leaves; {100 * floor:.0f} % is noise), "
         f"mainly {_OF_NO_MARKER.get(place, f'at {plain(place)}')}."
     )
 
@@ -74,7 +74,7 @@ def which(data: DiagnosisResult) -> str:
         )
     named = _together([_group(group, chances) for group in data.groups])
     rest = data.remainder
-    residual = "" if rest is None or rest.share < 0.05 else f"; {rest.share:.0%} of the fitted gap remains"
+    residual = "" if rest is None or rest.share < 0.05 else f"; {100 * (rest.share):.0f} % of the fitted gap remains"
     against = _refuted(data)
     return f"Which: {named}{residual}{_elsewhere(data)}{'; not ' if against else ''}{against}."
 
@@ -100,7 +100,7 @@ def _refuted(data: DiagnosisResult) -> str:
     withdrawn = []
     for each in data.evidence.refuted:
         low, high = each.shrinkage_ci95
-        grows = f"their gap grows by {-each.shrinkage:.0%}, {-high:.0%} to {-low:.0%}"
+        grows = f"their gap grows by {100 * (-each.shrinkage):.0f} %, {100 * (-high):.0f} % to {100 * (-low):.0f} %"
         names = " or ".join(map(plain, each.effects))
         withdrawn.append(f"{names}, but with that fitted swims are forecast worse from the others ({grows})")
     return ", nor ".join(withdrawn)

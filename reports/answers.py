@@ -173,7 +173,6 @@ class Answers:
     """What a reader asks first; None for what was not computed.
 
     Attributes:
-        film_next: the trial or experiment that would tell most; "" where the results ask for none.
         caveats: of fit, posterior and diagnosis, in sentences; the same list wherever they are counted.
         next_step: what to do, knowing what stands.
     """
@@ -181,7 +180,6 @@ class Answers:
     how_far_off: HowFarOff
     how_sure: HowSure
     missing: WhatIsMissing | None
-    film_next: str
     caveats: tuple[str, ...]
     next_step: str
 
@@ -194,7 +192,6 @@ def answers_of(
         how_far_off=how_far_off(found.forecasts),
         how_sure=_how_sure(found, posterior),
         missing=None if diagnosed is None else _what_is_missing(diagnosed),
-        film_next=film_next(posterior, diagnosed),
         caveats=(*fit_caveats(found, posterior), *posterior_caveats(posterior), *gap_caveats(diagnosed)),
         next_step=_next_step(found, posterior, diagnosed, folder),
     )

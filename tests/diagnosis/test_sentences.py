@@ -59,7 +59,7 @@ def test_what_is_beside_the_beat_is_told_where_it_is_sure(beside: str, chance: f
 def test_a_gap_of_noise_has_no_stage() -> None:
     by_stage = {"camera": 0.001, "drive": 0.0, "body": 0.0, "tail": 0.0, "floor": 0.999}
     data = made_diagnosed("unexplained", where={"by_stage": by_stage})
-    assert where(data).startswith("Where: in nothing that repeats with the beat; 100%")
+    assert where(data).startswith("Where: in nothing that repeats with the beat; 100 %")
 
 
 @pytest.mark.parametrize(
@@ -87,7 +87,7 @@ def test_a_gap_that_just_misses_the_alarm_is_told(chance: float, likeliest: str,
 def test_names_that_trials_left_out_speak_against_are_told_as_that(verdict: str, before: str) -> None:
     against = {"effects": ["fluid_memory", "wave_drag"], "shrinkage": -0.8, "shrinkage_ci95": [-1.6, -0.1]}
     told = made_diagnosed(verdict, evidence={"refuted": [against]})
-    why = "but with that fitted swims are forecast worse from the others (their gap grows by 80%, 10% to 160%)"
+    why = "but with that fitted swims are forecast worse from the others (their gap grows by 80 %, 10 % to 160 %)"
     assert f"{before} fluid memory or wave drag, {why}" in which(told)
 
 

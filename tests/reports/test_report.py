@@ -132,7 +132,7 @@ def test_the_first_screen_answers_every_question_in_few_words(html_of_medium: st
     for question in (
         "How far off is the twin I can export?",
         "How sure are the coefficients?",
-        "What is missing, and what to film next?",
+        "What is missing?",
     ):
         assert f"<h3>{question}</h3>" in screen
     for command in ("calib posterior pool", "calib diagnose pool"):
