@@ -35,8 +35,8 @@ def where(data: DiagnosisResult) -> str:
     shows = data.where.by_marker
     place = max(shows, key=lambda name: shows[name])
     return (
-        f"Where: mostly {_OF_STAGE[stage]} ({100 * shares[stage]:.0f} % of what the twin leaves; {100 * floor:.0f} % is noise), "
-        f"mainly {_OF_NO_MARKER.get(place, f'at {plain(place)}')}."
+        f"Where: mostly {_OF_STAGE[stage]} ({100 * shares[stage]:.0f} % of what the twin leaves; {100 * floor:.0f} % "
+        f"is noise), mainly {_OF_NO_MARKER.get(place, f'at {plain(place)}')}."
     )
 
 
