@@ -191,7 +191,8 @@ def scatter_of(mode: Mode) -> Scatter:
             continue
         difference = windows.early.measured - windows.late.measured
         of_tracks = sum(np.diag(_tracking_noise(mode, each)) for each in (windows.early, windows.late))
-        noise.append(float(np.median(difference**2 / of_tracks)) / _MEDIAN_OF_SQUARE)
+        both = windows.early.reader.observed & windows.late.reader.observed
+        noise.append(float(np.median(difference[both] ** 2 / of_tracks[both])) / _MEDIAN_OF_SQUARE)
         speed.append(float((difference[SPEED] / block.features[SPEED]) ** 2 / 2))
     return Scatter(max(1.0, float(np.mean(noise))) if noise else 1.0, float(np.sqrt(np.mean(speed))))
 

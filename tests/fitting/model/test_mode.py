@@ -104,6 +104,19 @@ def test_a_held_out_trial_is_forecast_and_its_first_beats_tell_more(drawn: Drawn
     assert before.inside(trial.scored) > HOLD
 
 
+def test_a_marker_that_is_never_seen_leaves_the_scatter_within_trials_finite(mode: Mode) -> None:
+    def blind(model: TrialModel) -> TrialModel:
+        weight = model.trial.tracks.weight.copy()
+        weight[:, -1] = 0.0
+        return replace(model, trial=replace(model.trial, tracks=model.trial.tracks.assign(weight=weight)))
+
+    trials = tuple(map(blind, mode.model.trials))
+    one_less = mode_at(replace(mode.model, trials=trials), mode.coefficients, mode.sizes, mode.roll, mode.ends)
+
+    assert not one_less.blocks[0].model.reader.observed.all()
+    assert scatter_of(one_less).noise == pytest.approx(scatter_of(mode).noise, rel=0.3)
+
+
 def test_a_fitted_trial_lies_within_the_bands_of_its_repeat(mode: Mode) -> None:
     inside = []
     for number, block in enumerate(mode.blocks):
