@@ -1,11 +1,11 @@
 """A diagnosis in three sentences and a table for the terminal."""
 
-from math import floor, isnan, log10
+from math import isnan
 
-from diagnosis.result import DiagnosisResult, EffectParameters, EffectTestResult, FittedParameter, parameters_of
+from diagnosis.result import DiagnosisResult, EffectTestResult
 from diagnosis.sentences import plain
 from reports.caveats import gap_caveats
-from reports.gap_words import SEPARATES, by_how_much, gap_sentences
+from reports.gap_words import SEPARATES, by_how_much, effect_size, gap_sentences
 
 _ROWS, _NEXT = 6, 3  # effects, at least, and experiments that are shown
 
@@ -16,7 +16,7 @@ def diagnosis_lines(data: DiagnosisResult) -> list[str]:
     lines.append(f"{'effect':28} {'probability':>11}  fitted")
     for number, (name, chance) in enumerate(data.chances.items()):
         if number < _ROWS or name in data.effects:
-            lines.append(f"{name:28} {chance:11.3f}  {_fitted(data.effect_parameters, name)}".rstrip())
+            lines.append(f"{name:28} {chance:11.3f}  {effect_size(data.effect_parameters, name)}".rstrip())
     lines.append(f"{'none of these':28} {data.none_of_these:11.3f}")
     lines.append(f"{'nothing at all':28} {data.no_gap_probability:11.3f}")
     return [*lines, *(f"! {each}" for each in gap_caveats(data)), *_next(data), *_models(data)]
@@ -58,7 +58,7 @@ def test_lines(data: EffectTestResult) -> list[str]:
         f"{'effect':28} {'ln factor':>11}  fitted",
     ]
     for name, own in data.log_bayes_factor_of_each.items():
-        lines.append(f"{name:28} {own:11.1f}  {_fitted(data.effect_parameters, name)}".rstrip())
+        lines.append(f"{name:28} {own:11.1f}  {effect_size(data.effect_parameters, name)}".rstrip())
     lines += ["", f"{'':28} {'plain':>11} {'tested':>11}"]
     for swims, gap in (("fitted", data.fitted), ("held out", data.gap)):
         if gap.evaluated_on:
@@ -72,18 +72,3 @@ def test_lines(data: EffectTestResult) -> list[str]:
 
 def _compared(what: str, before: float, after: float) -> str:
     return f"{what:28} " + " ".join(f"{'-' if isnan(each) else f'{each:.1f}':>11}" for each in (before, after))
-
-
-def _fitted(parameters: EffectParameters, effect: str) -> str:
-    """The clearest of an effect's parameters, by how many half intervals they are from zero."""
-    found = parameters_of(parameters, effect).items()
-    largest = sorted(found, key=lambda item: -abs(item[1].value) / max(item[1].ci95[1] - item[1].ci95[0], 1e-12))[:3]
-    return ", ".join(_parameter(name, own) for name, own in largest)
-
-
-def _parameter(name: str, fitted: FittedParameter) -> str:
-    """With as many digits as its interval has to say, two of its half at least."""
-    low, high = fitted.ci95
-    places = max(1 - floor(log10(max(high - low, 1e-12) / 2)), 0)
-    unit = "" if fitted.unit == "1" else f" {fitted.unit}"
-    return f"{name} {fitted.value:.{places}f} ({low:.{places}f} to {high:.{places}f}){unit}"

@@ -15,7 +15,7 @@ from fitting.calibration_file import CalibrationResult
 from fitting.model.session_forecast import TWIN, SessionForecast
 from reports.caveats import fit_caveats, gap_caveats, posterior_caveats
 from reports.forecast_words import MODELS, compared_with_best, misses
-from reports.gap_words import Change, changes, gap_sentences, next_experiment
+from reports.gap_words import Change, changes, effect_size, gap_sentences, next_experiment
 from reports.numbers import counted, in_mm, in_words, listed, of_its_size, sentence, shown, spanned
 
 if TYPE_CHECKING:
@@ -148,6 +148,7 @@ class WhatIsMissing:
         chances: probability of each likely effect, the likeliest first, and that the catalogue holds none.
         named: the effects that are named.
         groups: the same in words, those that the trials cannot separate together.
+        size: how strong the named effects are, a sentence each.
         no_gap: whether the data need no effect.
     """
 
@@ -158,6 +159,7 @@ class WhatIsMissing:
     chances: Mapping[str, float]
     named: tuple[str, ...]
     groups: tuple[str, ...]
+    size: str
     no_gap: bool
 
     @property
@@ -249,7 +251,9 @@ def _what_is_missing(found: DiagnosisResult) -> WhatIsMissing:
     chances["no gap at all"] = found.no_gap_probability
     named = tuple(map(in_words, found.effects))
     groups = tuple(" or ".join(map(in_words, group)) for group in found.groups)
-    return WhatIsMissing(where, which, how_far, changes(found), chances, named, groups, found.verdict == "no_gap")
+    sizes = [f"{in_words(n)}: {effect_size(found.effect_parameters, n)}" for n in found.effect_parameters]
+    size = sentence("; ".join(sizes)) if sizes else ""
+    return WhatIsMissing(where, which, how_far, changes(found), chances, named, groups, size, found.verdict == "no_gap")
 
 
 def _next_step(

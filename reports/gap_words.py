@@ -1,10 +1,10 @@
 """A diagnosis in three sentences: where the gap is, which effect causes it, how far it shrinks with that."""
 
-from math import isfinite, isnan, nan
+from math import floor, isfinite, isnan, log10, nan
 from typing import NamedTuple
 
-from diagnosis.result import DiagnosisResult, GapSize
-from reports.numbers import MM, counted, in_mm, listed, shown, whole_percent
+from diagnosis.result import DiagnosisResult, EffectParameters, FittedParameter, GapSize, parameters_of
+from reports.numbers import MM, counted, in_mm, in_words, listed, shown, whole_percent
 
 
 def gap_sentences(found: DiagnosisResult) -> tuple[str, str, str]:
@@ -12,6 +12,22 @@ def gap_sentences(found: DiagnosisResult) -> tuple[str, str, str]:
     from diagnosis.sentences import where, which  # its package loads the twin
 
     return where(found), which(found), f"How far: {how_far(found)}"
+
+
+def effect_size(parameters: EffectParameters, effect: str) -> str:
+    """How strong an effect was fitted to be: its clearest parameters, by how many half intervals they are from zero."""
+    found = parameters_of(parameters, effect).items()
+    largest = sorted(found, key=lambda item: -abs(item[1].value) / max(item[1].ci95[1] - item[1].ci95[0], 1e-12))[:3]
+    return ", ".join(_parameter(name, own) for name, own in largest)
+
+
+def _parameter(name: str, fitted: FittedParameter) -> str:
+    """Of metres in millimetres, with as many digits as its interval has to say, two of its half at least."""
+    scale, unit = (MM, f"m{fitted.unit}") if fitted.unit in ("m", "m/s") else (1.0, fitted.unit)
+    value, low, high = (scale * each for each in (fitted.value, *fitted.ci95))
+    places = max(1 - floor(log10(max(high - low, 1e-12) / 2)), 0)
+    ends = f"{in_words(name)} {value:.{places}f} ({low:.{places}f} to {high:.{places}f})"
+    return ends if unit == "1" else f"{ends} {unit}"
 
 
 class Change(NamedTuple):

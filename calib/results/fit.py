@@ -157,7 +157,11 @@ class FitResult(Result):
         if (found := answers.missing) is None:
             lines.append("What is missing: not known; calib diagnose tells.")
         else:
-            lines += [f"Where: {found.where}", f"Which: {found.which}", f"How far: {found.how_far}"]
+            lines += [
+                f"Where: {found.where}",
+                f"Which: {found.which} {found.size}".rstrip(),
+                f"How far: {found.how_far}",
+            ]
         lines += [
             f"Main caveat: {answers.caveats[0]}{more}" if answers.caveats else "No caveat.",
             f"Verdict: {self._why(len(answers.caveats))}. Next: {answers.next_step}",

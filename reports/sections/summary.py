@@ -121,4 +121,4 @@ def _missing(answers: Answers, context: ReportContext) -> Card:
         return Card(title, "Not known", (text,), command=f"calib diagnose {context.session.folder.name}")
     bars = tuple(Bar(name, shown(chance, 2), chance, name in found.named) for name, chance in found.chances.items())
     place = "" if found.no_gap else sentence(found.where.partition(" (")[0].partition(";")[0])
-    return Card(title, found.headline, (f"{place} {found.how_far}".strip(),), bars)
+    return Card(title, found.headline, tuple(filter(None, (found.size, f"{place} {found.how_far}".strip()))), bars)
