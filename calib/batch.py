@@ -8,7 +8,7 @@ from pathlib import Path
 from time import monotonic
 from typing import NamedTuple
 
-from calib.answers import keep_answers
+from calib.kept_output import keep_output
 from calib.options import EffortName, Options
 from calib.pipeline import Pipeline, working
 from calib.results.made import fit_result
@@ -100,7 +100,7 @@ def reported(folder: Path) -> tuple[IndexEntry, str]:
     """What the index has of a session whose report is up to date, and what the report shows."""
     with working(folder, True) as pipeline:
         page, fit, diagnosis = pipeline.report(), fit_result(pipeline), pipeline.current_diagnosis()
-        keep_answers(pipeline)
+        keep_output(pipeline)
     gap, effort = None if diagnosis is None else diagnosis.read(), pipeline.the_fit().effort
     entry = IndexEntry(pipeline.session.name, page, fit.data, effort, fit.verdict, gap, folder=folder)
     return entry, " ".join([f"{pipeline.session.name}: {pipeline.standing}", *pipeline.notes])

@@ -26,8 +26,8 @@ from typing import TYPE_CHECKING, Any
 import pandas as pd
 
 from calib import benchmark, camera, capture, policy
-from calib.answers import keep_answers
 from calib.batch import Work, indexed, reported, run_all, run_pipeline
+from calib.kept_output import keep_output
 from calib.options import EffortName, ObjectiveName, Options
 from calib.pipeline import Pipeline, working
 from calib.pipeline import open_session as _open_session
@@ -173,7 +173,7 @@ def fit(
     _elsewhere(scheduler, session, effort, work)
     with _working(session, Options(effort, workers), progress) as pipeline:
         work(pipeline)
-        keep_answers(pipeline)
+        keep_output(pipeline)
         return structure_result(pipeline) if pipeline.only_dry else fit_result(pipeline)
 
 
@@ -213,7 +213,7 @@ def posterior(
     _elsewhere(scheduler, session, effort, Pipeline.posterior)
     with _working(session, Options(effort, workers), progress) as pipeline:
         stage = pipeline.posterior()
-        keep_answers(pipeline)
+        keep_output(pipeline)
         return posterior_result(pipeline, stage)
 
 
@@ -253,7 +253,7 @@ def diagnose(
     _elsewhere(scheduler, session, effort, partial(Pipeline.diagnosis, without=without, own=further))
     with _working(session, Options(effort, workers), progress) as pipeline:
         stage = pipeline.diagnosis(without, own=further)
-        keep_answers(pipeline)
+        keep_output(pipeline)
         return gap_result(pipeline, stage)
 
 
@@ -421,7 +421,7 @@ def run(
         if scheduler is None:
             with _working(sessions, Options(effort, workers), progress) as pipeline:
                 run_pipeline(pipeline)
-                keep_answers(pipeline)
+                keep_output(pipeline)
                 return structure_result(pipeline) if pipeline.only_dry else fit_result(pipeline)
         sessions = [sessions]
     folders = [_folder(each) for each in sessions]

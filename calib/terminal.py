@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
-from calib.answers import standing_answer
+from calib.kept_output import standing_output
 
 if TYPE_CHECKING:
     from calib.results.result import Export, Result
@@ -42,7 +42,7 @@ def result_lines(result: Result, verbose: bool, main: Path | None = None) -> lis
 
 def print_again(command: str, session: Path, effort: str | None, verbose: bool = False) -> bool:
     """Prints what the command says of results that stand, where it has nothing to do; whether it did."""
-    text = standing_answer(command, session.parent if session.name == "session.toml" else session, effort, verbose)
+    text = standing_output(command, session.parent if session.name == "session.toml" else session, effort, verbose)
     print(text or "", end="")
     return text is not None
 

@@ -18,10 +18,13 @@
 # coefficients, checks the draws, looks at what the trials determine and what they predict, and ends with the trial to
 # film next.
 #
-# The session is synthetic: its tracks were made with the twin, so the true coefficients are known and nothing is left
+# The session is synthetic: its tracks are made with the twin, so the true coefficients are known and nothing is left
 # out of the model. On a real robot intervals can be too narrow, see `docs/posterior.md`.
 
 # %%
+import tempfile
+from pathlib import Path
+
 import matplotlib.pyplot as plt
 import numpy as np
 
@@ -29,7 +32,7 @@ import calib
 
 # %matplotlib inline
 
-session = calib.open_session("../datasets/sample")
+session = calib.open_session(calib.new_session(Path(tempfile.mkdtemp()) / "known", synthetic=True))
 fit = calib.fit(session, effort="quick")
 
 # %% [markdown]
@@ -131,6 +134,6 @@ print(f"Film {sweep.frequency_hz[best]:.2f} Hz next: standard deviations fall to
 # The same on the command line; the report has these figures:
 #
 # ```sh
-# calib posterior datasets/sample --effort quick
-# calib report datasets/sample
+# calib posterior pool --effort quick
+# calib report pool
 # ```

@@ -153,7 +153,7 @@ def test_a_finished_fit_is_read_and_nothing_is_computed(finished: Path, monkeypa
     assert set(found.to_frame("flags").trial) <= {"", "slow", "fast"}
     assert len(found.summary().splitlines()) <= 7
     assert found.summary().splitlines()[0] in found._repr_html_()
-    own = (".swimcal.lock", "results/.answers.json")  # records of the work itself
+    own = (".swimcal.lock", "results/.output.json")  # records of the work itself
     assert files_in(finished) == {**before, **{name: files_in(finished)[name] for name in own}}
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 import calib as package
-from calib.answers import ANSWERS, standing_answer
+from calib.kept_output import OUTPUT, standing_output
 from calib.pipeline import open_session
 from calib.stages import recordings, videos
 from fitting import calibration
@@ -52,9 +52,9 @@ def test_a_repeated_function_measures_and_simulates_nothing(whole: Path) -> None
 def test_a_repeated_command_says_the_same(calib: Front, whole: Path) -> None:
     for command in COMMANDS:
         for options in ((), ("-v",)) if command != "report" else ((),):
-            (whole / "results" / ANSWERS).unlink(missing_ok=True)
+            (whole / "results" / OUTPUT).unlink(missing_ok=True)
             first = calib(command, whole, *options)
-            again = standing_answer(command, whole, None, verbose=bool(options))
+            again = standing_output(command, whole, None, verbose=bool(options))
             assert again == first.out, command
             assert calib(command, whole, *options).out == first.out, command
 
@@ -92,19 +92,19 @@ CHANGES = {
 @pytest.mark.parametrize("changed", CHANGES.values(), ids=CHANGES)
 def test_no_answer_stands_when_a_file_that_it_rests_on_changed(calib: Front, whole: Path, changed: str) -> None:
     assert calib("report", whole).code == 0
-    assert all(standing_answer(command, whole, None) for command in COMMANDS)
+    assert all(standing_output(command, whole, None) for command in COMMANDS)
     (whole / changed).write_bytes((whole / changed).read_bytes() + b"\n")
-    assert not any(standing_answer(command, whole, None) for command in COMMANDS)
+    assert not any(standing_output(command, whole, None) for command in COMMANDS)
 
 
 def test_no_answer_stands_for_another_effort_or_another_program(
     calib: Front, whole: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     assert calib("report", whole).code == 0
-    assert standing_answer("fit", whole, "quick")
-    assert standing_answer("fit", whole, "full") is None
-    monkeypatch.setattr("calib.answers._program", lambda: "another")
-    assert standing_answer("fit", whole, "quick") is None
+    assert standing_output("fit", whole, "quick")
+    assert standing_output("fit", whole, "full") is None
+    monkeypatch.setattr("calib.kept_output._program", lambda: "another")
+    assert standing_output("fit", whole, "quick") is None
 
 
 def test_a_file_that_would_be_an_input_is_noticed_when_it_appears(
@@ -112,11 +112,11 @@ def test_a_file_that_would_be_an_input_is_noticed_when_it_appears(
 ) -> None:
     edits = whole / "trials" / "slow.edits.jsonl"
     monkeypatch.setattr(Session, "absent_inputs", lambda _session: (edits,))
-    (whole / "results" / ANSWERS).unlink(missing_ok=True)
+    (whole / "results" / OUTPUT).unlink(missing_ok=True)
     assert calib("report", whole).code == 0
-    assert standing_answer("report", whole, None)
+    assert standing_output("report", whole, None)
     edits.write_text("")
-    assert standing_answer("report", whole, None) is None
+    assert standing_output("report", whole, None) is None
 
 
 def test_boxes_edits_and_commands_would_be_inputs(tmp_path: Path, whole: Path) -> None:

@@ -1,6 +1,6 @@
 """What commands say of a session that stands, so that a command with nothing to do says it again at once.
 
-``results/.answers.json`` holds it with the hash of all that it rests on: input files, results and the program. Nothing
+``results/.output.json`` holds it with the hash of all that it rests on: input files, results and the program. Nothing
 else is loaded before these are compared: the libraries alone take seconds. Where anything differs, or is missing or
 new, there is no answer, and the command does its work.
 """
@@ -22,7 +22,7 @@ from calib.entry import PACKAGES
 if TYPE_CHECKING:
     from calib.pipeline import Pipeline
 
-ANSWERS = ".answers.json"
+OUTPUT = ".output.json"
 _HOME = Path(__file__).resolve().parents[1]
 _ENGINES = ("swimcal", "mujoco", "opencv-contrib-python-headless")
 _STAMPS = ".stages.json"
@@ -37,7 +37,7 @@ class Answer(NamedTuple):
     long: str
 
 
-def standing_answer(command: str, folder: Path, effort: str | None, verbose: bool = False) -> str | None:
+def standing_output(command: str, folder: Path, effort: str | None, verbose: bool = False) -> str | None:
     """What a command says of a session; None where there is something to do, or that cannot be told.
 
     Args:
@@ -45,7 +45,7 @@ def standing_answer(command: str, folder: Path, effort: str | None, verbose: boo
         effort: as asked for; None for that of the results that stand.
     """
     try:
-        kept = json.loads((folder / "results" / ANSWERS).read_bytes())
+        kept = json.loads((folder / "results" / OUTPUT).read_bytes())
         answer = Answer(**kept["answers"][command])
         same = kept["folder"] == str(folder) and (effort is None or answer.effort in ("", effort))
         if same and kept["program"] == _program() and kept["files"] == _hashes(folder, kept["inputs"]):
@@ -55,7 +55,7 @@ def standing_answer(command: str, folder: Path, effort: str | None, verbose: boo
     return None
 
 
-def keep_answers(pipeline: Pipeline) -> None:
+def keep_output(pipeline: Pipeline) -> None:
     """Keeps what each command would say of the results that stand; nothing where the folder cannot be written."""
     from session.errors import ResultsNotWritable, SwimcalError
     from session.results import write_whole
@@ -70,7 +70,7 @@ def keep_answers(pipeline: Pipeline) -> None:
     with suppress(SwimcalError):
         kept["answers"] = {command: answer._asdict() for command, answer in _answers(pipeline)}
         with suppress(ResultsNotWritable):
-            write_whole(folder / "results" / ANSWERS, json.dumps(kept, indent=1) + "\n")
+            write_whole(folder / "results" / OUTPUT, json.dumps(kept, indent=1) + "\n")
 
 
 def _answers(pipeline: Pipeline) -> Iterator[tuple[str, Answer]]:
