@@ -36,8 +36,8 @@ from swimgym.search import SearchPlan, search
 # %% [markdown]
 # ## 1. The twin
 #
-# With a calibrated session it is `load_fish("pool")`. So that this page runs in seconds it takes the built-in robot in a
-# water that swims like the published one.
+# With a calibrated session it is `load_fish("pool")`. So that this page runs in seconds it takes the built-in robot in
+# a water like that of the published one.
 
 # %%
 fish = load_fish().with_coefficients(np.array([0.4, 2.0, 6.0, 4.0, 1.0]))
