@@ -9,7 +9,7 @@ from time import monotonic
 from typing import NamedTuple
 
 from calib.kept_output import keep_output
-from calib.options import EffortName, Options
+from calib.options import EffortName, LastStepName, Options
 from calib.pipeline import Pipeline, working
 from calib.results.made import fit_result
 from calib.results.result import Export
@@ -20,19 +20,19 @@ from session.errors import NotConverged, SwimcalError
 Work = Callable[[Pipeline], object]
 
 
-def run_pipeline(pipeline: Pipeline) -> None:
-    """Make everything that the data allow; of quick effort only what does not stand yet."""
+def run_pipeline(pipeline: Pipeline, until: LastStepName = "diagnosis") -> None:
+    """Make everything that the data allow, up to a last step; of quick effort only what does not stand yet."""
     if pipeline.only_dry:
         pipeline.structured()
         return
     pipeline.fit()
     full = pipeline.fits.effort == "full"
-    if full or pipeline.current_posterior(pipeline.the_fit()) is None:
+    if until != "fit" and (full or pipeline.current_posterior(pipeline.the_fit()) is None):
         try:
             pipeline.posterior()
         except NotConverged as refusal:  # a note: the other results do not need it
             pipeline.notes.append(f"! {refusal}")
-    if full or pipeline.current_diagnosis() is None:
+    if until == "diagnosis" and (full or pipeline.current_diagnosis() is None):
         pipeline.diagnosis()
     pipeline.report()
 

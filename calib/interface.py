@@ -28,7 +28,7 @@ import pandas as pd
 from calib import benchmark, camera, capture, policy
 from calib.batch import Work, indexed, reported, run_all, run_pipeline
 from calib.kept_output import keep_output
-from calib.options import EffortName, ObjectiveName, Options
+from calib.options import EffortName, LastStepName, ObjectiveName, Options, check_last_step
 from calib.pipeline import Pipeline, working
 from calib.pipeline import open_session as _open_session
 from calib.progress import progress_bar
@@ -390,6 +390,7 @@ def run(
     sessions: AnySession | Sequence[AnySession],
     effort: EffortName | None = None,
     *,
+    until: LastStepName = "diagnosis",
     jobs: int = 1,
     workers: int = 0,
     scheduler: str | None = None,
@@ -400,6 +401,7 @@ def run(
     Args:
         sessions: one, or several: then a session that fails stops no other.
         effort, progress: see `help(calib.interface)`.
+        until: the last step before the report: "fit", "posterior" or "diagnosis".
         jobs: sessions at a time, each in a process of its own.
         workers: threads of each session; 0 for its share of the cores, one with a scheduler.
         scheduler: address of a dask scheduler, whose workers run the sessions; they need to see the same folders.
@@ -417,15 +419,18 @@ def run(
         >>> calib.run("pool", "quick", progress=False).file.name
         'calibration.json'
     """
+    check_last_step(until)
     if isinstance(sessions, Session | str | Path):
         if scheduler is None:
             with _working(sessions, Options(effort, workers), progress) as pipeline:
-                run_pipeline(pipeline)
+                run_pipeline(pipeline, until)
                 keep_output(pipeline)
                 return structure_result(pipeline) if pipeline.only_dry else fit_result(pipeline)
         sessions = [sessions]
     folders = [_folder(each) for each in sessions]
-    return indexed(folders, None, run_all(folders, effort, jobs, workers, progress, scheduler))
+    return indexed(
+        folders, None, run_all(folders, effort, jobs, workers, progress, scheduler, partial(run_pipeline, until=until))
+    )
 
 
 def report(sessions: AnySession | Sequence[AnySession], index: str | Path | None = None) -> Export:

@@ -15,6 +15,8 @@ from swimmer.engine import ENGINE, model_sha256
 from tracking.tracker import TrackerName
 
 EffortName = Literal["quick", "full"]
+LastStepName = Literal["fit", "posterior", "diagnosis"]
+"""The last step of a run before its report."""
 ObjectiveName = Literal["likelihood", "published"]
 STARTS = {"quick": 2, "full": 4}
 """Of the search for the coefficients, by effort."""
@@ -44,6 +46,16 @@ class Options:
         """Refuses an effort that does not exist, before anything is compared with it."""
         if self.effort is not None and self.effort not in get_args(EffortName):
             raise InputError([Fault("effort", "", "no such effort", repr(self.effort), "", get_args(EffortName))])
+
+
+def check_last_step(until: str) -> None:
+    """Refuse a last step that no run has.
+
+    Raises:
+        InputError: there is no such step.
+    """
+    if until not in get_args(LastStepName):
+        raise InputError([Fault("until", "", "no such step", repr(until), "", get_args(LastStepName))])
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,6 +9,7 @@ from typing import Annotated, Literal
 import typer
 
 EffortOption = Literal["quick", "full"]
+LastStep = Literal["fit", "posterior", "diagnosis"]
 ObjectiveOption = Literal["likelihood", "published"]
 TrackerOption = Literal["hybrid", "spots", "csrt"]
 FORMS = ("swimcal", "deeplabcut", "movement", "fishsim")

@@ -10,6 +10,7 @@ import calib
 from calib.commands.arguments import (
     AsJson,
     Effort,
+    LastStep,
     ObjectiveOption,
     Scheduler,
     SessionFolder,
@@ -89,6 +90,7 @@ def _numbers(text: str) -> tuple[float, ...]:
 def run(
     sessions: SessionFolders,
     effort: Effort = None,
+    until: Annotated[LastStep, typer.Option(help="the last step before the report")] = "diagnosis",
     jobs: Annotated[int, typer.Option(min=1, help="sessions at a time")] = 1,
     scheduler: Scheduler = None,
     workers: Workers = 0,
@@ -100,13 +102,13 @@ def run(
     Of several sessions it also writes an index, as `calib report`; one that fails stops no other.
     """
     alone = len(sessions) == 1 and scheduler is None and not as_json
-    if alone and print_again("run", sessions[0], effort, verbose):
+    if alone and until == "diagnosis" and print_again("run", sessions[0], effort, verbose):
         return
     from calib.results.result import Export
     from calib.results.structure import StructureResult
 
     which = sessions if len(sessions) > 1 else sessions[0]
-    made = calib.run(which, effort, jobs=jobs, workers=workers, scheduler=scheduler, progress=not as_json)
+    made = calib.run(which, effort, until=until, jobs=jobs, workers=workers, scheduler=scheduler, progress=not as_json)
     if isinstance(made, Export):
         print_export(made, as_json)
         return

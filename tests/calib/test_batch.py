@@ -33,7 +33,7 @@ def broken(fresh_session: Path, tmp_path: Path) -> Path:
 
 
 def test_a_broken_session_stops_no_other(calib: Front, finished: Path, broken: Path) -> None:
-    outcome = calib("run", finished, broken, "--effort", "quick", "--jobs", "2")
+    outcome = calib("run", finished, broken, "--effort", "quick", "--until", "fit", "--jobs", "2")
     assert outcome.code == 2
     assert "calib: broken: failed after" in outcome.err
     assert "done after" in outcome.err
@@ -83,7 +83,7 @@ def pair(fresh_session: Path, tmp_path: Path) -> list[Path]:
 def test_results_are_those_of_one_process_to_the_last_digit(
     calib: Front, cluster: LocalCluster, pair: list[Path], finished: Path
 ) -> None:
-    outcome = calib("run", *pair, "--effort", "quick", "--scheduler", cluster.scheduler_address)
+    outcome = calib("run", *pair, "--effort", "quick", "--until", "fit", "--scheduler", cluster.scheduler_address)
     assert outcome.code == 0, outcome
     for folder in pair:
         assert lasting(folder) == lasting(finished)
@@ -99,7 +99,7 @@ def test_a_fit_by_a_worker_is_that_of_this_process(
     calib: Front, cluster: LocalCluster, pair: list[Path], finished: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     idle(monkeypatch)
-    outcome = calib("fit", pair[0], "--effort", "quick", "--scheduler", cluster.scheduler_address)
+    outcome = calib("fit", pair[0], "--effort", "quick", "--until", "fit", "--scheduler", cluster.scheduler_address)
     assert outcome.code == 0, outcome
     assert lasting(pair[0])["calibration.json"] == lasting(finished)["calibration.json"]
 
@@ -110,7 +110,7 @@ def test_posterior_and_diagnosis_by_a_worker(
 ) -> None:
     idle(monkeypatch)
     for command in ("fit", "posterior", "diagnose"):
-        outcome = calib(command, fresh, "--effort", "quick", "--scheduler", cluster.scheduler_address)
+        outcome = calib(command, fresh, "--effort", "quick", "--until", "fit", "--scheduler", cluster.scheduler_address)
         assert outcome.code == 0, outcome
 
 

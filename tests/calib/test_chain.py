@@ -134,7 +134,7 @@ def test_a_session_without_a_swim_gives_the_structure_alone(calib: Front, unfitt
 def test_what_needs_a_swim_says_so_once_the_structure_stands(calib: Front, unfitted: Path) -> None:
     only(unfitted, "pull")
 
-    outcome = calib("run", unfitted, "--effort", "quick")
+    outcome = calib("run", unfitted, "--effort", "quick", "--until", "fit")
     assert outcome.code == 0
     assert "no swim trial to fit" in outcome.out
     assert_reports(calib("posterior", unfitted), "no swim with tracks", "found pull (free_decay)")

@@ -28,7 +28,7 @@ def run(folder: Path, effort: str, most_bytes: int) -> None:
         resource.setrlimit(resource.RLIMIT_FSIZE, (most_bytes, most_bytes))
     if effort == "quick":
         hurried()
-    sys.argv = ["calib", "run", str(folder), "--effort", effort]
+    sys.argv = ["calib", "run", str(folder), "--effort", effort, *(["--until", "fit"] if effort == "quick" else [])]
     said, shown = ((folder / name).open("w") for name in ("said", "shown"))
     with said, shown, redirect_stderr(said), redirect_stdout(shown):
         cli.main()

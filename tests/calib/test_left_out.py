@@ -48,7 +48,7 @@ def only(folder: Path, *names: str) -> Path:
 @pytest.mark.long
 @pytest.mark.usefixtures("true_report")
 def test_other_trials_are_left_out_with_a_note_that_says_why(calib: Front, fresh: Path) -> None:
-    outcome = calib("run", with_others(fresh), "--effort", "quick", "--verbose")
+    outcome = calib("run", with_others(fresh), "--effort", "quick", "--until", "fit", "--verbose")
 
     assert outcome.code == 0, outcome.err
     for name in ("clamped", "logged"):
@@ -67,7 +67,7 @@ def test_a_session_with_nothing_to_fit_is_reported_so(calib: Front, fresh: Path)
 @pytest.mark.long
 @pytest.mark.usefixtures("true_report")
 def test_without_held_out_trials_there_is_no_held_out_summary(calib: Front, fresh: Path) -> None:
-    outcome = calib("run", only(fresh, "slow"), "--effort", "quick")
+    outcome = calib("run", only(fresh, "slow"), "--effort", "quick", "--until", "fit")
 
     assert outcome.code == 0, outcome.err
     assert "no trial is held out" in outcome.out
@@ -93,7 +93,7 @@ def lose_the_tail(position_px: np.ndarray) -> None:
 
 def test_the_only_fit_trial_whose_tail_cannot_be_trusted_is_named(calib: Front, fresh: Path) -> None:
     change_tracks(fresh, "slow", lose_the_tail)
-    outcome = calib("run", fresh, "--effort", "quick")
+    outcome = calib("run", fresh, "--effort", "quick", "--until", "fit")
 
     assert_reports(outcome, "trial slow:", "usable tail marker", "leave the trial out")
     assert set(files_in(fresh / "results")) <= {".stages.json", "tracks/slow.csv", "tracks/fast.csv"}
@@ -101,7 +101,7 @@ def test_the_only_fit_trial_whose_tail_cannot_be_trusted_is_named(calib: Front, 
 
 def test_a_held_out_trial_whose_tail_cannot_be_trusted_stops_no_other(calib: Front, fresh: Path) -> None:
     change_tracks(fresh, "fast", lose_the_tail)
-    outcome = calib("run", fresh, "--effort", "quick")
+    outcome = calib("run", fresh, "--effort", "quick", "--until", "fit")
 
     assert outcome.code == 0, outcome.err
     data = json.loads((fresh / "results" / "calibration.json").read_text())
@@ -116,7 +116,7 @@ def test_flagged_stretches_are_left_out_by_weight(calib: Front, fresh: Path) -> 
         position_px[60:120, PLAN.markers.index("tail_5")] = position_px[60, PLAN.markers.index("tail_5")]
 
     change_tracks(fresh, "slow", freeze)
-    outcome = calib("run", fresh, "--effort", "quick")
+    outcome = calib("run", fresh, "--effort", "quick", "--until", "fit")
 
     assert outcome.code == 0, outcome.err
     used = load_tracks(fresh / "results" / "tracks" / "slow.csv", PLAN.markers, 60.0)
@@ -132,7 +132,7 @@ def test_without_the_tail_tip_there_is_no_ebt_and_all_else_stands(calib: Front, 
 
     for name in ("slow", "fast"):
         change_tracks(fresh, name, lose_the_fin)
-    outcome = calib("run", fresh, "--effort", "quick", "--verbose")
+    outcome = calib("run", fresh, "--effort", "quick", "--until", "fit", "--verbose")
 
     assert outcome.code == 0, outcome.err
     assert "the last two markers of the tail are usable together in no fit trial" in outcome.out

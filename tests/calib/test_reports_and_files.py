@@ -95,6 +95,6 @@ def test_no_command_leaves_a_log_of_the_engine_behind(
     calib: Front, fresh: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    calib("run", fresh, "--effort", "quick")
+    calib("run", fresh, "--effort", "quick", "--until", "fit")
 
     assert "MUJOCO_LOG.TXT" not in files_in(tmp_path)

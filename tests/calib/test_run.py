@@ -35,7 +35,7 @@ def remade(folder: Path, *expected: str) -> Iterator[None]:
 @pytest.mark.usefixtures("true_report")
 def test_it_writes_every_result_and_names_the_report_last(calib: Front, fresh: Path) -> None:
     with nothing_drawn():
-        outcome = calib("run", fresh, "--effort", "quick")
+        outcome = calib("run", fresh, "--effort", "quick", "--until", "fit")
 
     assert outcome.code == 0
     assert results_of(fresh).keys() == RESULTS
@@ -67,11 +67,11 @@ def test_a_changed_input_makes_all_again(calib: Front, finished: Path, change: s
     else:
         (finished / "trials" / "slow.csv.gz").write_bytes((finished / "trials" / "fast.csv.gz").read_bytes())
     with remade(finished, *RESULTS):
-        assert calib("run", finished, "--effort", "quick").code == 0
+        assert calib("run", finished, "--effort", "quick", "--until", "fit").code == 0
 
 
 def test_json_is_all_there_is_on_standard_output(calib: Front, finished: Path) -> None:
-    outcome = calib("run", finished, "--effort", "quick", "--json")
+    outcome = calib("run", finished, "--effort", "quick", "--until", "fit", "--json")
     reported = json.loads(outcome.out)
 
     assert outcome.err == ""

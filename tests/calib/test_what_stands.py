@@ -35,7 +35,7 @@ COMMANDS: tuple[tuple[tuple[str, ...], set[str]], ...] = (
     (("fit", "--effort", "quick"), set()),
     (("posterior", "--effort", "quick"), set()),
     (("diagnose", "--effort", "quick"), set()),
-    (("run", "--effort", "quick"), set()),
+    (("run", "--effort", "quick", "--until", "fit"), set()),
 )
 """With what each may change of a finished session."""
 
