@@ -99,7 +99,7 @@ def test_a_fit_by_a_worker_is_that_of_this_process(
     calib: Front, cluster: LocalCluster, pair: list[Path], finished: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     idle(monkeypatch)
-    outcome = calib("fit", pair[0], "--effort", "quick", "--until", "fit", "--scheduler", cluster.scheduler_address)
+    outcome = calib("fit", pair[0], "--effort", "quick", "--scheduler", cluster.scheduler_address)
     assert outcome.code == 0, outcome
     assert lasting(pair[0])["calibration.json"] == lasting(finished)["calibration.json"]
 
@@ -110,7 +110,7 @@ def test_posterior_and_diagnosis_by_a_worker(
 ) -> None:
     idle(monkeypatch)
     for command in ("fit", "posterior", "diagnose"):
-        outcome = calib(command, fresh, "--effort", "quick", "--until", "fit", "--scheduler", cluster.scheduler_address)
+        outcome = calib(command, fresh, "--effort", "quick", "--scheduler", cluster.scheduler_address)
         assert outcome.code == 0, outcome
 
 
