@@ -15,10 +15,10 @@ from calib.stages.posterior import PosteriorStage
 from calib.stages.recordings import Recordings
 from calib.stages.report import ReportStage
 from fitting import Calibration, MeasuredTrial, Structure
-from session import InputError, Session, load_session
+from session import InputError, Session, SwimcalError, load_session
 from session.errors import Fault
 from session.lock import session_lock
-from session.results import is_incomplete
+from session.results import is_incomplete, read_provenance
 from swimmer import Twin, load_robot
 from swimmer.effects import Effect, catalogue
 
@@ -78,10 +78,19 @@ class Pipeline:
 
     @cached_property
     def fits(self) -> FitStage:
-        """The fit as asked for; without an effort the current one, of full effort where there is none."""
+        """The fit as asked for; without an effort that of the fit that is there, of full effort where there is none."""
         if self.options.effort is None and (stage := self.current_fit) is not None:
             return stage
-        return self._fit_of(self.options.effort or "full")
+        return self._fit_of(self.options.effort or self._effort_of_file or "full")
+
+    @property
+    def _effort_of_file(self) -> EffortName | None:
+        """The effort of the fit that is there, though it may be out of date; None where it cannot be read."""
+        try:
+            made_with = read_provenance(self._fit_of("full").file)
+        except SwimcalError:
+            return None
+        return next((effort for effort in get_args(EffortName) if effort == made_with.effort), None)
 
     @property
     def current_fit(self) -> FitStage | None:
@@ -108,7 +117,7 @@ class Pipeline:
             found = "one of other recordings, another program or edited by hand"
         if (cut := self.fits.incomplete) is not None:
             what, found = "the fit is incomplete", f"{cut.name}, whose end is missing or damaged"
-        step = f"Run `calib fit {self.session.folder}`{aside}."
+        step = f"Run `calib fit {self.session.in_shell}`{aside}."
         raise InputError([Fault(str(self.fits.file), "", what, found, "the fit of these recordings", next_step=step)])
 
     def current_posterior(self, fit: FitStage) -> PosteriorStage | None:
@@ -228,7 +237,7 @@ class Pipeline:
             path = self.job.results / file
             lacking = f"{name} is out of date" if path.exists() else f"no {name}"
             lacking = f"{name} is incomplete" if is_incomplete(path) else lacking
-            step = f"{lacking} (`calib {command} {self.session.folder}`)"
+            step = f"{lacking} (`calib {command} {self.session.in_shell}`)"
             parts.append(step if stage is None else f"{name} of {stage.effort} effort")
         return ", ".join(parts)
 

@@ -172,6 +172,11 @@ class CalibrationResult:
     posterior: Mapping[str, Marginal] = field(default_factory=dict)
     left_out: Mapping[str, str] = field(default_factory=dict)
 
+    @property
+    def standing_flags(self) -> tuple[Flag, ...]:
+        """The flags of the fit as a whole; a posterior, where there is one, says which coefficients are determined."""
+        return tuple(flag for flag in self.flags if not (self.posterior and flag.kind == "unidentifiable"))
+
 
 CALIBRATION = ResultFile("calibration.json", CalibrationResult)
 

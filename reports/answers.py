@@ -15,7 +15,7 @@ from fitting.calibration_file import CalibrationResult
 from fitting.model.session_forecast import TWIN, SessionForecast
 from reports.caveats import fit_caveats, gap_caveats, posterior_caveats
 from reports.forecast_words import MODELS, compared_with_best, misses
-from reports.gap_words import Change, changes, effect_size, gap_sentences, next_experiment
+from reports.gap_words import MORE_THAN_NOISE, Change, changes, effect_size, gap_sentences, next_experiment
 from reports.numbers import counted, in_mm, in_words, listed, of_its_size, sentence, shown, spanned
 
 if TYPE_CHECKING:
@@ -150,6 +150,7 @@ class WhatIsMissing:
         groups: the same in words, those that the trials cannot separate together.
         size: how strong the named effects are, a sentence each.
         no_gap: whether the data need no effect.
+        more_is_missing: whether the named effects leave more than noise.
     """
 
     where: str
@@ -161,6 +162,7 @@ class WhatIsMissing:
     groups: tuple[str, ...]
     size: str
     no_gap: bool
+    more_is_missing: bool
 
     @property
     def headline(self) -> str:
@@ -252,8 +254,11 @@ def _what_is_missing(found: DiagnosisResult) -> WhatIsMissing:
     named = tuple(map(in_words, found.effects))
     groups = tuple(" or ".join(map(in_words, group)) for group in found.groups)
     sizes = [f"{in_words(n)}: {effect_size(found.effect_parameters, n)}" for n in found.effect_parameters]
-    size = sentence("; ".join(sizes)) if sizes else ""
-    return WhatIsMissing(where, which, how_far, changes(found), chances, named, groups, size, found.verdict == "no_gap")
+    size = sentence(f"{'; '.join(sizes)} (95 % intervals)") if sizes else ""
+    more = found.remainder is not None and found.remainder.p_value < MORE_THAN_NOISE
+    return WhatIsMissing(
+        where, which, how_far, changes(found), chances, named, groups, size, found.verdict == "no_gap", more
+    )
 
 
 def _next_step(
@@ -271,7 +276,7 @@ def _next_step(
         return film
     if diagnosed.models and diagnosed.effects:
         named = listed([in_words(name) for name in diagnosed.effect_parameters])
-        return f"Simulate with results/{diagnosed.models[0]}, the twin with {named}."
+        return f"Check {named} by hand; if it is there, simulate with results/{diagnosed.models[0]}."
     return "Use the twin: calib mjcf writes it, calib.load_twin simulates with it."
 
 

@@ -12,6 +12,7 @@ from fitting import CalibratedTrial, MeasuredTrial
 from fitting.calibration_file import CalibrationResult
 from fitting.ebt import EBT_RATIO_ONLY
 from fitting.trial import SCORED_S
+from reports.gap_words import MORE_THAN_NOISE
 from reports.numbers import in_words, listed, percent, sentence, shown
 from session import Flag
 from session.flags import FLAG_KINDS
@@ -60,6 +61,12 @@ def _checks(found: DiagnosisResult) -> list[str]:
         caveats.append(
             f"the held-out marker error is {shown(gap.with_effects_mm)} mm with the named effects, "
             f"{shown(gap.baseline_mm)} mm without: at best they reduce it relative to the noise"
+        )
+    rest = found.remainder
+    if rest is not None and rest.p_value < MORE_THAN_NOISE:
+        caveats.append(
+            f"{100 * rest.share:.0f} % of the gap in the fitted trials remains with the named effects, more than noise "
+            "explains: something else is missing too"
         )
     if lacking := found.withheld_from_catalogue:
         caveats.append(

@@ -14,6 +14,10 @@ def gap_sentences(found: DiagnosisResult) -> tuple[str, str, str]:
     return where(found), which(found), f"How far: {how_far(found)}"
 
 
+MORE_THAN_NOISE = 0.01
+"""Probability that noise alone leaves as much, below which something beside the named effects is missing too."""
+
+
 def effect_size(parameters: EffectParameters, effect: str) -> str:
     """How strong an effect was fitted to be: its clearest parameters, by how many half intervals they are from zero."""
     found = parameters_of(parameters, effect).items()

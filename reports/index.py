@@ -135,7 +135,9 @@ def _row(entry: IndexEntry, folder: Path) -> dict[str, object]:
         "shrinkage": gap.shrinkage if gap else nan,
         "shrinkage_low": low,
         "shrinkage_high": high,
-        "flags": " ".join(dict.fromkeys(flag.kind for flag in fit.flags if flag.kind != EBT_RATIO_ONLY)) if fit else "",
+        "flags": " ".join(dict.fromkeys(flag.kind for flag in fit.standing_flags if flag.kind != EBT_RATIO_ONLY))
+        if fit
+        else "",
     }
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shlex
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -124,6 +125,11 @@ class Session:
     warmup_s: float
     seed: int
     trials: tuple[TrialSpec, ...]
+
+    @property
+    def in_shell(self) -> str:
+        """The folder as a command line needs it, quoted where its name asks for that."""
+        return shlex.quote(str(self.folder))
 
     @property
     def results(self) -> Path:

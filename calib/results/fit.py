@@ -108,7 +108,7 @@ class FitResult(Result):
     @cached_property
     def answers(self) -> Answers:
         """What the summary and the report's first screen say, of all that stands of this fit."""
-        return answers_of(self.data, self.posterior, self.diagnosed, str(self.session.folder))
+        return answers_of(self.data, self.posterior, self.diagnosed, self.session.in_shell)
 
     @property
     def coefficients(self) -> FluidCoefficients:
@@ -123,7 +123,7 @@ class FitResult(Result):
     @property
     def flags(self) -> tuple[Flag, ...]:
         """Flags of the fit as a whole; those of a trial are in `trials`."""
-        return self.data.flags
+        return self.data.standing_flags
 
     @property
     def forecasts(self) -> SessionForecast:

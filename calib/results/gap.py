@@ -121,7 +121,7 @@ class GapResult(Result):
                 *gap_sentences(self.data),
                 f"Main caveat: {main_caveat(self.data)}",
                 f"Next experiment: {experiment}.",
-                f"Verdict: {in_words(self.verdict)}. Next: calib report {self.session.folder}",
+                f"Verdict: {in_words(self.verdict)}. Next: calib report {self.session.in_shell}",
             ]
         )
 

@@ -101,7 +101,7 @@ class TrackResult(Tables, Mapping[str, "xr.Dataset"]):
             [
                 f"{self.session.name}: {counted(len(frame), 'trial')}, {int(frame.frames.sum())} frames.",
                 f"Seen: {frame.seen.mean():.1%} of the samples; least in {worst}, {frame.seen[worst]:.1%}.",
-                f"Flags: {listed or 'none'}. Next: calib fit {self.session.folder}",
+                f"Flags: {listed or 'none'}. Next: calib fit {self.session.in_shell}",
             ]
         )
 

@@ -206,7 +206,7 @@ class FitStage(Stage):
         except SwimcalError:
             return
         then, now = made_with.to_json(), self._provenance.to_json()
-        differ = [f"{key} {_short(then[key])} -> {_short(now[key])}" for key in now if then[key] != now[key]]
+        differ = [_difference(key, then[key], now[key]) for key in now if then[key] != now[key]]
         if differ:
             job.progress(f"fitting again: {self.file.name} was made with other {'; '.join(differ)}", 0.0)
 
@@ -240,6 +240,9 @@ class PublishedStage(Stage):
         return PUBLISHED.read(self._job.results)
 
 
-def _short(value: object) -> str:
-    """A value for a sentence: files and hashes are only named."""
-    return "other files" if isinstance(value, dict) else str(value)[:12]
+def _difference(key: str, then: object, now: object) -> str:
+    """What differs, in words: of files their names."""
+    if isinstance(then, dict) and isinstance(now, dict):
+        names = [name for name in sorted({*then, *now}) if then.get(name) != now.get(name)]
+        return f"{key} ({', '.join(names[:3])}{' and others' if len(names) > 3 else ''})"
+    return f"{key} ({str(then)[:12]}, now {str(now)[:12]})"

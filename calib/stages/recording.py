@@ -37,7 +37,7 @@ def make_recording(pipeline: Pipeline) -> Path:
             f"{len(session.trials)} trials. {' '.join(pipeline.recordings.notes)}"
         )
     untracked = [spec for spec in specs if spec.tracks is None and not pipeline.recordings.videos.are_current(spec)]
-    renew = f"run `calib track {session.folder}`"
+    renew = f"run `calib track {session.in_shell}`"
     if len(untracked) == len(specs):
         raise NotEnoughData(
             f"{session.name}: nothing to show. Expected tracks; found videos that are not tracked: {renew}."
@@ -49,7 +49,7 @@ def make_recording(pipeline: Pipeline) -> Path:
     fit = None if untracked else pipeline.current_fit
     calibration = None if fit is None else fit.read()
     if calibration is None and not untracked and pipeline.fits.file.is_file():
-        pipeline.notes.append(f"{pipeline.fits.file} is out of date, not shown; run `calib fit {session.folder}`.")
+        pipeline.notes.append(f"{pipeline.fits.file} is out of date, not shown; run `calib fit {session.in_shell}`.")
     fitted = {} if calibration is None else {trial.measured.name: trial for trial in calibration.trials}
     stage = pipeline.current_diagnosis()
     forces = None if stage is None else stage.read().missing_forces

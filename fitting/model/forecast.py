@@ -190,7 +190,7 @@ def scatter_of(mode: Mode) -> Scatter:
         if windows.early is None:
             continue
         difference = windows.early.measured - windows.late.measured
-        of_tracks = sum(np.diag(_tracking_noise(mode, each)) for each in (windows.early, windows.late))
+        of_tracks = np.sum([np.diag(_tracking_noise(mode, each)) for each in (windows.early, windows.late)], axis=0)
         both = windows.early.reader.observed & windows.late.reader.observed
         noise.append(float(np.median(difference[both] ** 2 / of_tracks[both])) / _MEDIAN_OF_SQUARE)
         speed.append(float((difference[SPEED] / block.features[SPEED]) ** 2 / 2))

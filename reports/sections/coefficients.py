@@ -53,7 +53,8 @@ def _table(fit: CoefficientFit, published: PublishedResult | None, folded: bool)
     low, high = COEFFICIENT_BOUNDS
     rows = []
     for i, name in enumerate(FluidCoefficients._fields):
-        caveats = [in_words(flag.kind) for flag in fit.flags if name in flag.message]
+        own = [flag for flag in fit.flags if name in flag.message]
+        caveats = [in_words(flag.kind) for flag in own if not (folded and flag.kind == "unidentifiable")]
         rows.append(
             (
                 in_words(name),

@@ -8,7 +8,7 @@ from diagnosis.result import AllEffects, Attribution, Controls, DiagnosisResult,
 from diagnosis.sentences import near_miss
 from reports.blocks import Block, Plots, Points, Prose, Section
 from reports.context import ReportContext
-from reports.gap_words import by_how_much, gap_sentences
+from reports.gap_words import MORE_THAN_NOISE, by_how_much, gap_sentences
 from reports.numbers import in_mm, in_words, listed, shown, spanned, whole_percent
 from reports.sections.gap_evidence import evidence, missing, next_experiments
 from reports.sections.gap_plots import gap_plots
@@ -24,7 +24,6 @@ _NOT_HELD_OUT = (
     'trials the role "holdout" in session.toml and diagnose again.'
 )
 _STRONGEST = 4  # parameters that are listed
-_CLEAR = 0.01  # of the p value from which what remains passes for noise
 
 
 def build(context: ReportContext) -> Section:
@@ -97,11 +96,11 @@ def _which(found: DiagnosisResult) -> tuple[Block, ...]:
 
 def _remainder(rest: Remainder, added: str) -> str:
     share, p_value = rest.share, rest.p_value
-    if p_value >= _CLEAR:
+    if p_value >= MORE_THAN_NOISE:
         return f"With {added}, the residual of the fitted trials is no more than noise (p = {shown(p_value, 2)})."
     return (
         f"With {added}, {whole_percent(share)} of the gap in the fitted trials remains, more than noise explains "
-        f"(p {'< 0.001' if p_value < 0.001 else f'= {shown(p_value, 3)}'}): another effect is present."
+        f"(p {'< 0.001' if p_value < 0.001 else f'= {shown(p_value, 3)}'}): something else is missing too."
     )
 
 

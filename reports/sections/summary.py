@@ -38,7 +38,7 @@ def _lead(answers: Answers) -> Markup:
     if (found := answers.missing) is not None:
         if found.groups:
             names = Markup(listed([str(Markup("<b>{}</b>").format(group)) for group in found.groups], 3))
-            what = "One thing is missing from it" if len(found.groups) == 1 else "Missing from it"
+            what = "Missing from it, at least" if found.more_is_missing else "Missing from it"
             parts.append(Markup("{}: {}.").format(what, names))
         elif found.no_gap:
             parts.append(Markup("No effect of the catalogue is missing from it."))
@@ -58,7 +58,7 @@ def _exported(off: HowFarOff) -> Markup:
     swims = "an unseen swim" if held.trials == 1 else f"{held.trials} unseen swims"
     rule = off.best_rule
     beside = "" if rule is None else f"; the best simple rule, {MODELS[off.best]}, is off by {in_mm(rule)}"
-    text = "The exported twin predicts the speed of {} to within <b>{} mm/s</b> of {}{}."
+    text = "The exported twin predicts the speed of {} with a mean error of <b>{} mm/s</b> of {}{}."
     parts.append(Markup(text).format(swims, in_mm(held.speed), in_mm(held.swum, 0), beside))
     return Markup(" ").join(parts)
 
@@ -79,7 +79,11 @@ def _speeds(context: ReportContext) -> Plot:
     calibration = context.calibration
     low, high = calibration.sweep.fitted_hz
     diverged = int((calibration.sweep.speed_twin != calibration.sweep.speed_twin).sum())
-    band = "" if context.posterior is None else " The band holds 90 % of what another swim may do."
+    band = (
+        ""
+        if context.posterior is None
+        else " The band holds 90 % of what another swim may do, by the twin as corrected by its fit trials."
+    )
     return Plot(
         speed_sweep_figure(calibration, None if context.posterior is None else context.posterior.sweep),
         "sweep",

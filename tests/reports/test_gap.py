@@ -99,7 +99,7 @@ def test_every_figure_of_a_named_gap_is_in_the_page(pages: dict[str, Page]) -> N
         ("named", "12 % of the gap in the fitted trials remains"),
         ("named", "the held-out gap shrinks by 80 % (95 % interval 70 % to 90 %)."),
         ("named", "5 % with motor speed sag instead, an effect that the evidence rejects; 30 % with the residual"),
-        ("named", "(p < 0.001): another effect is present."),
+        ("named", "(p < 0.001): something else is missing too."),
         ("named", "12.0 → 3.0"),
         ("named", "11.0 → 2.0"),
         ("named", "tendon slack length 0.0021 0.0018 to 0.0024 m"),
