@@ -13,8 +13,11 @@ CLOCK = "time_base_error"
 
 
 def checks(data: DiagnosisResult) -> list[str]:
-    """Beside that of two swims none can be left out."""
-    return [line for line in diagnosis_lines(data) if line.startswith("! ") and "Two trials" not in line]
+    """Beside that of two swims none can be left out, and that the named effects leave more than noise."""
+    always = ("Two trials", "something else is missing")
+    return [
+        line for line in diagnosis_lines(data) if line.startswith("! ") and not any(each in line for each in always)
+    ]
 
 
 def beating(at: float, verdict: str = "named", named: tuple[str, ...] = (CLOCK,)) -> DiagnosisResult:
@@ -41,6 +44,15 @@ def test_a_clock_or_gear_that_is_far_off_may_be_a_number_of_the_session(at: floa
     assert checks(beating(0.97)) == []
     (reported,) = checks(beating(at, "unexplained", ()))
     assert caveat in reported
+
+
+def test_what_the_named_effects_leave_beyond_noise_is_a_caveat() -> None:
+    data = made_diagnosed()
+    assert data.remainder is not None
+    noise = replace(data, remainder=replace(data.remainder, p_value=0.3))
+    told = [[line for line in diagnosis_lines(each) if "something else is missing" in line] for each in (data, noise)]
+
+    assert [len(lines) for lines in told] == [1, 0]
 
 
 def test_a_single_fitted_swim_is_reported_to_be_little() -> None:

@@ -52,8 +52,8 @@ def test_without_a_diagnosis_it_tells_how_to_get_one() -> None:
 @pytest.mark.parametrize(
     ("verdict", "said"),
     [
-        ("named", "Missing from it: tendon slack and wave drag ."),
-        ("inseparable", "One thing is missing from it: tendon slack or tendon friction ."),
+        ("named", "Missing from it, at least: tendon slack and wave drag ."),
+        ("inseparable", "Missing from it, at least: tendon slack or tendon friction ."),
         ("unexplained", "Something is missing from it that these trials do not name."),
         ("no_gap", "No effect of the catalogue is missing from it."),
     ],
