@@ -147,8 +147,9 @@ def _flags(posterior: Posterior) -> list[Flag]:
         flags.append(Flag("model_discrepancy", message=message))
     elif posterior.misfit_p < MISFIT_P:
         message = (
-            f"noise and nuisances alone hardly put features as far from the twin (p {posterior.misfit_p:.2g}): "
-            "something that the twin leaves out moves them, and coefficients may be off by more than their intervals"
+            "noise and known uncertainties do not explain how far the measured swims are from the twin "
+            f"(p {_rounded(posterior.misfit_p)}): something that the twin lacks moves them, and coefficients may be "
+            "off by more than their intervals"
         )
         flags.append(Flag("model_discrepancy", message=message))
     if (marker_m := posterior.mode.sizes["marker_placement"]) > _MARKERS_OFF_M:
@@ -172,6 +173,10 @@ def _flags(posterior: Posterior) -> list[Flag]:
         if not marginal.narrow:
             flags.append(Flag("unidentifiable", message=f"{name} is not determined: {interval}"))
     return flags
+
+
+def _rounded(p_value: float) -> str:
+    return "< 0.001" if p_value < 0.001 else f"= {p_value:.2g}"
 
 
 def save_draws(path: Path, posterior: Posterior, stamp: Mapping[str, str | int]) -> None:
