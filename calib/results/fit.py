@@ -256,5 +256,6 @@ class FitResult(Result):
         return f"{in_words(self.verdict)}: {why[self.verdict]}"
 
     def _flags_of_tracks(self) -> Iterator[tuple[str, Flag]]:
-        """Those of single experiments and trials; those of the whole are caveats."""
-        return ((name, flag) for name, flag in self._all_flags() if name)
+        """Those of single experiments and trials, and those of the whole that are no caveat by themselves."""
+        told = " ".join(self.answers.caveats).lower()
+        return ((name, flag) for name, flag in self._all_flags() if name or flag.message.lower() not in told)

@@ -90,6 +90,11 @@ def files_in(folder: Path) -> dict[str, int]:
     }
 
 
+def results_in(folder: Path) -> dict[str, int]:
+    """When each result of a session was written, by name; without what the program keeps for itself."""
+    return {name: when for name, when in files_in(folder / "results").items() if not name.startswith(".")}
+
+
 def lasting(folder: Path) -> dict[str, str]:
     """Content of each result of the contract, by name, without what differs from run to run: times."""
     results = folder / "results"

@@ -17,7 +17,7 @@ from diagnosis import Verdict, diagnosis
 from diagnosis.result import DIAGNOSIS, EFFECT_TEST
 from diagnosis.ridge import RidgeFit
 from reports import ReportContext
-from tests.calib.door import ROOT, Front, assert_reports, edit, files_in, with_little_effort
+from tests.calib.door import ROOT, Front, assert_reports, edit, files_in, results_in, with_little_effort
 from tests.once import copied
 
 SCHEMA = ROOT.parent / "shared" / "design" / "schema" / "diagnosis.schema.json"
@@ -70,10 +70,10 @@ def test_what_no_model_can_hold_runs_as_a_script(diagnosed: Path) -> None:
 
 
 def test_what_has_not_changed_is_not_made_again(calib: Front, diagnosed: Path) -> None:
-    before = files_in(diagnosed / "results")
+    before = results_in(diagnosed)
     outcome = calib("diagnose", diagnosed, *QUICK)
     assert outcome.code == 0
-    assert files_in(diagnosed / "results") == before
+    assert results_in(diagnosed) == before
     lines = outcome.out.splitlines()
     assert [line.split(":")[0] for line in lines[:3]] == ["Where", "Which", "How far"]
     assert lines[-1] == str(diagnosed / "results" / "diagnosis.json")

@@ -13,8 +13,8 @@ from tests.calib.door import (
     assert_public_form,
     assert_reports,
     calibration_of,
-    files_in,
     little_posterior,
+    results_in,
 )
 
 QUICK = ("--effort", "quick")
@@ -54,14 +54,14 @@ def test_arviz_reads_draws_statistics_features_and_what_they_were_made_with(samp
 
 
 def test_a_posterior_that_stands_is_not_made_again(calib: Front, sampled: Path) -> None:
-    before = files_in(sampled / "results")
+    before = results_in(sampled)
     outcome = calib("posterior", sampled, *QUICK)
 
     assert outcome.code == 0
     assert outcome.out.splitlines()[-1] == str(sampled / "results" / "posterior.nc")
     assert "Kutta lift" in outcome.out
     assert len(outcome.out.splitlines()) <= 8
-    assert files_in(sampled / "results") == before
+    assert results_in(sampled) == before
 
 
 @pytest.mark.long

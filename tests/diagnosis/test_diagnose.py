@@ -62,7 +62,7 @@ def test_it_names_the_arm_and_the_gap_shrinks(found: Diagnosis) -> None:
     assert found.gap.with_effects_mm < found.gap.baseline_mm
 
 
-def test_motor_logs_and_threads_are_not_looked_at(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_cranks_turn_as_logged_and_threads_are_not_looked_at(monkeypatch: pytest.MonkeyPatch) -> None:
     class Looked(Exception):
         pass
 
@@ -75,7 +75,7 @@ def test_motor_logs_and_threads_are_not_looked_at(monkeypatch: pytest.MonkeyPatc
     logged = [replace(trial, turn=even, beat=trial.frequency) for trial in trials()]
     with threadpool_limits(2), pytest.raises(Looked) as looked:
         diagnose(replace(data(), trials=logged), EFFECTS)
-    assert looked.value.args == ([None] * len(logged), {1})
+    assert looked.value.args == ([even] * len(logged), {1})
 
 
 @pytest.mark.long

@@ -30,7 +30,9 @@ class LinearModel:
 
     @property
     def trials(self) -> list[SimpleNamespace]:
-        return [SimpleNamespace(trial=SimpleNamespace(commanded_hz=1.0, frequency=SimpleNamespace(hz=1.0)))]
+        return [
+            SimpleNamespace(trial=SimpleNamespace(commanded_hz=1.0, filmed_hz=1.0, frequency=SimpleNamespace(hz=1.0)))
+        ]
 
     logged, frequencies, beside, ring_residuals = (), 1, 1, np.zeros(0)
 
