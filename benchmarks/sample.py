@@ -5,7 +5,6 @@ that made the data, and its diagnosis has something to find. The card and `truth
 opens neither.
 """
 
-import gzip
 import json
 import shutil
 import sys
@@ -30,12 +29,11 @@ from fitting.speed import forward_speed
 from session import load_session
 from session.create import FISHSIM_MARKERS, new_folder, write_session_toml
 from session.results import sha256_of, write_whole
-from session.tracks import save_tracks
 from swimmer import CrankTurn, load_robot
 from synthetic.default import default_plan
 from synthetic.motor_log import DrivenMotor, save_commands, save_motor_log
 from synthetic.plan import SyntheticPlan
-from synthetic.recorder import motor_file
+from synthetic.recorder import motor_file, save_packed_tracks
 from synthetic.swims import TrueRun
 from synthetic.trials import SyntheticCamera, SyntheticTrial, trial_name
 from tracking import to_head_frame
@@ -64,10 +62,10 @@ _TABLE = "|---|---|\n"  # that the checksums end the card with
 
 
 class DrivenCrank(Mechanism):
-    """The crank turns as its motor drives it, from rest to rest, whatever pulls at it."""
+    """Turn the crank as its motor drives it, from rest to rest, whatever pulls at it."""
 
-    driven: CrankTurn
-    phase_rad: float
+    driven: CrankTurn  # since the first frame
+    phase_rad: float  # in the first frame
 
     def turn(self, time_s: np.ndarray, turn: Turn, state: np.ndarray) -> Turn:  # noqa: ARG002
         """Follow the motor."""
@@ -143,14 +141,12 @@ def _swim(hz: float, way_rad: float, random: np.random.Generator) -> Trial:
 
 
 def _track(folder: Path, name: str, recording: Recording, number: int) -> dict[str, str]:
-    """Write the tracks that a tracker with faults gives; the key of its `[[trial]]`."""
+    """Write the tracks that a tracker with faults gives; return the keys of its `[[trial]]`."""
     random = np.random.default_rng([SAMPLE_SEED, 4, number])
+    file = f"trials/{name}.csv.gz"
     tracks = tracks_of(recording, WORLD.noise.tracked(recording.time_s, recording.position_px, random))
-    plain = folder / "trials" / f"{name}.csv"
-    save_tracks(plain, tracks)
-    write_whole(plain.with_suffix(".csv.gz"), gzip.compress(plain.read_bytes(), mtime=0))
-    plain.unlink()
-    return {"tracks": f"trials/{name}.csv.gz"}
+    save_packed_tracks(folder / file, tracks)
+    return {"tracks": file}
 
 
 def _log(folder: Path, name: str, motor: DrivenMotor, recording: Recording) -> None:
@@ -163,7 +159,7 @@ def _log(folder: Path, name: str, motor: DrivenMotor, recording: Recording) -> N
 
 
 def _film(folder: Path, name: str, recording: Recording) -> dict[str, str]:
-    """Render the video of a swim, in the middle of the picture, with start boxes and what a perfect tracker finds."""
+    """Render the video of a swim in the middle of the picture, with start boxes and exact tracks; return its keys."""
     camera = SyntheticCamera(px_per_m=WORLD.camera.focal_px / WORLD.camera.height_m)
     plan = SyntheticPlan(trials=(_planned(name, recording),), camera=camera, seed=SAMPLE_SEED)
     middle = (recording.position_px.max(axis=(0, 1)) + recording.position_px.min(axis=(0, 1))) / 2
@@ -189,7 +185,7 @@ def _planned(name: str, recording: Recording) -> SyntheticTrial:
 
 
 def _speed(recording: Recording) -> float:
-    """Forward speed after the warm-up, as the program defines it, without noise, m/s."""
+    """Return the forward speed after the warm-up without noise, m/s, as `forward_speed` defines it."""
     nose, neck = (recording.markers.index(marker) for marker in ("nose", "neck"))
     head = to_head_frame(recording.marker_m, nose, neck)
     kept = recording.time_s >= _WARMUP_S

@@ -1,8 +1,8 @@
-"""What commands say of a session that stands, so that a command with nothing to do says it again at once.
+"""The output of each command for the results that stand, so that a command with nothing to do prints it at once.
 
-``results/.output.json`` holds it with the hash of all that it rests on: input files, results and the program. Nothing
-else is loaded before these are compared: the libraries alone take seconds. Where anything differs, or is missing or
-new, there is no answer, and the command does its work.
+``results/.output.json`` holds it with the hash of every file behind it: inputs, results and the program. These are
+compared before any library is loaded, which alone takes seconds. Where a file differs, is missing or is new, the
+command does its work.
 """
 
 from __future__ import annotations
@@ -30,7 +30,12 @@ _NO_ANSWER_RESTS_ON_IT = ("kept", ".rrd", ".mp4")  # a folder, and suffixes of c
 
 
 class Answer(NamedTuple):
-    """What a command says, without and with ``--verbose``, and of results of which effort; empty where none matters."""
+    """The output of one command.
+
+    Attributes:
+        effort: of the results that it is about; "" where none matters.
+        short, long: without and with ``--verbose``.
+    """
 
     effort: str
     short: str
@@ -38,7 +43,7 @@ class Answer(NamedTuple):
 
 
 def standing_output(command: str, folder: Path, effort: str | None, verbose: bool = False) -> str | None:
-    """What a command says of a session; None where there is something to do, or that cannot be told.
+    """Return what a command prints of a session; None where there is something to do, or that cannot be told.
 
     Args:
         folder: the session's, as the command has it: the answer names files in it.
@@ -56,7 +61,7 @@ def standing_output(command: str, folder: Path, effort: str | None, verbose: boo
 
 
 def keep_output(pipeline: Pipeline) -> None:
-    """Keeps what each command would say of the results that stand; nothing where the folder cannot be written."""
+    """Keep what each command would print of the results that stand; nothing where the folder cannot be written."""
     from session.errors import ResultsNotWritable, SwimcalError
     from session.results import write_whole
 
@@ -74,7 +79,7 @@ def keep_output(pipeline: Pipeline) -> None:
 
 
 def _answers(pipeline: Pipeline) -> Iterator[tuple[str, Answer]]:
-    """What there is to say, command by command, of all that is current."""
+    """Yield each command that has current results, with its output."""
     from dataclasses import replace
 
     from calib.results.made import fit_result, gap_result, posterior_result, structure_result
@@ -109,7 +114,7 @@ def _answers(pipeline: Pipeline) -> Iterator[tuple[str, Answer]]:
 
 @cache
 def _program() -> str:
-    """A hash of the versions and of the state of the program's own files."""
+    """Hash the versions and the sizes and times of the program's own files."""
     parts: list[object] = [_version(name) for name in _ENGINES]
     for package in ("calib", *PACKAGES):
         files = sorted(path for path in (_HOME / package).rglob("*") if path.suffix in (".py", ".j2", ".css", ".js"))
@@ -125,7 +130,7 @@ def _version(name: str) -> str:
 
 
 def _hashes(folder: Path, inputs: Iterable[str]) -> Mapping[str, str | None]:
-    """The sha256 of each input and result by its name; None where it is not there."""
+    """Hash each input and result (SHA-256), by its name; None where it is not there."""
     results = folder / "results"
     files = {name: folder / name for name in inputs}
     for path in sorted(results.rglob("*")):

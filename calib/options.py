@@ -1,11 +1,11 @@
 """The work on one session: how it is done, what every stage has to know, and what it reports."""
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import Literal, get_args
 
+from fitting.progress import Progress
 from session import InputError, Session
 from session.errors import Fault
 from session.folder import file_hashes
@@ -22,8 +22,6 @@ STARTS = {"quick": 2, "full": 4}
 """Of the search for the coefficients, by effort."""
 PUBLISHED_S = {"quick": 3_000.0, "full": 18_000.0}
 """Seconds that the published search may simulate, by effort."""
-Progress = Callable[[str, float | None], None]
-"""Called with what is going on and the share done, None when unknown."""
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ from rich.progress import BarColumn, ProgressColumn, SpinnerColumn, Task, TextCo
 from rich.progress import Progress as RichProgress
 from rich.text import Text
 
-from calib.options import Progress
+from fitting.progress import Progress
 
 EVERY_S = 10.0
 _SETTLED_S = 3.0  # a stage's first steps are slower than its others: before this no time left is told

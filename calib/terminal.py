@@ -29,7 +29,7 @@ def print_result(result: Result, as_json: bool, verbose: bool, main: Path | None
 
 
 def result_lines(result: Result, verbose: bool, main: Path | None = None) -> list[str]:
-    """What is printed of a result: notes, numbers and verdict (`verbose`) or the summary, the path of `main` last."""
+    """Return the lines of a result: notes, numbers and verdict (`verbose`) or the summary, the path of `main` last."""
     notes = _sorted(result.notes)
     if len(notes) > 1 and not verbose:
         notes = [f"{notes[0]} ({len(notes) - 1} more notes: -v)"]
@@ -41,7 +41,7 @@ def result_lines(result: Result, verbose: bool, main: Path | None = None) -> lis
 
 
 def print_again(command: str, session: Path, effort: str | None, verbose: bool = False) -> bool:
-    """Prints what the command says of results that stand, where it has nothing to do; whether it did."""
+    """Print what a command says of results that stand, where there is nothing to do; return whether it did."""
     text = standing_output(command, session.parent if session.name == "session.toml" else session, effort, verbose)
     print(text or "", end="")
     return text is not None
@@ -53,7 +53,7 @@ def _sorted(notes: Iterable[str]) -> list[str]:
 
 
 def export_lines(notes: Iterable[str], files: Iterable[Path]) -> list[str]:
-    """What is printed of files that were written: what they are, then where they are."""
+    """Return the lines of files that were written: what they are, then where they are."""
     return [*notes, *map(str, files)]
 
 

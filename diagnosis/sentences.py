@@ -74,7 +74,7 @@ def which(data: DiagnosisResult) -> str:
         )
     named = _together([_group(group, chances) for group in data.groups])
     rest = data.remainder
-    residual = "" if rest is None or rest.share < 0.05 else f"; {100 * (rest.share):.0f} % of the fitted gap remains"
+    residual = "" if rest is None or rest.share < 0.05 else f"; {100 * rest.share:.0f} % of the fitted gap remains"
     against = _refuted(data)
     return f"Which: {named}{residual}{_elsewhere(data)}{'; not ' if against else ''}{against}."
 
@@ -100,7 +100,7 @@ def _refuted(data: DiagnosisResult) -> str:
     withdrawn = []
     for each in data.evidence.refuted:
         low, high = each.shrinkage_ci95
-        grows = f"their gap grows by {100 * (-each.shrinkage):.0f} %, {100 * (-high):.0f} % to {100 * (-low):.0f} %"
+        grows = f"their gap grows by {-100 * each.shrinkage:.0f} %, {-100 * high:.0f} % to {-100 * low:.0f} %"
         names = " or ".join(map(plain, each.effects))
         withdrawn.append(f"{names}, but with that fitted swims are forecast worse from the others ({grows})")
     return ", nor ".join(withdrawn)

@@ -56,7 +56,7 @@ class TwinErrors(NamedTuple):
 
 @dataclass(frozen=True)
 class HowFarOff:
-    """How far off the exported twin is.
+    """The errors of the exported twin, beside those of simple rules and of elongated body theory.
 
     Attributes:
         fitted, held_out: errors by role; None where no trial tells them.
@@ -114,7 +114,12 @@ class Interval(NamedTuple):
 
 @dataclass(frozen=True)
 class HowSure:
-    """How sure the coefficients are: intervals by name; `sampled`: of the posterior, else approximate, of the fit."""
+    """The interval of each coefficient.
+
+    Attributes:
+        intervals: by the coefficient's name.
+        sampled: whether they are those of the posterior; else they are approximate, of the fit.
+    """
 
     intervals: Mapping[str, Interval]
     sampled: bool
@@ -140,7 +145,7 @@ class HowSure:
 
 @dataclass(frozen=True)
 class WhatIsMissing:
-    """What the diagnosis says: where, which effect, how far the gap shrinks with it.
+    """The diagnosis in short: where the gap is, which effect makes it, how far it shrinks with that effect.
 
     Attributes:
         where, which, how_far: a sentence each, after its question.

@@ -19,14 +19,14 @@ MORE_THAN_NOISE = 0.01
 
 
 def effect_size(parameters: EffectParameters, effect: str) -> str:
-    """How strong an effect was fitted to be: its clearest parameters, by how many half intervals they are from zero."""
+    """Say how strong an effect was fitted to be: its three clearest parameters, each with its 95 % interval."""
     found = parameters_of(parameters, effect).items()
     largest = sorted(found, key=lambda item: -abs(item[1].value) / max(item[1].ci95[1] - item[1].ci95[0], 1e-12))[:3]
     return ", ".join(_parameter(name, own) for name, own in largest)
 
 
 def _parameter(name: str, fitted: FittedParameter) -> str:
-    """Of metres in millimetres, with as many digits as its interval has to say, two of its half at least."""
+    """Say a parameter, metres as millimetres, with so many digits that half its interval has two."""
     scale, unit = (MM, f"m{fitted.unit}") if fitted.unit in ("m", "m/s") else (1.0, fitted.unit)
     value, low, high = (scale * each for each in (fitted.value, *fitted.ci95))
     places = max(1 - floor(log10(max(high - low, 1e-12) / 2)), 0)

@@ -75,7 +75,7 @@ class Recorder:
     def _track(self, trial: PlannedTrial, position_px: np.ndarray, random: np.random.Generator) -> dict[str, Pixels]:
         tracks, offsets_px = tracked(trial, position_px, self._plan, random)
         file = f"trials/{trial.name}.csv.gz"
-        _save_packed(self._folder / file, tracks)
+        save_packed_tracks(self._folder / file, tracks)
         self.recordings[trial.name] = {"tracks": file}
         return _by_marker(self._plan, offsets_px)
 
@@ -106,8 +106,8 @@ def _by_marker(plan: SyntheticPlan, offsets_px: np.ndarray) -> dict[str, Pixels]
     return dict(zip(plan.markers, offsets, strict=True))
 
 
-def _save_packed(path: Path, tracks: xr.Dataset) -> None:
-    """Writes tracks as .csv.gz without name or time of the file: the same tracks give the same bytes."""
+def save_packed_tracks(path: Path, tracks: xr.Dataset) -> None:
+    """Write tracks as .csv.gz without name or time of the file, so that the same tracks give the same bytes."""
     plain = path.with_suffix("")
     save_tracks(plain, tracks)
     write_whole(path, gzip.compress(plain.read_bytes(), mtime=0))

@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from fitting import Calibration
 from fitting.model.session_forecast import BASELINES
 from reports.colours import EBT, INK, MUTED, SHADE, TWIN
+from reports.forecast_words import MODELS
 from reports.numbers import MM
 from reports.style import Look, Margins, add_panel, legend_above, panel, role_marker, styled
 
@@ -20,8 +21,8 @@ if TYPE_CHECKING:
 WIDTH_IN = 6.3
 _HEIGHT_IN, _BELOW_IN, _BOTTOM_IN, _LEFT_IN = 3.6, 0.9, 0.42, 0.66
 _RULES: dict[str, Look] = {
-    "line": {"label": "line in frequency", "linestyle": (0, (1, 1.6))},
-    "constant_stride": {"label": "constant stride", "linestyle": (0, (6, 2, 1, 2))},
+    "line": {"linestyle": (0, (1, 1.6))},
+    "constant_stride": {"linestyle": (0, (6, 2, 1, 2))},
 }
 
 
@@ -60,10 +61,10 @@ def _draw(axes: Axes, calibration: Calibration, minus: np.ndarray, predicted: Pr
     known = [trial.frequency.hz for trial in trials], [trial.speed for trial in trials]
     for name, look in _RULES.items():
         rule = np.array(BASELINES[name](*known, list(hz)), float)
-        axes.plot(hz, (rule - minus) * MM, color=MUTED, linewidth=1.1, **look)
-    theory: Look = {"color": EBT, "linewidth": 1.3, "linestyle": (0, (5, 2)), "label": "elongated body theory"}
+        axes.plot(hz, (rule - minus) * MM, color=MUTED, linewidth=1.1, label=MODELS[name], **look)
+    theory: Look = {"color": EBT, "linewidth": 1.3, "linestyle": (0, (5, 2)), "label": MODELS["ebt_published"]}
     axes.plot(hz, (sweep.speed_ebt - minus) * MM, **theory)
-    axes.plot(hz, (sweep.speed_twin - minus) * MM, color=TWIN, linewidth=1.8, label="exported twin")
+    axes.plot(hz, (sweep.speed_twin - minus) * MM, color=TWIN, linewidth=1.8, label=MODELS["twin"])
 
 
 def _shade_extrapolated(axes: Axes, calibration: Calibration) -> None:
