@@ -34,6 +34,12 @@ def test_a_whole_run_of_a_finer_step_is_read_off_one_turn() -> None:
     assert farthest_mm(read, marker_m[..., 0] + 1j * marker_m[..., 1]) < 0.3  # a tenth of a degree, mostly
 
 
+def test_the_same_turn_is_the_same_to_the_last_bit() -> None:
+    turns = [shared_response().turn(0.0382, 0.87, 0).marker_m.tobytes() for _ in range(20)]
+
+    assert len(set(turns)) == 1
+
+
 def test_the_lead_tells_the_crank_from_the_even_turn() -> None:
     angle = np.linspace(0, 2 * np.pi, 180, endpoint=False)
     turn = Turn(np.exp(1j * angle)[:, None], 0.1 * np.sin(angle))
