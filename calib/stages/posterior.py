@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from calib.options import EffortName, Job
 from calib.stages.fit import FitStage
@@ -85,6 +86,7 @@ class PosteriorStage(Stage):
         return read_summary(self._job.results, draws) if self.is_current else None
 
 
+@threadpool_limits.wrap(limits=1, user_api="blas")  # on several threads sums round otherwise, and other draws follow
 def mode_of(calibration: Calibration, trials: Iterable[MeasuredTrial], twin: Twin) -> Mode:
     """The mode that a calibration keeps: made again where it lies, without a search."""
     fitted = sorted((trial for trial in trials if trial.role == "fit"), key=lambda trial: trial.name)

@@ -44,7 +44,7 @@ class Spacing:
         Of two that are too close or too far apart it is the one without another neighbour to speak for it; if neither
         has one, that of less strength (m,). If both have, it is the body that moved. Two that both swim may be as far
         apart as they are predicted to be, (m, 2), and from then on; a marker that stays where it is, (m, 2) moved
-        since the last frame, may sit on a glint.
+        since the last frame, may sit on a glint, unless a third stays with it.
         """
         misplaced = np.zeros(len(seen), bool)
         both = seen[self.pairs].all(axis=1)
@@ -70,8 +70,7 @@ class Spacing:
     ) -> np.ndarray:
         """(e,) bool, the pairs too close or too far apart; learns how far those may be that both (e,) are seen."""
         larger, (least, most) = diameter_px[self.pairs].max(axis=1), self.lengths
-        slow, fast = np.sort(np.linalg.norm(moved_px, axis=1)[self.pairs], axis=1).T
-        swim = (fast > _MOVES * larger) & (slow > _ALIKE * fast)
+        swim = self._swimming(np.linalg.norm(moved_px, axis=1), larger, both)
         length, foreseen = _lengths(position_px, self.pairs), _lengths(predicted_px, self.pairs)
         low, high = np.where(swim, [np.minimum(least, foreseen), np.maximum(most, foreseen)], self.lengths)
         off: np.ndarray = length < low - np.maximum(_LEAST * larger, _RELATIVE * low)
@@ -79,6 +78,19 @@ class Spacing:
         within = [np.minimum(least, length), np.maximum(most, length)]
         self.lengths = np.where(both & swim & ~off, within, self.lengths)
         return off
+
+    def _swimming(self, moved_px: np.ndarray, larger_px: np.ndarray, both: np.ndarray) -> np.ndarray:
+        """(e,) bool, the pairs whose distance may change: both move, or one does and the other rests with a third."""
+        speeds = moved_px[self.pairs]
+        slow, fast = speeds.min(axis=1), speeds.max(axis=1)
+        moving = fast > _MOVES * larger_px
+        swim: np.ndarray = moving & (slow > _ALIKE * fast)
+        for pair in np.flatnonzero(moving & ~swim & both).tolist():
+            resting, mover = self.pairs[pair][np.argsort(speeds[pair])]
+            with_it = self.pairs[both & (self.pairs == resting).any(axis=1)]
+            others = with_it[(with_it != resting) & (with_it != mover)]
+            swim[pair] = bool((moved_px[others] <= _ALIKE * fast[pair]).any())
+        return swim
 
     def expected(self, position_px: np.ndarray) -> np.ndarray:
         """(m, 2) where its two guides put each marker, moved and turned with them since it was last seen well."""

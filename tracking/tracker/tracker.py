@@ -7,6 +7,7 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from tracking.tracker.appearance import Appearance, measure_appearance
+from tracking.tracker.assembly import FAINTER, MISSED, assemble
 from tracking.tracker.csrt import Crop
 from tracking.tracker.faint import FaintMarkers
 from tracking.tracker.prediction import Motion, Prediction
@@ -24,8 +25,9 @@ _STEADY = 0.5  # … and from here on its contrast, which light may change fast
 _SLACK_PX = 2.0  # by which a box may be off its marker, beyond half of it
 _UNASSIGNED = 0.5  # strength from which a spot of no marker keeps its own light
 _BORDER = 0.25  # diameters from the border of the picture within which a marker counts as gone
-_MISSED = 2.0  # the price of leaving a marker without a spot
-_FAINTER = 1.0  # the price of a spot of no strength
+_REACH, _FARTHEST = 1.25, 5.0  # of a search in doubt: of the distance to the nearest marker, but so many diameters
+_ANEW = 10  # frames of a loss after which all markers are assembled as if the body had been moved
+_SPREAD = 0.6  # of that reach, how far a doubtful marker usually is from where it is expected
 _SHUTTER = 0.25  # of a frame for which the shutter is thought to be open at first, …
 _SHUTTERS = 0.01, 1.0  # of a frame, at least and at most
 _KEEP_SHUTTER = 0.95  # … and what a frame leaves of what is known of that
@@ -127,10 +129,7 @@ class MarkerTracker:
         if self.faint is not None:  # no spot is theirs
             predicted = replace(predicted, gate_px=np.where(self.faint.which, _NOWHERE_PX, predicted.gate_px))
         streaks = self._streaks(predicted.velocity_px)
-        spots = find_spots(luma, predicted.position_px, predicted.gate_px, self.look, streaks)
-        if taken_px is not None:
-            spots = spots.away_from(taken_px, 0.5 * float(self.look.diameter_px.min()))
-        chosen, predicted = self._assigned(spots, predicted)
+        spots, chosen, predicted = self._assigned(luma, predicted, streaks, taken_px)
         position, seen = _placed(spots, chosen, predicted)
         asked = seen if self.faint is None else seen | self.faint.which
         by_csrt = self._ask_csrt(luma, position, asked, taken_px)
@@ -159,21 +158,86 @@ class MarkerTracker:
         if fast.any():
             self.shutter = _KEEP_SHUTTER * self.shutter + [streak_px2[fast].sum(), (velocity_px[fast] ** 2).sum()]
 
-    def _assigned(self, spots: Spots, predicted: Prediction) -> tuple[np.ndarray, Prediction]:
-        """(m,) the assignment; who breaks away from its neighbours is let go, to be sought where they put it."""
+    def _assigned(
+        self, luma: np.ndarray, predicted: Prediction, streaks: Streaks, taken_px: np.ndarray | None
+    ) -> tuple[Spots, np.ndarray, Prediction]:
+        """The spots, (m,) the assignment, and where each marker was looked for.
+
+        Where the nearest spots leave a doubt, all markers are assembled anew from a wider search. Who still breaks away
+        from its neighbours is let go, to be sought where they put it.
+        """
+        spots = self._found(luma, predicted, streaks, taken_px)
         chosen = assign(spots, predicted)
+        doubtful = self._doubtful(spots, chosen, predicted)
+        if doubtful.any():
+            spots, chosen = self._assembled(luma, predicted, streaks, taken_px, doubtful)
         position, seen = _placed(spots, chosen, predicted)
         strength = np.where(seen, np.append(spots.strength, 0.0)[chosen], 0.0)
         if not (self.motion.seen > 2).any():  # right after the boxes little is known of how they move
-            return chosen, predicted
+            return spots, chosen, predicted
         moved = predicted.position_px - self.motion.past[0]
         misplaced = self.spacing.misplaced(
             position, predicted.position_px, moved, seen, strength, self.look.diameter_px
         )
         if not misplaced.any():
-            return chosen, predicted
+            return spots, chosen, predicted
         place = np.where(misplaced[:, None], self.spacing.expected(position), predicted.position_px)
-        return np.where(misplaced, -1, chosen), replace(predicted, position_px=place)
+        return spots, np.where(misplaced, -1, chosen), replace(predicted, position_px=place)
+
+    def _assembled(
+        self,
+        luma: np.ndarray,
+        predicted: Prediction,
+        streaks: Streaks,
+        taken_px: np.ndarray | None,
+        doubtful: np.ndarray,
+    ) -> tuple[Spots, np.ndarray]:
+        """The spots of a wider search, and (m,) the assignment of all markers at once.
+
+        Where most are doubtful, the body may also have stayed where it was, or moved as a whole; the same is tried now
+        and then while a marker is lost, for all may sit one dot too far.
+        """
+        again = (self.motion.unseen % _ANEW == _ANEW - 1) & _open(predicted)
+        whole = again.any() or 2 * np.count_nonzero(doubtful) > len(doubtful)
+        stayed = replace(
+            predicted, position_px=np.where(_open(predicted)[:, None], self.motion.past[0], predicted.position_px)
+        )
+        found = []
+        for expected in (predicted, stayed) if whole else (predicted,):
+            wide, spread = self._widened(expected, doubtful)
+            spots = self._found(luma, wide, streaks, taken_px)
+            found.append((spots, assemble(spots, wide, spread, self.spacing, whole)))
+        spots, best = min(found, key=lambda each: each[1].cost)
+        return spots, best.chosen
+
+    def _found(self, luma: np.ndarray, predicted: Prediction, streaks: Streaks, taken_px: np.ndarray | None) -> Spots:
+        spots = find_spots(luma, predicted.position_px, predicted.gate_px, self.look, streaks)
+        return spots if taken_px is None else spots.away_from(taken_px, 0.5 * float(self.look.diameter_px.min()))
+
+    def _doubtful(self, spots: Spots, chosen: np.ndarray, predicted: Prediction) -> np.ndarray:
+        """(m,) bool, the markers that have no spot, share one within reach, or whose motion is not known yet."""
+        if not len(self.spacing.pairs):
+            return np.zeros(len(chosen), bool)
+        distance = np.linalg.norm(predicted.position_px[:, None] - spots.position_px[None], axis=2)
+        near = distance <= predicted.gate_px[:, None]  # (m, c)
+        contested = (near & (near.sum(axis=0) > 1)).any(axis=1) | (predicted.gate_px > 0.5 * self._nearest_px())
+        doubtful = (chosen < 0) | contested | (self.motion.seen < 2)
+        return doubtful & _open(predicted)
+
+    def _widened(self, predicted: Prediction, doubtful: np.ndarray) -> tuple[Prediction, np.ndarray]:
+        """A wider search for the doubtful markers (m,) and those joined to them; (m,) how far off they may be, px."""
+        joined = doubtful.copy()
+        for pair in self.spacing.pairs[doubtful[self.spacing.pairs].any(axis=1)]:
+            joined[pair] = True
+        reach = np.minimum(_REACH * self._nearest_px(), _FARTHEST * self.look.diameter_px)
+        gate = np.where(joined & _open(predicted), np.maximum(predicted.gate_px, reach), predicted.gate_px)
+        spread = np.where(doubtful, np.maximum(predicted.gate_px, _SPREAD * reach), predicted.gate_px)
+        return replace(predicted, gate_px=gate), spread
+
+    def _nearest_px(self) -> np.ndarray:
+        """(m,) distance of each marker to the nearest other one, as they were last."""
+        apart = np.linalg.norm(self.motion.past[0][:, None] - self.motion.past[0][None], axis=2)
+        return np.sort(apart, axis=1)[:, 1]
 
     def _believable(
         self, luma: np.ndarray, centres: Centres, position: np.ndarray, seen: np.ndarray
@@ -232,6 +296,11 @@ class MarkerTracker:
         return held
 
 
+def _open(predicted: Prediction) -> np.ndarray:
+    """(m,) bool, the markers that spots are sought for."""
+    return predicted.gate_px > _NOWHERE_PX
+
+
 def _followed(sighting: Sighting, places: Mapping[int, np.ndarray]) -> Sighting:
     """The sighting with the places (2,) of some markers as CSRT has them."""
     which = np.isin(np.arange(len(sighting.seen)), list(places))
@@ -256,9 +325,9 @@ def assign(spots: Spots, predicted: Prediction) -> np.ndarray:
     """
     m, c = len(predicted.gate_px), len(spots.strength)
     distance = np.linalg.norm(predicted.position_px[:, None] - spots.position_px[None], axis=2)  # (m, c)
-    cost = (distance / predicted.gate_px[:, None]) ** 2 + _FAINTER * np.clip(1 - spots.strength, 0, 1)[None]
+    cost = (distance / predicted.gate_px[:, None]) ** 2 + FAINTER * np.clip(1 - spots.strength, 0, 1)[None]
     cost = np.where(distance <= predicted.gate_px[:, None], cost, 1e6)
-    alone = np.where(np.eye(m, dtype=bool), _MISSED, 1e6)  # each marker's own way out
+    alone = np.where(np.eye(m, dtype=bool), MISSED, 1e6)  # each marker's own way out
     rows, columns = linear_sum_assignment(np.hstack([cost, alone]))
     chosen = np.full(m, -1)
     chosen[rows] = np.where(columns < c, columns, -1)
