@@ -25,6 +25,9 @@ EBT = "ebt_published"
 BESIDE = ("line", "constant_stride", EBT)
 """The models that the twin is compared with where there is room for few."""
 
+_AS_GOOD = 0.25
+"""Relative difference of two mean speed errors, below which the models are about as good as each other."""
+
 
 class TwinErrors(NamedTuple):
     """Mean absolute errors of the exported twin, without any correction, over the trials of one role.
@@ -86,8 +89,20 @@ class HowFarOff:
         return f"{', '.join(known)} mm/s" if known else ""
 
     @property
+    def beside_theory(self) -> str:
+        """`about as good as elongated body theory (4.4 mm/s)`; empty where the theory tells no speed."""
+        theory = self.beside.get(EBT)
+        if theory is None or self.held_out is None:
+            return ""
+        own = self.held_out.speed
+        how = "better than" if own < theory else "worse than"
+        if abs(own - theory) <= _AS_GOOD * max(own, theory):
+            how = "about as good as"
+        return f"{how} {MODELS[EBT]} ({in_mm(theory)} mm/s)"
+
+    @property
     def sentences(self) -> tuple[str, ...]:
-        """Errors by role, what simple rules do, and whether the twin is better."""
+        """Errors by role, what simple rules do, and whether the twin is better than those and than theory."""
         held, fitted = self.held_out, self.fitted
         if held is None:
             known = "not known" if fitted is None else f"exported twin {fitted.size} in {fitted.over('fit')}"
@@ -95,7 +110,8 @@ class HowFarOff:
         else:
             of_fit = "" if fitted is None else f" ({fitted.size} in {fitted.over('fit')})"
             off = f"exported twin {held.size} in {held.over('held-out')}{of_fit}{self.rules and f'; {self.rules}'}."
-        return tuple(filter(None, (self.misses, off, self.compared)))
+        theory = self.beside_theory and f"It is {self.beside_theory}."
+        return tuple(filter(None, (self.misses, off, self.compared, theory)))
 
 
 class Interval(NamedTuple):
@@ -119,10 +135,12 @@ class HowSure:
     Attributes:
         intervals: by the coefficient's name.
         sampled: whether they are those of the posterior; else they are approximate, of the fit.
+        in_band: how many held-out trials have a speed within their predicted 90 % band, and how many there are.
     """
 
     intervals: Mapping[str, Interval]
     sampled: bool
+    in_band: tuple[int, int] = (0, 0)
 
     @property
     def verdict(self) -> str:
@@ -137,10 +155,18 @@ class HowSure:
         return f"Not determined: {listed(loose)}; the others are."
 
     @property
+    def band(self) -> str:
+        """How often held-out speeds are as predicted, in a sentence; empty where none was predicted."""
+        inside, count = self.in_band
+        return (
+            f"{inside} of {counted(count, 'held-out speed')} lie in the 90 % band predicted for them." if count else ""
+        )
+
+    @property
     def sentences(self) -> tuple[str, ...]:
-        """Which are determined, then every interval."""
+        """Which are determined, then every interval, then how often the predicted bands hold."""
         each = listed([f"{in_words(name)} {one.text}" for name, one in self.intervals.items()])
-        return self.verdict, f"90 % intervals: {each}."
+        return tuple(filter(None, (self.verdict, f"90 % intervals: {each}.", self.band)))
 
 
 @dataclass(frozen=True)
@@ -240,9 +266,8 @@ def _how_sure(found: CalibrationResult, posterior: PosteriorSummary | None) -> H
         rough = {name: Interval(values[name], float(low), float(high), False) for name, (low, high) in ends.items()}
         return HowSure(rough, False)
     of = posterior.marginals
-    return HowSure(
-        {name: Interval(values[name], of[name].q05, of[name].q95, of[name].determined) for name in values}, True
-    )
+    intervals = {name: Interval(values[name], of[name].q05, of[name].q95, of[name].determined) for name in values}
+    return HowSure(intervals, True, posterior.inside("holdout")[:2])
 
 
 _LIKELY = 3  # effects whose probability is shown though they are not named

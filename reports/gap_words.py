@@ -44,9 +44,15 @@ class Change(NamedTuple):
 
     @property
     def text(self) -> str:
-        """`markers 12.0 to 5.1 mm`; without an after `markers 12.0 mm`."""
-        after = f" to {shown(self.after)}" if isfinite(self.after) else ""
-        return f"{self.quantity} {shown(self.before)}{after} {self.unit}"
+        """`markers 12.0 to 5.1 mm`; without an after `markers 12.0 mm`; a digit more where both would look the same."""
+        before, after = shown(self.before), shown(self.after)
+        if not isfinite(self.after):
+            return f"{self.quantity} {before} {self.unit}"
+        if before == after:
+            before, after = shown(self.before, 2), shown(self.after, 2)
+        if before == after:
+            return f"{self.quantity} {before} {self.unit} as before"
+        return f"{self.quantity} {before} to {after} {self.unit}"
 
 
 def changes(found: DiagnosisResult) -> tuple[Change, ...]:
@@ -75,7 +81,14 @@ def how_far(found: DiagnosisResult) -> str:
     if isnan(gap.shrinkage):
         return f"On {trials}: {sizes}; the plain twin leaves no more than noise there."
     warning = "" if gap.improves else " Do not use it for forecasts."
-    return f"On {trials}: {sizes}; the squared gap above noise {by_how_much(gap)}.{warning}"
+    return f"On {trials}: {sizes}; {_how_surely(gap)}.{warning}"
+
+
+def _how_surely(gap: GapSize) -> str:
+    """Say whether the twin with the effects is closer, by the interval of its skill score, without that number."""
+    if gap.shrinkage <= 0:
+        return "with the effects the twin is no closer"
+    return f"with the effects the twin is closer{'' if gap.improves else ', but not significantly'}"
 
 
 SEPARATES = 0.2

@@ -15,7 +15,15 @@ from calib.stages.recordings import Recordings
 from fitting import Calibration, CalibrationResult, MeasuredTrial, calibrate
 from fitting.calibration import assemble, calibrate_as_published
 from fitting.calibration_file import CALIBRATION, PUBLISHED, PublishedResult, calibration_result, published_result
-from fitting.structure import BUILT_IN, STRUCTURE, Structure, assumed, identify_structure, read_structure
+from fitting.structure import (
+    BUILT_IN,
+    STRUCTURE,
+    Structure,
+    assumed,
+    identify_structure,
+    read_structure,
+    with_sources,
+)
 from session import SwimcalError
 from session.results import Provenance, program_version, read_provenance, write_whole
 from session.stage import Stage
@@ -165,6 +173,11 @@ class FitStage(Stage):
         job = self._job
         written = CALIBRATION.write(job.results, self._provenance, replace(self.result(), posterior=marginals))
         self.mark((*written, self.mjcf_file))
+
+    @property
+    def robot(self) -> RobotSpec:
+        """The robot with what its dry experiments determined, as the fit keeps it: none of them is measured again."""
+        return with_sources(self._job.robot, self.result().structure.values())
 
     @property
     def mjcf_file(self) -> Path:

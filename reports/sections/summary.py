@@ -58,8 +58,9 @@ def _exported(off: HowFarOff) -> Markup:
     swims = "an unseen swim" if held.trials == 1 else f"{held.trials} unseen swims"
     rule = off.best_rule
     beside = "" if rule is None else f"; the best simple rule, {MODELS[off.best]}, is off by {in_mm(rule)}"
-    text = "The exported twin predicts the speed of {} with a mean error of <b>{} mm/s</b> of {}{}."
-    parts.append(Markup(text).format(swims, in_mm(held.speed), in_mm(held.swum, 0), beside))
+    theory = off.beside_theory and f", {off.beside_theory}"
+    text = "The exported twin predicts the speed of {} with a mean error of <b>{} mm/s</b> of {}{}{}."
+    parts.append(Markup(text).format(swims, in_mm(held.speed), in_mm(held.swum, 0), theory, beside))
     return Markup(" ").join(parts)
 
 
@@ -76,18 +77,16 @@ def _hero(context: ReportContext) -> tuple[Markup, str]:
 
 
 def _speeds(context: ReportContext) -> Plot:
-    calibration = context.calibration
+    calibration, sure = context.calibration, context.answers.how_sure
     low, high = calibration.sweep.fitted_hz
     diverged = int((calibration.sweep.speed_twin != calibration.sweep.speed_twin).sum())
-    band = (
-        ""
-        if context.posterior is None
-        else " The band holds 90 % of what another swim may do, by the twin as corrected by its fit trials."
-    )
+    band = ""
+    if context.posterior is not None:
+        band = f" The band is to hold 90 % of other swims, by the twin as corrected by its fit trials. {sure.band}"
     return Plot(
         speed_sweep_figure(calibration, None if context.posterior is None else context.posterior.sweep),
         "sweep",
-        f"Speed over tail beat frequency. Below: the same minus the twin’s speed.{band} On grey ground nothing was "
+        f"Speed over tail beat frequency. Below: the same minus the twin’s speed.{band.rstrip()} On grey ground nothing was "
         f"fitted ({shown(low, 2)} to {shown(high, 2)} Hz was).",
         f"The twin diverged at {diverged} frequencies, which are left out." if diverged else "",
     )
