@@ -16,7 +16,7 @@ from calib.results.figures import FitFigures
 from calib.results.posterior import interval_lines
 from calib.results.result import Result, flag_frame, flag_lines, forecast_frame
 from diagnosis.result import DiagnosisResult
-from fitting import Calibration, CalibrationResult
+from fitting import CalibratedTrial, Calibration, CalibrationResult
 from fitting.calibration_file import PublishedResult, TrialResult
 from fitting.model.session_forecast import SessionForecast
 from reports.answers import Answers, answers_of
@@ -50,7 +50,7 @@ class FitResult(Result):
         published: the published search, for comparison; None where it was not run.
         posterior, diagnosed: what stands of this fit, the posterior without its draws; None where nothing does.
         standing: which results of it there are, and by which commands the others are made.
-        read: simulates every trial again.
+        read, read_trial: simulate every trial, or one, again.
 
     Example:
         >>> found = calib.fit("pool", "quick", progress=False)
@@ -75,6 +75,7 @@ class FitResult(Result):
     diagnosed: DiagnosisResult | None = field(repr=False)
     standing: str = field(repr=False)
     read: Callable[[], Calibration] = field(repr=False)
+    read_trial: Callable[[str], CalibratedTrial] = field(repr=False)
 
     def motion(self, trial: str) -> xr.Dataset:
         """A swim trial as measured and as the twin swims it; the twin is simulated again.
@@ -91,7 +92,7 @@ class FitResult(Result):
 
         if trial not in self.trials:
             raise InputError([Fault("motion", "", "no such trial", repr(trial), "a swim trial", tuple(self.trials))])
-        one = next(each for each in self.read().trials if each.measured.name == trial)
+        one = self.read_trial(trial)
         measured, places = one.measured, ("time", "space", "keypoint")
         first = int(np.flatnonzero(measured.kept)[0])
         twin = one.simulated.position_m + (measured.head.path_m[first] - one.simulated.path_m[first])

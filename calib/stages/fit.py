@@ -12,9 +12,10 @@ import numpy as np
 
 from calib.options import PUBLISHED_S, STARTS, EffortName, Job
 from calib.stages.recordings import Recordings
-from fitting import Calibration, CalibrationResult, MeasuredTrial, calibrate
-from fitting.calibration import assemble, calibrate_as_published
+from fitting import CalibratedTrial, Calibration, CalibrationResult, MeasuredTrial, calibrate
+from fitting.calibration import assemble, calibrate_as_published, compare_trial
 from fitting.calibration_file import CALIBRATION, PUBLISHED, PublishedResult, calibration_result, published_result
+from fitting.ebt import FORMS
 from fitting.structure import (
     BUILT_IN,
     STRUCTURE,
@@ -153,6 +154,24 @@ class FitStage(Stage):
         twin = Twin(structure.robot, trials[0].markers, workers=job.options.workers)
         others = result.forecasts, result.sways, result.left_out
         return assemble(trials, twin, result.fit, phases, structure, *others)
+
+    def read_trial(self, name: str) -> CalibratedTrial:
+        """One swim of this fit with its twin, simulated again; no other trial is measured.
+
+        The speeds by elongated body theory are those that the fit keeps.
+
+        Raises:
+            ModelMismatch: as `read`.
+        """
+        check_engine(read_provenance(self.file), self._job.robot, str(self.file))
+        result, measured = self.result(), self._recordings.swim(name)
+        hz = [trial.frequency_hz for trial in result.trials.values() if trial.role == "fit"]
+        twin = Twin(self.robot, measured.markers, workers=self._job.options.workers)
+        phase_rad = result.trials[name].phase_rad
+        found = compare_trial(twin, measured, result.coefficients, {}, phase_rad, (min(hz), max(hz)))
+        kept = result.forecasts.trials[name].forecasts
+        theory = {form.name: kept[f"ebt_{form.name}"].speed for form in FORMS if f"ebt_{form.name}" in kept}
+        return replace(found, speeds={**found.speeds, **theory})
 
     @property
     def trials(self) -> list[MeasuredTrial]:

@@ -82,11 +82,12 @@ def _speeds(context: ReportContext) -> Plot:
     diverged = int((calibration.sweep.speed_twin != calibration.sweep.speed_twin).sum())
     band = ""
     if context.posterior is not None:
-        band = f" The band is to hold 90 % of other swims, by the twin as corrected by its fit trials. {sure.band}"
+        band = " The band is to hold 90 % of other swims, by the twin as corrected by its fit trials."
+        band = f"{band} {sure.band}".rstrip()
     return Plot(
         speed_sweep_figure(calibration, None if context.posterior is None else context.posterior.sweep),
         "sweep",
-        f"Speed over tail beat frequency. Below: the same minus the twin’s speed.{band.rstrip()} On grey ground nothing was "
+        f"Speed over tail beat frequency. Below: the same minus the twin’s speed.{band} On grey ground nothing was "
         f"fitted ({shown(low, 2)} to {shown(high, 2)} Hz was).",
         f"The twin diverged at {diverged} frequencies, which are left out." if diverged else "",
     )
