@@ -296,6 +296,9 @@ def _next_step(
 ) -> str:
     if misses(found.forecasts):
         return "Check the robot's description, the scale and the trials."
+    if not found.forecasts.held_out and found.left_out:
+        each = [f"{name}: {why}" for name, why in found.left_out.items()]
+        return f"No held-out trial is left: film again what takes no part ({'; '.join(each)}), or hold another one out."
     if not found.forecasts.held_out:
         return 'Hold a trial out (role = "holdout" in session.toml), or film another one, and fit again.'
     if posterior is None:

@@ -251,7 +251,9 @@ class FitResult(Result):
             "off": "the twin does not describe this robot: check the robot's description, the scale and the trials",
             "good": f"{better}, and nothing is flagged",
             "doubtful": f"{better}, but read {counted(caveats, 'caveat')} first (-v)",
-            "unchecked": 'no trial is held out: give one role = "holdout"',
+            "unchecked": "no held-out trial is left"
+            if self.data.left_out
+            else 'no trial is held out: give one role = "holdout"',
             "worse_than_baseline": "a simple rule forecasts speeds as well: use that for speeds",
         }
         return f"{in_words(self.verdict)}: {why[self.verdict]}"
