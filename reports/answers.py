@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from math import isfinite, nan
+from types import MappingProxyType
 from typing import TYPE_CHECKING, NamedTuple
 
 from diagnosis.result import DiagnosisResult
@@ -136,17 +137,19 @@ class HowSure:
         intervals: by the coefficient's name.
         sampled: whether they are those of the posterior; else they are approximate, of the fit.
         in_band: how many held-out trials have a speed within their predicted 90 % band, and how many there are.
+        damaged: the file of the posterior that cannot be read; "" where there is none.
     """
 
     intervals: Mapping[str, Interval]
     sampled: bool
     in_band: tuple[int, int] = (0, 0)
+    damaged: str = ""
 
     @property
     def verdict(self) -> str:
         """Which of them the trials determine, in a sentence."""
         if not self.sampled:
-            return "Roughly known: the posterior was not sampled."
+            return f"Roughly known: {_unreadable(self.damaged) or 'the posterior was not sampled.'}"
         loose = [in_words(name) for name, one in self.intervals.items() if not one.determined]
         if not loose:
             return "All five coefficients are determined."
@@ -210,6 +213,7 @@ class Answers:
     Attributes:
         caveats: of fit, posterior and diagnosis, in sentences; the same list wherever they are counted.
         next_step: what to do, knowing what stands.
+        not_searched: why it is not known what is missing; "" where it is.
     """
 
     how_far_off: HowFarOff
@@ -217,19 +221,36 @@ class Answers:
     missing: WhatIsMissing | None
     caveats: tuple[str, ...]
     next_step: str
+    not_searched: str
 
 
 def answers_of(
-    found: CalibrationResult, posterior: PosteriorSummary | None, diagnosed: DiagnosisResult | None, folder: str
+    found: CalibrationResult,
+    posterior: PosteriorSummary | None,
+    diagnosed: DiagnosisResult | None,
+    folder: str,
+    damaged: Mapping[str, str] = MappingProxyType({}),
 ) -> Answers:
-    """Work out the answers from the results that stand; `folder` is the session's, as commands are to name it."""
+    """Work out the answers from the results that stand.
+
+    Args:
+        found, posterior, diagnosed: what stands.
+        folder: the session's, as commands are to name it.
+        damaged: the file of "posterior" or "diagnosis" that is there and cannot be read.
+    """
+    why_not = _unreadable(damaged.get("diagnosis", "")) or "The trials were not searched for missing effects."
     return Answers(
         how_far_off=how_far_off(found.forecasts),
-        how_sure=_how_sure(found, posterior),
+        how_sure=_how_sure(found, posterior, damaged.get("posterior", "")),
         missing=None if diagnosed is None else _what_is_missing(diagnosed),
         caveats=(*fit_caveats(found, posterior), *posterior_caveats(posterior), *gap_caveats(diagnosed)),
         next_step=_next_step(found, posterior, diagnosed, folder),
+        not_searched="" if diagnosed is not None else why_not,
     )
+
+
+def _unreadable(file: str) -> str:
+    return f"results/{file} is damaged or cut short." if file else ""
 
 
 def how_far_off(forecasts: SessionForecast) -> HowFarOff:
@@ -259,12 +280,12 @@ def _errors(compared: SessionForecast, everything: SessionForecast, role: str) -
     return TwinErrors(count, of, speed, markers, sum(trial.speed_measured for trial in trials) / count)
 
 
-def _how_sure(found: CalibrationResult, posterior: PosteriorSummary | None) -> HowSure:
+def _how_sure(found: CalibrationResult, posterior: PosteriorSummary | None, damaged: str) -> HowSure:
     values = found.coefficients._asdict()
     if posterior is None:
         ends = dict(zip(values, found.fit.interval, strict=True))
         rough = {name: Interval(values[name], float(low), float(high), False) for name, (low, high) in ends.items()}
-        return HowSure(rough, False)
+        return HowSure(rough, False, damaged=damaged)
     of = posterior.marginals
     intervals = {name: Interval(values[name], of[name].q05, of[name].q95, of[name].determined) for name in values}
     return HowSure(intervals, True, posterior.inside("holdout")[:2])

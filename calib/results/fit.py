@@ -49,6 +49,7 @@ class FitResult(Result):
         mjcf_file: `results/calibrated.xml`.
         published: the published search, for comparison; None where it was not run.
         posterior, diagnosed: what stands of this fit, the posterior without its draws; None where nothing does.
+        damaged: the file of posterior or diagnosis that cannot be read, where there is one.
         standing: which results of it there are, and by which commands the others are made.
         read, read_trial: simulate every trial, or one, again.
 
@@ -74,6 +75,7 @@ class FitResult(Result):
     posterior: PosteriorSummary | None = field(repr=False)
     diagnosed: DiagnosisResult | None = field(repr=False)
     standing: str = field(repr=False)
+    damaged: Mapping[str, str] = field(default_factory=dict, repr=False)
     read: Callable[[], Calibration] = field(repr=False)
     read_trial: Callable[[str], CalibratedTrial] = field(repr=False)
 
@@ -109,7 +111,7 @@ class FitResult(Result):
     @cached_property
     def answers(self) -> Answers:
         """What the summary and the report's first screen say, of all that stands of this fit."""
-        return answers_of(self.data, self.posterior, self.diagnosed, self.session.in_shell)
+        return answers_of(self.data, self.posterior, self.diagnosed, self.session.in_shell, self.damaged)
 
     @property
     def coefficients(self) -> FluidCoefficients:
@@ -156,7 +158,7 @@ class FitResult(Result):
         lines = [f"{self.session.name}: {self.standing}.", f"How far off: {' '.join(answers.how_far_off.sentences)}"]
         lines.append(f"How sure: {' '.join(answers.how_sure.sentences)}")
         if (found := answers.missing) is None:
-            lines.append("What is missing: not known; calib diagnose tells.")
+            lines.append(f"What is missing: {answers.not_searched}")
         else:
             lines += [
                 f"Where: {found.where}",

@@ -61,6 +61,7 @@ def fit_result(pipeline: Pipeline) -> FitResult:
         posterior=None if posterior is None else posterior.read(draws=False),
         diagnosed=None if diagnosis is None else diagnosis.read(),
         standing=pipeline.standing,
+        damaged=pipeline.damaged,
         **_common(pipeline),
     )
 
@@ -72,10 +73,8 @@ def posterior_result(pipeline: Pipeline, stage: PosteriorStage) -> PosteriorResu
     sections = (summary.build, posterior_section.build)
     figures = PosteriorFigures(stage, lambda: gallery(replace(_context(pipeline), posterior=found), sections))
     name = f"posterior of {stage.effort} effort of the {fit.name}"
-    command = "diagnose" if pipeline.current_diagnosis() is None else "report"
-    step = f"calib {command} {pipeline.session.folder}"
-    common = _common(pipeline)
-    return PosteriorResult(name=name, file=stage.file, data=found, plot=figures, next_step=step, **common)
+    step = _next_step(pipeline)
+    return PosteriorResult(name=name, file=stage.file, data=found, plot=figures, next_step=step, **_common(pipeline))
 
 
 def gap_result(pipeline: Pipeline, stage: DiagnosisStage) -> GapResult:
@@ -83,7 +82,19 @@ def gap_result(pipeline: Pipeline, stage: DiagnosisStage) -> GapResult:
     found, robot, markers = stage.read(), pipeline.job.robot, pipeline.session.markers
     figures = GapFigures(stage, lambda: gap_plots(found, robot, markers))
     name = f"diagnosis of {stage.effort} effort"
-    return GapResult(name=name, file=stage.file, data=found, plot=figures, **_common(pipeline))
+    step = _next_step(pipeline)
+    return GapResult(name=name, file=stage.file, data=found, plot=figures, next_step=step, **_common(pipeline))
+
+
+def _next_step(pipeline: Pipeline) -> str:
+    """What to do after a posterior or a diagnosis: bring up to date what is not, then what the answers say."""
+    session = pipeline.session
+    if pipeline.current_diagnosis() is None:
+        return f"calib diagnose {session.in_shell}"
+    if pipeline.current_report() is None:
+        old = (session.results / "report.html").is_file()
+        return f"{'the report is out of date: ' if old else ''}calib report {session.in_shell}"
+    return fit_result(pipeline).answers.next_step
 
 
 def test_result(pipeline: Pipeline, found: EffectTestResult) -> EffectTest:

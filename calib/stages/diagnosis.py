@@ -86,6 +86,7 @@ class DiagnosisStage(Stage):
         from diagnosis.result import DIAGNOSIS
 
         job, found = self._job, self._asked(diagnose, self.effects, discrepancy)
+        job.note_incomplete(self.incomplete)
         if (kept := self.keep_aside()) is not None:
             job.notes.append(f"The previous diagnosis is kept in {kept}.")
         for path in job.results.glob("calibrated+*"):

@@ -111,8 +111,7 @@ class StructureStage(Stage):
 
     def _make(self) -> tuple[Path, ...]:
         job, experiments = self._job, self._recordings.experiments
-        if (cut := self.incomplete) is not None:
-            job.notes.append(f"{cut.name} was incomplete: its end was missing or damaged. It was made again.")
+        job.note_incomplete(self.incomplete)
         found = identify_structure(experiments, job.robot, self._origin, job.options.workers, job.progress)
         written = STRUCTURE.write(job.results, job.provenance, found)
         job.made.extend(written)
@@ -231,8 +230,7 @@ class FitStage(Stage):
     def _report_why_again(self) -> None:
         """Says what differs from the calibration that is about to be replaced."""
         job = self._job
-        if (cut := self.incomplete) is not None:
-            job.notes.append(f"{cut.name} was incomplete: its end was missing or damaged. It was made again.")
+        job.note_incomplete(self.incomplete)
         try:
             made_with = read_provenance(self.file)
         except SwimcalError:

@@ -121,8 +121,9 @@ def _how_sure(sure: HowSure, context: ReportContext) -> Card:
 def _missing(answers: Answers, context: ReportContext) -> Card:
     found, title = answers.missing, "What is missing?"
     if found is None:
-        text = "The trials were not searched for missing effects."
-        return Card(title, "Not known", (text,), command=f"calib diagnose {context.session.folder.name}")
+        return Card(
+            title, "Not known", (answers.not_searched,), command=f"calib diagnose {context.session.folder.name}"
+        )
     bars = tuple(Bar(name, shown(chance, 2), chance, name in found.named) for name, chance in found.chances.items())
     place = "" if found.no_gap else sentence(found.where.partition(" (")[0].partition(";")[0])
     return Card(title, found.headline, tuple(filter(None, (found.size, f"{place} {found.how_far}".strip()))), bars)
