@@ -57,7 +57,7 @@ def build(context: ReportContext) -> Section:
         Section("Which effect", "gap-which", (which, *_which(found), of("effects"))),
         Section("How far it shrinks", "gap-how-far", how_far),
         *next_parts,
-        Section("The forces that are missing", "gap-missing", (loudest, of("forces"), forces)),
+        Section("The forces that are missing", "gap-missing", (loudest, of("forces"), *forces)),
         Section("The evidence", "gap-evidence", evidence(found)),
     )
     return Section("The sim-to-real gap", "gap", (), _caveats(context), parts)

@@ -119,3 +119,10 @@ def test_held_out_speeds_outside_the_predicted_band_are_counted_beside_it(contex
     page = Page(render_report(replace(context, posterior=replace(summary_of, trials=missed)), (summary.build,)))
     assert f"{inside} of {len(held_out)} held-out speed" in page.text
     assert answers.how_sure.band in answers.how_sure.sentences
+
+
+@pytest.mark.parametrize(("result", "untrue"), [("posterior", "was not sampled"), ("diagnosis", "not searched")])
+def test_a_result_that_cannot_be_read_is_told_by_its_file(result: str, untrue: str) -> None:
+    page = Page(render_report(replace(made_context(), damaged={result: f"{result}.json"})))
+    assert page.text.count(f"results/{result}.json is damaged or cut short") == 2  # on the first screen, and below
+    assert untrue not in page.text
