@@ -179,7 +179,8 @@ class WhatIsMissing:
     Attributes:
         where, which, how_far: a sentence each, after its question.
         changes: held-out errors without and, where something was added, with the named effects.
-        chances: probability of each likely effect, the likeliest first, and that the catalogue holds none.
+        chances: probability of each likely effect, the likeliest first, that the catalogue holds none, and, unless it
+            would print as 0.00, that there is no gap.
         named: the effects that are named.
         groups: the same in words, those that the trials cannot separate together.
         size: how strong the named effects are, a sentence each.
@@ -292,6 +293,7 @@ def _how_sure(found: CalibrationResult, posterior: PosteriorSummary | None, dama
 
 
 _LIKELY = 3  # effects whose probability is shown though they are not named
+_SHOWN = 0.005  # probability that no gap is there at all, below which it would be printed as 0.00
 
 
 def _what_is_missing(found: DiagnosisResult) -> WhatIsMissing:
@@ -301,7 +303,8 @@ def _what_is_missing(found: DiagnosisResult) -> WhatIsMissing:
     }
     chances = {in_words(name): chance for name, chance in few.items()}
     chances["not in the catalogue"] = found.none_of_these
-    chances["no gap at all"] = found.no_gap_probability
+    if found.no_gap_probability >= _SHOWN:
+        chances["no gap at all"] = found.no_gap_probability
     named = tuple(map(in_words, found.effects))
     groups = tuple(" or ".join(map(in_words, group)) for group in found.groups)
     sizes = [f"{in_words(n)}: {effect_size(found.effect_parameters, n)}" for n in found.effect_parameters]

@@ -30,7 +30,8 @@ def _parameter(name: str, fitted: FittedParameter) -> str:
     scale, unit = (MM, f"m{fitted.unit}") if fitted.unit in ("m", "m/s") else (1.0, fitted.unit)
     value, low, high = (scale * each for each in (fitted.value, *fitted.ci95))
     places = max(1 - floor(log10(max(high - low, 1e-12) / 2)), 0)
-    ends = f"{in_words(name)} {value:.{places}f} ({low:.{places}f} to {high:.{places}f})"
+    at, start, end = (shown(each, places) for each in (value, low, high))
+    ends = f"{in_words(name)} {at} ({start} to {end})"
     return ends if unit == "1" else f"{ends} {unit}"
 
 
