@@ -57,9 +57,9 @@ def _exported(off: HowFarOff) -> Markup:
         return Markup(" ").join(parts)
     swims = "an unseen swim" if held.trials == 1 else f"{held.trials} unseen swims"
     rule = off.best_rule
-    beside = "" if rule is None else f"; the best simple rule, {MODELS[off.best]}, is off by {in_mm(rule)}"
+    beside = "" if rule is None else f"; the best simple rule, {MODELS[off.best]}, to {in_mm(rule)}"
     theory = off.beside_theory and f", {off.beside_theory}"
-    text = "The exported twin predicts the speed of {} with a mean error of <b>{} mm/s</b> of {}{}{}."
+    text = "The exported twin predicts the speed of {} to <b>{}&nbsp;mm/s</b> of {}{}{}."
     parts.append(Markup(text).format(swims, in_mm(held.speed), in_mm(held.swum, 0), theory, beside))
     return Markup(" ").join(parts)
 
