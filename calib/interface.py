@@ -542,9 +542,8 @@ def load_twin(
         water, markers = PUBLISHED_COEFFICIENTS, tuple(robot.markers)
     else:
         with _working(source, Options(workers=workers), False) as pipeline:  # type: ignore[arg-type]
-            pipeline.the_fit()
-            robot, water = pipeline.structure.robot, pipeline.the_fit().result().coefficients
-            markers = pipeline.session.markers
+            stage = pipeline.the_fit()
+            robot, water, markers = stage.robot, stage.result().coefficients, pipeline.session.markers
     if coefficients is not None:
         water = FluidCoefficients(*coefficients)
     engine, chosen = Twin(robot, markers, workers=workers), tuple(_effects_of(effects))
@@ -667,8 +666,8 @@ def new_session(  # noqa: PLR0913  it is the command `new`, of which a user give
         new_from_fishsim(Path(folder), Path(from_fishsim), tuple(fit))
     elif synthetic:
         with progress_bar(quiet=not progress) as tell:
-            tell("simulating the trials", 0.0)
             spec = None if robot is None else load_robot(Path(robot))
+            tell("simulating the trials", 0.0)
             make_session(Path(folder), default_plan(seed or 0, spec))
     else:
         new_from_files(Path(folder), films, own, robot, fps, commands_hz, fit)

@@ -81,6 +81,11 @@ class Job:
         inputs, sha256 = file_hashes(self.session), model_sha256(self.robot)
         return Provenance(ENGINE, sha256, inputs, self.session.seed, self.options.effort or "full")
 
+    def note_incomplete(self, file: Path | None) -> None:
+        """Note that results are made again because the end of a file was missing; nothing where none was."""
+        if file is not None:
+            self.notes.append(f"{file.name} was incomplete: its end was missing or damaged. It was made again.")
+
     def progress(self, message: str, share: float | None = None) -> None:
         """Reports what is going on, and the share done where it is known."""
         self.options.progress(message, share)

@@ -1,6 +1,6 @@
 """From a session folder to its results, stage by stage; what has not changed is not made again."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import replace
 from functools import cached_property
@@ -18,7 +18,7 @@ from fitting import Calibration, MeasuredTrial, Structure
 from session import InputError, Session, SwimcalError, load_session
 from session.errors import Fault
 from session.lock import session_lock
-from session.results import is_incomplete, read_provenance
+from session.results import read_provenance
 from swimmer import Twin, load_robot
 from swimmer.effects import Effect, catalogue
 
@@ -227,19 +227,33 @@ class Pipeline:
         Raises:
             InputError: there is no fit of these recordings.
         """
-        fit = self.the_fit()
+        fit, damaged = self.the_fit(), self.damaged
         stages = (
             ("posterior", self.current_posterior(fit), "posterior.nc", "posterior"),
             ("diagnosis", self.current_diagnosis(), "diagnosis.json", "diagnose"),
         )
         parts = [fit.name]
         for name, stage, file, command in stages:
-            path = self.job.results / file
-            lacking = f"{name} is out of date" if path.exists() else f"no {name}"
-            lacking = f"{name} is incomplete" if is_incomplete(path) else lacking
+            lacking = f"{name} is out of date" if (self.job.results / file).exists() else f"no {name}"
+            lacking = f"{name} is incomplete" if name in damaged else lacking
             step = f"{lacking} (`calib {command} {self.session.in_shell}`)"
             parts.append(step if stage is None else f"{name} of {stage.effort} effort")
         return ", ".join(parts)
+
+    @property
+    def damaged(self) -> Mapping[str, str]:
+        """The file of "posterior" or "diagnosis" whose end is missing, by which of them it keeps from being read.
+
+        Raises:
+            InputError: there is no fit of these recordings.
+        """
+        fit = self.the_fit()
+        stages = {
+            "posterior": PosteriorStage(self.job, fit, fit.effort),
+            "diagnosis": self._diagnosis_of(fit, fit.effort),
+        }
+        cut = {name: stage.incomplete for name, stage in stages.items()}
+        return {name: file.name for name, file in cut.items() if file is not None}
 
     def report(self) -> Path:
         """`results/report.html` from the current results, up to date; nothing else is computed.
@@ -250,7 +264,7 @@ class Pipeline:
         fit = self.the_fit()
         stage = self._report_of(fit)
         if not stage.is_current:
-            stage.make(fit.read(), self.recordings.notes)
+            stage.make(fit.read(), self.recordings.notes, self.damaged)
         return stage.file
 
     def current_report(self) -> Path | None:

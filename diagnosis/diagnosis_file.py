@@ -1,6 +1,7 @@
 """From what a diagnosis found to the record that `diagnosis.json` holds."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -26,6 +27,7 @@ from diagnosis.result import (
     Strength,
 )
 from diagnosis.ridge import Attribution, RidgeFit
+from fitting.model.session_forecast import TWIN, SessionForecast
 from swimmer import FluidCoefficients
 from swimmer.effects import Parameter
 
@@ -72,6 +74,57 @@ def effect_test_result(found: EffectTest) -> EffectTestResult:
         effect_parameters=_parameters(found.refit),
         fitted=found.fitted,
         gap=found.gap,
+    )
+
+
+def beside_exported_twin(found: DiagnosisResult, forecasts: SessionForecast) -> DiagnosisResult:
+    """Put the errors of the exported twin in the place of those of the plain twin, from which the diagnosis started.
+
+    The plain twin has the hinges as described and the exported one as calibrated, so their errors differ a little. A
+    user exports and compares the second; the skill scores stay those of the first.
+
+    Args:
+        found: as `diagnosis_result` has it.
+        forecasts: of the fit that the diagnosis rests on.
+    """
+    gap = _beside(found.gap, forecasts, bool(found.effect_parameters))
+    if found.everything is None:
+        return replace(found, gap=gap)
+    return replace(
+        found, gap=gap, everything=replace(found.everything, gap=_beside(found.everything.gap, forecasts, True))
+    )
+
+
+def _beside(gap: GapSize, forecasts: SessionForecast, added: bool) -> GapSize:
+    """The gap from the exported twin to the one with effects, or to itself where none was `added`.
+
+    Unchanged where the forecasts lack one of its trials.
+    """
+    exported = {name: trial.forecasts.get(TWIN) for name, trial in forecasts.trials.items()}
+    trials = {}
+    for name, trial in (gap.trials or {}).items():
+        own = exported.get(name)
+        if own is None or own.marker_error_mm is None:
+            return gap
+        trials[name] = replace(trial, before_mm=own.marker_error_mm, speed_before=own.speed)
+        if not added:
+            trials[name] = replace(trials[name], after_mm=own.marker_error_mm, speed_after=own.speed)
+    if not trials:
+        return gap
+    errors = np.array(
+        [
+            (t.before_mm, t.after_mm, abs(t.speed_before - t.speed_measured), abs(t.speed_after - t.speed_measured))
+            for t in trials.values()
+        ]
+    )
+    before_mm, after_mm, before, after = map(float, np.nanmean(errors, axis=0))
+    return replace(
+        gap,
+        baseline_mm=before_mm,
+        with_effects_mm=after_mm,
+        speed_mae_before=before,
+        speed_mae_after=after,
+        trials=trials,
     )
 
 

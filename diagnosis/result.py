@@ -71,10 +71,11 @@ class Controls:
 
 @dataclass(frozen=True)
 class HeldOutSwim:
-    """One held-out trial beside the plain twin and beside the one with effects; distances in mm, speeds in m/s.
+    """One held-out trial beside the twin without and with effects; distances in mm, speeds in m/s.
 
     Attributes:
-        before_mm, after_mm: mean marker distance of the plain twin, and of the twin with effects.
+        before_mm, after_mm: mean marker distance of the twin without effects, in a session's results the exported
+            one, and of the twin with effects.
         speed_measured, speed_before, speed_after: forward speed of the robot, and of either twin.
         speed_line: speed by a straight line in frequency through the fit trials.
         frequency_measured_hz, frequency_before_hz, frequency_after_hz: beat frequency of the robot, and as either
@@ -94,10 +95,11 @@ class HeldOutSwim:
 
 @dataclass(frozen=True)
 class GapSize:
-    """Mean errors over swim trials of the plain twin and of the twin with effects; nan where nothing can be compared.
+    """Mean errors over swim trials of the twin without and with effects; nan where nothing can be compared.
 
     Attributes:
-        baseline_mm, with_effects_mm: mean marker distance of the plain twin, and of the twin with effects.
+        baseline_mm, with_effects_mm: mean marker distance of the twin without effects, in a session's results the
+            exported one, and of the twin with effects.
         speed_mae_before, speed_mae_after: mean absolute speed error of either twin, m/s.
         speed_mae_baselines: mean absolute speed error, m/s, of simple rules in frequency through the fit trials:
             "line", "power_law", "constant_stride".
@@ -106,8 +108,9 @@ class GapSize:
         evaluated_on: names of the trials.
         noise_floor_mm: mean marker distance that tracking noise alone makes.
         shrinkage, shrinkage_ci95: skill score S, the share of the squared whitened residual that the effects remove,
-            with its 95 % interval; null where the plain twin leaves no more than noise.
-        squares_before, squares_after: mean squared whitened residual of either twin.
+            with its 95 % interval, all of them from the plain twin, whose hinges are as described; null where that
+            leaves no more than noise.
+        squares_before, squares_after: mean squared whitened residual of the plain twin and of the one with effects.
         controls: skill scores of other corrections; null where nothing was added.
         trials: every trial by its name.
     """

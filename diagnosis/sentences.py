@@ -6,7 +6,7 @@ from diagnosis.constants import ALARM, ENOUGH, HELD, PLACED
 from diagnosis.result import NONE, DiagnosisResult, NonPeriodicResidual
 from diagnosis.where import OF_NO_MARKER
 
-_SHOWS_IN = ("in its speed", "in its course", "in its beat frequency", "in its free decay")
+_SHOWS_IN = ("in the speed", "in the course", "in the beat frequency", "in the free decays")
 _OF_NO_MARKER = dict(zip(OF_NO_MARKER, _SHOWS_IN, strict=True))
 _OF_STAGE = {
     "camera": "in what camera and tracker see",
@@ -15,6 +15,7 @@ _OF_STAGE = {
     "tail": "in the tail: its hinges and tendons",
 }
 _STANDS_OUT = 0.005  # share of a stage, below which none is named
+_MARKER_STANDS_OUT = 2.0  # times the mean share of a marker, from which one is named
 _LOOKS_LIKE = 0.5  # of all that is there
 
 
@@ -24,20 +25,26 @@ def plain(name: str) -> str:
 
 
 def where(data: DiagnosisResult) -> str:
-    """Where the gap comes from and where it shows."""
-    shares = dict(data.where.by_stage)
-    floor = shares.pop("floor")
+    """Say where the gap comes from and where it shows, without numbers: the shares have denominators of their own."""
+    shares = {stage: share for stage, share in data.where.by_stage.items() if stage != "floor"}
     if data.verdict == "no_gap":
-        return f"Where: no place that these trials show; {100 * floor:.0f} % of what the twin leaves is noise."
+        return "Where: no place that these trials show; noise explains what the twin leaves."
     stage = max(shares, key=lambda name: shares[name])
     if shares[stage] < _STANDS_OUT:
-        return f"Where: in nothing that repeats with the beat; {100 * floor:.0f} % of what does is noise."
-    shows = data.where.by_marker
-    place = max(shows, key=lambda name: shows[name])
-    return (
-        f"Where: mostly {_OF_STAGE[stage]} ({100 * shares[stage]:.0f} % of what the twin leaves; {100 * floor:.0f} % "
-        f"is noise), mainly {_OF_NO_MARKER.get(place, f'at {plain(place)}')}."
-    )
+        return "Where: in nothing that repeats with the beat."
+    return f"Where: mostly {_OF_STAGE[stage]}; it shows {_shows(data.where.by_marker)}."
+
+
+def _shows(by_marker: Mapping[str, float]) -> str:
+    """Say in which numbers the gap shows; the markers count together, and one is named only where it stands out."""
+    alone = {name: share for name, share in by_marker.items() if name in _OF_NO_MARKER}
+    markers = {name: share for name, share in by_marker.items() if name not in _OF_NO_MARKER}
+    whole = max(alone, key=lambda name: alone[name], default="")
+    if not markers or (whole and alone[whole] > sum(markers.values())):
+        return f"mostly {_OF_NO_MARKER[whole]}"
+    most = max(markers, key=lambda name: markers[name])
+    stands_out = markers[most] > _MARKER_STANDS_OUT * sum(markers.values()) / len(markers)
+    return f"in how the markers move, {f'most at {plain(most)}' if stands_out else 'along the whole fish'}"
 
 
 def which(data: DiagnosisResult) -> str:
@@ -74,7 +81,7 @@ def which(data: DiagnosisResult) -> str:
         )
     named = _together([_group(group, chances) for group in data.groups])
     rest = data.remainder
-    residual = "" if rest is None or rest.share < 0.05 else f"; {100 * rest.share:.0f} % of the fitted gap remains"
+    residual = "" if rest is None or rest.share < 0.05 else "; some of the gap remains"
     against = _refuted(data)
     return f"Which: {named}{residual}{_elsewhere(data)}{'; not ' if against else ''}{against}."
 

@@ -286,7 +286,7 @@ def compare_trials(
         try:
             known = phases.get(trial.name)
             phase = fit_phase(twin, trial, coefficients) if known is None else float(known)
-            compared.append(_compare(twin, trial, coefficients, ebts, phase, fitted_hz))
+            compared.append(compare_trial(twin, trial, coefficients, ebts, phase, fitted_hz))
         except SimulationDiverged:
             if trial.role == "fit":
                 raise
@@ -307,7 +307,7 @@ def _fitted_hz(fitted: Sequence[MeasuredTrial]) -> tuple[float, float]:
     return min(hz), max(hz)
 
 
-def _compare(
+def compare_trial(
     twin: Twin,
     trial: MeasuredTrial,
     coefficients: FluidCoefficients,
@@ -315,6 +315,17 @@ def _compare(
     phase_rad: float,
     fitted_hz: tuple[float, float],
 ) -> CalibratedTrial:
+    """Compare one trial with the twin at given coefficients and crank phase.
+
+    Args:
+        twin, trial, coefficients: which.
+        ebts: the forms of elongated body theory whose speeds are wanted.
+        phase_rad: of the crank at time 0.
+        fitted_hz: lowest and highest frequency of the fit trials.
+
+    Raises:
+        SimulationDiverged: the twin.
+    """
     hz = trial.start_frequency.hz
     simulated = forecast(twin, trial, coefficients, phase_rad)
     if not np.isfinite(simulated.path_m).all():

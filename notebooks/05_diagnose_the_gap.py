@@ -80,10 +80,10 @@ gap.plot.held_out()
 # %%
 fit = calib.fit(session, effort="quick")
 errors = (1000 * fit.to_frame("speed_errors").holdout[["line", "twin"]]).to_dict()
-errors |= {"refitted twin": 1000 * gap.size.speed_mae_before, "twin with effects": 1000 * gap.size.speed_mae_after}
+errors["twin with effects"] = 1000 * gap.size.speed_mae_after
 
 figure, axes = plt.subplots(figsize=(6, 2.2))
-axes.barh([name.replace("_", " ") for name in errors], list(errors.values()), color=["#999", *["#4c78a8"] * 3])
+axes.barh([name.replace("_", " ") for name in errors], list(errors.values()), color=["#999", *["#4c78a8"] * 2])
 axes.invert_yaxis()
 axes.set(xlabel="mean absolute speed error of held-out trials (mm/s)")
 plt.show()

@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from math import isfinite, nan
+from types import MappingProxyType
 from typing import TYPE_CHECKING, NamedTuple
 
 from diagnosis.result import DiagnosisResult
@@ -24,6 +25,9 @@ if TYPE_CHECKING:
 EBT = "ebt_published"
 BESIDE = ("line", "constant_stride", EBT)
 """The models that the twin is compared with where there is room for few."""
+
+_AS_GOOD = 0.25
+"""Relative difference of two mean speed errors, below which the models are about as good as each other."""
 
 
 class TwinErrors(NamedTuple):
@@ -86,8 +90,20 @@ class HowFarOff:
         return f"{', '.join(known)} mm/s" if known else ""
 
     @property
+    def beside_theory(self) -> str:
+        """`about as good as elongated body theory (4.4 mm/s)`; empty where the theory tells no speed."""
+        theory = self.beside.get(EBT)
+        if theory is None or self.held_out is None:
+            return ""
+        own = self.held_out.speed
+        how = "better than" if own < theory else "worse than"
+        if abs(own - theory) <= _AS_GOOD * max(own, theory):
+            how = "about as good as"
+        return f"{how} {MODELS[EBT]} ({in_mm(theory)} mm/s)"
+
+    @property
     def sentences(self) -> tuple[str, ...]:
-        """Errors by role, what simple rules do, and whether the twin is better."""
+        """Errors by role, what simple rules do, and whether the twin is better than those and than theory."""
         held, fitted = self.held_out, self.fitted
         if held is None:
             known = "not known" if fitted is None else f"exported twin {fitted.size} in {fitted.over('fit')}"
@@ -95,7 +111,8 @@ class HowFarOff:
         else:
             of_fit = "" if fitted is None else f" ({fitted.size} in {fitted.over('fit')})"
             off = f"exported twin {held.size} in {held.over('held-out')}{of_fit}{self.rules and f'; {self.rules}'}."
-        return tuple(filter(None, (self.misses, off, self.compared)))
+        theory = self.beside_theory and f"It is {self.beside_theory}."
+        return tuple(filter(None, (self.misses, off, self.compared, theory)))
 
 
 class Interval(NamedTuple):
@@ -119,16 +136,20 @@ class HowSure:
     Attributes:
         intervals: by the coefficient's name.
         sampled: whether they are those of the posterior; else they are approximate, of the fit.
+        in_band: how many held-out trials have a speed within their predicted 90 % band, and how many there are.
+        damaged: the file of the posterior that cannot be read; "" where there is none.
     """
 
     intervals: Mapping[str, Interval]
     sampled: bool
+    in_band: tuple[int, int] = (0, 0)
+    damaged: str = ""
 
     @property
     def verdict(self) -> str:
         """Which of them the trials determine, in a sentence."""
         if not self.sampled:
-            return "Roughly known: the posterior was not sampled."
+            return f"Roughly known: {_unreadable(self.damaged) or 'the posterior was not sampled.'}"
         loose = [in_words(name) for name, one in self.intervals.items() if not one.determined]
         if not loose:
             return "All five coefficients are determined."
@@ -137,10 +158,18 @@ class HowSure:
         return f"Not determined: {listed(loose)}; the others are."
 
     @property
+    def band(self) -> str:
+        """How often held-out speeds are as predicted, in a sentence; empty where none was predicted."""
+        inside, count = self.in_band
+        return (
+            f"{inside} of {counted(count, 'held-out speed')} lie in the 90 % band predicted for them." if count else ""
+        )
+
+    @property
     def sentences(self) -> tuple[str, ...]:
-        """Which are determined, then every interval."""
+        """Which are determined, then every interval, then how often the predicted bands hold."""
         each = listed([f"{in_words(name)} {one.text}" for name, one in self.intervals.items()])
-        return self.verdict, f"90 % intervals: {each}."
+        return tuple(filter(None, (self.verdict, f"90 % intervals: {each}.", self.band)))
 
 
 @dataclass(frozen=True)
@@ -150,7 +179,8 @@ class WhatIsMissing:
     Attributes:
         where, which, how_far: a sentence each, after its question.
         changes: held-out errors without and, where something was added, with the named effects.
-        chances: probability of each likely effect, the likeliest first, and that the catalogue holds none.
+        chances: probability of each likely effect, the likeliest first, that the catalogue holds none, and, unless it
+            would print as 0.00, that there is no gap.
         named: the effects that are named.
         groups: the same in words, those that the trials cannot separate together.
         size: how strong the named effects are, a sentence each.
@@ -184,6 +214,7 @@ class Answers:
     Attributes:
         caveats: of fit, posterior and diagnosis, in sentences; the same list wherever they are counted.
         next_step: what to do, knowing what stands.
+        not_searched: why it is not known what is missing; "" where it is.
     """
 
     how_far_off: HowFarOff
@@ -191,19 +222,36 @@ class Answers:
     missing: WhatIsMissing | None
     caveats: tuple[str, ...]
     next_step: str
+    not_searched: str
 
 
 def answers_of(
-    found: CalibrationResult, posterior: PosteriorSummary | None, diagnosed: DiagnosisResult | None, folder: str
+    found: CalibrationResult,
+    posterior: PosteriorSummary | None,
+    diagnosed: DiagnosisResult | None,
+    folder: str,
+    damaged: Mapping[str, str] = MappingProxyType({}),
 ) -> Answers:
-    """Work out the answers from the results that stand; `folder` is the session's, as commands are to name it."""
+    """Work out the answers from the results that stand.
+
+    Args:
+        found, posterior, diagnosed: what stands.
+        folder: the session's, as commands are to name it.
+        damaged: the file of "posterior" or "diagnosis" that is there and cannot be read.
+    """
+    why_not = _unreadable(damaged.get("diagnosis", "")) or "The trials were not searched for missing effects."
     return Answers(
         how_far_off=how_far_off(found.forecasts),
-        how_sure=_how_sure(found, posterior),
+        how_sure=_how_sure(found, posterior, damaged.get("posterior", "")),
         missing=None if diagnosed is None else _what_is_missing(diagnosed),
         caveats=(*fit_caveats(found, posterior), *posterior_caveats(posterior), *gap_caveats(diagnosed)),
         next_step=_next_step(found, posterior, diagnosed, folder),
+        not_searched="" if diagnosed is not None else why_not,
     )
+
+
+def _unreadable(file: str) -> str:
+    return f"results/{file} is damaged or cut short." if file else ""
 
 
 def how_far_off(forecasts: SessionForecast) -> HowFarOff:
@@ -233,19 +281,19 @@ def _errors(compared: SessionForecast, everything: SessionForecast, role: str) -
     return TwinErrors(count, of, speed, markers, sum(trial.speed_measured for trial in trials) / count)
 
 
-def _how_sure(found: CalibrationResult, posterior: PosteriorSummary | None) -> HowSure:
+def _how_sure(found: CalibrationResult, posterior: PosteriorSummary | None, damaged: str) -> HowSure:
     values = found.coefficients._asdict()
     if posterior is None:
         ends = dict(zip(values, found.fit.interval, strict=True))
         rough = {name: Interval(values[name], float(low), float(high), False) for name, (low, high) in ends.items()}
-        return HowSure(rough, False)
+        return HowSure(rough, False, damaged=damaged)
     of = posterior.marginals
-    return HowSure(
-        {name: Interval(values[name], of[name].q05, of[name].q95, of[name].determined) for name in values}, True
-    )
+    intervals = {name: Interval(values[name], of[name].q05, of[name].q95, of[name].determined) for name in values}
+    return HowSure(intervals, True, posterior.inside("holdout")[:2])
 
 
 _LIKELY = 3  # effects whose probability is shown though they are not named
+_SHOWN = 0.005  # probability that no gap is there at all, below which it would be printed as 0.00
 
 
 def _what_is_missing(found: DiagnosisResult) -> WhatIsMissing:
@@ -255,7 +303,8 @@ def _what_is_missing(found: DiagnosisResult) -> WhatIsMissing:
     }
     chances = {in_words(name): chance for name, chance in few.items()}
     chances["not in the catalogue"] = found.none_of_these
-    chances["no gap at all"] = found.no_gap_probability
+    if found.no_gap_probability >= _SHOWN:
+        chances["no gap at all"] = found.no_gap_probability
     named = tuple(map(in_words, found.effects))
     groups = tuple(" or ".join(map(in_words, group)) for group in found.groups)
     sizes = [f"{in_words(n)}: {effect_size(found.effect_parameters, n)}" for n in found.effect_parameters]
@@ -271,6 +320,9 @@ def _next_step(
 ) -> str:
     if misses(found.forecasts):
         return "Check the robot's description, the scale and the trials."
+    if not found.forecasts.held_out and found.left_out:
+        each = [f"{name}: {why}" for name, why in found.left_out.items()]
+        return f"No held-out trial is left: film again what takes no part ({'; '.join(each)}), or hold another one out."
     if not found.forecasts.held_out:
         return 'Hold a trial out (role = "holdout" in session.toml), or film another one, and fit again.'
     if posterior is None:

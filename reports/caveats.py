@@ -65,8 +65,8 @@ def _checks(found: DiagnosisResult) -> list[str]:
     rest = found.remainder
     if rest is not None and rest.p_value < MORE_THAN_NOISE:
         caveats.append(
-            f"{100 * rest.share:.0f} % of the gap in the fitted trials remains with the named effects, more than noise "
-            "explains: something else is missing too"
+            "with the named effects the twin still misses the fitted trials by more than noise explains: something "
+            "else is missing too"
         )
     if lacking := found.withheld_from_catalogue:
         caveats.append(

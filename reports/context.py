@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Literal, NamedTuple
 
@@ -43,6 +44,7 @@ class ReportContext:
         posterior: how sure the coefficients are; None where it was not sampled.
         diagnosed: where the sim-to-real gap is and what causes it; None where it was not diagnosed.
         policies: how those that were trained swim, targets first.
+        damaged: the file of "posterior" or "diagnosis" that cannot be read, where there is one.
     """
 
     session: Session
@@ -54,12 +56,13 @@ class ReportContext:
     diagnosed: DiagnosisResult | None = None
     diagnosis_effort: str = "full"
     policies: tuple[PolicySwims, ...] = ()
+    damaged: Mapping[str, str] = field(default_factory=dict)
 
     @cached_property
     def answers(self) -> Answers:
         """What a reader asks first."""
         found = calibration_result(self.calibration)
-        return answers_of(found, self.posterior, self.diagnosed, self.session.folder.name)
+        return answers_of(found, self.posterior, self.diagnosed, self.session.folder.name, self.damaged)
 
     def trials(self, role: str) -> tuple[CalibratedTrial, ...]:
         """The fit or the held-out trials, in the order of the session."""

@@ -30,7 +30,8 @@ def _parameter(name: str, fitted: FittedParameter) -> str:
     scale, unit = (MM, f"m{fitted.unit}") if fitted.unit in ("m", "m/s") else (1.0, fitted.unit)
     value, low, high = (scale * each for each in (fitted.value, *fitted.ci95))
     places = max(1 - floor(log10(max(high - low, 1e-12) / 2)), 0)
-    ends = f"{in_words(name)} {value:.{places}f} ({low:.{places}f} to {high:.{places}f})"
+    at, start, end = (shown(each, places) for each in (value, low, high))
+    ends = f"{in_words(name)} {at} ({start} to {end})"
     return ends if unit == "1" else f"{ends} {unit}"
 
 
@@ -44,9 +45,15 @@ class Change(NamedTuple):
 
     @property
     def text(self) -> str:
-        """`markers 12.0 to 5.1 mm`; without an after `markers 12.0 mm`."""
-        after = f" to {shown(self.after)}" if isfinite(self.after) else ""
-        return f"{self.quantity} {shown(self.before)}{after} {self.unit}"
+        """`markers 12.0 to 5.1 mm`; without an after `markers 12.0 mm`; a digit more where both would look the same."""
+        before, after = shown(self.before), shown(self.after)
+        if not isfinite(self.after):
+            return f"{self.quantity} {before} {self.unit}"
+        if before == after:
+            before, after = shown(self.before, 2), shown(self.after, 2)
+        if before == after:
+            return f"{self.quantity} {before} {self.unit} as before"
+        return f"{self.quantity} {before} to {after} {self.unit}"
 
 
 def changes(found: DiagnosisResult) -> tuple[Change, ...]:
@@ -75,7 +82,14 @@ def how_far(found: DiagnosisResult) -> str:
     if isnan(gap.shrinkage):
         return f"On {trials}: {sizes}; the plain twin leaves no more than noise there."
     warning = "" if gap.improves else " Do not use it for forecasts."
-    return f"On {trials}: {sizes}; the squared gap above noise {by_how_much(gap)}.{warning}"
+    return f"On {trials}: {sizes}; {_how_surely(gap)}.{warning}"
+
+
+def _how_surely(gap: GapSize) -> str:
+    """Say whether the twin with the effects is closer, by the interval of its skill score, without that number."""
+    if gap.shrinkage <= 0:
+        return "with the effects the twin is no closer"
+    return f"with the effects the twin is closer{'' if gap.improves else ', but not significantly'}"
 
 
 SEPARATES = 0.2

@@ -13,6 +13,7 @@ HEAD = ("head_along", "head_across", "head_moment")
 FORCES = HEAD[:2]  # N; all others N m
 LEAST_LIKE = 0.7  # correlation from which a force goes with a motion
 LEAST_CLEAR = 0.1  # share of the beat in which it differs from zero, from which it is correlated with motions
+_LEAST_SHOWN = 5e-6  # N or N m, from which it is not printed as 0.00 mN or mN m
 _LEVEL = 0.03  # correlations as near as this are level
 _ON_MIDDLE_M, _BESIDE_M = 0.005, 0.02  # off the middle plane; from the outer hinges to where their links are read
 
@@ -21,6 +22,11 @@ def force_name(joint: str) -> str:
     """What is missing there, in words."""
     names = {HEAD[0]: "force along the head", HEAD[1]: "force across the head", HEAD[2]: "moment on the head"}
     return names.get(joint) or f"torque in {joint.replace('_', ' ')}"
+
+
+def seen(forces: MissingForces) -> list[int]:
+    """The places of the joints whose missing force is not 0 as it would be printed."""
+    return [place for place, size in enumerate(forces.size) if size >= _LEAST_SHOWN]
 
 
 class Likeness(NamedTuple):

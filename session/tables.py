@@ -16,6 +16,8 @@ from session.errors import Fault, FaultCollector, did_you_mean, shown
 from session.flags import Flag
 
 GZIP_MAGIC = b"\x1f\x8b"
+EMPTY = "the file is empty"
+FILL = "Write the recording to it again, or take it out of session.toml."
 
 
 @dataclass(frozen=True)
@@ -84,7 +86,7 @@ def read_table(path: Path) -> RawTable:
         rows.pop()
     faults = FaultCollector(file)
     if not rows:
-        faults.add("", "the file is empty", expected="comma-separated rows of numbers")
+        faults.add("", EMPTY, expected="comma-separated rows of numbers", next_step=FILL)
     elif "," not in lines[0] and (";" in lines[0] or "\t" in lines[0]):
         faults.add("line 1", "one column only", found=shown(lines[0]), expected="columns separated by commas")
     faults.raise_if_any()

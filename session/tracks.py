@@ -20,7 +20,7 @@ import numpy as np
 
 from session.errors import Fault, FaultCollector, did_you_mean, shown
 from session.results import write_whole
-from session.tables import RawTable, check_time, read_table, to_numbers
+from session.tables import EMPTY, FILL, RawTable, check_time, read_table, to_numbers
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -97,10 +97,28 @@ def load_tracks(path: Path, markers: Sequence[str], fps: float, *, minimum: int 
     if not faults:
         check_time(table, tracks.time.values, faults)
         _check_samples(table, values, columns, tracks, faults)
-    if len(table.rows) < minimum:
-        faults.add("", "too short", found=f"{len(table.rows)} frames", expected=f"at least {minimum}")
+    check_count(len(table.rows), faults, minimum)
     faults.raise_if_any()
     return tracks
+
+
+def check_count(frames: int, faults: FaultCollector, minimum: int = 2) -> None:
+    """Add a fault where there are too few frames; one of its own where there is none."""
+    if not frames:
+        faults.add("", EMPTY, found="no frame", expected=f"at least {minimum} frames", next_step=FILL)
+    elif frames < minimum:
+        faults.add("", "too short", found=f"{frames} frames", expected=f"at least {minimum}")
+
+
+def check_seen(present: np.ndarray, markers: Sequence[str], faults: FaultCollector) -> None:
+    """Add a fault for each marker without a sample in `present` (n, m); one for all where there is no sample at all."""
+    if len(present) and not present.any():
+        what, step = "no marker is seen in any frame", "Track the trial again, or take it out of session.toml."
+        faults.add("", what, expected="at least one sample of each marker", next_step=step)
+        return
+    for marker in np.array(markers, dtype=object)[~present.any(axis=0)] if len(present) else ():
+        what, step = f"marker {marker!r} is missing in every frame", "Remove it from [markers] names, or track it."
+        faults.add("", what, expected="at least one sample", next_step=step)
 
 
 def save_tracks(path: Path, tracks: xr.Dataset) -> None:
@@ -173,11 +191,7 @@ def _assemble(
 def _check_samples(
     table: RawTable, values: np.ndarray, columns: tuple[str, ...], tracks: xr.Dataset, faults: FaultCollector
 ) -> None:
-    present = ~np.isnan(pixels_of(tracks)[..., 0])  # (n, m)
-    if len(present):
-        for marker in np.array(markers_of(tracks), dtype=object)[~present.any(axis=0)]:
-            what, step = f"marker {marker!r} is missing in every frame", "Remove it from [markers] names, or track it."
-            faults.add("", what, expected="at least one sample", next_step=step)
+    check_seen(~np.isnan(pixels_of(tracks)[..., 0]), markers_of(tracks), faults)
     position_px, names = pixels_of(tracks), markers_of(tracks)
     in_reach = f"pixels, no further than {FARTHEST_PX:g} from the corner, or an empty cell for a missing sample"
 

@@ -66,6 +66,10 @@ def _numbered(name: str, about: str) -> Callable[..., Plot]:
     return fetch
 
 
+_MOTIONS = ("envelope", "path", "lateral")
+"""Figures of a trial that need no other trial."""
+
+
 class StructureFigures(Figures):
     """Figures of the robot and of its dry experiments; a fit has them, too."""
 
@@ -78,7 +82,27 @@ class StructureFigures(Figures):
 
 
 class FitFigures(StructureFigures):
-    """Figures of a fit."""
+    """Figures of a fit; those of a trial are drawn without measuring any other."""
+
+    def __init__(
+        self,
+        stage: Stage,
+        draw: Callable[[], Mapping[str, Plot]],
+        draw_trial: Callable[[str], Mapping[str, Plot]] = lambda _trial: {},
+    ) -> None:
+        super().__init__(stage, draw)
+        self._draw_trial, self._of_trials = draw_trial, dict[str, Plot]()
+
+    def __getitem__(self, name: str) -> Plot:
+        """The figure of this name; an `InputError` lists the choices where there is none."""
+        trial, _, what = name.rpartition("-")
+        if what in _MOTIONS and "_plots" not in vars(self):
+            if name not in self._of_trials:
+                check_current(self._stage)
+                self._of_trials.update(self._draw_trial(trial))
+            if name in self._of_trials:
+                return self._of_trials[name]
+        return super().__getitem__(name)
 
     envelope = _of_trial("envelope", "The tail's envelope in the frame of the head, measured and simulated.")
     path = _of_trial("path", "The distance swum in a trial over time, measured and simulated.")

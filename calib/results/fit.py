@@ -16,7 +16,7 @@ from calib.results.figures import FitFigures
 from calib.results.posterior import interval_lines
 from calib.results.result import Result, flag_frame, flag_lines, forecast_frame
 from diagnosis.result import DiagnosisResult
-from fitting import Calibration, CalibrationResult
+from fitting import CalibratedTrial, Calibration, CalibrationResult
 from fitting.calibration_file import PublishedResult, TrialResult
 from fitting.model.session_forecast import SessionForecast
 from reports.answers import Answers, answers_of
@@ -49,8 +49,9 @@ class FitResult(Result):
         mjcf_file: `results/calibrated.xml`.
         published: the published search, for comparison; None where it was not run.
         posterior, diagnosed: what stands of this fit, the posterior without its draws; None where nothing does.
+        damaged: the file of posterior or diagnosis that cannot be read, where there is one.
         standing: which results of it there are, and by which commands the others are made.
-        read: simulates every trial again.
+        read, read_trial: simulate every trial, or one, again.
 
     Example:
         >>> found = calib.fit("pool", "quick", progress=False)
@@ -74,7 +75,9 @@ class FitResult(Result):
     posterior: PosteriorSummary | None = field(repr=False)
     diagnosed: DiagnosisResult | None = field(repr=False)
     standing: str = field(repr=False)
+    damaged: Mapping[str, str] = field(default_factory=dict, repr=False)
     read: Callable[[], Calibration] = field(repr=False)
+    read_trial: Callable[[str], CalibratedTrial] = field(repr=False)
 
     def motion(self, trial: str) -> xr.Dataset:
         """A swim trial as measured and as the twin swims it; the twin is simulated again.
@@ -91,7 +94,7 @@ class FitResult(Result):
 
         if trial not in self.trials:
             raise InputError([Fault("motion", "", "no such trial", repr(trial), "a swim trial", tuple(self.trials))])
-        one = next(each for each in self.read().trials if each.measured.name == trial)
+        one = self.read_trial(trial)
         measured, places = one.measured, ("time", "space", "keypoint")
         first = int(np.flatnonzero(measured.kept)[0])
         twin = one.simulated.position_m + (measured.head.path_m[first] - one.simulated.path_m[first])
@@ -108,7 +111,7 @@ class FitResult(Result):
     @cached_property
     def answers(self) -> Answers:
         """What the summary and the report's first screen say, of all that stands of this fit."""
-        return answers_of(self.data, self.posterior, self.diagnosed, self.session.in_shell)
+        return answers_of(self.data, self.posterior, self.diagnosed, self.session.in_shell, self.damaged)
 
     @property
     def coefficients(self) -> FluidCoefficients:
@@ -155,7 +158,7 @@ class FitResult(Result):
         lines = [f"{self.session.name}: {self.standing}.", f"How far off: {' '.join(answers.how_far_off.sentences)}"]
         lines.append(f"How sure: {' '.join(answers.how_sure.sentences)}")
         if (found := answers.missing) is None:
-            lines.append("What is missing: not known; calib diagnose tells.")
+            lines.append(f"What is missing: {answers.not_searched}")
         else:
             lines += [
                 f"Where: {found.where}",
@@ -250,7 +253,9 @@ class FitResult(Result):
             "off": "the twin does not describe this robot: check the robot's description, the scale and the trials",
             "good": f"{better}, and nothing is flagged",
             "doubtful": f"{better}, but read {counted(caveats, 'caveat')} first (-v)",
-            "unchecked": 'no trial is held out: give one role = "holdout"',
+            "unchecked": "no held-out trial is left"
+            if self.data.left_out
+            else 'no trial is held out: give one role = "holdout"',
             "worse_than_baseline": "a simple rule forecasts speeds as well: use that for speeds",
         }
         return f"{in_words(self.verdict)}: {why[self.verdict]}"

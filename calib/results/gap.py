@@ -77,6 +77,7 @@ class GapResult(Result):
 
     data: DiagnosisResult = field(repr=False)
     plot: GapFigures = field(repr=False)
+    next_step: str = field(repr=False)
 
     @property
     def verdict(self) -> str:
@@ -121,7 +122,7 @@ class GapResult(Result):
                 *gap_sentences(self.data),
                 f"Main caveat: {main_caveat(self.data)}",
                 f"Next experiment: {experiment}.",
-                f"Verdict: {in_words(self.verdict)}. Next: calib report {self.session.in_shell}",
+                f"Verdict: {in_words(self.verdict)}. Next: {self.next_step}",
             ]
         )
 

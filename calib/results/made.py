@@ -1,5 +1,6 @@
 """Results of a pipeline whose stages are up to date."""
 
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any, cast
 
@@ -13,14 +14,16 @@ from calib.results.tracks import FilmedTracks, TrackResult
 from calib.stages.diagnosis import DiagnosisStage
 from calib.stages.posterior import PosteriorStage
 from diagnosis.result import EFFECT_TEST, EffectTestResult
-from fitting import Calibration, MeasuredTrial
+from fitting import CalibratedTrial, Calibration, MeasuredTrial
 from fitting.calibration_file import PublishedResult
 from reports import ReportContext, gallery
+from reports.blocks import Plot
 from reports.context import NoSwims
 from reports.numbers import in_words, listed
 from reports.sections import DRY_SECTIONS, FURTHER, SECTIONS, gap, summary
 from reports.sections import posterior as posterior_section
 from reports.sections.gap_plots import gap_plots
+from reports.sections.trials import trial_plots
 from session import NotEnoughData
 
 _NOT_OF_FIT = (posterior_section.build, gap.build)
@@ -30,24 +33,35 @@ _OF_FIT = tuple(build for build in SECTIONS if build not in _NOT_OF_FIT)
 def fit_result(pipeline: Pipeline) -> FitResult:
     """The current fit."""
     stage = pipeline.the_fit()
-    figures = FitFigures(stage, lambda: gallery(_context(pipeline), (*_OF_FIT, *FURTHER)))
+    data = stage.result()
 
     def read() -> Calibration:
         check_current(stage)
         return stage.read()
+
+    def read_trial(name: str) -> CalibratedTrial:
+        check_current(stage)
+        return stage.read_trial(name)
+
+    def draw_trial(name: str) -> Mapping[str, Plot]:
+        return trial_plots(read_trial(name), stage.robot) if name in data.trials else {}
+
+    figures = FitFigures(stage, lambda: gallery(_context(pipeline), (*_OF_FIT, *FURTHER)), draw_trial)
 
     posterior, diagnosis = pipeline.current_posterior(stage), pipeline.current_diagnosis()
     return FitResult(
         name=stage.name,
         file=stage.file,
         mjcf_file=stage.mjcf_file,
-        data=stage.result(),
+        data=data,
         published=_published(pipeline),
         plot=figures,
         read=read,
+        read_trial=read_trial,
         posterior=None if posterior is None else posterior.read(draws=False),
         diagnosed=None if diagnosis is None else diagnosis.read(),
         standing=pipeline.standing,
+        damaged=pipeline.damaged,
         **_common(pipeline),
     )
 
@@ -59,10 +73,8 @@ def posterior_result(pipeline: Pipeline, stage: PosteriorStage) -> PosteriorResu
     sections = (summary.build, posterior_section.build)
     figures = PosteriorFigures(stage, lambda: gallery(replace(_context(pipeline), posterior=found), sections))
     name = f"posterior of {stage.effort} effort of the {fit.name}"
-    command = "diagnose" if pipeline.current_diagnosis() is None else "report"
-    step = f"calib {command} {pipeline.session.folder}"
-    common = _common(pipeline)
-    return PosteriorResult(name=name, file=stage.file, data=found, plot=figures, next_step=step, **common)
+    step = _next_step(pipeline)
+    return PosteriorResult(name=name, file=stage.file, data=found, plot=figures, next_step=step, **_common(pipeline))
 
 
 def gap_result(pipeline: Pipeline, stage: DiagnosisStage) -> GapResult:
@@ -70,7 +82,19 @@ def gap_result(pipeline: Pipeline, stage: DiagnosisStage) -> GapResult:
     found, robot, markers = stage.read(), pipeline.job.robot, pipeline.session.markers
     figures = GapFigures(stage, lambda: gap_plots(found, robot, markers))
     name = f"diagnosis of {stage.effort} effort"
-    return GapResult(name=name, file=stage.file, data=found, plot=figures, **_common(pipeline))
+    step = _next_step(pipeline)
+    return GapResult(name=name, file=stage.file, data=found, plot=figures, next_step=step, **_common(pipeline))
+
+
+def _next_step(pipeline: Pipeline) -> str:
+    """What to do after a posterior or a diagnosis: bring up to date what is not, then what the answers say."""
+    session = pipeline.session
+    if pipeline.current_diagnosis() is None:
+        return f"calib diagnose {session.in_shell}"
+    if pipeline.current_report() is None:
+        old = (session.results / "report.html").is_file()
+        return f"{'the report is out of date: ' if old else ''}calib report {session.in_shell}"
+    return fit_result(pipeline).answers.next_step
 
 
 def test_result(pipeline: Pipeline, found: EffectTestResult) -> EffectTest:

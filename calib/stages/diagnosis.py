@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from diagnosis.result import DiagnosisResult, EffectTestResult
 
 Found = TypeVar("Found")
-_FORM = 19  # of the files and of what they rest on
+_FORM = 20  # of the files and of what they rest on
 
 
 class DiagnosisStage(Stage):
@@ -82,10 +82,11 @@ class DiagnosisStage(Stage):
         """
         from calib.stages.affected_mjcf import write_affected_twin
         from diagnosis import diagnose
-        from diagnosis.diagnosis_file import diagnosis_result
+        from diagnosis.diagnosis_file import beside_exported_twin, diagnosis_result
         from diagnosis.result import DIAGNOSIS
 
         job, found = self._job, self._asked(diagnose, self.effects, discrepancy)
+        job.note_incomplete(self.incomplete)
         if (kept := self.keep_aside()) is not None:
             job.notes.append(f"The previous diagnosis is kept in {kept}.")
         for path in job.results.glob("calibrated+*"):
@@ -101,6 +102,7 @@ class DiagnosisStage(Stage):
             for path in write_affected_twin(job.results, found.weighed.linear, twin, name, robot_file)
         ]
         result = diagnosis_result(found, sorted(self._without), [path.name for path in models])
+        result = beside_exported_twin(result, self._fit.result().forecasts)
         written = (*DIAGNOSIS.write(job.results, self._provenance, result), *models)
         self.mark(written)
         job.made.extend(written)

@@ -12,10 +12,19 @@ import numpy as np
 
 from calib.options import PUBLISHED_S, STARTS, EffortName, Job
 from calib.stages.recordings import Recordings
-from fitting import Calibration, CalibrationResult, MeasuredTrial, calibrate
-from fitting.calibration import assemble, calibrate_as_published
+from fitting import CalibratedTrial, Calibration, CalibrationResult, MeasuredTrial, calibrate
+from fitting.calibration import assemble, calibrate_as_published, compare_trial
 from fitting.calibration_file import CALIBRATION, PUBLISHED, PublishedResult, calibration_result, published_result
-from fitting.structure import BUILT_IN, STRUCTURE, Structure, assumed, identify_structure, read_structure
+from fitting.ebt import FORMS
+from fitting.structure import (
+    BUILT_IN,
+    STRUCTURE,
+    Structure,
+    assumed,
+    identify_structure,
+    read_structure,
+    with_sources,
+)
 from session import SwimcalError
 from session.results import Provenance, program_version, read_provenance, write_whole
 from session.stage import Stage
@@ -102,8 +111,7 @@ class StructureStage(Stage):
 
     def _make(self) -> tuple[Path, ...]:
         job, experiments = self._job, self._recordings.experiments
-        if (cut := self.incomplete) is not None:
-            job.notes.append(f"{cut.name} was incomplete: its end was missing or damaged. It was made again.")
+        job.note_incomplete(self.incomplete)
         found = identify_structure(experiments, job.robot, self._origin, job.options.workers, job.progress)
         written = STRUCTURE.write(job.results, job.provenance, found)
         job.made.extend(written)
@@ -146,6 +154,24 @@ class FitStage(Stage):
         others = result.forecasts, result.sways, result.left_out
         return assemble(trials, twin, result.fit, phases, structure, *others)
 
+    def read_trial(self, name: str) -> CalibratedTrial:
+        """One swim of this fit with its twin, simulated again; no other trial is measured.
+
+        The speeds by elongated body theory are those that the fit keeps.
+
+        Raises:
+            ModelMismatch: as `read`.
+        """
+        check_engine(read_provenance(self.file), self._job.robot, str(self.file))
+        result, measured = self.result(), self._recordings.swim(name)
+        hz = [trial.frequency_hz for trial in result.trials.values() if trial.role == "fit"]
+        twin = Twin(self.robot, measured.markers, workers=self._job.options.workers)
+        phase_rad = result.trials[name].phase_rad
+        found = compare_trial(twin, measured, result.coefficients, {}, phase_rad, (min(hz), max(hz)))
+        kept = result.forecasts.trials[name].forecasts
+        theory = {form.name: kept[f"ebt_{form.name}"].speed for form in FORMS if f"ebt_{form.name}" in kept}
+        return replace(found, speeds={**found.speeds, **theory})
+
     @property
     def trials(self) -> list[MeasuredTrial]:
         """The measured swims that take part in this fit."""
@@ -165,6 +191,11 @@ class FitStage(Stage):
         job = self._job
         written = CALIBRATION.write(job.results, self._provenance, replace(self.result(), posterior=marginals))
         self.mark((*written, self.mjcf_file))
+
+    @property
+    def robot(self) -> RobotSpec:
+        """The robot with what its dry experiments determined, as the fit keeps it: none of them is measured again."""
+        return with_sources(self._job.robot, self.result().structure.values())
 
     @property
     def mjcf_file(self) -> Path:
@@ -199,8 +230,7 @@ class FitStage(Stage):
     def _report_why_again(self) -> None:
         """Says what differs from the calibration that is about to be replaced."""
         job = self._job
-        if (cut := self.incomplete) is not None:
-            job.notes.append(f"{cut.name} was incomplete: its end was missing or damaged. It was made again.")
+        job.note_incomplete(self.incomplete)
         try:
             made_with = read_provenance(self.file)
         except SwimcalError:

@@ -70,6 +70,7 @@ class PosteriorStage(Stage):
         summary = summarise(posterior, trials, job.session.seed, part_of(job.progress, 0.6, 1.0))
         provenance = replace(job.provenance, effort=self.effort)
         stamp = {key: value for key, value in provenance.to_json().items() if isinstance(value, str | int)}
+        job.note_incomplete(self.incomplete)
         if (kept := self.keep_aside()) is not None:
             job.notes.append(f"The previous posterior is kept in {kept}.")
         with writing_whole(self.file) as part:

@@ -78,6 +78,18 @@ class Recordings:
             )
         return [trial for trial in self._measured if isinstance(trial, MeasuredTrial)]
 
+    def swim(self, name: str) -> MeasuredTrial:
+        """One swim, measured without the others; so it lacks the flags that come of comparing them.
+
+        Raises:
+            InputError, NotEnoughData: as `swims`, of this trial.
+            StopIteration: no usable swim has this name.
+        """
+        spec = next(spec for spec in self._usable if spec.name == name and spec.kind == "swim")
+        measured = self._measure(spec, self._recorded(spec))
+        assert isinstance(measured, MeasuredTrial)
+        return measured
+
     @property
     def swims_left_out(self) -> dict[str, str]:
         """Why, by name, of the usable swims that cannot be measured."""

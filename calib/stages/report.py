@@ -1,5 +1,6 @@
 """``results/report.html`` of a session, from the current results."""
 
+from collections.abc import Mapping
 from dataclasses import replace
 
 from calib.options import Job
@@ -36,8 +37,8 @@ class ReportStage(Stage):
         self._fit = fit
         self._job, self._published, self._posterior, self._diagnosis = job, published, posterior, diagnosis
 
-    def make(self, calibration: Calibration, notes: tuple[str, ...]) -> None:
-        """Writes the report, with notes for the reader."""
+    def make(self, calibration: Calibration, notes: tuple[str, ...], damaged: Mapping[str, str]) -> None:
+        """Writes the report, with notes for the reader and the file of each result that cannot be read."""
         job = self._job
         job.progress("writing the report")
         context = ReportContext(
@@ -50,6 +51,7 @@ class ReportStage(Stage):
             diagnosed=None if self._diagnosis is None else self._diagnosis.read(),
             diagnosis_effort="" if self._diagnosis is None else self._diagnosis.effort,
             policies=read_swims(job.results),
+            damaged=damaged,
         )
         write_report(self.file, context)
         self.mark()

@@ -35,6 +35,8 @@ def build(context: ReportContext) -> Section:
             "where the gap between twin and robot lies, which unmodelled effect causes it, and how far it shrinks with "
             "that effect."
         )
+        if file := context.damaged.get("diagnosis"):
+            text = f"results/{file} is damaged or cut short; calib diagnose SESSION makes it again."
         return Section("The sim-to-real gap", "gap", (Prose(text),))
     plots = gap_plots(found, context.calibration.robot, context.session.markers)
 
@@ -55,7 +57,7 @@ def build(context: ReportContext) -> Section:
         Section("Which effect", "gap-which", (which, *_which(found), of("effects"))),
         Section("How far it shrinks", "gap-how-far", how_far),
         *next_parts,
-        Section("The forces that are missing", "gap-missing", (loudest, of("forces"), forces)),
+        Section("The forces that are missing", "gap-missing", (loudest, of("forces"), *forces)),
         Section("The evidence", "gap-evidence", evidence(found)),
     )
     return Section("The sim-to-real gap", "gap", (), _caveats(context), parts)

@@ -6,7 +6,16 @@ from diagnosis.result import DiagnosisResult, FittedParameter, FreeDecay, parame
 from reports.blocks import Block, Prose, Table, table_head
 from reports.context import ReportContext
 from reports.figures.gap_forces import MILLI
-from reports.missing_forces import FORCES, LEAST_CLEAR, LEAST_LIKE, Likeness, MissingForces, force_name, likenesses
+from reports.missing_forces import (
+    FORCES,
+    LEAST_CLEAR,
+    LEAST_LIKE,
+    Likeness,
+    MissingForces,
+    force_name,
+    likenesses,
+    seen,
+)
 from reports.numbers import MISSING, in_words, of_its_size, shown, significant, spanned, whole_percent
 from swimmer.effects import catalogue
 
@@ -20,16 +29,16 @@ PARAMETER = table_head("effect | parameter | value [] | 95 % interval [] | unit"
 NEXT = table_head("what to do | separates | error after it [%]")
 
 
-def missing(found: DiagnosisResult, context: ReportContext) -> tuple[Prose, Table]:
-    """The most significant of the missing forces, and the motion that each correlates with."""
+def missing(found: DiagnosisResult, context: ReportContext) -> tuple[Prose, tuple[Table, ...]]:
+    """The most significant of the missing forces, and the motion that each correlates with; no table of zeros."""
     forces = found.missing_forces
     like = likenesses(forces, context.calibration.trials, context.calibration.robot)
-    rows = tuple(_force_row(forces, place, like) for place in range(len(forces.joints)))
+    rows = tuple(_force_row(forces, place, like) for place in seen(forces))
     caption = (
         "Size of each missing force, the share of the beat in which it differs from zero, and the motion of that joint "
         "it goes with: deflection (a spring), speed (a damper), speed squared (drag) or acceleration (mass)."
     )
-    return Prose(_loudest(found, forces, like)), Table(caption, FORCE, rows, folded=True)
+    return Prose(_loudest(found, forces, like)), (Table(caption, FORCE, rows, folded=True),) if rows else ()
 
 
 def _loudest(found: DiagnosisResult, forces: MissingForces, like: Mapping[str, Likeness]) -> str:

@@ -7,6 +7,7 @@ from reports.figures.gap_forces import gap_forces_figure
 from reports.figures.gap_how_far import gap_held_out_figure, gap_waterfall_figure
 from reports.figures.gap_where import gap_shares_figure
 from reports.figures.gap_which import gap_effects_figure
+from reports.missing_forces import seen
 from swimmer import RobotSpec
 
 _CAPTIONS = {
@@ -34,5 +35,6 @@ def gap_plots(found: DiagnosisResult, robot: RobotSpec, markers: tuple[str, ...]
         figures["gap-held-out"] = gap_held_out_figure(found.gap, bool(found.effect_parameters))
     if found.everything is not None and found.everything.gap.evaluated_on:
         figures["gap-everything"] = gap_held_out_figure(found.everything.gap, True)
-    figures["gap-forces"] = gap_forces_figure(found.missing_forces)
+    if seen(found.missing_forces):
+        figures["gap-forces"] = gap_forces_figure(found.missing_forces)
     return {name: Plot(figure, name, _CAPTIONS[name]) for name, figure in figures.items()}

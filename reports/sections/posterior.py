@@ -56,6 +56,8 @@ def build(context: ReportContext) -> Section:
     found = context.posterior
     if found is None:
         text = "The posterior of the coefficients was not sampled for this session; calib posterior SESSION does it."
+        if file := context.damaged.get("posterior"):
+            text = f"results/{file} is damaged or cut short; calib posterior SESSION makes it again."
         return Section("The posterior", "posterior", (Prose(text),))
     parts = (
         Section("What was predicted", "posterior-predicted", _predicted(found)),

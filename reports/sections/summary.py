@@ -57,9 +57,10 @@ def _exported(off: HowFarOff) -> Markup:
         return Markup(" ").join(parts)
     swims = "an unseen swim" if held.trials == 1 else f"{held.trials} unseen swims"
     rule = off.best_rule
-    beside = "" if rule is None else f"; the best simple rule, {MODELS[off.best]}, is off by {in_mm(rule)}"
-    text = "The exported twin predicts the speed of {} with a mean error of <b>{} mm/s</b> of {}{}."
-    parts.append(Markup(text).format(swims, in_mm(held.speed), in_mm(held.swum, 0), beside))
+    beside = "" if rule is None else f"; the best simple rule, {MODELS[off.best]}, to {in_mm(rule)}"
+    theory = off.beside_theory and f", {off.beside_theory}"
+    text = "The exported twin predicts the speed of {} to <b>{}&nbsp;mm/s</b> of {}{}{}."
+    parts.append(Markup(text).format(swims, in_mm(held.speed), in_mm(held.swum, 0), theory, beside))
     return Markup(" ").join(parts)
 
 
@@ -76,14 +77,13 @@ def _hero(context: ReportContext) -> tuple[Markup, str]:
 
 
 def _speeds(context: ReportContext) -> Plot:
-    calibration = context.calibration
+    calibration, sure = context.calibration, context.answers.how_sure
     low, high = calibration.sweep.fitted_hz
     diverged = int((calibration.sweep.speed_twin != calibration.sweep.speed_twin).sum())
-    band = (
-        ""
-        if context.posterior is None
-        else " The band holds 90 % of what another swim may do, by the twin as corrected by its fit trials."
-    )
+    band = ""
+    if context.posterior is not None:
+        band = " The band is to hold 90 % of other swims, by the twin as corrected by its fit trials."
+        band = f"{band} {sure.band}".rstrip()
     return Plot(
         speed_sweep_figure(calibration, None if context.posterior is None else context.posterior.sweep),
         "sweep",
@@ -121,8 +121,9 @@ def _how_sure(sure: HowSure, context: ReportContext) -> Card:
 def _missing(answers: Answers, context: ReportContext) -> Card:
     found, title = answers.missing, "What is missing?"
     if found is None:
-        text = "The trials were not searched for missing effects."
-        return Card(title, "Not known", (text,), command=f"calib diagnose {context.session.folder.name}")
+        return Card(
+            title, "Not known", (answers.not_searched,), command=f"calib diagnose {context.session.folder.name}"
+        )
     bars = tuple(Bar(name, shown(chance, 2), chance, name in found.named) for name, chance in found.chances.items())
     place = "" if found.no_gap else sentence(found.where.partition(" (")[0].partition(";")[0])
     return Card(title, found.headline, tuple(filter(None, (found.size, f"{place} {found.how_far}".strip()))), bars)

@@ -24,6 +24,11 @@ def build(context: ReportContext) -> Section:
     return Section("The body through the beat", "trials", tuple(blocks))
 
 
+def trial_plots(trial: CalibratedTrial, robot: RobotSpec) -> dict[str, Plot]:
+    """Envelope, path and lateral motion of one trial, by the figure's name."""
+    return {plot.name: plot for plot in (_envelope(trial, robot), *_motion(trial, robot))}
+
+
 def build_motions(context: ReportContext) -> Section:
     """The motion of every trial over time: for notebooks, too much for a page."""
     plots = [plot for trial in context.calibration.trials for plot in _motion(trial, context.calibration.robot)]

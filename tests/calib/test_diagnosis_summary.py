@@ -91,7 +91,7 @@ def test_numbers_have_the_digits_of_their_interval_and_ratios_no_unit() -> None:
     one = {"value": -0.25051, "ci95": [-0.2526, -0.2484], "unit": "1", "at_bound": False, "parameter": "relative"}
     data = made_diagnosed("named", effect_parameters={"wave_drag": one})
     (line,) = (line for line in diagnosis_lines(data) if line.startswith("wave_drag "))
-    assert line.endswith("relative -0.2505 (-0.2526 to -0.2484)")
+    assert line.endswith("relative −0.2505 (−0.2526 to −0.2484)")
 
 
 def test_a_supposed_gap_that_grows_is_reported_to_grow() -> None:

@@ -47,6 +47,26 @@ def test_what_builds_on_a_fit_is_left_out_where_it_is_cut_short(
     assert f"{what} is incomplete (`calib {command} " in outcome.out
 
 
+@pytest.mark.parametrize(
+    ("name", "command", "untrue"),
+    [("posterior.json", "posterior", "was not sampled"), ("diagnosis.json", "diagnose", "were not searched")],
+)
+def test_a_summary_names_the_file_that_is_cut_short_and_the_next_step(
+    name: str, command: str, untrue: str, whole: Path, calib: Front
+) -> None:
+    cut(whole / "results" / name, 0.5)
+    said = calib("fit", whole).out
+    assert f"results/{name} is damaged or cut short." in said
+    assert f"Next: calib {command} {whole}" in said
+    assert untrue not in said
+
+
+def test_a_posterior_cut_short_is_made_again_and_the_reason_is_told(whole: Path, calib: Front) -> None:
+    cut(whole / "results" / "posterior.json", 0.5)
+    outcome = calib("posterior", whole, "-v")
+    assert "posterior.json was incomplete: its end was missing or damaged. It was made again." in outcome.out
+
+
 def test_draws_cut_short_are_called_incomplete(whole: Path) -> None:
     cut(whole / "results" / "posterior.nc", 0.6)
     with pytest.raises(InputError, match=r"posterior.nc: the result is incomplete.*again with `calib posterior`"):

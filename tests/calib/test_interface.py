@@ -13,16 +13,19 @@ import numpy as np
 import pandas as pd
 import pytest
 import typer
+import xarray as xr
 
 import calib as front
 from calib import cli, interface
 from calib.capture import command as capture_command
 from calib.entry import PACKAGES
 from calib.results.figures import Figures, FitFigures, GapFigures, PosteriorFigures
+from calib.stages.recordings import AnyTrial, Recordings
 from reports import gallery
 from reports.sections import posterior as posterior_section
 from reports.sections import summary as summary_section
 from reports.sections.gap_plots import gap_plots
+from session import TrialSpec
 from swimmer import load_robot
 from tests.calib import desk
 from tests.calib.door import files_in
@@ -204,6 +207,7 @@ def test_every_figure_of_posterior_and_gap_is_a_method(kind: type[Figures]) -> N
 
 
 def test_measured_and_simulated_motion_are_one_labelled_dataset(finished: Path) -> None:
+    """That of the fit, though no other trial is measured again."""
     found = front.fit(finished, **QUIET)
     motion = found.motion("fast")
     assert motion.twin.dims == motion.measured.dims == ("time", "space", "keypoint")
@@ -219,6 +223,32 @@ def test_figures_of_a_fit_that_was_replaced_are_refused(finished: Path) -> None:
     (finished / "results" / "calibrated.xml").write_text("another")
     with pytest.raises(front.InputError, match="the result has been replaced"):
         found.plot.speeds()
+
+
+@pytest.fixture
+def measured_again(monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """The names of the trials that are measured from now on."""
+    names, measure = [], Recordings._measure
+
+    def noted(self: Recordings, spec: TrialSpec, recorded: xr.Dataset) -> AnyTrial:
+        names.append(spec.name)
+        return measure(self, spec, recorded)
+
+    monkeypatch.setattr(Recordings, "_measure", noted)
+    return names
+
+
+def test_a_twin_is_loaded_without_measuring_any_trial(finished: Path, measured_again: list[str]) -> None:
+    twin = front.load_twin(finished)
+    assert measured_again == []
+    assert twin.robot == front.fit(finished, **QUIET).read().robot
+
+
+def test_a_figure_of_a_trial_needs_that_trial_alone(finished: Path, measured_again: list[str]) -> None:
+    found = front.fit(finished, **QUIET)
+    assert found.plot.envelope("slow").name == "slow-envelope"
+    assert found.plot.path("slow").name == "slow-path"
+    assert measured_again == ["slow"]
 
 
 def test_a_twin_swims_as_the_fit_has_it(finished: Path) -> None:

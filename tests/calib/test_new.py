@@ -54,6 +54,14 @@ def test_a_synthetic_session_comes_with_its_truth_and_its_seed(
     assert read_truth(tmp_path / "s").plan.seed == 5
 
 
+def test_a_robot_that_is_not_there_is_told_before_anything_is_simulated(calib: Front, tmp_path: Path) -> None:
+    outcome = calib("new", tmp_path / "s", "--synthetic", "--robot", tmp_path / "nowhere.toml")
+
+    assert_reports(outcome, "nowhere.toml")
+    assert "simulating" not in outcome.err
+    assert not (tmp_path / "s").exists()
+
+
 @pytest.mark.parametrize("options", [[], ["--synthetic", "--from-fishsim", "x"]])
 def test_it_is_reported_to_make_one_of_both(calib: Front, tmp_path: Path, options: list[str]) -> None:
     outcome = calib("new", tmp_path / "s", *options)

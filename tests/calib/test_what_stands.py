@@ -95,6 +95,17 @@ def test_a_report_says_what_it_shows_and_what_renews_the_rest(calib: Front, whol
     assert f"diagnosis is out of date (`calib diagnose {whole}`)" in shown
 
 
+@pytest.mark.parametrize("command", ["diagnose", "posterior"])
+def test_the_next_step_is_the_report_only_where_it_does_not_stand(calib: Front, whole: Path, command: str) -> None:
+    calib("report", whole)
+    assert "calib report" not in calib(command, whole).out
+    page = whole / "results" / "report.html"
+    page.write_text(page.read_text() + " ")
+    assert f"Next: the report is out of date: calib report {whole}" in calib(command, whole).out
+    page.unlink()
+    assert f"Next: calib report {whole}" in calib(command, whole).out
+
+
 def test_without_a_fit_what_shows_says_how_to_make_one(calib: Front, fresh: Path, tmp_path: Path) -> None:
     shows = (
         ("report", fresh),

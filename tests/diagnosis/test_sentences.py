@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from diagnosis.sentences import where, which
-from reports.gap_words import how_far
+from reports.gap_words import Change, how_far
 from tests.reports.diagnoses import made_diagnosed
 
 _OTHER = {"none_of_these": 0.95}
@@ -24,10 +24,35 @@ def test_an_unexplained_gap_is_told_by_what_it_looks_like(chances: dict[str, flo
     assert said in which(made_diagnosed("unexplained", probabilities=chances))
 
 
-@pytest.mark.parametrize(("place", "said"), [("caudal_fin", "at caudal fin"), ("frequency", "in its beat frequency")])
-def test_where_it_shows_most_may_be_no_marker(place: str, said: str) -> None:
-    data = made_diagnosed("named", where={"by_marker": {"nose": 0.1, place: 0.7}})
-    assert f"mainly {said}." in where(data)
+@pytest.mark.parametrize(
+    ("shares", "said"),
+    [
+        ({"nose": 0.1, "neck": 0.1, "caudal_fin": 0.7}, "in how the markers move, most at caudal fin."),
+        (
+            {"nose": 0.2, "neck": 0.2, "caudal_fin": 0.25, "speed": 0.3},
+            "in how the markers move, along the whole fish.",
+        ),
+        ({"nose": 0.1, "neck": 0.1, "frequency": 0.7}, "mostly in the beat frequency."),
+    ],
+)
+def test_markers_count_together_where_it_shows(shares: dict[str, float], said: str) -> None:
+    """A number of the whole trial is named where it holds more than all markers, not more than any one."""
+    assert where(made_diagnosed("named", where={"by_marker": shares})).endswith(f"; it shows {said}")
+
+
+@pytest.mark.parametrize("verdict", ["named", "inseparable", "unexplained", "no_gap"])
+def test_the_answers_hold_no_share_of_the_gap(verdict: str) -> None:
+    """Shares have denominators of their own: the answers say millimetres, mm/s and mHz before and after."""
+    data = made_diagnosed(verdict)
+    assert "%" not in "".join((where(data), which(data), how_far(data)))
+
+
+@pytest.mark.parametrize(
+    ("ends", "said"),
+    [((0.1, 0.3), "x 0.1 to 0.3 m"), ((0.21, 0.24), "x 0.21 to 0.24 m"), ((0.201, 0.202), "x 0.20 m as before")],
+)
+def test_a_change_has_a_digit_more_where_both_ends_would_look_alike(ends: tuple[float, float], said: str) -> None:
+    assert Change("x", "m", *ends).text == said
 
 
 @pytest.mark.parametrize("chance", [0.4, 0.6])
@@ -59,7 +84,7 @@ def test_what_is_beside_the_beat_is_told_where_it_is_sure(beside: str, chance: f
 def test_a_gap_of_noise_has_no_stage() -> None:
     by_stage = {"camera": 0.001, "drive": 0.0, "body": 0.0, "tail": 0.0, "floor": 0.999}
     data = made_diagnosed("unexplained", where={"by_stage": by_stage})
-    assert where(data).startswith("Where: in nothing that repeats with the beat; 100 %")
+    assert where(data) == "Where: in nothing that repeats with the beat."
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from reports import render_report
-from reports.answers import how_far_off
+from reports.answers import HowFarOff, TwinErrors, how_far_off
 from reports.context import ReportContext
 from reports.figures.hero import representative, swim_from_above
 from reports.numbers import in_mm, shown
@@ -94,3 +94,35 @@ def test_bars_are_as_long_as_what_they_show(context: ReportContext, probability:
     html = render_report(replace(context, diagnosed=diagnosed), (summary.build,))
     bar = f'<i><b style="width:{100 * probability:.1f}%"></b></i>'
     assert f"tendon slack</span>{bar}<span>{shown(probability, 2)}<" in html
+
+
+@pytest.mark.parametrize(
+    ("theory_mm_s", "said"),
+    [(1.0, "worse than"), (4.0, "about as good as"), (5.0, "about as good as"), (9.0, "better than")],
+)
+def test_the_twin_is_compared_with_elongated_body_theory(theory_mm_s: float, said: str) -> None:
+    held_out = TwinErrors(3, 3, 0.0044, 8.1, 0.148)
+    off = HowFarOff(None, held_out, {"ebt_published": theory_mm_s / 1000}, "", "", "")
+    assert off.beside_theory == f"{said} elongated body theory ({theory_mm_s:.1f} mm/s)"
+    assert any(off.beside_theory in text for text in off.sentences)
+
+
+def test_held_out_speeds_outside_the_predicted_band_are_counted_beside_it(context: ReportContext) -> None:
+    summary_of = made_summary()
+    held_out = [trial for trial in summary_of.trials if trial.role == "holdout"]
+    missed = tuple(
+        replace(trial, outer=trial.outer + 1.0) if trial in held_out[:1] else trial for trial in summary_of.trials
+    )
+    inside = sum(trial.speed_inside for trial in held_out[1:])
+    answers = replace(context, posterior=replace(summary_of, trials=missed)).answers
+    assert answers.how_sure.in_band == (inside, len(held_out))
+    page = Page(render_report(replace(context, posterior=replace(summary_of, trials=missed)), (summary.build,)))
+    assert f"{inside} of {len(held_out)} held-out speed" in page.text
+    assert answers.how_sure.band in answers.how_sure.sentences
+
+
+@pytest.mark.parametrize(("result", "untrue"), [("posterior", "was not sampled"), ("diagnosis", "not searched")])
+def test_a_result_that_cannot_be_read_is_told_by_its_file(result: str, untrue: str) -> None:
+    page = Page(render_report(replace(made_context(), damaged={result: f"{result}.json"})))
+    assert page.text.count(f"results/{result}.json is damaged or cut short") == 2  # on the first screen, and below
+    assert untrue not in page.text

@@ -8,11 +8,14 @@ import pytest
 from diagnosis.result import MissingForces
 from fitting import CalibratedTrial
 from fitting.series import waves
-from reports.missing_forces import likenesses, motions
+from reports import render_report
+from reports.missing_forces import likenesses, motions, seen
+from reports.sections import gap
+from session.records import to_plain
 from swimmer import load_robot
 from tests.fitting.swims import filmed
-from tests.reports.diagnoses import FITTED, JOINTS, made_forces
-from tests.reports.sample import made_trial
+from tests.reports.diagnoses import FITTED, JOINTS, made_diagnosed, made_forces
+from tests.reports.sample import made_context, made_trial
 
 ROBOT = load_robot()
 
@@ -75,3 +78,15 @@ def test_a_bent_hinge_is_read_off_the_markers() -> None:
 def gently(trial: CalibratedTrial) -> CalibratedTrial:
     """A fifth of its sway, so that three harmonics hold the beat of every hinge."""
     return replace(trial, simulated=replace(trial.simulated, shape_m=trial.simulated.shape_m * [1.0, 0.2]))
+
+
+def test_forces_that_would_print_as_zero_are_left_out_with_their_table_and_figure() -> None:
+    small, none = made_forces(0.004), made_forces(1e-7)
+    assert [small.joints[place] for place in seen(small)] == [small.joints[-1]]
+    context = made_context()
+    for forces, shows in ((small, True), (none, False)):
+        diagnosed = made_diagnosed("named", missing_forces=to_plain(forces))
+        page = render_report(replace(context, diagnosed=diagnosed), (gap.build,))
+        assert ('id="gap-forces"' in page) == shows
+        assert ("Size of each missing force" in page) == shows
+        assert "0.00 mN" not in page

@@ -95,7 +95,7 @@ def test_arrays_that_do_not_fit_each_other_are_refused() -> None:
         (gzip.compress(b"1,2,3,4,5,6\n" * 50, mtime=0)[:12] + b"xx", "the packed file is damaged"),
         (f"{HEADER}\n0,1,2,3,4,5,6\n0,1,2,3,4,5,6\n", "line 3: time does not increase; found 0.0 after 0.0"),
         (f"{HEADER}\n0,1,2,3,4,5,6\n,1,2,3,4,5,6\n", "line 3: time_s is missing"),
-        (f"{HEADER}\n", "too short; found 0 frames"),
+        (f"{HEADER}\n", "the file is empty; found no frame; expected at least 2 frames. Write the recording"),
         (f"{HEADER},neck_confidnce\n", "unknown column; found 'neck_confidnce'"),
         (f"{HEADER},neck_confidnce\n", "Did you mean 'neck_confidence'?"),
         (f"{HEADER},paint\n", "Add its marker to [markers] names, or remove the column."),
@@ -117,6 +117,12 @@ def test_faulty_tracks_are_reported_with_their_place(tmp_path: Path, text: str |
     said = faults(path)
     assert said.startswith(str(path))
     assert message in said
+
+
+def test_tracks_without_any_sample_are_one_fault(tmp_path: Path) -> None:
+    said = faults(written(tmp_path, f"{HEADER}\n0,,,,,,\n1,,,,,,\n"))
+    assert said.count("no marker is seen in any frame") == 1
+    assert "missing in every frame" not in said
 
 
 def test_absent_file_and_folder_are_reported(tmp_path: Path) -> None:

@@ -11,7 +11,7 @@ import xarray as xr
 from session import FaultCollector
 from session.errors import Fault, did_you_mean
 from session.results import write_whole
-from session.tracks import FARTHEST_PX, as_tracks, pixels_of
+from session.tracks import FARTHEST_PX, as_tracks, check_count, check_seen, pixels_of
 
 
 def check_names(markers: Sequence[str], found: Sequence[str], what: str, faults: FaultCollector) -> None:
@@ -44,10 +44,8 @@ def checked_tracks(
     position[missing] = np.nan
     belief = np.where(np.isnan(confidence), 1.0, confidence)
     belief = np.where(missing, 0.0, belief)
-    if len(time_s) < 2:
-        faults.add("", "too short", found=f"{len(time_s)} frames", expected="at least 2 frames")
-    for k in np.flatnonzero(missing.all(axis=0)).tolist() if len(time_s) else []:
-        faults.add("", f"marker {markers[k]!r} is missing in every frame", expected="at least one sample")
+    check_count(len(time_s), faults)
+    check_seen(~missing, markers, faults)
     late = (1 + np.flatnonzero(~(np.diff(time_s) > 0))).tolist()
     outside = np.argwhere((belief < 0) | (belief > 1)).tolist()
     far = np.argwhere(np.abs(np.nan_to_num(position)).max(axis=2) > FARTHEST_PX).tolist()
