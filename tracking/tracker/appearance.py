@@ -6,8 +6,8 @@ import numpy as np
 
 from tracking.tracker.windows import windows
 
-_KEEP_SIZE, _KEEP_CONTRAST = 0.98, 0.94  # of what is known of a marker's look, frame by frame
-_SIZES, _CONTRASTS = (0.6, 1.6), (0.3, 2.5)  # how far the look may wander from that in the start boxes
+_KEEP_SIZE, _KEEP_CONTRAST = 0.9, 0.8  # of what is known of a marker's look, frame by frame
+_SIZES, _CONTRASTS = (0.4, 3.0), (0.1, 5.0)  # how far the look may wander from that in the start boxes
 _SURROUND = (0.85, 1.2)  # of the box' half side: the ring at its rim
 _SMALLEST_PX = 4.0
 
@@ -31,14 +31,14 @@ class Appearance:
         return Appearance(self.sign[which], self.diameter_px[which], self.contrast[which], self.answer[which])
 
     def seen(
-        self, well: np.ndarray, at_all: np.ndarray, diameter_px: np.ndarray, contrast: np.ndarray, start: "Appearance"
+        self, surely: np.ndarray, diameter_px: np.ndarray, contrast: np.ndarray, start: "Appearance"
     ) -> "Appearance":
-        """The look after one more frame: light and distance change slowly, and only so far from the start.
+        """The look after one more frame, by (m,) sizes and contrasts of those that are surely themselves (m,).
 
-        The size (m,) counts of those seen well (m,), the contrast (m,) of those seen at all.
+        Light and distance change slowly, and only so far from the start; both may grow and shrink.
         """
-        size = _moved(self.diameter_px, np.where(well, diameter_px, self.diameter_px), _KEEP_SIZE)
-        light = _moved(self.contrast, np.where(at_all, contrast, self.contrast), _KEEP_CONTRAST)
+        size = _moved(self.diameter_px, np.where(surely, diameter_px, self.diameter_px), _KEEP_SIZE)
+        light = _moved(self.contrast, np.where(surely, contrast, self.contrast), _KEEP_CONTRAST)
         return replace(
             self,
             diameter_px=np.clip(size, _SIZES[0] * start.diameter_px, _SIZES[1] * start.diameter_px),

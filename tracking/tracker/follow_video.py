@@ -15,6 +15,7 @@ from tracking.records.tracked import NO_SAMPLE, SampleState, as_tracked, only_cs
 from tracking.stretches import stretches
 from tracking.tracker.csrt import opencv_on_one_thread
 from tracking.tracker.doubtful_boxes import LEAST_CONTRAST, without_marker
+from tracking.tracker.grey import Grey
 from tracking.tracker.partial import Partial
 from tracking.tracker.plain_csrt import PlainCsrt
 from tracking.tracker.tracker import MarkerTracker, Sighting
@@ -73,6 +74,7 @@ class _Pass:
         self._unseen = np.zeros(len(markers), int)  # for how many frames now
         self._end = 0  # one past the last frame taken in
         self._tracker: MarkerTracker | PlainCsrt
+        self._grey = Grey()
         self._onwards: Iterable[Frame] = ()
 
     def taken_up(self) -> bool:
@@ -83,6 +85,7 @@ class _Pass:
         self._tracker = MarkerTracker.restored(kept, self._video.threads)
         self._end, self._unseen = len(kept["samples"]), kept["frames_unseen"]
         self._samples[: self._end] = kept["samples"]
+        self._grey = Grey.restored(kept["grey"])
         self._onwards = self._video.frames(self._end)
         return True
 
@@ -106,7 +109,10 @@ class _Pass:
         else:
             centre = np.array([box.centre_px for box in chosen])
             side = np.array([(box.width + box.height) / 2 for box in chosen])
-            self._tracker, first = MarkerTracker.begin(frame.luma, centre, side, method == "hybrid", threads=threads)
+            self._grey = Grey.chosen(frame, centre, side)
+            self._tracker, first = MarkerTracker.begin(
+                self._grey.of(frame), centre, side, method == "hybrid", threads=threads
+            )
             self._check_markers(without_marker(self._tracker, first), boxes.frame)
         self._add(boxes.frame, first)
 
@@ -129,11 +135,15 @@ class _Pass:
         try:
             for frame in self._onwards:
                 elapsed = float(since[last + 1 : frame.number + 1].sum())
-                self._add(frame.number, self._tracker.step(frame.luma, frames=elapsed))
+                self._add(frame.number, self._tracker.step(self._grey.of(frame), frames=elapsed))
                 last = frame.number
                 if self._partial is not None and isinstance(self._tracker, MarkerTracker):
                     if self._end - taken >= _SNAPSHOT_EVERY and self._tracker.can_be_kept:
-                        own = {"samples": self._samples[: self._end], "frames_unseen": self._unseen}
+                        own = {
+                            "samples": self._samples[: self._end],
+                            "frames_unseen": self._unseen,
+                            "grey": self._grey.as_array(),
+                        }
                         snapshot, taken = own | self._tracker.state(), self._end
                     if taken - written >= _KEEP_EVERY:
                         self._partial.write(snapshot)

@@ -8,6 +8,7 @@ from scipy.sparse.csgraph import minimum_spanning_tree
 _RELATIVE = 0.15  # by which a distance may differ from that in the start boxes: tails bend, heights are in perspective
 _LEAST = 0.6  # diameters that it may differ in any case
 _MOVES, _ALIKE = 0.1, 0.25  # both markers swim: one moves so many diameters a frame, the other that share of it
+_FEWEST, _ZOOM = 3, 1.02  # distances that tell of a common scale, and by how much it may change in a frame
 _KEEP = 0.9  # of where two neighbours put a marker, frame by frame
 
 
@@ -48,6 +49,7 @@ class Spacing:
         """
         misplaced = np.zeros(len(seen), bool)
         both = seen[self.pairs].all(axis=1)
+        self._rescale(_lengths(position_px, self.pairs), both)
         off = both & self._off(position_px, predicted_px, moved_px, both, diameter_px)
         if not off.any():
             return misplaced
@@ -59,6 +61,12 @@ class Spacing:
             weaker = speaking[first] < speaking[second] if one_sided else strength[first] < strength[second]
             misplaced[first if weaker else second] = True
         return misplaced
+
+    def _rescale(self, length_px: np.ndarray, both: np.ndarray) -> None:
+        """All distances grow or shrink with most of those (e,) that are seen: the robot comes nearer, or dives."""
+        if np.count_nonzero(both) >= _FEWEST:
+            beyond = length_px[both] / np.clip(length_px[both], *self.lengths[:, both])
+            self.lengths = self.lengths * np.clip(np.median(beyond), 1 / _ZOOM, _ZOOM)
 
     def _off(
         self,

@@ -6,6 +6,7 @@ from math import ceil
 
 import cv2
 import numpy as np
+from scipy.ndimage import binary_fill_holes
 
 from tracking.tracker.appearance import Appearance
 from tracking.tracker.windows import window, windows
@@ -25,6 +26,8 @@ _REACH = 1.25  # radii and the px of the ring: within them light counts for the 
 _SLACK_PX = 4  # by which a window is larger than it need be
 _FAST = 0.5  # diameters a frame, from which on a marker is drawn out
 _LONGEST = 2.0  # diameters of a streak
+_HOLE, _PALE = 0.5, 0.85  # shares of the known contrast: a hole is somewhere darker than the first, all of it than this
+_INNER = 0.7  # radii within which holes are looked for
 _CORE = 0.5  # of a streak that is measured: its ends are faint, and lie on the blurred rim of the body
 _PALER = 3.2  # a disc smeared over q diameters is answered exp(-q^2 / 3.2) as strongly, to 5 % up to q = 1.5
 # In the middle of a disc of contrast 1:
@@ -224,6 +227,7 @@ def _centres_of(
     bright = patch if (look.sign > 0).all() else look.sign.astype(np.float32)[:, None, None] * patch
     ring = (distance > radius + _RING[0]) & (distance < _RING[1] * radius + _RING[0]) & mine
     light = (bright - _background(bright, ring)[:, None, None]) * mine
+    _fill_holes(light, known, distance < _INNER * radius)
     counted = np.clip(light - _FLOOR * known, 0, _CEILING * known)
     rim = radius + (_MARGIN_PX + 0.5)
     cut = (~mine & (distance < rim)).any(axis=(1, 2))
@@ -240,6 +244,14 @@ def _centres_of(
     streak = None if streaks is None else _streak_px2(weight, x, y, streaks.along.astype(np.float32))
     share = np.clip(light / np.maximum(peak, 1.0)[:, None, None], 0, 1) * (distance < _REACH * radius + _RING[0])
     return middle + offset, 2 * np.sqrt(share.sum(axis=(1, 2)) / (np.pi * thinner)), thinner * peak, streak
+
+
+def _fill_holes(light: np.ndarray, known: np.ndarray, inner: np.ndarray) -> None:
+    """Gives enclosed dark places in markers (k, s, s) their light: the highlight on a ball. `inner` is their middle."""
+    dark = light < _PALE * known
+    for marker in np.flatnonzero(((light < _HOLE * known) & inner).any(axis=(1, 2))).tolist():
+        filled = binary_fill_holes(~dark[marker])
+        light[marker] = np.where(filled & dark[marker], known[marker], light[marker])
 
 
 def _centroid(weight: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:

@@ -20,8 +20,8 @@ _CONTRAST_SPREAD = 0.35  # of the contrast, likewise
 _CSRT_CONFIDENCE = 0.5  # at most, where only CSRT saw the marker
 _NOWHERE_PX = 1e-3  # a gate that no spot passes
 _FAINT, _FAINT_CONFIDENCE = 15.0, 0.4  # answers under so many steps of luma are faint; the confidence CSRT then has
-_CONFIDENT = 0.6  # from here on a sample teaches the size of the marker …
-_STEADY = 0.5  # … and from here on its contrast, which light may change fast
+_CONFIDENT = 0.6  # from here on a sample teaches the look of the marker …
+_SETTLED = 5  # … and from so many frames on without a doubt which spot is its own
 _SLACK_PX = 2.0  # by which a box may be off its marker, beyond half of it
 _UNASSIGNED = 0.5  # strength from which a spot of no marker keeps its own light
 _BORDER = 0.25  # diameters from the border of the picture within which a marker counts as gone
@@ -64,6 +64,7 @@ class MarkerTracker:
         self.spacing = spacing
         self.csrt = csrt
         self.shutter = np.array([_SHUTTER**2, 1.0]) * np.mean(start.diameter_px) ** 2  # lengths and speeds, squared
+        self.settled = np.zeros(len(start.sign), int)  # frames in a row in which its spot was beyond doubt
         self.faint: FaintMarkers | None = None
 
     @classmethod
@@ -104,7 +105,12 @@ class MarkerTracker:
 
     def state(self) -> dict[str, np.ndarray]:
         """All it knows, as arrays; `restored` makes a tracker of them that goes on the same."""
-        state = {"start": self.start.as_array(), "look": self.look.as_array(), "shutter": self.shutter}
+        state = {
+            "start": self.start.as_array(),
+            "look": self.look.as_array(),
+            "shutter": self.shutter,
+            "settled": self.settled,
+        }
         return state | vars(self.motion) | vars(self.spacing) | ({} if self.csrt is None else self.csrt.state())
 
     @classmethod
@@ -114,6 +120,7 @@ class MarkerTracker:
         motion, spacing = ({field.name: state[field.name] for field in fields(part)} for part in (Motion, Spacing))
         tracker = cls(Appearance(*state["start"]), Motion(**motion), Spacing(**spacing), csrt)
         tracker.look, tracker.shutter = Appearance(*state["look"]), state["shutter"]
+        tracker.settled = state["settled"]
         if csrt is not None:
             csrt.restore(state)
         return tracker
@@ -129,7 +136,7 @@ class MarkerTracker:
         if self.faint is not None:  # no spot is theirs
             predicted = replace(predicted, gate_px=np.where(self.faint.which, _NOWHERE_PX, predicted.gate_px))
         streaks = self._streaks(predicted.velocity_px)
-        spots, chosen, predicted = self._assigned(luma, predicted, streaks, taken_px)
+        spots, chosen, predicted, doubtful = self._assigned(luma, predicted, streaks, taken_px)
         position, seen = _placed(spots, chosen, predicted)
         asked = seen if self.faint is None else seen | self.faint.which
         by_csrt = self._ask_csrt(luma, position, asked, taken_px)
@@ -144,7 +151,7 @@ class MarkerTracker:
         if self.faint is not None:
             sighting = _followed(sighting, self.faint.step(luma))
         self.motion.update(predicted.position_px, sighting.position_px, sighting.seen, frames)
-        self._remember(luma, sighting)
+        self._remember(luma, sighting, doubtful)
         return sighting
 
     def _streaks(self, velocity_px: np.ndarray) -> Streaks:
@@ -160,8 +167,8 @@ class MarkerTracker:
 
     def _assigned(
         self, luma: np.ndarray, predicted: Prediction, streaks: Streaks, taken_px: np.ndarray | None
-    ) -> tuple[Spots, np.ndarray, Prediction]:
-        """The spots, (m,) the assignment, and where each marker was looked for.
+    ) -> tuple[Spots, np.ndarray, Prediction, np.ndarray]:
+        """The spots, (m,) the assignment, where each marker was looked for, and (m,) whose spot is in doubt.
 
         Where the nearest spots leave a doubt, all markers are assembled anew from a wider search. Who still breaks away
         from its neighbours is let go, to be sought where they put it.
@@ -174,15 +181,15 @@ class MarkerTracker:
         position, seen = _placed(spots, chosen, predicted)
         strength = np.where(seen, np.append(spots.strength, 0.0)[chosen], 0.0)
         if not (self.motion.seen > 2).any():  # right after the boxes little is known of how they move
-            return spots, chosen, predicted
+            return spots, chosen, predicted, doubtful
         moved = predicted.position_px - self.motion.past[0]
         misplaced = self.spacing.misplaced(
             position, predicted.position_px, moved, seen, strength, self.look.diameter_px
         )
         if not misplaced.any():
-            return spots, chosen, predicted
+            return spots, chosen, predicted, doubtful
         place = np.where(misplaced[:, None], self.spacing.expected(position), predicted.position_px)
-        return spots, np.where(misplaced, -1, chosen), replace(predicted, position_px=place)
+        return spots, np.where(misplaced, -1, chosen), replace(predicted, position_px=place), doubtful | misplaced
 
     def _assembled(
         self,
@@ -274,11 +281,12 @@ class MarkerTracker:
         confidence[by_csrt] = np.minimum(confidence[by_csrt], _CSRT_CONFIDENCE)
         return Sighting(place, seen, confidence, diameter, contrast, by_csrt)
 
-    def _remember(self, luma: np.ndarray, sighting: Sighting) -> None:
+    def _remember(self, luma: np.ndarray, sighting: Sighting, doubtful: np.ndarray) -> None:
         """Learns the look of what was seen well, and keeps its picture for CSRT."""
         sure = sighting.confidence > _CONFIDENT
-        steady = sighting.confidence > _STEADY
-        self.look = self.look.seen(sure, steady, sighting.diameter_px, sighting.contrast, self.start)
+        self.settled = np.where(sighting.seen & ~sighting.by_csrt & ~doubtful, self.settled + 1, 0)
+        itself = sure | (self.settled > _SETTLED)  # whatever it looks like, it is where it should be
+        self.look = self.look.seen(itself, sighting.diameter_px, sighting.contrast, self.start)
         self.spacing.learn(sighting.position_px, sure)
         if self.csrt is not None:
             self.csrt.forget(sighting.seen & ~sighting.by_csrt)

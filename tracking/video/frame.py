@@ -5,12 +5,16 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 import av
+import cv2
 import numpy as np
 
 BRIGHTNESS_FIRST = re.compile(r"(yuvj?4\d\dp|nv\d\d|gray)")
 """Pixel formats whose first plane is 8-bit brightness, one byte a pixel."""
 DEEP_BRIGHTNESS_FIRST = re.compile(r"(?:yuv4\d\dp|gray)(9|10|12|14|16)le")
 """Pixel formats whose first plane is brightness in the low bits of two bytes, lowest byte first."""
+
+HALF_COLOUR = re.compile(r"yuvj?42\dp|nv\d\d|p01[026]")
+"""Pixel formats that store colours for every second pixel."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,6 +50,20 @@ class Frame:
         """(h, w, 3) uint8 colours, upright, a copy; costs several times what decoding costs."""
         return np.ascontiguousarray(np.rot90(self._picture.to_ndarray(format="rgb24"), self._quarter_turns))
 
+    def yuv(self) -> np.ndarray:
+        """(h, w, 3) uint8 brightness and the two differences of colour, upright, a copy; a gray video has none: 128.
+
+        Colours stored for every second pixel are taken to lie in the middle of those that share them.
+        """
+        if not HALF_COLOUR.match(self._picture.format.name):
+            stored = np.moveaxis(self._picture.to_ndarray(format="yuv444p"), 0, 2)
+        else:
+            picture = self._picture.reformat(format="yuv420p")
+            size = picture.width, picture.height
+            planes = [_plane(picture, number, np.uint8) for number in range(3)]
+            stored = np.dstack([planes[0], *(cv2.resize(np.ascontiguousarray(plane), size) for plane in planes[1:])])
+        return np.ascontiguousarray(np.rot90(stored, self._quarter_turns))
+
     def scaled(self, width_px: int, height_px: int) -> av.VideoFrame:
         """The picture in another size, upright, in YUV 4:2:0 (BT.601, which players assume), to be encoded."""
         turned = self._quarter_turns % 2
@@ -71,9 +89,14 @@ def _brightness(picture: av.VideoFrame) -> np.ndarray:
 
 def _first_plane(picture: av.VideoFrame, dtype: np.typing.DTypeLike) -> np.ndarray:
     """(h, w) view of the first plane without the padding of its rows."""
-    plane = picture.planes[0]
+    return _plane(picture, 0, dtype)
+
+
+def _plane(picture: av.VideoFrame, number: int, dtype: np.typing.DTypeLike) -> np.ndarray:
+    """(h, w) view of a plane without the padding of its rows."""
+    plane = picture.planes[number]
     pixel = np.dtype(dtype)
-    shape, row = (picture.height, picture.width), abs(plane.line_size)
+    shape, row = (plane.height, plane.width), abs(plane.line_size)
     rows: np.ndarray = np.ndarray(shape, pixel, buffer=memoryview(plane), strides=(row, pixel.itemsize))
     return rows if plane.line_size > 0 else rows[::-1]
 

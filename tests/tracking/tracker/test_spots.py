@@ -104,6 +104,6 @@ def test_the_look_follows_slow_changes_but_only_so_far() -> None:
     start = Appearance(np.ones(2), np.full(2, 14.0), np.full(2, 100.0), np.ones(2))
     look = start
     for _ in range(400):
-        look = look.seen(*(np.array([True, False]),) * 2, np.full(2, 40.0), np.full(2, 10.0), start)
-    assert look.diameter_px == pytest.approx([1.6 * 14.0, 14.0])
-    assert look.contrast == pytest.approx([30.0, 100.0])
+        look = look.seen(np.array([True, False]), np.full(2, 60.0), np.full(2, 5.0), start)
+    assert look.diameter_px == pytest.approx([3.0 * 14.0, 14.0])
+    assert look.contrast == pytest.approx([10.0, 100.0])

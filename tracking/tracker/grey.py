@@ -1,0 +1,98 @@
+"""The grey that markers are sought in: brightness, or how far a pixel's colour is from that around the markers."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tracking.tracker.windows import windows
+from tracking.video import Frame
+
+ENOUGH = 15.0
+"""Grey levels by which each marker must stand out from most of what is around it for brightness to be used as it is."""
+_BETTER = 1.5  # times that the colours must separate the worst marker more than brightness does
+_CORE, _RING = 0.5, (1.2, 1.8)  # of the half side of a box: its middle, and what is around it
+_MOST = 15.0, 85.0  # percentiles of what is around a marker: it may touch others
+_FULL = 180.0  # grey levels of a pixel as far off in colour as the markers are in the median
+
+
+@dataclass(frozen=True)
+class Grey:
+    """One number for each pixel of a frame.
+
+    Attributes:
+        by_colour: how far the colour is from `around`, else brightness.
+        around: the two colour differences (U, V) around the markers.
+        gain: grey levels for one level of distance.
+    """
+
+    by_colour: bool = False
+    around: tuple[float, float] = (128.0, 128.0)
+    gain: float = 1.0
+
+    def of(self, frame: Frame) -> np.ndarray:
+        """(h, w) uint8 of a frame."""
+        return _distance(frame.yuv(), np.array(self.around), self.gain) if self.by_colour else frame.luma
+
+    def as_array(self) -> np.ndarray:
+        """(4,) to be kept; `Grey.restored` takes it back."""
+        return np.array([self.by_colour, *self.around, self.gain])
+
+    @classmethod
+    def restored(cls, kept: np.ndarray) -> "Grey":
+        """The grey whose `as_array` this was."""
+        by_colour, u, v, gain = kept.tolist()
+        return cls(bool(by_colour), (u, v), gain)
+
+    @classmethod
+    def chosen(cls, frame: Frame, centre_px: np.ndarray, side_px: np.ndarray) -> "Grey":
+        """The grey in which the markers at (m, 2), in boxes of sides (m,), stand out from what is around them.
+
+        Brightness, if it separates them all: it is sharper, and costs nothing.
+        """
+        luma = frame.luma
+        by_luma = min(_margin(luma, *marker) for marker in zip(centre_px, side_px, strict=True))
+        if by_luma >= ENOUGH:
+            return cls()
+        yuv = frame.yuv()
+        hues = [_ring_and_core(yuv[..., 1 + channel], centre_px, side_px) for channel in (0, 1)]
+        around = np.array([np.median(np.concatenate(ring)) for ring, _ in hues])
+        cores = np.array([core for _, core in hues]).T  # (m, 2)
+        gain = float(np.clip(_FULL / max(np.median(np.linalg.norm(cores - around, axis=1)), 1.0), 1.0, 6.0))
+        grey = _distance(yuv, around, gain)
+        by_colour = min(_margin(grey, *marker) for marker in zip(centre_px, side_px, strict=True))
+        if by_colour < max(ENOUGH, _BETTER * by_luma):
+            return cls()
+        return cls(True, (float(around[0]), float(around[1])), gain)
+
+
+def _distance(yuv: np.ndarray, around: np.ndarray, gain: float) -> np.ndarray:
+    """(h, w) uint8 of a picture (h, w, 3)."""
+    off = yuv[..., 1:].astype(np.float32) - around.astype(np.float32)
+    return np.clip(np.float32(gain) * np.hypot(off[..., 0], off[..., 1]), 0, 255).astype(np.uint8)
+
+
+def _ring_and_core(
+    grey: np.ndarray, centre_px: np.ndarray, side_px: np.ndarray
+) -> tuple[list[np.ndarray], list[float]]:
+    parts = [_parts(grey, *marker) for marker in zip(centre_px, side_px, strict=True)]
+    return [ring for _, ring in parts], [float(np.median(core)) for core, _ in parts]
+
+
+def _parts(grey: np.ndarray, centre_px: np.ndarray, side_px: float) -> tuple[np.ndarray, np.ndarray]:
+    """The values in the middle of a box and in a ring around it."""
+    half = side_px / 2
+    patch, middle = windows(grey, centre_px[None], int(np.ceil(_RING[1] * half)) + 1)
+    away = np.arange(patch.shape[1]) - patch.shape[1] // 2
+    offset = centre_px - middle[0]
+    distance = np.hypot(away[None, :] - offset[0], away[:, None] - offset[1])
+    return patch[0][distance <= max(_CORE * half, 1.0)], patch[0][
+        (distance > _RING[0] * half) & (distance < _RING[1] * half)
+    ]
+
+
+def _margin(grey: np.ndarray, centre_px: np.ndarray, side_px: float) -> float:
+    """Grey levels between a marker and the nearest of most of what is around it; below 0 if it lies within."""
+    core, ring = _parts(grey, centre_px, side_px)
+    low, high = np.percentile(ring, _MOST)
+    middle = float(np.median(core))
+    return max(middle - high, low - middle)
