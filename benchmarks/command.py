@@ -16,8 +16,11 @@ if TYPE_CHECKING:
 
 def tracking(
     part: Annotated[
-        Literal["all", "accuracy", "speed", "fit"],
-        typer.Option(help="accuracy on every clip; speed at 4K; what the error costs in the fitted coefficients"),
+        Literal["all", "accuracy", "starts", "speed", "fit"],
+        typer.Option(
+            help="accuracy on every clip; names in clips that begin in full beat; speed at 4K; what the error costs in "
+            "the fitted coefficients"
+        ),
     ] = "all",
     clips: Annotated[str, typer.Option(help="only these clips, comma-separated")] = "",
     folder: Annotated[

@@ -12,7 +12,10 @@ from dataclasses import dataclass, replace
 import cv2
 import numpy as np
 
+from benchmarks.cases import Progress
+from benchmarks.scores import Table
 from tracking.tracker import MarkerTracker
+from tracking.tracker.spacing import Spacing
 
 LINKS = np.array([4.8, 7.3, 0.9, 1.1, 1.1, 1.15, 1.0, 2.4])  # from nose to caudal fin, over the distance in the tail
 MARKERS = len(LINKS) + 1
@@ -183,22 +186,26 @@ class Followed:
     worst: tuple[tuple[int, float], ...]
 
 
-def follow_clips(clips: Sequence[FastStart], frames: int = 60) -> Followed:
-    """Tracks the clips frame by frame, from boxes up to 1 px off, without the judgement that comes after."""
-    scores = [_followed(clip, frames) for clip in clips]
+def follow_clips(clips: Sequence[FastStart], frames: int = 60, joined: bool = True) -> Followed:
+    """Tracks the clips frame by frame, from boxes up to 1 px off, without the judgement that comes after.
+
+    Where the markers are not joined, each takes the nearest dot: what a student would try.
+    """
+    scores = [_followed(clip, frames, joined) for clip in clips]
     identity, lost, squares, right = (np.array(part) for part in zip(*scores, strict=True))
     worst = tuple((k, float(share)) for k, share in enumerate(identity) if share)
     rms = float(np.sqrt(squares.sum() / max(2 * right.sum(), 1)))
     return Followed(len(clips), len(clips) * frames * MARKERS, float(identity.mean()), float(lost.mean()), rms, worst)
 
 
-def _followed(clip: FastStart, frames: int) -> tuple[float, float, float, int]:
+def _followed(clip: FastStart, frames: int, joined: bool) -> tuple[float, float, float, int]:
     truth = clip.truth(frames)
     pictures = clip.frames(frames)
     tracker, first = MarkerTracker.begin(next(pictures), *clip.boxes(), threads=1)
+    if not joined:
+        tracker.spacing = Spacing.begin(first.position_px, one_body=False)
     sightings = [first, *(tracker.step(luma) for luma in pictures)]
-    place = np.stack([each.position_px for each in sightings])
-    seen = np.stack([each.seen for each in sightings])
+    place, seen = (np.stack(part) for part in zip(*((s.position_px, s.seen) for s in sightings), strict=True))
     apart = np.linalg.norm(place[:, :, None] - truth[:, None], axis=3)
     own = np.diagonal(apart, axis1=1, axis2=2)
     others = np.where(np.eye(truth.shape[1], dtype=bool), np.inf, apart).min(axis=2)
@@ -206,3 +213,16 @@ def _followed(clip: FastStart, frames: int) -> tuple[float, float, float, int]:
     right = seen & ~wrong
     squares = float(((place - truth)[right] ** 2).sum())
     return float((seen & wrong & (others < OTHER_PX)).mean()), float((~right).mean()), squares, int(right.sum())
+
+
+def fast_starts_table(count: int, progress: Progress) -> Table:
+    """The tracker, and one in which each marker takes the nearest dot, on clips of 60 frames."""
+    clips = draw_clips(seed=0, count=count)
+    rows = []
+    for name, joined in (("all markers at once", True), ("each the nearest dot", False)):
+        progress(f"clips that begin in full beat, {name}", None)
+        found = follow_clips(clips, joined=joined)
+        shares = [f"{100 * share:.2f}" for share in (found.identity, found.lost)]
+        rows.append((name, str(found.clips), str(found.samples), *shares, f"{found.rms_px:.3f}"))
+    columns = ("tracker", "clips", "samples", "another's place, %", "lost, %", "rms, px")
+    return Table("Clips that begin in full beat", columns, tuple(rows))

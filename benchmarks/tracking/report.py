@@ -6,6 +6,7 @@ from pathlib import Path
 from benchmarks.cases import Progress
 from benchmarks.scores import Scores, Table
 from benchmarks.tracking.accuracy import SPEED_CLIP, Clip, accuracy_table, clips_of, measure_accuracy, render_clips
+from benchmarks.tracking.fast_starts import fast_starts_table
 from benchmarks.tracking.from_video import cost_table
 from benchmarks.tracking.speed import speed_table
 from benchmarks.video.clips import BENCHMARK_CLIPS
@@ -15,6 +16,7 @@ from session.errors import Fault
 
 SPEED_ENCODINGS = (Encoding("h264", 23), Encoding("hevc", 23))
 FIT_CRF = 23.0
+STARTS = 200
 
 
 def measure_tracking(folder: Path, part: str, clips: Sequence[str], progress: Progress) -> Scores:
@@ -22,7 +24,7 @@ def measure_tracking(folder: Path, part: str, clips: Sequence[str], progress: Pr
 
     Args:
         folder: where rendered videos go and are found again, and scores of clips.
-        part: "accuracy", "speed", "fit" or "all".
+        part: "accuracy", "starts", "speed", "fit" or "all".
         clips: names of clips, none for all of them.
         progress: called with a message and the share done.
 
@@ -36,6 +38,8 @@ def measure_tracking(folder: Path, part: str, clips: Sequence[str], progress: Pr
         todo = clips_of(clips)
         render_clips(todo, folder, progress)
         tables.append(accuracy_table(measure_accuracy(todo, folder, progress)))
+    if part in ("all", "starts"):
+        tables.append(fast_starts_table(STARTS, progress))
     if part in ("all", "speed"):
         videos = [Clip(SPEED_CLIP, encoding) for encoding in SPEED_ENCODINGS]
         render_clips(videos, folder, progress)

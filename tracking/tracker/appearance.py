@@ -9,6 +9,7 @@ from tracking.tracker.windows import windows
 _KEEP_SIZE, _KEEP_CONTRAST = 0.9, 0.8  # of what is known of a marker's look, frame by frame
 _SIZES, _CONTRASTS = (0.4, 3.0), (0.1, 5.0)  # how far the look may wander from that in the start boxes
 _SURROUND = (0.85, 1.2)  # of the box' half side: the ring at its rim
+_WIDER, _CLEARER = 1.7, 2.0  # sides of a box that may be too small, and times the contrast that then tells
 _SMALLEST_PX = 4.0
 
 
@@ -55,9 +56,12 @@ def measure_appearance(luma: np.ndarray, centre_px: np.ndarray, box_px: np.ndarr
 
     Whether a marker is bright or dark is found from the middle of its box against the darkest and the brightest quarter
     of a ring at the box' rim, since water and body may both be there; its area by how much light the box holds over
-    that quarter.
+    that quarter. Where a wider ring shows much more contrast, the box is smaller than its marker.
     """
-    rows = [_look(luma, centre, side) for centre, side in zip(centre_px, box_px, strict=True)]
+    rows = []
+    for centre, side in zip(centre_px, box_px, strict=True):
+        tight, wide = _look(luma, centre, side), _look(luma, centre, _WIDER * side)
+        rows.append(wide if wide[2] > _CLEARER * tight[2] else tight)
     sign, diameter, contrast = np.array(rows).T
     return Appearance(sign, diameter, contrast, np.ones(len(sign)))
 

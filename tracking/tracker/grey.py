@@ -1,6 +1,7 @@
 """The grey that markers are sought in: brightness, or how far a pixel's colour is from that around the markers."""
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -10,6 +11,7 @@ from tracking.video import Frame
 ENOUGH = 15.0
 """Grey levels by which each marker must stand out from most of what is around it for brightness to be used as it is."""
 _BETTER = 1.5  # times that the colours must separate the worst marker more than brightness does
+_ALONE, _CLEAR = 0.5, 0.7  # shares from which a marker is as far off all around it, by brightness and by colour
 _CORE, _RING = 0.5, (1.2, 1.8)  # of the half side of a box: its middle, and what is around it
 _MOST = 15.0, 85.0  # percentiles of what is around a marker: it may touch others
 _FULL = 180.0  # grey levels of a pixel as far off in colour as the markers are in the median
@@ -49,9 +51,8 @@ class Grey:
 
         Brightness, if it separates them all: it is sharper, and costs nothing.
         """
-        luma = frame.luma
-        by_luma = min(_margin(luma, *marker) for marker in zip(centre_px, side_px, strict=True))
-        if by_luma >= ENOUGH:
+        by_luma = _separation(frame.luma, centre_px, side_px)
+        if by_luma.margin >= ENOUGH and by_luma.share >= _ALONE:
             return cls()
         yuv = frame.yuv()
         hues = [_ring_and_core(yuv[..., 1 + channel], centre_px, side_px) for channel in (0, 1)]
@@ -59,10 +60,11 @@ class Grey:
         cores = np.array([core for _, core in hues]).T  # (m, 2)
         gain = float(np.clip(_FULL / max(np.median(np.linalg.norm(cores - around, axis=1)), 1.0), 1.0, 6.0))
         grey = _distance(yuv, around, gain)
-        by_colour = min(_margin(grey, *marker) for marker in zip(centre_px, side_px, strict=True))
-        if by_colour < max(ENOUGH, _BETTER * by_luma):
-            return cls()
-        return cls(True, (float(around[0]), float(around[1])), gain)
+        by_colour = _separation(grey, centre_px, side_px)
+        better = by_colour.margin >= max(ENOUGH, _BETTER * by_luma.margin)
+        if by_luma.margin >= ENOUGH:  # good enough, if colour is not much better
+            better = by_colour.margin >= ENOUGH and by_colour.share >= max(_CLEAR, _BETTER * by_luma.share)
+        return cls(True, (float(around[0]), float(around[1])), gain) if better else cls()
 
 
 def _distance(yuv: np.ndarray, around: np.ndarray, gain: float) -> np.ndarray:
@@ -90,9 +92,21 @@ def _parts(grey: np.ndarray, centre_px: np.ndarray, side_px: float) -> tuple[np.
     ]
 
 
-def _margin(grey: np.ndarray, centre_px: np.ndarray, side_px: float) -> float:
-    """Grey levels between a marker and the nearest of most of what is around it; below 0 if it lies within."""
-    core, ring = _parts(grey, centre_px, side_px)
-    low, high = np.percentile(ring, _MOST)
-    middle = float(np.median(core))
-    return max(middle - high, low - middle)
+class _Separation(NamedTuple):
+    """How the worst marker stands out: in grey levels, and as a share of how far it is off the farthest around it."""
+
+    margin: float
+    share: float
+
+
+def _separation(grey: np.ndarray, centre_px: np.ndarray, side_px: np.ndarray) -> _Separation:
+    """Of markers in a picture (h, w); below 0 where one lies within what is around it."""
+    found = []
+    for marker in zip(centre_px, side_px, strict=True):
+        core, ring = _parts(grey, *marker)
+        low, high = np.percentile(ring, _MOST)
+        middle = float(np.median(core))
+        margin = max(middle - high, low - middle)
+        found.append((margin, margin / max(abs(middle - high), abs(low - middle), 1.0)))
+    margins, shares = zip(*found, strict=True)
+    return _Separation(min(margins), min(shares))

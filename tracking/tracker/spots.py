@@ -6,7 +6,7 @@ from math import ceil
 
 import cv2
 import numpy as np
-from scipy.ndimage import binary_fill_holes
+from scipy.ndimage import binary_dilation, binary_fill_holes
 
 from tracking.tracker.appearance import Appearance
 from tracking.tracker.windows import window, windows
@@ -26,7 +26,7 @@ _REACH = 1.25  # radii and the px of the ring: within them light counts for the 
 _SLACK_PX = 4  # by which a window is larger than it need be
 _FAST = 0.5  # diameters a frame, from which on a marker is drawn out
 _LONGEST = 2.0  # diameters of a streak
-_HOLE, _PALE = 0.5, 0.85  # shares of the known contrast: a hole is somewhere darker than the first, all of it than this
+_HOLE, _SOFT_PX = 0.6, 2  # share of the known contrast below which a place is dark, and the soft rim of such a hole
 _INNER = 0.7  # radii within which holes are looked for
 _CORE = 0.5  # of a streak that is measured: its ends are faint, and lie on the blurred rim of the body
 _PALER = 3.2  # a disc smeared over q diameters is answered exp(-q^2 / 3.2) as strongly, to 5 % up to q = 1.5
@@ -248,10 +248,11 @@ def _centres_of(
 
 def _fill_holes(light: np.ndarray, known: np.ndarray, inner: np.ndarray) -> None:
     """Gives enclosed dark places in markers (k, s, s) their light: the highlight on a ball. `inner` is their middle."""
-    dark = light < _PALE * known
-    for marker in np.flatnonzero(((light < _HOLE * known) & inner).any(axis=(1, 2))).tolist():
-        filled = binary_fill_holes(~dark[marker])
-        light[marker] = np.where(filled & dark[marker], known[marker], light[marker])
+    dark = light < _HOLE * known
+    for marker in np.flatnonzero((dark & inner).any(axis=(1, 2))).tolist():
+        holes = binary_fill_holes(~dark[marker]) & dark[marker]
+        soft = binary_dilation(holes, iterations=_SOFT_PX) & (light[marker] < known[marker])
+        light[marker] = np.where(soft, known[marker], light[marker])
 
 
 def _centroid(weight: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:

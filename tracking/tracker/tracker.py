@@ -77,14 +77,15 @@ class MarkerTracker:
         threads, 0 for all cores.
         """
         start = measure_appearance(luma, centre_px, box_px)
+        widest = np.maximum(box_px, start.diameter_px)
         for _ in range(2):  # a box may hold part of a neighbour
             centres = measure_centres(luma, centre_px, centre_px, start)
-            start = replace(start, diameter_px=np.minimum(centres.diameter_px, box_px), contrast=centres.contrast)
+            start = replace(start, diameter_px=np.minimum(centres.diameter_px, widest), contrast=centres.contrast)
         start = with_answer(luma, centres.position_px, start)
         csrt = SecondOpinion(threads) if use_csrt else None
         motion, loose = Motion.begin(centre_px, start.diameter_px), Spacing.begin(centre_px, one_body=False)
         tracker = cls(start, motion, loose, csrt)
-        near_px = np.minimum(start.diameter_px, box_px) / 2 + _SLACK_PX
+        near_px = np.minimum(start.diameter_px, widest) / 2 + _SLACK_PX
         still = np.zeros(centre_px.shape)
         first = tracker._see(luma, Prediction(centre_px.astype(float), near_px, still), frames=np.inf)
         faint = ~first.seen | (start.answer * start.contrast < _FAINT)

@@ -1,0 +1,123 @@
+"""Dots as people have them: coloured, near the rim of a body, on balls with a highlight, growing, in sun and shade."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from benchmarks.video.writer import VideoWriter
+from tracking.boxes import Box, StartBoxes
+from tracking.tracker import follow_video
+from tracking.tracker.grey import Grey
+from tracking.video import Video
+
+NAMES = ("nose", "neck", "tail_1", "tail_2", "tail_3")
+SIZE = (420, 300)
+Colour = tuple[float, float, float]
+GREEN, RED, BLUE, YELLOW = (30, 225, 60), (235, 45, 50), (60, 60, 225), (240, 200, 60)
+WALL, DARK, STRIP = (140, 150, 150), (25, 25, 28), (222, 222, 218)  # the wall is as bright as the green dots
+
+
+@dataclass(frozen=True)
+class Clip:
+    """A body that sways in front of a wall, with a dot of its own colour at each of five places."""
+
+    dots: tuple[Colour, ...] = (GREEN, RED, BLUE, YELLOW, GREEN)
+    body: Colour = DARK
+    off_px: float = 7.0  # of the dots from the middle of the body: half of each is over the rim
+    diameter_px: Callable[[int], float] = lambda _frame: 16.0
+    highlight: float = 0.0  # of a ball's diameter
+    light: Callable[[int], np.ndarray | float] = lambda _frame: 1.0  # over the picture's columns
+    box: float = 1.0  # of the dot's diameter
+
+    def places(self, frame: int) -> np.ndarray:
+        """(5, 2) px."""
+        scale = self.diameter_px(frame) / self.diameter_px(0)
+        along = np.arange(5)[:, None] * [55.0 * scale, 0.0] + [90.0, 0.0]
+        sway = 18 * np.linspace(0, 1, 5) * np.sin(2 * np.pi * frame / 30)
+        return along + np.stack([np.full(5, 0.4 * frame), 150 + sway], axis=1)
+
+    def frame(self, number: int) -> np.ndarray:
+        """(h, w, 3) uint8, drawn four times finer than it is kept."""
+        fine, diameter = 4, self.diameter_px(number)
+        at = self.places(number)
+        middle = at - [0.0, self.off_px]
+        picture = np.full((SIZE[1] * fine, SIZE[0] * fine, 3), WALL, np.uint8)
+
+        def pixel(place: np.ndarray) -> tuple[int, int]:
+            x, y = np.rint(fine * (place + 0.5) - 0.5).astype(int).tolist()
+            return x, y
+
+        body = [pixel(place) for place in middle]
+        cv2.polylines(picture, [np.array(body)[:, None]], False, self.body, round(fine * (2 * self.off_px + 2)))
+        for place, colour in zip(at, self.dots, strict=True):
+            cv2.circle(picture, pixel(place), round(fine * diameter / 2), colour, -1)
+            if self.highlight:
+                shine = place - 0.2 * diameter
+                cv2.circle(picture, pixel(shine), round(fine * self.highlight * diameter / 2), (245, 240, 245), -1)
+        small = cv2.resize(picture, SIZE, interpolation=cv2.INTER_AREA).astype(float)
+        light = np.broadcast_to(self.light(number), SIZE[0])[None, :, None]
+        noisy = light * small + np.random.default_rng(number).normal(0, 1.5, small.shape)
+        return np.clip(np.rint(noisy), 0, 255).astype(np.uint8)
+
+    def boxes(self) -> StartBoxes:
+        side = self.box * self.diameter_px(0)
+        return StartBoxes(0, {k: Box.around(at, side) for k, at in zip(NAMES, self.places(0), strict=True)})
+
+    def off(self, folder: Path, frames: int = 45) -> np.ndarray:
+        """(n, 5) px between the tracks and the truth; nan where a marker is lost."""
+        with VideoWriter(folder / "clip.mp4", *SIZE, fps=30, crf=18) as writer:
+            for number in range(frames):
+                writer.write(self.frame(number))
+        with Video(folder / "clip.mp4") as video:
+            tracked = follow_video(video, self.boxes(), NAMES)
+        place = tracked.position.transpose("time", "keypoint", "space").values
+        seen = tracked.state.values == 1
+        return np.where(seen, np.linalg.norm(place - [self.places(k) for k in range(frames)], axis=2), np.nan)
+
+
+def test_coloured_dots_as_bright_as_the_wall_are_tracked_by_their_colour(tmp_path: Path) -> None:
+    assert Clip().off(tmp_path).max() < 0.6
+
+
+def test_a_highlight_does_not_draw_a_ball_aside(tmp_path: Path) -> None:
+    ball = Clip(dots=((150, 60, 200),) * 5, body=STRIP, diameter_px=lambda _: 28.0, highlight=0.25)
+
+    assert np.sqrt((ball.off(tmp_path) ** 2).mean()) < 0.9  # 1.5 with the hole
+
+
+@pytest.mark.parametrize("to", [0.6, 1.5])
+@pytest.mark.parametrize("box", [0.7, 1.4])
+def test_dots_that_shrink_or_grow_are_measured_in_their_middle(to: float, box: float, tmp_path: Path) -> None:
+    clip = Clip(dots=((235, 235, 235),) * 5, off_px=0.0, diameter_px=lambda k: 12 * (1 + (to - 1) * k / 45), box=box)
+
+    assert clip.off(tmp_path, 36).max() < 0.5
+
+
+@pytest.mark.parametrize("turned", [False, True])
+def test_from_sun_into_shade_and_back_the_dots_count(turned: bool, tmp_path: Path) -> None:
+    columns = np.arange(SIZE[0])
+
+    def light(frame: int) -> np.ndarray:
+        share = 0.35 + 0.65 / (1 + np.exp((columns - 330 + 4 * frame) / 8))
+        return share[::-1] if turned else share
+
+    off = Clip(dots=((235, 235, 235),) * 5, off_px=0.0, light=light).off(tmp_path)
+    assert np.nanmax(off) < 3
+    assert np.isfinite(off).mean() > 0.98
+
+
+def test_brightness_is_used_where_it_separates_the_dots(tmp_path: Path) -> None:
+    clips = {True: Clip(), False: Clip(dots=((235, 235, 235),) * 5, off_px=0.0)}
+    for by_colour, clip in clips.items():
+        with VideoWriter(tmp_path / "clip.mp4", *SIZE, fps=30) as writer:
+            writer.write(clip.frame(0))
+        with Video(tmp_path / "clip.mp4") as video:
+            grey = Grey.chosen(video.frame(0), clip.places(0), np.full(5, 16.0))
+        assert grey.by_colour is by_colour
+        assert Grey.restored(grey.as_array()) == grey
