@@ -8,13 +8,12 @@ would share a spot, each of them is tried without it. A body that moves as a who
 stays: the sum is also tried with all markers shifted by what one of them may have moved.
 """
 
+from functools import lru_cache
 from heapq import heappop, heappush
 from itertools import count
 from typing import NamedTuple
 
 import numpy as np
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import breadth_first_order
 
 from tracking.tracker.prediction import Prediction
 from tracking.tracker.spacing import Spacing
@@ -125,20 +124,29 @@ def _shared_out(alone: np.ndarray, links: np.ndarray, pairs: np.ndarray) -> tupl
 
 def _least(alone: np.ndarray, links: np.ndarray, pairs: np.ndarray) -> tuple[float, np.ndarray]:
     """The least cost where spots may be shared, and (m,) the spots; the number of spots for none."""
-    m = len(alone)
-    tree = coo_matrix((np.ones(len(pairs)), pairs.T), shape=(m, m))
-    order, parent = breadth_first_order(tree, 0, directed=False)
-    of_pair = {frozenset(pair): k for k, pair in enumerate(pairs.tolist())}
+    steps = _walk(tuple(map(tuple, pairs.tolist())))
     total, back = alone.copy(), np.zeros(alone.shape, int)
-    for marker in order[:0:-1].tolist():
-        above = int(parent[marker])
-        edge = of_pair[frozenset((marker, above))]
-        link = links[edge] if pairs[edge, 0] == above else links[edge].T  # (of the one above, own)
+    for marker, above, edge, onwards in reversed(steps):
+        link = links[edge] if onwards else links[edge].T  # (of the one above, own)
         both = link + total[marker][None]
         back[marker] = both.argmin(axis=1)
         total[above] += both.min(axis=1)
-    chosen = np.empty(m, int)
-    chosen[0] = total[0].argmin()
-    for marker in order[1:].tolist():
-        chosen[marker] = back[marker, chosen[parent[marker]]]
-    return float(total[0].min()), chosen
+    top = steps[0][1]
+    chosen = np.empty(len(alone), int)
+    chosen[top] = total[top].argmin()
+    for marker, above, _, _ in steps:
+        chosen[marker] = back[marker, chosen[above]]
+    return float(total[top].min()), chosen
+
+
+@lru_cache
+def _walk(pairs: tuple[tuple[int, int], ...]) -> tuple[tuple[int, int, int, bool], ...]:
+    """Through the tree from its first marker: each marker, the one above it, their pair, and whether that is first."""
+    steps: list[tuple[int, int, int, bool]] = []
+    reached, left = {pairs[0][0]}, dict(enumerate(pairs))
+    while left:
+        edge = next(k for k, pair in left.items() if reached & set(pair))
+        one, other = left.pop(edge)
+        steps.append((other, one, edge, True) if one in reached else (one, other, edge, False))
+        reached |= {one, other}
+    return tuple(steps)
