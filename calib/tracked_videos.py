@@ -111,7 +111,7 @@ def print_tracks(found: TrackResult, as_json: bool) -> None:
 def correct_track(session: Path, trial: str, correction: str | Mapping[str, Any]) -> str:
     """Adds a correction, a mapping or JSON, to the edit log of a trial; in a sentence how many count."""
     text = correction if isinstance(correction, str) else json.dumps(correction)
-    with working(session, True) as pipeline:
+    with working(session, True, needs_commands=False) as pipeline:
         log = _log(pipeline.session, pipeline.session.trial(trial)).append(text)
     edits = "1 edit counts" if len(log.in_force) == 1 else f"{len(log.in_force)} edits count"
     return f"{log.path}: added line {log.edits[-1].line}; {edits}. `calib track` replays them"

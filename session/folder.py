@@ -55,7 +55,7 @@ class TrialSpec:
         boxes: first boxes of the markers in the video; where the file names none, ``<trial>.boxes.json`` next to the
             video if that is there.
         motor_offset_s: motor clock minus video clock, seconds.
-        commanded_hz: crank turns a second; None only for free decay.
+        commanded_hz: crank turns a second; None for a free decay, and where it is not stated yet.
         role: ``"fit"`` or ``"holdout"``.
     """
 
@@ -168,13 +168,16 @@ class Session:
         return tuple(dict.fromkeys(file for file in files if not is_file(file)))
 
 
-def load_session(folder: Path, robot_of: RobotOf | None = None, *, check_tracks: bool = True) -> Session:
+def load_session(
+    folder: Path, robot_of: RobotOf | None = None, *, check_tracks: bool = True, needs_commands: bool = True
+) -> Session:
     """Reads and checks a session folder; nothing is written.
 
     Args:
         folder: with the `session.toml`.
         robot_of: reads the session's robot, whose markers and scale length are compared with those of the session.
         check_tracks: also reads every track file and motor log.
+        needs_commands: whether a driven trial must have its `commanded_hz`, which tracks do not need.
 
     Raises:
         InputError: every fault of `session.toml` and of the files it names, the robot's too, at once.
@@ -183,7 +186,7 @@ def load_session(folder: Path, robot_of: RobotOf | None = None, *, check_tracks:
     faults = FaultCollector(source.file)
     content = source.validate(SessionFile, faults)
     check_files(source, folder, faults)
-    check_trials(source, faults)
+    check_trials(source, faults, needs_commands)
     robot = _robot(source, folder, robot_of, faults)
     check_markers(source, None if robot is None else tuple(robot.markers), faults)
     check_scale(source, robot, faults)
@@ -257,9 +260,8 @@ def _check_recordings(
                     exchanged[name] = is_exchanged(tracks, robot.marker_positions_m(markers_of(tracks)))
                 if content:
                     _check_length(source, key, tracks, content, faults)
-                    if trial.get("kind") != "free_decay":  # one may be filmed in slow motion
-                        spacing_s = np.diff(tracks.time.values)
-                        stamps[trial["name"]] = float(np.median(spacing_s)), float(np.mean(spacing_s))
+                    spacing_s = np.diff(tracks.time.values)
+                    stamps[str(trial.get("name"))] = float(np.median(spacing_s)), float(np.mean(spacing_s))
     if content:
         check_rates(source, content.camera.fps, stamps, faults)
     check_heads(source, exchanged, faults)

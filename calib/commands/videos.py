@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 import calib
-from calib.commands.arguments import FORMS, AsJson, SessionFolder, TrackerOption, Workers
+from calib.commands.arguments import FORMS, AsJson, Rename, SessionFolder, TrackerOption, Workers, renaming
 from calib.terminal import print_export
 
 TRACKER_HELP = "hybrid: spots, and CSRT where none answers; spots: without CSRT; csrt: plain CSRT, the baseline"
@@ -75,8 +75,9 @@ def convert(
             help="markers to take, comma-separated; in files without a header, their order; default: the published nine"
         ),
     ] = None,
-    fps: Annotated[float, typer.Option(help="frames a second, for forms without time")] = 60.0,
+    fps: Annotated[float | None, typer.Option(help="frames a second, for forms without time")] = None,
+    rename: Rename = "",
 ) -> None:
     """Converts tracks between this program, DeepLabCut, movement and the authors' CSV."""
     names = () if markers is None else tuple(name.strip() for name in markers.split(","))
-    print(calib.convert_tracks(tracks, out, to, markers=names, fps=fps))
+    print(calib.convert_tracks(tracks, out, to, markers=names, fps=fps, rename=renaming(rename)))

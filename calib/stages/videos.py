@@ -13,8 +13,10 @@ import xarray as xr
 
 from calib.options import Job
 from session import FaultCollector, InputError, TrialSpec
-from session.folder import usual_boxes
+from session.errors import Fault
+from session.folder import SESSION_FILE, usual_boxes
 from session.results import sha256_of, write_whole
+from session.session_checks import rate_is_off
 from session.stage import Stage
 from session.tracks import save_tracks
 from tracking.boxes import (
@@ -30,7 +32,7 @@ from tracking.records import EditLog, apply_edits, fill_gaps, load_tracked, save
 from tracking.records.storage import TrackedFiles
 from tracking.tracker import TRACKERS, TrackerName, doubtful_boxes, follow_video, retracker, trusted
 from tracking.tracker.partial import Partial
-from tracking.video import Video
+from tracking.video import Video, VideoInfo, is_without_times
 
 T = TypeVar("T")
 
@@ -47,6 +49,7 @@ class Videos:
     def __init__(self, job: Job) -> None:
         self._job = job
         self._hashes: dict[Path, str] = {}
+        self._without_times: dict[Path, bool] = {}
         self._boxes: dict[str, StartBoxes] = {}
         self._tracks: dict[str, xr.Dataset] = {}
 
@@ -234,7 +237,11 @@ class Videos:
         return self._stage(file, spec, settings | {"opencv": cv2.__version__})
 
     def _stage(self, file: str | Path, spec: TrialSpec, settings: Mapping[str, Any]) -> Stage:
-        return Stage(self.folder / file, {"video": self.sha256(self._video(spec))}, settings)
+        video = self._video(spec)
+        if video not in self._without_times:
+            self._without_times[video] = is_without_times(video)
+        clock = {"fps": self._job.session.camera.fps} if self._without_times[video] else {}
+        return Stage(self.folder / file, {"video": self.sha256(video)}, {**settings, **clock})
 
     def sha256(self, path: Path) -> str:
         """Of a file, read once only: videos are long."""
@@ -243,12 +250,34 @@ class Videos:
         return self._hashes[path]
 
     def _opened(self, spec: TrialSpec) -> Video:
-        return Video(self._video(spec), self._job.options.workers)
+        """The video of a trial.
+
+        Raises:
+            InputError: it cannot be read, or its time stamps show another frame rate than the session states.
+        """
+        fps = self._job.session.camera.fps
+        video = Video(self._video(spec), self._job.options.workers, fps)
+        if video.info.frames > 1:
+            steps_s = np.diff(video.info.time_s)
+            if rate_is_off(fps, float(np.median(steps_s)), float(np.mean(steps_s))):
+                video.close()
+                raise _other_rate(self._job.session.folder / SESSION_FILE, fps, video.info)
+        return video
 
     @staticmethod
     def _video(spec: TrialSpec) -> Path:
         assert spec.video is not None
         return spec.video
+
+
+def _other_rate(file: Path, fps: float, info: VideoInfo) -> InputError:
+    """The error for a video whose stamps show another frame rate than the session."""
+    what, found = "a video has another frame rate", f"{fps:g}; by the time stamps of {info.file.name} {info.fps:.4g}"
+    step = (
+        "Which of them is right? Correct fps, or stamp the film anew: slow motion is stamped with another rate than it "
+        "was filmed at, and frequencies and speeds go by the stamps."
+    )
+    return InputError([Fault(str(file), "camera.fps", what, found, "the same within 5 %", next_step=step)])
 
 
 def of_each(specs: Iterable[TrialSpec], make: Callable[[TrialSpec], T]) -> dict[str, T]:
