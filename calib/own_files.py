@@ -191,7 +191,7 @@ def _read_tracks(trial: _Trial, given: Any, robot: RobotSpec, fps: float | None,
 
 
 def _markers_in(found: ForeignTracks, robot: RobotSpec, rename: Mapping[str, str]) -> tuple[tuple[str, ...], list[str]]:
-    """The robot's markers in a file, in its order, and what else it tracks; all usual ones where names seem to differ."""
+    """The robot's markers in a file, in its order, and what else it tracks; all usual ones where names differ."""
     names, usual = found.renamed(rename), _markers(robot)
     markers = tuple(name for name in names if name in robot.markers)
     others = [name for name in names if name not in robot.markers]

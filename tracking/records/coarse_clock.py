@@ -26,14 +26,14 @@ def even_times(time_s: np.ndarray, fps: float | None, faults: FaultCollector) ->
     since_s = time_s - time_s[0]
     span = min(SPAN, len(time_s) - 1)
     rates = (len(time_s) - 1) / since_s[-1], float(span / np.median(since_s[span:] - since_s[:-span]))
-    for rate in (fps,) if fps else rates:
+    for rate in (*rates, *((fps,) if fps else ())):  # of one that is wrong, frames would seem to be left out
         frame = np.rint(since_s * rate)
         off_s = float(np.abs(since_s - frame / rate).max())
         if (np.diff(frame) < 1).any() or off_s > 1.01 * rounded_s:
             continue
         if off_s < 1e-3 * step_s:  # even as they are
             return time_s
-        if fps is None:
+        if rate != fps:
             rate = float((frame @ frame) / (frame @ since_s))
         return np.asarray(time_s[0] + frame / rate)
     if fps is not None:
