@@ -30,13 +30,16 @@ from tracking.boxes import (
 )
 from tracking.records import EditLog, apply_edits, fill_gaps, load_tracked, save_tracked
 from tracking.records.storage import TrackedFiles
+from tracking.records.tracked import seen_in
 from tracking.tracker import TRACKERS, TrackerName, doubtful_boxes, follow_video, retracker, trusted
+from tracking.tracker.follow_video import Find
 from tracking.tracker.partial import Partial
-from tracking.video import Video, VideoInfo, is_without_times
+from tracking.video import Frame, Video, VideoInfo, is_without_times
 
 T = TypeVar("T")
 
-_SEARCHED = (0, 10, 30, 60)  # frames in which the boxes are sought until they are found
+_SEARCHED = (0, 10, 30, 60)  # frames in which the boxes are sought first, …
+_LOOKS = 40  # … and then in so many all over the film, or fewer where these are less than a second apart: a late robot
 
 
 class Videos:
@@ -74,7 +77,8 @@ class Videos:
         raw = self._raw(spec, video, boxes)
         tracked = self._corrected(spec, video, raw, boxes)
         size_px = video.info.width_px, video.info.height_px
-        own = {"first_frame": boxes.frame, "picture_px": size_px, "source": str(spec.video)}
+        first = int(np.argmax(seen_in(tracked).any(axis=1)))  # before the boxes where the robot is seen before
+        own = {"first_frame": first, "picture_px": size_px, "source": str(spec.video)}
         return trusted(tracked, self._job.robot).assign_attrs(own)
 
     def boxes(self, spec: TrialSpec) -> StartBoxes:
@@ -153,7 +157,7 @@ class Videos:
             return load_boxes(stage.file, names)
         self._job.progress(f"{spec.name}: looking for the markers", None)
         problems: list[InputError] = []
-        for number in [number for number in _SEARCHED if number < video.info.frames]:
+        for number in _searched(video.info.frames):
             try:
                 found = find_boxes(video.frame(number).luma, layout_m, names, frame=number, file=str(spec.video))
             except InputError as problem:
@@ -168,6 +172,18 @@ class Videos:
             step = f"Open {page} in a browser, click the markers, and save them as {place}. Then run this again."
             raise InputError([replace(problems[0].faults[0], next_step=step)])
         raise problems[0]
+
+    def _finder(self, spec: TrialSpec) -> Find:
+        """What finds the boxes in a frame, where they are certain."""
+        names = self._job.session.markers
+        layout_m = self._layout_m(names)
+
+        def find(frame: Frame) -> StartBoxes | None:
+            with suppress(InputError):
+                return find_boxes(frame.luma, layout_m, names, frame=frame.number, file=str(spec.video))
+            return None
+
+        return find
 
     def _found_stage(self, spec: TrialSpec, names: tuple[str, ...]) -> Stage:
         settings = {"markers": names, "layout_m": self._layout_m(names), "finder": 1}
@@ -184,7 +200,7 @@ class Videos:
 
         partial = Partial(folder / f".{spec.name}.partial.npz", stage.fingerprint)
         names = self._job.session.markers
-        tracked = follow_video(video, boxes, names, tracker, partial, progress)
+        tracked = follow_video(video, boxes, names, tracker, partial, progress, self._finder(spec))
         flags = doubtful_boxes(video.frame(boxes.frame).luma, boxes, names)
         tracked = tracked.assign_attrs(flags=(*flags, *tracked.flags))
         save_tracked(folder, spec.name, tracked)
@@ -278,6 +294,12 @@ def _other_rate(file: Path, fps: float, info: VideoInfo) -> InputError:
         "was filmed at, and frequencies and speeds go by the stamps."
     )
     return InputError([Fault(str(file), "camera.fps", what, found, "the same within 5 %", next_step=step)])
+
+
+def _searched(frames: int) -> list[int]:
+    """The frames in which boxes are sought, until they are found."""
+    every = max(_SEARCHED[-1] // 2, frames // _LOOKS)
+    return [number for number in (*_SEARCHED, *range(_SEARCHED[-1] + every, frames, every)) if number < frames]
 
 
 def of_each(specs: Iterable[TrialSpec], make: Callable[[TrialSpec], T]) -> dict[str, T]:

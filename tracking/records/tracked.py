@@ -41,8 +41,10 @@ STATE_MEANINGS = {  # of the numbers of the states, as the CF conventions have i
 }
 SEEN = (SampleState.MEASURED, SampleState.BY_HAND)
 """The states of samples that somebody or something saw; the others are guesses."""
-UNTRUSTED = ("lost_marker", "drift", "size", "swap")
-"""Flags of the tracker's own judgement whose samples count nowhere."""
+UNTRUSTED = ("lost_marker", "drift", "size", "swap", "damaged_video")
+"""Flags of the tracker's own judgement, and of the reader's, whose samples count nowhere."""
+REPEATED = "repeated_frames"
+"""The flag of a film in which pictures repeat the one before."""
 ONLY_CSRT = "only_csrt"
 
 SAMPLE = np.dtype(
@@ -103,7 +105,7 @@ def counting(tracked: xr.Dataset) -> xr.Dataset:
     counts, names = seen_in(tracked), markers_of(tracked)
     for flag in tracked.flags:
         if flag.kind in UNTRUSTED and flag.frames is not None:
-            columns = [names.index(name) for name in flag.markers]
+            columns = [names.index(name) for name in flag.markers or names]
             counts[flag.frames[0] : flag.frames[1] + 1, columns] = False
     confidence = np.where(counts, tracked.confidence.values, 0.0)
     return as_tracks(names, tracked.time.values, pixels_of(tracked), confidence, tracked.source)

@@ -46,6 +46,7 @@ class Video:
         with Decoder(self._file, threads=1) as decoder:  # one thread: nothing beyond the first picture is decoded
             self._survey(decoder.container, decoder.stream)
         self._lost: set[int] = set()
+        self._suspect = 0, np.zeros(self.info.frames, bool)  # by how many are lost
         self._decoders: dict[int, Decoder] = {}  # for `frame`, by their threads
 
     def __enter__(self) -> Self:
@@ -73,6 +74,12 @@ class Video:
         packet that is gone together with its header is not missed, except by the step in time.
         """
         return suspect_frames(self._lost, self._index)
+
+    def is_suspect(self, number: int) -> bool:
+        """Whether a frame may show traces of those that could not be decoded so far."""
+        if len(self._lost) != self._suspect[0]:
+            self._suspect = len(self._lost), self.suspect
+        return bool(self._suspect[1][number])
 
     def frames(self, start: int = 0, stop: int | None = None) -> Iterator[Frame]:
         """The readable frames from `start` up to, not including, `stop` (None: to the end), in order of presentation.
