@@ -69,7 +69,8 @@ def track_videos(pipeline: Pipeline, export: str) -> FilmedTracks:
         check_form(export, "--export")
     videos = pipeline.recordings.videos
     filmed = [spec for spec in pipeline.session.trials if is_filmed(spec)]
-    boxes, tracks, exported = of_each(filmed, videos.boxes), of_each(filmed, videos.tracks), []
+    found, exported = of_each(filmed, lambda spec: (videos.boxes(spec), videos.tracks(spec))), []
+    boxes, tracks = ({name: pair[k] for name, pair in found.items()} for k in (0, 1))
     for name, found in tracks.items() if export else ():
         exported.append(videos.folder / f"{name}{_SUFFIX.get(export, '.nc')}")
         export_tracks(found, exported[-1], export)

@@ -25,7 +25,7 @@ from session.stage import Stage, fingerprint_of
 from session.tracks import load_tracks, save_tracks
 from tracking import check_tracks
 from tracking.lens import lens_flags
-from tracking.records.tracked import as_tracked, counting
+from tracking.records.tracked import as_tracked, but_repeats, counting
 from tracking.tracker import exchanged_apart
 
 AnyTrial = MeasuredTrial | DryTrial | DecayTrial
@@ -228,7 +228,8 @@ class Recordings:
         if recorded.picture_px is None:
             return replace(trial, flags=(*recorded.flags, *trial.flags)) if recorded.flags else trial
         of_lens = lens_flags(self._session.camera, picture_px=recorded.picture_px, metres_per_px=metres_per_px)
-        flags = (*recorded.flags, *(flag.later(recorded.first_frame) for flag in trial.flags), *of_lens)
+        own = but_repeats(recorded, (flag.later(recorded.first_frame) for flag in trial.flags))
+        flags = (*recorded.flags, *own, *of_lens)
         return replace(trial, flags=tuple(dict.fromkeys(flags)))
 
     def _file(self, trial: str) -> Path:

@@ -77,7 +77,8 @@ def check_tracks(tracks: xr.Dataset, layout: RobotSpec, floor_px: float = FLOOR_
 
 def _body_jumps(tracks: xr.Dataset, frozen: np.ndarray) -> list[tuple[int, float]]:
     """Jumps of the whole body, but for those out of a picture that stood still, which is flagged already."""
-    found = body_jumps(tracks.time.values, pixels_of(tracks))
+    seen = np.where(tracks.confidence.values[..., None] > 0, pixels_of(tracks), np.nan)
+    found = body_jumps(tracks.time.values, seen)
     return [(frame, off_px) for frame, off_px in found if not frozen[max(frame - 2, 0) : frame + 2].any()]
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from enum import IntEnum
 
 import numpy as np
@@ -11,6 +11,7 @@ import xarray as xr
 from session import Flag
 from session.tracks import as_tracks, markers_of, pixels_of
 from tracking.stretches import stretches
+from tracking.video.repeats import LONGEST
 
 
 class SampleState(IntEnum):
@@ -98,6 +99,26 @@ def as_tracked(tracks: xr.Dataset, flags: Sequence[Flag] = ()) -> xr.Dataset:
 def seen_in(tracked: xr.Dataset) -> np.ndarray:
     """(n, m) True where the sample is measured or set by hand."""
     return np.isin(tracked.state.values, SEEN)
+
+
+def repeated_frames(tracked: xr.Dataset) -> np.ndarray:
+    """(n,) the frames left out because they repeat the one before, in which no marker can be seen or lost."""
+    seen = seen_in(tracked).any(axis=1)
+    left_out = np.zeros(len(seen), bool)
+    if any(flag.kind == REPEATED for flag in tracked.flags):
+        for first, last in stretches(~seen):
+            left_out[first : last + 1] = last - first < LONGEST
+    return left_out
+
+
+def but_repeats(tracked: xr.Dataset, flags: Iterable[Flag]) -> tuple[Flag, ...]:
+    """The flags without those for samples missing in frames that repeat the one before: one flag tells of all."""
+    left_out = repeated_frames(tracked)
+    return tuple(
+        flag
+        for flag in flags
+        if flag.kind != "gap" or flag.frames is None or not left_out[flag.frames[0] : flag.frames[1] + 1].all()
+    )
 
 
 def counting(tracked: xr.Dataset) -> xr.Dataset:

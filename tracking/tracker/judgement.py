@@ -11,9 +11,8 @@ from session import Flag
 from session.tracks import markers_of, pixels_of
 from swimmer import RobotSpec
 from tracking.quality import check_tracks
-from tracking.records.tracked import REPEATED, counting, seen_in
+from tracking.records.tracked import but_repeats, counting, repeated_frames, seen_in
 from tracking.stretches import stretches
-from tracking.video.repeats import LONGEST
 
 SIZE_OFF = 0.3
 """Relative departure of the apparent diameter from its median."""
@@ -44,7 +43,7 @@ def trusted(tracked: xr.Dataset, layout: RobotSpec) -> xr.Dataset:
     quality = check_tracks(counting(tracked.assign_attrs(flags=tuple(own))).isel(time=slice(first, None)), layout)
     weight = np.zeros(tracked.state.shape)
     weight[first:] = quality.weight
-    flags = (*own, *(flag.later(first) for flag in quality.flags))
+    flags = (*own, *but_repeats(tracked, (flag.later(first) for flag in quality.flags)))
     found = tracked.assign(weight=(("time", "keypoint"), weight))
     return found.assign_attrs(flags=tuple(dict.fromkeys(flags)))
 
@@ -57,7 +56,7 @@ def judge(tracked: xr.Dataset, layout: RobotSpec) -> tuple[Flag, ...]:
     seen = seen_in(tracked)
     low_confidence = seen & (tracked.confidence.values < LEAST_CONFIDENCE)
     suspicions = {
-        "lost_marker": (~seen & ~_repeated(tracked, seen)[:, None], 1, "is not seen"),
+        "lost_marker": (~seen & ~repeated_frames(tracked)[:, None], 1, "is not seen"),
         "drift": (low_confidence, DRIFT_FRAMES, "has lost its appearance; the tracker may have drifted"),
         "size": (_wrong_size(tracked), 1, "appears in another size"),
     }
@@ -69,15 +68,6 @@ def judge(tracked: xr.Dataset, layout: RobotSpec) -> tuple[Flag, ...]:
     ]
     flags += exchange_flags(tracked, layout)
     return tuple(sorted(flags, key=lambda flag: flag.frames or (-1, -1)))
-
-
-def _repeated(tracked: xr.Dataset, seen: np.ndarray) -> np.ndarray:
-    """(n,) the frames left out because they repeat the one before, in which no marker can be seen or lost."""
-    left_out = np.zeros(len(seen), bool)
-    if any(flag.kind == REPEATED for flag in tracked.flags):
-        for first, last in stretches(~seen.any(axis=1)):
-            left_out[first : last + 1] = last - first < LONGEST
-    return left_out
 
 
 def _wrong_size(tracked: xr.Dataset) -> np.ndarray:
