@@ -70,10 +70,11 @@ def track_videos(pipeline: Pipeline, export: str) -> FilmedTracks:
     videos = pipeline.recordings.videos
     filmed = [spec for spec in pipeline.session.trials if is_filmed(spec)]
     found, exported = of_each(filmed, lambda spec: (videos.boxes(spec), videos.tracks(spec))), []
-    boxes, tracks = ({name: pair[k] for name, pair in found.items()} for k in (0, 1))
-    for name, found in tracks.items() if export else ():
+    boxes = {name: of_trial for name, (of_trial, _) in found.items()}
+    tracks = {name: of_trial for name, (_, of_trial) in found.items()}
+    for name, own in tracks.items() if export else ():
         exported.append(videos.folder / f"{name}{_SUFFIX.get(export, '.nc')}")
-        export_tracks(found, exported[-1], export)
+        export_tracks(own, exported[-1], export)
     flags = camera_flags(tracks.values(), pipeline.session.camera, pipeline.job.robot)
     return FilmedTracks(videos.folder, boxes, flags, tuple(exported))
 

@@ -103,7 +103,7 @@ def seen_in(tracked: xr.Dataset) -> np.ndarray:
 
 def repeated_frames(tracked: xr.Dataset) -> np.ndarray:
     """(n,) the frames left out because they repeat the one before, in which no marker can be seen or lost."""
-    seen = seen_in(tracked).any(axis=1)
+    seen = np.asarray(seen_in(tracked).any(axis=1))
     left_out = np.zeros(len(seen), bool)
     if any(flag.kind == REPEATED for flag in tracked.flags):
         for first, last in stretches(~seen):

@@ -22,7 +22,7 @@ ROWS = 360
 """Of a picture that are compared, about."""
 MARGIN_PX = 40.0
 """Around the markers within which pictures are compared."""
-EDGES = 0.98
+EDGES = 0.995
 """Quantile of the differences that is compared: what moves fills little of a picture."""
 OFTEN = 0.05
 """A film repeats pictures where this share of them does, …"""
