@@ -286,6 +286,7 @@ def track(
     method: TrackerName | None = None,
     export: str = "",
     click: bool = False,
+    frame: int | None = None,
     workers: int = 0,
     progress: bool = True,
 ) -> TrackResult | Export:
@@ -296,6 +297,7 @@ def track(
         method: "hybrid", "spots" or "csrt"; default: that of the existing tracks, else hybrid.
         export: another form to write next to the tracks: "deeplabcut", "movement" or "fishsim".
         click: track nothing, only write a page a video on which to click its start boxes: `<trial>.click.html`.
+        frame: with `click`, the number of the frame that the pages show; default: that of the boxes, else the first.
 
     Raises:
         InputError: faults of videos, boxes or edits, after all other videos are tracked; with `click`, no video.
@@ -307,7 +309,7 @@ def track(
     """
     options = Options(workers=workers, tracker=method)
     with working(_folder(session), not progress, options, needs_commands=False) as pipeline:
-        return Export(click_pages(pipeline)) if click else track_result(pipeline, track_videos(pipeline, export))
+        return Export(click_pages(pipeline, frame)) if click else track_result(pipeline, track_videos(pipeline, export))
 
 
 def correct(session: AnySession, trial: str, correction: str | Mapping[str, Any]) -> str:

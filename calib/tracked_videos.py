@@ -54,9 +54,10 @@ def check_form(form: str, option: str) -> None:
         raise InputError([Fault(option, "", "no such form of tracks", repr(form), "", tuple(FORMATS))])
 
 
-def click_pages(pipeline: Pipeline) -> tuple[Path, ...]:
-    """A page a video on which to click its start boxes; an `InputError` where there is no video."""
-    return tuple(of_each(filmed_trials(pipeline.session), pipeline.recordings.videos.click_page).values())
+def click_pages(pipeline: Pipeline, frame: int | None = None) -> tuple[Path, ...]:
+    """A page a video on which to click its start boxes in a frame; an `InputError` where there is no video."""
+    page = pipeline.recordings.videos.click_page
+    return tuple(of_each(filmed_trials(pipeline.session), lambda spec: page(spec, frame)).values())
 
 
 def track_videos(pipeline: Pipeline, export: str) -> FilmedTracks:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import os
 import shlex
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -32,7 +32,7 @@ from session.session_checks import (
 )
 from session.session_file import HEAD_MARKERS, SessionFile, TrialKind, TrialRole, TrialTable
 from session.toml_source import Key, TomlSource, read_toml
-from session.tracks import load_tracks, markers_of
+from session.tracks import NO_NAMES, load_tracks, markers_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -105,6 +105,7 @@ class Session:
         robot_file: the robot's description; None for the built-in robot.
         camera: clock, scale and lens.
         markers: names of the tracked markers, in the order of files without a header.
+        rename: names in the headers of tracks, and which markers they are.
         warmup_s: seconds at the start of each trial left out of every comparison.
         seed: the seed of every random draw.
         trials: in the order of the file.
@@ -125,6 +126,7 @@ class Session:
     warmup_s: float
     seed: int
     trials: tuple[TrialSpec, ...]
+    rename: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def in_shell(self) -> str:
@@ -254,7 +256,8 @@ def _check_recordings(
         path = _present(folder, trial.get("tracks"))
         if path and markers and len(set(markers)) == len(markers):
             with faults.nested():
-                tracks = load_tracks(path, markers, content.camera.fps if content else 1.0)
+                fps, rename = (content.camera.fps, content.markers.rename) if content else (1.0, NO_NAMES)
+                tracks = load_tracks(path, markers, fps, rename=rename)
                 if robot is not None:
                     name = str(trial.get("name"))
                     exchanged[name] = is_exchanged(tracks, robot.marker_positions_m(markers_of(tracks)))
@@ -298,6 +301,7 @@ def _session(content: SessionFile, folder: Path, camera: CameraSpec) -> Session:
         warmup_s=content.fit.warmup_s,
         seed=content.fit.seed,
         trials=tuple(_trial(trial, folder) for trial in content.trial),
+        rename=content.markers.rename,
     )
 
 

@@ -21,6 +21,9 @@ def track(
     click: Annotated[
         bool, typer.Option("--click", help="only write a page on which to click the start boxes of each video")
     ] = False,
+    frame: Annotated[
+        int | None, typer.Option(min=0, help="with --click: the frame that the pages show, the first is 0")
+    ] = None,
     export: Annotated[str, typer.Option(help=f"also write the tracks as one of: {', '.join(FORMS)}")] = "",
     workers: Workers = 0,
     as_json: AsJson = False,
@@ -29,7 +32,9 @@ def track(
     from calib.results.tracks import TrackResult
     from calib.tracked_videos import print_tracks
 
-    found = calib.track(session, method=method, export=export, click=click, workers=workers, progress=not as_json)
+    found = calib.track(
+        session, method=method, export=export, click=click, frame=frame, workers=workers, progress=not as_json
+    )
     if isinstance(found, TrackResult):
         print_tracks(found, as_json)
     else:

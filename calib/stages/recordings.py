@@ -202,7 +202,8 @@ class Recordings:
     def _recorded(self, spec: TrialSpec) -> xr.Dataset:
         if spec.tracks is None:
             return self.videos.tracks(spec)
-        tracked = as_tracked(load_tracks(spec.tracks, self._session.markers, self._session.camera.fps))
+        session = self._session
+        tracked = as_tracked(load_tracks(spec.tracks, session.markers, session.camera.fps, rename=session.rename))
         return tracked.assign_attrs(flags=exchanged_apart(tracked, self._robot))
 
     def _measure(self, spec: TrialSpec, recorded: xr.Dataset) -> AnyTrial:

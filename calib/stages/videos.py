@@ -123,18 +123,24 @@ class Videos:
         names = self._job.session.markers
         return None if spec.boxes is None else load_boxes(spec.boxes, names, video.info, self._layout_m(names))
 
-    def click_page(self, spec: TrialSpec) -> Path:
+    def click_page(self, spec: TrialSpec, frame: int | None = None) -> Path:
         """A page on which a person clicks the markers of one trial, with the boxes there are as a start.
 
+        It shows the frame of the boxes, or the one that is asked for.
+
         Raises:
-            InputError: the video cannot be read.
+            InputError: the video cannot be read, or has no such frame.
         """
         page, names = self.folder / f"{spec.name}.click.html", self._job.session.markers
         with self._opened(spec) as video:
-            suggested = None
-            with suppress(InputError):
-                suggested = self._given(spec, video) or self._found(spec, video, with_page=False)
-            picture = next(video.frames()) if suggested is None else video.frame(suggested.frame)
+            if frame is None:
+                suggested = None
+                with suppress(InputError):
+                    suggested = self._given(spec, video) or self._found(spec, video, with_page=False)
+                picture = next(video.frames()) if suggested is None else video.frame(suggested.frame)
+            else:
+                picture = video.frame(frame)
+                suggested = self._finder(spec)(picture)
             blobs = (*find_blobs(picture.luma, "bright"), *find_blobs(picture.luma, "dark"))
             layout_m = self._layout_m(names)
             place = Path(os.path.relpath(self._boxes_file(spec), self._job.session.folder)).as_posix()
@@ -169,7 +175,10 @@ class Videos:
             return found
         if with_page:
             page, place = self.click_page(spec), self._boxes_file(spec)
-            step = f"Open {page} in a browser, click the markers, and save them as {place}. Then run this again."
+            step = (
+                f"Open {page} in a browser, click the markers, and save them as {place}. Then run this again. Is the "
+                "robot not in its picture? Another frame: `calib track SESSION --click --frame 120`."
+            )
             raise InputError([replace(problems[0].faults[0], next_step=step)])
         raise problems[0]
 

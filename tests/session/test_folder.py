@@ -157,6 +157,17 @@ def test_stamps_of_another_frame_rate_are_refused_once(tmp_path: Path, spacing_s
     )
 
 
+def test_columns_of_other_names_are_renamed_in_the_file_of_the_session(tmp_path: Path) -> None:
+    folder = make_session(tmp_path / "pool")
+    stamped(folder, np.full(89, 1 / 60))
+    text = (folder / "slow.csv").read_text()
+    (folder / "slow.csv").write_text(text.replace(f"{MARKERS[0]}_", "snout_"))
+    assert f"column '{MARKERS[0]}_x' is missing" in faults_of(folder)
+    toml = (folder / "session.toml").read_text()
+    (folder / "session.toml").write_text(toml.replace("[markers]", f'[markers]\nrename = {{snout = "{MARKERS[0]}"}}'))
+    assert load_session(folder).rename == {"snout": MARKERS[0]}
+
+
 def test_stamps_in_milliseconds_are_called_that(tmp_path: Path) -> None:
     folder = make_session(tmp_path / "pool")
     stamped(folder, np.full(89, 1000 / 60))
