@@ -50,7 +50,7 @@ def check_installation() -> Iterator[Check]:
 def check_session(folder: Path) -> Iterator[Check]:
     """Its description, recordings, results and disk."""
     try:
-        session = open_session(folder)
+        session = open_session(folder, needs_commands=False)
     except SwimcalError as problem:
         yield Check("session", "fault", str(problem), "Correct these, then run `calib doctor` again.")
         return

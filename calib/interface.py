@@ -55,6 +55,7 @@ from session.create import FISHSIM_MARKERS, new_from_fishsim
 from session.errors import ModelMismatch, NotConverged, ResultsNotWritable, SessionLocked, SimulationDiverged
 from session.folder import SESSION_FILE
 from session.results import write_whole
+from session.tracks import NO_NAMES
 from swimmer import PUBLISHED_COEFFICIENTS, FluidCoefficients, Twin, load_robot
 from swimmer.effects import AffectedTwin, Effect, Parameter, catalogue
 from tracking.tracker import TrackerName
@@ -109,7 +110,7 @@ AnySession = Session | str | Path
 
 FISHSIM, SYNTHETIC = "--from-fishsim DIR", "--synthetic"
 _OPTIONS_OF_NEW = {
-    "--videos or --tracks": ("--robot", "--fps", "--commands", "--fit"),
+    "--videos or --tracks": ("--robot", "--fps", "--commands", "--fit", "--rename"),
     FISHSIM: ("--fit",),
     SYNTHETIC: ("--robot", "--seed"),
 }
@@ -127,7 +128,7 @@ def open_session(folder: str | Path) -> Session:
         >>> [trial.name for trial in session.trials if trial.role == "fit"]
         ['slow']
     """
-    return _open_session(_folder(folder))
+    return _open_session(_folder(folder), needs_commands=False)
 
 
 def fit(
@@ -285,6 +286,7 @@ def track(
     method: TrackerName | None = None,
     export: str = "",
     click: bool = False,
+    frame: int | None = None,
     workers: int = 0,
     progress: bool = True,
 ) -> TrackResult | Export:
@@ -295,6 +297,7 @@ def track(
         method: "hybrid", "spots" or "csrt"; default: that of the existing tracks, else hybrid.
         export: another form to write next to the tracks: "deeplabcut", "movement" or "fishsim".
         click: track nothing, only write a page a video on which to click its start boxes: `<trial>.click.html`.
+        frame: with `click`, the number of the frame that the pages show; default: that of the boxes, else the first.
 
     Raises:
         InputError: faults of videos, boxes or edits, after all other videos are tracked; with `click`, no video.
@@ -304,8 +307,9 @@ def track(
         >>> tracks["slow"].position_head.dims
         ('time', 'space', 'keypoint')
     """
-    with _working(session, Options(workers=workers, tracker=method), progress) as pipeline:
-        return Export(click_pages(pipeline)) if click else track_result(pipeline, track_videos(pipeline, export))
+    options = Options(workers=workers, tracker=method)
+    with working(_folder(session), not progress, options, needs_commands=False) as pipeline:
+        return Export(click_pages(pipeline, frame)) if click else track_result(pipeline, track_videos(pipeline, export))
 
 
 def correct(session: AnySession, trial: str, correction: str | Mapping[str, Any]) -> str:
@@ -328,13 +332,16 @@ def correct(session: AnySession, trial: str, correction: str | Mapping[str, Any]
     return correct_track(_folder(session), trial, correction)
 
 
-def load_tracks(path: str | Path, markers: Sequence[str], fps: float = 60.0) -> "xr.Dataset":
-    """Reads tracks of any program: this one's CSV, DeepLabCut, movement, or the authors' headerless CSV.
+def load_tracks(
+    path: str | Path, markers: Sequence[str], fps: float | None = None, rename: Mapping[str, str] = NO_NAMES
+) -> "xr.Dataset":
+    """Reads tracks of any program: this one's CSV, DeepLabCut, SLEAP, movement, or the authors' headerless CSV.
 
     Args:
         path: the file; its form is recognised from its content.
         markers: to take; in files without a header, their order.
         fps: frames a second, for forms without time.
+        rename: names of the file, and which markers they are: `{"snout": "nose"}`.
 
     Returns:
         An `xarray.Dataset` with `position` (time, space, keypoint), px, x to the right and y down, nan where
@@ -350,16 +357,22 @@ def load_tracks(path: str | Path, markers: Sequence[str], fps: float = 60.0) -> 
     """
     from tracking.records import import_tracks
 
-    return import_tracks(Path(path), tuple(markers), fps)
+    return import_tracks(Path(path), tuple(markers), fps, rename)
 
 
 def convert_tracks(
-    path: str | Path, out: str | Path, to: str = "swimcal", *, markers: Sequence[str] = (), fps: float = 60.0
+    path: str | Path,
+    out: str | Path,
+    to: str = "swimcal",
+    *,
+    markers: Sequence[str] = (),
+    fps: float | None = None,
+    rename: Mapping[str, str] = NO_NAMES,
 ) -> Path:
-    """Converts tracks between this program, DeepLabCut, movement and the authors' CSV.
+    """Converts tracks between this program, DeepLabCut, movement and the authors' CSV; reads SLEAP's CSV too.
 
     Args:
-        path, markers, fps: as `load_tracks` has them; markers by default the published nine.
+        path, markers, fps, rename: as `load_tracks` has them; markers by default the published nine.
         out: the file to write.
         to: "swimcal", "deeplabcut", "movement" or "fishsim".
 
@@ -375,14 +388,13 @@ def convert_tracks(
 
     check_form(to, "--to")
     names, faults = tuple(markers) or FISHSIM_MARKERS, FaultCollector("the options")
-    if not 0 < fps < float("inf"):
-        faults.add("--fps", "not a frame rate", found=f"{fps:g}", expected="a number above 0")
+    _check_fps(fps, faults)
     if not all(names) or len(set(names)) < len(names):
         faults.add("--markers", "not a list of markers", found=", ".join(names), expected="each marker once")
     if Path(out).suffix == ".gz":
         faults.add("--out", "packed files are read, not written", found=str(out), expected="a name without .gz")
     faults.raise_if_any()
-    export_tracks(as_tracked(import_tracks(Path(path), names, fps)), Path(out), to)
+    export_tracks(as_tracked(import_tracks(Path(path), names, fps, rename)), Path(out), to)
     return Path(out)
 
 
@@ -617,6 +629,7 @@ def new_session(  # noqa: PLR0913  it is the command `new`, of which a user give
     from_fishsim: str | Path | None = None,
     synthetic: bool = False,
     fit: Sequence[str] = (),
+    rename: Mapping[str, str] = NO_NAMES,
     seed: int | None = None,
     progress: bool = True,
 ) -> Path:
@@ -630,13 +643,14 @@ def new_session(  # noqa: PLR0913  it is the command `new`, of which a user give
         folder: to make; new or empty.
         videos, tracks: one a trial, in any order; they are copied. Tracks may also be datasets by the trial's name.
         robot: its TOML, of your own files or a synthetic session; default: the published 0.57 m fish.
-        fps: frames a second, needed for tracks without time.
+        fps: frames a second, needed for tracks and videos without time; with times it has to agree with them.
         commands_hz: crank turns a second, one a trial in the order of `videos`, then `tracks`; default: from
             names such as f1_25, else to fill in.
         from_fishsim: instead of your own files: the data of Michelis et al. (2026), "Simple Models, Real Swimming", a
             checkout of their repository, or a folder of its marker CSVs.
         synthetic: instead of files: simulate the trials.
         fit: trials to fit, the others are held out; default: every other one, of the public tracks f1_00 and f1_75.
+        rename: names of the tracks' files, and which markers they are: `{"snout": "nose"}`.
         seed, progress: of a synthetic session's noise, phases and headings, default 0; whether it is shown on standard
             error.
 
@@ -660,8 +674,12 @@ def new_session(  # noqa: PLR0913  it is the command `new`, of which a user give
     films, own = _several(videos), tracks if isinstance(tracks, Mapping) else _several(tracks)
     _check_options(
         {"--videos or --tracks": len(films) + len(own) > 0, FISHSIM: from_fishsim is not None, SYNTHETIC: synthetic},
-        {"--robot": robot, "--fps": fps, "--commands": commands_hz, "--fit": fit, "--seed": seed},
+        {"--robot": robot, "--fps": fps, "--commands": commands_hz, "--fit": fit}
+        | {"--rename": dict(rename), "--seed": seed},
     )
+    faults = FaultCollector("the options")
+    _check_fps(fps, faults)
+    faults.raise_if_any()
     if from_fishsim is not None:
         new_from_fishsim(Path(folder), Path(from_fishsim), tuple(fit))
     elif synthetic:
@@ -670,8 +688,13 @@ def new_session(  # noqa: PLR0913  it is the command `new`, of which a user give
             tell("simulating the trials", 0.0)
             make_session(Path(folder), default_plan(seed or 0, spec))
     else:
-        new_from_files(Path(folder), films, own, robot, fps, commands_hz, fit)
+        new_from_files(Path(folder), films, own, robot, fps, commands_hz, fit, rename)
     return Path(folder)
+
+
+def _check_fps(fps: float | None, faults: FaultCollector) -> None:
+    if fps is not None and not 0 < fps < float("inf"):
+        faults.add("--fps", "not a frame rate", found=f"{fps:g}", expected="a number above 0")
 
 
 def _elsewhere(scheduler: str | None, session: AnySession, effort: EffortName | None, work: Work) -> None:
@@ -689,7 +712,7 @@ def _check_options(sources: Mapping[str, bool], options: Mapping[str, object]) -
         faults.add("", what, found=found, expected="one of these", choices=tuple(_OPTIONS_OF_NEW))
     meant = {option for name in given or _OPTIONS_OF_NEW for option in _OPTIONS_OF_NEW[name]}
     for option, value in options.items():
-        if value not in (None, (), []) and option not in meant:
+        if value not in (None, (), [], {}) and option not in meant:
             of_others = [name for name, theirs in _OPTIONS_OF_NEW.items() if option in theirs]
             what, step = f"means nothing with {' and '.join(given)}", f"Leave it out; it is for {', '.join(of_others)}."
             found = ", ".join(map(str, value)) if isinstance(value, list | tuple) else str(value)

@@ -6,13 +6,13 @@ import re
 import shutil
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from math import nan
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
+from calib.trial_names import trial_names, without_copies
 from reports.page import environment
 from session import FaultCollector, InputError
 from session.create import FISHSIM_MARKERS, new_folder
@@ -20,12 +20,17 @@ from session.errors import Fault
 from session.folder import SESSION_FILE
 from session.results import write_whole
 from session.session_checks import rate_is_off
-from session.tables import read_table
-from session.tracks import SUFFIXES, TIME, as_tracks, markers_of, save_tracks
+from session.session_file import FEWEST_MARKERS, HEAD_MARKERS
+from session.tracks import NO_NAMES, markers_of, pixels_of, save_tracks
 from swimmer import RobotSpec, load_robot
-from tracking.records import import_tracks
+from tracking.records.foreign import ForeignTracks, check_names
+from tracking.records.formats import read_foreign
+from tracking.records.movement import from_movement
 from tracking.video import Video
 
+FEWEST_FRAMES = 2
+UNIT_OFF = 0.01
+"""Nose and neck so nearly as many pixels apart as millimetres or centimetres on the robot may be no pixels."""
 _HZ = (r"(?:^|_)f(\d+)[_.p](\d+)(?:_|$)", r"(\d+)[_.p](\d+) ?_?hz")  # in names: f1_25, 1.25hz
 
 
@@ -36,7 +41,9 @@ class _Trial:
     tracks: xr.Dataset | None = None
     commanded_hz: float | None = None
     comments: list[str] = field(default_factory=list)
-    fps: float | None = None
+    notes: list[str] = field(default_factory=list)
+    questions: list[str] = field(default_factory=list)
+    time_s: np.ndarray | None = None  # of the frames, by the file; None where it does not tell
 
     @property
     def kind(self) -> str:
@@ -52,6 +59,7 @@ def new_from_files(
     fps: float | None = None,
     commands_hz: Sequence[float] = (),
     fit: Sequence[str] = (),
+    rename: Mapping[str, str] = NO_NAMES,
 ) -> None:
     """Makes a session folder of videos and tracks; the arguments are those of `calib.new_session`.
 
@@ -60,103 +68,170 @@ def new_from_files(
         ResultsNotWritable: the folder cannot be written.
     """
     spec = load_robot(None if robot is None else Path(robot))
-    trials = _trials(spec, [Path(video) for video in videos], tracks, fps)
+    trials, notes = _trials(spec, [Path(video) for video in videos], tracks, fps, rename)
     _command(trials, commands_hz)
     faults = FaultCollector("--fit")
     for name in (name for name in fit if name not in trials):
         faults.add("", "no such trial to fit", found=repr(name), expected="trials that are there", choices=[*trials])
     faults.raise_if_any()
-    rates = [trial.fps for trial in trials.values() if trial.fps]
+    rates = [_rate(trial.time_s) for trial in trials.values() if trial.time_s is not None]
     rate = fps or float(np.median(rates))
     _check_rates(trials, rate)
-    markers = next((markers_of(trial.tracks) for trial in trials.values() if trial.tracks is not None), _markers(spec))
+    markers, of_markers = _common_markers(trials, spec)
     ordered = sorted(trials.values(), key=lambda trial: (trial.kind, trial.commanded_hz or 0.0, trial.name))
     with new_folder(folder) as part:
         (part / "trials").mkdir()
         for trial in ordered:
             if trial.tracks is not None:
-                save_tracks(part / "trials" / f"{trial.name}.csv", trial.tracks)
+                save_tracks(part / "trials" / f"{trial.name}.csv", trial.tracks.sel(keypoint=list(markers)))
             if trial.video is not None:
                 _put(trial.video, part / "trials" / f"{trial.name}{trial.video.suffix.lower()}")
         if robot is not None:
             shutil.copyfile(robot, part / "robot.toml")
-        write_whole(part / SESSION_FILE, _text(folder.absolute().name, ordered, rate, markers, spec, robot, fit))
+        notes = [*notes, *of_markers]
+        write_whole(part / SESSION_FILE, _text(folder.absolute().name, ordered, rate, markers, spec, robot, fit, notes))
+
+
+def _rate(time_s: np.ndarray) -> float:
+    """Frames a second, by the median of the steps unless these are coarse or uneven."""
+    steps_s = np.diff(time_s)
+    mean, median = 1 / float(steps_s.mean()), 1 / float(np.median(steps_s))
+    return mean if abs(mean / median - 1) < 0.25 else median
 
 
 def _check_rates(trials: Mapping[str, _Trial], rate: float) -> None:
-    """An `InputError` where the time stamps of tracks are off this frame rate by more than 5 %."""
-    spacings = {n: np.diff(each.tracks.time.values) for n, each in trials.items() if each.tracks is not None}
-    off = [
-        f"{1 / float(np.mean(spacing)):.4g} in {name}"
-        for name, spacing in spacings.items()
-        if trials[name].kind != "free_decay" and rate_is_off(rate, float(np.median(spacing)), float(np.mean(spacing)))
-    ]
+    """An `InputError` where the time stamps of tracks or videos are off this frame rate by more than 5 %."""
+    off: dict[str, list[str]] = {}
+    for name, trial in trials.items():
+        if trial.time_s is not None:
+            steps_s = np.diff(trial.time_s)
+            if rate_is_off(rate, float(np.median(steps_s)), float(np.mean(steps_s))):
+                off.setdefault(f"{1 / float(np.mean(steps_s)):.4g}", []).append(name)
     if off:
-        step = "Give the rate of the camera; trials of different frame rates need a session each."
-        what = "the time stamps of tracks show another frame rate"
-        found = f"{rate:g}; by their time stamps {', '.join(off)}"
+        step = (
+            "Give the rate at which the camera filmed; trials of different frame rates need a session each. A film in "
+            "slow motion is stamped with another rate than it was filmed at: stamp it anew "
+            "(`ffmpeg -itsscale`, or take the camera's original), or write its tracks with their true times."
+        )
+        what = "the time stamps of the files show another frame rate"
+        found = f"{rate:g}; by their time stamps " + ", ".join(f"{hz} in {', '.join(n)}" for hz, n in off.items())
         raise InputError([Fault("--fps", "", what, found, "one frame rate within 5 %", next_step=step)])
 
 
 def _trials(
-    robot: RobotSpec, videos: Sequence[Path], tracks: Iterable[str | Path] | Mapping[str, Any], fps: float | None
-) -> dict[str, _Trial]:
-    """Trials by name; a video and tracks of one name are one trial."""
+    robot: RobotSpec,
+    videos: Sequence[Path],
+    tracks: Iterable[str | Path] | Mapping[str, Any],
+    fps: float | None,
+    rename: Mapping[str, str],
+) -> tuple[dict[str, _Trial], list[str]]:
+    """Trials by name, with notes for the reader; a video and tracks of one name are one trial."""
     found: dict[str, _Trial] = {}
+    films, notes = without_copies(videos)
+    given = [*tracks.items()] if isinstance(tracks, Mapping) else [(Path(path), path) for path in tracks]
+    film_names, track_names = trial_names(films, [Path(str(name)) for name, _ in given], isinstance(tracks, Mapping))
     faults = FaultCollector("the files")
-    for path in videos:
-        with faults.nested(), Video(path) as video:
-            info = video.info
-            trial = found.setdefault(_name(path), _Trial(_name(path)))
-            trial.video, trial.fps = path, info.fps
-            size = f"{info.width_px} x {info.height_px} px"
-            trial.comments.append(f"{info.frames} frames, {size}, {info.fps:.4g} frames a second")
-    named = tracks.items() if isinstance(tracks, Mapping) else ((_name(Path(path)), path) for path in tracks)
-    for name, given in named:
+    for name, path in zip(film_names, films, strict=True):
         with faults.nested():
             trial = found.setdefault(name, _Trial(name))
-            rate = fps or trial.fps
-            own = _of_dataset(given) if hasattr(given, "data_vars") else _of_file(Path(given), robot, rate)
-            trial.tracks, trial.fps = own, trial.fps or own.fps
-            trial.comments.append(f"tracks: {own.sizes['time']} frames, {np.ptp(own.time.values):.1f} s")
+            _look_at(trial, path, fps)
+    for name, (_, tracked) in zip(track_names, given, strict=True):
+        with faults.nested():
+            trial = found.setdefault(name, _Trial(name))
+            _read_tracks(trial, tracked, robot, fps, rename)
     if not found and not faults:
         faults.add("", "no video and no tracks", expected="at least one of --videos, --tracks")
     faults.raise_if_any()
-    return found
+    return found, notes
 
 
-def _of_file(path: Path, robot: RobotSpec, fps: float | None) -> xr.Dataset:
-    """Tracks of a file in any form; a file with a header of ours names its markers."""
-    markers, timed = _markers(robot), True
-    if "".join(path.suffixes[-2:]) in (".csv", ".csv.gz") or path.suffix == ".csv":
-        header = read_table(path).header or ()
-        timed = TIME in header
-        if timed:
-            markers = tuple(name.removesuffix("_x") for name in header if name.endswith(SUFFIXES[0]))
-    if not timed and not fps:
-        expected = "the frame rate of the camera"
-        raise InputError([Fault(str(path), "", "the file has no time", "", expected, next_step="Add `--fps 60`.")])
-    return import_tracks(path, markers, fps or nan)
+def _look_at(trial: _Trial, path: Path, fps: float | None) -> None:
+    """What a video tells; an `InputError` where it is too short or has no clock that can be believed."""
+    with Video(path, fps=fps) as video:
+        info = video.info
+    faults = FaultCollector(str(path))
+    if info.frames < FEWEST_FRAMES:
+        expected = f"a film of at least {FEWEST_FRAMES} frames"
+        faults.add("", "too short", found=f"{info.frames} frame", expected=expected, next_step="Leave it out.")
+    if not info.has_clock and not fps:
+        what, step = "the file has no time", "Add `--fps 60`, with the rate at which the camera filmed."
+        faults.add("", what, found=f"{info.frames} frames", expected="the frame rate of the camera", next_step=step)
+    faults.raise_if_any()
+    trial.video = path
+    if info.has_clock:
+        trial.time_s = info.time_s
+    size = f"{info.width_px} x {info.height_px} px"
+    rate = f"{info.fps:.4g} frames a second" if info.has_clock else f"{fps:g} frames a second, as given"
+    trial.comments.append(f"{path.name}: {info.frames} frames, {size}, {rate}")
+    if not info.is_square:
+        trial.comments.append(f"stored with pixels {info.pixel_aspect:.3f} times as wide as high, made square")
+
+
+def _read_tracks(trial: _Trial, given: Any, robot: RobotSpec, fps: float | None, rename: Mapping[str, str]) -> None:
+    """The tracks of a file or a dataset with the robot's markers in it."""
+    is_data = hasattr(given, "data_vars")
+    if not is_data and not fps and trial.time_s is not None:
+        fps = _rate(trial.time_s)  # of the trial's own video
+    file = f"tracks {trial.name}" if is_data else str(given)
+    found = from_movement(given, file) if is_data else read_foreign(Path(given), _markers(robot))
+    faults = FaultCollector(file)
+    markers, others = _markers_in(found, robot, rename)
+    own = found.tracks(markers, fps, faults, rename)
+    trial.tracks, timed = own, found.time_s is not None
+    if trial.time_s is None and timed:
+        trial.time_s = own.time.values
+    if trial.time_s is None and fps is None:
+        trial.time_s = own.time.values
+    name = "" if is_data else f"{Path(given).name}: "
+    trial.comments.append(f"{name}tracks, {own.sizes['time']} frames, {np.ptp(own.time.values):.1f} s")
+    if others:
+        trial.notes.append(f"left out, as {robot.name} has no such markers: {', '.join(others)}")
+    if question := _of_unit(own, robot):
+        trial.questions.append(question)
+
+
+def _markers_in(found: ForeignTracks, robot: RobotSpec, rename: Mapping[str, str]) -> tuple[tuple[str, ...], list[str]]:
+    """The robot's markers in a file, in its order, and what else it tracks; all usual ones where names differ."""
+    names, usual = found.renamed(rename), _markers(robot)
+    markers = tuple(name for name in names if name in robot.markers)
+    others = [name for name in names if name not in robot.markers]
+    lacking = [name for name in usual if name not in markers]
+    too_few = len(markers) < FEWEST_MARKERS or not set(HEAD_MARKERS) <= set(markers)
+    return (usual if too_few or (lacking and others) else markers), others
+
+
+def _of_unit(tracks: xr.Dataset, robot: RobotSpec) -> str:
+    """A question where nose and neck are as many pixels apart as units on the robot; else nothing."""
+    position = pixels_of(tracks)
+    nose, neck = (markers_of(tracks).index(name) for name in HEAD_MARKERS)
+    apart = np.linalg.norm(position[:, nose] - position[:, neck], axis=1)
+    apart_px = float(np.median(apart[np.isfinite(apart)])) if np.isfinite(apart).any() else np.nan
+    for unit, a_metre in (("mm", 1e3), ("cm", 1e2), ("inches", 1 / 0.0254)):
+        if abs(apart_px / (a_metre * robot.scale_length_m) - 1) < UNIT_OFF:
+            return f"nose to neck is {apart_px:.1f} px long, as many as {unit} on the robot: are these pixels?"
+    if bool((position < -1).any()):
+        return "some places are negative, outside any picture: are these pixels of the picture?"
+    return ""
+
+
+def _common_markers(trials: Mapping[str, _Trial], robot: RobotSpec) -> tuple[tuple[str, ...], list[str]]:
+    """The markers that all tracks have, in the order of the first, and a note where some have more."""
+    sets = {name: markers_of(trial.tracks) for name, trial in trials.items() if trial.tracks is not None}
+    if not sets:
+        return _markers(robot), []
+    every = dict.fromkeys(marker for own in sets.values() for marker in own)
+    common = tuple(marker for marker in every if all(marker in own for own in sets.values()))
+    if len(common) < FEWEST_MARKERS or not set(HEAD_MARKERS) <= set(common):
+        faults = FaultCollector("the tracks of all trials")
+        check_names(tuple(every), common, "marker", faults)
+        faults.raise_if_any()
+    lost = [marker for marker in every if marker not in common]
+    return common, [f"left out, as not all trials have them: {', '.join(lost)}"] if lost else []
 
 
 def _markers(robot: RobotSpec) -> tuple[str, ...]:
     """Where no file names them: the published nine of a robot that has them, else all of the robot."""
     return FISHSIM_MARKERS if set(FISHSIM_MARKERS) <= set(robot.markers) else tuple(robot.markers)
-
-
-def _of_dataset(data: Any) -> xr.Dataset:
-    """Tracks as another program may have them, in any order of dimensions."""
-    position_px = data.position.transpose("time", "keypoint", "space").to_numpy()
-    if "confidence" in data:
-        confidence = data.confidence.transpose("time", "keypoint").to_numpy()
-    else:
-        confidence = np.isfinite(position_px).all(axis=-1).astype(float)
-    return as_tracks(tuple(map(str, data.keypoint.to_numpy())), data.time.to_numpy(), position_px, confidence)
-
-
-def _name(path: Path) -> str:
-    stem = path.name.removesuffix(".gz")
-    return re.sub(r"[^A-Za-z0-9_-]+", "_", stem[: stem.rfind(".")] if "." in stem else stem).strip("_-") or "trial"
 
 
 def _command(trials: Mapping[str, _Trial], commands_hz: Sequence[float]) -> None:
@@ -176,7 +251,7 @@ def _command(trials: Mapping[str, _Trial], commands_hz: Sequence[float]) -> None
 def _put(source: Path, target: Path) -> None:
     """A video in its place: linked where the file system can, so that hours of it are not copied."""
     try:
-        os.link(source, target)
+        os.link(source.resolve(), target)  # of a link what it stands for
     except OSError:
         shutil.copyfile(source, target)
 
@@ -189,6 +264,7 @@ def _text(
     robot: RobotSpec,
     robot_file: str | Path | None,
     fit: Sequence[str],
+    notes: Sequence[str],
 ) -> str:
     """`session.toml` with comments, and first what the user has to fill in."""
     swims = [trial.name for trial in trials if trial.kind == "swim"]
@@ -196,6 +272,7 @@ def _text(
     return template.render(
         name=json.dumps(name),
         trials=trials,
+        notes=notes,
         rate=rate,
         markers=json.dumps(list(markers)),
         robot=robot,

@@ -27,16 +27,18 @@ if TYPE_CHECKING:
     from diagnosis.result import EffectTestResult
 
 
-def open_session(folder: Path) -> Session:
+def open_session(folder: Path, needs_commands: bool = True) -> Session:
     """Reads and checks a session, its tracks, its robot and its markers included; all faults at once.
+
+    Tracks need no commands of the motor, which everything else does.
 
     Tracks and motor logs whose hashes are those of earlier results were checked for these, and are not read again.
     """
     with suppress(InputError):  # which is raised below with all other faults
-        session = load_session(folder, load_robot, check_tracks=False)
+        session = load_session(folder, load_robot, check_tracks=False, needs_commands=needs_commands)
         if Recordings(Job(session, Options())).are_current:
             return session
-    return load_session(folder, load_robot)
+    return load_session(folder, load_robot, needs_commands=needs_commands)
 
 
 class Pipeline:
@@ -296,8 +298,10 @@ class Pipeline:
 
 
 @contextmanager
-def working(folder: Path, quiet: bool, options: Options | None = None) -> Iterator[Pipeline]:
+def working(
+    folder: Path, quiet: bool, options: Options | None = None, needs_commands: bool = True
+) -> Iterator[Pipeline]:
     """A locked session and its pipeline, with progress unless quiet."""
-    session = open_session(folder)
+    session = open_session(folder, needs_commands)
     with session_lock(session.folder), progress_bar(quiet) as progress:
         yield Pipeline(session, replace(options or Options(), progress=progress))

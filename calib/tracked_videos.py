@@ -54,9 +54,10 @@ def check_form(form: str, option: str) -> None:
         raise InputError([Fault(option, "", "no such form of tracks", repr(form), "", tuple(FORMATS))])
 
 
-def click_pages(pipeline: Pipeline) -> tuple[Path, ...]:
-    """A page a video on which to click its start boxes; an `InputError` where there is no video."""
-    return tuple(of_each(filmed_trials(pipeline.session), pipeline.recordings.videos.click_page).values())
+def click_pages(pipeline: Pipeline, frame: int | None = None) -> tuple[Path, ...]:
+    """A page a video on which to click its start boxes in a frame; an `InputError` where there is no video."""
+    page = pipeline.recordings.videos.click_page
+    return tuple(of_each(filmed_trials(pipeline.session), lambda spec: page(spec, frame)).values())
 
 
 def track_videos(pipeline: Pipeline, export: str) -> FilmedTracks:
@@ -69,10 +70,12 @@ def track_videos(pipeline: Pipeline, export: str) -> FilmedTracks:
         check_form(export, "--export")
     videos = pipeline.recordings.videos
     filmed = [spec for spec in pipeline.session.trials if is_filmed(spec)]
-    boxes, tracks, exported = of_each(filmed, videos.boxes), of_each(filmed, videos.tracks), []
-    for name, found in tracks.items() if export else ():
+    found, exported = of_each(filmed, lambda spec: (videos.boxes(spec), videos.tracks(spec))), []
+    boxes = {name: of_trial for name, (of_trial, _) in found.items()}
+    tracks = {name: of_trial for name, (_, of_trial) in found.items()}
+    for name, own in tracks.items() if export else ():
         exported.append(videos.folder / f"{name}{_SUFFIX.get(export, '.nc')}")
-        export_tracks(found, exported[-1], export)
+        export_tracks(own, exported[-1], export)
     flags = camera_flags(tracks.values(), pipeline.session.camera, pipeline.job.robot)
     return FilmedTracks(videos.folder, boxes, flags, tuple(exported))
 
@@ -111,7 +114,7 @@ def print_tracks(found: TrackResult, as_json: bool) -> None:
 def correct_track(session: Path, trial: str, correction: str | Mapping[str, Any]) -> str:
     """Adds a correction, a mapping or JSON, to the edit log of a trial; in a sentence how many count."""
     text = correction if isinstance(correction, str) else json.dumps(correction)
-    with working(session, True) as pipeline:
+    with working(session, True, needs_commands=False) as pipeline:
         log = _log(pipeline.session, pipeline.session.trial(trial)).append(text)
     edits = "1 edit counts" if len(log.in_force) == 1 else f"{len(log.in_force)} edits count"
     return f"{log.path}: added line {log.edits[-1].line}; {edits}. `calib track` replays them"

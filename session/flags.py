@@ -9,7 +9,7 @@ from typing import Any
 FLAG_KINDS: dict[str, str] = {
     "merged_markers": "two markers sit on one spot",
     "frozen_marker": "a marker does not move while its neighbours do",
-    "jump": "a marker moves further between two frames than it can",
+    "jump": "a marker, or the whole body, moves further between two frames than it can",
     "segment_length": "the distance to the neighbouring marker is implausible",
     "gap": "samples are missing",
     "lost_marker": "the tracker does not see a marker",
@@ -20,6 +20,7 @@ FLAG_KINDS: dict[str, str] = {
     "edited": "a person corrected the track",
     "doubtful_box": "a start box may hold no marker",
     "damaged_video": "part of the video cannot be read",
+    "repeated_frames": "pictures of the video repeat the one before",
     "no_lens": "the lens is not calibrated",
     "no_camera_height": "the camera's height is not known, so parallax is not undone",
     "lens_other_size": "the lens was calibrated for pictures of another size",

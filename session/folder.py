@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import os
 import shlex
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -32,7 +32,7 @@ from session.session_checks import (
 )
 from session.session_file import HEAD_MARKERS, SessionFile, TrialKind, TrialRole, TrialTable
 from session.toml_source import Key, TomlSource, read_toml
-from session.tracks import load_tracks, markers_of
+from session.tracks import NO_NAMES, load_tracks, markers_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -55,7 +55,7 @@ class TrialSpec:
         boxes: first boxes of the markers in the video; where the file names none, ``<trial>.boxes.json`` next to the
             video if that is there.
         motor_offset_s: motor clock minus video clock, seconds.
-        commanded_hz: crank turns a second; None only for free decay.
+        commanded_hz: crank turns a second; None for a free decay, and where it is not stated yet.
         role: ``"fit"`` or ``"holdout"``.
     """
 
@@ -105,6 +105,7 @@ class Session:
         robot_file: the robot's description; None for the built-in robot.
         camera: clock, scale and lens.
         markers: names of the tracked markers, in the order of files without a header.
+        rename: names in the headers of tracks, and which markers they are.
         warmup_s: seconds at the start of each trial left out of every comparison.
         seed: the seed of every random draw.
         trials: in the order of the file.
@@ -125,6 +126,7 @@ class Session:
     warmup_s: float
     seed: int
     trials: tuple[TrialSpec, ...]
+    rename: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def in_shell(self) -> str:
@@ -168,13 +170,16 @@ class Session:
         return tuple(dict.fromkeys(file for file in files if not is_file(file)))
 
 
-def load_session(folder: Path, robot_of: RobotOf | None = None, *, check_tracks: bool = True) -> Session:
+def load_session(
+    folder: Path, robot_of: RobotOf | None = None, *, check_tracks: bool = True, needs_commands: bool = True
+) -> Session:
     """Reads and checks a session folder; nothing is written.
 
     Args:
         folder: with the `session.toml`.
         robot_of: reads the session's robot, whose markers and scale length are compared with those of the session.
         check_tracks: also reads every track file and motor log.
+        needs_commands: whether a driven trial must have its `commanded_hz`, which tracks do not need.
 
     Raises:
         InputError: every fault of `session.toml` and of the files it names, the robot's too, at once.
@@ -183,7 +188,7 @@ def load_session(folder: Path, robot_of: RobotOf | None = None, *, check_tracks:
     faults = FaultCollector(source.file)
     content = source.validate(SessionFile, faults)
     check_files(source, folder, faults)
-    check_trials(source, faults)
+    check_trials(source, faults, needs_commands)
     robot = _robot(source, folder, robot_of, faults)
     check_markers(source, None if robot is None else tuple(robot.markers), faults)
     check_scale(source, robot, faults)
@@ -251,15 +256,15 @@ def _check_recordings(
         path = _present(folder, trial.get("tracks"))
         if path and markers and len(set(markers)) == len(markers):
             with faults.nested():
-                tracks = load_tracks(path, markers, content.camera.fps if content else 1.0)
+                fps, rename = (content.camera.fps, content.markers.rename) if content else (1.0, NO_NAMES)
+                tracks = load_tracks(path, markers, fps, rename=rename)
                 if robot is not None:
                     name = str(trial.get("name"))
                     exchanged[name] = is_exchanged(tracks, robot.marker_positions_m(markers_of(tracks)))
                 if content:
                     _check_length(source, key, tracks, content, faults)
-                    if trial.get("kind") != "free_decay":  # one may be filmed in slow motion
-                        spacing_s = np.diff(tracks.time.values)
-                        stamps[trial["name"]] = float(np.median(spacing_s)), float(np.mean(spacing_s))
+                    spacing_s = np.diff(tracks.time.values)
+                    stamps[str(trial.get("name"))] = float(np.median(spacing_s)), float(np.mean(spacing_s))
     if content:
         check_rates(source, content.camera.fps, stamps, faults)
     check_heads(source, exchanged, faults)
@@ -296,6 +301,7 @@ def _session(content: SessionFile, folder: Path, camera: CameraSpec) -> Session:
         warmup_s=content.fit.warmup_s,
         seed=content.fit.seed,
         trials=tuple(_trial(trial, folder) for trial in content.trial),
+        rename=content.markers.rename,
     )
 
 

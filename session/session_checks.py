@@ -65,11 +65,14 @@ def check_files(source: TomlSource, folder: Path, faults: FaultCollector) -> Non
     for key, name in named:
         if isinstance(name, str) and name and not is_file(folder / name):
             what, expected = "the file is not there", "a file, its path relative to the session folder"
-            faults.add(source.where(key), what, found=shown(name), expected=expected)
+            faults.add(source.where(key), what, found=shown(name), expected=expected, next_step=slashes_for(name))
 
 
-def check_trials(source: TomlSource, faults: FaultCollector) -> None:
-    """Trial names differ, each trial has a recording, and what belongs together is there together."""
+def check_trials(source: TomlSource, faults: FaultCollector, needs_commands: bool = True) -> None:
+    """Trial names differ, each trial has a recording, and what belongs together is there together.
+
+    `needs_commands`: a driven trial needs its command, without which it can be tracked but not fitted.
+    """
     trials = list(trials_in(source))
     names = [(key, trial["name"]) for key, trial in trials if isinstance(trial.get("name"), str)]
     _check_differ(source, [((*key, "name"), name) for key, name in names], "trial", faults)
@@ -79,7 +82,7 @@ def check_trials(source: TomlSource, faults: FaultCollector) -> None:
             faults.add(source.where(key), what, expected=expected, choices=RECORDINGS)
         if "boxes" in trial and "video" not in trial:
             faults.add(source.where((*key, "boxes")), "boxes without a video", expected='video = "…" next to them')
-        if trial.get("kind") in ("swim", "dry") and "commanded_hz" not in trial:
+        if needs_commands and trial.get("kind") in ("swim", "dry") and "commanded_hz" not in trial:
             expected = f"crank turns a second, for a trial of kind {trial['kind']!r}"
             faults.add(source.where((*key, "commanded_hz")), "key is missing", expected=expected)
 
@@ -157,6 +160,13 @@ def check_heads(source: TomlSource, exchanged: Mapping[str, bool], faults: Fault
             step = "Exchange the two names in the header of its tracks, or without a header their columns."
             found = "the markers of the tail on the nose's side"
             faults.add(source.where((*key, "tracks")), what, found=found, expected=expected, next_step=step)
+
+
+def slashes_for(name: str) -> str:
+    """The next step for a path with backslashes, which TOML takes for escapes; nothing for others."""
+    if "\\" in name or any(ord(letter) < 32 for letter in name):
+        return 'A backslash begins an escape in TOML: write the path with forward slashes, "trials/f1_30.csv".'
+    return ""
 
 
 def is_file(path: Path) -> bool:

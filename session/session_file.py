@@ -64,6 +64,7 @@ class MarkersTable(Table):
     """``[markers]``."""
 
     names: Annotated[tuple[Name, ...], Field(min_length=FEWEST_MARKERS)]
+    rename: Annotated[dict[str, str], Field(default_factory=dict)]
 
 
 class FitTable(Table):

@@ -90,10 +90,15 @@ def read_table(path: Path) -> RawTable:
     elif "," not in lines[0] and (";" in lines[0] or "\t" in lines[0]):
         faults.add("line 1", "one column only", found=shown(lines[0]), expected="columns separated by commas")
     faults.raise_if_any()
+    return as_table(file, rows, text.endswith(("\n", "\r")))
+
+
+def as_table(file: str, rows: list[Row], ends_whole: bool) -> RawTable:
+    """A table of rows, of which there is one: the first is the header where most of its cells are not numbers."""
     first = rows[0].cells
     has_header = sum(_number(cell) is None for cell in first) > len(first) / 2
     header = tuple(first) if has_header else None
-    return RawTable(file, header, rows[1:] if has_header else rows, text.endswith(("\n", "\r")))
+    return RawTable(file, header, rows[1:] if has_header else rows, ends_whole)
 
 
 def check_header(

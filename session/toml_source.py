@@ -149,7 +149,10 @@ def _parse(file: str, text: str) -> dict[str, Any]:
         line = re.match(r"line (\d+)", place)
         last = len(text.rstrip().split("\n"))
         where = f"line {line[1] if line else last}"
-        faults.add(where, "not valid TOML", found=message[:1].lower() + message[1:], expected="TOML, https://toml.io")
+        found, step = message[:1].lower() + message[1:], ""
+        if "\\" in message or "escape" in message.lower() or "hex value" in message.lower():
+            step = "A backslash begins an escape: write paths with forward slashes, or in single quotes."
+        faults.add(where, "not valid TOML", found=found, expected="TOML, https://toml.io", next_step=step)
     faults.raise_if_any()
     raise AssertionError("unreachable")
 

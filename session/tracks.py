@@ -12,8 +12,9 @@ Attributes: ``fps``, frames a second; ``time_unit``, "seconds"; ``source``, the 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -28,6 +29,11 @@ if TYPE_CHECKING:
 TIME = "time_s"
 FARTHEST_PX = 1e6
 SUFFIXES = ("_x", "_y", "_confidence")
+SLOWEST_STEP_S, FASTEST_STEP_S = 0.5, 1 / 2000
+"""Frames of a camera follow one another within these; other times are no seconds."""
+SMALLEST_BODY_PX = 3.0
+"""A robot smaller than this in the picture is one whose places are in metres."""
+NO_NAMES: Mapping[str, str] = MappingProxyType({})
 
 
 def as_tracks(
@@ -47,7 +53,8 @@ def as_tracks(
             f"{n} frames of {m} markers: expected {(n, m, 2)} and {(n, m)}"
         )
     steps_s = np.diff(time_s)  # rounded as they were written, so that their mean is nearer than any one; without gaps
-    regular = np.abs(steps_s - np.median(steps_s)) < 0.5 * np.median(steps_s) if n > 1 else np.zeros(0, bool)
+    usual_s = np.median(steps_s) if n > 1 else np.nan
+    regular = np.abs(steps_s - usual_s) < 0.75 * usual_s  # a step twice as long is a gap, half of one a coarse clock
     fps = round(1 / float(steps_s[regular].mean()), 3) if regular.any() else np.nan
     return xr.Dataset(
         {
@@ -74,7 +81,9 @@ def pixels_of(tracks: xr.Dataset) -> np.ndarray:
     return by_marker(tracks.position)
 
 
-def load_tracks(path: Path, markers: Sequence[str], fps: float, *, minimum: int = 2) -> xr.Dataset:
+def load_tracks(
+    path: Path, markers: Sequence[str], fps: float, *, minimum: int = 2, rename: Mapping[str, str] = NO_NAMES
+) -> xr.Dataset:
     """Reads the tracks of one trial, in either format of the session folder.
 
     With a header ``time_s,<marker>_x,<marker>_y,<marker>_confidence,…`` the columns may come in any order,
@@ -82,7 +91,8 @@ def load_tracks(path: Path, markers: Sequence[str], fps: float, *, minimum: int 
     `markers`, and row k is at k / `fps`. An empty or ``nan`` cell is a missing sample; a position with one
     half missing is missing altogether. Packed files (.csv.gz) are unpacked.
 
-    The file must hold all `markers` and a `minimum` of frames; `fps` is used for files without a header.
+    The file must hold all `markers` and a `minimum` of frames; `fps` is used for files without a header; `rename` gives
+    names of the file's columns those of the markers.
 
     Raises:
         InputError: every fault of the file at once.
@@ -90,12 +100,16 @@ def load_tracks(path: Path, markers: Sequence[str], fps: float, *, minimum: int 
     table = read_table(path)
     faults = FaultCollector(table.file)
     columns = table.header or tuple(f"{marker}{suffix}" for marker in markers for suffix in ("_x", "_y"))
+    columns = tuple(_renamed(column, rename) for column in columns) if rename else columns
     _check_columns(table, columns, tuple(markers), faults)
     faults.raise_if_any()
     values = to_numbers(table, columns, faults)  # (n, columns)
     tracks = _assemble(values, columns, tuple(markers), fps, str(path))
     if not faults:
         check_time(table, tracks.time.values, faults)
+        if TIME in columns:
+            check_seconds(tracks.time.values, faults)
+        check_pixels(pixels_of(tracks), faults)
         _check_samples(table, values, columns, tracks, faults)
     check_count(len(table.rows), faults, minimum)
     faults.raise_if_any()
@@ -119,6 +133,44 @@ def check_seen(present: np.ndarray, markers: Sequence[str], faults: FaultCollect
     for marker in np.array(markers, dtype=object)[~present.any(axis=0)] if len(present) else ():
         what, step = f"marker {marker!r} is missing in every frame", "Remove it from [markers] names, or track it."
         faults.add("", what, expected="at least one sample", next_step=step)
+
+
+def check_seconds(time_s: np.ndarray, faults: FaultCollector) -> None:
+    """Adds a fault where the times (n,) of frames cannot be seconds: milliseconds, minutes, numbers of frames."""
+    steps = np.diff(time_s)
+    usual = float(np.median(steps)) if len(steps) and np.isfinite(steps).all() else 0.0
+    if usual <= 0 or FASTEST_STEP_S <= usual < SLOWEST_STEP_S:
+        return
+    units = {"milliseconds": 1e-3, "microseconds": 1e-6, "nanoseconds": 1e-9, "minutes": 60.0, "hours": 3600.0}
+    likely = [unit for unit, s in units.items() if FASTEST_STEP_S <= usual * s <= 0.1]
+    if np.all(np.abs(steps - np.rint(steps)) < 1e-9) and usual < 5:
+        step = "They look like numbers of frames: name the column frame, and give the frame rate, `--fps 60`."
+    elif likely:
+        step = f"They look like {likely[0]}: write them in seconds, or give the frame rate instead of the column."
+    else:
+        step = "Write them in seconds, or give the frame rate instead of the column."
+    found = f"frames {usual:.4g} apart, {1 / usual:.3g} frames a second if these were seconds"
+    faults.add("", "the times are not in seconds", found=found, expected="time_s in seconds", next_step=step)
+
+
+def check_pixels(position_px: np.ndarray, faults: FaultCollector) -> None:
+    """Adds a fault where the body of the markers (n, m, 2) is too small for pixels: places in metres."""
+    whole = position_px[np.isfinite(position_px).all(axis=(1, 2))] if position_px.shape[1] > 2 else np.zeros((0, 1, 2))
+    if len(whole) == 0:
+        return
+    body = float(np.median(np.hypot(*np.ptp(whole, axis=1).T)))
+    if body < SMALLEST_BODY_PX:
+        step = "Are these metres? Give the places in pixels of the picture, as they were tracked."
+        what, expected = "the places are not in pixels", "pixels of the picture, the robot tens of them long"
+        faults.add("", what, found=f"a robot {body:.3g} px long", expected=expected, next_step=step)
+
+
+def _renamed(column: str, rename: Mapping[str, str]) -> str:
+    """A column of a marker under the marker's own name."""
+    for suffix in SUFFIXES:
+        if column.endswith(suffix) and (marker := column.removesuffix(suffix)) in rename:
+            return f"{rename[marker]}{suffix}"
+    return column
 
 
 def save_tracks(path: Path, tracks: xr.Dataset) -> None:

@@ -12,11 +12,13 @@ from calib.commands.arguments import (
     Effort,
     LastStep,
     ObjectiveOption,
+    Rename,
     Scheduler,
     SessionFolder,
     SessionFolders,
     Verbose,
     Workers,
+    renaming,
 )
 from calib.terminal import print_again, print_export, print_result
 
@@ -45,7 +47,9 @@ def new(  # noqa: PLR0913
     ] = None,
     tracks: Annotated[list[Path] | None, typer.Option(help="tracks in any form, one a trial; as --videos")] = None,
     robot: Annotated[Path | None, typer.Option(help="the robot's TOML; default: the published 0.57 m fish")] = None,
-    fps: Annotated[float | None, typer.Option(help="frames a second; needed for tracks without time")] = None,
+    fps: Annotated[
+        float | None, typer.Option(help="frames a second; needed for tracks and videos without time")
+    ] = None,
     commands: Annotated[
         str, typer.Option(help="crank turns a second of each trial, comma-separated; default: from names like f1_25")
     ] = "",
@@ -55,6 +59,7 @@ def new(  # noqa: PLR0913
     ] = None,
     synthetic: Annotated[bool, typer.Option("--synthetic", help="a session made with the twin, truth known")] = False,
     fit: Annotated[str, typer.Option(help="trials to fit on, comma-separated; the others are held out")] = "",
+    rename: Rename = "",
     seed: Annotated[int | None, typer.Option(min=0, help="of a synthetic session; default: 0")] = None,
 ) -> None:
     """Makes a session folder from your videos or tracks, and lists what you still have to fill in."""
@@ -70,11 +75,14 @@ def new(  # noqa: PLR0913
         from_fishsim=from_fishsim,
         synthetic=synthetic,
         fit=tuple(name.strip() for name in fit.split(",") if name.strip()),
+        rename=renaming(rename),
         seed=seed,
     )
     for line in (session / SESSION_FILE).read_text(encoding="utf-8").splitlines():
         if line.startswith("# TODO"):
             print(f"to fill in: {line.removeprefix('# TODO ')}")
+        elif line.startswith("# NOTE"):
+            print(f"note: {line.removeprefix('# NOTE ')}")
     print(session)
 
 

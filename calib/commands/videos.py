@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 import calib
-from calib.commands.arguments import FORMS, AsJson, SessionFolder, TrackerOption, Workers
+from calib.commands.arguments import FORMS, AsJson, Rename, SessionFolder, TrackerOption, Workers, renaming
 from calib.terminal import print_export
 
 TRACKER_HELP = "hybrid: spots, and CSRT where none answers; spots: without CSRT; csrt: plain CSRT, the baseline"
@@ -21,6 +21,9 @@ def track(
     click: Annotated[
         bool, typer.Option("--click", help="only write a page on which to click the start boxes of each video")
     ] = False,
+    frame: Annotated[
+        int | None, typer.Option(min=0, help="with --click: the frame that the pages show, the first is 0")
+    ] = None,
     export: Annotated[str, typer.Option(help=f"also write the tracks as one of: {', '.join(FORMS)}")] = "",
     workers: Workers = 0,
     as_json: AsJson = False,
@@ -29,7 +32,9 @@ def track(
     from calib.results.tracks import TrackResult
     from calib.tracked_videos import print_tracks
 
-    found = calib.track(session, method=method, export=export, click=click, workers=workers, progress=not as_json)
+    found = calib.track(
+        session, method=method, export=export, click=click, frame=frame, workers=workers, progress=not as_json
+    )
     if isinstance(found, TrackResult):
         print_tracks(found, as_json)
     else:
@@ -75,8 +80,9 @@ def convert(
             help="markers to take, comma-separated; in files without a header, their order; default: the published nine"
         ),
     ] = None,
-    fps: Annotated[float, typer.Option(help="frames a second, for forms without time")] = 60.0,
+    fps: Annotated[float | None, typer.Option(help="frames a second, for forms without time")] = None,
+    rename: Rename = "",
 ) -> None:
     """Converts tracks between this program, DeepLabCut, movement and the authors' CSV."""
     names = () if markers is None else tuple(name.strip() for name in markers.split(","))
-    print(calib.convert_tracks(tracks, out, to, markers=names, fps=fps))
+    print(calib.convert_tracks(tracks, out, to, markers=names, fps=fps, rename=renaming(rename)))

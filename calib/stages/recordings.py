@@ -25,7 +25,8 @@ from session.stage import Stage, fingerprint_of
 from session.tracks import load_tracks, save_tracks
 from tracking import check_tracks
 from tracking.lens import lens_flags
-from tracking.records.tracked import as_tracked, counting
+from tracking.records.tracked import as_tracked, but_repeats, counting
+from tracking.tracker import exchanged_apart
 
 AnyTrial = MeasuredTrial | DryTrial | DecayTrial
 T = TypeVar("T", bound=AnyTrial)
@@ -213,7 +214,9 @@ class Recordings:
     def _recorded(self, spec: TrialSpec) -> xr.Dataset:
         if spec.tracks is None:
             return self.videos.tracks(spec)
-        return as_tracked(load_tracks(spec.tracks, self._session.markers, self._session.camera.fps))
+        session = self._session
+        tracked = as_tracked(load_tracks(spec.tracks, session.markers, session.camera.fps, rename=session.rename))
+        return tracked.assign_attrs(flags=exchanged_apart(tracked, self._robot))
 
     def _measure(self, spec: TrialSpec, recorded: xr.Dataset) -> AnyTrial:
         """One trial by its kind; tracks that are not our own are saved as they are used."""
@@ -234,11 +237,12 @@ class Recordings:
         return self._flagged(swim, recorded, swim.metres_per_px)
 
     def _flagged(self, trial: T, recorded: xr.Dataset, metres_per_px: float | None = None) -> T:
-        """The trial with the flags of tracker and lens added, if it was filmed."""
+        """The trial with the flags of tracker or exchange added, and of the lens if it was filmed."""
         if recorded.picture_px is None:
-            return trial
+            return replace(trial, flags=(*recorded.flags, *trial.flags)) if recorded.flags else trial
         of_lens = lens_flags(self._session.camera, picture_px=recorded.picture_px, metres_per_px=metres_per_px)
-        flags = (*recorded.flags, *(flag.later(recorded.first_frame) for flag in trial.flags), *of_lens)
+        own = but_repeats(recorded, (flag.later(recorded.first_frame) for flag in trial.flags))
+        flags = (*recorded.flags, *own, *of_lens)
         return replace(trial, flags=tuple(dict.fromkeys(flags)))
 
     def _file(self, trial: str) -> Path:

@@ -13,8 +13,10 @@ import xarray as xr
 
 from calib.options import Job
 from session import FaultCollector, InputError, TrialSpec
-from session.folder import usual_boxes
+from session.errors import Fault
+from session.folder import SESSION_FILE, usual_boxes
 from session.results import sha256_of, write_whole
+from session.session_checks import rate_is_off
 from session.stage import Stage
 from session.tracks import save_tracks
 from tracking.boxes import (
@@ -28,13 +30,16 @@ from tracking.boxes import (
 )
 from tracking.records import EditLog, apply_edits, fill_gaps, load_tracked, save_tracked
 from tracking.records.storage import TrackedFiles
+from tracking.records.tracked import seen_in
 from tracking.tracker import TRACKERS, TrackerName, doubtful_boxes, follow_video, retracker, trusted
+from tracking.tracker.follow_video import Find
 from tracking.tracker.partial import Partial
-from tracking.video import Video
+from tracking.video import Frame, Video, VideoInfo, is_without_times
 
 T = TypeVar("T")
 
-_SEARCHED = (0, 10, 30, 60)  # frames in which the boxes are sought until they are found
+_SEARCHED = (0, 10, 30, 60)  # frames in which the boxes are sought first, …
+_LOOKS = 40  # … and then in so many all over the film, or fewer where these are less than a second apart: a late robot
 
 
 class Videos:
@@ -47,6 +52,7 @@ class Videos:
     def __init__(self, job: Job) -> None:
         self._job = job
         self._hashes: dict[Path, str] = {}
+        self._without_times: dict[Path, bool] = {}
         self._boxes: dict[str, StartBoxes] = {}
         self._tracks: dict[str, xr.Dataset] = {}
 
@@ -71,7 +77,8 @@ class Videos:
         raw = self._raw(spec, video, boxes)
         tracked = self._corrected(spec, video, raw, boxes)
         size_px = video.info.width_px, video.info.height_px
-        own = {"first_frame": boxes.frame, "picture_px": size_px, "source": str(spec.video)}
+        first = int(np.argmax(seen_in(tracked).any(axis=1)))  # before the boxes where the robot is seen before
+        own = {"first_frame": first, "picture_px": size_px, "source": str(spec.video)}
         return trusted(tracked, self._job.robot).assign_attrs(own)
 
     def boxes(self, spec: TrialSpec) -> StartBoxes:
@@ -116,18 +123,24 @@ class Videos:
         names = self._job.session.markers
         return None if spec.boxes is None else load_boxes(spec.boxes, names, video.info, self._layout_m(names))
 
-    def click_page(self, spec: TrialSpec) -> Path:
+    def click_page(self, spec: TrialSpec, frame: int | None = None) -> Path:
         """A page on which a person clicks the markers of one trial, with the boxes there are as a start.
 
+        It shows the frame of the boxes, or the one that is asked for.
+
         Raises:
-            InputError: the video cannot be read.
+            InputError: the video cannot be read, or has no such frame.
         """
         page, names = self.folder / f"{spec.name}.click.html", self._job.session.markers
         with self._opened(spec) as video:
-            suggested = None
-            with suppress(InputError):
-                suggested = self._given(spec, video) or self._found(spec, video, with_page=False)
-            picture = next(video.frames()) if suggested is None else video.frame(suggested.frame)
+            if frame is None:
+                suggested = None
+                with suppress(InputError):
+                    suggested = self._given(spec, video) or self._found(spec, video, with_page=False)
+                picture = next(video.frames()) if suggested is None else video.frame(suggested.frame)
+            else:
+                picture = video.frame(frame)
+                suggested = self._finder(spec)(picture)
             blobs = (*find_blobs(picture.luma, "bright"), *find_blobs(picture.luma, "dark"))
             layout_m = self._layout_m(names)
             place = Path(os.path.relpath(self._boxes_file(spec), self._job.session.folder)).as_posix()
@@ -150,7 +163,7 @@ class Videos:
             return load_boxes(stage.file, names)
         self._job.progress(f"{spec.name}: looking for the markers", None)
         problems: list[InputError] = []
-        for number in [number for number in _SEARCHED if number < video.info.frames]:
+        for number in _searched(video.info.frames):
             try:
                 found = find_boxes(video.frame(number).luma, layout_m, names, frame=number, file=str(spec.video))
             except InputError as problem:
@@ -162,9 +175,24 @@ class Videos:
             return found
         if with_page:
             page, place = self.click_page(spec), self._boxes_file(spec)
-            step = f"Open {page} in a browser, click the markers, and save them as {place}. Then run this again."
+            step = (
+                f"Open {page} in a browser, click the markers, and save them as {place}. Then run this again. Is the "
+                "robot not in its picture? Another frame: `calib track SESSION --click --frame 120`."
+            )
             raise InputError([replace(problems[0].faults[0], next_step=step)])
         raise problems[0]
+
+    def _finder(self, spec: TrialSpec) -> Find:
+        """What finds the boxes in a frame, where they are certain."""
+        names = self._job.session.markers
+        layout_m = self._layout_m(names)
+
+        def find(frame: Frame) -> StartBoxes | None:
+            with suppress(InputError):
+                return find_boxes(frame.luma, layout_m, names, frame=frame.number, file=str(spec.video))
+            return None
+
+        return find
 
     def _found_stage(self, spec: TrialSpec, names: tuple[str, ...]) -> Stage:
         settings = {"markers": names, "layout_m": self._layout_m(names), "finder": 1}
@@ -181,7 +209,7 @@ class Videos:
 
         partial = Partial(folder / f".{spec.name}.partial.npz", stage.fingerprint)
         names = self._job.session.markers
-        tracked = follow_video(video, boxes, names, tracker, partial, progress)
+        tracked = follow_video(video, boxes, names, tracker, partial, progress, self._finder(spec))
         flags = doubtful_boxes(video.frame(boxes.frame).luma, boxes, names)
         tracked = tracked.assign_attrs(flags=(*flags, *tracked.flags))
         save_tracked(folder, spec.name, tracked)
@@ -234,7 +262,11 @@ class Videos:
         return self._stage(file, spec, settings | {"opencv": cv2.__version__})
 
     def _stage(self, file: str | Path, spec: TrialSpec, settings: Mapping[str, Any]) -> Stage:
-        return Stage(self.folder / file, {"video": self.sha256(self._video(spec))}, settings)
+        video = self._video(spec)
+        if video not in self._without_times:
+            self._without_times[video] = is_without_times(video)
+        clock = {"fps": self._job.session.camera.fps} if self._without_times[video] else {}
+        return Stage(self.folder / file, {"video": self.sha256(video)}, {**settings, **clock})
 
     def sha256(self, path: Path) -> str:
         """Of a file, read once only: videos are long."""
@@ -243,12 +275,40 @@ class Videos:
         return self._hashes[path]
 
     def _opened(self, spec: TrialSpec) -> Video:
-        return Video(self._video(spec), self._job.options.workers)
+        """The video of a trial.
+
+        Raises:
+            InputError: it cannot be read, or its time stamps show another frame rate than the session states.
+        """
+        fps = self._job.session.camera.fps
+        video = Video(self._video(spec), self._job.options.workers, fps)
+        if video.info.frames > 1:
+            steps_s = np.diff(video.info.time_s)
+            if rate_is_off(fps, float(np.median(steps_s)), float(np.mean(steps_s))):
+                video.close()
+                raise _other_rate(self._job.session.folder / SESSION_FILE, fps, video.info)
+        return video
 
     @staticmethod
     def _video(spec: TrialSpec) -> Path:
         assert spec.video is not None
         return spec.video
+
+
+def _other_rate(file: Path, fps: float, info: VideoInfo) -> InputError:
+    """The error for a video whose stamps show another frame rate than the session."""
+    what, found = "a video has another frame rate", f"{fps:g}; by the time stamps of {info.file.name} {info.fps:.4g}"
+    step = (
+        "Which of them is right? Correct fps, or stamp the film anew: slow motion is stamped with another rate than it "
+        "was filmed at, and frequencies and speeds go by the stamps."
+    )
+    return InputError([Fault(str(file), "camera.fps", what, found, "the same within 5 %", next_step=step)])
+
+
+def _searched(frames: int) -> list[int]:
+    """The frames in which boxes are sought, until they are found."""
+    every = max(_SEARCHED[-1] // 2, frames // _LOOKS)
+    return [number for number in (*_SEARCHED, *range(_SEARCHED[-1] + every, frames, every)) if number < frames]
 
 
 def of_each(specs: Iterable[TrialSpec], make: Callable[[TrialSpec], T]) -> dict[str, T]:

@@ -58,7 +58,7 @@ def test_saved_tracks_read_back_the_same(tmp_path: Path, name: str) -> None:
 
 
 def test_windows_line_ends_and_a_byte_order_mark_are_no_fault(tmp_path: Path) -> None:
-    text = "\ufeff" + f"{HEADER}\n0,1,2,3,4,5,6\n1,1,2,3,4,5,6\n\n".replace("\n", "\r\n")
+    text = "\ufeff" + f"{HEADER}\n0,1,2,3,4,5,6\n0.02,1,2,3,4,5,6\n\n".replace("\n", "\r\n")
     assert len(load_tracks(written(tmp_path, text), MARKERS, 60.0).time.values) == 2
 
 

@@ -26,6 +26,8 @@ from tracking.video import VideoInfo
 
 SMALLEST_SIDE_PX = 3.0
 """A box with a shorter side holds no marker."""
+BEYOND = 0.25
+"""A box may reach beyond the picture by this share of its side; it is clipped."""
 ONE_SPOT = 0.25
 """Two centres closer than this share of the smaller box are on one spot."""
 FORM = '{"frame": 0, "boxes": {"nose": [x, y, width, height], …}}'
@@ -101,7 +103,7 @@ def load_boxes(
     frame = _frame(data, faults)
     found = _boxes(data, markers, faults)
     if video is not None:
-        _check_inside(found, (video.width_px, video.height_px), faults)
+        found = _clipped(found, (video.width_px, video.height_px), faults)
         if frame >= video.frames:
             faults.add("frame", "no such frame in the video", found=str(frame), expected=f"0 to {video.frames - 1}")
     _check_apart(found, faults)
@@ -173,13 +175,18 @@ def _is_number(value: Any) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
 
 
-def _check_inside(boxes: dict[str, Box], size: tuple[int, int], faults: FaultCollector) -> None:
-    """Every box is in the picture, half a pixel of rounding aside."""
+def _clipped(boxes: dict[str, Box], size: tuple[int, int], faults: FaultCollector) -> dict[str, Box]:
+    """The boxes without what little of them is beyond the picture; more of it is a fault."""
+    clipped = {}
     for name, (x, y, width, height) in boxes.items():
-        if min(x, y) < -0.5 or x + width > size[0] + 0.5 or y + height > size[1] + 0.5:
+        left, top = max(x, 0.0), max(y, 0.0)
+        box = Box(left, top, min(x + width, size[0]) - left, min(y + height, size[1]) - top)
+        clipped[name] = box
+        if box.width < (1 - BEYOND) * width or box.height < (1 - BEYOND) * height:
             found = f"x {x:g} to {x + width - 1:g}, y {y:g} to {y + height - 1:g}"
             expected = f"x from 0 to {size[0] - 1}, y from 0 to {size[1] - 1}"
             faults.add(f"boxes.{name}", "outside the picture", found=found, expected=expected)
+    return clipped
 
 
 def _check_apart(boxes: dict[str, Box], faults: FaultCollector) -> None:

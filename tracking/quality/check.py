@@ -14,6 +14,7 @@ import xarray as xr
 from session import Flag
 from session.tracks import markers_of, pixels_of
 from swimmer.robot import RobotSpec
+from tracking.quality.body_jump import body_jumps, jump_flags, longest_part
 from tracking.quality.body_model import BodyModel, centred, layout_model, learned, spacing_spread
 from tracking.quality.following import Gate, fitting_shape
 from tracking.quality.misplaced import clashing, misplaced, reaching, widened
@@ -67,8 +68,18 @@ def check_tracks(tracks: xr.Dataset, layout: RobotSpec, floor_px: float = FLOOR_
     findings = _findings(tracks, layout, floor_px)
     frozen = frozen_picture(pixels_of(tracks))  # (n,)
     believed = findings.present & ~findings.wrong & ~frozen[:, None]
-    flags = (*flags_of(findings, markers_of(tracks)), *frozen_flags(frozen, markers_of(tracks)))
+    jumps, names = _body_jumps(tracks, frozen), markers_of(tracks)
+    part = longest_part(len(frozen), [frame for frame, _ in jumps])
+    believed[: part.start] = believed[part.stop :] = False
+    flags = (*flags_of(findings, names), *frozen_flags(frozen, names), *jump_flags(jumps, part, names))
     return TrackQuality(np.where(believed, tracks.confidence.values, 0.0), tuple(sorted(flags, key=_first_frame)))
+
+
+def _body_jumps(tracks: xr.Dataset, frozen: np.ndarray) -> list[tuple[int, float]]:
+    """Jumps of the whole body, but for those out of a picture that stood still, which is flagged already."""
+    seen = np.where(tracks.confidence.values[..., None] > 0, pixels_of(tracks), np.nan)
+    found = body_jumps(tracks.time.values, seen)
+    return [(frame, off_px) for frame, off_px in found if not frozen[max(frame - 2, 0) : frame + 2].any()]
 
 
 def _first_frame(flag: Flag) -> int:

@@ -6,13 +6,12 @@
     coords,x,y,likelihood,…
     0,310.5,95.0,0.98,…
 
-The first column is the number of the frame; there is no time in the file. Files without ``likelihood``, as
-labelled by hand, have confidence 1. https://deeplabcut.github.io/DeepLabCut/docs/standardDeepLabCut_UserGuide.html
+The first column is the number of the frame; there is no time in the file. Of several individuals one is read, with the
+body parts of their own ("single"). Labels of single pictures, whose first column is a file, are no tracks. https://deeplabcut.github.io/DeepLabCut/docs/standardDeepLabCut_UserGuide.html
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -22,12 +21,15 @@ import xarray as xr
 
 from session import FaultCollector
 from session.results import write_whole
-from session.tables import RawTable, read_table, to_numbers
+from session.tables import RawTable, to_numbers
 from session.tracks import markers_of, pixels_of
-from tracking.records.foreign import check_names, checked_tracks
+from tracking.records.foreign import ForeignTracks
 
 SCORER = "swimcal"
 COORDS = ("x", "y", "likelihood")
+UNIQUE = "single"
+"""What projects with several animals call the individual of the body parts that are there once."""
+LABELS = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff")
 
 
 def save_deeplabcut(path: Path, tracks: xr.Dataset) -> None:
@@ -42,25 +44,41 @@ def save_deeplabcut(path: Path, tracks: xr.Dataset) -> None:
     write_whole(path, pd.DataFrame(samples.reshape(len(samples), -1), columns=columns).to_csv())
 
 
-def load_deeplabcut(path: Path, markers: Sequence[str], fps: float) -> xr.Dataset:
-    """Reads DeepLabCut's CSV. Frame k is at k / `fps`; further body parts than the markers are left out.
+def read_deeplabcut(table: RawTable) -> ForeignTracks:
+    """Reads DeepLabCut's CSV, every body part of it.
 
     Raises:
         InputError: every fault of the file at once.
     """
-    table = read_table(path)
     faults = FaultCollector(table.file)
     head = _head(table, faults)
     columns = list(zip(head["bodyparts"], head["coords"], strict=True))  # without the first, the frame
-    check_names(markers, [marker for marker, _ in columns], "body part", faults)
-    faults.raise_if_any()
-    names = ("frame", *(f"{marker} {coord}" for marker, coord in columns))
     rows = replace(table, rows=table.rows[len(head) :])
+    _check_tracks(rows, faults)
+    parts = tuple(dict.fromkeys(part for part, _ in columns))
+    faults.raise_if_any()
+    names = ("frame", *(f"{part} {coord}" for part, coord in columns))
     values = to_numbers(rows, names, faults)  # (n, 1 + columns)
     faults.raise_if_any()
-    samples = np.stack([_samples(values[:, 1:], columns, marker, faults) for marker in markers], axis=1)  # (n, m, 3)
+    found = [_samples(values[:, 1:], columns, part, faults) for part in parts]
+    faults.raise_if_any()
+    samples = np.stack(found, axis=1)  # (n, k, 3)
     lines = [f"line {row.line}" for row in rows.rows]
-    return checked_tracks(markers, values[:, 0] / fps, samples[..., :2], samples[..., 2], lines, faults)
+    return ForeignTracks(table.file, "body part", parts, samples[..., :2], samples[..., 2], lines, frame=values[:, 0])
+
+
+def _check_tracks(rows: RawTable, faults: FaultCollector) -> None:
+    """That the rows are frames of a video."""
+    first = rows.rows[0].cells if rows.rows else []
+    picture = next((cell for cell in first if cell.lower().endswith(LABELS)), None)
+    if picture is not None:
+        faults.add(
+            "",
+            "these are DeepLabCut's labels of single pictures, not tracks of a video",
+            found=f"{len(rows.rows)} pictures, the first {Path(picture.replace(chr(92), '/')).name}",
+            expected="a row for every frame",
+            next_step="Give the CSV that `deeplabcut.analyze_videos(…, save_as_csv=True)` writes beside the video.",
+        )
 
 
 def is_deeplabcut(table: RawTable) -> bool:
@@ -82,7 +100,7 @@ def _head(table: RawTable, faults: FaultCollector) -> dict[str, list[str]]:
     elif len({len(row) for row in (first[1:], *head.values())}) > 1:
         found = ", ".join(f"{key}: {len(row)}" for key, row in head.items())
         faults.add("line 1", "header rows of different length", found=found, expected="as many cells in each")
-    elif len(animals := list(dict.fromkeys(head.get("individuals", ())))) > 1:
+    elif len(animals := [name for name in dict.fromkeys(head.get("individuals", ())) if name != UNIQUE]) > 1:
         step = "Write a file with the columns of one of them."
         faults.add("line 2", "more than one animal", found=", ".join(animals), expected="one", next_step=step)
     faults.raise_if_any()

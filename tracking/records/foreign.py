@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -11,15 +12,106 @@ import xarray as xr
 from session import FaultCollector
 from session.errors import Fault, did_you_mean
 from session.results import write_whole
-from session.tracks import FARTHEST_PX, as_tracks, check_count, check_seen, pixels_of
+from session.tracks import (
+    FARTHEST_PX,
+    NO_NAMES,
+    as_tracks,
+    check_count,
+    check_pixels,
+    check_seconds,
+    check_seen,
+    pixels_of,
+)
+from tracking.records.coarse_clock import even_times
+
+SURE = 1.5
+"""Scores of networks go a little beyond 1, which is taken as 1; percent are beyond this."""
 
 
-def check_names(markers: Sequence[str], found: Sequence[str], what: str, faults: FaultCollector) -> None:
-    """Adds a fault for each marker that a file does not hold; `what` is its word for a marker."""
-    for marker in markers:
-        if marker not in found:
-            hint = did_you_mean(marker, found) or "Rename it in the file, or in [markers] names of the session."
-            faults.add("", f"no {what} {marker!r}", choices=dict.fromkeys(found), next_step=hint)
+@dataclass(frozen=True, eq=False)
+class ForeignTracks:
+    """What a file of another program holds of n frames and k markers of its own names.
+
+    Attributes:
+        file: the name for messages.
+        word: the program's word for a marker.
+        names: of the k markers, in the order of the file.
+        position_px: (n, k, 2), nan where missing.
+        confidence: (n, k), nan where the file does not tell.
+        where: the place of each frame in the file.
+        time_s: (n,) s; None where the file has no time.
+        frame: (n,) number of each frame, which counts where there is no time.
+    """
+
+    file: str
+    word: str
+    names: tuple[str, ...]
+    position_px: np.ndarray
+    confidence: np.ndarray
+    where: Sequence[str]
+    time_s: np.ndarray | None = None
+    frame: np.ndarray | None = None
+
+    def renamed(self, rename: Mapping[str, str]) -> tuple[str, ...]:
+        """The markers' names after `rename`, from theirs to ours."""
+        return tuple(rename.get(name, name) for name in self.names)
+
+    def tracks(
+        self, markers: Sequence[str], fps: float | None, faults: FaultCollector, rename: Mapping[str, str] = NO_NAMES
+    ) -> xr.Dataset:
+        """The tracks of m markers; what else the file tracks is left out. Frame k is at k / `fps` where it has no time.
+
+        A position with one half missing is missing altogether; a confidence that is missing is 1, 0 where the position
+        is, and 1 where it is a little above that. Times rounded so coarsely that frames are uneven are made even.
+
+        Raises:
+            InputError: markers that are not there, no time and no `fps`, times that do not increase or are no seconds,
+                places that are no pixels, confidences outside [0, 1], a marker that is missing throughout, less than
+                two frames, and the faults that were there before.
+        """
+        names = self.renamed(rename)
+        check_names(markers, names, self.word, faults, [name for name in rename if name not in self.names])
+        if self.time_s is None and fps is None:
+            faults.add("", "the file has no time", expected="the frame rate of the camera", next_step="Add `--fps 60`.")
+        faults.raise_if_any()
+        assert self.time_s is not None or (fps is not None and self.frame is not None)
+        time_s = self.time_s if self.time_s is not None else np.asarray(self.frame, float) / (fps or np.nan)
+        chosen = [names.index(marker) for marker in markers]
+        position, confidence = self.position_px[:, chosen], self.confidence[:, chosen]
+        found = checked_tracks(markers, time_s, position, confidence, self.where, faults)
+        if self.time_s is None:
+            return found
+        even_s = even_times(found.time.values, fps, faults)
+        return as_tracks(tuple(markers), even_s, pixels_of(found), found.confidence.values)
+
+
+def check_names(
+    markers: Sequence[str], found: Sequence[str], word: str, faults: FaultCollector, unused: Sequence[str] = ()
+) -> None:
+    """Adds one fault for all markers that a file does not hold, and one for names of a renaming that it does not have.
+
+    `word` is the file's word for a marker.
+    """
+    theirs = list(dict.fromkeys(found))
+    if unused:
+        what, step = "no such name in the file to rename", did_you_mean(unused[0], theirs)
+        faults.add("--rename", what, found=", ".join(unused), choices=tuple(theirs), next_step=step)
+    missing = [marker for marker in markers if marker not in theirs]
+    if not missing:
+        return
+    if len(missing) == 1 and (hint := did_you_mean(missing[0], theirs)):
+        faults.add("", f"no {word} {missing[0]!r}", choices=tuple(theirs), next_step=hint)
+        return
+    free = [name for name in theirs if name not in markers]
+    pairs = f"{free[0]}={missing[0]},…" if free else "theirs=ours,…"
+    plural = f"{word[:-1]}ies" if word.endswith("y") else f"{word}s"
+    faults.add(
+        "",
+        f"{len(missing)} {plural} are missing" if len(missing) < len(markers) else f"other {plural}",
+        found=", ".join(theirs),
+        expected=", ".join(markers),
+        next_step=f"Give the others their names, in order of the body: `--rename {pairs}`, or rename them in the file.",
+    )
 
 
 def checked_tracks(
@@ -30,20 +122,12 @@ def checked_tracks(
     where: Sequence[str],
     faults: FaultCollector,
 ) -> xr.Dataset:
-    """Tracks of m markers from samples of another program, (n,), (n, m, 2) and (n, m), each frame at its place there.
-
-    A position with one half missing is missing altogether; a confidence that is missing is 1, and 0 where the
-    position is missing.
-
-    Raises:
-        InputError: times that do not increase, infinite or far away positions, confidences outside [0, 1], a marker
-            that is missing throughout, less than two frames, and the faults that were there before.
-    """
+    """Tracks of m markers from samples (n,), (n, m, 2) and (n, m), each frame at its place there."""
     position = np.array(position_px, dtype=float)
     missing = np.isnan(position).any(axis=2)  # (n, m)
     position[missing] = np.nan
     belief = np.where(np.isnan(confidence), 1.0, confidence)
-    belief = np.where(missing, 0.0, belief)
+    belief = np.where(missing, 0.0, np.where((belief > 1) & (belief <= SURE), 1.0, belief))
     check_count(len(time_s), faults)
     check_seen(~missing, markers, faults)
     late = (1 + np.flatnonzero(~(np.diff(time_s) > 0))).tolist()
@@ -58,6 +142,9 @@ def checked_tracks(
     faults.extend_capped([fault(k, None, "time does not increase", time_s[k], f"after {time_s[k - 1]}") for k in late])
     faults.extend_capped([fault(k, i, "confidence out of range", belief[k, i], "0 to 1") for k, i in outside])
     faults.extend_capped([fault(k, i, "is beyond any image", position[k, i], in_reach) for k, i in far])
+    if not faults:
+        check_seconds(np.asarray(time_s, float), faults)
+        check_pixels(position, faults)
     faults.raise_if_any()
     return as_tracks(tuple(markers), np.array(time_s, dtype=float), position, belief)
 

@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 import xarray as xr
 
-from session.tables import read_table
-from session.tracks import load_tracks, save_tracks
-from tracking.records.deeplabcut import is_deeplabcut, load_deeplabcut, save_deeplabcut
-from tracking.records.foreign import save_fishsim
-from tracking.records.movement import load_movement, save_movement
+from session import FaultCollector
+from session.tracks import NO_NAMES, save_tracks
+from tracking.records.deeplabcut import is_deeplabcut, read_deeplabcut, save_deeplabcut
+from tracking.records.foreign import ForeignTracks, save_fishsim
+from tracking.records.foreign_table import read_foreign_table
+from tracking.records.movement import Engine, read_movement, save_movement
+from tracking.records.plain_csv import read_headerless, read_plain
+from tracking.records.signatures import HDF5, NETCDF_3, check_readable
 
-SIGNATURES = (b"\x89HDF\r\n\x1a\n", b"CDF")
-"""How files of netCDF start: version 4, which is HDF5, and 3."""
 FORMATS: dict[str, Callable[[Path, xr.Dataset], None]] = {
     "swimcal": save_tracks,
     "deeplabcut": save_deeplabcut,
@@ -25,20 +26,35 @@ FORMATS: dict[str, Callable[[Path, xr.Dataset], None]] = {
 `movement`, the authors' CSV without a header."""
 
 
-def import_tracks(path: Path, markers: Sequence[str], fps: float) -> xr.Dataset:
-    """Reads tracks in any of the forms in `FORMATS`, which is recognised by the content, not by the name.
+def read_foreign(path: Path, markers: Sequence[str]) -> ForeignTracks:
+    """Reads all that a file tracks, in any of the forms in `FORMATS` or SLEAP's CSV, recognised by the content.
 
-    Text may be packed (.gz); `fps` is for forms without time. What the file tracks beyond the `markers` is left out,
-    save in our own form, in which it is an error.
+    Text may be packed (.gz); `markers` are those of rows without names, in their order.
+
+    Raises:
+        InputError: every fault of the file at once; of another program's file, what it is and the way that works.
+    """
+    check_readable(path)
+    if (engine := _netcdf(path)) is not None:
+        return read_movement(path, engine)
+    table = read_foreign_table(path)
+    if is_deeplabcut(table):
+        return read_deeplabcut(table)
+    return read_headerless(table, tuple(markers)) if table.header is None else read_plain(table)
+
+
+def import_tracks(
+    path: Path, markers: Sequence[str], fps: float | None = None, rename: Mapping[str, str] = NO_NAMES
+) -> xr.Dataset:
+    """Reads the tracks of some markers, as `read_foreign` has them; what else the file tracks is left out.
+
+    `fps` is for forms without time; `rename` gives names of the file those of the markers.
 
     Raises:
         InputError: every fault of the file at once.
     """
-    if _is_netcdf(path):
-        return load_movement(path, markers, fps)
-    if is_deeplabcut(read_table(path)):
-        return load_deeplabcut(path, markers, fps)
-    return load_tracks(path, markers, fps)
+    found = read_foreign(path, markers)
+    return found.tracks(markers, fps, FaultCollector(str(path)), rename).assign_attrs(source=str(path))
 
 
 def export_tracks(tracked: xr.Dataset, path: Path, form: str) -> None:
@@ -53,10 +69,11 @@ def export_tracks(tracked: xr.Dataset, path: Path, form: str) -> None:
     FORMATS[form](path, tracked)
 
 
-def _is_netcdf(path: Path) -> bool:
-    """No as well for what cannot be read, which readers report."""
+def _netcdf(path: Path) -> Engine | None:
+    """What reads a file of netCDF; None for others, and for what cannot be read, which readers report."""
     try:
         with path.open("rb") as stream:
-            return stream.read(8).startswith(SIGNATURES)
+            head = stream.read(8)
     except OSError:
-        return False
+        return None
+    return "h5netcdf" if head.startswith(HDF5) else "scipy" if head.startswith(NETCDF_3) else None

@@ -40,7 +40,7 @@ from threadpoolctl import threadpool_limits
 
 from session import Flag
 from session.tracks import markers_of, pixels_of
-from tracking.records.tracked import SampleState, samples_of, seen_in, with_samples
+from tracking.records.tracked import SampleState, but_repeats, samples_of, seen_in, with_samples
 from tracking.stretches import stretches
 
 REACH_FRAMES = 300
@@ -97,7 +97,7 @@ def fill_gaps(tracked: xr.Dataset) -> xr.Dataset:
         filled["position_px"] = np.stack([filling.place.real, filling.place.imag], axis=1)
         filled["confidence"] = _confidence(time_s, tracked.confidence.values[:, k], span)
         filled["state"], filled["size_px"] = SampleState.INTERPOLATED, np.nan
-    return with_samples(tracked, samples, tuple(flags))
+    return with_samples(tracked, samples, but_repeats(tracked, flags))
 
 
 def _flag(marker: str, span: slice, why: str) -> Flag:

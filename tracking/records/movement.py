@@ -9,20 +9,21 @@ https://movement.neuroinformatics.dev/user_guide/movement_dataset.html
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
 from session import FaultCollector
 from session.errors import shown
 from session.results import program_version, writing_whole
-from tracking.records.foreign import check_names, checked_tracks
+from tracking.records.foreign import ForeignTracks
 
 if TYPE_CHECKING:
     import xarray as xr
 
+Engine = Literal["h5netcdf", "scipy"]
+"""Of xarray: netCDF 4, which is HDF5, or 3."""
 INDIVIDUAL = "fish"
 SINGULAR = {"keypoints": "keypoint", "individuals": "individual"}
 """The names of dimensions before version 0.17, and since."""
@@ -54,43 +55,51 @@ def save_movement(path: Path, tracked: xr.Dataset) -> None:
         data.to_netcdf(part, engine="h5netcdf")
 
 
-def load_movement(path: Path, markers: Sequence[str], fps: float) -> xr.Dataset:
-    """Reads a poses dataset of `movement` with one individual; further keypoints than the markers are left out.
-
-    `fps` counts where the file's time is in frames.
+def read_movement(path: Path, engine: Engine) -> ForeignTracks:
+    """Reads a poses dataset of `movement` with one individual, all keypoints of it.
 
     Raises:
         InputError: every fault of the file at once.
     """
+    import xarray as xr
+
     faults = FaultCollector(str(path))
-    data = _read(path, faults)
+    try:
+        with xr.open_dataset(path, engine=engine, decode_times=False) as data:
+            data.load()
+    except (OSError, ValueError, KeyError, TypeError, IndexError, EOFError) as error:
+        faults.add("", "the file cannot be read", found=str(error), expected="a whole netCDF file")
+    faults.raise_if_any()
+    return from_movement(data, str(path))
+
+
+def from_movement(data: xr.Dataset, file: str) -> ForeignTracks:
+    """What a poses dataset of `movement` in memory holds, its dimensions in any order and either spelling.
+
+    Raises:
+        InputError: every fault of it at once, under the name `file`.
+    """
+    faults = FaultCollector(file)
+    data = data.rename({old: new for old, new in SINGULAR.items() if old in data.dims})
+    if "position" in data and set(data["position"].dims) == set(DIMENSIONS[:3]):  # an individual is chosen already
+        data = data.drop_vars("individual", errors="ignore").expand_dims("individual")
     _check_layout(data, faults)
     faults.raise_if_any()
-    check_names(markers, data["keypoint"].values.astype(str).tolist(), "keypoint", faults)
-    faults.raise_if_any()
-    chosen = data.isel(individual=0).sel(keypoint=list(markers), space=["x", "y"])
-    position = chosen["position"].transpose("time", "keypoint", "space").values  # (n, m, 2)
+    chosen = data.isel(individual=0).sel(space=["x", "y"])
+    position = chosen["position"].transpose("time", "keypoint", "space").values.astype(float)  # (n, k, 2)
     confidence = np.full(position.shape[:2], np.nan)
     if "confidence" in chosen:
         confidence = chosen["confidence"].transpose("time", "keypoint").values.astype(float)
-    time = data["time"].values.astype(float)  # (n,)
-    time_s = time / fps if data.attrs.get("time_unit") == "frames" else time
-    return checked_tracks(markers, time_s, position, confidence, [f"time[{row}]" for row in range(len(time))], faults)
-
-
-def _read(path: Path, faults: FaultCollector) -> xr.Dataset:
-    """The whole dataset in memory, with the present names of its dimensions."""
-    import xarray as xr
-
-    try:
-        with xr.open_dataset(path, engine="h5netcdf", decode_times=False) as data:
-            data.load()
-    except FileNotFoundError:
-        faults.add("", "the file is not there", expected="a readable file")
-    except (OSError, ValueError, KeyError, TypeError) as error:
-        faults.add("", "the file cannot be read", found=str(error), expected="a whole netCDF 4 file")
-    faults.raise_if_any()
-    return data.rename({old: new for old, new in SINGULAR.items() if old in data.dims})
+    time, names = data["time"].values, tuple(data["keypoint"].values.astype(str).tolist())
+    if np.issubdtype(time.dtype, np.timedelta64):
+        time = time / np.timedelta64(1, "s")
+    where, time = [f"time[{row}]" for row in range(len(time))], time.astype(float)
+    in_frames = data.attrs.get("time_unit", "seconds") == "frames"
+    fps = float(data.attrs.get("fps") or np.nan)
+    if in_frames and fps > 0:
+        in_frames, time = False, time / fps
+    times = {"frame": time} if in_frames else {"time_s": time}
+    return ForeignTracks(file, "keypoint", names, position, confidence, where, **times)
 
 
 def _check_layout(data: xr.Dataset, faults: FaultCollector) -> None:
@@ -103,14 +112,13 @@ def _check_layout(data: xr.Dataset, faults: FaultCollector) -> None:
             "", "not a poses dataset of movement", found=shown(found, 200), expected=expected, next_step=next_step
         )
         return
-    if unlabelled := [name for name in DIMENSIONS if name not in data.coords]:
+    if unlabelled := [name for name in DIMENSIONS[:3] if name not in data.coords]:
         faults.add("", "dimensions without labels", found=", ".join(unlabelled), expected="a coordinate for each")
     elif not {"x", "y"} <= set(data["space"].values.astype(str).tolist()):
         faults.add("", "no x and y", found=shown(data["space"].values.tolist()), expected="x and y in space")
     if data.sizes["individual"] != 1:
-        found = (
-            shown(data["individual"].values.tolist()) if "individual" in data.coords else str(data.sizes["individual"])
-        )
+        named = "individual" in data.coords
+        found = shown(data["individual"].values.tolist()) if named else str(data.sizes["individual"])
         step = "Choose one: ds.sel(individual=[name])."
         faults.add("", "not one individual", found=found, expected="one", next_step=step)
     if data.attrs.get("time_unit", "seconds") not in ("seconds", "frames"):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from enum import IntEnum
 
 import numpy as np
@@ -11,6 +11,7 @@ import xarray as xr
 from session import Flag
 from session.tracks import as_tracks, markers_of, pixels_of
 from tracking.stretches import stretches
+from tracking.video.repeats import LONGEST
 
 
 class SampleState(IntEnum):
@@ -41,8 +42,10 @@ STATE_MEANINGS = {  # of the numbers of the states, as the CF conventions have i
 }
 SEEN = (SampleState.MEASURED, SampleState.BY_HAND)
 """The states of samples that somebody or something saw; the others are guesses."""
-UNTRUSTED = ("lost_marker", "drift", "size", "swap")
-"""Flags of the tracker's own judgement whose samples count nowhere."""
+UNTRUSTED = ("lost_marker", "drift", "size", "swap", "damaged_video")
+"""Flags of the tracker's own judgement, and of the reader's, whose samples count nowhere."""
+REPEATED = "repeated_frames"
+"""The flag of a film in which pictures repeat the one before."""
 ONLY_CSRT = "only_csrt"
 
 SAMPLE = np.dtype(
@@ -98,12 +101,32 @@ def seen_in(tracked: xr.Dataset) -> np.ndarray:
     return np.isin(tracked.state.values, SEEN)
 
 
+def repeated_frames(tracked: xr.Dataset) -> np.ndarray:
+    """(n,) the frames left out because they repeat the one before, in which no marker can be seen or lost."""
+    seen = np.asarray(seen_in(tracked).any(axis=1))
+    left_out = np.zeros(len(seen), bool)
+    if any(flag.kind == REPEATED for flag in tracked.flags):
+        for first, last in stretches(~seen):
+            left_out[first : last + 1] = last - first < LONGEST
+    return left_out
+
+
+def but_repeats(tracked: xr.Dataset, flags: Iterable[Flag]) -> tuple[Flag, ...]:
+    """The flags without those for samples missing in frames that repeat the one before: one flag tells of all."""
+    left_out = repeated_frames(tracked)
+    return tuple(
+        flag
+        for flag in flags
+        if flag.kind != "gap" or flag.frames is None or not left_out[flag.frames[0] : flag.frames[1] + 1].all()
+    )
+
+
 def counting(tracked: xr.Dataset) -> xr.Dataset:
     """The tracks alone, with confidence 0 where a sample was not seen, or is flagged by the tracker's judgement."""
     counts, names = seen_in(tracked), markers_of(tracked)
     for flag in tracked.flags:
         if flag.kind in UNTRUSTED and flag.frames is not None:
-            columns = [names.index(name) for name in flag.markers]
+            columns = [names.index(name) for name in flag.markers or names]
             counts[flag.frames[0] : flag.frames[1] + 1, columns] = False
     confidence = np.where(counts, tracked.confidence.values, 0.0)
     return as_tracks(names, tracked.time.values, pixels_of(tracked), confidence, tracked.source)

@@ -2,7 +2,7 @@
 
 from tracking.tracker.doubtful_boxes import doubtful_boxes
 from tracking.tracker.follow_video import TRACKERS, TrackerName, follow_video
-from tracking.tracker.judgement import trusted
+from tracking.tracker.judgement import exchanged_apart, trusted
 from tracking.tracker.retrack import retracker
 from tracking.tracker.tracker import MarkerTracker, Sighting
 
@@ -12,6 +12,7 @@ __all__ = [
     "Sighting",
     "TrackerName",
     "doubtful_boxes",
+    "exchanged_apart",
     "follow_video",
     "retracker",
     "trusted",

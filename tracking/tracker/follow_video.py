@@ -11,7 +11,7 @@ from session import Flag, InputError
 from session.errors import Fault
 from session.tracks import as_tracks
 from tracking.boxes import StartBoxes
-from tracking.records.tracked import NO_SAMPLE, SampleState, as_tracked, only_csrt_flags, with_samples
+from tracking.records.tracked import NO_SAMPLE, REPEATED, SampleState, as_tracked, only_csrt_flags, with_samples
 from tracking.stretches import stretches
 from tracking.tracker.csrt import opencv_on_one_thread
 from tracking.tracker.doubtful_boxes import LEAST_CONTRAST, without_marker
@@ -19,12 +19,17 @@ from tracking.tracker.grey import Grey
 from tracking.tracker.partial import Partial
 from tracking.tracker.plain_csrt import PlainCsrt
 from tracking.tracker.tracker import MarkerTracker, Sighting
-from tracking.video import Frame, Video
+from tracking.video import Frame, Video, VideoInfo
+from tracking.video.backward import backward
+from tracking.video.repeats import Repeats
 
 TrackerName = Literal["hybrid", "spots", "csrt"]
 TRACKERS: tuple[TrackerName, ...] = get_args(TrackerName)
 """hybrid: spots, and CSRT where none answers; spots: without CSRT; csrt: plain CSRT, the baseline."""
 
+ANEW, _TRY_EVERY = 30, 3
+"""Frames behind damage in which tracking starts anew where the markers are found; of these every third is tried."""
+_IN_VIEW, _GONE_FOR = 0.5, 5  # going back, the robot is out of view where so few markers are seen for so many frames
 PREDICTED_FOR = 12
 """Frames for which the position of an unseen marker is carried on; after that it is missing."""
 _SNAPSHOT_EVERY = 30  # frames at least; from the last of these interrupted work goes on
@@ -34,6 +39,8 @@ _REPORT_EVERY_S = 0.2
 
 Progress = Callable[[int, int, float], None]
 """Called with frames done, frames in all, and frames a second."""
+Find = Callable[[Frame], StartBoxes | None]
+"""Finds the boxes in a frame; None where they are not certain."""
 
 
 def follow_video(
@@ -43,11 +50,13 @@ def follow_video(
     method: TrackerName = "hybrid",
     partial: Partial | None = None,
     progress: Progress | None = None,
+    find: Find | None = None,
 ) -> xr.Dataset:
-    """Tracks the markers from the frame of their boxes to the end of the video.
+    """Tracks the markers from the frame of their boxes to the end of the video, and back to where they come into view.
 
-    Row k is frame k; frames before that of the boxes, and frames that cannot be read, hold no samples. Interrupted,
-    it leaves what was tracked so far in `partial` and goes on from there the next time, with the same result.
+    Row k is frame k; frames that cannot be read, or repeat the one before, hold no samples. Interrupted, it leaves what
+    was tracked so far in `partial` and goes on from there the next time, with the same result. Behind damage it starts
+    anew from the boxes that `find` finds there.
 
     CSRT takes as many threads as the video is decoded with; `progress` is called now and then.
 
@@ -61,7 +70,9 @@ def follow_video(
         one_pass = _Pass(video, tuple(markers), partial)
         if method == "csrt" or not one_pass.taken_up():
             one_pass.begin(boxes, method)
-        one_pass.follow(progress)
+        one_pass.follow(progress, find)
+        if method != "csrt":
+            one_pass.go_back(boxes, method)
     return one_pass.result()
 
 
@@ -72,7 +83,9 @@ class _Pass:
         self._video, self._markers, self._partial = video, markers, partial
         self._samples = np.full((video.info.frames, len(markers)), NO_SAMPLE)
         self._unseen = np.zeros(len(markers), int)  # for how many frames now
+        self._repeats = Repeats()
         self._end = 0  # one past the last frame taken in
+        self._last, self._anew = -1, 0  # the last frame taken in; for how many more it may start anew
         self._tracker: MarkerTracker | PlainCsrt
         self._grey = Grey()
         self._onwards: Iterable[Frame] = ()
@@ -86,6 +99,8 @@ class _Pass:
         self._end, self._unseen = len(kept["samples"]), kept["frames_unseen"]
         self._samples[: self._end] = kept["samples"]
         self._grey = Grey.restored(kept["grey"])
+        self._last = self._end - 1
+        self._repeats = Repeats.restored(kept)
         self._onwards = self._video.frames(self._end)
         return True
 
@@ -100,50 +115,99 @@ class _Pass:
         if frame is None or frame.number != boxes.frame:
             frame, onwards = self._video.frame(boxes.frame), self._video.frames(boxes.frame + 1)
         self._onwards = onwards
-        chosen = [boxes.boxes[name] for name in self._markers]
-        threads = self._video.threads
         if method == "csrt":
-            corners = np.array(chosen)  # (m, 4)
-            self._tracker = PlainCsrt(frame.luma, corners[:, :2], corners[:, 2:], threads)
+            corners = np.array([boxes.boxes[name] for name in self._markers])  # (m, 4)
+            self._tracker = PlainCsrt(frame.luma, corners[:, :2], corners[:, 2:], self._video.threads)
             first = self._tracker.first
         else:
-            centre = np.array([box.centre_px for box in chosen])
-            side = np.array([(box.width + box.height) / 2 for box in chosen])
-            self._grey = Grey.chosen(frame, centre, side)
-            self._tracker, first = MarkerTracker.begin(
-                self._grey.of(frame), centre, side, method == "hybrid", threads=threads
-            )
-            self._check_markers(without_marker(self._tracker, first), boxes.frame)
+            tracker, first = self._begun(frame, boxes, method == "hybrid")
+            self._check_markers(without_marker(tracker, first), boxes.frame)
         self._add(boxes.frame, first)
+        self._last = boxes.frame
+        self._repeats.repeats(boxes.frame, frame.luma, first.position_px)
+
+    def _begun(self, frame: Frame, boxes: StartBoxes, use_csrt: bool) -> tuple[MarkerTracker, Sighting]:
+        """The tracker from now on, begun in a frame in which every marker has a box, and what it saw there."""
+        centre = boxes.centres_px(self._markers)
+        side = np.array([(boxes.boxes[name].width + boxes.boxes[name].height) / 2 for name in self._markers])
+        self._grey = Grey.chosen(frame, centre, side)
+        self._tracker, first = MarkerTracker.begin(
+            self._grey.of(frame), centre, side, use_csrt, threads=self._video.threads
+        )
+        return self._tracker, first
 
     def _check_markers(self, empty: np.ndarray, frame: int) -> None:
         if empty.any():
             names = ", ".join(np.array(self._markers)[empty].tolist())
-            expected = f"a disc that differs from what is around it by {LEAST_CONTRAST:g} of 255 or more"
-            step = "Look at the preview of the boxes, or click them: `calib track SESSION --click`."
+            expected = f"a disc that differs from what is around it by {LEAST_CONTRAST:g} of 255 or more, in brightness or colour"
+            step = (
+                "Look at the preview of the boxes, or click them: `calib track SESSION --click`. Dots that look like their "
+                "body cannot be tracked: paint them white on a dark body, black or red on a bright one."
+            )
             file, what = str(self._video.info.file), "boxes without a marker"
             raise InputError([Fault(file, f"frame {frame}", what, names, expected, next_step=step)])
 
-    def follow(self, progress: Progress | None) -> None:
+    def go_back(self, boxes: StartBoxes, method: TrackerName) -> None:
+        """Backward from the frame of the boxes, to where most markers are out of sight: the robot came into view."""
+        if boxes.frame == 0:
+            return
+        self._begun(self._video.frame(boxes.frame), boxes, method == "hybrid")
+        self._unseen[:] = 0
+        gone, since, end = 0, boxes.frame, self._end
+        for earlier in backward(self._video, boxes.frame):
+            sighting = self._tracker.step(self._grey.of(earlier), frames=float(since - earlier.number))
+            since = earlier.number
+            self._add(earlier.number, sighting)
+            gone = 0 if sighting.seen.mean() > _IN_VIEW else gone + 1
+            if gone == _GONE_FOR:
+                self._samples[earlier.number : earlier.number + gone] = NO_SAMPLE
+                break
+        self._end = end
+
+    def _start_anew(self, frame: Frame, find: Find | None) -> bool:
+        """Starts anew in a frame where all boxes are found; whether they are."""
+        boxes = find(frame) if find is not None and isinstance(self._tracker, MarkerTracker) else None
+        if boxes is None:
+            return False
+        use_csrt = isinstance(self._tracker, MarkerTracker) and self._tracker.csrt is not None
+        _, first = self._begun(frame, boxes, use_csrt)
+        self._add(frame.number, first)
+        return True
+
+    def _take(self, frame: Frame, since: np.ndarray, find: Find | None) -> bool:
+        """Takes a frame in; False for one that repeats the one before. `since` (n,) are frames of the usual rate."""
+        number, last = frame.number, self._last
+        if self._repeats.repeats(number, frame.luma, self._samples[max(last, 0)]["position_px"]):
+            return False
+        self._anew = ANEW if self._video.is_suspect(number) else self._anew - 1
+        tried = 0 <= self._anew < ANEW and (ANEW - self._anew) % _TRY_EVERY == 1
+        if tried and self._start_anew(frame, find):
+            self._anew = 0
+        else:
+            elapsed = float(since[last + 1 : number + 1].sum())
+            self._add(number, self._tracker.step(self._grey.of(frame), frames=elapsed))
+        self._last = number
+        return True
+
+    def follow(self, progress: Progress | None, find: Find | None = None) -> None:
         """To the end; what was tracked is kept now and then, and when it is interrupted."""
         began, first, reported = time.perf_counter(), self._end, -np.inf
         info = self._video.info
         since = np.diff(info.time_s, prepend=np.nan) * info.fps  # frames of the usual rate
-        last = first - 1
         snapshot: dict[str, np.ndarray] = {}
         taken = written = first  # the last snapshot, and the last one written
         try:
             for frame in self._onwards:
-                elapsed = float(since[last + 1 : frame.number + 1].sum())
-                self._add(frame.number, self._tracker.step(self._grey.of(frame), frames=elapsed))
-                last = frame.number
+                if not self._take(frame, since, find):
+                    continue
                 if self._partial is not None and isinstance(self._tracker, MarkerTracker):
                     if self._end - taken >= _SNAPSHOT_EVERY and self._tracker.can_be_kept:
-                        own = {
+                        own: dict[str, np.ndarray] = {
                             "samples": self._samples[: self._end],
                             "frames_unseen": self._unseen,
                             "grey": self._grey.as_array(),
                         }
+                        own |= self._repeats.state()
                         snapshot, taken = own | self._tracker.state(), self._end
                     if taken - written >= _KEEP_EVERY:
                         self._partial.write(snapshot)
@@ -171,11 +235,25 @@ class _Pass:
     def result(self) -> xr.Dataset:
         """Of all frames."""
         info = self._video.info
+        repeats = self._repeats.frames if self._repeats.are_many(info.frames) else []
+        for number in sorted(self._repeats.skipped - set(repeats)):  # of a robot that rests: the picture is the same
+            self._samples[number] = self._samples[number - 1]
         flags = list(only_csrt_flags(self._samples["by_csrt"], self._markers))
         damaged = stretches(self._video.suspect)
         flags += [Flag("damaged_video", (), span, "the video is damaged here") for span in damaged]
         caveats = [caveat for caveat in info.caveats if caveat != info.damage]
         flags += [Flag("damaged_video", (), None, caveat) for caveat in (*caveats, self._video.damage) if caveat]
+        if repeats:
+            flags.append(_repeats_flag(len(repeats), info))
         nowhere = np.full((*self._samples.shape, 2), np.nan)
         empty = as_tracked(as_tracks(self._markers, info.time_s, nowhere, np.zeros(self._samples.shape)))
         return with_samples(empty, self._samples, tuple(flags))
+
+
+def _repeats_flag(repeats: int, info: VideoInfo) -> Flag:
+    rate = info.fps * (info.frames - repeats) / info.frames
+    message = (
+        f"{repeats} of {info.frames} pictures repeat the one before: filmed at about {rate:.3g} frames a second, "
+        f"stored as {info.fps:.3g}; they are left out"
+    )
+    return Flag(REPEATED, (), None, message)

@@ -11,7 +11,7 @@ from session import Flag
 from session.tracks import markers_of, pixels_of
 from swimmer import RobotSpec
 from tracking.quality import check_tracks
-from tracking.records.tracked import counting, seen_in
+from tracking.records.tracked import but_repeats, counting, repeated_frames, seen_in
 from tracking.stretches import stretches
 
 SIZE_OFF = 0.3
@@ -27,6 +27,9 @@ EXCHANGE = 0.5
 their own distance."""
 EXCHANGE_FRAMES = 2
 """The shortest exchange that is flagged."""
+APART, LEAST_FRAMES = 0.5, 3
+"""In tracks from elsewhere two markers count as exchanged while further apart than this share of what is usual, for so
+many frames: what is nearer is merged."""
 
 
 def trusted(tracked: xr.Dataset, layout: RobotSpec) -> xr.Dataset:
@@ -40,7 +43,7 @@ def trusted(tracked: xr.Dataset, layout: RobotSpec) -> xr.Dataset:
     quality = check_tracks(counting(tracked.assign_attrs(flags=tuple(own))).isel(time=slice(first, None)), layout)
     weight = np.zeros(tracked.state.shape)
     weight[first:] = quality.weight
-    flags = (*own, *(flag.later(first) for flag in quality.flags))
+    flags = (*own, *but_repeats(tracked, (flag.later(first) for flag in quality.flags)))
     found = tracked.assign(weight=(("time", "keypoint"), weight))
     return found.assign_attrs(flags=tuple(dict.fromkeys(flags)))
 
@@ -53,7 +56,7 @@ def judge(tracked: xr.Dataset, layout: RobotSpec) -> tuple[Flag, ...]:
     seen = seen_in(tracked)
     low_confidence = seen & (tracked.confidence.values < LEAST_CONFIDENCE)
     suspicions = {
-        "lost_marker": (~seen, 1, "is not seen"),
+        "lost_marker": (~seen & ~repeated_frames(tracked)[:, None], 1, "is not seen"),
         "drift": (low_confidence, DRIFT_FRAMES, "has lost its appearance; the tracker may have drifted"),
         "size": (_wrong_size(tracked), 1, "appears in another size"),
     }
@@ -63,7 +66,7 @@ def judge(tracked: xr.Dataset, layout: RobotSpec) -> tuple[Flag, ...]:
         for k, marker in enumerate(markers_of(tracked))
         for span in stretches(where[:, k], least)
     ]
-    flags += _exchanges(tracked, layout)
+    flags += exchange_flags(tracked, layout)
     return tuple(sorted(flags, key=lambda flag: flag.frames or (-1, -1)))
 
 
@@ -73,7 +76,7 @@ def _wrong_size(tracked: xr.Dataset) -> np.ndarray:
     return median_filter(off, size=(SIZE_FRAMES, 1)) > SIZE_OFF
 
 
-def _exchanges(tracked: xr.Dataset, layout: RobotSpec) -> list[Flag]:
+def exchange_flags(tracked: xr.Dataset, layout: RobotSpec) -> list[Flag]:
     """Pairs of neighbours on the mid line that are the wrong way round, and of left and right markers.
 
     The markers of the mid line are in one order along the body, however it bends: exchanging two of them back makes
@@ -90,6 +93,18 @@ def _exchanges(tracked: xr.Dataset, layout: RobotSpec) -> list[Flag]:
         for (a, b), wrong in pairs
         for span in stretches(wrong, EXCHANGE_FRAMES)
     ]
+
+
+def exchanged_apart(tracked: xr.Dataset, layout: RobotSpec) -> tuple[Flag, ...]:
+    """The exchanges in tracks from elsewhere: of two markers that are as far apart as usual, not on one spot."""
+    names, position = markers_of(tracked), pixels_of(tracked)
+    found = []
+    for flag in exchange_flags(tracked, layout):
+        one, other = (names.index(marker) for marker in flag.markers)
+        apart, (first, last) = np.linalg.norm(position[:, one] - position[:, other], axis=1), flag.frames or (0, -1)
+        if last - first + 1 >= LEAST_FRAMES and np.nanmedian(apart[first : last + 1]) > APART * np.nanmedian(apart):
+            found.append(flag)
+    return tuple(found)
 
 
 def _shorter_exchanged(position: np.ndarray, order: list[int], a: int, b: int) -> np.ndarray:

@@ -9,6 +9,7 @@ from tracking.records.edits import Retracker
 from tracking.records.tracked import NO_SAMPLE, SampleState
 from tracking.tracker.csrt import opencv_on_one_thread
 from tracking.tracker.doubtful_boxes import without_marker
+from tracking.tracker.grey import Grey
 from tracking.tracker.tracker import MarkerTracker
 from tracking.video import Video
 
@@ -33,7 +34,9 @@ def _tracked_on(
 ) -> tuple[np.ndarray, tuple[Flag, ...]]:
     box, after = Box(*wanted.box), wanted.frame + 1
     centre, side = np.array([box.centre_px]), np.array([(box.width + box.height) / 2])
-    tracker, first = MarkerTracker.begin(video.frame(wanted.frame).luma, centre, side, threads=video.threads)
+    start = video.frame(wanted.frame)
+    grey = Grey.chosen(start, centre, side)
+    tracker, first = MarkerTracker.begin(grey.of(start), centre, side, threads=video.threads)
     stop = len(position_px) if wanted.until is None else wanted.until + 1
     samples = np.full(stop - after, NO_SAMPLE)
     if without_marker(tracker, first)[0]:
@@ -46,7 +49,7 @@ def _tracked_on(
     for frame in video.frames(after, stop):
         others = position_px[frame.number, believed]  # (o, 2)
         taken = others[np.isfinite(others).all(axis=1)]
-        sighting = tracker.step(frame.luma, taken, (frame.time_s - last_s) * video.info.fps)
+        sighting = tracker.step(grey.of(frame), taken, (frame.time_s - last_s) * video.info.fps)
         last_s = frame.time_s
         if sighting.seen[0]:
             sample = sighting.position_px, sighting.confidence, SampleState.MEASURED, sighting.diameter_px

@@ -11,7 +11,7 @@ from typing import NamedTuple, Self
 import av
 
 from session.errors import Fault, InputError
-from tracking.video.index import FrameIndex
+from tracking.video.index import FrameIndex, has_no_times
 
 EXPECTED = "a video file (MP4, MOV, MKV, AVI, WebM, ...)"
 MP4_BOXES = (b"ftyp", b"moov", b"mdat", b"wide", b"free", b"skip")
@@ -123,7 +123,7 @@ def open_video(file: Path) -> tuple[av.container.InputContainer, av.VideoStream]
     """
     _check_file(file)
     try:
-        container = av.open(str(file))
+        container = av.open(str(file.absolute()))  # FFmpeg takes what is before a colon for a protocol
     except (av.FFmpegError, OSError) as error:
         raise _unreadable(file, error) from error
     try:
@@ -131,6 +131,16 @@ def open_video(file: Path) -> tuple[av.container.InputContainer, av.VideoStream]
     except BaseException:
         container.close()
         raise
+
+
+def is_without_times(file: Path) -> bool:
+    """Whether a video is of a kind that holds no times; False for what cannot be opened."""
+    try:
+        container, _ = open_video(file)
+    except InputError:
+        return False
+    with container:
+        return has_no_times(container)
 
 
 def _check_file(file: Path) -> None:

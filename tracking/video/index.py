@@ -2,13 +2,15 @@
 
 from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import NamedTuple
 
 import av
 import numpy as np
 
+NO_TIMESTAMPS = 0x0080
+"""FFmpeg's AVFMT_NOTIMESTAMPS (libavformat/avformat.h)."""
 MOSTLY = 0.95
 """From this share of packets with a time stamp of their own, the others are damaged packets, not frames."""
 NO_TIME_OF_PRESENTATION = ("avi",)
@@ -98,8 +100,25 @@ def _decoded(stream: av.VideoStream, packet: av.Packet | None) -> av.VideoFrame 
     return None
 
 
-def index_frames(read: Packets, container: av.container.InputContainer, stream: av.VideoStream) -> FrameIndex:
-    """The frames of a stream, numbered in the order in which they are shown."""
+def index_frames(
+    read: Packets, container: av.container.InputContainer, stream: av.VideoStream, fps: float | None = None
+) -> FrameIndex:
+    """The frames of a stream, numbered in the order in which they are shown; `fps` is of files without times."""
+    found = _index_frames(read, container, stream)
+    if found.source is not TimeSource.FRAME_RATE and not has_no_times(container):
+        return found
+    time_s = np.arange(len(found.time_s)) / (fps or float(stream.guessed_rate or 25))
+    return replace(found, time_s=time_s, source=TimeSource.FRAME_RATE)
+
+
+def has_no_times(container: av.container.InputContainer) -> bool:
+    """Whether files of this kind hold no times at all: raw H.264, HEVC, MJPEG, …; FFmpeg then counts as if at 25 a
+    second, or by a rate that is stated somewhere in the pictures.
+    """
+    return bool(container.format.flags & NO_TIMESTAMPS)
+
+
+def _index_frames(read: Packets, container: av.container.InputContainer, stream: av.VideoStream) -> FrameIndex:
     shown = [packet for packet in read.packets if packet.is_shown]
     if not (stream.codec_context.has_b_frames and container.format.name in NO_TIME_OF_PRESENTATION):
         stamps = sorted({packet.pts for packet in shown if packet.pts is not None})

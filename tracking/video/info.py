@@ -10,6 +10,8 @@ from tracking.video.index import TimeSource
 LONGEST_SPAN = 60
 """Frames a span for the frame rate has at most: stamps rounded to 1 ms then leave it within 0.1 %."""
 
+SQUARE_WITHIN = 1e-3
+"""Pixels whose sides differ by no more are square."""
 LONG_STEP_S, LONG_STEP = 1.0, 10
 """A step in time is reported from this length on, if it is also this many times the median one …"""
 STEADY, STEADY_WITHIN, STEADY_STEP = 0.95, 0.25, 2.5
@@ -22,12 +24,12 @@ class VideoInfo:
     """A video's size, frames and times.
 
     Attributes:
-        width_px, height_px: of the upright picture.
+        width_px, height_px: of the upright picture in square pixels.
         codec: name of the codec: ``"h264"``, ``"hevc"``, ...
         time_s: (n,) time of each frame from the first one, ascending.
         time_source: where the times come from.
         rotation_deg: 0, 90, 180 or 270, by how much the stored picture is turned counterclockwise to be upright.
-        pixel_aspect: width over height of a pixel.
+        pixel_aspect: width over height of a pixel as stored; frames are given in square pixels.
         damage: what opening the file showed to be missing from it; None if nothing.
     """
 
@@ -40,6 +42,16 @@ class VideoInfo:
     rotation_deg: int = 0
     pixel_aspect: float = 1.0
     damage: str | None = None
+
+    @property
+    def has_clock(self) -> bool:
+        """Whether the file tells when its frames were taken; else the times are those of a given or guessed rate."""
+        return self.time_source is not TimeSource.FRAME_RATE
+
+    @property
+    def is_square(self) -> bool:
+        """Whether pixels are as wide as high as they are stored."""
+        return abs(self.pixel_aspect - 1) <= SQUARE_WITHIN
 
     @property
     def frames(self) -> int:
@@ -60,8 +72,6 @@ class VideoInfo:
             caveats.append(jump)
         if self.time_source is not TimeSource.PRESENTATION:
             caveats.append(f"the file has no times of presentation; the frames' times come from {self.time_source}")
-        if abs(self.pixel_aspect - 1) > 1e-3:
-            caveats.append(f"the pixels are {self.pixel_aspect:.3f} times as wide as high")
         return tuple(caveats)
 
     def _jump(self) -> str | None:

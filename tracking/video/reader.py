@@ -12,9 +12,12 @@ import numpy as np
 from session.errors import Fault, InputError
 from tracking.video.damage import lost_frames, missing_at_the_end, suspect_frames
 from tracking.video.decoding import Decoder, NumberedPicture, fault
-from tracking.video.frame import Frame
+from tracking.video.frame import GRAY_16, Frame, bits_used
 from tracking.video.index import index_frames, read_packets
-from tracking.video.info import VideoInfo
+from tracking.video.info import SQUARE_WITHIN, VideoInfo
+
+LOOKS = 8
+"""Frames that are looked at for the depth of gray."""
 
 
 class Video:
@@ -33,16 +36,17 @@ class Video:
         threads: to decode with, 0 for all cores; who works on its frames does well to take no more.
     """
 
-    def __init__(self, path: Path, threads: int = 0) -> None:
-        """Opens a video; `threads` to decode with, 0 for all cores.
+    def __init__(self, path: Path, threads: int = 0, fps: float | None = None) -> None:
+        """Opens a video; `threads` to decode with, 0 for all cores; `fps` counts where the file holds no times.
 
         Raises:
             InputError: if the file is missing, is no video or has no frame that can be decoded.
         """
-        self._file, self.threads = Path(path), threads
+        self._file, self.threads, self._fps = Path(path), threads, fps
         with Decoder(self._file, threads=1) as decoder:  # one thread: nothing beyond the first picture is decoded
             self._survey(decoder.container, decoder.stream)
         self._lost: set[int] = set()
+        self._suspect = 0, np.zeros(self.info.frames, bool)  # by how many are lost
         self._decoders: dict[int, Decoder] = {}  # for `frame`, by their threads
 
     def __enter__(self) -> Self:
@@ -70,6 +74,12 @@ class Video:
         packet that is gone together with its header is not missed, except by the step in time.
         """
         return suspect_frames(self._lost, self._index)
+
+    def is_suspect(self, number: int) -> bool:
+        """Whether a frame may show traces of those that could not be decoded so far."""
+        if len(self._lost) != self._suspect[0]:
+            self._suspect = len(self._lost), self.suspect
+        return bool(self._suspect[1][number])
 
     def frames(self, start: int = 0, stop: int | None = None) -> Iterator[Frame]:
         """The readable frames from `start` up to, not including, `stop` (None: to the end), in order of presentation.
@@ -152,23 +162,41 @@ class Video:
             raise fault(
                 self._file, "no frame of this video can be decoded", found, "at least one", "Copy the file again."
             )
-        self._index = index = index_frames(read, container, stream)
+        self._index = index = index_frames(read, container, stream, self._fps)
         self._stored_size_px = stored = picture.width, picture.height
         turns = round(picture.rotation / 90) % 4
+        aspect = float(stream.sample_aspect_ratio or 1)
+        square = stored
+        if abs(aspect - 1) > SQUARE_WITHIN:
+            square = (round(stored[0] * max(aspect, 1)), round(stored[1] * max(1 / aspect, 1)))
+        self._square_px = None if square == stored else square
+        self._bits: int | None = None if picture.format.name in GRAY_16 else 16
         self.info = VideoInfo(
             self._file,
-            *(stored if turns % 2 == 0 else stored[::-1]),
+            *(square if turns % 2 == 0 else square[::-1]),
             codec=stream.codec_context.codec.canonical_name,
             time_s=index.time_s,
             time_source=index.source,
             rotation_deg=90 * turns,
-            pixel_aspect=float(stream.sample_aspect_ratio or 1),
+            pixel_aspect=aspect,
             damage=missing_at_the_end(index, container, stream),
         )
 
     def _as_frame(self, numbered: NumberedPicture) -> Frame:
         number, picture = numbered
-        return Frame(number, float(self.info.time_s[number]), picture, self.info.rotation_deg // 90)
+        if self._bits is None:
+            self._bits = self._bits_of_film()
+        turns = self.info.rotation_deg // 90
+        return Frame(number, float(self.info.time_s[number]), picture, turns, self._square_px, self._bits)
+
+    def _bits_of_film(self) -> int:
+        """How many bits the brightest of some frames from all over the film uses, where the format does not tell."""
+        found = 8
+        with Decoder(self._file, threads=1) as decoder:
+            for number in np.unique(np.linspace(0, self.info.frames - 1, LOOKS).astype(int)).tolist():
+                one = next(self._onwards(decoder, number), None)
+                found = max(found, 8 if one is None else bits_used(one.picture))
+        return found
 
     def _no_such_frame(self, found: str) -> InputError:
         last = self.info.frames - 1

@@ -9,9 +9,7 @@ from session.tracks import markers_of, pixels_of
 from tests.cases import changed
 from tests.tracking.records.trials import mixed_trial
 from tracking.records import SampleState, export_tracks, import_tracks, to_movement
-from tracking.records.deeplabcut import load_deeplabcut
 from tracking.records.formats import FORMATS
-from tracking.records.movement import load_movement
 from tracking.records.tracked import with_states
 
 MARKERS = ("nose", "neck", "tail_1")
@@ -107,9 +105,9 @@ def test_faults_of_a_deeplabcut_file_are_reported_at_once(tmp_path):
 
 def test_a_header_that_is_not_deeplabcuts_is_reported(tmp_path):
     with pytest.raises(InputError, match="rows that start with scorer, bodyparts and coords"):
-        load_deeplabcut(written(tmp_path, "scorer,a,a\nkeypoints,nose,nose\n1,2,3\n"), ("nose",), FPS)
+        import_tracks(written(tmp_path, "scorer,a,a\nkeypoints,nose,nose\n1,2,3\n"), ("nose",), FPS)
     with pytest.raises(InputError, match=r"header rows of different length; found bodyparts: 6, coords: 5"):
-        load_deeplabcut(written(tmp_path, DLC.replace("coords,x", "coords")), ("nose",), FPS)
+        import_tracks(written(tmp_path, DLC.replace("coords,x", "coords")), ("nose",), FPS)
 
 
 def test_a_movement_dataset_has_the_layout_of_the_package():
@@ -132,7 +130,7 @@ def test_a_movement_file_of_others_without_our_variables_is_read_with_its_frames
     data = data.assign_coords(time=np.arange(data.sizes["time"]))
     data.attrs["time_unit"] = "frames"
     data.to_netcdf(tmp_path / "f.nc", engine="h5netcdf")
-    loaded = load_movement(tmp_path / "f.nc", MARKERS, FPS)
+    loaded = import_tracks(tmp_path / "f.nc", MARKERS, FPS)
     assert np.allclose(loaded.time.values, trial.time.values)
 
 
@@ -154,4 +152,4 @@ def test_a_file_that_is_not_there_is_reported(tmp_path):
     with pytest.raises(InputError, match="the file is not there"):
         import_tracks(tmp_path / "none.csv", MARKERS, FPS)
     with pytest.raises(InputError, match="the file is not there"):
-        load_movement(tmp_path / "none.nc", MARKERS, FPS)
+        import_tracks(tmp_path / "none.nc", MARKERS, FPS)

@@ -82,11 +82,16 @@ def test_an_unseen_marker_is_predicted_for_a_while_and_then_missing(whole: xr.Da
     assert np.isnan(whole["size"].values[first : last + 1, 1]).all()
 
 
-def test_frames_before_the_boxes_hold_no_samples(clip: Path) -> None:
+def test_frames_before_the_boxes_are_tracked_backward(clip: Path, whole: xr.Dataset) -> None:
     trial = tracked(clip, POOL.boxes(NAMES, 20))
-    assert (trial.state.values[:20] == SampleState.MISSING).all()
-    assert (trial.state.values[20:35] == SampleState.MEASURED).all()
+    assert (trial.state.values[:35] == SampleState.MEASURED).all()
+    assert np.abs(pixels_of(trial) - pixels_of(whole))[:20].max() < 1.0
     assert len(trial.state.values) == FRAMES
+
+
+def test_plain_csrt_has_no_samples_before_the_boxes(clip: Path) -> None:
+    trial = tracked(clip, POOL.boxes(NAMES, 70), method="csrt")
+    assert (trial.state.values[:70] == SampleState.MISSING).all()
 
 
 @pytest.mark.parametrize("after", [*later(31), 62, *later(74)])

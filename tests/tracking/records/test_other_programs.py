@@ -1,0 +1,178 @@
+"""Files of other programs: read as they are written, or named for what they are."""
+
+import json
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+
+from session import FaultCollector, InputError
+from session.tracks import pixels_of
+from tests.tracking.records.trials import mixed_trial
+from tracking.records import import_tracks, to_movement
+from tracking.records.coarse_clock import even_times
+from tracking.records.movement import from_movement
+
+MARKERS = ("nose", "neck", "tail_1")
+PLACES = np.arange(30 * 6, dtype=float).reshape(30, 3, 2) % 97 + [[[10, 20], [40, 20], [80, 25]]]
+
+
+def table(path: Path, head: list[str], times: list[str], separator: str = ",", above: str = "") -> Path:
+    rows = [[time, *(f"{value:.3f}" for value in row.ravel())] for time, row in zip(times, PLACES, strict=True)]
+    path.write_text(above + "\n".join(separator.join(row) for row in [head, *rows]) + "\n")
+    return path
+
+
+def head(first: str, form: str = "{}_{}") -> list[str]:
+    return [first, *(form.format(marker, axis) for marker in MARKERS for axis in "xy")]
+
+
+SECONDS = [f"{k / 60:.6f}" for k in range(30)]
+
+
+@pytest.mark.parametrize(
+    ("name", "times", "form"),
+    [
+        ("time_s", SECONDS, "{}_{}"),
+        ("time", SECONDS, "{}.{}"),
+        ("Time (s)", SECONDS, "{} {}"),
+        ("time_ms", [f"{1000 * k / 60:.3f}" for k in range(30)], "{}_{}"),
+        ("time_s", [f"{k / 60:.2f}" for k in range(30)], "{}_{}"),
+    ],
+)
+def test_times_by_other_names_units_and_roundings_are_the_same(
+    tmp_path: Path, name: str, times: list[str], form: str
+) -> None:
+    tracks = import_tracks(table(tmp_path / "t.csv", head(name, form), times), MARKERS)
+    assert tracks.time.values == pytest.approx(np.arange(30) / 60, abs=5e-4)
+    assert tracks.fps == pytest.approx(60, rel=1e-3)
+    np.testing.assert_allclose(pixels_of(tracks), PLACES)
+
+
+@pytest.mark.parametrize("separator", [";", "\t", " "])
+def test_other_separators_and_a_comment_above_are_read(tmp_path: Path, separator: str) -> None:
+    file = table(tmp_path / "t.txt", head("time_s"), SECONDS, separator, "# exported\n")
+    np.testing.assert_allclose(pixels_of(import_tracks(file, MARKERS)), PLACES)
+
+
+def test_an_index_of_pandas_and_missing_words_are_read(tmp_path: Path) -> None:
+    file = table(tmp_path / "t.csv", head("time_s"), SECONDS)
+    lines = [f"{k - 1 if k else ''},{line}" for k, line in enumerate(file.read_text().splitlines())]
+    lines[5] = ",".join([*lines[5].split(",")[:2], *["NA"] * 6])
+    file.write_text("\n".join(lines))
+    missing = np.isnan(pixels_of(import_tracks(file, MARKERS))).all(axis=(1, 2))
+    assert np.flatnonzero(missing).tolist() == [4]
+
+
+@pytest.mark.parametrize(
+    ("name", "times", "what"),
+    [
+        ("frame", [str(k) for k in range(30)], "the file has no time; .* `--fps 60`"),
+        ("time_s", [str(k) for k in range(30)], "the times are not in seconds.* numbers of frames.*`--fps 60`"),
+        ("time_s", [f"{1000 * k / 60:.3f}" for k in range(30)], "not in seconds; .*They look like milliseconds"),
+    ],
+)
+def test_a_clock_is_asked_for_and_never_guessed(tmp_path: Path, name: str, times: list[str], what: str) -> None:
+    with pytest.raises(InputError, match=what):
+        import_tracks(table(tmp_path / "t.csv", head(name), times), MARKERS)
+
+
+def test_a_wrong_rate_does_not_bend_coarse_times() -> None:
+    stamps = np.round(np.arange(60) * 0.02, 2)
+    np.testing.assert_array_equal(even_times(stamps, 60.0, FaultCollector("f")), stamps)
+
+
+def test_coarse_times_with_frames_left_out_ask_for_the_rate() -> None:
+    frames = np.flatnonzero(np.random.default_rng(0).random(90) < 0.6)
+    stamps = np.round(frames / 60, 2)
+    with pytest.raises(InputError, match="too coarse to tell the frame rate"):
+        even_times(stamps, None, FaultCollector("f"))
+    np.testing.assert_allclose(even_times(stamps, 60.0, FaultCollector("f")) - stamps[0], (frames - frames[0]) / 60)
+
+
+def test_sleap_is_read_with_frames_without_an_animal_as_missing(tmp_path: Path) -> None:
+    columns = [f"{marker}.{what}" for marker in MARKERS for what in ("x", "y", "score")]
+    lines = [",".join(["track", "frame_idx", "instance.score", *columns])]
+    for k in (2, 3, 6):
+        cells = [f"{v:.2f}" for place in PLACES[k] for v in (*place, 1.05)]
+        lines.append(",".join(["track_0", str(k), "7.1", *cells]))
+    (tmp_path / "t.csv").write_text("\n".join(lines))
+    tracks = import_tracks(tmp_path / "t.csv", MARKERS, 50.0)
+    assert tracks.time.values == pytest.approx(np.arange(2, 7) / 50)
+    assert np.isnan(pixels_of(tracks)[2:4]).all()
+    np.testing.assert_allclose(pixels_of(tracks)[[0, 1, 4]], PLACES[[2, 3, 6]])
+    assert tracks.confidence.values[0].tolist() == [1, 1, 1]
+
+
+def test_other_names_are_one_fault_with_both_lists_and_can_be_renamed(tmp_path: Path) -> None:
+    file = table(tmp_path / "t.csv", ["time_s", "a_x", "a_y", "b_x", "b_y", "c_x", "c_y"], SECONDS)
+    with pytest.raises(InputError) as raised:
+        import_tracks(file, MARKERS)
+    (fault,) = raised.value.faults
+    assert (fault.found, fault.expected) == ("a, b, c", "nose, neck, tail_1")
+    assert "--rename a=nose" in fault.next_step
+    tracks = import_tracks(file, MARKERS, rename={"a": "nose", "b": "neck", "c": "tail_1"})
+    np.testing.assert_allclose(pixels_of(tracks), PLACES)
+    with pytest.raises(InputError, match="no such name in the file to rename; found d"):
+        import_tracks(file, MARKERS, rename={"d": "nose"})
+
+
+def test_places_in_metres_are_asked_about(tmp_path: Path) -> None:
+    rows = [",".join([time, *map(str, (row / 950).ravel())]) for time, row in zip(SECONDS, PLACES, strict=True)]
+    (tmp_path / "t.csv").write_text("\n".join([",".join(head("time_s")), *rows]))
+    with pytest.raises(InputError, match=r"not in pixels; .* Are these metres"):
+        import_tracks(tmp_path / "t.csv", MARKERS)
+
+
+def test_movement_is_read_in_any_order_spelling_and_version(tmp_path: Path) -> None:
+    data = to_movement(mixed_trial(1)).drop_vars(["state", "size"])
+    older = data.rename({"keypoint": "keypoints", "individual": "individuals"})
+    older = older.transpose("individuals", "keypoints", "space", "time")
+    older.isel(space=[1, 0]).to_netcdf(tmp_path / "three.nc", engine="scipy")
+    for found in (
+        import_tracks(tmp_path / "three.nc", MARKERS),
+        from_movement(data.isel(individual=0), "memory").tracks(MARKERS, None, FaultCollector("memory")),
+    ):
+        np.testing.assert_array_equal(pixels_of(found), pixels_of(mixed_trial(1)))
+
+
+def write_hdf5(path: Path, *names: str) -> None:
+    with h5py.File(path, "w") as file:
+        for name in names:
+            file[name] = np.zeros(3)
+
+
+C3D = bytes([2, 80]) + bytes(600)
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "what"),
+    [
+        ("t.slp", ("pred_points", "instances"), "a project of SLEAP"),
+        ("t.h5", ("tracks", "node_names", "track_occupancy"), "SLEAP's analysis in HDF5"),
+        ("t.h5", ("df_with_missing/table",), "DeepLabCut's HDF5"),
+        ("t.c3d", C3D, "this is C3D"),
+        ("t.trk", b'<?xml?>\n<object class="org.opensourcephysics.x"/>', "Tracker"),
+        ("t.xlsx", b"PK\x03\x04....", "Excel"),
+        ("t.mp4", b"\x00\x00\x00\x20ftypisom", "this is a video.*--videos"),
+        ("t.json", json.dumps({"a": 1}).encode(), "JSON"),
+    ],
+)
+def test_files_that_cannot_be_read_are_named_with_the_way_that_works(
+    tmp_path: Path, name: str, content: tuple[str, ...] | bytes, what: str
+) -> None:
+    if isinstance(content, bytes):
+        (tmp_path / name).write_bytes(content)
+    else:
+        write_hdf5(tmp_path / name, *content)
+    with pytest.raises(InputError, match=what) as raised:
+        import_tracks(tmp_path / name, MARKERS, 60.0)
+    assert raised.value.faults[0].next_step
+
+
+def test_labels_of_deeplabcut_are_no_tracks(tmp_path: Path) -> None:
+    text = "scorer,me,me\nbodyparts,nose,nose\ncoords,x,y\nlabeled-data/v/img01.png,1,2\nlabeled-data/v/img09.png,1,2\n"
+    (tmp_path / "CollectedData_me.csv").write_text(text)
+    with pytest.raises(InputError, match="labels of single pictures, not tracks of a video; found 2 pictures"):
+        import_tracks(tmp_path / "CollectedData_me.csv", ("nose",), 60.0)

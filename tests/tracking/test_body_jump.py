@@ -1,0 +1,42 @@
+"""A jump of the whole body keeps its shape: only its motion gives it away."""
+
+import numpy as np
+import pytest
+
+from swimmer import load_robot
+from tests.tracking.fish import MARKERS, tracks_of
+from tests.tracking.records.trials import twin_px
+from tracking import check_tracks
+from tracking.quality.body_jump import body_jumps
+
+
+def swimming() -> np.ndarray:
+    """(n, m, 2) a swim of the twin, px, with the noise of a tracker."""
+    clean = twin_px()[1]
+    return clean + np.random.default_rng(4).normal(0, 0.3, clean.shape)
+
+
+def test_no_swim_jumps_by_itself() -> None:
+    for clean in twin_px():
+        assert body_jumps(np.arange(len(clean)) / 60, clean) == []
+
+
+@pytest.mark.parametrize("shift_px", [(150, 0), (25, -15), (-9, 8)])
+def test_a_bumped_camera_is_flagged_and_the_longer_part_counts(shift_px: tuple[int, int]) -> None:
+    position = swimming()
+    position[150:] += shift_px
+    quality = check_tracks(tracks_of(position, MARKERS), load_robot())
+    (flag,) = [flag for flag in quality.flags if flag.kind == "jump"]
+    assert (flag.frames, flag.markers) == ((150, 150), MARKERS)
+    assert (quality.weight[:150] > 0).mean() > 0.9
+    assert not quality.weight[150:].any()
+
+
+def test_frames_that_are_gone_without_a_trace_in_the_times_are_flagged() -> None:
+    position = np.delete(swimming(), slice(100, 130), axis=0)
+    assert [frame for frame, _ in body_jumps(np.arange(len(position)) / 60, position)] == [100]
+
+
+def test_a_gap_that_the_times_tell_of_is_no_jump() -> None:
+    kept = np.delete(np.arange(len(swimming())), slice(100, 130))
+    assert body_jumps(kept / 60, swimming()[kept]) == []

@@ -1,0 +1,79 @@
+"""Jumps of the whole body: a bumped camera, spliced clips, frames that are gone without a trace in the time stamps.
+
+No single marker gives it away, since all of them jump together and keep the body's shape. Smooth motion does: the step
+between two frames is about the mean of the steps before and after it (the difference is of third order in time).
+"""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+
+from session import Flag
+
+LEAST_PX = 6.0
+"""Half of the markers or more are off the smooth motion by this, …"""
+LEAST_LENGTH = 0.01
+"""… and by this share of the body's length in the picture, …"""
+TIMES_USUAL = 4.0
+"""… and by so many times what is usual in the trial, noise and hard beats included."""
+LONG_STEP = 2.5
+"""A time step this many times the usual one is a gap that the stamps tell of."""
+FEWEST_MARKERS = 3
+
+
+def body_jumps(time_s: np.ndarray, position_px: np.ndarray) -> list[tuple[int, float]]:
+    """The frames to which the whole body of markers (n, m, 2) jumps, with how far it is off its motion, px.
+
+    `time_s` (n,) are the times of the frames, s.
+    """
+    if len(time_s) < 8 or position_px.shape[1] < FEWEST_MARKERS:
+        return []
+    off = _off_motion_px(time_s, position_px)  # (n,)
+    known = off[np.isfinite(off)]
+    if not len(known):
+        return []
+    whole = position_px[np.isfinite(position_px).all(axis=(1, 2))]
+    body_px = float(np.median(np.hypot(*np.ptp(whole, axis=1).T))) if len(whole) else 0.0
+    least = max(LEAST_PX, LEAST_LENGTH * body_px, TIMES_USUAL * float(np.quantile(known, 0.9)))
+    far = np.nan_to_num(off) > least
+    peaks = [k for k in np.flatnonzero(far).tolist() if off[k] >= np.nanmax(off[max(k - 2, 0) : k + 3])]
+    return [(k, float(off[k])) for k in peaks]
+
+
+def _off_motion_px(time_s: np.ndarray, position_px: np.ndarray) -> np.ndarray:
+    """(n,) how far the step to each frame is off the mean of those around it, the median marker; nan where unknown."""
+    step_s = np.diff(time_s)
+    velocity = np.diff(position_px, axis=0) / step_s[:, None, None]  # (n - 1, m, 2)
+    around = 0.5 * (velocity[:-2] + velocity[2:])
+    apart = np.linalg.norm(velocity[1:-1] - around, axis=2) * step_s[1:-1, None]  # (n - 3, m)
+    seen = np.isfinite(apart)
+    enough = seen.sum(axis=1) >= max(FEWEST_MARKERS, (position_px.shape[1] + 1) // 2)
+    usual_s = float(np.median(step_s))
+    steady = (np.stack([step_s[:-2], step_s[1:-1], step_s[2:]]) < LONG_STEP * usual_s).all(axis=0)
+    off = np.full(len(time_s), np.nan)
+    good = enough & steady
+    off[2:-1][good] = np.nanmedian(apart[good], axis=1)
+    return off
+
+
+def longest_part(frames: int, jumps: list[int]) -> slice:
+    """Of the parts between jumps the longest: what is compared of a trial goes on without a break."""
+    edges = [0, *jumps, frames]
+    first, last = max(pairwise(edges), key=lambda part: part[1] - part[0])
+    return slice(first, last)
+
+
+def jump_flags(jumps: list[tuple[int, float]], part: slice, markers: tuple[str, ...]) -> list[Flag]:
+    """A flag for each jump of the whole body."""
+    return [
+        Flag(
+            "jump",
+            markers,
+            (frame, frame),
+            f"the whole body jumps by {off_px:.0f} px between frames {frame - 1} and {frame}: the camera was moved, or "
+            f"frames are missing; only frames {part.start} to {part.stop - 1} count",
+        )
+        for frame, off_px in jumps
+    ]
