@@ -31,7 +31,7 @@ from tracking.boxes import (
 from tracking.records import EditLog, apply_edits, fill_gaps, load_tracked, save_tracked
 from tracking.records.storage import TrackedFiles
 from tracking.records.tracked import seen_in
-from tracking.tracker import TRACKERS, TrackerName, doubtful_boxes, follow_video, retracker, trusted
+from tracking.tracker import TRACKERS, Grey, TrackerName, doubtful_boxes, follow_video, retracker, trusted
 from tracking.tracker.follow_video import Find
 from tracking.tracker.partial import Partial
 from tracking.video import Frame, Video, VideoInfo, is_without_times
@@ -210,7 +210,8 @@ class Videos:
         partial = Partial(folder / f".{spec.name}.partial.npz", stage.fingerprint)
         names = self._job.session.markers
         tracked = follow_video(video, boxes, names, tracker, partial, progress, self._finder(spec))
-        flags = doubtful_boxes(video.frame(boxes.frame).luma, boxes, names)
+        frame = video.frame(boxes.frame)
+        flags = doubtful_boxes(Grey.of_boxes(frame, boxes, names).of(frame), boxes, names)
         tracked = tracked.assign_attrs(flags=(*flags, *tracked.flags))
         save_tracked(folder, spec.name, tracked)
         stage.mark(TrackedFiles.of(folder, spec.name))

@@ -2,12 +2,14 @@
 
 from tracking.tracker.doubtful_boxes import doubtful_boxes
 from tracking.tracker.follow_video import TRACKERS, TrackerName, follow_video
+from tracking.tracker.grey import Grey
 from tracking.tracker.judgement import exchanged_apart, trusted
 from tracking.tracker.retrack import retracker
 from tracking.tracker.tracker import MarkerTracker, Sighting
 
 __all__ = [
     "TRACKERS",
+    "Grey",
     "MarkerTracker",
     "Sighting",
     "TrackerName",

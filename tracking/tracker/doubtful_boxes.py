@@ -35,23 +35,23 @@ def without_marker(tracker: MarkerTracker, first: Sighting) -> np.ndarray:
     return empty | ~first.seen
 
 
-def doubtful_boxes(luma: np.ndarray, boxes: StartBoxes, markers: Sequence[str]) -> tuple[Flag, ...]:
+def doubtful_boxes(grey: np.ndarray, boxes: StartBoxes, markers: Sequence[str]) -> tuple[Flag, ...]:
     """A flag ``doubtful_box`` for each box in which the detector answers no more than on the water elsewhere.
 
-    The picture (h, w) uint8 is that of the boxes.
+    The picture (h, w) uint8 is that of the boxes, in the grey that they are tracked in.
     """
     centre_px = boxes.centres_px(markers)
     side_px = np.array([(boxes.boxes[name].width + boxes.boxes[name].height) / 2 for name in markers])
-    places_px = _elsewhere(luma, centre_px, CLEAR * float(np.median(side_px)))
+    places_px = _elsewhere(grey, centre_px, CLEAR * float(np.median(side_px)))
     if len(places_px) < FEWEST:
         return ()
-    look = measure_appearance(luma, centre_px, side_px)
+    look = measure_appearance(grey, centre_px, side_px)
     diameter_px, reach_px = float(np.median(np.minimum(look.diameter_px, side_px))), int(np.median(side_px) / 2)
     flags = []
     for sign in sorted(set(look.sign.tolist())):
-        usual = strongest_answer(luma, places_px, reach_px, sign, diameter_px)  # (p,)
+        usual = strongest_answer(grey, places_px, reach_px, sign, diameter_px)  # (p,)
         of_sign = np.flatnonzero(look.sign == sign)
-        answers = strongest_answer(luma, centre_px[of_sign], reach_px, sign, diameter_px)
+        answers = strongest_answer(grey, centre_px[of_sign], reach_px, sign, diameter_px)
         common = (usual[None] >= answers[:, None]).mean(axis=1)
         for k, share in zip(of_sign.tolist(), common.tolist(), strict=True):
             if share > COMMON:

@@ -130,7 +130,7 @@ class _Pass:
         """The tracker from now on, begun in a frame in which every marker has a box, and what it saw there."""
         centre = boxes.centres_px(self._markers)
         side = np.array([(boxes.boxes[name].width + boxes.boxes[name].height) / 2 for name in self._markers])
-        self._grey = Grey.chosen(frame, centre, side)
+        self._grey = Grey.of_boxes(frame, boxes, self._markers)
         self._tracker, first = MarkerTracker.begin(
             self._grey.of(frame), centre, side, use_csrt, threads=self._video.threads
         )
@@ -139,10 +139,12 @@ class _Pass:
     def _check_markers(self, empty: np.ndarray, frame: int) -> None:
         if empty.any():
             names = ", ".join(np.array(self._markers)[empty].tolist())
-            expected = f"a disc that differs from what is around it by {LEAST_CONTRAST:g} of 255 or more, in brightness or colour"
+            expected = (
+                f"a disc that differs from what is around it by {LEAST_CONTRAST:g} of 255, in brightness or colour"
+            )
             step = (
-                "Look at the preview of the boxes, or click them: `calib track SESSION --click`. Dots that look like their "
-                "body cannot be tracked: paint them white on a dark body, black or red on a bright one."
+                "Look at the preview of the boxes, or click them: `calib track SESSION --click`. Dots that look like "
+                "their body cannot be tracked: paint them white on a dark body, black or red on a bright one."
             )
             file, what = str(self._video.info.file), "boxes without a marker"
             raise InputError([Fault(file, f"frame {frame}", what, names, expected, next_step=step)])

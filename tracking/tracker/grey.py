@@ -1,10 +1,12 @@
 """The grey that markers are sought in: brightness, or how far a pixel's colour is from that around the markers."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
+from tracking.boxes import StartBoxes
 from tracking.tracker.windows import windows
 from tracking.video import Frame
 
@@ -44,6 +46,12 @@ class Grey:
         """The grey whose `as_array` this was."""
         by_colour, u, v, gain = kept.tolist()
         return cls(bool(by_colour), (u, v), gain)
+
+    @classmethod
+    def of_boxes(cls, frame: Frame, boxes: StartBoxes, markers: Sequence[str]) -> "Grey":
+        """The grey in which the markers stand out from what is around their start boxes, in the frame of these."""
+        sides = [(boxes.boxes[name].width + boxes.boxes[name].height) / 2 for name in markers]
+        return cls.chosen(frame, boxes.centres_px(markers), np.array(sides))
 
     @classmethod
     def chosen(cls, frame: Frame, centre_px: np.ndarray, side_px: np.ndarray) -> "Grey":
