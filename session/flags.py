@@ -20,6 +20,7 @@ FLAG_KINDS: dict[str, str] = {
     "edited": "a person corrected the track",
     "doubtful_box": "a start box may hold no marker",
     "damaged_video": "part of the video cannot be read",
+    "few_frames": "markers move between two frames by more than half the distance to their neighbours",
     "repeated_frames": "pictures of the video repeat the one before",
     "no_lens": "the lens is not calibrated",
     "no_camera_height": "the camera's height is not known, so parallax is not undone",

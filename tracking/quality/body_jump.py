@@ -18,6 +18,8 @@ LEAST_LENGTH = 0.01
 """… and by this share of the body's length in the picture, …"""
 TIMES_USUAL = 4.0
 """… and by so many times what is usual in the trial, noise and hard beats included."""
+AROUND, STANDS_OUT = 10, 2.0
+"""No step of so many frames before and after is half as large, or the robot was shaken."""
 LONG_STEP = 2.5
 """A time step this many times the usual one is a gap that the stamps tell of."""
 FEWEST_MARKERS = 3
@@ -39,7 +41,16 @@ def body_jumps(time_s: np.ndarray, position_px: np.ndarray) -> list[tuple[int, f
     least = max(LEAST_PX, LEAST_LENGTH * body_px, TIMES_USUAL * float(np.quantile(known, 0.9)))
     far = np.nan_to_num(off) > least
     peaks = [k for k in np.flatnonzero(far).tolist() if off[k] >= np.nanmax(off[max(k - 2, 0) : k + 3])]
-    return [(k, float(off[k])) for k in peaks]
+    return [(k, float(off[k])) for k in peaks if off[k] > STANDS_OUT * _largest_around_px(position_px, k)]
+
+
+def _largest_around_px(position_px: np.ndarray, frame: int) -> float:
+    """The largest step of the median marker near a frame, but for the one to it, px."""
+    first = max(frame - 1 - AROUND, 0)
+    near = np.linalg.norm(np.diff(position_px[first : frame + AROUND + 1], axis=0), axis=2)  # (k, m)
+    seen = np.isfinite(near).any(axis=1)
+    seen[frame - 1 - first] = False
+    return float(np.nanmedian(near[seen], axis=1).max(initial=0.0))
 
 
 def _off_motion_px(time_s: np.ndarray, position_px: np.ndarray) -> np.ndarray:

@@ -1,7 +1,8 @@
-"""The grey that markers are sought in: brightness, or how far a pixel's colour is from that around the markers."""
+"""The grey that markers are sought in: brightness, or how far a colour is from those around the markers."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -15,6 +16,7 @@ ENOUGH = 15.0
 _BETTER = 1.5  # times that the colours must separate the worst marker more than brightness does
 _ALONE, _CLEAR = 0.5, 0.7  # shares from which a marker is as far off all around it, by brightness and by colour
 _CORE, _RING = 0.5, (1.2, 1.8)  # of the half side of a box: its middle, and what is around it
+_SPAN = 10.0, 90.0  # percentiles of the colours around the markers that count as these
 _MOST = 15.0, 85.0  # percentiles of what is around a marker: it may touch others
 _FULL = 180.0  # grey levels of a pixel as far off in colour as the markers are in the median
 
@@ -24,28 +26,31 @@ class Grey:
     """One number for each pixel of a frame.
 
     Attributes:
-        by_colour: how far the colour is from `around`, else brightness.
-        around: the two colour differences (U, V) around the markers.
+        by_colour: how far the colour is from those around the markers, else brightness.
+        around: two pairs of colour differences (U, V), between which those around the markers lie.
         gain: grey levels for one level of distance.
     """
 
     by_colour: bool = False
-    around: tuple[float, float] = (128.0, 128.0)
+    around: tuple[tuple[float, float], tuple[float, float]] = ((128.0, 128.0), (128.0, 128.0))
     gain: float = 1.0
 
     def of(self, frame: Frame) -> np.ndarray:
         """(h, w) uint8 of a frame."""
-        return _distance(frame.yuv(), np.array(self.around), self.gain) if self.by_colour else frame.luma
+        if not self.by_colour:
+            return frame.luma
+        yuv = frame.yuv()
+        return self._levels[yuv[..., 1], yuv[..., 2]]
 
     def as_array(self) -> np.ndarray:
-        """(4,) to be kept; `Grey.restored` takes it back."""
-        return np.array([self.by_colour, *self.around, self.gain])
+        """(6,) to be kept; `Grey.restored` takes it back."""
+        return np.array([self.by_colour, *self.around[0], *self.around[1], self.gain])
 
     @classmethod
     def restored(cls, kept: np.ndarray) -> "Grey":
         """The grey whose `as_array` this was."""
-        by_colour, u, v, gain = kept.tolist()
-        return cls(bool(by_colour), (u, v), gain)
+        by_colour, *around, gain = kept.tolist()
+        return cls(bool(by_colour), ((around[0], around[1]), (around[2], around[3])), gain)
 
     @classmethod
     def of_boxes(cls, frame: Frame, boxes: StartBoxes, markers: Sequence[str]) -> "Grey":
@@ -64,21 +69,39 @@ class Grey:
             return cls()
         yuv = frame.yuv()
         hues = [_ring_and_core(yuv[..., 1 + channel], centre_px, side_px) for channel in (0, 1)]
-        around = np.array([np.median(np.concatenate(ring)) for ring, _ in hues])
+        rings = np.stack([np.concatenate(ring) for ring, _ in hues], axis=1).astype(float)  # (p, 2)
         cores = np.array([core for _, core in hues]).T  # (m, 2)
-        gain = float(np.clip(_FULL / max(np.median(np.linalg.norm(cores - around, axis=1)), 1.0), 1.0, 6.0))
-        grey = _distance(yuv, around, gain)
-        by_colour = _separation(grey, centre_px, side_px)
+        around = _ends(rings)
+        off = _off_segment(cores, *np.array(around))
+        gain = float(np.clip(_FULL / max(float(np.median(off)), 1.0), 1.0, 6.0))
+        coloured = cls(True, around, gain)
+        by_colour = _separation(coloured._levels[yuv[..., 1], yuv[..., 2]], centre_px, side_px)
         better = by_colour.margin >= max(ENOUGH, _BETTER * by_luma.margin)
         if by_luma.margin >= ENOUGH:  # good enough, if colour is not much better
             better = by_colour.margin >= ENOUGH and by_colour.share >= max(_CLEAR, _BETTER * by_luma.share)
-        return cls(True, (float(around[0]), float(around[1])), gain) if better else cls()
+        return coloured if better else cls()
+
+    @cached_property
+    def _levels(self) -> np.ndarray:
+        """(256, 256) uint8 by the two differences of colour."""
+        grid = np.stack(np.meshgrid(np.arange(256.0), np.arange(256.0), indexing="ij"), axis=2)
+        return np.clip(self.gain * _off_segment(grid, *np.array(self.around)), 0, 255).astype(np.uint8)
 
 
-def _distance(yuv: np.ndarray, around: np.ndarray, gain: float) -> np.ndarray:
-    """(h, w) uint8 of a picture (h, w, 3)."""
-    off = yuv[..., 1:].astype(np.float32) - around.astype(np.float32)
-    return np.clip(np.float32(gain) * np.hypot(off[..., 0], off[..., 1]), 0, 255).astype(np.uint8)
+def _ends(colours: np.ndarray) -> tuple[tuple[float, float], tuple[float, float]]:
+    """The two colours between which most of (p, 2) lie: body and water, and what a blurred rim makes of the two."""
+    middle = np.median(colours, axis=0)
+    _, _, axes = np.linalg.svd(colours - middle, full_matrices=False)
+    along = (colours - middle) @ axes[0]
+    low, high = (middle + share * axes[0] for share in np.percentile(along, _SPAN))
+    return (float(low[0]), float(low[1])), (float(high[0]), float(high[1]))
+
+
+def _off_segment(colours: np.ndarray, one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """(...) distance of colours (..., 2) from the segment between two."""
+    way = other - one
+    share = np.clip((colours - one) @ way / max(float(way @ way), 1e-9), 0, 1)
+    return np.linalg.norm(colours - one - share[..., None] * way, axis=-1)
 
 
 def _ring_and_core(

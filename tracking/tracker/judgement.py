@@ -5,7 +5,7 @@ from itertools import pairwise
 import numpy as np
 import pandas as pd
 import xarray as xr
-from scipy.ndimage import median_filter
+from scipy.ndimage import maximum_filter1d, median_filter
 
 from session import Flag
 from session.tracks import markers_of, pixels_of
@@ -27,6 +27,9 @@ EXCHANGE = 0.5
 their own distance."""
 EXCHANGE_FRAMES = 2
 """The shortest exchange that is flagged."""
+FAST, FAST_FRAMES = 0.5, 3
+"""A marker that moves between two frames by this share of the distance to its nearest neighbour, once in so many
+frames, is named by the body's distances alone: no motion can be carried on."""
 APART, LEAST_FRAMES = 0.5, 3
 """In tracks from elsewhere two markers count as exchanged while further apart than this share of what is usual, for so
 many frames: what is nearer is merged."""
@@ -49,7 +52,7 @@ def trusted(tracked: xr.Dataset, layout: RobotSpec) -> xr.Dataset:
 
 
 def judge(tracked: xr.Dataset, layout: RobotSpec) -> tuple[Flag, ...]:
-    """The flags of a tracked trial, by first frame: ``lost_marker``, ``drift``, ``size`` and ``swap``.
+    """The flags of a tracked trial, by first frame: ``lost_marker``, ``drift``, ``size``, ``swap`` and ``few_frames``.
 
     Merged, frozen and jumping markers are found on any tracks, tracked here or elsewhere: `tracking.check_tracks`.
     """
@@ -67,6 +70,7 @@ def judge(tracked: xr.Dataset, layout: RobotSpec) -> tuple[Flag, ...]:
         for span in stretches(where[:, k], least)
     ]
     flags += exchange_flags(tracked, layout)
+    flags += _few_frames(tracked)
     return tuple(sorted(flags, key=lambda flag: flag.frames or (-1, -1)))
 
 
@@ -74,6 +78,27 @@ def _wrong_size(tracked: xr.Dataset) -> np.ndarray:
     size = pd.DataFrame(tracked["size"].values)
     off = (size / size.median() - 1).abs().fillna(0.0)
     return median_filter(off, size=(SIZE_FRAMES, 1)) > SIZE_OFF
+
+
+def _few_frames(tracked: xr.Dataset) -> list[Flag]:
+    """A flag for each stretch in which markers move too far between frames for their motion to be carried on."""
+    position = np.where(seen_in(tracked)[..., None], pixels_of(tracked), np.nan)
+    apart = np.linalg.norm(position[:, :, None] - position[:, None], axis=3)  # (n, m, m)
+    apart[:, np.arange(apart.shape[1]), np.arange(apart.shape[1])] = np.inf
+    nearest = np.nan_to_num(apart, nan=np.inf).min(axis=2)[1:]
+    share = np.nan_to_num(np.linalg.norm(np.diff(position, axis=0), axis=2) / nearest)  # (n - 1, m)
+    fast = maximum_filter1d(np.concatenate([[0.0], share.max(axis=1)]), FAST_FRAMES) > FAST
+    flags = []
+    for first, last in stretches(fast, 2 * FAST_FRAMES):
+        inside = share[max(first - 1, 0) : last]
+        names = tuple(np.array(markers_of(tracked), dtype=object)[(inside > FAST).any(axis=0)].tolist())
+        message = (
+            f"moves by up to {inside.max():.0%} of the distance to its nearest neighbour from one frame to the next: "
+            "too few frames a beat to carry motion on; its name rests on the distances along the body. Film with more "
+            "frames a second"
+        )
+        flags.append(Flag("few_frames", names, (first, last), message))
+    return flags
 
 
 def exchange_flags(tracked: xr.Dataset, layout: RobotSpec) -> list[Flag]:

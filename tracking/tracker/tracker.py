@@ -27,6 +27,7 @@ _UNASSIGNED = 0.5  # strength from which a spot of no marker keeps its own light
 _BORDER = 0.25  # diameters from the border of the picture within which a marker counts as gone
 _REACH, _FARTHEST = 1.25, 5.0  # of a search in doubt: of the distance to the nearest marker, but so many diameters
 _ANEW = 10  # frames of a loss after which all markers are assembled as if the body had been moved
+_WHOLE = 2.5  # times that such a search reaches farther
 _SPREAD = 0.6  # of that reach, how far a doubtful marker usually is from where it is expected
 _SHUTTER = 0.25  # of a frame for which the shutter is thought to be open at first, …
 _SHUTTERS = 0.01, 1.0  # of a frame, at least and at most
@@ -178,7 +179,7 @@ class MarkerTracker:
         chosen = assign(spots, predicted)
         doubtful = self._doubtful(spots, chosen, predicted)
         if doubtful.any():
-            spots, chosen = self._assembled(luma, predicted, streaks, taken_px, doubtful)
+            spots, chosen = self._assembled(luma, predicted, streaks, taken_px, doubtful, chosen)
         position, seen = _placed(spots, chosen, predicted)
         strength = np.where(seen, np.append(spots.strength, 0.0)[chosen], 0.0)
         if not (self.motion.seen > 2).any():  # right after the boxes little is known of how they move
@@ -199,20 +200,24 @@ class MarkerTracker:
         streaks: Streaks,
         taken_px: np.ndarray | None,
         doubtful: np.ndarray,
+        chosen: np.ndarray,
     ) -> tuple[Spots, np.ndarray]:
         """The spots of a wider search, and (m,) the assignment of all markers at once.
 
-        Where most are doubtful, the body may also have stayed where it was, or moved as a whole; the same is tried now
-        and then while a marker is lost, for all may sit one dot too far.
+        Where most are doubtful, the body may also have stayed where it was, or moved as a whole; the same is tried when
+        a marker gets lost in what the nearest spots give, (m,) `chosen`, and now and then while it is: all may sit one
+        dot too far.
         """
         again = (self.motion.unseen % _ANEW == _ANEW - 1) & _open(predicted)
-        whole = again.any() or 2 * np.count_nonzero(doubtful) > len(doubtful)
+        lost = (self.motion.unseen == 0) & (chosen < 0) & _open(predicted)  # just now
+        whole = bool((again | lost).any()) or 2 * np.count_nonzero(doubtful) > len(doubtful)
+        farther = _WHOLE if bool((again | lost).any()) else 1.0
         stayed = replace(
             predicted, position_px=np.where(_open(predicted)[:, None], self.motion.past[0], predicted.position_px)
         )
         found = []
         for expected in (predicted, stayed) if whole else (predicted,):
-            wide, spread = self._widened(expected, doubtful)
+            wide, spread = self._widened(expected, doubtful, farther)
             spots = self._found(luma, wide, streaks, taken_px)
             found.append((spots, assemble(spots, wide, spread, self.spacing, whole)))
         spots, best = min(found, key=lambda each: each[1].cost)
@@ -232,14 +237,17 @@ class MarkerTracker:
         doubtful = (chosen < 0) | contested | (self.motion.seen < 2)
         return doubtful & _open(predicted)
 
-    def _widened(self, predicted: Prediction, doubtful: np.ndarray) -> tuple[Prediction, np.ndarray]:
-        """A wider search for the doubtful markers (m,) and those joined to them; (m,) how far off they may be, px."""
-        joined = doubtful.copy()
+    def _widened(self, predicted: Prediction, doubtful: np.ndarray, farther: float) -> tuple[Prediction, np.ndarray]:
+        """A wider search for the doubtful markers (m,) and those joined to them; (m,) how far off they may be, px.
+
+        It reaches so many times `farther` where the whole body may have been moved: then all are sought.
+        """
+        joined = doubtful | (farther > 1)
         for pair in self.spacing.pairs[doubtful[self.spacing.pairs].any(axis=1)]:
             joined[pair] = True
-        reach = np.minimum(_REACH * self._nearest_px(), _FARTHEST * self.look.diameter_px)
+        reach = np.minimum(farther * _REACH * self._nearest_px(), farther * _FARTHEST * self.look.diameter_px)
         gate = np.where(joined & _open(predicted), np.maximum(predicted.gate_px, reach), predicted.gate_px)
-        spread = np.where(doubtful, np.maximum(predicted.gate_px, _SPREAD * reach), predicted.gate_px)
+        spread = np.where(doubtful, np.maximum(predicted.gate_px, _SPREAD * reach / farther), predicted.gate_px)
         return replace(predicted, gate_px=gate), spread
 
     def _nearest_px(self) -> np.ndarray:

@@ -20,11 +20,11 @@ USUAL_OVER = 24
 """Pictures over which the usual difference is taken."""
 ROWS = 360
 """Of a picture that are compared, about."""
-MARGIN_PX = 40.0
-"""Around the markers within which pictures are compared."""
-EDGES = 0.995
-"""Quantile of the differences that is compared: what moves fills little of a picture."""
-OFTEN = 0.05
+MARGIN_PX = 24.0
+"""Around each marker within which pictures are compared; the one that differs most counts."""
+EDGES = 0.99
+"""Quantile of the differences that is compared: a dot that moves by a pixel differs at its rim alone."""
+OFTEN = 0.1
 """A film repeats pictures where this share of them does, …"""
 AT_LEAST = 3
 """… and so many."""
@@ -44,10 +44,16 @@ class Repeats:
         self._before: np.ndarray | None = None
         self._usual: deque[float] = deque(maxlen=USUAL_OVER)
         self._run: list[int] = []
+        self._moved = True  # at the last picture that repeated none
 
     def state(self) -> dict[str, np.ndarray]:
         """What `restored` makes it of again, but for the last picture."""
-        kept = {"repeats": self.frames, "skipped": sorted(self.skipped), "repeats_run": self._run}
+        kept = {
+            "repeats": self.frames,
+            "skipped": sorted(self.skipped),
+            "repeats_run": self._run,
+            "moved": [self._moved],
+        }
         return {name: np.array(numbers, int) for name, numbers in kept.items()} | {"usual": np.array(self._usual)}
 
     @classmethod
@@ -56,6 +62,7 @@ class Repeats:
         made = cls()
         made.frames, made.skipped = kept["repeats"].tolist(), set(kept["skipped"].tolist())
         made._run = kept["repeats_run"].tolist()
+        made._moved = bool(kept["moved"][0])
         made._usual.extend(kept["usual"].tolist())
         return made
 
@@ -66,27 +73,32 @@ class Repeats:
         before, self._before = self._before, now
         if before is None:
             return False
-        known = around_px[np.isfinite(around_px).all(axis=1)]
-        low, high = (known.min(axis=0) - MARGIN_PX, known.max(axis=0) + MARGIN_PX) if len(known) else (0, np.inf)
-        (left, top), (right, bottom) = (
-            np.clip(np.broadcast_to(corner, 2) / step, 0, now.shape[::-1]).astype(int) for corner in (low, high)
-        )
-        region = np.s_[top : max(bottom, top + 1), left : max(right, left + 1)]
-        apart = cv2.absdiff(np.ascontiguousarray(now[region]), np.ascontiguousarray(before[region]))
-        counts = cv2.calcHist([apart], [0], None, [256], [0, 256]).ravel()
-        difference = float(np.searchsorted(np.cumsum(counts), EDGES * counts.sum()))
+        known = around_px[np.isfinite(around_px).all(axis=1)] / step
+        difference = max((_difference(now, before, at, MARGIN_PX / step) for at in known), default=0.0)
         usual = float(np.quantile(self._usual, 0.75)) if self._usual else 0.0
         same = difference <= REPEATS * usual if usual >= MOVING else difference == 0 and not self._usual
         if same and len(self._run) < LONGEST:
             self._run.append(number)
             self.skipped.add(number)
             return True
-        if difference >= max(GOES_ON * usual, MOVING):
+        moving = difference >= max(GOES_ON * usual, MOVING)
+        if moving and self._moved:  # a robot that rests before it moves repeats its picture, too
             self.frames += self._run
-        self._run = []
+        self._run, self._moved = [], moving
         self._usual.append(difference)
         return False
 
     def are_many(self, frames: int) -> bool:
         """Whether so many of the frames repeat the one before that the film was taken at another rate."""
         return len(self.frames) >= max(AT_LEAST, OFTEN * frames)
+
+
+def _difference(now: np.ndarray, before: np.ndarray, at: np.ndarray, margin: float) -> float:
+    """By how much two pictures (h, w) differ around a place (2,)."""
+    height, width = now.shape
+    (left, top), (right, bottom) = (
+        np.clip(at + side, 0, [width, height]).astype(int) for side in (-margin, margin + 1)
+    )
+    region = np.s_[top:bottom, left:right]
+    apart = cv2.absdiff(np.ascontiguousarray(now[region]), np.ascontiguousarray(before[region]))
+    return float(np.quantile(apart, EDGES)) if apart is not None and apart.size else 0.0
