@@ -83,6 +83,11 @@ def fault_of(model: type[BaseModel], details: ErrorDetails, file: str, where: st
             what, found, expected = "key is missing", "", expectation_of(annotation)
         case "value_error" | "assertion_error":
             what, expected = str(context["error"]), ""
+        case "too_short":
+            what, expected = (
+                f"too few {key[-1] if isinstance(key[-1], str) else 'of them'}",
+                f"at least {context['min_length']}",
+            )
         case _:
             what, choices = "wrong value", choices_of(annotation)
             expected = "one of the choices" if choices else re.sub(r"^\w+ should (be|have) ", "", details["msg"])

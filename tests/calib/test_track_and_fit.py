@@ -34,7 +34,7 @@ def test_a_run_goes_from_video_to_report(calib: Front, filmed: Path) -> None:
     assert results_in(filmed) == before
 
 
-def test_frames_before_the_boxes_count_nowhere_and_keep_their_numbers(filmed: Path) -> None:
+def test_frames_before_the_boxes_are_tracked_backward_and_keep_their_numbers(filmed: Path) -> None:
     true = read(filmed / "truth" / "slow.csv")
 
     def later(content: dict[str, object]) -> None:
@@ -50,8 +50,7 @@ def test_frames_before_the_boxes_count_nowhere_and_keep_their_numbers(filmed: Pa
 
     used = read(filmed / "results" / "tracks" / "slow.csv")
     np.testing.assert_allclose(used.time.values, true.time.values, atol=1e-3)
-    assert (used.confidence.values[:12] == 0).all()
-    assert np.isnan(pixels_of(used)[:12]).all()
+    assert (used.confidence.values[:12] > 0).mean() > 0.9
     assert np.nanmax(np.abs(pixels_of(used) - pixels_of(true))) < 0.5
 
 
