@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from session import InputError, load_session
-from tests.session.sample import markers.names: too few names; found ['nose', 'neck']; expected at least 3ERS, SESSION_TOML, Robot, faults_of, make_session, tracks_text
+from tests.session.sample import MARKERS, SESSION_TOML, Robot, faults_of, make_session, tracks_text
 
 CAMERA = """\
 [camera]
@@ -20,14 +20,14 @@ distortion = [0.1, 0.0, 0.0, 0.0, 0.0]
 
 def test_a_session_loads_with_its_defaults(tmp_path: Path) -> None:
     folder = make_session(tmp_path / "pool")
-    session = load_session(folder, lambda _: Robot(markers.names: too few names; found ['nose', 'neck']; expected at least 3ERS))
+    session = load_session(folder, lambda _: Robot(MARKERS))
     assert (session.name, session.warmup_s, session.seed, session.robot_file) == ("pool", 1.0, 0, None)
     assert (session.camera.fps, session.camera.scale_length_m, session.camera.calibration) == (
         60.0,
         0.142,
         None,
     )
-    assert session.markers == markers.names: too few names; found ['nose', 'neck']; expected at least 3ERS
+    assert session.markers == MARKERS
     assert [(trial.name, trial.role) for trial in session.trials] == [("slow", "fit"), ("fast", "holdout")]
     assert session.trial("fast").tracks == folder / "fast.csv"
     assert session.results == folder / "results"
@@ -45,7 +45,7 @@ def test_robot_and_camera_files_are_read(tmp_path: Path) -> None:
 
     def robot_of(file: Path | None) -> Robot:
         asked.append(file)
-        return Robot(markers.names: too few names; found ['nose', 'neck']; expected at least 3ERS)
+        return Robot(MARKERS)
 
     session = load_session(folder, robot_of)
     assert asked == [folder / "robot.toml"]
@@ -128,7 +128,7 @@ def test_a_fault_is_reported_with_its_line_and_what_would_be_right(
 @pytest.mark.parametrize("scale", ["14.2", "0.05"])
 def test_a_scale_length_in_another_unit_is_one_fault_of_the_file(tmp_path: Path, scale: str) -> None:
     message = faults_of(
-        make_session(tmp_path / "pool", SESSION_TOML.replace("0.142", scale)), robot_of=lambda _: Robot(markers.names: too few names; found ['nose', 'neck']; expected at least 3ERS)
+        make_session(tmp_path / "pool", SESSION_TOML.replace("0.142", scale)), robot_of=lambda _: Robot(MARKERS)
     )
     assert message.endswith(
         f"session.toml: line 6, camera.scale_length_m: not the scale length of the robot; found {scale}; expected "
@@ -140,7 +140,7 @@ def stamped(folder: Path, spacing_s: np.ndarray) -> None:
     """The tracks of the trial "slow" with stamps that are so far apart."""
     rows = tracks_text(len(spacing_s) + 1).splitlines()
     time_s = np.concatenate([[0.0], np.cumsum(spacing_s)])
-    head = "time_s," + ",".join(f"{marker}_{axis}" for marker in markers.names: too few names; found ['nose', 'neck']; expected at least 3ERS for axis in "xy")
+    head = "time_s," + ",".join(f"{marker}_{axis}" for marker in MARKERS for axis in "xy")
     lines = (f"{stamp:.6f},{row}" for stamp, row in zip(time_s, rows, strict=True))
     (folder / "slow.csv").write_text("\n".join([head, *lines, ""]))
 
@@ -161,11 +161,11 @@ def test_columns_of_other_names_are_renamed_in_the_file_of_the_session(tmp_path:
     folder = make_session(tmp_path / "pool")
     stamped(folder, np.full(89, 1 / 60))
     text = (folder / "slow.csv").read_text()
-    (folder / "slow.csv").write_text(text.replace(f"{markers.names: too few names; found ['nose', 'neck']; expected at least 3ERS[0]}_", "snout_"))
-    assert f"column '{markers.names: too few names; found ['nose', 'neck']; expected at least 3ERS[0]}_x' is missing" in faults_of(folder)
+    (folder / "slow.csv").write_text(text.replace(f"{MARKERS[0]}_", "snout_"))
+    assert f"column '{MARKERS[0]}_x' is missing" in faults_of(folder)
     toml = (folder / "session.toml").read_text()
-    (folder / "session.toml").write_text(toml.replace("[markers]", f'[markers]\nrename = {{snout = "{markers.names: too few names; found ['nose', 'neck']; expected at least 3ERS[0]}"}}'))
-    assert load_session(folder).rename == {"snout": markers.names: too few names; found ['nose', 'neck']; expected at least 3ERS[0]}
+    (folder / "session.toml").write_text(toml.replace("[markers]", f'[markers]\nrename = {{snout = "{MARKERS[0]}"}}'))
+    assert load_session(folder).rename == {"snout": MARKERS[0]}
 
 
 def test_stamps_in_milliseconds_are_called_that(tmp_path: Path) -> None:
@@ -219,7 +219,7 @@ def test_nose_and_neck_exchanged_in_every_trial_are_called_that_once(tmp_path: P
             rows[:10] = [row.rsplit(",", 2)[0] + ",," for row in rows[:10]]
         first = "time_s,neck_x,neck_y,nose_x,nose_y,tail_1_x,tail_1_y\n" if header else ""
         (folder / f"{name}.csv").write_text(first + "\n".join(rows) + "\n")
-    message = faults_of(folder, robot_of=lambda _: Robot(markers.names: too few names; found ['nose', 'neck']; expected at least 3ERS))
+    message = faults_of(folder, robot_of=lambda _: Robot(MARKERS))
     assert message.count("nose and neck are exchanged") == 1
     assert "markers.names: nose and neck are exchanged; found in every trial (slow, fast) the markers of" in message
     assert "Exchange the two names" in message
@@ -229,6 +229,6 @@ def test_nose_and_neck_exchanged_in_one_trial_name_it(tmp_path: Path) -> None:
     folder = make_session(tmp_path / "pool")
     rows = [row.split(",") for row in tracks_text().splitlines()]
     (folder / "fast.csv").write_text("".join(",".join([*r[2:4], *r[:2], *r[4:]]) + "\n" for r in rows))
-    message = faults_of(folder, robot_of=lambda _: Robot(markers.names: too few names; found ['nose', 'neck']; expected at least 3ERS))
+    message = faults_of(folder, robot_of=lambda _: Robot(MARKERS))
     assert "trial[1].tracks: nose and neck are exchanged in trial fast; found the markers of the tail on" in message
     assert "slow" not in message
