@@ -210,8 +210,9 @@ class MarkerTracker:
         """
         again = (self.motion.unseen % _ANEW == _ANEW - 1) & _open(predicted)
         lost = (self.motion.unseen == 0) & (chosen < 0) & _open(predicted)  # just now
-        whole = bool((again | lost).any()) or 2 * np.count_nonzero(doubtful) > len(doubtful)
-        farther = _WHOLE if bool((again | lost).any()) else 1.0
+        moved = bool((again | lost).any())
+        whole = moved or bool(2 * np.count_nonzero(doubtful) > len(doubtful))
+        farther = _WHOLE if moved else 1.0
         stayed = replace(
             predicted, position_px=np.where(_open(predicted)[:, None], self.motion.past[0], predicted.position_px)
         )
