@@ -15,7 +15,9 @@ ENOUGH = 15.0
 """Grey levels by which each marker must stand out from most of what is around it for brightness to be used as it is."""
 _BETTER = 1.5  # times that the colours must separate the worst marker more than brightness does
 _ALONE, _CLEAR = 0.5, 0.7  # shares from which a marker is as far off all around it, by brightness and by colour
+_LARGE_PX = 30.0  # sides of boxes from which on half the resolution costs less than two brightnesses around a marker
 _CORE, _RING = 0.5, (1.2, 1.8)  # of the half side of a box: its middle, and what is around it
+_COVERED = 1.1  # half sides of a box within which its own marker is seen
 _SPAN = 10.0, 90.0  # percentiles of the colours around the markers that count as these
 _MOST = 15.0, 85.0  # percentiles of what is around a marker: it may touch others
 _FULL = 180.0  # grey levels of a pixel as far off in colour as the markers are in the median
@@ -65,7 +67,8 @@ class Grey:
         Brightness, if it separates them all: it is sharper, and costs nothing.
         """
         by_luma = _separation(frame.luma, centre_px, side_px)
-        if by_luma.margin >= ENOUGH and by_luma.share >= _ALONE:
+        large = float(np.min(side_px)) >= _LARGE_PX
+        if by_luma.margin >= ENOUGH and (by_luma.share >= _ALONE or not large):
             return cls()
         yuv = frame.yuv()
         hues = [_ring_and_core(yuv[..., 1 + channel], centre_px, side_px) for channel in (0, 1)]
@@ -107,20 +110,26 @@ def _off_segment(colours: np.ndarray, one: np.ndarray, other: np.ndarray) -> np.
 def _ring_and_core(
     grey: np.ndarray, centre_px: np.ndarray, side_px: np.ndarray
 ) -> tuple[list[np.ndarray], list[float]]:
-    parts = [_parts(grey, *marker) for marker in zip(centre_px, side_px, strict=True)]
+    parts = _parts(grey, centre_px, side_px)
     return [ring for _, ring in parts], [float(np.median(core)) for core, _ in parts]
 
 
-def _parts(grey: np.ndarray, centre_px: np.ndarray, side_px: float) -> tuple[np.ndarray, np.ndarray]:
-    """The values in the middle of a box and in a ring around it."""
-    half = side_px / 2
-    patch, middle = windows(grey, centre_px[None], int(np.ceil(_RING[1] * half)) + 1)
-    away = np.arange(patch.shape[1]) - patch.shape[1] // 2
-    offset = centre_px - middle[0]
-    distance = np.hypot(away[None, :] - offset[0], away[:, None] - offset[1])
-    return patch[0][distance <= max(_CORE * half, 1.0)], patch[0][
-        (distance > _RING[0] * half) & (distance < _RING[1] * half)
-    ]
+def _parts(grey: np.ndarray, centre_px: np.ndarray, side_px: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
+    """For each marker the values in the middle of its box, and in a ring around it that no other box covers."""
+    parts = []
+    for marker, (centre, side) in enumerate(zip(centre_px, side_px, strict=True)):
+        half = side / 2
+        patch, middle = windows(grey, centre[None], int(np.ceil(_RING[1] * half)) + 1)
+        away = np.arange(patch.shape[1]) - patch.shape[1] // 2
+        x, y = middle[0, 0] + away[None, :], middle[0, 1] + away[:, None]
+        distance = np.hypot(x - centre[0], y - centre[1])
+        ring = (distance > _RING[0] * half) & (distance < _RING[1] * half)
+        for other in np.flatnonzero(np.arange(len(side_px)) != marker):
+            ring &= np.hypot(x - centre_px[other, 0], y - centre_px[other, 1]) > _COVERED * side_px[other] / 2
+        if not ring.any():
+            ring = distance > _RING[0] * half
+        parts.append((patch[0][distance <= max(_CORE * half, 1.0)], patch[0][ring]))
+    return parts
 
 
 class _Separation(NamedTuple):
@@ -133,8 +142,7 @@ class _Separation(NamedTuple):
 def _separation(grey: np.ndarray, centre_px: np.ndarray, side_px: np.ndarray) -> _Separation:
     """Of markers in a picture (h, w); below 0 where one lies within what is around it."""
     found = []
-    for marker in zip(centre_px, side_px, strict=True):
-        core, ring = _parts(grey, *marker)
+    for core, ring in _parts(grey, centre_px, side_px):
         low, high = np.percentile(ring, _MOST)
         middle = float(np.median(core))
         margin = max(middle - high, low - middle)

@@ -50,7 +50,7 @@ class Spacing:
         misplaced = np.zeros(len(seen), bool)
         both = seen[self.pairs].all(axis=1)
         self._rescale(_lengths(position_px, self.pairs), both)
-        off = both & self._off(position_px, predicted_px, moved_px, both, diameter_px)
+        off = both & self._off(position_px, predicted_px, moved_px, both, diameter_px, seen)
         if not off.any():
             return misplaced
         speaking = np.bincount(self.pairs[both & ~off].ravel(), minlength=len(seen))  # neighbours for each marker
@@ -75,10 +75,11 @@ class Spacing:
         moved_px: np.ndarray,
         both: np.ndarray,
         diameter_px: np.ndarray,
+        seen: np.ndarray,
     ) -> np.ndarray:
         """(e,) bool, the pairs too close or too far apart; learns how far those may be that both (e,) are seen."""
         larger, (least, most) = diameter_px[self.pairs].max(axis=1), self.lengths
-        swim = self._swimming(np.linalg.norm(moved_px, axis=1), larger, both)
+        swim = self._swimming(np.linalg.norm(moved_px, axis=1), larger, both, seen)
         length, foreseen = _lengths(position_px, self.pairs), _lengths(predicted_px, self.pairs)
         low, high = np.where(swim, [np.minimum(least, foreseen), np.maximum(most, foreseen)], self.lengths)
         off: np.ndarray = length < low - np.maximum(_LEAST * larger, _RELATIVE * low)
@@ -87,8 +88,10 @@ class Spacing:
         self.lengths = np.where(both & swim & ~off, within, self.lengths)
         return off
 
-    def _swimming(self, moved_px: np.ndarray, larger_px: np.ndarray, both: np.ndarray) -> np.ndarray:
-        """(e,) bool, the pairs whose distance may change: both move, or one does and the other rests with a third."""
+    def _swimming(self, moved_px: np.ndarray, larger_px: np.ndarray, both: np.ndarray, seen: np.ndarray) -> np.ndarray:
+        """(e,) bool, the pairs whose distance may change: both move; one does and the other rests with a third; or one
+        alone moves of all that are seen (m,).
+        """
         speeds = moved_px[self.pairs]
         slow, fast = speeds.min(axis=1), speeds.max(axis=1)
         moving = fast > _MOVES * larger_px
@@ -97,7 +100,9 @@ class Spacing:
             resting, mover = self.pairs[pair][np.argsort(speeds[pair])]
             with_it = self.pairs[both & (self.pairs == resting).any(axis=1)]
             others = with_it[(with_it != resting) & (with_it != mover)]
-            swim[pair] = bool((moved_px[others] <= _ALIKE * fast[pair]).any())
+            rest = seen & (moved_px <= _ALIKE * fast[pair])
+            alone = np.count_nonzero(seen & ~rest) == 1 and np.count_nonzero(rest) > 1
+            swim[pair] = alone or bool(rest[others].any())
         return swim
 
     def expected(self, position_px: np.ndarray) -> np.ndarray:

@@ -86,7 +86,7 @@ def test_coloured_dots_as_bright_as_the_wall_are_tracked_by_their_colour(tmp_pat
 
 
 def test_a_highlight_does_not_draw_a_ball_aside(tmp_path: Path) -> None:
-    ball = Clip(dots=((150, 60, 200),) * 5, body=STRIP, diameter_px=lambda _: 28.0, highlight=0.25)
+    ball = Clip(dots=((150, 60, 200),) * 5, body=STRIP, diameter_px=lambda _: 36.0, highlight=0.25)
 
     assert np.sqrt((ball.off(tmp_path) ** 2).mean()) < 0.9  # 1.5 with the hole
 
