@@ -19,7 +19,7 @@ from session.create import FISHSIM_MARKERS, new_folder
 from session.errors import Fault
 from session.folder import SESSION_FILE
 from session.results import write_whole
-from session.session_checks import rate_is_off
+from session.session_checks import rate_is_off, usual_spacing_s
 from session.session_file import FEWEST_MARKERS, HEAD_MARKERS
 from session.tracks import NO_NAMES, markers_of, pixels_of, save_tracks
 from swimmer import RobotSpec, load_robot
@@ -43,7 +43,7 @@ class _Trial:
     comments: list[str] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
     questions: list[str] = field(default_factory=list)
-    time_s: np.ndarray | None = None  # of the frames, by the file; None where it does not tell
+    time_s: np.ndarray | None = None  # when the frames were taken; None where the file does not tell
 
     @property
     def kind(self) -> str:
@@ -94,9 +94,8 @@ def new_from_files(
 
 def _rate(time_s: np.ndarray) -> float:
     """Frames a second, by the median of the steps unless these are coarse or uneven."""
-    steps_s = np.diff(time_s)
-    mean, median = 1 / float(steps_s.mean()), 1 / float(np.median(steps_s))
-    return mean if abs(mean / median - 1) < 0.25 else median
+    median_s, mean_s = usual_spacing_s(time_s)
+    return 1 / mean_s if abs(median_s / mean_s - 1) < 0.25 else 1 / median_s
 
 
 def _check_rates(trials: Mapping[str, _Trial], rate: float) -> None:
@@ -104,9 +103,9 @@ def _check_rates(trials: Mapping[str, _Trial], rate: float) -> None:
     off: dict[str, list[str]] = {}
     for name, trial in trials.items():
         if trial.time_s is not None:
-            steps_s = np.diff(trial.time_s)
-            if rate_is_off(rate, float(np.median(steps_s)), float(np.mean(steps_s))):
-                off.setdefault(f"{1 / float(np.mean(steps_s)):.4g}", []).append(name)
+            median_s, mean_s = usual_spacing_s(trial.time_s)
+            if rate_is_off(rate, median_s, mean_s):
+                off.setdefault(f"{1 / mean_s:.4g}", []).append(name)
     if off:
         step = (
             "Give the rate at which the camera filmed; trials of different frame rates need a session each. A film in "
@@ -146,7 +145,7 @@ def _trials(
 
 
 def _look_at(trial: _Trial, path: Path, fps: float | None) -> None:
-    """What a video tells; an `InputError` where it is too short or has no clock that can be believed."""
+    """Take in a video; an `InputError` where it is too short or has no clock that can be believed."""
     with Video(path, fps=fps) as video:
         info = video.info
     faults = FaultCollector(str(path))
@@ -171,7 +170,7 @@ def _read_tracks(trial: _Trial, given: Any, robot: RobotSpec, fps: float | None,
     """The tracks of a file or a dataset with the robot's markers in it."""
     is_data = hasattr(given, "data_vars")
     if not is_data and not fps and trial.time_s is not None:
-        fps = _rate(trial.time_s)  # of the trial's own video
+        fps = _rate(trial.time_s)  # tracks without time take the clock of their own video
     file = f"tracks {trial.name}" if is_data else str(given)
     found = from_movement(given, file) if is_data else read_foreign(Path(given), _markers(robot))
     faults = FaultCollector(file)
@@ -251,7 +250,7 @@ def _command(trials: Mapping[str, _Trial], commands_hz: Sequence[float]) -> None
 def _put(source: Path, target: Path) -> None:
     """A video in its place: linked where the file system can, so that hours of it are not copied."""
     try:
-        os.link(source.resolve(), target)  # of a link what it stands for
+        os.link(source.resolve(), target)  # not a link to a link
     except OSError:
         shutil.copyfile(source, target)
 

@@ -11,7 +11,7 @@ import numpy as np
 from fitting.frequency import LEAST_EXPLAINED, SwimFrequency
 from fitting.series import design
 from session import CameraSpec, Flag, NotEnoughData
-from session.session_checks import OTHER_UNIT, rate_is_off
+from session.session_checks import OTHER_UNIT, rate_is_off, usual_spacing_s
 from swimmer import RobotSpec
 from tracking import HeadFrame
 
@@ -40,10 +40,10 @@ def check_clock_and_scale(time_s: np.ndarray, camera: CameraSpec, robot: RobotSp
     Raises:
         NotEnoughData: the frame rate is off by more than 5 %, or the scale by so much that it must be another unit.
     """
-    spacing_s, scale = np.diff(time_s), camera.scale_length_m / robot.scale_length_m
-    if rate_is_off(camera.fps, float(np.median(spacing_s)), float(np.mean(spacing_s))):
+    spacing_s, scale = usual_spacing_s(time_s), camera.scale_length_m / robot.scale_length_m
+    if rate_is_off(camera.fps, *spacing_s):
         raise NotEnoughData(
-            f"its time stamps give {1 / np.median(spacing_s):.3g} frames a second, [camera] fps is {camera.fps:g}; "
+            f"its time stamps give {1 / spacing_s[0]:.3g} frames a second, [camera] fps is {camera.fps:g}; "
             "expected the same within 5 %. Correct the one that is wrong: frequencies and speeds go by it."
         )
     if not 1 / OTHER_UNIT < scale < OTHER_UNIT:

@@ -159,7 +159,7 @@ class HowSure:
 
     @property
     def band(self) -> str:
-        """How often held-out speeds are as predicted, in a sentence; empty where none was predicted."""
+        """Tell how often held-out speeds are as predicted, in a sentence; empty where none was predicted."""
         inside, count = self.in_band
         return (
             f"{inside} of {counted(count, 'held-out speed')} lie in the 90 % band predicted for them." if count else ""

@@ -9,7 +9,6 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import numpy as np
 
 from session.camera import CameraSpec, load_camera
 from session.commands import load_commands
@@ -29,6 +28,7 @@ from session.session_checks import (
     is_file,
     markers_in,
     trials_in,
+    usual_spacing_s,
 )
 from session.session_file import HEAD_MARKERS, SessionFile, TrialKind, TrialRole, TrialTable
 from session.toml_source import Key, TomlSource, read_toml
@@ -263,8 +263,7 @@ def _check_recordings(
                     exchanged[name] = is_exchanged(tracks, robot.marker_positions_m(markers_of(tracks)))
                 if content:
                     _check_length(source, key, tracks, content, faults)
-                    spacing_s = np.diff(tracks.time.values)
-                    stamps[str(trial.get("name"))] = float(np.median(spacing_s)), float(np.mean(spacing_s))
+                    stamps[str(trial.get("name"))] = usual_spacing_s(tracks.time.values)
     if content:
         check_rates(source, content.camera.fps, stamps, faults)
     check_heads(source, exchanged, faults)

@@ -122,8 +122,14 @@ def check_rates(
         )
 
 
+def usual_spacing_s(time_s: np.ndarray) -> tuple[float, float]:
+    """Compute the median and the mean spacing of time stamps (n,), s."""
+    spacing_s = np.diff(time_s)
+    return float(np.median(spacing_s)), float(np.mean(spacing_s))
+
+
 def rate_is_off(fps: float, median_s: float, mean_s: float) -> bool:
-    """Whether both the median and the mean spacing of time stamps show another frame rate."""
+    """Tell whether both the median and the mean spacing of time stamps show another frame rate."""
     return min(abs(1 / (each * fps) - 1) for each in (median_s, mean_s)) > RATE_OFF
 
 

@@ -20,8 +20,8 @@ from tracking.tracker.spacing import Spacing
 LINKS = np.array([4.8, 7.3, 0.9, 1.1, 1.1, 1.15, 1.0, 2.4])  # from nose to caudal fin, over the distance in the tail
 MARKERS = len(LINKS) + 1
 WRONG_PX, OTHER_PX = 6.0, 4.0  # from its own place, and to another's, from and up to which an identity is wrong
-_MOMENTS = 5  # of the exposure at which the dots are drawn
-_TENTHS = 4  # bits of a pixel in which circles are drawn
+_MOMENTS = 5  # drawn within each exposure
+_FINE_BITS = 4  # circles are drawn in sixteenths of a pixel
 LOOKS = {
     "red on white": (215.0, 110.0, 190.0),
     "white on black": (25.0, 235.0, 60.0),
@@ -112,12 +112,12 @@ class FastStart:
         return self.exposure * np.linspace(-0.5, 0.5, _MOMENTS)
 
     def _drawn(self, ground: np.ndarray, at_px: np.ndarray, body: float, dot: float) -> np.ndarray:
-        picture, fine = ground.copy(), 1 << _TENTHS
+        picture, fine = ground.copy(), 1 << _FINE_BITS
         points = np.rint(fine * at_px).astype(np.int32)
         wide = round(2.2 * self.dot_px)
-        cv2.polylines(picture, [points[:, None]], False, body, wide, cv2.LINE_AA, _TENTHS)
+        cv2.polylines(picture, [points[:, None]], False, body, wide, cv2.LINE_AA, _FINE_BITS)
         for x, y in points.tolist():
-            cv2.circle(picture, (x, y), round(fine * self.dot_px / 2), dot, -1, cv2.LINE_AA, _TENTHS)
+            cv2.circle(picture, (x, y), round(fine * self.dot_px / 2), dot, -1, cv2.LINE_AA, _FINE_BITS)
         return picture
 
 
@@ -168,14 +168,13 @@ def _draw(random: np.random.Generator, hard: bool) -> FastStart:
 
 @dataclass(frozen=True)
 class Followed:
-    """How the tracker did on some clips, as shares of all samples.
+    """Scores of the tracker on some clips, as shares of all samples.
 
     Attributes:
         clips, samples: how many.
         identity: the place of another marker.
         lost: not seen, or more than 6 px off.
         rms_px: an axis, of the others.
-        worst: the clips with a wrong identity, each with its share.
     """
 
     clips: int
@@ -183,7 +182,6 @@ class Followed:
     identity: float
     lost: float
     rms_px: float
-    worst: tuple[tuple[int, float], ...]
 
 
 def follow_clips(clips: Sequence[FastStart], frames: int = 60, joined: bool = True) -> Followed:
@@ -193,9 +191,8 @@ def follow_clips(clips: Sequence[FastStart], frames: int = 60, joined: bool = Tr
     """
     scores = [_followed(clip, frames, joined) for clip in clips]
     identity, lost, squares, right = (np.array(part) for part in zip(*scores, strict=True))
-    worst = tuple((k, float(share)) for k, share in enumerate(identity) if share)
     rms = float(np.sqrt(squares.sum() / max(2 * right.sum(), 1)))
-    return Followed(len(clips), len(clips) * frames * MARKERS, float(identity.mean()), float(lost.mean()), rms, worst)
+    return Followed(len(clips), len(clips) * frames * MARKERS, float(identity.mean()), float(lost.mean()), rms)
 
 
 def _followed(clip: FastStart, frames: int, joined: bool) -> tuple[float, float, float, int]:

@@ -87,7 +87,7 @@ def gap_result(pipeline: Pipeline, stage: DiagnosisStage) -> GapResult:
 
 
 def _next_step(pipeline: Pipeline) -> str:
-    """What to do after a posterior or a diagnosis: bring up to date what is not, then what the answers say."""
+    """Name the next step after a posterior or a diagnosis: what is out of date first, then that of the answers."""
     session = pipeline.session
     if pipeline.current_diagnosis() is None:
         return f"calib diagnose {session.in_shell}"

@@ -16,7 +16,7 @@ from session import FaultCollector, InputError, TrialSpec
 from session.errors import Fault
 from session.folder import SESSION_FILE, usual_boxes
 from session.results import sha256_of, write_whole
-from session.session_checks import rate_is_off
+from session.session_checks import rate_is_off, usual_spacing_s
 from session.stage import Stage
 from session.tracks import save_tracks
 from tracking.boxes import (
@@ -183,7 +183,7 @@ class Videos:
         raise problems[0]
 
     def _finder(self, spec: TrialSpec) -> Find:
-        """What finds the boxes in a frame, where they are certain."""
+        """Make the function that finds the boxes in a frame, where they are certain."""
         names = self._job.session.markers
         layout_m = self._layout_m(names)
 
@@ -283,11 +283,9 @@ class Videos:
         """
         fps = self._job.session.camera.fps
         video = Video(self._video(spec), self._job.options.workers, fps)
-        if video.info.frames > 1:
-            steps_s = np.diff(video.info.time_s)
-            if rate_is_off(fps, float(np.median(steps_s)), float(np.mean(steps_s))):
-                video.close()
-                raise _other_rate(self._job.session.folder / SESSION_FILE, fps, video.info)
+        if video.info.frames > 1 and rate_is_off(fps, *usual_spacing_s(video.info.time_s)):
+            video.close()
+            raise _other_rate(self._job.session.folder / SESSION_FILE, fps, video.info)
         return video
 
     @staticmethod

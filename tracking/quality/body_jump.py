@@ -70,7 +70,7 @@ def _off_motion_px(time_s: np.ndarray, position_px: np.ndarray) -> np.ndarray:
 
 
 def longest_part(frames: int, jumps: list[int]) -> slice:
-    """Of the parts between jumps the longest: what is compared of a trial goes on without a break."""
+    """Return the longest part between jumps: what is compared of a trial goes on without a break."""
     edges = [0, *jumps, frames]
     first, last = max(pairwise(edges), key=lambda part: part[1] - part[0])
     return slice(first, last)

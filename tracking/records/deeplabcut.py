@@ -28,7 +28,7 @@ from tracking.records.foreign import ForeignTracks
 SCORER = "swimcal"
 COORDS = ("x", "y", "likelihood")
 UNIQUE = "single"
-"""What projects with several animals call the individual of the body parts that are there once."""
+"""The individual under which projects with several animals keep the body parts that are there once."""
 LABELS = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff")
 
 
@@ -68,7 +68,7 @@ def read_deeplabcut(table: RawTable) -> ForeignTracks:
 
 
 def _check_tracks(rows: RawTable, faults: FaultCollector) -> None:
-    """That the rows are frames of a video."""
+    """Check that the rows are frames of a video."""
     first = rows.rows[0].cells if rows.rows else []
     picture = next((cell for cell in first if cell.lower().endswith(LABELS)), None)
     if picture is not None:

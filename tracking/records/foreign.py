@@ -30,7 +30,7 @@ SURE = 1.5
 
 @dataclass(frozen=True, eq=False)
 class ForeignTracks:
-    """What a file of another program holds of n frames and k markers of its own names.
+    """Tracks of n frames and k markers as a file of another program holds them, under its own names.
 
     Attributes:
         file: the name for messages.

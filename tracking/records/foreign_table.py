@@ -42,7 +42,7 @@ def read_foreign_table(path: Path) -> RawTable:
 
 
 def _separator(lines: Sequence[str]) -> str | None:
-    """What separates most cells of the last of the first lines; None: blanks."""
+    """Guess the separator of the cells from the last of the first lines; None: blanks."""
     last = lines[-1]
     if ";" in last or "\t" in last:
         return ";" if ";" in last else "\t"

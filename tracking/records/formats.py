@@ -70,7 +70,7 @@ def export_tracks(tracked: xr.Dataset, path: Path, form: str) -> None:
 
 
 def _netcdf(path: Path) -> Engine | None:
-    """What reads a file of netCDF; None for others, and for what cannot be read, which readers report."""
+    """Choose the engine that reads a file of netCDF; None for other files and unreadable ones."""
     try:
         with path.open("rb") as stream:
             head = stream.read(8)

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 Engine = Literal["h5netcdf", "scipy"]
-"""Of xarray: netCDF 4, which is HDF5, or 3."""
+"""Engines of xarray: for netCDF 4, which is HDF5, and for netCDF 3."""
 INDIVIDUAL = "fish"
 SINGULAR = {"keypoints": "keypoint", "individuals": "individual"}
 """The names of dimensions before version 0.17, and since."""
@@ -74,7 +74,7 @@ def read_movement(path: Path, engine: Engine) -> ForeignTracks:
 
 
 def from_movement(data: xr.Dataset, file: str) -> ForeignTracks:
-    """What a poses dataset of `movement` in memory holds, its dimensions in any order and either spelling.
+    """Take in a poses dataset of `movement` in memory, its dimensions in any order and either spelling.
 
     Raises:
         InputError: every fault of it at once, under the name `file`.

@@ -26,7 +26,7 @@ FRAMES = frozenset({"frame", "frames", "frame_idx", "frame_index", "frame_number
 TRACK, ANIMAL_SCORE = "track", "instance.score"
 """SLEAP's columns of the animal."""
 COORDS = {"x": 0, "y": 1, "confidence": 2, "likelihood": 2, "score": 2, "conf": 2, "prob": 2}
-"""What a column holds by the end of its name, and its place among a marker's numbers."""
+"""The place of a column among a marker's numbers, by the end of its name."""
 
 
 def read_plain(table: RawTable) -> ForeignTracks:
@@ -75,7 +75,7 @@ def _markers(header: list[str], faults: FaultCollector) -> dict[str, dict[int, i
 
 
 def _has_place(name: str, columns: dict[int, int], header: list[str], faults: FaultCollector) -> bool:
-    """Whether there is x and y; a fault where there is one of them."""
+    """Tell whether there are x and y; add a fault where there is one of them."""
     if {0, 1} <= columns.keys():
         return True
     if 0 in columns or 1 in columns:

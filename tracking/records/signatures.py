@@ -13,7 +13,7 @@ OWN_CSV = "a CSV with the columns time_s,nose_x,nose_y,… in pixels"
 
 
 class _Program(NamedTuple):
-    """What a file is, and how its tracks get here."""
+    """Another program's kind of file, and the way that its tracks get here."""
 
     what: str
     step: str
@@ -65,7 +65,7 @@ _TEXT = (
 
 
 def check_readable(path: Path) -> None:
-    """That a file may be tracks in a form that can be read; those that cannot be opened are left to the readers.
+    """Check that a file may be tracks in a readable form; files that cannot be opened are left to the readers.
 
     Raises:
         InputError: it is another program's; says whose, and the way that works.
@@ -92,7 +92,7 @@ def _other(head: bytes) -> _Program | None:
 
 
 def _hdf5(path: Path) -> _Program | None:
-    """Of HDF5 that `movement` did not write, whose it is."""
+    """Name the program that wrote an HDF5 file; None for `movement`."""
     import h5py
 
     try:

@@ -6,7 +6,7 @@ import numpy as np
 
 from tracking.tracker.windows import windows
 
-_KEEP_SIZE, _KEEP_CONTRAST = 0.9, 0.8  # of what is known of a marker's look, frame by frame
+_KEEP_SIZE, _KEEP_CONTRAST = 0.9, 0.8  # weight that the known look keeps with every frame
 _SIZES, _CONTRASTS = (0.4, 3.0), (0.1, 5.0)  # how far the look may wander from that in the start boxes
 _SURROUND = (0.85, 1.2)  # of the box' half side: the ring at its rim
 _WIDER, _CLEARER = 1.7, 2.0  # sides of a box that may be too small, and times the contrast that then tells

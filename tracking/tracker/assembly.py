@@ -1,11 +1,11 @@
-"""Which spot is which marker, where the nearest spot need not be the right one: all markers of a frame at once.
+"""Assign the spots of a frame to all markers at once, where the nearest spot need not be the right one.
 
-Markers are joined to a tree, each to its nearest. Every spot within reach of a marker may be its own; a choice costs
-what each marker departs from where it is expected, what each distance in the tree departs from what it was so far, and
-a price for each marker left without a spot. The least sum over a tree is found exactly, by passing messages from its
-leaves (Viterbi 1967; Felzenszwalb and Huttenlocher, Pictorial structures, IJCV 61, 2005, for spots); where two markers
-would share a spot, each of them is tried without it. A body that moves as a whole costs little more than one that
-stays: the sum is also tried with all markers shifted by what one of them may have moved.
+Markers are joined to a tree, each to its nearest. A choice of spots costs the departure of each marker from its
+expected place, the departure of each link of the tree from its length and direction so far, and a price for each marker
+without a spot. The least cost over a tree is found exactly by dynamic programming from its leaves (Felzenszwalb and
+Huttenlocher, Pictorial structures for object recognition, IJCV 61, 2005, section 3). Where two markers would share a
+spot, each of them is tried without it. A shift of the whole body costs little: the sum is also tried with all markers
+shifted by what a marker at an end of the tree may have moved.
 """
 
 from functools import lru_cache
@@ -23,25 +23,30 @@ MISSED = 2.0
 """The price of leaving a marker without a spot."""
 FAINTER = 1.0
 """The price of a spot of no strength."""
-_STIFF, _STIFF_PX = 0.06, 1.5  # spread of a distance that hardly changes: a share of it, and what boxes are off
-_TURN_RAD = 0.6  # spread of a link's direction from that of the motion so far
+_STIFF, _STIFF_PX = 0.06, 1.5  # standard deviation of a link's length: a share of it, and px of the start boxes
+_TURN_RAD = 0.6  # standard deviation of a link's direction about the one predicted
 _LINK = 2.5  # the most that one link can cost: bodies bend more than they did so far
-_UNSEEN = 0.4  # what a link to a marker without a spot counts
+_UNSEEN = 0.4  # weight of a link to a marker without a spot
 _SHIFT = 0.3  # the price of a shift of the body by the usual distance of its markers
-_SHIFTS = 12  # of these that are tried
-_SOLVED = 40  # ways to share spots out that are tried at most
+_SHIFTS = 12  # tried at most, the shortest first
+_SOLVED = 40  # solutions tried at most until no spot is used twice
 _NEVER = 1e6
 
 
 class Assembly(NamedTuple):
-    """What it costs, and (m,) the number of each marker's spot, -1 for none."""
+    """An assignment of all markers of a frame.
+
+    Attributes:
+        cost: the sum that was made least, without unit.
+        chosen: (m,) the number of each marker's spot, -1 for none.
+    """
 
     cost: float
     chosen: np.ndarray
 
 
 def assemble(spots: Spots, predicted: Prediction, spread_px: np.ndarray, spacing: Spacing, whole: bool) -> Assembly:
-    """The least cost over motion and distances, and each marker's spot.
+    """Assign spots to all markers at the least cost over motion and distances.
 
     Args:
         spots: all candidates; one farther from a marker than `predicted.gate_px` is not its own.
@@ -61,7 +66,7 @@ def assemble(spots: Spots, predicted: Prediction, spread_px: np.ndarray, spacing
 
 
 def _alone(spots: Spots, predicted: Prediction, spread_px: np.ndarray, shift_px: np.ndarray) -> np.ndarray:
-    """(m, c + 1) what each marker costs on each spot, the last for none."""
+    """Cost (m, c + 1) of each marker on each spot; the last column is that of no spot."""
     away = predicted.position_px[:, None] - spots.position_px[None]
     reached = np.linalg.norm(away, axis=2) <= predicted.gate_px[:, None]
     off = np.linalg.norm(away + shift_px, axis=2) / spread_px[:, None]
@@ -70,7 +75,7 @@ def _alone(spots: Spots, predicted: Prediction, spread_px: np.ndarray, shift_px:
 
 
 def _links(spots: Spots, predicted: Prediction, spacing: Spacing) -> np.ndarray:
-    """(e, c + 1, c + 1) what each link costs between two spots: by its length, and by its turn since the last frame.
+    """Cost (e, c + 1, c + 1) of each link between two spots: by its length, and by its turn since the last frame.
 
     A marker without a spot is taken to be where it is expected, and its links count less.
     """
@@ -90,7 +95,7 @@ def _links(spots: Spots, predicted: Prediction, spacing: Spacing) -> np.ndarray:
 
 
 def _shifts(spots: Spots, predicted: Prediction, spacing: Spacing) -> list[np.ndarray]:
-    """None, and those that bring a marker at an end of the tree onto one of its spots."""
+    """List shifts (2,) of the body, px: none, and those that bring a marker at an end of the tree onto a spot."""
     joints = np.bincount(spacing.pairs.ravel(), minlength=len(predicted.gate_px))
     away = spots.position_px[None] - predicted.position_px[joints == 1][:, None]
     near = np.linalg.norm(away, axis=2) <= predicted.gate_px[joints == 1][:, None]
@@ -100,8 +105,8 @@ def _shifts(spots: Spots, predicted: Prediction, spacing: Spacing) -> list[np.nd
 
 
 def _shared_out(alone: np.ndarray, links: np.ndarray, pairs: np.ndarray) -> tuple[float, np.ndarray]:
-    """The least cost with each spot used once, and (m,) the spots, -1 for none."""
-    number = count()  # of two that cost the same, the first
+    """Find the least cost with each spot used once, and (m,) the spots, -1 for none."""
+    number = count()  # breaks ties: the solution found first wins
     queue: list[tuple[float, int, np.ndarray, np.ndarray]] = []
 
     def solve(allowed: np.ndarray) -> None:
@@ -123,7 +128,7 @@ def _shared_out(alone: np.ndarray, links: np.ndarray, pairs: np.ndarray) -> tupl
 
 
 def _least(alone: np.ndarray, links: np.ndarray, pairs: np.ndarray) -> tuple[float, np.ndarray]:
-    """The least cost where spots may be shared, and (m,) the spots; the number of spots for none."""
+    """Find the least cost where spots may be shared, and (m,) the spots; none is numbered behind the last."""
     steps = _walk(tuple(map(tuple, pairs.tolist())))
     total, back = alone.copy(), np.zeros(alone.shape, int)
     for marker, above, edge, onwards in reversed(steps):
@@ -141,7 +146,7 @@ def _least(alone: np.ndarray, links: np.ndarray, pairs: np.ndarray) -> tuple[flo
 
 @lru_cache
 def _walk(pairs: tuple[tuple[int, int], ...]) -> tuple[tuple[int, int, int, bool], ...]:
-    """Through the tree from its first marker: each marker, the one above it, their pair, and whether that is first."""
+    """Walk the tree from its first marker: each marker, the one above it, their pair, and whether that is first."""
     steps: list[tuple[int, int, int, bool]] = []
     reached, left = {pairs[0][0]}, dict(enumerate(pairs))
     while left:

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
+from typing import NamedTuple
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
@@ -25,10 +26,11 @@ _SETTLED = 5  # … and from so many frames on without a doubt which spot is its
 _SLACK_PX = 2.0  # by which a box may be off its marker, beyond half of it
 _UNASSIGNED = 0.5  # strength from which a spot of no marker keeps its own light
 _BORDER = 0.25  # diameters from the border of the picture within which a marker counts as gone
-_REACH, _FARTHEST = 1.25, 5.0  # of a search in doubt: of the distance to the nearest marker, but so many diameters
+# A search in doubt reaches so many times the distance to the nearest marker, but no more than so many diameters.
+_REACH, _FARTHEST = 1.25, 5.0
 _ANEW = 10  # frames of a loss after which all markers are assembled as if the body had been moved
 _WHOLE = 2.5  # times that such a search reaches farther
-_SPREAD = 0.6  # of that reach, how far a doubtful marker usually is from where it is expected
+_SPREAD = 0.6  # share of that reach by which a doubtful marker usually is off its expected place
 _SHUTTER = 0.25  # of a frame for which the shutter is thought to be open at first, …
 _SHUTTERS = 0.01, 1.0  # of a frame, at least and at most
 _KEEP_SHUTTER = 0.95  # … and what a frame leaves of what is known of that
@@ -53,6 +55,32 @@ class Sighting:
     diameter_px: np.ndarray
     contrast: np.ndarray
     by_csrt: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class _Search:
+    """A picture (h, w) in which markers of that look and those streaks are sought, away from places (o, 2), px."""
+
+    luma: np.ndarray
+    look: Appearance
+    streaks: Streaks
+    taken_px: np.ndarray | None
+
+    def spots(self, predicted: Prediction) -> Spots:
+        """Find the spots within the gates of a prediction."""
+        spots = find_spots(self.luma, predicted.position_px, predicted.gate_px, self.look, self.streaks)
+        if self.taken_px is None:
+            return spots
+        return spots.away_from(self.taken_px, 0.5 * float(self.look.diameter_px.min()))
+
+
+class _Assignment(NamedTuple):
+    """The spots of a frame, (m,) the number of each marker's, -1 for none, where each was sought, (m,) in doubt."""
+
+    spots: Spots
+    chosen: np.ndarray
+    predicted: Prediction
+    doubtful: np.ndarray
 
 
 class MarkerTracker:
@@ -138,7 +166,8 @@ class MarkerTracker:
         if self.faint is not None:  # no spot is theirs
             predicted = replace(predicted, gate_px=np.where(self.faint.which, _NOWHERE_PX, predicted.gate_px))
         streaks = self._streaks(predicted.velocity_px)
-        spots, chosen, predicted, doubtful = self._assigned(luma, predicted, streaks, taken_px)
+        search = _Search(luma, self.look, streaks, taken_px)
+        spots, chosen, predicted, doubtful = self._assigned(search, predicted)
         position, seen = _placed(spots, chosen, predicted)
         asked = seen if self.faint is None else seen | self.faint.which
         by_csrt = self._ask_csrt(luma, position, asked, taken_px)
@@ -167,66 +196,55 @@ class MarkerTracker:
         if fast.any():
             self.shutter = _KEEP_SHUTTER * self.shutter + [streak_px2[fast].sum(), (velocity_px[fast] ** 2).sum()]
 
-    def _assigned(
-        self, luma: np.ndarray, predicted: Prediction, streaks: Streaks, taken_px: np.ndarray | None
-    ) -> tuple[Spots, np.ndarray, Prediction, np.ndarray]:
-        """The spots, (m,) the assignment, where each marker was looked for, and (m,) whose spot is in doubt.
+    def _assigned(self, search: "_Search", predicted: Prediction) -> "_Assignment":
+        """Find a spot for each marker: the nearest ones, or all markers at once where these leave a doubt.
 
-        Where the nearest spots leave a doubt, all markers are assembled anew from a wider search. Who still breaks away
-        from its neighbours is let go, to be sought where they put it.
+        Who breaks away from its neighbours all the same is let go, to be sought where they put it.
         """
-        spots = self._found(luma, predicted, streaks, taken_px)
+        spots = search.spots(predicted)
         chosen = assign(spots, predicted)
         doubtful = self._doubtful(spots, chosen, predicted)
         if doubtful.any():
-            spots, chosen = self._assembled(luma, predicted, streaks, taken_px, doubtful, chosen)
+            lost = (chosen < 0) & (self.motion.unseen == 0)
+            spots, chosen = self._assembled(search, predicted, doubtful, lost)
+        found = _Assignment(spots, chosen, predicted, doubtful)
+        if not (self.motion.seen > 2).any():  # right after the boxes little is known of how they move
+            return found
         position, seen = _placed(spots, chosen, predicted)
         strength = np.where(seen, np.append(spots.strength, 0.0)[chosen], 0.0)
-        if not (self.motion.seen > 2).any():  # right after the boxes little is known of how they move
-            return spots, chosen, predicted, doubtful
         moved = predicted.position_px - self.motion.past[0]
         misplaced = self.spacing.misplaced(
             position, predicted.position_px, moved, seen, strength, self.look.diameter_px
         )
         if not misplaced.any():
-            return spots, chosen, predicted, doubtful
+            return found
         place = np.where(misplaced[:, None], self.spacing.expected(position), predicted.position_px)
-        return spots, np.where(misplaced, -1, chosen), replace(predicted, position_px=place), doubtful | misplaced
+        let_go = np.where(misplaced, -1, chosen)
+        return _Assignment(spots, let_go, replace(predicted, position_px=place), doubtful | misplaced)
 
     def _assembled(
-        self,
-        luma: np.ndarray,
-        predicted: Prediction,
-        streaks: Streaks,
-        taken_px: np.ndarray | None,
-        doubtful: np.ndarray,
-        chosen: np.ndarray,
+        self, search: "_Search", predicted: Prediction, doubtful: np.ndarray, lost: np.ndarray
     ) -> tuple[Spots, np.ndarray]:
-        """The spots of a wider search, and (m,) the assignment of all markers at once.
+        """Search farther out, and give all markers their spots (m,) at once.
 
-        Where most are doubtful, the body may also have stayed where it was, or moved as a whole; the same is tried when
-        a marker gets lost in what the nearest spots give, (m,) `chosen`, and now and then while it is: all may sit one
-        dot too far.
+        Where most are `doubtful` (m,), the body may also have stayed, or moved as a whole. The same is tried when a
+        marker gets `lost` (m,), and now and then while it is: all may sit one dot too far.
         """
-        again = (self.motion.unseen % _ANEW == _ANEW - 1) & _open(predicted)
-        lost = (self.motion.unseen == 0) & (chosen < 0) & _open(predicted)  # just now
-        moved = bool((again | lost).any())
+        again = self.motion.unseen % _ANEW == _ANEW - 1
+        moved = bool(((again | lost) & _open(predicted)).any())
         whole = moved or bool(2 * np.count_nonzero(doubtful) > len(doubtful))
         farther = _WHOLE if moved else 1.0
-        stayed = replace(
-            predicted, position_px=np.where(_open(predicted)[:, None], self.motion.past[0], predicted.position_px)
-        )
+        anchors = [predicted]
+        if whole:
+            place = np.where(_open(predicted)[:, None], self.motion.past[0], predicted.position_px)
+            anchors.append(replace(predicted, position_px=place))
         found = []
-        for expected in (predicted, stayed) if whole else (predicted,):
-            wide, spread = self._widened(expected, doubtful, farther)
-            spots = self._found(luma, wide, streaks, taken_px)
+        for anchor in anchors:
+            wide, spread = self._widened(anchor, doubtful, farther)
+            spots = search.spots(wide)
             found.append((spots, assemble(spots, wide, spread, self.spacing, whole)))
         spots, best = min(found, key=lambda each: each[1].cost)
         return spots, best.chosen
-
-    def _found(self, luma: np.ndarray, predicted: Prediction, streaks: Streaks, taken_px: np.ndarray | None) -> Spots:
-        spots = find_spots(luma, predicted.position_px, predicted.gate_px, self.look, streaks)
-        return spots if taken_px is None else spots.away_from(taken_px, 0.5 * float(self.look.diameter_px.min()))
 
     def _doubtful(self, spots: Spots, chosen: np.ndarray, predicted: Prediction) -> np.ndarray:
         """(m,) bool, the markers that have no spot, share one within reach, or whose motion is not known yet."""

@@ -134,7 +134,7 @@ def open_video(file: Path) -> tuple[av.container.InputContainer, av.VideoStream]
 
 
 def is_without_times(file: Path) -> bool:
-    """Whether a video is of a kind that holds no times; False for what cannot be opened."""
+    """Tell whether a video is of a kind that holds no times; False for what cannot be opened."""
     try:
         container, _ = open_video(file)
     except InputError:

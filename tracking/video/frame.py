@@ -93,7 +93,7 @@ class Frame:
 
 
 def bits_used(picture: av.VideoFrame) -> int:
-    """How many of its 16 bits a gray picture uses, a whole number of a camera's: 8 to 16; 16 of all other formats."""
+    """Count the bits that a gray picture of 16 uses, as cameras have them: 8 to 16; 16 for all other formats."""
     if picture.format.name not in GRAY_16:
         return 16
     brightest = int(_first_plane(picture, _two_bytes(picture.format.name)).max())

@@ -112,7 +112,7 @@ def index_frames(
 
 
 def has_no_times(container: av.container.InputContainer) -> bool:
-    """Whether files of this kind hold no times at all: raw H.264, HEVC, MJPEG, …; FFmpeg then counts as if at 25 a
+    """Tell whether files of this kind hold no times: raw H.264, HEVC, MJPEG, …; FFmpeg then counts as if at 25 a
     second, or by a rate that is stated somewhere in the pictures.
     """
     return bool(container.format.flags & NO_TIMESTAMPS)

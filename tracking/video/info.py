@@ -45,12 +45,12 @@ class VideoInfo:
 
     @property
     def has_clock(self) -> bool:
-        """Whether the file tells when its frames were taken; else the times are those of a given or guessed rate."""
+        """True if the file tells when its frames were taken; else the times are those of a given or guessed rate."""
         return self.time_source is not TimeSource.FRAME_RATE
 
     @property
     def is_square(self) -> bool:
-        """Whether pixels are as wide as high as they are stored."""
+        """True if the stored pixels are as wide as high."""
         return abs(self.pixel_aspect - 1) <= SQUARE_WITHIN
 
     @property

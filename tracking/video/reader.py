@@ -76,7 +76,7 @@ class Video:
         return suspect_frames(self._lost, self._index)
 
     def is_suspect(self, number: int) -> bool:
-        """Whether a frame may show traces of those that could not be decoded so far."""
+        """Tell whether a frame may show traces of those that could not be decoded so far."""
         if len(self._lost) != self._suspect[0]:
             self._suspect = len(self._lost), self.suspect
         return bool(self._suspect[1][number])
@@ -190,7 +190,7 @@ class Video:
         return Frame(number, float(self.info.time_s[number]), picture, turns, self._square_px, self._bits)
 
     def _bits_of_film(self) -> int:
-        """How many bits the brightest of some frames from all over the film uses, where the format does not tell."""
+        """Count the bits that the brightest of some frames uses, where the format does not tell."""
         found = 8
         with Decoder(self._file, threads=1) as decoder:
             for number in np.unique(np.linspace(0, self.info.frames - 1, LOOKS).astype(int)).tolist():

@@ -19,7 +19,7 @@ LONGEST = 4
 USUAL_OVER = 24
 """Pictures over which the usual difference is taken."""
 ROWS = 360
-"""Of a picture that are compared, about."""
+"""Rows of a picture that are compared, about."""
 MARGIN_PX = 24.0
 """Around each marker within which pictures are compared; the one that differs most counts."""
 EDGES = 0.99
@@ -31,7 +31,7 @@ AT_LEAST = 3
 
 
 class Repeats:
-    """Tells of each picture of a film, in order, whether it repeats the one before.
+    """A search for pictures of a film, taken in order, that repeat the one before.
 
     Attributes:
         frames: the repeats so far after which the motion went on.
@@ -47,27 +47,30 @@ class Repeats:
         self._moved = True  # at the last picture that repeated none
 
     def state(self) -> dict[str, np.ndarray]:
-        """What `restored` makes it of again, but for the last picture."""
+        """Return all it knows, as arrays; `restored` makes the same of them."""
         kept = {
             "repeats": self.frames,
             "skipped": sorted(self.skipped),
             "repeats_run": self._run,
             "moved": [self._moved],
         }
-        return {name: np.array(numbers, int) for name, numbers in kept.items()} | {"usual": np.array(self._usual)}
+        before = np.zeros((0, 0), np.uint8) if self._before is None else self._before
+        pictures = {"usual": np.array(self._usual), "before": before}
+        return {name: np.array(numbers, int) for name, numbers in kept.items()} | pictures
 
     @classmethod
     def restored(cls, kept: Mapping[str, np.ndarray]) -> Repeats:
-        """From what `state` gave."""
+        """Make it again of what `state` gave."""
         made = cls()
         made.frames, made.skipped = kept["repeats"].tolist(), set(kept["skipped"].tolist())
         made._run = kept["repeats_run"].tolist()
         made._moved = bool(kept["moved"][0])
         made._usual.extend(kept["usual"].tolist())
+        made._before = kept["before"] if kept["before"].size else None
         return made
 
     def repeats(self, number: int, luma: np.ndarray, around_px: np.ndarray) -> bool:
-        """Whether frame `number` (h, w) repeats the one before, where the markers (m, 2) were last, px."""
+        """Tell whether frame `number` (h, w) repeats the one before, around where the markers (m, 2) were last, px."""
         step = max(1, round(luma.shape[0] / ROWS))
         now = luma[::step, ::step].copy()
         before, self._before = self._before, now
@@ -89,12 +92,12 @@ class Repeats:
         return False
 
     def are_many(self, frames: int) -> bool:
-        """Whether so many of the frames repeat the one before that the film was taken at another rate."""
+        """Tell whether so many of the frames repeat the one before that the film was taken at another rate."""
         return len(self.frames) >= max(AT_LEAST, OFTEN * frames)
 
 
 def _difference(now: np.ndarray, before: np.ndarray, at: np.ndarray, margin: float) -> float:
-    """By how much two pictures (h, w) differ around a place (2,)."""
+    """Measure how far two pictures (h, w) differ around a place (2,), in grey levels."""
     height, width = now.shape
     (left, top), (right, bottom) = (
         np.clip(at + side, 0, [width, height]).astype(int) for side in (-margin, margin + 1)
