@@ -9,7 +9,6 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-
 from session.camera import CameraSpec, load_camera
 from session.commands import load_commands
 from session.errors import Fault, FaultCollector, InputError, did_you_mean
