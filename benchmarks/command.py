@@ -1,4 +1,4 @@
-"""What `calib benchmark` can do in a checkout: `tracking`, `posterior`, `effects`, `foreign`, `transfer`, `gym`."""
+"""The commands of `python -m benchmarks`."""
 
 import json
 from contextlib import nullcontext
@@ -12,6 +12,19 @@ from calib.commands.arguments import AsJson, Scheduler
 
 if TYPE_CHECKING:
     from benchmarks.scores import Scores
+
+
+def speed(
+    session: Annotated[
+        Path | None, typer.Option(help="also measure with the coefficients of this calibrated session")
+    ] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Times real time on one core and on all, and a bare step without fluid; distance to an 8 times finer step."""
+    from benchmarks.speed import measure_speed, speed_table
+
+    outcome = measure_speed(session)
+    print(json.dumps(outcome.to_json(), indent=1) if as_json else speed_table(outcome))
 
 
 def tracking(
@@ -54,7 +67,7 @@ def posterior(
     from benchmarks.posterior.report import measure_posterior
     from calib.progress import progress_bar
 
-    seeds, command = range(first, first + count), f"calib benchmark posterior --folder {folder or 'FOLDER'}"
+    seeds, command = range(first, first + count), f"python -m benchmarks posterior --folder {folder or 'FOLDER'}"
     with TemporaryDirectory() if folder is None else nullcontext(folder) as place, progress_bar(as_json) as progress:
         outcome = measure_posterior(Path(place), seeds, Run(workers, scheduler, progress))
     _print(outcome.scores(command), as_json)
@@ -129,39 +142,12 @@ def foreign(
     from benchmarks.foreign.report import measure_foreign
     from calib.progress import progress_bar
 
-    command = f"calib benchmark foreign --folder {folder} --seed {seed} --count {count}"
+    command = f"python -m benchmarks foreign --folder {folder} --seed {seed} --count {count}"
     with progress_bar(as_json) as progress:
         outcome = measure_foreign(folder, seed, range(first, first + count), Run(workers, None, progress), keep)
     _print(outcome.scores(command), as_json)
     if outcome.falls_short:
         raise typer.Exit(1)
-
-
-def transfer(
-    folder: Annotated[Path, typer.Option(help="a copy of datasets/withheld/small, or what `effects` made of a suite")],
-    count: Annotated[int, typer.Option(min=1, help="robots, the first of the suite")] = 24,
-    task: Annotated[Literal["circle", "target"], typer.Option(help="what the laws are for")] = "circle",
-    arms: Annotated[str, typer.Option(help="only these, comma-separated; none: only the tables of what is there")] = "",
-    suite: Annotated[str, typer.Option(help="which suite it is, or which part, as `effects` takes it")] = "small",
-    seed: Annotated[int, typer.Option(min=0, help="of the suite")] = 1,
-    workers: Annotated[int, typer.Option(min=0, help="arms at a time; 0: one on each core")] = 0,
-    as_json: AsJson = False,
-) -> None:
-    """Steering laws from several models of withheld robots, tested on the robots: does calibration pay?"""
-    from benchmarks.cases import Run
-    from benchmarks.effects.folder import SuiteFolder
-    from benchmarks.transfer.report import scores_of
-    from benchmarks.transfer.run import ARMS, work_off
-    from calib.progress import progress_bar
-
-    chosen = tuple(arms.split(",")) if arms not in ("", "none") else () if arms else ARMS
-    if unknown := set(chosen) - set(ARMS):
-        raise typer.BadParameter(
-            f"found {', '.join(sorted(unknown))}, expected some of {', '.join(ARMS)}", param_hint="--arms"
-        )
-    with progress_bar(as_json) as progress:
-        failures = work_off(SuiteFolder(folder), count, (seed, suite), task, chosen, Run(workers, None, progress))
-    _print(scores_of(SuiteFolder(folder), task, failures), as_json)
 
 
 def gym(
@@ -184,7 +170,7 @@ def _score_effects(folder: Path, as_json: bool) -> None:
     from benchmarks.effects.scoring import score_all, score_file
     from session.results import write_whole
 
-    command = f"calib benchmark effects {folder} --part score"
+    command = f"python -m benchmarks effects {folder} --part score"
     if folder.suffix == ".jsonl":
         scores = score_file(folder).scores(command)
     else:
@@ -200,11 +186,11 @@ def _print(scores: "Scores", as_json: bool) -> None:
 
 
 COMMANDS = {
+    speed: "speed --session pool",
     tracking: "tracking --part accuracy",
     posterior: "posterior --folder scores --first 2000 --count 30",
     effects: "effects suite --part make --suite small --seed 1",
     foreign: "foreign --folder foreign --count 300",
-    transfer: "transfer --folder suite",
     gym: "gym --session pool",
 }
 """Each with an example, for help."""

@@ -1,6 +1,6 @@
 """The page of scores: `python -m benchmarks.page` writes `docs/benchmarks.md` from the files in `docs/scores`.
 
-`calib benchmark … --json > docs/scores/NAME.json` writes such a file.
+`python -m benchmarks … --json > docs/scores/NAME.json` writes such a file.
 """
 
 from pathlib import Path

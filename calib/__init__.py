@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from calib.interface import *  # noqa: F403
 
 
-_MODULES = ("benchmark", "camera", "capture", "policy")
+_MODULES = ("camera", "capture", "policy")
 """Public modules, each with the functions of a command that has commands of its own."""
 
 

@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from calib.capture.host import INTERRUPTED, let_go_of_a_lost_terminal
-from calib.commands import benchmarks, cameras, policies, results, videos
+from calib.commands import cameras, policies, results, videos
 
 app = typer.Typer(
     rich_markup_mode=None,  # which takes longer to load than all else that help needs
@@ -49,7 +49,6 @@ for command, (made, example) in COMMANDS.items():
     kind = results.SeveralFiles if command is results.new else None
     group = camera if command in OF_CAMERA else app
     group.command(cls=kind, short_help=made, epilog=f"Example: {example}")(command)
-app.add_typer(benchmarks.benchmark, name="benchmark", short_help="measures what is claimed of speed and accuracy")
 app.add_typer(policies.policy, name="policy", short_help="trains and scores policies on the twin")
 
 

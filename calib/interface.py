@@ -1,7 +1,7 @@
 """The functions behind `import calib`, one a command; the command line is a thin layer on top of them.
 
 Commands with commands of their own are modules: `calib.camera` (board, lens, scale), `calib.capture` (scan, run,
-emulate: the motor), `calib.policy` (train, evaluate, play, aquarium) and `calib.benchmark` (speed).
+emulate: the motor) and `calib.policy` (train, evaluate, play, aquarium).
 
 A session is given as what `open_session` returns, or as the path of its folder. What has not changed since it was made
 is not made again, so that every function returns at once where its results are current. Functions that compute are
@@ -25,7 +25,7 @@ from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
-from calib import benchmark, camera, capture, policy
+from calib import camera, capture, policy
 from calib.batch import Work, indexed, reported, run_all, run_pipeline
 from calib.kept_output import keep_output
 from calib.options import EffortName, LastStepName, ObjectiveName, Options, check_last_step
@@ -82,7 +82,6 @@ __all__ = [
     "SwimTwin",
     "SwimcalError",
     "TrackResult",
-    "benchmark",
     "camera",
     "capture",
     "compare",

@@ -119,16 +119,14 @@ def evaluate(
     policy_file: str | Path | None = None,
     *,
     episodes: int = 0,
-    predictive: int = 0,
     seed: int = TEST_SEED,
     workers: int = 0,
 ) -> PolicyScores:
-    """Scores a policy on the session's twin, beside the paper's and, if asked for, control by prediction.
+    """Scores a policy on the session's twin, beside the paper's.
 
     Args:
         session, task, policy_file, seed, workers: see `help(calib.policy)`.
         episodes: 0: 1,000 targets, or a circle to either side.
-        predictive: also so many episodes of predictive control, which needs no training.
 
     Raises:
         InputError: there is no fit, no such policy, or one of another task.
@@ -144,14 +142,9 @@ def evaluate(
 
     folder = _folder(session)
     fish, file = load_fish(folder), Path(policy_file or policy_file_of(folder, task))
-    rows: dict[str, Mapping[str, Any]] = {"paper": PAPER[task]}
-    if policy_file is not None or file.with_suffix(".npz").is_file() or not predictive:
-        loaded = load_policy(file)
-        swum = _swum(fish, task, loaded, episodes or EPISODES[task], workers, seed, str(file))
-        rows[loaded.card.method] = swum.scores()
-    if predictive:
-        rows["predictive"] = _predicted(fish, task, predictive, workers, seed)
-    return PolicyScores(file, rows)
+    loaded = load_policy(file)
+    swum = _swum(fish, task, loaded, episodes or EPISODES[task], workers, seed, str(file))
+    return PolicyScores(file, {"paper": PAPER[task], loaded.card.method: swum.scores()})
 
 
 def play(
@@ -294,12 +287,3 @@ def _swum(
     from swimgym.evaluation import swim
 
     return swim(_course(fish, task, episodes, loaded, workers, file), loaded.act, seed)
-
-
-def _predicted(fish: Fish, task: str, episodes: int, workers: int, seed: int) -> dict[str, Any]:
-    from swimgym.evaluation import swim
-    from swimgym.making import make_course
-    from swimgym.predictive import Predictive
-
-    course = make_course(task, episodes, fish=fish, workers=workers)
-    return swim(course, Predictive(course, fish, seed=seed, workers=workers), seed).scores()

@@ -70,11 +70,7 @@ SPEED_PER_M, COURSE_PER_M, SLIDE_PER_M = 1.0, (1.0, 6.0), 0.1
 HERTZ_PER_M, RING_PER_M = 2.0, 10.0
 """Of frequencies; of the logarithms of what free decays say: air leaves a tail little to go wrong by."""
 
-# Non-periodic residual
-LEAST_OF_MOTION, LEAST_OF_DELAY, MOST_BESIDE = 10.0, 4.0, 4000.0
-"""Variance against that of noise, where there is something: least of either kind, and most. Development."""
-
-# Skill on held-out trials and controls
+# Skill on held-out trials
 CLEAR = 3.0
 """Standard errors of the plain twin's squares above noise from which a skill is reported."""
 LEAST_GAP = 0.1
@@ -84,8 +80,6 @@ FLOOR_SD = 0.09
 0.12, of which noise of unit size makes 0.075."""
 FEWEST_TRIALS = 3
 """Fitted swim trials for cross-validation: of two, the other one alone would have to tell coefficients and effects."""
-AGAINST = 0.02
-"""Probability of a placebo at most: the evidence speaks against it."""
 
 # Ridge over all effects
 SHARES = (0.1, 0.2, 0.35, 0.5, 0.7, 1.0)

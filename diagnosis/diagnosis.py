@@ -12,14 +12,13 @@ from threadpoolctl import threadpool_limits
 from diagnosis.constants import MOST_LEFT
 from diagnosis.evidence import Hypotheses, Priors
 from diagnosis.experiments import next_experiments
-from diagnosis.held_out import HeldOut, placebo_for
+from diagnosis.held_out import HeldOut
 from diagnosis.linear_model import LinearModel
 from diagnosis.local_discrepancies import ForceResponses, LocalDiscrepancy, likely_of, local_discrepancies, responses
-from diagnosis.non_periodic import NonPeriodic, non_periodic
 from diagnosis.probabilities import Probabilities, explained
 from diagnosis.refit import Refit, refitted
 from diagnosis.result import Experiment, GapSize, Remainder
-from diagnosis.ridge import Attribution, RidgeFit, attribute, ridge_fit
+from diagnosis.ridge import RidgeFit, ridge_fit
 from diagnosis.session_data import SessionData
 from diagnosis.verdict import Validated, Verdict, backward_elimination, validated, verdict_of
 from diagnosis.where import VarianceDecomposition, decompose
@@ -54,7 +53,6 @@ class Weighed(NamedTuple):
         signatures: what each effect does.
         forces: what missing forces do.
         elsewhere: where something that is in no catalogue was looked for.
-        aperiodic: what shows beside the beat, in the fitted swims.
         decays_left_out: names of free decays that do not count, and why.
     """
 
@@ -62,7 +60,6 @@ class Weighed(NamedTuple):
     signatures: tuple[Signature, ...]
     forces: ForceResponses
     elsewhere: tuple[LocalDiscrepancy, ...]
-    aperiodic: NonPeriodic
     hypotheses: Hypotheses
     probabilities: Probabilities
     decays_left_out: Mapping[str, str]
@@ -83,8 +80,8 @@ class Diagnosis:
         where: shares of the gap.
         remainder: what that twin leaves; None where nothing is named.
         gap: on held-out swims that the twins can follow.
-        everything: the twin with all effects at once, its held-out gap, and to what it owes that; None where there is
-            no gap, or the swims call for no more than is named, or with the effort "quick".
+        everything: the twin with all effects at once, and its held-out gap; None where there is no gap, or the swims
+            call for no more than is named, or with the effort "quick".
         experiments: what to measure next, the most telling first.
         doubted: names of fitted swims that their own twin does not follow, for which nothing is named.
     """
@@ -94,7 +91,7 @@ class Diagnosis:
     where: VarianceDecomposition
     remainder: Remainder | None
     gap: GapSize
-    everything: tuple[RidgeFit, GapSize, Attribution | None] | None
+    everything: tuple[RidgeFit, GapSize] | None
     experiments: tuple[Experiment, ...]
     doubted: tuple[str, ...] = ()
 
@@ -124,11 +121,8 @@ def diagnose(
     if data.doubted and said.verdict.effects:
         said = Validated(Verdict("unexplained", ()), said.probabilities, None)
     best, swims = said.best, HeldOut(weighed.linear, data.of_role(fitted=False), settings.seed)
-    named = set(said.verdict.effects)
-    placebo = None if best is None else placebo_for(weighed.hypotheses, said.probabilities, named)
-    beside = None if placebo is None else refitting([placebo])
     tell("held-out swims", 0.86)
-    gap = swims.gap(best, beside)
+    gap = swims.gap(best)
     tell("what to do next", 0.96)
     return Diagnosis(
         weighed=weighed,
@@ -155,14 +149,12 @@ def _weighed(data: SessionData, effects: Mapping[str, Effect], priors: Priors, t
     forces = responses(linear)
     tell("weighing hypotheses", 0.66)
     elsewhere = local_discrepancies(linear, forces)
-    aperiodic = non_periodic(linear.swims)
-    found = explained(linear, signatures, priors, elsewhere, tuple(each.log_odds for each in aperiodic))
+    found = explained(linear, signatures, priors, elsewhere)
     return Weighed(
         found.linear,
         tuple(signatures),
         forces,
         elsewhere,
-        aperiodic,
         found.hypotheses,
         found.probabilities,
         data.rings.left_out,
@@ -190,7 +182,7 @@ def _named(weighed: Weighed, refitting: Refitting, settings: Settings, effects: 
 
 def _everything(
     weighed: Weighed, effects: Mapping[str, Effect], said: Validated, swims: HeldOut, effort: str
-) -> tuple[RidgeFit, GapSize, Attribution | None] | None:
+) -> tuple[RidgeFit, GapSize] | None:
     """The twin with all effects, and what it leaves of held-out swims, just as it was fitted; None if not asked."""
     if effort not in ALL_AT_ONCE or said.verdict.name == "no_gap":
         return None
@@ -198,9 +190,7 @@ def _everything(
     every = ridge_fit(weighed.linear, weighed.signatures, effects, named, _ROUNDS_OF_ALL)
     if every is None:
         return None
-    gap = swims.gap(every.refit, as_fitted=True)
-    asked = attribute(weighed.linear, swims.held_out, every.refit, swims.seed) if gap.evaluated_on else None
-    return every, gap, asked
+    return every, swims.gap(every.refit, as_fitted=True)
 
 
 def _remainder(weighed: Weighed, best: Refit) -> Remainder:

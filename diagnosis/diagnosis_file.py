@@ -22,11 +22,10 @@ from diagnosis.result import (
     FittedParameter,
     FreeDecay,
     GapSize,
-    NonPeriodicResidual,
     Place,
     Strength,
 )
-from diagnosis.ridge import Attribution, RidgeFit
+from diagnosis.ridge import RidgeFit
 from fitting.model.session_forecast import TWIN, SessionForecast
 from swimmer import FluidCoefficients
 from swimmer.effects import Parameter
@@ -128,7 +127,7 @@ def _beside(gap: GapSize, forecasts: SessionForecast, added: bool) -> GapSize:
     )
 
 
-def _everything(every: RidgeFit, gap: GapSize, attribution: Attribution | None) -> AllEffects:
+def _everything(every: RidgeFit, gap: GapSize) -> AllEffects:
     strengths = sorted(every.strengths.items(), key=lambda item: -abs(item[1]))
     return AllEffects(
         share_of_priors=every.share,
@@ -137,7 +136,6 @@ def _everything(every: RidgeFit, gap: GapSize, attribution: Attribution | None) 
         at_bound=tuple((effect, parameter) for effect, parameter in every.at_bound),
         strengths=tuple(Strength(*own, value) for own, value in strengths),
         gap=gap,
-        attribution=attribution,
     )
 
 
@@ -174,10 +172,6 @@ def _evidence(found: Diagnosis) -> Evidence:
         for each, chance in zip(found.weighed.elsewhere, chances.at_place, strict=True)
         if chance >= _LEAST_OF_PLACE
     )
-    sway, delay = (
-        NonPeriodicResidual(size.rms, size.log_odds, min(chances.with_other * chance, 1.0))  # sums may exceed 1
-        for size, chance in zip(found.weighed.aperiodic, found.weighed.hypotheses.shares_non_periodic, strict=True)
-    )
     return Evidence(
         squares=float(residual.value @ residual.value),
         numbers=len(residual.value),
@@ -192,8 +186,6 @@ def _evidence(found: Diagnosis) -> Evidence:
         elsewhere=tuple(sorted(places, key=lambda each: -each.probability)),
         refuted=found.said.refutations,
         cross_validation=_cross_validation(found),
-        sway_m=sway,
-        delay_s=delay,
     )
 
 

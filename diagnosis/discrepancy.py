@@ -1,6 +1,6 @@
 """What a refitted twin leaves of features where nothing is wrong: how two simulators of one robot differ.
 
-Measured between the twin and a second simulator over sessions of drawn water (`calib benchmark effects`), for the nine
+Measured between the twin and a second simulator over sessions of drawn water (`benchmarks/effects`), for the nine
 published markers; of other markers it is taken to be as of the nearest of these along the body, each by itself. How
 straight a fish goes, and whether its markers stay in place, is not among the numbers that the benchmark compares; what
 it leaves of that is `COURSE_SD` and `SLIDE_SD_M_S`.

@@ -9,7 +9,7 @@ hypothesis do, of which no form holds a share e, the form error. s: the size of 
 mean variance 1: a random mixture of what all effects do, or one that only neighbouring markers share. Sizes and form
 errors are averaged over a grid, sizes log-uniform from just detectable to what bounds allow; strengths stay within the
 range of their linear response (Rasmussen and Williams 2006, chapter 5). An unknown effect may instead act at one place,
-by columns of its own, and may show apart from the beat as well.
+by columns of its own.
 """
 
 from collections.abc import Sequence
@@ -21,7 +21,7 @@ from typing import NamedTuple
 
 import numpy as np
 from scipy.linalg import solve_triangular
-from scipy.special import log_ndtr, logsumexp
+from scipy.special import log_ndtr
 
 from diagnosis.constants import IN_FEATURES, LOOSE, MOST_WRONG, SHOWS, SIZES
 from diagnosis.effect_response import EffectResponse, LinearResponse
@@ -39,7 +39,6 @@ class Priors:
         number: prior probabilities of none, one, two … effects.
         other: prior probability of an unknown effect, with whatever effects.
         placed: of that, that it acts at one place.
-        non_periodic: of that, that it shows apart from the beat too.
         look_alike: odds, against an effect, of an unknown one that looks like it.
         differs: least share of its norm by which such a one differs; at most all of it, log-uniform.
     """
@@ -48,7 +47,6 @@ class Priors:
     number: tuple[float, ...] = (0.5, 0.38, 0.1, 0.015, 0.003, 0.0015, 0.0005)
     other: float = 0.1
     placed: float = 0.4
-    non_periodic: float = 0.3
     look_alike: float = 0.3
     differs: float = 0.05
 
@@ -200,7 +198,6 @@ class Hypotheses:
             structure.
         beside: where the whitened residual holds what is no feature: frequencies, and how free decays ring.
         places: where an unknown effect may act: prior weight, and (k, b) what it does in the whitened residual space.
-        non_periodic: log Bayes factors of what the tracks show apart from the beat, see `diagnosis.non_periodic`.
     """
 
     like_any: Residual
@@ -209,36 +206,20 @@ class Hypotheses:
     priors: Priors
     not_features: slice = field(default_factory=lambda: slice(0, 0))
     places: tuple[tuple[float, np.ndarray], ...] = ()
-    non_periodic: tuple[float, ...] = (0.0,)
-
-    @property
-    def log_non_periodic(self) -> float:
-        """What shows apart from the beat adds to the log evidence of an unknown effect, which may show there or not."""
-        return float(np.logaddexp(np.log1p(-self.priors.non_periodic), logsumexp(self._each_non_periodic)))
-
-    @property
-    def shares_non_periodic(self) -> tuple[float, ...]:
-        """Probabilities that an unknown effect shows apart from the beat, in each way, if there is one."""
-        return tuple(np.exp(self._each_non_periodic - self.log_non_periodic).tolist())
-
-    @property
-    def _each_non_periodic(self) -> np.ndarray:
-        return np.log(self.priors.non_periodic / len(self.non_periodic)) + np.array(self.non_periodic)
 
     def evidence(self, present: Sequence[int], other: bool) -> float:
         """Log evidence of some effects, with or without an unknown one.
 
         Of several the likeliest responses count, each with the share that it has of its effect by itself.
         """
-        added = self.log_non_periodic if other else 0.0
         if len(present) == 1:
-            return self._of_effect(present[0], other) + added
+            return self._of_effect(present[0], other)
         best = [self._best(i, other) for i in present]
         if any(each is None for each in best):
             return -np.inf
         responses = [each for each in best if each is not None]
         shares = sum(self._of_effect(i, other) - max(self._alone[other][i]) for i in present)
-        return self._evidence(responses, other) + shares + added
+        return self._evidence(responses, other) + shares
 
     def at_places(self, present: Sequence[int]) -> np.ndarray:
         """(n,) log evidence of some effects, of their likeliest sizes, with an unknown one at each of n places.
@@ -255,7 +236,7 @@ class Hypotheses:
         gained = [_gained(white[:, 0], part) for part in np.split(white[:, 1:], ends[:-1], axis=1)]
         prior = np.log(weights / weights.sum()) - np.log(2 if present else 1)
         shares = sum(self._of_effect(i, False) - max(self._alone[False][i]) for i in present)
-        return np.asarray(found.evidence + prior + shares + gained + self.log_non_periodic)
+        return np.asarray(found.evidence + prior + shares + gained)
 
     def look_alike_odds(self, effect: int, other: bool) -> float:
         """Odds that what looks like an effect is an unknown one which differs from it.

@@ -46,11 +46,6 @@ def generic_covariance(along_m: np.ndarray, trials: int, frequencies: int, rings
     return block_diag(*[features] * trials, HERTZ_PER_M**2 * np.eye(frequencies), RING_PER_M**2 * np.eye(rings))
 
 
-def generic_size(residual: np.ndarray, covariance: np.ndarray, generic: np.ndarray) -> float:
-    """The likeliest size, m, of a gap of no particular cause in what is left (k,) beside what is known (k, k)."""
-    return _KnownAndGeneric.of(covariance, generic).likeliest_m(residual, _SIZES_M)
-
-
 @dataclass(frozen=True, eq=False)
 class GaussianProcessDiscrepancy:
     """Such a gap beside what is known of a row.

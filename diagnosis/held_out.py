@@ -7,27 +7,19 @@ wrong: the twin's own error counts as noise here, and is not the same in every s
 that were fitted are moved as far as they may be off. Whatever moves them makes a held-out gap larger, more often than
 not, and the truth made it smaller: so their draws are reflected about what was found (Davison and Hinkley 1997, section
 5.2).
-
-Beside it stands what it would shrink by anyhow: with an effect that is not there, and with a correction without
-physics. A name under which the gap shrinks no further than under these has not earned it.
 """
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
 from diagnosis.affected_swims import ForecastScore, forecast_scores, noise_floor_m
-from diagnosis.constants import AGAINST, CLEAR, FLOOR_SD, LEAST_GAP
-from diagnosis.evidence import Hypotheses
-from diagnosis.generic import generic_size
+from diagnosis.constants import CLEAR, FLOOR_SD, LEAST_GAP
 from diagnosis.linear_model import LinearModel
-from diagnosis.probabilities import Probabilities
 from diagnosis.refit import Refit, residual_drawn, residual_with
-from diagnosis.result import Controls, GapSize, HeldOutSwim
-from fitting.model.features import advanced
-from fitting.model.session_model import SessionModel
+from diagnosis.result import GapSize, HeldOutSwim
 from fitting.speed import BASELINES
 from fitting.trial import MeasuredTrial
 
@@ -124,49 +116,6 @@ def _noise(before: np.ndarray, after: np.ndarray, seed: int) -> tuple[np.ndarray
     return 2 * size * along[:, 0] + own, 2 * size * along[:, 1] + own
 
 
-def placebo_for(hypotheses: Hypotheses, probabilities: Probabilities, named: Collection[str]) -> str | None:
-    """Of the effects that the evidence speaks against, the one that moves the fitted swims most.
-
-    With as many parameters as the named ones have, or as near to that as there is.
-    """
-    count = sum(_parameters(hypotheses, i) for i, name in enumerate(probabilities.names) if name in named)
-    found = []
-    for i, (name, chance) in enumerate(zip(probabilities.names, probabilities.marginal, strict=True)):
-        if hypotheses.best[i] is not None and name not in named and chance <= AGAINST:
-            size = max(each.size for each in hypotheses.effects[i].linear)
-            found.append((abs(_parameters(hypotheses, i) - count), -size, name))
-    return min(found)[-1] if found else None
-
-
-def _parameters(hypotheses: Hypotheses, effect: int) -> int:
-    return max((len(each.parameters) for each in hypotheses.effects[effect].linear), default=0)
-
-
-def carried_over(linear: LinearModel, held_out: LinearModel) -> np.ndarray:
-    """(k,) what is left of other swims once what is left of the fitted ones is carried over to them (kriging).
-
-    As much of it as is no noise: smooth along the body as a gap of no particular cause is, and alike in all swims as
-    their beats go on; and what the twin leaves of swims alike where nothing is wrong. Masked markers tell nothing, and
-    are not corrected.
-    """
-    features = len(linear.model.measured) // len(linear.trials)
-    both = SessionModel((*linear.model.trials[: len(linear.swims)], *held_out.model.trials))
-    scored, asked = linear.scored, held_out.scored
-    others = len(linear.swims) * features + asked
-    covariance, residual = linear.covariance[np.ix_(scored, scored)], linear.residual[scored]
-    of_one = np.linalg.cholesky(linear.generic[:features, :features]).T
-    of_all = np.hstack([advanced(of_one, float(phase)) for phase in both.phase_rad]).T
-    common, of_others = of_all[scored], of_all[others]
-    among = common @ common.T
-    size = generic_size(residual, covariance, among)
-    of_twin = linear.error**2 * linear.discrepancy.over(both)[np.ix_(others, scored)]
-    result = np.array(held_out.residual)
-    result[asked] -= (size**2 * of_others @ common.T + of_twin) @ np.linalg.solve(
-        covariance + size**2 * among, residual
-    )
-    return result
-
-
 @dataclass(frozen=True, eq=False)
 class HeldOut:
     """Swims that nothing was fitted to, beside the nearest plain twin."""
@@ -175,29 +124,28 @@ class HeldOut:
     swims: tuple[MeasuredTrial, ...]
     seed: int
 
-    def gap(self, best: Refit | None, placebo: Refit | None = None, *, as_fitted: bool = False) -> GapSize:
+    def gap(self, best: Refit | None, *, as_fitted: bool = False) -> GapSize:
         """Of the swims that no twin diverges on; nothing is compared where there is none.
 
         Args:
             best: the twin with effects; None where none was added.
-            placebo: the twin with an effect that is not there; None where there is none.
             as_fitted: the interval is over noise alone, of these very twins, and not over what else they might be.
         """
         if not self.swims:
             return GapSize()
         linear, held_out, seed = self.linear, self.held_out, self.seed
-        twins = [twin for twin in (best, placebo) if twin is not None]
-        residual = [held_out.residual, *(residual_with(held_out, twin) for twin in twins)]
+        residual = [held_out.residual]
+        if best is not None:
+            residual.append(residual_with(held_out, best))
         stands = _stands([row[: len(held_out.model.measured)] for row in residual], len(self.swims))
         if not stands.all():
             standing = tuple(swim for swim, stood in zip(self.swims, stands, strict=True) if stood)
-            return HeldOut(linear, standing, seed).gap(best, placebo, as_fitted=as_fitted)
+            return HeldOut(linear, standing, seed).gap(best, as_fitted=as_fitted)
         after, scored = self._plain, None
-        controls, otherwise = None, None
+        otherwise = None
         if best is not None:
             after = tuple(forecast_scores(linear, self.swims, best.effects, best.at, best.values))
             scored = held_out.whitened_swims(residual[1])
-            controls = self._controls(placebo, residual[-1])
             if not as_fitted:
                 drawn = (
                     held_out.residual_drawn(linear, _DRAWS, seed),
@@ -205,7 +153,7 @@ class HeldOut:
                 )
                 otherwise = held_out.whitened_swims(drawn[0]), held_out.whitened_swims(drawn[1])
         skill = skill_score(self._scored, scored, self._trial_of, seed, otherwise)
-        hertz = [self._measured_hz, *(self._forecast_hz(row) for row in (residual[0], residual[best is not None]))]
+        hertz = [self._measured_hz, *(self._forecast_hz(row) for row in (residual[0], residual[-1]))]
         measured, baselines = [each.speed_measured for each in after], self._baselines
         swims = zip(self._plain, after, baselines["line"], *hertz, strict=True)
         return errors_of(
@@ -216,23 +164,10 @@ class HeldOut:
             shrinkage_ci95=skill.interval,
             squares_before=skill.plain,
             squares_after=skill.with_effects,
-            controls=controls,
             speed_mae_baselines={name: _mae(speeds, measured) for name, speeds in baselines.items()},
             frequency_mae_before=_mae(hertz[1], hertz[0]),
             frequency_mae_after=_mae(hertz[2], hertz[0]),
             trials={each[0].name: _swim(*each) for each in swims},
-        )
-
-    def _controls(self, placebo: Refit | None, residual: np.ndarray) -> Controls:
-        """What the gap would shrink by anyhow, with a placebo that leaves a residual (k,)."""
-
-        def alone(row: np.ndarray) -> float | None:
-            return skill_score(self._scored, self.held_out.whitened_swims(row), self._trial_of, self.seed).value
-
-        return Controls(
-            placebo=None if placebo is None else placebo.effects[0].name,
-            with_placebo=None if placebo is None else alone(residual),
-            carried_over=alone(carried_over(self.linear, self.held_out)),
         )
 
     @cached_property

@@ -223,13 +223,12 @@ def explained(
     signatures: Sequence[Signature],
     priors: Priors,
     places: Sequence[LocalDiscrepancy] = (),
-    non_periodic: tuple[float, ...] = (0.0,),
 ) -> Explained:
     """Weighs all hypotheses, for every size that the twin's own discrepancy may have."""
     common, found = linear.discrepancy.common_columns(signatures), []
     for scale, chance in SCALES.items():
         here = linear.with_error(scale, common)
-        hypotheses = _hypotheses(here, signatures, priors, places, non_periodic)
+        hypotheses = _hypotheses(here, signatures, priors, places)
         weighed = Weighed.of(hypotheses)
         assumed = float(np.log(chance)) + here.space.log_volume
         found.append((assumed + logsumexp(list(weighed.logs.values())), assumed, here, hypotheses, weighed))
@@ -270,7 +269,6 @@ def _hypotheses(
     signatures: Sequence[Signature],
     priors: Priors,
     places: Sequence[LocalDiscrepancy],
-    non_periodic: tuple[float, ...],
 ) -> Hypotheses:
     effects, features = effect_responses(signatures, linear.space), len(linear.model.measured)
     frequencies = slice(features, features + linear.model.frequencies)
@@ -281,5 +279,4 @@ def _hypotheses(
         priors=priors,
         not_features=slice(features, features + linear.model.beside),
         places=tuple((each.weight, linear.space.projected(each.columns.T).T) for each in places),
-        non_periodic=non_periodic,
     )

@@ -128,11 +128,6 @@ def residual_at(linear: LinearModel, best: Refit, values: np.ndarray) -> np.ndar
     return _Joint(linear, best.effects).rows(np.column_stack([np.tile(best.at, (len(values), 1)), values]))
 
 
-def held_out_jacobian(linear: LinearModel, best: Refit) -> np.ndarray:
-    """(k, 5 + p) of the row of a refitted twin in other swims; nan where it diverges next to it."""
-    return _Joint(linear, best.effects).differences(np.append(best.at, best.values))
-
-
 def residual_drawn(linear: LinearModel, best: Refit, residual: np.ndarray, draws: int, seed: int) -> np.ndarray:
     """(d, k) what it would leave, fitted as it might have been: linear about what it leaves (k,).
 

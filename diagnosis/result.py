@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Literal, NamedTuple
+from typing import Literal
 
 import numpy as np
 
@@ -42,8 +42,6 @@ class GapShares:
         by_marker: shares of the markers, and of numbers that belong to no marker: speed, course, frequency, decay.
         by_axis: shares along and across the fish.
         by_band: shares of the mean and of each harmonic of the beat.
-        by_repeat: shares of what all swim trials have in common ("reproducible"), of what each has of its own
-            ("scatter"), and of noise ("floor"); empty for one swim trial.
     """
 
     by_stage: Mapping[str, float]
@@ -51,22 +49,6 @@ class GapShares:
     by_marker: Mapping[str, float]
     by_axis: Mapping[str, float]
     by_band: Mapping[str, float]
-    by_repeat: Mapping[str, float] = field(default_factory=dict)
-
-
-@dataclass(frozen=True)
-class Controls:
-    """Skill scores S of other corrections on the same held-out trials, to compare with that of the named effects.
-
-    Attributes:
-        placebo: an effect that the evidence is against, fitted as the named ones were; None where there is none.
-        with_placebo: S of the twin with the placebo.
-        carried_over: S of the plain twin plus the residual of the fit trials, interpolated (kriging).
-    """
-
-    placebo: str | None
-    with_placebo: float | None
-    carried_over: float | None
 
 
 @dataclass(frozen=True)
@@ -111,7 +93,6 @@ class GapSize:
             with its 95 % interval, all of them from the plain twin, whose hinges are as described; null where that
             leaves no more than noise.
         squares_before, squares_after: mean squared whitened residual of the plain twin and of the one with effects.
-        controls: skill scores of other corrections; null where nothing was added.
         trials: every trial by its name.
     """
 
@@ -125,7 +106,6 @@ class GapSize:
     shrinkage_ci95: tuple[float, float] | None = None
     squares_before: float = float("nan")
     squares_after: float = float("nan")
-    controls: Controls | None = None
     speed_mae_baselines: Mapping[str, float] = field(default_factory=dict)
     frequency_mae_before: float = float("nan")
     frequency_mae_after: float = float("nan")
@@ -179,40 +159,6 @@ class Strength:
     strength_sd: float
 
 
-class GroupShare(NamedTuple):
-    """The part of one group of effects in what the joint fit gains on held-out trials (Shapley's value).
-
-    Attributes:
-        gap, gap_ci90: part of the skill score S, with its 90 % interval over the posterior of the joint fit.
-        speed, speed_ci90: part of the decrease of the mean absolute speed error, m/s, with its 90 % interval.
-    """
-
-    gap: float
-    gap_ci90: tuple[float, float]
-    speed: float
-    speed_ci90: tuple[float, float]
-
-
-@dataclass(frozen=True)
-class Attribution:
-    """To which groups of effects the joint fit owes its gain on held-out trials.
-
-    Attributes:
-        shares: part of every group.
-        smallest: the fewest groups that forecast held-out trials as well, within one standard error over trials.
-        smallest_speed: the fewest groups that forecast held-out speeds as well.
-    """
-
-    shares: Mapping[str, GroupShare]
-    smallest: tuple[str, ...]
-    smallest_speed: tuple[str, ...]
-
-    @property
-    def of_speed(self) -> tuple[str, ...]:
-        """Groups whose share of the speed's gain is above zero, by its interval."""
-        return tuple(name for name, share in self.shares.items() if share.speed_ci90[0] > 0)
-
-
 @dataclass(frozen=True)
 class AllEffects:
     """The joint fit: the twin with all effects of the catalogue, by ridge regression.
@@ -224,7 +170,6 @@ class AllEffects:
         at_bound: effect and name of every parameter that is at a bound.
         strengths: every parameter in standard deviations of its prior, the largest first.
         gap: errors on held-out trials.
-        attribution: to which groups of effects it owes its gain; null without held-out trials.
     """
 
     share_of_priors: float
@@ -233,7 +178,6 @@ class AllEffects:
     at_bound: tuple[tuple[str, str], ...]
     strengths: tuple[Strength, ...]
     gap: GapSize
-    attribution: Attribution | None
 
 
 @dataclass(frozen=True)
@@ -392,21 +336,6 @@ class CrossValidation:
     shrinkage_ci95: tuple[float, float] | None = None
 
 
-@dataclass(frozen=True)
-class NonPeriodicResidual:
-    """A residual that does not repeat with the beat: a motion of the whole fish, or beats that are early or late.
-
-    Attributes:
-        rms: root mean square with noise removed: m of the motion, s of the delay.
-        log_bayes_factor: over noise alone.
-        probability: posterior probability that an unknown effect makes it.
-    """
-
-    rms: float
-    log_bayes_factor: float
-    probability: float
-
-
 @dataclass(frozen=True, eq=False)
 class Evidence:
     """What a diagnosis rests on.
@@ -417,7 +346,6 @@ class Evidence:
         elsewhere: places where an unknown effect may act, the likeliest first.
         refuted: effects that cross-validation withdrew.
         cross_validation: cross-validation of the named effects.
-        sway_m, delay_s: residuals that do not repeat with the beat: motion of the whole fish, and delay.
     """
 
     squares: float
@@ -425,8 +353,6 @@ class Evidence:
     sets: tuple[EffectSet, ...]
     elsewhere: tuple[Place, ...]
     refuted: tuple[WithdrawnEffects, ...]
-    sway_m: NonPeriodicResidual
-    delay_s: NonPeriodicResidual
     cross_validation: CrossValidation = CrossValidation(())
 
 

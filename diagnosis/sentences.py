@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 
 from diagnosis.constants import ALARM, ENOUGH, HELD, PLACED
-from diagnosis.result import NONE, DiagnosisResult, NonPeriodicResidual
+from diagnosis.result import NONE, DiagnosisResult
 from diagnosis.where import OF_NO_MARKER
 
 _SHOWS_IN = ("in the speed", "in the course", "in the beat frequency", "in the free decays")
@@ -120,24 +120,9 @@ def _elsewhere(data: DiagnosisResult) -> str:
         chances[each.place] = chances.get(each.place, 0.0) + each.probability
     place = max(chances, key=lambda name: chances[name], default="")
     placed = chances.get(place, 0.0)
-    if beside := _beside_the_beat(data, max(PLACED, placed)):
-        return beside
     if placed < PLACED:
         return ""
     return f"; something that no catalogue holds acts on the {plain(place)} ({placed:.2f})"
-
-
-def _beside_the_beat(data: DiagnosisResult, least: float) -> str:
-    """What something that no catalogue holds does beside the beat, where that is surer than this; else empty."""
-    sway, delay = data.evidence.sway_m, data.evidence.delay_s
-    surer: tuple[NonPeriodicResidual, str, str] = (sway, "moves the whole fish beside its beat", "mm")
-    if delay.probability > sway.probability:
-        surer = delay, "makes its beats early and late", "ms"
-    found, what, unit = surer
-    if found.probability <= least:
-        return ""
-    of_size = f"{1000 * found.rms:.1f} {unit}, {found.probability:.2f}"
-    return f"; something that no catalogue holds {what} ({of_size})"
 
 
 def _looks_like(chances: Mapping[str, float]) -> str | None:

@@ -83,7 +83,7 @@ def decompose(
     shares["floor"] = float(target @ fit.solved) / total
     parts["floor"] = residual - sum(parts.values())
     return VarianceDecomposition(
-        shares=GapShares(shares, **_split(linear, residual), by_repeat=by_repeat(linear, target)),
+        shares=GapShares(shares, **_split(linear, residual)),
         alone=_alone(target, projected),
         forces=_forces(linear, responses, projected, fit),
         parts=np.array([parts[stage] for stage in STAGES]),
@@ -246,27 +246,6 @@ def _alone(target: np.ndarray, parts: Mapping[Component, np.ndarray]) -> dict[st
         own = {component: part for component, part in parts.items() if component.stage == stage}
         found[stage] = 1 - float(target @ _fitted(target, own).solved) / float(target @ target)
     return found
-
-
-def by_repeat(linear: LinearModel, target: np.ndarray) -> dict[str, float]:
-    """Shares of displacements that neighbouring markers share: in all swims alike, in each its own, and noise."""
-    swims = len(linear.swims)
-    if swims < 2:
-        return {}
-    length = len(linear.model.measured) // len(linear.trials)
-    root = np.linalg.cholesky(linear.generic[:length, :length]).T
-    turned = [advanced(root, float(phase)).T for phase in linear.model.phase_rad[:swims]]
-    projected = {}
-    for what, columns in (("reproducible", np.vstack(turned)), ("scatter", block_diag(*turned))):
-        rows = np.zeros((columns.shape[1], len(linear.residual)))
-        rows[:, : swims * length] = columns.T
-        projected[Component("repeat", what)] = linear.space.projected(rows).T
-    (weights, _, solved), total = _fitted(target, projected), float(target @ target)
-    shares = {
-        each.what: weights[each] * float(np.sum((part.T @ solved) * (part.T @ target))) / total
-        for each, part in projected.items()
-    }
-    return shares | {"floor": float(target @ solved) / total}
 
 
 def _forces(

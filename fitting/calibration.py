@@ -131,7 +131,7 @@ class Calibration:
         at = [trial.frequency.hz for trial in trials]
         models = {name: [trial.speeds[name] for trial in self.trials] for name in ("twin", "published", "large")}
         models |= {"line": speed_line(hz, speed, at), "power_law": speed_power_law(hz, speed, at)}
-        return speed_law(trials, models, self.robot)
+        return speed_law(trials, models)
 
     def summary(self, role: str) -> Summary | None:
         """Means over the fit or the held-out trials; None when there are none."""

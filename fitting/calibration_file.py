@@ -14,7 +14,7 @@ import numpy as np
 from fitting.body_wave import Sway
 from fitting.calibration import CalibratedTrial, Calibration, Summary, summarise
 from fitting.coefficient_fit import CoefficientFit, Marginal
-from fitting.ebt import FORMS, FROM_TWIN
+from fitting.ebt import FROM_TWIN
 from fitting.left_out import FAR
 from fitting.model.session_forecast import SessionForecast
 from fitting.published_search import PublishedFit
@@ -89,8 +89,6 @@ class TrialResult:
         speed_measured, speed_twin: speed of the robot and of the twin.
         speed_ebt, speed_ebt_large, speed_ebt_smoothed: speed by three forms of elongated body theory from the measured
             tail.
-        speed_ebt_of_twin: speed by the same forms from the twin's tail.
-        head_displacement: the point of the head whose displacement is followed.
         flags: flags of the trial.
         from_command: forecast from the command; null for a fit trial.
     """
@@ -110,8 +108,6 @@ class TrialResult:
     speed_ebt: float
     speed_ebt_large: float
     speed_ebt_smoothed: float
-    speed_ebt_of_twin: Mapping[str, float]
-    head_displacement: str
     flags: tuple[Flag, ...]
     from_command: CommandForecast | None
 
@@ -127,11 +123,10 @@ class Experiment:
 
 @dataclass(frozen=True)
 class EbtResult:
-    """Elongated body theory as published, and the ratio c_D / beta of each of its forms."""
+    """Elongated body theory as published."""
 
     beta: float
     drag_coefficient: float
-    forms: Mapping[str, float]
 
 
 @dataclass(frozen=True)
@@ -192,7 +187,7 @@ def doubted_trials(found: CalibrationResult) -> tuple[str, ...]:
 
 def calibration_result(calibration: Calibration) -> CalibrationResult:
     """The record of a calibration."""
-    forecasts, ebts = forecast_from_command(calibration), calibration.ebts
+    forecasts = forecast_from_command(calibration)
     return CalibrationResult(
         coefficients=calibration.coefficients,
         hinge_stiffness=calibration.robot.tail.hinge_stiffness_n_m,
@@ -200,11 +195,7 @@ def calibration_result(calibration: Calibration) -> CalibrationResult:
         structure={source.quantity: source for source in calibration.structure.sources},
         experiments=_experiments(calibration.structure),
         trials={t.measured.name: _trial(t, forecasts.get(t.measured.name)) for t in calibration.trials},
-        ebt=EbtResult(
-            beta=calibration.ebt.beta,
-            drag_coefficient=calibration.ebt.drag_coefficient,
-            forms={name: ebt.drag_coefficient / ebt.beta for name, ebt in ebts.items()},
-        ),
+        ebt=EbtResult(beta=calibration.ebt.beta, drag_coefficient=calibration.ebt.drag_coefficient),
         summary={role: calibration.summary(role) for role in ("fit", "holdout")},
         flags=calibration.flags,
         fit=calibration.fit,
@@ -265,8 +256,6 @@ def _trial(trial: CalibratedTrial, forecast: CommandForecast | None) -> TrialRes
         speed_ebt=trial.speed_ebt,
         speed_ebt_large=trial.speeds["large"],
         speed_ebt_smoothed=trial.speeds["smoothed"],
-        speed_ebt_of_twin={form.name: trial.speeds[form.name + FROM_TWIN] for form in FORMS},
-        head_displacement="nose",
         flags=trial.flags,
         from_command=forecast,
     )

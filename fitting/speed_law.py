@@ -7,9 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.stats import t as student
 
-from fitting.body_wave import swim_numbers
 from fitting.trial import MeasuredTrial
-from swimmer import RobotSpec
 
 LEVEL = 0.9
 _FEWEST = 3  # trials that tell a slope with its interval
@@ -27,41 +25,17 @@ class Slope(NamedTuple):
         return self.interval is not None and (self.interval[0] > 0 or self.interval[1] < 0)
 
 
-class LawNumbers(NamedTuple):
-    """What may change the law, of one trial; amplitude and speed as for `fitting.body_wave.SwimNumbers`.
-
-    Attributes:
-        amplitude_m: half the excursion of the hindmost marker in the pool, peak to peak.
-        reynolds: speed times the fish's length over the kinematic viscosity.
-        strouhal: frequency times twice the amplitude over the speed.
-        heading_deg: mean, in the picture.
-        turning_deg_s: rate of turning.
-    """
-
-    frequency_hz: float
-    amplitude_m: float
-    reynolds: float
-    strouhal: float
-    heading_deg: float
-    turning_deg_s: float
-
-
 @dataclass(frozen=True)
 class SpeedLaw:
     """Of all swim trials of a session, fitted and held out.
 
     Attributes:
-        stride_m: by name, the way of a beat.
         exponents: of the speed over the frequency, by "measured" and the names of models.
         residual: slope of ln(measured speed / twin's) with ln frequency: 0 where the twin has the right law.
-        trends: slope of the same with each of the other numbers, in units of its standard deviation over the trials.
     """
 
-    trials: Mapping[str, LawNumbers]
-    stride_m: Mapping[str, float]
     exponents: Mapping[str, Slope]
     residual: Slope | None
-    trends: Mapping[str, Slope]
 
     @property
     def sentence(self) -> str:
@@ -82,9 +56,7 @@ class SpeedLaw:
         )
 
 
-def speed_law(
-    trials: Sequence[MeasuredTrial], models: Mapping[str, Sequence[float]], robot: RobotSpec
-) -> SpeedLaw | None:
+def speed_law(trials: Sequence[MeasuredTrial], models: Mapping[str, Sequence[float]]) -> SpeedLaw | None:
     """The law of some trials; None where fewer than two of different frequencies swim forward."""
     forward = np.array([trial.speed > 0 for trial in trials], bool)
     swims = [trial for trial, swam in zip(trials, forward, strict=True) if swam]
@@ -92,19 +64,12 @@ def speed_law(
     if len(swims) < 2 or np.ptp(hz) == 0:
         return None
     speed, ln_hz = np.array([trial.speed for trial in swims]), np.log(hz)
-    numbers = {trial.name: _numbers(trial, robot) for trial in swims}
     found = {name: np.array(each, float)[forward] for name, each in models.items()}
     found = {name: each for name, each in found.items() if (each > 0).all()}
     exponents = {"measured": slope(ln_hz, np.log(speed))}
     exponents |= {name: slope(ln_hz, np.log(each)) for name, each in found.items()}
     residual = np.log(speed / found["twin"]) if "twin" in found else None
-    return SpeedLaw(
-        numbers,
-        {trial.name: trial.speed / trial.frequency.hz for trial in swims},
-        exponents,
-        None if residual is None else slope(ln_hz, residual),
-        {} if residual is None else _trends(numbers, residual),
-    )
+    return SpeedLaw(exponents, None if residual is None else slope(ln_hz, residual))
 
 
 def slope(x: np.ndarray, y: np.ndarray) -> Slope:
@@ -117,27 +82,3 @@ def slope(x: np.ndarray, y: np.ndarray) -> Slope:
     freedom = len(x) - 2
     reach = float(student.ppf(0.5 + LEVEL / 2, freedom) * np.sqrt(residual @ residual / freedom / (off @ off)))
     return Slope(value, (value - reach, value + reach))
-
-
-def _trends(numbers: Mapping[str, LawNumbers], residual: np.ndarray) -> dict[str, Slope]:
-    table = np.array(list(numbers.values()))
-    found = {}
-    for name, column in zip(LawNumbers._fields, table.T, strict=True):
-        if name != "frequency_hz" and len(residual) >= _FEWEST and column.std() > 0:
-            found[name] = slope((column - column.mean()) / column.std(), residual)
-    return found
-
-
-def _numbers(trial: MeasuredTrial, robot: RobotSpec) -> LawNumbers:
-    swim = swim_numbers(trial, robot)
-    heading = trial.head.heading_rad
-    time_s = trial.time_s
-    known = np.isfinite(heading)
-    return LawNumbers(
-        trial.frequency.hz,
-        swim.amplitude_m,
-        swim.reynolds,
-        swim.strouhal,
-        float(np.degrees(np.angle(np.exp(1j * heading[known]).mean()))),
-        float(np.degrees(np.polyfit(time_s[known], heading[known], 1)[0])),
-    )

@@ -19,7 +19,7 @@
 # exactly. This notebook writes one, looks at what it does to a swim, and lets a diagnosis find it among others.
 #
 # The swims here are made by the twin itself, with the effect in it. That shows that the class does what it should; it
-# is no proof that the effect is found on a real robot. For that there is `calib benchmark effects`.
+# is no proof that the effect is found on a real robot. For that there is `python -m benchmarks effects`.
 
 # %%
 import tempfile

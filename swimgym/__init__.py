@@ -5,7 +5,7 @@ Where gymnasium is installed its import registers `swimgym/Target-v0` and `swimg
     gymnasium.make("swimgym:swimgym/Target-v0", session="pool")
     gymnasium.make_vec("swimgym:swimgym/Target-v0", num_envs=256, vectorization_mode="vector_entry_point")
 
-Policies, predictive control and `calib aquarium` need no gymnasium, and a trained policy no torch.
+Policies and `calib aquarium` need no gymnasium, and a trained policy no torch.
 """
 
 from importlib.util import find_spec

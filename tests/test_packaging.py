@@ -125,16 +125,6 @@ def test_everything_imports_from_the_wheel(wheel: Path, tmp_path: Path) -> None:
     assert all(Path(line).is_relative_to(tmp_path) for line in shown.splitlines()), shown
 
 
-@pytest.mark.long
-def test_the_wheel_says_which_benchmarks_need_a_checkout(wheel: Path, tmp_path: Path) -> None:
-    code = (
-        "from calib.commands.benchmarks import benchmark\n"
-        "print(benchmark.info.help, [command.callback.__name__ for command in benchmark.registered_commands])\n"
-    )
-
-    assert shown_from(wheel, code, tmp_path).rstrip().endswith("from a checkout of swimcal only. ['speed']")
-
-
 @pytest.mark.parametrize("page", PAGES)
 def test_the_targets_that_a_page_names_are_in_the_makefile(page: str) -> None:
     targets = set(re.findall(r"^([a-z-]+):", (ROOT / "Makefile").read_text(), re.MULTILINE))

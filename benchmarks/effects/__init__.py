@@ -1,1 +1,1 @@
-"""`calib benchmark effects`: sessions whose effect is withheld from what diagnoses them, and scores of that."""
+"""`python -m benchmarks effects`: sessions whose effect is withheld from what diagnoses them, and scores of that."""

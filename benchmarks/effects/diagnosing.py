@@ -34,8 +34,8 @@ def diagnose(session: Path, discrepancy: Discrepancy, without: frozenset[str]) -
 def program_of(command: str) -> Program:
     """The program that a command line names; the toolkit's own for an empty one.
 
-    A session's folder is appended, and `--exclude EFFECT[,EFFECT]`, as `calib diagnose` takes them. Such a program is
-    not given the discrepancy, which is next to the sessions.
+    A session's folder is appended, and `--exclude EFFECT[,EFFECT]`, as `calib diagnose` takes them. Such a program
+    is not given the discrepancy.
     """
     return partial(_run_command, tuple(shlex.split(command))) if command else diagnose
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal, Self
 
+from diagnosis import shipped_discrepancy
 from session import InputError
 from session.errors import Fault
 from session.records import from_plain, to_plain
@@ -63,8 +64,13 @@ class SuiteFolder:
         self.folder = folder
         self.sessions = folder / "sessions"  # a folder a session
         self.answers = folder / "answers"  # a file a session; nothing but the scorer opens them
-        self.discrepancy = folder / "discrepancy.npz"  # what every diagnosis may know of reality's base state
         self.without = folder / "without"  # copies of sessions, for a catalogue that lacks the effect that is there
+
+    @property
+    def discrepancy(self) -> Path:
+        """What every diagnosis may know of reality's base state: a file of the suite, else that of `diagnosis`."""
+        own = self.folder / "discrepancy.npz"
+        return own if own.is_file() else Path(str(shipped_discrepancy()))
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -81,7 +87,7 @@ class SuiteFolder:
                 "",
                 "no suite of withheld effects",
                 "one that broke off" if begun or self.sessions.is_dir() else "no answers",
-                "a folder that `calib benchmark effects FOLDER --part make` has finished",
+                "a folder that `python -m benchmarks effects FOLDER --part make` has finished",
                 next_step="Make it, or copy datasets/withheld/small.",
             )
             raise InputError([fault])

@@ -13,10 +13,9 @@ from benchmarks.effects.folder import SuiteFolder
 from benchmarks.effects.generators import GENERATORS, Generator
 from benchmarks.effects.making import Making
 from benchmarks.effects.suite import WHOLE, SessionPlan, SuiteSize
-from diagnosis import Discrepancy, shipped_discrepancy
+from diagnosis import Discrepancy
 from session import InputError, SwimcalError
 from session.errors import Fault
-from session.results import write_whole
 from swimmer.effects import catalogue
 
 _TOGETHER = 32  # sessions under way at a time: as many are lost when a worker dies
@@ -27,7 +26,7 @@ def make_suite(suite: SuiteFolder, seed: int, size: SuiteSize, run: Run, shard: 
     """Makes the sessions that are missing; broken off, it goes on where it was.
 
     Args:
-        suite: where; without a discrepancy of its own it gets the one that is shipped.
+        suite: where.
         seed, size: of the suite.
         run: how; workers elsewhere need to see the same folder.
         shard: which of its sessions; others of the same suite may be there already.
@@ -40,8 +39,6 @@ def make_suite(suite: SuiteFolder, seed: int, size: SuiteSize, run: Run, shard: 
     """
     plans = GENERATORS[size.generator].plan(seed, size)
     _check_same(suite, plans)
-    if not suite.discrepancy.exists():
-        write_whole(suite.discrepancy, shipped_discrepancy().read_bytes())
     todo = [plan for plan in plans[shard] if not suite.made(plan.name)]
     failures: list[Failure] = []
     batches = {batch[0].name: batch for batch in _batches(todo, run.workers)}

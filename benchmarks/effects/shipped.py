@@ -13,7 +13,6 @@ from benchmarks.effects.folder import SuiteFolder
 from benchmarks.effects.run import make_suite
 from benchmarks.effects.suite import SIZES
 from benchmarks.sample import checksums
-from diagnosis import shipped_discrepancy
 from session.results import write_whole
 
 SEED = 1
@@ -27,7 +26,6 @@ def ship(folder: Path) -> None:
         RuntimeError: a session could not be made.
     """
     suite = SuiteFolder(folder / "small")
-    write_whole(suite.discrepancy, shipped_discrepancy().read_bytes())  # it may have been measured anew
     run = Run(progress=lambda message, _: print(message, file=sys.stderr))
     if failures := make_suite(suite, SEED, SIZES["small"], run):
         raise RuntimeError(f"small suite: {len(failures)} sessions failed, the first: {failures[0].message}")

@@ -1,4 +1,4 @@
-"""`calib benchmark foreign` as a whole: sessions drawn, run and judged, a line of JSON each, and the table of them."""
+"""`python -m benchmarks foreign`: sessions drawn, run and judged, a line of JSON each, and the table of them."""
 
 import json
 import shutil

@@ -1,4 +1,4 @@
-"""`calib benchmark posterior` as a whole: coverage, with and without variation between trials, and uniform ranks."""
+"""`python -m benchmarks posterior`: coverage, with and without variation between trials, and uniform ranks."""
 
 from collections import Counter
 from collections.abc import Sequence
@@ -27,7 +27,7 @@ _FEWEST = 50  # sessions, to test for uniformity
 
 @dataclass(frozen=True)
 class PosteriorOutcome:
-    """What `calib benchmark posterior` found in one set of sessions."""
+    """What `python -m benchmarks posterior` found in one set of sessions."""
 
     sessions: tuple[PosteriorScore, ...]  # their scores, of all shards in the folder
     failures: tuple[Failure, ...] = ()  # sessions that gave no posterior in this run

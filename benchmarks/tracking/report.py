@@ -1,4 +1,4 @@
-"""All parts of `calib benchmark tracking` in one run."""
+"""All parts of `python -m benchmarks tracking` in one run."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -47,5 +47,5 @@ def measure_tracking(folder: Path, part: str, clips: Sequence[str], progress: Pr
         tables.append(speed_table([clip.file(folder) for clip in videos]))
     if part in ("all", "fit"):
         tables.append(cost_table(folder, FIT_CRF, ("hybrid", "csrt"), progress))
-    command = "calib benchmark tracking" + (f" --part {part}" if part != "all" else "")
+    command = "python -m benchmarks tracking" + (f" --part {part}" if part != "all" else "")
     return Scores("Tracking", "synthetic: rendered videos with known truth", command, tuple(tables))

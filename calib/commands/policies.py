@@ -51,17 +51,12 @@ def evaluate(
     task: TaskName = "target",
     policy_file: PolicyFile = None,
     episodes: Annotated[int, typer.Option(min=0, help="0: 1,000 targets, or a circle to either side")] = 0,
-    predictive: Annotated[
-        int, typer.Option(min=0, help="also so many episodes of predictive control, which needs no training")
-    ] = 0,
     seed: Seed = _TEST_SEED,
     workers: Workers = 0,
     as_json: AsJson = False,
 ) -> None:
-    """Scores a policy on the session's twin, beside the paper's and, if asked for, control by prediction."""
-    found = calib.policy.evaluate(
-        session, task, policy_file, episodes=episodes, predictive=predictive, seed=seed, workers=workers
-    )
+    """Scores a policy on the session's twin, beside the paper's."""
+    found = calib.policy.evaluate(session, task, policy_file, episodes=episodes, seed=seed, workers=workers)
     _print(found.rows, as_json)
 
 
@@ -112,7 +107,7 @@ def aquarium(  # noqa: PLR0913
 
 _EXAMPLES: dict[Callable[..., None], str] = {
     train: "calib policy train pool --task circle",
-    evaluate: "calib policy evaluate pool --predictive 20",
+    evaluate: "calib policy evaluate pool --task circle",
     play: "calib policy play pool --target=-2,0.5 --out reach.mp4",
 }
 for command, example in _EXAMPLES.items():

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
     from fitting.posterior.summary import PosteriorSummary
 
-_HIDDEN = ("flags", "from_command", "speed_ebt_of_twin")  # of a trial, no columns of their own
+_HIDDEN = ("flags", "from_command")  # of a trial, no columns of their own
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from diagnosis.result import DiagnosisResult, EffectTestResult
 
 Found = TypeVar("Found")
-_FORM = 20  # of the files and of what they rest on
+_FORM = 21  # of the files and of what they rest on
 
 
 class DiagnosisStage(Stage):

@@ -35,7 +35,7 @@ from swimmer.scenery import add_scenery
 if TYPE_CHECKING:
     from fitting.coefficient_fit import Marginal
 
-_FORM = 13  # of calibration.json, and of the search that fills it
+_FORM = 14  # of calibration.json, and of the search that fills it
 _UPON = ("posterior.nc", "diagnosis.json", "report.html")  # results that rest on a fit
 
 

@@ -90,14 +90,6 @@ class FeatureReader:
         features = np.concatenate(pieces, axis=1)
         return features.reshape(*position_m.shape[:-3], features.shape[-1])
 
-    def cruising(self, position_m: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Places (n, m) of positions (n, m, 2) in the frame that cruises with the fish, and (n,) how fast that goes.
-
-        Both along + i across, m and m/s; places are 0 where nothing counts.
-        """
-        place, path, speed, _ = self._cruise(position_m[None])
-        return np.where(self.usable, place[0] - path[0][:, None], 0.0), speed[0]
-
     def _cruise(self, position_m: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """Of positions (s, n, m, 2): (s, n, m) places along headings, the smooth path (s, n), its speed, its turning.
 

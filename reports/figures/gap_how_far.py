@@ -16,27 +16,21 @@ _FLOOR = 1.0  # mean squared whitened residual of noise alone
 
 @styled
 def gap_waterfall_figure(found: DiagnosisResult) -> Figure:
-    """Mean squared whitened residual of the held-out swims; needs at least one."""
+    """Draw the mean squared whitened residual of the held-out swims; needs at least one, and an effect."""
     gap = found.gap
     before, after = gap.squares_before, gap.squares_after
     highest = max(before, after, _FLOOR)
     bottom = max(0.62, 0.32 + 0.125 * len(found.effect_parameters))  # a line an effect
     figure, axes = panel(HALF_WIDTH_IN, 1.98 + bottom, Margins(left=0.52, right=0.08, bottom=bottom, top=0.28))
-    names = {"plain twin": of_its_size(before)}
-    ends, colours = [(0.0, before)], [MUTED]
-    if found.effect_parameters:
-        name = "with\n" + "\nand ".join(shortened(in_words(effect), 22) for effect in found.effect_parameters)
-        names[name] = of_its_size(after - before, signed=True)
-        ends.append((before, after))
-        colours.append(EBT_SMOOTHED if after <= before else WARN)
-        if not isnan(gap.shrinkage):
-            share, above = f"{whole_percent(gap.shrinkage)} of the gap", max(before, after) + 0.15 * highest
-            axes.text(1, above, share, ha="center", va="bottom", fontsize=7.5)
+    added = "with\n" + "\nand ".join(shortened(in_words(effect), 22) for effect in found.effect_parameters)
+    names = {"plain twin": of_its_size(before), added: of_its_size(after - before, signed=True)}
     names |= {"remains": of_its_size(after), "noise": "1"}
-    ends += [(max(after, _FLOOR), _FLOOR), (_FLOOR, 0.0)]
-    for place, ((start, end), colour, value) in enumerate(
-        zip(ends, [*colours, GAP, TWIN], names.values(), strict=True)
-    ):
+    if not isnan(gap.shrinkage):
+        share, above = f"{whole_percent(gap.shrinkage)} of the gap", max(before, after) + 0.15 * highest
+        axes.text(1, above, share, ha="center", va="bottom", fontsize=7.5)
+    ends = [(0.0, before), (before, after), (max(after, _FLOOR), _FLOOR), (_FLOOR, 0.0)]
+    colours = [MUTED, EBT_SMOOTHED if after <= before else WARN, GAP, TWIN]
+    for place, ((start, end), colour, value) in enumerate(zip(ends, colours, names.values(), strict=True)):
         height = max(abs(end - start), 0.004 * highest)
         axes.bar(place, height, bottom=min(start, end), width=0.72, color=colour, alpha=0.85)
         above = max(start, end) + 0.02 * highest

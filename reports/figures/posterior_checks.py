@@ -29,8 +29,6 @@ if TYPE_CHECKING:
 _POINTS = 120  # drawn of a trace
 _GROUPS, _BINS = 4, 10
 _COLOURS = (TWIN, EBT, EBT_LARGE, INK)
-_X, _Y = (0.03, 300.0), (0.01, 100.0)
-_NAMED, _BETWEEN = 10, 0.095  # names, those that move most; between them, of the height of the panel
 
 
 @styled

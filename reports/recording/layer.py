@@ -25,7 +25,7 @@ def rgb(hexadecimal: str) -> Rgb:
     return red, green, blue
 
 
-TWIN, WARN, MUTED, GAP = (rgb(INKS[name].dark) for name in ("twin", "warn", "muted", "gap"))
+TWIN, WARN, GAP = (rgb(INKS[name].dark) for name in ("twin", "warn", "gap"))
 
 STATE_COLOURS: dict[SampleState, Rgb] = {
     SampleState.MISSING: rgb(INKS["flag-segment"].dark),

@@ -4,12 +4,12 @@ from math import isnan
 
 from markupsafe import Markup
 
-from diagnosis.result import AllEffects, Attribution, Controls, DiagnosisResult, Remainder
+from diagnosis.result import AllEffects, DiagnosisResult, Remainder
 from diagnosis.sentences import near_miss
 from reports.blocks import Block, Plots, Points, Prose, Section
 from reports.context import ReportContext
 from reports.gap_words import MORE_THAN_NOISE, by_how_much, gap_sentences
-from reports.numbers import in_mm, in_words, listed, shown, spanned, whole_percent
+from reports.numbers import in_words, listed, shown, whole_percent
 from reports.sections.gap_evidence import evidence, missing, next_experiments
 from reports.sections.gap_plots import gap_plots
 
@@ -119,32 +119,7 @@ def _everything(every: AllEffects) -> str:
         f"factor of {shown(every.log_evidence_gained, 0)}, but do not identify what. This twin has every effect of the "
         "catalogue; the unnamed ones are at their most probable size, with priors "
         f"{shown(every.share_of_priors, 2)} times as wide as in the catalogue.{far} It names no cause. The largest, in "
-        f"standard deviations of their priors: {listed(listing)}.{bound}{_attribution(every.attribution)}"
-    )
-
-
-def _attribution(found: Attribution | None) -> str:
-    """To which groups of effects the joint fit owes its forecasts."""
-    if found is None:
-        return ""
-    shares = [
-        f"{name} {shown(each.gap, 2)} ({spanned(*each.gap_ci90, lambda share: shown(share, 2))})"
-        for name, each in found.shares.items()
-    ]
-    speeds = [
-        f"{name} {in_mm(each.speed, signed=True)} ({spanned(*each.speed_ci90, in_mm)})"
-        for name, each in found.shares.items()
-    ]
-    fewest = listed(found.smallest) or "no group"
-    speed = (
-        f"Of the speed error alone {listed(found.smallest_speed) or 'no group'} would do as well."
-        if found.of_speed
-        else "The change of the speed error is not attributable with these trials: every interval holds zero."
-    )
-    return (
-        " Shares of this gain by groups of effects (Shapley, linear about the joint fit, with 90 % intervals): "
-        f"{listed(shares)}; of the decrease of the mean speed error, in mm/s: {listed(speeds)}. The fewest groups that "
-        f"forecast as well within one standard error over trials: {fewest}. {speed}"
+        f"standard deviations of their priors: {listed(listing)}.{bound}"
     )
 
 
@@ -166,19 +141,4 @@ def _shrinkage(found: DiagnosisResult) -> str:
     if gap.shrinkage > 1:
         why += " Above 100 %: the residual is smaller than the assumed noise."
     worse = " What explains the fit trials does not help the held-out ones." if gap.shrinkage < 0 else ""
-    return text + why + worse + _controls(gap.controls)
-
-
-def _controls(controls: Controls | None) -> str:
-    if controls is None or controls.carried_over is None:
-        return ""
-    text = ""
-    if controls.with_placebo is not None:
-        text += (
-            f" For comparison: {whole_percent(controls.with_placebo)} with {in_words(controls.placebo or '')} instead, "
-            "an effect that the evidence rejects;"
-        )
-    return (
-        f"{text or ' For comparison:'} {whole_percent(controls.carried_over)} with the residual of the fit trials "
-        "interpolated over frequency (kriging), whatever its cause."
-    )
+    return text + why + worse

@@ -24,7 +24,6 @@ SET = table_head("hypothesis | probability []")
 PLACE = table_head("place | in all trials | probability []")
 DECAY = table_head("free decay | stiffness over mass [%] | damping over mass [%] | used")
 _PLACES = 5  # that are shown, the likeliest
-_LEAST_NON_PERIODIC = 0.01  # probability
 PARAMETER = table_head("effect | parameter | value [] | 95 % interval [] | unit")
 NEXT = table_head("what to do | separates | error after it [%]")
 
@@ -129,11 +128,6 @@ def _elsewhere(found: DiagnosisResult) -> tuple[tuple[str, ...], ...]:
         (each.probability, in_words(each.place), "the same" if each.same_in_all_trials else "different")
         for each in found.evidence.elsewhere
     ]
-    sway, delay = found.evidence.sway_m, found.evidence.delay_s
-    for found_there, what, unit in ((sway, "whole fish, non-periodic", "mm"), (delay, "phase jitter", "ms")):
-        if found_there.probability >= _LEAST_NON_PERIODIC:
-            size = f"{of_its_size(MILLI * found_there.rms)} {unit}"
-            places.append((found_there.probability, f"{what} ({size})", "different"))
     likeliest = sorted(places, reverse=True)[:_PLACES]
     return tuple((place, trials, shown(chance, 3)) for chance, place, trials in likeliest)
 

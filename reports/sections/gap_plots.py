@@ -31,8 +31,9 @@ def gap_plots(found: DiagnosisResult, robot: RobotSpec, markers: tuple[str, ...]
     figures = {"gap-fish": gap_fish_figure(found, robot, markers), "gap-shares": gap_shares_figure(found)}
     figures["gap-effects"] = gap_effects_figure(found)
     if found.gap.trials:
-        figures["gap-waterfall"] = gap_waterfall_figure(found)
         figures["gap-held-out"] = gap_held_out_figure(found.gap, bool(found.effect_parameters))
+        if found.effect_parameters:
+            figures["gap-waterfall"] = gap_waterfall_figure(found)
     if found.everything is not None and found.everything.gap.evaluated_on:
         figures["gap-everything"] = gap_held_out_figure(found.everything.gap, True)
     if seen(found.missing_forces):

@@ -1,10 +1,12 @@
-"""The front door, for `calib benchmark`."""
+"""The front door of the benchmarks."""
 
 import pytest
 
+from benchmarks.__main__ import main
 from tests.calib.door import Front, front_door
 
 
 @pytest.fixture
-def calib(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Front:
-    return front_door(monkeypatch, capsys)
+def benchmarks(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Front:
+    """`python -m benchmarks` within this process."""
+    return front_door(monkeypatch, capsys, main)

@@ -27,7 +27,7 @@ def test_intervals_by_resampling_hold_the_truth_about_as_often_as_they_say() -> 
 def test_scores_come_back_from_their_file_and_read_as_markdown(tmp_path: Path) -> None:
     row = Measure("right", Share(3, 4), "≥ 85 %")
     table = Table.of("Names", {"diagnosis": {"right": row}, "chance": {"right": Measure("right", Share(0, 4))}})
-    scores = Scores("Effects", "synthetic", "calib benchmark effects F", (table,), ("Small.",))
+    scores = Scores("Effects", "synthetic", "python -m benchmarks effects F", (table,), ("Small.",))
     (tmp_path / "scores.json").write_text(scores.json())
     assert Scores.read(tmp_path / "scores.json") == scores
     lines = scores.text().splitlines()

@@ -1,7 +1,7 @@
 """A folder with what the examples of the interface use, and stand-ins for what takes minutes or a motor."""
 
 import shutil
-from functools import cache, partial
+from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 
 import calib as front
-from calib import benchmark
 from calib.capture import functions, search
 from calib.capture.bus import open_port
 from calib.capture.host import Clock
@@ -73,11 +72,6 @@ def stand_in(patch: pytest.MonkeyPatch) -> None:
     refused = SimpleNamespace(draws=SimpleNamespace(flags=(Flag("not_converged", message="R-hat 1.2 of Magnus lift"),)))
     patch.setattr("fitting.posterior.sample_posterior", lambda *_: refused)
     patch.setattr("calib.stages.posterior.mode_of", lambda *_: None)
-    patch.setattr(benchmark, "_REPEATS", 1)
-    patch.setattr(benchmark, "FREQUENCIES_HZ", np.array([1.2]))
-    patch.setattr(benchmark, "TIME_S", benchmark.TIME_S[:180])
-    patch.setattr(benchmark, "_real_time_batch", lambda _: (30.0, 1))
-    patch.setattr(benchmark, "measure_speed", cache(benchmark.measure_speed))
     patch.setattr("calib.policy._trained", lambda *_: load_policy(SHIPPED / "circle"))
     clock = VirtualClock()
     motor = Emulator(clock=clock, load_nm=0.3)

@@ -50,15 +50,17 @@ Front = Callable[..., Outcome]
 """Runs `calib` with these arguments."""
 
 
-def front_door(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Front:
-    """`calib` within this process, through its entry point."""
+def front_door(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], main: Callable[[], None] = cli.main
+) -> Front:
+    """`calib`, or the program of another entry point, within this process."""
 
     def run(*arguments: str | Path) -> Outcome:
         monkeypatch.setattr(sys, "argv", ["calib", *map(str, arguments)])
         capsys.readouterr()
         code = 0
         try:
-            cli.main()
+            main()
         except SystemExit as end:
             code = int(end.code or 0)
         return Outcome(code, *capsys.readouterr())

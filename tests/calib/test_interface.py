@@ -37,7 +37,7 @@ QUIET = {"effort": "quick", "progress": False}
 FUNCTIONS = [name for name in interface.__all__ if inspect.isfunction(getattr(interface, name))]
 PUBLIC = {name: getattr(interface, name) for name in FUNCTIONS} | {
     f"{module}.{name}": getattr(getattr(interface, module), name)
-    for module in ("benchmark", "camera", "capture", "policy")
+    for module in ("camera", "capture", "policy")
     for name in getattr(interface, module).__all__
     if inspect.isfunction(getattr(getattr(interface, module), name))
 }
@@ -46,15 +46,6 @@ OF_COMMAND = {"edit": "correct", "convert": "convert_tracks", "mjcf": "export_mj
     "aquarium": "policy.aquarium"
 }
 """The functions that are not called as their commands."""
-OF_CHECKOUT = {
-    "benchmark tracking",
-    "benchmark posterior",
-    "benchmark effects",
-    "benchmark transfer",
-    "benchmark gym",
-    "benchmark foreign",
-}
-"""Commands that are not in the installed program."""
 PRINTING = {"as_json", "verbose", "help"}
 """Options that change nothing but what is printed."""
 OF_OPTION = {
@@ -134,7 +125,7 @@ def test_the_examples_are_right(a_desk: Path, monkeypatch: pytest.MonkeyPatch) -
     assert runner.failures == 0
 
 
-@pytest.mark.parametrize("command", sorted(set(COMMANDS) - OF_CHECKOUT))
+@pytest.mark.parametrize("command", sorted(COMMANDS))
 def test_whatever_a_command_does_a_function_does(command: str) -> None:
     """Each has a function of its name, and each of its options a parameter, but for what is listed above."""
     name = OF_COMMAND.get(command, command.replace(" ", "."))

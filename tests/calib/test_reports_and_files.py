@@ -1,4 +1,4 @@
-"""`calib report` of several sessions, `calib mjcf`, `calib benchmark`, and results made with another engine."""
+"""`calib report` of several sessions, `calib mjcf`, and results made with another engine."""
 
 import json
 import shutil
@@ -8,7 +8,6 @@ import mujoco
 import numpy as np
 import pytest
 
-from calib import benchmark
 from calib.pipeline import Options, Pipeline, open_session
 from session.errors import ModelMismatch
 from swimmer import PUBLISHED_COEFFICIENTS
@@ -58,28 +57,6 @@ def test_a_calibration_of_another_engine_or_model_is_refused(finished: Path, key
     assert str(path) in str(refused.value)
     assert named in str(refused.value)
     assert "Fit again with `calib fit`" in str(refused.value)
-
-
-@pytest.mark.long
-def test_the_step_costs_next_to_nothing_in_accuracy() -> None:
-    error = benchmark._step_error("a twin that swims like the robot", benchmark.FITTED)
-
-    assert error.marker_mean_mm <= 0.2
-    assert error.marker_mean_mm <= error.marker_rms_mm <= error.marker_max_mm
-    assert error.speed <= 0.02
-
-
-def test_the_benchmark_tells_ratios_of_one_run(calib: Front, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(benchmark, "_REPEATS", 1)
-    monkeypatch.setattr(benchmark, "FREQUENCIES_HZ", np.array([0.8, 1.2]))
-    outcome = calib("benchmark", "speed", "--json")
-    reported = json.loads(outcome.out)
-
-    assert reported["fluid_cost"] == pytest.approx(reported["real_time_without_fluid"] / reported["real_time_one_core"])
-    assert reported["scaling"] == pytest.approx(reported["real_time_all_cores"] / reported["real_time_one_core"])
-    assert reported["fluid_cost"] > 1
-    assert reported["cores"] >= 1
-    assert all(error["coefficients"]["kutta_lift"] > 0 for error in reported["step_errors"])
 
 
 def test_versions_are_reported(calib: Front) -> None:

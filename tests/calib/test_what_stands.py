@@ -110,7 +110,6 @@ def test_without_a_fit_what_shows_says_how_to_make_one(calib: Front, fresh: Path
     shows = (
         ("report", fresh),
         ("mjcf", fresh, "--out", tmp_path / "fish.xml"),
-        ("benchmark", "speed", "--session", fresh),
     )
     for command in shows:
         assert_reports(calib(*command), "there is no fit", f"calib fit {fresh}")

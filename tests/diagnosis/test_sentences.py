@@ -66,21 +66,6 @@ def test_the_place_of_a_stranger_is_told_where_it_is_sure(chance: float) -> None
     assert said == (chance > 0.5)
 
 
-@pytest.mark.parametrize(
-    ("beside", "chance", "told"),
-    [
-        ("sway_m", 0.4, ""),
-        ("sway_m", 0.6, "moves the whole fish beside its beat (2.8 mm, 0.60)"),
-        ("delay_s", 0.9, "makes its beats early and late (2.8 ms, 0.90)"),
-    ],
-)
-def test_what_is_beside_the_beat_is_told_where_it_is_sure(beside: str, chance: float, told: str) -> None:
-    evidence = {beside: {"rms": 0.0028, "log_bayes_factor": 50.0, "probability": chance}}
-    said = which(made_diagnosed("unexplained", probabilities=_OTHER, evidence=evidence))
-    assert told in said
-    assert ("early and late" in said or "beside its beat" in said) == bool(told)
-
-
 def test_a_gap_of_noise_has_no_stage() -> None:
     by_stage = {"camera": 0.001, "drive": 0.0, "body": 0.0, "tail": 0.0, "floor": 0.999}
     data = made_diagnosed("unexplained", where={"by_stage": by_stage})

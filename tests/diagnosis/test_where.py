@@ -10,8 +10,7 @@ import pytest
 
 from diagnosis.linear_model import LinearModel
 from diagnosis.local_discrepancies import HEAD, ForceResponses, GeneralisedForces, LocalDiscrepancy, local_discrepancies
-from diagnosis.where import STAGES, VarianceDecomposition, by_repeat, decompose
-from fitting.model.features import advanced
+from diagnosis.where import STAGES, VarianceDecomposition, decompose
 from fitting.signatures import Signature, signature_of
 from session.create import FISHSIM_MARKERS
 from swimmer.effects import catalogue
@@ -112,16 +111,3 @@ def test_every_place_has_a_stage(pushed: ForceResponses) -> None:
 def test_no_push_is_the_plain_twin() -> None:
     effect = GeneralisedForces(linear().twin.robot)
     assert effect.force(linear().twin.robot, linear().twin.scene, np.zeros((2, len(effect.parameters)))) is None
-
-
-def test_what_trials_have_in_common_is_told_from_what_each_has_of_its_own() -> None:
-    at = linear()
-    length = len(at.model.measured) // len(at.trials)
-    root, random = np.linalg.cholesky(at.generic[:length, :length]), np.random.default_rng(4)
-    drawn = [root @ random.standard_normal(length) for _ in range(2)]
-    for gaps, name in (([drawn[0], drawn[0]], "reproducible"), (drawn, "scatter")):
-        turned = [advanced(gap, float(phase)) for gap, phase in zip(gaps, at.model.phase_rad, strict=True)]
-        row = np.concatenate([*turned, np.zeros(len(at.residual) - 2 * length)])
-        found = by_repeat(at, at.space.projected(of_length(40.0, row)))
-        assert sum(found.values()) == pytest.approx(1.0)
-        assert found[name] > 0.7

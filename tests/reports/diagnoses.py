@@ -97,8 +97,6 @@ def _evidence() -> dict[str, Any]:
             {"place": "hinge tail_1", "same_in_all_trials": True, "probability": 0.06},
         ],
         "refuted": [],
-        "sway_m": {"rms": 0.0004, "log_bayes_factor": 1.0, "probability": 0.03},
-        "delay_s": {"rms": 0.004, "log_bayes_factor": 2.0, "probability": 0.05},
     }
 
 
@@ -114,14 +112,6 @@ def made_everything() -> dict[str, Any]:
             {"effect": "tendon_asymmetry", "parameter": "length", "strength_sd": 1.4},
         ],
         "gap": _gap(True) | {"shrinkage": 0.3, "shrinkage_ci95": [0.1, 0.6]},
-        "attribution": {
-            "shares": {
-                "camera and markers": {"gap": 0.2, "gap_ci90": [0.1, 0.3], "speed": 0.0, "speed_ci90": [-0.001, 0.001]},
-                "tendons": {"gap": 0.1, "gap_ci90": [-0.05, 0.2], "speed": 0.004, "speed_ci90": [0.002, 0.006]},
-            },
-            "smallest": ["camera and markers"],
-            "smallest_speed": ["tendons"],
-        },
     }
 
 
@@ -148,7 +138,6 @@ def _gap(named: bool) -> dict[str, Any]:
         "evaluated_on": ["slow"],
         "squares_before": 5.0,
         "squares_after": after[2],
-        "controls": {"placebo": "motor_speed_sag", "with_placebo": 0.05, "carried_over": 0.3} if named else None,
         "trials": {
             "slow": {
                 "before_mm": 12.0,

@@ -62,7 +62,7 @@ def test_it_does_so_however_many_trials_there_are(count: int) -> None:
 def test_figures_of_any_gap_do_so(found: DiagnosisResult, markers: tuple[str, ...]) -> None:
     context = replace(made_context(), diagnosed=found, session=made_session(markers=markers))
     plots = gallery(context, (gap.build,))
-    assert len(plots) >= 6
+    assert len(plots) >= 5
     assert [name for name, plot in plots.items() if outside(plot)] == []
 
 

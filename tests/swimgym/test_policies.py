@@ -13,7 +13,6 @@ from swimgym import Rules
 from swimgym.evaluation import reach, swim
 from swimgym.making import make_course
 from swimgym.policy import Policy, card_of, features, load_policy
-from swimgym.predictive import Outlook, Predictive
 from swimgym.search import SearchPlan, search
 from swimgym.steering import numbers_of, start_of, steered
 from tests.swimgym.fish import fish
@@ -66,7 +65,7 @@ def test_a_saved_policy_does_the_same(kind: str, tmp_path: Path) -> None:
 
 
 def test_a_policy_needs_no_torch() -> None:
-    code = "import sys; import swimgym.policy, swimgym.search, swimgym.predictive; print('torch' in sys.modules)"
+    code = "import sys; import swimgym.policy, swimgym.search; print('torch' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True).stdout == "False\n"
 
 
@@ -112,13 +111,3 @@ def test_a_search_that_was_stopped_goes_on_to_the_same(tmp_path: Path) -> None:
     other = replace(PLAN, seed=1)
     anew = search(fish(), "circle", other, state_file=tmp_path / "state.json", workers=1)
     assert not np.array_equal(anew.arrays["law"], whole.arrays["law"])
-
-
-def test_prediction_comes_nearer_and_leaves_the_swimmers_alone() -> None:
-    course = make_course("target", 1, fish=fish(), workers=1)
-    course.task.given_m = np.array([-0.35, 0.0])  # type: ignore[attr-defined]
-    controller = Predictive(course, fish(), Outlook(plans=8, beats=4, hold=10), workers=2)
-    seen, kept = course.begin(np.arange(1), np.random.default_rng(0)), course.swimmers.state
-    controller(seen)
-    np.testing.assert_array_equal(course.swimmers.state, kept)
-    assert swim(course, Predictive(course, fish(), Outlook(plans=8, beats=4, hold=10), workers=2)).reached.all()

@@ -9,7 +9,6 @@ from pathlib import Path
 from session import FaultCollector
 from session.tables import RawTable, Row, as_table, read_text
 
-SEPARATORS = (",", ";", "\t")
 COMMENTS = ("#", "%", "//")
 MISSING = frozenset({"na", "n/a", "#n/a", "<na>", "nan", "null", "none", "nil", "-", ".", "?"})
 """Words for a missing number, lower case."""

@@ -1,6 +1,6 @@
 """Plain CSRT, the baseline: one tracker a marker on the whole picture, each for itself.
 
-It believes every box it gives, and two boxes may sit on one marker; `calib benchmark tracking` shows what that costs.
+It believes every box it gives, and two boxes may sit on one marker; docs/tracking.md shows the cost.
 """
 
 from concurrent.futures import ThreadPoolExecutor

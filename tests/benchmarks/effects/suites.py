@@ -24,7 +24,7 @@ _NO_BENCH: dict[str, Any] = {"dry_hz": None, "free_decay": False}
 
 def suite_in(folder: Path, answers: Sequence[Answer] = ANSWERS) -> SuiteFolder:
     suite = SuiteFolder(folder)
-    save(Discrepancy.independent(np.eye(127)), suite.discrepancy, [0])
+    save(Discrepancy.independent(np.eye(127)), suite.folder / "discrepancy.npz", [0])
     for answer in answers:
         (suite.sessions / answer.session).mkdir(parents=True)
         (suite.sessions / answer.session / "session.toml").write_text(f'[session]\nname = "{answer.session}"\n')

@@ -17,7 +17,7 @@ from calib.options import Options
 from diagnosis import Discrepancy
 from session import InputError
 from tests.benchmarks.effects.suites import ANSWERS, runs, says_slack, suite_in
-from tests.calib.door import Front, assert_reports
+from tests.calib.door import Front
 from tests.cases import later
 
 ALONE = Run(workers=1)
@@ -156,22 +156,24 @@ def test_a_command_that_fails_is_told_with_its_last_words(suite: SuiteFolder) ->
     assert {failure.message for failure in failures} == {"ProgramFailed: ended with status 1: no such camera"}
 
 
-def test_the_command_line_diagnoses_withholds_and_scores(suite: SuiteFolder, calib: Front, tmp_path: Path) -> None:
+def test_the_command_line_diagnoses_withholds_and_scores(suite: SuiteFolder, benchmarks: Front, tmp_path: Path) -> None:
     """A program that says there is no gap anywhere: right of the null session, and of nothing else."""
     none = "{'verdict': 'no_gap', 'groups': [], 'probabilities': {'none_of_these': 1.0}, 'where': None, 'gap': None}"
     program = program_that_says(f"{none} | {{'withheld_from_catalogue': sys.argv[3:]}}", tmp_path)
-    effects = ("benchmark", "effects", suite.folder)
-    early = calib(*effects, "--part", "score")
-    assert_reports(early, "not every session is diagnosed", "--part diagnose")
+    effects = ("effects", suite.folder)
+    early = benchmarks(*effects, "--part", "score")
+    assert early.code == 2
+    assert "not every session is diagnosed" in early.err
+    assert "--part diagnose" in early.err
     for part in ("diagnose", "withhold"):
-        ended = calib(*effects, "--part", part, "--program", program, "--workers", "1")
+        ended = benchmarks(*effects, "--part", part, "--program", program, "--workers", "1")
         assert (ended.code, ended.out.strip()) == (0, "all done")
-    ended = calib(*effects, "--part", "score", "--json")
+    ended = benchmarks(*effects, "--part", "score", "--json")
     scores = Scores.read(suite.folder / "scores.json")
     assert ended.out == scores.json()
     rows = {row[0]: row[2] for table in scores.tables for row in table.rows if len(row) > 2}
     assert rows["alarm where there is nothing"].startswith("0 of 1 ")
     assert rows["right name first, d ≥ 5"].startswith("0 of 1 ")
     assert rows["unexplained, d ≥ 5"].startswith("0 of 1 ")
-    again = calib("benchmark", "effects", suite.folder / "cases.jsonl", "--part", "score")
+    again = benchmarks("effects", suite.folder / "cases.jsonl", "--part", "score")
     assert scores.tables[0].text() in again.out

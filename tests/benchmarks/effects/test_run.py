@@ -17,7 +17,7 @@ from benchmarks.effects.generators import GENERATORS, Generator
 from benchmarks.effects.run import make_suite
 from benchmarks.effects.suite import SessionPlan, SuiteSize, plan_suite, suite_named
 from benchmarks.reality.mechanisms import CATALOGUED, OUTSIDE
-from diagnosis import Discrepancy, shipped_discrepancy
+from diagnosis import Discrepancy
 from session import InputError
 from session.results import write_whole
 from tests.benchmarks.effects.suites import shortened
@@ -40,19 +40,12 @@ def _short_swims(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def empty_suite(folder: Path) -> SuiteFolder:
     suite = SuiteFolder(folder)
-    save(Discrepancy.independent((2e-4) ** 2 * np.eye(127)), suite.discrepancy, [0])
+    save(Discrepancy.independent((2e-4) ** 2 * np.eye(127)), suite.folder / "discrepancy.npz", [0])
     return suite
 
 
 def tracks(suite: SuiteFolder) -> dict[Path, bytes]:
     return {path.relative_to(suite.folder): path.read_bytes() for path in suite.sessions.rglob("*.csv*")}
-
-
-def test_a_new_folder_gets_the_discrepancy_that_is_shipped(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    monkeypatch.setattr(run, "GENERATORS", _planning(()))
-    suite = SuiteFolder(tmp_path / "new" / "suite")
-    assert make_suite(suite, 4, SIZE, ALONE) == ()
-    assert suite.discrepancy.read_bytes() == shipped_discrepancy().read_bytes()
 
 
 @pytest.mark.long

@@ -14,7 +14,7 @@ from benchmarks.effects.making import Making, write_session
 from benchmarks.effects.shipped import SEED, checksum_of_sessions
 from benchmarks.effects.suite import SIZES
 from benchmarks.reality.mechanisms import OUTSIDE
-from diagnosis import Discrepancy, shipped_discrepancy
+from diagnosis import Discrepancy
 from session import load_session
 from session.tracks import load_tracks, pixels_of
 from swimmer.effects import catalogue
@@ -98,10 +98,6 @@ def test_it_is_small_and_its_files_have_the_card_s_checksum() -> None:
     assert sum(path.stat().st_size for path in FOLDER.rglob("*") if path.is_file()) < 10e6
     card = (FOLDER / "CARD.md").read_text()
     assert checksum_of_sessions(SUITE) in card
-
-
-def test_its_discrepancy_is_that_of_this_reality() -> None:
-    assert SUITE.discrepancy.read_bytes() == shipped_discrepancy().read_bytes()
 
 
 def test_nothing_in_it_says_what_is_present() -> None:

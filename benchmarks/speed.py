@@ -1,11 +1,4 @@
-"""How fast the twin is and what its step costs in accuracy. Ratios count: absolute times vary with machines.
-
-The other benchmarks of `calib benchmark` are in the checkout alone.
-
-Example:
-    >>> calib.benchmark.speed().step_errors[0].speed < 0.02     # the step changes no speed by more than 2 %
-    True
-"""
+"""How fast the twin is and what its step costs in accuracy. Ratios count: absolute times vary with machines."""
 
 import time
 from dataclasses import dataclass, replace
@@ -16,13 +9,11 @@ import mujoco
 import numpy as np
 from mujoco.batch import Batch
 
+from calib.pipeline import working
 from fitting.speed import forward_speed
-from session import Session
 from swimmer import PUBLISHED_COEFFICIENTS, FluidCoefficients, Runs, Twin, build_mjcf, load_robot
 from swimmer.mjcf import SWIM
 from tracking import HeadFrame, one_of, to_head_frame
-
-__all__ = ["SpeedOutcome", "speed"]
 
 FREQUENCIES_HZ = np.round(np.arange(0.3, 2.01, 0.1), 1)
 SECONDS, WARMUP_S, FINER = 8.0, 1.0, 8
@@ -59,7 +50,7 @@ class StepError:
 
 @dataclass(frozen=True)
 class SpeedOutcome:
-    """What `calib benchmark speed` measured.
+    """What `python -m benchmarks speed` measured.
 
     Attributes:
         timestep_s: of the exported file.
@@ -70,10 +61,6 @@ class SpeedOutcome:
         fluid_cost: time of a step over that of a step without fluid.
         scaling: all cores over one.
         step_errors: for each set of coefficients.
-
-    Example:
-        >>> [error.name for error in calib.benchmark.speed().step_errors]
-        ['fitted to the public trials', 'published']
     """
 
     timestep_s: float
@@ -91,34 +78,19 @@ class SpeedOutcome:
         return vars(self) | {"step_errors": errors}
 
 
-def speed(session: Session | str | Path | None = None) -> SpeedOutcome:
-    """Times the exported file of the built-in robot and compares it with a finer step; takes about a minute.
+def measure_speed(session: Path | None = None) -> SpeedOutcome:
+    """Time the exported file of the built-in robot and compare it with a finer step; it takes about a minute.
 
     Args:
-        session: also measure with the coefficients of its current fit.
+        session: folder of a session whose fitted coefficients are measured as well.
 
     Raises:
         InputError: the session has no current fit.
-
-    Example:
-        >>> calib.benchmark.speed().real_time_one_core > 1      # faster than the fish
-        True
     """
-    from calib.pipeline import working
-
-    if session is None:
-        return measure_speed(None)
-    folder = session.folder if isinstance(session, Session) else Path(session)
-    with working(folder, quiet=True) as pipeline:
-        coefficients = pipeline.the_fit().result().coefficients
-    return measure_speed(coefficients)
-
-
-def measure_speed(calibrated: FluidCoefficients | None) -> SpeedOutcome:
-    """`speed` with a further set of coefficients to look at."""
     sets = {"fitted to the public trials": FITTED, "published": PUBLISHED_COEFFICIENTS}
-    if calibrated is not None:
-        sets["of the session"] = calibrated
+    if session is not None:
+        with working(session, quiet=True) as pipeline:
+            sets["of the session"] = pipeline.the_fit().result().coefficients
     wet = _exported(FITTED, water=True)
     everything, cores = _real_time_batch(wet)
     one, bare = _real_time(wet), _real_time(_exported(FITTED, water=False))
