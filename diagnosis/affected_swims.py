@@ -1,4 +1,4 @@
-"""Distances and speeds that readers know, of a twin with effects that are settled."""
+"""Marker errors and speeds of a twin with effects at fixed values, in the numbers that readers know."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -20,7 +20,13 @@ _DRAWS = 8
 
 
 class ForecastScore(NamedTuple):
-    """One trial beside a twin that runs ahead alone: the public contract's marker error, m, and forward speeds, m/s."""
+    """Scores of one trial against a twin that runs ahead on its own.
+
+    Attributes:
+        name: name of the trial.
+        marker_error_m: marker error of the public contract, m.
+        speed_measured, speed_twin: forward speeds, m/s.
+    """
 
     name: str
     marker_error_m: float
@@ -32,9 +38,9 @@ class SettledTwin(AffectedTwin):
     """A twin with effects at given values, seen by the camera of one trial: it simulates what tracks would show.
 
     Args:
-        twin: with effects.
-        values: (p,) of them, in the session's frame.
-        view: of the trial.
+        twin: the twin with the effects.
+        values: (p,) values of the effects, in the session's frame.
+        view: the camera of the trial.
     """
 
     def __init__(self, twin: AffectedTwin, values: np.ndarray, view: View) -> None:
@@ -42,7 +48,7 @@ class SettledTwin(AffectedTwin):
         self._settled, self._view = np.asarray(values, float), view
 
     def simulate(self, runs: Runs, time_s: np.ndarray, *, allow_divergence: bool = False) -> Trajectories:
-        """As tracks would show it: with the effects, and scaled by nose and neck."""
+        """Simulate what tracks would show: with the effects, and scaled by nose and neck."""
         values = np.tile(self.in_trial(self._view, self._settled), (len(runs), 1))
         own = AffectedRuns(**vars(runs), values=values)
         simulated = super().simulate(own, time_s, allow_divergence=allow_divergence)
@@ -52,7 +58,15 @@ class SettledTwin(AffectedTwin):
 def forecast_scores(
     linear: LinearModel, trials: Sequence[MeasuredTrial], effects: Sequence[Effect], at: np.ndarray, values: np.ndarray
 ) -> list[ForecastScore]:
-    """Swims beside a twin at coefficients (5,) with effects at values (p,); frequency and phase are the trial's own."""
+    """Score a twin with effects against trials; frequency and phase are those of each trial.
+
+    Args:
+        linear: the linearised model, with twin and camera.
+        trials: the trials to score.
+        effects: the effects.
+        at: (5,) coefficients.
+        values: (p,) values of the effects.
+    """
     found, coefficients = [], FluidCoefficients(*map(float, at))
     for trial in trials:
         plain = TrialModel(linear.twin, trial, START_PHASE_RAD).positions(linear.at[None])[0]
@@ -65,9 +79,14 @@ def forecast_scores(
 
 
 def noise_floor_m(linear: LinearModel, number: int, seed: int = 0) -> float:
-    """The mean marker distance that tracking noise alone makes of one swim, as the public contract defines it, m.
+    """Return the mean marker distance that tracking noise alone makes of one swim, as in the public contract, m.
 
     A swim of the twin is scored against itself with noise like that of the trial on it, several times.
+
+    Args:
+        linear: the linearised model.
+        number: number of the trial in it.
+        seed: seed of the noise.
     """
     model, random = linear.model.trials[number], np.random.default_rng([seed, 17, number])
     trial, found = model.trial, []

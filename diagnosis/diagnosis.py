@@ -1,4 +1,4 @@
-"""The three questions about a session: where its gap lies, which effect makes it, how far it shrinks with that."""
+"""Diagnosis of a session: where its gap lies, which effect makes it, and how far the gap shrinks with that effect."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -28,14 +28,14 @@ from swimmer.effects import Effect
 
 Refitting = Callable[[Sequence[str]], Refit]
 _ROUNDS = {"quick": 2, "full": 5}
-_ROUNDS_OF_ALL = 3  # with all effects: in later ones the misfit goes up and down by as much as it still falls
+_ROUNDS_OF_ALL = 3  # steps with all effects: in later ones the misfit only fluctuates
 ALL_AT_ONCE = ("full",)
-"""Efforts with which all effects at once are asked for."""
+"""Efforts with which all effects are also fitted at once."""
 
 
 @dataclass(frozen=True)
 class Settings:
-    """How a session is diagnosed."""
+    """Settings of a diagnosis."""
 
     effort: Literal["quick", "full"] = "full"
     priors: Priors = field(default_factory=Priors)
@@ -49,10 +49,12 @@ class Weighed(NamedTuple):
     """Hypotheses about the fitted swims, with their evidence.
 
     Attributes:
-        linear: the fitted swims beside the nearest plain twin.
+        linear: the linearised model of the fitted swims.
         signatures: what each effect does.
         forces: what missing forces do.
-        elsewhere: where something that is in no catalogue was looked for.
+        elsewhere: the places where an unknown effect was looked for.
+        hypotheses: all hypotheses of the residual.
+        probabilities: their probabilities.
         decays_left_out: names of free decays that do not count, and why.
     """
 
@@ -66,23 +68,23 @@ class Weighed(NamedTuple):
 
     @property
     def placed(self) -> Sequence[LocalDiscrepancy]:
-        """Where something that is in no catalogue is likely."""
+        """Places where an unknown effect is likely."""
         return likely_of(self.elsewhere, self.probabilities.at_place)
 
 
 @dataclass(frozen=True, eq=False)
 class Diagnosis:
-    """Of one session.
+    """Diagnosis of one session.
 
     Attributes:
         weighed: the hypotheses.
         said: verdict and probabilities after cross-validation, and the twin with the likeliest of the named effects.
         where: shares of the gap.
-        remainder: what that twin leaves; None where nothing is named.
-        gap: on held-out swims that the twins can follow.
+        remainder: residual of that twin; None where nothing is named.
+        gap: errors on held-out swims that the twins can follow.
         everything: the twin with all effects at once, and its held-out gap; None where there is no gap, or the swims
-            call for no more than is named, or with the effort "quick".
-        experiments: what to measure next, the most telling first.
+            support no more than is named, or with the effort "quick".
+        experiments: what to measure next, the most informative first.
         doubted: names of fitted swims that their own twin does not follow, for which nothing is named.
     """
 
@@ -103,21 +105,27 @@ def diagnose(
     settings: Settings = DEFAULT,
     tell: Progress = lambda _message, _share: None,
 ) -> Diagnosis:
-    """Diagnoses a session.
+    """Diagnose a session.
+
+    Args:
+        data: the recordings of the session.
+        effects: the catalogue, by name.
+        settings: effort, priors and seed.
+        tell: takes messages with the share of the work that is done.
 
     Raises:
-        SimulationDiverged: the plain twin.
-        NotEnoughData: no fitted swim.
+        SimulationDiverged: the plain twin diverged.
+        NotEnoughData: there is no fitted swim.
     """
-    weighed = _weighed(data, effects, settings.priors, part_of(tell, 0.0, 0.42))
-    refits, tell_refit = count(), part_of(tell, 0.42, 0.86)  # how many there will be is not known
+    weighed = _weigh(data, effects, settings.priors, part_of(tell, 0.0, 0.42))
+    refits, tell_refit = count(), part_of(tell, 0.42, 0.86)  # their number is not known in advance
 
     def refitting(names: Sequence[str]) -> Refit:
         chosen = [effects[name] for name in names]
         tell_refit(f"refitting with {' and '.join(names).replace('_', ' ')}", 1 - 0.75 ** next(refits))
         return refitted(weighed.linear, weighed.hypotheses, chosen, _ROUNDS[settings.effort])
 
-    said = _named(weighed, refitting, settings, len(effects))
+    said = _name_effects(weighed, refitting, settings, len(effects))
     if data.doubted and said.verdict.effects:
         said = Validated(Verdict("unexplained", ()), said.probabilities, None)
     best, swims = said.best, HeldOut(weighed.linear, data.of_role(fitted=False), settings.seed)
@@ -138,7 +146,7 @@ def diagnose(
     )
 
 
-def _weighed(data: SessionData, effects: Mapping[str, Effect], priors: Priors, tell: Progress) -> Weighed:
+def _weigh(data: SessionData, effects: Mapping[str, Effect], priors: Priors, tell: Progress) -> Weighed:
     tell("the plain twin", 0.0)
     linear = data.linear
     signatures = []
@@ -161,8 +169,8 @@ def _weighed(data: SessionData, effects: Mapping[str, Effect], priors: Priors, t
     )
 
 
-def _named(weighed: Weighed, refitting: Refitting, settings: Settings, effects: int) -> Validated:
-    """What is said, of the fitted trials alone."""
+def _name_effects(weighed: Weighed, refitting: Refitting, settings: Settings, effects: int) -> Validated:
+    """Return the verdict that the fitted trials alone support."""
     probabilities, verdict = weighed.probabilities, verdict_of(weighed.probabilities)
     if not verdict.first:
         return Validated(verdict, probabilities, None)
@@ -183,7 +191,7 @@ def _named(weighed: Weighed, refitting: Refitting, settings: Settings, effects: 
 def _everything(
     weighed: Weighed, effects: Mapping[str, Effect], said: Validated, swims: HeldOut, effort: str
 ) -> tuple[RidgeFit, GapSize] | None:
-    """The twin with all effects, and what it leaves of held-out swims, just as it was fitted; None if not asked."""
+    """Fit the twin with all effects and score it on held-out swims, just as it was fitted; None if not asked for."""
     if effort not in ALL_AT_ONCE or said.verdict.name == "no_gap":
         return None
     named = said.best or Refit.plain(weighed.linear)

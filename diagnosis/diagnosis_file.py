@@ -1,4 +1,4 @@
-"""From what a diagnosis found to the record that `diagnosis.json` holds."""
+"""Conversion of a diagnosis to the record that `diagnosis.json` holds."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -30,13 +30,20 @@ from fitting.model.session_forecast import TWIN, SessionForecast
 from swimmer import FluidCoefficients
 from swimmer.effects import Parameter
 
-_AT_BOUND = 0.01  # share of what a parameter may be, from a bound
-_LEAST, _LEAST_OF_PLACE = 1e-4, 0.01  # probability that is reported, of an effect and of a place
-_SETS = 12  # of effects that are reported
+_AT_BOUND = 0.01  # largest distance from a bound, as a share of the parameter's range
+_LEAST = 1e-4  # least probability of an effect that is reported
+_LEAST_OF_PLACE = 0.01  # least probability of a place that is reported
+_SETS = 12  # sets of effects that are reported
 
 
 def diagnosis_result(found: Diagnosis, withheld: Sequence[str] = (), models: Sequence[str] = ()) -> DiagnosisResult:
-    """The record of a diagnosis, with the effects that the catalogue lacked and the files of twins with effects."""
+    """Return the record of a diagnosis.
+
+    Args:
+        found: the diagnosis.
+        withheld: names of effects that the catalogue lacked.
+        models: names of the files of twins with effects.
+    """
     chances, verdict, best = found.said.probabilities, found.said.verdict, found.said.best
     present = {n: float(p) for n, p in zip(chances.names, chances.marginal, strict=True) if p >= _LEAST}
     refits = {"plain": found.weighed.linear.at} | ({} if best is None else {"with_effects": best.at})
@@ -65,7 +72,7 @@ def diagnosis_result(found: Diagnosis, withheld: Sequence[str] = (), models: Seq
 
 
 def effect_test_result(found: EffectTest) -> EffectTestResult:
-    """The record of a test of effects."""
+    """Return the record of a test of effects."""
     return EffectTestResult(
         effects=tuple(effect.name for effect in found.refit.effects),
         log_bayes_factor=found.log_bayes_factor,
@@ -77,27 +84,29 @@ def effect_test_result(found: EffectTest) -> EffectTestResult:
 
 
 def beside_exported_twin(found: DiagnosisResult, forecasts: SessionForecast) -> DiagnosisResult:
-    """Put the errors of the exported twin in the place of those of the plain twin, from which the diagnosis started.
+    """Replace the errors of the plain twin, from which the diagnosis started, by those of the exported twin.
 
     The plain twin has the hinges as described and the exported one as calibrated, so their errors differ a little. A
     user exports and compares the second; the skill scores stay those of the first.
 
     Args:
-        found: as `diagnosis_result` has it.
-        forecasts: of the fit that the diagnosis rests on.
+        found: the record of `diagnosis_result`.
+        forecasts: forecasts of the fit that the diagnosis rests on.
     """
-    gap = _beside(found.gap, forecasts, bool(found.effect_parameters))
+    gap = _compare_with_exported(found.gap, forecasts, bool(found.effect_parameters))
     if found.everything is None:
         return replace(found, gap=gap)
     return replace(
-        found, gap=gap, everything=replace(found.everything, gap=_beside(found.everything.gap, forecasts, True))
+        found,
+        gap=gap,
+        everything=replace(found.everything, gap=_compare_with_exported(found.everything.gap, forecasts, True)),
     )
 
 
-def _beside(gap: GapSize, forecasts: SessionForecast, added: bool) -> GapSize:
-    """The gap from the exported twin to the one with effects, or to itself where none was `added`.
+def _compare_with_exported(gap: GapSize, forecasts: SessionForecast, added: bool) -> GapSize:
+    """Return the gap from the exported twin to the one with effects, or to itself where none was `added`.
 
-    Unchanged where the forecasts lack one of its trials.
+    The gap is unchanged where the forecasts lack one of its trials.
     """
     exported = {name: trial.forecasts.get(TWIN) for name, trial in forecasts.trials.items()}
     trials = {}

@@ -1,9 +1,9 @@
-"""What a refitted twin leaves of features where nothing is wrong: how two simulators of one robot differ.
+"""Discrepancy of a refitted twin where nothing is wrong: how two simulators of one robot differ in features.
 
 Measured between the twin and a second simulator over sessions of drawn water (`benchmarks/effects`), for the nine
-published markers; of other markers it is taken to be as of the nearest of these along the body, each by itself. How
-straight a fish goes, and whether its markers stay in place, is not among the numbers that the benchmark compares; what
-it leaves of that is `COURSE_SD` and `SLIDE_SD_M_S`.
+published markers; for other markers it is taken from the nearest of these along the body, each by itself. How straight
+a fish goes, and whether its markers stay in place, is not among the numbers that the benchmark compares; the residual
+of these is `COURSE_SD` and `SLIDE_SD_M_S`.
 """
 
 from collections.abc import Iterable, Mapping
@@ -30,19 +30,19 @@ _OF_A_MARKER = 2 * OF_A_MARKER
 
 @dataclass(frozen=True, eq=False)
 class Discrepancy:
-    """Of a session like most: of each swim, alike in swims at alike frequencies, and a little of some effects.
+    """Discrepancy of a typical session: of each swim, common to similar swims, and a little of some effects.
 
     Attributes:
         directions: (g, q) in which the residual of one swim's features is independent, by standard deviations, m and
             m/s; at the phase at which the tail is farthest left.
-        common: (q, 2) share of each direction's variance that all swims of a session have in common, and that those at
-            alike frequencies have in common beside; the rest each has to itself.
-        strengths: by name of an effect, the standard deviation of each of its parameters, in those of their priors:
-            alike in all trials of a session.
-        beat: (9,) complex, how the published markers beat sideways at that phase, m: of other markers the tail is
-            farthest left at another.
-        heavy: by name of an effect of which it holds far more in a few sessions, how many times as much, and in what
-            share of them.
+        common: (q, 2) share of each direction's variance that all swims of a session have in common, and share that
+            those at similar frequencies have in common besides; the rest each has to itself.
+        strengths: by name of an effect, the standard deviation of each of its parameters, relative to that of its
+            prior: the same in all trials of a session.
+        beat: (9,) complex, how the published markers beat sideways at that phase, m: for other markers the tail is
+            farthest left at another phase.
+        heavy: by name of an effect that is far stronger in a few sessions, how many times as strong it is, and in what
+            share of the sessions.
     """
 
     directions: np.ndarray
@@ -53,15 +53,19 @@ class Discrepancy:
 
     @classmethod
     def independent(cls, covariance: np.ndarray) -> "Discrepancy":
-        """Of a covariance (g, g) at that phase of the residual of each swim, no two swims with anything in common."""
+        """Build a discrepancy in which no two swims have anything in common.
+
+        Args:
+            covariance: (g, g) of the residual of each swim, at the phase of `directions`.
+        """
         return cls(np.linalg.cholesky(covariance), np.zeros((len(covariance), 2)))
 
     @classmethod
     def load(cls, path: Path) -> "Discrepancy":
-        """As it was saved.
+        """Load a discrepancy that was saved.
 
         Raises:
-            InputError: it was saved by a program that knew nothing of what swims have in common.
+            InputError: it was saved by a program that did not know what swims have in common.
         """
         with np.load(path) as stands:
             if "directions" not in stands:
@@ -76,10 +80,10 @@ class Discrepancy:
             return cls(directions, common, by_name, stands["beat"], heavy)
 
     def over(self, model: SessionModel) -> np.ndarray:
-        """(k, k) covariance of what is left of the features of a model.
+        """Return the covariance (k, k) of the residual of a model's features.
 
-        Runs with the head clamped in air have nothing in common with swims; of its course, where features hold it, each
-        trial has its own, and so has each marker of its sliding.
+        Runs with the head clamped in air have nothing in common with swims. Where features hold the course, each trial
+        has its own, and so has each marker of its sliding.
         """
         trials = model.trials
         hertz = np.array([each.trial.frequency.hz for each in trials])
@@ -94,24 +98,29 @@ class Discrepancy:
         return result.reshape(count * whole, -1)
 
     def of_features(self, hertz: np.ndarray, phase_rad: np.ndarray) -> np.ndarray:
-        """(t g, t g) covariance of what is left of swims at frequencies (t,), whose tails begin at phases (t,)."""
+        """Return the covariance (t g, t g) of the residual of swims.
+
+        Args:
+            hertz: (t,) frequencies of the swims, Hz.
+            phase_rad: (t,) phases at which their tails begin.
+        """
         turned = advanced(np.repeat(self.directions.T[:, None], len(hertz), axis=1), phase_rad)  # (q, t, g)
         shared = self.shared(hertz)
         size = turned[0].size
         return np.einsum("qia,ijq,qjb->iajb", turned, shared, turned, optimize=True).reshape(size, size)
 
     def shared(self, hertz: np.ndarray) -> np.ndarray:
-        """(t, t, q) correlations between swims at frequencies (t,)."""
+        """Return the correlations (t, t, q) between swims at frequencies (t,)."""
         everywhere, near = self.common.T
         own = np.eye(len(hertz))[:, :, None] * (1 - everywhere - near)
         return everywhere + nearness(hertz)[:, :, None] * near + own
 
     def common_columns(self, signatures: Iterable[Signature]) -> np.ndarray:
-        """(k, c) columns of unit strength: what one standard deviation of each parameter of these effects does."""
+        """Return columns (k, c) of the effects of unit strength: what one standard deviation of each parameter does."""
         columns = []
         for signature in signatures:
             times, share = self.heavy.get(signature.effect.name, (1.0, 0.0))
-            more = float(np.sqrt(1 + share * (times**2 - 1)))  # over all sessions
+            more = float(np.sqrt(1 + share * (times**2 - 1)))  # root mean square over all sessions
             for number, usual in enumerate(self.strengths.get(signature.effect.name, ())):
                 slope = little(signature, number)
                 if slope is not None and usual > 0:
@@ -120,24 +129,27 @@ class Discrepancy:
 
 
 def nearness(hertz: np.ndarray) -> np.ndarray:
-    """(t, t) by how much what swims at alike frequencies (t,) have in common is common to two of them."""
+    """Return how much of what swims at similar frequencies (t,) share is common to each two of them, (t, t)."""
     return np.exp(-0.5 * (np.subtract.outer(np.log(hertz), np.log(hertz)) / NEAR) ** 2)
 
 
 def shipped_discrepancy() -> Traversable:
-    """The file that every diagnosis uses, of features of the published markers."""
+    """Return the file that every diagnosis uses, with features of the published markers."""
     return files("diagnosis").joinpath("discrepancy.npz")
 
 
 def discrepancy_for(markers: tuple[str, ...], robot: RobotSpec) -> Discrepancy:
-    """Of features of these markers, without their course."""
+    """Return the discrepancy of features of these markers, without their course."""
     with as_file(shipped_discrepancy()) as path:
         known = Discrepancy.load(path)
     return known if markers == FISHSIM_MARKERS else _of_markers(known, markers, robot)
 
 
 def _of_markers(known: Discrepancy, markers: tuple[str, ...], robot: RobotSpec) -> Discrepancy:
-    """Those that are published have their directions in common; each of the others has its own."""
+    """Transfer the discrepancy to other markers.
+
+    Published ones keep their common directions, each other has its own.
+    """
     published = [name for name in FISHSIM_MARKERS if name in robot.markers]
     along_m = robot.marker_positions_m(markers)[:, 0]
     if published:
@@ -159,7 +171,7 @@ def _of_markers(known: Discrepancy, markers: tuple[str, ...], robot: RobotSpec) 
 
 
 def _of_one(rows: np.ndarray, common: np.ndarray, own: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Directions (g, 3 r), and what is common in them (3 r, 2), of the same covariances of r own rows alone."""
+    """Return directions (g, 3 r) with the covariances of r rows alone, and the common shares in them (3 r, 2)."""
     everywhere, near = common.T
     result = np.zeros((len(rows), 3 * len(own)))
     for kind, share in enumerate((1 - everywhere - near, everywhere, near)):

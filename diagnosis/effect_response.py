@@ -1,4 +1,4 @@
-"""What effects do to the residual: linear responses, each over a range of strengths, coefficients refitted."""
+"""Responses of the residual to effects: linear, each over a range of strengths, with coefficients refitted."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -18,16 +18,16 @@ _SILENT = 1e-6  # norm of one standard deviation below which an effect does noth
 
 @dataclass(frozen=True, eq=False)
 class LinearResponse:
-    """Of an effect over one range of its strengths.
+    """Response to an effect over one range of its strengths.
 
     Attributes:
         parameters: which of the effect's parameters, (p,) indices.
         columns: (q, p) in the whitened residual space, for one standard deviation of each parameter's prior.
-        sd: (p,) of the prior.
+        sd: (p,) standard deviations of the prior.
         low, high: (p,) ends of the range, in standard deviations.
         bounds: (2, p) ends of what the parameters may be at all.
-        size: root mean square norm of what the prior makes of the effect, of one for all its ranges.
-        before_refit: the same before coefficients are refitted, over `size`: the form error is a share of this.
+        size: root mean square norm of the effect under its prior, the same for all its ranges.
+        before_refit: that norm before coefficients are refitted, over `size`: the form error is a share of this.
     """
 
     parameters: tuple[int, ...]
@@ -40,7 +40,12 @@ class LinearResponse:
     before_refit: float
 
     def nearest(self, target: np.ndarray, columns: np.ndarray | None = None) -> np.ndarray:
-        """(p,) strengths within bounds, in sd, nearest to a residual (q,), by columns (q, p) or its own."""
+        """Return the strengths (p,) within bounds, in sd, that come nearest to a residual (q,).
+
+        Args:
+            target: (q,) the residual.
+            columns: (q, p) in place of the response's own.
+        """
         return np.asarray(lsq_linear(self.columns if columns is None else columns, target, tuple(self.bounds)).x)
 
 
@@ -59,23 +64,29 @@ class EffectResponse:
 
     @property
     def linear(self) -> tuple[LinearResponse, ...]:
-        """Of all ways."""
+        """Linear responses of all ways."""
         return tuple(response for way in self.ways for response in way)
 
     @cached_property
     def slopes(self) -> np.ndarray:
-        """(q, s) what each parameter alone does over each range, for one standard deviation."""
+        """Columns (q, s) of what each parameter alone does over each range, for one standard deviation."""
         alone = self.ways[1:] or self.ways
         return np.hstack([response.columns for way in alone for response in way])
 
 
 def effect_responses(signatures: Sequence[Signature], space: Whitened) -> tuple[EffectResponse, ...]:
-    """Of signatures, in their order; of what diverged or does nothing there is no linear response."""
+    """Return the responses of signatures, in their order.
+
+    An effect that diverged or does nothing has no linear response.
+    """
     return tuple(EffectResponse(each.effect.name, each.effect.stage, _ways(each, space)) for each in signatures)
 
 
 class _Range(NamedTuple):
-    """Of one parameter, in standard deviations: ends, (q,) column, and its norm before coefficients are refitted."""
+    """One range of one parameter, in standard deviations.
+
+    It has two ends, a column (q,), and the column's norm before coefficients are refitted.
+    """
 
     low: float
     high: float
@@ -94,7 +105,7 @@ def _ways(signature: Signature, space: Whitened) -> tuple[tuple[LinearResponse, 
 
 
 def _ranges(signature: Signature, number: int, space: Whitened) -> list[_Range]:
-    """Neighbours with the same slope are one."""
+    """Return the ranges of one parameter; neighbours with the same slope are joined."""
     sd, all_pieces = signature.effect.parameters[number].sd, pieces(signature, number)
     if not all_pieces:
         return []
@@ -111,13 +122,13 @@ def _ranges(signature: Signature, number: int, space: Whitened) -> list[_Range]:
 
 
 def _whole(ranges: Sequence[_Range]) -> _Range:
-    """All strengths with the slope of the least."""
+    """Return one range of all strengths, with the slope of the smallest."""
     least = min(ranges, key=lambda each: max(each.low, -each.high))
     return least._replace(low=ranges[0].low, high=ranges[-1].high)
 
 
 def _response(signature: Signature, chosen: dict[int, _Range], every: Sequence[Sequence[_Range]]) -> LinearResponse:
-    """Of one range of each parameter, out of all ranges of each."""
+    """Return the linear response over one range of each parameter, given all ranges of each."""
     whole = [_whole(own) for own in every]
     size = max(float(np.linalg.norm([np.linalg.norm(one.column) for one in whole])), _SILENT)
     return LinearResponse(

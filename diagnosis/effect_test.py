@@ -1,8 +1,9 @@
-"""Test of effects that a user names, whatever else may be amiss.
+"""Test of effects that a user names, whatever else may be wrong.
 
-A diagnosis names an effect only where the evidence leaves nothing else. Who has a reason to suspect one, or several,
-can ask what the swims say of just these: how much likelier they make the twin, each beside the others, and how far the
-gap shrinks with them. Whatever they do not explain counts as a gap of no particular cause, of a size that suits it.
+A diagnosis names an effect only where the evidence leaves nothing else. A user who has a reason to suspect one, or
+several, can ask what the data determine about just these: how much more likely they make the twin, each in addition to
+the others, and how far the gap shrinks with them. Whatever they do not explain counts as a gap of no particular cause,
+of a size that suits it.
 """
 
 from collections.abc import Mapping, Sequence
@@ -30,13 +31,14 @@ _ROUNDS = {"quick": 3, "full": 8}
 
 @dataclass(frozen=True, eq=False)
 class EffectTest:
-    """The twin with the tested effects beside the plain one, both refitted to the same swims.
+    """Test of effects: the twin with them against the plain one, both refitted to the same swims.
 
     Attributes:
+        refit: the twin with the effects.
         log_bayes_factor: natural logarithm of how much more probable the fitted swims are with them.
-        of_each: the same of each effect in addition to all others that are tested.
-        fitted: the fitted swims beside the plain twin, and beside the one with effects.
-        gap: of the held-out swims that the twins can follow.
+        of_each: log Bayes factor of each effect in addition to all others that are tested.
+        fitted: errors on the fitted swims, of the plain twin and of the one with effects.
+        gap: errors on the held-out swims that the twins can follow.
     """
 
     refit: Refit
@@ -53,11 +55,17 @@ def weigh_effects(
     settings: Settings | None = None,
     tell: Progress = lambda _message, _share: None,
 ) -> EffectTest:
-    """Refits the twin with effects.
+    """Refit the twin with the effects and weigh it against the plain one.
+
+    Args:
+        data: the recordings of the session.
+        effects: the effects to test.
+        settings: effort, priors and seed; by default those of a full diagnosis.
+        tell: takes messages with the share of the work that is done.
 
     Raises:
-        SimulationDiverged: the plain twin.
-        NotEnoughData: no fitted swim, or an effect that does nothing in these.
+        SimulationDiverged: the plain twin diverged.
+        NotEnoughData: there is no fitted swim, or an effect does nothing in these.
     """
     settings = settings or Settings()
     tell("the plain twin", 0.0)
@@ -83,7 +91,7 @@ def weigh_effects(
 
 
 def _refuse_idle(signatures: Sequence[Signature], hypotheses: Hypotheses) -> None:
-    """Effects without a form: nothing to refit."""
+    """Refuse effects without a response, for which there is nothing to refit."""
     faults = []
     for signature, form in zip(signatures, hypotheses.best, strict=True):
         if form is None:

@@ -4,12 +4,12 @@ In the whitened residual space the residual is normal with covariance
 
     I + sum_k s_k^2 D_k D_k' + (e^2 |D|^2 + s^2) G
 
-D_k: columns of effect k, whose strengths are normal about zero; s_k: its size. |D|: the norm of what all effects of the
-hypothesis do, of which no form holds a share e, the form error. s: the size of an unknown effect, of covariance G of
-mean variance 1: a random mixture of what all effects do, or one that only neighbouring markers share. Sizes and form
-errors are averaged over a grid, sizes log-uniform from just detectable to what bounds allow; strengths stay within the
-range of their linear response (Rasmussen and Williams 2006, chapter 5). An unknown effect may instead act at one place,
-by columns of its own.
+D_k: columns of effect k, whose strengths are normal about zero; s_k: its size. |D|: the norm of all effects of the
+hypothesis, of which a share e, the form error, is in no response. s: the size of an unknown effect, with covariance G
+of mean variance 1: a random mixture of all effects, or one that only neighbouring markers share. Sizes and form errors
+are averaged over a grid, sizes log-uniform from just detectable to what bounds allow; strengths stay within the range
+of their linear response (Rasmussen and Williams 2006, chapter 5). An unknown effect may instead act at one place, by
+columns of its own.
 """
 
 from collections.abc import Sequence
@@ -32,13 +32,13 @@ _TINY = 1e-12
 
 @dataclass(frozen=True)
 class Priors:
-    """Before a session is looked at; from sessions of development.
+    """Prior probabilities, chosen on sessions of development.
 
     Attributes:
-        form_error: shares of the norm of what an effect does that its form may not hold, each as likely.
+        form_error: shares of the norm of an effect that its response may miss, equally likely.
         number: prior probabilities of none, one, two … effects.
         other: prior probability of an unknown effect, with whatever effects.
-        placed: of that, that it acts at one place.
+        placed: probability that an unknown effect acts at one place.
         look_alike: odds, against an effect, of an unknown one that looks like it.
         differs: least share of its norm by which such a one differs; at most all of it, log-uniform.
     """
@@ -51,7 +51,13 @@ class Priors:
     differs: float = 0.05
 
     def log_prior(self, present: int, other: bool, effects: int) -> float:
-        """Of one set of so many effects out of all."""
+        """Return the log prior probability of one set of effects.
+
+        Args:
+            present: number of effects in the set.
+            other: whether there is an unknown effect besides.
+            effects: number of effects in the catalogue.
+        """
         chance = self.number[present] / comb(effects, present)
         return float(np.log(chance) + np.log(self.other if other else 1 - self.other))
 
@@ -61,9 +67,9 @@ class Residual:
     """The whitened residual in the eigenvectors of the covariance of an unknown effect.
 
     Attributes:
-        turn: (q, k) from the whitened residual space.
+        turn: (q, k) projection from the whitened residual space.
         value: (q,) the residual.
-        spread: (q,) variance of the unknown effect, of mean 1.
+        spread: (q,) variances of the unknown effect, of mean 1.
     """
 
     turn: np.ndarray
@@ -79,16 +85,16 @@ class Residual:
         effects: Sequence[EffectResponse] = (),
         frequencies: slice = slice(0, 0),
     ) -> "Residual":
-        """Beside an unknown effect like any of these, but for a share `LOOSE` of its variance.
+        """Project the residual onto an unknown effect like those given, but for a share `LOOSE` of its variance.
 
-        Frequencies it leaves alone: only clock and drive change these.
+        The unknown effect leaves frequencies alone: only clock and drive change these.
 
         Args:
-            space: that whitens.
+            space: the whitened residual space.
             residual: (k,) the residual.
             generic: (k, k) covariance of an unknown effect without structure; all of it where no effects are given.
-            effects: that it is like.
-            frequencies: where they stand.
+            effects: the effects that the unknown one resembles.
+            frequencies: places of the frequencies in the residual.
         """
         others = np.ones((len(generic) + len(space.precision), 1))
         others[frequencies] = 0.0
@@ -105,12 +111,12 @@ class Residual:
 
 
 class GaussianEvidence(NamedTuple):
-    """Log densities of a residual on a grid of sizes, but for (2 pi)^(q/2), and the variances with the likeliest sizes.
+    """Gaussian evidence of a residual, without the factor (2 pi)^(q/2), and its variances at the likeliest sizes.
 
     Attributes:
-        evidence: averaged over the grid.
-        columns: (q, p) of the effects, with the likeliest sizes.
-        variance: (q,) of the rest with these.
+        evidence: log evidence, averaged over a grid of sizes.
+        columns: (q, p) columns of the effects, with the likeliest sizes.
+        variance: (q,) variances of the rest with these.
     """
 
     evidence: float
@@ -121,7 +127,14 @@ class GaussianEvidence(NamedTuple):
 def gaussian_evidence(
     residual: Residual, responses: Sequence[LinearResponse], other: bool, form_errors: Sequence[float]
 ) -> GaussianEvidence:
-    """A residual with effects of these responses, and with an unknown effect or without."""
+    """Return the evidence of a residual with effects of these responses.
+
+    Args:
+        residual: the residual.
+        responses: responses of the effects.
+        other: whether there is an unknown effect besides.
+        form_errors: shares of their norm that the responses may miss.
+    """
     axes = [*map(_sizes, responses), SIZES if other else [0.0], form_errors if responses else [0.0]]
     grid = np.array(list(product(*axes)))  # (s, r + 2)
     parts = [residual.turn @ each.columns / each.size for each in responses]
@@ -148,7 +161,7 @@ def gaussian_evidence(
 
 
 def _sizes(response: LinearResponse) -> np.ndarray:
-    """Of what an effect does, as far as its bounds allow."""
+    """Return the sizes that an effect may have within its bounds."""
     reach = float(np.abs(response.bounds).max()) * response.size
     return SIZES[max(reach, SIZES[0]) >= SIZES]
 
@@ -160,7 +173,10 @@ def _norms(
     whose: np.ndarray,
     sizes: np.ndarray,
 ) -> np.ndarray:
-    """(s,) of what effects do before coefficients are refitted, as strong as the residual has them; up to a limit."""
+    """Return the norm of the effects before coefficients are refitted (s,), up to a limit.
+
+    They are as strong as in the residual.
+    """
     gram = sizes[:, :, None] * (columns.T @ columns) * sizes[:, None]
     covariance = np.linalg.inv(np.eye(len(whose)) + gram)
     mean = (covariance @ (sizes * (columns.T @ residual.value))[:, :, None])[:, :, 0]
@@ -171,7 +187,7 @@ def _norms(
 
 
 def log_mass(low: np.ndarray, high: np.ndarray) -> np.ndarray:
-    """Logarithm of how probable a standard normal number is between two ends, however far out they lie."""
+    """Return the log of the probability of a standard normal number between two ends, however far out they lie."""
     left, right = np.where(low > 0, -high, low), np.where(low > 0, -low, high)  # the tail that does not round to 1
     most = log_ndtr(right)
     return np.asarray(most + np.log1p(-np.exp(np.minimum(log_ndtr(left) - most, -_TINY))))
@@ -181,8 +197,11 @@ def _mean(logs: Sequence[float] | np.ndarray) -> float:
     return float(np.logaddexp.reduce(logs) - np.log(len(logs))) if len(logs) else -np.inf
 
 
-def _gained(white: np.ndarray, columns: np.ndarray) -> float:
-    """Log Bayes factor of more columns (q, b), all of one size, where the rest of the residual (q,) is white."""
+def _log_gain(white: np.ndarray, columns: np.ndarray) -> float:
+    """Return the log Bayes factor of more columns (q, b), all of one size.
+
+    The rest of the residual (q,) is white.
+    """
     squares, turn = np.linalg.eigh(columns.T @ columns)
     along = turn.T @ (columns.T @ white)
     grown = 1 + np.outer(SIZES**2, np.maximum(squares, 0.0))  # (s, b)
@@ -194,10 +213,11 @@ class Hypotheses:
     """All hypotheses of one residual.
 
     Attributes:
-        like_any, loose: the residual beside an unknown effect like any of the catalogue, and beside one without
-            structure.
-        beside: where the whitened residual holds what is no feature: frequencies, and how free decays ring.
-        places: where an unknown effect may act: prior weight, and (k, b) what it does in the whitened residual space.
+        like_any, loose: the residual against an unknown effect like any of the catalogue, and one without structure.
+        effects: responses of the effects of the catalogue.
+        priors: prior probabilities.
+        not_features: where the whitened residual holds frequencies and free decays, which are no features.
+        places: where an unknown effect may act: prior weight, and columns (k, b) in the whitened residual space.
     """
 
     like_any: Residual
@@ -208,9 +228,9 @@ class Hypotheses:
     places: tuple[tuple[float, np.ndarray], ...] = ()
 
     def evidence(self, present: Sequence[int], other: bool) -> float:
-        """Log evidence of some effects, with or without an unknown one.
+        """Return the log evidence of some effects, with or without an unknown one.
 
-        Of several the likeliest responses count, each with the share that it has of its effect by itself.
+        For several effects the likeliest responses count, each with the share that it has of its effect alone.
         """
         if len(present) == 1:
             return self._of_effect(present[0], other)
@@ -222,29 +242,36 @@ class Hypotheses:
         return self._evidence(responses, other) + shares
 
     def at_places(self, present: Sequence[int]) -> np.ndarray:
-        """(n,) log evidence of some effects, of their likeliest sizes, with an unknown one at each of n places.
+        """Return the log evidence (n,) of some effects with an unknown one at each of n places.
 
-        With effects that is half as likely as alone.
+        The effects have their likeliest sizes. With effects the unknown one is half as likely as alone.
         """
         responses = [each for each in (self.best[i] for i in present) if each is not None]
         if not self.places or len(responses) < len(present):
             return np.full(len(self.places), -np.inf)
         found = gaussian_evidence(self.like_any, responses, False, self.priors.form_error)
         root = np.linalg.cholesky(np.diag(found.variance) + found.columns @ found.columns.T)
-        white = solve_triangular(root, np.column_stack([self.like_any.value, *self._placed]), lower=True)
-        weights, ends = np.array([weight for weight, _ in self.places]), np.cumsum([p.shape[1] for p in self._placed])
-        gained = [_gained(white[:, 0], part) for part in np.split(white[:, 1:], ends[:-1], axis=1)]
+        white = solve_triangular(root, np.column_stack([self.like_any.value, *self._columns_at_places]), lower=True)
+        weights, ends = (
+            np.array([weight for weight, _ in self.places]),
+            np.cumsum([p.shape[1] for p in self._columns_at_places]),
+        )
+        gained = [_log_gain(white[:, 0], part) for part in np.split(white[:, 1:], ends[:-1], axis=1)]
         prior = np.log(weights / weights.sum()) - np.log(2 if present else 1)
         shares = sum(self._of_effect(i, False) - max(self._alone[False][i]) for i in present)
         return np.asarray(found.evidence + prior + shares + gained)
 
     def look_alike_odds(self, effect: int, other: bool) -> float:
-        """Odds that what looks like an effect is an unknown one which differs from it.
+        """Return the odds that what looks like an effect is an unknown one which differs from it.
 
-        Where it differs by too little to show, without another unknown effect; where that shows, with one. But only
-        clock and drive change frequencies, in each trial by as much as an effect says: not by chance.
+        Where it differs by too little to show, it counts without another unknown effect; where that shows, with one.
+        But only clock and drive change frequencies, in each trial by as much as an effect says: not by chance.
+
+        Args:
+            effect: number of the effect.
+            other: whether there is another unknown effect.
         """
-        length, least = float(np.linalg.norm(self._moved[effect])), self.priors.differs
+        length, least = float(np.linalg.norm(self._changes[effect])), self.priors.differs
         unseen = float(np.clip(np.log(SHOWS / max(least * length, _TINY)) / -np.log(least), 0.0, 1.0))
         if not other:
             return self.priors.look_alike * unseen
@@ -252,11 +279,11 @@ class Hypotheses:
         return self.priors.look_alike * (1 - unseen) * self._of_features(effect) / by_chance
 
     def shows_in_features(self, name: str) -> bool:
-        """Whether most of what an effect does is in features, not in frequencies or free decays."""
+        """Tell whether most of what an effect does is in features, not in frequencies or free decays."""
         return self._of_features([each.name for each in self.effects].index(name)) >= IN_FEATURES
 
     def _of_features(self, effect: int) -> float:
-        squares = self._moved[effect] ** 2
+        squares = self._changes[effect] ** 2
         return float(np.delete(squares, self.not_features).sum() / squares.sum()) if squares.sum() > _TINY else 1.0
 
     @cached_property
@@ -270,14 +297,14 @@ class Hypotheses:
         return self.effects[effect].linear[int(np.argmax(logs))] if logs else None
 
     def _of_effect(self, effect: int, other: bool) -> float:
-        """Log evidence of one effect: ranges of strengths add up, and all ways are as likely."""
+        """Return the log evidence of one effect: ranges of strengths add up, and all ways are equally likely."""
         ends = np.cumsum([len(way) for way in self.effects[effect].ways])[:-1]
         of_ways = np.split(np.array(self._alone[other][effect]), ends)
         return _mean([float(np.logaddexp.reduce(own)) for own in of_ways if len(own)])
 
     @cached_property
     def _alone(self) -> tuple[list[list[float]], list[list[float]]]:
-        """Log evidence of each response of each effect by itself, without and with an unknown effect."""
+        """Log evidence of each response of each effect alone, without and with an unknown effect."""
 
         def alone(other: bool) -> list[list[float]]:
             return [[self._evidence([response], other) for response in each.linear] for each in self.effects]
@@ -285,14 +312,14 @@ class Hypotheses:
         return alone(other=False), alone(other=True)
 
     @cached_property
-    def _placed(self) -> list[np.ndarray]:
-        """(q, b) what an unknown effect does at each place, of norm 1."""
+    def _columns_at_places(self) -> list[np.ndarray]:
+        """Columns (q, b) of an unknown effect at each place, of norm 1."""
         turned = [self.like_any.turn @ columns for _, columns in self.places]
         return [each / max(float(np.linalg.norm(each)), _TINY) for each in turned]
 
     @cached_property
-    def _moved(self) -> list[np.ndarray]:
-        """(k,) what each effect alone does, whitened, where it comes nearest to the residual."""
+    def _changes(self) -> list[np.ndarray]:
+        """Change (k,) that each effect alone makes, whitened, where it comes nearest to the residual."""
         turn, value = self.like_any.turn, self.like_any.value
         return [
             np.zeros(turn.shape[1]) if each is None else each.columns @ each.nearest(value, turn @ each.columns)

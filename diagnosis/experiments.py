@@ -1,14 +1,14 @@
-"""What to measure next: experiments that would separate two effects that a session confuses.
+"""Experimental design: experiments that would separate two effects that a session confuses.
 
 A swim trial at another speed or a dry run is simulated with either effect, as strong as the session has it. Their
-difference, coefficients refitted, in standard deviations of what disturbs such a trial is the distance d that it adds.
-A free decay is two numbers more, a motor's log or a clock in view one. Reported is the chance to still take one effect
-for the other, if one of the two is there: of choosing the likelier of two normal hypotheses at distance d, at the odds
-that the session leaves (at even odds Phi(-d / 2)).
+difference, coefficients refitted, in standard deviations of the disturbances of such a trial is the distance d that it
+adds. A free decay adds two numbers, a motor's log or a clock in view one. The result is the probability that one effect
+is still taken for the other, if one of the two is present: of choosing the likelier of two normal hypotheses at
+distance d, at the odds that the session leaves (at even odds Phi(-d / 2)).
 
-Of further swim trials that counts only as far as the existing ones bear it out: two effects that these should separate
-by a distance of a and do not will hardly be separated by one more. It counts by the share that the log odds of the two
-have of those expected, a^2 / 2, within one standard deviation a (of a log likelihood ratio between two normal
+For further swim trials the distance counts only as far as the existing trials bear it out: two effects that these
+should separate by a distance a and do not will hardly be separated by one more. It counts by the ratio of the log odds
+of the two to those expected, a^2 / 2, within one standard deviation a (of a log likelihood ratio between two normal
 hypotheses).
 """
 
@@ -42,10 +42,11 @@ from swimmer.effects import AffectedTwin, Effect
 
 SPEEDS_HZ = (0.5, 0.8, 1.1, 1.4)
 _DRY_HZ = 1.0
-_NEW_HZ = 0.12  # that a speed must differ by from those that were swum
-_SECONDS, _START_M_S = 6.0, 0.1
+_NEW_HZ = 0.12  # least distance of a new frequency from those that were swum
+_SECONDS = 6.0  # length of a simulated trial
+_START_M_S = 0.1  # start speed of a simulated trial at 1 Hz
 _TOLD_TO = 0.001  # relative standard deviation of a motor's speed by its log, and of a clock in view
-_LEAST = 1e-9  # probability, and distance, below which there is none
+_LEAST = 1e-9  # probability and distance below which they count as zero
 _DECAY = "Film a free decay: the head clamped in air, tendons off, the tail bent and let go"
 
 
@@ -53,16 +54,16 @@ class _Pair(NamedTuple):
     """Two effects that a session confuses."""
 
     effects: tuple[Effect, Effect]
-    strengths: tuple[np.ndarray, np.ndarray]  # (p,) of each, as the session has them
-    log_odds: float  # of the one against the other where one of the two is there
+    strengths: tuple[np.ndarray, np.ndarray]  # (p,) strengths of each in the session
+    log_odds: float  # log odds of the one against the other if one of the two is present
 
     def experiment(self, describe: str, distance: float, trial: ProposedTrial | None) -> Experiment:
-        """One that adds a distance."""
+        """Return an experiment that adds a distance between the two."""
         first, second = (effect.name for effect in self.effects)
         return Experiment(describe, (first, second), error_residual(distance, self.log_odds), trial)
 
     def apart(self, linear: LinearModel) -> float:
-        """The distance of what the two do to the trials of a linear model, coefficients refitted."""
+        """Return the distance between the two effects in the trials of a linear model, coefficients refitted."""
         one, other = (
             signature_of(effect, linear.model, linear.camera, linear.at, strength[None]).rows[0]
             for effect, strength in zip(self.effects, self.strengths, strict=True)
@@ -78,9 +79,17 @@ def next_experiments(
     effects: Mapping[str, Effect],
     seed: int = 0,
 ) -> tuple[Experiment, ...]:
-    """For every two effects that stay confused, the most telling first.
+    """Propose experiments for every two effects that stay confused, the most informative first.
 
-    Those of each group of the verdict; of a gap that is unexplained the likeliest three.
+    The pairs are those of each group of the verdict; if the gap is unexplained, those of the likeliest three effects.
+
+    Args:
+        linear: the linearised model of the session.
+        hypotheses: its hypotheses.
+        verdict: its verdict.
+        probabilities: probabilities of the effects.
+        effects: the catalogue, by name.
+        seed: seed of the noise of simulated trials.
     """
     confused = [_likeliest(hypotheses, probabilities)] if verdict.name == "unexplained" else verdict.groups
     strengths = _strengths(hypotheses, {name for group in confused for name in group}, linear, effects)
@@ -95,7 +104,7 @@ def next_experiments(
     borne = [np.sqrt(borne_out(pair.apart(linear), pair.log_odds)) for pair in pairs]
     for describe, proposed, twin in _menu(linear):
         with suppress(NotEnoughData, SimulationDiverged, np.linalg.LinAlgError, ValueError):  # nan where one diverged
-            alone = linear.other_trials([_measured(linear, twin, proposed, seed)], twin)
+            alone = linear.other_trials([_simulate(linear, twin, proposed, seed)], twin)
             for pair, share in zip(pairs, borne, strict=True):
                 distance = pair.apart(alone) * (share if proposed.kind == "swim" else 1.0)
                 found.append(pair.experiment(describe, distance, proposed))
@@ -105,7 +114,7 @@ def next_experiments(
 
 
 def _odds(found: Probabilities, pair: tuple[str, str]) -> float | None:
-    """Log odds of the one against the other where one of the two is there; None where both probably are."""
+    """Return the log odds of one effect against the other if one of the two is present; None if both probably are."""
     one, other, both = found.either_or(*pair)
     if both > one + other:
         return None
@@ -113,7 +122,7 @@ def _odds(found: Probabilities, pair: tuple[str, str]) -> float | None:
 
 
 def borne_out(apart: float, log_odds: float) -> float:
-    """Share that log odds of two effects have of those that their whitened distance in the trials lets expect."""
+    """Return the ratio of the log odds of two effects to those expected from their whitened distance in the trials."""
     found, expected = abs(log_odds) + apart, apart**2 / 2
     return 1.0 if found >= expected else found / expected
 
@@ -127,7 +136,7 @@ def _likeliest(hypotheses: Hypotheses, probabilities: Probabilities) -> tuple[st
 def _strengths(
     hypotheses: Hypotheses, names: set[str], linear: LinearModel, effects: Mapping[str, Effect]
 ) -> dict[str, np.ndarray]:
-    """(p,) of each effect, where it alone comes nearest to the residual."""
+    """Return the strengths (p,) of each effect at which it alone comes nearest to the residual."""
     target, found = linear.space.projected(linear.residual), {}
     for each, response in zip(hypotheses.effects, hypotheses.best, strict=True):
         if each.name in names and response is not None:
@@ -139,7 +148,10 @@ def _strengths(
 
 
 def _with_a_number_more(linear: LinearModel, pair: _Pair) -> list[Experiment]:
-    """A clock in view tells how fast the camera's clock goes, a motor's log how fast the crank turned."""
+    """Propose a clock in view and a motor's log.
+
+    The clock tells how fast the camera's clock goes, the log how fast the crank turned.
+    """
     both = zip(pair.effects, pair.strengths, strict=True)
     filmed, turned = zip(*(_hertz(linear, *each) for each in both), strict=True)
     ways: list[tuple[str, float, ProposedTrial | None]]
@@ -152,7 +164,7 @@ def _with_a_number_more(linear: LinearModel, pair: _Pair) -> list[Experiment]:
 
 
 def _hertz(linear: LinearModel, effect: Effect, strength: np.ndarray) -> tuple[float, float]:
-    """By how much what is filmed, and the crank, beats faster than commanded, relative, in the mean of the swims."""
+    """Return how much faster than commanded the filmed beat and the crank are, relative, in the mean of the swims."""
     twin = AffectedTwin(linear.twin, [effect])
     hertz = [trial.commanded_hz or trial.frequency.hz for trial in linear.swims]
     filmed, turned = (
@@ -162,7 +174,7 @@ def _hertz(linear: LinearModel, effect: Effect, strength: np.ndarray) -> tuple[f
 
 
 def _with_a_decay(linear: LinearModel, pairs: list[_Pair]) -> list[Experiment]:
-    """A free decay, where an effect shows in one: air tells hinges and masses from all that water does."""
+    """Propose a free decay, if an effect shows in one: air separates hinges and masses from all that water does."""
     shown = [pair for pair in pairs if any(map(shows_in_decays, pair.effects))]
     markers = tuple(linear.trials[0].markers[i] for i in linear.trials[0].tail)
     frame_s = float(np.median(np.diff(linear.trials[0].time_s)))
@@ -181,7 +193,7 @@ def _with_a_decay(linear: LinearModel, pairs: list[_Pair]) -> list[Experiment]:
 
 
 def _menu(linear: LinearModel) -> list[tuple[str, ProposedTrial, Twin]]:
-    """Swims at other speeds, and a dry run where there was none; each with its twin."""
+    """List swims at other speeds, and a dry run where there was none, each with its twin."""
     swum = np.array([trial.commanded_hz or trial.frequency.hz for trial in linear.swims])
     new = [hz for hz in SPEEDS_HZ if np.abs(swum - hz).min() > _NEW_HZ]
     found = [(f"Film a swim at {hz:.1f} Hz", ProposedTrial("swim", hz), linear.twin) for hz in new]
@@ -191,8 +203,8 @@ def _menu(linear: LinearModel) -> list[tuple[str, ProposedTrial, Twin]]:
     return [*found, (describe, ProposedTrial("dry", _DRY_HZ), linear.clamped_twin)]
 
 
-def _measured(linear: LinearModel, twin: Twin, proposed: ProposedTrial, seed: int) -> MeasuredTrial:
-    """The plain twin, settled, seen with noise like that of the session."""
+def _simulate(linear: LinearModel, twin: Twin, proposed: ProposedTrial, seed: int) -> MeasuredTrial:
+    """Simulate the plain twin, settled, and add noise like that of the session."""
     like, hz = linear.trials[0], proposed.commanded_hz
     assert hz is not None
     noise, random = FeatureNoise.typical([model.noise for model in linear.model.trials], like.time_s), [seed, 13]
@@ -202,7 +214,15 @@ def _measured(linear: LinearModel, twin: Twin, proposed: ProposedTrial, seed: in
 
 
 def error_residual(distance: float, log_odds: float) -> float:
-    """Chance to take one of two normal hypotheses so far apart for the other, choosing the likelier (0.5: a coin)."""
+    """Return the probability of taking one of two normal hypotheses for the other when choosing the likelier.
+
+    Args:
+        distance: distance of the two, in standard deviations.
+        log_odds: log prior odds of the one against the other.
+
+    Returns:
+        0.5 is a coin toss.
+    """
     chance = float(expit(log_odds))
     if distance < _LEAST:
         return min(chance, 1 - chance)

@@ -1,8 +1,8 @@
-"""A gap of no particular cause: how features would differ if anything at all were amiss, of a size that is not known.
+"""Gaussian-process discrepancy: how features would differ under a gap of no particular cause, of unknown size.
 
-Displacements of a marker are alike to those of its neighbours along the body, less so the further they are, and the
-higher a harmonic is the smaller they are; each trial has its own. How far frequencies are from their commands has a
-size of its own, and so have free decays: a clock that is wrong says nothing of how the fish swims.
+Displacements of a marker are correlated with those of its neighbours along the body, less so the further they are, and
+the higher a harmonic is the smaller they are; each trial has its own. The differences of frequencies from their
+commands have their own size, and so have free decays: a clock that is wrong says nothing of how the fish swims.
 """
 
 from dataclasses import dataclass
@@ -23,18 +23,19 @@ from diagnosis.constants import (
 from fitting.model.features import COURSE, OF_A_MARKER, SLIDES, SPEED
 from fitting.model.variance import along_body, harmonic_decay
 
-_SIZES_M, _TRIED = (1e-6, 0.05), 60
-_OF_HERTZ_M = (1e-6, 1.0)
+_SIZES_M = (1e-6, 0.05)  # ends of the sizes tried for features and free decays
+_HERTZ_SIZES_M = (1e-6, 1.0)  # ends of the sizes tried for frequencies
+_SIZES_TRIED = 60
 
 
 def generic_covariance(along_m: np.ndarray, trials: int, frequencies: int, rings: int = 0) -> np.ndarray:
-    """(k, k) for displacements of one metre: of t swims with markers at (m,) along the body, and of the other numbers.
+    """Return the covariance (k, k) of a gap with displacements of one metre.
 
     Args:
         along_m: (m,) place of each marker on the straight robot, m.
-        trials: t.
-        frequencies: how many.
-        rings: numbers of free decays.
+        trials: number of trials.
+        frequencies: number of frequencies.
+        rings: number of numbers from free decays.
     """
     between, of_beat = along_body(along_m), np.diag(np.append(1.0, harmonic_decay()) ** 2)
     assert len(of_beat) == OF_A_MARKER
@@ -48,13 +49,13 @@ def generic_covariance(along_m: np.ndarray, trials: int, frequencies: int, rings
 
 @dataclass(frozen=True, eq=False)
 class GaussianProcessDiscrepancy:
-    """Such a gap beside what is known of a row.
+    """A gap of no particular cause, in addition to what is known of a row.
 
     Attributes:
-        known: (k, k) covariance.
-        generic: (k, k) of a gap of one metre.
-        frequencies: how many the row holds behind the features.
-        rings: numbers of free decays, at its end.
+        known: (k, k) covariance of what is known.
+        generic: (k, k) covariance of a gap of one metre.
+        frequencies: number of frequencies behind the features.
+        rings: number of numbers from free decays, at the row's end.
     """
 
     known: np.ndarray
@@ -63,10 +64,15 @@ class GaussianProcessDiscrepancy:
     rings: int = 0
 
     def covariance(self, residual: np.ndarray) -> np.ndarray:
-        """(k, k) with the likeliest size of features, frequencies and decays, each its own, in what is left (k,)."""
+        """Return the covariance (k, k) at the likeliest sizes of features, frequencies and decays.
+
+        The sizes are those in a residual (k,).
+        """
         parts = [
             beside.likeliest_m(residual[own], ends) ** 2 * self.generic[own, own]
-            for own, beside, ends in zip(self._parts, self._beside, (_SIZES_M, _OF_HERTZ_M, _SIZES_M), strict=True)
+            for own, beside, ends in zip(
+                self._parts, self._decompositions, (_SIZES_M, _HERTZ_SIZES_M, _SIZES_M), strict=True
+            )
             if beside is not None
         ]
         return np.asarray(block_diag(*parts))
@@ -78,13 +84,13 @@ class GaussianProcessDiscrepancy:
         return tuple(slice(*both) for both in pairwise(ends))
 
     @cached_property
-    def _beside(self) -> "tuple[_KnownAndGeneric | None, ...]":
+    def _decompositions(self) -> "tuple[_KnownAndGeneric | None, ...]":
         squares = ((self.known[own, own], self.generic[own, own]) for own in self._parts)
         return tuple(_KnownAndGeneric.of(known, generic) if len(known) else None for known, generic in squares)
 
 
 class _KnownAndGeneric(NamedTuple):
-    """Root (k, k) of what is known; whitened by it, variances (k,) of a gap of one metre, and (k, k) along what."""
+    """Root (k, k) of the known covariance, and variances (k,) and directions (k, k) of a whitened gap of one metre."""
 
     root: np.ndarray
     values: np.ndarray
@@ -92,15 +98,15 @@ class _KnownAndGeneric(NamedTuple):
 
     @classmethod
     def of(cls, known: np.ndarray, generic: np.ndarray) -> "_KnownAndGeneric":
-        """From covariances (k, k)."""
+        """Decompose the covariances (k, k) of what is known and of a gap of one metre."""
         root = np.linalg.cholesky(known)
         white = solve_triangular(root, generic, lower=True)
         values, vectors = np.linalg.eigh(solve_triangular(root, white.T, lower=True))
         return cls(root, np.maximum(values, 0.0), vectors)
 
     def likeliest_m(self, residual: np.ndarray, ends_m: tuple[float, float]) -> float:
-        """The likeliest size in what is left (k,), between these ends."""
+        """Return the likeliest size of the gap in a residual (k,), between these ends."""
         seen = (self.vectors.T @ solve_triangular(self.root, residual, lower=True)) ** 2
-        sizes = np.geomspace(*ends_m, _TRIED)
+        sizes = np.geomspace(*ends_m, _SIZES_TRIED)
         variance = 1 + np.outer(sizes**2, self.values)
         return float(sizes[np.argmin((seen / variance + np.log(variance)).sum(axis=1))])

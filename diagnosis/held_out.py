@@ -24,20 +24,20 @@ from fitting.speed import BASELINES
 from fitting.trial import MeasuredTrial
 
 _NOISE_DRAWS = 4000
-_PER_M = 1000.0  # mm
-_DRAWS = 400  # of coefficients and strengths as they might have been fitted
+_PER_M = 1000.0  # mm in a metre
+_DRAWS = 400  # draws of coefficients and strengths as they might have been fitted
 
 
 @dataclass(frozen=True)
 class SkillScore:
-    """Of one held-out gap.
+    """Skill score on one held-out gap.
 
     Attributes:
         plain, with_effects: mean squared whitened residual.
         value: S; None where the plain twin leaves no more than noise, or nothing was added.
-        interval: 95 %, over trials, over their noise and how large it is, and over how far what was fitted may be off;
-            None where S is, or where twins a little off what was fitted diverge. It holds S itself, and nothing above
-            1 but that: what is left may be less than F makes it. Of one trial nothing is known of others.
+        interval: 95 %, over trials, over their noise and its size, and over the errors of fitted numbers; None where S
+            is, or where twins slightly off the fit diverge. It holds S itself, and apart from it nothing above 1: the
+            residual may be less than F makes it. A single trial says nothing about others.
     """
 
     plain: float
@@ -53,15 +53,15 @@ def skill_score(
     seed: int = 0,
     otherwise: tuple[np.ndarray, np.ndarray] | None = None,
 ) -> SkillScore:
-    """Of whitened residuals (q,) of some trials beside the plain twin and one with effects.
+    """Compute the skill score from whitened residuals (q,) of some trials.
 
     Args:
-        before: of the plain twin.
-        after: of the one with effects; None where no effect was added.
-        trial_of: (q,) number of the trial that each is of.
-        seed: of the draws.
+        before: (q,) of the plain twin.
+        after: (q,) of the one with effects; None where no effect was added.
+        trial_of: (q,) number of the trial that each residual belongs to.
+        seed: seed of the draws.
         otherwise: (d, q) each, residuals of draws of the plain twin and of the one with effects, fitted as they might
-            have been; default: that they are known.
+            have been; by default the fits are taken to be exact.
     """
     count = len(before)
     plain = float(before @ before / count)
@@ -88,23 +88,23 @@ def skill_score(
 
 
 def _over_trials(before: np.ndarray, after: np.ndarray, trial_of: np.ndarray, seed: int) -> np.ndarray:
-    """(d,) S of several trials drawn anew (Bayesian bootstrap; Rubin 1981)."""
+    """Return S (d,) of several trials drawn anew (Bayesian bootstrap; Rubin 1981)."""
     over, under = (np.bincount(trial_of, row**2 - 1) for row in (before, after))  # (t,)
     shares = np.random.default_rng([seed, 29]).dirichlet(np.ones(len(over)), _NOISE_DRAWS)
     return np.asarray(1 - (shares @ under) / np.maximum(shares @ over, LEAST_GAP * over.mean()))
 
 
 def _values(plain: np.ndarray, with_effects: np.ndarray) -> np.ndarray:
-    """(d,) S of draws (d, q); those that diverged are left out, and there may be none."""
+    """Return S of each draw (d, q) that did not diverge; there may be none."""
     standing = np.isfinite(plain).all(axis=1) & np.isfinite(with_effects).all(axis=1)
     over, under = ((rows[standing] ** 2).sum(axis=1) - rows.shape[1] for rows in (plain, with_effects))
     return np.asarray(1 - under / np.maximum(over, 1e-9))
 
 
 def _noise(before: np.ndarray, after: np.ndarray, seed: int) -> tuple[np.ndarray, np.ndarray]:
-    """(d,) each, what noise adds to the squares of two rows (k,) that hold the same, beyond k.
+    """Draw what noise adds to the squares of two residuals (k,) of the same trials, beyond k; (d,) each.
 
-    For each row twice the noise along what it is without, and the square of the noise.
+    It is, for each residual, twice the noise along the noise-free residual, and the square of the noise.
     """
     count, random = len(before), np.random.default_rng([seed, 11])
     squares = np.maximum([before @ before - count, after @ after - count], 0.0)
@@ -118,18 +118,19 @@ def _noise(before: np.ndarray, after: np.ndarray, seed: int) -> tuple[np.ndarray
 
 @dataclass(frozen=True, eq=False)
 class HeldOut:
-    """Swims that nothing was fitted to, beside the nearest plain twin."""
+    """Swims that nothing was fitted to, with the plain twin's forecast of them."""
 
     linear: LinearModel
     swims: tuple[MeasuredTrial, ...]
     seed: int
 
     def gap(self, best: Refit | None, *, as_fitted: bool = False) -> GapSize:
-        """Of the swims that no twin diverges on; nothing is compared where there is none.
+        """Compare the twins on the swims that none of them diverges on; without such swims nothing is compared.
 
         Args:
             best: the twin with effects; None where none was added.
-            as_fitted: the interval is over noise alone, of these very twins, and not over what else they might be.
+            as_fitted: whether the interval is over noise alone, of these very twins, and not over what else they might
+                be.
         """
         if not self.swims:
             return GapSize()
@@ -137,7 +138,7 @@ class HeldOut:
         residual = [held_out.residual]
         if best is not None:
             residual.append(residual_with(held_out, best))
-        stands = _stands([row[: len(held_out.model.measured)] for row in residual], len(self.swims))
+        stands = _find_standing([row[: len(held_out.model.measured)] for row in residual], len(self.swims))
         if not stands.all():
             standing = tuple(swim for swim, stood in zip(self.swims, stands, strict=True) if stood)
             return HeldOut(linear, standing, seed).gap(best, as_fitted=as_fitted)
@@ -152,7 +153,7 @@ class HeldOut:
                     residual_drawn(held_out, best, residual[1], _DRAWS, seed),
                 )
                 otherwise = held_out.whitened_swims(drawn[0]), held_out.whitened_swims(drawn[1])
-        skill = skill_score(self._scored, scored, self._trial_of, seed, otherwise)
+        skill = skill_score(self._whitened_plain, scored, self._trial_of, seed, otherwise)
         hertz = [self._measured_hz, *(self._forecast_hz(row) for row in (residual[0], residual[-1]))]
         measured, baselines = [each.speed_measured for each in after], self._baselines
         swims = zip(self._plain, after, baselines["line"], *hertz, strict=True)
@@ -171,8 +172,8 @@ class HeldOut:
         )
 
     @cached_property
-    def _scored(self) -> np.ndarray:
-        """(q,) whitened residual of the plain twin."""
+    def _whitened_plain(self) -> np.ndarray:
+        """Whitened residual of the plain twin, (q,)."""
         return self.held_out.whitened_swims(self.held_out.residual)
 
     @property
@@ -184,21 +185,24 @@ class HeldOut:
         return np.array([trial.frequency.hz for trial in self.swims])
 
     def _forecast_hz(self, residual: np.ndarray) -> np.ndarray:
-        """(t,) that the commands lead to with a twin that leaves a residual (k,); nan without a command."""
+        """Return the frequencies (t,) that the commands lead to with a twin, from its residual (k,).
+
+        They are nan without a command.
+        """
         features = len(self.held_out.model.measured)
         commanded = np.array([trial.commanded_hz is not None for trial in self.swims])
         return np.where(commanded, self._measured_hz - residual[features : features + len(self.swims)], np.nan)
 
     @property
     def _baselines(self) -> Mapping[str, list[float]]:
-        """(t,) speeds by simple rules in frequency through the fitted trials, m/s, by the rule's name."""
+        """Speeds (t,) by simple rules in frequency through the fitted trials, m/s, by the rule's name."""
         fitted, asked = self.linear.swims, [trial.start_frequency.hz for trial in self.swims]
         hz, speed = [trial.frequency.hz for trial in fitted], [trial.speed for trial in fitted]
         return {name: baseline(hz, speed, asked) for name, baseline in BASELINES.items()}
 
     @cached_property
     def held_out(self) -> LinearModel:
-        """The swims beside the plain twin."""
+        """Linearised model of the held-out swims at the plain twin."""
         return self.linear.other_trials(self.swims, self.linear.twin)
 
     @cached_property
@@ -212,7 +216,13 @@ class HeldOut:
 
 
 def errors_of(before: Sequence[ForecastScore], after: Sequence[ForecastScore], **more: object) -> GapSize:
-    """Means over the same swims without and with effects."""
+    """Return the mean errors over the same swims without and with effects.
+
+    Args:
+        before: scores of the twin without effects.
+        after: scores of the twin with effects.
+        more: further fields of the result.
+    """
     return GapSize(
         baseline_mm=_PER_M * float(np.nanmean([each.marker_error_m for each in before])),
         with_effects_mm=_PER_M * float(np.nanmean([each.marker_error_m for each in after])),
@@ -240,12 +250,12 @@ def _swim(
 
 
 def _mae(forecast: Sequence[float] | np.ndarray, measured: Sequence[float] | np.ndarray) -> float:
-    """Mean absolute error of those that are known; nan of none."""
+    """Return the mean absolute error of the forecasts that are known; nan if there are none."""
     errors = np.abs(np.subtract(forecast, measured))
     return float(errors[np.isfinite(errors)].mean()) if np.isfinite(errors).any() else float("nan")
 
 
-def _stands(residual: Sequence[np.ndarray], trials: int) -> np.ndarray:
-    """(t,) whether no twin diverged on a trial, of what each leaves (k,) of the features."""
+def _find_standing(residual: Sequence[np.ndarray], trials: int) -> np.ndarray:
+    """Tell for each trial (t,) whether no twin diverged on it, from the residuals (k,) of the features."""
     features = np.array([np.reshape(row, (trials, -1)) for row in residual])
     return np.asarray(np.isfinite(features).all(axis=(0, 2)))

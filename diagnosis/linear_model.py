@@ -1,4 +1,4 @@
-"""The linearised model at the fitted coefficients: what a session shows in one row, and all that disturbs it."""
+"""Linearised model at the fitted coefficients: all that a session shows in one row, and all that disturbs it."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -28,20 +28,20 @@ _LEAST_BOX_M = TAKEN.box_m / 3  # boxes are placed by hand, however well the mea
 
 @dataclass(frozen=True, eq=False)
 class LinearModel:
-    """The trials of one role beside the twin that was fitted: swims, and dry runs after them.
+    """Linearised model of the trials of one role: swims, and dry runs after them.
 
-    A row holds the features of t trials, and then the frequencies that their commands lead to, as they were filmed and,
-    where motors were logged, as they turned; and then how free decays ring: k numbers in all.
+    A row holds the features of t trials; then the frequencies that their commands lead to, as they were filmed and,
+    where motors were logged, as they turned; and then the numbers of free decays: k numbers in all.
 
     Attributes:
-        model: the swims beside the plain twin.
-        camera: that filmed them.
+        model: the trials with the plain twin.
+        camera: the camera that filmed them.
         at: (5,) the recommended coefficients of the session.
-        discrepancy: what the refitted twin leaves where nothing is wrong.
-        off: how far boxes and markers are off; for markers stands an effect of the catalogue.
+        discrepancy: discrepancy of the refitted twin where nothing is wrong.
+        off: how far boxes and markers are off; for markers there is an effect in the catalogue.
         disturbances: what noise and nuisances do, at the coefficients.
-        error: size of what the twin leaves of the features of each in this session, against most sessions.
-        common: (k, c) what it leaves of all trials alike, of unit strength; None where that is not known.
+        error: size of the discrepancy of each trial's features in this session, against most sessions.
+        common: (k, c) discrepancy that all trials share, of unit strength; None where that is not known.
     """
 
     model: SessionModel
@@ -64,13 +64,24 @@ class LinearModel:
         dry: Sequence[MeasuredTrial] = (),
         rings: Sequence[Ring] = (),
     ) -> "LinearModel":
-        """Of the swims that coefficients were fitted to, and of what was measured in air, which tells nothing of these.
+        """Build the model of the swims that coefficients were fitted to, and of measurements in air.
+
+        The latter do not affect the coefficients.
+
+        Args:
+            trials: the fitted swims.
+            twin: the plain twin.
+            camera: the camera that filmed them.
+            discrepancy: discrepancy of the refitted twin where nothing is wrong.
+            at: (5,) the fitted coefficients.
+            dry: dry runs.
+            rings: fits of free decays.
 
         Raises:
-            SimulationDiverged: the twin at these coefficients, or next to them.
+            SimulationDiverged: the twin diverged at these coefficients, or next to them.
         """
-        model = _beside(twin, trials)
-        clamped = _beside(_clamped(twin), dry).trials if dry else ()
+        model = _model_session(twin, trials)
+        clamped = _model_session(_clamp(twin), dry).trials if dry else ()
         model = SessionModel((*model.trials, *clamped), tuple(rings))
         disturbances = model.disturbances(at)
         residual = residual_row(model, at)
@@ -82,22 +93,22 @@ class LinearModel:
 
     @cached_property
     def generic(self) -> np.ndarray:
-        """(k, k) covariance of a gap of no particular cause that is one metre large."""
+        """Covariance (k, k) of a gap of no particular cause that is one metre large."""
         first = self.model.trials[0]
         along_m = first.twin.robot.marker_positions_m(first.trial.markers)[:, 0]
         return generic_covariance(along_m, len(self.trials), self.model.frequencies, self.model.of_rings)
 
     @cached_property
     def with_gap(self) -> Whitened:
-        """As `space`, with what the plain twin leaves counted as disturbance: in this, twins are fitted."""
+        """The space of `space` with the plain twin's residual counted as disturbance: in this, twins are fitted."""
         return self.with_gap_in(self.residual)
 
     def with_gap_in(self, residual: np.ndarray) -> Whitened:
-        """As `space`, with what some twin leaves (k,) counted as disturbance."""
+        """Return the space of `space` with the residual (k,) of some twin counted as disturbance."""
         return Whitened.of(self.covariance_with_gap_in(residual), self.slopes, PRIOR_SD)
 
     def covariance_with_gap_in(self, residual: np.ndarray) -> np.ndarray:
-        """(k, k) `covariance` with what some twin leaves (k,) counted as disturbance."""
+        """Return `covariance` (k, k) with the residual (k,) of some twin counted as disturbance."""
         return self.covariance + self._gap.covariance(residual)
 
     @cached_property
@@ -106,20 +117,23 @@ class LinearModel:
         return GaussianProcessDiscrepancy(self.covariance, measured, self.model.frequencies, self.model.of_rings)
 
     def other_trials(self, trials: Sequence[MeasuredTrial], twin: Twin) -> "LinearModel":
-        """The same of trials beside a twin that may be clamped, their boxes as far off as those of the fitted ones."""
-        model = _beside(twin, trials)
+        """Return the model of other trials with a twin that may be clamped.
+
+        Boxes are as far off as in the fitted trials.
+        """
+        model = _model_session(twin, trials)
         return replace(self, model=model, disturbances=model.disturbances(self.at), common=None)
 
     def with_error(self, error: float, common: np.ndarray) -> "LinearModel":
-        """The same with what the twin leaves of it where nothing is wrong, see `error` and `common`.
+        """Return the model with another size and common part of the discrepancy, see `error` and `common`.
 
-        Of free decays nothing: it is how the twin moves in water that is like some effects, and no hinge is another.
+        The common part of free decays is zero: it is due to water that resembles some effects, which no hinge does.
         """
         of_swims = np.array(common)
         of_swims[self.model.places_of_rings] = 0.0
         found = replace(self, error=error, common=of_swims)
         known = {"residual": self.residual, "slopes": self.slopes, "generic": self.generic, "_of_twin": self._of_twin}
-        found.__dict__.update(known)  # as they were, and not cheap
+        found.__dict__.update(known)  # unchanged, and expensive to compute
         return found
 
     @property
@@ -129,12 +143,12 @@ class LinearModel:
 
     @property
     def swims(self) -> tuple[MeasuredTrial, ...]:
-        """Without the dry runs."""
+        """The swims, without the dry runs."""
         return tuple(each.trial for each in self.model.trials if not each.twin.scene.head_clamped)
 
     @cached_property
     def trial_of(self) -> np.ndarray:
-        """(k,) number of the trial that each number of the row is of; -1 of free decays."""
+        """Number of the trial that each number of the row belongs to, (k,); -1 for free decays."""
         trials = np.arange(len(self.trials))
         own = len(self.model.measured) // len(trials)
         whose = [np.repeat(trials, own), trials, np.array(self.model.logged, int), np.full(self.model.of_rings, -1)]
@@ -142,19 +156,19 @@ class LinearModel:
 
     @cached_property
     def observed(self) -> np.ndarray:
-        """(k,) numbers that are measured: all but the features of markers that are not read."""
+        """Whether each number of the row is measured, (k,): all but the features of markers that are not read."""
         return np.concatenate([self.model.observed, np.ones(self.model.beside, bool)])
 
     @cached_property
     def scored(self) -> np.ndarray:
-        """(q,) places of the observed features of all swims, which are scored."""
+        """Places of the observed features of all swims, which are scored, (q,)."""
         features = len(self.model.measured) // len(self.trials) * len(self.swims)
         return np.flatnonzero(self.observed[:features])
 
     def whitened_swims(self, residual: np.ndarray) -> np.ndarray:
-        """(..., q) of unit noise, the observed features of all swims in residuals (..., k).
+        """Return the observed features of all swims in residuals (..., k), whitened to unit noise (..., q).
 
-        Without frequencies and decays, which are data of their own.
+        Frequencies and decays are left out, as they are data of their own.
         """
         root = np.linalg.cholesky(self.covariance[np.ix_(self.scored, self.scored)])
         return np.asarray(solve_triangular(root, residual[..., self.scored].T, lower=True).T)
@@ -167,22 +181,27 @@ class LinearModel:
     @property
     def clamped_twin(self) -> Twin:
         """The plain twin with its head clamped in air."""
-        return _clamped(self.twin)
+        return _clamp(self.twin)
 
     @property
     def twin(self) -> Twin:
-        """The plain one."""
+        """The plain twin."""
         return self.model.trials[0].twin
 
     @cached_property
     def residual(self) -> np.ndarray:
-        """(k,) measured less simulated."""
+        """Residual (k,), measured less simulated."""
         return residual_row(self.model, self.at)
 
     def residual_drawn(self, fitted: "LinearModel", draws: int, seed: int) -> np.ndarray:
-        """(d, k) what plain twins would leave of these swims, fitted to others as they might have been: linear.
+        """Return the residuals (d, k) of these swims under draws of the coefficients fitted to other swims; linear.
 
-        What the plain twin leaves of the others counts as disturbance. All nan where the twin diverges next to it.
+        The plain twin's residual of the others counts as disturbance. All are nan where the twin diverges next to it.
+
+        Args:
+            fitted: the model of the fitted swims.
+            draws: number of draws.
+            seed: seed of the draws.
         """
         random = np.random.default_rng([seed, 23])
         drawn = random.multivariate_normal(self.at, fitted.coefficient_covariance, draws)
@@ -190,45 +209,45 @@ class LinearModel:
 
     @cached_property
     def coefficient_covariance(self) -> np.ndarray:
-        """(5, 5) of the coefficients as fitted, what the plain twin leaves counted as disturbance."""
+        """Covariance (5, 5) of the fitted coefficients, the plain twin's residual counted as disturbance."""
         slopes = solve_triangular(self.with_gap.root, self.slopes, lower=True)
         return np.linalg.inv(slopes.T @ slopes + np.diag(self.with_gap.precision))
 
     @cached_property
     def slopes(self) -> np.ndarray:
-        """(k, 5) of the row with the coefficients."""
+        """Jacobian (k, 5) of the row by the coefficients."""
         return row_slopes(self.model, self.at)
 
     @cached_property
     def covariance(self) -> np.ndarray:
-        """(k, k) of all that disturbs the row."""
+        """Covariance (k, k) of all that disturbs the row."""
         features = self.disturbances.of(self.off) + self.error**2 * self._of_twin
         own = row_covariance(self.model, features, self.disturbances.robot)
         return own if self.common is None else own + self.common @ self.common.T
 
     @cached_property
     def _of_twin(self) -> np.ndarray:
-        """(k, k) what the twin leaves of the features where nothing is wrong, in most sessions."""
+        """Covariance (k, k) of the discrepancy of the features where nothing is wrong, in most sessions."""
         return self.discrepancy.over(self.model)
 
     @cached_property
     def space(self) -> Whitened:
-        """In which all that disturbs the row has unit size and coefficients are free."""
+        """Whitened residual space: all that disturbs the row has unit size, and coefficients are free."""
         return Whitened.of(self.covariance, self.slopes, PRIOR_SD)
 
 
 def _placement_uncertainty(
     model: SessionModel, residual: np.ndarray, disturbances: NuisanceModel
 ) -> PlacementUncertainty:
-    """Boxes by what trials differ by; what they have in common is for effects to explain, and no box's."""
+    """Fit the error of boxes to the differences between trials; effects explain what trials have in common."""
     found = placement_uncertainty(residual[: len(model.measured)], len(model.trials), disturbances, model.observed)
     return PlacementUncertainty(max(found.box_m, _LEAST_BOX_M), TAKEN.marker_m)
 
 
-def _clamped(twin: Twin) -> Twin:
+def _clamp(twin: Twin) -> Twin:
     return Twin(twin.robot, twin.markers, DRY, twin.workers)
 
 
-def _beside(twin: Twin, trials: Sequence[MeasuredTrial]) -> SessionModel:
+def _model_session(twin: Twin, trials: Sequence[MeasuredTrial]) -> SessionModel:
     doubted = perturbed_robots(twin)
     return SessionModel(tuple(TrialModel(twin, trial, START_PHASE_RAD, doubted, with_course=True) for trial in trials))

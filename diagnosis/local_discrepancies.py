@@ -1,7 +1,7 @@
-"""What is missing, whatever its cause: forces on the head and in every hinge, and an unknown effect at one place.
+"""Localised discrepancies: forces missing on the head and in every hinge, and an unknown effect at one place.
 
-What is amiss at one place (at a marker, on the head, in a hinge, across the tail) takes few numbers: so it shows where
-a gap of no particular cause of the same length would not. It may be the same in all trials, or another in each.
+A fault at one place (at a marker, on the head, in a hinge, across the tail) takes few numbers: so it shows where a gap
+of no particular cause of the same norm would not. It may be the same in all trials, or another in each.
 """
 
 from collections.abc import Iterator, Sequence
@@ -28,7 +28,10 @@ from swimmer.robot import RobotSpec
 
 HEAD = ("head_along", "head_across", "head_moment")
 PER_JOINT = 1 + 2 * HARMONICS
-FORCE_N, MOMENT_N_M, TORQUE_N_M = 0.02, 0.004, 0.004  # that responses are measured with
+# Responses are measured with these forces on the head, moment on it and torques in the hinges.
+FORCE_N = 0.02
+MOMENT_N_M = 0.004
+TORQUE_N_M = 0.004
 STAGE_OF = {
     "marker": "camera",
     "hinge": "tail",
@@ -36,13 +39,13 @@ STAGE_OF = {
     "tail": "body",
     "head": "body",
 }
-"""Of a place, by its first word; what drags on the tail from outside is the body's, as of effects of the catalogue."""
+"""Stage of a place, by its first word; drag on the tail belongs to the body, as in the catalogue's effects."""
 
 
 class GeneralisedForces(Effect):
-    """Forces along and across the head (N), a moment on it and torques in the hinges (N m), each a mean and harmonics.
+    """Forces along and across the head (N), a moment on it and torques in the hinges (N m).
 
-    Of the crank's angle. In no catalogue: it stands for whatever is missing.
+    Each has a mean and harmonics of the crank angle. No catalogue holds this effect: it represents whatever is missing.
     """
 
     name = "generalised_forces"
@@ -63,11 +66,11 @@ class GeneralisedForces(Effect):
 
     @property
     def sd(self) -> np.ndarray:
-        """(p,) that responses are measured with."""
+        """Standard deviations (p,) with which responses are measured."""
         return np.array([parameter.sd for parameter in self.parameters])
 
     def force(self, robot: RobotSpec, scene: Scene, values: np.ndarray) -> StepForce | None:  # noqa: ARG002
-        """On all joints but the crank."""
+        """Return the forces, on all joints but the crank."""
         if not values.any():
             return None
         amplitudes = values.reshape(len(values), len(self.joints), PER_JOINT)
@@ -98,7 +101,7 @@ class ForceResponses(NamedTuple):
 
 
 def responses(linear: LinearModel) -> ForceResponses:
-    """To each force alone, linear about the twin."""
+    """Return the response to each force alone, linear about the twin."""
     pushes = GeneralisedForces(linear.twin.robot)
     rows = signature_of(pushes, linear.model, linear.camera, linear.at, np.diag(pushes.sd)).rows  # (p, k)
     rows = np.nan_to_num(rows)
@@ -113,17 +116,23 @@ def responses(linear: LinearModel) -> ForceResponses:
 
 
 def across(place_m: float, hinge_m: np.ndarray) -> np.ndarray:
-    """(3 + h,) what 1 N to the left at x (m) of the straight robot is on its joints, hinges at (h,) m; N and N m."""
+    """Return the generalised forces (3 + h,), N and N m, of 1 N to the left at one place of the straight robot.
+
+    Args:
+        place_m: x of the place, m.
+        hinge_m: (h,) x of the hinges, m.
+    """
     return np.concatenate([[0.0, 1.0, place_m], np.maximum(place_m - hinge_m, 0.0)])
 
 
 class LocalDiscrepancy(NamedTuple):
-    """What anything at one place would do.
+    """An unknown effect at one place.
 
     Attributes:
+        place: name of the place.
         same: whether it is the same in all trials.
-        columns: (k, b) of the row.
-        weight: how likely it is, against others, before a session is looked at.
+        columns: (k, b) columns of the row.
+        weight: prior weight of the place against others.
     """
 
     place: str
@@ -133,12 +142,17 @@ class LocalDiscrepancy(NamedTuple):
 
     @property
     def stage(self) -> str:
-        """At which it makes a gap."""
+        """Stage at which the effect makes a gap."""
         return STAGE_OF[self.place.split()[0].rstrip(",")]
 
 
 def likely_of(sought: Sequence[LocalDiscrepancy], at_place: Sequence[float]) -> tuple[LocalDiscrepancy, ...]:
-    """At each place where there probably is one, the likeliest."""
+    """Return the likeliest effect at each place that probably has one.
+
+    Args:
+        sought: the effects at all places.
+        at_place: probability of each.
+    """
     whole: dict[str, float] = {}
     best: dict[str, tuple[float, LocalDiscrepancy]] = {}
     for each, chance in zip(sought, at_place, strict=True):
@@ -149,7 +163,10 @@ def likely_of(sought: Sequence[LocalDiscrepancy], at_place: Sequence[float]) -> 
 
 
 def local_discrepancies(linear: LinearModel, responses: ForceResponses) -> tuple[LocalDiscrepancy, ...]:
-    """At every place: a marker seen elsewhere, and forces that are missing, each a mean and harmonics of the beat."""
+    """List the unknown effects at every place: displaced markers, and missing forces.
+
+    Each has a mean and harmonics of the beat.
+    """
     found = []
     dry = (*_at_markers(linear), *_in_hinges(responses))
     for weight, places in ((1.0, dry), (OF_WATER, tuple(_by_water(linear, responses)))):
@@ -162,9 +179,9 @@ def local_discrepancies(linear: LinearModel, responses: ForceResponses) -> tuple
 
 
 def _at_markers(linear: LinearModel) -> Iterator[tuple[str, np.ndarray]]:
-    """(k, t, 15) of each marker: mean and harmonics as the beat goes on, whatever phase a trial begins at; and sliding.
+    """Yield columns (k, t, 15) of each marker: mean and harmonics, whatever phase a trial begins at, and sliding.
 
-    But for that beyond the eleventh.
+    Sliding is left out from the twelfth marker on.
     """
     decay = np.append(1.0, harmonic_decay())
     phases = linear.model.phase_rad
@@ -181,7 +198,7 @@ def _at_markers(linear: LinearModel) -> Iterator[tuple[str, np.ndarray]]:
 
 
 def _in_hinges(responses: ForceResponses) -> Iterator[tuple[str, np.ndarray]]:
-    """(k, t, 7) of a torque in each hinge, and of one that is alike in all."""
+    """Yield columns (k, t, 7) of a torque in each hinge, and of one that is the same in all."""
     for number, hinge in enumerate(responses.joints[len(HEAD) :], len(HEAD)):
         yield f"hinge {hinge}", responses.columns[:, :, number]
     if len(responses.joints) > len(HEAD) + 1:
@@ -189,7 +206,7 @@ def _in_hinges(responses: ForceResponses) -> Iterator[tuple[str, np.ndarray]]:
 
 
 def _by_water(linear: LinearModel, responses: ForceResponses) -> Iterator[tuple[str, np.ndarray]]:
-    """(k, t, b) of forces on the head, and of a force across the tail at each marker on it."""
+    """Yield columns (k, t, b) of forces on the head, and of a force across the tail at each marker on it."""
     of_head = responses.columns[:, :, : len(HEAD)]
     yield "head, steadily", of_head[..., 0]
     yield "head", of_head.reshape(*of_head.shape[:2], -1)

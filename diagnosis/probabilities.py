@@ -1,6 +1,6 @@
-"""From evidences to probabilities: of nothing, of sets of effects, and of an unknown effect, by Bayes' rule.
+"""Probabilities by Bayes' rule: of no gap, of sets of effects, and of an unknown effect.
 
-They are averaged over how large the fitted twin's own discrepancy is in this session.
+They are averaged over the size of the fitted twin's own discrepancy in this session.
 """
 
 from collections.abc import Collection, Sequence
@@ -21,7 +21,7 @@ from fitting.signatures import Signature
 
 
 class Hypothesis(NamedTuple):
-    """What may be present.
+    """One hypothesis about what is present.
 
     Attributes:
         present: effects by their places in the catalogue, each itself or an unknown one that looks like it.
@@ -34,14 +34,13 @@ class Hypothesis(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Probabilities:
-    """After a session was looked at.
+    """Posterior probabilities of a session.
 
     Attributes:
-        names: (e,) of the effects.
+        names: (e,) names of the effects.
         of: probability of each hypothesis that was tried; they add up to 1.
-        at_place: (n,) of an unknown effect at each place, with whatever effects.
-        look_alike: (2, e) odds that what looks like an effect is an unknown one: where there is no other unknown one,
-            and where there is.
+        at_place: (n,) probability of an unknown effect at each place, with whatever effects.
+        look_alike: (2, e) odds that what looks like an effect is an unknown one: without another unknown one, and with.
     """
 
     names: tuple[str, ...]
@@ -50,9 +49,9 @@ class Probabilities:
     look_alike: np.ndarray | None = None
 
     def refuted(self, name: str) -> "Probabilities":
-        """With this effect not there after all.
+        """Return the probabilities given that an effect is absent.
 
-        Each set that holds it passes its probability on to what there is without: nothing in its place, or an unknown
+        Each set that holds it passes its probability on to the set without it: with nothing in its place, or an unknown
         effect, as likely against each other as they were.
         """
         gone = self.names.index(name)
@@ -70,7 +69,7 @@ class Probabilities:
         return Probabilities(self.names, found, self.at_place, self.look_alike)
 
     def with_needed(self, needed: Sequence[int]) -> "Probabilities":
-        """With effects present wherever there is an unknown effect, which is a mixture that needs them."""
+        """Add effects to every hypothesis with an unknown effect that is a mixture which needs them."""
         found: dict[Hypothesis, float] = {}
         for each, chance in self.of.items():
             key = Hypothesis(tuple(sorted({*each.present, *needed})), True) if each.other else each
@@ -81,7 +80,7 @@ class Probabilities:
         return Probabilities(self.names, found, self.at_place, odds)
 
     def either_or(self, one: str, other: str) -> tuple[float, float, float]:
-        """That the one of two effects is seen and not the other, the other and not the one, and both."""
+        """Return the probabilities that only the one of two effects is seen, only the other, and both."""
         first, second = self.names.index(one), self.names.index(other)
         there = [(first in each.present, second in each.present, chance) for each, chance in self.of.items()]
         alone = sum(p for a, b, p in there if a and not b), sum(p for a, b, p in there if b and not a)
@@ -89,34 +88,34 @@ class Probabilities:
 
     @property
     def null(self) -> float:
-        """That there is nothing."""
+        """Probability that there is no gap."""
         return self.of.get(Hypothesis(()), 0.0)
 
     @property
     def other(self) -> float:
-        """That there is an unknown effect, and none of the catalogue."""
+        """Probability that there is an unknown effect, and none of the catalogue."""
         return sum(p * self._none_of(each, each.present) for each, p in self.of.items() if each.present or each.other)
 
     @property
     def with_other(self) -> float:
-        """That there is an unknown effect, with whatever effects."""
+        """Probability that there is an unknown effect, with whatever effects."""
         return sum(p if each.other else p * (1 - self._all_of(each)) for each, p in self.of.items())
 
     def any_present(self, effects: Collection[int]) -> float:
-        """That at least one of some effects is present."""
+        """Return the probability that at least one of some effects is present."""
         return sum(p * (1 - self._none_of(each, set(each.present) & set(effects))) for each, p in self.of.items())
 
     def any_seen(self, effects: Collection[int]) -> float:
-        """That at least one of some effects is present, or an unknown one that looks like it."""
+        """Return the probability that at least one of some effects is present, or an unknown one that looks like it."""
         return sum(p for each, p in self.of.items() if set(each.present) & set(effects))
 
     @cached_property
     def marginal(self) -> np.ndarray:
-        """(e,) that each effect is present."""
+        """Probability (e,) that each effect is present."""
         return np.minimum([self.any_present([i]) for i in range(len(self.names))], 1.0)  # sums of exponentials round
 
     def _unknown(self, each: Hypothesis, effect: int) -> float:
-        """Probability that what looks like an effect is an unknown one."""
+        """Return the probability that what looks like an effect is an unknown one."""
         odds = 0.0 if self.look_alike is None else float(self.look_alike[int(each.other), effect])
         return odds / (1 + odds)
 
@@ -128,14 +127,14 @@ class Probabilities:
 
 
 class Weighed(NamedTuple):
-    """Log evidence times prior of hypotheses, and of an unknown effect at each of n places."""
+    """Log of evidence times prior of hypotheses, and of an unknown effect at each of n places."""
 
     logs: dict[Hypothesis, float]
     places: np.ndarray
 
     @classmethod
     def of(cls, hypotheses: Hypotheses) -> "Weighed":
-        """All single effects, pairs of the likeliest, and larger sets where they are likelier still."""
+        """Weigh all single effects, pairs of the likeliest, and larger sets where they are likelier still."""
         logs: dict[Hypothesis, float] = {}
         shows = [i for i, each in enumerate(hypotheses.effects) if each.linear]
         for present in [(), *((i,) for i in shows)]:
@@ -149,7 +148,12 @@ class Weighed(NamedTuple):
 
 
 def posterior(parts: Sequence[tuple[float, Weighed]], hypotheses: Hypotheses) -> Probabilities:
-    """Under several assumptions, with the log probability of each, and the hypotheses of the likeliest."""
+    """Combine the weights under several assumptions into probabilities.
+
+    Args:
+        parts: log probability of each assumption, and weights under it.
+        hypotheses: the hypotheses under the likeliest.
+    """
     logs: dict[Hypothesis, float] = {}
     for assumed, part in parts:
         for key, log in part.logs.items():
@@ -168,14 +172,14 @@ def posterior(parts: Sequence[tuple[float, Weighed]], hypotheses: Hypotheses) ->
 
 
 def _weigh(hypotheses: Hypotheses, logs: dict[Hypothesis, float], present: tuple[int, ...]) -> None:
-    """A set of effects, with and without an unknown one."""
+    """Weigh a set of effects, with and without an unknown one."""
     for other in (False, True):
         prior = hypotheses.priors.log_prior(len(present), other, len(hypotheses.effects))
         logs[Hypothesis(present, other)] = hypotheses.evidence(present, other) + prior
 
 
 def _weigh_places(hypotheses: Hypotheses, logs: dict[Hypothesis, float]) -> np.ndarray:
-    """Adds an unknown effect at one place to the likeliest sets; (n,) by place."""
+    """Add an unknown effect at one place to the likeliest sets, and return its log weight at each place (n,)."""
     places = np.full(len(hypotheses.places), -np.inf)
     if not len(places):
         return places
@@ -195,7 +199,7 @@ def _weigh_places(hypotheses: Hypotheses, logs: dict[Hypothesis, float]) -> np.n
 
 
 def _larger(logs: dict[Hypothesis, float], shows: list[int], size: int) -> list[tuple[int, ...]]:
-    """The likeliest sets with one effect less, and one more; none where a smaller set is likelier than these."""
+    """Return the likeliest sets of one effect less, with one more; none where a smaller set is likelier than these."""
     sets = sorted((key for key in logs if len(key.present) == size - 1), key=lambda key: -logs[key])[:GROWN]
     if not sets or logs[sets[0]] < max(logs.values()):
         return []
@@ -203,7 +207,7 @@ def _larger(logs: dict[Hypothesis, float], shows: list[int], size: int) -> list[
 
 
 def _pairs(logs: dict[Hypothesis, float], shows: list[int]) -> set[tuple[int, int]]:
-    """The likeliest with each other; and the two likeliest with all others."""
+    """Return all pairs of the likeliest effects, and pairs of the two likeliest with all others."""
     alone = {i: max(logs[Hypothesis((i,))], logs[Hypothesis((i,), True)]) for i in shows}
     order = sorted(shows, key=lambda i: -alone[i])
     found = {(min(pair), max(pair)) for pair in combinations(order[:PAIRED], 2)}
@@ -211,7 +215,10 @@ def _pairs(logs: dict[Hypothesis, float], shows: list[int]) -> set[tuple[int, in
 
 
 class Explained(NamedTuple):
-    """What may explain the residual, with the likeliest size of the twin's own discrepancy; averaged over that size."""
+    """Hypotheses with their probabilities, averaged over the size of the twin's own discrepancy.
+
+    The linearised model and the hypotheses are those at the likeliest size.
+    """
 
     linear: LinearModel
     hypotheses: Hypotheses
@@ -224,7 +231,14 @@ def explained(
     priors: Priors,
     places: Sequence[LocalDiscrepancy] = (),
 ) -> Explained:
-    """Weighs all hypotheses, for every size that the twin's own discrepancy may have."""
+    """Weigh all hypotheses, for every size that the twin's own discrepancy may have.
+
+    Args:
+        linear: the linearised model.
+        signatures: what each effect does.
+        priors: prior probabilities.
+        places: unknown effects at one place.
+    """
     common, found = linear.discrepancy.common_columns(signatures), []
     for scale, chance in SCALES.items():
         here = linear.with_error(scale, common)
@@ -240,10 +254,15 @@ def explained(
 
 
 def needed_in_mixture(linear: LinearModel, hypotheses: Hypotheses, present: Sequence[int]) -> tuple[int, ...]:
-    """Effects without which a random mixture of the catalogue is much worse.
+    """Return the effects without which a random mixture of the catalogue is much worse.
 
-    An unknown effect that is clearly such a mixture is many effects at once, and naming one gains nothing beside all of
-    them. But the mixture without that one may be much worse.
+    An unknown effect that is clearly such a mixture is many effects at once, and naming one gains nothing in addition
+    to all of them. But the mixture without that one may be much worse.
+
+    Args:
+        linear: the linearised model.
+        hypotheses: its hypotheses.
+        present: effects of the likeliest hypothesis, by number.
     """
     responses = [each for each in (hypotheses.best[i] for i in present) if each is not None]
 

@@ -1,4 +1,4 @@
-"""The twin with effects, refitted: coefficients and what the effects are made of, together, to the fitted swims."""
+"""Refit of the twin with effects: coefficients and parameters of the effects together, to the fitted swims."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -15,25 +15,26 @@ from fitting.signatures.session_row import LONG, PRIOR_SD
 from swimmer.effects import Effect
 from swimmer.fluid import COEFFICIENT_BOUNDS
 
-_ROOT_STEP, _STEP_SD = 0.02, 0.25  # of the root of a coefficient; of a parameter, in standard deviations of its prior
-_HALVINGS = (1.0, 0.5, 0.2)
+_ROOT_STEP = 0.02  # finite difference of the square root of a coefficient
+_STEP_SD = 0.25  # finite difference of a parameter, in standard deviations of its prior
+_HALVINGS = (1.0, 0.5, 0.2)  # shares of a step that are tried
 _TINY = 1e-9
-_MANY = 50  # numbers, of whose slopes one step says too little to mend them
-_HELD = 0.2  # by which strengths are held back: slopes of strong effects are rough
+_MANY = 50  # numbers from which one step says too little to update the Jacobian
+_RIDGE = 0.2  # ridge on the first strengths: slopes of strong effects are rough
 
 
 @dataclass(frozen=True, eq=False)
 class Refit:
-    """The nearest twin with effects.
+    """The refitted twin with effects.
 
     Attributes:
-        effects: with the parameters that these markers give them.
+        effects: the effects, with the parameters that these markers give them.
         at: (5,) coefficients.
         values: (p,) of all effects, one after the other.
-        residual: (k,) what it leaves of the fitted swims.
+        residual: (k,) residual of the fitted swims.
         covariance: (5 + p, 5 + p) of coefficients and values.
-        taken: (5 + p,) standard deviations of the prior beside which it was fitted.
-        slopes: (k, 5 + p) of the simulated row there.
+        taken: (5 + p,) standard deviations of the prior with which it was fitted.
+        slopes: (k, 5 + p) Jacobian of the simulated row there.
     """
 
     effects: tuple[Effect, ...]
@@ -46,23 +47,23 @@ class Refit:
 
     @classmethod
     def plain(cls, linear: LinearModel) -> "Refit":
-        """The recommended twin, without any."""
+        """Return the recommended twin, without any effect."""
         return cls((), linear.at, np.zeros(0), linear.residual, linear.coefficient_covariance, PRIOR_SD, linear.slopes)
 
     def precision(self, width: np.ndarray) -> np.ndarray:
-        """(5 + p, 5 + p) of coefficients and values, beside a normal prior as wide as this (5 + p,)."""
+        """Return the precision (5 + p, 5 + p) of coefficients and values under a prior of other widths (5 + p,)."""
         return np.asarray(np.linalg.inv(self.covariance) - np.diag(self.taken**-2.0) + np.diag(width**-2.0))
 
     @property
     def bounds(self) -> np.ndarray:
-        """(2, 5 + p) lowest and highest coefficients and values."""
+        """Lowest and highest coefficients and values, (2, 5 + p)."""
         parameters = [parameter for effect in self.effects for parameter in effect.parameters]
         ends = [COEFFICIENT_BOUNDS] * len(self.at) + [(each.low, each.high) for each in parameters]
         return np.array(ends, float).T
 
     @property
     def by_effect(self) -> dict[str, np.ndarray]:
-        """(p,) values of each effect."""
+        """Values (p,) of each effect."""
         ends = np.cumsum([len(effect.parameters) for effect in self.effects])[:-1]
         parts = np.split(self.values, ends) if self.effects else []
         return {e.name: part for e, part in zip(self.effects, parts, strict=True)}
@@ -76,26 +77,25 @@ def refit(
     width: np.ndarray | None = None,
     slopes: np.ndarray | None = None,
 ) -> Refit:
-    """By steps of Gauss and Newton, each shortened until it helps; after short ones slopes are mended, not simulated.
+    """Refit the twin with effects by Gauss-Newton steps, each shortened until it helps.
 
-    Of many numbers all slopes are simulated anew after every step.
-
-    What is left before a step counts as disturbance in it, of whatever cause: at first all that the plain twin leaves,
-    then what the effects have not explained.
+    After short steps the Jacobian is updated, not simulated; with many numbers the whole Jacobian is simulated anew
+    after every step. The residual before a step counts as disturbance in it, of whatever cause: at first all that the
+    plain twin leaves, then what the effects have not explained.
 
     Args:
-        linear: the fitted swims beside the nearest plain twin.
-        effects: that act.
+        linear: the linearised model of the fitted swims.
+        effects: the effects that act.
         start: (p,) values of all of them.
         rounds: steps at most.
         width: (p,) standard deviations of the prior of each value; by default wider than its own.
-        slopes: (k, 5 + p) of the simulated row to begin with; by default simulated at the start.
+        slopes: (k, 5 + p) Jacobian of the simulated row to begin with; by default simulated at the start.
     """
     joint = _Joint(linear, effects, width)
     point = np.concatenate([linear.at, np.clip(start, joint.low[5:], joint.high[5:])])
     residual, misfit = joint.look(point)
     while not np.isfinite(misfit) and np.abs(point[5:]).max(initial=0.0) > _TINY:
-        point[5:] /= 2  # towards the plain twin, which stands
+        point[5:] /= 2  # towards the plain twin, which does not diverge
         residual, misfit = joint.look(point)
     given, slopes = slopes is not None, joint.slopes(point) if slopes is None else slopes
     for _ in range(rounds):
@@ -119,19 +119,26 @@ def refit(
 
 
 def residual_with(linear: LinearModel, best: Refit) -> np.ndarray:
-    """(k,) what a refitted twin leaves of other swims; nan where it diverged."""
+    """Return the residual (k,) of other swims with a refitted twin; nan where it diverged."""
     return residual_at(linear, best, best.values[None])[0]
 
 
 def residual_at(linear: LinearModel, best: Refit, values: np.ndarray) -> np.ndarray:
-    """(s, k) what a refitted twin would leave with other values (s, p) of its effects; nan where it diverged."""
+    """Return the residuals (s, k) of a refitted twin with other values (s, p) of its effects; nan where it diverged."""
     return _Joint(linear, best.effects).rows(np.column_stack([np.tile(best.at, (len(values), 1)), values]))
 
 
 def residual_drawn(linear: LinearModel, best: Refit, residual: np.ndarray, draws: int, seed: int) -> np.ndarray:
-    """(d, k) what it would leave, fitted as it might have been: linear about what it leaves (k,).
+    """Return residuals (d, k) under draws of a refitted twin's numbers, linear about its residual (k,).
 
-    All nan where the twin diverges next to it.
+    All are nan where the twin diverges next to it.
+
+    Args:
+        linear: the linearised model of the swims.
+        best: the refitted twin.
+        residual: (k,) its residual.
+        draws: number of draws.
+        seed: seed of the draws.
     """
     joint, point = _Joint(linear, best.effects), np.append(best.at, best.values)
     drawn = np.random.default_rng([seed, 19]).multivariate_normal(point, best.covariance, draws)
@@ -139,7 +146,7 @@ def residual_drawn(linear: LinearModel, best: Refit, residual: np.ndarray, draws
 
 
 class _Joint:
-    """Swims beside the twin with effects, at points (5 + p,) of coefficients and values."""
+    """Swims and the twin with effects, at points (5 + p,) of coefficients and values."""
 
     def __init__(self, linear: LinearModel, effects: Sequence[Effect], width: np.ndarray | None = None) -> None:
         self.session = AffectedSession.of(effects, linear.model, linear.camera, linear.at)
@@ -155,20 +162,20 @@ class _Joint:
         self._root = linear.with_gap.root
 
     def rows(self, points: np.ndarray) -> np.ndarray:
-        """(s, k) measured less simulated, of points (s, 5 + p)."""
+        """Return the residuals (s, k), measured less simulated, at points (s, 5 + p)."""
         at, values = points[:, :5], points[:, 5:]
         measured = self.linear.model.measured
         beside = self.linear.residual[len(measured) :] - self.session.beside(values)
         return np.hstack([measured - self.session.features(at, values), beside])
 
     def count_as_disturbance(self, residual: np.ndarray, point: np.ndarray) -> float:
-        """Sets the size of a gap of no particular cause by what is left (k,) at a point; the misfit there with it."""
+        """Set the size of a gap of no particular cause by the residual (k,) at a point, and return the misfit there."""
         self._root = self.linear.with_gap_in(residual).root
         white = self._white(residual)
         return float(white @ white) + self.priors(point)
 
     def looks(self, points: np.ndarray) -> list[tuple[np.ndarray, float]]:
-        """What is left at each point, and its misfit; infinite where the twin diverged."""
+        """Return the residual and the misfit at each point; the misfit is infinite where the twin diverged."""
         found = []
         for point, row in zip(points, self.rows(points), strict=True):
             white = self._white(row) if np.isfinite(row).all() else np.array([np.inf])
@@ -176,19 +183,19 @@ class _Joint:
         return found
 
     def look(self, point: np.ndarray) -> tuple[np.ndarray, float]:
-        """The same of one."""
+        """Return the residual and the misfit at one point."""
         return self.looks(point[None])[0]
 
     def priors(self, point: np.ndarray) -> float:
-        """Squared distance from their means, in standard deviations."""
+        """Return the squared distance of a point from the prior means, in standard deviations."""
         return float((((point - self.mean) / self.sd) ** 2).sum())
 
     def slopes(self, point: np.ndarray) -> np.ndarray:
-        """(k, 5 + p) of the row of the twin, even where bounds allow it; 0 where it diverged."""
+        """Return the Jacobian (k, 5 + p) of the twin's row, central where bounds allow it; 0 where it diverged."""
         return np.nan_to_num(self.differences(point))
 
     def differences(self, point: np.ndarray) -> np.ndarray:
-        """The same, nan where it diverged; of many numbers to one side alone, the wider one."""
+        """Return the same Jacobian, nan where the twin diverged; for many numbers one-sided, on the wider side."""
         steps = np.concatenate([_ROOT_STEP * 2 * np.sqrt(np.maximum(point[:5], 0.01)), self._step_sd])
         up, down = (np.clip(point + sign * np.diag(steps), self.low, self.high) for sign in (1, -1))
         if len(point) >= _MANY:
@@ -200,17 +207,17 @@ class _Joint:
         return np.asarray(((rows[len(point) :] - rows[: len(point)]) / width[:, None]).T)
 
     def step(self, point: np.ndarray, residual: np.ndarray, slopes: np.ndarray) -> np.ndarray:
-        """(5 + p,) towards the nearest, linear."""
+        """Return the Gauss-Newton step (5 + p,) towards the optimum."""
         white, columns = self._white(residual), self._white(slopes)
         information = columns.T @ columns + np.diag(self.sd**-2.0)
         return np.asarray(np.linalg.solve(information, columns.T @ white - (point - self.mean) / self.sd**2))
 
     def moved(self, step: np.ndarray, slopes: np.ndarray) -> float:
-        """By how much a step (5 + p,) moves the row, with the distance in the prior."""
+        """Return how far a step (5 + p,) moves the row, together with its distance in the prior."""
         return float(np.hypot(np.linalg.norm(self._white(slopes @ step)), np.linalg.norm(step / self.sd)))
 
     def covariance(self, slopes: np.ndarray) -> np.ndarray:
-        """(5 + p, 5 + p)."""
+        """Return the covariance (5 + p, 5 + p) of coefficients and values."""
         columns = self._white(slopes)
         return np.asarray(np.linalg.inv(columns.T @ columns + np.diag(self.sd**-2.0)))
 
@@ -219,13 +226,13 @@ class _Joint:
 
 
 def refitted(linear: LinearModel, hypotheses: Hypotheses, effects: Sequence[Effect], rounds: int) -> Refit:
-    """The nearest twin with effects."""
+    """Refit the twin with effects, from the strengths at which their linear responses fit the residual."""
     names = [each.name for each in hypotheses.effects]
     chosen = [hypotheses.best[names.index(effect.name)] for effect in effects]
     forms = [form for form in chosen if form is not None]
     assert len(forms) == len(effects), "an effect that does nothing explains nothing"
     columns = np.hstack([form.columns for form in forms])
-    held = _HELD * np.eye(columns.shape[1])
+    held = _RIDGE * np.eye(columns.shape[1])
     target = np.append(linear.space.projected(linear.residual), np.zeros(len(held)))
     strength = np.linalg.lstsq(np.vstack([columns, held]), target, rcond=None)[0]
     ends, start = np.cumsum([len(form.sd) for form in forms])[:-1], []

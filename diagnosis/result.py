@@ -1,4 +1,4 @@
-"""What a diagnosis says: the records that ``results/diagnosis.json`` and ``results/supposed.json`` hold."""
+"""Records of a diagnosis, as ``results/diagnosis.json`` and ``results/supposed.json`` hold them."""
 
 from __future__ import annotations
 
@@ -136,11 +136,11 @@ class FittedParameter:
 
 
 EffectParameters = Mapping[str, FittedParameter | Mapping[str, FittedParameter]]
-"""By effect: its one parameter, or each under its name."""
+"""The fitted parameters by effect: its only parameter, or each under its name."""
 
 
 def parameters_of(found: EffectParameters, effect: str) -> Mapping[str, FittedParameter]:
-    """The parameters of an effect by their names; none of an effect that was not fitted."""
+    """Return the parameters of an effect by their names; none for an effect that was not fitted."""
     own = found.get(effect, {})
     return {own.parameter: own} if isinstance(own, FittedParameter) else own
 
@@ -229,19 +229,19 @@ class MissingForces:
     sd: np.ndarray
 
     def over(self, turn_rad: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """(t, j, n) mean and standard deviation at angles (n,) of the crank; coefficients as if independent."""
+        """Return mean and standard deviation (t, j, n) at crank angles (n,); coefficients are taken as independent."""
         columns = np.column_stack([np.ones(len(turn_rad)), waves(turn_rad, self.mean.shape[-1] // 2)])
         return self.mean @ columns.T, np.sqrt(self.sd**2 @ columns.T**2)
 
     @property
     def size(self) -> np.ndarray:
-        """(j,) root mean square over the beat and the swims, N or N m."""
+        """Root mean square over the beat and the swims, (j,), N or N m."""
         squares = self.mean[..., 0] ** 2 + (self.mean[..., 1:] ** 2).sum(axis=-1) / 2
         return np.asarray(np.sqrt(squares.mean(axis=0)))
 
     @property
     def clear(self) -> np.ndarray:
-        """(j,) share of the beats in which zero lies beyond two standard deviations."""
+        """Share of the beats in which zero lies beyond two standard deviations, (j,)."""
         mean, sd = self.over(np.linspace(0.0, 2 * np.pi, 72, endpoint=False))
         return np.asarray((np.abs(mean) > 2 * sd).mean(axis=(0, 2)))
 
@@ -338,7 +338,7 @@ class CrossValidation:
 
 @dataclass(frozen=True, eq=False)
 class Evidence:
-    """What a diagnosis rests on.
+    """Evidence that a diagnosis rests on.
 
     Attributes:
         squares, numbers: squared whitened residual of the fitted plain twin, and how many numbers it is the sum of.

@@ -1,11 +1,11 @@
-"""All effects at once, each a little: the twin of a robot with many small things amiss, and what it owes to which.
+"""Ridge over all effects: the twin of a robot with many small effects at once.
 
-Two swims seldom say which of many small effects there are; what these do together they may say all the same, and it is
-this that moves the fish. So no name is claimed here: every parameter of the catalogue is normal about none, as wide as
-its prior or narrower, all by one share, which the evidence of the fitted swims chooses beside a gap of no particular
-cause (ridge regression, Hoerl and Kennard 1970; its width by evidence, MacKay 1992); effects that are named keep their
-freedom about what they were fitted to. The evidence is linear about the twin with these, of features alone: how often a
-tail beats is a datum of its own. Held-out swims tell whether all that forecasts better.
+Two swims seldom say which of many small effects there are; their sum may be determined all the same, and it is this
+that moves the fish. So no effect is named here: every parameter of the catalogue is normal about zero, as wide as its
+prior or narrower, all by one share, which the evidence of the fitted swims chooses in addition to a gap of no
+particular cause (ridge regression, Hoerl and Kennard 1970; its width by evidence, MacKay 1992); effects that are named
+keep their freedom about their fitted values. The evidence is linear about the twin with these, from features alone: how
+often a tail beats is a datum of its own. Held-out swims tell whether all that forecasts better.
 """
 
 from collections.abc import Mapping, Sequence
@@ -23,13 +23,13 @@ from fitting.signatures.session_row import PRIOR_SD
 from fitting.signatures.signature import little
 from swimmer.effects import Effect, Parameter
 
-_NONE = 1e-3  # share at which there is no effect but those that are named
-_LOOKS = 4  # at which parameters of one sign would have the other
+_NONE = 1e-3  # share of the priors' widths that stands for no effect but the named ones
+_LOOKS = 4  # rounds in which parameters with the wrong sign are set to zero
 _GAPS_M = np.geomspace(1e-4, 0.03, 12)  # sizes of the gap of no particular cause
 
 
 class RidgeFit(NamedTuple):
-    """The refitted twin with all effects, the likeliest share of priors' widths, and log evidence gained over names."""
+    """Ridge fit: the twin with all effects, the likeliest share of the priors' widths, and the log evidence gained."""
 
     share: float
     gained: float
@@ -37,12 +37,12 @@ class RidgeFit(NamedTuple):
 
     @property
     def strengths(self) -> dict[tuple[str, str], float]:
-        """Of each parameter of each effect, in standard deviations of its prior."""
+        """Strength of each parameter of each effect, in standard deviations of its prior."""
         return {(name, each.name): value / each.sd for name, each, value in self._parameters}
 
     @property
     def at_bound(self) -> tuple[tuple[str, str], ...]:
-        """Parameters that are as strong as they may be."""
+        """Parameters that are at a bound."""
         ends = ((name, each, value, (each.low, each.high)) for name, each, value in self._parameters)
         return tuple((name, each.name) for name, each, value, both in ends if value != 0.0 and value in both)
 
@@ -55,7 +55,15 @@ class RidgeFit(NamedTuple):
 def ridge_fit(
     linear: LinearModel, signatures: Sequence[Signature], effects: Mapping[str, Effect], named: Refit, rounds: int
 ) -> RidgeFit | None:
-    """None where the swims do not clearly call for more than is named."""
+    """Fit all effects at once; None where the swims do not clearly support more than is named.
+
+    Args:
+        linear: the linearised model of the fitted swims.
+        signatures: what each effect does.
+        effects: the catalogue, by name.
+        named: the twin with the named effects.
+        rounds: steps of the refit at most.
+    """
     standing = [each for each in signatures if _slopes(each) is not None]
     share, gained = likeliest_share(linear, standing, named)
     if share == _NONE or gained < CALLED_FOR:
@@ -68,7 +76,13 @@ def ridge_fit(
 
 
 def likeliest_share(linear: LinearModel, signatures: Sequence[Signature], named: Refit) -> tuple[float, float]:
-    """The likeliest share of their priors that effects have which are not named, and what all shares gain."""
+    """Return the likeliest share of their priors' widths that unnamed effects have, and its log evidence gained.
+
+    Args:
+        linear: the linearised model of the fitted swims.
+        signatures: what each effect does.
+        named: the twin with the named effects.
+    """
     effects, features = [each.effect for each in signatures], slice(None, len(linear.model.measured))
     columns, residual = _columns(linear, signatures)[features], named.residual[features]
     known, generic = linear.covariance[features, features], linear.generic[features, features]
@@ -81,7 +95,7 @@ def likeliest_share(linear: LinearModel, signatures: Sequence[Signature], named:
 
 
 class _Ridge(NamedTuple):
-    """Columns (k, p) beside a known covariance: (p, p) and (p,) products, whitened; squares left; ln volume."""
+    """Normal equations of columns (k, p), whitened: products (p, p) and (p,), squares of the residual, log volume."""
 
     gram: np.ndarray
     along: np.ndarray
@@ -90,16 +104,16 @@ class _Ridge(NamedTuple):
 
     @classmethod
     def of(cls, covariance: np.ndarray, columns: np.ndarray, residual: np.ndarray) -> "_Ridge":
-        """From a covariance (k, k), columns (k, p) and what is left (k,)."""
+        """Build the normal equations from a covariance (k, k), columns (k, p) and a residual (k,)."""
         known = cho_factor(covariance, lower=True)
         solved = cho_solve(known, np.column_stack([columns, residual]))
         volume = float(np.log(np.diag(known[0])).sum())
         return cls(columns.T @ solved[:, :-1], columns.T @ solved[:, -1], float(residual @ solved[:, -1]), volume)
 
     def log_evidence(self, sd: np.ndarray, sides: np.ndarray) -> float:
-        """With strengths normal about none, (p,) wide; those of one side (1 or -1) that would have the other are none.
+        """Return the log evidence for strengths normal about zero, of standard deviations (p,), up to a constant.
 
-        But for what all such evidences share.
+        A strength of one sign only (`sides` 1 or -1) that would have the other is set to zero.
         """
         stands = np.ones(len(sd), bool)
         for _ in range(_LOOKS):
@@ -114,21 +128,21 @@ class _Ridge(NamedTuple):
 
 
 def _columns(linear: LinearModel, signatures: Sequence[Signature]) -> np.ndarray:
-    """(k, 5 + p) slopes of the row with the coefficients and with little strengths of effects that stand."""
+    """Return the Jacobian (k, 5 + p) of the row by coefficients and by small strengths of effects."""
     rows = [own for own in map(_slopes, signatures) if own is not None]
     assert len(rows) == len(signatures), "an effect that makes the twin diverge is in no twin"
     return np.vstack([linear.slopes.T, *rows]).T
 
 
 def _slopes(signature: Signature) -> np.ndarray | None:
-    """(p, k) of little strengths; None where some parameter made the twin diverge wherever it was tried."""
+    """Return the Jacobian (p, k) by small strengths; None where the twin diverged at all strengths of a parameter."""
     slopes = [little(signature, number) for number in range(len(signature.effect.parameters))]
     rows = [slope for slope in slopes if slope is not None]
     return np.reshape(rows, (-1, signature.rows.shape[1])) if len(rows) == len(slopes) else None
 
 
 def _sides(effects: Sequence[Effect], named: Refit) -> np.ndarray:
-    """(p,) 1 or -1 of parameters of one sign; 0 of others and of named ones, which are anywhere about their values."""
+    """Return the sign (p,) of parameters of one sign; 0 for others and for named ones, which may have either."""
     signs = [
         0 if effect.name in named.by_effect else int(parameter.high > 0) - int(parameter.low < 0)
         for effect in effects
@@ -138,6 +152,6 @@ def _sides(effects: Sequence[Effect], named: Refit) -> np.ndarray:
 
 
 def _widths(effects: Sequence[Effect], named: Refit, share: float) -> np.ndarray:
-    """(p,) standard deviations of all parameters."""
+    """Return the standard deviations (p,) of all parameters."""
     shares = {effect.name: WIDER if effect.name in named.by_effect else share for effect in effects}
     return np.array([shares[effect.name] * parameter.sd for effect in effects for parameter in effect.parameters])

@@ -14,13 +14,13 @@ _OF_STAGE = {
     "body": "in the forces on the whole fish",
     "tail": "in the tail: its hinges and tendons",
 }
-_STANDS_OUT = 0.005  # share of a stage, below which none is named
-_MARKER_STANDS_OUT = 2.0  # times the mean share of a marker, from which one is named
-_LOOKS_LIKE = 0.5  # of all that is there
+_STANDS_OUT = 0.005  # least share of a stage that is named
+_MARKER_STANDS_OUT = 2.0  # least ratio of a marker's share to the mean share for it to be named
+_LOOKS_LIKE = 0.5  # least share of all probabilities for an effect to be what the gap looks like
 
 
 def plain(name: str) -> str:
-    """A name as words."""
+    """Return a name as words."""
     return name.replace("_", " ")
 
 
@@ -36,7 +36,10 @@ def where(data: DiagnosisResult) -> str:
 
 
 def _shows(by_marker: Mapping[str, float]) -> str:
-    """Say in which numbers the gap shows; the markers count together, and one is named only where it stands out."""
+    """Name the numbers in which the gap shows.
+
+    The markers count together, and one is named only where it stands out.
+    """
     alone = {name: share for name, share in by_marker.items() if name in _OF_NO_MARKER}
     markers = {name: share for name, share in by_marker.items() if name not in _OF_NO_MARKER}
     whole = max(alone, key=lambda name: alone[name], default="")
@@ -48,14 +51,14 @@ def _shows(by_marker: Mapping[str, float]) -> str:
 
 
 def which(data: DiagnosisResult) -> str:
-    """Which effects are named, or why none is."""
+    """Name the effects, or say why none is named."""
     verdict, chances = data.verdict, data.probabilities
     if verdict == "no_gap":
-        against = _refuted(data)
+        against = _describe_withdrawn(data)
         but = f"; the fitted swims look like {against}" if against else ""
         nothing = f"Which: the data need no effect (probability of no gap {data.no_gap_probability:.2f}){but}."
         return f"{nothing} {near_miss(data)}".rstrip()
-    if verdict == "unexplained" and (against := _refuted(data)):
+    if verdict == "unexplained" and (against := _describe_withdrawn(data)):
         return f"Which: it looks like {against}{_elsewhere(data)}; see the missing forces."
     if verdict == "unexplained" and (like := _looks_like(chances)) is not None:
         but = (
@@ -82,12 +85,12 @@ def which(data: DiagnosisResult) -> str:
     named = _together([_group(group, chances) for group in data.groups])
     rest = data.remainder
     residual = "" if rest is None or rest.share < 0.05 else "; some of the gap remains"
-    against = _refuted(data)
+    against = _describe_withdrawn(data)
     return f"Which: {named}{residual}{_elsewhere(data)}{'; not ' if against else ''}{against}."
 
 
 def near_miss(data: DiagnosisResult) -> str:
-    """That there probably is some effect, where that is not sure enough for a verdict; else empty."""
+    """Say that there probably is some effect which is not certain enough for a verdict; otherwise an empty text."""
     chance = 1 - data.no_gap_probability
     if data.verdict != "no_gap" or chance <= HELD:
         return ""
@@ -102,8 +105,8 @@ def near_miss(data: DiagnosisResult) -> str:
     )
 
 
-def _refuted(data: DiagnosisResult) -> str:
-    """What was taken back, and why; empty if nothing was."""
+def _describe_withdrawn(data: DiagnosisResult) -> str:
+    """Name the effects that were withdrawn, and why; an empty text if there are none."""
     withdrawn = []
     for each in data.evidence.refuted:
         low, high = each.shrinkage_ci95
@@ -114,7 +117,7 @@ def _refuted(data: DiagnosisResult) -> str:
 
 
 def _elsewhere(data: DiagnosisResult) -> str:
-    """Where something that no catalogue holds most probably acts, if anywhere."""
+    """Name the place where an unknown effect most probably acts, if there is one."""
     chances: dict[str, float] = {}
     for each in data.evidence.elsewhere:
         chances[each.place] = chances.get(each.place, 0.0) + each.probability
@@ -126,7 +129,7 @@ def _elsewhere(data: DiagnosisResult) -> str:
 
 
 def _looks_like(chances: Mapping[str, float]) -> str | None:
-    """An effect that is likelier than all others together, and than none of them."""
+    """Return an effect that is likelier than all others together, and than none of them."""
     found = {name: chance for name, chance in chances.items() if name != "none_of_these"}
     like = max(found, key=lambda name: found[name], default=None)
     if like is None or found[like] < _LOOKS_LIKE * sum(chances.values()):

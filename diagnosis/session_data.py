@@ -1,4 +1,4 @@
-"""What a diagnosis rests on: the trials of a session beside the twin with its recommended coefficients."""
+"""Data of a diagnosis: the trials of a session, and the twin with its recommended coefficients."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -22,15 +22,16 @@ from swimmer import Twin
 class SessionData:
     """The recordings of a session, and what was known before.
 
-    The crank of a trial with a motor log turns as it was logged, as in the fit: what is wrong with the drive shows in
-    how fast it turned, against the command.
+    The crank of a trial with a motor log turns as it was logged, as in the fit: a fault of the drive shows in how fast
+    it turned, against the command.
 
     Attributes:
-        trials: all swims; those of the role "fit" say which effect, the others score it.
-        twin: plain, of the robot as described.
-        discrepancy: what a refitted twin leaves of features where nothing is wrong.
+        trials: all swims; those of the role "fit" determine the effect, the others score it.
+        twin: the plain twin, of the robot as described.
+        camera: the camera that filmed them.
+        discrepancy: discrepancy of a refitted twin where nothing is wrong.
         at: (5,) the recommended coefficients of the session, fitted to the same swims.
-        dry: what was measured out of the water: that too says which effect.
+        dry: measurements out of the water, which also determine the effect.
         doubted: names of fitted swims that their own twin does not follow; with these no effect is named.
     """
 
@@ -43,21 +44,21 @@ class SessionData:
     doubted: tuple[str, ...] = ()
 
     def of_role(self, fitted: bool) -> tuple[MeasuredTrial, ...]:
-        """The swims that are fitted, or those that are not."""
+        """Return the swims that are fitted, or those that are not."""
         return tuple(trial for trial in self.trials if (trial.role == "fit") == fitted)
 
     @cached_property
     def rings(self) -> "FreeDecayFits":
-        """The free decays."""
+        """Fits of the free decays."""
         return free_decay_fits(self.dry.decays, self.twin)
 
     @property
     def linear(self) -> LinearModel:
-        """The fitted trials beside the twin.
+        """Linearised model of the fitted trials.
 
         Raises:
             NotEnoughData: there is none.
-            SimulationDiverged: the twin at these coefficients.
+            SimulationDiverged: the twin diverged at these coefficients.
         """
         if not (fitted := self.of_role(fitted=True)):
             raise NotEnoughData('no swim of role "fit"; a diagnosis needs at least one')
@@ -67,14 +68,14 @@ class SessionData:
 
 
 class FreeDecayFits(NamedTuple):
-    """Free decays of a session: how those that are believed ring, and by name why others are left out."""
+    """Free decays of a session: fits of those that are believed, and by name why others are left out."""
 
     believed: tuple[Ring, ...]
     left_out: Mapping[str, str]
 
 
 def free_decay_fits(decays: Sequence[DecayTrial], twin: Twin) -> FreeDecayFits:
-    """How they ring; without those whose fit must not be believed (`fault_of_decay`)."""
+    """Fit the free decays, and leave out those whose fit must not be believed (`fault_of_decay`)."""
     believed, left_out = [], {}
     for trial in decays:
         try:

@@ -1,4 +1,4 @@
-"""How far things may be off where nothing is wrong: boxes, markers, and the robot against its description."""
+"""Tolerances where nothing is wrong: of boxes, of markers, and of the robot against its description."""
 
 import numpy as np
 from scipy.optimize import minimize
@@ -10,22 +10,22 @@ from fitting.structure import ParameterUncertainty, PerturbedTwin, Source, assum
 from swimmer import RobotSpec, Twin
 
 TAKEN = PlacementUncertainty(box_m=0.003, marker_m=0.001)
-"""Before the trials are looked at: boxes a few pixels, markers as well as a ruler places them."""
+"""Prior errors: boxes are off by a few pixels, markers by as much as a ruler allows."""
 
-_LN_SD = 0.7  # of either size
+_LN_SD = 0.7  # prior standard deviation of the logarithm of either size
 _ENDS_M = (1e-4, 0.05)
-_STARTS = ((1.0, 1.0), (3.0, 1.0), (1.0, 10.0))  # times what is taken
-_STEP = 0.05  # of mass, either way
+_STARTS = ((1.0, 1.0), (3.0, 1.0), (1.0, 10.0))  # starts of the search, relative to the prior's centre
+_STEP = 0.05  # relative step of a mass, either way
 
 
 def placement_uncertainty(
     residual: np.ndarray, trials: int, disturbances: NuisanceModel, observed: np.ndarray | None = None
 ) -> PlacementUncertainty:
-    """Return the likeliest sizes.
+    """Return the likeliest sizes of the errors of boxes and markers.
 
     Args:
-        residual: (k,) what is left of the features.
-        trials: how many they are of.
+        residual: (k,) residual of the features.
+        trials: number of trials that they are of.
         disturbances: what noise and nuisances do to them.
         observed: (k,) features that are measured; default all.
     """
@@ -49,12 +49,17 @@ def placement_uncertainty(
 
 
 def mean_places(length: int, trials: int) -> np.ndarray:
-    """(2 m t,) where a row of so many features, of length k, holds the means of its markers."""
+    """Return where a row of features holds the means of its markers, (2 m t,).
+
+    Args:
+        length: number of features in the row, k.
+        trials: number of trials, t.
+    """
     return of_markers(np.arange(length).reshape(trials, -1))[..., 0].ravel()
 
 
 def perturbed_robots(twin: Twin) -> tuple[PerturbedTwin, ...]:
-    """Twins on either side of the description, for all that a robot may differ by and still be as described."""
+    """Return twins on either side of the description, for all that a robot may differ by and still be as described."""
     sources = [source for source in assumed(twin.robot).sources if source.value > 0]
     doubted = perturbed_twins(twin, [ParameterUncertainty(source, WITHIN[source.quantity]) for source in sources])
     mass = ParameterUncertainty(_mass(twin.robot), WITHIN["mass"])

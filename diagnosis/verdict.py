@@ -1,6 +1,6 @@
-"""What may be said: a name, a few names that cannot be separated, that something else is there, or nothing.
+"""Verdict of a diagnosis: one name, a few inseparable names, something unknown, or no gap.
 
-Of several named effects those stay that the fitted trials support, and that carry over between them. Backward
+Among several named effects those stay that the fitted trials support, and that carry over between them. Backward
 elimination: the twin is refitted without each in turn, so that each must improve the real simulation, not only the
 linear model; the weakest is removed until all that stay are likely enough to be named (Laplace's approximation of the
 evidence; MacKay 2003, chapter 28). Leave-one-trial-out cross-validation: each fitted swim trial is forecast by twins
@@ -32,51 +32,51 @@ Refitting = Callable[[Sequence[str]], Refit]
 
 @dataclass(frozen=True)
 class Verdict:
-    """What is said: groups that act together, each of alternatives, the likeliest first."""
+    """A verdict: groups that act together, each of alternatives, the likeliest first."""
 
     name: VerdictName
     groups: tuple[tuple[str, ...], ...]
 
     @property
     def effects(self) -> tuple[str, ...]:
-        """All that are named, each once."""
+        """Names of all effects in the groups, each once."""
         return tuple(dict.fromkeys(name for group in self.groups for name in group))
 
     @property
     def first(self) -> tuple[str, ...]:
-        """The likeliest of each group."""
+        """Name of the likeliest effect of each group."""
         return tuple(group[0] for group in self.groups)
 
     def without(self, names: Collection[str], found: Probabilities) -> "Verdict":
-        """Without groups whose likeliest has one of these names.
+        """Return the verdict without groups whose likeliest effect has one of these names.
 
-        Where no group that is left is sure: unexplained, or, of a gap that is not sure without them, no gap.
+        Without a certain group it is unexplained, or no gap where the gap is not certain without them.
+
+        Args:
+            names: names of the effects that are withdrawn.
+            found: probabilities without these.
         """
         groups = tuple(group for group in self.groups if group[0] not in names)
         return _naming(groups, found)
 
 
 def verdict_of(found: Probabilities) -> Verdict:
-    """From probabilities.
+    """Derive the verdict from probabilities.
 
-    A group is the fewest effects, at most three, one of which the gap surely looks like, if there is one; there may be
-    several groups, which act together; beside one that is sure a likely one is enough, and no group stands without a
-    sure one. One that may as well be something else which only looks like it is not said.
-    Whatever else may be present is left to the remainder; where there is no group at all the gap is unexplained.
+    A group is the fewest effects, at most three, one of which the gap certainly looks like, if there is one; there may
+    be several groups, which act together; in addition to a certain group a likely one is enough, and no group counts
+    without a certain one. An effect that may as well be something else which only looks like it is not named. Whatever
+    else may be present is left to the remainder; where there is no group at all the gap is unexplained.
     """
     groups: list[tuple[int, ...]] = []
     while len(groups) < MOST_GROUPS and (group := _group(found, groups)) is not None:
         groups.append(group)
-    held = tuple(_named(found, group) for group in groups if found.any_present(group) >= HELD)
+    held = tuple(tuple(found.names[i] for i in group) for group in groups if found.any_present(group) >= HELD)
     return _naming(held, found)
 
 
-def _named(found: Probabilities, group: tuple[int, ...]) -> tuple[str, ...]:
-    return tuple(found.names[i] for i in group)
-
-
 def _is_sure(found: Probabilities, group: tuple[str, ...]) -> bool:
-    """Whether the gap, if there is one, looks like one of a group."""
+    """Tell whether the gap, if there is one, certainly looks like one of a group."""
     return found.any_seen([found.names.index(name) for name in group]) >= ENOUGH * (1 - found.null)
 
 
@@ -89,7 +89,7 @@ def _naming(groups: tuple[tuple[str, ...], ...], found: Probabilities) -> Verdic
 
 
 def _group(found: Probabilities, before: list[tuple[int, ...]]) -> tuple[int, ...] | None:
-    """Alternatives beside those of the groups before, the likeliest first."""
+    """Return the next group of alternatives after the groups before, the likeliest first."""
     taken = {i for group in before for i in group}
     likely = [int(i) for i in np.argsort(-found.marginal) if int(i) not in taken][:LOOKED_AT]
     for enough in (ENOUGH * (1 - found.null), *([BESIDE] if before else [])):
@@ -102,7 +102,7 @@ def _group(found: Probabilities, before: list[tuple[int, ...]]) -> tuple[int, ..
 
 
 class Eliminated(NamedTuple):
-    """The twin with the effects that stay, and the names of those that do not, in the order in which they went."""
+    """The twin with the effects that stay, and the names of those that do not, in the order of their removal."""
 
     best: Refit
     gone: tuple[str, ...]
@@ -111,7 +111,15 @@ class Eliminated(NamedTuple):
 def backward_elimination(
     linear: LinearModel, best: Refit, refitting: Refitting, priors: Priors, catalogue: int
 ) -> Eliminated:
-    """Keeps as many effects as the fitted trials support; at least one."""
+    """Keep as many effects as the fitted trials support; at least one.
+
+    Args:
+        linear: the linearised model of the fitted trials.
+        best: the twin with all effects.
+        refitting: refits the twin with named effects.
+        priors: prior probabilities.
+        catalogue: number of effects in the catalogue.
+    """
     least = float(logit(HELD * (1 + priors.look_alike)))
     gone: tuple[str, ...] = ()
     while (count := len(best.effects)) > 1:
@@ -127,9 +135,9 @@ def backward_elimination(
 
 
 def log_evidence(linear: LinearModel, fit: Refit) -> float:
-    """Of a refitted twin, but for what all twins share.
+    """Return the log evidence of a refitted twin, up to a constant that all twins share.
 
-    What is left is normal, of a size that suits it. The prior of a parameter is as wide as the effect has it, or wider
+    The residual is normal, of a size that suits it. The prior of a parameter is as wide as the effect has it, or wider
     where the effect is stronger, all of its parameters by the same factor; one that the trials do not determine costs
     nothing and gains nothing.
     """
@@ -144,7 +152,7 @@ def log_evidence(linear: LinearModel, fit: Refit) -> float:
 
 
 def _width(effect: Effect, values: np.ndarray) -> np.ndarray:
-    """(p,) of the prior of each parameter."""
+    """Return the prior standard deviation of each parameter, (p,)."""
     sd = np.array([parameter.sd for parameter in effect.parameters])
     return np.asarray(sd * max(1.0, float(np.sqrt(np.mean((values / sd) ** 2)))))
 
@@ -153,10 +161,11 @@ class Validated(NamedTuple):
     """A verdict after cross-validation.
 
     Attributes:
-        verdict, probabilities: without what was withdrawn.
+        verdict, probabilities: those without the withdrawn effects.
         best: the twin with the rest of the effects; None where none is left.
-        skill: of the effects that stay, on trials left out in turn; None where nothing is named, or trials are too few.
-        refutations: what was withdrawn, in that order; alternatives stay as probable.
+        skill: skill of the effects that stay, on trials left out in turn; None where nothing is named, or trials are
+            too few.
+        refutations: the withdrawn effects, in that order; alternatives stay as probable.
     """
 
     verdict: Verdict
@@ -173,7 +182,15 @@ def validated(
     refitting: Callable[[Sequence[str]], Refit],
     seed: int,
 ) -> Validated:
-    """Withdraws names, the least probable first, for as long as they forecast trials left out worse."""
+    """Withdraw names, the least probable first, for as long as they forecast left-out trials worse.
+
+    Args:
+        found: the verdict before cross-validation.
+        linear: the linearised model of the fitted trials.
+        hypotheses: its hypotheses.
+        refitting: refits the twin with named effects.
+        seed: seed of the skill's draws.
+    """
     if found.best is None or len(linear.swims) < FEWEST_TRIALS:
         return found
     verdict, probabilities, best, _, refutations = found
@@ -194,9 +211,9 @@ def validated(
 
 
 def refutable(skill: SkillScore, best: Refit, hypotheses: Hypotheses) -> tuple[str, ...]:
-    """Effects of a refitted twin one of which forecasts speak against; none where they do not.
+    """Return the effects of a refitted twin that forecasts speak against; none where they do not.
 
-    Never those that change frequencies: the skill leaves these out.
+    Effects that change frequencies are never among them: the skill leaves these out.
     """
     if skill.interval is None or skill.interval[1] >= 0:
         return ()
@@ -204,7 +221,7 @@ def refutable(skill: SkillScore, best: Refit, hypotheses: Hypotheses) -> tuple[s
 
 
 def left_out(linear: LinearModel, fit: Refit) -> np.ndarray:
-    """(q,) whitened residual of all fitted swim trials, each forecast by a twin that is refitted without it."""
+    """Return the whitened residual (q,) of all fitted swim trials, each forecast by a twin refitted without it."""
     covariance, corrected = linear.covariance_with_gap_in(fit.residual), np.array(fit.residual)
     point, mean = np.append(fit.at, fit.values), np.append(linear.at, np.zeros(len(fit.values)))
     for number in range(len(linear.swims)):

@@ -1,10 +1,10 @@
-"""Where the gap lies: shares by stage, and by trial, marker, axis and band.
+"""Variance decomposition of the gap: shares by stage, and by trial, marker, axis and band.
 
-By stage, what is left is the sum of what missing forces on the head would do (body), missing torques in the hinges
-(tail), a crank that turns otherwise (drive), markers that are seen elsewhere (camera), and noise (floor); and of what
-effects that are named, and what no catalogue holds at one place, would do, each at its stage. Each of these has a size
-that is not known and is found by maximum likelihood (variance components; Patterson and Thompson 1971); the shares are
-those of the expected parts in the squared length, and add up exactly.
+By stage, the residual is the sum of missing forces on the head (body), missing torques in the hinges (tail), a crank
+that turns otherwise (drive), displaced markers (camera), and noise (floor); and of the named effects, and unknown ones
+at one place, each at its stage. Each of these components has an unknown size, which is found by maximum likelihood
+(variance components; Patterson and Thompson 1971); the shares are those of the expected parts in the squared norm, and
+add up exactly.
 """
 
 from collections.abc import Callable, Collection, Mapping, Sequence
@@ -38,22 +38,23 @@ from fitting.signatures.signature import pieces
 STAGES = ("camera", "drive", "body", "tail", "floor")
 OF_NO_MARKER = ("speed", "course", "frequency", "ringing")
 """Keys of `by_marker`, `by_axis` and `by_band` that stand for a whole trial; the last where there are free decays."""
-_SEEN_M, _SCALE = 1e-3, 0.01  # of a marker, of the picture
-_SLIDES_S = 10.0  # in which a marker slides as far
-_RIPPLE_RAD = 0.05
-_HERTZ = 0.01  # relative
-_RINGING = 0.05  # of the logarithms of stiffness and damping
+_SEEN_M = 1e-3  # displacement of a marker
+_SCALE = 0.01  # relative error of the picture's scale
+_SLIDES_S = 10.0  # time in which a marker slides by that displacement
+_RIPPLE_RAD = 0.05  # lead of the crank
+_HERTZ = 0.01  # relative error of a frequency
+_RINGING = 0.05  # change of the logarithms of stiffness and damping
 
 
 @dataclass(frozen=True, eq=False)
 class VarianceDecomposition:
-    """What the nearest plain twin leaves, split.
+    """The residual of the nearest plain twin, split into components.
 
     Attributes:
-        shares: of its squared whitened length, split in several ways.
+        shares: shares of its squared whitened norm, split in several ways.
         alone: by stage, the share that it would have if it were the only one (the other end of its range).
-        forces: that are missing in the swims; nothing acts on the head in a dry run.
-        parts: (5, k) of what is left, by stage.
+        forces: forces missing in the swims; nothing acts on the head in a dry run.
+        parts: (5, k) parts of the residual, by stage.
     """
 
     shares: GapShares
@@ -69,12 +70,20 @@ def decompose(
     named: Collection[str] = (),
     placed: Sequence[LocalDiscrepancy] = (),
 ) -> VarianceDecomposition:
-    """Splits what is left; effects that are named, and what is placed, each explain what they can."""
+    """Split the residual into components.
+
+    Args:
+        linear: the linearised model of the fitted trials.
+        responses: responses to missing forces.
+        signatures: what each effect does.
+        named: names of effects that explain what they can.
+        placed: unknown effects at one place that explain what they can.
+    """
     residual = linear.residual - linear.slopes @ linear.space.coefficients(linear.residual)
     columns_of = _components(linear, responses, signatures, named, placed)
     target = linear.space.projected(residual)
     projected = {component: linear.space.projected(part.T).T for component, part in columns_of.items()}
-    fit, total = _fitted(target, projected), float(target @ target)
+    fit, total = _fit_sizes(target, projected), float(target @ target)
     shares, parts = dict.fromkeys(STAGES, 0.0), {stage: np.zeros_like(residual) for stage in STAGES}
     for component, part in projected.items():
         amplitude = fit.weights[component] * (part.T @ fit.solved)
@@ -91,7 +100,7 @@ def decompose(
 
 
 class Component(NamedTuple):
-    """What a stage makes of a gap, of a size of its own."""
+    """One component of a gap, at a stage, with a size of its own."""
 
     stage: str
     what: str
@@ -104,7 +113,7 @@ def _components(
     named: Collection[str],
     placed: Sequence[LocalDiscrepancy],
 ) -> dict[Component, np.ndarray]:
-    """(k, q) columns of each component: what is steady, and what beats."""
+    """Return the columns (k, q) of each component: of what is steady, and of what beats."""
     of_joint = np.moveaxis(responses.columns, 2, 0)  # (j, k, t, 7)
     found = {}
     for stage, joints in (("body", slice(None, len(HEAD))), ("tail", slice(len(HEAD), None))):
@@ -135,31 +144,31 @@ def _components(
 
 
 def _of_each_parameter(signature: Signature) -> np.ndarray:
-    """(k, p) what each parameter does, as strong as it was tried without divergence."""
+    """Return the response (k, p) to each parameter, as strong as it was tried without divergence."""
     which, standing = np.abs(signature.values).argmax(axis=1), np.isfinite(signature.rows).all(axis=1)
     rows = [signature.rows[(which == number) & standing] for number in range(signature.values.shape[1])]
     return np.column_stack([np.zeros((signature.rows.shape[1], 0)), *[own[-1] for own in rows if len(own)]])
 
 
 def _of_each_stretch(signature: Signature) -> np.ndarray:
-    """(k, s) what each parameter does about each strength, of one standard deviation of its prior."""
+    """Return the slope (k, s) by each parameter about each strength, for one standard deviation of its prior."""
     parameters = enumerate(signature.effect.parameters[: signature.values.shape[1]])
     slopes = [each.sd * piece.slope for number, each in parameters for piece in pieces(signature, number)]
     return np.column_stack([np.zeros((signature.rows.shape[1], 0)), *slopes])
 
 
 def _in_each_trial(linear: LinearModel, columns: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
-    """(k, q) columns (g, p) of each trial's features, by itself."""
+    """Return columns (k, q) that change each trial's features by itself, from the columns (g, p) of one trial."""
     return _of_features(linear, block_diag(*[columns(model.measured) for model in linear.model.trials]))
 
 
 def _of_features(linear: LinearModel, columns: np.ndarray) -> np.ndarray:
-    """(k, q) of columns that change features alone."""
+    """Return columns (k, q) that change features alone."""
     return np.vstack([columns, np.zeros((linear.model.beside, columns.shape[1]))])
 
 
 def _beats(features: np.ndarray) -> np.ndarray:
-    """(g, 12 m) each marker's harmonics otherwise."""
+    """Return columns (g, 12 m) that change the harmonics of each marker."""
     markers = of_markers(features)
     sizes = np.zeros(len(features))
     sizes[places_of_markers(len(features))] = np.broadcast_to(np.append(0.0, harmonic_decay()), markers.shape).ravel()
@@ -167,12 +176,15 @@ def _beats(features: np.ndarray) -> np.ndarray:
 
 
 def _slides(features: np.ndarray) -> np.ndarray:
-    """(g, s) each marker sliding along the fish."""
+    """Return columns (g, s) that slide each marker along the fish."""
     return _SEEN_M / _SLIDES_S * np.eye(len(features))[:, places_of_slides(len(features))]
 
 
 def _other_frequencies(linear: LinearModel) -> np.ndarray:
-    """(k, f) each trial at another frequency than its command says: by the clocks of cameras, and of cranks as well."""
+    """Return columns (k, f) that change each trial's frequency against its command.
+
+    One set does it by the camera's clock, one by the crank.
+    """
     filmed, logged = np.diag([_HERTZ * trial.frequency.hz for trial in linear.trials]), list(linear.model.logged)
     clocks = np.vstack([filmed, np.zeros((len(logged), len(filmed)))])
     hertz = np.hstack([clocks, np.vstack([filmed[:, logged], filmed[np.ix_(logged, logged)]])])
@@ -182,12 +194,15 @@ def _other_frequencies(linear: LinearModel) -> np.ndarray:
 
 
 def rippled(features: np.ndarray) -> np.ndarray:
-    """(g, 4) how features (g,) changes, over rad, whose crank runs ahead by a cosine or sine of one turn or of two."""
+    """Return the changes (g, 4) of features (g,), per rad, if the crank runs ahead.
+
+    It runs ahead by a cosine or sine of one or two turns.
+    """
     return np.column_stack([_ahead(features, order, sine) for order in (1, 2) for sine in (False, True)])
 
 
 def _ahead(features: np.ndarray, order: int, sine: bool) -> np.ndarray:
-    """(g,) how features changes, over rad, whose crank runs ahead by a cosine, or sine, of `order` turns."""
+    """Return the change (g,) of features, per rad, if the crank runs ahead by a cosine, or sine, of `order` turns."""
     step = 1e-4
     slope = (advanced(features, step) - advanced(features, -step)) / (2 * step)
     rates = harmonics_of(slope)  # (m, 2, 3) complex, Re(rate exp(i h turn))
@@ -207,7 +222,7 @@ def _ahead(features: np.ndarray, order: int, sine: bool) -> np.ndarray:
 
 
 def _sizes(target: np.ndarray, parts: list[np.ndarray]) -> np.ndarray:
-    """(s,) the likeliest size of each stage, against that of its columns."""
+    """Return the likeliest size of each component (s,), relative to its columns."""
     grams = [part @ part.T for part in parts]
 
     def deviance(ln_sizes: np.ndarray) -> tuple[float, np.ndarray]:
@@ -226,32 +241,32 @@ def _sizes(target: np.ndarray, parts: list[np.ndarray]) -> np.ndarray:
 
 
 class _Fit(NamedTuple):
-    """Components at their likeliest sizes: squared sizes, (k, k) covariance, and what is left by its inverse (k,)."""
+    """Components at their likeliest sizes: squared sizes, covariance (k, k), its inverse times the residual (k,)."""
 
     weights: Mapping[Component, float]
     covariance: np.ndarray
     solved: np.ndarray
 
 
-def _fitted(target: np.ndarray, parts: Mapping[Component, np.ndarray]) -> _Fit:
+def _fit_sizes(target: np.ndarray, parts: Mapping[Component, np.ndarray]) -> _Fit:
     weights = dict(zip(parts, _sizes(target, list(parts.values())) ** 2, strict=True))
     covariance = np.eye(len(target)) + sum(weights[component] * part @ part.T for component, part in parts.items())
     return _Fit(weights, covariance, np.linalg.solve(covariance, target))
 
 
 def _alone(target: np.ndarray, parts: Mapping[Component, np.ndarray]) -> dict[str, float]:
-    """The share of each stage, were it the only one."""
+    """Return the share of each stage, were it the only one."""
     found = {}
     for stage in dict.fromkeys(component.stage for component in parts):
         own = {component: part for component, part in parts.items() if component.stage == stage}
-        found[stage] = 1 - float(target @ _fitted(target, own).solved) / float(target @ target)
+        found[stage] = 1 - float(target @ _fit_sizes(target, own).solved) / float(target @ target)
     return found
 
 
 def _forces(
     linear: LinearModel, responses: ForceResponses, parts: Mapping[Component, np.ndarray], fit: _Fit
 ) -> MissingForces:
-    """Mean and standard deviation of the missing forces, given all that was measured."""
+    """Return mean and standard deviation of the missing forces, given all that was measured."""
     trials, unit = responses.columns.shape[1], responses.unit[:, None]
     mean, sd = np.zeros((2, len(responses.joints), trials, PER_JOINT))
     for stage, joints in (("body", slice(None, len(HEAD))), ("tail", slice(len(HEAD), None))):
@@ -269,7 +284,7 @@ def _forces(
 
 
 def _split(linear: LinearModel, residual: np.ndarray) -> dict[str, dict[str, float]]:
-    """Squares of the row, whitened so that each number stays as near to itself as can be (Kessy et al. 2018)."""
+    """Split the squares of the row, whitened so that each number stays near to itself (Kessy et al. 2018)."""
     sd = np.sqrt(np.diag(linear.covariance))
     values, vectors = np.linalg.eigh(linear.covariance / np.outer(sd, sd))
     squares = (vectors @ ((vectors.T @ (residual / sd)) / np.sqrt(values))) ** 2

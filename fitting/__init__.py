@@ -1,4 +1,4 @@
-"""What estimates numbers: swim frequency and phase, fluid coefficients, elongated body theory, and their scores."""
+"""Estimation: swim frequency and phase, fluid coefficients, elongated body theory, and their scores."""
 
 from fitting.calibration import CalibratedTrial, Calibration, calibrate
 from fitting.calibration_file import CalibrationResult

@@ -1,4 +1,4 @@
-"""The wave along the body, the dimensionless numbers of the swim, and the neck's sway, all measured and simulated."""
+"""The wave along the body, the dimensionless numbers of the swim, and the neck's sway, each measured and simulated."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -23,7 +23,7 @@ class BodyWave(NamedTuple):
     Attributes:
         markers: names of the t tail markers, from head to fin.
         amplitude_m: (t,) m.
-        lag_rad: (t,) by how much each lags behind the first, in (-pi, pi].
+        lag_rad: (t,) phase by which each lags behind the first, in (-pi, pi].
     """
 
     markers: tuple[str, ...]
@@ -50,7 +50,12 @@ class SwimNumbers(NamedTuple):
 
 
 def body_wave(trial: MeasuredTrial, head: HeadFrame) -> BodyWave:
-    """The wave of a trial, or of a simulation of it (n, m, 2), over the kept frames."""
+    """Return the body wave of a trial over its kept frames.
+
+    Args:
+        trial: n frames of m markers.
+        head: (n, m, 2) the head frame of the trial itself, or of a simulation of it.
+    """
     tail = list(trial.tail)
     frames = trial.kept
     lateral = head.shape_m[frames][:, tail, 1]  # (k, t)
@@ -69,7 +74,7 @@ def excursion(reader: FeatureReader, position_m: np.ndarray, marker: int) -> flo
     in the literature on Strouhal numbers: in the head's frame the tail of this fish swings about twice as far.
 
     Args:
-        reader: of the frames that count.
+        reader: reader of the frames that count.
         position_m: (n, m, 2) markers in these frames, on the pool, m.
         marker: index of the marker.
 
@@ -80,14 +85,21 @@ def excursion(reader: FeatureReader, position_m: np.ndarray, marker: int) -> flo
 
 
 def swim_numbers(trial: MeasuredTrial, robot: RobotSpec) -> SwimNumbers:
-    """Find the numbers of a measured swim."""
+    """Compute the dimensionless numbers of a measured swim."""
     whole = trial.with_role("fit")
     wide = excursion(FeatureReader.of(whole), whole.position_m[whole.kept], whole.hindmost)
     return _numbers(wide / 2, trial.frequency.hz, whole.speed, robot)
 
 
 def simulated_numbers(trial: MeasuredTrial, head: HeadFrame, frequency_hz: float, robot: RobotSpec) -> SwimNumbers:
-    """Find the numbers of a simulation of a trial, in the head frame (n, m, 2), whose crank turns at this frequency."""
+    """Compute the dimensionless numbers of a simulation of a trial.
+
+    Args:
+        trial: the trial, n frames.
+        head: (n, m, 2) head frame of the simulation.
+        frequency_hz: turns of the simulated crank a second.
+        robot: the robot.
+    """
     whole = trial.with_role("fit")
     reader = FeatureReader.of(whole)
     turn_rad = trial.crank_rad(reader.time_s, frequency_hz)
@@ -108,19 +120,20 @@ def _numbers(amplitude: float, frequency_hz: float, speed: float, robot: RobotSp
 
 
 class Wave(NamedTuple):
-    """The first harmonic of a marker's sideways motion; phase ahead of the hindmost one seen, 0 to 360 degrees."""
+    """First harmonic of a marker's sideways motion; phase ahead of the hindmost marker seen, 0 to 360 degrees."""
 
     amplitude_m: float
     phase_deg: float
 
 
 class Sway(NamedTuple):
-    """Of the neck in one trial.
+    """Sway of the neck in one trial.
 
     Attributes:
-        measured: by the tracks.
-        rigid: by the calibrated twin, whose hull does not roll.
-        rolling: by the same with the likeliest roll of the fit.
+        frequency_hz: beats a second.
+        measured: sway by the tracks.
+        rigid: sway of the calibrated twin, whose hull does not roll.
+        rolling: sway of the same twin with the likeliest roll of the fit.
         roll_deg: amplitude of that roll.
     """
 
@@ -132,7 +145,12 @@ class Sway(NamedTuple):
 
 
 def sways(mode: Mode, trials: Sequence[MeasuredTrial]) -> dict[str, Sway]:
-    """Of every trial by its name, fitted or held out."""
+    """Return the neck's sway in every trial, fitted or held out, by its name.
+
+    Args:
+        mode: the fit.
+        trials: the trials.
+    """
     first, found = mode.model.trials[0], {}
     for trial in trials:
         neck, hindmost = trial.markers.index("neck"), trial.hindmost

@@ -1,4 +1,4 @@
-"""The first identification from end to end: measured swims in, a calibrated twin with its scores out."""
+"""Calibration from end to end: measured swims in, a calibrated twin with its scores out."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -26,15 +26,16 @@ from tracking import HeadFrame
 
 @dataclass(frozen=True, eq=False)
 class CalibratedTrial:
-    """One trial and the calibrated twin.
+    """One trial and the calibrated twin's simulation of it.
 
     Attributes:
+        measured: the trial.
         simulated: (n, m, 2) the twin's head frame at the same times.
         phase_rad: crank phase at time 0.
         simulated_hz: frequency the twin was driven with (held-out trials: from their known part only).
         scores: marker distances over the scored frames.
         speeds: forward speed over the kept whole beats by every model, m/s, see `fitting.ebt.model_speeds`.
-        flags: of tracks and frequency, and of this comparison.
+        flags: flags of tracks and frequency, and of this comparison.
     """
 
     measured: MeasuredTrial
@@ -47,12 +48,12 @@ class CalibratedTrial:
 
     @property
     def speed_twin(self) -> float:
-        """Of the twin, m/s."""
+        """Forward speed of the twin, m/s."""
         return self.speeds["twin"]
 
     @property
     def speed_ebt(self) -> float:
-        """By elongated body theory as published, m/s."""
+        """Forward speed by elongated body theory as published, m/s."""
         return self.speeds["published"]
 
 
@@ -65,9 +66,9 @@ class Summary:
         speed_mae_twin, speed_mae_ebt: mean absolute speed error of the twin, and of elongated body theory as published.
         speed_mae: mean absolute speed error of the twin, of each form of elongated body theory, and of each form from
             the twin's tail ("<form>, twin's tail").
-        trials: how many they are.
-        compared: over how many of them the speed errors are: those whose tail tip elongated body theory sees; over all
-            where it sees none.
+        trials: number of trials.
+        compared: number of trials behind the speed errors: those whose tail tip elongated body theory sees; all where
+            it sees none.
     """
 
     marker_error_mm: float
@@ -80,17 +81,17 @@ class Summary:
 
 @dataclass(frozen=True, eq=False)
 class Calibration:
-    """A calibrated twin and how well it does.
+    """A calibrated twin with its scores.
 
     Attributes:
-        structure: that the swims were fitted with.
+        structure: structure with which the swims were fitted.
         fit: the coefficients and how they were found.
         ebts: elongated body theory in its forms, each fitted to the same fit trials, by name.
         trials: all swims, in the order of the session.
         sweep: simulated speed over frequency.
-        forecasts: of every trial by the hierarchical model, and by simple baselines.
-        sways: of the neck in every trial, by its name.
-        left_out: why, by name, of the swims that take no part.
+        forecasts: forecasts of every trial by the hierarchical model, and by simple baselines.
+        sways: sway of the neck in every trial, by its name.
+        left_out: the swims that take no part, by name and why.
     """
 
     structure: Structure
@@ -104,27 +105,27 @@ class Calibration:
 
     @property
     def robot(self) -> RobotSpec:
-        """The robot with the structure that was used."""
+        """Robot with the fitted structure."""
         return self.structure.robot
 
     @property
     def coefficients(self) -> FluidCoefficients:
-        """The five coefficients."""
+        """Recommended values of the five coefficients."""
         return self.fit.coefficients
 
     @property
     def ebt(self) -> EbtFit:
-        """Elongated body theory as published."""
+        """Fit of elongated body theory as published."""
         return self.ebts["published"]
 
     @property
     def flags(self) -> tuple[Flag, ...]:
-        """Of the fit as a whole, the structure it builds on first."""
+        """Flags of the fit as a whole, those of its structure first."""
         return (*left_out_flags(self.left_out), *self.structure.flags, *self.fit.flags, *self.ebt.flags)
 
     @property
     def speed_law(self) -> SpeedLaw | None:
-        """With which power of the frequency trials, twin, theory and baselines swim; None of a single frequency."""
+        """Exponent of speed over frequency for trials, twin, theory and baselines; None for a single frequency."""
         trials = [trial.measured for trial in self.trials]
         fitted = [trial for trial in trials if trial.role == "fit"]
         hz, speed = [each.frequency.hz for each in fitted], [each.speed for each in fitted]
@@ -134,12 +135,12 @@ class Calibration:
         return speed_law(trials, models)
 
     def summary(self, role: str) -> Summary | None:
-        """Means over the fit or the held-out trials; None when there are none."""
+        """Return the mean errors over the fit or the held-out trials; None when there are none."""
         return summarise([trial for trial in self.trials if trial.measured.role == role])
 
 
 def summarise(trials: Sequence[CalibratedTrial]) -> Summary | None:
-    """Means over some trials; None when there are none."""
+    """Return the mean errors over some trials; None when there are none."""
     if not trials:
         return None
     compared = [t for t in trials if np.isfinite(list(t.speeds.values())).all()] or trials
@@ -158,20 +159,20 @@ def calibrate(
     progress: Progress = lambda _message, _share: None,
     left_out: Mapping[str, str] | None = None,
 ) -> Calibration:
-    """Fits the coefficients and elongated body theory on the fit trials, then compares and forecasts every trial.
+    """Fit the coefficients and elongated body theory on the fit trials, then compare and forecast every trial.
 
     Args:
         trials: all swims, fit and held-out.
-        structure: of the robot, see `fitting.structure.assumed` where only its description is known.
-        starts: of the search for the coefficients.
-        seed: of the search.
+        structure: structure of the robot, see `fitting.structure.assumed` where only its description is known.
+        starts: number of starts of the search for the coefficients.
+        seed: seed of the search.
         workers: threads; 0 for all cores.
-        progress: receives it.
+        progress: takes messages with the share of the work that is done.
         left_out: swims that could not be measured, by name and why.
 
     Raises:
         NotEnoughData: no fit trial, or none that a twin can swim.
-        SimulationDiverged: from every start, or at the end.
+        SimulationDiverged: the twin diverged from every start, or at the end.
     """
     _check_fit_trials(trials)
     twin = Twin(structure.robot, trials[0].markers, workers=workers)
@@ -190,7 +191,7 @@ def calibrate(
 
 
 def _alone(trial: CalibratedTrial) -> dict[str, Forecast]:
-    """A forecast of a trial by the twin, and by elongated body theory from the trial's measured tail."""
+    """Return the forecasts of a trial by the twin, and by elongated body theory from the trial's measured tail."""
     mm = 1000.0
     twin = Forecast(trial.speed_twin, None, mm * trial.scores.marker_error_m, mm * trial.scores.shape_error_m)
     return {TWIN: twin} | {f"ebt_{form.name}": Forecast(trial.speeds[form.name]) for form in FORMS}
@@ -204,10 +205,19 @@ def calibrate_as_published(
     workers: int = 0,
     progress: Progress = lambda _message, _share: None,
 ) -> tuple[PublishedFit, tuple[CalibratedTrial, ...]]:
-    """The published search on the fit trials, and every trial with the twin that results; for comparison.
+    """Run the published search on the fit trials, and compare every trial with the twin that results.
 
-    Args, Raises:
-        As `calibrate`; `budget_s` are simulated seconds.
+    Args:
+        trials: all swims, fit and held-out.
+        structure: structure of the robot.
+        budget_s: simulated seconds that the search may take.
+        seed: seed of the search.
+        workers: threads; 0 for all cores.
+        progress: takes messages with the share of the work that is done.
+
+    Raises:
+        NotEnoughData: no fit trial.
+        SimulationDiverged: the twin diverged from every start, or at the end.
     """
     _check_fit_trials(trials)
     twin = Twin(structure.robot, trials[0].markers, workers=workers)
@@ -239,10 +249,13 @@ def assemble(
     """Compare every trial with a twin of known coefficients.
 
     Args:
-        trials: that take part.
-        twin, fit, structure: with which.
-        phases: of the crank at time 0, by name; one that is not given is found from the known part.
-        forecasts, sways_of: where they are known.
+        trials: the trials that take part.
+        twin: the twin.
+        fit: its coefficients.
+        phases: crank phase at time 0, by name; one that is not given is estimated from the known part.
+        structure: structure of the robot.
+        forecasts: forecasts, where they are known.
+        sways_of: sway of the neck by name, where it is known.
         left_out: swims that take no part, by name and why; held-out trials at whose frequency the twin diverges join
             them.
     """
@@ -269,13 +282,20 @@ def compare_trials(
     phases: Mapping[str, float],
     ebts: Mapping[str, EbtFit],
 ) -> tuple[tuple[CalibratedTrial, ...], dict[str, str]]:
-    """Compare every trial with the twin at given coefficients; arguments as for `assemble`.
+    """Compare every trial with the twin at given coefficients.
+
+    Args:
+        trials: the trials that take part.
+        twin: the twin.
+        coefficients: its coefficients.
+        phases: crank phase at time 0, by name; one that is not given is estimated from the known part.
+        ebts: the forms of elongated body theory, by name.
 
     Returns:
         The trials, and by name why a held-out one is not among them.
 
     Raises:
-        SimulationDiverged: the twin of a fit trial.
+        SimulationDiverged: the twin of a fit trial diverged.
     """
     fitted_hz = _fitted_hz([trial for trial in trials if trial.role == "fit"])
     compared, lost = [], {}
@@ -291,10 +311,10 @@ def compare_trials(
             if trial.role == "fit":
                 raise
             lost[trial.name] = diverges(trial.start_frequency.hz)
-    return _with_suspicion(compared), lost
+    return _flag_suspicious(compared), lost
 
 
-def _with_suspicion(trials: Sequence[CalibratedTrial]) -> tuple[CalibratedTrial, ...]:
+def _flag_suspicious(trials: Sequence[CalibratedTrial]) -> tuple[CalibratedTrial, ...]:
     """Flag each trial whose own twin is far from it."""
     errors_m = [trial.scores.marker_error_m for trial in trials]
     others = [[*errors_m[:number], *errors_m[number + 1 :]] for number in range(len(trials))]
@@ -318,13 +338,15 @@ def compare_trial(
     """Compare one trial with the twin at given coefficients and crank phase.
 
     Args:
-        twin, trial, coefficients: which.
-        ebts: the forms of elongated body theory whose speeds are wanted.
-        phase_rad: of the crank at time 0.
+        twin: the twin.
+        trial: the trial.
+        coefficients: coefficients of the twin.
+        ebts: the forms of elongated body theory, by name.
+        phase_rad: angle of the crank at time 0.
         fitted_hz: lowest and highest frequency of the fit trials.
 
     Raises:
-        SimulationDiverged: the twin.
+        SimulationDiverged: the twin diverged.
     """
     hz = trial.start_frequency.hz
     simulated = forecast(twin, trial, coefficients, phase_rad)
@@ -337,11 +359,11 @@ def compare_trial(
         simulated_hz=hz,
         scores=score(trial, simulated),
         speeds=model_speeds(trial, simulated, ebts, twin.robot),
-        flags=(*trial.flags, *_extrapolated(trial, fitted_hz)),
+        flags=(*trial.flags, *_flag_extrapolation(trial, fitted_hz)),
     )
 
 
-def _extrapolated(trial: MeasuredTrial, fitted_hz: tuple[float, float]) -> tuple[Flag, ...]:
+def _flag_extrapolation(trial: MeasuredTrial, fitted_hz: tuple[float, float]) -> tuple[Flag, ...]:
     low, high = fitted_hz
     if low * 0.999 <= trial.frequency.hz <= high * 1.001:
         return ()

@@ -29,10 +29,10 @@ _PER_M = 1000.0  # mm
 
 
 class CommandForecast(NamedTuple):
-    """The forecast of one held-out trial.
+    """Forecast of one held-out trial from its command.
 
     Attributes:
-        frequency_hz: of its beat; nan where no command is known.
+        frequency_hz: beat frequency; nan where no command is known.
         speeds: m/s by the model's name, as in `fitting.ebt.model_speeds`: the twin and elongated body theory from the
             twin's tail; nan where the frequency is not known, or is outside the sweep.
         flags: why there is no speed.
@@ -44,14 +44,14 @@ class CommandForecast(NamedTuple):
 
 
 def forecast_from_command(calibration: Calibration) -> dict[str, CommandForecast]:
-    """The forecast of every held-out trial by its name."""
+    """Forecast every held-out trial from its command, by its name."""
     ratio = beat_to_command(calibration)
     held_out = (trial.measured for trial in calibration.trials if trial.measured.role != "fit")
     return {trial.name: _forecast(calibration, ratio, trial.commanded_hz) for trial in held_out}
 
 
 def beat_to_command(calibration: Calibration) -> float:
-    """Mean ratio of beat to command over the fit trials; nan where the command of none is known."""
+    """Return the mean ratio of beat to command over the fit trials; nan where no command is known."""
     fitted = (trial.measured for trial in calibration.trials if trial.measured.role == "fit")
     ratios = [trial.frequency.hz / trial.commanded_hz for trial in fitted if trial.commanded_hz]
     return float(np.mean(ratios)) if ratios else float("nan")
@@ -169,7 +169,10 @@ class CalibrationResult:
 
     @property
     def standing_flags(self) -> tuple[Flag, ...]:
-        """The flags of the fit as a whole; a posterior, where there is one, says which coefficients are determined."""
+        """Flags of the fit as a whole, less those that a posterior replaces.
+
+        A posterior says which coefficients are determined.
+        """
         return tuple(flag for flag in self.flags if not (self.posterior and flag.kind == "unidentifiable"))
 
 
@@ -177,7 +180,7 @@ CALIBRATION = ResultFile("calibration.json", CalibrationResult)
 
 
 def doubted_trials(found: CalibrationResult) -> tuple[str, ...]:
-    """Return the names of fitted trials that swim otherwise than any twin could follow: no effect explains these."""
+    """Return the names of fitted trials that their twin cannot follow, so that no effect explains them."""
     return tuple(
         name
         for name, trial in found.trials.items()
@@ -186,7 +189,7 @@ def doubted_trials(found: CalibrationResult) -> tuple[str, ...]:
 
 
 def calibration_result(calibration: Calibration) -> CalibrationResult:
-    """The record of a calibration."""
+    """Convert a calibration into its record."""
     forecasts = forecast_from_command(calibration)
     return CalibrationResult(
         coefficients=calibration.coefficients,
@@ -225,7 +228,7 @@ PUBLISHED = ResultFile("published.json", PublishedResult)
 
 
 def published_result(fit: PublishedFit, trials: tuple[CalibratedTrial, ...]) -> PublishedResult:
-    """The record of a published search."""
+    """Convert a published search into its record."""
     of_role = {role: [t for t in trials if t.measured.role == role] for role in ("fit", "holdout")}
     summary = {role: summarise(chosen) for role, chosen in of_role.items()}
     return PublishedResult(fit, summary, {t.measured.name: _trial(t, None) for t in trials})

@@ -1,4 +1,4 @@
-"""The recommended coefficients of a session, the mode of the hierarchical model, with flags."""
+"""Recommended coefficients of a session: the mode of the hierarchical model, with flags."""
 
 import time
 from collections.abc import Mapping, Sequence
@@ -19,10 +19,12 @@ from session import Flag
 from swimmer import FluidCoefficients, Twin
 from swimmer.fluid import COEFFICIENT_BOUNDS
 
-_WIDE, _WIDE_BY = 2.5, 0.5  # ratio and difference of the ends of a 90 % interval beyond which nothing is determined
-_NEAR_BOUND = 0.02  # of the range
+# A coefficient is not determined if the ends of its 90 % interval exceed this ratio and this difference.
+_WIDE = 2.5
+_WIDE_BY = 0.5
+_NEAR_BOUND = 0.02  # share of the range from a bound within which an interval reaches it
 NAMES = FluidCoefficients._fields
-_AT_BOUND = 1e-3  # of the range
+_AT_BOUND = 1e-3  # share of the range from a bound within which a coefficient is at it
 
 
 class Marginal(NamedTuple):
@@ -65,7 +67,7 @@ class CoefficientFit:
         coefficients: the five fluid coefficients at the mode.
         interval: (5, 2) 90 % interval of each by the curvature at the mode, and about other ends of the search that are
             as likely; within the bounds.
-        components: standard deviation of each variance component by its name (see `fitting.model.variance`).
+        components: standard deviation of each variance component, by name (see `fitting.model.variance`).
         roll: roll of the hull, by which simulated markers swing in the fit; it does not move the calibrated twin.
         ends: where every start of the search ended, the best first.
         simulations: how often the fit trials were simulated.
@@ -92,10 +94,18 @@ def fit_coefficients(
     seed: int = 0,
     progress: Progress = lambda _message, _share: None,
 ) -> tuple[CoefficientFit, Mode]:
-    """Finds the posterior mode of the coefficients of fit trials, from so many starts; in which order does not matter.
+    """Find the posterior mode of the coefficients of fit trials; their order does not matter.
+
+    Args:
+        trials: the fit trials.
+        twin: the twin.
+        doubts: uncertain numbers of the robot.
+        starts: number of starts of the search.
+        seed: seed of the search.
+        progress: takes messages with the share of the work that is done.
 
     Raises:
-        SimulationDiverged: from every start.
+        SimulationDiverged: the twin diverged from every start.
     """
     began = time.perf_counter()
     ordered = sorted(trials, key=lambda trial: trial.name)
@@ -118,7 +128,7 @@ def fit_coefficients(
 
 
 def is_no_drag(name: str, bound: float) -> bool:
-    """Whether a coefficient at this bound is a drag that is not there: below 0 it would push."""
+    """Tell whether a coefficient at this bound is a drag that is absent: below 0 it would push."""
     return bound == 0.0 and name.endswith("_drag")
 
 

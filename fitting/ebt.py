@@ -1,8 +1,8 @@
 """Elongated body theory in three forms, each fitted to the fit trials by the same search over its one free number.
 
-What they want of the motion of the tail tip, measured or simulated: derivatives are either the published finite
-difference between neighbouring frames of 60 a second, which half-pixel tracks inflate (<h_t^2> by up to 80 % at low
-speed), or those of a Savitzky-Golay filter (quadratic over a sixth of a second).
+The forms differ in what they take from the motion of the tail tip, measured or simulated: derivatives are either the
+published finite difference between neighbouring frames of 60 a second, which half-pixel tracks inflate (<h_t^2> by up
+to 80 % at low speed), or those of a Savitzky-Golay filter (quadratic over a sixth of a second).
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -22,8 +22,9 @@ from swimmer.ebt import BETA_BOUNDS, DRAG_BOUNDS, TailMotion, TipMotion, steady_
 from tracking import HeadFrame, from_head_frame
 
 PUBLISHED_STEP_S = 1 / 60
-"""Between two frames of the published videos."""
-WINDOW_S, ORDER = 10 / 60, 2  # length and degree of the Savitzky-Golay filter: 11 frames of the published videos
+"""Time between two frames of the published videos."""
+WINDOW_S = 10 / 60  # length of the Savitzky-Golay filter: 11 frames of the published videos
+ORDER = 2  # degree of the filter
 EBT_RATIO_ONLY = "ebt_ratio_only"
 """The flag that names what is not identifiable in elongated body theory; every fit of it has it."""
 FROM_TWIN = ", twin's tail"  # after the name of a form that predicts from the tail of the twin
@@ -31,7 +32,7 @@ FROM_TWIN = ", twin's tail"  # after the name of a form that predicts from the t
 
 @dataclass(frozen=True, eq=False)
 class TailSwim:
-    """What elongated body theory needs of one swim.
+    """Motion of one swim's tail, as elongated body theory needs it.
 
     Attributes:
         time_s: (n,) s.
@@ -55,7 +56,7 @@ class TailSwim:
 def measured_tail(trial: MeasuredTrial, frames: np.ndarray) -> TailSwim:
     """Return the tail of a measured trial over the whole beats of the frames (n,).
 
-    Of a single marker on the tail nothing has a weight: the slope at the tip takes two.
+    A single marker on the tail has no weight: the slope at the tip takes two.
     """
     tail = _last_two(trial.tail)
     return TailSwim(
@@ -72,7 +73,15 @@ def measured_tail(trial: MeasuredTrial, frames: np.ndarray) -> TailSwim:
 def simulated_tail(
     time_s: np.ndarray, head: HeadFrame, tail: Sequence[int], frames: np.ndarray, frequency_hz: float
 ) -> TailSwim:
-    """The tail of one simulated swim (n, m, 2); `tail` are the indices of its markers behind the head."""
+    """Return the tail of one simulated swim.
+
+    Args:
+        time_s: (n,) s.
+        head: (n, m, 2) head frame of the swim.
+        tail: indices of the markers behind the head.
+        frames: (n,) frames to look at.
+        frequency_hz: beats a second.
+    """
     last = _last_two(tail)
     return TailSwim(
         time_s=time_s,
@@ -101,16 +110,17 @@ def published_motion(swim: TailSwim) -> TailMotion:
 
 
 def smoothed_motion(swim: TailSwim) -> TailMotion:
-    """The same with the derivative and the slope of a Savitzky-Golay filter."""
+    """Return <h_t^2> and <h_x^2> with the derivative and the slope of a Savitzky-Golay filter."""
     good = (swim.weight > 0) & np.isfinite(swim.tip_m).all(axis=-1) & swim.used[:, None]
     rate = _smooth(swim.tip_m, swim.time_s, 1)[:, 1, 1]
     return _mean_squares(rate, good[:, 1], *_slope(_smooth(swim.tip_m, swim.time_s, 0), good))
 
 
 def tip_motion(swim: TailSwim) -> TipMotion:
-    """The tip in the frame that swims along: smoothed velocities in the pool, turned by the trend of the heading.
+    """Return the motion of the tip in the frame that swims along.
 
-    One sample of nan where the tip is never seen.
+    Smoothed velocities are turned by the trend of the heading. The result is one sample of nan where the tip is never
+    seen.
     """
     used = swim.used & (swim.weight > 0).all(axis=1) & np.isfinite(swim.pool_m).all(axis=(1, 2))
     if not used.any():
@@ -127,14 +137,14 @@ def tip_motion(swim: TailSwim) -> TipMotion:
 
 
 def _heading_trend(swim: TailSwim) -> np.ndarray:
-    """(n,) the heading less its beat: a straight line through the whole beats."""
+    """Return the heading less its beat (n,): a straight line through the whole beats."""
     columns = design(swim.time_s, swim.frequency_hz, harmonics=2)
     weight = (swim.used & np.isfinite(swim.heading_rad)).astype(float)[:, None]
     return columns[:, :2] @ weighted_fit(columns, swim.heading_rad[:, None], weight)[:2, 0]
 
 
 def _smooth(series_m: np.ndarray, time_s: np.ndarray, derivative: int) -> np.ndarray:
-    """(n, 2, 2) smoothed series or its time derivative; missing samples are bridged before."""
+    """Smooth series (n, 2, 2) or take their time derivative; missing samples are interpolated before."""
     flat = bridged(time_s, series_m.reshape(len(series_m), -1))
     step = float(np.median(np.diff(time_s)))
     window = max(2 * round(WINDOW_S / 2 / step) + 1, ORDER + 1 + ORDER % 2)
@@ -144,7 +154,7 @@ def _smooth(series_m: np.ndarray, time_s: np.ndarray, derivative: int) -> np.nda
 
 
 def _slope(tip_m: np.ndarray, good: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """(n,) slope of the line through the last two markers, and where it counts."""
+    """Return the slope of the line through the last two markers (n,), and where it counts."""
     step = tip_m[:, 1] - tip_m[:, 0]
     with np.errstate(divide="ignore", invalid="ignore"):
         return step[:, 1] / step[:, 0], good.all(axis=1) & (np.abs(step[:, 0]) > 1e-6)
@@ -159,13 +169,13 @@ def _mean_squares(rate: np.ndarray, rate_good: np.ndarray, slope: np.ndarray, sl
 
 @dataclass(frozen=True)
 class EbtForm:
-    """One way to use the theory.
+    """One form of the theory.
 
     Attributes:
-        name: for results.
-        label: for people.
-        motion: what it takes from a tail.
-        speed: the steady speed (m/s) for that motion, a robot, beta and c_D.
+        name: name in results.
+        label: name for people.
+        motion: extracts what the form needs from a tail.
+        speed: computes the steady speed (m/s) for that motion, a robot, beta and c_D.
     """
 
     name: str
@@ -185,6 +195,7 @@ class EbtFit:
     """Elongated body theory with its two numbers, of which only the ratio is identifiable.
 
     Attributes:
+        form: the form of the theory.
         beta: shape factor of the added mass, kept at 1 within its published bounds [0.9, 1.1].
         drag_coefficient: c_D, on the reference area of the robot, within its published bounds [0, 10].
         flags: that only the ratio is identifiable, and others.
@@ -196,12 +207,19 @@ class EbtFit:
     flags: tuple[Flag, ...] = ()
 
     def speed(self, swim: TailSwim, robot: RobotSpec) -> float:
-        """The steady speed for a measured or simulated tail, m/s."""
+        """Return the steady speed for a measured or simulated tail, m/s."""
         return float(self.form.speed(self.form.motion(swim), robot, self.beta, self.drag_coefficient))
 
 
 def fit_ebt(form: EbtForm, swims: Sequence[TailSwim], speeds: np.ndarray, robot: RobotSpec) -> EbtFit:
-    """Least squares on speeds (t,), m/s, over c_D / beta; trials that do not show the tail tip are left out."""
+    """Fit c_D / beta to speeds by least squares; trials that do not show the tail tip are left out.
+
+    Args:
+        form: the form of the theory.
+        swims: tails of the t trials.
+        speeds: (t,) measured speeds, m/s.
+        robot: the robot.
+    """
     motions = [form.motion(swim) for swim in swims]
     seen = np.array([np.isfinite(float(form.speed(motion, robot, 1.0, 1.0))) for motion in motions])
     if not seen.any():
@@ -226,7 +244,7 @@ def fit_ebt(form: EbtForm, swims: Sequence[TailSwim], speeds: np.ndarray, robot:
 
 
 def fit_every_form(trials: Sequence[MeasuredTrial], robot: RobotSpec) -> dict[str, EbtFit]:
-    """Each form fitted to the same trials, by its name."""
+    """Fit each form to the same trials, by its name."""
     tails = [measured_tail(trial, trial.kept) for trial in trials]
     measured = np.array([trial.speed for trial in trials])
     return {form.name: fit_ebt(form, tails, measured, robot) for form in FORMS}
@@ -235,10 +253,16 @@ def fit_every_form(trials: Sequence[MeasuredTrial], robot: RobotSpec) -> dict[st
 def model_speeds(
     trial: MeasuredTrial, simulated: HeadFrame, ebts: Mapping[str, EbtFit], robot: RobotSpec
 ) -> dict[str, float]:
-    """Forward speed over the kept whole beats of a trial by the name of every model, m/s.
+    """Return the forward speed over the kept whole beats of a trial by the name of every model, m/s.
 
-    "twin" is the twin whose simulation (n, m, 2) is given; each form of the theory has its name for the measured tail,
-    and "<form>, twin's tail" for that of the twin, as it forecasts without the measured one.
+    "twin" is the twin whose simulation is given; each form of the theory has its name for the measured tail, and
+    "<form>, twin's tail" for that of the twin, as it forecasts without the measured one.
+
+    Args:
+        trial: the trial.
+        simulated: (n, m, 2) head frame of the twin.
+        ebts: the forms of the theory, by name.
+        robot: the robot.
     """
     tails = {
         "": measured_tail(trial, trial.kept),

@@ -1,4 +1,4 @@
-"""The twin's forecast of a trial from known coefficients, how far it is off, and whether such a twin swims from rest.
+"""The twin's forecast of a trial from known coefficients, its errors, and whether such a twin swims from rest.
 
 The crank's phase is that of the trial's first beats. Distances are as the public contract defines them.
 """
@@ -32,15 +32,18 @@ def swim(
     frequency_hz: float,
     frames: int | None = None,
 ) -> HeadFrame:
-    """Head frames (s, n, m, 2) of s simulations of one trial, started with its own velocity.
+    """Simulate one trial s times, started with its own velocity.
 
     Args:
-        twin: with the trial's markers.
+        twin: the twin, with the trial's markers.
         trial: n frames.
         coefficients: (s, 5).
         phase_rad: (s,) crank angle at time 0.
-        frequency_hz: of the crank, for all; a trial with a measured turn makes that instead.
-        frames: only so many from the first; default all n.
+        frequency_hz: frequency of the crank, for all; a trial with a measured turn makes that instead.
+        frames: number of frames from the first; default all n.
+
+    Returns:
+        Head frames (s, n, m, 2).
     """
     count = len(phase_rad)
     runs = Runs(
@@ -55,16 +58,22 @@ def swim(
 
 
 def frames_in_step(trial: MeasuredTrial) -> slice:
-    """The frames that set a trial's crank phase: of its known part, after the start is forgotten, three beats."""
+    """Return the frames that set a trial's crank phase: three beats of its known part, after the start is forgotten."""
     end = SETTLED_S + BEATS_IN_STEP / trial.start_frequency.hz
     frames = np.flatnonzero(trial.known & (trial.time_s > SETTLED_S) & (trial.time_s <= end))
     return slice(int(frames[0]), int(frames[-1]) + 1)
 
 
 def phase_from_harmonic(twin: Twin, trial: MeasuredTrial, coefficients: np.ndarray, frequency_hz: float) -> np.ndarray:
-    """(s,) crank phases at time 0, rad, with which tails of coefficients (s, 5) beat in step with the measured one.
+    """Return the crank phases at time 0 (s,), rad, with which the tails beat in step with the measured one.
 
     One simulation at phase 0 gives the lag of the tail's first harmonic behind the crank.
+
+    Args:
+        twin: the twin.
+        trial: the trial.
+        coefficients: (s, 5).
+        frequency_hz: frequency of the crank.
     """
     frames = frames_in_step(trial)
     simulated = swim(twin, trial, coefficients, np.zeros(len(coefficients)), frequency_hz, frames.stop)
@@ -82,12 +91,12 @@ def phase_from_harmonic(twin: Twin, trial: MeasuredTrial, coefficients: np.ndarr
 
 
 def fit_phase(twin: Twin, trial: MeasuredTrial, coefficients: FluidCoefficients) -> float:
-    """Crank phase at time 0, from the shape of the tail in the known part of the trial, rad.
+    """Estimate the crank phase at time 0 from the shape of the tail in the known part of the trial, rad.
 
     The harmonic phase is refined twice on a grid, all simulations of one in a batch, then by a parabola.
 
     Raises:
-        SimulationDiverged: the twin, at this frequency.
+        SimulationDiverged: the twin diverged at this frequency.
     """
     hz = trial.start_frequency.hz
     values = np.array([coefficients], float)
@@ -104,9 +113,9 @@ def fit_phase(twin: Twin, trial: MeasuredTrial, coefficients: FluidCoefficients)
 
 
 def _lowest(tries: np.ndarray, misfit: np.ndarray) -> float:
-    """Where the parabola through the least of misfits (s,) at even steps and its neighbours is lowest.
+    """Return the minimum of the parabola through the least of misfits (s,) at even steps and its neighbours.
 
-    The least of them where a neighbour diverged or is no larger.
+    It is the place of the least misfit itself where a neighbour diverged or is no larger.
     """
     best = int(np.clip(np.argmin(misfit), 1, len(tries) - 2))
     before, least, after = misfit[best - 1 : best + 2]
@@ -117,15 +126,22 @@ def _lowest(tries: np.ndarray, misfit: np.ndarray) -> float:
 
 
 def forecast(twin: Twin, trial: MeasuredTrial, coefficients: FluidCoefficients, phase_rad: float) -> HeadFrame:
-    """The twin's head frame (n, m, 2) of one trial, at the frequency of its known part."""
+    """Simulate one trial at the frequency of its known part, and return the twin's head frame (n, m, 2).
+
+    Args:
+        twin: the twin.
+        trial: the trial.
+        coefficients: coefficients of the twin.
+        phase_rad: angle of the crank at time 0.
+    """
     values = np.array([coefficients], float)
     return one_of(swim(twin, trial, values, np.array([phase_rad]), trial.start_frequency.hz), 0)
 
 
 def _shape_misfit(trial: MeasuredTrial, simulated: HeadFrame, frames: slice) -> np.ndarray:
-    """(s,) mean distance of the tail markers relative to the nose over some frames, their mean offset left out.
+    """Return the mean distance (s,) of the tail markers relative to the nose over some frames, less their mean offset.
 
-    Infinite where the twin diverged.
+    It is infinite where the twin diverged.
     """
     tail = list(trial.tail)
     weight = trial.weight[frames][:, tail]
@@ -139,17 +155,26 @@ def _shape_misfit(trial: MeasuredTrial, simulated: HeadFrame, frames: slice) -> 
 
 
 def probed_hz(trials: tuple[MeasuredTrial, ...]) -> float:
-    """Half the slowest of the trials: of 512 twins all over the box, those that swim forward at it do at all faster."""
+    """Return half the slowest frequency of the trials, at which twins are checked from rest.
+
+    Of 512 twins all over the box, those that swim forward at it do at all faster ones.
+    """
     return 0.5 * min(trial.frequency.hz for trial in trials)
 
 
 def seconds_from_rest(trials: tuple[MeasuredTrial, ...]) -> float:
-    """Seconds simulated to check one set of coefficients."""
+    """Return the seconds that are simulated to check one set of coefficients."""
     return BEATS / probed_hz(trials)
 
 
 def speed_from_rest(twin: Twin, coefficients: np.ndarray, frequency_hz: np.ndarray) -> np.ndarray:
-    """(s, f) forward speed after half of some beats from rest, m/s, for s sets of coefficients (s, 5)."""
+    """Return the forward speed (s, f) after half of some beats from rest, m/s, for s sets of coefficients (s, 5).
+
+    Args:
+        twin: the twin.
+        coefficients: (s, 5).
+        frequency_hz: (f,) frequencies of the crank.
+    """
     count, times = len(coefficients), [np.arange(0.0, BEATS / hz, FRAME_S) for hz in frequency_hz]
     runs = [Runs(np.asarray(coefficients, float), np.full(count, hz), np.zeros(count)) for hz in frequency_hz]
     speeds = np.zeros((count, len(times)))
@@ -160,13 +185,18 @@ def speed_from_rest(twin: Twin, coefficients: np.ndarray, frequency_hz: np.ndarr
 
 
 def swims_forward(twin: Twin, coefficients: np.ndarray, trials: tuple[MeasuredTrial, ...]) -> np.ndarray:
-    """(s,) whether each set of coefficients (s, 5) swims forward from rest at the frequencies of the trials.
+    """Tell whether each set of coefficients (s, 5) swims forward from rest at the frequencies of the trials, (s,).
 
     MuJoCo's fluid model has two steady states for many sets of coefficients: started at the measured speed such a twin
     follows the trials, started from rest it settles swimming backward. No trial that begins mid-swim can separate them,
     but the robot itself does: it starts from rest.
 
-    Always True when a trial itself was measured swimming backward.
+    It is always True when a trial itself was measured swimming backward.
+
+    Args:
+        twin: the twin.
+        coefficients: (s, 5).
+        trials: the trials.
     """
     if any(trial.speed <= 0 for trial in trials):
         return np.ones(len(coefficients), bool)
@@ -191,7 +221,7 @@ class Scores(NamedTuple):
 
 
 def residuals(trial: MeasuredTrial, simulated: HeadFrame, frames: np.ndarray) -> np.ndarray:
-    """Simulated minus measured in the head frame, aligned at the first of the frames.
+    """Return the simulated minus the measured markers in the head frame, aligned at the first of the frames.
 
     Args:
         trial: n frames of m markers.
@@ -210,7 +240,7 @@ def residuals(trial: MeasuredTrial, simulated: HeadFrame, frames: np.ndarray) ->
 
 
 def score(trial: MeasuredTrial, simulated: HeadFrame) -> Scores:
-    """The distances of one trial from one simulation of it, (n, m, 2) at the same times."""
+    """Return the marker distances of one trial from one simulation of it, (n, m, 2) at the same times."""
     frames = trial.scored
     distance = np.linalg.norm(residuals(trial, simulated, frames), axis=-1)  # (k, m)
     shape = np.linalg.norm(simulated.shape_m[frames] - trial.head.shape_m[frames], axis=-1)

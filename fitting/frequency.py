@@ -16,15 +16,17 @@ from fitting.series import design, weighted_fit
 from session import Flag, NotEnoughData
 
 BLOCKS_PER_BEAT = 16.0
-CORRELATIONS = np.append(0.0, 1 - np.geomspace(0.7, 0.005, 24))  # tried between neighbouring blocks
+CORRELATIONS = np.append(0.0, 1 - np.geomspace(0.7, 0.005, 24))  # those tried between neighbouring blocks
 HARMONICS = 3
-SEARCH_HZ = (0.1, 15.0)  # as session.toml allows
+SEARCH_HZ = (0.1, 15.0)  # range of the search, as session.toml allows
 STILL_M = 1e-3  # a tail that moves by less does not move at all: trackers err by as much
 OFF_COMMAND = 0.05  # relative difference to the command that is worth a flag
-LEAST_EXPLAINED = 0.5  # of the tail's motion; below, something else than a beat moves it
-_PHASES, _SHOWN, _TURNS = 16, 0.75, 3.0  # of a beat; share of them that must be seen; beats that tell
+LEAST_EXPLAINED = 0.5  # share of the tail's motion below which something else than a beat moves it
+_PHASES = 16  # phases of a beat
+_SHOWN = 0.75  # share of them that must be seen
+_TURNS = 3.0  # least number of beats that tell
 _REWEIGHTINGS = 3
-_AT_ONCE = 64  # frequencies
+_AT_ONCE = 64  # frequencies that are tried at once
 _HUBER = 2.0  # residuals beyond this many robust standard deviations count less
 
 
@@ -35,7 +37,7 @@ def standard_error(
     weight: np.ndarray,
     frames_per_beat: float,
 ) -> float:
-    """Standard error of a number that k markers share (a frequency, a speed), when all else is fitted to each of them.
+    """Return the standard error of a number that k markers share (a frequency, a speed), with all else fitted to each.
 
     Tracking errors stay for several frames and are shared by the markers. Summing their covariance lag by lag (Newey
     and West 1987) finds too little of it, because the regression of each marker has eaten the residual near its
@@ -48,19 +50,19 @@ def standard_error(
         slope: (n, k) d model / d number, such as m/Hz; the number is sum(slope * series) / sum(slope^2).
         residual: (n, k) m.
         weight: (n, k) of each sample in the regression, 0 leaves it out.
-        frames_per_beat: how many.
+        frames_per_beat: frames in a beat.
 
     Returns:
         In the number's unit; nan where no marker has more blocks than regressors, or none beats.
     """
     block = np.arange(len(residual)) // max(round(frames_per_beat / BLOCKS_PER_BEAT), 1)
-    total = _summed(weight, block)  # (b, k)
-    pull = _summed(weight * slope, block)  # (b, k) of each block's mean residual on the frequency
+    total = _sum_blocks(weight, block)  # (b, k)
+    pull = _sum_blocks(weight * slope, block)  # (b, k) of each block's mean residual on the frequency
     markers = []
     for k in range(residual.shape[1]):
         used = np.flatnonzero(total[:, k] > 0)
         series = np.column_stack([residual[:, k], columns, slope[:, k]])
-        mean = _summed(weight[:, k : k + 1] * series, block)[used] / total[used, k : k + 1]
+        mean = _sum_blocks(weight[:, k : k + 1] * series, block)[used] / total[used, k : k + 1]
         markers.append(_Marker(used, mean[:, 0], mean[:, 1:]))
     curvature = float((weight * slope**2).sum())
     if curvature <= 0 or all(marker.freedom <= 0 for marker in markers):
@@ -83,7 +85,7 @@ class _Marker:
         return len(self.residual) - self.columns.shape[1]
 
     def innovations(self, correlation: float) -> tuple[np.ndarray, float]:
-        """(b,) residuals freed of their correlation, and their restricted log-likelihood times -2."""
+        """Return the residuals (b,) freed of their correlation, and their restricted deviance."""
         carried = np.append(0.0, correlation ** np.diff(self.blocks))  # (b,) from the block before
         scale = np.sqrt(1 - carried**2)
 
@@ -101,7 +103,7 @@ class _Marker:
 
 
 def _spread(pull: np.ndarray, markers: list[_Marker], correlation: float) -> tuple[float, float]:
-    """Variance of the sum of all pulls (b, k) for this correlation, and its restricted log-likelihood times -2."""
+    """Return the variance of the sum of all pulls (b, k) for this correlation, and its restricted deviance."""
     fresh, deviance = np.zeros_like(pull), 0.0
     for k, marker in enumerate(markers):
         if marker.freedom > 0:
@@ -112,14 +114,14 @@ def _spread(pull: np.ndarray, markers: list[_Marker], correlation: float) -> tup
     return float(np.einsum("bk,kl,bl->", reach, fresh.T @ fresh, pull)), deviance
 
 
-def _summed(values: np.ndarray, block: np.ndarray) -> np.ndarray:
-    """(b, k) sums of (n, k) over the frames of each block."""
+def _sum_blocks(values: np.ndarray, block: np.ndarray) -> np.ndarray:
+    """Sum values (n, k) over the frames of each block, (b, k)."""
     return np.add.reduceat(values, np.flatnonzero(np.diff(block, prepend=-1)), axis=0)
 
 
 @dataclass(frozen=True)
 class SwimFrequency:
-    """The beat of a trial.
+    """Beat frequency of a trial.
 
     Attributes:
         hz: beats a second.
@@ -127,7 +129,9 @@ class SwimFrequency:
         phase_rad: phase of the first harmonic of the last tail marker that is seen, at time 0 (angle of a cosine).
         amplitude_m: amplitude of that harmonic.
         explained: share of the tail's motion that the harmonics explain, 0 to 1.
-        commanded_hz: as commanded, None when unknown.
+        beats: number of beats in the trial.
+        commanded_hz: commanded frequency, None when unknown.
+        flags: what is doubtful about it.
         swing_m: amplitude of the first harmonic of the tail marker that swings most.
     """
 
@@ -148,7 +152,7 @@ def estimate_frequency(
     weight: np.ndarray,
     commanded_hz: float | None = None,
 ) -> SwimFrequency:
-    """The frequency that all tail markers share.
+    """Estimate the frequency that all tail markers share.
 
     Args:
         time_s: (n,) s.
@@ -167,9 +171,9 @@ def estimate_frequency(
         )
     if _range(lateral_m, weight) < STILL_M:
         raise NotEnoughData("the tail does not move: a robot at rest, or a frozen video")
-    start = _strongest(time_s, lateral_m, weight)
+    start = _find_strongest(time_s, lateral_m, weight)
     for _ in range(_REWEIGHTINGS):
-        hz = _refined(time_s, lateral_m, weight, start)
+        hz = _refine(time_s, lateral_m, weight, start)
         columns = design(time_s, hz, HARMONICS)
         residual = np.nan_to_num(lateral_m) - columns @ weighted_fit(columns, lateral_m, weight)
         weight = weight * _huber(residual, weight)
@@ -180,7 +184,7 @@ def estimate_frequency(
         raise NotEnoughData(f"{np.ptp(time_s):.2f} s hold {beats:.2f} beats at {hz:.2f} Hz; at least one is needed")
     seen = weight > 0
     cos, sin = coefficients[2:4, np.flatnonzero(seen.any(axis=0))[-1]]
-    explained = _explained(lateral_m, residual, weight)
+    explained = _explained_share(lateral_m, residual, weight)
     return SwimFrequency(
         hz=hz,
         se_hz=_standard_error(time_s, residual, coefficients, weight, hz),
@@ -189,13 +193,13 @@ def estimate_frequency(
         explained=explained,
         beats=beats,
         commanded_hz=commanded_hz,
-        flags=(*_flags(hz, commanded_hz, beats, explained), *_one_side(time_s, np.asarray(seen.any(axis=1)), hz)),
+        flags=(*_flags(hz, commanded_hz, beats, explained), *_flag_one_side(time_s, np.asarray(seen.any(axis=1)), hz)),
         swing_m=float(np.hypot(coefficients[2], coefficients[3])[seen.any(axis=0)].max()),
     )
 
 
-def _one_side(time_s: np.ndarray, seen: np.ndarray, hz: float) -> tuple[Flag, ...]:
-    """Flag a beat that may be half as fast: frames (n,) that show the tail at some phases of that one only."""
+def _flag_one_side(time_s: np.ndarray, seen: np.ndarray, hz: float) -> tuple[Flag, ...]:
+    """Flag a beat that may be half as fast, as its frames (n,) show the tail at some phases only."""
     turns = 0.5 * hz * time_s
     if np.ptp(turns) < _TURNS:
         return ()
@@ -210,14 +214,14 @@ def _one_side(time_s: np.ndarray, seen: np.ndarray, hz: float) -> tuple[Flag, ..
 
 
 def _range(lateral_m: np.ndarray, weight: np.ndarray) -> float:
-    """How far the marker that moves most moves from side to side, m."""
+    """Return how far the marker that moves most moves from side to side, m."""
     highest = np.where(weight > 0, np.nan_to_num(lateral_m), -np.inf).max(axis=0)
     lowest = np.where(weight > 0, np.nan_to_num(lateral_m), np.inf).min(axis=0)
     return float((highest - lowest).max())
 
 
-def _strongest(time_s: np.ndarray, lateral_m: np.ndarray, weight: np.ndarray) -> float:
-    """Start of the search: the best single harmonic (more would also fit at half the frequency)."""
+def _find_strongest(time_s: np.ndarray, lateral_m: np.ndarray, weight: np.ndarray) -> float:
+    """Find the start of the search: the best single harmonic (more would also fit at half the frequency)."""
     span = float(np.ptp(time_s))
     low = max(SEARCH_HZ[0], 0.8 / span)
     high = min(SEARCH_HZ[1], 0.4 * (len(time_s) - 1) / span)
@@ -239,7 +243,7 @@ def _strongest(time_s: np.ndarray, lateral_m: np.ndarray, weight: np.ndarray) ->
 def _power(
     grid: np.ndarray, trend: np.ndarray, time_s: np.ndarray, series: np.ndarray, weight: np.ndarray
 ) -> np.ndarray:
-    """(f,) weighted squares of series (n, k) that a mean, a drift (n,) and a harmonic of each frequency explain."""
+    """Return the weighted squares (f,) of series (n, k) that mean, drift and a harmonic of each frequency explain."""
     angle = 2 * np.pi * np.multiply.outer(grid, time_s)  # (f, n)
     even = np.broadcast_to(np.stack([np.ones_like(trend), trend]), (len(grid), 2, len(trend)))
     columns = np.concatenate([even, np.cos(angle)[:, None], np.sin(angle)[:, None]], axis=1)  # (f, 4, n)
@@ -251,7 +255,7 @@ def _power(
     return np.asarray((found * moment).sum(axis=(1, 2)))
 
 
-def _refined(time_s: np.ndarray, lateral_m: np.ndarray, weight: np.ndarray, start: float) -> float:
+def _refine(time_s: np.ndarray, lateral_m: np.ndarray, weight: np.ndarray, start: float) -> float:
     reach = min(0.5 / float(np.ptp(time_s)), 0.3 * start)
     found = minimize_scalar(
         _misfit,
@@ -270,7 +274,7 @@ def _misfit(hz: float, time_s: np.ndarray, lateral_m: np.ndarray, weight: np.nda
 
 
 def _huber(residual: np.ndarray, weight: np.ndarray) -> np.ndarray:
-    """(n, k) weights that tame outliers of each marker."""
+    """Return weights (n, k) that reduce the influence of each marker's outliers."""
     used = np.where(weight > 0, residual, np.nan)
     result = np.ones_like(residual)
     for k in range(residual.shape[1]):
@@ -299,7 +303,7 @@ def _frequency_slope(time_s: np.ndarray, hz: float, coefficients: np.ndarray) ->
     return 2 * np.pi * time_s[:, None] * total
 
 
-def _explained(lateral_m: np.ndarray, residual: np.ndarray, weight: np.ndarray) -> float:
+def _explained_share(lateral_m: np.ndarray, residual: np.ndarray, weight: np.ndarray) -> float:
     values = np.nan_to_num(lateral_m)
     mean = (weight * values).sum(axis=0) / np.maximum(weight.sum(axis=0), 1e-12)
     total = float((weight * (values - mean) ** 2).sum())

@@ -1,4 +1,4 @@
-"""Tracks checked and laid on the pool, with the markers of the tail: what every measurement begins with."""
+"""Tracks checked and transformed to the pool, with the markers of the tail: the start of every measurement."""
 
 import numpy as np
 import xarray as xr
@@ -14,12 +14,17 @@ from tracking.quality import FLOOR_PX
 def in_pool(
     tracks: xr.Dataset, camera: CameraSpec, robot: RobotSpec, whose: str, floor_px: float = FLOOR_PX
 ) -> tuple[np.ndarray, float, TrackQuality, list[int]]:
-    """Markers (n, m, 2) on the pool and their scale (m/px), how far each sample is believed, and which are the tail's.
+    """Check the tracks and transform them to the pool.
 
     Args:
-        tracks, camera, robot: all frames, what filmed them and what was filmed.
+        tracks: all frames.
+        camera: the camera that filmed them.
+        robot: the robot.
         whose: the trial and what it is for, for the message.
-        floor_px: how far a marker may always be from where the others put it.
+        floor_px: distance that a marker may always have from where the others put it.
+
+    Returns:
+        Markers (n, m, 2) on the pool, m; scale, m/px; how far each sample is believed; indices of the tail's markers.
 
     Raises:
         NotEnoughData: no tail marker, or nose and neck are exchanged or never seen apart.
@@ -38,20 +43,24 @@ def in_pool(
 
 
 def tail_markers(robot: RobotSpec, markers: tuple[str, ...]) -> list[int]:
-    """Indices of the markers behind the head, from head to fin."""
+    """Return the indices of the markers behind the head, from head to fin."""
     behind = [i for i, name in enumerate(markers) if robot.markers[name].body != "head"]
     return sorted(behind, key=lambda i: robot.markers[markers[i]].position_m[0])
 
 
 def head_frame(markers: tuple[str, ...], position_m: np.ndarray, seen: np.ndarray | None = None) -> HeadFrame:
-    """Turn markers (..., n, m, 2) of these m names into the head frame, as `to_head_frame`.
+    """Turn markers (..., n, m, 2) of these m names into the head frame, as `to_head_frame` does.
 
-    A simulation that is compared with a trial is seen through the trial's own gaps: `seen` (n,) are the frames whose
-    nose and neck are trusted in the trial.
+    A simulation that is compared with a trial is seen through the trial's own gaps.
+
+    Args:
+        markers: names of the m markers.
+        position_m: (..., n, m, 2) m.
+        seen: (n,) frames whose nose and neck are trusted in the trial.
     """
     return to_head_frame(position_m, markers.index("nose"), markers.index("neck"), seen)
 
 
 def head_is_trusted(markers: tuple[str, ...], weight: np.ndarray) -> np.ndarray:
-    """(n,) frames of which both nose and neck are believed; weight (n, m)."""
+    """Tell in which frames (n,) both nose and neck are believed; weight (n, m)."""
     return (weight[:, markers.index("nose")] > 0) & (weight[:, markers.index("neck")] > 0)

@@ -1,18 +1,18 @@
-"""Where in a trial the tail beats: robots rest before they start, stop early, or never start."""
+"""The part of a trial in which the tail beats: robots rest before they start, stop early, or never start."""
 
 import numpy as np
 
-_HOP = 0.25  # of a beat, between windows of one beat
-_BEATING = 0.4  # of the usual amplitude; a window that is half at rest has about half of it
-_USUAL = 80.0  # percentile of the windows
+_HOP = 0.25  # part of a beat between windows of one beat
+_BEATING = 0.4  # least share of the usual amplitude; a window that is half at rest has about half of it
+_USUAL = 80.0  # percentile of the windows that counts as usual
 _LEAST_SEEN = 0.5  # share of a window's frames in which a marker has to be seen
-_JUDGED = 3.0  # beats, of which at least one can be at rest without being most of them
+_JUDGED = 3.0  # least number of beats, so that one can be at rest without being most of them
 
 
 def beating_part(time_s: np.ndarray, lateral_m: np.ndarray, weight: np.ndarray, hz: float) -> slice:
     """Return the frames of the longest stretch in which the tail beats throughout.
 
-    Each marker's amplitude in windows of one beat is held against what it usually is. A window that does not show the
+    Each marker's amplitude in windows of one beat is compared with what it usually is. A window that does not show the
     tail says nothing.
 
     Args:
@@ -45,7 +45,7 @@ def beating_part(time_s: np.ndarray, lateral_m: np.ndarray, weight: np.ndarray, 
 
 
 def _amplitude(time_s: np.ndarray, lateral_m: np.ndarray, weight: np.ndarray, hz: float, middle_s: float) -> np.ndarray:
-    """(k,) amplitude of each marker's first harmonic in the beat about a time, m; nan where it is hardly seen."""
+    """Return the amplitude of each marker's first harmonic in the beat about a time (k,), m; nan where hardly seen."""
     frames = np.abs(time_s - middle_s) <= 0.5 / hz + 1e-9
     angle = 2 * np.pi * hz * time_s[frames]
     columns, found = (

@@ -1,4 +1,4 @@
-"""Which trials take part in a fit, and which of those that do should not be trusted once it is made.
+"""Trials that take part in a fit, and those of them that should not be trusted once it is made.
 
 One unusable trial never stops the others: it is left out, and a flag says why.
 """
@@ -18,17 +18,21 @@ from swimmer.fluid import COEFFICIENT_BOUNDS
 if TYPE_CHECKING:
     from fitting.calibration import CalibratedTrial
 
-_TRIED = (0.02, 0.05, 0.1, 0.2, 0.4)  # of the range of every coefficient, beside the published ones
+_TRIED = (0.02, 0.05, 0.1, 0.2, 0.4)  # shares of every coefficient's range, tried after the published ones
 FAR = "far_from_twin"
 """The flag of a trial that its own twin does not follow: it keeps a diagnosis from naming an effect."""
 MISSED = "speed_missed"
 """The flag of a fit trial whose speed the fitted twin misses."""
-MISSED_BY = 0.05  # relative
-_BEYOND = 3.0  # times the fastest or slowest fitted beat
-_OTHER_WAY_M_S = 0.005
-_SLOW, _SLOW_M_S = 0.3, 0.02  # relative and absolute, both
-_OFF_M = 0.1  # of markers that may be off in the mean before it is another swim: a sixth of the published fish
-_WORSE, _WORSE_M = 4.0, 0.03  # than the median of its fellows, times and beyond
+MISSED_BY = 0.05  # least relative speed error of such a trial
+_BEYOND = 3.0  # largest ratio to the fastest or slowest fitted beat
+_OTHER_WAY_M_S = 0.005  # least speed difference of a twin that swims the other way
+# A trial is far from its twin if the speeds differ by more than both of these, relative and absolute.
+_SLOW = 0.3
+_SLOW_M_S = 0.02
+_OFF_M = 0.1  # mean marker error from which it is another swim: a sixth of the published fish
+# A trial is also far if its marker error exceeds the median of the others by this factor and this distance.
+_WORSE = 4.0
+_WORSE_M = 0.03
 
 
 def left_out_flags(left_out: Mapping[str, str]) -> tuple[Flag, ...]:
@@ -37,7 +41,7 @@ def left_out_flags(left_out: Mapping[str, str]) -> tuple[Flag, ...]:
 
 
 def followed(trials: Sequence[MeasuredTrial], twin: Twin) -> tuple[list[MeasuredTrial], dict[str, str]]:
-    """Part fit trials in those that some twin can swim, and the others by name and why.
+    """Separate the fit trials that some twin can swim from the others, which are returned by name and why.
 
     Raises:
         NotEnoughData: no twin can swim any of them.
@@ -54,9 +58,13 @@ def followed(trials: Sequence[MeasuredTrial], twin: Twin) -> tuple[list[Measured
 
 
 def beyond(hz: float, fitted_hz: tuple[float, float]) -> str:
-    """Say that a held-out trial beats far outside the fitted frequencies; empty where it does not.
+    """Say that a held-out trial beats far outside the fitted frequencies; an empty text where it does not.
 
     This is known before anything is compared, so that no score decides what is scored.
+
+    Args:
+        hz: beats a second.
+        fitted_hz: lowest and highest frequency of the fit trials.
     """
     low, high = fitted_hz
     if low / _BEYOND <= hz <= high * _BEYOND:
@@ -76,7 +84,7 @@ def suspicion(trial: "CalibratedTrial", fellows_m: Sequence[float]) -> tuple[Fla
     """Flag a trial whose own twin is far from it.
 
     Args:
-        trial: beside the calibrated twin.
+        trial: the trial and the calibrated twin.
         fellows_m: marker errors of all other trials, m.
     """
     flags, measured, twin = [], trial.measured.speed, trial.speed_twin

@@ -25,10 +25,11 @@ from swimmer.fluid import COEFFICIENT_BOUNDS
 from swimmer.twin import simulate_together
 from tracking import HeadFrame
 
-LOST_M = 1.0  # distance assigned to a simulation that diverged
+LOST_M = 1.0  # distance that a diverged simulation counts with
 Progress = Callable[[float, float], None]
-_INITIAL, _BATCH = 16, 4  # Sobol points before the first proposal; proposals a batch
-_BAYESIAN_SHARE = 0.3  # of the budget, the rest is Nelder-Mead's
+_INITIAL = 16  # Sobol points before the first proposal
+_BATCH = 4  # proposals in a batch
+_BAYESIAN_SHARE = 0.3  # share of the budget for Bayesian optimisation; the rest is Nelder-Mead's
 _SIMPLEX = (1.0, 0.1)  # first steps of the simplex, in coefficients and in phases (rad)
 _FREE_TURNS_RAD = 100.0  # phases are free; the optimiser asks for finite bounds
 _PENALTY = 1.5  # factor on the distance of what swims backward
@@ -36,13 +37,13 @@ _PENALTY = 1.5  # factor on the distance of what swims backward
 
 @dataclass(frozen=True, eq=False)
 class Swims:
-    """The trials a set of parameters is compared with, and the twin that swims them."""
+    """The trials with which a set of parameters is compared, and the twin that swims them."""
 
     twin: Twin
     trials: tuple[MeasuredTrial, ...]
 
     def simulate(self, parameters: np.ndarray) -> list[HeadFrame]:
-        """Head frames (s, k, m, 2) of each trial for s columns of parameters (p, s); what diverges is nan.
+        """Simulate head frames (s, k, m, 2) of each trial for s columns of parameters (p, s); what diverges is nan.
 
         All trials run in one batch, each until the last of its k frames that is scored.
         """
@@ -63,7 +64,11 @@ class Swims:
         return [trial.seen_head(each.marker_m) for trial, each in zip(self.trials, swum, strict=True)]
 
     def mean_distance(self, parameters: np.ndarray) -> np.ndarray:
-        """(s,) mean over trials of the mean distance, m; parameters (p, s): coefficients, a phase a trial (rad)."""
+        """Return the mean over trials of the mean distance (s,), m.
+
+        Args:
+            parameters: (p, s) coefficients, then a phase for each trial (rad).
+        """
         total = np.zeros(parameters.shape[1])
         for trial, head in zip(self.trials, self.simulate(parameters), strict=True):
             distance = np.linalg.norm(residuals(trial, head, trial.scored), axis=-1)  # (s, k, m)
@@ -74,7 +79,7 @@ class Swims:
 
 @dataclass(frozen=True, eq=False)
 class PublishedFit:
-    """What the published search finds.
+    """Result of the published search.
 
     Attributes:
         coefficients: the best that swim forward from rest.
@@ -82,6 +87,7 @@ class PublishedFit:
         mean_distance_m: the objective there, m.
         converged: the simplex became small before the budget was spent.
         simulations: how often the fit trials were simulated.
+        seconds: wall time of the search.
     """
 
     coefficients: FluidCoefficients
@@ -95,12 +101,12 @@ class PublishedFit:
 def published_search(
     swims: Swims, budget_s: float, seed: int = 0, progress: Progress = lambda _share, _best_m: None
 ) -> PublishedFit:
-    """Runs it; in which order the trials come does not matter.
+    """Run the published search; the order of the trials does not matter.
 
     Args:
         swims: the fit trials and the twin.
         budget_s: simulated seconds.
-        seed: of every random draw.
+        seed: seed of every random draw.
         progress: called with the share done, 0 to 1, and the best mean distance so far, m.
 
     Raises:
@@ -137,7 +143,7 @@ class _Search:
         self._seconds_from_rest = seconds_from_rest(swims.trials)
 
     def __call__(self, points: np.ndarray) -> np.ndarray:
-        """(s,) distances of points (p, s), m; a point that would be best but swims backward is penalised."""
+        """Return the distances (s,) of points (p, s), m; a point that would be best but swims backward is penalised."""
         distances = self._swims.mean_distance(points)
         self.simulations += points.shape[1]
         self.spent_s += self._seconds * points.shape[1]
@@ -154,7 +160,7 @@ class _Search:
         return result
 
     def bayesian(self, budget_s: float, seed: int) -> None:
-        """Spends a budget of simulated seconds on Bayesian optimisation over the five coefficients."""
+        """Spend a budget of simulated seconds on Bayesian optimisation over the five coefficients."""
         from bayes_opt import BayesianOptimization, acquisition  # half a second that nothing else needs
 
         low, high = COEFFICIENT_BOUNDS
@@ -176,7 +182,7 @@ class _Search:
                 evaluate(np.array([[float(p[name]) for name in names] for p in proposals]))
 
     def nelder_mead(self) -> bool:
-        """Spends the rest of the budget on bounded Nelder-Mead (nlopt) from the best; whether it converged."""
+        """Spend the rest of the budget on bounded Nelder-Mead (nlopt) from the best; return whether it converged."""
         start, free = self.best, np.full(len(self.best) - 5, _FREE_TURNS_RAD)
         low, high = (
             np.append(np.full(5, end), sign * free) for end, sign in zip(COEFFICIENT_BOUNDS, (-1, 1), strict=True)
@@ -202,7 +208,7 @@ class _Search:
         return bool(optimiser.last_optimize_result() == nlopt.XTOL_REACHED)
 
     def _in_step(self, coefficients: np.ndarray) -> np.ndarray:
-        """(p, s) points of coefficients (s, 5), with the crank phases that bring the tail in step."""
+        """Return points (p, s) of coefficients (s, 5), with the crank phases that bring the tail in step."""
         self.simulations += len(coefficients)
         self.spent_s += self._seconds * len(coefficients)
         twin = self._swims.twin

@@ -1,10 +1,19 @@
-"""Series in time: missing samples bridged, regression on a drift and harmonics, and whether the samples allow it."""
+"""Series in time: missing samples interpolated, regression on a drift and harmonics, and whether samples allow it."""
 
 import numpy as np
 
 
 def bridged(time_s: np.ndarray, series: np.ndarray, at_s: np.ndarray | None = None) -> np.ndarray:
-    """(m, k) series (n, k) at m times, by default their own, interpolated over nan; 0 where one is never seen."""
+    """Interpolate series over missing samples.
+
+    Args:
+        time_s: (n,) times.
+        series: (n, k), nan where missing.
+        at_s: (m,) times of the result; by default those of the series.
+
+    Returns:
+        (m, k); 0 where a series is never seen.
+    """
     at_s = time_s if at_s is None else at_s
     result = np.zeros((len(at_s), series.shape[1]))
     for k, column in enumerate(series.T):
@@ -14,21 +23,39 @@ def bridged(time_s: np.ndarray, series: np.ndarray, at_s: np.ndarray | None = No
 
 
 def waves(turn_rad: np.ndarray, harmonics: int) -> np.ndarray:
-    """(n, 2 h) cosine and sine of each harmonic of a turn (n,)."""
+    """Return cosine and sine of each harmonic of a turn (n,), (n, 2 h)."""
     angles = np.multiply.outer(turn_rad, np.arange(1, harmonics + 1))  # (n, h)
     return np.stack([np.cos(angles), np.sin(angles)], axis=-1).reshape(len(turn_rad), -1)
 
 
 def smooth_swim(time_s: np.ndarray, turn_rad: np.ndarray, degree: int, harmonics: int) -> np.ndarray:
-    """(n, degree + 1 + 2 harmonics) columns: powers of the time from -1 to 1, then cosine and sine of each harmonic."""
+    """Return the regressors of a smooth swim: powers of the time from -1 to 1, then cosine and sine of each harmonic.
+
+    Args:
+        time_s: (n,) times.
+        turn_rad: (n,) turn of the crank.
+        degree: highest power of the time.
+        harmonics: number of harmonics.
+
+    Returns:
+        (n, degree + 1 + 2 harmonics).
+    """
     scaled = 2 * (time_s - time_s[0]) / (time_s[-1] - time_s[0]) - 1
     return np.column_stack([*(scaled**k for k in range(degree + 1)), waves(turn_rad, harmonics)])
 
 
 def design(time_s: np.ndarray, frequency_hz: float, harmonics: int) -> np.ndarray:
-    """(n, 2 + 2 * harmonics) columns: a constant and a drift in time, then cosine and sine of each harmonic.
+    """Return the regressors of a beat: a constant and a drift in time, then cosine and sine of each harmonic.
 
     Time is counted from `time_s` = 0; phases therefore refer to time 0.
+
+    Args:
+        time_s: (n,) times.
+        frequency_hz: beats a second.
+        harmonics: number of harmonics.
+
+    Returns:
+        (n, 2 + 2 harmonics).
     """
     span = max(float(np.ptp(time_s)), 1e-9)
     drift = (time_s - time_s.mean()) / span
@@ -36,9 +63,14 @@ def design(time_s: np.ndarray, frequency_hz: float, harmonics: int) -> np.ndarra
 
 
 def weighted_fit(columns: np.ndarray, series: np.ndarray, weight: np.ndarray) -> np.ndarray:
-    """(c, k) coefficients of each of k series (n, k) on columns (n, c), with weights (n, k).
+    """Return the weighted least-squares coefficients (c, k) of each of k series on the columns.
 
     A series without enough weight gets the solution of least norm.
+
+    Args:
+        columns: (n, c) regressors.
+        series: (n, k).
+        weight: (n, k).
     """
     y = np.where(weight > 0, np.nan_to_num(series), 0.0)
     count = columns.shape[1]
@@ -49,8 +81,9 @@ def weighted_fit(columns: np.ndarray, series: np.ndarray, weight: np.ndarray) ->
     return np.linalg.solve(normal + ridge * np.eye(count), moment[..., None])[..., 0].T
 
 
-_LARGEST_INFLATION = 100.0  # of a variance: a marker seen in 1 frame of 100 over all phases, or on 2/3 of each beat
-_FRAMES_A_COLUMN = 2
+# Largest variance inflation: that of a marker seen in 1 frame of 100 over all phases, or on 2/3 of each beat.
+_LARGEST_INFLATION = 100.0
+_FRAMES_A_COLUMN = 2  # least frames for each regressor
 
 
 def determined(columns: np.ndarray, usable: np.ndarray, worst: float = _LARGEST_INFLATION) -> np.ndarray:

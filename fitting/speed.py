@@ -1,4 +1,4 @@
-"""Forward speed, measured over whole beats, so that the beat does not tilt it, and by simple rules in frequency."""
+"""Forward speed, measured over whole beats, so that the beat does not bias it, and by simple rules in frequency."""
 
 from collections.abc import Sequence
 
@@ -8,11 +8,17 @@ from fitting.series import design
 from tracking import HeadFrame
 
 _HARMONICS = 3
-_LEAST_BEATS = 1.0  # below, a drift cannot be told from the beat
+_LEAST_BEATS = 1.0  # below this number of beats a drift cannot be told from the beat
 
 
 def whole_beats(time_s: np.ndarray, kept: np.ndarray, frequency_hz: float) -> np.ndarray:
-    """(n,) mask of the longest run of whole beats from the first kept frame; all kept frames if not one beat fits."""
+    """Return the mask (n,) of the longest run of whole beats from the first kept frame; all kept frames if none fits.
+
+    Args:
+        time_s: (n,) s.
+        kept: (n,) which frames may be used.
+        frequency_hz: beats a second.
+    """
     if not kept.any():
         return kept
     start, end = time_s[kept][[0, -1]]
@@ -26,14 +32,14 @@ def whole_beats(time_s: np.ndarray, kept: np.ndarray, frequency_hz: float) -> np
 def forward_speed(time_s: np.ndarray, head: HeadFrame, kept: np.ndarray, frequency_hz: float) -> np.ndarray:
     """Return the net displacement in the pool along the mean heading, for each second.
 
-    The nose's path is a straight line and three harmonics of the beat (least squares), so that the slope is that of
-    whole beats; the mean heading is what is left of the heading beside a drift and the same harmonics. Neither where in
-    a beat the window begins and ends nor the frame rate nor a gap tilts it. Of a fish whose course bends by an angle a
-    it is 1 - a^2 / 40 of the speed along its path.
+    The nose's path is fitted by a straight line and three harmonics of the beat (least squares), so that the slope is
+    that of whole beats; the mean heading is fitted together with a drift and the same harmonics. So the phases at which
+    the window begins and ends, the frame rate and gaps do not bias it. Of a fish whose course bends by an angle a it is
+    1 - a^2 / 40 of the speed along its path.
 
     Args:
         time_s: (n,) s.
-        head: of trajectories (..., n, m, 2); frames in which it is not seen (nan headings) do not count.
+        head: head frame of trajectories (..., n, m, 2); frames in which it is not seen (nan headings) do not count.
         kept: (n,) which frames may be used.
         frequency_hz: beats a second.
 
@@ -59,13 +65,14 @@ def forward_speed(time_s: np.ndarray, head: HeadFrame, kept: np.ndarray, frequen
 
 
 def speed_line(fitted_hz: Sequence[float], fitted_speed: Sequence[float], hz: Sequence[float]) -> list[float]:
-    """Speeds by a straight line in frequency through the fitted trials, m/s; nan without any.
+    """Return the speeds by a straight line in frequency through the fitted trials, m/s; nan without any.
 
-    Of trials of one frequency alone the line goes through the origin, so that the stride is constant. A held-out trial
+    If all trials have one frequency the line goes through the origin, so that the stride is constant. A held-out trial
     is forecast at the frequency of its first two beats, as by the twin.
 
     Args:
-        fitted_hz, fitted_speed: (n,) measured beat frequencies, Hz, and forward speeds, m/s.
+        fitted_hz: (n,) measured beat frequencies, Hz.
+        fitted_speed: (n,) forward speeds, m/s.
         hz: (k,) frequencies of the forecasts.
     """
     x, y, at = (np.array(values, float) for values in (fitted_hz, fitted_speed, hz))
@@ -78,9 +85,14 @@ def speed_line(fitted_hz: Sequence[float], fitted_speed: Sequence[float], hz: Se
 
 
 def speed_power_law(fitted_hz: Sequence[float], fitted_speed: Sequence[float], hz: Sequence[float]) -> list[float]:
-    """Speeds by a power of the frequency through the fitted trials, m/s; arguments as for `speed_line`.
+    """Return the speeds by a power of the frequency through the fitted trials, m/s.
 
-    nan where a fitted trial did not swim forward. Of trials of one frequency alone the stride is constant.
+    They are nan where a fitted trial did not swim forward. If all trials have one frequency the stride is constant.
+
+    Args:
+        fitted_hz: (n,) measured beat frequencies, Hz.
+        fitted_speed: (n,) forward speeds, m/s.
+        hz: (k,) frequencies of the forecasts.
     """
     x, y, at = (np.array(values, float) for values in (fitted_hz, fitted_speed, hz))
     if len(x) == 0 or (y <= 0).any():
@@ -94,7 +106,13 @@ def speed_power_law(fitted_hz: Sequence[float], fitted_speed: Sequence[float], h
 def speed_constant_stride(
     fitted_hz: Sequence[float], fitted_speed: Sequence[float], hz: Sequence[float]
 ) -> list[float]:
-    """Speeds in proportion to the frequency, by the mean distance a beat, m/s; arguments as for `speed_line`."""
+    """Return the speeds in proportion to the frequency, by the mean distance a beat, m/s.
+
+    Args:
+        fitted_hz: (n,) measured beat frequencies, Hz.
+        fitted_speed: (n,) forward speeds, m/s.
+        hz: (k,) frequencies of the forecasts.
+    """
     if not len(fitted_hz):
         return [float("nan")] * len(hz)
     stride = float(np.mean(np.array(fitted_speed) / np.array(fitted_hz)))
@@ -102,4 +120,4 @@ def speed_constant_stride(
 
 
 BASELINES = {"line": speed_line, "power_law": speed_power_law, "constant_stride": speed_constant_stride}
-"""That every forecast of a speed has to beat, by name."""
+"""Simple rules that every forecast of a speed has to beat, by name."""

@@ -1,4 +1,4 @@
-"""The law of the speed: with which power of the beat frequency trials swim, and with which the twin does."""
+"""The law of the speed: the power of the beat frequency with which trials swim, and with which the twin does."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -14,23 +14,23 @@ _FEWEST = 3  # trials that tell a slope with its interval
 
 
 class Slope(NamedTuple):
-    """Of a straight line through points, by least squares, with Student's 90 % interval; None of two points."""
+    """Slope of a straight line through points, by least squares, with Student's 90 % interval; None for two points."""
 
     value: float
     interval: tuple[float, float] | None
 
     @property
     def differs_from_zero(self) -> bool:
-        """Whether its interval leaves out 0."""
+        """Whether the interval leaves out 0."""
         return self.interval is not None and (self.interval[0] > 0 or self.interval[1] < 0)
 
 
 @dataclass(frozen=True)
 class SpeedLaw:
-    """Of all swim trials of a session, fitted and held out.
+    """Law of the speed over all swim trials of a session, fitted and held out.
 
     Attributes:
-        exponents: of the speed over the frequency, by "measured" and the names of models.
+        exponents: exponent of the speed over the frequency, by "measured" and the names of models.
         residual: slope of ln(measured speed / twin's) with ln frequency: 0 where the twin has the right law.
     """
 
@@ -39,7 +39,7 @@ class SpeedLaw:
 
     @property
     def sentence(self) -> str:
-        """What it says of the twin."""
+        """What the law says of the twin, in words."""
         if self.residual is None or self.residual.interval is None:
             return "Fewer than three trials swim forward: they say nothing of the law of the speed."
         if not self.residual.differs_from_zero:
@@ -57,7 +57,12 @@ class SpeedLaw:
 
 
 def speed_law(trials: Sequence[MeasuredTrial], models: Mapping[str, Sequence[float]]) -> SpeedLaw | None:
-    """The law of some trials; None where fewer than two of different frequencies swim forward."""
+    """Fit the law of some trials; None where fewer than two of different frequencies swim forward.
+
+    Args:
+        trials: the trials.
+        models: speed of each trial by each model, m/s, by the model's name.
+    """
     forward = np.array([trial.speed > 0 for trial in trials], bool)
     swims = [trial for trial, swam in zip(trials, forward, strict=True) if swam]
     hz = np.array([trial.frequency.hz for trial in swims])
@@ -73,7 +78,7 @@ def speed_law(trials: Sequence[MeasuredTrial], models: Mapping[str, Sequence[flo
 
 
 def slope(x: np.ndarray, y: np.ndarray) -> Slope:
-    """Of y (n,) over x (n,), at least two."""
+    """Return the slope of y (n,) over x (n,), at least two points."""
     off = x - x.mean()
     value = float(off @ y / (off @ off))
     if len(x) < _FEWEST:

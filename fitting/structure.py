@@ -1,8 +1,8 @@
-"""The structure of the robot that the swims are fitted with, where its numbers come from, and how well they are known.
+"""Structure of the robot with which the swims are fitted, the sources of its numbers, and their uncertainty.
 
-The chain of the dry experiments: free decays -> hinges -> dry runs with these hinges -> crank arm. Hinges that are a
-little stiffer are answered with other coefficients so well that swims alone do not tell. What the dry experiments did
-not measure is therefore free by a stated share; what they did, by its standard error.
+The chain of the dry experiments: free decays -> hinges -> dry runs with these hinges -> crank arm. Other coefficients
+compensate hinges that are a little stiffer so well that swims alone do not determine these. What the dry experiments
+did not measure is therefore free by a stated share; what they did, by its standard error.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -26,15 +26,15 @@ from swimmer import RobotSpec, Twin
 
 BUILT_IN = "the built-in robot"
 UNMEASURED_SD = {"hinge_stiffness": 0.1, "hinge_damping": 0.2, "crank_arm": 0.02}
-"""Relative standard deviation of what nobody measured."""
+"""Relative standard deviation of each number that nobody measured."""
 WRONG_RUN = ("head_moves", "poor_fit")  # flags of a dry run that is not used with others
 WRONG_ARM = ("at_bound", "unidentifiable")  # flags of all of them together, whose arm is not
 Tell = Callable[[str], None]
-"""Called with what is going on."""
+"""Function that takes a message about the progress."""
 
 
 class Source(NamedTuple):
-    """Where a number of the structure comes from.
+    """Source of a number of the structure.
 
     Attributes:
         quantity: "hinge_stiffness", "hinge_damping" or "crank_arm".
@@ -54,7 +54,7 @@ class Source(NamedTuple):
 
     @property
     def assumed(self) -> bool:
-        """Whether it was taken over from the robot's description."""
+        """Whether the number was taken over from the robot's description."""
         return not self.trials
 
 
@@ -80,11 +80,11 @@ class Structure:
 
 
 STRUCTURE = ResultFile("structure.json", Structure, named=(DryTrial,), arrays_apart=True)
-"""In SI units, without the dry runs as measured and the robot's description."""
+"""The file of the structure, in SI units, without the dry runs as measured and the robot's description."""
 
 
 class Quantity(NamedTuple):
-    """A number of the structure: key, words, unit, the unit shown and how many of it make one unit, and whose it is."""
+    """A number of the structure: key, words, unit, the unit shown and how many of it make one unit, and its getter."""
 
     key: str
     words: str
@@ -105,13 +105,23 @@ HINGES = (STIFFNESS, DAMPING)
 
 
 def assumed(robot: RobotSpec, origin: str = BUILT_IN) -> Structure:
-    """The structure of a robot none of whose dry experiments were recorded."""
+    """Return the structure of a robot none of whose dry experiments were recorded.
+
+    Args:
+        robot: the robot as described.
+        origin: where it is described, for the reader.
+    """
     hinges = (assumed_source(quantity, robot, origin, "no free decay") for quantity in HINGES)
     return Structure(robot, (), None, None, (*hinges, assumed_source(ARM, robot, origin, "no dry run")))
 
 
 def read_structure(results: Path, robot: RobotSpec, runs: Sequence[DryTrial]) -> Structure:
-    """Reads ``structure.json``.
+    """Read ``structure.json``.
+
+    Args:
+        results: the folder of results.
+        robot: the robot as described.
+        runs: the dry runs as measured.
 
     Raises:
         InputError: there is none of this version.
@@ -121,14 +131,29 @@ def read_structure(results: Path, robot: RobotSpec, runs: Sequence[DryTrial]) ->
 
 
 def assumed_source(quantity: Quantity, robot: RobotSpec, origin: str, why: str) -> Source:
-    """A number as described, and why it is not measured."""
+    """Return the source of a number as described, with the reason why it is not measured.
+
+    Args:
+        quantity: the number.
+        robot: the robot as described.
+        origin: where it is described, for the reader.
+        why: the reason.
+    """
     value = quantity.of(robot)
     shown = f"{quantity.shown * value:.4g} {quantity.shown_unit}"
     return Source(quantity.key, value, quantity.unit, None, (), f"{why}: {quantity.words} {shown} as in {origin}")
 
 
 def measured_source(quantity: Quantity, value: float, se: float, trials: tuple[str, ...], experiment: str) -> Source:
-    """A number, in the quantity's unit, with its standard error from these trials of an experiment."""
+    """Return the source of a measured number.
+
+    Args:
+        quantity: the number.
+        value: its value, in the quantity's unit.
+        se: standard error.
+        trials: names of the trials it was measured in.
+        experiment: the kind of experiment, in words.
+    """
     digits = max(1 - int(np.floor(np.log10(quantity.shown * se))), 0) if se > 0 else 6  # two of the error
     shown = f"{quantity.shown * value:.{digits}f} ± {quantity.shown * se:.{digits}f} {quantity.shown_unit}"
     from_trials = f"{experiment}{'s' if len(trials) > 1 else ''} {', '.join(trials)}"
@@ -137,25 +162,28 @@ def measured_source(quantity: Quantity, value: float, se: float, trials: tuple[s
 
 
 def with_sources(robot: RobotSpec, sources: Iterable[Source]) -> RobotSpec:
-    """The robot with the numbers of these sources in the place of its own."""
+    """Return the robot with the numbers of these sources in the place of its own."""
     given = {source.quantity: source.value for source in sources}
     stiffness, damping, arm_m = (given.get(quantity.key, quantity.of(robot)) for quantity in (*HINGES, ARM))
     return with_arm(with_hinges(robot, stiffness, damping), arm_m)
 
 
 class ParameterUncertainty(NamedTuple):
-    """How far a number of the robot may be off, its relative standard deviation."""
+    """Uncertainty of a number of the robot: its relative standard deviation."""
 
     source: Source
     sd: float
 
     def robot(self, robot: RobotSpec, off: float) -> RobotSpec:
-        """A robot whose number is off by a share of itself."""
+        """Return a robot whose number is off by a share of itself."""
         return with_sources(robot, (self.source._replace(value=(1 + off) * self.source.value),))
 
 
 class PerturbedTwin(NamedTuple):
-    """Twins with more and less of a doubted number of the robot, by a relative step, the same however sure one is."""
+    """Twins with more and less of an uncertain number of the robot, by a relative step.
+
+    The step does not depend on the uncertainty.
+    """
 
     doubt: ParameterUncertainty
     more: Twin
@@ -164,12 +192,15 @@ class PerturbedTwin(NamedTuple):
 
     @property
     def per_sd(self) -> float:
-        """What the difference of the two is to be multiplied with for one standard deviation."""
+        """Factor that turns the difference of the two into that of one standard deviation."""
         return self.doubt.sd / (2 * self.step)
 
 
 def uncertainties_of(sources: Iterable[Source]) -> tuple[ParameterUncertainty, ...]:
-    """By the standard error of what was measured, by the stated share of what was not; a number that is 0 stays 0."""
+    """Return the uncertainties: the standard error of what was measured, the stated share of what was not.
+
+    A number that is 0 stays 0.
+    """
     return tuple(
         ParameterUncertainty(source, UNMEASURED_SD[source.quantity] if source.se is None else source.se / source.value)
         for source in sources
@@ -178,7 +209,7 @@ def uncertainties_of(sources: Iterable[Source]) -> tuple[ParameterUncertainty, .
 
 
 def perturbed_twins(twin: Twin, doubts: Sequence[ParameterUncertainty]) -> tuple[PerturbedTwin, ...]:
-    """Two twins for each doubt."""
+    """Build two twins for each uncertain number."""
 
     def doubted(doubt: ParameterUncertainty) -> PerturbedTwin:
         step = UNMEASURED_SD[doubt.source.quantity]
@@ -189,9 +220,11 @@ def perturbed_twins(twin: Twin, doubts: Sequence[ParameterUncertainty]) -> tuple
 
 
 class DryExperiments(NamedTuple):
-    """What was recorded out of the water, as measured.
+    """Recordings out of the water, as measured.
 
     Attributes:
+        decays: the free decays.
+        runs: the dry runs.
         unmeasured_decays, unmeasured_runs: by name, why others could not be measured, or must not be fitted.
     """
 
@@ -208,16 +241,16 @@ def identify_structure(
     workers: int = 0,
     progress: Tell = lambda _message: None,
 ) -> Structure:
-    """The structure of a robot from its dry experiments; what they do not determine is taken from its description.
+    """Identify the structure of a robot from its dry experiments; the rest is taken from its description.
 
     An experiment that could not be measured or must not be used is reported, not used.
 
     Args:
-        experiments: as measured.
-        robot: as described.
+        experiments: the experiments as measured.
+        robot: the robot as described.
         origin: where it is described, for the reader.
         workers: threads; 0 for all cores.
-        progress: receives it.
+        progress: takes messages.
 
     Raises:
         NotEnoughData: the twin's tail moves smoothly over no range of crank arms.
@@ -226,13 +259,13 @@ def identify_structure(
     decays = []
     for trial in experiments.decays:
         progress(f"fitting the free decay {trial.name}")
-        with _named(f"trial {trial.name}"):
+        with _name_trials(f"trial {trial.name}"):
             decays.append(fit_decay(trial, robot, workers=workers))
     hinges, of_hinges, hinge_flags = _hinges(decays, experiments.unmeasured_decays, robot, origin)
     hinged = with_sources(robot, of_hinges)
     if experiments.runs:
         progress(f"fitting the crank arm to {', '.join(trial.name for trial in experiments.runs)}")
-    with _named(_listed("trial", [trial.name for trial in experiments.runs])):
+    with _name_trials(_list_names("trial", [trial.name for trial in experiments.runs])):
         crank, of_arm, crank_flags = _crank(experiments, hinged, origin, workers)
     return Structure(
         robot=with_sources(hinged, (of_arm,)),
@@ -245,8 +278,8 @@ def identify_structure(
 
 
 @contextmanager
-def _named(trials: str) -> Iterator[None]:
-    """Says whose twin it was that diverged."""
+def _name_trials(trials: str) -> Iterator[None]:
+    """Name the trials whose twin diverged."""
     try:
         yield
     except SimulationDiverged as problem:
@@ -257,10 +290,10 @@ def _hinges(
     fits: Sequence[DecayFit], unmeasured: Mapping[str, str], robot: RobotSpec, origin: str
 ) -> tuple[HingeEstimate | None, tuple[Source, ...], tuple[Flag, ...]]:
     refused = {**unmeasured} | {fit.name: why for fit in fits if (why := fault_of_decay(fit))}
-    flags = tuple(_not_used(f"free decay {name}", why) for name, why in refused.items())
+    flags = tuple(_unused_flag(f"free decay {name}", why) for name, why in refused.items())
     used = [fit for fit in fits if fit.name not in refused]
     if not used:
-        why = f"{_listed('free decay', list(refused))} not used" if refused else "no free decay"
+        why = f"{_list_names('free decay', list(refused))} not used" if refused else "no free decay"
         return None, tuple(assumed_source(quantity, robot, origin, why) for quantity in HINGES), flags
     found, names = combine_decays(used), tuple(fit.name for fit in used)
     stiffness = measured_source(STIFFNESS, found.stiffness_n_m, found.stiffness_se_n_m, names, "free decay")
@@ -272,24 +305,24 @@ def _crank(
     experiments: DryExperiments, robot: RobotSpec, origin: str, workers: int
 ) -> tuple[CrankFit | None, Source, tuple[Flag, ...]]:
     runs, unmeasured = experiments.runs, experiments.unmeasured_runs
-    flags = tuple(_not_used(f"dry run {name}", why) for name, why in unmeasured.items())
+    flags = tuple(_unused_flag(f"dry run {name}", why) for name, why in unmeasured.items())
     if not runs:
-        why = f"{_listed('dry run', list(unmeasured))} not used" if unmeasured else "no dry run"
+        why = f"{_list_names('dry run', list(unmeasured))} not used" if unmeasured else "no dry run"
         return None, assumed_source(ARM, robot, origin, why), flags
-    fit, refused = _fit_of_used(runs, robot, workers)
-    flags = (*flags, *(_not_used(f"dry run {name}", why) for name, why in refused.items()))
+    fit, refused = _fit_used(runs, robot, workers)
+    flags = (*flags, *(_unused_flag(f"dry run {name}", why) for name, why in refused.items()))
     names = tuple(trial.name for trial in fit.trials)
-    whole = _listed("dry run", list(names))
+    whole = _list_names("dry run", list(names))
     fault = _first(fit.flags, WRONG_ARM)
     if fault is not None:
-        flags = (*flags, _not_used(f"the crank arm of {whole}", fault))
+        flags = (*flags, _unused_flag(f"the crank arm of {whole}", fault))
     if fault is not None or len(refused) == len(runs):
         return fit, assumed_source(ARM, robot, origin, f"{whole} not used"), flags
     return fit, measured_source(ARM, fit.arm_m, fit.arm_se_m, names, "dry run"), (*flags, *fit.flags)
 
 
-def _fit_of_used(runs: Sequence[DryTrial], robot: RobotSpec, workers: int) -> tuple[CrankFit, dict[str, str]]:
-    """The fit of the runs that are used, of all where none is, and why the others are not.
+def _fit_used(runs: Sequence[DryTrial], robot: RobotSpec, workers: int) -> tuple[CrankFit, dict[str, str]]:
+    """Return the fit of the runs that are used, of all where none is, and why the others are not.
 
     A wrong run makes the fit of the others poor as well, so the worst is left out first and the rest is fitted again.
     """
@@ -307,7 +340,7 @@ def _fit_of_used(runs: Sequence[DryTrial], robot: RobotSpec, workers: int) -> tu
 
 
 def _misfit(trial: CrankTrial) -> float:
-    """How far the twin's motion is off, over the swing of the tail; infinite where the head is not clamped."""
+    """Return the error of the twin's motion over the swing of the tail; infinite where the head is not clamped."""
     moves = any(flag.kind == "head_moves" for flag in trial.flags)
     return np.inf if moves else trial.motion_error_m / trial.measured.frequency.amplitude_m
 
@@ -316,9 +349,9 @@ def _first(flags: tuple[Flag, ...], kinds: tuple[str, ...]) -> str | None:
     return next((flag.message for flag in flags if flag.kind in kinds), None)
 
 
-def _not_used(what: str, why: str) -> Flag:
+def _unused_flag(what: str, why: str) -> Flag:
     return Flag("not_used", message=f"{what} is not used: {why}")
 
 
-def _listed(noun: str, names: list[str]) -> str:
+def _list_names(noun: str, names: list[str]) -> str:
     return f"{noun}{'s' if len(names) > 1 else ''} {', '.join(names)}"

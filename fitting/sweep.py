@@ -1,4 +1,4 @@
-"""The frequency sweep: the speed at which the calibrated twin settles, and what elongated body theory makes of it."""
+"""Frequency sweep: the speed at which the calibrated twin settles, and that by elongated body theory."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -11,19 +11,21 @@ from fitting.speed import forward_speed
 from swimmer import FluidCoefficients, Runs, Twin
 from tracking import one_of
 
-BEATS, SETTLING_BEATS, LEAST_S = 14.0, 6.0, 8.0
+BEATS = 14.0  # length of a swim in beats
+SETTLING_BEATS = 6.0  # beats in which it settles
+LEAST_S = 8.0  # least length of a swim
 START_SPEED_M_S = 0.10  # at low frequency the twin has two steady states; started forward it finds the forward one
 FRAME_S = 1 / 60
 
 
 @dataclass(frozen=True, eq=False)
 class SpeedSweep:
-    """Speed over frequency, simulated.
+    """Simulated speed over frequency.
 
     Attributes:
-        frequency_hz: (f,) of the crank.
+        frequency_hz: (f,) frequencies of the crank.
         speed_twin: (f,) forward speed of the twin, m/s; nan where it diverged.
-        ebt: (f,) of each form of elongated body theory for the twin's own tail motion, m/s, by the form's name.
+        ebt: (f,) speed by each form of elongated body theory for the twin's own tail motion, m/s, by the form's name.
         fitted_hz: lowest and highest frequency of the fit trials; outside the curves are extrapolated.
     """
 
@@ -34,11 +36,11 @@ class SpeedSweep:
 
     @property
     def speed_ebt(self) -> np.ndarray:
-        """(f,) of elongated body theory as published, m/s."""
+        """Speed by elongated body theory as published, (f,), m/s."""
         return self.ebt["published"]
 
     def at(self, hz: float) -> dict[str, float]:
-        """Speed (m/s) at a frequency by "twin" and the names of `ebt`: straight between those swept, nan beyond."""
+        """Interpolate the speed (m/s) at a frequency, by "twin" and the names of `ebt`; nan beyond the sweep."""
         curves = {"twin": self.speed_twin, **self.ebt}
         beyond = {"left": np.nan, "right": np.nan}
         return {name: float(np.interp(hz, self.frequency_hz, curve, **beyond)) for name, curve in curves.items()}
@@ -51,7 +53,15 @@ def sweep_speed(
     frequency_hz: np.ndarray,
     fitted_hz: tuple[float, float],
 ) -> SpeedSweep:
-    """Simulates one long swim at each frequency (f,), all in one batch."""
+    """Simulate one long swim at each frequency, all in one batch.
+
+    Args:
+        twin: the twin.
+        coefficients: its coefficients.
+        ebts: the forms of elongated body theory, by name.
+        frequency_hz: (f,) frequencies of the crank.
+        fitted_hz: lowest and highest frequency of the fit trials.
+    """
     count = len(frequency_hz)
     seconds = np.maximum(BEATS / frequency_hz, LEAST_S)
     time_s = np.arange(0.0, seconds.max(), FRAME_S)
@@ -78,5 +88,5 @@ def sweep_speed(
 
 
 def sweep_frequencies(measured_hz: list[float], count: int = 25) -> np.ndarray:
-    """(count,) frequencies from a little below the slowest trial to a little above the fastest, Hz."""
+    """Return frequencies (count,) from a little below the slowest trial to a little above the fastest, Hz."""
     return np.linspace(0.85 * min(measured_hz), 1.15 * max(measured_hz), count)

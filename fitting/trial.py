@@ -1,4 +1,4 @@
-"""A measured swim, ready to be compared with the twin: head frame, weights, frequency, start, what is scored."""
+"""A measured swim, ready to be compared with the twin: head frame, weights, frequency, start, scored frames."""
 
 from __future__ import annotations
 
@@ -33,17 +33,18 @@ from swimmer import CrankTurn, RobotSpec
 from tracking import HeadFrame
 
 Beat = Callable[[np.ndarray], SwimFrequency]
-"""The frequency of some frames (n,)."""
+"""Function that returns the frequency of some frames (n,)."""
 
-FIRST_BEATS = 1.2  # of the command, from which the frequency of a held-out trial is first estimated
-KNOWN_BEATS = 2.0  # of a held-out trial that may set its own frequency, phase and start
+FIRST_BEATS = 1.2  # beats of the command from which a held-out trial's frequency is first estimated
+KNOWN_BEATS = 2.0  # beats of a held-out trial that may set its own frequency, phase and start
 HARMONICS = 3
-"""Of a beat, that are read of every marker."""
-_DEGREES, _OF_SHORT = (3, 2), (1, 1)
-_SHORT_BEATS = 1.5
-_LEAST_FRAMES = 29  # compared: twice what a path, its harmonics and noise beside them need, and one
-_FRAMES_A_BEAT = 2 * HARMONICS + 1
-SCORED_S = 4.0  # of each trial, after warm-up, that the published distance is taken over
+"""Number of harmonics of a beat that are read for every marker."""
+_DEGREES = (3, 2)  # degrees of the smooth path and heading
+_OF_SHORT = (1, 1)  # the same in a short window
+_SHORT_BEATS = 1.5  # beats below which a window is short
+_LEAST_FRAMES = 29  # least compared frames: twice what a path, its harmonics and noise need, and one
+_FRAMES_A_BEAT = 2 * HARMONICS + 1  # least frames of a beat
+SCORED_S = 4.0  # time of each trial after warm-up over which the published distance is taken
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,8 +55,8 @@ class MeasuredTrial:
     last such frame. A marker that these show too rarely, or at too few phases of the beat, has no weight in them.
 
     With a motor log whose clock is known only the frames of the steady drive are here, and the crank makes its measured
-    turn, unless the tail beats otherwise: then it is another trial's log.
-    The turn is an input, like a command: in a held-out trial it is used over the scored part too.
+    turn, unless the tail beats otherwise: then it is another trial's log. The turn is an input, like a command: in a
+    held-out trial it is used over the scored part too.
 
     Attributes:
         tracks: n frames of m markers, time from the first frame, as `session.tracks` has them and with the variables
@@ -64,19 +65,19 @@ class MeasuredTrial:
             published normaliser ``position_head`` (time, space, keypoint), m, relative to the nose, ``path`` (time,
             space), m, the nose's displacement, ``heading`` (time), rad, nan where nose or neck is not trusted, and
             ``nose`` (time, space), m, on the pool, bridged there. Attribute: ``metres_per_px``.
-        frequency: over the whole trial; with a turn its mean, else the tail's beat.
-        start_frequency: over the known part only; the same for a fit trial.
-        start_velocity: (3,) of the head at time 0 in its own axes (m/s, m/s, rad/s), from the known part.
+        frequency: frequency over the whole trial; with a turn its mean, else the tail's beat.
+        start_frequency: frequency over the known part only; the same for a fit trial.
+        start_velocity: (3,) velocity of the head at time 0 in its own axes (m/s, m/s, rad/s), from the known part.
         known: (n,) frames that may set the trial's own numbers.
         kept: (n,) frames compared: after warm-up, and for held-out trials after the known part.
         scored: (n,) the first 4 s of the kept frames.
         speed: forward speed over the whole beats of the kept frames, m/s.
-        warmup_s: left out of every comparison, of a drive known to be steady too: the twin has to settle.
+        warmup_s: time left out of every comparison, even of a drive known to be steady: the twin has to settle.
         tail: indices of the markers behind the head, from head to fin.
         first_frame: the number of the first frame in the tracks it was measured from.
-        motor: what the motor did; None without a log.
-        turn: of the crank, from time 0; None where it is taken to turn evenly.
-        beat: of the tail, over the whole trial.
+        motor: record of the motor; None without a log.
+        turn: turn of the crank, from time 0; None where it is taken to turn evenly.
+        beat: beat of the tail, over the whole trial.
         logged_hz: turns a second of the crank while it was driven, by its motor's log and clock; None without a log, or
             with one that may be another trial's.
     """
@@ -103,29 +104,29 @@ class MeasuredTrial:
 
     @cached_property
     def markers(self) -> tuple[str, ...]:
-        """The names of the m markers."""
+        """Names of the m markers."""
         return markers_of(self.tracks)
 
     @cached_property
     def time_s(self) -> np.ndarray:
-        """(n,) from the first frame, s."""
+        """Times from the first frame, (n,), s."""
         return np.asarray(self.tracks.time.values)
 
     @cached_property
     def position_m(self) -> np.ndarray:
-        """(n, m, 2) on the pool, right-handed seen from above, m."""
+        """Positions (n, m, 2) on the pool, right-handed seen from above, m."""
         return by_marker(self.tracks.position_pool)
 
     @cached_property
     def head(self) -> HeadFrame:
-        """The same in the head frame."""
+        """Markers in the head frame."""
         shape_m, path_m = by_marker(self.tracks.position_head), self.tracks.path.values
         nose_m = self.tracks.nose.values
         return HeadFrame(shape_m + path_m[:, None], shape_m, path_m, self.tracks.heading.values, nose_m)
 
     @cached_property
     def head_seen(self) -> np.ndarray:
-        """(n,) frames whose nose and neck are trusted."""
+        """Whether nose and neck are trusted in each frame, (n,)."""
         return np.isfinite(self.tracks.heading.values)
 
     def seen_head(self, position_m: np.ndarray) -> HeadFrame:
@@ -139,7 +140,7 @@ class MeasuredTrial:
 
     @cached_property
     def weight(self) -> np.ndarray:
-        """(n, m) 0 where a sample does not count."""
+        """Weight of each sample, (n, m); 0 where it does not count."""
         return np.asarray(self.tracks.weight.values)
 
     @property
@@ -160,17 +161,28 @@ class MeasuredTrial:
         head: HeadFrame | None = None,
         weight: np.ndarray | None = None,
     ) -> MeasuredTrial:
-        """The same trial with other places on the pool, in the head frame, or other weights."""
+        """Return the same trial with other places on the pool, in the head frame, or other weights.
+
+        Args:
+            position_m: (n, m, 2) places on the pool, m.
+            head: the head frame.
+            weight: (n, m) weights.
+        """
         place = self.position_m if position_m is None else position_m
         other = head or self.head, self.weight if weight is None else weight
         return replace(self, tracks=laid_on_pool(self.tracks, place, *other, self.metres_per_px))
 
     def crank_rad(self, time_s: np.ndarray, frequency_hz: float) -> np.ndarray:
-        """(k,) angle that the crank has turned since time 0, rad: as measured, else evenly at this frequency."""
+        """Return the angle (k,) that the crank has turned since time 0, rad.
+
+        Args:
+            time_s: (k,) times.
+            frequency_hz: turns a second without a measured turn.
+        """
         return 2 * np.pi * frequency_hz * time_s if self.turn is None else self.turn.angle(time_s)
 
     def with_role(self, role: str) -> MeasuredTrial:
-        """The same trial fitted or held out instead: what is known of it and what is scored change with that.
+        """Return the same trial fitted or held out instead: what is known of it and what is scored change with that.
 
         Raises:
             NotEnoughData: held out, it leaves too few frames to score.
@@ -183,7 +195,7 @@ class MeasuredTrial:
         return (self.beat or self.frequency).hz
 
     def weight_of(self, frames: int) -> np.ndarray:
-        """(frames, m) weights in the tracks it was measured from; 0 before and after its own n frames."""
+        """Return the weights (frames, m) in the tracks it was measured from; 0 before and after its own n frames."""
         return np.pad(self.weight, ((self.first_frame, frames - self.first_frame - len(self.weight)), (0, 0)))
 
     @property
@@ -200,12 +212,15 @@ def measure_trial(
     warmup_s: float,
     motor: MotorRecord | None = None,
 ) -> MeasuredTrial:
-    """Checks, scales and normalises the tracks of one swim and finds its frequency, start and speed.
+    """Check, scale and normalise the tracks of one swim, and find its frequency, start and speed.
 
     Args:
-        spec, tracks, camera, robot: the swim, all its frames, what filmed it and what was filmed.
-        warmup_s: left out of every comparison.
-        motor: what the motor did (`fitting.motor_clock.read_motor`); default: the crank turns evenly.
+        spec: the swim.
+        tracks: all its frames.
+        camera: the camera that filmed it.
+        robot: the robot.
+        warmup_s: time left out of every comparison.
+        motor: record of the motor (`fitting.motor_clock.read_motor`); default: the crank turns evenly.
 
     Raises:
         NotEnoughData: no tail marker, too short for its warm-up, less than one beat, or a drive that was not filmed.
@@ -257,13 +272,21 @@ def measure_trial(
         beat=beat,
         logged_hz=None if motor is None else motor.logged_hz,
     )
-    return _flagged(_with_role(trial, spec.role), weight > 0)
+    return _add_flags(_with_role(trial, spec.role), weight > 0)
 
 
 def laid_on_pool(
     tracks: xr.Dataset, position_m: np.ndarray, head: HeadFrame, weight: np.ndarray, metres_per_px: float
 ) -> xr.Dataset:
-    """Tracks with their places on the pool (n, m, 2) and in the head frame, as `MeasuredTrial.tracks` has them."""
+    """Add places on the pool and in the head frame to tracks, as `MeasuredTrial.tracks` has them.
+
+    Args:
+        tracks: n frames of m markers.
+        position_m: (n, m, 2) on the pool, m.
+        head: the head frame.
+        weight: (n, m) weights.
+        metres_per_px: scale of the picture.
+    """
     metres, places = {"units": "m"}, ("time", "space", "keypoint")
     variables = {
         "weight": (("time", "keypoint"), weight),
@@ -279,15 +302,15 @@ def laid_on_pool(
 def _of_crank(
     beat: SwimFrequency, turn: CrankTurn | None, motor: MotorRecord | None, time_s: np.ndarray
 ) -> SwimFrequency:
-    """The beat with the mean turn of the crank over its frames (n,) for its frequency, where that was measured."""
+    """Return the beat with the mean turn of the crank over its frames (n,) for its frequency, if that was measured."""
     if turn is None or motor is None:
         return beat
     hz = turn.mean_hz(float(time_s[0]), float(time_s[-1]))
     return replace(beat, hz=hz, se_hz=hz * motor.clock.rate_se, beats=hz * float(np.ptp(time_s)))
 
 
-def _flagged(trial: MeasuredTrial, usable: np.ndarray) -> MeasuredTrial:
-    """Flag what is wrong with the trial as a whole, in the frames that are compared; usable (n, m) samples."""
+def _add_flags(trial: MeasuredTrial, usable: np.ndarray) -> MeasuredTrial:
+    """Flag the faults of the trial as a whole, in the frames that are compared; usable (n, m) samples."""
     nose, neck = (trial.markers.index(name) for name in ("nose", "neck"))
     span_m = np.linalg.norm(trial.position_m[:, neck] - trial.position_m[:, nose], axis=1)
     span_px = np.where(trial.head_seen, span_m, np.nan) / trial.metres_per_px
@@ -300,7 +323,7 @@ def _flagged(trial: MeasuredTrial, usable: np.ndarray) -> MeasuredTrial:
 
 
 def _with_role(trial: MeasuredTrial, role: str) -> MeasuredTrial:
-    """The trial with what is known of it and what is scored in this role."""
+    """Return the trial with what is known of it and what is scored in this role."""
     time_s, head, tail = trial.time_s, trial.head, list(trial.tail)
 
     def beat(frames: np.ndarray) -> SwimFrequency:
@@ -308,9 +331,9 @@ def _with_role(trial: MeasuredTrial, role: str) -> MeasuredTrial:
         found = estimate_frequency(time_s[frames], lateral, trial.weight[frames][:, tail], trial.commanded_hz)
         return _of_crank(found, trial.turn, trial.motor, time_s[frames])
 
-    known = _known(role, trial.commanded_hz, time_s, beat)
+    known = _find_known(role, trial.commanded_hz, time_s, beat)
     start_frequency = trial.frequency if known.all() else _beat_of_part(beat, known, trial.name)
-    kept = _kept(role, trial, known)
+    kept = _find_kept(role, trial, known)
     found = replace(
         trial,
         role=role,
@@ -321,13 +344,13 @@ def _with_role(trial: MeasuredTrial, role: str) -> MeasuredTrial:
         scored=kept & (time_s < time_s[kept][0] + SCORED_S - 1e-9),
         speed=float(forward_speed(time_s, head, kept, trial.frequency.hz)),
     )
-    return _without_unread(found)
+    return _drop_unread(found)
 
 
-def _known(role: str, commanded_hz: float | None, time_s: np.ndarray, beat: Beat) -> np.ndarray:
-    """(n,) all of a fit trial; the first two beats of a held-out one, at most its first half.
+def _find_known(role: str, commanded_hz: float | None, time_s: np.ndarray, beat: Beat) -> np.ndarray:
+    """Return the frames (n,) that are known: all of a fit trial; the first two beats of a held-out one, at most half.
 
-    How long two beats take is found from no later frames either: the known part grows, from a little over one beat of
+    The length of two beats is not found from later frames either: the known part grows, from a little over one beat of
     the command, until it holds two beats of its own.
     """
     if role == "fit":
@@ -353,8 +376,11 @@ def degrees_of(turn_rad: np.ndarray) -> tuple[int, int]:
     return _DEGREES if np.ptp(turn_rad) >= 2 * np.pi * _SHORT_BEATS else _OF_SHORT
 
 
-def _kept(role: str, trial: MeasuredTrial, known: np.ndarray) -> np.ndarray:
-    """(n,) after the warm-up and what is known of a held-out trial, from the first to the last frame with a head."""
+def _find_kept(role: str, trial: MeasuredTrial, known: np.ndarray) -> np.ndarray:
+    """Return the compared frames (n,).
+
+    They come after the warm-up and a held-out trial's known part, between the first and last frame with a head.
+    """
     time_s, warmup_s = trial.time_s, trial.warmup_s
     kept = time_s >= warmup_s - 1e-9
     if role != "fit":
@@ -376,8 +402,8 @@ def _kept(role: str, trial: MeasuredTrial, known: np.ndarray) -> np.ndarray:
     return kept
 
 
-def _without_unread(trial: MeasuredTrial) -> MeasuredTrial:
-    """Take the weight in kept frames of markers that these do not show well enough to be read.
+def _drop_unread(trial: MeasuredTrial) -> MeasuredTrial:
+    """Take the weight from markers that the kept frames do not show well enough to be read.
 
     Raises:
         NotEnoughData: nose and neck, or all markers of the tail, are among them.
@@ -405,7 +431,7 @@ def _without_unread(trial: MeasuredTrial) -> MeasuredTrial:
 
 
 def _beat_of_part(beat: Beat, known: np.ndarray, name: str) -> SwimFrequency:
-    """The frequency of the known part of a held-out trial, found without a look at what is scored."""
+    """Return the frequency of the known part of a held-out trial, found without a look at what is scored."""
     try:
         return beat(known)
     except NotEnoughData as problem:
@@ -416,7 +442,10 @@ def _beat_of_part(beat: Beat, known: np.ndarray, name: str) -> SwimFrequency:
 
 
 def _start_velocity(time_s: np.ndarray, path_m: np.ndarray, heading_rad: np.ndarray, hz: float) -> np.ndarray:
-    """(3,) velocity of the head at time 0 from a drift and two harmonics over the first two beats, at most."""
+    """Return the velocity (3,) of the head at time 0.
+
+    It follows from a drift and two harmonics over the first two beats, at most.
+    """
     first = time_s <= KNOWN_BEATS / hz + 1e-9
     series = np.column_stack([path_m, heading_rad])[first]  # (k, 3)
     columns = design(time_s[first], hz, harmonics=2)

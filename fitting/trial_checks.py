@@ -1,4 +1,4 @@
-"""What is wrong with a whole swim trial, looked for before any fit.
+"""Checks of a whole swim trial before any fit.
 
 A check either flags the trial, which is used all the same, or raises `NotEnoughData`: then the trial is left out, and
 the others go on.
@@ -21,21 +21,28 @@ TAIL_FIRST = "tail_first"
 """The flag of a trial in which the robot swims backward."""
 BEARING = ("unread_marker", TAIL_FIRST, "turns", "scale_drifts")
 """Kinds of flags of a fitted trial that bear on every coefficient."""
-_SURE, _LASTS = 4.0, 10.0  # standard errors; frames that an error of a box stays
-_SCALE_DRIFTS = 0.01  # relative, from the first to the last compared frame
-_CHORD = 0.02  # by which the net displacement of a fish that turns may be shorter than its path
-_RESTS_S = 0.2
+_SURE = 4.0  # standard errors from which a drift is certain
+_LASTS = 10.0  # frames for which an error of a box stays
+_SCALE_DRIFTS = 0.01  # relative drift of the scale from the first to the last compared frame
+_CHORD = 0.02  # share by which the net displacement of a fish that turns may be shorter than its path
+_RESTS_S = 0.2  # least rest that is flagged
 LEAST_OF_PART = 0.2
 """Share of its motion that a beat explains where the tail beats for a quarter of the trial: of noise it is less."""
-_OF_BEATS = 5.0  # for which that is so: the swing that noise makes falls with the root of the time
-_LEAST_SWING = 0.01  # of the length of the robot: published swims have 0.09 and more, noise that lasts makes 0.004
-_LEAST_BEATS = 2.0
-_BACKWARD_M_S = 0.005  # below, a robot that beats on the spot
-_UNSEEN_END_S = 0.5
+# The least swing holds for this many beats: the swing that noise makes falls with the root of the time.
+_OF_BEATS = 5.0
+_LEAST_SWING = 0.01  # relative to the robot's length: published swims have 0.09 and more, lasting noise 0.004
+_LEAST_BEATS = 2.0  # least number of beats in a row
+_BACKWARD_M_S = 0.005  # a robot slower than this beats on the spot
+_UNSEEN_END_S = 0.5  # least time at the end without a head that is flagged
 
 
 def check_clock_and_scale(time_s: np.ndarray, camera: CameraSpec, robot: RobotSpec) -> tuple[Flag, ...]:
     """Check that time stamps (n,) fit the nominal frame rate, and the scale length the robot.
+
+    Args:
+        time_s: (n,) time stamps.
+        camera: the camera, with frame rate and scale length.
+        robot: the robot.
 
     Raises:
         NotEnoughData: the frame rate is off by more than 5 %, or the scale by so much that it must be another unit.
@@ -61,7 +68,12 @@ def check_clock_and_scale(time_s: np.ndarray, camera: CameraSpec, robot: RobotSp
 
 
 def check_beat(beat: SwimFrequency, robot: RobotSpec, least: float = LEAST_EXPLAINED) -> None:
-    """Check that a tail beats, and that its beat explains most of what it does, or at least some share of it.
+    """Check that a tail beats, and that its beat explains most of its motion, or at least some share of it.
+
+    Args:
+        beat: the beat.
+        robot: the robot.
+        least: least share of the motion that the beat explains.
 
     Raises:
         NotEnoughData: it does not; noise and drift have a strongest frequency too.
@@ -83,6 +95,11 @@ def check_beat(beat: SwimFrequency, robot: RobotSpec, least: float = LEAST_EXPLA
 
 def check_lasting(time_s: np.ndarray, used: slice, beat: SwimFrequency) -> None:
     """Check that the stretch in which the tail beats holds a few beats.
+
+    Args:
+        time_s: (n,) s.
+        used: frames of the stretch.
+        beat: the beat.
 
     Raises:
         NotEnoughData: it does not: a robot at rest has a strongest frequency too.
@@ -111,9 +128,10 @@ def motion_flags(time_s: np.ndarray, head: HeadFrame, kept: np.ndarray, speed: f
     """Flag a fish that swims tail first, and a course that bends.
 
     Args:
-        time_s, head: (n,) s and the n head frames of the trial.
+        time_s: (n,) s.
+        head: the n head frames of the trial.
         kept: (n,) frames that are compared.
-        speed: forward, m/s.
+        speed: forward speed, m/s.
         hz: beats a second.
     """
     flags = []
@@ -165,8 +183,10 @@ def unread_flags(names: Sequence[str], read: np.ndarray, seen: np.ndarray, frame
     """Flag markers that are seen too little, or at too few phases of the beat, to take part in a fit.
 
     Args:
-        names, read, seen: of the m markers; whether each is read, and in how many frames it is seen.
-        frames: that are compared.
+        names: names of the m markers.
+        read: (m,) whether each is read.
+        seen: (m,) number of frames in which each is seen.
+        frames: number of frames that are compared.
     """
     return tuple(
         Flag(
@@ -180,7 +200,7 @@ def unread_flags(names: Sequence[str], read: np.ndarray, seen: np.ndarray, frame
 
 
 def _drift(time_s: np.ndarray, series: np.ndarray, kept: np.ndarray, hz: float) -> tuple[float, float]:
-    """Return the change of a series (n,) over the kept frames beside its beat, and its standard error.
+    """Return the change of a series (n,) over the kept frames, less its beat, and its standard error.
 
     Where it is hardly seen both are 0.
     """
@@ -191,6 +211,6 @@ def _drift(time_s: np.ndarray, series: np.ndarray, kept: np.ndarray, hz: float) 
     columns = design(time_s[used], hz, 2 if beats >= 1 else 0)
     found = np.linalg.lstsq(columns, series[used], rcond=None)[0]
     left = series[used] - columns @ found
-    error = float(np.sqrt(12 * _LASTS / used.sum()) * left.std())  # of the slope of a line over its own span
+    error = float(np.sqrt(12 * _LASTS / used.sum()) * left.std())  # standard error of a line's rise over its own span
     longer = float(np.ptp(time_s[kept]) / np.ptp(time_s[used]))
     return float(found[1]) * longer, error * longer

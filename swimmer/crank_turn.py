@@ -1,4 +1,4 @@
-"""How the crank turned in a trial: a measured angle over time, in place of an even turn."""
+"""The turn of the crank in a trial: a measured angle over time, in place of an even turn."""
 
 from dataclasses import dataclass
 from typing import Protocol
@@ -13,17 +13,17 @@ _FEWEST = 5  # readings that a smoothing spline needs
 
 
 class Turn(Protocol):
-    """How a crank turns from time 0 on; `logged` where a log shows it, so that it turns so whatever pulls at it."""
+    """A turn of the crank from time 0 on; `logged` if a log shows it, so that no load changes it."""
 
     @property
     def logged(self) -> bool: ...  # noqa: D102
 
     def angle(self, time_s: ArrayLike) -> np.ndarray:
-        """(f,) angle since time 0, rad."""
+        """Return the angle (f,) since time 0, rad."""
         ...
 
     def speed(self, time_s: ArrayLike) -> np.ndarray:
-        """(f,) speed, rad/s."""
+        """Return the speed (f,), rad/s."""
         ...
 
 
@@ -43,10 +43,14 @@ class CrankTurn:
 
     @classmethod
     def measured(cls, time_s: np.ndarray, angle_rad: np.ndarray) -> "CrankTurn":
-        """From k readings (k,), smoothed by a cubic spline (Woltring 1986).
+        """Fit a smoothing cubic spline to k readings (Woltring 1986).
 
         Which way round the shaft turned is left out: the tail of a robot with equal tendons moves the same either way,
         half a turn apart.
+
+        Args:
+            time_s: (k,) s.
+            angle_rad: (k,) unwrapped angle, rad.
 
         Raises:
             ValueError: fewer than five readings, or times that do not grow.
@@ -59,7 +63,7 @@ class CrankTurn:
         return cls(spline, float(time_s[0]), float(time_s[-1]))
 
     def shifted(self, offset_s: float, rate: float = 1.0) -> "CrankTurn":
-        """The same turn on another clock, on which its instant ``t`` is ``(t - offset_s) / rate``."""
+        """Return the same turn on another clock, on which its instant ``t`` is ``(t - offset_s) / rate``."""
         knots = (self.spline.t - offset_s) / rate
         return CrankTurn(
             BSpline(knots, self.spline.c, self.spline.k),
@@ -68,15 +72,15 @@ class CrankTurn:
         )
 
     def angle(self, time_s: ArrayLike) -> np.ndarray:
-        """(f,) angle since time 0, rad."""
+        """Return the angle (f,) since time 0, rad."""
         return self._along(np.asarray(time_s, float)) - self._along(np.zeros(1))[0]
 
     def speed(self, time_s: ArrayLike) -> np.ndarray:
-        """(f,) speed, rad/s."""
+        """Return the speed (f,), rad/s."""
         return self.spline.derivative()(np.clip(time_s, self.start_s, self.end_s))
 
     def mean_hz(self, start_s: float, end_s: float) -> float:
-        """Mean turns a second over a stretch."""
+        """Return the mean frequency of the crank between two instants (s), Hz."""
         angle = self.angle(np.array([start_s, end_s]))
         return float((angle[1] - angle[0]) / (2 * np.pi * (end_s - start_s)))
 

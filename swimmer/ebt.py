@@ -31,14 +31,20 @@ class TailMotion(NamedTuple):
 
 
 def added_mass_per_length(body: ElongatedBody, density_kg_m3: float, beta: float) -> float:
-    """m = 1/4 rho pi beta d^2, the added mass of a cross section of depth d, kg/m (Lighthill 1960)."""
+    """Return the added mass per length of a cross section of depth d, kg/m: 1/4 rho pi beta d^2 (Lighthill 1960)."""
     return 0.25 * density_kg_m3 * np.pi * beta * body.depth_m**2
 
 
 def steady_speed(motion: TailMotion, robot: RobotSpec, beta: float, drag_coefficient: float) -> np.ndarray:
-    """The speed U >= 0 at which mean thrust and drag balance, m/s.
+    """Return the speed U >= 0 at which mean thrust and drag balance, m/s.
 
     U^2 = m <h_t^2> / (rho c_D S + m <h_x^2>); depends on beta and c_D only through c_D / beta.
+
+    Args:
+        motion: mean squares at the tail tip.
+        robot: the robot, with its depth, reference area and water.
+        beta: factor of the added mass, about 1.
+        drag_coefficient: c_D.
     """
     body, density = robot.elongated_body, robot.water.density_kg_m3
     mass = added_mass_per_length(body, density, beta)
@@ -47,12 +53,12 @@ def steady_speed(motion: TailMotion, robot: RobotSpec, beta: float, drag_coeffic
 
 
 class TipMotion(NamedTuple):
-    """The tail tip over whole beats, seen from a frame that swims along at the mean velocity.
+    """Motion of the tail tip over whole beats, seen from a frame that swims along at the mean velocity.
 
     Attributes:
         forward_speed: (n,) dx/dt less its mean, m/s.
         lateral_speed: (n,) dz/dt, m/s.
-        angle_rad: (n,) of the tangent, pointing forward, against the swimming direction.
+        angle_rad: (n,) angle of the tangent, pointing forward, against the swimming direction.
     """
 
     forward_speed: np.ndarray
@@ -61,10 +67,16 @@ class TipMotion(NamedTuple):
 
 
 def steady_speed_large(motion: TipMotion, robot: RobotSpec, beta: float, drag_coefficient: float) -> float:
-    """The speed U >= 0 at which mean thrust and drag 1/2 rho c_D S U^2 balance, m/s.
+    """Return the speed U >= 0 at which mean thrust and drag 1/2 rho c_D S U^2 balance, m/s.
 
-    Thrust is a quadratic in U, so the balance is one too; it depends on beta and c_D only through c_D / beta. Returns
-    0 where the tail gives no thrust.
+    Thrust is a quadratic in U, so the balance is one too; it depends on beta and c_D only through c_D / beta. Returns 0
+    where the tail gives no thrust.
+
+    Args:
+        motion: motion of the tail tip.
+        robot: the robot, with its depth, reference area and water.
+        beta: factor of the added mass, about 1.
+        drag_coefficient: c_D.
     """
     body, density = robot.elongated_body, robot.water.density_kg_m3
     mass = added_mass_per_length(body, density, beta)
@@ -76,7 +88,10 @@ def steady_speed_large(motion: TipMotion, robot: RobotSpec, beta: float, drag_co
 
 
 def thrust_polynomial(motion: TipMotion) -> tuple[float, float, float]:
-    """T / m as a polynomial in U: w = a - U sin(theta) with a what the beat alone gives."""
+    """Return T / m as a polynomial in U: constant, linear and quadratic coefficient.
+
+    The velocity across the tail is w = a - U sin(theta), where a is what the beat alone gives.
+    """
     forward, lateral, angle = motion
     cos, sin = np.cos(angle), np.sin(angle)
     across = lateral * cos - forward * sin  # a, at U = 0

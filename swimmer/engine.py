@@ -1,4 +1,4 @@
-"""The engine's own log, kept quiet, and which engine and model a calibration was made with.
+"""The engine's own log, kept quiet, and the check of which engine and model a calibration was made with.
 
 Where we look for divergence we report it in our own words. Coefficients fitted with one engine are void with another.
 """
@@ -20,7 +20,7 @@ ENGINE = mujoco.__version__
 
 @contextmanager
 def quiet_engine() -> Iterator[None]:
-    """While it lasts the engine neither prints warnings nor writes MUJOCO_LOG.TXT into the user's folder."""
+    """Keep the engine from printing warnings and from writing MUJOCO_LOG.TXT into the user's folder."""
     before, quiet = mujoco.MjLogConfig.get(), mujoco.MjLogConfig.get()
     quiet.logto_console = quiet.logto_file = False
     quiet.set()
@@ -31,17 +31,22 @@ def quiet_engine() -> Iterator[None]:
 
 
 def model_sha256(robot: RobotSpec) -> str:
-    """Fingerprint of everything in the robot's swimming model but the fluid coefficients."""
+    """Return a hash of everything in the robot's swimming model but the fluid coefficients."""
     spec = build_mjcf(robot, FluidCoefficients(0.0, 0.0, 0.0, 0.0, 0.0), SWIM)
     spec.compile()
     return hashlib.sha256(spec.to_xml().encode()).hexdigest()
 
 
 def check_engine(made_with: Provenance, robot: RobotSpec, file: str) -> None:
-    """Refuses a calibration made with another engine or another model.
+    """Refuse a calibration made with another engine or another model.
 
-    The fluid model is not the same in every release: with 3.12 the published coefficients swim forward, from 3.14
-    on the same file swims backward.
+    The fluid model is not the same in every release: with 3.12 the published coefficients swim forward, from 3.14 on
+    the same file swims backward.
+
+    Args:
+        made_with: engine and model of the calibration.
+        robot: the robot.
+        file: name of the calibration in messages.
 
     Raises:
         ModelMismatch: either differs.

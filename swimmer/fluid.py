@@ -21,14 +21,15 @@ class FluidCoefficients(NamedTuple):
 
 
 COEFFICIENT_BOUNDS = (0.0, 10.0)
-"""Within which each is sought, as published."""
+"""Bounds within which each coefficient is fitted, as published."""
 PUBLISHED_COEFFICIENTS = FluidCoefficients(0.40, 7.79, 2.81, 3.84, 0.27)
 
 
 def added_volumes(semi_axes_m: np.ndarray) -> np.ndarray:
-    """(3,) volumes of water that an ellipsoid carries along each axis, m^3: times the density, its added masses.
+    """Return the volumes of water (3,) that an ellipsoid carries along each axis, m^3.
 
-    Lamb, Hydrodynamics, article 114; the integrals alpha_i are Carlson's R_D.
+    Times the density they are its added masses. Lamb, Hydrodynamics, article 114; the integrals alpha_i are Carlson's
+    R_D.
     """
     r = semi_axes_m
     alpha = np.array([2 / 3 * np.prod(r) * elliprd(r[i - 2] ** 2, r[i - 1] ** 2, r[i] ** 2) for i in range(3)])

@@ -9,7 +9,7 @@ from swimmer.robot import RobotSpec
 
 
 class MarkerKinematics:
-    """Places of m chosen markers, in the order given, as a function of the planar pose of the chain."""
+    """Positions of m chosen markers, in the order given, as a function of the planar pose of the chain."""
 
     def __init__(self, robot: RobotSpec, names: tuple[str, ...]) -> None:
         origins = np.concatenate([[0.0], robot.hinge_x_m])  # (l,) of each link on the straight robot
@@ -20,7 +20,7 @@ class MarkerKinematics:
         self._local = local  # (m, 2)
 
     def __call__(self, head: np.ndarray, hinges_rad: np.ndarray) -> np.ndarray:
-        """Marker positions in the pool.
+        """Return the marker positions in the pool.
 
         Args:
             head: (..., 3) x, y (m) and yaw (rad) of the head's frame.
@@ -38,7 +38,15 @@ class MarkerKinematics:
         return origin[..., self._link, :] + np.stack([x * cos - y * sin, x * sin + y * cos], axis=-1)
 
     def axes(self, head: np.ndarray, hinges_rad: np.ndarray) -> np.ndarray:
-        """(..., m, 2, 2) unit vectors in the pool along x and y of the link each marker sits on; arguments as above."""
+        """Return the axes of the link that carries each marker.
+
+        Args:
+            head: (..., 3) x, y (m) and yaw (rad) of the head's frame.
+            hinges_rad: (..., h) hinge angles.
+
+        Returns:
+            (..., m, 2, 2) unit vectors in the pool along x and y of the link.
+        """
         heading = np.concatenate([head[..., 2:], head[..., 2:] + np.cumsum(hinges_rad, axis=-1)], axis=-1)
         cos, sin = np.cos(heading)[..., self._link], np.sin(heading)[..., self._link]
         return np.stack([np.stack([cos, sin], axis=-1), np.stack([-sin, cos], axis=-1)], axis=-2)

@@ -21,8 +21,9 @@ _PLASTIC = (0.33, 0.55, 0.78, 1.0)
 _FRAME = (0.62, 0.65, 0.70, 1.0)
 _FIN = (0.90, 0.45, 0.25, 1.0)
 _MARKER = (0.95, 0.60, 0.10, 1.0)
-_SPECK_M, _SPECK_KG = 1e-4, 1e-3
-_ARM_HALF_WIDTH_M = 0.005  # for the eye only
+_SPECK_M = 1e-4
+_SPECK_KG = 1e-3
+_ARM_HALF_WIDTH_M = 0.005  # only seen, without mass
 _STRIP_HALF_THICKNESS_M = 0.0005
 
 
@@ -46,7 +47,7 @@ def build_mjcf(
     coefficients: FluidCoefficients = PUBLISHED_COEFFICIENTS,
     scene: Scene = SWIM,
 ) -> mujoco.MjSpec:
-    """The MJCF of a robot, uncompiled: `.compile()` gives the model, `.to_xml()` the text once compiled.
+    """Build the MJCF of a robot, uncompiled: `.compile()` gives the model, `.to_xml()` the text once compiled.
 
     Args:
         robot: the robot.
@@ -90,7 +91,7 @@ def _add_head(spec: mujoco.MjSpec, robot: RobotSpec, coefficients: FluidCoeffici
         head.add_joint(name="sway", type=slide, axis=(0, 1, 0))
         head.add_joint(name="yaw", type=hinge, axis=(0, 0, 1))
     for part in robot.head.part:
-        # its own prefix: no other geom's name can be the same
+        # The prefix keeps the name apart from those of all other geoms.
         _add_dry_box(head, f"part_{part.name}", part.centre_m, part.half_size_m, part.mass_kg, _FRAME)
     _add_plate(head, "head_fluid", robot.head.fluid_centre_m, robot.head.fluid_half_size_m, 0.0, coefficients)
     return head
@@ -104,7 +105,7 @@ def _add_dry_box(
     mass_kg: float,
     rgba: tuple[float, ...] = _PLASTIC,
 ) -> None:
-    """A box of uniform density that the water does not feel: the body has a fluid ellipsoid of its own."""
+    """Add a box of uniform density that the water does not feel: the body has a fluid ellipsoid of its own."""
     box = mujoco.mjtGeom.mjGEOM_BOX
     body.add_geom(name=name, type=box, pos=centre_m, size=half_size_m, mass=mass_kg, rgba=rgba)
 
@@ -117,7 +118,7 @@ def _add_plate(
     mass_kg: float,
     coefficients: FluidCoefficients,
 ) -> None:
-    """A box whose fluid forces are those of the ellipsoid with its half sizes as semi-axes."""
+    """Add a box whose fluid forces are those of the ellipsoid with its half sizes as semi-axes."""
     geom = body.add_geom(
         name=name,
         type=mujoco.mjtGeom.mjGEOM_BOX,
@@ -152,7 +153,7 @@ def _add_crank(head: mujoco.MjsBody, robot: RobotSpec) -> None:
 
 
 def _add_tail(head: mujoco.MjsBody, robot: RobotSpec, coefficients: FluidCoefficients) -> mujoco.MjsBody:
-    """The segments as a chain; each body's origin is its hinge. Returns the last one."""
+    """Add the segments as a chain, each body's origin at its hinge, and return the last body."""
     body, origin = head, 0.0
     for i, (segment, hinge_x) in enumerate(zip(robot.tail.segment, robot.hinge_x_m, strict=True)):
         body = body.add_body(name=robot.hinges[i], pos=(hinge_x - origin, 0.0, 0.0))
@@ -179,7 +180,7 @@ def _add_tail(head: mujoco.MjsBody, robot: RobotSpec, coefficients: FluidCoeffic
 
 
 def _add_link_plate(body: mujoco.MjsBody, robot: RobotSpec, i: int, coefficients: FluidCoefficients) -> None:
-    """The link's plate spans from its hinge to the next one: the flexible gaps are part of the surface."""
+    """Add the link's plate, from its hinge to the next one: the flexible gaps are part of the surface."""
     segments: tuple[Segment, ...] = robot.tail.segment
     segment, start = segments[i], float(robot.hinge_x_m[i])
     end = float(robot.hinge_x_m[i + 1]) if i + 1 < len(segments) else robot.fin_root_x_m
@@ -195,7 +196,7 @@ def _add_link_plate(body: mujoco.MjsBody, robot: RobotSpec, i: int, coefficients
 
 
 def _add_guide_plates(body: mujoco.MjsBody, robot: RobotSpec, i: int, guide_x: float) -> None:
-    """Across, from either side of the segment."""
+    """Add the guide plates, which stand across from either side of the segment."""
     segment, tail = robot.tail.segment[i], robot.tail
     if (width := segment.guide_plate_width_m) == 0:
         return
@@ -206,7 +207,10 @@ def _add_guide_plates(body: mujoco.MjsBody, robot: RobotSpec, i: int, guide_x: f
 
 
 def _add_strips(body: mujoco.MjsBody, robot: RobotSpec, i: int, rear: float) -> None:
-    """Those of the link: from its hinge to its segment, and from there half over the next gap or to the fin's root."""
+    """Add the strips of the link.
+
+    The front one runs from its hinge to its segment, the rear one half over the next gap or to the fin's root.
+    """
     segments, fin = robot.tail.segment, robot.caudal_fin
     front, height = segments[i].gap_m / 2, segments[i].half_height_m
     if i + 1 < len(segments):

@@ -1,9 +1,9 @@
 """The robot as its maker describes it: geometry, masses, tendon routing, hinges, markers, water.
 
-A `RobotSpec` is read from a TOML file and validated when it is made. Lengths are in metres, masses in kilograms,
-angles in radians. The robot frame has x from nose to tail along the straight body, z up, y to complete a
-right-handed frame; the robot swims towards -x. What must fit together beyond the range of each value is checked on a
-few valid tables only, so that its faults come out together with those of the rest of the file.
+A `RobotSpec` is read from a TOML file and validated when it is made. Lengths are in metres, masses in kilograms, angles
+in radians. The robot frame has x from nose to tail along the straight body, z up, y to complete a right-handed frame;
+the robot swims towards -x. Conditions between several values are checked on a few valid tables only, so that their
+faults are reported together with those of the rest of the file.
 """
 
 from collections.abc import Iterable, Iterator, Mapping
@@ -22,7 +22,7 @@ from session.toml_source import Table, key_error, load_toml
 
 Positive = Annotated[float, Field(gt=0)]
 NonNegative = Annotated[float, Field(ge=0)]
-# What the engine can hold; and a length in millimetres, or a mass in grams, is most likely outside.
+# The engine can hold these ranges; a length in millimetres, or a mass in grams, is most likely outside of them.
 Length = Annotated[float, Field(ge=1e-5, le=10.0)]
 Offset = Annotated[float, Field(ge=0.0, le=10.0)]
 Coordinate = Annotated[float, Field(ge=-10.0, le=10.0)]
@@ -33,17 +33,17 @@ HalfSize = tuple[Length, Length, Length]
 
 
 def _raise_together(faults: Iterable[InitErrorDetails]) -> None:
-    """Raises one error of pydantic's that holds every fault, each with its own place.
+    """Raise one pydantic error that holds every fault, each with its own place.
 
     Raises:
-        pydantic.ValidationError: if there is any.
+        pydantic.ValidationError: if there is any fault.
     """
     if details := list(faults):
         raise ValidationError.from_exception_data("robot", details)
 
 
 def _fault(error: PydanticCustomError, *place: str | int) -> InitErrorDetails:
-    """The error at a place below the value that is checked; `found` is in the error already."""
+    """Return the error at a place below the value that is checked; `found` is in the error already."""
     return InitErrorDetails(type=error, loc=place, input="")
 
 
@@ -116,8 +116,8 @@ class Segment(Table):
     half_height_m: Length
     guide_offset_m: Offset
     tendon_crosses: bool = False
-    guide_plate_width_m: Offset = 0.0  # from the segment's side; 0: it has no plates
-    strip_mass_kg: AddedMass = 0.0  # of each strip of the gap
+    guide_plate_width_m: Offset = 0.0  # width from the segment's side; 0: it has no plates
+    strip_mass_kg: AddedMass = 0.0  # mass of each strip of the gap
 
 
 class Tail(Table):
@@ -273,14 +273,14 @@ class RobotSpec(Table):
 
     @cached_property
     def hinge_x_m(self) -> np.ndarray:
-        """(h,) x of each hinge on the straight robot, m."""
+        """x of each hinge on the straight robot, (h,), m."""
         gaps = np.array([s.gap_m for s in self.tail.segment])
         lengths = np.array([s.length_m for s in self.tail.segment])
         return _read_only(self.tail.start_m + np.cumsum(gaps + lengths) - lengths - gaps / 2)
 
     @cached_property
     def segment_x_m(self) -> np.ndarray:
-        """(h, 2) x of the front and rear end of each segment on the straight robot, m."""
+        """x of the front and rear end of each segment on the straight robot, (h, 2), m."""
         half_gaps = np.array([s.gap_m for s in self.tail.segment]) / 2
         lengths = np.array([s.length_m for s in self.tail.segment])
         front = self.hinge_x_m + half_gaps
@@ -288,22 +288,22 @@ class RobotSpec(Table):
 
     @cached_property
     def fin_root_x_m(self) -> float:
-        """The caudal fin's root on the straight robot, m."""
+        """x of the caudal fin's root on the straight robot, m."""
         return float(self.segment_x_m[-1, 1]) + self.caudal_fin.gap_m
 
     def segment_mass_kg(self, number: int) -> float:
-        """Mass of a segment alone, without guide plates and strips, kg."""
+        """Return the mass of a segment alone, without guide plates and strips, kg."""
         segment = self.tail.segment[number]
         return segment.length_m * segment.thickness_m * 2 * segment.half_height_m * self.tail.density_kg_m3
 
     def guide_plate_mass_kg(self, number: int) -> float:
-        """Mass of each of the two guide plates of a segment, kg; 0 where it has none."""
+        """Return the mass of each of the two guide plates of a segment, kg; 0 where it has none."""
         area_m2 = self.tail.guide_plate_length_m * self.tail.guide_plate_height_m
         return area_m2 * self.tail.segment[number].guide_plate_width_m * self.tail.density_kg_m3
 
     @cached_property
     def tail_mass_kg(self) -> np.ndarray:
-        """(h,) mass of each link behind the head, with guide plates, strips and, on the last, the fin, kg."""
+        """Mass of each link behind the head, with guide plates, strips and, on the last, the fin, (h,), kg."""
         tail, fin = self.tail.segment, self.caudal_fin
         segments = [self.segment_mass_kg(i) + 2 * self.guide_plate_mass_kg(i) for i in range(len(tail))]
         before = np.array([segment.strip_mass_kg for segment in tail])
@@ -311,7 +311,7 @@ class RobotSpec(Table):
         return _read_only(np.array(segments) + before + behind + fin.mass_kg * (np.arange(len(tail)) == len(tail) - 1))
 
     def with_tail_mass_times(self, factor: float) -> "RobotSpec":
-        """The same with everything behind the first hinge so many times as heavy."""
+        """Return the robot with everything behind the first hinge `factor` times as heavy."""
         strips = [segment.strip_mass_kg * factor for segment in self.tail.segment]
         segment = tuple(
             one.model_copy(update={"strip_mass_kg": kg}) for one, kg in zip(self.tail.segment, strips, strict=True)
@@ -323,21 +323,21 @@ class RobotSpec(Table):
 
     @property
     def scale_length_m(self) -> float:
-        """Nose to neck, the length scale of every video, m."""
+        """Distance from nose to neck, the length scale of every video, m."""
         return float(np.linalg.norm(np.subtract(self.markers["neck"].position_m, self.markers["nose"].position_m)[:2]))
 
     @property
     def length_m(self) -> float:
-        """From the nose marker to the tips of the caudal fin, m."""
+        """Distance from the nose marker to the tips of the caudal fin, m."""
         return self.fin_root_x_m + self.caudal_fin.length_m - self.markers["nose"].position_m[0]
 
     def changed(self, **tables: Mapping[str, object]) -> "RobotSpec":
-        """The same with other values in some of its tables, by table and key; they are not validated."""
+        """Return the robot with other values in some of its tables, by table and key; they are not validated."""
         parts = {name: getattr(self, name).model_copy(update=values) for name, values in tables.items()}
         return self.model_copy(update=parts)
 
     def marker_positions_m(self, names: tuple[str, ...]) -> np.ndarray:
-        """(m, 3) places of the named markers on the straight robot, robot frame, m."""
+        """Return the positions (m, 3) of the named markers on the straight robot, robot frame, m."""
         return np.array([self.markers[name].position_m for name in names])
 
 
@@ -361,7 +361,7 @@ def _head_frame_faults(markers: dict[str, Marker]) -> Iterator[InitErrorDetails]
 
 
 def load_robot(path: Path | None = None) -> RobotSpec:
-    """The robot described in a TOML file, or the published 0.57 m fish.
+    """Load the robot described in a TOML file, or the published 0.57 m fish.
 
     Raises:
         session.InputError: all faults of the file, each with its line.
@@ -370,7 +370,7 @@ def load_robot(path: Path | None = None) -> RobotSpec:
 
 
 def _read_only(array: np.ndarray) -> np.ndarray:
-    """The array itself: one robot serves the whole program, so nobody may change it."""
+    """Make an array read-only and return it: one robot serves the whole program, so nobody may change it."""
     array.setflags(write=False)
     return array
 

@@ -1,4 +1,4 @@
-"""What differs between simulations, and what they give."""
+"""Inputs that differ between simulations, and their results."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -11,7 +11,7 @@ from swimmer.crank_turn import Turn
 
 @dataclass(frozen=True, eq=False)
 class Runs:
-    """What differs between n simulations.
+    """Inputs that differ between n simulations.
 
     Attributes:
         coefficients: (n, 5) blunt, slender and angular drag, Kutta and Magnus lift.
@@ -46,7 +46,7 @@ class Runs:
             raise ValueError(f"turns: found {len(self.turns)}, expected {n}, one for each simulation")
 
     def part(self, rows: np.ndarray) -> Self:
-        """Some of them, by their numbers (r,)."""
+        """Return some of the runs, by their numbers (r,)."""
         return replace(
             self,
             coefficients=self.coefficients[rows],
@@ -59,7 +59,7 @@ class Runs:
 
     @classmethod
     def joined(cls, parts: Sequence[Self]) -> Self:
-        """All runs of several, one after the other; all set the same fields, and all or none a velocity."""
+        """Join the runs of several parts, one after the other; all set the same fields, and all or none a velocity."""
         first, turned = parts[0], any(part.turns is not None for part in parts)
         turns = [turn for part in parts for turn in (part.turns or (None,) * len(part))]
         velocities = [part.velocity for part in parts if part.velocity is not None]
@@ -74,7 +74,7 @@ class Runs:
         )
 
     def distinct(self) -> tuple[np.ndarray, np.ndarray]:
-        """(r,) numbers of runs that all differ, and (n,) which of these each equals."""
+        """Return the numbers (r,) of runs that all differ, and which of these each run equals (n,)."""
         turns = (None,) * len(self) if self.turns is None else self.turns
         numbers = np.hstack([np.reshape(own, (len(self), -1)) for own in self._numbers()])
         keys = [(row.tobytes(), id(turn)) for row, turn in zip(numbers, turns, strict=True)]
@@ -83,13 +83,13 @@ class Runs:
         return np.unique(like, return_index=True)[1], like
 
     def _numbers(self) -> list[np.ndarray]:
-        """(n, …) each, whatever makes one differ from another, but turns."""
+        """Return all numbers in which one run can differ from another, each (n, …), but turns."""
         velocity = [] if self.velocity is None else [self.velocity]
         return [self.coefficients, self.frequency_hz, self.phase_rad, *velocity, *self.fields.values()]
 
     @property
     def start_speed_rad_s(self) -> np.ndarray:
-        """(n,) of the crank at time 0, rad/s."""
+        """Speed of each crank at time 0, (n,), rad/s."""
         even = 2 * np.pi * np.asarray(self.frequency_hz, float)
         if self.turns is None:
             return even
@@ -98,7 +98,7 @@ class Runs:
         )
 
     def crank_speeds(self, steps: int, timestep_s: float) -> np.ndarray | None:
-        """(n, steps, 1) mean speed over each step, rad/s; None where all cranks turn evenly."""
+        """Return the mean speed of each crank over each step (n, steps, 1), rad/s; None where all turn evenly."""
         if self.turns is None or not any(self.turns):
             return None
         speeds = np.repeat(2 * np.pi * np.asarray(self.frequency_hz, float)[:, None], steps, axis=1)
@@ -113,7 +113,7 @@ class Runs:
 
 @dataclass(frozen=True, eq=False)
 class Trajectories:
-    """What n simulations give at f times.
+    """Results of n simulations at f times.
 
     Attributes:
         time_s: (f,) or (n, f).
@@ -132,7 +132,7 @@ class Trajectories:
     diverged: np.ndarray
 
     def part(self, rows: np.ndarray, frames: int) -> "Trajectories":
-        """Some of the simulations, by their numbers (r,), up to a frame."""
+        """Return some of the simulations, by their numbers (r,), up to a frame."""
         return Trajectories(
             self.time_s[:frames] if self.time_s.ndim == 1 else self.time_s[rows, :frames],
             self.marker_m[rows, :frames],

@@ -1,4 +1,5 @@
-"""What makes an exported MJCF pleasant to look at and ready to use: light, floor, cameras, sensors, a limited control.
+"""Additions that make an exported MJCF pleasant to look at and ready to use: light, floor, cameras, sensors, a limited
+control.
 
 Nothing of it touches the dynamics: the model swims the same trajectory to the last digit.
 """
@@ -9,15 +10,17 @@ import numpy as np
 from swimmer.robot import RobotSpec
 
 FASTEST_TURNS_PER_S = 15.0
-"""Of the crank, the range of the control; as fast as tails are driven (Zhu et al., Sci. Robot. 4, 2019)."""
+"""Range of the crank's control; as fast as tails are driven (Zhu et al., Sci. Robot. 4, 2019)."""
 
 _FLOOR_M = -0.4
-_WATER, _DEEP = (0.80, 0.91, 0.95), (0.28, 0.52, 0.62)
-_TILE, _JOINT = (0.30, 0.52, 0.60), (0.45, 0.66, 0.72)
+_WATER = (0.80, 0.91, 0.95)
+_DEEP = (0.28, 0.52, 0.62)
+_TILE = (0.30, 0.52, 0.60)
+_JOINT = (0.45, 0.66, 0.72)
 
 
 def add_scenery(spec: mujoco.MjSpec, robot: RobotSpec) -> mujoco.MjSpec:
-    """Puts a robot, as `build_mjcf` made it, into a pool to look at, with sensors; returns it.
+    """Put a robot, as `build_mjcf` made it, into a pool to look at, with sensors, and return it.
 
     Cameras: `follow` goes along next to the robot, `above` looks straight down as over a pool. Sensors: `head_position`
     (m), `head_orientation` (quaternion), `head_velocity` (m/s), `crank_angle` (rad), `crank_speed` (rad/s) and
@@ -29,7 +32,7 @@ def add_scenery(spec: mujoco.MjSpec, robot: RobotSpec) -> mujoco.MjSpec:
     middle = robot.fin_root_x_m / 2
     length = robot.fin_root_x_m
     place = np.array([middle - 0.6 * length, -1.6 * length, 1.1 * length])
-    head.add_camera(name="follow", mode=along, pos=place, xyaxes=_looking(place, np.array([middle, 0.0, 0.0])))
+    head.add_camera(name="follow", mode=along, pos=place, xyaxes=_look_at(place, np.array([middle, 0.0, 0.0])))
     head.add_camera(name="above", mode=along, pos=(middle, 0.0, 1.2), xyaxes=(1, 0, 0, 0, 1, 0))
     motor = spec.actuator("motor")
     motor.ctrlrange = (-2 * np.pi * FASTEST_TURNS_PER_S, 2 * np.pi * FASTEST_TURNS_PER_S)
@@ -38,8 +41,8 @@ def add_scenery(spec: mujoco.MjSpec, robot: RobotSpec) -> mujoco.MjSpec:
     return spec
 
 
-def _looking(place_m: np.ndarray, at_m: np.ndarray) -> np.ndarray:
-    """(6,) x and y axis of a camera that looks at a point, upright."""
+def _look_at(place_m: np.ndarray, at_m: np.ndarray) -> np.ndarray:
+    """Return the x and y axis (6,) of a camera that looks at a point, upright."""
     ahead = (at_m - place_m) / np.linalg.norm(at_m - place_m)
     right = np.cross(ahead, [0.0, 0.0, 1.0])
     right /= np.linalg.norm(right)

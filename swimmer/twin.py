@@ -21,14 +21,15 @@ from swimmer.robot import RobotSpec
 from swimmer.runs import Runs, Trajectories
 from swimmer.workers import workers_of
 
-FORCE_FIELDS = slice(1, 6)  # of geom_fluid: blunt, slender, angular drag, Kutta and Magnus lift
+FORCE_FIELDS = slice(1, 6)  # columns of geom_fluid: blunt, slender, angular drag, Kutta and Magnus lift
 PLAUSIBLE_HINGE_RAD = np.pi / 2  # the published model stops its hinges at 80 degrees; beyond 90 nothing is physical
 PLAUSIBLE_SPEED_M_S = 5.0
-_PHASES, _SLOW_TURN_S = 48, 4.0  # of the table of quasi-static tail poses
+_PHASES = 48  # in the table of quasi-static tail poses
+_SLOW_TURN_S = 4.0  # turn in which they are read off
 FOLLOWING_N_M_S = 1e5  # speed gain of a crank that follows a measured turn, whatever pulls at it
 CONTROL = int(mujoco.mjtState.mjSTATE_CTRL)
 _CHUNK = 512  # simulations whose trajectories are held in memory at once
-_TOGETHER = 64  # steps; runs whose ends are within as many end together
+_TOGETHER = 64  # runs whose ends are within this many steps end together
 
 
 class Twin:
@@ -61,18 +62,18 @@ class Twin:
         self._fluid_geoms = np.flatnonzero(self.model.geom_fluid[:, 0] > 0)
 
     def at_step(self, timestep_s: float) -> "Twin":
-        """The same twin with another time step, s."""
+        """Return the same twin with another time step, s."""
         return Twin(self.robot, self.markers, replace(self.scene, timestep_s=timestep_s), self.workers)
 
     def of_robot(self, robot: RobotSpec) -> "Twin":
-        """The same of another robot."""
+        """Return the same twin of another robot."""
         return Twin(robot, self.markers, self.scene, self.workers)
 
     def simulate(self, runs: Runs, time_s: np.ndarray, *, allow_divergence: bool = False) -> Trajectories:
-        """Simulates every run from time 0 and reads the markers off at the given times.
+        """Simulate every run from time 0 and read the markers off at the given times.
 
-        The crank starts at its phase, turning; the tail starts in the pose that the tendons give it there, moving
-        with the crank; the head with the velocity asked for (at rest by default).
+        The crank starts at its phase, turning; the tail starts in the pose that the tendons give it there, moving with
+        the crank; the head with the velocity asked for (at rest by default).
 
         Args:
             runs: n simulations.
@@ -97,7 +98,7 @@ class Twin:
         return Trajectories(time_s, marker, head, hinges, crank, diverged)
 
     def _simulate_chunk(self, runs: Runs, time_s: np.ndarray) -> tuple[np.ndarray, ...]:
-        """Equal runs are simulated once, for as long as any of them."""
+        """Simulate a chunk of runs, equal ones once and for as long as any of them."""
         first, like = self._distinct(runs)
         last_s = np.zeros(len(first))
         np.maximum.at(last_s, like, np.broadcast_to(np.max(time_s, axis=-1), len(runs)))
@@ -108,33 +109,37 @@ class Twin:
         return head, at[..., self._hinges], at[..., self._crank], diverged
 
     def _distinct(self, runs: Runs) -> tuple[np.ndarray, np.ndarray]:
-        """(r,) numbers of runs whose fish all move differently, and (n,) which of these each moves like."""
+        """Return the numbers (r,) of runs whose fish all move differently, and which of these each run equals (n,)."""
         return runs.distinct()
 
     def _states(self, runs: Runs, steps: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """(n, 1 + s, q) positions from time 0 on, a step apart, of runs of so many steps (n,); and (n,) which diverged.
+        """Return the positions (n, 1 + s, q) of each run after every step from time 0 on, and which runs diverged (n,).
 
-        What diverged is nan.
+        A run takes as many steps as `steps` (n,) says. Positions of a diverged run are nan.
         """
         batch = self._batch(runs)
         start, velocity = self.start(runs)
         batch.bind("qpos")[:], batch.bind("qvel")[:] = start, velocity
         batch.bind("ctrl")[:, 0] = 2 * np.pi * runs.frequency_hz
         with quiet_engine():
-            rolled = self._rolled(batch, runs, steps)
+            rolled = self._roll(batch, runs, steps)
         states = np.concatenate([start[:, None], rolled], axis=1)
-        diverged = self._diverged(states, runs, steps)
+        diverged = self._find_diverged(states, runs, steps)
         states[diverged] = np.nan
         return states, diverged
 
     def _steps(self, last_s: np.ndarray) -> np.ndarray:
-        """(n,) steps for runs until some times (n,), s: two more to interpolate with, all multiples of a few."""
+        """Return the number of steps (n,) of runs until times (n,), s.
+
+        They have two more to interpolate with, and are rounded up to a multiple.
+        """
         return _TOGETHER * np.ceil((np.ceil(last_s / self.scene.timestep_s) + 2) / _TOGETHER).astype(int)
 
-    def _rolled(self, batch: Batch, runs: Runs, steps: np.ndarray) -> np.ndarray:
-        """(n, s, q) positions after each of the most steps of all; a run with fewer (n,) rests where it ends.
+    def _roll(self, batch: Batch, runs: Runs, steps: np.ndarray) -> np.ndarray:
+        """Roll the runs out, and return the positions after each step (n, s, q).
 
-        So does one that the engine gave up, which else would go on once another ends.
+        A run with fewer steps (n,) than the longest rests where it ends. So does one that the engine gave up, which
+        else would go on once another ends.
         """
         speeds = runs.crank_speeds(int(steps.max()), self.scene.timestep_s)
         rolled, begin = np.empty((len(runs), steps.max(), self.model.nq)), 0
@@ -150,7 +155,7 @@ class Twin:
         return rolled
 
     def _batch(self, runs: Runs) -> Batch:
-        """A batch of the right size that expands just the fields these runs set."""
+        """Return a batch of the right size that expands just the fields these runs set."""
         follows = frozenset() if runs.turns is None else frozenset({"turns"})
         key = (len(runs), frozenset(runs.fields) | follows)
         if key not in self._batches:
@@ -171,7 +176,7 @@ class Twin:
         return batch
 
     def start(self, runs: Runs) -> tuple[np.ndarray, np.ndarray]:
-        """(n, q) positions and (n, v) velocities of the joints at time 0."""
+        """Return the positions (n, q) and velocities (n, v) of the joints at time 0."""
         count, speed = len(runs), runs.start_speed_rad_s
         position, velocity = np.zeros((count, self.model.nq)), np.zeros((count, self.model.nv))
         position[:, self._hinges] = self._pose(runs.phase_rad)
@@ -185,7 +190,8 @@ class Twin:
     def _pose(self) -> CubicSpline:
         """Hinge angles (h,) that the tendons hold, as a smooth periodic function of the crank's phase (rad).
 
-        Read off the second of two slow turns of the crank with the head clamped in air; the first only settles.
+        They are read off the second of two slow turns of the crank with the head clamped in air; the first only
+        settles.
         """
         table = np.zeros((_PHASES + 1, len(self._hinges)))
         if self.scene.with_tendons:
@@ -206,8 +212,8 @@ class Twin:
             table[-1] = table[0]
         return CubicSpline(np.linspace(0.0, 2 * np.pi, _PHASES + 1), table, bc_type="periodic")
 
-    def _diverged(self, states: np.ndarray, runs: Runs, steps: np.ndarray) -> np.ndarray:
-        """(n,) True where a state is not finite, stands still in the last of its steps (n,) or is out of scale."""
+    def _find_diverged(self, states: np.ndarray, runs: Runs, steps: np.ndarray) -> np.ndarray:
+        """Tell for each run (n,) whether a state is not finite, stands still in its last steps or is out of scale."""
         with np.errstate(invalid="ignore"):
             finite = np.isfinite(states).all(axis=(1, 2))
             bent = np.abs(states[..., self._hinges]).max(axis=(1, 2)) > PLAUSIBLE_HINGE_RAD
@@ -223,7 +229,7 @@ class Twin:
 
 
 def simulate_together(twins: Sequence[Twin], runs: Sequence[Runs], time_s: Sequence[np.ndarray]) -> list[Trajectories]:
-    """Several lots of runs, each with a twin and at times (f,) of its own, s; what diverges is nan.
+    """Simulate several lots of runs, each with its own twin and times (f,), s; what diverges is nan.
 
     Those with the same twin are simulated at once, so that the cores share them.
     """
@@ -246,9 +252,15 @@ def _chunks(n: int) -> list[np.ndarray]:
 
 
 def _interpolate(states: np.ndarray, rows: np.ndarray, where: np.ndarray) -> np.ndarray:
-    """(r, s, q) samples one step apart, rows (n,) of them read at fractional steps (f,) or (n, f): (n, f, q).
+    """Interpolate samples one step apart at fractional steps, by cubic Lagrange polynomials.
 
-    Cubic, by Lagrange.
+    Args:
+        states: (r, s, q) samples.
+        rows: (n,) which of the r are read.
+        where: (f,) or (n, f) fractional steps.
+
+    Returns:
+        (n, f, q).
     """
     low = np.clip(np.floor(where).astype(int), 1, states.shape[1] - 3)
     t = where - low

@@ -1,4 +1,4 @@
-"""How many threads simulations take."""
+"""The number of threads that simulations take."""
 
 import os
 
@@ -6,9 +6,9 @@ VARIABLE = "SWIMCAL_WORKERS"
 
 
 def workers_of(wanted: int) -> int:
-    """As many as wanted; for 0 as the environment variable ``SWIMCAL_WORKERS`` says, and without it 0: all cores.
+    """Return the number of threads: `wanted`, or if that is 0 the value of ``SWIMCAL_WORKERS``; 0 means all cores.
 
-    Processes side by side with a thread each do more than processes with threads on all cores each.
+    Several processes with a thread each do more than several processes with threads on all cores each.
 
     Raises:
         ValueError: the variable is no number.

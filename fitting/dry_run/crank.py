@@ -26,14 +26,14 @@ from session import Flag, NotEnoughData
 from swimmer import RobotSpec
 
 FEWEST_TURNS = 2.0
-SLACK_SHARE = 0.9  # of the turn and the tendons; those of the built-in robot are slack for 0.78 to 0.85 of it
-STRETCH_OFF = 0.01  # above the published stretch; the built-in robot stays below it, at 0.0001
-POOR_MOTION = 0.1  # of the sideways motion of the last marker, root mean square
+SLACK_SHARE = 0.9  # largest slack share of the turn; tendons of the built-in robot are slack for 0.78 to 0.85
+STRETCH_OFF = 0.01  # largest excess over the published stretch; the built-in robot has 0.0001
+POOR_MOTION = 0.1  # largest error relative to the last marker's sideways motion, root mean square
 ARM_POOR = 0.05  # standard error over arm, or spread between trials, that leaves the arm open
-_EDGE = 0.02  # of a range: an estimate this close to its end is at its end
+_EDGE = 0.02  # an estimate within this share of a range from its end is at its end
 PUBLISHED_GRID = CrankGrid()
 _GLANCE = CrankGrid(speeds=21, phases=20)  # enough to start a joint fit from
-_WIDENINGS = 2  # of the grid of arms
+_WIDENINGS = 2  # how often the grid of arms may be widened
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,14 +41,16 @@ class CrankTrial:
     """One dry run and the twin with the fitted arm.
 
     Attributes:
-        speed_hz, speed_se_hz: turns of the crank a second.
-        phase_rad, phase_se_rad: crank angle at time 0, from 0 to 2 pi.
+        measured: the run.
+        speed_hz, speed_se_hz: turns of the crank a second, with its standard error.
+        phase_rad, phase_se_rad: crank angle at time 0, from 0 to 2 pi, with its standard error.
         marker_error_m: published distance of the twin with the joint arm and this speed and phase, m.
-        scale: of the picture by all markers, over that of the measured nose-neck distance.
+        scale: scale of the picture by all markers, over that of the measured nose-neck distance.
         motion_error_m: root mean square distance of the markers' motions about their means in the joint fit, m.
         published: this run's own lowest published distance.
         surface: the published distance on the grid.
-        tendons: in the twin, at the fitted arm and speed.
+        tendons: use of the twin's tendons at the fitted arm and speed.
+        flags: what is doubtful about the run.
     """
 
     measured: DryTrial
@@ -66,17 +68,18 @@ class CrankTrial:
 
     @property
     def name(self) -> str:
-        """As in the session."""
+        """Name of the trial in the session."""
         return self.measured.name
 
 
 @dataclass(frozen=True, eq=False)
 class CrankFit:
-    """The crank of a robot.
+    """Fit of a robot's crank.
 
     Attributes:
-        arm_m, arm_se_m: of the joint fit of all runs, and its standard error, m.
+        arm_m, arm_se_m: crank arm of the joint fit of all runs, and its standard error, m.
         smooth_m: smallest and largest arm around it over which the tail moves smoothly; the arm is within, m.
+        trials: the runs.
         flags: what is doubtful about the arm.
     """
 
@@ -88,17 +91,22 @@ class CrankFit:
 
     @property
     def arm_per_trial_m(self) -> tuple[float, ...]:
-        """Of each run by its own published distance, m."""
+        """Arm of each run by its own published distance, m."""
         return tuple(trial.published.arm_m for trial in self.trials)
 
     @property
     def arm_published_m(self) -> float:
-        """The published estimate: the mean of those, m."""
+        """Published estimate of the arm: the mean over the runs, m."""
         return float(np.mean(self.arm_per_trial_m))
 
 
 def trial_flags(found: CrankTrial, smooth_m: tuple[float, float]) -> Iterator[Flag]:
-    """The flags of one trial's speed, phase and distance; the tail moves smoothly over arms of `smooth_m`."""
+    """Return the flags of one trial's speed, phase and distance.
+
+    Args:
+        found: the trial.
+        smooth_m: smallest and largest arm over which the tail moves smoothly, m.
+    """
     run, hz, arm_m = found.measured, found.surface.hz, found.published.arm_m
     seconds, scored_s = float(np.ptp(run.time_s)), float(np.ptp(run.time_s[run.scored]))
     turns = seconds * found.speed_hz
@@ -154,9 +162,9 @@ def fit_flags(joint: JointFit, response: DryResponse, arm_per_trial_m: Sequence[
     """Flag an arm at the end of its range, one that is poorly known, and runs that disagree.
 
     Args:
-        joint: of all runs.
-        response: what was simulated.
-        arm_per_trial_m: of each run alone, by the same fit.
+        joint: the fit of all runs.
+        response: the simulated motion of the tail.
+        arm_per_trial_m: arm of each run alone, by the same fit.
     """
     low, high = response.range_of(joint.branch)
     if not _inside(joint.arm_m, low, high):
@@ -183,13 +191,13 @@ def fit_crank(
     grid: CrankGrid = PUBLISHED_GRID,
     workers: int = 0,
 ) -> CrankFit:
-    """Finds the crank arm of a robot from its dry runs.
+    """Find the crank arm of a robot from its dry runs.
 
     Args:
-        trials: from `measure_dry_run`.
-        robot: whose arm is sought.
-        response: of it to these trials or more of them (`crank_response`).
-        grid: of the published search, for each trial.
+        trials: the runs, from `measure_dry_run`.
+        robot: the robot whose arm is sought.
+        response: its response to these trials or more of them (`crank_response`).
+        grid: grid of the published search, for each trial.
         workers: threads; 0 for all cores.
 
     Raises:
@@ -202,15 +210,21 @@ def fit_crank(
         surfaces = [error_surface(trial, response, grid, workers) for trial in trials]
         lowest = [lowest_point(t, response, surface) for t, surface in zip(trials, surfaces, strict=True)]
         joint = fit_joint(trials, response, lowest)
-        return _assembled(trials, with_arm(robot, joint.arm_m), response, surfaces, lowest, joint, workers)
+        return _assemble(trials, with_arm(robot, joint.arm_m), response, surfaces, lowest, joint, workers)
 
 
 def crank_response(
     trials: Sequence[DryTrial], robot: RobotSpec, grid: CrankGrid = PUBLISHED_GRID, workers: int = 0
 ) -> DryResponse:
-    """What `fit_crank` simulates: the grid's arms about that of the robot, at the speeds of these trials.
+    """Simulate what `fit_crank` needs: the grid's arms about that of the robot, at the speeds of these trials.
 
     Where the trials ask for an arm beyond the grid, it is widened by as much again, twice at most.
+
+    Args:
+        trials: the dry runs.
+        robot: the robot whose arm is sought.
+        grid: grid of the published search.
+        workers: threads; 0 for all cores.
 
     Raises:
         NotEnoughData: no smooth motion of the tail over four neighbouring arms.
@@ -232,12 +246,12 @@ def crank_response(
 
 
 def _on_the_crank(arm_m: np.ndarray, robot: RobotSpec) -> np.ndarray:
-    """Those of these arms that are long enough to hold the anchors."""
+    """Return those of the arms that are long enough to hold the anchors."""
     return arm_m[arm_m > 1.05 * robot.crank.anchor_inset_m]
 
 
 def _asked_beyond(trials: Sequence[DryTrial], response: DryResponse, workers: int) -> int:
-    """-1 where the trials ask for an arm below those simulated, 1 above, 0 within; beyond a snap there is none."""
+    """Return -1 if the trials ask for an arm below those simulated, 1 above, 0 within; beyond a snap there is none."""
     low, high = response.arm_m[[0, -1]]
     with threadpool_limits(1, user_api="blas"):
         starts = [error_surface(trial, response, _GLANCE, workers).valleys(1)[0] for trial in trials]
@@ -246,7 +260,7 @@ def _asked_beyond(trials: Sequence[DryTrial], response: DryResponse, workers: in
     return int(arm_m > high - margin) - int(arm_m < low + margin)
 
 
-def _assembled(
+def _assemble(
     trials: Sequence[DryTrial],
     robot: RobotSpec,
     response: DryResponse,

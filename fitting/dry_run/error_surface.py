@@ -1,4 +1,4 @@
-"""The published search: the mean marker distance on a grid of crank arm, speed and phase, its best cells refined.
+"""The published search: mean marker distance on a grid of crank arm, speed and phase, its best cells refined.
 
 "Simple Models, Real Swimming" (2026), identification of the dry robot: of all simulations on the grid, the one whose
 markers stay closest to the measured ones over a fixed 4 s, head clamped, in the head frame. Here phase costs no
@@ -19,14 +19,19 @@ from fitting.dry_run.measured import DryTrial
 from fitting.dry_run.response import ANGLES, DryResponse
 from swimmer.workers import workers_of
 
-ARM_SPAN, SPEED_SPAN = 0.25, 0.15  # either side of the robot's own arm and of the command, relative
-FAR_FROM_BEAT = 0.3
-_EVALUATIONS, _VALLEYS = 250, 3
+ARM_SPAN = 0.25  # grid on either side of the robot's own arm, relative
+SPEED_SPAN = 0.15  # grid on either side of the command, relative
+FAR_FROM_BEAT = 0.3  # relative difference from which a command does not count
+_VALLEYS = 3  # valleys that are followed to their floors
+_EVALUATIONS = 250  # evaluations in each, at most
 
 
 @dataclass(frozen=True)
 class CrankGrid:
-    """How many points each way; the default makes 102,060, as many in phase as divide the table's 180 angles."""
+    """Grid of the published search, by numbers of points.
+
+    The default makes 102,060, as many in phase as divide the table's 180 angles.
+    """
 
     arms: int = 21
     speeds: int = 81
@@ -53,7 +58,7 @@ class ErrorSurface:
     Attributes:
         arm_m: (a,) m.
         hz: (s,) turns a second.
-        phase_rad: (p,) of the turn at time 0, from 0 to 2 pi.
+        phase_rad: (p,) phase of the turn at time 0, from 0 to 2 pi.
         distance_m: (a, s, p) mean marker distance, m.
     """
 
@@ -64,16 +69,16 @@ class ErrorSurface:
 
     @property
     def over_phase_m(self) -> np.ndarray:
-        """(a, s) the lowest over all phases, m."""
+        """Lowest distance over all phases, (a, s), m."""
         return self.distance_m.min(axis=2)
 
     @property
     def over_speed_m(self) -> np.ndarray:
-        """(a, p) the lowest over all speeds, m."""
+        """Lowest distance over all speeds, (a, p), m."""
         return self.distance_m.min(axis=1)
 
     def valleys(self, most: int = 5) -> list[Cell]:
-        """The cells that are lower than all their neighbours (phase runs round), the deepest first."""
+        """Return the cells that are lower than all their neighbours (phase is periodic), the deepest first."""
         lowest = minimum_filter(self.distance_m, size=3, mode=("nearest", "nearest", "wrap"))
         cells = [
             Cell(float(self.arm_m[i]), float(self.hz[j]), float(self.phase_rad[k]), float(self.distance_m[i, j, k]))
@@ -83,7 +88,7 @@ class ErrorSurface:
 
 
 def speed_range(trials: Sequence[DryTrial]) -> tuple[float, float]:
-    """The range of speeds that holds beat and command of all trials, turns a second.
+    """Return the range of speeds that holds beat and command of all trials, turns a second.
 
     A command far from its beat, which is flagged, does not count.
     """
@@ -95,7 +100,14 @@ def speed_range(trials: Sequence[DryTrial]) -> tuple[float, float]:
 
 
 def error_surface(trial: DryTrial, response: DryResponse, grid: CrankGrid, workers: int = 0) -> ErrorSurface:
-    """The published distance at every point of the grid: all simulated arms, speeds around command and beat."""
+    """Compute the published distance at every point of the grid: all simulated arms, speeds around command and beat.
+
+    Args:
+        trial: the dry run.
+        response: the simulated motion of the tail.
+        grid: the grid.
+        workers: threads; 0 for all cores.
+    """
     hz = np.linspace(*speed_range([trial]), grid.speeds)
     own = response.select(trial.markers)
     measured = _ScoredTrial.of(trial, own)
@@ -110,21 +122,26 @@ def error_surface(trial: DryTrial, response: DryResponse, grid: CrankGrid, worke
 
 
 def published_distance(trial: DryTrial, model_m: np.ndarray) -> float:
-    """Mean over the trusted samples of the scored 4 s of the distance to a model (n, m) in the head frame, m."""
+    """Return the mean distance to a model over the trusted samples of the scored 4 s, m.
+
+    Args:
+        trial: the dry run, n frames.
+        model_m: (n, m) markers of the model in the head frame, m.
+    """
     weight = trial.head_weight[trial.scored]
     distance = np.abs(np.where(weight > 0, trial.head_m[trial.scored] - model_m[trial.scored], 0.0))
     return float((weight * distance).sum() / weight.sum())
 
 
 def in_head_frame(marker_m: np.ndarray, markers: tuple[str, ...]) -> np.ndarray:
-    """(..., m) model markers relative to the nose; the clamped head already points along -x."""
+    """Return model markers (..., m) relative to the nose; the clamped head already points along -x."""
     nose = markers.index("nose")
     return marker_m - marker_m[..., nose : nose + 1]
 
 
 @dataclass(frozen=True, eq=False)
 class _ScoredTrial:
-    """What of a trial the distance needs: k frames of the t markers behind the head, in single precision."""
+    """The part of a trial that the distance needs: k frames of the t markers behind the head, in single precision."""
 
     trial: DryTrial
     even_s: np.ndarray  # (k,)
@@ -146,7 +163,10 @@ class _ScoredTrial:
         return cls(trial, trial.even_s[scored], place, weight[:, tail].astype(np.float32), head)
 
     def over_phases(self, turn: np.ndarray, hz: float, phases: int) -> np.ndarray:
-        """(p,) distance at each phase, m, of one turn (angles, m); between two angles the tail moves straight."""
+        """Return the distance at each phase (p,), m, for one turn (angles, m).
+
+        Between two angles the tail moves straight.
+        """
         behind = in_head_frame(turn, self.trial.markers)[:, list(self.trial.tail)]
         table = np.stack([behind.real, behind.imag]).astype(np.float32)  # (2, angles, t)
         along = ANGLES * ((hz * self.even_s) % 1.0)
@@ -159,24 +179,37 @@ class _ScoredTrial:
 
 
 def lowest_point(trial: DryTrial, response: DryResponse, surface: ErrorSurface) -> Cell:
-    """The lowest point of a surface: its deepest valleys, each followed to its floor (Nelder and Mead 1965).
+    """Find the lowest point of a surface by following its deepest valleys to their floors (Nelder and Mead 1965).
 
     A valley beyond a snap of the tail, where nothing is interpolated, stays at its cell.
+
+    Args:
+        trial: the dry run.
+        response: the simulated motion of the tail.
+        surface: the published distance on the grid.
     """
     own = response.select(trial.markers)
     return min(
-        (_refined(trial, own, surface, cell) for cell in surface.valleys(_VALLEYS)), key=lambda cell: cell.distance_m
+        (_refine(trial, own, surface, cell) for cell in surface.valleys(_VALLEYS)), key=lambda cell: cell.distance_m
     )
 
 
 def distance_at(trial: DryTrial, response: DryResponse, arm_m: float, hz: float, phase_rad: float) -> float:
-    """The published distance of a point between those of the grid, m; `response` holds the trial's markers."""
+    """Return the published distance at a point between those of the grid, m.
+
+    Args:
+        trial: the dry run.
+        response: the simulated motion of the trial's markers.
+        arm_m: crank arm, m.
+        hz: turns a second.
+        phase_rad: phase of the turn at time 0.
+    """
     turn = response.turn(arm_m, hz, response.branch_at(arm_m))
     model = in_head_frame(turn.at(phase_rad + 2 * np.pi * hz * trial.even_s), trial.markers)
     return published_distance(trial, model)
 
 
-def _refined(trial: DryTrial, response: DryResponse, surface: ErrorSurface, cell: Cell) -> Cell:
+def _refine(trial: DryTrial, response: DryResponse, surface: ErrorSurface, cell: Cell) -> Cell:
     low, high = response.range_of(response.branch_at(cell.arm_m))
     if not low <= cell.arm_m <= high:
         return cell

@@ -1,4 +1,4 @@
-"""One crank arm for all dry runs, each with its own speed and phase, by generalised least squares.
+"""Joint fit of one crank arm to all dry runs, each with its own speed and phase, by generalised least squares.
 
 The published distance takes nose and neck as they were marked. A box two pixels off its marker turns and scales the
 head frame, and two per cent of scale are two per cent of the arm. Here every marker has an offset of its own that lasts
@@ -21,10 +21,10 @@ from fitting.dry_run.measured import DryTrial
 from fitting.dry_run.response import DryResponse
 from fitting.frequency import standard_error
 
-_ROUNDS = 3  # of fit and noise level
+_ROUNDS = 3  # rounds of fit and noise level
 _OWN = 6  # numbers a trial has to itself: speed, phase, place (2), turned scale (2)
-_BLOCKS_PER_BEAT = 4.0  # over which errors are summed to see how long they last
-_DIFFERENCE = (2e-5, 1e-4, 1e-4)  # of arm (m), speed (Hz) and phase (rad) for slopes
+_BLOCKS_PER_BEAT = 4.0  # blocks over which errors are summed to see how long they last
+_DIFFERENCE = (2e-5, 1e-4, 1e-4)  # finite differences of arm (m), speed (Hz) and phase (rad)
 OFFSET_M = (1e-4, 5e-3)  # a box is put on the marker it is for: more is the model's, and may not loosen the scale
 
 
@@ -39,9 +39,9 @@ class JointTrial(NamedTuple):
     """A trial's share of the joint fit.
 
     Attributes:
-        hz, hz_se: turns of the crank a second.
-        phase_rad, phase_se_rad: of the even turn at time 0.
-        scale: of the picture by all markers, over that of the measured nose-neck distance.
+        hz, hz_se: turns of the crank a second, with standard error.
+        phase_rad, phase_se_rad: phase of the even turn at time 0, with standard error.
+        scale: scale of the picture by all markers, over that of the measured nose-neck distance.
         motion_error_m: root mean square distance between the markers' motions about their means, m.
     """
 
@@ -54,7 +54,7 @@ class JointTrial(NamedTuple):
 
 
 class JointFit(NamedTuple):
-    """The arm that all trials share, m, its standard error, and what each trial has to itself."""
+    """Joint fit: the arm that all trials share, m, its standard error, and what each trial has to itself."""
 
     arm_m: float
     arm_se_m: float
@@ -63,7 +63,13 @@ class JointFit(NamedTuple):
 
 
 def fit_joint(trials: Sequence[DryTrial], response: DryResponse, starts: Sequence[Cell]) -> JointFit:
-    """Fits arm, speeds and phases to all frames of all trials; the arm starts at the median of the starts."""
+    """Fit arm, speeds and phases to all frames of all trials; the arm starts at the median of the starts.
+
+    Args:
+        trials: the dry runs.
+        response: the simulated motion of the tail.
+        starts: a start of each trial's search.
+    """
     arm_m = float(np.median([start.arm_m for start in starts]))
     branch = response.branch_at(arm_m)
     parts = [_Part(trial, response.select(trial.markers), branch, Spread()) for trial in trials]
@@ -72,8 +78,8 @@ def fit_joint(trials: Sequence[DryTrial], response: DryResponse, starts: Sequenc
     point = np.concatenate([[arm_m], own.ravel()])
     with threadpool_limits(1, user_api="blas"):  # the matrices are small: threads cost more than they save
         for _ in range(_ROUNDS):
-            point = _solved(parts, response, branch, point)
-            parts = _respread(parts, point)
+            point = _solve(parts, response, branch, point)
+            parts = _update_spreads(parts, point)
         return _with_errors(parts, branch, point)
 
 
@@ -91,31 +97,31 @@ class _Part:
         return float(self.trial.even_s.mean())
 
     def model(self, arm_m: float, hz: float, middle_rad: float) -> np.ndarray:
-        """(n, m) markers in the robot frame, m."""
+        """Return the markers (n, m) in the robot frame, m."""
         turn = self.response.turn(arm_m, hz, self.branch)
         return turn.at(middle_rad + 2 * np.pi * hz * (self.trial.even_s - self.middle_s))
 
     def split(self, series: np.ndarray) -> np.ndarray:
-        """(n m + m,) a series (n, m) about its means, and its means, each over its spread."""
+        """Split a series (n, m) into residuals about its means and the means, each over its spread, (n m + m,)."""
         mean, about = self.about_mean(series)
         return np.concatenate([about.ravel() / self.spread.frame_m, mean / self.spread.offset_m])
 
     def about_mean(self, series: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """(m,) weighted means, 0 for a marker never seen; (n, m) residuals, times the root of the weight."""
+        """Return the weighted means (m,), 0 for a marker never seen, and root-weighted residuals (n, m)."""
         weight = self.trial.weight
         values = np.where(weight > 0, series, 0.0)
         mean = (weight * values).sum(axis=0) / np.maximum(weight.sum(axis=0), 1e-12)
         return mean, np.sqrt(weight) * (values - mean)
 
-    def posed(self, model: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """(2,) place and turned scale that lay the model onto the tracks; (n m + m,) residuals."""
+    def pose(self, model: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the place and turned scale (2,) that lay the model onto the tracks, and the residuals (n m + m,)."""
         columns = np.column_stack([self.split(np.ones(model.shape, complex)), self.split(model)])
         tracks = self.split(self.trial.place_m)
         pose = np.linalg.solve(columns.conj().T @ columns, columns.conj().T @ tracks)
         return pose, tracks - columns @ pose
 
     def slopes(self, point: np.ndarray, pose: np.ndarray) -> np.ndarray:
-        """(n m + m, 7) d tracks / d arm, speed, phase, place (2) and turned scale (2)."""
+        """Return the derivatives (n m + m, 7) of the tracks by arm, speed, phase, place (2), turned scale (2)."""
         model = self.model(*point)
         shifts = np.diag(_DIFFERENCE)
         moved = [pose[1] * (self.model(*(point + s)) - self.model(*(point - s))) / (2 * s.sum()) for s in shifts]
@@ -127,9 +133,9 @@ def _points(point: np.ndarray) -> list[np.ndarray]:
     return [np.array([point[0], hz, phase]) for hz, phase in point[1:].reshape(-1, 2)]
 
 
-def _solved(parts: list[_Part], response: DryResponse, branch: int, point: np.ndarray) -> np.ndarray:
+def _solve(parts: list[_Part], response: DryResponse, branch: int, point: np.ndarray) -> np.ndarray:
     def errors(x: np.ndarray) -> np.ndarray:
-        residuals = [part.posed(part.model(*p))[1] for part, p in zip(parts, _points(x), strict=True)]
+        residuals = [part.pose(part.model(*p))[1] for part, p in zip(parts, _points(x), strict=True)]
         return np.concatenate(residuals).view(float)
 
     low, high = response.range_of(branch)
@@ -140,8 +146,11 @@ def _solved(parts: list[_Part], response: DryResponse, branch: int, point: np.nd
     return least_squares(errors, start, bounds=bounds, x_scale=scale, xtol=1e-10, ftol=1e-10, diff_step=1e-6).x
 
 
-def _respread(parts: list[_Part], point: np.ndarray) -> list[_Part]:
-    """The parts with the spreads that the errors show: one of the offsets for all, one of the frames for each."""
+def _update_spreads(parts: list[_Part], point: np.ndarray) -> list[_Part]:
+    """Return the parts with spreads re-estimated from the errors.
+
+    The spread of the offsets is one for all trials, that of the frames one for each.
+    """
     residuals = [_residual(part, p) for part, p in zip(parts, _points(point), strict=True)]
     means = [part.about_mean(residual)[0] for part, residual in zip(parts, residuals, strict=True)]
     freedom = _freedom(parts)
@@ -152,20 +161,20 @@ def _respread(parts: list[_Part], point: np.ndarray) -> list[_Part]:
 
 
 def _freedom(parts: list[_Part]) -> int:
-    """Offsets seen, two a marker, less the four of each trial's pose."""
+    """Return the degrees of freedom: offsets seen, two a marker, less the four of each trial's pose."""
     seen = [int((part.trial.weight > 0).any(axis=0).sum()) for part in parts]
     return max(sum(2 * count - 4 for count in seen), 1)
 
 
 def _residual(part: _Part, point: np.ndarray) -> np.ndarray:
-    """(n, m) tracks less the posed model, m."""
+    """Return the tracks less the posed model, (n, m), m."""
     model = part.model(*point)
-    pose = part.posed(model)[0]
+    pose = part.pose(model)[0]
     return np.where(part.trial.weight > 0, part.trial.place_m - pose[0] - pose[1] * model, 0.0)
 
 
 def _as_if_white(part: _Part, residual: np.ndarray) -> float:
-    """The spread of white errors whose sums over a quarter of a beat would vary as much as these do."""
+    """Return the spread of white errors whose sums over a quarter of a beat would vary as much as these do."""
     about = part.about_mean(residual)[1]
     beats = part.trial.frequency.hz * np.ptp(part.trial.time_s)
     length = max(round(len(about) / (beats * _BLOCKS_PER_BEAT)), 1)
@@ -178,14 +187,14 @@ def _as_if_white(part: _Part, residual: np.ndarray) -> float:
 
 def _with_errors(parts: list[_Part], branch: int, point: np.ndarray) -> JointFit:
     points = _points(point)
-    poses = [part.posed(part.model(*p))[0] for part, p in zip(parts, points, strict=True)]
+    poses = [part.pose(part.model(*p))[0] for part, p in zip(parts, points, strict=True)]
     slopes = [part.slopes(p, pose) for part, p, pose in zip(parts, points, poses, strict=True)]
     pulls = _pulls(slopes)  # (r, 1 + 6 t) complex rows
     residuals = [_residual(part, p) for part, p in zip(parts, points, strict=True)]
     freedom = _freedom(parts)
 
     def error(combination: np.ndarray) -> float:
-        """Of a sum of the fitted numbers."""
+        """Return the standard error of a linear combination of the fitted numbers."""
         rows = np.split(pulls @ combination, np.cumsum([len(s) for s in slopes])[:-1])
         variances = [_variance(p, r, own, freedom) for p, r, own in zip(parts, residuals, rows, strict=True)]
         return float(np.sqrt(sum(variances)))
@@ -204,7 +213,7 @@ def _with_errors(parts: list[_Part], branch: int, point: np.ndarray) -> JointFit
 
 
 def _pulls(slopes: list[np.ndarray]) -> np.ndarray:
-    """(r, 1 + 6 t) by how much each split row of all trials moves each number: the arm, then six of every trial."""
+    """Return how much each split row of all trials moves each number (r, 1 + 6 t): the arm, then six of every trial."""
     whole = np.column_stack(
         [np.concatenate([own[:, 0] for own in slopes]), block_diag(*[own[:, 1:] for own in slopes])]
     )
@@ -215,7 +224,7 @@ def _pulls(slopes: list[np.ndarray]) -> np.ndarray:
 
 
 def _variance(part: _Part, residual: np.ndarray, rows: np.ndarray, freedom: int) -> float:
-    """A trial's share of the variance of a number on which its split rows pull: motion and offsets."""
+    """Return a trial's share of the variance of a number on which its split rows pull: motion and offsets."""
     n, m = residual.shape
     weight = part.trial.weight
     pull = rows[: n * m].reshape(n, m) / part.spread.frame_m

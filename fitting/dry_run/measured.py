@@ -1,4 +1,4 @@
-"""A measured dry run, ready to be compared with the tail's motion: places, weights, beat, what is scored."""
+"""A measured dry run, ready to be compared with the tail's motion: places, weights, beat, scored frames."""
 
 from dataclasses import dataclass
 
@@ -13,17 +13,20 @@ from session import CameraSpec, Flag, NotEnoughData, TrialSpec
 from session.tracks import markers_of
 from swimmer import RobotSpec
 
-WARMUP_S = 1.0  # in which the motor comes up to speed
-HEAD_MOVES_M = 0.005  # of nose and neck together; a clamped head and a tracker's noise stay below
+WARMUP_S = 1.0  # time in which the motor comes up to speed
+HEAD_MOVES_M = 0.005  # motion of nose and neck together; a clamped head and a tracker's noise stay below
 _FEWEST_FRAMES = 12
 
 
 @dataclass(frozen=True, eq=False)
 class DryTrial:
-    """One dry run: head clamped in air, the crank turning steadily. Only the n frames after the warm-up; with a usable
-    motor log, those of its steady drive.
+    """One dry run: head clamped in air, the crank turning steadily.
+
+    It holds only the n frames after the warm-up; with a usable motor log, those of its steady drive.
 
     Attributes:
+        name: name of the trial.
+        commanded_hz: commanded turns a second; None if not known.
         markers: names of the m markers.
         time_s: (n,) from the first frame of the recording, or of the drive where a motor log gives it, s.
         even_s: (n,) when the crank would be where it is if it turned evenly at its mean speed; `time_s` without a log.
@@ -31,10 +34,10 @@ class DryTrial:
         head_m: (n, m) x + i y in the head frame (published normaliser), the nose starting at 0, m.
         weight: (n, m) 0 where a sample is flagged or missing.
         scored: (n,) the first 4 s, over which the published distance is taken.
-        frequency: of the tail's beat, without a model.
+        frequency: frequency of the tail's beat, without a model.
         tail: indices of the markers behind the head.
-        flags: of tracks, beat and motor.
-        motor: what the motor did; None without a log.
+        flags: flags of tracks, beat and motor.
+        motor: record of the motor; None without a log.
     """
 
     name: str
@@ -53,7 +56,7 @@ class DryTrial:
 
     @property
     def head_weight(self) -> np.ndarray:
-        """(n, m) 0 also where nose or neck is not trusted, so that the head frame is not."""
+        """Weight of each sample (n, m), 0 also where nose or neck is not trusted, so that the head frame is not."""
         trusted = head_is_trusted(self.markers, self.weight) & np.isfinite(self.head_m).any(axis=1)
         return np.where(np.isfinite(self.head_m), self.weight * trusted[:, None], 0.0)
 
@@ -66,13 +69,16 @@ def measure_dry_run(
     warmup_s: float = WARMUP_S,
     motor: MotorRecord | None = None,
 ) -> DryTrial:
-    """Checks and scales the tracks of a dry run and finds its beat.
+    """Check and scale the tracks of a dry run and find its beat.
 
     Args:
-        spec, tracks, camera, robot: the run, n frames of it, what filmed it and what was filmed.
-        warmup_s: left out of every comparison, unless a usable log shows when the drive is steady.
-        motor: what the motor did (`fitting.motor_clock.read_motor`); only the frames of its steady drive are then
-            used, and how unevenly it turned. Default: the crank turns evenly.
+        spec: the run.
+        tracks: n frames of it.
+        camera: the camera that filmed it.
+        robot: the robot.
+        warmup_s: time left out of every comparison, unless a usable log shows when the drive is steady.
+        motor: record of the motor (`fitting.motor_clock.read_motor`); only the frames of its steady drive are then
+            used, and how unevenly it turned. By default the crank turns evenly.
 
     Raises:
         NotEnoughData: no tail marker, too few frames after the warm-up, less than one beat, or a drive that was not
@@ -120,7 +126,7 @@ def measure_dry_run(
 
 
 def _even(time_s: np.ndarray, crank_rad: np.ndarray) -> np.ndarray:
-    """(n,) the time at which an even turn of the same mean speed would reach each angle; the same as a whole."""
+    """Return the times (n,) at which an even turn of the same mean speed would reach each angle."""
     slope, start = np.polyfit(time_s, crank_rad, 1)
     return (crank_rad - start) / slope
 

@@ -1,9 +1,9 @@
-"""How the tail moves while the crank turns steadily in air: simulated on a few arms and speeds, read off in between.
+"""Response of the tail to a steadily turning crank in air: simulated on a few arms and speeds, interpolated in between.
 
-In air and with the head clamped the tail follows the crank: one turn after the start its motion repeats to within
-1e-4 mm. One turn per arm and speed therefore holds every phase and every duration. It is not quite quasi-static: at
-1.2 turns a second a marker is up to 0.9 mm away from where it is at 0.2, but it changes smoothly, so that a few speeds
-and a polynomial through them give the rest. Along the arm it is smooth between snaps: where the tendons buckle the tail
+In air and with the head clamped the tail follows the crank: one turn after the start its motion repeats to within 1e-4
+mm. One turn per arm and speed therefore holds every phase and every duration. It is not quite quasi-static: at 1.2
+turns a second a marker is up to 0.9 mm away from where it is at 0.2, but it changes smoothly, so that a few speeds and
+a polynomial through them give the rest. Along the arm it is smooth between snaps: where the tendons buckle the tail
 (beyond 41.5 mm on the published robot) the motion jumps, and nothing is interpolated across a jump.
 """
 
@@ -22,29 +22,34 @@ from session.errors import SimulationDiverged
 from swimmer import RobotSpec, Runs, Twin
 from swimmer.mjcf import DRY
 
-ANGLES = 180  # of a turn in the table
+ANGLES = 180  # angles of a turn in the table
 TIMESTEP_S = 0.0015  # a third of the twin's own: the markers are then within 0.05 mm of those at 0.5 ms, at 1.2 Hz
-FEWEST_ARMS = 4  # of a branch that is interpolated
+FEWEST_ARMS = 4  # least number of arms of a branch that is interpolated
 _SETTLING_TURNS = 1
-_SPEEDS = 6  # simulated of a range
-_JUMP = 3.0  # times the usual change between neighbouring arms
+_SPEEDS = 6  # speeds of a range that are simulated
+_JUMP = 3.0  # a jump exceeds the median change between neighbouring arms by this factor
 PUBLISHED_STRETCH = 0.03  # "Simple Models, Real Swimming" (2026): about 3 % in use
 SLACK = 1e-3  # a tendon shorter than at rest by more than this share is slack
-_TENDON_ANGLES = 60  # of a turn, at which the tendons are looked at
+_TENDON_ANGLES = 60  # angles of a turn at which the tendons are looked at
 
 
 class Turn(NamedTuple):
-    """One turn: (angles, m) markers x + i y, robot frame, m, evenly in time from angle 0; (angles,) crank ahead."""
+    """One turn of the crank, evenly in time from angle 0.
+
+    Attributes:
+        marker_m: (angles, m) markers x + i y, robot frame, m.
+        lead_rad: (angles,) crank ahead of an even turn.
+    """
 
     marker_m: np.ndarray
     lead_rad: np.ndarray
 
     def at(self, angle_rad: np.ndarray) -> np.ndarray:
-        """(k, m) markers at k angles of the even turn, m."""
+        """Return the markers (k, m) at k angles of the even turn, m."""
         return _periodic(self.marker_m)(angle_rad % (2 * np.pi))
 
     def crank_rad(self, angle_rad: float) -> float:
-        """Where the crank itself is at an angle of the even turn, from 0 to 2 pi."""
+        """Return the angle of the crank itself at an angle of the even turn, from 0 to 2 pi."""
         return float((angle_rad + _periodic(self.lead_rad)(angle_rad % (2 * np.pi))) % (2 * np.pi))
 
 
@@ -68,7 +73,7 @@ class DryResponse:
 
     @cached_property
     def branches(self) -> tuple[slice, ...]:
-        """Runs of arms over which the motion is smooth, in order; the first holds the smallest arms."""
+        """Ranges of arms over which the motion is smooth, in order; the first holds the smallest arms."""
         change = np.abs(np.diff(self.marker_m, axis=0)).max(axis=(1, 2, 3))  # (a - 1,)
         limit = _JUMP * float(np.median(change))
         over_speed = np.abs(np.diff(self.marker_m, axis=1)).max(axis=(1, 2, 3))  # (a,)
@@ -79,27 +84,27 @@ class DryResponse:
         return tuple(p for p in parts if p.stop - p.start >= FEWEST_ARMS and whole[p].all())
 
     def branch_at(self, arm_m: float) -> int:
-        """The branch that holds this arm, or the nearest one."""
+        """Return the branch that holds this arm, or the nearest one."""
         gaps = [max(low - arm_m, arm_m - high, 0.0) for low, high in map(self.range_of, range(len(self.branches)))]
         return int(np.argmin(gaps))
 
     def range_of(self, branch: int) -> tuple[float, float]:
-        """Smallest and largest arm of a branch, m."""
+        """Return the smallest and largest arm of a branch, m."""
         part = self.arm_m[self.branches[branch]]
         return float(part[0]), float(part[-1])
 
     def turn(self, arm_m: float, hz: float, branch: int) -> Turn:
-        """The turn at an arm within a branch and a speed within the nodes."""
+        """Return the turn at an arm within a branch and a speed within the nodes."""
         markers, lead = self._splines[branch]
         weights = self.speed_weights(hz)
         return Turn(np.tensordot(weights, markers(arm_m), 1), np.tensordot(weights, lead(arm_m), 1))
 
     def speed_weights(self, hz: float) -> np.ndarray:
-        """(s,) weight of each node in the polynomial (Lagrange) at a speed."""
+        """Return the weight of each node in the Lagrange polynomial at a speed, (s,)."""
         return barycentric_interpolate(self.hz, np.eye(len(self.hz)), hz, rng=0)  # unseeded, it shuffles the nodes
 
     def select(self, markers: Sequence[str]) -> "DryResponse":
-        """Of these markers alone, in the order given."""
+        """Return the response of these markers alone, in the order given."""
         index = [self.markers.index(name) for name in markers]
         return replace(self, markers=tuple(markers), marker_m=self.marker_m[..., index])
 
@@ -118,12 +123,12 @@ def simulate_response(
     range_hz: tuple[float, float],
     workers: int = 0,
 ) -> DryResponse:
-    """Turns the crank at every arm and at Chebyshev's nodes of a range of speeds.
+    """Turn the crank at every arm and at the Chebyshev nodes of a range of speeds.
 
     Arms with which the simulation does not stay bounded are left out.
 
     Args:
-        robot: with everything but its arm.
+        robot: the robot; its own arm is not used.
         markers: names of the m markers.
         arm_m: (a,) increasing, m.
         range_hz: slowest and fastest commanded turns a second.
@@ -152,15 +157,21 @@ def simulate_response(
 
 
 def with_arm(robot: RobotSpec, arm_m: float) -> RobotSpec:
-    """The same robot with another crank arm."""
+    """Return the same robot with another crank arm."""
     return robot.changed(crank={"arm_m": arm_m})
 
 
 def simulate_turns(robot: RobotSpec, markers: tuple[str, ...], hz: np.ndarray, workers: int = 0) -> Turn:
-    """One settled turn of the crank at each of s speeds: marker_m (s, angles, m), lead_rad (s, angles).
+    """Simulate one settled turn of the crank at each of s speeds: marker_m (s, angles, m), lead_rad (s, angles).
+
+    Args:
+        robot: the robot.
+        markers: names of the m markers.
+        hz: (s,) turns a second.
+        workers: threads; 0 for all cores.
 
     Raises:
-        SimulationDiverged: it does not stay bounded.
+        SimulationDiverged: the motion does not stay bounded.
     """
     twin = Twin(robot, markers, replace(DRY, timestep_s=TIMESTEP_S), workers)
     fine = np.linspace(_SETTLING_TURNS - 0.05, _SETTLING_TURNS + 1.05, 2 * ANGLES + 1)
@@ -172,7 +183,7 @@ def simulate_turns(robot: RobotSpec, markers: tuple[str, ...], hz: np.ndarray, w
 
 
 def _one_turn(time_s: np.ndarray, crank_rad: np.ndarray, marker_m: np.ndarray) -> Turn:
-    """Cut out where the crank passes 0, evenly in time; the motor's own speed is a little below the commanded one."""
+    """Cut out one turn from where the crank passes 0, evenly in time; the motor runs a little below its command."""
     passes = CubicSpline(crank_rad, time_s)(2 * np.pi * np.array([_SETTLING_TURNS, _SETTLING_TURNS + 1]))
     share = np.arange(ANGLES) / ANGLES
     at = passes[0] + (passes[1] - passes[0]) * share
@@ -181,19 +192,24 @@ def _one_turn(time_s: np.ndarray, crank_rad: np.ndarray, marker_m: np.ndarray) -
 
 
 def _nodes(low: float, high: float) -> np.ndarray:
-    """(s,) Chebyshev's nodes, of which the outermost are the ends of the range."""
+    """Return the Chebyshev nodes (s,), the outermost of which are the ends of the range."""
     nodes = -np.cos(np.pi * (np.arange(_SPEEDS) + 0.5) / _SPEEDS)
     return (low + high) / 2 + (high - low) / 2 * nodes / nodes[-1]
 
 
 def _periodic(table: np.ndarray) -> CubicSpline:
-    """Through a table (angles, ...) of one turn."""
+    """Interpolate a table (angles, ...) of one turn periodically."""
     angle = np.linspace(0.0, 2 * np.pi, len(table) + 1)
     return CubicSpline(angle, np.concatenate([table, table[:1]]), bc_type="periodic")
 
 
 class TendonUse(NamedTuple):
-    """Both tendons over one settled turn: by what share they stretch and shorten, and for what share are slack."""
+    """Use of both tendons over one settled turn.
+
+    Attributes:
+        stretch, shortening: largest relative stretch and shortening.
+        slack_share: share of the time in which they are slack.
+    """
 
     stretch: float
     shortening: float
@@ -201,7 +217,7 @@ class TendonUse(NamedTuple):
 
 
 def tendon_use(robot: RobotSpec, hz: np.ndarray, workers: int = 0) -> tuple[TendonUse, ...]:
-    """The tendons of a robot in air at each of s speeds, turns a second.
+    """Return the use of a robot's tendons in air at each of s speeds, turns a second.
 
     Raises:
         SimulationDiverged: the motion does not stay bounded.
@@ -217,7 +233,7 @@ def tendon_use(robot: RobotSpec, hz: np.ndarray, workers: int = 0) -> tuple[Tend
 
 
 def _elongation(model: mujoco.MjModel, states: np.ndarray) -> np.ndarray:
-    """(k, tendons) length over that at rest, less 1, in k states (k, q)."""
+    """Return the tendons' length over that at rest, less 1, (k, tendons), in k states (k, q)."""
     data = mujoco.MjData(model)
     length = np.zeros((len(states), model.ntendon))
     for i, state in enumerate(states):

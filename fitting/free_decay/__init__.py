@@ -1,4 +1,4 @@
-"""Free decay -> hinge stiffness and damping: release, spectrum, ring, and the fit of the whole decay by the twin."""
+"""Free decay: hinge stiffness and damping from release, spectrum, ring, and the fit of the whole decay by the twin."""
 
 from fitting.free_decay.decay_fit import fit_decay
 from fitting.free_decay.decay_trial import DecayTrial, measure_decay_trial

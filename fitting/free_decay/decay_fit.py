@@ -22,25 +22,31 @@ from fitting.free_decay.spectrum import DecaySpectrum, measure_decay, spectrum_o
 from session.errors import SimulationDiverged
 from swimmer import RobotSpec
 
-ANGLE_SD_RAD, RATE_SD_RAD_S = 1.0, 15.0  # of a hinge at the first frame, before the decay is seen
-TILT_SD_RAD, SCALE_SD = 0.05, 0.02  # of the head's axis and of the scale: boxes of nose and neck sit 2 px off
-OFFSET_SD_M = 0.02  # of a box from its marker
-DAMPING_SD = 3.0  # of the logarithm of the damping
+# Prior standard deviations. Those of tilt and scale come from boxes of nose and neck that sit 2 px off.
+ANGLE_SD_RAD = 1.0  # angle of a hinge in the first frame
+RATE_SD_RAD_S = 15.0  # rate of a hinge in the first frame
+TILT_SD_RAD = 0.05  # tilt of the head's axis
+SCALE_SD = 0.02  # relative error of the scale
+OFFSET_SD_M = 0.02  # offset of a box from its marker
+DAMPING_SD = 3.0  # logarithm of the damping
 FIRST_NOISE = LastingNoise(0.1, 0.12, 0.001)
-LEAST_DAMPING_S = 1e-4  # over stiffness, that a search may start from
-MATCHES, ITERATIONS = 4, 12
+LEAST_DAMPING_S = 1e-4  # least damping over stiffness from which a search may start
+MATCHES = 4  # steps that match the spectrum, at most
+ITERATIONS = 12  # Gauss-Newton steps, at most
 STEP_SE = 3e-4  # relative error of stiffness and damping that the twin's finite step leaves
-NEAR = 0.02  # relative change of stiffness and damping from which full steps are safe and residuals are noise
+NEAR = 0.02  # relative step of stiffness and damping below which full steps are safe and residuals are noise
 SETTLED = 5e-4  # relative change that ends the fit (the last one is still taken) …
 SETTLED_SE = 0.2  # … or this share of the standard errors
-OUTLIER_SD, OUTLIER_M = 8.0, 0.005  # from the twin, beyond which a sample is no tracking error …
-MOST_REJECTED = 0.1  # … unless more than this share of them are: then it is the twin that is wrong
-_SHARES = (1.0, 0.4, 0.1)  # of a step tried
-_STEPS = (1e-4, 1e-4, 1e-4, 1e-2)  # of ln stiffness, ln damping, angle, rate in differences
+# A sample farther from the twin than both of these is no tracking error.
+OUTLIER_SD = 8.0
+OUTLIER_M = 0.005
+MOST_REJECTED = 0.1  # if a larger share of the samples is so far off, the twin is wrong
+_SHARES = (1.0, 0.4, 0.1)  # shares of a step that are tried
+_STEPS = (1e-4, 1e-4, 1e-4, 1e-2)  # finite differences of ln stiffness, ln damping, angle, rate
 
 
 def fit_decay(trial: DecayTrial, robot: RobotSpec, workers: int = 0) -> DecayFit:
-    """One stiffness and one damping for all hinges such that the twin decays like the robot.
+    """Fit one stiffness and one damping for all hinges such that the twin decays like the robot.
 
     Args:
         trial: the decay as measured.
@@ -58,8 +64,8 @@ def fit_decay(trial: DecayTrial, robot: RobotSpec, workers: int = 0) -> DecayFit
     twin = DecayTwin(robot, trial.markers, stable_scene(ratio_s), workers)
     problem = _Problem(trial, twin, spectrum)
     with threadpool_limits(1):  # the matrices are small: threads cost more than they save
-        matched = problem.matched(robot.tail.hinge_stiffness_n_m, ratio_s)
-        return _assembled(problem, _descended(problem, problem.start(*matched)), matched[0])
+        matched = problem.match(robot.tail.hinge_stiffness_n_m, ratio_s)
+        return _assemble(problem, _descend(problem, problem.start(*matched)), matched[0])
 
 
 class _Problem:
@@ -72,7 +78,7 @@ class _Problem:
     def __init__(self, trial: DecayTrial, twin: DecayTwin, spectrum: DecaySpectrum) -> None:
         self.trial, self.twin, self.spectrum = trial, twin, spectrum
         self.seen = trial.weight > 0  # (n, k)
-        self.used = self.seen  # without what `reject` leaves out
+        self.used = self.seen  # samples that `reject` keeps
         self.lateral = np.where(self.seen, trial.position_m[..., 1], 0.0)
         self._straight = twin.markers_at(np.zeros(twin.hinges))  # (k, 2)
         spread = [np.inf, DAMPING_SD, *twin.hinges * [ANGLE_SD_RAD], *twin.hinges * [RATE_SD_RAD_S]]
@@ -81,14 +87,14 @@ class _Problem:
 
     @cached_property
     def first_pose(self) -> np.ndarray:
-        """(2, h) in the first frame: angles from the markers, at rest."""
+        """First pose (2, h): hinge angles from the markers in the first frame, and zero rates."""
         pose = start_pose(self.twin, self.trial.lateral_m[0], self.spectrum.rest_m)
         return np.stack([pose, np.zeros_like(pose)])
 
-    def matched(self, stiffness: float, damping_over_stiffness_s: float) -> tuple[float, float]:
-        """From first hinges, the stiffness and damping whose twin has the measured peak and decay.
+    def match(self, stiffness: float, damping_over_stiffness_s: float) -> tuple[float, float]:
+        """Return the stiffness and damping whose twin has the measured peak and decay, from first hinges.
 
-        Of a linear chain with equal hinges, the squared natural frequency is proportional to the stiffness and the
+        For a linear chain with equal hinges, the squared natural frequency is proportional to the stiffness and the
         decay rate to the damping, so that scaling both by what is missing is Newton's method in logarithms.
         """
         wanted, damping = self.spectrum, stiffness * damping_over_stiffness_s
@@ -109,21 +115,21 @@ class _Problem:
         return stiffness, damping
 
     def start(self, stiffness: float, damping: float) -> np.ndarray:
-        """(p,) where the fit begins."""
+        """Return the start (p,) of the fit."""
         self.prior[1] = np.log(damping)
         offsets = self.spectrum.rest_m - self._straight[:, 1]
         return np.concatenate([[np.log(stiffness), np.log(damping)], *self.first_pose, [0.0, 0.0], offsets])
 
-    def modelled(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """(s, n, k) lateral motion at s points (s, p), and (s, n, k, 2) how far the markers are off their rest."""
+    def simulate(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the lateral motion (s, n, k) at s points (s, p), and the markers' distances from rest (s, n, k, 2)."""
         h, k = self.twin.hinges, len(self.trial.markers)
         start = x[:, 2 : 2 + 2 * h].reshape(-1, 2, h)
         moved = self.twin(np.exp(x[:, 0]), np.exp(x[:, 1]), start, self.trial.time_s) - self._straight
         tilt, scale, offset = x[:, None, -k - 2, None], x[:, None, -k - 1, None], x[:, None, -k:]
         return self._straight[:, 1] + (1 + scale) * moved[..., 1] + tilt * moved[..., 0] + offset, moved
 
-    def linearised(self, x: np.ndarray) -> LinearModel:
-        """The model near x: one batch of 3 + 2 h decays.
+    def linearise(self, x: np.ndarray) -> LinearModel:
+        """Linearise the model near x, from one batch of 3 + 2 h decays.
 
         Raises:
             SimulationDiverged: one of them blew up.
@@ -131,7 +137,7 @@ class _Problem:
         h, k = self.twin.hinges, len(self.trial.markers)
         steps = np.concatenate([_STEPS[:2], np.full(h, _STEPS[2]), np.full(h, _STEPS[3])])
         points = np.concatenate([x[None], x + np.eye(len(steps), len(x)) * steps[:, None]])
-        lateral, moved = self.modelled(points)
+        lateral, moved = self.simulate(points)
         if not np.isfinite(lateral).all():
             raise SimulationDiverged(
                 f"The free decay of the twin diverges at a stiffness of {np.exp(x[0]):.3g} N m/rad and a damping of "
@@ -150,9 +156,10 @@ class _Problem:
         )
 
     def reject(self, residual: np.ndarray) -> bool:
-        """Leaves out the few samples that no tracking error explains; whether others than before.
+        """Leave out the few samples that no tracking error explains, and tell whether they are others than before.
 
-        The farthest alone at first: they draw the twin away from samples that are right, which come back then.
+        The farthest is left out alone at first: it draws the twin away from samples that are right, which come back
+        then.
         """
         size: np.ndarray = np.where(self.seen, np.abs(residual), 0.0)  # (n, k)
         sd_m = 1.4826 * float(np.median(size[np.nonzero(self.seen)]))
@@ -163,8 +170,8 @@ class _Problem:
         return bool((before != self.used).any())
 
     def costs(self, x: np.ndarray, noise: LastingNoise) -> np.ndarray:
-        """(s,) minus twice the log posterior at s points (s, p)."""
-        residual = np.where(self.used, self.lateral - self.modelled(x)[0], 0.0)  # (s, n, k)
+        """Return minus twice the log posterior (s,) at s points (s, p)."""
+        residual = np.where(self.used, self.lateral - self.simulate(x)[0], 0.0)  # (s, n, k)
         bad = np.logical_not(np.isfinite(residual).all(axis=(1, 2)))  # (s,)
         series = np.moveaxis(np.where(bad[:, None, None], 0.0, residual), 0, -1)
         white = whitened(self.trial.time_s, self.used, series, noise)[0] / noise.sd_m
@@ -173,18 +180,18 @@ class _Problem:
 
 
 class _Descent(NamedTuple):
-    """Where the search ended: the p parameters, the regression there, and whether it settled."""
+    """End of the search: the p parameters, the regression there, and whether it settled."""
 
     x: np.ndarray
     result: Regression
     converged: bool
 
 
-def _descended(problem: _Problem, x: np.ndarray) -> _Descent:
-    """Gauss-Newton under a first guess of the noise until it is near, then under the noise found there."""
+def _descend(problem: _Problem, x: np.ndarray) -> _Descent:
+    """Descend by Gauss-Newton under a first guess of the noise until it is near, then under the noise found there."""
     noise, found = FIRST_NOISE, False
     for _ in range(ITERATIONS):
-        model = problem.linearised(x)
+        model = problem.linearise(x)
         guess = descend(model, noise)
         if not found and _size(guess) < NEAR:
             if problem.reject(model.residual - model.jacobian @ guess.step):
@@ -195,27 +202,27 @@ def _descended(problem: _Problem, x: np.ndarray) -> _Descent:
         if found and (np.abs(guess.step[:2]) < np.maximum(SETTLED, SETTLED_SE * errors)).all():
             result = regress(model)
             return _Descent(x + result.step, result, True)
-        x = x + guess.step if _size(guess) < NEAR else _searched(problem, x, guess.step, noise)
-    return _Descent(x, regress(problem.linearised(x)), False)
+        x = x + guess.step if _size(guess) < NEAR else _search(problem, x, guess.step, noise)
+    return _Descent(x, regress(problem.linearise(x)), False)
 
 
 def _size(guess: Regression) -> float:
     return float(np.abs(guess.step[:2]).max())
 
 
-def _searched(problem: _Problem, x: np.ndarray, step: np.ndarray, noise: LastingNoise) -> np.ndarray:
-    """The best of some points along a long step."""
+def _search(problem: _Problem, x: np.ndarray, step: np.ndarray, noise: LastingNoise) -> np.ndarray:
+    """Return the best of some points along a long step."""
     step = np.concatenate([np.clip(step[:2], -1.0, 1.0), step[2:]])
     tried = x + np.outer(_SHARES, step)
     return tried[int(np.argmin(problem.costs(tried, noise)))]
 
 
-def _assembled(problem: _Problem, descent: _Descent, matched_stiffness_n_m: float) -> DecayFit:
+def _assemble(problem: _Problem, descent: _Descent, matched_stiffness_n_m: float) -> DecayFit:
     x, result, converged = descent
     trial, spectrum, k = problem.trial, problem.spectrum, len(problem.trial.markers)
     stiffness, damping = np.exp(x[:2])
     relative = np.sqrt(np.diag(result.covariance)[:2] + STEP_SE**2)
-    simulated = problem.modelled(x[None])[0][0]  # (n, k)
+    simulated = problem.simulate(x[None])[0][0]  # (n, k)
     residual = np.where(problem.used, problem.lateral - simulated, np.nan)
     rest = (problem.used * problem.lateral).sum(axis=0) / np.maximum(problem.used.sum(axis=0), 1)  # (k,)
     moved = float(np.nansum(np.where(problem.used, problem.lateral - rest, 0.0) ** 2))

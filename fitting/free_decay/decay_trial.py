@@ -13,15 +13,17 @@ from session.tracks import markers_of
 from swimmer import RobotSpec
 from tracking import to_head_frame
 
-LEAST_SWING_M = 0.005  # way from side to side below which nothing was released
-SLOW = 0.25  # of the fastest swing, below which the tail is still held
-FADED = 0.02  # of the first swing, below which the tail is at rest
-REST_S = 0.6  # at rest that is kept: for the places of the markers on the straight tail
-LONGEST_S = 2.0  # of a decay; later swings add little
-STILL_S = 0.3  # over which a tail is at rest, longer than the half of any swing
-STRUCK, STRUCK_SHARE = 3.0, 0.1  # growth of a swing that no free decay shows; and of the first swing
+LEAST_SWING_M = 0.005  # least swing from side to side of a tail that was released
+SLOW = 0.25  # share of the fastest speed below which the tail is still held
+FADED = 0.02  # share of the first swing below which the tail is at rest
+REST_S = 0.6  # time at rest that is kept, for the places of the markers on the straight tail
+LONGEST_S = 2.0  # longest time of a decay that is used; later swings add little
+STILL_S = 0.3  # time over which a tail must be at rest, longer than the half of any swing
+STRUCK = 3.0  # growth of a swing that no free decay shows
+STRUCK_SHARE = 0.1  # least such swing, as a share of the first one
 HEAD_MOVES_M = 0.003  # rms motion of nose or neck in the decay from which a head is not well clamped
-LEAST_SHARE = 0.0075  # of the fin's swing: a springy clamp lowers the stiffness by 0.6 to 1.35 times the share
+# Least share of the fin's swing that flags the clamp: a springy one lowers the stiffness by 0.6 to 1.35 times it.
+LEAST_SHARE = 0.0075
 SURE_SE = 2.5  # standard errors from which a share is no tracking error
 # The shape that `check_tracks` learns from a trial is that of its many frames at rest: the few in which the tail is
 # bent look wrong to it. Only gross faults are left to it; the twin judges the others (`fitting.free_decay.decay_fit`).
@@ -39,16 +41,16 @@ class Release:
 
 
 def find_release(time_s: np.ndarray, lateral_m: np.ndarray, weight: np.ndarray, name: str = "") -> Release:
-    """The release: the last slow frame before the tail's fastest motion; the first frame kept comes after it.
+    """Find the release: the last slow frame before the tail's fastest motion; the first frame kept comes after it.
 
-    A hand bends the tail more slowly than its springs throw it back. Where the recording starts in mid-swing the
-    decay starts with it.
+    A hand bends the tail more slowly than its springs throw it back. Where the recording starts in mid-swing the decay
+    starts with it.
 
     Args:
         time_s: (n,) s.
         lateral_m: (n, k) of the tail markers, m.
         weight: (n, k) 0 where a sample does not count.
-        name: of the trial, for messages.
+        name: name of the trial, for messages.
 
     Raises:
         NotEnoughData: the tail does not swing.
@@ -76,7 +78,7 @@ def find_release(time_s: np.ndarray, lateral_m: np.ndarray, weight: np.ndarray, 
 
 
 def _swing(lateral: np.ndarray, speed: np.ndarray, span: int) -> np.ndarray:
-    """(n,) rms distance of the markers from where they are when the tail is stillest, m."""
+    """Return the rms distance of the markers from where they are when the tail is stillest (n,), m."""
     lasting = uniform_filter1d(speed, span, mode="nearest")
     middle = int(lasting.argmin())
     rest = np.median(lateral[max(middle - span // 2, 0) : middle + span // 2 + 1], axis=0)
@@ -84,7 +86,7 @@ def _swing(lateral: np.ndarray, speed: np.ndarray, span: int) -> np.ndarray:
 
 
 def _end(time_s: np.ndarray, size: np.ndarray, span: int) -> tuple[int, bool]:
-    """The last frame worth fitting, and whether the tail was moved again after it."""
+    """Return the last frame worth fitting, and whether the tail was moved again after it."""
     widest = maximum_filter1d(size, span, mode="nearest")
     calmest = np.minimum.accumulate(widest)
     again = np.flatnonzero(widest > np.maximum(STRUCK * calmest, STRUCK_SHARE * size[0]))
@@ -99,15 +101,15 @@ def _end(time_s: np.ndarray, size: np.ndarray, span: int) -> tuple[int, bool]:
 
 
 def measure_yield(head_m: np.ndarray, fin_m: np.ndarray, reach: float) -> tuple[float, float]:
-    """The part of the fin's swing that is the head's, as a share of the whole, and its standard error.
+    """Return the share of the fin's swing that is the head's, and its standard error.
 
     The line through nose and neck is carried on to the fin and regressed on the fin's motion. Errors of the tracks
     last, as the fin's motion does: the standard error is widened for both (Bartlett 1935).
 
     Args:
         head_m: (n, 2) lateral motion of nose and neck, m; nan where a sample does not count.
-        fin_m: (n,) of the fin, m.
-        reach: from nose to fin in lengths from nose to neck.
+        fin_m: (n,) lateral motion of the fin, m.
+        reach: distance from nose to fin, in lengths from nose to neck.
     """
     carried = head_m[:, 0] + reach * (head_m[:, 1] - head_m[:, 0])
     good = np.isfinite(carried) & np.isfinite(fin_m)
@@ -123,13 +125,13 @@ def measure_yield(head_m: np.ndarray, fin_m: np.ndarray, reach: float) -> tuple[
 
 
 def clamp_flags(position_m: np.ndarray, markers: tuple[str, ...], fin: int, reach: float) -> tuple[Flag, ...]:
-    """Doubts about the clamp.
+    """List the doubts about the clamp.
 
     Args:
         position_m: (n, m, 2) of all markers from the release on, in the robot frame, m; nan where they do not count.
-        markers: the m, nose and neck among them.
+        markers: names of the m markers, nose and neck among them.
         fin: index of the rearmost one.
-        reach: from nose to that one in lengths from nose to neck.
+        reach: distance from nose to that one, in lengths from nose to neck.
     """
     head = [markers.index("nose"), markers.index("neck")]
     flags = []
@@ -149,7 +151,7 @@ def clamp_flags(position_m: np.ndarray, markers: tuple[str, ...], fin: int, reac
 
 
 def _lag_one(series: np.ndarray) -> float:
-    """Correlation of a series (n,) about 0 with itself one sample later."""
+    """Return the lag-one autocorrelation of a series (n,) about 0."""
     return float(series[1:] @ series[:-1]) / max(float(series @ series), 1e-300)
 
 
@@ -158,13 +160,15 @@ class DecayTrial:
     """The tail of a clamped robot swinging freely, n frames of k tail markers from the release on.
 
     Attributes:
+        name: name of the trial.
         markers: the k tail markers, from head to fin.
         time_s: (n,) from the first frame after the release, s.
         position_m: (n, k, 2) in the robot frame (x from nose to tail, y to the right of a swimmer seen from above), m.
         weight: (n, k) 0 where a sample is missing or flagged.
-        first_frame: of the recording that is kept, just after the release.
+        first_frame: first frame of the recording that is kept, just after the release.
         release_s: its time in the recording, s.
-        flags: of the tracks, the release and the clamp.
+        metres_per_px: scale of the picture.
+        flags: flags of the tracks, the release and the clamp.
     """
 
     name: str
@@ -179,19 +183,19 @@ class DecayTrial:
 
     @property
     def lateral_m(self) -> np.ndarray:
-        """(n, k) across the body, nan where a sample does not count."""
+        """Motion across the body (n, k), nan where a sample does not count."""
         return np.where(self.weight > 0, self.position_m[..., 1], np.nan)
 
 
 def measure_decay_trial(name: str, tracks: xr.Dataset, camera: CameraSpec, robot: RobotSpec) -> DecayTrial:
-    """Checks and scales the tracks of a free decay, finds its release, and turns them into the robot frame.
+    """Check and scale the tracks of a free decay, find its release, and turn them into the robot frame.
 
     The head is clamped, so its axis is that of the median nose and the median neck: their tracking errors would
     otherwise reach the fin four times enlarged.
 
     Args:
-        name: of the trial.
-        tracks: in pixels, with nose, neck and at least one tail marker.
+        name: name of the trial.
+        tracks: tracks in pixels, with nose, neck and at least one tail marker.
         camera: clock, scale length and lens.
         robot: the robot.
 
@@ -227,7 +231,10 @@ def measure_decay_trial(name: str, tracks: xr.Dataset, camera: CameraSpec, robot
 def _in_robot_frame(
     position_m: np.ndarray, markers: tuple[str, ...], weight: np.ndarray, robot: RobotSpec
 ) -> np.ndarray:
-    """(n, m, 2) along and across the line from the median nose to the median neck, in the robot frame."""
+    """Return positions (n, m, 2) in the robot frame.
+
+    Its axes are along and across the line from the median nose to the median neck.
+    """
     nose, neck = markers.index("nose"), markers.index("neck")
     still = position_m.copy()
     for head in (nose, neck):
@@ -240,13 +247,16 @@ def _in_robot_frame(
 
 
 def _reach(robot: RobotSpec, marker: str) -> float:
-    """From the nose to a marker in lengths from nose to neck."""
+    """Return the distance from the nose to a marker, in lengths from nose to neck."""
     nose, neck, far = robot.marker_positions_m(("nose", "neck", marker))[:, 0]
     return float((far - nose) / (neck - nose))
 
 
 def _within(flags: tuple[Flag, ...], release: Release) -> tuple[Flag, ...]:
-    """Those that concern the decay: a tail that is held still, for example, looks like a frozen video."""
+    """Return the flags that concern the decay.
+
+    A tail that is held still, for example, looks like a frozen video.
+    """
     spans = [flag.frames or (release.first, release.last) for flag in flags]
     return tuple(
         flag for flag, (first, last) in zip(flags, spans, strict=True) if last > release.first and first <= release.last

@@ -1,4 +1,4 @@
-"""Free decays of the twin: head clamped, in air, no tendons, each released in a pose and with rates of its own."""
+"""Free decays of the twin: head clamped, in air, no tendons, each released in its own pose and with its own rates."""
 
 from dataclasses import replace
 
@@ -15,14 +15,14 @@ from swimmer.mjcf import FREE_DECAY
 from swimmer.twin import PLAUSIBLE_HINGE_RAD
 from swimmer.workers import workers_of
 
-STEPS_S = (0.003, 0.0015, 0.00075, 0.000375)
-ANGLE_SD_RAD = 0.3  # of a hinge before the markers of its pose are seen: neighbours hold each other back
+STEPS_S = (0.003, 0.0015, 0.00075, 0.000375)  # time steps to choose from
+ANGLE_SD_RAD = 0.3  # prior sd of a hinge's angle in a pose: neighbours hold each other back
 MARKER_SD_M = 0.003  # boxes sit some millimetres off their markers
 DECAY = replace(FREE_DECAY, timestep_s=STEPS_S[0])
 
 
 def stable_scene(damping_over_stiffness_s: float) -> Scene:
-    """The longest step that is sure to keep hinges of this damping over stiffness (s) stable.
+    """Return the longest step that is sure to keep hinges of this damping over stiffness (s) stable.
 
     The engine steps v' = (v - h w^2 x) / (1 + h w^2 d / k), x' = x + h v': stable for h^2 w^2 < 4 + 2 h w^2 d / k,
     hence at any frequency w for h < 2 d / k; half of that leaves room for a search.
@@ -32,7 +32,7 @@ def stable_scene(damping_over_stiffness_s: float) -> Scene:
 
 
 class DecayTwin:
-    """Simulates many decays at once, with the error of the engine's step taken off.
+    """Simulator of many decays at once, with the error of the engine's step removed.
 
     The engine's implicit damping errs in proportion to its step: at 1 ms and the published damping, a fitted stiffness
     would be 0.8 % off. So every decay is simulated with the scene's step and with half of it, and extrapolated to no
@@ -41,7 +41,7 @@ class DecayTwin:
     Args:
         robot: the robot.
         markers: names of the m markers wanted.
-        scene: clamped in air without tendons; its time step.
+        scene: head clamped in air without tendons; its time step.
         workers: threads; 0 for all cores.
     """
 
@@ -59,7 +59,7 @@ class DecayTwin:
     def __call__(
         self, stiffness_n_m: np.ndarray, damping_n_m_s: np.ndarray, start: np.ndarray, time_s: np.ndarray
     ) -> np.ndarray:
-        """Marker positions of n decays.
+        """Return the marker positions of n decays.
 
         Args:
             stiffness_n_m: (n,) of every hinge, N m/rad.
@@ -71,8 +71,8 @@ class DecayTwin:
             (n, f, m, 2) in the robot frame, m; nan where a simulation blew up.
         """
         steps = max(int(np.ceil(time_s.max() / self._step_s)), 4)
-        coarse = self._rolled(0, stiffness_n_m, damping_n_m_s, start, steps)
-        fine = self._rolled(1, stiffness_n_m, damping_n_m_s, start, 2 * steps)[:, ::2]
+        coarse = self._roll(0, stiffness_n_m, damping_n_m_s, start, steps)
+        fine = self._roll(1, stiffness_n_m, damping_n_m_s, start, 2 * steps)[:, ::2]
         states = 2 * fine - coarse  # (n, steps + 1, h)
         with np.errstate(invalid="ignore"):
             wild = ~(np.abs(states).max(axis=(1, 2)) < 2 * PLAUSIBLE_HINGE_RAD)
@@ -82,13 +82,13 @@ class DecayTwin:
         return self.markers_at(hinges)
 
     def markers_at(self, hinges_rad: np.ndarray) -> np.ndarray:
-        """(..., m, 2) places of the markers in poses (..., h), robot frame, m."""
+        """Return the marker positions (..., m, 2) in poses (..., h), robot frame, m."""
         return self._kinematics(np.zeros((*hinges_rad.shape[:-1], 3)), hinges_rad)
 
-    def _rolled(
+    def _roll(
         self, which: int, stiffness_n_m: np.ndarray, damping_n_m_s: np.ndarray, start: np.ndarray, steps: int
     ) -> np.ndarray:
-        """(n, steps + 1, h) hinge angles with the scene's step (0) or half of it (1)."""
+        """Return the hinge angles (n, steps + 1, h) with the scene's step (0) or half of it (1)."""
         key = which, len(start)
         if key not in self._batches:
             self._batches[key] = Batch(self._models[which], len(start), self._workers)
@@ -105,10 +105,10 @@ class DecayTwin:
 
 
 def start_pose(twin: DecayTwin, lateral_m: np.ndarray, rest_m: np.ndarray) -> np.ndarray:
-    """(h,) hinge angles that put the markers where they are, most likely given how far hinges bend: a first guess.
+    """Return the likeliest hinge angles (h,) that put the markers where they are: a first guess.
 
     Args:
-        twin: of the same k markers.
+        twin: twin with the same k markers.
         lateral_m: (k,) in one frame; nan where missing.
         rest_m: (k,) of the straight tail.
     """

@@ -1,4 +1,4 @@
-"""Stiffness and damping, the same in all hinges, from free decays, and when not to believe them."""
+"""Stiffness and damping, the same in all hinges, from free decays, and the flags that tell when not to believe them."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -12,41 +12,44 @@ from fitting.free_decay.spectrum import DecaySpectrum
 from session import Flag, NotEnoughData
 from swimmer import RobotSpec
 
-LEAST_CHANCE = 0.01  # of decays of one robot being as far apart, below which they disagree
-LEAST_EXPLAINED = 0.98  # of the motion; a tail that decays like the twin leaves tracking errors only
-LEAST_SEEN = 0.9  # of a marker's samples; a marker that leaves or merges is missing where it swings widest
-FARTHEST_RAD = 1.2  # of a hinge; the published model stops it at 80 degrees (1.4 rad)
+LEAST_CHANCE = 0.01  # decays disagree if those of one robot are so far apart with less probability
+LEAST_EXPLAINED = 0.98  # share of the motion; a tail that decays like the twin leaves tracking errors only
+LEAST_SEEN = 0.9  # share of a marker's samples; one that leaves or merges is missing where it swings widest
+FARTHEST_RAD = 1.2  # largest angle of a hinge; the published model stops it at 80 degrees (1.4 rad)
 MISFIT_M = 0.0015  # rms distance that tracking errors explain, however small the swing
 WRONG = ("head_moves", "poor_fit", "not_converged")  # flags of a decay that must not reach the swims
 WORST_SE = (0.03, 0.3)  # relative standard errors of stiffness and damping that are worth a flag
 
 
 def hinges_of(robot: RobotSpec) -> np.ndarray:
-    """(2,) stiffness (N m/rad) and damping (N m s/rad)."""
+    """Return stiffness (N m/rad) and damping (N m s/rad) of a robot's hinges, (2,)."""
     return np.array([robot.tail.hinge_stiffness_n_m, robot.tail.hinge_damping_n_m_s])
 
 
 def with_hinges(robot: RobotSpec, stiffness_n_m: float, damping_n_m_s: float) -> RobotSpec:
-    """The robot with these, N m/rad and N m s/rad."""
+    """Return the robot with these hinges, N m/rad and N m s/rad."""
     stiffness, damping = float(stiffness_n_m), float(damping_n_m_s)
     return robot.changed(tail={"hinge_stiffness_n_m": stiffness, "hinge_damping_n_m_s": damping})
 
 
 @dataclass(frozen=True, eq=False)
 class DecayFit:
-    """The hinges from one free decay.
+    """Fit of the hinges to one free decay.
 
     Attributes:
-        stiffness_n_m, stiffness_se_n_m: of every hinge, N m/rad, with its standard error.
-        damping_n_m_s, damping_se_n_m_s: of every hinge, N m s/rad.
-        matched_stiffness_n_m: that whose twin has the same peak and decay, the first estimate.
-        spectrum: of the measured decay.
-        noise: of the tracks, as the fit found it.
+        name: name of the trial.
+        stiffness_n_m, stiffness_se_n_m: stiffness of every hinge, N m/rad, with its standard error.
+        damping_n_m_s, damping_se_n_m_s: damping of every hinge, N m s/rad, with its standard error.
+        matched_stiffness_n_m: first estimate, the stiffness whose twin has the same peak and decay.
+        spectrum: spectrum of the measured decay.
+        noise: noise of the tracks, as the fit found it.
         start_rad: (2, h) hinge angles (rad) and rates (rad/s) in the first frame.
         time_s: (n,) from the first frame after the release, s.
-        measured_m, simulated_m: (n, k) lateral motion with the boxes' offsets taken off; nan where it does not count.
-        rms_m: of their difference.
+        markers: names of the k markers.
+        measured_m, simulated_m: (n, k) lateral motion less the boxes' offsets; nan where it does not count.
+        rms_m: root mean square of their difference.
         explained: share of the motion about rest that the twin explains.
+        converged: whether the fit settled.
         flags: when not to believe it, those of trial and spectrum among them.
     """
 
@@ -82,7 +85,7 @@ class HingeEstimate:
 
 
 def combine_decays(fits: Sequence[DecayFit]) -> HingeEstimate:
-    """The weighted geometric mean of several decays.
+    """Return the weighted geometric mean of several decays.
 
     Where they scatter by more than their standard errors say, the combined ones grow by as much (Birge 1932).
 
@@ -116,7 +119,7 @@ def combine_decays(fits: Sequence[DecayFit]) -> HingeEstimate:
 
 
 def fault_of_decay(fit: DecayFit) -> str | None:
-    """Why a free decay is not believed; None where it is."""
+    """Return why a free decay is not believed; None where it is."""
     if message := next((flag.message for flag in fit.flags if flag.kind in WRONG), None):
         return message
     se = fit.stiffness_se_n_m / fit.stiffness_n_m
@@ -124,7 +127,13 @@ def fault_of_decay(fit: DecayFit) -> str | None:
 
 
 def decay_flags(trial: DecayTrial, fit: DecayFit, rejected: np.ndarray) -> Iterator[Flag]:
-    """Doubts about the fit of a decay, of which samples (n, k) were rejected as too far from the twin."""
+    """List the doubts about the fit of a decay.
+
+    Args:
+        trial: the decay.
+        fit: its fit.
+        rejected: (n, k) samples that were rejected as too far from the twin.
+    """
     for name, out in zip(trial.markers, rejected.T, strict=True):
         if out.any():
             at = trial.first_frame + np.flatnonzero(out)

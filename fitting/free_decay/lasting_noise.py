@@ -43,8 +43,8 @@ class LinearModel:
         used: (n, k) True where a sample counts.
         residual: (n, k) measured minus modelled, m.
         jacobian: (n, k, p) of the model.
-        pull: (p,) towards the parameters' prior: precision times (prior mean minus parameters).
-        precision: (p,) of the prior; 0: none.
+        pull: (p,) pull towards the parameters' prior: precision times (prior mean minus parameters).
+        precision: (p,) precision of the prior; 0: none.
     """
 
     time_s: np.ndarray
@@ -56,14 +56,14 @@ class LinearModel:
 
     @property
     def stacked(self) -> np.ndarray:
-        """(n, k, p + 1) jacobian and residual."""
+        """Jacobian and residual in one array, (n, k, p + 1)."""
         return np.concatenate([self.jacobian, self.residual[..., None]], axis=2)
 
 
 def regress(model: LinearModel) -> Regression:
-    """The step towards the best parameters, averaged over the noise that may be there."""
+    """Return the step towards the best parameters, averaged over the noise that may be there."""
     choices = [(d, s) for d in DURATIONS_S for s in (WHITE_SHARES if d else (0.0,))]
-    solved, deviances = zip(*(_solved(model, *choice) for choice in choices), strict=True)
+    solved, deviances = zip(*(_solve(model, *choice) for choice in choices), strict=True)
     chance = softmax(-np.array(deviances) / 2)
     step = np.einsum("c,cp->p", chance, np.stack([one.step for one in solved]))
     covariance = np.zeros((len(step), len(step)))
@@ -73,7 +73,7 @@ def regress(model: LinearModel) -> Regression:
 
 
 def descend(model: LinearModel, noise: LastingNoise) -> Regression:
-    """The Gauss-Newton step for noise that is known."""
+    """Return the Gauss-Newton step for noise that is known."""
     white = whitened(model.time_s, model.used, model.stacked, noise)[0] / noise.sd_m
     jacobian, residual = white[..., :-1], white[..., -1]
     normal = np.einsum("nkp,nkq->pq", jacobian, jacobian) + np.diag(model.precision)
@@ -82,7 +82,14 @@ def descend(model: LinearModel, noise: LastingNoise) -> Regression:
 
 
 def whitened(time_s: np.ndarray, used: np.ndarray, series: np.ndarray, noise: LastingNoise) -> tuple[np.ndarray, float]:
-    """(n, k, c) series freed of their correlation (variance of the noise still sd^2), and the log determinant."""
+    """Return the series (n, k, c) whitened to the variance sd^2 of the noise, and the log determinant.
+
+    Args:
+        time_s: (n,) s.
+        used: (n, k) True where a sample counts.
+        series: (n, k, c).
+        noise: duration and white share of the noise.
+    """
     if noise.duration_s > 0:
         lasting = np.exp(-np.abs(time_s[:, None] - time_s) / noise.duration_s)
     else:
@@ -102,8 +109,8 @@ def whitened(time_s: np.ndarray, used: np.ndarray, series: np.ndarray, noise: La
     return white, log_volume
 
 
-def _solved(model: LinearModel, duration_s: float, white_share: float) -> tuple[Regression, float]:
-    """The regression under noise of one kind, whose size it finds, and its restricted log-likelihood times -2."""
+def _solve(model: LinearModel, duration_s: float, white_share: float) -> tuple[Regression, float]:
+    """Fit the regression under noise of one duration and white share, and its size; also return the deviance."""
     unit = LastingNoise(duration_s, white_share, 1.0)
     white, log_volume = whitened(model.time_s, model.used, model.stacked, unit)
     jacobian, residual = white[..., :-1], white[..., -1]
@@ -126,7 +133,7 @@ def _solved(model: LinearModel, duration_s: float, white_share: float) -> tuple[
 
 
 def _variance(model: LinearModel, curvature: np.ndarray, moment: np.ndarray, total: float, free: int) -> float:
-    """Of the innovations, around the regression that its own size lets the prior bend."""
+    """Return the variance of the innovations, around the regression that its own size lets the prior bend."""
     variance = 1e-6  # (1 mm)^2
     for _ in range(3):
         normal = curvature / variance + np.diag(model.precision) + 1e-12 * np.eye(len(moment))

@@ -1,4 +1,4 @@
-"""The spectrum of a released tail, the first estimate of how it rings, for both the measured tail and the twin's."""
+"""Spectrum of a released tail, the first estimate of how it rings, for both the measured tail and the twin's."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -12,16 +12,16 @@ from fitting.series import bridged
 from session import Flag
 
 HIGHEST_HZ = 15.0
-FEWEST_PERIODS = 2.0  # recorded after the release
-SECOND_PEAK = 0.5  # of the highest, from which a spectrum has two
-PEAK_PROMINENCE = 0.3  # of the highest, least prominence of a peak over the valley before it
-AT_REST = 2 / 3  # of the recording, after which the tail is taken to rest
-_FINER = 16  # times as many bins as the record has
+FEWEST_PERIODS = 2.0  # least number of periods recorded after the release
+SECOND_PEAK = 0.5  # least height of a second peak, relative to the highest
+PEAK_PROMINENCE = 0.3  # least prominence of a peak over the valley before it, relative to the highest
+AT_REST = 2 / 3  # share of the recording after which the tail is taken to rest
+_FINER = 16  # factor by which the spectrum has more bins than the record
 
 
 @dataclass(frozen=True, eq=False)
 class DecaySpectrum:
-    """How a tail rings, from k markers from head to fin.
+    """Spectrum of a ringing tail, from k markers from head to fin.
 
     Attributes:
         bins_hz: (b,) frequencies of the spectrum, Hz.
@@ -29,6 +29,7 @@ class DecaySpectrum:
         peak_hz: peak of the markers' rms spectrum, between the bins; None where it has none, as the tail creeps back.
         decay_1_s: rate at which the swing falls, 1/s: an exponential's squares have their centroid at 1 / (2 rate).
         rest_m: (k,) where the markers rest, m.
+        flags: what is doubtful about it.
     """
 
     bins_hz: np.ndarray
@@ -40,18 +41,21 @@ class DecaySpectrum:
 
     @property
     def rms_m(self) -> np.ndarray:
-        """(b,) of all markers."""
+        """Root mean square amplitude over all markers, (b,)."""
         return np.sqrt((self.amplitude_m**2).mean(axis=1))
 
 
 def measure_decay(trial: DecayTrial) -> DecaySpectrum:
-    """The spectrum of a free decay, with flags."""
+    """Compute the spectrum of a free decay, with flags."""
     found = spectrum_of(trial.time_s, trial.lateral_m)
     return replace(found, flags=(*_peak_flags(found), *_ring_flags(float(trial.time_s[-1]), found.peak_hz)))
 
 
 def spectrum_of(time_s: np.ndarray, lateral_m: np.ndarray) -> DecaySpectrum:
-    """Of motions (n, k), nan where missing; under the falling half of a Hann window, as a decay begins strongest."""
+    """Compute the spectrum of motions (n, k), nan where missing.
+
+    The window is the falling half of Hann's, as a decay begins strongest.
+    """
     step = float(np.median(np.diff(time_s)))
     even_s = np.arange(0.0, time_s[-1] + step / 2, step)
     lateral = bridged(time_s, lateral_m, even_s)
@@ -68,7 +72,7 @@ def spectrum_of(time_s: np.ndarray, lateral_m: np.ndarray) -> DecaySpectrum:
 
 
 def _peak(bins_hz: np.ndarray, rms: np.ndarray) -> float | None:
-    """The highest peak, between the bins by a parabola through the logarithms."""
+    """Return the frequency of the highest peak, between the bins by a parabola through the logarithms."""
     peaks, _ = find_peaks(rms, prominence=PEAK_PROMINENCE / 10 * rms.max())
     if not len(peaks):
         return None

@@ -1,10 +1,11 @@
-"""A trial in few numbers that hold what it says of the fluid: how fast it cruises, and how every marker beats.
+"""Features: a trial in few numbers that hold what it says of the fluid, its cruising speed and the beat of every
+marker.
 
-Where the fish is, where it heads and how its course bends are nuisances of a trial: they are taken out as a smooth pose
-(a heading quadratic in time, a path cubic in time), in the same way of tracks and of simulations. What is left is the
-forward speed, and each marker's mean and first harmonics in the frame that cruises with the fish. Who asks whether the
-fish goes straight at all, and whether its markers stay where they are, reads its course too: the mean of what was taken
-out, and how fast each marker slides along the fish.
+Place and heading of the fish and the bend of its course are nuisances of a trial: they are taken out as a smooth pose
+(a heading quadratic in time, a path cubic in time), in the same way from tracks and from simulations. The rest is the
+forward speed, and each marker's mean and first harmonics in the frame that cruises with the fish. To tell whether the
+fish goes straight at all, and whether its markers stay where they are, the course is read too: the mean of what was
+taken out, and how fast each marker slides along the fish.
 """
 
 from dataclasses import dataclass, replace
@@ -17,33 +18,36 @@ from fitting.series import determined, smooth_swim, waves
 from fitting.trial import HARMONICS, MeasuredTrial, degrees_of
 from session import NotEnoughData
 
-SPEED = 0  # place of the forward speed in a summary; the markers follow
+SPEED = 0  # place of the forward speed in features; the markers follow
 OF_A_MARKER = 1 + 2 * HARMONICS  # mean, then cosine and sine of each harmonic, for x and then for y
 COURSE = ("sideways", "turning")  # the last numbers of features, where they are read
 SLIDES = 2 * OF_A_MARKER - len(COURSE) - 1
-"""Markers, at most, whose sliding is read with the course: so all that follows the markers is less than one more."""
-_SHARE_OF_FRAMES = 0.5  # that a marker must be seen in to carry the path
-_PATH_INFLATION = 1000.0  # of the variance of a cubic path, which is smooth by itself, see `determined`
+"""Largest number of markers whose sliding is read with the course.
+
+So all that follows the markers is less than one more marker.
+"""
+_SHARE_OF_FRAMES = 0.5  # share of frames in which a marker must be seen to carry the path
+_PATH_INFLATION = 1000.0  # largest variance inflation of a cubic path, smooth by itself, see `determined`
 
 
 @dataclass(frozen=True, eq=False)
 class FeatureReader:
-    """Reads features off marker positions in the frames of one trial that are compared.
+    """Reader of features from marker positions in the frames of one trial that are compared.
 
     They are (1 + 14 m,): forward speed (m/s), then (m, 2, 7) for each marker, along and across the fish, its mean and
-    the cosines and sines of three harmonics of the crank's turn since time 0 (m). With the course there follow by how
-    fast each marker, up to the eleventh, slides forward along the fish (m/s, beside the smooth path of all), the speed
-    of its middle to the left (m/s), and the rate of turning, counter-clockwise (rad/s).
+    the cosines and sines of three harmonics of the crank's turn since time 0 (m). With the course there follow the
+    speed at which each marker, up to the eleventh, slides forward along the fish (m/s, relative to the smooth path of
+    all), the speed of its middle to the left (m/s), and the rate of turning, counter-clockwise (rad/s).
 
-    A marker whose samples do not determine its mean, harmonics and drift takes no part: nothing of it is usable, and
-    all of its numbers are 0, of tracks as of simulations. `observed` tells which numbers are read.
+    A marker whose samples do not determine its mean, harmonics and drift takes no part: none of its samples is usable,
+    and all of its numbers are 0, in tracks as in simulations. `observed` tells which numbers are read.
 
     Attributes:
-        time_s: (n,) of the frames.
-        turn_rad: (n,) of the crank since time 0.
+        time_s: (n,) times of the frames.
+        turn_rad: (n,) turn of the crank since time 0.
         usable: (n, m) samples that count, of the markers that are read.
         nose, neck: their places among the markers.
-        span_m: between nose and neck; where it is given, the course is read too.
+        span_m: distance between nose and neck; where it is given, the course is read too.
     """
 
     time_s: np.ndarray
@@ -56,6 +60,10 @@ class FeatureReader:
     @classmethod
     def of(cls, trial: MeasuredTrial, with_course: bool = False) -> "FeatureReader":
         """Make the reader for the kept frames of a trial.
+
+        Args:
+            trial: the trial.
+            with_course: whether the course is read too.
 
         Raises:
             NotEnoughData: nose and neck are seen together in too few of these frames.
@@ -78,7 +86,7 @@ class FeatureReader:
         return replace(read, span_m=span_m)
 
     def __call__(self, position_m: np.ndarray) -> np.ndarray:
-        """(..., k) features of positions (..., n, m, 2); what does not count may be nan."""
+        """Return the features (..., k) of positions (..., n, m, 2); samples that do not count may be nan."""
         flat = position_m.reshape(-1, *position_m.shape[-3:])
         place, path, speed, turning = self._cruise(flat)
         beats = np.einsum("mcn,snm->smc", self._beats, place - path[..., None])  # (s, m, 8)
@@ -91,9 +99,9 @@ class FeatureReader:
         return features.reshape(*position_m.shape[:-3], features.shape[-1])
 
     def _cruise(self, position_m: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """Of positions (s, n, m, 2): (s, n, m) places along headings, the smooth path (s, n), its speed, its turning.
+        """Split positions (s, n, m, 2) into places along headings, the smooth path (s, n), its speed and its turning.
 
-        Along + i across, m, m and m/s; turning in rad/s.
+        All are along + i across, m, m and m/s; turning is in rad/s.
         """
         trend = self._heading(position_m)  # (s, n)
         place = self._along(position_m, trend)
@@ -109,63 +117,63 @@ class FeatureReader:
 
     @property
     def _determined(self) -> np.ndarray:
-        """(m,) markers whose samples tell their means, harmonics and drift."""
+        """Whether each marker's samples determine its mean, harmonics and drift, (m,)."""
         return determined(self._columns, self.usable)
 
     @property
     def _columns(self) -> np.ndarray:
-        """(n, 9) drift and harmonics."""
+        """Regressors of drift and harmonics, (n, 9)."""
         return smooth_swim(self.time_s, self.turn_rad, self.degrees[1], HARMONICS)
 
     @property
     def read(self) -> np.ndarray:
-        """(m,) markers that are read."""
+        """Whether each marker is read, (m,)."""
         return np.asarray(self.usable.any(axis=0))
 
     @property
     def observed(self) -> np.ndarray:
-        """(k,) numbers that these frames tell; the others are 0."""
+        """Whether these frames tell each number, (k,); the others are 0."""
         slides = [] if self.span_m is None else [self.read[:SLIDES], np.ones(len(COURSE), bool)]
         return np.concatenate([[True], np.repeat(self.read, 2 * OF_A_MARKER), *slides])
 
     @cached_property
     def degrees(self) -> tuple[int, int]:
-        """Degree in time of the smooth path and of the smooth heading."""
+        """Degrees in time of the smooth path and of the smooth heading."""
         return degrees_of(self.turn_rad)
 
     def _drift(self, degree: int) -> np.ndarray:
-        """(n, degree + 1) powers of scaled time."""
+        """Return the powers of scaled time (n, degree + 1)."""
         return np.column_stack([self._scaled**k for k in range(degree + 1)])
 
     @cached_property
     def _scaled(self) -> np.ndarray:
-        """(n,) time from -1 to 1."""
+        """Time scaled from -1 to 1, (n,)."""
         return 2 * (self.time_s - self.time_s[0]) / (self.time_s[-1] - self.time_s[0]) - 1
 
     @cached_property
     def waves(self) -> np.ndarray:
-        """(n, 6) cosine and sine of each harmonic."""
+        """Cosine and sine of each harmonic, (n, 6)."""
         return waves(self.turn_rad, HARMONICS)
 
     @cached_property
     def _beats(self) -> np.ndarray:
-        """(m, 8, n) reads mean, harmonics and pace off each marker, beside what a trend that is a little off leaves."""
+        """Readers (m, 8, n) of each marker's mean, harmonics and pace, fitted with a small error of the trend."""
         means = np.column_stack([np.ones(len(self.time_s)), self.waves])
         trends = self._drift(self.degrees[1])[:, 1:]
         trends = trends - trends.mean(axis=0)
         read = _readers(np.column_stack([means, trends]), self.usable)[:, : OF_A_MARKER + 1]
-        read[:, OF_A_MARKER] *= 2 / np.ptp(self.time_s)  # of scaled time
+        read[:, OF_A_MARKER] *= 2 / np.ptp(self.time_s)  # from scaled time to seconds
         return read
 
     @cached_property
     def _powers(self) -> np.ndarray:
-        """(m, 4, n) reads the powers of scaled time off each marker."""
+        """Readers (m, 4, n) of the powers of scaled time in each marker."""
         columns = smooth_swim(self.time_s, self.turn_rad, self.degrees[0], HARMONICS)
         return _readers(columns, self.usable)[:, : self.degrees[0] + 1]
 
     @cached_property
     def carriers(self) -> np.ndarray:
-        """(m,) share of each marker in the path."""
+        """Share of each marker in the path, (m,)."""
         columns = smooth_swim(self.time_s, self.turn_rad, self.degrees[0], HARMONICS)
         smooth = determined(columns, self.usable, _PATH_INFLATION)
         often = smooth & (self.usable.mean(axis=0) >= _SHARE_OF_FRAMES)
@@ -174,21 +182,22 @@ class FeatureReader:
 
     @cached_property
     def speed_reader(self) -> np.ndarray:
-        """(m, n) by how much a shift of each sample along the fish raises its mean speed, 1/s."""
+        """Derivative of the mean speed by a shift of each sample along the fish, (m, n), 1/s."""
         rates = np.gradient(self._drift(self.degrees[0]), self.time_s, axis=0, edge_order=2).mean(axis=0)
         return self.carriers[:, None] * np.einsum("c,mcn->mn", rates, self._powers)
 
     @cached_property
     def _path_reader(self) -> np.ndarray:
-        """(m, n) by how much a shift of each sample moves the pace of the path, as it is read off a marker, 1/s."""
+        """Derivative of the path's pace, as read off a marker, by a shift of each sample, (m, n), 1/s."""
         paces = self.carriers @ (self._beats[:, OF_A_MARKER] @ self._drift(self.degrees[0]))
         return self.carriers[:, None] * np.einsum("c,mcn->mn", paces, self._powers)
 
     @cached_property
     def readers(self) -> np.ndarray:
-        """(m, r, n) what a shift of each sample, along or across, does: to the speed that way, to turning, to beats.
+        """Derivatives (m, r, n) by a shift of each sample, along or across.
 
-        And, where the course is read, before the beats to the pace of the path, and after them to that of the marker.
+        They are those of the speed that way, of turning and of the beats. Where the course is read, the pace of the
+        path comes before the beats, and that of the marker after them.
         """
         pieces = [self.speed_reader[:, None]]
         if self.span_m is not None:
@@ -203,9 +212,10 @@ class FeatureReader:
 
     @cached_property
     def sums(self) -> np.ndarray:
-        """(k, 2, m, r) which of the readers, along and across, add up to each number of features, to first order.
+        """Weights (k, 2, m, r) with which the readers, along and across, add up to each number of the features.
 
-        But for what an error of the heading makes of the forward speed: some 0.2 mm/s sideways.
+        They hold to first order. The effect of an error of the heading on the forward speed is left out: some 0.2 mm/s
+        sideways.
         """
         markers, readers, _ = self.readers.shape
         slides, course = (0, 0) if self.span_m is None else (min(markers, SLIDES), len(COURSE))
@@ -224,21 +234,24 @@ class FeatureReader:
         return result
 
     def _along(self, position_m: np.ndarray, trend_rad: np.ndarray) -> np.ndarray:
-        """(s, n, m) places from the middle of the swim, x + i y, along headings (s, n); 0 where nothing counts."""
+        """Return the places (s, n, m) from the middle of the swim, x + i y, along headings (s, n).
+
+        They are 0 where nothing counts.
+        """
         place = np.where(self.usable, _complex(position_m), 0.0)
         middle = place.sum(axis=(1, 2), keepdims=True) / self.usable.sum()
         return np.where(self.usable, (place - middle) * np.exp(-1j * trend_rad)[..., None], 0.0)
 
     def _path(self, place: np.ndarray) -> np.ndarray:
-        """(s, n) the smooth path of the middle of the markers at places (s, n, m), x + i y along the heading.
+        """Return the smooth path (s, n) of the middle of the markers at places (s, n, m), x + i y.
 
-        Along the heading, for there a beat stays a beat while the fish turns, and does not pass for a drift.
+        It is along the heading: there a beat stays a beat while the fish turns, and does not pass for a drift.
         """
         powers = np.einsum("m,mcn,snm->sc", self.carriers, self._powers, place)
         return powers @ self._drift(self.degrees[0]).T
 
     def _heading(self, position_m: np.ndarray) -> np.ndarray:
-        """(s, n) smooth heading from neck to nose, rad, of positions (s, n, m, 2)."""
+        """Return the smooth heading (s, n) from neck to nose, rad, of positions (s, n, m, 2)."""
         seen = self._head_seen
         axis = _complex(position_m[:, seen, self.nose] - position_m[:, seen, self.neck])  # (s, k)
         columns, read = self._trend
@@ -246,40 +259,45 @@ class FeatureReader:
 
     @property
     def _head_seen(self) -> np.ndarray:
-        """(n,) frames that show nose and neck."""
+        """Whether each frame shows nose and neck, (n,)."""
         return np.asarray(self.usable[:, self.nose] & self.usable[:, self.neck])
 
     @cached_property
     def _trend(self) -> tuple[np.ndarray, np.ndarray]:
-        """(n, 3) powers of scaled time, and (3, k) what reads them off the k frames that show nose and neck."""
+        """Powers of scaled time (n, 3), and their reader (3, k) in the k frames that show nose and neck."""
         drift = self._drift(self.degrees[1])
         read = np.linalg.pinv(self._columns[self._head_seen])
         return drift, read[: drift.shape[1]]
 
 
 def of_markers(features: np.ndarray) -> np.ndarray:
-    """(..., m, 2, 7) what features (..., k) hold of their markers, along and across."""
+    """Return the part of features (..., k) that describes their markers, along and across, (..., m, 2, 7)."""
     return features[..., places_of_markers(features.shape[-1])].reshape(*features.shape[:-1], -1, 2, OF_A_MARKER)
 
 
 def places_of_markers(length: int) -> slice:
-    """Where features of k numbers holds those of its markers: between its speed and its course."""
+    """Return the place of the markers in features of k numbers: between the speed and the course."""
     return slice(SPEED + 1, length - (length - 1) % (2 * OF_A_MARKER))
 
 
 def places_of_slides(length: int) -> slice:
-    """Where features of k numbers with its course holds how fast markers slide along the fish."""
+    """Return the place of the markers' slides in features of k numbers with a course."""
     return slice(places_of_markers(length).stop, length - len(COURSE))
 
 
 def harmonics_of(features: np.ndarray) -> np.ndarray:
-    """(..., m, 2, 3) complex harmonics a - i b of features (..., k): place = Re(harmonic exp(i h turn))."""
+    """Return the complex harmonics a - i b (..., m, 2, 3) of features (..., k): place = Re(harmonic exp(i h turn))."""
     beats = of_markers(features)
     return beats[..., 1::2] - 1j * beats[..., 2::2]
 
 
 def advanced(features: np.ndarray, phase_rad: ArrayLike) -> np.ndarray:
-    """Features (..., k) of the same swim with the crank ahead by an angle (...,)."""
+    """Return the features (..., k) of the same swim with the crank ahead by an angle (...,).
+
+    Args:
+        features: (..., k).
+        phase_rad: (...,) rad.
+    """
     turned = (
         harmonics_of(features)
         * np.exp(1j * np.multiply.outer(phase_rad, np.arange(1, HARMONICS + 1)))[..., None, None, :]
@@ -291,18 +309,29 @@ def advanced(features: np.ndarray, phase_rad: ArrayLike) -> np.ndarray:
 
 
 def phase_between(features: np.ndarray, measured: np.ndarray, tail: list[int]) -> np.ndarray:
-    """(...,) by how much features (..., k) must be advanced for their tails to beat in step with measured (k,)."""
+    """Return the phase (...,) by which features must be advanced to beat in step with the measured tail.
+
+    Args:
+        features: (..., k) simulated features.
+        measured: (k,) measured features.
+        tail: indices of the tail markers.
+    """
     simulated, seen = (harmonics_of(part)[..., 0][..., tail, :] for part in (features, measured))
     return np.angle((simulated.conj() * seen).sum(axis=(-2, -1)))
 
 
 def beat_phase(features: np.ndarray, tail: list[int]) -> np.ndarray:
-    """(...,) phase, rad, of the sideways beat of the tail in features (..., k) at time 0; 0: it is farthest left."""
+    """Return the phase (...,) of the tail's sideways beat at time 0, rad; 0: it is farthest left.
+
+    Args:
+        features: (..., k).
+        tail: indices of the tail markers.
+    """
     return np.angle(harmonics_of(features)[..., tail, 1, 0].sum(axis=-1))
 
 
 def _readers(columns: np.ndarray, usable: np.ndarray) -> np.ndarray:
-    """(m, c, n) least squares on columns (n, c) over the usable samples (n, m) of each marker."""
+    """Return the least-squares readers (m, c, n) of columns (n, c) over the usable samples (n, m) of each marker."""
     return np.stack([np.linalg.pinv(np.where(seen[:, None], columns, 0.0)) for seen in usable.T])
 
 

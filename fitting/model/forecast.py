@@ -1,4 +1,4 @@
-"""What the model forecasts of a trial: conditional normals of its features, and the marker tracks that they make.
+"""The model's forecast of a trial: conditional normals of its features, and the marker tracks that they make.
 
 Fitted trials tell of a new one what all trials share: coefficients, marker places, the common discrepancy. Its own
 first beats tell what is its own: trim, registration of the head frame, boxes (Rasmussen and Williams 2006, A.6).
@@ -23,16 +23,16 @@ from session import NotEnoughData
 from tracking import HeadFrame
 
 NORMAL_90 = 1.645
-_FEWEST = 24  # frames of a window
-_DRAWS = 200  # of tracks, for their bands
+_FEWEST = 24  # least frames of a window
+_DRAWS = 200  # draws of tracks, for their bands
 
 
 @dataclass(frozen=True, eq=False)
 class FeatureForecast:
-    """Normal, of the features of a window beside the twin.
+    """Normal forecast of the features of a window.
 
     Attributes:
-        window: that is forecast.
+        window: the window that is forecast.
         mean, covariance: (k,) and (k, k) of its features.
         in_step: whether the forecast is put in step with the measured tail, so that its phase is not uncertain.
     """
@@ -44,30 +44,30 @@ class FeatureForecast:
 
     @property
     def speed(self) -> float:
-        """Forward, m/s."""
+        """Forward speed, m/s."""
         return float(self.mean[SPEED])
 
     @property
     def speed_sd(self) -> float:
-        """m/s."""
+        """Standard deviation of the forward speed, m/s."""
         return float(np.sqrt(self.covariance[SPEED, SPEED]))
 
     @cached_property
     def head(self) -> HeadFrame:
-        """(n, m, 2) the forecast tracks in the head frame, of all frames of the trial."""
+        """Forecast tracks in the head frame, (n, m, 2), of all frames of the trial."""
         return self._head_of(self.mean[None], one=True)
 
     def inside(self, frames: np.ndarray, seed: int = 0) -> float:
-        """Share of the measured samples of some frames (n,) that lie within the 90 % bands of their tracks."""
+        """Return the share of the measured samples of some frames (n,) within the 90 % bands of their tracks."""
         trial = self.window.trial
-        drawn = self._head_of(self._drawn(seed))
-        low, high = np.quantile(_aligned(drawn, frames), [0.05, 0.95], axis=0)
-        measured = _aligned(trial.head, frames)
+        drawn = self._head_of(self._draw(seed))
+        low, high = np.quantile(_align(drawn, frames), [0.05, 0.95], axis=0)
+        measured = _align(trial.head, frames)
         good = (trial.weight[frames] > 0) & np.isfinite(measured).all(axis=-1)
         return float(((measured >= low) & (measured <= high))[good].mean())
 
-    def _drawn(self, seed: int) -> np.ndarray:
-        """(d, k)."""
+    def _draw(self, seed: int) -> np.ndarray:
+        """Draw features (d, k) from the forecast."""
         noise = np.random.default_rng([seed, 31]).standard_normal((_DRAWS, len(self.mean)))
         drawn = draws_about(self.mean, noise @ root_of(self.covariance))
         if not self.in_step:
@@ -80,13 +80,13 @@ class FeatureForecast:
 
 
 def root_of(covariance: np.ndarray) -> np.ndarray:
-    """Return a (k, k) whose transpose times itself is the covariance (k, k)."""
+    """Return a matrix (k, k) whose transpose times itself is the covariance (k, k)."""
     values, vectors = np.linalg.eigh(covariance)
     return np.sqrt(np.maximum(values, 0.0))[:, None] * vectors.T
 
 
 def draws_about(mean: np.ndarray, deviations: np.ndarray) -> np.ndarray:
-    """Return features (..., k) with means (..., k) and such deviations, their phase turned instead of added.
+    """Return features (..., k) with these means and deviations (..., k), their phase turned instead of added.
 
     A phase is uncertain by half a radian: along its tangent that would make every amplitude larger.
     """
@@ -96,7 +96,7 @@ def draws_about(mean: np.ndarray, deviations: np.ndarray) -> np.ndarray:
 
 
 def tracks_of(features: np.ndarray, window: TrialModel) -> np.ndarray:
-    """(d, n, m, 2) markers on the pool that have such features (d, k), in all frames of the window's trial, m.
+    """Return the markers (d, n, m, 2) on the pool that have features (d, k), in all frames of the window's trial, m.
 
     Each marker beats about its mean in a frame that goes forward and sideways, and turns, at steady rates.
     """
@@ -116,14 +116,19 @@ def tracks_of(features: np.ndarray, window: TrialModel) -> np.ndarray:
 
 @dataclass(frozen=True, eq=False)
 class Windows:
-    """A held-out trial at the frequency of its first beats: its known part, None where too short, and kept frames."""
+    """Windows of a held-out trial at the frequency of its first beats.
+
+    Attributes:
+        early: its known part; None where that is too short.
+        late: its kept frames.
+    """
 
     early: TrialModel | None
     late: TrialModel
 
     @classmethod
     def of(cls, mode: Mode, trial: MeasuredTrial) -> "Windows":
-        """Part a trial that was not fitted.
+        """Divide a trial that was not fitted into its windows.
 
         Raises:
             NotEnoughData: nose and neck are hardly seen in the kept frames.
@@ -140,25 +145,36 @@ class Windows:
 
 
 class Scatter(NamedTuple):
-    """How windows of a trial differ: squares against tracking noise, at least 1; relative sd of a window's speed."""
+    """Scatter of the windows of a trial.
+
+    Attributes:
+        noise: squared differences relative to tracking noise, at least 1.
+        speed: relative standard deviation of a window's speed.
+    """
 
     noise: float = 1.0
     speed: float = 0.03
 
 
 EVEN = Scatter()
-"""Of a fish of which nothing is known."""
+"""Scatter of a fish of which nothing is known."""
 
 
 def repeated(mode: Mode, number: int) -> FeatureForecast:
-    """Of a repeat of a fitted trial: all that is a trial's own is drawn anew."""
+    """Forecast a repeat of a fitted trial: all that is a trial's own is drawn anew."""
     again = mode.blocks[number]._replace(trial=len(mode.blocks), features=mode.simulated(number))
     rows = len(again.features)
-    return _conditional(mode, again, mode.jacobian[number * rows :][:rows], None)
+    return _condition(mode, again, mode.jacobian[number * rows :][:rows], None)
 
 
 class NewWindow(NamedTuple):
-    """A window of a new trial as the twin swims it: its block, (k, 5) Jacobian with the coefficients, and scatter."""
+    """A window of a new trial as the twin swims it.
+
+    Attributes:
+        block: its block.
+        jacobian: (k, 5) by the coefficients.
+        scatter: its scatter.
+    """
 
     block: Block
     jacobian: np.ndarray
@@ -166,21 +182,29 @@ class NewWindow(NamedTuple):
 
     @classmethod
     def of(cls, mode: Mode, window: TrialModel, scatter: Scatter = EVEN) -> "NewWindow":
-        """Simulated at the mode."""
+        """Simulate the window at the mode."""
         return cls(block_of(mode, window, scatter), jacobian_at([window], mode.coefficients), scatter)
 
 
 def forecast_of(mode: Mode, window: NewWindow, early: TrialModel | None = None) -> FeatureForecast:
-    """Of a window of a new trial: by its frequency and what the fitted trials tell, and by its own early window.
+    """Forecast a window of a new trial from its frequency, the fitted trials, and its own early window.
 
-    Without that it is in step with its tail.
+    Without an early window the forecast is in step with the trial's tail.
+
+    Args:
+        mode: the fit.
+        window: the window.
+        early: the known part of the same trial.
     """
     beats = None if early is None else _early_block(mode, early, window.block, window.scatter)
-    return _conditional(mode, window.block, window.jacobian, beats)
+    return _condition(mode, window.block, window.jacobian, beats)
 
 
 def scatter_of(mode: Mode) -> Scatter:
-    """What the fitted trials show, each parted after its first two beats; of the speed the default counts as one."""
+    """Estimate the scatter of windows from the fitted trials, each divided after its first two beats.
+
+    For the speed the default counts as one more trial.
+    """
     noise, speed = [], [EVEN.speed**2]
     for block in mode.blocks:
         try:
@@ -197,11 +221,11 @@ def scatter_of(mode: Mode) -> Scatter:
     return Scatter(max(1.0, float(np.mean(noise))) if noise else 1.0, float(np.sqrt(np.mean(speed))))
 
 
-_MEDIAN_OF_SQUARE = 0.4549  # of a standard normal number
+_MEDIAN_OF_SQUARE = 0.4549  # median square of a standard normal number
 
 
 def block_of(mode: Mode, window: TrialModel, scatter: Scatter) -> Block:
-    """A window of a new trial; its features are what the twin simulates."""
+    """Return the block of a window of a new trial; its features are what the twin simulates."""
     (sensitivities,) = sensitivities_together([window], mode.coefficients)
     (time_step,) = time_step_errors([window], mode.coefficients)
     simulated = window.simulated(mode.coefficients[None])[0]
@@ -210,7 +234,7 @@ def block_of(mode: Mode, window: TrialModel, scatter: Scatter) -> Block:
 
 
 def _early_block(mode: Mode, window: TrialModel, late: Block, scatter: Scatter) -> tuple[Block, float]:
-    """Of the first beats of a new trial, and the phase by which they are ahead of the late window.
+    """Return the block of the first beats of a new trial, and their phase ahead of the late window.
 
     Both are windows of one steady swim: the twin's start, which is not the fish's, is not simulated.
     """
@@ -222,12 +246,12 @@ def _early_block(mode: Mode, window: TrialModel, late: Block, scatter: Scatter) 
 
 
 def _ahead(columns: np.ndarray, phase: float) -> np.ndarray:
-    """(k, q) columns of features with the crank ahead by a phase, rad."""
+    """Return columns (k, q) of features with the crank ahead by a phase, rad."""
     return advanced(columns.T, np.full(columns.shape[1], phase)).T
 
 
 def _noise(mode: Mode, window: TrialModel, scatter: Scatter, simulated: np.ndarray) -> np.ndarray:
-    """(k, k) that noise like that of the fitted trials makes of a window, and by how much windows differ."""
+    """Return the covariance (k, k) of a window by noise like the fitted trials' and by the windows' scatter."""
     found = scatter.noise * _tracking_noise(mode, window)
     found[SPEED, SPEED] += (scatter.speed * simulated[SPEED]) ** 2
     return found
@@ -238,11 +262,11 @@ def _tracking_noise(mode: Mode, window: TrialModel) -> np.ndarray:
     return FeatureNoise.typical([block.model.noise for block in mode.blocks], reader.time_s).covariance(reader)
 
 
-def _conditional(mode: Mode, late: Block, jacobian: np.ndarray, early: tuple[Block, float] | None) -> FeatureForecast:
-    """Of a block, given the fitted trials and, where there is one, an early window, ahead by a phase, of its trial.
+def _condition(mode: Mode, late: Block, jacobian: np.ndarray, early: tuple[Block, float] | None) -> FeatureForecast:
+    """Condition a block on the fitted trials and, where there is one, on an early window of its trial.
 
-    The coefficients stay those of the fit, with its covariance: what the wider discrepancy of forecasts would make of
-    them is linear, and leads far off where they are uncertain.
+    The early window is ahead by a phase. The coefficients stay those of the fit, with its covariance: an update of them
+    by the wider discrepancy of forecasts would be linear, and leads far off where they are uncertain.
     """
     blocks, rows, residual = [*mode.blocks, late], [mode.jacobian, jacobian], mode.residual
     if early is not None:
@@ -261,8 +285,8 @@ def _conditional(mode: Mode, late: Block, jacobian: np.ndarray, early: tuple[Blo
     return FeatureForecast(late.model, late.features + gain @ residual, covariance, in_step=early is None)
 
 
-def _aligned(head: HeadFrame, frames: np.ndarray) -> np.ndarray:
-    """(..., k, m, 2) positions in the head frame, displacement counted from the first of the frames (n,)."""
+def _align(head: HeadFrame, frames: np.ndarray) -> np.ndarray:
+    """Return the positions (..., k, m, 2) in the head frame, displacement counted from the first of the frames (n,)."""
     first = int(np.flatnonzero(frames)[0])
     path = head.path_m[..., frames, :] - head.path_m[..., first : first + 1, :]
     return np.asarray(head.shape_m[..., frames, :, :] + path[..., None, :])

@@ -1,4 +1,4 @@
-"""The mode of the hierarchical model: the likeliest coefficients and variance components, and their covariance."""
+"""Mode of the hierarchical model: the likeliest coefficients and variance components, and their covariance."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -13,13 +13,13 @@ from fitting.model.trial_model import TrialModel, difference, sensitivities_toge
 from fitting.model.variance import COEFFICIENT_SD, FORECAST_SPEED, Block, Covariance
 from swimmer.fluid import COEFFICIENT_BOUNDS
 
-_ROOT_STEP = 0.08  # of the differences, in roots of coefficients: Kutta lift roughens the twin below that
-_APART = 1.0  # square root of the mean squared distance, in standard deviations, from which two ends differ
+_ROOT_STEP = 0.08  # finite difference in roots of coefficients: Kutta lift roughens the twin below that
+_APART = 1.0  # root mean square distance, in standard deviations, from which two ends differ
 _AS_LIKELY = 2.0  # log density within which two ends are as likely
 
 
 class SearchEnd(NamedTuple):
-    """Where one start ended.
+    """End of one start of the search.
 
     Attributes:
         start, coefficients: (5,) before and after.
@@ -43,11 +43,11 @@ class Mode:
         model: the trials it rests on, with the likeliest roll of the hull.
         coefficients: (5,).
         sizes: standard deviation of each variance component, by its name.
-        covariance: of the features.
-        blocks: of the trials, in the order of the row.
+        covariance: covariance of the features.
+        blocks: blocks of the trials, in the order of the row.
         residual: (K,) measured less simulated.
         jacobian: (K, 5) of the simulated features.
-        ends: of all starts, the best first.
+        ends: ends of all starts, the best first.
         simulations: how often the trials were simulated.
     """
 
@@ -63,12 +63,12 @@ class Mode:
 
     @property
     def roll(self) -> Roll:
-        """The likeliest of the hull; how far it may be off is part of the covariance."""
+        """Likeliest roll of the hull; its uncertainty is part of the covariance."""
         return self.model.trials[0].roll
 
     @property
     def total(self) -> np.ndarray:
-        """(K, K) covariance of the residual."""
+        """Covariance (K, K) of the residual."""
         return self.covariance.at(self.sizes)
 
     @property
@@ -78,17 +78,17 @@ class Mode:
 
     @property
     def coefficient_covariance(self) -> np.ndarray:
-        """(5, 5) of the coefficients, by the curvature and the width of their prior."""
+        """Covariance (5, 5) of the coefficients, by the curvature and the width of their prior."""
         return coefficient_covariance(self.total, self.jacobian)
 
     def simulated(self, number: int) -> np.ndarray:
-        """(k,) features of the twin in a fitted trial."""
+        """Return the features (k,) of the twin in a fitted trial."""
         length = len(self.blocks[number].model.measured)
         return self.blocks[number].model.measured - self.residual[number * length :][:length]
 
     @property
     def disagree(self) -> tuple[SearchEnd, ...]:
-        """Ends as likely as the best, and elsewhere."""
+        """Ends as likely as the best, but at other coefficients."""
         sd = np.sqrt(np.diag(self.coefficient_covariance))
         best = self.ends[0]
 
@@ -109,7 +109,15 @@ def mode_at(
     roll: Roll = NO_ROLL,
     ends: tuple[SearchEnd, ...] = (),
 ) -> Mode:
-    """The normal approximation about coefficients (5,) that are known, with variance components of known sizes."""
+    """Return the normal approximation about known coefficients, with variance components of known sizes.
+
+    Args:
+        model: the trials.
+        coefficients: (5,).
+        sizes: standard deviation of each variance component, by its name.
+        roll: roll of the hull.
+        ends: ends of the search, the best first.
+    """
     model = model.rolling(roll)
     blocks = blocks_at(model, coefficients)
     residual = model.measured - model.simulated(coefficients[None])[0]
@@ -119,7 +127,7 @@ def mode_at(
 
 
 def blocks_at(model: SessionModel, coefficients: np.ndarray) -> tuple[Block, ...]:
-    """The blocks of trials that are fitted, with what nuisances do at coefficients (5,)."""
+    """Return the blocks of the fitted trials, with their sensitivities at coefficients (5,)."""
     sensitivities = sensitivities_together(model.trials, coefficients)
     trials = zip(model.trials, sensitivities, time_step_errors(model.trials, coefficients), strict=True)
     return tuple(
@@ -129,7 +137,10 @@ def blocks_at(model: SessionModel, coefficients: np.ndarray) -> tuple[Block, ...
 
 
 def jacobian_at(trials: Sequence[TrialModel], coefficients: np.ndarray) -> np.ndarray:
-    """(K, 5) of the simulated features with the coefficients (5,), by central differences within the bounds."""
+    """Return the Jacobian (K, 5) of the simulated features at coefficients (5,), by central differences.
+
+    The steps stay within the bounds.
+    """
     steps = 2 * _ROOT_STEP * np.sqrt(np.maximum(coefficients, 0.01))
     up, down = (np.clip(coefficients + sign * np.diag(steps), *COEFFICIENT_BOUNDS) for sign in (1, -1))
     rows = np.hstack(simulated_together(trials, np.vstack([up, down])))
@@ -140,10 +151,11 @@ def jacobian_at(trials: Sequence[TrialModel], coefficients: np.ndarray) -> np.nd
 
 
 def time_step_errors(trials: Sequence[TrialModel], coefficients: np.ndarray) -> list[np.ndarray]:
-    """(k,) each, what simulated features lack that a vanishing time step would show, at coefficients (5,).
+    """Return, for each trial, what simulated features (k,) lack against a vanishing time step, at coefficients (5,).
 
-    Twice the change from whole to half steps, for the integrator is of first order (Richardson 1911). The coefficients
-    belong to the twin as it is stepped, so that a calibrated model swims as it was fitted; the error widens intervals.
+    It is twice the change from whole to half steps, as the integrator is of first order (Richardson 1911). The
+    coefficients belong to the twin as it is stepped, so that a calibrated model swims as it was fitted; the error
+    widens intervals.
     """
     twin = trials[0].twin
     finer = twin.at_step(twin.scene.timestep_s / 2)
@@ -155,14 +167,23 @@ def time_step_errors(trials: Sequence[TrialModel], coefficients: np.ndarray) -> 
 
 
 def coefficient_covariance(total: np.ndarray, jacobian: np.ndarray) -> np.ndarray:
-    """(5, 5) of the coefficients, by a covariance of the features (K, K), their slopes (K, 5) and the prior's width."""
+    """Return the covariance (5, 5) of the coefficients.
+
+    Args:
+        total: (K, K) covariance of the features.
+        jacobian: (K, 5) of the features by the coefficients.
+    """
     information = jacobian.T @ cho_solve(cho_factor(total, lower=True), jacobian)
     return np.linalg.inv(information + COEFFICIENT_SD**-2.0 * np.eye(jacobian.shape[1]))
 
 
 def broyden(slopes: np.ndarray, step: np.ndarray, change: np.ndarray, along: np.ndarray) -> np.ndarray:
-    """(k, p) slopes (k, p) with which a step (p,) changes the row as it has (k,), else as they were (Broyden 1965).
+    """Update a Jacobian so that it reproduces the change of a step, with the least other change (Broyden 1965).
 
-    As little changed as that allows; `along` (p,) is the step times the matrix by which lengths of steps are measured.
+    Args:
+        slopes: (k, p) Jacobian.
+        step: (p,) the step.
+        change: (k,) what it did.
+        along: (p,) the step times the matrix by which lengths of steps are measured.
     """
     return np.asarray(slopes + np.outer(change - slopes @ step, along) / (along @ step))

@@ -1,9 +1,9 @@
-"""Tracking noise that lasts: its size at each marker, how long it stays and what neighbours have of it in common.
+"""Tracking noise that lasts: its size at each marker, its duration, and its correlation between neighbours.
 
 Errors of a box stay for several frames, so a trial holds far fewer independent samples than frames. The noise of each
 marker is taken as an Ornstein-Uhlenbeck process with a share of white noise (the tracker's grid); where the tracks ask
-for it a slow smooth process comes in, for real fish sway beside their beat, and neighbours do so together. All is found
-by restricted maximum likelihood (Patterson and Thompson 1971) in what is left beside drift and harmonics.
+for it a slow smooth process is added, as real fish sway besides their beat, and neighbours do so together. All is found
+by restricted maximum likelihood (Patterson and Thompson 1971) in the residual after drift and harmonics.
 """
 
 from collections.abc import Callable, Sequence
@@ -17,16 +17,17 @@ from threadpoolctl import threadpool_limits
 from fitting.model.features import FeatureReader
 from fitting.series import determined, smooth_swim
 
-_HARMONICS, _DRIFT = 5, 3
+_HARMONICS = 5  # harmonics that are taken out
+_DRIFT = 3  # degree of the drift that is taken out
 _START = (np.log(0.08), -1.5)  # ln seconds, logit of the white share
-_WITH_SWAY = (np.log(0.06), -1.5, np.log(0.25), 0.5)  # and of the sway: ln seconds, logit of its share of the rest
-_STEP = 0.8  # of each of these in the first simplex
+_WITH_SWAY = (np.log(0.06), -1.5, np.log(0.25), 0.5)  # also ln seconds of a sway, logit of its share of the rest
+_STEP = 0.8  # step of each of these in the first simplex
 _PRIOR_SD = 1.5
-_WORTH = 10.0  # by which -2 ln likelihood must fall for a sway: chance does that in fewer than one trial in 100
+_WORTH = 10.0  # fall of -2 ln likelihood that supports a sway: chance makes it in fewer than 1 of 100 trials
 _LEAST_M = 1e-6
 _JITTER = 1e-9
 _WORST = 1e4  # variance of drift and harmonics, see `determined`: they are only taken out
-_LEAST_EIGENVALUE = 0.02  # of correlations between markers
+_LEAST_EIGENVALUE = 0.02  # least eigenvalue of correlations between markers
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,9 +35,9 @@ class NoisePart:
     """A part of the noise of every marker.
 
     Attributes:
-        share: of a marker's variance.
-        scale_s: in which the correlation of an Ornstein-Uhlenbeck process falls to 1/e; of a smooth process (squared
-            exponential) to exp(-1/2).
+        share: share of a marker's variance.
+        scale_s: time in which the correlation of an Ornstein-Uhlenbeck process falls to 1/e; of a smooth process
+            (squared exponential) to exp(-1/2).
         smooth: which of the two it is.
         across: (m, m) correlation between markers; (0, 0) where it is not known yet.
     """
@@ -47,12 +48,18 @@ class NoisePart:
     across: np.ndarray = field(default_factory=lambda: np.zeros((0, 0)))
 
     def over(self, time_s: np.ndarray) -> np.ndarray:
-        """(n, n) covariance between times (n,), of a marker of unit variance."""
+        """Return the covariance (n, n) between times (n,), of a marker of unit variance."""
         return self.share * falling(np.abs(time_s[:, None] - time_s), self.scale_s, self.smooth)
 
 
 def falling(lag_s: np.ndarray, scale_s: float, smooth: bool) -> np.ndarray:
-    """Correlation over a lag of any shape."""
+    """Return the correlation over a lag of any shape.
+
+    Args:
+        lag_s: lags, s.
+        scale_s: time scale, s.
+        smooth: whether it is a squared exponential; else it is exponential.
+    """
     lags = lag_s / scale_s
     return np.exp(-0.5 * lags**2) if smooth else np.exp(-lags)
 
@@ -64,7 +71,7 @@ def across_markers(
     parts: Sequence[np.ndarray],
     correlation: np.ndarray,
 ) -> list[np.ndarray]:
-    """(m, m) correlation between markers of each part of the noise.
+    """Estimate the correlation between markers (m, m) of each part of the noise.
 
     One step of Fisher's scoring of the restricted likelihood from independent markers, which are Rao's minimum norm
     quadratic estimates (MINQUE; Rao 1971, J. Multivar. Anal. 1, 257). Slow parts of real tracks are common to
@@ -83,7 +90,7 @@ def across_markers(
     masks, which = np.unique(usable, axis=1, return_inverse=True)
     which = which.ravel()
     shown = determined(columns, masks, _WORST)
-    restricted = [_restricted(columns, mask & good, correlation) for mask, good in zip(masks.T, shown, strict=True)]
+    restricted = [_restrict(columns, mask & good, correlation) for mask, good in zip(masks.T, shown, strict=True)]
     common = _information(restricted, parts)[:, :, which[:, None], which]  # (p, p, m, m)
     clean = np.where(usable[..., None], series, 0.0)
     residual = np.stack([restricted[group] @ clean[:, m] for m, group in enumerate(which)])  # (m, n, 2)
@@ -91,15 +98,15 @@ def across_markers(
         [np.einsum("inx,nk,jkx->ij", residual, part, residual, optimize=True) for part in parts]
     )  # (p, m, m)
     information = np.moveaxis(common, (0, 1), (-2, -1))  # (m, m, p, p)
-    # one sample more, which says independent, so that a pair that is never seen together has an inverse
+    # One more sample, of independent markers, gives a pair that is never seen together an inverse.
     inverse = np.linalg.inv(information + np.eye(len(parts)))
     found = np.einsum("ijpq,qij->pij", inverse, seen)
     variance = np.einsum("ijpq,ijqr,ijrp->pij", inverse, information, inverse)
-    return [_shrunk(*pair) for pair in zip(found, variance, strict=True)]
+    return [_shrink(*pair) for pair in zip(found, variance, strict=True)]
 
 
-def _restricted(columns: np.ndarray, mask: np.ndarray, correlation: np.ndarray) -> np.ndarray:
-    """(n, n) inverse of the correlation (n, n) in the frames of a mask, beside columns (n, c); 0 in all others."""
+def _restrict(columns: np.ndarray, mask: np.ndarray, correlation: np.ndarray) -> np.ndarray:
+    """Return the inverse (n, n) of the correlation in the frames of a mask, less columns (n, c); 0 in all others."""
     frames, result = np.flatnonzero(mask), np.zeros_like(correlation)
     if len(frames):
         inverse, design = np.linalg.inv(correlation[np.ix_(frames, frames)]), columns[frames]
@@ -109,22 +116,22 @@ def _restricted(columns: np.ndarray, mask: np.ndarray, correlation: np.ndarray) 
 
 
 def _information(restricted: Sequence[np.ndarray], parts: Sequence[np.ndarray]) -> np.ndarray:
-    """(p, p, g, g) Fisher's information of two coordinates, between parts, for a pair of independent markers."""
+    """Return Fisher's information (p, p, g, g) of two coordinates, between parts, for a pair of independent markers."""
     reach = [[inverse @ part for inverse in restricted] for part in parts]  # [p][g] (n, n)
     return np.array([[[[2 * (a * b.T).sum() for b in other] for a in own] for other in reach] for own in reach])
 
 
-def _shrunk(found: np.ndarray, variance: np.ndarray) -> np.ndarray:
-    """(m, m) correlation from what was found (m, m) and how far chance scatters it.
+def _shrink(found: np.ndarray, variance: np.ndarray) -> np.ndarray:
+    """Shrink a correlation (m, m) by how far chance scatters it.
 
     Each pair goes towards what all pairs have in common in the mean, by how much of their scatter chance alone would
     give; and that towards independence. A pair that was never seen together has what all have in common.
     """
-    pairs = np.triu(variance > 0, 1)  # those that were seen together
+    pairs = np.triu(variance > 0, 1)  # pairs that were seen together
     if not pairs.any():
         return np.eye(len(found))
-    common = _without_chance(found[pairs].mean(), variance[pairs].mean() / pairs.sum())
-    own = _without_chance(found - common, variance[pairs].mean(), np.mean((found[pairs] - common) ** 2))
+    common = _remove_chance(found[pairs].mean(), variance[pairs].mean() / pairs.sum())
+    own = _remove_chance(found - common, variance[pairs].mean(), np.mean((found[pairs] - common) ** 2))
     matrix = common + np.where(variance > 0, own, 0.0)
     np.fill_diagonal(matrix, 1.0)
     values, vectors = np.linalg.eigh((matrix + matrix.T) / 2)
@@ -133,8 +140,8 @@ def _shrunk(found: np.ndarray, variance: np.ndarray) -> np.ndarray:
     return np.asarray(definite / np.outer(size, size))
 
 
-def _without_chance(found: np.ndarray, chance: float, square: float | None = None) -> np.ndarray:
-    """What was found, shrunk by the share of its mean square (default: its own square) that chance would give."""
+def _remove_chance(found: np.ndarray, chance: float, square: float | None = None) -> np.ndarray:
+    """Shrink an estimate by the share of its mean square (default: its own square) that chance would give."""
     square = float(found**2) if square is None else square
     return max(1.0 - chance / max(square, 1e-12), 0.0) * found
 
@@ -144,11 +151,11 @@ class FeatureNoise:
     """Noise of one trial's tracks.
 
     Attributes:
-        sd_m: (m,) of each marker in each coordinate; nan of those that are not read.
+        sd_m: (m,) standard deviation of each marker in each coordinate; nan for those that are not read.
         lasts_s: time in which the correlation of its lasting share falls to 1/e.
         white: share of the variance that is white, and each marker's own.
         correlation: (n, n) between frames.
-        parts: of the lasting share, with what markers have in common of each; without any, markers are independent.
+        parts: parts of the lasting share, with their correlation between markers; without any, markers are independent.
     """
 
     sd_m: np.ndarray
@@ -159,27 +166,37 @@ class FeatureNoise:
 
     @classmethod
     def of_parts(cls, sd_m: np.ndarray, parts: Sequence[NoisePart], time_s: np.ndarray) -> "FeatureNoise":
-        """From the lasting parts, for frames at times (n,); what they leave of the variance is white."""
+        """Build the noise from its lasting parts; the rest of the variance is white.
+
+        Args:
+            sd_m: (m,) standard deviation of each marker.
+            parts: the lasting parts.
+            time_s: (n,) times of the frames.
+        """
         white = 1.0 - sum(part.share for part in parts)
         return cls(sd_m, _lasting(parts), white, _correlation(parts, time_s), tuple(parts))
 
     @classmethod
     def typical(cls, noises: Sequence["FeatureNoise"], time_s: np.ndarray) -> "FeatureNoise":
-        """What the noises of some trials are like in the mean, for frames at times (n,); sizes are their medians."""
+        """Build the mean of the noises of some trials, for frames at times (n,); sizes are their medians."""
         parts = [replace(part, share=part.share / len(noises)) for noise in noises for part in noise.parts]
         sizes = np.array([noise.sd_m for noise in noises])
-        worst = np.nanmax(sizes)  # of a marker that none of them shows
+        worst = np.nanmax(sizes)  # for a marker that none of them shows
         middle = [np.median(own[np.isfinite(own)]) if np.isfinite(own).any() else worst for own in sizes.T]
         return cls.of_parts(np.array(middle), parts, time_s)
 
     @property
     def effective(self) -> float:
-        """How many independent frames would determine a mean as well."""
+        """Number of independent frames that would determine a mean as well."""
         n = len(self.correlation)
         return float(n**2 / self.correlation.sum())
 
     def drawn(self, time_s: np.ndarray, random: np.random.Generator) -> np.ndarray:
-        """(n, m, 2) errors like these in frames at times (n,), m.
+        """Draw errors (n, m, 2) like these in frames at times (n,), m.
+
+        Args:
+            time_s: (n,) times of the frames.
+            random: the generator.
 
         Raises:
             ValueError: the parts of the noise are not known.
@@ -197,7 +214,7 @@ class FeatureNoise:
         return np.moveaxis(total, 0, -1) * np.nan_to_num(self.sd_m)[:, None]
 
     def covariance(self, reader: FeatureReader) -> np.ndarray:
-        """(k, k) of features of these frames."""
+        """Return the covariance (k, k) of the features of these frames."""
         rows = np.nan_to_num(self.sd_m)[:, None, None] * reader.readers  # (m, r, n)
         each = np.zeros(rows.shape[:2] * 2)  # (m, r, m, r) between what is read of each marker, either way
         for part in self.parts:
@@ -209,7 +226,7 @@ class FeatureNoise:
 
 
 def noise_of(reader: FeatureReader, position_m: np.ndarray) -> FeatureNoise:
-    """The noise in positions (n, m, 2) of the frames of features."""
+    """Estimate the noise in positions (n, m, 2) of the frames of features."""
     columns, time_s = beside(reader), reader.time_s
     groups = _by_mask(reader.usable, position_m, columns)
     with threadpool_limits(1):  # the matrices are small: threads cost more than they save
@@ -223,7 +240,10 @@ def noise_of(reader: FeatureReader, position_m: np.ndarray) -> FeatureNoise:
 
 
 def beside(reader: FeatureReader) -> np.ndarray:
-    """(n, 14) drift and harmonics, beside which noise is looked for; of a beat of few frames fewer harmonics."""
+    """Return the regressors (n, 14) of drift and harmonics that are fitted before noise is estimated.
+
+    There are fewer harmonics where a beat has few frames.
+    """
     turn_a_frame = float(np.ptp(reader.turn_rad)) / (len(reader.turn_rad) - 1)
     harmonics = min(_HARMONICS, int((2 * np.pi / turn_a_frame - 1) / 2))
     return smooth_swim(reader.time_s, reader.turn_rad, _DRIFT, harmonics)
@@ -244,7 +264,7 @@ def _swaying(x: np.ndarray) -> list[NoisePart]:
 def _in_time(
     groups: Sequence["_Group"], columns: np.ndarray, time_s: np.ndarray, markers: int
 ) -> tuple[list[NoisePart], np.ndarray]:
-    """The lasting parts, and the (m,) standard deviations; nan for a marker that is hardly seen."""
+    """Return the lasting parts, and the standard deviations (m,); nan for a marker that is hardly seen."""
 
     def found(parts_of: Callable[[np.ndarray], list[NoisePart]], start: np.ndarray) -> tuple[float, list[NoisePart]]:
         def deviance(x: np.ndarray) -> float:
@@ -266,7 +286,7 @@ def _in_time(
 
 
 def _correlation(parts: Sequence[NoisePart], time_s: np.ndarray) -> np.ndarray:
-    """(n, n) of lasting parts, and of white noise for the rest of the variance."""
+    """Return the correlation (n, n) of lasting parts, and of white noise for the rest of the variance."""
     matrix = np.asarray(sum(part.over(time_s) for part in parts))
     matrix[np.diag_indices_from(matrix)] = 1.0 + _JITTER
     return matrix
@@ -277,7 +297,7 @@ def _logistic(value: float) -> float:
 
 
 def _lasting(parts: Sequence[NoisePart]) -> float:
-    """In which the correlation of all parts together falls to 1/e, s."""
+    """Return the time in which the correlation of all parts together falls to 1/e, s."""
 
     def above(lag_s: float) -> float:
         return float(sum(p.share * (falling(np.array(lag_s), p.scale_s, p.smooth) - np.exp(-1)) for p in parts))
@@ -287,14 +307,14 @@ def _lasting(parts: Sequence[NoisePart]) -> float:
 
 @dataclass(frozen=True, eq=False)
 class _Group:
-    """Markers seen in the same frames: (k,) frames, (g,) markers, (k, 2 g) series."""
+    """Markers seen in the same frames: frames (k,), markers (g,), series (k, 2 g)."""
 
     frames: np.ndarray
     markers: np.ndarray
     series: np.ndarray
 
     def restricted(self, columns: np.ndarray, correlation: np.ndarray) -> tuple[float, np.ndarray]:
-        """-2 ln of the restricted likelihood, and (g,) standard deviations."""
+        """Return -2 ln of the restricted likelihood, and the standard deviations (g,)."""
         factor = cho_factor(correlation[np.ix_(self.frames, self.frames)], lower=True)
         design = columns[self.frames]
         solved = cho_solve(factor, design)
@@ -308,7 +328,7 @@ class _Group:
 
 
 def _by_mask(usable: np.ndarray, position_m: np.ndarray, columns: np.ndarray) -> list[_Group]:
-    """Group markers by the frames they are seen in; only those of which these determine drift and harmonics."""
+    """Group markers by the frames they are seen in, if these determine drift and harmonics."""
     masks, which = np.unique(usable, axis=1, return_inverse=True)
     shown = determined(columns, masks, _WORST)
     shown = shown if shown.any() else masks.sum(axis=0) == masks.sum(axis=0).max()

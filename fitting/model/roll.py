@@ -9,14 +9,15 @@ from swimmer.effects.floating import NATURAL_ROLL_HZ, HullRoll, RollingHull
 from swimmer.kinematics import MarkerKinematics
 
 ROLL_SD = np.array([parameter.sd for parameter in HullRoll.parameters])
-"""(2,) of the prior of each number, normal about 0."""
-_LOW, _HIGH = np.array([(parameter.low, parameter.high) for parameter in HullRoll.parameters]).T
+"""Prior standard deviation of each number, (2,), normal about 0."""
+_LOW = np.array([parameter.low for parameter in HullRoll.parameters])
+_HIGH = np.array([parameter.high for parameter in HullRoll.parameters])
 ROLL_STEP = 0.1
-"""Of differences, in standard deviations."""
+"""Step of finite differences, in standard deviations."""
 
 
 class Roll(NamedTuple):
-    """Of a hull, as the effect `hull_roll` of the catalogue describes it.
+    """Roll of a hull, as the effect `hull_roll` of the catalogue describes it.
 
     Attributes:
         per_sway: roll for each metre of sway far above the natural frequency, rad/m; 0 without a roll.
@@ -28,7 +29,7 @@ class Roll(NamedTuple):
 
     @property
     def natural_hz(self) -> float:
-        """The natural frequency."""
+        """Natural frequency of the roll, Hz."""
         return NATURAL_ROLL_HZ * float(np.exp(self.natural))
 
     @property
@@ -37,17 +38,23 @@ class Roll(NamedTuple):
         return float(0.5 * ((np.array(self) / ROLL_SD) ** 2).sum())
 
     def moved(self, step: np.ndarray) -> "Roll":
-        """By a step (2,) in standard deviations, within the bounds."""
+        """Return the roll moved by a step (2,) in standard deviations, within the bounds."""
         return Roll(*map(float, np.clip(np.array(self) + step * ROLL_SD, _LOW, _HIGH)))
 
     def shifted(self, number: int, sign: int) -> "Roll":
-        """With one of its numbers off by `ROLL_STEP`."""
+        """Return the roll with one of its numbers off by `ROLL_STEP`."""
         off = np.zeros(2)
         off[number] = sign * ROLL_STEP
         return Roll(*map(float, np.array(self) + off * ROLL_SD))
 
     def seen(self, motion: Trajectories, robot: RobotSpec, markers: tuple[str, ...]) -> np.ndarray:
-        """(s, n, m, 2) markers of simulated trajectories as they swing, m."""
+        """Return the markers (s, n, m, 2) of simulated trajectories as they swing, m.
+
+        Args:
+            motion: the trajectories.
+            robot: the robot.
+            markers: names of the m markers.
+        """
         if not self.per_sway:
             return motion.marker_m
         hull = RollingHull.of(robot, markers)

@@ -25,56 +25,60 @@ from session.errors import SimulationDiverged
 from swimmer import PUBLISHED_COEFFICIENTS, Trajectories
 from swimmer.fluid import COEFFICIENT_BOUNDS
 
-_SCREENED = 128
+_SCREENED = 128  # points that are simulated to begin with
 _SCREENING = 0.3  # share of the time of a search until its descents begin
-_TRIED = 4  # times the starts, of which it is asked whether their twins swim forward from rest
-_ROUNDS = 14
+_TRIED = 4  # candidates for each start whose twins are simulated from rest
+_ROUNDS = 14  # largest number of rounds of a descent
 _RACES = ((2, 1.0), (6, 0.5))
 """Rounds of all descents that are left, and times the starts that go on after them; in the end the better half."""
-_BEGUN = 2  # times the starts, descents at first
-_APART = 0.25  # of the box in the roots of coefficients, that two starts are at least apart in one of them
-_HOPS, _HOPPED, _WIDE = 2, 32, (1.5, 3.0)  # hops; points of each; half of them each with such a scatter, in sd
-_RENEWED = (2, 5)  # rounds in which nuisances are simulated anew where the coefficients now are
-_NATURALS = tuple(np.linspace(-0.8, 0.8, 9))  # of rolls to begin with, see `Roll.natural`
-_SHARES = (1.0, 0.5, 0.25, 0.1)  # of a step
+_BEGUN = 2  # descents at first, for each start
+_APART = 0.25  # least distance of two starts in the root of one coefficient, as a share of the box
+_HOPS = 2  # hops from the end of the best descent
+_HOPPED = 32  # points of each hop
+_WIDE = (1.5, 3.0)  # scatter of either half of these points, in standard deviations
+_RENEWED = (2, 5)  # rounds in which nuisances are simulated anew at the present coefficients
+_NATURALS = tuple(np.linspace(-0.8, 0.8, 9))  # natural frequencies of the first rolls, see `Roll.natural`
+_SHARES = (1.0, 0.5, 0.25, 0.1)  # shares of a step that are tried
 _ALONG = 8  # rounds along the boundary of twins that swim forward from rest
-_CLEARLY = 0.5  # gain in log density, below which a twin is as likely: it is as rough as that
-_REACHES = (1.0, 0.3)  # of a step and of the scatter of coefficients, within which points are drawn
-_DRAWN, _ASKED, _LOOKED_AT = 64, 16, 4  # points; of which is asked whether they swim forward; that are simulated
-_STILL = 0.2  # length of a step in standard deviations of the coefficients, below which it is the last
-_SHORT = 1.0  # such a length, below which slopes are corrected by what the step did instead of simulated anew
+_CLEARLY = 0.5  # least gain in log density that is not the twin's roughness
+_REACHES = (1.0, 0.3)  # shares of a step and of the coefficients' scatter within which points are drawn
+_DRAWN = 64  # points drawn along the boundary
+_ASKED = 16  # points of these that are simulated from rest
+_LOOKED_AT = 4  # points of these that are simulated in the trials
+_STILL = 0.2  # a step shorter than this, in standard deviations of the coefficients, is the last
+_SHORT = 1.0  # after a step shorter than this the Jacobian is updated instead of simulated anew
 
 
 def find_mode(
     model: SessionModel, starts: int = 3, seed: int = 0, tell: Progress = lambda _message, _share: None
 ) -> Mode:
-    """The likeliest coefficients of a session's fitted trials.
+    """Find the likeliest coefficients of a session's fitted trials.
 
     Args:
         model: the trials; their features hold the course.
-        starts: how many descents go on to the end or nearly so, of three times as many that begin at the likeliest
-            of the screened points, those first whose twins swim forward from rest; on the way these stay so.
-        seed: of the screening.
-        tell: of the progress.
+        starts: number of descents that go on to the end or nearly so, of three times as many that begin at the
+            likeliest of the screened points, those first whose twins swim forward from rest; on the way these stay so.
+        seed: seed of the screening.
+        tell: takes messages with the share of the work that is done.
 
     Raises:
-        SimulationDiverged: from every start.
+        SimulationDiverged: the twin diverged from every start.
     """
     tell("looking for starts of the search", 0.0)
-    points = _screened(seed)
-    promising, blocks = _promising(model, points, model.simulated(points), _BEGUN * starts)
+    points = _screen(seed)
+    promising, blocks = _choose_promising(model, points, model.simulated(points), _BEGUN * starts)
     descents = [_Descent(model, start, blocks) for start in promising]
-    racing, before, done, expected = descents, 0, 0, _steps_expected(len(descents), starts)
+    racing, before, done, expected = descents, 0, 0, _expected_steps(len(descents), starts)
     for rounds, left in (*_RACES, (_ROUNDS, 0.0)):
         for descent in racing:
             tell("fitting the coefficients", _SCREENING + (1 - _SCREENING) * min(done / expected, 0.99))
-            descent.go_on(rounds)
+            descent.run(rounds)
             done += rounds - before
         before = rounds
-        racing = sorted(racing, key=_worse)[: max(int(left * starts), 1)]
-    while not (found := sorted(descents, key=_worse))[0].done:
-        found[0].go_on(_ROUNDS)
-    found[0] = found[0].hopped(seed).along_boundary()
+        racing = sorted(racing, key=_rank)[: max(int(left * starts), 1)]
+    while not (found := sorted(descents, key=_rank))[0].done:
+        found[0].run(_ROUNDS)
+    found[0] = found[0].hop(seed).follow_boundary()
     found = [each for each in found if np.isfinite(each.log_density)]
     if not found:
         raise SimulationDiverged("the twin diverged from every start; look into the flags of the fit trials")
@@ -83,8 +87,11 @@ def find_mode(
     return replace(found[0].mode, ends=ends, simulations=spent)
 
 
-def _steps_expected(descents: int, starts: int) -> float:
-    """Rounds of all descents; of those that go on to the end half the rounds, for they converge on the way."""
+def _expected_steps(descents: int, starts: int) -> float:
+    """Return the expected rounds of all descents.
+
+    Those that go on to the end count half the rounds, as they converge on the way.
+    """
     steps, before, racing = 0.0, 0, descents
     for rounds, left in _RACES:
         steps, before, racing = steps + racing * (rounds - before), rounds, max(int(left * starts), 1)
@@ -92,10 +99,10 @@ def _steps_expected(descents: int, starts: int) -> float:
 
 
 class _Descent:
-    """From one start, as far as it was told to go.
+    """A descent from one start, as far as it was told to go.
 
     Attributes:
-        log_density: where it is; -inf where the twin diverged on the way.
+        log_density: log density where it is; -inf where the twin diverged on the way.
     """
 
     def __init__(self, model: SessionModel, start: np.ndarray, blocks: tuple[Block, ...]) -> None:
@@ -110,11 +117,11 @@ class _Descent:
 
     @property
     def done(self) -> bool:
-        """Whether going on changes nothing."""
+        """Whether further steps change nothing."""
         return self._converged or self._round >= _ROUNDS
 
-    def go_on(self, rounds: int) -> None:
-        """Goes on until so many rounds are behind it, until it has converged, or until the twin diverges."""
+    def run(self, rounds: int) -> None:
+        """Iterate until so many rounds are done, until convergence, or until the twin diverges."""
         try:
             while self._round < rounds and not self._converged:
                 self._step()
@@ -122,14 +129,14 @@ class _Descent:
         except _Diverged:
             self.log_density, self._converged = -np.inf, True
 
-    def hopped(self, seed: int) -> "_Descent":
-        """Gone on from the best of points drawn about it, if that leads to where it is likelier; else itself.
+    def hop(self, seed: int) -> "_Descent":
+        """Go on from the best of points drawn about the end, if that is likelier; return the likelier descent.
 
         The twin is rough by some hundredths of a millimetre, so that gradients end in hollows of that depth.
         """
         best, random = self, np.random.default_rng([seed, 37])
         for _ in range(_HOPS if np.isfinite(self.log_density) else 0):
-            root, _, columns = best._whitened(best._covariance.at(best._sizes))
+            root, _, columns = best._whiten(best._covariance.at(best._sizes))
             scatter = np.linalg.inv(np.linalg.cholesky(columns.T @ columns + COEFFICIENT_SD**-2.0 * np.eye(5)))
             wide = np.repeat(_WIDE, _HOPPED // len(_WIDE))[:, None]
             drawn = best._at + wide * random.standard_normal((_HOPPED, 5)) @ scatter
@@ -140,28 +147,28 @@ class _Descent:
             other = copy(best)
             other._at, other._trajectories = there
             other._jacobian, other._sloped, other._converged = np.zeros((0, 5)), False, False
-            other.go_on(best._round + _RACES[-1][0])
+            other.run(best._round + _RACES[-1][0])
             self.simulated = other.simulated
             if other.log_density <= best.log_density:
                 break
             best = other
         return best
 
-    def along_boundary(self) -> "_Descent":
-        """Gone on along the boundary of twins that swim forward from rest, if that is clearly likelier; else itself.
+    def follow_boundary(self) -> "_Descent":
+        """Go on along the boundary of twins that swim forward from rest, and return the likelier descent.
 
-        Steps that cross it are refused. It has no gradient, for beyond it a twin settles in another steady state: so
-        points are drawn about part of the step, with the covariance of the coefficients, and each is simulated from
-        rest.
+        The new one must be clearly likelier. Steps that cross the boundary are refused. It has no gradient, as beyond
+        it a twin settles in another steady state: so points are drawn about part of the step, with the covariance of
+        the coefficients, and each is simulated from rest.
         """
         if not (self.forward and np.isfinite(self.log_density)):
             return self
-        _, white, columns = self._whitened(self._covariance.at(self._sizes))
+        _, white, columns = self._whiten(self._covariance.at(self._sizes))
         if white @ white - ((white - columns @ self._free_step(white, columns)) ** 2).sum() < 2 * _CLEARLY:
             return self
         other = copy(self)
         other._follows_boundary, other._converged = True, False
-        other.go_on(self._round + _ALONG)
+        other.run(self._round + _ALONG)
         self.simulated = other.simulated
         return other if other.log_density > self.log_density + _CLEARLY else self
 
@@ -172,24 +179,26 @@ class _Descent:
             if all(map(_is_finite, blocks)):  # next to it a twin may diverge
                 self._blocks, self._covariance = blocks, Covariance.of(blocks)
         self._look()
-        jacobian, others = self._jacobian, self._covariance.without_roll(self._sizes) + _free(self._jacobian)
+        jacobian = self._jacobian
+        others = self._covariance.without_roll(self._sizes) + COEFFICIENT_SD**2 * jacobian @ jacobian.T
         if self._round in (0, *_RENEWED):
             self._start_roll(others)
         rolled = self._roll(others)
         total = self._covariance.at(self._sizes)
         root = np.linalg.cholesky(np.linalg.inv(coefficient_covariance(total, jacobian)))
         before, residual = self._at, self._residual
-        self._at, self._trajectories = self._stepped(total)
+        self._at, self._trajectories = self._take_step(total)
         length = self._slope_on(before, residual, root)
         still = length is not None and np.hypot(length, rolled) < _STILL
         self._converged = bool(still) and self._round >= _RENEWED[0]
         self._round += 1
 
     def _slope_on(self, before: np.ndarray, residual: np.ndarray, root: np.ndarray) -> float | None:
-        """Slopes after a step from coefficients (5,) with their residual (K,); its length, None to try it again.
+        """Update the Jacobian after a step, and return the step's length; None to try it again.
 
         Args:
-            before, residual: where the step began.
+            before: (5,) coefficients where the step began.
+            residual: (K,) the residual there.
             root: (5, 5) of the information about the coefficients, by which lengths are measured.
         """
         step, sloped = self._at - before, self._sloped
@@ -205,7 +214,10 @@ class _Descent:
         return length
 
     def _look(self, sloped: bool = False) -> None:
-        """Where it is: residual, slopes, the likeliest sizes there; the slopes simulated where `sloped` or unknown."""
+        """Update residual, Jacobian and likeliest sizes at the present point.
+
+        The Jacobian is simulated if `sloped`, or if it is unknown.
+        """
         self._residual = self._residual_with(None)
         if not len(self._jacobian) or (sloped and not self._sloped):
             self._jacobian, self._sloped = jacobian_at(self.model.trials, self._at), True
@@ -216,14 +228,14 @@ class _Descent:
         self.log_density = -deviance - self.model.trials[0].roll.deviance
 
     def _residual_with(self, roll: Roll | None) -> np.ndarray:
-        """(K,) where it is, with another roll of the hull or with its own."""
+        """Return the residual (K,) at the present point, with another roll of the hull or with its own."""
         trials = self.model.trials if roll is None else self.model.rolling(roll).trials
         rows = [trial.features_of(each)[0] for trial, each in zip(trials, self._trajectories, strict=True)]
         return np.asarray(self.model.measured - np.concatenate(rows))
 
     @property
     def mode(self) -> Mode:
-        """Where it is."""
+        """Mode at the present point."""
         end = SearchEnd(self.start, self._at, self.log_density, self._converged, self.forward)
         return Mode(
             self.model,
@@ -238,7 +250,7 @@ class _Descent:
         )
 
     def _start_roll(self, total: np.ndarray) -> None:
-        """Begins with the likeliest roll of a few natural frequencies, in a covariance (K, K) of all else.
+        """Begin with the likeliest roll of a few natural frequencies, in a covariance (K, K) of all else.
 
         Near its natural frequency a roll turns round, so that a wrong one asks for the wrong sign.
         """
@@ -254,7 +266,10 @@ class _Descent:
         self._residual = self._residual_with(None)
 
     def _roll(self, total: np.ndarray) -> float:
-        """Goes on to the likeliest roll, linear, in a covariance (K, K) of all else; the way in standard deviations."""
+        """Step to the likeliest roll, and return the step in standard deviations.
+
+        The step is linear, in a covariance (K, K) of all else.
+        """
         roll, trials = self.model.trials[0].roll, zip(self.model.trials, self._trajectories, strict=True)
         rolls = np.vstack([trial.slopes_of_roll(each) for trial, each in trials])
         factor = cho_factor(total, lower=True)
@@ -266,34 +281,34 @@ class _Descent:
         step = (np.array(there) - np.array(roll)) / ROLL_SD
         return float(np.sqrt(step @ information @ step))
 
-    def _stepped(self, total: np.ndarray) -> tuple[np.ndarray, list[Trajectories]]:
-        """(5,) one step on and what swims there, or the same where nothing that is tried gains.
+    def _take_step(self, total: np.ndarray) -> tuple[np.ndarray, list[Trajectories]]:
+        """Return the coefficients (5,) one step on and what swims there, or the same where nothing that is tried gains.
 
-        A twin that swims forward from rest goes on to.
+        A twin that swims forward from rest keeps doing so.
         """
-        root, white, columns = self._whitened(total)
+        root, white, columns = self._whiten(total)
         step = self._free_step(white, columns)
         for shares in (_SHARES[:1], _SHARES[1:]):
             tried = np.clip(self._at + np.outer(shares, step), *COEFFICIENT_BOUNDS)
             if (there := self._best(tried, root)) is not None:
                 return there
         for reach in _REACHES if self._follows_boundary else ():
-            if (there := self._best(self._drawn(reach, step, white, columns), root)) is not None:
+            if (there := self._best(self._draw_ahead(reach, step, white, columns), root)) is not None:
                 return there
         return self._at, self._trajectories
 
-    def _whitened(self, total: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """(K, K) root of a covariance (K, K), and residual (K,) and slopes (K, 5) whitened by it."""
+    def _whiten(self, total: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return the root (K, K) of a covariance, and the residual (K,) and Jacobian (K, 5) whitened by it."""
         root = np.linalg.cholesky(total)
         return root, *(solve_triangular(root, each, lower=True) for each in (self._residual, self._jacobian))
 
     def _free_step(self, white: np.ndarray, columns: np.ndarray) -> np.ndarray:
-        """(5,) to the least squares within the bounds, linear, of a whitened residual (K,) with slopes (K, 5)."""
+        """Return the least-squares step (5,) within the bounds for a whitened residual (K,) and Jacobian (K, 5)."""
         low, high = COEFFICIENT_BOUNDS
         return np.asarray(lsq_linear(columns, white, bounds=(low - self._at - 1e-9, high - self._at + 1e-9)).x)
 
     def _best(self, tried: np.ndarray, root: np.ndarray) -> tuple[np.ndarray, list[Trajectories]] | None:
-        """Of points (s, 5) that which leaves least, whitened by a root (K, K), and what swims there; None: no gain."""
+        """Return the point (5,) of (s, 5) with the least whitened residual, and what swims there; None if no gain."""
         if not len(tried):
             return None
         told = trajectories_together(self.model.trials, tried)
@@ -310,8 +325,8 @@ class _Descent:
                 return np.asarray(tried[best]), [each.part(np.array([best]), each.time_s.shape[-1]) for each in told]
         return None
 
-    def _drawn(self, reach: float, step: np.ndarray, white: np.ndarray, columns: np.ndarray) -> np.ndarray:
-        """(s, 5) points about part of a step whose twins swim forward from rest, the most promising by slopes first."""
+    def _draw_ahead(self, reach: float, step: np.ndarray, white: np.ndarray, columns: np.ndarray) -> np.ndarray:
+        """Draw points (s, 5) about part of a step whose twins swim forward from rest, the most promising first."""
         random = np.random.default_rng([31, self._round])
         scatter = np.linalg.inv(np.linalg.cholesky(columns.T @ columns + COEFFICIENT_SD**-2.0 * np.eye(5)))
         wide = max(1.0, float(np.linalg.norm(columns @ step)) / np.sqrt(5))
@@ -324,38 +339,33 @@ class _Descent:
 
 
 class _Diverged(Exception):
-    """What a descent meets where the twin diverges."""
+    """Signal that the twin diverged within a descent."""
 
 
 def _is_finite(block: Block) -> bool:
     return all(np.isfinite(part).all() for part in (*block.sensitivities, block.time_step))
 
 
-def _worse(descent: _Descent) -> tuple[bool, float]:
+def _rank(descent: _Descent) -> tuple[bool, float]:
     return not descent.forward, -descent.log_density
 
 
-def _free(jacobian: np.ndarray) -> np.ndarray:
-    """(K, K) what coefficients make that may be anywhere."""
-    return np.asarray(COEFFICIENT_SD**2 * jacobian @ jacobian.T)
-
-
-def _screened(seed: int) -> np.ndarray:
-    """(s, 5) over the box, even in the roots; the published coefficients first."""
+def _screen(seed: int) -> np.ndarray:
+    """Return screening points (s, 5) over the box, even in the roots; the published coefficients first."""
     box = COEFFICIENT_BOUNDS[1] * qmc.Sobol(5, seed=seed).random_base2(int(np.ceil(np.log2(_SCREENED)))) ** 2
     return np.vstack([PUBLISHED_COEFFICIENTS, box[: _SCREENED - 1]])
 
 
-def _promising(
+def _choose_promising(
     model: SessionModel, points: np.ndarray, simulated: np.ndarray, count: int
 ) -> tuple[Sequence[np.ndarray], tuple[Block, ...]]:
     """Return the likeliest of the points (s, 5) by what they simulate (s, K), and the blocks they are ranked with.
 
-    The first look is relative to how fast and wide each beat is. Nuisances are simulated where it finds most; in their
-    covariance all points are ranked by what they leave, those first that swim forward from rest.
+    The first look is relative to how fast and wide each beat is. Nuisances are simulated at the best point so found; in
+    their covariance all points are ranked by their residuals, those first that swim forward from rest.
 
     Raises:
-        SimulationDiverged: at all points.
+        SimulationDiverged: the twin diverged at all points.
     """
     measured = model.measured.reshape(len(model.trials), -1)
     rows = simulated.reshape(len(points), *measured.shape)

@@ -1,4 +1,4 @@
-"""Every trial of a session beside what the model forecasts of it, and beside what simple baselines do."""
+"""Every trial of a session compared with the model's forecast of it, and with simple baselines."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -26,7 +26,11 @@ from fitting.speed import BASELINES, forward_speed
 from fitting.trial import MeasuredTrial
 from tracking import HeadFrame
 
-TWIN, GIVEN, BEATS, REPEAT, CONTINUED = "twin", "given_frequency", "after_two_beats", "repeat", "continued"
+TWIN = "twin"
+GIVEN = "given_frequency"
+BEATS = "after_two_beats"
+REPEAT = "repeat"
+CONTINUED = "continued"
 DRAWN = "posterior"
 _MM = 1000.0
 _FEWEST = 2  # trials that an interval over trials needs
@@ -34,11 +38,11 @@ _FEWEST = 2  # trials that an interval over trials needs
 
 @dataclass(frozen=True)
 class Forecast:
-    """What one model says of one trial.
+    """Forecast of one trial by one model.
 
     Attributes:
         speed: forward, slope over the whole beats that are scored, m/s.
-        speed_ci90: its band, m/s; None where the model has none.
+        speed_ci90: its 90 % band, m/s; None where the model has none.
         marker_error_mm, shape_error_mm: as the public contract defines them; None where it forecasts no markers.
         inside: share of the scored marker coordinates within their 90 % bands.
     """
@@ -74,10 +78,11 @@ class ForecastTrial:
 
 @dataclass(frozen=True)
 class SessionForecast:
-    """All trials of a session.
+    """Forecasts of all trials of a session.
 
     Attributes:
         scatter: by how much beats differ within a trial.
+        trials: the forecasts of each trial, by its name.
     """
 
     scatter: Scatter
@@ -85,14 +90,14 @@ class SessionForecast:
 
     @property
     def held_out(self) -> tuple[ForecastTrial, ...]:
-        """The trials that the coefficients are not fitted to."""
+        """Trials that the coefficients are not fitted to."""
         return tuple(trial for trial in self.trials.values() if trial.role != "fit")
 
     @property
     def compared(self) -> "SessionForecast":
-        """With those held-out trials alone whose speed every model tells that tells any: all means are over the same.
+        """The forecasts with those held-out trials alone for which every model has a speed.
 
-        Elongated body theory tells none where boxes at the tail tip merge.
+        So all means are over the same trials. Elongated body theory has no speed where boxes at the tail tip merge.
         """
         told = {
             name: {model for model, found in trial.forecasts.items() if np.isfinite(found.speed)}
@@ -105,19 +110,24 @@ class SessionForecast:
         )
 
     def mean(self, model: str, quantity: str) -> float:
-        """Mean over held-out trials of a quantity of `Forecast`, or of "speed_error" (absolute, m/s); nan: unknown."""
+        """Return the mean over held-out trials of a quantity of `Forecast`; nan where it is unknown.
+
+        Args:
+            model: name of the model.
+            quantity: a field of `Forecast`, or "speed_error" (absolute, m/s).
+        """
         found = [self._value(trial, model, quantity) for trial in self.held_out]
         return float(np.mean(found)) if found else float("nan")
 
     @property
     def best_baseline(self) -> str:
-        """Of those that need no beat of the trial itself, that with the smallest speed error; "" without any."""
+        """Name of the baseline with the smallest speed error that needs no beat of the trial itself; "" without any."""
         errors = {name: self.mean(name, "speed_error") for name in BASELINES}
         known = {name: error for name, error in errors.items() if np.isfinite(error)}
         return min(known, key=known.__getitem__) if known else ""
 
     def gain(self, model: str, baseline: str) -> "Gain":
-        """By how much a model forecasts held-out speeds better than a baseline."""
+        """Return how much better a model forecasts held-out speeds than a baseline."""
         found = np.array(
             [self._value(t, baseline, "speed_error") - self._value(t, model, "speed_error") for t in self.held_out]
         )
@@ -127,7 +137,7 @@ class SessionForecast:
         return Gain(float(found.mean()), (float(found.mean()) - reach, float(found.mean()) + reach))
 
     def with_models(self, further: Mapping[str, Mapping[str, Forecast]]) -> "SessionForecast":
-        """The same with further forecasts, by trial and model, in front."""
+        """Return the forecasts with further ones, by trial and model, in front."""
         trials = {
             name: replace(trial, forecasts={**further[name], **trial.forecasts}) for name, trial in self.trials.items()
         }
@@ -145,11 +155,11 @@ class SessionForecast:
 
 
 NOTHING_FORECAST = SessionForecast(EVEN, {})
-"""Of a session before its trials are forecast."""
+"""The forecasts of a session before its trials are forecast."""
 
 
 class Gain(NamedTuple):
-    """Mean over trials of how much smaller an absolute speed error is, m/s, with its 90 % interval over trials.
+    """Mean over trials by which an absolute speed error is smaller, m/s, with its 90 % interval over trials.
 
     The interval is Student's; None with fewer than two trials.
     """
@@ -160,29 +170,35 @@ class Gain(NamedTuple):
 
 @threadpool_limits.wrap(limits=1, user_api="blas")  # the matrices are small: threads cost more than they save
 def forecast_session(mode: Mode, trials: Sequence[MeasuredTrial], seed: int = 0) -> SessionForecast:
-    """What the model says of its own trials and forecasts of all others."""
+    """Return the model's forecasts of its own trials and of all others.
+
+    Args:
+        mode: the fit.
+        trials: all trials of the session.
+        seed: seed of the bands.
+    """
     scatter = scatter_of(mode)
-    found = {block.model.trial.name: _fitted(mode, number, seed) for number, block in enumerate(mode.blocks)}
+    found = {block.model.trial.name: _forecast_fitted(mode, number, seed) for number, block in enumerate(mode.blocks)}
     for trial in trials:
         if trial.role != "fit":
-            found[trial.name] = _held_out(mode, trial, scatter, seed)
+            found[trial.name] = _forecast_held_out(mode, trial, scatter, seed)
     return SessionForecast(scatter, {trial.name: found[trial.name] for trial in trials})
 
 
-def _fitted(mode: Mode, number: int, seed: int) -> ForecastTrial:
+def _forecast_fitted(mode: Mode, number: int, seed: int) -> ForecastTrial:
     trial = mode.blocks[number].model.trial
     return ForecastTrial(
         trial.role, trial.frequency.hz, trial.speed, {REPEAT: scored(trial, repeated(mode, number), seed)}
     )
 
 
-def _held_out(mode: Mode, trial: MeasuredTrial, scatter: Scatter, seed: int) -> ForecastTrial:
+def _forecast_held_out(mode: Mode, trial: MeasuredTrial, scatter: Scatter, seed: int) -> ForecastTrial:
     windows, fitted = Windows.of(mode, trial), [block.model.trial for block in mode.blocks]
     late = NewWindow.of(mode, windows.late, scatter)
     found = {GIVEN: scored(trial, forecast_of(mode, late), seed)}
     if windows.early is not None:
         found[BEATS] = scored(trial, forecast_of(mode, late, windows.early), seed)
-        goes_on = _distances(trial, trial.seen_head(tracks_of(windows.early.measured[None], windows.late)[0]))
+        goes_on = _score_distances(trial, trial.seen_head(tracks_of(windows.early.measured[None], windows.late)[0]))
         shown = windows.early.reader.read | ~windows.late.reader.read
         found[CONTINUED] = goes_on if shown.all() else Forecast(goes_on.speed)
     at = trial.start_frequency.hz
@@ -190,14 +206,20 @@ def _held_out(mode: Mode, trial: MeasuredTrial, scatter: Scatter, seed: int) -> 
 
 
 def simple_rules(fitted: Sequence[MeasuredTrial], hz: float) -> dict[str, Forecast]:
-    """The baselines in frequency through fitted trials, of a trial at `hz`."""
+    """Return the baselines in frequency through fitted trials, for a trial at `hz`."""
     known = [trial.frequency.hz for trial in fitted], [trial.speed for trial in fitted]
     return {name: Forecast(baseline(*known, [hz])[0]) for name, baseline in BASELINES.items()}
 
 
 def scored(trial: MeasuredTrial, forecast: FeatureForecast, seed: int) -> Forecast:
-    """How a trial lies within a forecast of it."""
-    plain = _distances(trial, forecast.head)
+    """Score a trial within a forecast of it.
+
+    Args:
+        trial: the trial.
+        forecast: the forecast.
+        seed: seed of the bands.
+    """
+    plain = _score_distances(trial, forecast.head)
     reach = NORMAL_90 * forecast.speed_sd
     return Forecast(
         plain.speed,
@@ -208,7 +230,7 @@ def scored(trial: MeasuredTrial, forecast: FeatureForecast, seed: int) -> Foreca
     )
 
 
-def _distances(trial: MeasuredTrial, head: HeadFrame) -> Forecast:
+def _score_distances(trial: MeasuredTrial, head: HeadFrame) -> Forecast:
     scores = score(trial, head)
     speed = float(forward_speed(trial.time_s, head, trial.kept, trial.frequency.hz))
     return Forecast(speed, None, _MM * scores.marker_error_m, _MM * scores.shape_error_m)

@@ -1,4 +1,4 @@
-"""All trials of a session at once: their features in one row, and the covariance of what is known to disturb them."""
+"""All trials of a session at once: their features in one row, and the covariance of the known disturbances."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -18,7 +18,7 @@ from fitting.structure import ParameterUncertainty, assumed, perturbed_twins, un
 from fitting.trial import MeasuredTrial
 from swimmer import Twin
 
-START_PHASE_RAD = 1.0  # of the crank in simulations; features are put in step afterwards
+START_PHASE_RAD = 1.0  # crank phase of simulations; features are put in step afterwards
 
 
 class PlacementUncertainty(NamedTuple):
@@ -29,14 +29,14 @@ class PlacementUncertainty(NamedTuple):
 
 
 class NuisanceModel(NamedTuple):
-    """Of features of length k: noise, and columns by which a standard deviation of each nuisance moves them.
+    """Nuisance model of features of length k: noise, and columns by which each nuisance moves them.
 
     Attributes:
         noise: (k, k) covariance.
         own: (k, p) of the nuisances that each trial has to itself, but boxes.
         per_box: (k, b) of boxes 1 m off their markers.
         per_marker: (k, 2 m) of markers 1 m off their places on the body, the same in all trials.
-        robot: (k, q) of what is doubted of it, the same in all trials.
+        robot: (k, q) of the robot's uncertain numbers, the same in all trials.
     """
 
     noise: np.ndarray
@@ -52,20 +52,21 @@ class NuisanceModel(NamedTuple):
 
     @property
     def fixed(self) -> np.ndarray:
-        """(k, k) covariance of noise and of all nuisances but boxes and markers."""
+        """Covariance (k, k) of noise and of all nuisances but boxes and markers."""
         return np.asarray(self.noise + self.own @ self.own.T + self.robot @ self.robot.T)
 
     def of(self, off: "PlacementUncertainty") -> np.ndarray:
-        """(k, k) with boxes and markers that far off."""
+        """Return the covariance (k, k) with boxes and markers that far off."""
         boxes, markers = off.box_m * self.per_box, off.marker_m * self.per_marker
         return np.asarray(self.fixed + boxes @ boxes.T + markers @ markers.T)
 
 
 @dataclass(frozen=True, eq=False)
 class SessionModel:
-    """The trials a posterior rests on; features of all of them stand in one row of length k.
+    """The trials that a posterior rests on; the features of all of them form one row of length k.
 
     Attributes:
+        trials: the trials.
         rings: free decays of the same robot, of which a diagnosis reads more numbers.
     """
 
@@ -80,13 +81,20 @@ class SessionModel:
         doubts: Sequence[ParameterUncertainty] | None = None,
         with_course: bool = False,
     ) -> "SessionModel":
-        """Of measured trials, with what is doubted of the robot; by default, that nobody measured it."""
+        """Build the model of measured trials.
+
+        Args:
+            twin: the twin.
+            trials: the trials.
+            doubts: uncertain numbers of the robot; by default all, as if nobody measured it.
+            with_course: whether features hold the course.
+        """
         doubts = uncertainties_of(assumed(twin.robot).sources) if doubts is None else doubts
         doubted = perturbed_twins(twin, doubts)
         return cls(tuple(TrialModel(twin, trial, START_PHASE_RAD, doubted, with_course) for trial in trials))
 
     def rolling(self, roll: Roll) -> "SessionModel":
-        """The same with another roll of the hull."""
+        """Return the same with another roll of the hull."""
         return replace(self, trials=tuple(trial.rolling(roll) for trial in self.trials))
 
     @property
@@ -97,33 +105,33 @@ class SessionModel:
 
     @property
     def frequencies(self) -> int:
-        """How many of them these trials tell: of each trial that of its tail, and of the logged ones the motor's."""
+        """Number of frequencies in the row: that of each trial's tail, and of the logged ones the motor's."""
         return len(self.trials) + len(self.logged)
 
     @property
     def beside(self) -> int:
-        """How many numbers a diagnosis reads after the features: frequencies, then `Ring.residual` of each decay."""
+        """Number of entries after the features that a diagnosis reads: frequencies, then `Ring.residual` by decay."""
         return self.frequencies + self.of_rings
 
     @property
     def of_rings(self) -> int:
-        """How many of them decays tell."""
+        """Number of those that free decays give."""
         return RING_NUMBERS * len(self.rings)
 
     @property
     def places_of_rings(self) -> slice:
-        """Where a row holds these: at its end."""
+        """Place of those that free decays give in a row: at its end."""
         end = len(self.measured) + self.beside
         return slice(end - self.of_rings, end)
 
     @cached_property
     def ring_residuals(self) -> np.ndarray:
-        """(r,) of the decays, as fitted less as described: no coefficient matters in air."""
+        """Residuals (r,) of the decays, as fitted less as described: no coefficient matters in air."""
         return np.concatenate([np.zeros(0), *(ring.residual for ring in self.rings)])
 
     @cached_property
     def ring_sensitivities(self) -> np.ndarray:
-        """(r, q) of the decays what is doubted of the robot, by its standard deviations, as of the features."""
+        """Sensitivities (r, q) of the decays to the robot's uncertain numbers, by their standard deviations."""
         if not self.rings:
             return np.zeros((0, len(self.trials[0].doubted)))
         measured = [
@@ -134,39 +142,39 @@ class SessionModel:
 
     @property
     def rings_sd(self) -> np.ndarray:
-        """(r,) of the decays by tracking noise."""
+        """Standard deviations (r,) of the decays by tracking noise."""
         return np.concatenate([np.zeros(0), *(ring.sd for ring in self.rings)])
 
     @cached_property
     def phase_rad(self) -> np.ndarray:
-        """(t,) of the beat of each tail at time 0, see `beat_phase`: what is alike in trials is so at one phase."""
+        """Phase of the beat of each tail at time 0, (t,), see `beat_phase`: what trials share is so at one phase."""
         return np.array([float(beat_phase(model.measured, list(model.trial.tail))) for model in self.trials])
 
     @cached_property
     def measured(self) -> np.ndarray:
-        """(k,) the measured row."""
+        """The measured row, (k,)."""
         return np.concatenate([model.measured for model in self.trials])
 
     @property
     def observed(self) -> np.ndarray:
-        """(k,) numbers of the row that its tracks tell; the others are 0, measured and simulated."""
+        """Whether the tracks tell each number of the row, (k,); the others are 0, measured and simulated."""
         return np.concatenate([model.reader.observed for model in self.trials])
 
     @cached_property
     def noise(self) -> np.ndarray:
-        """(k, k) covariance of the tracking noise."""
+        """Covariance (k, k) of the tracking noise."""
         return block_diag(*[model.noise_covariance for model in self.trials])
 
     def simulated(self, coefficients: np.ndarray) -> np.ndarray:
-        """(s, k) rows of coefficients (s, 5); nan where the twin diverged."""
+        """Return the rows (s, k) at coefficients (s, 5); nan where the twin diverged."""
         return np.hstack(simulated_together(self.trials, coefficients))
 
     def swim_forward(self, coefficients: np.ndarray) -> np.ndarray:
-        """(s,) whether the twins of coefficients (s, 5) swim forward from rest."""
+        """Tell whether the twins of coefficients (s, 5) swim forward from rest, (s,)."""
         return swims_forward(self.trials[0].twin, coefficients, tuple(each.trial for each in self.trials))
 
     def disturbances(self, coefficients: np.ndarray, noise: np.ndarray | None = None) -> NuisanceModel:
-        """What noise and nuisances do at coefficients (5,); noise (k, k) by default as the tracks show it."""
+        """Return the nuisance model at coefficients (5,); the noise (k, k) is by default that of the tracks."""
         sensitivities = sensitivities_together(self.trials, coefficients)
         own = block_diag(*[each.own for each in sensitivities])
         boxes = block_diag(*[each.boxes for each in sensitivities])

@@ -1,6 +1,6 @@
-"""The features of one trial as a function of the coefficients, and what else may have moved it.
+"""The features of one trial as a function of the coefficients, and the nuisances that may have moved them.
 
-Of several trials it is faster to ask for all at once than for one after the other: the cores share their simulations.
+For several trials it is faster to ask for all at once than for one after the other: the cores share their simulations.
 """
 
 from collections.abc import Sequence
@@ -20,24 +20,28 @@ from swimmer.kinematics import MarkerKinematics
 from swimmer.twin import simulate_together
 
 _OF_TRACKS = ("reader", "measured", "noise", "noise_covariance")
-START_SD = (0.01, 0.02, 0.2)  # of the head's velocity at time 0: along, across (m/s), yaw (rad/s)
-PHASE_SD_RAD = 0.5  # of the crank's phase beside the one that puts the tail in step
-PLACE_SD_M = 0.05  # of the whole fish beside its smooth path
-LEAST_FREQUENCY_SE = 1e-4  # relative
-_THROWN = 10.0  # m, m/s and rad/s, beyond which no fish beats or swims
-_SHIFT_M, _START_STEP, _FREQUENCY_STEP = 1e-3, (0.01, 0.01, 0.1), 0.005
+START_SD = (0.01, 0.02, 0.2)  # sd of the head's velocity at time 0: along, across (m/s), yaw (rad/s)
+PHASE_SD_RAD = 0.5  # sd of the crank's phase about the one that puts the tail in step
+PLACE_SD_M = 0.05  # sd of the whole fish about its smooth path
+LEAST_FREQUENCY_SE = 1e-4  # least relative standard error of a frequency
+_THROWN = 10.0  # m, m/s and rad/s; no fish beats or swims beyond these
+# Finite differences: of markers, of the velocity at time 0 (m/s, m/s, rad/s) and of the frequency (relative).
+_SHIFT_M = 1e-3
+_START_STEP = (0.01, 0.01, 0.1)
+_FREQUENCY_STEP = 0.005
 
 
 @dataclass(frozen=True, eq=False)
 class TrialModel:
-    """One trial beside the twin, both as features of length k.
+    """One trial and the twin, both as features of length k.
 
     Attributes:
-        twin: with the trial's markers.
+        twin: the twin, with the trial's markers.
+        trial: the trial.
         phase_rad: crank phase that simulations start from; they are then put in step.
         doubted: twins of robots that differ as the robot may.
         with_course: whether features hold how straight the fish goes.
-        roll: of the hull, with which simulated markers swing.
+        roll: roll of the hull, with which simulated markers swing.
     """
 
     twin: Twin
@@ -48,47 +52,53 @@ class TrialModel:
     roll: Roll = NO_ROLL
 
     def rolling(self, roll: Roll) -> "TrialModel":
-        """The same with another roll; what is known of the measured tracks is not computed anew."""
+        """Return the same with another roll; what is known of the measured tracks is not computed anew."""
         found = replace(self, roll=roll)
         found.__dict__.update({name: self.__dict__[name] for name in _OF_TRACKS if name in self.__dict__})
         return found
 
     @cached_property
     def reader(self) -> FeatureReader:
-        """The reader."""
+        """Reader of the trial's features."""
         return FeatureReader.of(self.trial, self.with_course)
 
     @cached_property
     def measured(self) -> np.ndarray:
-        """(k,) the measured features."""
-        return self.reader(self._kept(self.trial.position_m))
+        """The measured features, (k,)."""
+        return self.reader(self._keep(self.trial.position_m))
 
     @cached_property
     def noise(self) -> FeatureNoise:
-        """Of the tracks."""
-        return noise_of(self.reader, self._kept(self.trial.position_m))
+        """Noise of the tracks."""
+        return noise_of(self.reader, self._keep(self.trial.position_m))
 
     @cached_property
     def noise_covariance(self) -> np.ndarray:
-        """(k, k) of the measured features."""
+        """Covariance (k, k) of the measured features."""
         return self.noise.covariance(self.reader)
 
     @property
     def places_of_head(self) -> np.ndarray:
-        """(4,) columns of `Sensitivities.boxes` and `markers` that are those of nose and neck."""
+        """Columns of `Sensitivities.boxes` and `markers` that belong to nose and neck, (4,)."""
         return np.ravel([[2 * marker, 2 * marker + 1] for marker in (self.reader.nose, self.reader.neck)])
 
     def simulated(self, coefficients: np.ndarray) -> np.ndarray:
-        """(s, k) features of coefficients (s, 5), in step with the measured tail; nan where the twin diverged."""
+        """Return the features (s, k) at coefficients (s, 5), in step with the measured tail.
+
+        They are nan where the twin diverged.
+        """
         return simulated_together((self,), coefficients)[0]
 
     def of_sure_robot(self, coefficients: np.ndarray) -> "Sensitivities":
-        """By how much the features move with each nuisance at coefficients (5,), of a robot that nobody doubts."""
+        """Return the sensitivities of the features to each nuisance at coefficients (5,).
+
+        The robot has no uncertain numbers here.
+        """
         trajectories = self.trajectories(coefficients[None])
-        marker_m = self._kept(self._marker_m(trajectories)[0])  # (n, m, 2)
+        marker_m = self._keep(self._marker_m(trajectories)[0])  # (n, m, 2)
         features = self.in_step(self.reader(marker_m))
         kinematics = MarkerKinematics(self.twin.robot, self.trial.markers)
-        body = self._kept(kinematics.axes(trajectories.head[0], trajectories.hinges_rad[0]))  # (n, m, 2, 2)
+        body = self._keep(kinematics.axes(trajectories.head[0], trajectories.hinges_rad[0]))  # (n, m, 2, 2)
         pool = np.broadcast_to(np.eye(2), body.shape)
         own = [
             *self._of_start(coefficients, features),
@@ -107,7 +117,7 @@ class TrialModel:
         )
 
     def _of_start(self, coefficients: np.ndarray, features: np.ndarray) -> np.ndarray:
-        """(4, k) of the velocity at time 0, and of the frequency, about features (k,)."""
+        """Return the effect (4, k) of the velocity at time 0 and of the frequency, about features (k,)."""
         frequency = self.trial.frequency
         relative = max(frequency.se_hz / frequency.hz, LEAST_FREQUENCY_SE) if np.isfinite(frequency.se_hz) else 0.01
         step = np.array([*_START_STEP, _FREQUENCY_STEP])
@@ -115,13 +125,13 @@ class TrialModel:
         positions = self.positions(np.tile(coefficients, (len(steps), 1)), 1 + steps[:, 3], steps[:, :3])
         up, down = np.split(self.in_step(self.reader(positions)), 2)
         moved = (np.array([*START_SD, relative]) / (2 * step))[:, None] * difference(up, down, features)
-        # next to a second steady state slopes are steep, but the start moves the mean speed by no more than it is off
+        # Near a second steady state slopes are steep, but the start moves the mean speed by no more than its own error.
         of_velocity = moved[: len(START_SD)]
         of_velocity *= min(1.0, START_SD[0] / max(float(np.linalg.norm(of_velocity[:, SPEED])), 1e-12))
         return moved
 
     def _of_shifts(self, marker_m: np.ndarray, axes: np.ndarray, features: np.ndarray) -> list[np.ndarray]:
-        """The slope with each marker's shift along each of its axes (n, m, 2, 2), 1/m.
+        """Return the derivative of the features by each marker's shift along each of its axes (n, m, 2, 2), 1/m.
 
         The tracks are scaled by the distance between nose and neck, so a shift of either scales all.
         """
@@ -136,34 +146,52 @@ class TrialModel:
         return slopes
 
     def slopes_of_roll(self, motion: Trajectories) -> np.ndarray:
-        """(k, 2) the change of the features with one prior standard deviation of each number of the roll."""
+        """Return the change (k, 2) of the features with one prior standard deviation of each number of the roll."""
         either = [[self.roll.shifted(number, sign) for sign in (1, -1)] for number in range(len(self.roll))]
         rows = [[self.rolling(roll).features_of(motion)[0] for roll in pair] for pair in either]
         return np.column_stack([(up - down) / (2 * ROLL_STEP) for up, down in rows])
 
     def in_step(self, features: np.ndarray) -> np.ndarray:
-        """(..., k) features with their tails in step with the measured one."""
+        """Return features (..., k) with their tails in step with the measured one."""
         return advanced(features, phase_between(features, self.measured, list(self.trial.tail)))
 
     def positions(
         self, coefficients: np.ndarray, faster: np.ndarray | None = None, shift: np.ndarray | None = None
     ) -> np.ndarray:
-        """(s, n, m, 2) markers of the twin in the kept frames, in its own frame, m; arguments as of `trajectories`."""
-        return self._kept(self._marker_m(self.trajectories(coefficients, faster, shift)))
+        """Simulate the markers (s, n, m, 2) of the twin in the kept frames, in its own frame, m.
+
+        Args:
+            coefficients: (s, 5).
+            faster: (s,) factors on the frequency of the crank.
+            shift: (s, 3) shifts of the velocity at time 0.
+        """
+        return self._keep(self._marker_m(self.trajectories(coefficients, faster, shift)))
 
     def trajectories(
         self, coefficients: np.ndarray, faster: np.ndarray | None = None, shift: np.ndarray | None = None
     ) -> Trajectories:
-        """Of coefficients (s, 5), with cranks faster by (s,) and a velocity at time 0 shifted by (s, 3)."""
+        """Simulate the trial.
+
+        Args:
+            coefficients: (s, 5).
+            faster: (s,) factors on the frequency of the crank.
+            shift: (s, 3) shifts of the velocity at time 0.
+        """
         return self.twin.simulate(self.runs(coefficients, faster, shift), self.time_s, allow_divergence=True)
 
     @property
     def time_s(self) -> np.ndarray:
-        """(n,) of the frames up to the last that is kept."""
+        """Times (n,) of the frames up to the last that is kept."""
         return self.trial.time_s[: int(np.flatnonzero(self.trial.kept)[-1]) + 1]
 
     def runs(self, coefficients: np.ndarray, faster: np.ndarray | None = None, shift: np.ndarray | None = None) -> Runs:
-        """What `trajectories` simulates."""
+        """Return the runs that `trajectories` simulates.
+
+        Args:
+            coefficients: (s, 5).
+            faster: (s,) factors on the frequency of the crank.
+            shift: (s, 3) shifts of the velocity at time 0.
+        """
         count, trial, turn = len(coefficients), self.trial, self.trial.turn
         faster = np.ones(count) if faster is None else faster
         turned = {} if turn is None else {by: turn.shifted(0.0, by) for by in set(map(float, faster))}
@@ -176,36 +204,36 @@ class TrialModel:
         )
 
     def features_of(self, motion: Trajectories) -> np.ndarray:
-        """(s, k) of trajectories up to the last frame that is kept, in step with the measured tail.
+        """Return the features (s, k) of trajectories up to the last frame that is kept, in step with the measured tail.
 
         Features of a twin that is thrown about, as before it diverges, are nan as well.
         """
-        found = self.in_step(self.reader(self._kept(self._marker_m(motion))))
+        found = self.in_step(self.reader(self._keep(self._marker_m(motion))))
         with np.errstate(invalid="ignore"):
             stands = (np.abs(found) < _THROWN).all(axis=-1, keepdims=True)
         return np.where(stands, found, np.nan)
 
     def _marker_m(self, motion: Trajectories) -> np.ndarray:
-        """(s, n, m, 2) with the roll, m."""
+        """Return the markers (s, n, m, 2) with the roll, m."""
         return self.roll.seen(motion, self.twin.robot, self.trial.markers)
 
-    def _kept(self, series: np.ndarray) -> np.ndarray:
-        """The kept frames of positions (n, m, 2) or (s, n, m, 2), or of axes (n, m, 2, 2)."""
+    def _keep(self, series: np.ndarray) -> np.ndarray:
+        """Return the kept frames of positions (n, m, 2) or (s, n, m, 2), or of axes (n, m, 2, 2)."""
         axis = 1 if series.ndim == 4 and series.shape[-2:] != (2, 2) else 0
         return np.compress(self.trial.kept[: series.shape[axis]], series, axis=axis)
 
 
 class Sensitivities(NamedTuple):
-    """(k, q) columns: what nuisances do to features.
+    """Sensitivities of features to nuisances, as columns (k, q).
 
-    Of the trial: velocity at time 0, frequency, phase, and where the fish is; and, by the metre, where each box sits
-    on its marker (with the scale and the heading that go with the boxes of nose and neck). Of the session: by the
-    metre, where each marker sits on the body; and what is doubted of the robot.
+    Nuisances of the trial: velocity at time 0, frequency, phase, and where the fish is; and, by the metre, where each
+    box sits on its marker (with the scale and the heading that go with the boxes of nose and neck). Nuisances of the
+    session: by the metre, where each marker sits on the body; and the robot's uncertain numbers.
 
     Attributes:
         own: those of the trial, by their standard deviations.
         boxes, markers: boxes 1 m off their markers, and markers 1 m off their places on the body.
-        robot: what is doubted of it, by its standard deviations.
+        robot: the robot's uncertain numbers, by their standard deviations.
         rolls: the two numbers of the hull's roll, by their standard deviations.
     """
 
@@ -217,19 +245,19 @@ class Sensitivities(NamedTuple):
 
 
 def simulated_together(models: Sequence[TrialModel], coefficients: np.ndarray) -> list[np.ndarray]:
-    """(s, k) each, `TrialModel.simulated` of several trials, those beside the same twin at once."""
+    """Return `TrialModel.simulated` (s, k) of each of several trials; those with the same twin run at once."""
     motion = trajectories_together(models, coefficients)
     return [model.features_of(each) for model, each in zip(models, motion, strict=True)]
 
 
 def trajectories_together(models: Sequence[TrialModel], coefficients: np.ndarray) -> list[Trajectories]:
-    """`TrialModel.trajectories` of several trials, those beside the same twin at once."""
+    """Return `TrialModel.trajectories` of several trials; those with the same twin run at once."""
     runs, times = [model.runs(coefficients) for model in models], [model.time_s for model in models]
     return simulate_together([model.twin for model in models], runs, times)
 
 
 def sensitivities_together(models: Sequence[TrialModel], coefficients: np.ndarray) -> list[Sensitivities]:
-    """By how much features of several trials, whose robots are doubted in the same ways, move with each nuisance."""
+    """Return the sensitivities of several trials, whose robots have the same uncertain numbers, to each nuisance."""
     at = coefficients[None]
     columns: list[list[tuple[float, np.ndarray, np.ndarray]]] = [[] for _ in models]
     for doubts in zip(*(model.doubted for model in models), strict=True):
@@ -252,7 +280,12 @@ def sensitivities_together(models: Sequence[TrialModel], coefficients: np.ndarra
 def difference(up: np.ndarray, down: np.ndarray, middle: np.ndarray) -> np.ndarray:
     """Return features (..., k) one step up less those one step down.
 
-    Where the twin diverged on one side it is twice the difference to the middle (k,), where on both sides 0.
+    Where the twin diverged on one side it is twice the difference to the middle, where on both sides 0.
+
+    Args:
+        up: (..., k) one step up.
+        down: (..., k) one step down.
+        middle: (k,) without a step.
     """
     up, down = (np.where(np.isfinite(each).all(axis=-1, keepdims=True), each, np.nan) for each in (up, down))
     up, down = np.where(np.isnan(up), 2 * middle - down, up), np.where(np.isnan(down), 2 * middle - up, down)
@@ -260,13 +293,13 @@ def difference(up: np.ndarray, down: np.ndarray, middle: np.ndarray) -> np.ndarr
 
 
 def slope_of_phase(features: np.ndarray) -> np.ndarray:
-    """(..., k) by how much features (..., k) change with the phase of the crank, 1/rad."""
+    """Return the derivative of features (..., k) by the phase of the crank, 1/rad."""
     step = 1e-4
     return (advanced(features, step) - advanced(features, -step)) / (2 * step)
 
 
 def _of_place(length: int) -> list[np.ndarray]:
-    """The mean of all markers, along and across."""
+    """Return the columns that move the mean of all markers, along and across."""
     columns = []
     for axis in range(2):
         column = np.zeros(length)

@@ -1,7 +1,7 @@
-"""The covariance of a session's features: variance components with priors, found by restricted maximum likelihood.
+"""Covariance of a session's features: variance components with priors, found by restricted maximum likelihood.
 
-What a component of unit size does to the features of all trials is a matrix; the covariance is their sum, each times
-the square of its standard deviation (a linear mixed model; Patterson and Thompson 1971; Pinheiro and Bates 2000).
+The effect of a component of unit size on the features of all trials is a matrix; the covariance is their sum, each
+times the square of its standard deviation (a linear mixed model; Patterson and Thompson 1971; Pinheiro and Bates 2000).
 Lognormal priors let two trials suffice: where these say nothing of a component, it keeps its prior median.
 """
 
@@ -26,33 +26,37 @@ from fitting.model.features import (
 )
 from fitting.model.trial_model import Sensitivities, TrialModel
 
-_LENGTH_M = 0.12  # over which discrepancies along the body are alike
+_LENGTH_M = 0.12  # length scale of discrepancies along the body
 _OF_ITS_OWN = 0.2  # share of a discrepancy's variance that each marker has to itself
 _OF_HARMONIC = 0.5  # discrepancy of each harmonic over that of the one before
 LN_LENGTH = 0.7
-"""Of the logarithm of frequency, over which the common discrepancy of the wave is alike: a factor of two."""
-COEFFICIENT_SD = 2.9  # of a coefficient uniform over [0, 10]: it is integrated out of the restricted likelihood
-_HEAD_MARKER_M, _HEAD_BOX_M = 0.0015, 0.002
-"""How far nose and neck are off their places on the body, and their boxes off them in a trial: they define the scale,
-and a ruler lays them out."""
-_SLOPE = 3.0  # of the line: a tenth off in the middle goes with a power of frequency that is off by a third
+"""Length scale of the common discrepancy of the wave in the logarithm of frequency: a factor of two."""
+COEFFICIENT_SD = 2.9  # of a uniform coefficient over [0, 10], integrated out of the restricted likelihood
+# Nose and neck define the scale, and a ruler lays them out.
+_HEAD_MARKER_M = 0.0015
+"""Standard deviation of nose and neck from their places on the body."""
+_HEAD_BOX_M = 0.002
+"""Standard deviation of their boxes from them in a trial."""
+_SLOPE = 3.0  # slope of the line: an error of a tenth in the middle goes with one of a third in the exponent
 _ITERATIONS = 60
 _FARTHEST = 5.0
 """Prior standard deviations from its median that a component may be: a first step that is far too long otherwise makes
 one of them so large that rounding alone makes the sum indefinite."""
 FORECAST_SPEED = 0.10
-"""Of `speed_common` in forecasts, which must not rest on the wish that the twin swims as fast (a cut; Liu, Bayarri and
+"""Size of `speed_common` in forecasts, which must not assume that the twin swims as fast (a cut; Liu, Bayarri and
 Berger 2009). Its line then allows for a power of a third, as laminar and turbulent drag differ (Gazzola et al. 2014).
 """
 
 
 class Component(NamedTuple):
-    """Prior of one standard deviation.
+    """Variance component with the prior of its standard deviation.
 
     Attributes:
+        name: name of the component.
         level: whether each trial has a draw of its own, or all share one.
-        unit: of the standard deviation; "1" for a share.
-        median, ln_sd: of the lognormal prior.
+        unit: unit of the standard deviation; "1" for a share.
+        median, ln_sd: parameters of the lognormal prior.
+        meaning: what varies, in words.
     """
 
     name: str
@@ -79,13 +83,13 @@ COMPONENTS = (
 
 
 class Block(NamedTuple):
-    """The features of one window of a trial, k numbers.
+    """Features of one window of a trial, k numbers.
 
     Attributes:
-        model: the window beside the twin; its features hold the course.
-        sensitivities: what its nuisances do, by their standard deviations.
+        model: the window with the twin; its features hold the course.
+        sensitivities: sensitivities to its nuisances, by their standard deviations.
         noise: (k, k) of the tracks.
-        time_step: (k,) what simulated features lack that a vanishing time step would show.
+        time_step: (k,) what simulated features lack against a vanishing time step.
         trial: number of its trial: windows of one trial share all that is the trial's own.
         features: (k,) that nuisances and discrepancies refer to: measured of a fitted trial, simulated of a new one, so
             that nothing of what is scored enters a forecast.
@@ -101,14 +105,14 @@ class Block(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Covariance:
-    """Of the features (K,) of some blocks, all in one row.
+    """Covariance of the features of several windows, stacked into one row of length K.
 
     A number that is not observed is 0 in measured and simulated features. Here it has a variance of its own and nothing
     in common with any other, so that all that is made from this covariance is as if its row were not there.
 
     Attributes:
         known: (K, K) of tracking noise, and of nuisances whose size is known.
-        rolls: (K, 2) what the hull's roll does, by the standard deviations of its two numbers.
+        rolls: (K, 2) effect of the hull's roll, by the standard deviations of its two numbers.
         units: by the component's name, (K, K) of unit size.
     """
 
@@ -118,13 +122,18 @@ class Covariance:
 
     @classmethod
     def of(cls, blocks: Sequence[Block], fitted: Sequence[Block] | None = None) -> "Covariance":
-        """From what each block does; the line of the speed has its centre in the fitted ones, by default all."""
+        """Build the covariance from the sensitivities of each window.
+
+        Args:
+            blocks: the windows to stack.
+            fitted: windows whose mean frequency centres the line of the speed's discrepancy; by default all.
+        """
         whose = np.array([block.trial for block in blocks])
         length = len(blocks[0].features)
         same = np.kron(np.equal.outer(whose, whose), np.ones((length, length)))
 
         def own(columns: Sequence[np.ndarray]) -> np.ndarray:
-            """Draws of each trial's own, the same in all of its windows."""
+            """Return the covariance of a draw of each trial's own, the same in all of its windows."""
             stacked = np.vstack(columns)
             return (stacked @ stacked.T) * same
 
@@ -140,7 +149,7 @@ class Covariance:
         count = len(blocks)
         units = {
             "box_placement": own([np.delete(each.boxes, head, axis=1) for each in sensitivities]),
-            "head_registration": own([_turned(block.features)[:, None] for block in blocks]),
+            "head_registration": own([_turn_slope(block.features)[:, None] for block in blocks]),
             "sideways_drift": own([of_course[0]] * count),
             "turning": own([of_course[1]] * count),
             "marker_drift": own([of_course[2]] * count),
@@ -163,21 +172,21 @@ class Covariance:
 
     @property
     def fixed(self) -> np.ndarray:
-        """(K, K) of all but the components: noise, nuisances of known size, and the roll."""
+        """Covariance (K, K) of all but the components: noise, nuisances of known size, and the roll."""
         return self.known + self.rolls @ self.rolls.T
 
     def without_roll(self, sizes: Mapping[str, float]) -> np.ndarray:
-        """(K, K) with components of these standard deviations, without the roll."""
+        """Return the covariance (K, K) with components of these standard deviations, without the roll."""
         return self.known + np.asarray(sum(sizes[name] ** 2 * unit for name, unit in self.units.items()))
 
     def at(self, sizes: Mapping[str, float]) -> np.ndarray:
-        """(K, K) with components of these standard deviations."""
+        """Return the covariance (K, K) with components of these standard deviations."""
         return self.without_roll(sizes) + self.rolls @ self.rolls.T
 
     def restricted(
         self, residual: np.ndarray, jacobian: np.ndarray, start: Mapping[str, float]
     ) -> tuple[dict[str, float], float]:
-        """The likeliest standard deviations, coefficients integrated out, and -ln of their posterior density there.
+        """Return the likeliest standard deviations, and -ln of their posterior density, coefficients integrated out.
 
         Args:
             residual: (K,) measured less simulated features.
@@ -208,18 +217,24 @@ class Covariance:
 
 
 def apart(covariance: np.ndarray, observed: np.ndarray, variance: float = 1e-6) -> np.ndarray:
-    """Return a covariance (k, k) in which what is not observed (k,) has this variance and no correlation."""
+    """Return a covariance (k, k) in which unobserved numbers have no correlation.
+
+    Args:
+        covariance: (k, k).
+        observed: (k,) whether each number is observed.
+        variance: variance of the unobserved ones.
+    """
     return np.where(np.outer(observed, observed), covariance, np.diag(np.where(observed, 0.0, variance)))
 
 
 _LN_MEDIAN = np.log([component.median for component in COMPONENTS])
 _LN_SD = np.array([component.ln_sd for component in COMPONENTS])
 MEDIANS: Mapping[str, float] = {component.name: component.median for component in COMPONENTS}
-"""Standard deviations as believed before any trial."""
+"""Prior medians of the standard deviations."""
 
 
 def _course_places(length: int) -> tuple[Sequence[int], ...]:
-    """Where features of k numbers hold the sideways speed, the turning, and how markers drift."""
+    """Return the places of the sideways speed, the turning, and the markers' drift in features of k numbers."""
     slides = places_of_slides(length)
     sideways = length - len(COURSE)
     return [sideways], [sideways + 1], list(range(slides.start, slides.stop))
@@ -229,8 +244,11 @@ def _unit_columns(length: int, places: Sequence[int]) -> np.ndarray:
     return np.eye(length)[:, list(places)]
 
 
-def _turned(features: np.ndarray) -> np.ndarray:
-    """(k,) by how much features change with a turn of the head frame, 1/rad: every marker's place and the course."""
+def _turn_slope(features: np.ndarray) -> np.ndarray:
+    """Return the derivative (k,) of features by a turn of the head frame, 1/rad.
+
+    It moves every marker's place and the course.
+    """
     found = np.zeros(len(features))
     along, across = np.moveaxis(of_markers(features), 1, 0)  # (m, 7) each
     found[places_of_markers(len(features))] = np.stack([-across, along], axis=1).ravel()
@@ -239,7 +257,7 @@ def _turned(features: np.ndarray) -> np.ndarray:
 
 
 def _wave_roots(blocks: Sequence[Block]) -> list[np.ndarray]:
-    """(k, q) each, of a wave that is off by 100 %: alike in all where their tails are farthest left."""
+    """Return the root (k, q) of a wave error of 100 % for each block, in phase where their tails are farthest left."""
     length, first = len(blocks[0].features), blocks[0].model
     markers = slice(places_of_markers(length).stop)
     along_m = first.twin.robot.marker_positions_m(first.trial.markers)[:, 0]
@@ -255,10 +273,14 @@ def _wave_roots(blocks: Sequence[Block]) -> list[np.ndarray]:
 
 
 def wave_discrepancy(measured: np.ndarray, position_m: np.ndarray) -> np.ndarray:
-    """(k, k) covariance of a wave that is off by 100 %, for features (k,) of m markers at (m,) along the body.
+    """Return the covariance (k, k) of a wave that is off by 100 %.
 
-    Of each marker the first harmonic by its own size, higher ones by half of the one before, alike for neighbours along
-    the body. Means do not count: they are those of the boxes.
+    The first harmonic of each marker is off by its own size, higher ones by half of the one before, correlated between
+    neighbours along the body. Means do not count: they are those of the boxes.
+
+    Args:
+        measured: (k,) features of m markers.
+        position_m: (m,) places of the markers along the body.
     """
     first = np.sqrt((np.abs(harmonics_of(measured)[..., 0]) ** 2).sum(axis=-1) / 2)  # (m,)
     size = np.maximum(first, 0.1 * first.max())
@@ -269,24 +291,30 @@ def wave_discrepancy(measured: np.ndarray, position_m: np.ndarray) -> np.ndarray
 
 
 def along_body(position_m: np.ndarray) -> np.ndarray:
-    """(m, m) correlation of displacements of markers at (m,) along the body, each of which has a share of its own."""
+    """Return the correlation (m, m) of displacements of markers at (m,) along the body.
+
+    Each marker has a share of its own.
+    """
     smooth = np.exp(-0.5 * ((position_m[:, None] - position_m) / _LENGTH_M) ** 2)
     return np.asarray((1 - _OF_ITS_OWN) * smooth + _OF_ITS_OWN * np.eye(len(position_m)))
 
 
 def harmonic_decay() -> np.ndarray:
-    """(6,) size of cosine and sine of each harmonic of a displacement, against the first."""
+    """Return the size (6,) of cosine and sine of each harmonic of a displacement, against the first."""
     return np.repeat(_OF_HARMONIC ** np.arange(HARMONICS), 2)
 
 
 def _nearness(blocks: Sequence[Block]) -> np.ndarray:
-    """(b, b) correlation of the common discrepancy of the wave between blocks."""
+    """Return the correlation (b, b) of the common discrepancy of the wave between blocks."""
     ln_hz = np.log([block.model.trial.frequency.hz for block in blocks])
     return np.asarray(np.exp(-0.5 * (np.subtract.outer(ln_hz, ln_hz) / LN_LENGTH) ** 2))
 
 
 def _lines(blocks: Sequence[Block], fitted: Sequence[Block]) -> list[np.ndarray]:
-    """(k, 2) each: the speed off by the fitted trials' mean in all, and by as much more in proportion to frequency."""
+    """Return the columns (k, 2) of each block's speed error: constant, and linear in frequency.
+
+    The unit is the fitted trials' mean speed.
+    """
     middle_hz = float(np.exp(np.mean(np.log([block.model.trial.frequency.hz for block in fitted]))))
     mean_speed = float(np.mean([block.features[SPEED] for block in fitted]))
     unit = mean_speed * _unit_columns(len(blocks[0].features), [SPEED])

@@ -1,4 +1,4 @@
-"""The motor's log on the clock of the video: found by the codes that both have seen."""
+"""The motor's log on the clock of the video, found by the codes that both have seen."""
 
 from fitting.motor_clock.record import MotorRecord, read_motor
 

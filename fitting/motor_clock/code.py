@@ -1,4 +1,4 @@
-"""Where in a video a motor's codes are: the tail's motion against that of the logged crank.
+"""Search for a motor's codes in a video: the tail's motion against that of the logged crank.
 
 The tail's place is a smooth function of the crank's angle, and the code spans a fifth of a turn of it. Over the code a
 marker's lateral place is therefore close to a + b cos(angle) + c sin(angle), whatever the crank's zero and the robot.
@@ -22,13 +22,14 @@ from session import CameraSpec
 from session.tracks import markers_of
 from swimmer import CrankTurn, RobotSpec
 
-APART_S = 0.25  # of two offsets that count as different: one chip of the code
+APART_S = 0.25  # least difference of two different offsets: one chip of the code
 _STILL_M = 1e-5
-FARTHEST_S = 0.06  # from where both codes together were found; beyond, the tail hardly moved in this one
+FARTHEST_S = 0.06  # largest shift from the common offset; beyond it the tail hardly moved in this code
 COMPLETE = 0.8  # share of the code's frames that a marker must be seen in to count
-_STEPS, _STEP_S = 5, 0.03
+_STEPS = 5  # Gauss-Newton steps
+_STEP_S = 0.03  # longest step of the offset
 _START_NOISE = LastingNoise(duration_s=0.1, white_share=0.3, sd_m=1e-3)
-_MAP = 4  # numbers a marker: constant, drift, cosine, sine
+_MAP = 4  # numbers for each marker: constant, drift, cosine, sine
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,14 +52,19 @@ class TailMotion:
         return float(np.median(np.diff(self.time_s)))
 
     def evenly(self) -> np.ndarray:
-        """(f, k) lateral motion `frame_s` apart from the first frame on, missing samples bridged; m."""
+        """Return the lateral motion (f, k) `frame_s` apart from the first frame on, missing samples interpolated, m."""
         grid = np.arange(self.time_s[0], self.time_s[-1] + 1e-9, self.frame_s)
         even = bridged(self.time_s, np.where(self.used, self.lateral_m, np.nan), grid)
         return even[:, self.used.any(axis=0)]
 
 
 def tail_motion(tracks: xr.Dataset, camera: CameraSpec, robot: RobotSpec) -> TailMotion:
-    """The tail's motion in the tracks (n frames) of any trial.
+    """Return the tail's motion in the tracks (n frames) of any trial.
+
+    Args:
+        tracks: n frames.
+        camera: the camera that filmed them.
+        robot: the robot.
 
     Raises:
         NotEnoughData: no tail marker, or nose and neck are never seen apart.
@@ -71,7 +77,13 @@ def tail_motion(tracks: xr.Dataset, camera: CameraSpec, robot: RobotSpec) -> Tai
 
 
 class Found(NamedTuple):
-    """Where codes fit best: motor clock minus video clock, s; minus the sum of ln(1 - explained), and the next best."""
+    """Best offset of the codes.
+
+    Attributes:
+        offset_s: motor clock minus video clock, s.
+        gain: minus the sum of ln(1 - explained) over the codes.
+        next_gain: the next best gain.
+    """
 
     offset_s: float
     gain: float
@@ -79,7 +91,13 @@ class Found(NamedTuple):
 
 
 def search(tail: TailMotion, turn: CrankTurn, codes: list[tuple[float, float]]) -> Found | None:
-    """Tries every offset at which a code, of given first and last instants, is in the video; None where none can be."""
+    """Try every offset at which a code is in the video; None where none can be.
+
+    Args:
+        tail: n frames.
+        turn: turn of the crank.
+        codes: first and last instant of each code, on the clock of `turn`, s.
+    """
     motion, frame_s = tail.evenly(), tail.frame_s
     first = [_first_frames(tail, code, motion) for code in codes]
     if not any(len(offsets) for offsets in first):
@@ -97,12 +115,12 @@ def search(tail: TailMotion, turn: CrankTurn, codes: list[tuple[float, float]]) 
 
 
 def explained(motion_m: np.ndarray, frame_s: float, turn: CrankTurn, code: tuple[float, float]) -> np.ndarray:
-    """(w,) share of the tail's motion that the crank's explains where the code begins at each of w frames.
+    """Return the share of the tail's motion that the crank's explains, where the code begins at each of w frames, (w,).
 
     Args:
         motion_m: (f, k) of the tail, evenly spaced.
         frame_s: their spacing, s.
-        turn: of the crank.
+        turn: turn of the crank.
         code: first and last instant, on the clock of `turn`, s.
     """
     length = _frames(code, frame_s)
@@ -122,18 +140,18 @@ def _frames(code: tuple[float, float], frame_s: float) -> int:
 
 
 def _first_frames(tail: TailMotion, code: tuple[float, float], motion_m: np.ndarray) -> np.ndarray:
-    """(w,) falling offsets at which the code begins at one frame after the other and still ends in the video, s."""
+    """Return the falling offsets (w,), s, at which the code begins at each frame and still ends in the video."""
     places = len(motion_m) - _frames(code, tail.frame_s) + 1 if motion_m.shape[1] else 0
     return code[0] - tail.time_s[0] - tail.frame_s * np.arange(max(places, 0))
 
 
 class CodeDelay(NamedTuple):
-    """One code, seen.
+    """Delay of one code that was seen.
 
     Attributes:
         offset_s: motor clock minus video clock in the middle of the code.
         se_s: its standard error.
-        middle_s: of the code, on the clock of the video.
+        middle_s: middle of the code, on the clock of the video.
         explained: share of the tail's motion that the crank's explains, 0 to 1.
     """
 
@@ -144,14 +162,14 @@ class CodeDelay(NamedTuple):
 
 
 def code_delay(tail: TailMotion, turn: CrankTurn, code: tuple[float, float], offset_s: float) -> CodeDelay | None:
-    """Refines the moment of a code; None where the code is not in the video, or the refinement leaves it.
+    """Refine the moment of a code; None where the code is not in the video, or the refinement leaves it.
 
-    Every marker has a constant, a drift, and a linear map of cosine and sine of the crank's angle of its own; all
-    share the offset.
+    Every marker has a constant, a drift, and a linear map of cosine and sine of the crank's angle of its own; all share
+    the offset.
 
     Args:
         tail: n frames.
-        turn: of the crank, on the motor's clock.
+        turn: turn of the crank, on the motor's clock.
         code: first and last instant, on that clock, s.
         offset_s: motor clock minus video clock, to a few frames.
     """
@@ -166,7 +184,7 @@ def code_delay(tail: TailMotion, turn: CrankTurn, code: tuple[float, float], off
     time_s, lateral = tail.time_s[frames], tail.lateral_m[np.ix_(frames, seen)]
     found, noise = offset_s, _START_NOISE
     for step in range(_STEPS):
-        model = _linearised(time_s, lateral, turn, found)
+        model = _linearise(time_s, lateral, turn, found)
         result = descend(model, noise) if step < _STEPS - 1 else regress(model)
         found += float(np.clip(result.step[0], -_STEP_S, _STEP_S))
     if abs(found - offset_s) > FARTHEST_S:
@@ -184,7 +202,7 @@ def code_delay(tail: TailMotion, turn: CrankTurn, code: tuple[float, float], off
 
 
 def _crank(time_s: np.ndarray, turn: CrankTurn, offset_s: float) -> tuple[np.ndarray, np.ndarray]:
-    """(n, 4) regressors of every marker, and how they change with the offset."""
+    """Return the regressors of every marker (n, 4), and their derivative by the offset."""
     angle, speed = turn.angle(time_s + offset_s), turn.speed(time_s + offset_s)
     none = np.zeros_like(time_s)
     columns = [none + 1, time_s - time_s.mean(), np.cos(angle), np.sin(angle)]
@@ -195,8 +213,8 @@ def _residual(columns: np.ndarray, series: np.ndarray) -> np.ndarray:
     return series - columns @ np.linalg.lstsq(columns, series, rcond=None)[0]
 
 
-def _linearised(time_s: np.ndarray, lateral_m: np.ndarray, turn: CrankTurn, offset_s: float) -> LinearModel:
-    """The best maps for this offset; how the motion changes with the offset (first) and with the maps."""
+def _linearise(time_s: np.ndarray, lateral_m: np.ndarray, turn: CrankTurn, offset_s: float) -> LinearModel:
+    """Linearise the motion about an offset and its best maps: derivatives by the offset (first) and by the maps."""
     columns, slopes = _crank(time_s, turn, offset_s)
     maps = np.linalg.lstsq(columns, lateral_m, rcond=None)[0]  # (4, k)
     markers = lateral_m.shape[1]

@@ -1,4 +1,4 @@
-"""What the motor did in a trial, on the clock of the video."""
+"""Record of the motor in a trial, on the clock of the video."""
 
 from __future__ import annotations
 
@@ -16,16 +16,23 @@ from session.commands import MotorCommands, load_commands
 from session.motor import MotorLog, load_motor
 from swimmer import CrankTurn, RobotSpec
 
-OFF_COMMAND = 0.05  # relative; beyond, the motor did not follow its command
-HOLE_S = 0.1  # without a reading; the crank may do anything in it
-SAG = 0.1  # of the supply voltage, relative
+OFF_COMMAND = 0.05  # relative difference beyond which the motor did not follow its command
+HOLE_S = 0.1  # time without a reading in which the crank may do anything
+SAG = 0.1  # relative fall of the supply voltage that is worth a flag
 
 ERRORS = {0: "input voltage", 2: "overheating", 3: "encoder", 4: "electrical shock", 5: "overload"}
 """Bits of the hardware error status (ROBOTIS e-Manual, XW540-T140-R)."""
 
 
 def log_flags(log: MotorLog, drive_s: tuple[float, float], measured_hz: float, commanded_hz: float) -> Iterator[Flag]:
-    """Doubts about a log with its steady drive on the motor's clock; turns a second are nan where not known."""
+    """Return the doubts about a log with its steady drive.
+
+    Args:
+        log: the log.
+        drive_s: first and last instant of the steady drive, on the motor's clock.
+        measured_hz: turns a second over it; nan where not known.
+        commanded_hz: commanded turns a second; nan where not known.
+    """
     yield from log.flags
     if bits := int(np.bitwise_or.reduce(np.nan_to_num(log.error).astype(int))):
         named = [ERRORS.get(bit, f"bit {bit}") for bit in range(bits.bit_length()) if bits >> bit & 1]
@@ -48,13 +55,13 @@ def log_flags(log: MotorLog, drive_s: tuple[float, float], measured_hz: float, c
         yield Flag("supply_sags", message=message)
 
 
-STEADY = 0.05  # relative; how far the mean over a turn may be off that of the drive
+STEADY = 0.05  # largest relative difference of the mean over a turn from that of the drive
 _STEP_S = 0.02
 _FASTEST = 98  # percentile of the speed that counts as the highest
 
 
 def steady_stretch(turn: CrankTurn) -> tuple[float, float]:
-    """First and last instant of it, on the clock of `turn`; the whole log where the crank never turns steadily.
+    """Return the first and last instant of the steady drive, on the clock of `turn`; the whole log where there is none.
 
     The speed is taken over whole turns of the crank, so that one that swings within each turn is steady too, and a
     code, which goes to and fro, is not.
@@ -74,30 +81,34 @@ def steady_stretch(turn: CrankTurn) -> tuple[float, float]:
     return float(middle_s[begins[longest]] - period_s / 2), float(middle_s[ends[longest] - 1] + period_s / 2)
 
 
-RISE_S = 1.0  # after the command of the drive, in which the motor comes up to speed; as in `calib capture`
+RISE_S = 1.0  # time after the drive's command in which the motor comes up to speed; as in `calib capture`
 COVERED = 0.5  # share of the frames that a log on a given clock must cover to be believed to belong to them
-BEAT_OFF_CRANK = 0.01  # relative, and three standard errors; every trial has the same codes, this shows whose log it is
-OTHER_COMMAND_KIND, OFF_CRANK_KIND = "other_command", "beat_off_crank"  # of flags
-OTHER_COMMAND = 0.02  # relative; a servo's speeds come in steps of 0.004 turns a second
+# Relative difference, besides three standard errors, of tail and crank if the log is another trial's: all trials have
+# the same codes.
+BEAT_OFF_CRANK = 0.01
+OTHER_COMMAND_KIND = "other_command"
+OFF_CRANK_KIND = "beat_off_crank"
+OTHER_COMMAND = 0.02  # relative difference of another command; a servo's speeds have steps of 0.004 turns a second
 FEWEST_FRAMES = 12
 _FEWEST_READINGS = 5
 
 
 @dataclass(frozen=True, eq=False)
 class MotorRecord:
-    """What the motor did in a trial of n frames.
+    """Record of the motor in a trial of n frames.
 
     Attributes:
-        log: as read, on the motor's clock.
-        commands: as sent to it, on the same clock; None where that is not known.
-        clock: of the log, against the video's.
-        turn: of the crank, on the clock of the video (time as in the tracks).
+        log: the log as read, on the motor's clock.
+        commands: the commands as sent to it, on the same clock; None where they are not known.
+        clock: clock of the log, against the video's.
+        turn: turn of the crank, on the clock of the video (time as in the tracks).
         drive_s: the steady stretch on the clock of the video, from `RISE_S` after its command to its end; without
             commands, the longest one by the log itself. As far as it was logged, and filmed where the clock is known.
         measured_hz: mean turns a second over it.
-        commanded_hz: nan where not known.
+        commanded_hz: commanded turns a second; nan where not known.
         ripple: amplitude of a sine as large as the changes of the speed over it, relative to its mean.
         usable: whether clock and log are believed, so that the turn may drive the twin.
+        flags: what is doubtful about it.
     """
 
     log: MotorLog
@@ -130,7 +141,10 @@ class MotorRecord:
         return hz
 
     def against(self, beat: SwimFrequency, time_s: np.ndarray) -> MotorRecord:
-        """The same, no longer usable where the tail, in frames (n,), beats otherwise than the crank: another log."""
+        """Check the record against the tail's beat in frames (n,).
+
+        If the beat differs from the crank's, the log is another trial's, and is not usable.
+        """
         if not self.usable:
             return self
         hz = self.turn.mean_hz(float(time_s[0]), float(time_s[-1]))
@@ -143,10 +157,14 @@ class MotorRecord:
         return replace(self, usable=False, flags=(*self.flags, Flag(OFF_CRANK_KIND, message=message)))
 
     def driven(self, tracks: xr.Dataset, name: str) -> tuple[int, xr.Dataset]:
-        """The frames of the drive, and the number of the first; all frames where it is not known when it was.
+        """Return the number of the first frame of the drive, and its frames; all frames where its time is not known.
+
+        Args:
+            tracks: n frames.
+            name: name of the trial, for messages.
 
         Raises:
-            NotEnoughData: the drive of the trial of this name was hardly filmed.
+            NotEnoughData: the drive of the trial was hardly filmed.
         """
         if not self.laid:
             return 0, tracks
@@ -161,7 +179,13 @@ class MotorRecord:
 
 
 def read_motor(spec: TrialSpec, tracks: xr.Dataset, camera: CameraSpec, robot: RobotSpec) -> MotorRecord | None:
-    """Reads the motor log of a trial and finds its clock; None where the trial has none.
+    """Read the motor log of a trial and find its clock; None where the trial has none.
+
+    Args:
+        spec: the trial.
+        tracks: its n frames.
+        camera: the camera that filmed them.
+        robot: the robot.
 
     Raises:
         InputError: log or commands cannot be read.
@@ -181,7 +205,14 @@ def read_motor(spec: TrialSpec, tracks: xr.Dataset, camera: CameraSpec, robot: R
 def motor_record(
     spec: TrialSpec, log: MotorLog, commands: MotorCommands | None, tail: TailMotion | None, time_s: np.ndarray
 ) -> MotorRecord:
-    """What `read_motor` makes of what it read.
+    """Build the record of the motor from what `read_motor` read.
+
+    Args:
+        spec: the trial.
+        log: its motor log.
+        commands: its commands, where they are known.
+        tail: motion of its tail, where it is seen.
+        time_s: (n,) times of the frames.
 
     Raises:
         NotEnoughData: fewer than five readings of the shaft.
@@ -198,12 +229,12 @@ def motor_record(
     turn = turn.shifted(clock.offset_s - zero_s, clock.rate)
     covered = float(((time_s >= turn.start_s) & (time_s <= turn.end_s)).mean())
     usable = clock.found_by != "given" or covered >= COVERED
-    wanted_s = _wanted(clock, commands, turn)
-    drive_s = _within(wanted_s, turn, time_s) if usable else _within(wanted_s, turn)
-    measured_hz, ripple = _speed(turn, drive_s)
-    commanded_hz = _commanded(commands, spec)
+    wanted_s = _find_drive(clock, commands, turn)
+    drive_s = _clip(wanted_s, turn, time_s) if usable else _clip(wanted_s, turn)
+    measured_hz, ripple = _measure_speed(turn, drive_s)
+    commanded_hz = _find_command(commands, spec)
     on_motor = clock.offset_s + clock.rate * drive_s[0], clock.offset_s + clock.rate * drive_s[1]
-    of_clock = (*clock.flags, *_short(wanted_s, turn)) if usable else _not_laid(clock, covered)
+    of_clock = (*clock.flags, *_flag_short(wanted_s, turn)) if usable else _flag_not_laid(clock, covered)
     return MotorRecord(
         log=log,
         commands=commands,
@@ -214,39 +245,43 @@ def motor_record(
         commanded_hz=commanded_hz,
         ripple=ripple,
         usable=usable,
-        flags=(*of_clock, *_other_command(commanded_hz, spec), *log_flags(log, on_motor, measured_hz, commanded_hz)),
+        flags=(
+            *of_clock,
+            *_flag_other_command(commanded_hz, spec),
+            *log_flags(log, on_motor, measured_hz, commanded_hz),
+        ),
     )
 
 
-def _wanted(clock: MotorClock, commands: MotorCommands | None, turn: CrankTurn) -> tuple[float, float]:
-    """The steady drive as commanded, else as logged; on the clock of the video."""
+def _find_drive(clock: MotorClock, commands: MotorCommands | None, turn: CrankTurn) -> tuple[float, float]:
+    """Return the steady drive as commanded, else as logged; on the clock of the video."""
     span = commands.span_s("drive") if commands else None
     if span is None:
         return steady_stretch(turn)
     return clock.video_s(span[0] + RISE_S), clock.video_s(span[1])
 
 
-def _within(wanted_s: tuple[float, float], turn: CrankTurn, time_s: np.ndarray | None = None) -> tuple[float, float]:
-    """As much of a stretch as was logged and, of the frames (n,) given, filmed; all of it where that is nothing."""
+def _clip(wanted_s: tuple[float, float], turn: CrankTurn, time_s: np.ndarray | None = None) -> tuple[float, float]:
+    """Clip a stretch to what was logged and, if frames (n,) are given, filmed; all of it where nothing is left."""
     first_s, last_s = (-np.inf, np.inf) if time_s is None else (float(time_s[0]), float(time_s[-1]))
     within_s = max(wanted_s[0], turn.start_s, first_s), min(wanted_s[1], turn.end_s, last_s)
     return within_s if within_s[1] > within_s[0] else wanted_s
 
 
-def _speed(turn: CrankTurn, stretch_s: tuple[float, float]) -> tuple[float, float]:
+def _measure_speed(turn: CrankTurn, stretch_s: tuple[float, float]) -> tuple[float, float]:
     speed = turn.speed(np.arange(*stretch_s, 0.005))
     mean_hz = turn.mean_hz(*stretch_s)
     return mean_hz, float(np.sqrt(2) * speed.std() / max(2 * np.pi * abs(mean_hz), 1e-9))
 
 
-def _commanded(commands: MotorCommands | None, spec: TrialSpec) -> float:
-    """Turns a second of the drive; those of the session where there are no commands; nan without either."""
+def _find_command(commands: MotorCommands | None, spec: TrialSpec) -> float:
+    """Return the commanded turns a second of the drive, else those of the session; nan without either."""
     if commands is not None and "drive" in commands.part:
         return abs(float(commands.velocity_rad_s[commands.part.index("drive")])) / (2 * np.pi)
     return spec.commanded_hz if spec.commanded_hz is not None else np.nan
 
 
-def _other_command(commanded_hz: float, spec: TrialSpec) -> tuple[Flag, ...]:
+def _flag_other_command(commanded_hz: float, spec: TrialSpec) -> tuple[Flag, ...]:
     if spec.commanded_hz is None or not abs(commanded_hz / spec.commanded_hz - 1) > OTHER_COMMAND:
         return ()
     message = (
@@ -256,8 +291,8 @@ def _other_command(commanded_hz: float, spec: TrialSpec) -> tuple[Flag, ...]:
     return (Flag(OTHER_COMMAND_KIND, message=message),)
 
 
-def _not_laid(clock: MotorClock, covered: float) -> tuple[Flag, ...]:
-    """Why a log is not used whose clock was only given, and what to give."""
+def _flag_not_laid(clock: MotorClock, covered: float) -> tuple[Flag, ...]:
+    """Explain why a log is not used whose clock was only given, and what to give."""
     message = (
         f"the motor log could not be laid on the video and is not used: no code was seen, and motor_offset_s = "
         f"{clock.offset_s:g} makes it cover {100 * covered:.0f} % of the frames. Film the coded wiggles, or give "
@@ -266,7 +301,7 @@ def _not_laid(clock: MotorClock, covered: float) -> tuple[Flag, ...]:
     return (*(flag for flag in clock.flags if flag.kind != "clock_given"), Flag("clock_given", message=message))
 
 
-def _short(wanted_s: tuple[float, float], turn: CrankTurn) -> tuple[Flag, ...]:
+def _flag_short(wanted_s: tuple[float, float], turn: CrankTurn) -> tuple[Flag, ...]:
     missing = max(turn.start_s - wanted_s[0], 0.0) + max(wanted_s[1] - turn.end_s, 0.0)
     if missing <= 0.1:
         return ()

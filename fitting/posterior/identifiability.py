@@ -1,4 +1,4 @@
-"""What the trials determine of the coefficients (the posterior's covariance against the prior's) and of the robot."""
+"""What the trials determine of the coefficients (posterior covariance against the prior's) and of the robot."""
 
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -10,20 +10,20 @@ from fitting.posterior.posterior import Posterior
 from session import Flag
 from swimmer.fluid import COEFFICIENT_BOUNDS
 
-_WORTH_NAMING = 0.25  # size of a part of a direction
-_ASKED_SD = 2.0  # beyond which a robot that the trials ask for is worth a flag
+_WORTH_NAMING = 0.25  # least part of a direction that is named
+_ASKED_SD = 2.0  # error of the robot, in standard deviations, that is worth a flag
 
 
 @dataclass(frozen=True, eq=False)
 class Identifiability:
-    """What the trials say of the coefficients and of their combinations.
+    """What the trials determine of the coefficients and of their combinations.
 
     Attributes:
-        determined: (5,) whether each coefficient is; none is that presses against a bound.
+        determined: (5,) whether each coefficient is determined; none is that presses against a bound.
         at_bound: (5,) whether its posterior would be narrow enough but is at a bound of the prior.
         narrowed: (5,) standard deviation over that of the prior.
         correlation: (5, 5).
-        directions: (5, 5) unit vectors of combinations, what the data see best first; the prior is the same in all.
+        directions: (5, 5) unit vectors of combinations, the best determined first; the prior is the same in all.
         direction_narrowed: (5,) standard deviation along each over that of the prior.
     """
 
@@ -36,15 +36,15 @@ class Identifiability:
 
     @property
     def sentence(self) -> str:
-        """What is determined, what is not, and what only the prior's bound holds."""
-        pressed = self._named(self.at_bound)
+        """What is determined, what is not, and what only the prior's bound limits, in words."""
+        pressed = self._name(self.at_bound)
         against = [f"{_verb(pressed, 'presses', 'press')} against a bound of the prior."] if pressed else []
-        sentences = [self._determined, *against]
+        sentences = [self._sentence_on_determined, *against]
         return " ".join(sentence[0].upper() + sentence[1:] for sentence in sentences)
 
     @property
-    def _determined(self) -> str:
-        held, loose = self._named(self.determined), self._named(~self.determined & ~self.at_bound)
+    def _sentence_on_determined(self) -> str:
+        held, loose = self._name(self.determined), self._name(~self.determined & ~self.at_bound)
         if len(held) == len(NAMES):
             return "All five coefficients are determined by these trials."
         if not held:
@@ -53,11 +53,11 @@ class Identifiability:
             return f"{_verb(held, 'is', 'are')} determined by these trials."
         return f"{_verb(loose, 'is', 'are')} not determined by these trials; {_verb(held, 'is', 'are')}."
 
-    def _named(self, chosen: np.ndarray) -> list[str]:
+    def _name(self, chosen: np.ndarray) -> list[str]:
         return [name.replace("_", " ") for name, yes in zip(NAMES, chosen, strict=True) if yes]
 
     def combination(self, row: int) -> str:
-        """A direction in words, its large parts first: `0.9 magnus lift − 0.4 kutta lift`."""
+        """Return a direction in words, its large parts first: `0.9 magnus lift − 0.4 kutta lift`."""
         parts = self.directions[row]
         named = [i for i in np.argsort(-np.abs(parts)) if abs(parts[i]) >= _WORTH_NAMING]
         first = np.sign(parts[named[0]])
@@ -67,9 +67,9 @@ class Identifiability:
 
 
 def identifiability(posterior: Posterior) -> Identifiability:
-    """Of the draws of a posterior."""
+    """Compute what the draws of a posterior determine."""
     low, high = COEFFICIENT_BOUNDS
-    prior = (high - low) ** 2 / 12  # of the uniform prior, the same for all
+    prior = (high - low) ** 2 / 12  # variance of the uniform prior, the same for all
     covariance = np.cov(posterior.coefficients.T)
     spread = np.sqrt(np.diag(covariance))
     shares, directions = np.linalg.eigh(covariance / prior)
@@ -89,13 +89,13 @@ def _verb(names: list[str], one: str, several: str) -> str:
 
 
 class RobotPart(NamedTuple):
-    """How far a number of the robot may be off what the twin has, as a share of it.
+    """Relative error that a number of the twin may have against the robot.
 
     Attributes:
         quantity: "hinge_stiffness", "hinge_damping" or "crank_arm".
         measured: whether dry experiments gave it.
-        sd: what it may be off by before the swim trials are looked at.
-        mean_after, sd_after: what it is off by, with the swim trials.
+        sd: standard deviation of its error before the swim trials are looked at.
+        mean_after, sd_after: mean and standard deviation of its error with the swim trials.
     """
 
     quantity: str
@@ -106,7 +106,10 @@ class RobotPart(NamedTuple):
 
 
 def robot_parts(posterior: Posterior) -> tuple[RobotPart, ...]:
-    """Before and after the trials: given coefficients a normal nuisance, here over all draws of these."""
+    """Return the robot's uncertain numbers before and after the trials.
+
+    Given coefficients they are a normal nuisance, here averaged over all draws of these.
+    """
     mode = posterior.mode
     columns = np.vstack([block.sensitivities.robot for block in mode.blocks])  # (k, q)
     gain = np.linalg.solve(mode.total, columns)
@@ -120,7 +123,7 @@ def robot_parts(posterior: Posterior) -> tuple[RobotPart, ...]:
 
 
 def robot_flags(parts: tuple[RobotPart, ...]) -> list[Flag]:
-    """Of each number of the robot that the trials ask to be far off what it is taken to be."""
+    """Flag each number of the robot that the trials ask to be far from what it is taken to be."""
     return [
         Flag(
             "robot_off",

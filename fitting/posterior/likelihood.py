@@ -1,4 +1,4 @@
-"""How probable the measured features are about the emulated twin, in the covariance of the mode.
+"""Likelihood of the measured features about the emulated twin, in the covariance of the mode.
 
 The emulator: polynomials in the roots of the coefficients, near the mode, with their error. Kutta lift roughens the
 twin by some hundredths of a millimetre. What polynomials miss is counted as a further error of the model, with its
@@ -23,12 +23,14 @@ from fitting.model import COMPONENTS, Mode
 from fitting.model.features import SPEED
 from swimmer.fluid import COEFFICIENT_BOUNDS
 
-_RIDGE = 1e-8  # of the mean moment of the terms, so that these can be inverted
+_RIDGE = 1e-8  # share of the terms' mean moment that is added, so that these can be inverted
 _DEGREES = (1, 2, 3, 4)
-_SPARE = 2.5  # points over terms, at least: with 1.6 the long tail of Magnus lift on the real robot was cut short
-_FARTHEST = 2.0  # leverage up to which it is trusted; a point that the polynomials must meet has 1
-_PENALTY = 1e-4  # on half the squared weights: of 64 draws on the real robot none is on the wrong side; with 1e-2, 2
-WAVE, SPEEDS = ("wave_common", "wave_own"), ("speed_common", "speed_own")
+_SPARE = 2.5  # least ratio of points to terms: 1.6 cut the long tail of Magnus lift on the real robot short
+_FARTHEST = 2.0  # largest trusted leverage; a point that the polynomials must meet has 1
+# Penalty on half the squared weights: of 64 draws on the real robot none is on the wrong side; with 1e-2, two are.
+_PENALTY = 1e-4
+WAVE = ("wave_common", "wave_own")
+SPEEDS = ("speed_common", "speed_own")
 _JITTER = 1e-18  # m²
 
 
@@ -49,16 +51,21 @@ class Emulator:
     scatter: np.ndarray
 
     def covers(self, columns: np.ndarray) -> np.ndarray:
-        """(s,) whether points with these terms (s, t) lie among those it was made from, by their leverage."""
+        """Tell whether points with these terms (s, t) lie among those it was made from, by their leverage, (s,)."""
         return ((columns @ self.scatter) ** 2).sum(axis=1) <= _FARTHEST
 
     def __call__(self, coefficients: np.ndarray) -> np.ndarray:
-        """(s, k) for coefficients (s, 5)."""
+        """Return the features (s, k) at coefficients (s, 5)."""
         return terms(coefficients, self.powers) @ self.weights
 
 
 def fit_emulator(coefficients: np.ndarray, features: np.ndarray) -> Emulator:
-    """Of features (s, k) at coefficients (s, 5): polynomials of the highest degree for which the points suffice."""
+    """Fit polynomials of the highest degree for which the points suffice.
+
+    Args:
+        coefficients: (s, 5) points.
+        features: (s, k) features there.
+    """
     degrees = [degree for degree in _DEGREES if len(exponents(degree)) * _SPARE <= len(coefficients)]
     powers = exponents(max(degrees, default=_DEGREES[0]))
     columns = terms(coefficients, powers)
@@ -71,7 +78,7 @@ def fit_emulator(coefficients: np.ndarray, features: np.ndarray) -> Emulator:
 
 
 def exponents(degree: int) -> np.ndarray:
-    """(t, 5) of all products of up to `degree` coefficients."""
+    """Return the exponents (t, 5) of all products of up to `degree` coefficients."""
     rows = [
         np.bincount(np.array(chosen, int), minlength=5)
         for d in range(degree + 1)
@@ -81,7 +88,12 @@ def exponents(degree: int) -> np.ndarray:
 
 
 def terms(coefficients: np.ndarray, powers: np.ndarray) -> np.ndarray:
-    """(s, t) products of Legendre polynomials in the roots of coefficients (s, 5), scaled to -1 to 1."""
+    """Return products (s, t) of Legendre polynomials in the roots of coefficients (s, 5), scaled to -1 to 1.
+
+    Args:
+        coefficients: (s, 5).
+        powers: (t, 5) exponents.
+    """
     x = 2 * np.sqrt(np.clip(coefficients, *COEFFICIENT_BOUNDS) / COEFFICIENT_BOUNDS[1]) - 1
     table = np.polynomial.legendre.legvander(x.T, int(powers.max(initial=0)))  # (5, s, d + 1)
     result = np.ones((len(x), len(powers)))
@@ -91,7 +103,10 @@ def terms(coefficients: np.ndarray, powers: np.ndarray) -> np.ndarray:
 
 
 def _inverse_root(moments: np.ndarray) -> np.ndarray:
-    """(t, t) whose product with its transpose is the inverse of moments (t, t), which may be close to singular."""
+    """Return a matrix (t, t) whose product with its transpose is the inverse of moments (t, t).
+
+    The moments may be nearly singular.
+    """
     return solve_triangular(np.linalg.cholesky(moments), np.eye(len(moments)), lower=True).T
 
 
@@ -99,13 +114,13 @@ _POWERS = exponents(2)
 
 
 class ForwardSwimming(NamedTuple):
-    """How probable it is that a twin swims forward from rest: (t,) weights of terms, none where every twin did."""
+    """Probability that a twin swims forward from rest: weights (t,) of terms, none where every twin did."""
 
     weights: np.ndarray
 
     @classmethod
     def of(cls, coefficients: np.ndarray, forward: np.ndarray) -> "ForwardSwimming":
-        """From coefficients (s, 5) of simulated twins and whether each swam forward (s,)."""
+        """Fit the weights to twins at coefficients (s, 5), of which some swam forward (s,)."""
         if forward.all():
             return cls(np.zeros(0))
         columns = terms(coefficients, _POWERS) * np.where(forward, 1.0, -1.0)[:, None]
@@ -118,7 +133,7 @@ class ForwardSwimming(NamedTuple):
         return cls(minimize(loss, np.zeros(len(_POWERS)), jac=True, method="L-BFGS-B").x)
 
     def log_probability(self, coefficients: np.ndarray) -> np.ndarray:
-        """(s,) for coefficients (s, 5)."""
+        """Return the log probability (s,) at coefficients (s, 5)."""
         if not len(self.weights):
             return np.zeros(len(coefficients))
         return np.asarray(log_expit(terms(coefficients, _POWERS) @ self.weights))
@@ -126,14 +141,14 @@ class ForwardSwimming(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Likelihood:
-    """Of coefficients and the sizes of the twin's two discrepancies, for features of all trials in one row of length k.
+    """Likelihood of coefficients and the sizes of the twin's two discrepancies, for features in one row of length k.
 
     Attributes:
-        measured: (k,).
+        measured: (k,) the row.
         known: (k, k) covariance of all but the two discrepancies, the emulator's error included.
         wave: (k, k) covariance of the wave's discrepancy, of unit size.
         speed: (k, t) columns of the speed's, of unit size.
-        emulator: of the simulated row.
+        emulator: emulator of the simulated row.
         ln_mean, ln_sd: (2,) of the normal priors of the ln sizes of wave and speed.
     """
 
@@ -147,7 +162,7 @@ class Likelihood:
 
     @classmethod
     def of(cls, mode: Mode, emulator: Emulator) -> "Likelihood":
-        """With the variance components of a mode."""
+        """Build the likelihood with the variance components of a mode."""
 
         def total(names: tuple[str, ...]) -> np.ndarray:
             return np.asarray(sum(mode.sizes[name] ** 2 * mode.covariance.units[name] for name in names))
@@ -163,40 +178,43 @@ class Likelihood:
 
     @cached_property
     def _spectrum(self) -> tuple[np.ndarray, np.ndarray, float]:
-        """(k, k) that makes `known` the unit matrix and `wave` diagonal, that diagonal, and ln det of known."""
+        """Matrix (k, k) that makes `known` the unit matrix and `wave` diagonal, that diagonal, and ln det of known."""
         root = np.linalg.cholesky(self.known)
         half = np.linalg.solve(root, self.wave)
         values, vectors = np.linalg.eigh(np.linalg.solve(root, half.T))
         return np.linalg.solve(root.T, vectors).T, np.maximum(values, 0.0), 2 * float(np.log(np.diag(root)).sum())
 
     @cached_property
-    def _whitened(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """(t, k) weights of the emulator, (k,) measured and (t, k) columns of the speed, freed of correlation."""
+    def _white_parts(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Whitened weights of the emulator (t, k), measured row (k,) and columns of the speed (t, k)."""
         white = self._spectrum[0]
         return self.emulator.weights @ white.T, white @ self.measured, (white @ self.speed).T
 
     def __call__(self, coefficients: np.ndarray, sizes: np.ndarray) -> np.ndarray:
-        """(s,) ln likelihood of coefficients (s, 5) and sizes (s, 2) of the wave's and the speed's discrepancy.
+        """Return the ln likelihood (s,) of coefficients (s, 5) and sizes (s, 2) of the two discrepancies.
 
         Nothing is known of coefficients that no simulation was near: they count as impossible.
         """
-        weights, measured, _ = self._whitened
+        weights, measured, _ = self._white_parts
         columns = terms(coefficients, self.emulator.powers)
         return np.where(self.emulator.covers(columns), self._of(columns @ weights - measured, sizes), -np.inf)
 
     def whitened(self, rows: np.ndarray) -> np.ndarray:
-        """(s, k) rows of features (s, k), in which all but the two discrepancies has unit size and no correlation."""
+        """Whiten rows of features (s, k), so that all but the two discrepancies has unit size and no correlation."""
         return np.asarray(rows @ self._spectrum[0].T)
 
     def of_features(self, features: np.ndarray, sizes: np.ndarray) -> np.ndarray:
-        """(s,) the same of simulated features (s, k)."""
+        """Return the ln likelihood (s,) of simulated features (s, k) with sizes (s, 2) of the two discrepancies."""
         return self._of(self.whitened(features - self.measured), sizes)
 
     def _of(self, white: np.ndarray, sizes: np.ndarray) -> np.ndarray:
-        """The wave's discrepancy is diagonal here; the speed's is of low rank (Woodbury's identity)."""
+        """Return the ln likelihood of whitened residuals.
+
+        The wave's discrepancy is diagonal here; the speed's is of low rank (Woodbury's identity).
+        """
         _, values, volume = self._spectrum
         spread = 1 + np.multiply.outer(sizes[:, 0] ** 2, values)  # (s, k)
-        columns = self._whitened[2]  # (t, k)
+        columns = self._white_parts[2]  # (t, k)
         pairs = (columns[:, None] * columns).reshape(-1, columns.shape[1])  # (t t, k)
         across = ((1 / spread) @ pairs.T).reshape(-1, len(columns), len(columns))
         seen = (white / spread) @ columns.T  # (s, t)
@@ -208,12 +226,12 @@ class Likelihood:
 
 
 def size_of(mode: Mode, names: tuple[str, ...]) -> float:
-    """Root of the sum of the squares of components at the mode."""
+    """Return the root of the sum of the squares of components at the mode."""
     return float(np.sqrt(sum(mode.sizes[name] ** 2 for name in names)))
 
 
 def _ln_prior(mode: Mode, names: tuple[str, ...]) -> tuple[float, float]:
-    """Mean and standard deviation of ln of this size, the components in proportion as at the mode.
+    """Return the mean and standard deviation of ln of this size, the components in proportion as at the mode.
 
     It is the product of the components' own lognormal priors.
     """

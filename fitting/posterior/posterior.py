@@ -1,4 +1,4 @@
-"""The posterior of the five coefficients: draws of the model whose mode is the fit, and when not to believe them."""
+"""Posterior of the five coefficients: draws of the model whose mode is the fit, and when not to believe them."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -23,9 +23,9 @@ from swimmer import FluidCoefficients
 from swimmer.fluid import COEFFICIENT_BOUNDS
 
 EFFECTIVE = 400
-MISFIT_P = 0.01  # below which noise and nuisances alone do not explain a misfit
-_MARKERS_OFF_M = 0.005  # from which where markers sit is worth a flag
-_DISCREPANT = 0.02  # relative, from which the error of the twin's wave is worth a flag
+MISFIT_P = 0.01  # least probability with which noise and nuisances alone explain a misfit
+_MARKERS_OFF_M = 0.005  # placement error of markers that is worth a flag
+_DISCREPANT = 0.02  # relative error of the twin's wave that is worth a flag
 _BESIDE = 0.1  # share of the draws that a 90 % interval leaves out
 PRIOR = (
     f"uniform from {COEFFICIENT_BOUNDS[0]:g} to {COEFFICIENT_BOUNDS[1]:g} in each coefficient, lognormal in the "
@@ -46,27 +46,27 @@ class Posterior:
 
     @property
     def coefficients(self) -> np.ndarray:
-        """(d, 5) draws."""
+        """Draws of the coefficients, (d, 5)."""
         return self.draws.flat[:, :5]
 
     @property
     def discrepancy(self) -> np.ndarray:
-        """(d, 2) draws of the relative discrepancies of wave and speed."""
+        """Draws of the relative discrepancies of wave and speed, (d, 2)."""
         return np.exp(self.draws.flat[:, 5:])
 
     @property
     def median(self) -> FluidCoefficients:
-        """Of each coefficient."""
+        """Median of each coefficient."""
         return FluidCoefficients(*map(float, np.median(self.coefficients, axis=0)))
 
     @property
     def marginals(self) -> dict[str, Marginal]:
-        """By the coefficient's name."""
+        """Marginal posterior of each coefficient, by its name."""
         return {name: self._marginal(i) for i, name in enumerate(NAMES)}
 
     @cached_property
     def misfit_p(self) -> float:
-        """How often features lie as far from the twin at the median if noise and nuisances alone stand between them."""
+        """Probability of features as far from the twin at the median by noise and nuisances alone."""
         likelihood = self.surrogate.likelihood
         off = likelihood.emulator(np.array([self.median]))[0] - likelihood.measured
         numbers = int(self.mode.model.observed.sum())
@@ -76,8 +76,8 @@ class Posterior:
     def outside(self) -> tuple[str, ...]:
         """Names of coefficients whose fit lies outside the 90 % interval.
 
-        Where the fit is near a bound (nearer than half its own 90 % interval) the interval is one-sided: from
-        that bound on.
+        Where the fit is near a bound (nearer than half its own 90 % interval) the interval is one-sided: from that
+        bound on.
         """
         reach = NORMAL_90 * np.sqrt(np.diag(self.mode.coefficient_covariance))
         low, high = COEFFICIENT_BOUNDS
@@ -115,11 +115,17 @@ def sample_posterior(
     seed: int = 0,
     tell: Progress = lambda _message, _share: None,
 ) -> Posterior:
-    """So many effective draws from the posterior of the coefficients given the trials of a mode.
+    """Sample the posterior of the coefficients given the trials of a mode.
 
     The prior is uniform over [0, 10] in each coefficient, for twins that swim forward from rest. Of the variance
     components those of the twin's wave share one factor and those of its speed another, which are drawn too; all others
     stay as large as at the mode.
+
+    Args:
+        mode: the fit.
+        effective: number of effective draws.
+        seed: seed of the draws.
+        tell: takes messages with the share of the work that is done.
     """
     with threadpool_limits(1):  # the matrices are small: threads cost more than they save
         surrogate = fit_surrogate(mode, seed, part_of(tell, 0.0, 0.85))
@@ -148,7 +154,7 @@ def _flags(posterior: Posterior) -> list[Flag]:
     elif posterior.misfit_p < MISFIT_P:
         message = (
             "noise and known uncertainties do not explain how far the measured swims are from the twin "
-            f"(p {_rounded(posterior.misfit_p)}): something that the twin lacks moves them, and coefficients may be "
+            f"(p {_round_p(posterior.misfit_p)}): something that the twin lacks moves them, and coefficients may be "
             "off by more than their intervals"
         )
         flags.append(Flag("model_discrepancy", message=message))
@@ -175,26 +181,31 @@ def _flags(posterior: Posterior) -> list[Flag]:
     return flags
 
 
-def _rounded(p_value: float) -> str:
+def _round_p(p_value: float) -> str:
     return "< 0.001" if p_value < 0.001 else f"= {p_value:.2g}"
 
 
 def save_draws(path: Path, posterior: Posterior, stamp: Mapping[str, str | int]) -> None:
-    """Writes an ArviZ `InferenceData` as netCDF, with the groups posterior, sample_stats and observed_data.
+    """Write an ArviZ `InferenceData` as netCDF, with the groups posterior, sample_stats and observed_data.
 
     A walker of the ensemble is a chain. The logarithms of the relative discrepancies are variables as well.
+
+    Args:
+        path: the file.
+        posterior: the posterior.
+        stamp: attributes of the file.
     """
     data = arviz.InferenceData(
         attrs={**stamp, "prior": PRIOR},
         posterior=_chains(posterior.draws.chains),
         sample_stats=_statistics(posterior),
-        observed_data=_observed(posterior),
+        observed_data=_observed_data(posterior),
     )
     data.to_netcdf(str(path), engine="h5netcdf")
 
 
 def load_chains(path: Path) -> np.ndarray:
-    """(w, d, 7) walkers, draws, coefficients and ln discrepancies that `save_draws` wrote.
+    """Read the chains (w, d, 7) that `save_draws` wrote: walkers, draws, coefficients and ln discrepancies.
 
     Raises:
         InputError: not there, or incomplete.
@@ -224,8 +235,8 @@ def _statistics(posterior: Posterior) -> xarray.Dataset:
     return xarray.Dataset({**scalars, **arrays}, {"variable": list(VARIABLES)})
 
 
-def _observed(posterior: Posterior) -> xarray.Dataset:
-    """Forward speed, and mean and harmonics of each marker along and across the fish, of each trial."""
+def _observed_data(posterior: Posterior) -> xarray.Dataset:
+    """Return the observed data of each trial: forward speed, and mean and harmonics of each marker along and across."""
     models = posterior.mode.model.trials
     features = np.array([model.measured for model in models])
     return xarray.Dataset(

@@ -1,8 +1,8 @@
-"""What the draws predict of each trial, and of trials that could still be swum, with bands.
+"""Predictions of the draws for each trial, and for trials that could still be swum, with bands.
 
 Given coefficients all else is normal, as in every forecast of the model: what all trials share is known from those that
 were fitted, what is a trial's own is drawn anew. Inner bands are those of the means, by what the draws leave open;
-outer ones hold everything that stands between the twin and a trial. Features are compared in step with the tail.
+outer ones include everything that differs between the twin and a trial. Features are compared in step with the tail.
 """
 
 from collections.abc import Sequence
@@ -26,8 +26,8 @@ from session import Flag
 QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
 DRAWS = 40
 _SWEEP_DRAWS = 24
-SECONDS = 5.0  # of a further trial
-_NOISES = 20  # draws of everything else for each
+SECONDS = 5.0  # length of a further trial
+_NOISES = 20  # draws of everything else for each draw of the coefficients
 _FEWEST_INSIDE = 0.8  # share of marker coordinates within 90 % bands: chance leaves 0.83 and more in 19 of 20 trials
 
 
@@ -67,7 +67,7 @@ class PredictedTrial:
 
     @property
     def flags(self) -> tuple[Flag, ...]:
-        """That a fitted trial lies outside its own bands."""
+        """Flag for a fitted trial that lies outside its own bands."""
         if self.role != "fit" or (self.speed_inside and self.inside >= _FEWEST_INSIDE):
             return ()
         message = (
@@ -80,13 +80,13 @@ class PredictedTrial:
 
 @dataclass(frozen=True, eq=False)
 class PredictedSweep:
-    """Speed of trials that could still be swum, over frequency, and what each would add to what is known.
+    """Speed of trials that could still be swum, over frequency, and the information that each would add.
 
     Attributes:
-        frequency_hz: (f,).
+        frequency_hz: (f,) frequencies.
         inner, outer: (5, f) quantiles 5, 25, 50, 75, 95 % of the speed, m/s.
         sd: (f, 5) expected standard deviation of each coefficient with one such trial of 5 s more.
-        sd_now: (5,) without.
+        sd_now: (5,) standard deviation of each coefficient without.
     """
 
     frequency_hz: np.ndarray
@@ -96,14 +96,23 @@ class PredictedSweep:
     sd_now: np.ndarray
 
     def shrinkage(self, wanted: np.ndarray) -> np.ndarray:
-        """(f,) by what factor the standard deviations of wanted coefficients (5,) shrink, in geometric mean."""
+        """Return the factor (f,) by which the standard deviations of wanted coefficients (5,) shrink.
+
+        It is their geometric mean.
+        """
         return np.asarray(np.exp(np.log(self.sd[:, wanted] / self.sd_now[wanted]).mean(axis=1)))
 
 
 def predict_trials(posterior: Posterior, trials: Sequence[MeasuredTrial], seed: int = 0) -> tuple[PredictedTrial, ...]:
-    """Each trial by draws from the posterior, fit and held-out ones."""
+    """Predict each trial by draws from the posterior, fit and held-out ones.
+
+    Args:
+        posterior: the posterior.
+        trials: the trials.
+        seed: seed of the draws.
+    """
     mode, random = posterior.mode, np.random.default_rng([seed, 4])
-    draws, scatter = _some(posterior, random), scatter_of(mode)
+    draws, scatter = _choose_draws(posterior, random), scatter_of(mode)
     fitted = {block.model.trial.name: block for block in mode.blocks}
     found = []
     for trial in trials:
@@ -113,20 +122,26 @@ def predict_trials(posterior: Posterior, trials: Sequence[MeasuredTrial], seed: 
             simulated = posterior.surrogate.likelihood.emulator(draws)[:, own.trial * length :][:, :length]
         else:
             block = block_of(mode, Windows.of(mode, trial).late, scatter)
-            simulated = _simulated(mode, block, draws)
-        found.append(_of_trial(trial, block, *_predicted(posterior, block, draws, simulated), random, seed))
+            simulated = _simulate(mode, block, draws)
+        found.append(_of_trial(trial, block, *_predict(posterior, block, draws, simulated), random, seed))
     return tuple(found)
 
 
 def predict_sweep(
     posterior: Posterior, frequency_hz: np.ndarray, seed: int = 0, tell: Progress = lambda _message, _share: None
 ) -> PredictedSweep:
-    """Trials at each of some frequencies (f,), settled and measured like those of the session.
+    """Predict trials at each of some frequencies, settled and measured like those of the session.
 
-    What one would add is that of a linear model (Chaloner and Verdinelli 1995).
+    The information that one would add is that of a linear model (Chaloner and Verdinelli 1995).
+
+    Args:
+        posterior: the posterior.
+        frequency_hz: (f,) frequencies.
+        seed: seed of the draws.
+        tell: takes messages with the share of the work that is done.
     """
     mode, random = posterior.mode, np.random.default_rng([seed, 3])
-    draws, scatter = _some(posterior, random, _SWEEP_DRAWS), scatter_of(mode)
+    draws, scatter = _choose_draws(posterior, random, _SWEEP_DRAWS), scatter_of(mode)
     inner, outer, shrunk = [], [], []
     now, first = np.sqrt(np.diag(mode.coefficient_covariance)), mode.model.trials[0]
     seconds = SECONDS + first.trial.warmup_s
@@ -135,30 +150,30 @@ def predict_sweep(
         trial = imagined(first.twin, first.trial, mode.coefficients, float(hz), START_SPEED_M_S, seconds)
         window = replace(first, trial=trial)
         block = block_of(mode, window, scatter)
-        mean, covariance = _predicted(posterior, block, draws, _simulated(mode, block, draws))
+        mean, covariance = _predict(posterior, block, draws, _simulate(mode, block, draws))
         speed, sd = mean[:, SPEED], np.sqrt(covariance[SPEED, SPEED])
         inner.append(np.quantile(speed, QUANTILES))
         outer.append(np.quantile(speed[:, None] + sd * random.standard_normal((len(speed), _NOISES)), QUANTILES))
-        shrunk.append(np.sqrt(np.diag(_with(mode, block))) / now)
+        shrunk.append(np.sqrt(np.diag(_covariance_with(mode, block))) / now)
     sd_now = posterior.coefficients.std(axis=0, ddof=1)
     return PredictedSweep(frequency_hz, np.transpose(inner), np.transpose(outer), sd_now * np.array(shrunk), sd_now)
 
 
-def _some(posterior: Posterior, random: np.random.Generator, count: int = DRAWS) -> np.ndarray:
-    """Return (count, 5) draws without replacement."""
+def _choose_draws(posterior: Posterior, random: np.random.Generator, count: int = DRAWS) -> np.ndarray:
+    """Choose draws (count, 5) without replacement."""
     return random.choice(posterior.coefficients, count, replace=False)
 
 
-def _simulated(mode: Mode, block: Block, draws: np.ndarray) -> np.ndarray:
-    """(d, k) features at the draws (d, 5); where a twin diverges, those at the mode."""
+def _simulate(mode: Mode, block: Block, draws: np.ndarray) -> np.ndarray:
+    """Simulate the features (d, k) at the draws (d, 5); where a twin diverges, they are those at the mode."""
     rows = block.model.simulated(np.vstack([mode.coefficients, draws]))
     return np.where(np.isfinite(rows[1:]), rows[1:] - rows[0], 0.0) + block.features
 
 
-def _predicted(
+def _predict(
     posterior: Posterior, block: Block, draws: np.ndarray, simulated: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """(d, k) means of the features of a new block, given each of the draws (d, 5), and their covariance (k, k)."""
+    """Return the means (d, k) of the features of a new block at the draws (d, 5), and their covariance (k, k)."""
     mode, count = posterior.mode, len(posterior.mode.residual)
     total = Covariance.of([*mode.blocks, block], mode.blocks).at(mode.forecast_sizes)
     known, cross = total[:count, :count], total[:count, count:]
@@ -175,7 +190,7 @@ def _of_trial(
     random: np.random.Generator,
     seed: int,
 ) -> PredictedTrial:
-    """From means (d, k) by the draws, and the covariance (k, k) about each."""
+    """Build the prediction from means (d, k) by the draws, and the covariance (k, k) about each."""
     model, root = block.model, root_of(covariance)
     outer = np.concatenate([draws_about(mean, random.standard_normal(mean.shape) @ root) for _ in range(_NOISES)])
     together = FeatureForecast(model, mean.mean(axis=0), covariance + np.cov(mean.T))
@@ -197,12 +212,12 @@ def _of_trial(
 
 
 def _swing(features: np.ndarray) -> np.ndarray:
-    """(..., m) amplitude of each marker's lateral beat."""
+    """Return the amplitude (..., m) of each marker's lateral beat."""
     return np.abs(harmonics_of(features)[..., 1, 0])
 
 
-def _with(mode: Mode, block: Block) -> np.ndarray:
-    """(5, 5) covariance of the coefficients with one more trial."""
+def _covariance_with(mode: Mode, block: Block) -> np.ndarray:
+    """Return the covariance (5, 5) of the coefficients with one more trial."""
     total = Covariance.of([*mode.blocks, block], mode.blocks).at(mode.sizes)
     jacobian = np.vstack([mode.jacobian, jacobian_at([block.model], mode.coefficients)])
     return coefficient_covariance(total, jacobian)

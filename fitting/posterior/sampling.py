@@ -1,4 +1,4 @@
-"""Draws from the posterior, as many as are needed, whether to believe them, and the surrogate of the twin they are of.
+"""Sampling of the posterior, its diagnostics, and the surrogate of the twin that is sampled.
 
 The first simulations are draws of the normal approximation about the mode, wider by a factor. Then the twin is
 simulated at draws from the posterior by the emulator so far, half of them moved outward, and the emulator is made anew,
@@ -24,15 +24,17 @@ VARIABLES = (*NAMES, "ln_wave_discrepancy", "ln_speed_discrepancy")
 WALKERS = 64
 R_HAT = 1.01
 _MOVES = ((emcee.moves.DEMove(), 0.6), (emcee.moves.DESnookerMove(), 0.2), (emcee.moves.KDEMove(), 0.2))
-_CHUNK, _LONGEST = 1000, 40_000  # steps: some 10 autocorrelation times at least, and a few minutes at most
-_BURN_IN = 0.2  # of the steps, though walkers begin within the posterior
-_APART = 1e-6  # relative, by which copies of walkers differ: a snooker move from one to its double is undefined
-_FIRST, _ROUND = 144, 64  # simulations: enough for cubics (56 terms) from the first round on; of each further round
-_ROUNDS = 10  # most
-_STEPS = 500  # of the walkers in each round
-_OUTWARD = 1.7  # by which draws are moved from their middle: beyond where walkers will go
-_GOOD_ENOUGH = 1.0  # standard deviation of emulated minus simulated ln likelihood, below which no round follows
-_STABLE_SD = 0.4  # by which medians and ends of intervals may still move from round to round, in standard deviations
+_CHUNK = 1000  # steps at once: some 10 autocorrelation times at least
+_LONGEST = 40_000  # steps at most, a few minutes
+_BURN_IN = 0.2  # share of the steps, though walkers begin within the posterior
+_APART = 1e-6  # relative difference of copied walkers: a snooker move from one to its double is undefined
+_FIRST = 144  # simulations of the first round: enough for cubics (56 terms)
+_ROUND = 64  # simulations of each further round
+_ROUNDS = 10  # largest number of rounds
+_STEPS = 500  # steps of the walkers in each round
+_OUTWARD = 1.7  # factor by which draws are moved from their middle, beyond where walkers will go
+_GOOD_ENOUGH = 1.0  # sd of emulated minus simulated ln likelihood below which no round follows
+_STABLE_SD = 0.4  # largest move of medians and interval ends between rounds, in standard deviations
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,8 +46,8 @@ class Draws:
             left out, thinned.
         ess_bulk, r_hat: (7,) effective draws and rank-normalised split R-hat (Vehtari et al. 2021), a walker a chain.
         acceptance: share of moves accepted.
-        autocorrelation: steps, the longest of the seven.
-        steps: of each walker.
+        autocorrelation: autocorrelation time in steps, the longest of the seven.
+        steps: steps of each walker.
         flags: that there are too few, or that walkers disagree.
     """
 
@@ -59,15 +61,20 @@ class Draws:
 
     @property
     def flat(self) -> np.ndarray:
-        """(w d, 7)."""
+        """All draws in one array, (w d, 7)."""
         return self.chains.reshape(-1, self.chains.shape[-1])
 
 
 def log_posterior(likelihood: Likelihood, prior: ForwardSwimming, points: np.ndarray) -> np.ndarray:
-    """(s,) ln density of points (s, 7).
+    """Return the ln density (s,) of points (s, 7).
 
     The prior is uniform in the coefficients of twins that swim forward from rest, normal in the ln sizes of the
     discrepancies.
+
+    Args:
+        likelihood: the likelihood.
+        prior: probability of swimming forward from rest.
+        points: (s, 7) coefficients and ln sizes.
     """
     low, high = COEFFICIENT_BOUNDS
     coefficients, ln_sizes = points[:, :5], points[:, 5:]
@@ -79,7 +86,13 @@ def log_posterior(likelihood: Likelihood, prior: ForwardSwimming, points: np.nda
 
 
 def sampler(likelihood: Likelihood, prior: ForwardSwimming, random: np.random.Generator) -> emcee.EnsembleSampler:
-    """An ensemble (Foreman-Mackey et al. 2013) that moves by differential evolution (ter Braak and Vrugt 2008)."""
+    """Return an ensemble (Foreman-Mackey et al. 2013) that moves by differential evolution (ter Braak and Vrugt 2008).
+
+    Args:
+        likelihood: the likelihood.
+        prior: probability of swimming forward from rest.
+        random: generator that seeds it.
+    """
     ensemble = emcee.EnsembleSampler(
         WALKERS, len(VARIABLES), lambda points: log_posterior(likelihood, prior, points), vectorize=True, moves=_MOVES
     )
@@ -90,7 +103,14 @@ def sampler(likelihood: Likelihood, prior: ForwardSwimming, random: np.random.Ge
 def placed(
     walkers: np.ndarray, likelihood: Likelihood, prior: ForwardSwimming, random: np.random.Generator
 ) -> np.ndarray:
-    """(w, 7) walkers, those that stand where nothing is known put next to others."""
+    """Return the walkers (w, 7), those where nothing is known moved next to others.
+
+    Args:
+        walkers: (w, 7).
+        likelihood: the likelihood.
+        prior: probability of swimming forward from rest.
+        random: the generator.
+    """
     known = np.isfinite(log_posterior(likelihood, prior, walkers))
     others = walkers[random.choice(np.flatnonzero(known), len(walkers))]
     others = others * (1 + _APART * random.standard_normal(others.shape))
@@ -105,25 +125,34 @@ def sample(
     seed: int = 0,
     tell: Progress = lambda _message, _share: None,
 ) -> Draws:
-    """Samples until every coefficient has so many effective draws and an R-hat of 1.01 at most."""
+    """Sample until every coefficient has so many effective draws and an R-hat of 1.01 at most.
+
+    Args:
+        likelihood: the likelihood.
+        prior: probability of swimming forward from rest.
+        walkers: (w, 7) to start from.
+        effective: number of effective draws.
+        seed: seed of the draws.
+        tell: takes messages with the share of the work that is done.
+    """
     random = np.random.default_rng([seed, 2])
     ensemble, state = sampler(likelihood, prior, random), placed(walkers, likelihood, prior, random)
     while True:
         state = ensemble.run_mcmc(state, _CHUNK, skip_initial_state_check=True)
-        draws = _judged(ensemble, effective)
-        tell(_reported(draws), min(float(draws.ess_bulk[:5].min()) / effective, 0.99))
+        draws = _judge(ensemble, effective)
+        tell(_describe(draws), min(float(draws.ess_bulk[:5].min()) / effective, 0.99))
         if not draws.flags or ensemble.iteration >= _LONGEST:
             return draws
 
 
-def _reported(draws: Draws) -> str:
+def _describe(draws: Draws) -> str:
     return (
         f"sampling: {draws.ess_bulk[:5].min():.0f} effective draws, R-hat {draws.r_hat[:5].max():.3f}, acceptance "
         f"{draws.acceptance:.2f}, autocorrelation {draws.autocorrelation:.0f} steps"
     )
 
 
-def _judged(ensemble: emcee.EnsembleSampler, effective: int) -> Draws:
+def _judge(ensemble: emcee.EnsembleSampler, effective: int) -> Draws:
     steps = ensemble.iteration
     longest = float(np.max(ensemble.get_autocorr_time(tol=0, discard=int(_BURN_IN * steps))))
     thin = max(int(longest / 4), 1)
@@ -131,11 +160,11 @@ def _judged(ensemble: emcee.EnsembleSampler, effective: int) -> Draws:
     data = xarray.Dataset({name: (("chain", "draw"), chains[..., i]) for i, name in enumerate(VARIABLES)})
     ess, r_hat = (np.array([float(each[name]) for name in VARIABLES]) for each in (arviz.ess(data), arviz.rhat(data)))
     enough = bool((ess[:5] >= effective).all() and (r_hat[:5] <= R_HAT).all())
-    flags = () if enough else (_not_sampled(ess, r_hat, effective),)
+    flags = () if enough else (_unsampled_flag(ess, r_hat, effective),)
     return Draws(chains, ess, r_hat, float(ensemble.acceptance_fraction.mean()), longest, steps, flags)
 
 
-def _not_sampled(ess: np.ndarray, r_hat: np.ndarray, effective: int) -> Flag:
+def _unsampled_flag(ess: np.ndarray, r_hat: np.ndarray, effective: int) -> Flag:
     message = (
         f"sampled too little: {ess[:5].min():.0f} effective draws (wanted {effective}) and R-hat {r_hat[:5].max():.3f} "
         f"(wanted {R_HAT:g} at most) after the longest run; do not report these intervals"
@@ -144,14 +173,15 @@ def _not_sampled(ess: np.ndarray, r_hat: np.ndarray, effective: int) -> Flag:
 
 
 class Surrogate(NamedTuple):
-    """What stands for the twin in the posterior.
+    """Surrogate of the twin in the posterior.
 
     Attributes:
-        prior: that it swims forward from rest.
+        likelihood: likelihood with the emulator.
+        prior: probability of swimming forward from rest.
         walkers: (w, 7) draws to start from.
-        simulations: of each trial.
+        simulations: simulations of each trial.
         error: standard deviation of emulated minus simulated ln likelihood at fresh draws.
-        settled: whether intervals stood still in the last round, and the emulator missed fresh draws by no more than
+        settled: whether intervals were stable in the last round, and the emulator missed fresh draws by no more than
             the error that the likelihood counts.
     """
 
@@ -164,11 +194,17 @@ class Surrogate(NamedTuple):
 
 
 def fit_surrogate(mode: Mode, seed: int = 0, tell: Progress = lambda _message, _share: None) -> Surrogate:
-    """Simulates the trials of a mode until an emulator holds where the posterior lies."""
+    """Simulate the trials of a mode until an emulator holds where the posterior lies.
+
+    Args:
+        mode: the fit.
+        seed: seed of the draws.
+        tell: takes messages with the share of the work that is done.
+    """
     random = np.random.default_rng([seed, 1])
     tell("simulating about the fit", 0.0)
-    points = _about(mode, _FIRST, _OUTWARD, random)
-    good, features = _simulated(mode, points)
+    points = _draw_about(mode, _FIRST, _OUTWARD, random)
+    good, features = _simulate(mode, points)
     points, features = points[good], features[good]
     forward = mode.model.swim_forward(points)
     walkers, before, error, settled = _begin(mode, random), np.full((3, 5), np.inf), np.inf, False
@@ -181,10 +217,10 @@ def fit_surrogate(mode: Mode, seed: int = 0, tell: Progress = lambda _message, _
         walkers, drawn = ensemble.get_last_sample().coords, ensemble.get_chain(discard=_STEPS // 2, flat=True)
         places, spread = np.quantile(drawn[:, :5], [0.05, 0.5, 0.95], axis=0), drawn[:, :5].std(axis=0)
         fresh = drawn[random.choice(len(drawn), _ROUND, replace=False)]
-        fresh[_ROUND // 2 :, :5] = _reflected(places[1] + _OUTWARD * (fresh[_ROUND // 2 :, :5] - places[1]))
-        good, more = _simulated(mode, fresh[:, :5])
+        fresh[_ROUND // 2 :, :5] = _reflect(places[1] + _OUTWARD * (fresh[_ROUND // 2 :, :5] - places[1]))
+        good, more = _simulate(mode, fresh[:, :5])
         inner = good & (np.arange(_ROUND) < _ROUND // 2)
-        error, held = _missed(likelihood, fresh[inner], more[inner])
+        error, held = _measure_error(likelihood, fresh[inner], more[inner])
         points, features = np.vstack([points, fresh[good, :5]]), np.vstack([features, more[good]])
         forward = np.append(forward, mode.model.swim_forward(fresh[good, :5]))
         settled = held and bool((np.abs(places - before) < _STABLE_SD * spread).all())
@@ -195,16 +231,16 @@ def fit_surrogate(mode: Mode, seed: int = 0, tell: Progress = lambda _message, _
     return Surrogate(likelihood, ForwardSwimming.of(points, forward), walkers, len(points), error, settled)
 
 
-def _simulated(mode: Mode, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """(s,) whether the twin stood at points (s, 5), and (s, k) features there."""
+def _simulate(mode: Mode, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Simulate features (s, k) at points (s, 5), and tell where the twin did not diverge (s,)."""
     features = mode.model.simulated(points)
     return np.isfinite(features).all(axis=1), features
 
 
-def _missed(likelihood: Likelihood, drawn: np.ndarray, features: np.ndarray) -> tuple[float, bool]:
-    """Standard deviation of emulated minus simulated ln likelihood at draws (s, 7) with features (s, k).
+def _measure_error(likelihood: Likelihood, drawn: np.ndarray, features: np.ndarray) -> tuple[float, bool]:
+    """Return the standard deviation of emulated minus simulated ln likelihood at draws (s, 7) with features (s, k).
 
-    And whether features are missed by no more than the emulator's error has it.
+    Also tell whether features are missed by no more than the emulator's error.
     """
     points, sizes = drawn[:, :5], np.exp(drawn[:, 5:])
     off = likelihood.of_features(features, sizes) - likelihood(points, sizes)
@@ -213,19 +249,19 @@ def _missed(likelihood: Likelihood, drawn: np.ndarray, features: np.ndarray) -> 
     return float(off.std()), bool((missed**2).sum(axis=1).mean() <= counted)
 
 
-def _about(mode: Mode, count: int, wider: float, random: np.random.Generator) -> np.ndarray:
-    """(c, 5) draws of the normal approximation about a mode, wider by a factor, reflected at the bounds."""
+def _draw_about(mode: Mode, count: int, wider: float, random: np.random.Generator) -> np.ndarray:
+    """Draw points (c, 5) of the normal approximation about a mode, wider by a factor, reflected at the bounds."""
     root = np.linalg.cholesky(mode.coefficient_covariance)
-    return _reflected(mode.coefficients + wider * random.standard_normal((count, 5)) @ root.T)
+    return _reflect(mode.coefficients + wider * random.standard_normal((count, 5)) @ root.T)
 
 
 def _begin(mode: Mode, random: np.random.Generator) -> np.ndarray:
-    """(w, 7) about the mode."""
+    """Draw the first walkers (w, 7) about the mode."""
     sizes = np.log([size_of(mode, names) for names in (WAVE, SPEEDS)]) + 0.1 * random.standard_normal((WALKERS, 2))
-    return np.column_stack([_about(mode, WALKERS, 1.0, random), sizes])
+    return np.column_stack([_draw_about(mode, WALKERS, 1.0, random), sizes])
 
 
-def _reflected(points: np.ndarray) -> np.ndarray:
+def _reflect(points: np.ndarray) -> np.ndarray:
     low, high = COEFFICIENT_BOUNDS
     points = low + np.abs(points - low)
     return np.clip(high - np.abs(high - points), low, high)

@@ -1,4 +1,4 @@
-"""Everything that is said of a posterior: what is determined, what it predicts, and whether to believe it."""
+"""Summary of a posterior: what is determined, what it predicts, and whether to believe it."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -67,14 +67,18 @@ class PosteriorSummary:
     flags: tuple[Flag, ...]
 
     def inside(self, role: str) -> tuple[int, int, float]:
-        """Trials of a role whose speed lies within its 90 % band, how many there are, and the share of coordinates."""
+        """Count the trials of a role whose speed lies within its 90 % band.
+
+        Returns:
+            Their number, the number of all trials of the role, and the share of coordinates within their bands.
+        """
         chosen = [trial for trial in self.trials if trial.role == role]
         share = float(np.mean([trial.inside for trial in chosen])) if chosen else float("nan")
         return sum(trial.speed_inside for trial in chosen), len(chosen), share
 
     @property
     def wanted(self) -> np.ndarray:
-        """(5,) the coefficients that a further trial is judged by: those that are not determined, or all."""
+        """Coefficients that a further trial is judged by, (5,): those that are not determined, or all."""
         determined = np.array([marginal.determined for marginal in self.marginals.values()])
         return ~determined if not determined.all() else np.ones(len(determined), bool)
 
@@ -84,6 +88,10 @@ SUMMARY = ResultFile("posterior.json", PosteriorSummary)
 
 def read_summary(results: Path, draws: bool = True) -> PosteriorSummary:
     """Read ``posterior.json``, and its draws from ``posterior.nc`` unless they are not needed.
+
+    Args:
+        results: the folder of results.
+        draws: whether the draws are needed.
 
     Raises:
         InputError: there is none of this version.
@@ -98,7 +106,14 @@ def summarise(
     seed: int = 0,
     tell: Progress = lambda _message, _share: None,
 ) -> PosteriorSummary:
-    """Works out all that is said of a posterior."""
+    """Summarise a posterior.
+
+    Args:
+        posterior: the posterior.
+        trials: all trials of the session.
+        seed: seed of the predictions.
+        tell: takes messages with the share of the work that is done.
+    """
     draws, robot = posterior.draws, robot_parts(posterior)
     tell("predicting trials", 0.0)
     predicted = predict_trials(posterior, trials, seed)
@@ -128,14 +143,14 @@ def summarise(
             *_of_trials(trials),
             *posterior.flags,
             *missed,
-            *_wide(predicted),
+            *_flag_wide(predicted),
             *noise_flags(white),
             *robot_flags(robot),
         ),
     )
 
 
-def _wide(predicted: Sequence[PredictedTrial]) -> tuple[Flag, ...]:
+def _flag_wide(predicted: Sequence[PredictedTrial]) -> tuple[Flag, ...]:
     """Flag bands that hold nearly everything: they are as wrong as bands that hold too little."""
     inside = [trial.inside for trial in predicted if np.isfinite(trial.inside)]
     if not inside or (share := float(np.median(inside))) < _ALL:
@@ -148,7 +163,7 @@ def _wide(predicted: Sequence[PredictedTrial]) -> tuple[Flag, ...]:
 
 
 def _of_trials(trials: Sequence[MeasuredTrial]) -> tuple[Flag, ...]:
-    """Flags of fitted trials that bear on every coefficient, each with its trial's name."""
+    """Return the flags of fitted trials that bear on every coefficient, each with its trial's name."""
     fitted = [trial for trial in trials if trial.role == "fit"]
     return tuple(
         replace(flag, frames=None, message=f"{trial.name}: {flag.message}")

@@ -1,4 +1,4 @@
-"""Is the noise of the tracks as the model has it? What it leaves must be white, in time and between neighbours.
+"""Test of the noise model: its residual must be white, in time and between neighbours.
 
 All samples of a trial are freed at once of what the noise model correlates, and of a smooth swim.
 """
@@ -15,11 +15,11 @@ from fitting.model.noise import beside
 from fitting.model.trial_model import TrialModel
 from session import Flag
 
-_LAGS = 20
-_ENOUGH = 40  # frames that a marker, or two neighbours, must be seen in
+_LAGS = 20  # largest number of lags
+_ENOUGH = 40  # least frames in which a marker, or two neighbours, must be seen
 _OUTSIDE = 0.2  # share of the lags that may lie outside their 95 % band
-_BY_CHANCE = 0.99  # of trials with white noise stay below the limit of neighbours
-_SAMPLES = 2400  # that are freed of correlation at once
+_BY_CHANCE = 0.99  # share of trials with white noise that stay below the limit of neighbours
+_SAMPLES = 2400  # samples that are freed of correlation at once
 _DIFFUSE = 1e10  # variance of each number of the smooth swim, against that of a sample
 _DETERMINED = 1e3  # standard deviation of a forecast, against that of a sample, below which the swim is determined
 _RATES = ("", ", up to the third harmonic")
@@ -30,18 +30,20 @@ class Whiteness:
     """Correlation of the residuals of one trial's tracks about a smooth swim, before and after the noise model.
 
     Attributes:
-        lag_s: (l,) from one frame on.
+        trial: name of the trial.
+        lag_s: (l,) lags, from one frame on.
         raw: (l,) autocorrelation of the residuals.
-        innovations: (l,) of what the model takes for independent.
-        limit: within which 95 % of the lags of white noise lie.
+        innovations: (l,) autocorrelation of what the model takes for independent.
+        limit: bound within which 95 % of the lags of white noise lie.
         neighbours_raw: (2, m - 1) correlation between neighbours from nose to fin, of the residuals: of all rates, and
-            of what is no faster than the third harmonic of the beat, which features read.
-        neighbours: (2, m - 1) of what the model takes for independent.
-        neighbours_limit: (2,) below which the root mean square of these lies in 99 % of trials with white noise.
-        effective: how many independent frames would determine a mean as well.
+            of those no faster than the third harmonic of the beat, which features read.
+        neighbours: (2, m - 1) the same correlation of what the model takes for independent.
+        neighbours_limit: (2,) bound below which the root mean square of these lies in 99 % of trials with white noise.
+        frames: number of frames.
+        effective: number of independent frames that would determine a mean as well.
         white: share of the noise's variance that is white.
-        lasts_s: in which the correlation of the rest falls to 1/e.
-        sd_m: (m,) of each marker.
+        lasts_s: time in which the correlation of the rest falls to 1/e.
+        sd_m: (m,) standard deviation of each marker.
     """
 
     trial: str
@@ -65,32 +67,32 @@ class Whiteness:
 
     @property
     def neighbour_correlation(self) -> np.ndarray:
-        """(2,) root mean square of the correlations between neighbours after the model."""
+        """Root mean square of the correlations between neighbours after the model, (2,)."""
         return _rms(self.neighbours)
 
     @property
     def neighbour_correlation_raw(self) -> np.ndarray:
-        """(2,) the same of the residuals."""
+        """Root mean square of the correlations between neighbours before the model, (2,)."""
         return _rms(self.neighbours_raw)
 
     @property
     def in_time(self) -> bool:
-        """Whether no more lags lie outside the limit than a fifth of them."""
+        """Whether at most a fifth of the lags lie outside the limit."""
         return self.outside <= _OUTSIDE
 
     @property
     def across(self) -> bool:
-        """Whether neighbours are no more alike after the model than by chance."""
+        """Whether neighbours are no more correlated after the model than by chance."""
         return not (self.neighbour_correlation > self.neighbours_limit).any()
 
     @property
     def is_white(self) -> bool:
-        """In time and across markers."""
+        """Whether the residual is white in time and across markers."""
         return self.in_time and self.across
 
     @property
     def fault(self) -> str:
-        """What is not white after the model, in words; empty where all is."""
+        """What is not white after the model, in words; an empty text where all is."""
         said = []
         if not self.in_time:
             said.append(
@@ -107,7 +109,7 @@ class Whiteness:
 
 
 def noise_flags(found: Sequence[Whiteness]) -> list[Flag]:
-    """One for each trial whose noise is not as the model takes it to be."""
+    """Flag each trial whose noise is not as the model takes it to be."""
     return [
         Flag(
             "noise_not_white",
@@ -120,7 +122,7 @@ def noise_flags(found: Sequence[Whiteness]) -> list[Flag]:
 
 
 def whiteness(model: TrialModel) -> Whiteness:
-    """Of one trial's tracks; of a long trial its beginning."""
+    """Test the noise of one trial's tracks; of a long trial, that of its beginning."""
     reader, noise, columns = model.reader, model.noise, beside(model.reader)
     seen = reader.usable.sum(axis=0) >= max(_ENOUGH, 2 * columns.shape[1])
     along_m = model.twin.robot.marker_positions_m(model.trial.markers)[:, 0]
@@ -161,7 +163,7 @@ def whiteness(model: TrialModel) -> Whiteness:
 
 
 def _beside_swim(columns: np.ndarray, scaled: np.ndarray, usable: np.ndarray) -> np.ndarray:
-    """(n, m, 2) residuals of the markers about a smooth swim, by least squares; nan where a sample does not count."""
+    """Return the residuals (n, m, 2) about a smooth swim, by least squares; nan where a sample does not count."""
     found = np.full(scaled.shape, np.nan)
     for m, own in enumerate(usable.T):
         found[own, m] = scaled[own, m] - columns[own] @ np.linalg.lstsq(columns[own], scaled[own, m], rcond=None)[0]
@@ -171,7 +173,7 @@ def _beside_swim(columns: np.ndarray, scaled: np.ndarray, usable: np.ndarray) ->
 def _innovations(
     columns: np.ndarray, scaled: np.ndarray, usable: np.ndarray, model: TrialModel, order: np.ndarray
 ) -> np.ndarray:
-    """(n, m, 2) each sample against its forecast by all before it, over the standard deviation of that forecast.
+    """Return the innovations (n, m, 2): each sample less its forecast by all before it, over the forecast's sd.
 
     The smooth swim has a diffuse prior: innovations are independent, but for the first ones, which determine it. Those
     are nan, as samples are that do not count (recursive residuals; Brown, Durbin and Evans 1975).
@@ -190,7 +192,10 @@ def _innovations(
 
 
 def _correlation(first: np.ndarray, second: np.ndarray, weight: np.ndarray | None = None) -> float:
-    """Of two series (n, 2) where both count; with weights (n, n) of products of all pairs, else each with its own."""
+    """Return the correlation of two series (n, 2) where both count.
+
+    With weights (n, n) it is over products of all pairs, else of each sample with its own.
+    """
     counts = np.isfinite(first).all(axis=1) & np.isfinite(second).all(axis=1)
     a, b = first[counts], second[counts]
     left, right = (a, b) if weight is None else (weight[np.ix_(counts, counts)] @ each for each in (a, b))
@@ -198,7 +203,7 @@ def _correlation(first: np.ndarray, second: np.ndarray, weight: np.ndarray | Non
 
 
 def _chance(pair: np.ndarray, weight: np.ndarray) -> float:
-    """Variance of such a correlation between two markers' white noise (n, 2, 2)."""
+    """Return the variance of such a correlation between two markers' white noise (n, 2, 2)."""
     counts = np.isfinite(pair).all(axis=(1, 2))
     own = weight[np.ix_(counts, counts)]
     return float((own**2).sum() / (2 * np.trace(own) ** 2))

@@ -1,4 +1,4 @@
-"""What effects do to features: how a trial would look if the robot or the camera did what the plain twin leaves out."""
+"""Signatures of effects in the features: how a trial would look if the robot or the camera had the effect."""
 
 from fitting.signatures.affected_session import AffectedSession, view_of
 from fitting.signatures.session_row import Whitened

@@ -1,4 +1,4 @@
-"""All trials of a session beside twins with effects, simulated together and seen by the camera that filmed them.
+"""Trials of a session with twins that have effects, simulated together and seen by the camera that filmed them.
 
 A step with forces that no model holds costs by the step, hardly by the simulation.
 """
@@ -32,12 +32,12 @@ COMMON_PX = (
     (5312, 2988),
 )
 """Sizes of the pictures of common cameras, width and height; the smallest comes first."""
-_RUN_IN_BEATS = 4.0  # of a trial that is imagined: the speed settles
+_RUN_IN_BEATS = 4.0  # beats of an imagined trial in which the speed settles
 TO_PX = np.array([1.0, -1.0])  # the pool's y points up in the picture
 
 
 def picture_px(trials: Iterable[MeasuredTrial], camera: CameraSpec) -> tuple[float, float]:
-    """Width and height of the picture: as calibrated, else the least common size that holds all that was tracked."""
+    """Return the width and height of the picture: as calibrated, else the least common size that holds all tracks."""
     if (lens := camera.calibration) is not None:
         return lens.width_px, lens.height_px
     reached = np.max([np.nanmax(TO_PX * each.position_m / each.metres_per_px, axis=(0, 1)) for each in trials], axis=0)
@@ -55,17 +55,17 @@ def imagined(
     noise: Callable[[np.ndarray], np.ndarray | float] = lambda _time_s: 0.0,
     middle_px: np.ndarray | float = 0.0,
 ) -> MeasuredTrial:
-    """A trial that could be swum, settled at a frequency, filmed like another of the same markers.
+    """Simulate a trial that could be swum, settled at a frequency, filmed like another of the same markers.
 
     Args:
-        twin: that swims it.
+        twin: the twin that swims it.
         like: the other trial.
         coefficients: (5,) of the twin.
         hz: turns of the crank a second.
         start_m_s: forward speed that it begins with.
-        seconds: that are filmed.
+        seconds: time that is filmed.
         noise: (n, m, 2) of the tracks at times (n,), m; default: none.
-        middle_px: (2,) of the picture.
+        middle_px: (2,) middle of the picture.
     """
     frame_s, run_in_s = float(np.median(np.diff(like.time_s))), _RUN_IN_BEATS / hz
     time_s = np.arange(0.0, run_in_s + seconds, frame_s)
@@ -79,9 +79,9 @@ def imagined(
 
 
 def with_picture(camera: CameraSpec, trials: Iterable[MeasuredTrial]) -> CameraSpec:
-    """The camera with the picture that all trials of a session tell, so that every part of it is seen in the same one.
+    """Return the camera with the picture that all trials of a session tell, so that all its parts share the same one.
 
-    For views alone: its focal length is only a place holder.
+    It serves views alone: its focal length is only a placeholder.
     """
     if camera.calibration is not None:
         return camera
@@ -98,16 +98,16 @@ def view_of(
     camera: CameraSpec,
     size_px: tuple[float, float] | None = None,
 ) -> View:
-    """The view of a trial; without a calibrated lens its axis goes through the middle of the picture.
+    """Return the view of a trial; without a calibrated lens its axis goes through the middle of the picture.
 
     The twin's frame is laid on the pool so that both fish, over the kept frames, head the same way and are at the same
     place in the mean: at a single frame each is somewhere else in its beat.
 
     Args:
-        trial: as measured.
-        simulated_m: (n, m, 2) of the kept frames, the markers of the twin beside it, m.
-        camera: that filmed it.
-        size_px: of the picture; default: as the trial alone tells it.
+        trial: the measured trial.
+        simulated_m: (n, m, 2) the twin's markers in the kept frames, m.
+        camera: the camera that filmed it.
+        size_px: size of the picture; default: as the trial alone tells it.
     """
     width_px, height_px = size_px or picture_px([trial], camera)
     lens = camera.calibration
@@ -116,7 +116,7 @@ def view_of(
     (line, place), (own_line, own_place) = (_mean_head(each, trial.markers) for each in (measured_m, simulated_m))
     turn = np.angle(line / own_line)
     cos, sin = np.cos(turn), np.sin(turn)
-    to_pool = np.array([[cos, -sin], [sin, cos]])  # from the twin's frame
+    to_pool = np.array([[cos, -sin], [sin, cos]])  # turns the twin's frame into the pool's
     origin_m = place - to_pool @ own_place
     return View(
         axis_m=(trial.metres_per_px * TO_PX * middle_px - origin_m) @ to_pool,
@@ -126,7 +126,10 @@ def view_of(
 
 
 def _mean_head(position_m: np.ndarray, markers: tuple[str, ...]) -> tuple[complex, np.ndarray]:
-    """The mean direction from nose to neck, x + i y, and the mean place (2,) of the nose, of positions (n, m, 2)."""
+    """Return the mean direction from nose to neck, x + i y, and the mean place (2,) of the nose.
+
+    The positions are (n, m, 2).
+    """
     nose, neck = (position_m[:, markers.index(name)] for name in ("nose", "neck"))
     line = (neck - nose) / np.linalg.norm(neck - nose, axis=-1, keepdims=True)
     along, across = np.nanmean(line, axis=0)
@@ -135,18 +138,18 @@ def _mean_head(position_m: np.ndarray, markers: tuple[str, ...]) -> tuple[comple
 
 @dataclass(frozen=True, eq=False)
 class AffectedTrial:
-    """What effects do to the features of one trial."""
+    """One trial and the twin with effects, to compute its features."""
 
     model: TrialModel
     twin: AffectedTwin
     view: View
 
     def hertz(self, values: np.ndarray, *, logged: bool = False) -> np.ndarray:
-        """(s,) the frequency that the trial's command leads to with values (s, p); nan without one.
+        """Return the frequency (s,) that the trial's command leads to with values (s, p); nan without a command.
 
-        As it is measured, or, `logged`, as the motor's log tells it: what gears and clocks make of the command, and how
-        a crank that does not turn evenly beats over the trial, unless its turn was measured. That shows in a log too;
-        a twin beside a wrong clock beats as it was filmed.
+        It is as measured by the camera or, if `logged`, by the motor's log: the effect of gears and clocks on the
+        command, and the mean over the trial of a crank that does not turn evenly, unless its turn was measured. That
+        shows in a log too; a twin with a wrong clock beats as it was filmed.
         """
         trial = self.model.trial
         if trial.commanded_hz is None:
@@ -159,12 +162,15 @@ class AffectedTrial:
         return np.asarray(found + self.twin.beats_hz(runs, trial.time_s) - trial.frequency.hz)
 
     def runs(self, coefficients: np.ndarray, values: np.ndarray) -> AffectedRuns:
-        """Of coefficients (s, 5) and values (s, p) of the session."""
+        """Return the runs at coefficients (s, 5) with values (s, p) of the session."""
         in_trial = np.array([self.twin.in_trial(self.view, value) for value in values])
         return AffectedRuns(**vars(self.model.runs(coefficients)), values=in_trial)
 
     def features(self, runs: AffectedRuns, motion: Trajectories) -> np.ndarray:
-        """(s, k) of its runs, as tracks would show them, scaled by nose and neck; nan where the twin diverged."""
+        """Return the features (s, k) of its runs, as tracks would show them, scaled by nose and neck.
+
+        They are nan where the twin diverged.
+        """
         tracked = self.twin.tracked(runs, motion, self.view)
         kept = np.compress(self.model.trial.kept[: len(self.model.time_s)], tracked, axis=1)
         return self.model.in_step(self.model.reader(kept))
@@ -172,10 +178,10 @@ class AffectedTrial:
 
 @dataclass(frozen=True, eq=False)
 class AffectedSession:
-    """What effects do to the rows of a session.
+    """A session with twins that have effects, to compute its rows.
 
     Attributes:
-        trials: t of them, each beside a twin with the same effects; twins that are one object are simulated together.
+        trials: the t trials, each with a twin that has the same effects; equal twins are simulated together.
         logged: numbers of those whose motor was logged.
         rings: free decays of the same robot.
     """
@@ -188,7 +194,14 @@ class AffectedSession:
     def of(
         cls, effects: Sequence[Effect], model: SessionModel, camera: CameraSpec, coefficients: np.ndarray
     ) -> "AffectedSession":
-        """Seen as the plain twins of coefficients (5,) say."""
+        """Build the session, with views from the plain twins at given coefficients.
+
+        Args:
+            effects: the effects.
+            model: the trials.
+            camera: the camera that filmed them.
+            coefficients: (5,).
+        """
         twins = {id(each.twin): AffectedTwin(each.twin, effects) for each in model.trials}
         views = views_of(model, camera, tuple(map(float, coefficients)))
         trials = zip(model.trials, views, strict=True)
@@ -197,27 +210,27 @@ class AffectedSession:
 
     @property
     def effects(self) -> tuple[Effect, ...]:
-        """With the parameters that these trials' markers give them."""
+        """The effects, with the parameters that these trials' markers give them."""
         return self.trials[0].twin.effects
 
     def features(self, coefficients: np.ndarray, values: np.ndarray) -> np.ndarray:
-        """(s, k) rows of features of coefficients (s, 5) and values (s, p); nan where the twin diverged."""
+        """Return rows of features (s, k) at coefficients (s, 5) and values (s, p); nan where the twin diverged."""
         runs, times = [trial.runs(coefficients, values) for trial in self.trials], [t.model.time_s for t in self.trials]
         swims = simulate_together([trial.twin for trial in self.trials], runs, times)
         return np.hstack([trial.features(own, each) for trial, own, each in zip(self.trials, runs, swims, strict=True)])
 
     def hertz(self, values: np.ndarray) -> np.ndarray:
-        """(s, f) frequencies that the trials' commands lead to with values (s, p); nan where there is no command.
+        """Return the frequencies (s, f) that the trials' commands lead to with values (s, p); nan without a command.
 
-        First as they are filmed, of all trials, then as the motors' logs tell them.
+        First come those of all trials as they are filmed, then those of the motors' logs.
         """
         filmed = [trial.hertz(values) for trial in self.trials]
         return np.column_stack([*filmed, *(self.trials[number].hertz(values, logged=True) for number in self.logged)])
 
     def beside(self, values: np.ndarray) -> np.ndarray:
-        """(s, b) by how much values (s, p) change the numbers beside the features; 0 where nobody knows.
+        """Return the change (s, b) by values (s, p) of the numbers after the features; 0 where nobody knows.
 
-        Of frequencies, and of free decays: there act only effects that can show in one.
+        They are those of frequencies, and of free decays: there only effects act that can show in one.
         """
         twin = self.trials[0].twin.plain
         hertz = self.hertz(np.vstack([np.zeros((1, values.shape[1])), values]))
@@ -231,13 +244,25 @@ class AffectedSession:
 
 @lru_cache(maxsize=8)
 def views_of(model: SessionModel, camera: CameraSpec, coefficients: tuple[float, ...]) -> tuple[View, ...]:
-    """The view of each trial of a session, one picture for all."""
+    """Return the view of each trial of a session, one picture for all.
+
+    Args:
+        model: the trials.
+        camera: the camera that filmed them.
+        coefficients: (5,) of the plain twin.
+    """
     size, at = picture_px([each.trial for each in model.trials], camera), np.array([coefficients])
     return tuple(view_of(each.trial, each.positions(at)[0], camera, size) for each in model.trials)
 
 
 @lru_cache(maxsize=8)
 def plain_features(model: SessionModel, camera: CameraSpec, coefficients: tuple[float, ...]) -> np.ndarray:
-    """(k,) the row of features without any effect, which is that of every effect of no strength."""
+    """Return the row of features (k,) without any effect, which is that of every effect of no strength.
+
+    Args:
+        model: the trials.
+        camera: the camera that filmed them.
+        coefficients: (5,) of the plain twin.
+    """
     at = np.array([coefficients])
     return AffectedSession.of((), model, camera, at[0]).features(at, np.zeros((1, 0)))[0]

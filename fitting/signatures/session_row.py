@@ -1,6 +1,7 @@
-"""A session as one row, and the space in which all that disturbs it has unit size.
+"""A session as one row, and the whitened space in which all that disturbs it has unit size.
 
-A row holds the features of all swims, then how far each beats from its command, and then how free decays ring.
+A row holds the features of all swims, then the differences of their frequencies from the commands, and then the numbers
+of free decays.
 """
 
 from dataclasses import dataclass
@@ -16,18 +17,18 @@ from swimmer.fluid import COEFFICIENT_BOUNDS
 
 PRIOR_SD = np.full(5, (COEFFICIENT_BOUNDS[1] - COEFFICIENT_BOUNDS[0]) / np.sqrt(12.0))
 TOLD_TO = 0.002  # relative standard deviation of a measured frequency about the commanded one
-_ALIKE = 0.8  # correlation of that of the tail with that of the motor's log: both do what the motor does
-_LEAST = 0.01  # of a coefficient about which slopes are taken: nearer to 0 steps are lost in the twin's roughness
-_STEP = 0.02  # of the root of a coefficient, either way
+_ALIKE = 0.8  # correlation of the errors of tail and motor's log: both do what the motor does
+_LEAST = 0.01  # least coefficient for the Jacobian: nearer to 0 steps are lost in the twin's roughness
+_STEP = 0.02  # finite difference of the root of a coefficient, either way
 LONG = 10.0
-"""Whitened length of a step after which slopes are simulated anew."""
+"""Whitened norm of a step after which the Jacobian is simulated anew."""
 
 
 def residual_row(model: SessionModel, at: np.ndarray) -> np.ndarray:
-    """(k + b,) what the twin at coefficients (5,) leaves of the features, and of the numbers beside them.
+    """Return the residual (k + b,) of the features, and of the numbers after them, with the twin at coefficients (5,).
 
-    Of frequencies what they are off their commands, Hz: first those of all tails, as filmed, then those of the motors
-    that were logged; and then of free decays.
+    The residual of frequencies is their difference from the commands, Hz: first those of all tails, as filmed, then
+    those of the motors that were logged; and then of free decays.
     """
     residual = model.measured - model.simulated(at[None])[0]
     trials = [each.trial for each in model.trials]
@@ -43,7 +44,10 @@ def _off_command(trial: MeasuredTrial) -> float:
 
 
 def row_slopes(model: SessionModel, at: np.ndarray) -> np.ndarray:
-    """(k + b, 5) of the row with the coefficients, on which only features depend; even steps in their roots."""
+    """Return the Jacobian (k + b, 5) of the row at coefficients (5,), on which only features depend.
+
+    Its steps are even in the roots of the coefficients.
+    """
     roots = np.sqrt(np.maximum(at, _LEAST)) + _STEP * np.vstack([np.eye(5), -np.eye(5)])
     points = np.clip(roots, 0.0, np.sqrt(COEFFICIENT_BOUNDS[1])) ** 2
     features = model.simulated(points)
@@ -52,13 +56,13 @@ def row_slopes(model: SessionModel, at: np.ndarray) -> np.ndarray:
 
 
 def row_covariance(model: SessionModel, features: np.ndarray, robot: np.ndarray | None = None) -> np.ndarray:
-    """(k + b, k + b) from that of the features (k, k): frequencies are as far off their commands as motors are.
+    """Return the covariance (k + b, k + b) of a row; frequencies are as far off their commands as motors are.
 
     Args:
         model: the swims.
-        features: covariance of all that disturbs them.
-        robot: (k, q) what is doubted of the robot does to features, which decays have in common with them; default:
-            nothing.
+        features: (k, k) covariance of all that disturbs them.
+        robot: (k, q) effect of the robot's uncertain numbers on features, which decays have in common with them;
+            default: nothing.
     """
     whose = [*range(len(model.trials)), *model.logged]
     hertz = np.diag([TOLD_TO * model.trials[number].trial.frequency.hz for number in whose])
@@ -77,12 +81,12 @@ def row_covariance(model: SessionModel, features: np.ndarray, robot: np.ndarray 
 class Whitened:
     """A space in which all that disturbs a session's row of k numbers has unit size and coefficients are free.
 
-    The row holds the features of t trials, and then the numbers beside them.
+    The row holds the features of t trials, and then the numbers after them.
 
     Attributes:
         root: (k, k) lower Cholesky factor of the covariance of noise, nuisances and the twin's own discrepancy.
-        slopes: (k, 5) of the row with the coefficients.
-        precision: (5,) of the prior of the coefficients.
+        slopes: (k, 5) Jacobian of the row by the coefficients.
+        precision: (5,) precision of the prior of the coefficients.
     """
 
     root: np.ndarray
@@ -91,11 +95,17 @@ class Whitened:
 
     @classmethod
     def of(cls, covariance: np.ndarray, slopes: np.ndarray, prior_sd: np.ndarray) -> "Whitened":
-        """From a covariance (k, k), slopes (k, 5) and the prior's standard deviations (5,)."""
+        """Build the space.
+
+        Args:
+            covariance: (k, k) of the row.
+            slopes: (k, 5) Jacobian of the row by the coefficients.
+            prior_sd: (5,) standard deviations of the prior of the coefficients.
+        """
         return cls(np.linalg.cholesky(covariance), slopes, prior_sd**-2.0)
 
     def projected(self, rows: np.ndarray) -> np.ndarray:
-        """(..., k + 5) rows (..., k), whitened, with what coefficients can take away taken; lengths are distances."""
+        """Return rows (..., k) whitened, less what coefficients can explain, (..., k + 5); norms are distances."""
         white = solve_triangular(self.root, rows.reshape(-1, rows.shape[-1]).T, lower=True)  # (k, q)
         slopes = np.vstack([solve_triangular(self.root, self.slopes, lower=True), np.diag(np.sqrt(self.precision))])
         white = np.vstack([white, np.zeros((len(self.precision), white.shape[1]))])
@@ -104,17 +114,20 @@ class Whitened:
 
     @cached_property
     def log_volume(self) -> float:
-        """What the logarithm of a row's density has beside half the square of its length, but for a constant."""
+        """Part of the logarithm of a row's density besides half the square of its norm, up to a constant."""
         white = solve_triangular(self.root, self.slopes, lower=True)
         freedom = np.diag(self.precision) + white.T @ white
         of_prior = 0.5 * float(np.log(self.precision).sum())
         return of_prior - float(np.log(np.diag(self.root)).sum()) - 0.5 * float(np.linalg.slogdet(freedom)[1])
 
     def coefficients(self, row: np.ndarray) -> np.ndarray:
-        """(5,) by how much coefficients, held back by their prior, best make up for a change (k,)."""
+        """Return the change (5,) of coefficients that best makes up for a change (k,) of the row.
+
+        The prior holds it back.
+        """
         white, slopes = (solve_triangular(self.root, part, lower=True) for part in (row, self.slopes))
         return np.linalg.solve(slopes.T @ slopes + np.diag(self.precision), slopes.T @ white)
 
     def length(self, row: np.ndarray) -> float:
-        """From the plain twin, refitted, of a change (k,)."""
+        """Return the norm of a change (k,) of the row after coefficients are refitted."""
         return float(np.linalg.norm(self.projected(row)))

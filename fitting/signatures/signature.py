@@ -1,8 +1,8 @@
-"""By how much an effect of some strength moves what a session measured, and how that changes with one parameter.
+"""Signature of an effect: how much it moves what a session measured, and how that changes with one parameter.
 
-An effect was tried at a few strengths, and what it does to the row over its strength, the slope of a chord, is taken to
-be right about that strength. Nearer to nothing the slope goes on as it changes from the other side of nothing, or, for
-a parameter with one sign, as it changes beyond; where it changes only across nothing it has a kink there, and stays.
+An effect was tried at a few strengths, and its change of the row over its strength, the slope of a chord, is taken to
+be right about that strength. Nearer to zero the slope goes on as it changes from the other side of zero, or, for a
+parameter with one sign, as it changes beyond; where it changes only across zero it has a kink there, and stays.
 """
 
 from dataclasses import dataclass
@@ -17,15 +17,15 @@ from session import CameraSpec
 from swimmer.effects import Effect
 
 STRENGTHS = (-3.0, -1.0, 1.0, 3.0)  # standard deviations of a parameter's prior
-_LITTLE = 0.3  # of the least strength that was tried: where the slope of little strengths is taken
+_LITTLE = 0.3  # share of the least strength tried at which the slope of small strengths is taken
 
 
 @dataclass(frozen=True, eq=False)
 class Signature:
-    """Of one effect on trials whose features stand in one row of length k, and which tell b numbers beside.
+    """Signature of one effect on trials whose features form a row of length k, followed by b further numbers.
 
     Attributes:
-        effect: with the parameters that these trials' markers give it.
+        effect: the effect, with the parameters that these trials' markers give it.
         values: (q, p) strengths that were tried.
         features: (q, k) change of the row of features; nan where the twin diverged.
         beside: (q, b) change of what the trials' commands lead to, as filmed and as logged, Hz, and of how decays ring.
@@ -38,7 +38,7 @@ class Signature:
 
     @property
     def rows(self) -> np.ndarray:
-        """(q, k + b) both, side by side."""
+        """Changes of the whole row, (q, k + b)."""
         return np.hstack([self.features, self.beside])
 
 
@@ -49,15 +49,15 @@ def signature_of(
     coefficients: np.ndarray,
     values: np.ndarray | None = None,
 ) -> Signature:
-    """What an effect does to the trials of a session at coefficients (5,), against the plain twin.
+    """Compute the signature of an effect on the trials of a session, against the plain twin.
 
     An effect of no strength is the plain twin (see `Effect`): one that is not would have a part that never changes.
 
     Args:
-        effect: of the catalogue or of a user.
-        model: the trials beside the plain twin.
-        camera: that filmed them.
-        coefficients: (5,) at which.
+        effect: the effect, of the catalogue or of a user.
+        model: the trials with the plain twin.
+        camera: the camera that filmed them.
+        coefficients: (5,) of the twin.
         values: (q, p) strengths; by default each parameter alone, one and three standard deviations of its prior either
             way, as far as its bounds allow.
     """
@@ -72,7 +72,7 @@ def signature_of(
 
 
 def strengths(effect: Effect) -> np.ndarray:
-    """(q, p) each parameter alone, in sizes `STRENGTHS` as far as its bounds allow."""
+    """Return the strengths to try (q, p): each parameter alone, in sizes `STRENGTHS` as far as its bounds allow."""
     rows = []
     for number, parameter in enumerate(effect.parameters):
         for size in STRENGTHS:
@@ -83,11 +83,11 @@ def strengths(effect: Effect) -> np.ndarray:
 
 
 class Piece(NamedTuple):
-    """One stretch of strengths.
+    """Slope of an effect over one stretch of strengths.
 
     Attributes:
-        low, high: its ends, of the sign of the stretch or zero, in the unit of the parameter.
-        slope: (k,) by how much the row changes, over the strength; m, m/s or Hz for one of that unit.
+        low, high: ends of the stretch, of its sign or zero, in the unit of the parameter.
+        slope: (k,) change of the row over the strength; m, m/s or Hz for one of that unit.
     """
 
     low: float
@@ -96,9 +96,16 @@ class Piece(NamedTuple):
 
 
 def pieces(signature: Signature, parameter: int) -> tuple[Piece, ...]:
-    """Of all strengths of one parameter that its bounds allow, the lowest first; empty where no try stood."""
+    """Return the pieces of all strengths of one parameter that its bounds allow, the lowest first.
+
+    There is none where the twin diverged at every strength.
+
+    Args:
+        signature: the signature.
+        parameter: number of the parameter.
+    """
     bounds = signature.effect.parameters[parameter]
-    tried = _tried(signature, parameter)
+    tried = _chord_slopes(signature, parameter)
     found: list[Piece] = []
     for sign, end in ((-1.0, bounds.low), (1.0, bounds.high)):
         own = {sign * value: slope for value, slope in tried.items() if sign * value > 0}
@@ -107,7 +114,7 @@ def pieces(signature: Signature, parameter: int) -> tuple[Piece, ...]:
             continue
         if own:
             side = _side(own, other, sign * end)
-        elif other:  # it did not stand on this side: as on the other
+        elif other:  # it diverged on this side: as on the other
             side = [Piece(0.0, sign * end, _about_zero(other, own))]
         else:
             continue
@@ -116,13 +123,21 @@ def pieces(signature: Signature, parameter: int) -> tuple[Piece, ...]:
 
 
 def little(signature: Signature, parameter: int) -> np.ndarray | None:
-    """(k,) slope of little strengths, either way alike where both are allowed; None where no try stood."""
+    """Return the slope of small strengths (k,), averaged over both signs.
+
+    Args:
+        signature: the signature.
+        parameter: number of the parameter.
+
+    Returns:
+        None where the twin diverged at every strength.
+    """
     near = [piece.slope for piece in pieces(signature, parameter) if piece.low <= 0 <= piece.high]
     return np.asarray(np.mean(near, axis=0)) if near else None
 
 
 def _side(own: dict[float, np.ndarray], other: dict[float, np.ndarray], end: float) -> list[Piece]:
-    """The pieces of one side, strengths counted from zero."""
+    """Return the pieces of one side, strengths counted from zero."""
     sizes = sorted(own)
     slopes = [_about_zero(own, other), *(own[size] for size in sizes)]
     places = [_LITTLE * sizes[0], *sizes]
@@ -132,7 +147,7 @@ def _side(own: dict[float, np.ndarray], other: dict[float, np.ndarray], end: flo
 
 
 def _about_zero(own: dict[float, np.ndarray], other: dict[float, np.ndarray]) -> np.ndarray:
-    """(k,) slope of little strengths on one side."""
+    """Return the slope of small strengths on one side, (k,)."""
     sizes = sorted(own)
     first = own[sizes[0]]
     beyond = own[sizes[1]] - first if len(sizes) > 1 else None
@@ -150,8 +165,8 @@ def _about_zero(own: dict[float, np.ndarray], other: dict[float, np.ndarray]) ->
     return np.asarray(first - beyond * way / (sizes[1] - sizes[0]))
 
 
-def _tried(signature: Signature, parameter: int) -> dict[float, np.ndarray]:
-    """Slope of each chord by strength, of those tries of this parameter alone that stood."""
+def _chord_slopes(signature: Signature, parameter: int) -> dict[float, np.ndarray]:
+    """Return the slope of each chord by strength, for this parameter alone, where the twin did not diverge."""
     found = {}
     for values, row in zip(signature.values, signature.rows, strict=True):
         strength = float(values[parameter])

@@ -32,7 +32,10 @@ from swimmer.runs import Runs, Trajectories
 from swimmer.twin import FOLLOWING_N_M_S, Twin
 
 T = TypeVar("T")
-_LEAD_RAD, _ASIDE_RAD, _SLOW_RAD_S = 0.8, 0.05, 1.6  # of the slow turn that brings a tail into its pose
+# A slow turn of the crank brings a tail into its pose: lead before the pose, offsets for its slope, and speed.
+_LEAD_RAD = 0.8
+_ASIDE_RAD = 0.05
+_SLOW_RAD_S = 1.6
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,12 +45,12 @@ class AffectedRuns(Runs):
     values: np.ndarray = field(kw_only=True)
 
     def part(self, rows: np.ndarray) -> Self:
-        """Some of them, by their numbers (r,)."""
+        """Return some of the runs, by their numbers (r,)."""
         return replace(super().part(rows), values=self.values[rows])
 
     @classmethod
     def joined(cls, parts: Sequence[Self]) -> Self:
-        """All runs of several, one after the other."""
+        """Join the runs of several parts, one after the other."""
         return replace(super().joined(parts), values=np.concatenate([part.values for part in parts]))
 
     def _numbers(self) -> list[np.ndarray]:
@@ -55,7 +58,7 @@ class AffectedRuns(Runs):
 
 
 class _EffectColumns(NamedTuple):
-    """An effect and which of the values are its own."""
+    """An effect and the columns of its parameters among all values."""
 
     effect: Effect
     columns: slice
@@ -73,15 +76,20 @@ class AffectedTwin(Twin):
         self.size = int(ends[-1])  # number of values
 
     def at_step(self, timestep_s: float) -> "AffectedTwin":
-        """The same with another time step, s."""
+        """Return the same twin with another time step, s."""
         return AffectedTwin(self.plain.at_step(timestep_s), self.effects)
 
     def of_robot(self, robot: RobotSpec) -> "AffectedTwin":
-        """The same of another robot."""
+        """Return the same twin of another robot."""
         return AffectedTwin(self.plain.of_robot(robot), self.effects)
 
     def simulate(self, runs: Runs, time_s: np.ndarray, *, allow_divergence: bool = False) -> Trajectories:
-        """As the plain twin, with runs that are `AffectedRuns`; times are those that the camera stamps.
+        """Simulate as the plain twin does, with runs that are `AffectedRuns` and times that the camera stamps.
+
+        Args:
+            runs: n simulations.
+            time_s: (f,) common to all or (n, f), stamped by the camera, s.
+            allow_divergence: return nan and mark what diverges instead of raising.
 
         Raises:
             ValueError: the values are not those of the effects.
@@ -91,12 +99,17 @@ class AffectedTwin(Twin):
         stamped = np.broadcast_to(time_s, (len(runs), time_s.shape[-1]))
         true_s = np.array([self._true_s(t, v) for t, v in zip(stamped, values, strict=True)])
         trajectories = super().simulate(
-            self._driven(runs, values), np.maximum(true_s, 0.0), allow_divergence=allow_divergence
+            self._drive(runs, values), np.maximum(true_s, 0.0), allow_divergence=allow_divergence
         )
         return replace(trajectories, time_s=time_s)
 
     def observed(self, runs: Runs, trajectories: Trajectories, view: View) -> np.ndarray:
-        """(n, f, m, 2) where a camera finds the markers of simulations, m.
+        """Return the marker positions (n, f, m, 2) that a camera finds in simulations, m.
+
+        Args:
+            runs: the n simulations.
+            trajectories: what they gave.
+            view: the camera.
 
         Raises:
             InputError: an effect gives an array of another shape than it should.
@@ -111,33 +124,44 @@ class AffectedTwin(Twin):
             seen[i] = trajectories.marker_m[i]
             for effect, columns in self._own:
                 one = Observation(times[i], seen[i], axes[i], trajectories.crank_rad[i], markers, above, view)
-                seen[i] = _of_shape(seen[i].shape, effect, "observe", effect.observe(one, values[columns]))
+                seen[i] = _check_shape(seen[i].shape, effect, "observe", effect.observe(one, values[columns]))
         return seen
 
     def tracked(self, runs: Runs, trajectories: Trajectories, view: View) -> np.ndarray:
-        """(n, f, m, 2) as tracks would show simulations: `observed`, scaled by nose and neck; arguments as for that."""
+        """Return the marker positions (n, f, m, 2) that tracks would show.
+
+        They are those of `observed`, scaled by nose and neck.
+
+        Args:
+            runs: the n simulations.
+            trajectories: what they gave.
+            view: the camera.
+        """
         seen = self.observed(runs, trajectories, view)
         nose, neck = (self.markers.index(name) for name in ("nose", "neck"))
         span = np.median(np.linalg.norm(seen[:, :, nose] - seen[:, :, neck], axis=-1), axis=1)
         return np.asarray((self.robot.scale_length_m / span)[:, None, None, None] * seen)
 
     def in_trial(self, view: View, values: np.ndarray) -> np.ndarray:
-        """(p,) values in the frame of one trial, of those of a session (p,)."""
+        """Turn the values (p,) of a session into those in the frame of one trial (p,)."""
         moved = [effect.in_trial(view, values[columns]) for effect, columns in self._own]
         return np.concatenate([np.zeros(0), *moved])
 
     def turned_hz(self, commanded_hz: float, values: np.ndarray) -> float:
-        """Turns a second that a command leads to with values (p,), Hz."""
-        return float(self._folded("turned_hz", commanded_hz, values))
+        """Return the frequency of the crank that a command leads to with values (p,), Hz."""
+        return float(self._apply("turned_hz", commanded_hz, values))
 
     def measured_hz(self, commanded_hz: float, values: np.ndarray) -> float:
-        """The frequency that a command leads to with values (p,), as it is filmed, Hz."""
-        return float(self._folded("measured_hz", self.turned_hz(commanded_hz, values), values))
+        """Return the frequency that a camera measures on a command with values (p,), Hz."""
+        return float(self._apply("measured_hz", self.turned_hz(commanded_hz, values), values))
 
     def beats_hz(self, runs: Runs, time_s: np.ndarray) -> np.ndarray:
-        """(n,) turns a second of cranks on the camera's clock, over stamped times (f,): the slope of their turn."""
+        """Return the frequency (n,) of each crank on the camera's clock, Hz.
+
+        It is the slope of the crank's turn over the stamped times (f,).
+        """
         values, found = self._values(runs), []
-        driven = self._driven(runs, values)
+        driven = self._drive(runs, values)
         turns = driven.turns or (None,) * len(runs)
         for hz, turn, own in zip(driven.frequency_hz, turns, values, strict=True):
             true_s = np.maximum(self._true_s(time_s, own), 0.0)
@@ -146,16 +170,16 @@ class AffectedTwin(Twin):
         return np.array(found)
 
     def spec(self, coefficients: FluidCoefficients, values: np.ndarray, scene: Scene | None = None) -> mujoco.MjSpec:
-        """The MJCF of the robot with as much of the effects (p,) as a model can hold."""
+        """Build the MJCF of the robot with as much of the effects (p,) as a model can hold."""
         scene = scene or self.scene
-        robot: RobotSpec = self._folded("robot", self.robot, values)
+        robot: RobotSpec = self._apply("robot", self.robot, values)
         spec = build_mjcf(robot, coefficients, scene)
         for effect, columns in self._own:
             effect.mjcf(spec, robot, scene, values[columns])
         return spec
 
     def start(self, runs: Runs) -> tuple[np.ndarray, np.ndarray]:
-        """As the plain twin's, moved by as much as models with the effects settle elsewhere."""
+        """Return the plain twin's start, corrected by how far models with the effects settle elsewhere."""
         position, velocity = super().start(runs)
         if self._changes_models and self.scene.with_tendons:
             by, slope = self._rest_pose_change(runs)
@@ -172,10 +196,10 @@ class AffectedTwin(Twin):
         return any(way in effect.enters() for effect in self.effects for way in MODEL_WAYS)
 
     def _rest_pose_change(self, runs: Runs) -> tuple[np.ndarray, np.ndarray]:
-        """(n, h) by how much the pose at each run's phase differs from the plain robot's, and its slope with phase."""
+        """Return how far the pose at each run's phase is from the plain robot's (n, h), and its slope with phase."""
         scene, values = replace(DRY, timestep_s=self.scene.timestep_s), self._values(runs)
         both = np.column_stack([np.vstack([values, np.zeros_like(values)]), np.tile(runs.phase_rad, 2)])
-        distinct, which = np.unique(both, axis=0, return_inverse=True)  # of the trials of a session, most are equal
+        distinct, which = np.unique(both, axis=0, return_inverse=True)  # most trials of a session are equal
         some = FluidCoefficients(*runs.coefficients[0])
         models = [self.spec(some, v, scene).compile() for v in distinct[:, :-1]]
         batch = Batch(models[0], len(models), self.workers)
@@ -206,15 +230,15 @@ class AffectedTwin(Twin):
         return batch
 
     def _models(self, values: np.ndarray) -> list[mujoco.MjModel]:
-        """Of coefficients and values (n, 5 + p), each a model of its own, compiled once for those that are equal."""
+        """Compile a model for each row of coefficients and values (n, 5 + p), once for those that are equal."""
         first, which = np.unique(values, axis=0, return_inverse=True)
         compiled = [self.spec(FluidCoefficients(*row[:5]), row[5:]).compile() for row in first]
         return [copy(compiled[number]) for number in which.ravel()]
 
-    def _rolled(self, batch: Batch, runs: Runs, steps: np.ndarray) -> np.ndarray:
+    def _roll(self, batch: Batch, runs: Runs, steps: np.ndarray) -> np.ndarray:
         forces, dampers = self._forces(runs), self._dampers(runs, batch.models)
         if not forces and not dampers:
-            return super()._rolled(batch, runs, steps)
+            return super()._roll(batch, runs, steps)
         fewest, most, dt = int(steps.min()), int(steps.max()), self.scene.timestep_s
         speeds = runs.crank_speeds(most, dt)
         position, velocity, fluid = (batch.bind(name) for name in ("qpos", "qvel", "qfrc_fluid"))
@@ -228,7 +252,7 @@ class AffectedTwin(Twin):
             if forces:
                 pushed = [force(state) for _, force in forces]
                 for (effect, _), own in zip(forces, pushed, strict=True) if k == 0 else ():
-                    _of_shape(applied.shape, effect, "force", own)
+                    _check_shape(applied.shape, effect, "force", own)
                 applied[:] = sum(pushed)
             if dampers:
                 added = [damper(state) for damper in dampers]
@@ -244,7 +268,7 @@ class AffectedTwin(Twin):
         return rolled
 
     def _distinct(self, runs: Runs) -> tuple[np.ndarray, np.ndarray]:
-        """Cameras and clocks move nothing: fish that only look different are simulated once."""
+        """Return the numbers of distinct runs: those that differ only in cameras and clocks move alike."""
         if not isinstance(runs, AffectedRuns):
             return super()._distinct(runs)
         moves = np.zeros_like(runs.values)
@@ -263,13 +287,13 @@ class AffectedTwin(Twin):
         made = (e.damping(self.robot, self.scene, models, values[:, columns]) for e, columns in self._own)
         return [damper for damper in made if damper is not None]
 
-    def _driven(self, runs: Runs, values: np.ndarray) -> Runs:
-        """With cranks that turn as the effects make them."""
+    def _drive(self, runs: Runs, values: np.ndarray) -> Runs:
+        """Return the runs with cranks that turn as the effects make them."""
         turns = runs.turns or (None,) * len(runs)
         commanded = [
             Drive(float(f), float(p), t) for f, p, t in zip(runs.frequency_hz, runs.phase_rad, turns, strict=True)
         ]
-        done: list[Drive] = [self._folded("drive", drive, v) for drive, v in zip(commanded, values, strict=True)]
+        done: list[Drive] = [self._apply("drive", drive, v) for drive, v in zip(commanded, values, strict=True)]
         frequency_hz, phase_rad, turned = zip(*done, strict=True)
         return replace(
             runs,
@@ -279,13 +303,13 @@ class AffectedTwin(Twin):
         )
 
     def _true_s(self, time_s: np.ndarray, values: np.ndarray) -> np.ndarray:
-        """(f,) times of frames that the camera stamps with times (f,), s."""
+        """Return the true times (f,) of frames that the camera stamps with times (f,), s."""
         for effect, columns in self._own:
-            time_s = _of_shape(time_s.shape, effect, "clock", effect.clock(time_s, values[columns]))
+            time_s = _check_shape(time_s.shape, effect, "clock", effect.clock(time_s, values[columns]))
         return time_s
 
-    def _folded(self, way: str, argument: T, values: np.ndarray) -> T:
-        """Through all effects, one after the other."""
+    def _apply(self, way: str, argument: T, values: np.ndarray) -> T:
+        """Apply one method of all effects, one after the other."""
         for effect, columns in self._own:
             act: Callable[[T, np.ndarray], T] = getattr(effect, way)
             argument = act(argument, values[columns])
@@ -299,14 +323,14 @@ class AffectedTwin(Twin):
 
 
 def _add(fields: Sequence[np.ndarray], base: np.ndarray, added: Sequence[np.ndarray | float]) -> None:
-    """To fields of models, which the batch reads anew in every step."""
+    """Add to fields of models, which the batch reads anew in every step."""
     changes = [each for each in added if isinstance(each, np.ndarray)]
     for own, row in zip(fields, base + sum(changes), strict=True) if changes else ():
         own[:] = row
 
 
-def _of_shape(shape: tuple[int, ...], effect: Effect, way: str, given: np.ndarray) -> np.ndarray:
-    """The array that an effect gave by one of its methods.
+def _check_shape(shape: tuple[int, ...], effect: Effect, way: str, given: np.ndarray) -> np.ndarray:
+    """Check the shape of an array that an effect gave by one of its methods, and return it.
 
     Raises:
         InputError: it is of another shape, or no array.

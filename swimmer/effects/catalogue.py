@@ -1,6 +1,6 @@
-"""All effects that are known: the built-in ones, and whatever users have added through the entry point group.
+"""All known effects: the built-in ones, and those that users add through the entry point group.
 
-Those are each held to the form of an effect.
+Each of the latter is checked against the form of an effect.
 """
 
 import math
@@ -55,7 +55,11 @@ class _Form(BaseModel):
 
 
 def added_effects(points: Iterable[EntryPoint], taken: Container[str]) -> dict[str, Effect]:
-    """The effects that entry points lead to, by name.
+    """Load the effects that entry points lead to, by name.
+
+    Args:
+        points: the entry points.
+        taken: names that are in use already.
 
     Raises:
         InputError: an entry point that cannot be loaded, is no effect, lacks an attribute or has a name that is taken;
@@ -65,7 +69,7 @@ def added_effects(points: Iterable[EntryPoint], taken: Container[str]) -> dict[s
     faults = FaultCollector()
     for point in points:
         with faults.nested():
-            effect = _loaded(point)
+            effect = _load(point)
             if effect.name in taken or effect.name in found:
                 raise _fault(
                     point,
@@ -79,8 +83,8 @@ def added_effects(points: Iterable[EntryPoint], taken: Container[str]) -> dict[s
     return found
 
 
-def _loaded(point: EntryPoint) -> Effect:
-    """The effect of an entry point.
+def _load(point: EntryPoint) -> Effect:
+    """Load the effect of an entry point.
 
     Raises:
         InputError: it cannot be loaded, or is not as an effect has to be.
@@ -89,7 +93,7 @@ def _loaded(point: EntryPoint) -> Effect:
         loaded = point.load()
         is_class = isinstance(loaded, type) and issubclass(loaded, Effect) and loaded is not Effect
         effect = loaded() if is_class else loaded
-    except Exception as error:  # whatever a module of somebody else's does when it is imported
+    except Exception as error:  # a foreign module may raise anything on import
         raise _fault(
             point,
             "it cannot be loaded",
@@ -120,17 +124,17 @@ def _fault(point: EntryPoint, what: str, *, found: str, expected: str, next_step
 
 
 def _file(point: EntryPoint) -> str:
-    """The entry point as messages name it, with its package where that is known."""
+    """Return the entry point as messages name it, with its package where that is known."""
     package = f", package {point.dist.name}" if point.dist is not None else ""
     return f'entry point {point.name} = "{point.value}" ({GROUP}{package})'
 
 
 @lru_cache(maxsize=1)
 def catalogue() -> Mapping[str, Effect]:
-    """Every effect by its name, built-in ones first.
+    """Return every effect by its name, built-in ones first.
 
     Raises:
-        InputError: what is wrong with effects of users, all of it at once.
+        InputError: the faults in the effects of users, all of them at once.
     """
     found = {effect.name: effect for family in FAMILIES for effect in family.EFFECTS}
     return MappingProxyType(found | added_effects(entry_points(group=GROUP), found))

@@ -11,49 +11,58 @@ from swimmer.effects.effect import Drive, Effect, Parameter
 
 @dataclass(frozen=True)
 class EvenTurn:
-    """Attributes: speed_rad_s, of the crank."""
+    """A crank that turns evenly.
+
+    Attributes:
+        speed_rad_s: speed of the crank, rad/s.
+    """
 
     speed_rad_s: float
     logged: bool = False
 
     def angle(self, time_s: ArrayLike) -> np.ndarray:
-        """(f,) rad."""
+        """Return the angle (f,) since time 0, rad."""
         return self.speed_rad_s * np.asarray(time_s, float)
 
     def speed(self, time_s: ArrayLike) -> np.ndarray:
-        """(f,) rad/s."""
+        """Return the speed (f,), rad/s."""
         return np.full(np.shape(time_s), self.speed_rad_s)
 
 
 def turn_of(drive: Drive) -> Turn:
-    """The turn that a crank makes, even or not."""
+    """Return the turn that a crank makes, even or not."""
     return EvenTurn(2 * np.pi * drive.frequency_hz) if drive.turn is None else drive.turn
 
 
 @dataclass(frozen=True, eq=False)
 class WarpedTurn:
-    """Attributes: turn, as it would be made; pace, at which it is."""
+    """A turn made at another pace.
+
+    Attributes:
+        turn: the turn at its own pace.
+        pace: the pace at which it is made.
+    """
 
     turn: Turn
     pace: "WarmingPace | LatePace"
 
     @property
     def logged(self) -> bool:
-        """Whether the turn is that it is made of."""
+        """Whether a log shows the turn that is warped."""
         return self.turn.logged
 
     def angle(self, time_s: ArrayLike) -> np.ndarray:
-        """(f,) rad."""
+        """Return the angle (f,) since time 0, rad."""
         return np.asarray(self.turn.angle(self.pace.reached_s(np.asarray(time_s, float))))
 
     def speed(self, time_s: ArrayLike) -> np.ndarray:
-        """(f,) rad/s."""
+        """Return the speed (f,), rad/s."""
         time_s = np.asarray(time_s, float)
         return np.asarray(self.turn.speed(self.pace.reached_s(time_s)) * self.pace.rate(time_s))
 
 
 class DriveEffect(Effect):
-    """Of the motor."""
+    """Effect of the motor."""
 
     family = "drive"
     stage = "drive"
@@ -69,13 +78,13 @@ class DriveRatioError(DriveEffect):
     parameters = (Parameter("relative", "1", -0.4, 0.4, 0.02),)
 
     def turned_hz(self, commanded_hz: float, values: np.ndarray) -> float:
-        """At the wrong ratio."""
+        """Return the frequency at the wrong ratio, Hz."""
         return float(commanded_hz * (1 + values[0]))
 
 
 WARMING_S = 5.0
 """Time constant of the winding; over as long from the start the mean speed is the measured one."""
-_MEAN = 1 - np.exp(-1.0)  # of exp(-t / WARMING_S) over that time
+_MEAN = 1 - np.exp(-1.0)  # mean of exp(-t / WARMING_S) over that time
 
 
 @dataclass(frozen=True)
@@ -85,12 +94,12 @@ class WarmingPace:
     share: float
 
     def reached_s(self, time_s: np.ndarray) -> np.ndarray:
-        """(f,) s."""
+        """Return the time (f,) that the turn has reached, s."""
         cooler_s = -WARMING_S * np.expm1(-time_s / WARMING_S) - _MEAN * time_s
         return np.asarray(time_s + self.share * cooler_s)
 
     def rate(self, time_s: np.ndarray) -> np.ndarray:
-        """(f,)."""
+        """Return the pace (f,), 1 on the mean."""
         return np.asarray(1 + self.share * (np.exp(-time_s / WARMING_S) - _MEAN))
 
 
@@ -105,11 +114,11 @@ class MotorSpeedSag(DriveEffect):
     parameters = (Parameter("load", "s^2", 0.0, 0.3, 0.03), Parameter("warming", "1", 0.0, 0.3, 0.02))
 
     def turned_hz(self, commanded_hz: float, values: np.ndarray) -> float:
-        """f / (1 + load f^2): the share `load` f^2 of what is left is lost."""
+        """Return f / (1 + load f^2), Hz: the motor loses the share `load` f^2 of its actual speed."""
         return float(commanded_hz / (1 + values[0] * commanded_hz**2))
 
     def drive(self, drive: Drive, values: np.ndarray) -> Drive:
-        """Slower and slower, with the same mean speed."""
+        """Slow the crank down over time, with the same mean speed."""
         if values[1] == 0:
             return drive
         return drive._replace(turn=WarpedTurn(turn_of(drive), WarmingPace(float(values[1]))))
@@ -120,8 +129,8 @@ class RippledTurn:
     """A turn whose speed is modulated twice in every turn of the crank: each tendon pulls once.
 
     Attributes:
-        turn: without the ripple.
-        phase_rad: of the crank at time 0.
+        turn: the turn without the ripple.
+        phase_rad: angle of the crank at time 0.
         cosine, sine: relative amplitudes of the speed.
     """
 
@@ -132,16 +141,16 @@ class RippledTurn:
 
     @property
     def logged(self) -> bool:
-        """Whether the turn is that it is made of."""
+        """Whether a log shows the turn that is rippled."""
         return self.turn.logged
 
     def angle(self, time_s: ArrayLike) -> np.ndarray:
-        """(f,) rad."""
+        """Return the angle (f,) since time 0, rad."""
         even = self.turn.angle(time_s)
         return np.asarray(even + self._ahead(even) - self._ahead(np.zeros(1))[0])
 
     def speed(self, time_s: ArrayLike) -> np.ndarray:
-        """(f,) rad/s."""
+        """Return the speed (f,), rad/s."""
         twice = 2 * (self.turn.angle(time_s) + self.phase_rad)
         return np.asarray(self.turn.speed(time_s) * (1 + self.cosine * np.cos(twice) + self.sine * np.sin(twice)))
 
@@ -153,7 +162,7 @@ class RippledTurn:
 class MotorSpeedRipple(DriveEffect):
     """The crank slows down where the tendons pull hardest, and hurries in between.
 
-    By as many turns a second at any speed, since most of the pull is that of the hinges' springs.
+    The change of frequency is the same at any speed, since most of the pull is that of the hinges' springs.
     """
 
     name = "motor_speed_ripple"
@@ -162,7 +171,7 @@ class MotorSpeedRipple(DriveEffect):
     parameters = (Parameter("cosine", "Hz", -0.3, 0.3, 0.05), Parameter("sine", "Hz", -0.3, 0.3, 0.05))
 
     def drive(self, drive: Drive, values: np.ndarray) -> Drive:
-        """With the ripple."""
+        """Add the ripple to the crank's turn."""
         if not values.any():
             return drive
         cosine, sine = map(float, values / drive.frequency_hz)
@@ -171,21 +180,21 @@ class MotorSpeedRipple(DriveEffect):
 
 @dataclass(frozen=True)
 class LatePace:
-    """At rest for three quarters of a delay above 0, up to full speed over half of it, from then on late by it."""
+    """A pace after a delay above 0: rest for 3/4 of it, reach full speed over half of it, then stay late by it."""
 
     delay_s: float
 
     def reached_s(self, time_s: np.ndarray) -> np.ndarray:
-        """(f,) s."""
-        u = self._started(time_s)
+        """Return the time (f,) that the turn has reached, s."""
+        u = self._start_up(time_s)
         return np.asarray(self.delay_s * u**3 * (1 - u / 2) / 2 + np.maximum(time_s - 1.25 * self.delay_s, 0.0))
 
     def rate(self, time_s: np.ndarray) -> np.ndarray:
-        """(f,) from 0 to 1 by the smooth step 3 u^2 - 2 u^3."""
-        u = self._started(time_s)
+        """Return the pace (f,), from 0 to 1 by the smooth step 3 u^2 - 2 u^3."""
+        u = self._start_up(time_s)
         return np.asarray(u**2 * (3 - 2 * u))
 
-    def _started(self, time_s: np.ndarray) -> np.ndarray:
+    def _start_up(self, time_s: np.ndarray) -> np.ndarray:
         return np.asarray(np.clip(2 * time_s / self.delay_s - 1.5, 0.0, 1.0))
 
 
@@ -198,7 +207,7 @@ class MotorStartDelay(DriveEffect):
     parameters = (Parameter("delay", "s", 0.0, 1.0, 0.05),)
 
     def drive(self, drive: Drive, values: np.ndarray) -> Drive:
-        """The same turn, later."""
+        """Delay the crank's turn."""
         if values[0] == 0:
             return drive
         return drive._replace(turn=WarpedTurn(turn_of(drive), LatePace(float(values[0]))))

@@ -1,4 +1,4 @@
-"""What the plain twin leaves out: one small class each, exactly the plain twin at zero strength."""
+"""Base class of all effects: what the plain twin leaves out, exactly the plain twin at zero strength."""
 
 from abc import ABC
 from collections.abc import Callable, Sequence
@@ -17,7 +17,7 @@ from swimmer.robot import RobotSpec
 
 Family = Literal["measurement", "drive", "tendons", "structure", "fluid"]
 Stage = Literal["camera", "drive", "body", "tail"]
-"""Where along the way from command to picture an effect makes its gap, as `where.by_stage` of a diagnosis names it."""
+"""Place on the way from command to picture where an effect makes its gap, as in `where.by_stage` of a diagnosis."""
 WAYS = ("in_trial", "robot", "mjcf", "force", "damping", "drive", "turned_hz", "measured_hz", "clock", "observe")
 MODEL_WAYS = ("robot", "mjcf")
 """Ways that make another model."""
@@ -45,13 +45,13 @@ class Observation:
     """The markers of one simulation before camera and tracker err.
 
     Attributes:
-        time_s: (f,) of the frames.
+        time_s: (f,) times of the frames.
         marker_m: (f, m, 2) in the pool, m.
         axes: (f, m, 2, 2) unit vectors in the pool along x (backward) and y of the link that carries each marker.
         crank_rad: (f,) angle of the crank.
-        names: of the m markers.
+        names: names of the m markers.
         above_m: (m,) height of each over the markers of nose and neck, m.
-        view: of the camera.
+        view: the camera.
     """
 
     time_s: np.ndarray
@@ -70,7 +70,7 @@ class Parameter(NamedTuple):
         name: unique within its effect.
         unit: SI, "1" for a ratio.
         low, high: bounds; an effect of one sign starts at 0.
-        sd: of its prior, normal about 0 and cut off at the bounds: how large it is on robots as they are built.
+        sd: standard deviation of its prior, normal about 0 and cut off at the bounds: how large it is on built robots.
 
     Example:
         >>> calib.Parameter("length", "m", low=0.0, high=0.01, sd=0.001).unit
@@ -85,7 +85,7 @@ class Parameter(NamedTuple):
 
 
 class Drive(NamedTuple):
-    """How a crank is driven: turns a second where it turns evenly, phase at time 0, else its turn from then on."""
+    """Drive of a crank: frequency if it turns evenly, phase at time 0, and its turn from then on if it does not."""
 
     frequency_hz: float
     phase_rad: float
@@ -94,15 +94,15 @@ class Drive(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class StepState:
-    """Of n simulations before a step, in the order of the joints.
+    """State of n simulations before a step, in the order of the joints.
 
     Attributes:
-        time_s: since the start.
+        time_s: time since the start.
         position: (n, q) surge, sway (m), yaw, crank and hinges (rad).
         velocity: (n, v).
         acceleration: (n, v) over the last step.
         fluid: (n, v) generalised force of the water in the last step, N and N m.
-        plates: of the robot.
+        plates: the robot's plates.
     """
 
     time_s: float
@@ -114,12 +114,12 @@ class StepState:
 
     @cached_property
     def motion(self) -> Motion:
-        """Of the plates; worked out once for all effects."""
+        """Motion of the plates, computed once for all effects."""
         return self.plates.motion(self.position, self.velocity)
 
 
 class StepDamping(NamedTuple):
-    """What is added to the damping of n models for the next step, which the engine takes at the end of the step.
+    """Damping added to n models for the next step, which the engine takes at the end of the step.
 
     So a force that is stiff in speed, as dry friction, does not limit the step: written as damping times speed it is
     taken at the new speed (Kacanov's linearisation). A force of an effect would be taken at the old one.
@@ -134,9 +134,9 @@ class StepDamping(NamedTuple):
 
 
 StepForce = Callable[[StepState], np.ndarray]
-"""(n, v) generalised force on n simulations over the next step; may remember."""
+"""Function that returns the generalised force (n, v) on n simulations over the next step; it may have a memory."""
 StepDamper = Callable[[StepState], StepDamping]
-"""What is added to the damping of n simulations over the next step; may remember."""
+"""Function that adds to the damping of n simulations over the next step; it may have a memory."""
 
 
 class Effect(ABC):
@@ -177,58 +177,68 @@ class Effect(ABC):
     parameters: tuple[Parameter, ...]
 
     def suited(self, robot: RobotSpec, markers: tuple[str, ...]) -> "Effect":
-        """The same with the parameters that a robot with these markers has."""
+        """Return the same effect with the parameters that a robot with these markers has."""
         return self
 
     def in_trial(self, view: View, values: np.ndarray) -> np.ndarray:
-        """(p,) values in the frame of one trial; those of a session have the axes of the picture."""
+        """Turn the values (p,) of a session, in the axes of the picture, into those in the frame of one trial (p,)."""
         return values
 
     def robot(self, robot: RobotSpec, values: np.ndarray) -> RobotSpec:
-        """The robot as it is; hinges and markers stay in their places."""
+        """Return the robot changed by the effect; hinges and markers stay in their places."""
         return robot
 
     def mjcf(self, spec: mujoco.MjSpec, robot: RobotSpec, scene: Scene, values: np.ndarray) -> None:
-        """Changes the model of a robot in a scene; the five coefficients are those of each of its fluid geoms."""
+        """Change the model of a robot in a scene; its fluid geoms all hold the same five coefficients."""
 
     def force(self, robot: RobotSpec, scene: Scene, values: np.ndarray) -> StepForce | None:
-        """A force that no model holds, for simulations with values (n, p), which must be zero where they are."""
+        """Return a force that no model holds, for simulations with values (n, p); it must be zero where they are."""
         return None
 
     def damping(
         self, robot: RobotSpec, scene: Scene, models: Sequence[mujoco.MjModel], values: np.ndarray
     ) -> StepDamper | None:
-        """Damping that no model holds, for n simulations with these models, all effects in them, and values (n, p)."""
+        """Return damping that no model holds.
+
+        Args:
+            robot: the robot.
+            scene: where it is.
+            models: models of the n simulations, with all effects in them.
+            values: (n, p) of the effect.
+        """
         return None
 
     def drive(self, drive: Drive, values: np.ndarray) -> Drive:
-        """What the crank does on this command."""
+        """Return what the crank does on this command."""
         return drive
 
     def turned_hz(self, commanded_hz: float, values: np.ndarray) -> float:
-        """Turns a second of a crank that is commanded so many: what a log of its motor shows, Hz."""
+        """Return the frequency of a crank on a command, as a log of its motor shows it, Hz."""
         return commanded_hz
 
     def measured_hz(self, turned_hz: float, values: np.ndarray) -> float:
-        """The frequency at which a tail is filmed whose crank turns so often a second, Hz."""
+        """Return the frequency at which a tail is filmed whose crank turns at `turned_hz`, Hz."""
         return turned_hz
 
     def clock(self, time_s: np.ndarray, values: np.ndarray) -> np.ndarray:
-        """(f,) true times of frames that the camera stamps with times (f,), s."""
+        """Return the true times (f,) of frames that the camera stamps with times (f,), s."""
         return time_s
 
     def observe(self, seen: Observation, values: np.ndarray) -> np.ndarray:
-        """(f, m, 2) where a camera and a tracker find the markers, m; ``seen.marker_m`` where nothing is wrong."""
+        """Return the positions (f, m, 2), m, where camera and tracker find the markers.
+
+        They are those of ``seen.marker_m`` without an error.
+        """
         return seen.marker_m
 
     @classmethod
     def enters(cls) -> tuple[str, ...]:
-        """The ways in which it enters: names of the methods it overrides."""
+        """List the ways in which the effect enters: names of the methods it overrides."""
         return tuple(way for way in WAYS if getattr(cls, way) is not getattr(Effect, way))
 
     @classmethod
     def in_mjcf(cls) -> bool:
-        """Whether a model in plain MJCF holds all of it."""
+        """Tell whether a model in plain MJCF holds all of the effect."""
         return set(cls.enters()) <= {"in_trial", *MODEL_WAYS}
 
     def __repr__(self) -> str:

@@ -7,30 +7,38 @@ import numpy as np
 from swimmer.effects.effect import Effect, Observation, Parameter
 from swimmer.robot import RobotSpec
 
-ROLL_HZ, PITCH_HZ, DAMPING = 2.0, 1.6, 0.2
-"""Natural frequencies of a small float, and their damping ratio."""
+ROLL_HZ = 2.0
+"""Natural frequency of a small float in roll."""
+
+PITCH_HZ = 1.6
+"""Natural frequency of a small float in pitch."""
+
+DAMPING = 0.2
+"""Damping ratio of a small float in roll and pitch."""
 _HARMONICS = np.arange(1, 4)
 
 
 def swing(driven: np.ndarray, beat_rad: np.ndarray, time_s: np.ndarray, natural_hz: float) -> np.ndarray:
-    """(f,) lasting answer x of x'' + 2 z w x' + w^2 x = w^2 d to a drive d (f,), beat by beat; w = 2 pi natural_hz.
+    """Return the lasting answer x (f,) of x'' + 2 z w x' + w^2 x = w^2 d to a drive d (f,); w = 2 pi natural_hz.
 
     Args:
-        driven: d, of which the first three harmonics count.
+        driven: (f,) the drive d, of which the first three harmonics of the beat count.
         beat_rad: (f,) angle of the crank.
-        time_s: (f,).
-        natural_hz: of the oscillator.
+        time_s: (f,) s.
+        natural_hz: natural frequency of the oscillator.
     """
     turning = np.exp(1j * np.outer(beat_rad, _HARMONICS))  # (f, 3)
     columns = np.column_stack([np.ones(len(time_s)), turning.real, turning.imag])
     cosine, sine = np.linalg.lstsq(columns, driven, rcond=None)[0][1:].reshape(2, -1)
-    faster = _HARMONICS * np.polyfit(time_s, beat_rad, 1)[0] / (2 * np.pi * natural_hz)  # over the natural frequency
+    faster = (
+        _HARMONICS * np.polyfit(time_s, beat_rad, 1)[0] / (2 * np.pi * natural_hz)
+    )  # ratio to the natural frequency
     answer = (cosine - 1j * sine) / (1 - faster**2 + 2j * DAMPING * faster)
     return np.asarray((turning @ answer).real)
 
 
 class FloatingEffect(Effect):
-    """Of a body that floats."""
+    """Effect of a body that floats."""
 
     family = "fluid"
     stage = "camera"
@@ -57,7 +65,7 @@ class SurfaceMotion(FloatingEffect):
     )
 
     def observe(self, seen: Observation, values: np.ndarray) -> np.ndarray:
-        """About the axes of the head: the tail's hinges are upright, so it rolls and pitches along."""
+        """Swing the markers about the axes of the head, as its upright hinges make the tail roll and pitch along."""
         nose = seen.names.index("nose")
         if not values.any() or not np.isfinite(seen.marker_m).all():
             return seen.marker_m
@@ -70,18 +78,24 @@ class SurfaceMotion(FloatingEffect):
         )
         lean = values[1] * pitch[:, None] * axes[:, 0] - roll[:, None] * axes[:, 1]
         behind = np.einsum("fmd,fd->fm", seen.marker_m - seen.marker_m[:, [seen.names.index("neck")]], axes[:, 0])
-        nearer = -values[2] * pitch[:, None] * behind  # over the camera's height
+        nearer = -values[2] * pitch[:, None] * behind  # relative to the camera's height
         swung = seen.marker_m + seen.above_m[:, None] * lean[:, None]
         return np.asarray(swung + nearer[..., None] * (seen.marker_m - seen.view.axis_m))
 
 
 NATURAL_ROLL_HZ = 0.6
-"""Of a hull with little righting moment; the parameter `natural` is the logarithm of the ratio to it."""
+"""Natural roll frequency of a hull with little righting moment; `natural` is the logarithm of the ratio to it."""
 
 
 @dataclass(frozen=True, eq=False)
 class RollingHull:
-    """A hull that rolls about a long axis: from neck to centre of mass, m; (m,) heights of markers, m; the neck."""
+    """A hull that rolls about a long axis.
+
+    Attributes:
+        behind_neck_m: distance from the neck to the centre of mass, m.
+        height_m: (m,) heights of the markers, m.
+        neck: number of the neck among the markers.
+    """
 
     behind_neck_m: float
     height_m: np.ndarray
@@ -89,7 +103,7 @@ class RollingHull:
 
     @classmethod
     def of(cls, robot: RobotSpec, markers: tuple[str, ...]) -> "RollingHull":
-        """Of a robot with these markers."""
+        """Build the hull of a robot with these markers."""
         parts = robot.head.part
         centre_m = sum(part.mass_kg * part.centre_m[0] for part in parts) / sum(part.mass_kg for part in parts)
         places = robot.marker_positions_m(markers)
@@ -99,14 +113,16 @@ class RollingHull:
     def shift_m(
         self, time_s: np.ndarray, marker_m: np.ndarray, axes: np.ndarray, crank_rad: np.ndarray, natural_hz: float
     ) -> np.ndarray:
-        """(f, m, 2) by which markers swing, for a roll of 1 rad for each metre of sway far above the natural frequency.
+        """Return the swing of the markers (f, m, 2), m, by a unit roll.
+
+        The roll is 1 rad for each metre of sway far above the natural frequency.
 
         Args:
-            time_s: (f,).
-            marker_m: (f, m, 2) without roll.
-            axes: (f, m, 2, 2) of the links that carry them, backward and to the right.
-            crank_rad: (f,).
-            natural_hz: of the roll.
+            time_s: (f,) s.
+            marker_m: (f, m, 2) without roll, m.
+            axes: (f, m, 2, 2) axes of the links that carry them, backward and to the right.
+            crank_rad: (f,) angle of the crank.
+            natural_hz: natural frequency of the roll.
         """
         backward, right = axes[:, self.neck, 0], axes[:, self.neck, 1]  # (f, 2) each
         centre_m = marker_m[:, self.neck] + self.behind_neck_m * backward
@@ -139,11 +155,11 @@ class HullRoll(FloatingEffect):
         self._hull = hull
 
     def suited(self, robot: RobotSpec, markers: tuple[str, ...]) -> Effect:
-        """Of this robot's heights."""
+        """Return the effect with the marker heights of this robot."""
         return HullRoll(RollingHull.of(robot, markers))
 
     def observe(self, seen: Observation, values: np.ndarray) -> np.ndarray:
-        """To either side."""
+        """Swing the markers to either side."""
         if self._hull is None or not values[0] or not np.isfinite(seen.marker_m).all():
             return seen.marker_m
         natural_hz = NATURAL_ROLL_HZ * float(np.exp(values[1]))

@@ -13,10 +13,10 @@ from swimmer.robot import RobotSpec
 
 
 def water_behind_kg(robot: RobotSpec, plates: Plates) -> np.ndarray:
-    """(p,) mass of the water that each plate carries when it moves across itself, spread evenly along it.
+    """Return the mass of the water (p,) that each plate carries when it moves across itself, spread evenly along it.
 
-    The robot is one long surface, so that water cannot pass between two plates, and leaves its last edge smoothly:
-    pi/4 rho d^2 a length for depth d.
+    The robot is one long surface, so that water cannot pass between two plates, and leaves its last edge smoothly: pi/4
+    rho d^2 a length for depth d.
     """
     half_length, _, half_height = plates.half_m.T
     return np.asarray(robot.water.density_kg_m3 * np.pi * half_height**2 * 2 * half_length)
@@ -44,7 +44,7 @@ class _Reactive:
         self.rear_m = plates.half_m[-1, 0]
         self.edge_kg_m = self.mass_kg[:, -1] / (2 * self.rear_m)
         self.velocity: np.ndarray | None = None
-        self.gained: float | np.ndarray = 0.0  # in the last step, m/s
+        self.gained: float | np.ndarray = 0.0  # gain of velocity in the last step, m/s
 
     @np.errstate(over="ignore", invalid="ignore")  # a simulation that blows up is marked later
     def __call__(self, state: StepState) -> np.ndarray:
@@ -64,7 +64,7 @@ class _Reactive:
 
 
 class WaterEffect(Effect):
-    """Of the water."""
+    """Effect of the water."""
 
     family = "fluid"
     stage = "body"
@@ -88,14 +88,14 @@ class AddedMassReaction(WaterEffect):
     parameters = (Parameter("scale", "1", 0.0, 1.0, 0.2),)
 
     def mjcf(self, spec: mujoco.MjSpec, robot: RobotSpec, scene: Scene, values: np.ndarray) -> None:
-        """As mass of the plates: so the engine solves for what acts across them together with all other inertia."""
+        """Add the mass to the plates, so that the engine solves for it together with all other inertia."""
         if values[0] > 0 and scene.in_water:
             plates = Plates(robot, scene)
             for name, mass in zip(plates.names, water_behind_kg(robot, plates), strict=True):
                 spec.geom(name).mass += float(values[0] * mass)
 
     def force(self, robot: RobotSpec, scene: Scene, values: np.ndarray) -> StepForce | None:
-        """Frees them along themselves, and sheds."""
+        """Return the force that frees the plates of that mass along themselves, and sheds momentum at the tail."""
         if not scene.in_water or not values.any():
             return None
         return _Reactive(robot, Plates(robot, scene), values, scene.timestep_s)
@@ -113,7 +113,7 @@ class SegmentCoefficients(WaterEffect):
     parameters = (Parameter("ln_head", "1", -1.0, 1.0, 0.3), Parameter("ln_fin", "1", -1.0, 1.0, 0.3))
 
     def mjcf(self, spec: mujoco.MjSpec, robot: RobotSpec, scene: Scene, values: np.ndarray) -> None:
-        """The factors."""
+        """Scale the coefficients of head and fin."""
         for name, value in zip(_PLATES, values, strict=True):
             spec.geom(name).fluid_coefs = np.exp(value) * spec.geom(name).fluid_coefs
 
@@ -121,7 +121,7 @@ class SegmentCoefficients(WaterEffect):
 AT_ONCE = 0.5
 """Share of the force that follows the motion at once: Wagner's function at time 0."""
 SLOW_M_S = 0.02
-"""At which a wake is left behind by a fish at rest."""
+"""Speed at which a wake is left behind by a fish at rest."""
 
 
 class _Wake:
@@ -160,11 +160,12 @@ class FluidMemory(WaterEffect):
     parameters = (Parameter("way", "m", 0.0, 0.1, 0.004),)
 
     def force(self, robot: RobotSpec, scene: Scene, values: np.ndarray) -> StepForce | None:
-        """With a state of its own."""
+        """Return the force of the wake, with a state of its own."""
         return _Wake(Plates(robot, scene), values, scene.timestep_s) if scene.in_water and values.any() else None
 
 
-_MOST_M_S, _SD_M_S = 0.15, 0.02
+_MAX_CURRENT_M_S = 0.15
+_CURRENT_SD_M_S = 0.02
 
 
 class BackgroundCurrent(WaterEffect):
@@ -179,27 +180,30 @@ class BackgroundCurrent(WaterEffect):
     physics = "Forces depend on the velocity relative to the water, which is that in the pool less the current's."
     source = "Galilean invariance; MuJoCo's option wind."
     parameters = (
-        Parameter("right", "m/s", -_MOST_M_S, _MOST_M_S, _SD_M_S),
-        Parameter("down", "m/s", -_MOST_M_S, _MOST_M_S, _SD_M_S),
+        Parameter("right", "m/s", -_MAX_CURRENT_M_S, _MAX_CURRENT_M_S, _CURRENT_SD_M_S),
+        Parameter("down", "m/s", -_MAX_CURRENT_M_S, _MAX_CURRENT_M_S, _CURRENT_SD_M_S),
     )
 
     def in_trial(self, view: View, values: np.ndarray) -> np.ndarray:
-        """Turned from the picture into the frame of the trial."""
+        """Turn the current from the picture into the frame of the trial."""
         down_x, down_y = view.down
         return np.asarray(values[0] * np.array([-down_y, down_x]) + values[1] * view.down)
 
     def mjcf(self, spec: mujoco.MjSpec, robot: RobotSpec, scene: Scene, values: np.ndarray) -> None:
-        """As the engine's wind."""
+        """Set the current as the engine's wind."""
         if scene.in_water and values.any():
             spec.option.wind = (*values, 0.0)
 
 
 DRAG = 1.2
-"""Of a plate that moves broadside: Hoerner, Fluid-Dynamic Drag (1965), chapter 3. The wall adds a share of it."""
+"""Drag coefficient of a plate that moves broadside: Hoerner, Fluid-Dynamic Drag (1965), chapter 3.
+
+The wall adds a share of it.
+"""
 LIFT = 1.0
-"""Towards the wall, of a plate that moves along it; of order one (Quinn, Lauder and Smits 2014)."""
+"""Lift coefficient towards the wall of a plate that moves along it; of order one (Quinn, Lauder and Smits 2014)."""
 COURSE_S = 1.0
-"""Over which a heading that swings from beat to beat is averaged to a course."""
+"""Time over which a heading that swings from beat to beat is averaged to a course."""
 
 
 class _Wall:
@@ -222,7 +226,7 @@ class _Wall:
         course = self.course / np.abs(self.course)
         self.course = course + self.turned * (motion.along[:, :1] - course)
         velocity = motion.velocity * np.conj(course)
-        clearance = 1 + self.nearness * np.imag(motion.place * np.conj(course))  # by the distance at the start
+        clearance = 1 + self.nearness * np.imag(motion.place * np.conj(course))  # relative to the distance at the start
         depth = self.nearness * self.half_height
         far = np.hypot(clearance, depth)
         share = (depth / far) ** 2
@@ -247,7 +251,7 @@ class WallProximity(WaterEffect):
     parameters = (Parameter("inverse_square", "1/m^2", -64.0, 64.0, 8.0),)
 
     def force(self, robot: RobotSpec, scene: Scene, values: np.ndarray) -> StepForce | None:
-        """Across the wall."""
+        """Return the force of the wall."""
         nearness = np.sign(values) * np.sqrt(np.abs(values))
         return (
             _Wall(robot, Plates(robot, scene), nearness, scene.timestep_s) if scene.in_water and values.any() else None
@@ -256,11 +260,11 @@ class WallProximity(WaterEffect):
 
 GRAVITY_M_S2 = 9.81
 HUMP_FROUDE = 0.5
-"""Where the bow's waves are twice as long as the hull, and their drag is greatest."""
+"""Froude number at which the bow's waves are twice as long as the hull, and their drag is greatest."""
 
 
 def hump(froude: np.ndarray) -> np.ndarray:
-    """Wave drag coefficient by Froude number against that on the hump: 2 x^4 / (1 + x^8) with x = Fr / 0.5.
+    """Return the wave drag coefficient relative to that on the hump: 2 x^4 / (1 + x^8) with x = Fr / 0.5.
 
     Rises as Fr^4 (a resistance with the sixth power of speed) and falls as fast behind the hump, where a hull planes.
     """
@@ -293,7 +297,7 @@ class WaveDrag(WaterEffect):
     parameters = (Parameter("on_hump", "1", 0.0, 4.0, 0.5),)
 
     def force(self, robot: RobotSpec, scene: Scene, values: np.ndarray) -> StepForce | None:
-        """On the head."""
+        """Return the drag on the head."""
         if not scene.in_water or not values.any():
             return None
         plates = Plates(robot, scene)
@@ -311,7 +315,7 @@ class LinearDrag(WaterEffect):
     parameters = (Parameter("drag", "N s/m", 0.0, 10.0, 0.5),)
 
     def mjcf(self, spec: mujoco.MjSpec, robot: RobotSpec, scene: Scene, values: np.ndarray) -> None:
-        """As damping of surge and sway."""
+        """Add the drag as damping of surge and sway."""
         if scene.in_water and not scene.head_clamped and values[0] > 0:
             for joint in ("surge", "sway"):
                 damping = np.array(spec.joint(joint).damping)
@@ -332,7 +336,7 @@ class SkinFriction(WaterEffect):
     parameters = (Parameter("times_plate", "1", 0.0, 60.0, 2.0),)
 
     def force(self, robot: RobotSpec, scene: Scene, values: np.ndarray) -> StepForce | None:
-        """Along the head."""
+        """Return the friction, as a force along the head."""
         if not scene.in_water or not values.any():
             return None
         plates = Plates(robot, scene)

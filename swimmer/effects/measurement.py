@@ -7,11 +7,12 @@ import numpy as np
 from swimmer.effects.effect import Drive, Effect, Observation, Parameter
 from swimmer.robot import RobotSpec, load_robot
 
-_MOST_M, _SD_M = 0.03, 0.003
+_MAX_HEAD_OFFSET_M = 0.03
+_HEAD_OFFSET_SD_M = 0.003
 
 
 class CameraEffect(Effect):
-    """Of camera, markers or tracker; every kind of trial shows it."""
+    """Effect of camera, markers or tracker; every kind of trial shows it."""
 
     family = "measurement"
     stage = "camera"
@@ -29,14 +30,14 @@ class HeadFrameMisalignment(CameraEffect):
     physics = "The line from nose to neck, which every marker is turned by, makes an angle with the head's axis."
     source = "Geometry of the published normaliser; boxes are placed by hand."
     parameters = (
-        Parameter("nose_across", "m", -_MOST_M, _MOST_M, _SD_M),
-        Parameter("neck_across", "m", -_MOST_M, _MOST_M, _SD_M),
-        Parameter("nose_in_picture", "m", -_MOST_M, _MOST_M, _SD_M),
-        Parameter("neck_in_picture", "m", -_MOST_M, _MOST_M, _SD_M),
+        Parameter("nose_across", "m", -_MAX_HEAD_OFFSET_M, _MAX_HEAD_OFFSET_M, _HEAD_OFFSET_SD_M),
+        Parameter("neck_across", "m", -_MAX_HEAD_OFFSET_M, _MAX_HEAD_OFFSET_M, _HEAD_OFFSET_SD_M),
+        Parameter("nose_in_picture", "m", -_MAX_HEAD_OFFSET_M, _MAX_HEAD_OFFSET_M, _HEAD_OFFSET_SD_M),
+        Parameter("neck_in_picture", "m", -_MAX_HEAD_OFFSET_M, _MAX_HEAD_OFFSET_M, _HEAD_OFFSET_SD_M),
     )
 
     def observe(self, seen: Observation, values: np.ndarray) -> np.ndarray:
-        """Both shifted across the body: as it is in each frame, and as it was in the first."""
+        """Shift nose and neck across the body: as it is in each frame, and as it was in the first."""
         head = [seen.names.index("nose"), seen.names.index("neck")]
         found, across = seen.marker_m.copy(), seen.axes[:, head, 1]  # (f, 2, 2)
         found[:, head] += values[:2, None] * across + values[2:, None] * across[0]
@@ -56,7 +57,7 @@ class ScaleError(CameraEffect):
     parameters = (Parameter("relative", "1", -0.3, 0.3, 0.02), Parameter("in_picture", "1", -0.3, 0.3, 0.02))
 
     def observe(self, seen: Observation, values: np.ndarray) -> np.ndarray:
-        """The neck further back."""
+        """Move the neck further back."""
         nose, neck = seen.names.index("nose"), seen.names.index("neck")
         found = seen.marker_m.copy()
         line = seen.marker_m[:, neck] - seen.marker_m[:, nose]
@@ -64,7 +65,8 @@ class ScaleError(CameraEffect):
         return found
 
 
-_MOST, _SD = 0.1, 0.01
+_MAX_NEARER = 0.1
+_NEARER_SD = 0.01
 
 
 class CameraParallax(CameraEffect):
@@ -79,12 +81,12 @@ class CameraParallax(CameraEffect):
     source = "Pinhole camera (Hartley and Zisserman, Multiple View Geometry, section 6.1)."
     parameters = (
         Parameter("inverse_height", "1/m", 0.0, 2.0, 0.4),
-        Parameter("nose_nearer", "1", -_MOST, _MOST, _SD),
-        Parameter("neck_nearer", "1", -_MOST, _MOST, _SD),
+        Parameter("nose_nearer", "1", -_MAX_NEARER, _MAX_NEARER, _NEARER_SD),
+        Parameter("neck_nearer", "1", -_MAX_NEARER, _MAX_NEARER, _NEARER_SD),
     )
 
     def observe(self, seen: Observation, values: np.ndarray) -> np.ndarray:
-        """About the point under the camera."""
+        """Magnify the markers' distances from the point under the camera."""
         nearness = seen.above_m * values[0]
         nearness[[seen.names.index("nose"), seen.names.index("neck")]] += values[1:]
         return np.asarray(seen.marker_m + (nearness / (1 - nearness))[:, None] * (seen.marker_m - seen.view.axis_m))
@@ -99,7 +101,7 @@ class LensDistortion(CameraEffect):
     parameters = (Parameter("k1", "1", -0.3, 0.3, 0.03),)
 
     def observe(self, seen: Observation, values: np.ndarray) -> np.ndarray:
-        """About the point under the camera."""
+        """Stretch the markers' distances from the point under the camera."""
         off = seen.marker_m - seen.view.axis_m
         square = (off**2).sum(axis=-1, keepdims=True) / seen.view.half_height_m**2
         return np.asarray(seen.marker_m + values[0] * square * off)
@@ -120,17 +122,17 @@ class TimeBaseError(Effect):
     parameters = (Parameter("relative", "1", -0.4, 0.4, 0.02),)
 
     def clock(self, time_s: np.ndarray, values: np.ndarray) -> np.ndarray:
-        """True times."""
+        """Return the true times (f,), s."""
         return np.asarray(time_s * (1 + values[0]))
 
     def drive(self, drive: Drive, values: np.ndarray) -> Drive:
-        """As fast as the camera's clock makes a measured frequency."""
+        """Return the drive at the true frequency, where it was measured on the camera's clock."""
         if drive.turn is not None:
             return drive
         return drive._replace(frequency_hz=float(drive.frequency_hz / (1 + values[0])))
 
     def measured_hz(self, turned_hz: float, values: np.ndarray) -> float:
-        """By the camera's clock."""
+        """Return the frequency on the camera's clock, Hz."""
         return float(turned_hz * (1 + values[0]))
 
 
@@ -143,13 +145,14 @@ class RollingShutter(CameraEffect):
     parameters = (Parameter("readout", "s", 0.0, 0.04, 0.01),)
 
     def observe(self, seen: Observation, values: np.ndarray) -> np.ndarray:
-        """Each marker where it is when its line is read, to first order in the readout time."""
+        """Return each marker where it is when its line is read, to first order in the readout time."""
         lines = (seen.marker_m - seen.view.axis_m) @ seen.view.down / (2 * seen.view.half_height_m)  # (f, m)
         velocity = np.gradient(seen.marker_m, seen.time_s, axis=0)
         return np.asarray(seen.marker_m + values[0] * lines[..., None] * velocity)
 
 
-_MOST_M, _SD_M = 0.05, 0.004
+_MAX_MARKER_OFFSET_M = 0.05
+_MARKER_OFFSET_SD_M = 0.004
 
 
 class MarkerOffset(CameraEffect):
@@ -162,17 +165,17 @@ class MarkerOffset(CameraEffect):
     def __init__(self, markers: tuple[str, ...]) -> None:
         self._markers = _others(markers)
         self.parameters = tuple(
-            Parameter(f"{marker}_{way}", "m", -_MOST_M, _MOST_M, _SD_M)
+            Parameter(f"{marker}_{way}", "m", -_MAX_MARKER_OFFSET_M, _MAX_MARKER_OFFSET_M, _MARKER_OFFSET_SD_M)
             for marker in self._markers
             for way in ("along", "across")
         )
 
     def suited(self, robot: RobotSpec, markers: tuple[str, ...]) -> Effect:
-        """For these markers."""
+        """Return the effect for these markers."""
         return MarkerOffset(markers)
 
     def observe(self, seen: Observation, values: np.ndarray) -> np.ndarray:
-        """Shifted with their links."""
+        """Shift the markers with their links."""
         shift = np.zeros((len(seen.names), 2))
         shift[[seen.names.index(name) for name in self._markers]] = values.reshape(-1, 2)
         return np.asarray(seen.marker_m + np.einsum("mk,fmkd->fmd", shift, seen.axes))
@@ -190,11 +193,11 @@ class TrackerDrift(CameraEffect):
         self.parameters = tuple(Parameter(marker, "m/s", -0.01, 0.01, 0.001) for marker in self._markers)
 
     def suited(self, robot: RobotSpec, markers: tuple[str, ...]) -> Effect:
-        """For these markers."""
+        """Return the effect for these markers."""
         return TrackerDrift(markers)
 
     def observe(self, seen: Observation, values: np.ndarray) -> np.ndarray:
-        """Further along the body from frame to frame."""
+        """Slide the markers further along the body from frame to frame."""
         pace = np.zeros(len(seen.names))
         pace[[seen.names.index(name) for name in self._markers]] = values
         slid_m = np.multiply.outer(seen.time_s - seen.time_s[0], pace)  # (f, m)
@@ -213,11 +216,11 @@ class MarkerSwap(CameraEffect):
         self.parameters = tuple(Parameter(f"{front}_{rear}", "1", 0.0, 1.0, 0.1) for front, rear in self._pairs)
 
     def suited(self, robot: RobotSpec, markers: tuple[str, ...]) -> Effect:
-        """For these markers."""
+        """Return the effect for these markers."""
         return MarkerSwap(_on_tail(robot, markers))
 
     def observe(self, seen: Observation, values: np.ndarray) -> np.ndarray:
-        """Each marker drawn towards its neighbours by the share of the time."""
+        """Move each marker towards its neighbours by the share of the time."""
         found = seen.marker_m.copy()
         for (front, rear), share in zip(self._pairs, values, strict=True):
             i, j = seen.names.index(front), seen.names.index(rear)
@@ -232,7 +235,7 @@ def _others(markers: tuple[str, ...]) -> tuple[str, ...]:
 
 
 def _on_tail(robot: RobotSpec, markers: tuple[str, ...]) -> tuple[str, ...]:
-    """Those on the tail, from head to fin."""
+    """Return the markers on the tail, from head to fin."""
     behind = [name for name in markers if robot.markers[name].body != "head"]
     return tuple(sorted(behind, key=lambda name: robot.markers[name].position_m[0]))
 

@@ -15,11 +15,11 @@ _HEAD_JOINTS = 3  # surge, sway, yaw: those of a head that is free
 
 
 class Motion(NamedTuple):
-    """Of the p plates of n simulations, in the pool.
+    """Motion of the p plates of n simulations, in the pool.
 
     Attributes:
         place: (n, p) centres, m.
-        velocity: (n, p) of the centres, m/s.
+        velocity: (n, p) velocities of the centres, m/s.
         along: (n, p) unit vectors backward along the plates.
         turning: (n, p) rad/s.
     """
@@ -34,7 +34,7 @@ class Plates:
     """The plates of a robot's head, tail links and caudal fin, in this order.
 
     Attributes:
-        names: (p,) of their geoms.
+        names: (p,) names of their geoms.
         half_m: (p, 3) half sizes along, across and upright.
     """
 
@@ -61,7 +61,7 @@ class Plates:
         self._hinges = slice(_HEAD_JOINTS * self._free + 1, None)  # behind the crank
 
     def motion(self, position: np.ndarray, velocity: np.ndarray) -> Motion:
-        """Where they are and how they move, by positions (n, q) and velocities (n, v) of the joints."""
+        """Return where the plates are and how they move, from positions (n, q) and velocities (n, v) of the joints."""
         place, heading = self._chain(position)
         drift, turning = self._chain(velocity)
         ahead, link = np.exp(1j * heading), self._link
@@ -73,7 +73,13 @@ class Plates:
         )
 
     def generalised(self, force: np.ndarray, motion: Motion, torque: np.ndarray | None = None) -> np.ndarray:
-        """(n, v) what forces (n, p) on the centres, and torques (n, p), are to the joints, N and N m."""
+        """Return the generalised forces (n, v) on the joints, N and N m, of forces and torques on the plates.
+
+        Args:
+            force: (n, p) on the centres, N.
+            motion: motion of the plates.
+            torque: (n, p), N m.
+        """
         links = motion.along[:, : self._arm.shape[1]]  # (n, l): the first plates are one on each link
         turned = np.imag(links.conj() * (force @ self._arm.conj()))  # (n, l) on each link's heading
         if torque is not None:
@@ -87,7 +93,7 @@ class Plates:
         return joints
 
     def _chain(self, joints: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """(n, 1) place of the head's frame and (n, l) headings of the links, or their rates."""
+        """Return the position (n, 1) of the head's frame and the headings (n, l) of the links, or their rates."""
         bends = np.zeros((len(joints), self._arm.shape[1]))
         bends[:, 1:] = joints[:, self._hinges]
         if not self._free:

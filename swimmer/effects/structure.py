@@ -12,7 +12,7 @@ from swimmer.robot import RobotSpec
 
 
 class TailEffect(Effect):
-    """Of the hinges or masses of the tail; every kind of trial shows it."""
+    """Effect of the hinges or masses of the tail; every kind of trial shows it."""
 
     family = "structure"
     stage = "tail"
@@ -28,7 +28,7 @@ class StiffnessError(TailEffect):
     parameters = (Parameter("relative", "1", -0.3, 1.5, 0.1),)
 
     def robot(self, robot: RobotSpec, values: np.ndarray) -> RobotSpec:
-        """With other hinges."""
+        """Return the robot with stiffer hinges."""
         stiffness = float(robot.tail.hinge_stiffness_n_m * (1 + values[0]))
         return robot.changed(tail={"hinge_stiffness_n_m": stiffness})
 
@@ -45,7 +45,7 @@ class StiffnessGradient(TailEffect):
     parameters = (Parameter("relative", "1", -0.8, 0.8, 0.2),)
 
     def mjcf(self, spec: mujoco.MjSpec, robot: RobotSpec, scene: Scene, values: np.ndarray) -> None:
-        """Each hinge its own stiffness."""
+        """Give each hinge its own stiffness."""
         if values[0] and len(robot.hinges) > 1:
             for hinge, place in zip(robot.hinges, np.linspace(-1.0, 1.0, len(robot.hinges)), strict=True):
                 joint = spec.joint(hinge)
@@ -61,7 +61,7 @@ class StiffnessHardening(TailEffect):
     parameters = (Parameter("cubic", "1/rad^2", 0.0, 20.0, 2.0),)
 
     def mjcf(self, spec: mujoco.MjSpec, robot: RobotSpec, scene: Scene, values: np.ndarray) -> None:
-        """The third number of a joint's stiffness is the factor of q^3."""
+        """Set the third number of each hinge's stiffness, the factor of q^3."""
         if values[0] > 0:
             for hinge in robot.hinges:
                 joint = spec.joint(hinge)
@@ -77,7 +77,7 @@ class JointDamping(TailEffect):
     parameters = (Parameter("relative", "1", -0.5, 5.0, 0.5),)
 
     def robot(self, robot: RobotSpec, values: np.ndarray) -> RobotSpec:
-        """With other hinges."""
+        """Return the robot with more damping in its hinges."""
         damping = float(robot.tail.hinge_damping_n_m_s * (1 + values[0]))
         return robot.changed(tail={"hinge_damping_n_m_s": damping})
 
@@ -97,7 +97,7 @@ class DryFriction:
         self._torque = torque_n_m
 
     def __call__(self, state: StepState) -> StepDamping:
-        """For the next step."""
+        """Return the damping for the next step."""
         hinges = self._torque.shape[1]
         joints = np.zeros_like(state.velocity)
         joints[:, -hinges:] = self._torque / np.hypot(state.velocity[:, -hinges:], CREEP_RAD_S)
@@ -115,7 +115,7 @@ class JointFriction(TailEffect):
     def damping(
         self, robot: RobotSpec, scene: Scene, models: Sequence[mujoco.MjModel], values: np.ndarray
     ) -> StepDamper | None:
-        """The same in every hinge."""
+        """Return the same friction in every hinge."""
         return DryFriction(np.repeat(values, len(robot.hinges), axis=1)) if values.any() else None
 
 
@@ -131,7 +131,7 @@ class BendOffset(TailEffect):
     parameters = (Parameter("angle", "rad", -0.3, 0.3, 0.03),)
 
     def mjcf(self, spec: mujoco.MjSpec, robot: RobotSpec, scene: Scene, values: np.ndarray) -> None:
-        """Spring references of the hinges, which the compiler would take for the tendons too."""
+        """Set the spring references of the hinges, but keep the tendons' rest lengths from following them."""
         if values[0]:
             for hinge in robot.hinges:
                 spec.joint(hinge).springref = float(values[0])
@@ -148,7 +148,7 @@ class MassDistribution(TailEffect):
     parameters = (Parameter("share", "1", 0.0, 0.1, 0.01),)
 
     def robot(self, robot: RobotSpec, values: np.ndarray) -> RobotSpec:
-        """Lighter parts in the head, denser ones in the tail."""
+        """Return the robot with lighter parts in the head and denser ones in the tail."""
         share = float(values[0])
         if share == 0:
             return robot
@@ -172,7 +172,7 @@ class EntrainedWater(TailEffect):
     parameters = (Parameter("thickness", "m", 0.0, 0.02, 0.002),)
 
     def mjcf(self, spec: mujoco.MjSpec, robot: RobotSpec, scene: Scene, values: np.ndarray) -> None:
-        """Heavier plates."""
+        """Add the water's mass to the plates."""
         if values[0] > 0 and scene.in_water:
             for name in (*(f"{hinge}_plate" for hinge in robot.hinges), "caudal_fin"):
                 plate = spec.geom(name)

@@ -1,4 +1,4 @@
-"""Effects of crank and tendons, and the way of the tendons from the crank through the guides."""
+"""Effects of crank and tendons, and the path of the tendons from the crank through the guides."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -10,7 +10,7 @@ from swimmer.effects.effect import Effect, Parameter, StepDamper, StepDamping, S
 from swimmer.mjcf import SIDES, Scene
 from swimmer.robot import RobotSpec
 
-_EDGE_M = 1e-4  # over which a tendon's damper comes in before its spring does
+_EDGE_M = 1e-4  # length over which a tendon's damper comes in before its spring does
 CREEP_M_S = 0.002
 """Speed of a line through a guide at which friction has 0.7 of its full force."""
 
@@ -52,7 +52,7 @@ class TendonPath:
         self._arm = sign * (crank.anchor_radius_m if radius_m is None else radius_m[:, None])
 
     def __call__(self, crank_rad: np.ndarray, hinges_rad: np.ndarray) -> Spans:
-        """Of crank angles (n,) and hinge angles (n, h)."""
+        """Return the pieces of both tendons at crank angles (n,) and hinge angles (n, h)."""
         sin, cos = np.sin(crank_rad)[:, None] * self._arm, np.cos(crank_rad)[:, None] * self._arm  # (n, 2)
         c, s = np.cos(hinges_rad)[:, None], np.sin(hinges_rad)[:, None]
         x, y = self._to[..., 0], self._to[..., 1]
@@ -65,12 +65,12 @@ class TendonPath:
         return Spans(length, per_hinge)
 
     def straight(self) -> Spans:
-        """Of the straight tail at crank angle 0, where the tendons are cut to length."""
+        """Return the pieces of the straight tail at crank angle 0, where the tendons are cut to length."""
         return self(np.zeros(1), np.zeros((1, self._to.shape[1])))
 
 
 def rest_lengths(spec: mujoco.MjSpec, robot: RobotSpec) -> np.ndarray:
-    """(2, 2) from and to which length the left and the right tendon are at rest, m: as set, or of the straight tail.
+    """Return the range of rest lengths (2, 2) of the left and the right tendon, m: as set, or of the straight tail.
 
     Left to the compiler they would follow the hinges' own rest angles.
     """
@@ -79,13 +79,13 @@ def rest_lengths(spec: mujoco.MjSpec, robot: RobotSpec) -> np.ndarray:
 
 
 def set_rest_lengths(spec: mujoco.MjSpec, length_m: np.ndarray) -> None:
-    """Sets them, (2, 2) as above."""
+    """Set the rest lengths (2, 2), in the order of `rest_lengths`."""
     for (side, _), length in zip(SIDES, length_m, strict=True):
         spec.tendon(f"tendon_{side}").springlength = length
 
 
 class TendonEffect(Effect):
-    """Of crank or tendons."""
+    """Effect of crank or tendons."""
 
     family = "tendons"
     stage = "tail"
@@ -101,7 +101,7 @@ class CrankArmError(TendonEffect):
     parameters = (Parameter("relative", "1", -0.25, 0.25, 0.05),)
 
     def robot(self, robot: RobotSpec, values: np.ndarray) -> RobotSpec:
-        """With another arm."""
+        """Return the robot with another crank arm."""
         return robot.changed(crank={"arm_m": float(robot.crank.arm_m * (1 + values[0]))})
 
 
@@ -114,7 +114,7 @@ class TendonCompliance(TendonEffect):
     parameters = (Parameter("relative", "1", 0.0, 20.0, 2.0),)
 
     def mjcf(self, spec: mujoco.MjSpec, robot: RobotSpec, scene: Scene, values: np.ndarray) -> None:
-        """Softer springs, with the same time constant."""
+        """Soften the springs, with the same time constant."""
         if values[0] > 0 and scene.with_tendons:
             for side, _ in SIDES:
                 tendon = spec.tendon(f"tendon_{side}")
@@ -123,10 +123,10 @@ class TendonCompliance(TendonEffect):
 
 
 class LooseTendons:
-    """Takes the damping from tendons while they hang loose.
+    """Damper that takes the damping from tendons while they hang loose.
 
-    The plain twin's dampers act parallel to its springs, strong for the sake of the time step: they would drag the
-    tail along through the whole dead band.
+    The plain twin's dampers act parallel to its springs, strong for the sake of the time step: they would drag the tail
+    along through the whole dead band.
     """
 
     def __init__(self, robot: RobotSpec, models: Sequence[mujoco.MjModel]) -> None:
@@ -138,7 +138,7 @@ class LooseTendons:
         self._crank = -len(robot.hinges) - 1
 
     def __call__(self, state: StepState) -> StepDamping:
-        """For the next step, by the lengths in its middle."""
+        """Return the damping for the next step, by the lengths in its middle."""
         middle = (state.position + self._half_step_s * state.velocity)[:, self._crank :]
         length = self._path(middle[:, 0], middle[:, 1:]).length_m.sum(axis=-1)
         beyond = np.maximum(self._rest[..., 0] - length, length - self._rest[..., 1])
@@ -155,14 +155,14 @@ class TendonSlack(TendonEffect):
     parameters = (Parameter("length", "m", 0.0, 0.01, 0.001),)
 
     def mjcf(self, spec: mujoco.MjSpec, robot: RobotSpec, scene: Scene, values: np.ndarray) -> None:
-        """A range of lengths at rest."""
+        """Give each tendon a range of lengths at rest."""
         if values[0] > 0 and scene.with_tendons:
             set_rest_lengths(spec, rest_lengths(spec, robot) + values[0] * np.array([-1.0, 1.0]))
 
     def damping(
         self, robot: RobotSpec, scene: Scene, models: Sequence[mujoco.MjModel], values: np.ndarray
     ) -> StepDamper | None:
-        """None within it."""
+        """Return a damper without force while the tendons hang loose."""
         return LooseTendons(robot, models) if values.any() and scene.with_tendons else None
 
 
@@ -182,18 +182,18 @@ class _Guides:
         self._arms_m, self._force_n = arms * behind, force_n  # (g, h), (n, 1)
 
     def rates(self, state: StepState) -> tuple[np.ndarray, np.ndarray]:
-        """(n, h) rates of the hinges, and (n, g) k of the guides."""
+        """Return the rates (n, h) of the hinges, and the factors k (n, g) of the guides."""
         rate = state.velocity[:, -self._arms_m.shape[1] :]
         return rate, 2 * self._force_n / np.hypot(rate @ self._arms_m.T, CREEP_M_S)
 
     def damping(self, state: StepState) -> StepDamping:
-        """D."""
+        """Return the damping D."""
         joints = np.zeros_like(state.velocity)
         joints[:, -self._arms_m.shape[1] :] = self._bound(self.rates(state)[1])
         return StepDamping(joints=joints)
 
     def given_back(self, state: StepState) -> np.ndarray:
-        """(D - A) w."""
+        """Return the force (D - A) w, by which the damping exceeds the friction."""
         rate, k = self.rates(state)
         joints = np.zeros_like(state.velocity)
         joints[:, -rate.shape[1] :] = self._bound(k) * rate - (k * (rate @ self._arms_m.T)) @ self._arms_m
@@ -216,13 +216,13 @@ class TendonFriction(TendonEffect):
     parameters = (Parameter("force", "N", 0.0, 5.0, 0.5),)
 
     def force(self, robot: RobotSpec, scene: Scene, values: np.ndarray) -> StepForce | None:
-        """What the damping is too much."""
+        """Return the force that gives back the excess of the damping."""
         return _Guides(robot, values).given_back if values.any() and scene.with_tendons else None
 
     def damping(
         self, robot: RobotSpec, scene: Scene, models: Sequence[mujoco.MjModel], values: np.ndarray
     ) -> StepDamper | None:
-        """More than the friction."""
+        """Return damping that is at least the friction."""
         return _Guides(robot, values).damping if values.any() and scene.with_tendons else None
 
 
@@ -235,7 +235,7 @@ class TendonAsymmetry(TendonEffect):
     parameters = (Parameter("length", "m", -0.006, 0.006, 0.001),)
 
     def mjcf(self, spec: mujoco.MjSpec, robot: RobotSpec, scene: Scene, values: np.ndarray) -> None:
-        """Other lengths at rest."""
+        """Set unequal lengths at rest."""
         if values[0] and scene.with_tendons:
             set_rest_lengths(spec, rest_lengths(spec, robot) + values[0] * np.array([[-1.0], [1.0]]))
 

@@ -24,7 +24,7 @@ SIGMA_PX = (1.2, 2.6)
 LEAST_RESPONSE = 0.012
 """Least difference of Gaussians, of 1: discs of about 10 grey levels of contrast."""
 LEAST_CONTRAST = 8.0
-"""In grey levels, between the disc and the ring around it."""
+"""Least contrast between the disc and the ring around it, in grey levels."""
 LOOKED_AT = 400
 """At most so many places are measured, those of the most contrast."""
 DIAMETERS_PX = (5.0, 64.0)
@@ -45,14 +45,14 @@ class Blob(NamedTuple):
 
     x: float  # centre, px, weighted by brightness
     y: float  # centre, px
-    diameter_px: float  # of the disc of the same area
+    diameter_px: float  # diameter of the disc of the same area
     contrast: float  # grey levels between it and its surroundings, at least 0 whatever its polarity
     level: float  # grey level of its middle; of the negative for a dark blob, so always high for a marker
     elongation: float = 1.0  # ratio of its axes, 1 for a disc
 
 
 def find_blobs(luma: np.ndarray, polarity: Polarity) -> tuple[Blob, ...]:
-    """The blobs of one polarity in a picture (h, w) of bytes, those of the most contrast first."""
+    """Find the blobs of one polarity in a picture (h, w) of bytes, those of the most contrast first."""
     upright = luma if polarity == "bright" else 255 - luma
     measured = (_measure(upright, x, y, radius) for x, y, radius in _places(upright))
     blobs = sorted((blob for blob in measured if blob is not None), key=lambda blob: -blob.contrast)
@@ -60,7 +60,7 @@ def find_blobs(luma: np.ndarray, polarity: Polarity) -> tuple[Blob, ...]:
 
 
 def _places(luma: np.ndarray) -> list[tuple[float, float, float]]:
-    """x, y and radius (px) of the places to look at."""
+    """Return x, y and radius (px) of the places to look at."""
     factor = 2 if luma.shape[1] > LARGE_PX else 1
     found: list[np.ndarray] = []
     for _ in range(OCTAVES):
@@ -75,7 +75,12 @@ def _places(luma: np.ndarray) -> list[tuple[float, float, float]]:
 
 
 def _places_in_octave(small: np.ndarray, factor: int) -> np.ndarray:
-    """(b, 4) x, y, radius in px of the whole picture, and contrast, of the peaks in a picture made smaller."""
+    """Return (b, 4) x, y, radius and contrast of the peaks in a shrunken picture; px of the whole picture.
+
+    Args:
+        small: (h, w) the shrunken picture.
+        factor: ratio of the whole picture's size to that of `small`.
+    """
     low, high = SIGMA_PX
     peaks = blob_dog(small, min_sigma=low, max_sigma=high, sigma_ratio=1.5, threshold=LEAST_RESPONSE, overlap=0.9)
     y, x, sigma = peaks.T
@@ -89,7 +94,7 @@ def _places_in_octave(small: np.ndarray, factor: int) -> np.ndarray:
 
 
 def _measure(luma: np.ndarray, x: float, y: float, radius: float) -> Blob | None:
-    """The bright blob at a place, or None if what is there is no disc set off from its surroundings."""
+    """Measure the bright blob at a place, or return None if what is there is no disc set off from its surroundings."""
     left, top = (max(0, int(at - 3 * radius - 2)) for at in (x, y))
     patch = luma[top : int(y + 3 * radius + 3), left : int(x + 3 * radius + 3)].astype(np.float32)
     rows, columns = np.ogrid[: patch.shape[0], : patch.shape[1]]
@@ -113,7 +118,7 @@ def _measure(luma: np.ndarray, x: float, y: float, radius: float) -> Blob | None
 
 
 def _part(patch: np.ndarray, pixel: tuple[int, int], level: float) -> np.ndarray | None:
-    """(h, w) the connected part above a level around a pixel, if it does not reach the patch's edge."""
+    """Return the connected part (h, w) above a level around a pixel, or None if it reaches the patch's edge."""
     parts = label(patch > level, connectivity=1)
     part = parts == parts[pixel]
     edge = part[0].any() or part[-1].any() or part[:, 0].any() or part[:, -1].any()
@@ -121,7 +126,7 @@ def _part(patch: np.ndarray, pixel: tuple[int, int], level: float) -> np.ndarray
 
 
 def _is_disc(part: np.ndarray) -> bool:
-    """Whether a part is about as long as wide, and filled like an ellipse."""
+    """Tell whether a part is about as long as wide, and filled like an ellipse."""
     least, most = DIAMETERS_PX
     if not least**2 <= part.sum() * 4 / np.pi <= most**2:
         return False
@@ -132,7 +137,7 @@ def _is_disc(part: np.ndarray) -> bool:
 
 
 def _is_soft(patch: np.ndarray, pixel: tuple[int, int], level: float) -> bool:
-    """Whether the part shrinks much while the level rises: a swell of the water, not a marker with an edge."""
+    """Tell whether the part shrinks much while the level rises: a swell of the water, not a marker with an edge."""
     lower, upper = (_part(patch, pixel, level + step) for step in (-0.1, 0.15))
     if upper is None:
         return True
@@ -142,7 +147,7 @@ def _is_soft(patch: np.ndarray, pixel: tuple[int, int], level: float) -> bool:
 
 
 def _each_once(blobs: list[Blob]) -> list[Blob]:
-    """The blobs without those that another one, of more contrast, already covers."""
+    """Drop the blobs that another one, of more contrast, already covers."""
     if not blobs:
         return []
     tree = cKDTree([blob[:2] for blob in blobs])

@@ -40,7 +40,7 @@ GATE = 3.0
 
 @dataclass(frozen=True)
 class Spread:
-    """Standard deviations of a step: place across (m), logarithm of its length about `stretch`, its bend."""
+    """Standard deviations of a step: position across (m), logarithm of its length about `stretch`, and bend."""
 
     length: float = np.inf
     bend_deg: float = np.inf
@@ -49,19 +49,19 @@ class Spread:
 
 
 RIGIDLY = Spread(place_m=0.012)
-"""Held by the head, off the axis."""
+"""Spread of a marker off the axis, which the head holds."""
 BY_THE_HEAD = Spread(length=0.06, bend_deg=7.0, stretch=0.96)
-"""Behind its two front markers."""
+"""Spread of the first marker behind the head's two front markers."""
 AT_THE_ROOT = Spread(place_m=0.027)
-"""Held by the first piece of the tail."""
+"""Spread of the marker that the first piece of the tail holds."""
 BY_THE_TAIL = Spread(length=0.14, bend_deg=18.0, stretch=1.03)
 AT_THE_END = Spread(length=0.17, bend_deg=18.0, stretch=1.25)
-"""Held by the fin."""
+"""Spread of the last marker, which the fin holds."""
 
 
 @dataclass(frozen=True)
 class Step:
-    """One marker to be put, how freely it moves, the marker before it, and the two whose direction it should keep."""
+    """One marker to place: how freely it moves, the marker before it, and the two whose direction it should keep."""
 
     marker: int
     spread: Spread
@@ -78,7 +78,7 @@ class Bodies:
 
 
 def body_steps(layout_m: np.ndarray) -> tuple[int, int, tuple[Step, ...]]:
-    """The head's two front markers and the steps to all others, for a layout (m, 2) along +x, m.
+    """Return the head's two front markers, and the steps to all others, for a layout (m, 2) along +x, m.
 
     Raises:
         ValueError: fewer than four markers on the axis, too few to distinguish a body from scattered blobs.
@@ -99,14 +99,19 @@ def body_steps(layout_m: np.ndarray) -> tuple[int, int, tuple[Step, ...]]:
 
 
 def complete_bodies(blobs: Sequence[Blob], layout_m: np.ndarray) -> Bodies:
-    """All ways, the best first, to see the layout (m, 2), m, in the blobs of one polarity."""
+    """Find all ways to see the layout in the blobs of one polarity, the best first.
+
+    Args:
+        blobs: the blobs, those of the most contrast first.
+        layout_m: (m, 2) marker positions on the straight robot, m.
+    """
     appearance = np.array([(b.x, b.y, b.diameter_px, b.level, b.elongation) for b in blobs[:CANDIDATES]]).reshape(-1, 5)
     nose, neck, steps = body_steps(layout_m)
     if len(appearance) < len(layout_m):
         return Bodies(np.empty((0, len(layout_m)), dtype=int), np.empty(0))
     partial = _Partial.heads(appearance, layout_m, nose, neck)
     for step in steps:
-        partial = partial.carried_on(step)
+        partial = partial.carry_on(step)
     order = np.argsort(partial.cost, kind="stable")
     return Bodies(partial.blobs[order], partial.cost[order])
 
@@ -122,7 +127,11 @@ class FoundStep:
 
 
 def found_steps(centre_px: np.ndarray, layout_m: np.ndarray) -> tuple[FoundStep, ...]:
-    """Every step behind the head's two front markers, from places (m, 2) in a picture, held against the layout (m, 2).
+    """Compare every step behind the head's two front markers with the layout.
+
+    Args:
+        centre_px: (m, 2) marker positions in a picture, px.
+        layout_m: (m, 2) marker positions on the straight robot, m.
 
     Raises:
         ValueError: fewer than four markers on the axis.
@@ -141,7 +150,7 @@ def found_steps(centre_px: np.ndarray, layout_m: np.ndarray) -> tuple[FoundStep,
 
 @dataclass(frozen=True)
 class _Partial:
-    """Bodies put together so far: (b, m) blobs, -1 where not yet put, and (b,) costs."""
+    """Partial bodies: the blob of each marker (b, m), -1 where not yet placed, and costs (b,)."""
 
     at: np.ndarray  # (n,) complex places of the blobs, px
     look: np.ndarray  # (n, 3) logarithms of diameter, level and elongation
@@ -152,7 +161,7 @@ class _Partial:
 
     @classmethod
     def heads(cls, appearance: np.ndarray, layout_m: np.ndarray, nose: int, neck: int) -> _Partial:
-        """Every ordered pair of blobs that look alike, as the head's two front markers."""
+        """Take every ordered pair of similar blobs as the head's two front markers."""
         at = appearance[:, 0] - 1j * appearance[:, 1]
         look = np.log(appearance[:, 2:])
         apart = np.abs(at[:, None] - at) / np.sqrt(appearance[:, None, 2] * appearance[:, 2])
@@ -164,8 +173,8 @@ class _Partial:
         cost = (difference[first, second] ** 2).sum(axis=1) / 2
         return cls(at, look, layout_m[:, 0] + 1j * layout_m[:, 1], (nose, neck), blobs, cost)
 
-    def carried_on(self, step: Step) -> _Partial:
-        """With one marker more, put on every blob that the step allows."""
+    def carry_on(self, step: Step) -> _Partial:
+        """Return the partial bodies with one more marker, placed on every blob that the step allows."""
         off = np.concatenate([self.off_place(step), self._off_look(step)], axis=0)  # (d, b, n)
         taken = (self.blobs[:, :, None] == np.arange(len(self.at))).any(axis=1)  # (b, n)
         allowed = (np.abs(off) < GATE).all(axis=0) & ~taken
@@ -177,7 +186,7 @@ class _Partial:
         return _Partial(self.at, self.look, self.layout, self.front, blobs, cost[kept])
 
     def moved(self, step: Step) -> np.ndarray:
-        """(b, n) the step to every blob, m: along (real) and across the direction to keep."""
+        """Return the step to every blob (b, n), m: along (real) and across the direction to keep."""
         before = self.at[self.blobs[:, step.before]]  # (b,)
         behind, front = (self.at[self.blobs[:, k]] for k in step.along)
         nose, neck = (self.at[self.blobs[:, k]] for k in self.front)
@@ -186,7 +195,7 @@ class _Partial:
         return (self.at - before[:, None]) / (metre * ahead)[:, None]
 
     def off_place(self, step: Step) -> np.ndarray:
-        """(d, b, n) departures of every blob from the step, in standard deviations."""
+        """Return the departures of every blob from the step (d, b, n), in standard deviations."""
         spread, taken = step.spread, self.moved(step)  # (b, n)
         wanted = self.layout[step.marker] - self.layout[step.before]
         if np.isfinite(spread.place_m):
@@ -198,7 +207,7 @@ class _Partial:
         return np.stack([length, bend])
 
     def _off_look(self, step: Step) -> np.ndarray:
-        """(3, b, n) departures in diameter, level and elongation, in standard deviations."""
+        """Return the departures in diameter, level and elongation (3, b, n), in standard deviations."""
         size = self.look[:, 0] - self.look[self.blobs[:, step.before], 0][:, None]
         usual = self.look[self.blobs[:, self.front], 1:].mean(axis=1)  # (b, 2)
         level, elongation = np.moveaxis(self.look[:, 1:] - usual[:, None], 2, 0)  # (b, n) each

@@ -23,7 +23,7 @@ USUAL_SIDE_PX = 25.0
 
 @dataclass(frozen=True, eq=False)
 class ClickBoxes:
-    """A frame with its markers to be clicked; what the page saves is read with `load_boxes`.
+    """A frame with its markers to be clicked; `load_boxes` reads what the page saves.
 
     Attributes:
         rgb: (h, w, 3) the frame, bytes; `frame` is its number in the video.
@@ -44,7 +44,7 @@ class ClickBoxes:
     place: str | None = None
 
     def html(self) -> str:
-        """The whole page."""
+        """Render the whole page."""
         folder = files("tracking.boxes") / "templates"
         style, script, page = (
             (folder / name).read_text("utf-8") for name in ("click.css", "click.js", "click.html.j2")
@@ -76,7 +76,7 @@ class ClickBoxes:
         }
 
     def _side_px(self) -> int:
-        """The side that new boxes get: that of the suggested ones, or by the usual diameter of the blobs."""
+        """Return the side of new boxes: that of the suggested ones, or one that fits the diameter of the blobs."""
         if self.suggested:
             return round(float(np.median([box.width for box in self.suggested.boxes.values()])))
         if self.blobs:
@@ -86,7 +86,7 @@ class ClickBoxes:
 
 
 def _as_jpeg(rgb: np.ndarray) -> str:
-    """The picture (h, w, 3) as a data URL."""
+    """Encode the picture (h, w, 3) as a data URL."""
     ok, data = cv2.imencode(".jpg", np.ascontiguousarray(rgb[:, :, ::-1]), [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY])
     if not ok:
         raise ValueError(f"a picture of shape {rgb.shape} cannot be stored as JPEG")

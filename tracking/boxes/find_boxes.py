@@ -1,4 +1,4 @@
-"""Finds the start boxes in a picture without a click, or reports why it is not certain."""
+"""Finding the start boxes in a picture without a click, or reporting why they are not certain."""
 
 from __future__ import annotations
 
@@ -36,10 +36,14 @@ class _PolarityBlobs:
 def find_boxes(
     luma: np.ndarray, layout_m: np.ndarray, markers: Sequence[str], *, frame: int = 0, file: str = "the video"
 ) -> StartBoxes:
-    """Finds the markers of a straight or bent robot, seen from above, of unknown place, heading and scale.
+    """Find the markers of a straight or bent robot, seen from above, of unknown place, heading and scale.
 
-    The picture (h, w) is of bytes and has a number in its video; `layout_m` (m, 2) are places on the straight robot,
-    robot frame, m.
+    Args:
+        luma: (h, w) bytes.
+        layout_m: (m, 2) marker positions on the straight robot, robot frame, m.
+        markers: their m names.
+        frame: number of the picture in its video.
+        file: name of the video in messages.
 
     Raises:
         InputError: the body is not found, or not with certainty; reports what was seen and how to click it.
@@ -58,7 +62,7 @@ def find_boxes(
     if confidence < CERTAIN:
         raise _not_certain(file, frame, seen, markers, (confidence, runner_up))
     chosen = [best.blobs[k] for k in best.bodies.blobs[0]]
-    if merged := _merged(chosen, layout_m):
+    if merged := _find_merged(chosen, layout_m):
         found = f"{', '.join(markers[k] for k in merged)} longer than wide, other than the markers before and behind"
         raise _refusal(file, frame, "a marker runs into something next to it", found, "a disc, set off all around")
     boxes = {name: _box(blob, chosen, luma.shape) for name, blob in zip(markers, chosen, strict=True)}
@@ -66,7 +70,7 @@ def find_boxes(
 
 
 def _probabilities(seen: Sequence[_PolarityBlobs], count: int) -> tuple[float, float]:
-    """Probabilities of the best and the next best body, among all bodies and none."""
+    """Return the probabilities of the best and the next best body, among all bodies and none."""
     costs = np.sort(np.concatenate([each.bodies.cost for each in seen]))
     if len(costs) == 0:
         return 0.0, 0.0
@@ -74,11 +78,14 @@ def _probabilities(seen: Sequence[_PolarityBlobs], count: int) -> tuple[float, f
     return float(share[0]), float(share[1]) if len(costs) > 1 else 0.0
 
 
-def _merged(chosen: Sequence[Blob], layout_m: np.ndarray) -> list[int]:
-    """Numbers of the markers whose blob is longer than its neighbours': motion blur grows gradually along the body."""
+def _find_merged(chosen: Sequence[Blob], layout_m: np.ndarray) -> list[int]:
+    """List the markers whose blob is much longer than its neighbours'.
+
+    Motion blur grows gradually along the body, so such a blob is merged with something else.
+    """
     nose, neck, steps = body_steps(layout_m)
     pairs = [(nose, neck), *((step.before, step.marker) for step in steps)]
-    longest = np.zeros(len(chosen))  # of the neighbours
+    longest = np.zeros(len(chosen))  # elongation of each marker's longest neighbour
     for one, other in pairs:
         longest[one] = max(longest[one], chosen[other].elongation)
         longest[other] = max(longest[other], chosen[one].elongation)
@@ -86,7 +93,7 @@ def _merged(chosen: Sequence[Blob], layout_m: np.ndarray) -> list[int]:
 
 
 def _box(blob: Blob, chosen: Sequence[Blob], shape: tuple[int, ...]) -> Box:
-    """A square around a marker, not past the middle of its neighbours nor beyond the picture."""
+    """Return a square around a marker that ends at the middle of its neighbours and at the edge of the picture."""
     apart = [np.hypot(blob.x - other.x, blob.y - other.y) for other in chosen if other is not blob]
     side = float(np.clip(BOX_DIAMETERS * blob.diameter_px, SMALLEST_BOX_PX, max(min(apart), SMALLEST_BOX_PX)))
     room = 2 * min(blob.x, blob.y, shape[1] - 1 - blob.x, shape[0] - 1 - blob.y) + 1
@@ -98,16 +105,16 @@ def _not_certain(
 ) -> InputError:
     counts = " and ".join(f"{len(each.blobs)} {each.polarity} blobs" for each in seen)
     if not any(len(each.bodies.cost) for each in seen):
-        return _refusal(file, frame, "the robot was not found", counts, _wanted(markers))
+        return _refusal(file, frame, "the robot was not found", counts, _describe_wanted(markers))
     what = "the robot was not found with certainty"
     if sure[1] > 0.02:
         found = f"{counts}; two ways to see the robot in them, with probabilities {sure[0]:.2f} and {sure[1]:.2f}"
     else:
         found = f"{counts}; the best way to see the robot in them has a probability of {sure[0]:.2f}"
-    return _refusal(file, frame, what, found, f"{_wanted(markers)}, and a probability of at least {CERTAIN:g}")
+    return _refusal(file, frame, what, found, f"{_describe_wanted(markers)}, and a probability of at least {CERTAIN:g}")
 
 
-def _wanted(markers: Sequence[str]) -> str:
+def _describe_wanted(markers: Sequence[str]) -> str:
     return f"{len(markers)} round markers of one brightness, spaced as on the robot ({', '.join(markers)})"
 
 

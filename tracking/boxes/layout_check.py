@@ -19,13 +19,17 @@ from tracking.boxes.body_chain import FoundStep, found_steps
 IMPOSSIBLE = 6.0
 """Standard deviations beyond which a step along the body cannot be."""
 LIKELY = 3.0
-"""What an exchange must bring every step to, to be suggested."""
+"""Standard deviations to which an exchange must bring every step to be suggested."""
 
 
 def check_layout(names: Sequence[str], centre_px: np.ndarray, layout_m: np.ndarray, faults: FaultCollector) -> None:
-    """Adds a fault for every step along the body that the robot cannot take; scale, heading and bend are free.
+    """Add a fault for every step along the body that the robot cannot take; scale, heading and bend are free.
 
-    `centre_px` (m, 2) are the centres of the boxes, no two on one spot; `layout_m` (m, 2) places on the straight robot.
+    Args:
+        names: names of the m markers.
+        centre_px: (m, 2) centres of the boxes, px, no two on one spot.
+        layout_m: (m, 2) marker positions on the straight robot, m.
+        faults: takes the faults.
     """
     try:
         taken = found_steps(centre_px, layout_m)
@@ -41,7 +45,7 @@ def check_layout(names: Sequence[str], centre_px: np.ndarray, layout_m: np.ndarr
 
 
 def _found(taken: FoundStep, names: Sequence[str]) -> str:
-    """The step in mm at the scale of the head, and its direction."""
+    """Describe the step in mm at the scale of the head, and its direction."""
     behind, front = (names[k] for k in taken.step.along)
     degrees = f"{abs(taken.bend_deg):.0f} degrees to the way from {behind} to {front}"
     return f"{1000 * taken.length_m:.0f} mm from it, at {degrees}"
@@ -59,7 +63,7 @@ def _expected(taken: FoundStep, layout_m: np.ndarray) -> str:
 
 
 def _exchange(names: Sequence[str], centre_px: np.ndarray, layout_m: np.ndarray) -> str:
-    """The exchange of two names after which all would fit best, in words; empty if none makes it fit."""
+    """Describe the exchange of two names after which all would fit best; an empty text if none makes it fit."""
     worst = {}
     for one, other in combinations(range(len(names)), 2):
         order = np.arange(len(names))

@@ -17,7 +17,8 @@ from tracking.boxes.start_boxes import Box, StartBoxes
 
 SIZE_IN = (14.0, 7.875)
 DPI = 110
-PAPER, INK = "#10151a", "#e4ebf1"
+PAPER = "#10151a"
+INK = "#e4ebf1"
 CROWDED = 3.5
 """Markers whose nearest neighbour is within so many times the least distance make up the crowded part."""
 OFF_LINE = 0.12
@@ -41,7 +42,12 @@ class View(NamedTuple):
 
 
 def write_preview(path: Path, rgb: np.ndarray, boxes: StartBoxes) -> None:
-    """Writes a PNG of the boxes on their frame, (h, w, 3) bytes.
+    """Write a PNG of the boxes on their frame, (h, w, 3) bytes.
+
+    Args:
+        path: the PNG to write.
+        rgb: (h, w, 3) the frame, bytes.
+        boxes: the boxes to draw.
 
     Raises:
         ResultsNotWritable: the file cannot be written.
@@ -50,7 +56,7 @@ def write_preview(path: Path, rgb: np.ndarray, boxes: StartBoxes) -> None:
     figure.text(0.02, 0.955, f"Start boxes in frame {boxes.frame}", color=INK, size=14, weight="bold")
     centre_px = boxes.centres_px(boxes.markers)
     body = _view(rgb, list(boxes.boxes.values()), 1.25, margin=0.22)
-    crowd = [boxes.boxes[boxes.markers[k]] for k in _crowded(centre_px)]
+    crowd = [boxes.boxes[boxes.markers[k]] for k in _find_crowded(centre_px)]
     tail = _view(rgb, crowd, 1.14, margin=0.30)
     overview = figure.add_axes((0.66, 0.555, 0.325, 0.37), anchor="N")
     _show(overview, rgb, View(-0.5, -0.5, rgb.shape[1] - 0.5, rgb.shape[0] - 0.5))
@@ -64,18 +70,18 @@ def write_preview(path: Path, rgb: np.ndarray, boxes: StartBoxes) -> None:
 
 
 def marker_colour(number: int) -> tuple[float, float, float]:
-    """A bright colour of its own for every marker, as on the click page (the golden angle apart)."""
+    """Return a bright colour for each marker, as on the click page (hues a golden angle apart)."""
     return colorsys.hls_to_rgb((number * 0.381966 + 190 / 360) % 1.0, 0.72, 0.95)
 
 
-def _crowded(centre_px: np.ndarray) -> np.ndarray:
+def _find_crowded(centre_px: np.ndarray) -> np.ndarray:
     apart = np.linalg.norm(centre_px[:, None] - centre_px, axis=2) + np.diag(np.full(len(centre_px), np.inf))
     nearest = apart.min(axis=1, initial=np.inf)
     return np.flatnonzero(nearest <= CROWDED * nearest.min())
 
 
 def _view(rgb: np.ndarray, boxes: Sequence[Box], aspect: float, margin: float) -> View:
-    """The part of the picture that holds the boxes, with a margin, as wide as `aspect` times its height."""
+    """Return the part of the picture that holds the boxes, with a margin, as wide as `aspect` times its height."""
     corners = np.array([(b.x, b.y, b.x + b.width, b.y + b.height) for b in boxes]) - 0.5
     low, high = corners[:, :2].min(axis=0), corners[:, 2:].max(axis=0)
     extent = (high - low) + 2 * margin * max(high - low)
@@ -118,17 +124,21 @@ def _draw_boxes(axes: Any, boxes: StartBoxes, view: View) -> None:
 
 
 def _rim(box: Box, towards: np.ndarray) -> np.ndarray:
-    """Where a line from a box's centre leaves the box."""
+    """Return the point (2,) where a line from a box's centre leaves the box."""
     half = np.array([box.width, box.height]) / 2
     return np.array(box.centre_px) + towards / max(np.max(np.abs(towards) / half), 1.0)
 
 
 def label_spots(centre_px: np.ndarray, view: View) -> np.ndarray:
-    """(m, 2) places of labels that overlap neither each other nor the body: two rows, or two columns, next to it.
+    """Place the labels (m, 2) in two rows or columns next to the body, so that they overlap neither it nor each other.
 
-    Markers well off the line through the others go to their own side, the rest take turns; on each side the labels
-    keep the markers' order, as near to them as their width allows (isotonic regression: the least squares solution
-    under the order).
+    Markers well off the line through the others are named on their own side, the rest take turns; on each side the
+    labels keep the markers' order, as near to them as their width allows (isotonic regression: the least squares
+    solution under the order).
+
+    Args:
+        centre_px: (m, 2) centres of the markers, px.
+        view: the part of the picture that is shown.
     """
     size = np.array(view.size)
     along = int(np.ptp(centre_px[:, 1]) > np.ptp(centre_px[:, 0]))  # 0: the body lies across the view, 1: upright
@@ -148,7 +158,7 @@ def label_spots(centre_px: np.ndarray, view: View) -> np.ndarray:
 
 
 def _sides(centre_px: np.ndarray, along: int) -> np.ndarray:
-    """(m,) 0 or 1 for markers in their order along the view: above or below, left or right."""
+    """Return the side of each marker's label, (m,) 0 or 1: above or below, left or right."""
     place, across = centre_px[:, along], centre_px[:, 1 - along]
     if len(place) < 3:
         return np.arange(len(place)) % 2
@@ -160,7 +170,7 @@ def _sides(centre_px: np.ndarray, along: int) -> np.ndarray:
 
 
 def _beside(centre_px: np.ndarray, view: View, along: int, side: int) -> float:
-    """Where the row or column of labels is: between the body and the edge of the view."""
+    """Return the coordinate of a row or column of labels, between the body and the edge of the view."""
     across = centre_px[:, 1 - along]
     edge = (view[1 - along], view[3 - along])[side]
     inset = view.size[1 - along] * (0.05 if along == 0 else 0.10)

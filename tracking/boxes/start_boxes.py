@@ -49,7 +49,7 @@ class Box(NamedTuple):
 
     @classmethod
     def around(cls, centre_px: Sequence[float], side_px: float) -> Box:
-        """The square box with this centre."""
+        """Return the square box with the given centre and side."""
         half = (side_px - 1) / 2
         return cls(float(centre_px[0]) - half, float(centre_px[1]) - half, float(side_px), float(side_px))
 
@@ -67,17 +67,17 @@ class StartBoxes:
         return tuple(self.boxes)
 
     def centres_px(self, markers: Sequence[str]) -> np.ndarray:
-        """(m, 2) centres of the boxes of the named markers, px."""
+        """Return the (m, 2) box centres of the named markers, px."""
         return np.array([self.boxes[name].centre_px for name in markers]).reshape(-1, 2)
 
     def to_json(self) -> dict[str, Any]:
-        """The boxes in the form of the file, rounded to a hundredth of a pixel."""
+        """Return the boxes in the form of the file, rounded to a hundredth of a pixel."""
         boxes = {name: [round(value, 2) for value in box] for name, box in self.boxes.items()}
         return {"frame": self.frame, "boxes": boxes}
 
 
 def save_boxes(path: Path, boxes: StartBoxes) -> None:
-    """Writes the boxes, a marker a line.
+    """Write the boxes as JSON, one marker a line.
 
     Raises:
         ResultsNotWritable: the file cannot be written; what stood there is unchanged.
@@ -90,10 +90,13 @@ def save_boxes(path: Path, boxes: StartBoxes) -> None:
 def load_boxes(
     path: Path, markers: Sequence[str], video: VideoInfo | None = None, layout_m: np.ndarray | None = None
 ) -> StartBoxes:
-    """Reads start boxes and checks them.
+    """Read start boxes and check them.
 
-    Each marker needs one box. Faults are also boxes beyond the pictures of a video or in a frame that it does not have,
-    and such as no pose of the robot can have, whose straight layout is (m, 2), robot frame, m.
+    Args:
+        path: the JSON file.
+        markers: names of the m markers; each needs one box.
+        video: its pictures have to contain the boxes, and it has to have their frame.
+        layout_m: (m, 2) marker positions on the straight robot, robot frame, m; the boxes have to fit a pose of it.
 
     Raises:
         InputError: every fault of the file at once.
@@ -103,7 +106,7 @@ def load_boxes(
     frame = _frame(data, faults)
     found = _boxes(data, markers, faults)
     if video is not None:
-        found = _clipped(found, (video.width_px, video.height_px), faults)
+        found = _clip(found, (video.width_px, video.height_px), faults)
         if frame >= video.frames:
             faults.add("frame", "no such frame in the video", found=str(frame), expected=f"0 to {video.frames - 1}")
     _check_apart(found, faults)
@@ -126,7 +129,7 @@ def _read(path: Path) -> dict[str, Any]:
 
 
 def _frame(data: dict[str, Any], faults: FaultCollector) -> int:
-    """The frame's number; unknown keys next to it are faults too."""
+    """Return the frame's number, and add a fault for each unknown key next to it."""
     known = ("frame", "boxes")
     for key in data.keys() - set(known):
         faults.add(key, "unknown key", choices=known, next_step=did_you_mean(key, known))
@@ -140,7 +143,7 @@ def _frame(data: dict[str, Any], faults: FaultCollector) -> int:
 
 
 def _boxes(data: dict[str, Any], markers: Sequence[str], faults: FaultCollector) -> dict[str, Box]:
-    """The sound boxes of known markers; everything else is a fault."""
+    """Return the sound boxes of known markers, and add a fault for everything else."""
     given = data.get("boxes")
     if not isinstance(given, dict):
         found = shown(given) if "boxes" in data else ""
@@ -175,8 +178,8 @@ def _is_number(value: Any) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
 
 
-def _clipped(boxes: dict[str, Box], size: tuple[int, int], faults: FaultCollector) -> dict[str, Box]:
-    """The boxes without what little of them is beyond the picture; more of it is a fault."""
+def _clip(boxes: dict[str, Box], size: tuple[int, int], faults: FaultCollector) -> dict[str, Box]:
+    """Cut off the small parts of boxes that lie beyond the picture, and add a fault where the parts are large."""
     clipped = {}
     for name, (x, y, width, height) in boxes.items():
         left, top = max(x, 0.0), max(y, 0.0)

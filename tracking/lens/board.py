@@ -88,7 +88,7 @@ class _BoardFile(Table):
 
 
 def load_board(path: Path) -> BoardSpec:
-    """Reads a TOML file with one table ``[board]`` of the keys of `BoardSpec`.
+    """Read a TOML file with one table ``[board]`` of the keys of `BoardSpec`.
 
     Raises:
         InputError: every fault of the file at once.

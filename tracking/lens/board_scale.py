@@ -22,16 +22,16 @@ HIGHEST_M = 100.0
 
 @dataclass(frozen=True)
 class BoardScale:
-    """What a level board shows of the picture."""
+    """Scale, height and tilt of the camera, as a level board in the picture shows them."""
 
-    # on the surface of the water, in undistorted square pixels (of focal length fx where the lens is calibrated), as
-    # `to_pool` has it
+    # Scale on the surface of the water, in undistorted square pixels (of focal length fx where the lens is calibrated),
+    # as `to_pool` has it.
     metres_per_px: float
-    # its standard deviation from the scatter of the corners about a level board; with no lens it holds distortion and
-    # tilt too, as far as the board shows them
+    # Its standard deviation follows from the scatter of the corners about a level board; without a lens it holds
+    # distortion and tilt too, as far as the board shows them.
     sd_metres_per_px: float
-    camera_height_m: float | None  # of the lens above the water; None without a calibrated lens
-    # angle between the camera's axis and the board's normal; None without a calibrated lens. A tilt of 2 degrees
+    camera_height_m: float | None  # height of the lens above the water; None without a calibrated lens
+    # Angle between the camera's axis and the board's normal; None without a calibrated lens. A tilt of 2 degrees
     # changes the scale by 2 % from the middle to the edge of a picture 60 degrees wide.
     tilt_deg: float | None
     rms_px: float  # distance of the corners from a level board
@@ -40,13 +40,13 @@ class BoardScale:
 def scale_from_board(
     picture: Path | np.ndarray, board: BoardSpec, lens: CameraCalibration | None = None, board_height_m: float = 0.0
 ) -> BoardScale:
-    """The scale at the water's surface, and the camera's height above it where the lens is calibrated.
+    """Return the scale at the water's surface, and the camera's height above it where the lens is calibrated.
 
     Args:
         picture: file or (h, w) or (h, w, 3) uint8.
         board: the board as printed and measured, lying level.
-        lens: of the camera; without it the picture is taken to be undistorted.
-        board_height_m: of its face above the water; negative under water (refraction is undone).
+        lens: calibration of the camera; without it the picture is taken to be undistorted.
+        board_height_m: height of the board's face above the water; negative under water (refraction is undone).
 
     Raises:
         InputError: the picture cannot be read.
@@ -57,7 +57,12 @@ def scale_from_board(
 
 
 def scale_from_corners(seen: Corners, lens: CameraCalibration | None = None, board_height_m: float = 0.0) -> BoardScale:
-    """`scale_from_board` for corners found already.
+    """Return the scale for corners that are found already; see `scale_from_board`.
+
+    Args:
+        seen: the k corners of the board.
+        lens: calibration of the camera; without it the picture is taken to be undistorted.
+        board_height_m: height of the board's face above the water; negative under water.
 
     Raises:
         NotEnoughData: fewer than four corners, or a board off the surface and no lens.
@@ -104,7 +109,7 @@ def _with_lens(seen: Corners, lens: CameraCalibration, board_height_m: float) ->
 
 
 def _tilt_deg(seen: Corners, lens: CameraCalibration) -> float:
-    """Angle between the camera's axis and the normal of the board, refraction left aside."""
+    """Return the angle between the camera's axis and the normal of the board; refraction is neglected."""
     _, rotation, _ = cv2.solvePnP(
         seen.place_m, seen.image_px, camera_matrix(lens), np.array(lens.distortion), flags=cv2.SOLVEPNP_IPPE
     )
@@ -112,7 +117,7 @@ def _tilt_deg(seen: Corners, lens: CameraCalibration) -> float:
 
 
 class _Similarity(NamedTuple):
-    """scale: of target over source; sd_scale: its standard deviation; rms: distance in the target's units."""
+    """Best similarity transform: scale (target over source), its standard deviation, RMS distance in target units."""
 
     scale: float
     sd_scale: float
@@ -120,11 +125,11 @@ class _Similarity(NamedTuple):
 
 
 def _similarity(source: np.ndarray, target: np.ndarray) -> _Similarity:
-    """Move, turn and scale that take (k, 2) to (k, 2) best (Umeyama, IEEE PAMI 13, 1991, in the plane)."""
+    """Fit the move, turn and scale that take (k, 2) to (k, 2) best (Umeyama, IEEE PAMI 13, 1991, in the plane)."""
     a = (source - source.mean(axis=0)) @ [1, 1j]
     b = (target - target.mean(axis=0)) @ [1, 1j]
     size = (np.abs(a) ** 2).sum()
     turn = (np.conj(a) * b).sum() / size
     squares = (np.abs(b - turn * a) ** 2).sum()
-    variance = squares / max(2 * len(a) - 4, 1)  # an axis
+    variance = squares / max(2 * len(a) - 4, 1)  # per axis
     return _Similarity(float(np.abs(turn)), float(np.sqrt(variance / size)), float(np.sqrt(squares / len(a))))

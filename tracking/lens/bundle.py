@@ -36,7 +36,7 @@ class Bundle:
 
     @cached_property
     def residuals_px(self) -> list[np.ndarray]:
-        """For each view (k, 2): found minus projected."""
+        """Residuals of each view, found minus projected, (k, 2), px."""
         return [
             seen.image_px - self._project(seen, pose)[0].reshape(-1, 2)
             for seen, pose in zip(self.corners, self.poses, strict=True)
@@ -44,7 +44,7 @@ class Bundle:
 
     @property
     def sum_of_squares(self) -> float:
-        """Of the residuals, px^2."""
+        """Sum of the squared residuals, px^2."""
         return float(sum((residual**2).sum() for residual in self.residuals_px))
 
     @property
@@ -53,7 +53,7 @@ class Bundle:
         return sum(seen.image_px.size for seen in self.corners)
 
     def jacobians(self, free: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
-        """For each view the derivative of its coordinates by its pose (2k, 6) and by the free lens numbers (2k, p)."""
+        """Return each view's derivatives of the coordinates by the pose (2k, 6) and the free lens numbers (2k, p)."""
         found = [self._project(seen, pose)[1] for seen, pose in zip(self.corners, self.poses, strict=True)]
         return [(jacobian[:, :6], jacobian[:, 6:15][:, free]) for jacobian in found]
 
@@ -62,14 +62,14 @@ class Bundle:
 
 
 class NormalEquations(NamedTuple):
-    """matrix: (p, p) and gradient: (p,) of the free lens numbers, with every pose at its best."""
+    """Normal equations of the free lens numbers, with every pose at its best: matrix (p, p) and gradient (p,)."""
 
     matrix: np.ndarray
     gradient: np.ndarray
 
 
 def normal_equations(bundle: Bundle, free: np.ndarray) -> NormalEquations:
-    """The reduced normal equations; `free` (9,) selects which of the lens's numbers are fitted."""
+    """Return the reduced normal equations; `free` (9,) selects which of the lens's numbers are fitted."""
     matrix, gradient = np.zeros((free.sum(), free.sum())), np.zeros(free.sum())
     for (pose, lens), residual in zip(bundle.jacobians(free), bundle.residuals_px, strict=True):
         basis = np.linalg.qr(pose)[0]
@@ -80,7 +80,7 @@ def normal_equations(bundle: Bundle, free: np.ndarray) -> NormalEquations:
 
 
 def polished(bundle: Bundle, free: np.ndarray) -> Bundle:
-    """The bundle at the nearest optimum of the free numbers of the lens (9,) and all poses."""
+    """Return the bundle at the nearest optimum of all poses and of the lens numbers that `free` (9,) selects."""
     damping = 1e-6
     for _ in range(STEPS):
         step = _step(bundle, free, damping)
@@ -106,6 +106,6 @@ def _step(bundle: Bundle, free: np.ndarray, damping: float) -> Bundle:
 
 
 def inverse(normal: np.ndarray) -> np.ndarray:
-    """The inverse of a normal matrix whose unknowns have very different units."""
+    """Return the inverse of a normal matrix whose unknowns have very different units."""
     scale = 1 / np.sqrt(np.maximum(np.diag(normal), 1e-30))
     return scale[:, None] * np.linalg.pinv(scale[:, None] * normal * scale, rcond=1e-14, hermitian=True) * scale

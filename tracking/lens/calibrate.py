@@ -21,7 +21,7 @@ LEAST_VIEWS = 3
 OUTLYING_VIEW = 3.0
 """A view is left out whose corners are off by this many times the usual."""
 OUTLYING_PX = 0.3
-"""But not where it is off by less than this."""
+"""A view whose corners are off by less than this is never left out."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,7 +48,7 @@ class LensCalibration:
 
 
 def calibrate_lens(pictures: Iterable[Path | np.ndarray], board: BoardSpec) -> LensCalibration:
-    """Calibrates a lens from pictures of a flat board, held at many angles all over the picture.
+    """Calibrate a lens from pictures of a flat board, held at many angles all over the picture.
 
     Take frames of a video in the mode used for the swim trials: photographs have another field of view.
 
@@ -89,7 +89,7 @@ def calibrate_lens(pictures: Iterable[Path | np.ndarray], board: BoardSpec) -> L
 
 
 def _unusable(corners: Corners, board: BoardSpec) -> str:
-    """Why a picture cannot be used; empty where it can."""
+    """Return why a picture cannot be used; an empty text where it can."""
     if len(corners.image_px) == 0:
         return f"no {board.kind} board was found"
     if len(corners.image_px) < LEAST_CORNERS:
@@ -101,7 +101,7 @@ def _unusable(corners: Corners, board: BoardSpec) -> str:
 
 
 def _without_outliers(found: Sequence[Corners], good: list[int], size: tuple[int, int]) -> tuple[LensFit, list[int]]:
-    """The fit without views that do not belong to it, one after the other, and the views that remain."""
+    """Return the fit after dropping outlying views one by one, and the indices of the views that remain."""
     used, fit = list(good), fit_lens([found[n] for n in good], *size)
     while len(used) > LEAST_VIEWS:
         worst = int(np.argmax(fit.view_rms_px))

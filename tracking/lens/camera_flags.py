@@ -22,14 +22,16 @@ HEIGHT_OFF = 0.05
 def lens_flags(
     camera: CameraSpec, *, picture_px: tuple[int, int] | None = None, metres_per_px: float | None = None
 ) -> tuple[Flag, ...]:
-    """Doubts about the lens, each with its likely size.
+    """List the doubts about the lens, each with its likely size.
 
-    Where they are known: does the calibration belong to width and height of the video, and does the camera's height fit
-    the scale of the tracks?
+    Args:
+        camera: the camera table of the session.
+        picture_px: width and height of the video, to compare with those of the calibration.
+        metres_per_px: scale of the tracks, to compare with the camera's height.
     """
     lens = camera.calibration
     if lens is None:
-        return (_not_calibrated(),)
+        return (_uncalibrated_flag(),)
     size, height_m, flags = (lens.width_px, lens.height_px), lens.height_above_water_m, []
     if folds(lens):
         what = "the lens's distortion turns back within the picture"
@@ -59,9 +61,9 @@ def lens_flags(
     return tuple(flags)
 
 
-def _not_calibrated() -> Flag:
+def _uncalibrated_flag() -> Flag:
     shift = LINEAR_K1 * HALF_WIDTH**2 / 2  # over the picture's width: k1 t^3 / (2 t), half a picture from its middle
-    stretch = 3 * LINEAR_K1 * HALF_WIDTH**2  # of a length along the radius: the derivative of t + k1 t^3
+    stretch = 3 * LINEAR_K1 * HALF_WIDTH**2  # stretches a length along the radius: the derivative of t + k1 t^3
     message = (
         f"the lens is not calibrated. At a radial distortion of {LINEAR_K1:g}, which a linear field of view may "
         f"leave, places at the left and right edge are off by {100 * shift:.1f} % of the picture's width and "
@@ -72,7 +74,7 @@ def _not_calibrated() -> Flag:
 
 
 def save_camera(path: Path, calibration: CameraCalibration) -> None:
-    """Writes a camera file, whole or not at all; `session.camera.load_camera` reads the same numbers back.
+    """Write a camera file, whole or not at all; `session.camera.load_camera` reads the same numbers back.
 
     Raises:
         ResultsNotWritable: the file cannot be written.

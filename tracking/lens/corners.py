@@ -26,7 +26,7 @@ class Corners(NamedTuple):
 
 
 def find_corners(picture: np.ndarray, board: BoardSpec) -> Corners:
-    """The corners of the board that can be seen in a picture (h, w) or (h, w, 3); none (k = 0) where there is no board.
+    """Find the visible corners of the board in a picture (h, w) or (h, w, 3); none (k = 0) where there is no board.
 
     A chessboard is found whole or not at all; which of its ends comes first is arbitrary where both look the same.
     Chessboards: Duda and Frese, "Accurate Detection and Localization of Checkerboard Corners", BMVC 2018.
@@ -40,7 +40,7 @@ def _charuco_corners(gray: np.ndarray, board: BoardSpec) -> Corners:
     if found is None or len(found) == 0:
         return _NONE
     clear = (board.square_m - board.marker_side_m) / 2 / board.square_m
-    return Corners(board.corner_places_m[np.ravel(ids)], _refined(gray, found.reshape(-1, 2), clear))
+    return Corners(board.corner_places_m[np.ravel(ids)], _refine(gray, found.reshape(-1, 2), clear))
 
 
 def _chessboard_corners(gray: np.ndarray, board: BoardSpec) -> Corners:
@@ -51,14 +51,18 @@ def _chessboard_corners(gray: np.ndarray, board: BoardSpec) -> Corners:
     if not seen:
         return _NONE
     image_px = shrink * (found.reshape(-1, 2) + 0.5) - 0.5
-    return Corners(board.corner_places_m, _refined(gray, image_px, clear=0.5))
+    return Corners(board.corner_places_m, _refine(gray, image_px, clear=0.5))
 
 
-def _refined(gray: np.ndarray, image_px: np.ndarray, clear: float) -> np.ndarray:
-    """(k, 2) moved to the saddle points.
+def _refine(gray: np.ndarray, image_px: np.ndarray, clear: float) -> np.ndarray:
+    """Move the corners (k, 2) to the saddle points of the picture.
 
-    Detectors place them by homographies or along straight lines, and miss them where the lens bends. `clear` is the
-    distance to the nearest foreign edge, in squares.
+    Detectors place them by homographies or along straight lines, and miss them where the lens bends.
+
+    Args:
+        gray: (h, w) picture.
+        image_px: (k, 2) corners, px.
+        clear: distance to the nearest edge that is not the corner's own, in squares.
     """
     distance = np.linalg.norm(image_px[:, None] - image_px[None], axis=2) + np.diag(np.full(len(image_px), np.inf))
     square_px = distance.min() if len(image_px) > 1 else 0.0

@@ -1,4 +1,4 @@
-"""Whether a calibrated lens is to be believed."""
+"""Checks of whether a calibrated lens can be believed: its uncertainty and its flags."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -37,7 +37,7 @@ class LensUncertainty:
 
 
 def lens_uncertainty(fit: LensFit, lens: CameraCalibration) -> LensUncertainty:
-    """The uncertainty of a fit; `lens` is the fit as a calibration."""
+    """Return the standard deviations of a lens fit; `lens` is the same fit as a calibration."""
     covariance = lens_covariance(fit)
     fx, fy, cx, cy, *distortion = np.sqrt(np.diag(covariance)).tolist()
     k1, k2, p1, p2, k3 = distortion
@@ -45,7 +45,7 @@ def lens_uncertainty(fit: LensFit, lens: CameraCalibration) -> LensUncertainty:
 
 
 def lens_covariance(fit: LensFit) -> np.ndarray:
-    """(9, 9) covariance of fx, fy, cx, cy, k1, k2, p1, p2, k3; zero for what was not fitted."""
+    """Return the (9, 9) covariance of fx, fy, cx, cy, k1, k2, p1, p2, k3; zero for what was not fitted."""
     variance = fit.bundle.sum_of_squares / max(fit.bundle.measurements - fit.parameters, 1)  # px^2, an axis
     covariance = np.zeros((9, 9))
     covariance[np.ix_(fit.free, fit.free)] = variance * inverse(normal_equations(fit.bundle, fit.free).matrix)
@@ -77,15 +77,18 @@ GOOD_COVERAGE = 0.5
 TILTED_DEG = 15.0
 """Zhang 2000, section 4 and figure 4: errors grow steeply where the views differ by less."""
 FOCAL_SD = 0.01
-"""Of the focal length, relative: the lens's height, and so parallax, is known no better."""
+"""Largest relative standard deviation of the focal length: the lens's height, and so parallax, is known no better."""
 RMS_SHARE = 3e-4
-"""Of the picture's width: good corners of a 3840 px wide picture are off by about 1 px, of a 1920 px one by 0.5 px."""
+"""Largest RMS of the corners, as a share of the picture's width.
+
+Good corners of a 3840 px wide picture are off by about 1 px, of a 1920 px one by 0.5 px.
+"""
 BEND_SHARE = 5e-4
-"""Of the picture's width: 1 mm of a pool 2 m wide, and far less over the length of a body."""
+"""Largest uncertainty of the shape, as a share of the picture's width: 1 mm of a pool 2 m wide."""
 
 
 def coverage_of(corners: Iterable[Corners], width_px: int, height_px: int) -> float:
-    """Share of the picture's tiles in which a corner was seen."""
+    """Return the share of the picture's tiles in which a corner was seen."""
     image_px = np.concatenate([seen.image_px for seen in corners])
     tile = np.floor((image_px + 0.5) / [width_px, height_px] * TILES).astype(int)
     tile = np.clip(tile, 0, np.array(TILES) - 1)
@@ -93,13 +96,19 @@ def coverage_of(corners: Iterable[Corners], width_px: int, height_px: int) -> fl
 
 
 def spread_deg(rotation: np.ndarray) -> float:
-    """Largest angle between the planes of two of (v, 3) views, rotation vectors."""
+    """Return the largest angle between the planes of two of the views, given their (v, 3) rotation vectors."""
     normal = np.array([cv2.Rodrigues(one)[0][:, 2] for one in rotation])  # (v, 3)
     return float(np.degrees(np.arccos(np.clip(normal @ normal.T, -1.0, 1.0))).max())
 
 
 def calibration_flags(fit: LensFit, camera: CameraCalibration, sd: LensUncertainty) -> tuple[Flag, ...]:
-    """Every reason not to believe a fit, which as a calibration is `camera`, each with its number and what to do."""
+    """List the reasons not to believe a lens fit, each with its number and what to do.
+
+    Args:
+        fit: the fit.
+        camera: the same fit as a calibration.
+        sd: its standard deviations.
+    """
     views, coverage = len(fit.bundle.corners), coverage_of(fit.bundle.corners, camera.width_px, camera.height_px)
     angle, focal = spread_deg(fit.bundle.poses[:, :3]), max(sd.fx_px / camera.fx_px, sd.fy_px / camera.fy_px)
     most_rms, most_bend = (share * camera.width_px for share in (RMS_SHARE, BEND_SHARE))

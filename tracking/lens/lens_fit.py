@@ -30,7 +30,7 @@ class LensFit:
 
     @property
     def free(self) -> np.ndarray:
-        """(9,) which of fx, fy, cx, cy, k1, k2, p1, p2, k3 were fitted."""
+        """Which of fx, fy, cx, cy, k1, k2, p1, p2, k3 were fitted, (9,) bool."""
         return _free(self.model)
 
     @property
@@ -45,7 +45,7 @@ class LensFit:
 
     @property
     def view_rms_px(self) -> np.ndarray:
-        """(v,) the same for each view."""
+        """Root mean square distance between found and projected corners of each view, (v,)."""
         return np.array([np.sqrt((residual**2).sum(axis=1).mean()) for residual in self.bundle.residuals_px])
 
     @property
@@ -56,7 +56,7 @@ class LensFit:
 
 
 def fit_lens(corners: Sequence[Corners], width_px: int, height_px: int) -> LensFit:
-    """The lens that the views support best, by the Bayesian information criterion over `MODELS`.
+    """Fit the lens model that the views support best, by the Bayesian information criterion over `MODELS`.
 
     Zhang, "A Flexible New Technique for Camera Calibration", IEEE PAMI 22, 2000. Each model starts from the one
     before it.
@@ -74,9 +74,9 @@ def _free(model: str) -> np.ndarray:
 
 
 def _start(corners: Sequence[Corners], size: tuple[int, int]) -> Bundle:
-    """The plainest lens as OpenCV has it.
+    """Fit the plainest lens with OpenCV, as a start.
 
-    Only the start: both solvers of OpenCV 5.0 stop short of the optimum, up to twenty standard deviations of the
+    It is only the start: both solvers of OpenCV 5.0 stop short of the optimum, up to twenty standard deviations of the
     principal point from it, when the principal point and the tangential coefficients are fitted together.
     """
     places = [np.array(seen.place_m, dtype=np.float32).reshape(-1, 1, 3) for seen in corners]
@@ -93,7 +93,7 @@ def _start(corners: Sequence[Corners], size: tuple[int, int]) -> Bundle:
 
 
 def _first_matrix(places: list[np.ndarray], images: list[np.ndarray], size: tuple[int, int]) -> np.ndarray:
-    """(3, 3) focal length from the homographies, or the picture's width where all views are parallel."""
+    """Return a first (3, 3) camera matrix: focal length from the homographies, or the picture's width if they fail."""
     guess = cv2.initCameraMatrix2D(places, images, size)
     focal = float(np.median([guess[0, 0], guess[1, 1]]))
     if not WIDTHS[0] * size[0] < focal < WIDTHS[1] * size[0]:  # also where it is nan

@@ -20,12 +20,12 @@ WATER_INDEX = 1.333
 
 
 def true_over_apparent(ray: np.ndarray, height_m: np.ndarray, camera_height_m: float) -> np.ndarray:
-    """How far out a place truly is, over how far out it appears if it were on the reference plane.
+    """Return the ratio of a place's true distance from the camera's foot to its apparent one on the reference plane.
 
     Args:
         ray: (..., m, 2) slopes of the rays from the camera, undistorted.
         height_m: (m,) or scalar, above the reference plane; negative below it, in water.
-        camera_height_m: H, of the lens above the reference plane.
+        camera_height_m: height H of the lens above the reference plane.
 
     Returns:
         (..., m) factors; 1 on the plane.

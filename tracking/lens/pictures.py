@@ -19,10 +19,10 @@ class Picture(NamedTuple):
 
 
 def read_picture(path: Path) -> np.ndarray:
-    """(h, w) uint8, turned upright where the file gives the rotation.
+    """Read a picture file as (h, w) uint8, turned upright where the file gives the rotation.
 
     Raises:
-        InputError: not there, or not a picture.
+        InputError: the file is not there, or not a picture.
     """
     what, found = "not a picture that can be read", "something else or a damaged file"
     try:
@@ -35,7 +35,7 @@ def read_picture(path: Path) -> np.ndarray:
 
 
 def each_picture(pictures: Iterable[Path | np.ndarray]) -> Iterator[Picture]:
-    """One at a time, so that hundreds need the memory of one.
+    """Yield one picture at a time, so that hundreds need the memory of one.
 
     Raises:
         InputError: at the end, with every file that could not be read and every picture of another size.
@@ -60,10 +60,14 @@ def each_picture(pictures: Iterable[Path | np.ndarray]) -> Iterator[Picture]:
 
 
 def video_pictures(path: Path, count: int = 40) -> Iterator[np.ndarray]:
-    """(h, w) uint8 frames of a video of the board, evenly spread over it, for `calibrate_lens`.
+    """Yield (h, w) uint8 frames of a video of the board, evenly spread over it, for `calibrate_lens`.
 
-    Move the board slowly, and hold it still now and then: equal frames count as often as they are there,
-    and make the stated uncertainty too small.
+    Move the board slowly, and hold it still now and then: equal frames count as often as they are there, and make the
+    stated uncertainty too small.
+
+    Args:
+        path: the video.
+        count: number of frames, at most.
 
     Raises:
         InputError: the video cannot be read.

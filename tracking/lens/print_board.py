@@ -28,7 +28,7 @@ class Rectangle(NamedTuple):
 
 
 def draw_board(path: Path, board: BoardSpec) -> None:
-    """Draws the board at its true size with a white edge and a ruler to check the print by.
+    """Draw the board at its true size with a white edge and a ruler to check the print by.
 
     Print without scaling, glue it to something flat, and measure the squares: that is `square_m`.
 
@@ -60,11 +60,11 @@ def draw_board(path: Path, board: BoardSpec) -> None:
     text = f"The line is {ruler:g} mm long. {size}{markers}"
     axes.text(0, height + edge + 4, text, va="top", fontsize=min(7.0, 7.0 * width / 150))
     with writing_whole(path) as part, rc_context({"svg.hashsalt": "board"}):
-        figure.savefig(part, dpi=PNG_DPI, format=path.suffix[1:].lower(), metadata=_undated(path))
+        figure.savefig(part, dpi=PNG_DPI, format=path.suffix[1:].lower(), metadata=_omit_date(path))
 
 
 def dark_rectangles(board: BoardSpec) -> list[Rectangle]:
-    """Everything dark on the board: its dark squares, and the dark modules of its markers."""
+    """List everything dark on the board: its dark squares, and the dark modules of its markers."""
     side = board.square_m
     squares = [
         Rectangle(column * side, row * side, side, side)
@@ -88,6 +88,6 @@ def _marker_modules(board: BoardSpec) -> list[Rectangle]:
     return rectangles
 
 
-def _undated(path: Path) -> dict[str, None] | None:
-    """The same board gives the same file."""
+def _omit_date(path: Path) -> dict[str, None] | None:
+    """Return metadata that leave the date out, so that the same board gives the same file."""
     return {".pdf": {"CreationDate": None}, ".svg": {"Date": None}}.get(path.suffix.lower())

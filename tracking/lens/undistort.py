@@ -10,12 +10,12 @@ STOP = (cv2.TERM_CRITERIA_COUNT + cv2.TERM_CRITERIA_EPS, 100, 1e-12)
 
 
 def camera_matrix(lens: CameraCalibration) -> np.ndarray:
-    """(3, 3) the pinhole camera, px."""
+    """Return the (3, 3) matrix of the pinhole camera, px."""
     return np.array([[lens.fx_px, 0.0, lens.cx_px], [0.0, lens.fy_px, lens.cy_px], [0.0, 0.0, 1.0]])
 
 
 def to_rays(position_px: np.ndarray, lens: CameraCalibration) -> np.ndarray:
-    """(..., 2) pixels -> (..., 2) slopes x/z, y/z of the rays they come from, in the camera's axes (x right, y down).
+    """Turn pixels (..., 2) into slopes x/z, y/z (..., 2) of their rays, in the camera's axes (x right, y down).
 
     Missing positions (nan) stay missing.
     """
@@ -28,14 +28,14 @@ def to_rays(position_px: np.ndarray, lens: CameraCalibration) -> np.ndarray:
 
 
 def folds(lens: CameraCalibration) -> bool:
-    """Whether the lens's radial polynomial turns back within the picture, so that two rays meet in one pixel.
+    """Tell whether the lens's radial polynomial turns back within the picture, so that two rays meet in one pixel.
 
     r_d = r (1 + k1 r^2 + k2 r^4 + k3 r^6) must rise up to the farthest corner of the picture.
     """
     k1, k2, _, _, k3 = lens.distortion
     x, y = np.array([0, lens.width_px - 1]), np.array([0, lens.height_px - 1])
     farthest = np.hypot(np.abs(x - lens.cx_px).max() / lens.fx_px, np.abs(y - lens.cy_px).max() / lens.fy_px)
-    turns = np.roots([7 * k3, 5 * k2, 3 * k1, 1.0])  # of r^2
+    turns = np.roots([7 * k3, 5 * k2, 3 * k1, 1.0])  # values of r^2 at which it turns
     real = turns[np.isreal(turns)].real
     if not (real > 0).any():
         return False

@@ -13,9 +13,14 @@ SPAN = 60
 
 
 def even_times(time_s: np.ndarray, fps: float | None, faults: FaultCollector) -> np.ndarray:
-    """The times (n,) of frames; where they are rounded coarsely, those of an even clock that rounds to the same.
+    """Return the frame times (n,), made even where they are coarsely rounded times of an even clock.
 
-    Frames that are left out stay out. `fps` is the frame rate, where it is known.
+    Frames that are left out stay out.
+
+    Args:
+        time_s: (n,) times, s.
+        fps: the frame rate, where it is known.
+        faults: takes the faults.
 
     Raises:
         InputError: coarse times that are those of no even clock, and no `fps`, with the faults that were there before.
@@ -26,7 +31,7 @@ def even_times(time_s: np.ndarray, fps: float | None, faults: FaultCollector) ->
     since_s = time_s - time_s[0]
     span = min(SPAN, len(time_s) - 1)
     rates = (len(time_s) - 1) / since_s[-1], float(span / np.median(since_s[span:] - since_s[:-span]))
-    for rate in (*rates, *((fps,) if fps else ())):  # of one that is wrong, frames would seem to be left out
+    for rate in (*rates, *((fps,) if fps else ())):  # at a wrong rate, frames would seem to be left out
         frame = np.rint(since_s * rate)
         off_s = float(np.abs(since_s - frame / rate).max())
         if (np.diff(frame) < 1).any() or off_s > 1.01 * rounded_s:
@@ -46,7 +51,7 @@ def even_times(time_s: np.ndarray, fps: float | None, faults: FaultCollector) ->
 
 
 def _rounding(time_s: np.ndarray) -> float:
-    """The power of ten that all times are multiples of, s; 0 where they are finer than microseconds."""
+    """Return the power of ten that all times are multiples of, s; 0 where they are finer than microseconds."""
     for digits in range(7):
         scaled = (time_s - np.floor(time_s[0])) * 10**digits
         if np.abs(scaled - np.rint(scaled)).max() < 1e-6 * 10 ** max(digits - 3, 0):

@@ -33,7 +33,7 @@ LABELS = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff")
 
 
 def save_deeplabcut(path: Path, tracks: xr.Dataset) -> None:
-    """Writes tracks in DeepLabCut's form for one animal, whole or not at all. Times are lost, frames stay.
+    """Write tracks in DeepLabCut's form for one animal, whole or not at all; times are lost, frames stay.
 
     Raises:
         ResultsNotWritable: the file cannot be written.
@@ -45,7 +45,7 @@ def save_deeplabcut(path: Path, tracks: xr.Dataset) -> None:
 
 
 def read_deeplabcut(table: RawTable) -> ForeignTracks:
-    """Reads DeepLabCut's CSV, every body part of it.
+    """Read every body part of DeepLabCut's CSV.
 
     Raises:
         InputError: every fault of the file at once.
@@ -82,12 +82,12 @@ def _check_tracks(rows: RawTable, faults: FaultCollector) -> None:
 
 
 def is_deeplabcut(table: RawTable) -> bool:
-    """Whether a table starts as DeepLabCut's files do."""
+    """Tell whether a table starts as DeepLabCut's files do."""
     return table.header is not None and table.header[0].lower() == "scorer"
 
 
 def _head(table: RawTable, faults: FaultCollector) -> dict[str, list[str]]:
-    """The header rows after the first by their names, without their first cells."""
+    """Return the header rows after the first by their names, without their first cells."""
     head: dict[str, list[str]] = {}
     for row in table.rows[:3]:
         if row.cells[0].lower() in ("individuals", "bodyparts", "coords"):
@@ -108,7 +108,7 @@ def _head(table: RawTable, faults: FaultCollector) -> dict[str, list[str]]:
 
 
 def _samples(values: np.ndarray, columns: list[tuple[str, str]], marker: str, faults: FaultCollector) -> np.ndarray:
-    """(n, 3) x, y and likelihood of one body part; nan for a likelihood that the file does not hold."""
+    """Return x, y and likelihood of one body part (n, 3); nan for a likelihood that the file does not hold."""
     samples = np.full((len(values), 3), np.nan)
     for number, coord in enumerate(COORDS):
         if (marker, coord) in columns:

@@ -1,4 +1,4 @@
-"""What a person can correct in a tracked trial: one class for each operation of the edit log."""
+"""Corrections that a person can make in a tracked trial: one class for each operation of the edit log."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ class _Edit(BaseModel):
 
     @property
     def named(self) -> tuple[str, ...]:
-        """The markers it names."""
+        """Names of the markers in the edit."""
         one_by_one = (getattr(self, key) for key in ("marker", "to") if hasattr(self, key))
         return (*getattr(self, "markers", ()), *one_by_one)
 
     @property
     def framed(self) -> tuple[int, ...]:
-        """The frames it names."""
+        """Numbers of the frames in the edit."""
         one_by_one = (getattr(self, key) for key in ("frame", "until") if hasattr(self, key))
         return tuple(frame for frame in (*getattr(self, "frames", ()), *one_by_one) if frame is not None)
 
@@ -45,7 +45,7 @@ class _Stretch(_Edit):
 
     @property
     def span(self) -> slice:
-        """The frames as a slice."""
+        """Frames of the edit, as a slice."""
         first, last = self.frames
         return slice(first, None if last is None else last + 1)
 

@@ -56,7 +56,12 @@ class EditLog:
 
     @classmethod
     def load(cls, path: Path, markers: Sequence[str], frames: int | None = None) -> EditLog:
-        """Reads a log; one that is not there is empty.
+        """Read a log; one that is not there is empty.
+
+        Args:
+            path: the file.
+            markers: names that edits may use.
+            frames: number of frames of the trial; None if not known.
 
         Raises:
             InputError: every fault of the file at once, with its lines.
@@ -65,24 +70,28 @@ class EditLog:
         if not path.exists():
             return log
         faults = FaultCollector(str(path))
-        for line, text in enumerate(_lines(read_text(path)), start=1):
+        for line, text in enumerate(read_text(path).replace("\r\n", "\n").split("\n"), start=1):
             if text.strip() and not text.lstrip().startswith("#"):
-                log = log._with(line, _parsed(text, line, faults), faults)
+                log = log._with(line, _parse(text, line, faults), faults)
         faults.raise_if_any()
         return log
 
     def append(self, text: str) -> EditLog:
-        """Adds an edit, JSON as a line of the file has it, at the end of the file; the log as it then is.
+        """Add an edit at the end of the file, and return the log with it.
 
         The file is made when it is not there; all that is there stays.
 
+        Args:
+            text: the edit in JSON, as a line of the file has it.
+
         Raises:
             InputError: not an edit, or one that names a marker, frame or line that is not there, or the file has
-                faults; nothing is written.
+                faults;
+                nothing is written.
             ResultsNotWritable: the file cannot be written.
         """
         faults = FaultCollector("the edit")
-        edit = _parsed(text, 1, faults)
+        edit = _parse(text, 1, faults)
         faults.raise_if_any()
         assert edit is not None
         log = EditLog.load(self.path, self.markers, self.frames)
@@ -105,7 +114,7 @@ class EditLog:
         return tuple(one for one in self.edits if not isinstance(one.edit, Undo) and one.line not in undone)
 
     def _with(self, line: int, edit: Edit | None, faults: FaultCollector) -> EditLog:
-        """The log with one more edit; what is wrong with its markers, its frames or the line it undoes is added."""
+        """Return the log with one more edit, and add a fault for each unknown marker, frame or line in it."""
         if edit is None:
             return self
         where = f"line {line}, {edit.op}"
@@ -122,20 +131,16 @@ class EditLog:
         return EditLog(self.path, self.markers, self.frames, (*self.edits, LoggedEdit(line, edit)))
 
 
-def _lines(text: str) -> list[str]:
-    return text.replace("\r\n", "\n").split("\n")
-
-
 def _as_line(edit: Edit) -> str:
-    """The edit in JSON: its operation first, its frames and its note last."""
+    """Return the edit as a line of JSON: its operation first, its frames and its note last."""
     keys = edit.model_dump(mode="json", exclude_none=True)
     order = [key for key in keys if key not in ("op", "frames", "note")]
     ordered = ["op", *order, *(["frames"] if "frames" in keys else []), *(["note"] if edit.note else [])]
     return json.dumps({key: keys[key] for key in ordered}, ensure_ascii=False)
 
 
-def _parsed(text: str, line: int, faults: FaultCollector) -> Edit | None:
-    """The edit on one line, or None and what is wrong with it."""
+def _parse(text: str, line: int, faults: FaultCollector) -> Edit | None:
+    """Return the edit on one line, or None with a fault for what is wrong with it."""
     where = f"line {line}"
     try:
         content = json.loads(text)

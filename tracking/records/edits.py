@@ -1,4 +1,4 @@
-"""Replaying the edit log on a tracked trial. The tracker's own samples are never changed; this makes a copy."""
+"""Replay of the edit log on a tracked trial: it makes a copy, and never changes the tracker's own samples."""
 
 from __future__ import annotations
 
@@ -23,20 +23,25 @@ It takes the places (n, m, 2) of all markers, px, the number of the one, and its
 
 
 def apply_edits(tracked: xr.Dataset, log: EditLog, retrack: Retracker | None = None) -> xr.Dataset:
-    """Replays the edits that count, in the order of the log.
+    """Replay the edits that count, in the order of the log.
 
-    A sample that is swapped or relabelled keeps its state, confidence and size under its new name; one that is
-    dropped is MISSING. A box set by hand makes the sample of its frame BY_HAND with confidence 1, at the centre of
-    the box; the frames after it are what `retrack` finds, or stay as they are without one. Each edit leaves a flag
-    ``edited`` that names it. Flags ``only_csrt`` go with their samples; other flags of the tracker stay: judge the
-    quality again after the edits.
+    A sample that is swapped or relabelled keeps its state, confidence and size under its new name; one that is dropped
+    is MISSING. A box set by hand makes the sample of its frame BY_HAND with confidence 1, at the centre of the box; the
+    frames after it are what `retrack` finds, or stay as they are without one. Each edit leaves a flag ``edited`` that
+    names it. Flags ``only_csrt`` go with their samples; other flags of the tracker stay: judge the quality again after
+    the edits.
+
+    Args:
+        tracked: the trial as tracked.
+        log: its edits.
+        retrack: tracks a marker on from a box set by hand.
     """
     if not log.in_force:
         return tracked
     names, samples = markers_of(tracked), samples_of(tracked)
     flags = [flag for flag in tracked.flags if flag.kind != ONLY_CSRT]
     for logged in log.in_force:
-        flags.append(_edited(logged, len(samples)))
+        flags.append(_describe_edit(logged, len(samples)))
         match logged.edit:
             case Swap(markers=(a, b), span=span):
                 pair = [names.index(a), names.index(b)]
@@ -56,7 +61,7 @@ def apply_edits(tracked: xr.Dataset, log: EditLog, retrack: Retracker | None = N
     return with_samples(tracked, samples, (*only_csrt_flags(samples["by_csrt"], names), *flags))
 
 
-def _edited(logged: LoggedEdit, frames: int) -> Flag:
+def _describe_edit(logged: LoggedEdit, frames: int) -> Flag:
     line, edit = logged
     match edit:
         case Swap(markers=(a, b)):

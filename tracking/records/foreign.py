@@ -1,4 +1,4 @@
-"""What holds for tracks of other programs: the samples are made ours and checked, faults named by their place."""
+"""Tracks of other programs: their samples are checked and converted, and each fault names its place in the file."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class ForeignTracks:
     Attributes:
         file: the name for messages.
         word: the program's word for a marker.
-        names: of the k markers, in the order of the file.
+        names: names of the k markers, in the order of the file.
         position_px: (n, k, 2), nan where missing.
         confidence: (n, k), nan where the file does not tell.
         where: the place of each frame in the file.
@@ -53,16 +53,22 @@ class ForeignTracks:
     frame: np.ndarray | None = None
 
     def renamed(self, rename: Mapping[str, str]) -> tuple[str, ...]:
-        """The markers' names after `rename`, from theirs to ours."""
+        """Return the markers' names in our terms; `rename` maps theirs to ours."""
         return tuple(rename.get(name, name) for name in self.names)
 
     def tracks(
         self, markers: Sequence[str], fps: float | None, faults: FaultCollector, rename: Mapping[str, str] = NO_NAMES
     ) -> xr.Dataset:
-        """The tracks of m markers; what else the file tracks is left out. Frame k is at k / `fps` where it has no time.
+        """Return the tracks of m markers; other tracks of the file are dropped.
 
         A position with one half missing is missing altogether; a confidence that is missing is 1, 0 where the position
         is, and 1 where it is a little above that. Times rounded so coarsely that frames are uneven are made even.
+
+        Args:
+            markers: our names of the m markers.
+            fps: frame rate; where the file has no time, frame k is at k / `fps`.
+            faults: takes the faults.
+            rename: from the file's names to ours.
 
         Raises:
             InputError: markers that are not there, no time and no `fps`, times that do not increase or are no seconds,
@@ -88,9 +94,14 @@ class ForeignTracks:
 def check_names(
     markers: Sequence[str], found: Sequence[str], word: str, faults: FaultCollector, unused: Sequence[str] = ()
 ) -> None:
-    """Adds one fault for all markers that a file does not hold, and one for names of a renaming that it does not have.
+    """Add one fault for all markers that a file does not hold, and one for names to rename that it does not have.
 
-    `word` is the file's word for a marker.
+    Args:
+        markers: names that the file has to hold.
+        found: names that it holds, after renaming.
+        word: the file's word for a marker.
+        faults: takes the faults.
+        unused: names to rename that the file does not have.
     """
     theirs = list(dict.fromkeys(found))
     if unused:
@@ -122,7 +133,19 @@ def checked_tracks(
     where: Sequence[str],
     faults: FaultCollector,
 ) -> xr.Dataset:
-    """Tracks of m markers from samples (n,), (n, m, 2) and (n, m), each frame at its place there."""
+    """Check the samples of m markers, and return them as tracks.
+
+    Args:
+        markers: names of the m markers.
+        time_s: (n,) times, s.
+        position_px: (n, m, 2), px, nan where missing.
+        confidence: (n, m), nan where unknown.
+        where: place of each frame in the file, for messages.
+        faults: takes the faults.
+
+    Raises:
+        InputError: every fault at once.
+    """
     position = np.array(position_px, dtype=float)
     missing = np.isnan(position).any(axis=2)  # (n, m)
     position[missing] = np.nan
@@ -150,7 +173,7 @@ def checked_tracks(
 
 
 def save_fishsim(path: Path, tracks: xr.Dataset) -> None:
-    """Writes the authors' form, nan where missing, whole or not at all; `session.tracks.load_tracks` reads it.
+    """Write tracks in the authors' form, nan where missing, whole or not at all; `session.tracks.load_tracks` reads it.
 
     Times and confidences are lost.
 

@@ -17,7 +17,7 @@ INDEX = frozenset({"", "unnamed: 0", "index", "row"})
 
 
 def read_foreign_table(path: Path) -> RawTable:
-    """The cells of a table of another program; comments above it are left out, and a first column that counts rows.
+    """Read a table of another program, without the comments above it and a first column that counts the rows.
 
     Cells are separated by commas, semicolons (then numbers may have decimal commas), tabs or blanks.
 
@@ -41,7 +41,7 @@ def read_foreign_table(path: Path) -> RawTable:
 
 
 def _separator(lines: Sequence[str]) -> str | None:
-    """Guess the separator of the cells from the last of the first lines; None: blanks."""
+    """Guess the separator of the cells from the last of the first lines; None means blanks."""
     last = lines[-1]
     if ";" in last or "\t" in last:
         return ";" if ";" in last else "\t"
@@ -56,7 +56,7 @@ def _cells(line: str, separator: str | None) -> list[str]:
 
 
 def _without_index(table: RawTable) -> RawTable:
-    """Without a first column that only counts the rows, if there is a time or a frame beside it."""
+    """Drop a first column that only counts the rows, if there is a time or a frame beside it."""
     header = table.header
     if header is None or header[0].lower() not in INDEX or len(header) < 2:
         return table

@@ -27,9 +27,11 @@ FORMATS: dict[str, Callable[[Path, xr.Dataset], None]] = {
 
 
 def read_foreign(path: Path, markers: Sequence[str]) -> ForeignTracks:
-    """Reads all that a file tracks, in any of the forms in `FORMATS` or SLEAP's CSV, recognised by the content.
+    """Read all that a file tracks, in any of the forms in `FORMATS` or SLEAP's CSV, recognised by the content.
 
-    Text may be packed (.gz); `markers` are those of rows without names, in their order.
+    Args:
+        path: the file; text may be packed (.gz).
+        markers: names for rows without names, in their order.
 
     Raises:
         InputError: every fault of the file at once; of another program's file, what it is and the way that works.
@@ -46,9 +48,13 @@ def read_foreign(path: Path, markers: Sequence[str]) -> ForeignTracks:
 def import_tracks(
     path: Path, markers: Sequence[str], fps: float | None = None, rename: Mapping[str, str] = NO_NAMES
 ) -> xr.Dataset:
-    """Reads the tracks of some markers, as `read_foreign` has them; what else the file tracks is left out.
+    """Read the tracks of the named markers with `read_foreign`; other tracks of the file are dropped.
 
-    `fps` is for forms without time; `rename` gives names of the file those of the markers.
+    Args:
+        path: the file.
+        markers: our names of the markers.
+        fps: frame rate, for forms without time.
+        rename: from the file's names to ours.
 
     Raises:
         InputError: every fault of the file at once.
@@ -58,10 +64,15 @@ def import_tracks(
 
 
 def export_tracks(tracked: xr.Dataset, path: Path, form: str) -> None:
-    """Writes tracks in a form of `FORMATS`, whole or not at all.
+    """Write tracks in a form of `FORMATS`, whole or not at all.
 
     States and sizes are kept by ``movement`` alone, times by ``swimcal`` and ``movement``, confidences by all but
     ``fishsim``.
+
+    Args:
+        tracked: the tracks.
+        path: the file to write.
+        form: a key of `FORMATS`.
 
     Raises:
         ResultsNotWritable: the file cannot be written.

@@ -31,7 +31,7 @@ DIMENSIONS = ("time", "space", "keypoint", "individual")
 
 
 def to_movement(tracked: xr.Dataset) -> xr.Dataset:
-    """Tracks with their states as a poses dataset of `movement`, time in seconds."""
+    """Turn tracks and their states into a poses dataset of `movement`, time in seconds."""
     data = tracked[["position", "confidence", "state", "size"]].expand_dims(individual=[INDIVIDUAL], axis=-1)
     data = data.assign_coords(time=tracked.time.values)  # without units, which readers take for a kind of date
     data.attrs = {
@@ -45,7 +45,7 @@ def to_movement(tracked: xr.Dataset) -> xr.Dataset:
 
 
 def save_movement(path: Path, tracked: xr.Dataset) -> None:
-    """Writes `to_movement` as netCDF, whole or not at all.
+    """Write `to_movement` as netCDF, whole or not at all.
 
     Raises:
         ResultsNotWritable: the file cannot be written.
@@ -56,7 +56,11 @@ def save_movement(path: Path, tracked: xr.Dataset) -> None:
 
 
 def read_movement(path: Path, engine: Engine) -> ForeignTracks:
-    """Reads a poses dataset of `movement` with one individual, all keypoints of it.
+    """Read all keypoints of a poses dataset of `movement` with one individual.
+
+    Args:
+        path: the file.
+        engine: xarray's engine for it.
 
     Raises:
         InputError: every fault of the file at once.
@@ -74,10 +78,14 @@ def read_movement(path: Path, engine: Engine) -> ForeignTracks:
 
 
 def from_movement(data: xr.Dataset, file: str) -> ForeignTracks:
-    """Take in a poses dataset of `movement` in memory, its dimensions in any order and either spelling.
+    """Take in a poses dataset of `movement` from memory, its dimensions in any order and either spelling.
+
+    Args:
+        data: the dataset.
+        file: its name in messages.
 
     Raises:
-        InputError: every fault of it at once, under the name `file`.
+        InputError: every fault of it at once.
     """
     faults = FaultCollector(file)
     data = data.rename({old: new for old, new in SINGULAR.items() if old in data.dims})

@@ -23,14 +23,17 @@ IN_SECONDS = frozenset({TIME, "time", "t", "time (s)", "time(s)", "time [s]", "t
 IN_MILLISECONDS = frozenset({"time_ms", "t_ms", "time (ms)", "time(ms)", "time [ms]", "t (ms)", "milliseconds"})
 FRAMES = frozenset({"frame", "frames", "frame_idx", "frame_index", "frame_number", "frame_no", "frame_id", "fnum", ""})
 """Names of the columns that tell when, lower case; without one the rows are the frames."""
-TRACK, ANIMAL_SCORE = "track", "instance.score"
-"""SLEAP's columns of the animal."""
+TRACK = "track"
+"""SLEAP's column of the animal's name."""
+
+ANIMAL_SCORE = "instance.score"
+"""SLEAP's column of the animal's score."""
 COORDS = {"x": 0, "y": 1, "confidence": 2, "likelihood": 2, "score": 2, "conf": 2, "prob": 2}
 """The place of a column among a marker's numbers, by the end of its name."""
 
 
 def read_plain(table: RawTable) -> ForeignTracks:
-    """Reads a table with a header of names.
+    """Read a table with a header of names.
 
     Raises:
         InputError: every fault of the file at once.
@@ -42,7 +45,7 @@ def read_plain(table: RawTable) -> ForeignTracks:
         known = f"{TIME}, and x and y of each marker: nose_x, nose_y, …"
         faults.add(table.file and "line 1", "not a header of tracks", found=shown(",".join(header)), expected=known)
     faults.raise_if_any()
-    values = to_numbers(_numbered(table, header), tuple(header), faults)  # (n, columns)
+    values = to_numbers(_blank_words(table, header), tuple(header), faults)  # (n, columns)
     faults.raise_if_any()
     lines = [f"line {row.line}" for row in table.rows]
     samples = np.full((len(values), len(markers), 3), np.nan)
@@ -61,7 +64,7 @@ def read_plain(table: RawTable) -> ForeignTracks:
 
 
 def _markers(header: list[str], faults: FaultCollector) -> dict[str, dict[int, int]]:
-    """The columns of each marker by place: x, y, and confidence where there is one."""
+    """Return the columns of each marker by coordinate: x, y, and confidence where there is one."""
     found: dict[str, dict[int, int]] = {}
     for column, name in enumerate(header):
         match = re.fullmatch(r"(.+?)[_. ]([A-Za-z]+)", name)
@@ -75,7 +78,7 @@ def _markers(header: list[str], faults: FaultCollector) -> dict[str, dict[int, i
 
 
 def _has_place(name: str, columns: dict[int, int], header: list[str], faults: FaultCollector) -> bool:
-    """Tell whether there are x and y; add a fault where there is one of them."""
+    """Tell whether a marker has x and y; add a fault where it has only one of them."""
     if {0, 1} <= columns.keys():
         return True
     if 0 in columns or 1 in columns:
@@ -86,7 +89,7 @@ def _has_place(name: str, columns: dict[int, int], header: list[str], faults: Fa
 
 
 def _when(header: list[str]) -> int | None:
-    """The column that tells when: a time before a number of frames."""
+    """Return the column of the time, or else that of the frame number; None if there is neither."""
     lower = [name.lower() for name in header]
     for names in (IN_SECONDS, IN_MILLISECONDS, FRAMES):
         for column, name in enumerate(lower):
@@ -95,8 +98,8 @@ def _when(header: list[str]) -> int | None:
     return None
 
 
-def _numbered(table: RawTable, header: list[str]) -> RawTable:
-    """The table without the words of columns that hold no numbers: the name of SLEAP's track."""
+def _blank_words(table: RawTable, header: list[str]) -> RawTable:
+    """Blank the words in a column that holds no numbers: the name of SLEAP's track."""
     if TRACK not in header:
         return table
     k = header.index(TRACK)
@@ -106,7 +109,7 @@ def _numbered(table: RawTable, header: list[str]) -> RawTable:
 def _whole_frames(
     samples: np.ndarray, frame: np.ndarray, lines: list[str], of_sleap: bool, faults: FaultCollector
 ) -> tuple[np.ndarray, np.ndarray, list[str]]:
-    """Rows in order of their frames; of SLEAP, which leaves frames without an animal out, with those as missing."""
+    """Sort the rows by frame for SLEAP, and add the frames that it left out as missing."""
     if not len(frame) or not np.array_equal(frame, np.rint(frame)):
         return samples, frame, lines
     if of_sleap and len(np.unique(frame)) < len(frame):
@@ -128,7 +131,11 @@ def _whole_frames(
 
 
 def read_headerless(table: RawTable, markers: tuple[str, ...]) -> ForeignTracks:
-    """Reads rows of x and y of the markers, in their order.
+    """Read rows of x and y of the markers, in their order.
+
+    Args:
+        table: the rows.
+        markers: names of the markers.
 
     Raises:
         InputError: every fault of the file at once.

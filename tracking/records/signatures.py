@@ -1,4 +1,4 @@
-"""Files that hold tracks but cannot be read here: named for what they are, with the way that works."""
+"""Files that hold tracks but cannot be read here: each is named for what it is, with the way that works."""
 
 from __future__ import annotations
 
@@ -8,12 +8,13 @@ from typing import NamedTuple
 
 from session.errors import Fault, InputError
 
-HDF5, NETCDF_3 = b"\x89HDF\r\n\x1a\n", b"CDF"
+HDF5 = b"\x89HDF\r\n\x1a\n"
+NETCDF_3 = b"CDF"
 OWN_CSV = "a CSV with the columns time_s,nose_x,nose_y,… in pixels"
 
 
 class _Program(NamedTuple):
-    """Another program's kind of file, and the way that its tracks get here."""
+    """One kind of file of another program, and how to bring its tracks here."""
 
     what: str
     step: str
@@ -68,7 +69,7 @@ def check_readable(path: Path) -> None:
     """Check that a file may be tracks in a readable form; files that cannot be opened are left to the readers.
 
     Raises:
-        InputError: it is another program's; says whose, and the way that works.
+        InputError: it is another program's file; the message says whose, and the way that works.
     """
     try:
         with path.open("rb") as stream:
@@ -92,7 +93,7 @@ def _other(head: bytes) -> _Program | None:
 
 
 def _hdf5(path: Path) -> _Program | None:
-    """Name the program that wrote an HDF5 file; None for `movement`."""
+    """Identify the program that wrote an HDF5 file; None for `movement`."""
     import h5py
 
     try:

@@ -35,12 +35,12 @@ class TrackedFiles(NamedTuple):
 
     @classmethod
     def of(cls, folder: Path, trial: str) -> TrackedFiles:
-        """The files of a trial in a folder."""
+        """Return the files of a trial in a folder."""
         return cls(*(folder / f"{trial}{suffix}" for suffix in (".csv", ".states.csv", ".flags.json")))
 
 
 def save_tracked(folder: Path, trial: str, tracked: xr.Dataset) -> TrackedFiles:
-    """Writes the three files of a tracked trial. None of them appears before all are written.
+    """Write the three files of a tracked trial; none of them appears before all are written.
 
     The tracks come last: where they are, so are the others.
 
@@ -61,7 +61,7 @@ def save_tracked(folder: Path, trial: str, tracked: xr.Dataset) -> TrackedFiles:
 
 
 def load_tracked(folder: Path, trial: str) -> xr.Dataset:
-    """Reads what `save_tracked` wrote, every number as it was.
+    """Read a trial that `save_tracked` wrote, every number as it was.
 
     Raises:
         InputError: every fault of the three files at once.
@@ -104,7 +104,7 @@ def _names(markers: tuple[str, ...]) -> tuple[str, ...]:
 
 
 def _load_states(path: Path, tracks: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:
-    """(n, m) states and sizes, which have to fit the tracks."""
+    """Read the states and sizes, both (n, m), and check that they fit the tracks."""
     table = read_table(path)
     absent = np.isnan(pixels_of(tracks)[..., 0])  # (n, m)
     try:

@@ -1,4 +1,4 @@
-"""Tracks of a video: tracks, and for every sample how it came about."""
+"""Tracks of a video, and how each of their samples came about."""
 
 from __future__ import annotations
 
@@ -30,13 +30,13 @@ class SampleState(IntEnum):
 
     @property
     def word(self) -> str:
-        """The state as files write it: ``by_hand``."""
+        """State as files write it: ``by_hand``."""
         return self.name.lower()
 
 
 STATE_WORDS = {state.word: state for state in SampleState}
 """The states by the words that files use."""
-STATE_MEANINGS = {  # of the numbers of the states, as the CF conventions have it (section 3.5, flags)
+STATE_MEANINGS = {  # what the states' numbers mean, in the form of the CF conventions (section 3.5, flags)
     "flag_values": np.array(list(SampleState), dtype=np.int8),
     "flag_meanings": " ".join(state.word for state in SampleState),
 }
@@ -56,10 +56,13 @@ NO_SAMPLE = np.array(((np.nan, np.nan), 0.0, SampleState.MISSING, np.nan, False)
 
 
 def with_states(tracks: xr.Dataset, state: np.ndarray, size_px: np.ndarray, flags: Sequence[Flag] = ()) -> xr.Dataset:
-    """Tracks (n frames of m markers) with how each sample came about.
+    """Add to tracks (n frames of m markers) how each sample came about.
 
-    States are (n, m) int8 of `SampleState`, MISSING exactly where the position is nan; sizes (n, m) the apparent
-    diameter of the marker, px, nan where not measured.
+    Args:
+        tracks: the tracks.
+        state: (n, m) int8 of `SampleState`, MISSING exactly where the position is nan.
+        size_px: (n, m) apparent diameter of the marker, px, nan where not measured.
+        flags: the doubts about them.
 
     Returns:
         The same with the variables ``state`` and ``size`` (time, keypoint), and the attributes ``flags``,
@@ -90,19 +93,22 @@ def with_states(tracks: xr.Dataset, state: np.ndarray, size_px: np.ndarray, flag
 
 
 def as_tracked(tracks: xr.Dataset, flags: Sequence[Flag] = ()) -> xr.Dataset:
-    """Tracks from elsewhere: measured where there is a position, of unknown size."""
+    """Add states to tracks from elsewhere: measured where there is a position, of unknown size."""
     present = np.isfinite(pixels_of(tracks)).all(axis=2)
     state = np.where(present, SampleState.MEASURED, SampleState.MISSING).astype(np.int8)
     return with_states(tracks, state, np.full(state.shape, np.nan), flags)
 
 
 def seen_in(tracked: xr.Dataset) -> np.ndarray:
-    """(n, m) True where the sample is measured or set by hand."""
+    """Tell for each sample (n, m) whether it was measured or set by hand."""
     return np.isin(tracked.state.values, SEEN)
 
 
 def repeated_frames(tracked: xr.Dataset) -> np.ndarray:
-    """(n,) the frames left out because they repeat the one before, in which no marker can be seen or lost."""
+    """Tell for each frame (n,) whether it was left out because it repeats the one before.
+
+    No marker is seen or lost in such a frame.
+    """
     seen = np.asarray(seen_in(tracked).any(axis=1))
     left_out = np.zeros(len(seen), bool)
     if any(flag.kind == REPEATED for flag in tracked.flags):
@@ -112,7 +118,7 @@ def repeated_frames(tracked: xr.Dataset) -> np.ndarray:
 
 
 def but_repeats(tracked: xr.Dataset, flags: Iterable[Flag]) -> tuple[Flag, ...]:
-    """The flags without those for samples missing in frames that repeat the one before: one flag tells of all."""
+    """Drop the flags for samples missing in frames that repeat the one before: one flag tells of all of them."""
     left_out = repeated_frames(tracked)
     return tuple(
         flag
@@ -122,7 +128,7 @@ def but_repeats(tracked: xr.Dataset, flags: Iterable[Flag]) -> tuple[Flag, ...]:
 
 
 def counting(tracked: xr.Dataset) -> xr.Dataset:
-    """The tracks alone, with confidence 0 where a sample was not seen, or is flagged by the tracker's judgement."""
+    """Return the tracks alone, with confidence 0 where a sample was not seen or is flagged by the tracker."""
     counts, names = seen_in(tracked), markers_of(tracked)
     for flag in tracked.flags:
         if flag.kind in UNTRUSTED and flag.frames is not None:
@@ -133,7 +139,7 @@ def counting(tracked: xr.Dataset) -> xr.Dataset:
 
 
 def samples_of(tracked: xr.Dataset) -> np.ndarray:
-    """(n, m) of `SAMPLE`, a copy to work on."""
+    """Return all samples as an (n, m) array of `SAMPLE`, a copy to work on."""
     samples, names = np.empty(tracked.state.shape, SAMPLE), markers_of(tracked)
     samples["position_px"], samples["confidence"] = pixels_of(tracked), tracked.confidence.values
     samples["state"], samples["size_px"], samples["by_csrt"] = tracked.state.values, tracked["size"].values, False
@@ -145,14 +151,20 @@ def samples_of(tracked: xr.Dataset) -> np.ndarray:
 
 
 def with_samples(tracked: xr.Dataset, samples: np.ndarray, flags: Sequence[Flag]) -> xr.Dataset:
-    """The same frames and markers with other samples (n, m) of `SAMPLE`; without weights."""
+    """Return the same frames and markers with other samples; weights are dropped.
+
+    Args:
+        tracked: the tracks.
+        samples: (n, m) of `SAMPLE`.
+        flags: the flags of the result.
+    """
     position, confidence, state, size = (samples[name].copy() for name in (SAMPLE.names or ())[:4])
     tracks = as_tracks(markers_of(tracked), tracked.time.values, position, confidence)
     return with_states(tracks.assign_attrs(tracked.attrs), state, size, flags)
 
 
 def only_csrt_flags(by_csrt: np.ndarray, markers: Sequence[str]) -> tuple[Flag, ...]:
-    """One flag for each stretch of each marker in (n, m) bool."""
+    """Return one flag for each stretch of each marker that only CSRT saw, given as (n, m) bool."""
     return tuple(
         Flag(ONLY_CSRT, (name,), span, f"no spot answers, only CSRT sees {name}")
         for k, name in enumerate(markers)

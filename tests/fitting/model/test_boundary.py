@@ -53,7 +53,7 @@ def descent(monkeypatch: pytest.MonkeyPatch) -> _Descent:
 def followed(descent: _Descent) -> np.ndarray:
     for number in range(ROUNDS):
         descent._round, descent._residual = number, SLOPES @ (BEST - descent._at)
-        descent._at, descent._trajectories = descent._stepped(np.eye(len(SLOPES)))
+        descent._at, descent._trajectories = descent._take_step(np.eye(len(SLOPES)))
     return descent._at
 
 
