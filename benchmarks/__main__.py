@@ -11,7 +11,7 @@ app = typer.Typer(
     rich_markup_mode=None,
     no_args_is_help=True,
     pretty_exceptions_enable=False,
-    help="Measures what is claimed of speed and accuracy.",
+    help="Measure what is claimed of speed and accuracy.",
 )
 for command, example in COMMANDS.items():
     app.command(epilog=f"Example: python -m benchmarks {example}")(command)

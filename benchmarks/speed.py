@@ -1,4 +1,4 @@
-"""How fast the twin is and what its step costs in accuracy. Ratios count: absolute times vary with machines."""
+"""The speed of the twin, and the error that its time step costs; ratios count, as absolute times vary with machines."""
 
 import time
 from dataclasses import dataclass, replace
@@ -16,7 +16,9 @@ from swimmer.mjcf import SWIM
 from tracking import HeadFrame, one_of, to_head_frame
 
 FREQUENCIES_HZ = np.round(np.arange(0.3, 2.01, 0.1), 1)
-SECONDS, WARMUP_S, FINER = 8.0, 1.0, 8
+SECONDS = 8.0  # duration of each swim
+WARMUP_S = 1.0  # time left out of the comparison
+FINER = 8  # ratio of the time step to the finer one
 TIME_S = np.arange(0.0, SECONDS, 1 / 60)
 START_SPEED_M_S = 0.1
 _REPEATS = 7
@@ -30,13 +32,15 @@ FITTED = FluidCoefficients(0.41, 6.56, 10.0, 4.12, 9.64)
 
 @dataclass(frozen=True)
 class StepError:
-    """What the time step costs for one set of coefficients, against a step eight times finer.
+    """The error that the time step costs for one set of coefficients, against a step eight times finer.
 
     Attributes:
-        marker_mean_mm, marker_rms_mm, marker_max_mm: mean, root mean square and largest distance of markers relative
-            to the nose, in the head frame; each at its worst frequency.
+        name: name of the set.
+        coefficients: the coefficients.
+        marker_mean_mm, marker_rms_mm, marker_max_mm: mean, root mean square and largest distance of markers relative to
+            the nose, in the head frame; each at its worst frequency.
         speed: largest relative difference in mean forward speed over the frequencies.
-        worst_hz: where that is.
+        worst_hz: the frequency of that difference.
     """
 
     name: str
@@ -50,17 +54,17 @@ class StepError:
 
 @dataclass(frozen=True)
 class SpeedOutcome:
-    """What `python -m benchmarks speed` measured.
+    """The outcome of `python -m benchmarks speed`.
 
     Attributes:
-        timestep_s: of the exported file.
+        timestep_s: time step of the exported file.
         real_time_one_core: simulated seconds a second, the exported file stepped by `mj_step` on one core.
         real_time_all_cores: the same in a batch on all cores.
         real_time_without_fluid: a bare `mj_step` of the same file without water, one core.
-        cores: how many.
+        cores: number of cores.
         fluid_cost: time of a step over that of a step without fluid.
         scaling: all cores over one.
-        step_errors: for each set of coefficients.
+        step_errors: error of the time step for each set of coefficients.
     """
 
     timestep_s: float
@@ -73,7 +77,7 @@ class SpeedOutcome:
     step_errors: tuple[StepError, ...]
 
     def to_json(self) -> dict[str, Any]:
-        """Plain numbers."""
+        """Convert the outcome to plain numbers."""
         errors = [vars(error) | {"coefficients": error.coefficients._asdict()} for error in self.step_errors]
         return vars(self) | {"step_errors": errors}
 
@@ -91,9 +95,9 @@ def measure_speed(session: Path | None = None) -> SpeedOutcome:
     if session is not None:
         with working(session, quiet=True) as pipeline:
             sets["of the session"] = pipeline.the_fit().result().coefficients
-    wet = _exported(FITTED, water=True)
+    wet = _export(FITTED, water=True)
     everything, cores = _real_time_batch(wet)
-    one, bare = _real_time(wet), _real_time(_exported(FITTED, water=False))
+    one, bare = _real_time(wet), _real_time(_export(FITTED, water=False))
     return SpeedOutcome(
         timestep_s=float(wet.opt.timestep),
         real_time_one_core=one,
@@ -107,7 +111,7 @@ def measure_speed(session: Path | None = None) -> SpeedOutcome:
 
 
 def speed_table(outcome: SpeedOutcome) -> str:
-    """The outcome for a terminal."""
+    """Format the outcome for a terminal."""
     rows = [
         ("step of the exported file", f"{1000 * outcome.timestep_s:g} ms"),
         ("one core, times real time", f"{outcome.real_time_one_core:.0f} x   (authors' model: 14.58 x in the paper)"),
@@ -127,14 +131,14 @@ def speed_table(outcome: SpeedOutcome) -> str:
     return "\n".join(lines)
 
 
-def _exported(coefficients: FluidCoefficients, water: bool) -> mujoco.MjModel:
+def _export(coefficients: FluidCoefficients, water: bool) -> mujoco.MjModel:
     spec = build_mjcf(load_robot(), coefficients, replace(SWIM, in_water=water))
     spec.compile()
     return mujoco.MjModel.from_xml_string(spec.to_xml())
 
 
 def _real_time(model: mujoco.MjModel) -> float:
-    """Simulated seconds a second, best of some runs of 10 s."""
+    """Measure the simulated seconds a second, the best of some runs of 10 s."""
     data, steps, best = mujoco.MjData(model), round(10.0 / model.opt.timestep), np.inf
     for _ in range(_REPEATS):
         mujoco.mj_resetData(model, data)

@@ -22,15 +22,15 @@ if TYPE_CHECKING:
 
 
 _MODULES = ("camera", "capture", "policy")
-"""Public modules, each with the functions of a command that has commands of its own."""
+"""Public modules, each with the functions of a command that has subcommands."""
 
 
 def __getattr__(name: str) -> Any:
     unknown = AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    if name == "capture":  # on the robot's computer, where there is nothing else
+    if name == "capture":  # it runs on the robot's computer, which has no other package of ours
         return import_module("calib.capture")
     if name not in ("__all__", *_MODULES) and (name.startswith("_") or find_spec(f"{__name__}.{name}")):
-        raise unknown  # a module is no public name, but for those
+        raise unknown  # other modules are no public names
     from calib.entry import check_shadowing
 
     check_shadowing()

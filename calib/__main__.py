@@ -1,4 +1,4 @@
-"""``python -m calib``: the command line."""
+"""The command line, started by ``python -m calib``."""
 
 from calib.entry import main
 

@@ -1,4 +1,4 @@
-"""Several sessions at a time: each in a process of its own, and a broken one stops no other."""
+"""Work on several sessions at a time: each in a process of its own, and a broken one stops no other."""
 
 import sys
 from collections.abc import Callable, Mapping, Sequence
@@ -21,7 +21,7 @@ Work = Callable[[Pipeline], object]
 
 
 def run_pipeline(pipeline: Pipeline, until: LastStepName = "diagnosis") -> None:
-    """Make everything that the data allow, up to a last step; of quick effort only what does not stand yet."""
+    """Make all results that the data allow, up to a last step; with quick effort only those that are not current."""
     if pipeline.only_dry:
         pipeline.structured()
         return
@@ -30,7 +30,7 @@ def run_pipeline(pipeline: Pipeline, until: LastStepName = "diagnosis") -> None:
     if until != "fit" and (full or pipeline.current_posterior(pipeline.the_fit()) is None):
         try:
             pipeline.posterior()
-        except NotConverged as refusal:  # a note: the other results do not need it
+        except NotConverged as refusal:  # a note suffices: the other results do not need the posterior
             pipeline.notes.append(f"! {refusal}")
     if until == "diagnosis" and (full or pipeline.current_diagnosis() is None):
         pipeline.diagnosis()
@@ -38,10 +38,10 @@ def run_pipeline(pipeline: Pipeline, until: LastStepName = "diagnosis") -> None:
 
 
 class Ended(NamedTuple):
-    """How the run of a session ended."""
+    """The end of the work on a session."""
 
     folder: Path
-    error: str  # why it failed; empty if it did not
+    error: str  # the reason of a failure; empty if it did not fail
     seconds: float
 
 
@@ -54,15 +54,22 @@ def run_all(
     scheduler: str | None = None,
     work: Work = run_pipeline,
 ) -> Mapping[Path, str]:
-    """Works on all sessions, `jobs` at a time, and says when each is done; why sessions failed, by folder.
+    """Work on all sessions, `jobs` at a time, and report when each is done.
 
     Args:
-        workers: threads of each; 0 for its share of the cores, one where a dask scheduler is given, whose workers do
-            the sessions; they need to see the same folders.
-        work: on each, which can be pickled.
+        folders: the session folders.
+        effort: "quick" or "full"; None for that of the current results.
+        jobs: sessions at a time.
+        workers: threads of each; 0 for its share of the cores, or one with a dask scheduler.
+        progress: report each session on standard error.
+        scheduler: address of a dask scheduler, whose workers do the sessions; they need to see the same folders.
+        work: done on each session; a function that can be pickled.
+
+    Returns:
+        Why sessions failed, by folder.
 
     Raises:
-        InputError: of the scheduler or its workers.
+        InputError: faults of the scheduler or its workers.
     """
     threads = workers or (1 if scheduler else max((cpu_count() or 1) // jobs, 1))
     failures: dict[Path, str] = {}
@@ -78,7 +85,13 @@ def run_all(
 
 
 def indexed(folders: Sequence[Path], index: str | Path | None, failures: Mapping[Path, str]) -> Export:
-    """The reports of several sessions and their index; those that failed are listed with the reason."""
+    """Write the reports of several sessions and their index; those that failed are listed with the reason.
+
+    Args:
+        folders: the session folders.
+        index: path of the index; default: next to the first session.
+        failures: why sessions failed, by folder.
+    """
     entries, notes, failed = [], [], dict(failures)
     for folder in folders:
         if folder not in failed:
@@ -97,7 +110,7 @@ def indexed(folders: Sequence[Path], index: str | Path | None, failures: Mapping
 
 
 def reported(folder: Path) -> tuple[IndexEntry, str]:
-    """What the index has of a session whose report is up to date, and what the report shows."""
+    """Bring the report of a session up to date; return its entry in the index, and what the report shows."""
     with working(folder, True) as pipeline:
         page, fit, diagnosis = pipeline.report(), fit_result(pipeline), pipeline.current_diagnosis()
         keep_output(pipeline)
@@ -111,7 +124,7 @@ def _run_one(folder: Path, effort: EffortName | None, workers: int, work: Work) 
     try:
         with working(folder, True, Options(effort, workers)) as pipeline:
             work(pipeline)
-    except Exception as problem:  # whatever it is, it is this session's and no other's
+    except Exception as problem:  # any error of one session must leave the others alone
         error = str(problem) or type(problem).__name__
     return Ended(folder, error, monotonic() - began)
 

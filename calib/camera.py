@@ -23,7 +23,7 @@ _PICTURES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".bmp", ".webp")
 
 
 def board(out: str | Path = "board.pdf", description: str | Path | None = None) -> Path:
-    """Draws a calibration board to be printed at its true size.
+    """Draw a calibration board to be printed at its true size.
 
     Args:
         out: the file to write: .pdf, .svg or .png.
@@ -53,13 +53,13 @@ def lens(
     *,
     progress: bool = True,
 ) -> LensCalibration:
-    """Calibrates the lens from pictures of a board at many angles; a session names the file as its calibration.
+    """Calibrate the lens from pictures of a board at many angles; a session names the file as its calibration.
 
     Args:
         pictures: 15 to 30 pictures of the board, or one video of it.
         out: the camera file to write.
-        description: of the board, as `board`.
-        progress: show it on standard error.
+        description: description of the board, as for `board`.
+        progress: show the progress on standard error.
 
     Returns:
         The camera, its error `rms_px` (px), the share of the picture covered, and flags.
@@ -95,13 +95,15 @@ def scale(
     camera: str | Path | None = None,
     board_height_m: float = 0.0,
 ) -> BoardScale:
-    """Metres per pixel at the water's surface from a board that lies level; with a lens also the camera's height.
+    """Measure metres per pixel at the water's surface from a board that lies level.
+
+    With a lens also the camera's height.
 
     Args:
-        picture: of the board.
-        description: of the board, as `board`.
+        picture: a picture of the board.
+        description: description of the board, as for `board`.
         camera: the camera file of `lens`; default: no distortion.
-        board_height_m: of the board above the water, m; negative under water.
+        board_height_m: height of the board above the water, m; negative under water.
 
     Returns:
         The scale and its standard deviation in m per px, the camera's height in m and tilt in degrees.

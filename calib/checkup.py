@@ -1,4 +1,4 @@
-"""Whether an installation, a session and a motor are ready, and what to do where they are not."""
+"""The checks whether an installation, a session and a motor are ready, and what to do where they are not."""
 
 import os
 import platform
@@ -20,12 +20,12 @@ from session.results import program_version
 from swimmer import PUBLISHED_COEFFICIENTS, Twin, load_robot
 from swimmer.engine import ENGINE
 
-_LEAST_BYTES = 1e9  # free, for results with a recording
-_FEWEST_FIT = 2  # trials; a third allows cross-validation
+_LEAST_BYTES = 1e9  # free space needed for results with a recording
+_FEWEST_FIT = 2  # recommended number of fit trials; a third allows cross-validation
 
 
 class Check(NamedTuple):
-    """One thing that was looked at."""
+    """One thing that was checked."""
 
     check: str
     state: str  # "ok", "advice" or "fault"
@@ -34,7 +34,7 @@ class Check(NamedTuple):
 
 
 def check_installation() -> Iterator[Check]:
-    """Packages, engine, codecs, viewer and cores."""
+    """Check packages, engine, codecs, viewer and cores."""
     where = f"Python {platform.python_version()} on {platform.system()}"
     yield Check("program", "ok", f"{program_version()}, {where}, {os.cpu_count()} cores")
     wrong = [problem for line in requires("swimcal") or () if (problem := _unmet(Requirement(line)))]
@@ -48,7 +48,7 @@ def check_installation() -> Iterator[Check]:
 
 
 def check_session(folder: Path) -> Iterator[Check]:
-    """Its description, recordings, results and disk."""
+    """Check the description, recordings, results and disk of a session."""
     try:
         session = open_session(folder, needs_commands=False)
     except SwimcalError as problem:
@@ -64,7 +64,7 @@ def check_session(folder: Path) -> Iterator[Check]:
 
 
 def check_motor() -> Iterator[Check]:
-    """The motor on any serial port."""
+    """Check for the motor on any serial port."""
     from calib.capture.search import BAUD_ORDER, PORT_PATTERNS, ports, search
 
     names = ports()
@@ -95,7 +95,7 @@ def _engine() -> Check:
     try:
         hz, water = np.ones(1), np.array([PUBLISHED_COEFFICIENTS])
         speed = float(speed_from_rest(Twin(load_robot()), water, hz)[0, 0])
-    except Exception as problem:  # whatever it is, it is what the user has to know
+    except Exception as problem:  # the user has to know of any error
         return Check("engine", "fault", f"MuJoCo {ENGINE}: {problem}", "Install MuJoCo again.")
     return Check("engine", "ok", f"MuJoCo {ENGINE}, the twin swims at {speed:.3f} m/s")
 

@@ -7,11 +7,12 @@ from diagnosis.sentences import plain
 from reports.caveats import gap_caveats
 from reports.gap_words import SEPARATES, by_how_much, effect_size, gap_sentences
 
-_ROWS, _NEXT = 6, 3  # effects, at least, and experiments that are shown
+_ROWS = 6  # smallest number of effects that are shown
+_NEXT = 3  # number of experiments that are shown
 
 
 def diagnosis_lines(data: DiagnosisResult) -> list[str]:
-    """Where, which and how far; then the most probable effects, what to check, and what to measure next."""
+    """Format where, which and how far; then the most probable effects, what to check, and what to measure next."""
     lines = [*gap_sentences(data), ""]
     lines.append(f"{'effect':28} {'probability':>11}  fitted")
     for number, (name, chance) in enumerate(data.chances.items()):
@@ -23,7 +24,7 @@ def diagnosis_lines(data: DiagnosisResult) -> list[str]:
 
 
 def main_caveat(data: DiagnosisResult) -> str:
-    """What should be looked at before a diagnosis is believed, the first of all."""
+    """Return the first caveat to check before a diagnosis is believed."""
     if found := gap_caveats(data):
         return f"{found[0]}{f' ({len(found) - 1} more: -v)' if len(found) > 1 else ''}"
     if not data.gap.evaluated_on:
@@ -41,7 +42,7 @@ def _next(data: DiagnosisResult) -> list[str]:
 
 
 def _models(data: DiagnosisResult) -> list[str]:
-    """Files of twins with effects, and which of several alternatives they contain."""
+    """List files of twins with effects, and which of several alternatives they contain."""
     either = [plain(group[0]) for group in data.groups if len(group) > 1]
     chosen = f"; with {' and '.join(either)}, the most probable of each group" if either else ""
     names = data.models
@@ -49,7 +50,7 @@ def _models(data: DiagnosisResult) -> list[str]:
 
 
 def test_lines(data: EffectTestResult) -> list[str]:
-    """The evidence for each tested effect and for all together; then the gap without and with them."""
+    """Format the evidence for each tested effect and for all together; then the gap without and with them."""
     lines = [
         f"Tested: {', '.join(plain(name) for name in data.effects)}.",
         f"Log Bayes factor over the plain twin: {data.log_bayes_factor:.1f} (above 0: the fit trials support "
@@ -62,13 +63,13 @@ def test_lines(data: EffectTestResult) -> list[str]:
     lines += ["", f"{'':28} {'plain':>11} {'tested':>11}"]
     for swims, gap in (("fitted", data.fitted), ("held out", data.gap)):
         if gap.evaluated_on:
-            lines.append(_compared(f"{swims}: markers, mm", gap.baseline_mm, gap.with_effects_mm))
+            lines.append(_format_comparison(f"{swims}: markers, mm", gap.baseline_mm, gap.with_effects_mm))
             speeds = 1000 * gap.speed_mae_before, 1000 * gap.speed_mae_after
-            lines.append(_compared(f"{swims}: speed, mm/s", *speeds))
+            lines.append(_format_comparison(f"{swims}: speed, mm/s", *speeds))
     if not isnan(data.gap.shrinkage):
         lines.append(f"The held-out gap {by_how_much(data.gap)}.")
     return lines
 
 
-def _compared(what: str, before: float, after: float) -> str:
+def _format_comparison(what: str, before: float, after: float) -> str:
     return f"{what:28} " + " ".join(f"{'-' if isnan(each) else f'{each:.1f}':>11}" for each in (before, after))

@@ -1,4 +1,4 @@
-"""The command `calib`: a door in front of the command line, whose imports take a second that Ctrl-C may fall into.
+"""The entry point of the command `calib`: it guards the imports of the command line, a second in which Ctrl-C may come.
 
 Files of a user hide a package of this program where they have its name and Python looks there first: that is reported.
 """
@@ -13,7 +13,7 @@ _HOME = Path(__file__).resolve().parents[1]
 
 
 def check_shadowing() -> None:
-    """That every package of this program is the one that was installed with it.
+    """Check that every package of this program is the one that was installed with it.
 
     Raises:
         ImportError: another file has the name of one; names it and the next step.
@@ -28,7 +28,7 @@ def check_shadowing() -> None:
 
 
 def _place(name: str) -> Path | None:
-    """Where the package of this name comes from, if not from here."""
+    """Find where the package of this name comes from, if not from here."""
     module = sys.modules.get(name)
     origin = getattr(module, "__file__", None) if module else None
     if module is None:
@@ -42,8 +42,9 @@ def _place(name: str) -> Path | None:
 
 
 def main() -> None:
-    """Entry point: Ctrl-C ends with one line and exit code 130 from the first import on."""
-    os.environ["MPLBACKEND"] = "agg"  # figures go into files; matplotlib cannot be imported with a backend that is not
+    """Run the command line; Ctrl-C ends it with one line and exit code 130 from the first import on."""
+    # Figures go into files, and matplotlib cannot be imported if the environment names a backend that is missing.
+    os.environ["MPLBACKEND"] = "agg"
     try:
         check_shadowing()
         from calib.capture.host import print_in_any_encoding

@@ -9,7 +9,7 @@ is not made again, so that every function returns at once where its results are 
 and read from finished files; every one has `to_frame()`, `summary()` and, where there is something to see, `plot`.
 
 The same in all functions: `session` is opened, or its folder; `effort`, "quick" or "full", says how hard to search:
-None takes that of the result that stands, without one that of the fit, without a fit "full"; `workers` are threads, 0
+None takes that of the current result, without one that of the fit, without a fit "full"; `workers` are threads, 0
 for all cores; `progress` is shown on standard error; `scheduler`, the address of a dask scheduler, has one of its
 workers compute, which needs to see the same folder: `InputError` where none answers or is of another version; what
 fails there is a plain `SwimcalError` here.
@@ -107,17 +107,18 @@ __all__ = [
 
 AnySession = Session | str | Path
 
-FISHSIM, SYNTHETIC = "--from-fishsim DIR", "--synthetic"
+FISHSIM = "--from-fishsim DIR"
+SYNTHETIC = "--synthetic"
 _OPTIONS_OF_NEW = {
     "--videos or --tracks": ("--robot", "--fps", "--commands", "--fit", "--rename"),
     FISHSIM: ("--fit",),
     SYNTHETIC: ("--robot", "--seed"),
 }
-"""Where the trials of a new session come from, and what else may be said with it."""
+"""The sources of the trials of a new session, and the options that each may have."""
 
 
 def open_session(folder: str | Path) -> Session:
-    """Reads a session folder, or its `session.toml`, and checks it with its tracks, robot and markers; writes nothing.
+    """Read and check a session folder, or its `session.toml`, with tracks, robot and markers; nothing is written.
 
     Raises:
         InputError: all faults of `session.toml` and of the files it names, at once.
@@ -139,7 +140,7 @@ def fit(
     progress: bool = True,
     scheduler: str | None = None,
 ) -> FitResult | StructureResult:
-    """Fits the five fluid coefficients, with hinges, crank, frequencies, phases and elongated body theory; forecasts.
+    """Fit the five fluid coefficients, with hinges, crank, frequencies, phases and elongated body theory; forecast.
 
     The coefficients are the mode of a hierarchical model of the fit trials, which also has what differs from
     trial to trial (trim, registration of the head frame, boxes, start) and a model discrepancy over frequency. Every
@@ -150,12 +151,16 @@ def fit(
     is assumed to be as the robot is described. A previous fit is kept in `results/kept`.
 
     Args:
-        session, effort, workers, progress, scheduler: see `help(calib.interface)`.
+        session: an opened session, or its folder.
+        effort: "quick" or "full"; default: that of the current result, else of the fit, else "full".
+        workers: threads; 0 for all cores.
+        progress: show the progress on standard error.
+        scheduler: address of a dask scheduler, one of whose workers computes; it needs to see the same folder.
         objective: "published" also runs the published search (Bayesian optimisation, then Nelder-Mead, of the mean
             marker distance) and keeps it next to the fit, for comparison; it takes minutes.
 
     Returns:
-        The fit; of a session without a swim trial what the dry experiments say alone.
+        The fit; for a session without a swim trial what the dry experiments alone determine.
 
     Raises:
         InputError, NotEnoughData, SimulationDiverged: what keeps trials from being fitted, all at once.
@@ -170,7 +175,7 @@ def fit(
         ['slow', 'fast']
     """
     work = partial(_fit, objective=objective)
-    _elsewhere(scheduler, session, effort, work)
+    _compute_elsewhere(scheduler, session, effort, work)
     with _working(session, Options(effort, workers), progress) as pipeline:
         work(pipeline)
         keep_output(pipeline)
@@ -194,10 +199,14 @@ def posterior(
     progress: bool = True,
     scheduler: str | None = None,
 ) -> PosteriorResult:
-    """Draws from the posterior of the five coefficients given the fit trials; fits first where there is no fit.
+    """Sample the posterior of the five coefficients given the fit trials; fit first where there is no fit.
 
     Args:
-        session, effort, workers, progress, scheduler: see `help(calib.interface)`.
+        session: an opened session, or its folder.
+        effort: "quick" or "full"; default: that of the current result, else of the fit, else "full".
+        workers: threads; 0 for all cores.
+        progress: show the progress on standard error.
+        scheduler: address of a dask scheduler, one of whose workers computes; it needs to see the same folder.
 
     Raises:
         NotConverged: draws that must not be relied on; none are reported.
@@ -210,7 +219,7 @@ def posterior(
         >>> list(calib.posterior("pool", "quick", progress=False).to_frame("coefficients").index)[:2]
         ['blunt_drag', 'slender_drag']
     """
-    _elsewhere(scheduler, session, effort, Pipeline.posterior)
+    _compute_elsewhere(scheduler, session, effort, Pipeline.posterior)
     with _working(session, Options(effort, workers), progress) as pipeline:
         stage = pipeline.posterior()
         keep_output(pipeline)
@@ -227,11 +236,15 @@ def diagnose(
     progress: bool = True,
     scheduler: str | None = None,
 ) -> GapResult:
-    """Finds where the sim-to-real gap is, which unmodelled effect causes it, and how far it shrinks with that effect.
+    """Locate the sim-to-real gap, rank its likely causes, and measure how far it shrinks with the named effects.
 
     Args:
-        session, effort, workers, progress, scheduler: see `help(calib.interface)`.
-        exclude: names that the catalogue is to lack.
+        session: an opened session, or its folder.
+        effort: "quick" or "full"; default: that of the current result, else of the fit, else "full".
+        workers: threads; 0 for all cores.
+        progress: show the progress on standard error.
+        scheduler: address of a dask scheduler, one of whose workers computes; it needs to see the same folder.
+        exclude: names of effects that the catalogue is to lack.
         effects: the catalogue of this diagnosis: names, or effects of your own; default: all.
 
     Raises:
@@ -250,7 +263,7 @@ def diagnose(
     check_names("effects", sorted(named), dict(catalogue()) | {effect.name: effect for effect in own})
     without = frozenset(exclude) | (frozenset(catalogue()) - named)
     further = tuple(each for each in own if each.name not in catalogue())
-    _elsewhere(scheduler, session, effort, partial(Pipeline.diagnosis, without=without, own=further))
+    _compute_elsewhere(scheduler, session, effort, partial(Pipeline.diagnosis, without=without, own=further))
     with _working(session, Options(effort, workers), progress) as pipeline:
         stage = pipeline.diagnosis(without, own=further)
         keep_output(pipeline)
@@ -265,10 +278,17 @@ def effect_test(
     workers: int = 0,
     progress: bool = True,
 ) -> EffectTest:
-    """Tests some effects of the catalogue together: log Bayes factor over the plain twin; computed anew every time.
+    """Test some effects of the catalogue together: log Bayes factor over the plain twin; computed anew every time.
 
-    Args, Raises:
-        As `diagnose`.
+    Args:
+        session: an opened session, or its folder.
+        effects: names of the effects.
+        effort: "quick" or "full"; default: as `diagnose`.
+        workers: threads; 0 for all cores.
+        progress: show the progress on standard error.
+
+    Raises:
+        InputError, NotEnoughData, SimulationDiverged: as `diagnose`.
 
     Example:
         >>> found = calib.effect_test("pool", ["camera_parallax"], "quick", progress=False)
@@ -289,10 +309,12 @@ def track(
     workers: int = 0,
     progress: bool = True,
 ) -> TrackResult | Export:
-    """Tracks the markers in a session's videos, and reads the tracks of its other trials.
+    """Track the markers in a session's videos, and read the tracks of its other trials.
 
     Args:
-        session, workers, progress: see `help(calib.interface)`.
+        session: an opened session, or its folder.
+        workers: threads; 0 for all cores.
+        progress: show the progress on standard error.
         method: "hybrid", "spots" or "csrt"; default: that of the existing tracks, else hybrid.
         export: another form to write next to the tracks: "deeplabcut", "movement" or "fishsim".
         click: track nothing, only write a page a video on which to click its start boxes: `<trial>.click.html`.
@@ -312,11 +334,11 @@ def track(
 
 
 def correct(session: AnySession, trial: str, correction: str | Mapping[str, Any]) -> str:
-    """Adds a correction to the edit log of a tracked trial; `track` replays it. Nothing is removed from the log.
+    """Add a correction to the edit log of a tracked trial; `track` replays it. Nothing is removed from the log.
 
     Args:
-        session: see `help(calib.interface)`.
-        trial: its name.
+        session: an opened session, or its folder.
+        trial: name of the trial.
         correction: for instance `{"op": "swap", "markers": ["tail_3", "tail_4"], "frames": [120, 180]}`; others:
             "drop", "relabel", "box" (set a box and track on), "undo". A mapping, or JSON.
 
@@ -334,11 +356,11 @@ def correct(session: AnySession, trial: str, correction: str | Mapping[str, Any]
 def load_tracks(
     path: str | Path, markers: Sequence[str], fps: float | None = None, rename: Mapping[str, str] = NO_NAMES
 ) -> "xr.Dataset":
-    """Reads tracks of any program: this one's CSV, DeepLabCut, SLEAP, movement, or the authors' headerless CSV.
+    """Read tracks of any program: this one's CSV, DeepLabCut, SLEAP, movement, or the authors' headerless CSV.
 
     Args:
         path: the file; its form is recognised from its content.
-        markers: to take; in files without a header, their order.
+        markers: names of the markers to take; in files without a header, their order.
         fps: frames a second, for forms without time.
         rename: names of the file, and which markers they are: `{"snout": "nose"}`.
 
@@ -368,12 +390,15 @@ def convert_tracks(
     fps: float | None = None,
     rename: Mapping[str, str] = NO_NAMES,
 ) -> Path:
-    """Converts tracks between this program, DeepLabCut, movement and the authors' CSV; reads SLEAP's CSV too.
+    """Convert tracks between this program, DeepLabCut, movement and the authors' CSV; SLEAP's CSV is read too.
 
     Args:
-        path, markers, fps, rename: as `load_tracks` has them; markers by default the published nine.
+        path: the file; its form is recognised from its content.
         out: the file to write.
         to: "swimcal", "deeplabcut", "movement" or "fishsim".
+        markers: names of the markers to take; in files without a header, their order; default: the published nine.
+        fps: frames a second, for forms without time.
+        rename: names of the file, and which markers they are: `{"snout": "nose"}`.
 
     Raises:
         InputError: every fault of the file or the options at once.
@@ -407,19 +432,22 @@ def run(
     scheduler: str | None = None,
     progress: bool = True,
 ) -> FitResult | StructureResult | Export:
-    """Do everything the data allow: tracks, fit, MJCF, posterior, diagnosis, report.
+    """Run every stage a session has data for, then write the report.
+
+    The stages are tracks, fit, MJCF, posterior and diagnosis.
 
     Args:
         sessions: one, or several: then a session that fails stops no other.
-        effort, progress: see `help(calib.interface)`.
+        effort: "quick" or "full"; default: that of the current result, else of the fit, else "full".
         until: the last step before the report: "fit", "posterior" or "diagnosis".
         jobs: sessions at a time, each in a process of its own.
         workers: threads of each session; 0 for its share of the cores, one with a scheduler.
         scheduler: address of a dask scheduler, whose workers run the sessions; they need to see the same folders.
+        progress: show the progress on standard error.
 
     Returns:
-        The fit, or what the dry experiments say alone; of several sessions, or with a scheduler, their reports and the
-        index, as `report`.
+        The fit, or what the dry experiments alone determine; for several sessions, or with a scheduler, their reports
+        and the index, as `report`.
 
     Raises:
         InputError, NotEnoughData, SimulationDiverged: as `fit`, of a single session. Draws that did not converge are
@@ -445,7 +473,7 @@ def run(
 
 
 def report(sessions: AnySession | Sequence[AnySession], index: str | Path | None = None) -> Export:
-    """Writes the HTML report of the current results of each session, and an index of several; fits nothing.
+    """Write the HTML report of the current results of each session, and an index of several; nothing is fitted.
 
     Args:
         sessions: one, or several: then one without a report is listed in the index with the reason.
@@ -472,10 +500,10 @@ def report(sessions: AnySession | Sequence[AnySession], index: str | Path | None
 
 
 def view(session: AnySession, *, open_viewer: bool = False, inline: bool = False) -> Export:
-    """Writes the rerun recording of the current tracks, with the twin and the missing forces where there are any.
+    """Write the rerun recording of the current tracks, with the twin and the missing forces where there are any.
 
     Args:
-        session: see `help(calib.interface)`.
+        session: an opened session, or its folder.
         open_viewer: also open it in the Rerun viewer.
         inline: also show it in the notebook; where that cannot be, `notes` say why.
 
@@ -498,7 +526,7 @@ def view(session: AnySession, *, open_viewer: bool = False, inline: bool = False
 
 
 def export_mjcf(source: AnySession | None = None, out: str | Path = "robot.xml") -> Export:
-    """Writes an MJCF for a plain `mujoco`: of the current fit for a session, nominal for a robot; fits nothing.
+    """Write an MJCF for a plain `mujoco`: of the current fit for a session, nominal for a robot; nothing is fitted.
 
     Args:
         source: a session, or a robot's TOML; default: the published 0.57 m fish.
@@ -531,14 +559,14 @@ def load_twin(
     effects: Iterable[str | Effect] = (),
     workers: int = 0,
 ) -> SwimTwin:
-    """A twin to drive, by `SwimTwin.swim`: of the current fit for a session, or of a robot.
+    """Load a twin to drive, by `SwimTwin.swim`: of the current fit for a session, or of a robot.
 
     Args:
         source: a session, or a robot's TOML; default: the published 0.57 m fish.
         coefficients: blunt, slender and angular drag, Kutta and Magnus lift; default: those of the fit, for a robot the
             published ones.
         effects: names of the catalogue, or effects of your own, that the twin is to have.
-        workers: see `help(calib.interface)`.
+        workers: threads; 0 for all cores.
 
     Raises:
         InputError: no current fit, no such effect, or faults of the robot's file.
@@ -557,12 +585,12 @@ def load_twin(
             robot, water, markers = stage.robot, stage.result().coefficients, pipeline.session.markers
     if coefficients is not None:
         water = FluidCoefficients(*coefficients)
-    engine, chosen = Twin(robot, markers, workers=workers), tuple(_effects_of(effects))
+    engine, chosen = Twin(robot, markers, workers=workers), tuple(_find_effects(effects))
     return SwimTwin(robot, water, AffectedTwin(engine, chosen) if chosen else engine)
 
 
 def effects() -> Mapping[str, Effect]:
-    """The catalogue: what the twin leaves out and a diagnosis may name, by name.
+    """Return the catalogue by name: the effects that the twin leaves out and a diagnosis may name.
 
     Example:
         >>> calib.effects()["crank_arm_error"].parameters[0].unit
@@ -574,11 +602,11 @@ def effects() -> Mapping[str, Effect]:
 def compare(
     items: Iterable[AnySession | FitResult | PosteriorResult | GapResult], table: str = "trials"
 ) -> pd.DataFrame:
-    """One table of several sessions below each other; the first level of its index is the session's name.
+    """Join a table of several sessions; the first level of its index is the session's name.
 
     Args:
         items: results of one kind; a session or its folder means its current fit.
-        table: as their `to_frame` takes it.
+        table: name of the table, as their `to_frame` takes it.
 
     Raises:
         InputError: a session has no current fit, or no such table.
@@ -593,10 +621,10 @@ def compare(
 
 
 def doctor(session: AnySession | None = None, *, motor: bool = False) -> pd.DataFrame:
-    """Checks the installation and, if given, a session and the motor connection.
+    """Check the installation and, if given, a session and the motor connection.
 
     Args:
-        session: see `help(calib.interface)`.
+        session: an opened session, or its folder.
         motor: also look for the motor on every serial port; takes up to a minute.
 
     Returns:
@@ -632,16 +660,17 @@ def new_session(  # noqa: PLR0913  it is the command `new`, of which a user give
     seed: int | None = None,
     progress: bool = True,
 ) -> Path:
-    """Makes a session folder of one's own videos or tracks, of the public tracks, or one simulated with the twin.
+    """Make a session folder of one's own videos or tracks, of the public tracks, or one simulated with the twin.
 
     Of your own files a commented `session.toml` is written with all that they contain; its first lines, marked TODO,
     list what you still have to fill in. The truth of a synthetic session, of swims, dry runs and free decays, is in
     `truth.json`.
 
     Args:
-        folder: to make; new or empty.
-        videos, tracks: one a trial, in any order; they are copied. Tracks may also be datasets by the trial's name.
-        robot: its TOML, of your own files or a synthetic session; default: the published 0.57 m fish.
+        folder: the folder to make; new or empty.
+        videos: one a trial, in any order; they are copied.
+        tracks: one a trial, in any order; they are copied. They may also be datasets by the trial's name.
+        robot: the robot's TOML, for your own files or a synthetic session; default: the published 0.57 m fish.
         fps: frames a second, needed for tracks and videos without time; with times it has to agree with them.
         commands_hz: crank turns a second, one a trial in the order of `videos`, then `tracks`; default: from
             names such as f1_25, else to fill in.
@@ -650,8 +679,8 @@ def new_session(  # noqa: PLR0913  it is the command `new`, of which a user give
         synthetic: instead of files: simulate the trials.
         fit: trials to fit, the others are held out; default: every other one, of the public tracks f1_00 and f1_75.
         rename: names of the tracks' files, and which markers they are: `{"snout": "nose"}`.
-        seed, progress: of a synthetic session's noise, phases and headings, default 0; whether it is shown on standard
-            error.
+        seed: seed of a synthetic session's noise, phases and headings; default: 0.
+        progress: show the progress on standard error.
 
     Returns:
         The folder, for `open_session`.
@@ -670,7 +699,7 @@ def new_session(  # noqa: PLR0913  it is the command `new`, of which a user give
     from calib.own_files import new_from_files
     from synthetic import default_plan, make_session
 
-    films, own = _several(videos), tracks if isinstance(tracks, Mapping) else _several(tracks)
+    films, own = _list_paths(videos), tracks if isinstance(tracks, Mapping) else _list_paths(tracks)
     _check_options(
         {"--videos or --tracks": len(films) + len(own) > 0, FISHSIM: from_fishsim is not None, SYNTHETIC: synthetic},
         {"--robot": robot, "--fps": fps, "--commands": commands_hz, "--fit": fit}
@@ -696,15 +725,15 @@ def _check_fps(fps: float | None, faults: FaultCollector) -> None:
         faults.add("--fps", "not a frame rate", found=f"{fps:g}", expected="a number above 0")
 
 
-def _elsewhere(scheduler: str | None, session: AnySession, effort: EffortName | None, work: Work) -> None:
-    """Has a dask worker do it, if one is asked: what it has written is current here."""
+def _compute_elsewhere(scheduler: str | None, session: AnySession, effort: EffortName | None, work: Work) -> None:
+    """Let a dask worker do the work where a scheduler is given; its results are then current here."""
     if scheduler is not None:
         for why in run_all([_folder(session)], effort, scheduler=scheduler, work=work).values():
             raise SwimcalError(why)
 
 
 def _check_options(sources: Mapping[str, bool], options: Mapping[str, object]) -> None:
-    """That trials come from one source, and that every option means something for it."""
+    """Check that trials come from one source, and that every option means something for it."""
     faults, given = FaultCollector("a new session"), [name for name, is_given in sources.items() if is_given]
     if len(given) != 1:
         what, found = "several sources of trials" if given else "no trials", ", ".join(given)
@@ -726,7 +755,7 @@ def _folder(session: AnySession) -> Path:
     return path.parent if path.name == SESSION_FILE else path
 
 
-def _several(paths: str | Path | Iterable[str | Path]) -> list[Path]:
+def _list_paths(paths: str | Path | Iterable[str | Path]) -> list[Path]:
     return [Path(path) for path in ([paths] if isinstance(paths, str | Path) else paths)]
 
 
@@ -740,7 +769,7 @@ def _is_robot(source: AnySession | None) -> bool:
     return not isinstance(source, Session) and Path(source).suffix == ".toml" and Path(source).name != SESSION_FILE
 
 
-def _effects_of(effects: Iterable[str | Effect]) -> Iterable[Effect]:
+def _find_effects(effects: Iterable[str | Effect]) -> Iterable[Effect]:
     asked = list(effects)
     check_names("effects", [each for each in asked if isinstance(each, str)], catalogue())
     return (each if isinstance(each, Effect) else catalogue()[each] for each in asked)

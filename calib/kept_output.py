@@ -1,4 +1,4 @@
-"""The output of each command for the results that stand, so that a command with nothing to do prints it at once.
+"""The output of each command for the current results, kept so that a command with nothing to do prints it at once.
 
 ``results/.output.json`` holds it with the hash of every file behind it: inputs, results and the program. These are
 compared before any library is loaded, which alone takes seconds. Where a file differs, is missing or is new, the
@@ -26,15 +26,15 @@ OUTPUT = ".output.json"
 _HOME = Path(__file__).resolve().parents[1]
 _ENGINES = ("swimcal", "mujoco", "opencv-contrib-python-headless")
 _STAMPS = ".stages.json"
-_NO_ANSWER_RESTS_ON_IT = ("kept", ".rrd", ".mp4")  # a folder, and suffixes of copies for the eye
+_NO_ANSWER_RESTS_ON_IT = ("kept", ".rrd", ".mp4")  # a folder, and suffixes of files that are only looked at
 
 
 class Answer(NamedTuple):
     """The output of one command.
 
     Attributes:
-        effort: of the results that it is about; "" where none matters.
-        short, long: without and with ``--verbose``.
+        effort: effort of the results that it is about; "" where none matters.
+        short, long: output without and with ``--verbose``.
     """
 
     effort: str
@@ -46,8 +46,10 @@ def standing_output(command: str, folder: Path, effort: str | None, verbose: boo
     """Return what a command prints of a session; None where there is something to do, or that cannot be told.
 
     Args:
+        command: name of the command.
         folder: the session's, as the command has it: the answer names files in it.
-        effort: as asked for; None for that of the results that stand.
+        effort: as requested; None for that of the current results.
+        verbose: return the long output.
     """
     try:
         kept = json.loads((folder / "results" / OUTPUT).read_bytes())
@@ -61,7 +63,7 @@ def standing_output(command: str, folder: Path, effort: str | None, verbose: boo
 
 
 def keep_output(pipeline: Pipeline) -> None:
-    """Keep what each command would print of the results that stand; nothing where the folder cannot be written."""
+    """Keep what each command would print of the current results; nothing where the folder cannot be written."""
     from session.errors import ResultsNotWritable, SwimcalError
     from session.results import write_whole
 
@@ -71,7 +73,7 @@ def keep_output(pipeline: Pipeline) -> None:
     files = _hashes(folder, names)
     kept: dict[str, Any] = {"folder": str(folder), "program": _program(), "inputs": names, "files": files}
     if any(files[name] != sha256_ for name, sha256_ in inputs.items()):
-        return  # changed while they were worked on
+        return  # inputs changed during the work
     with suppress(SwimcalError):
         kept["answers"] = {command: answer._asdict() for command, answer in _answers(pipeline)}
         with suppress(ResultsNotWritable):
@@ -85,31 +87,31 @@ def _answers(pipeline: Pipeline) -> Iterator[tuple[str, Answer]]:
     from calib.results.made import fit_result, gap_result, posterior_result, structure_result
     from calib.terminal import export_lines, result_lines
 
-    def said(found: Any, effort: str, main: Path | None = None, notes: tuple[str, ...] = ()) -> Answer:
+    def make_answer(found: Any, effort: str, main: Path | None = None, notes: tuple[str, ...] = ()) -> Answer:
         again = replace(found, notes=(*notes, *pipeline.recordings.notes), made=())
         short, long = ("\n".join(result_lines(again, verbose, main)) + "\n" for verbose in (False, True))
         return Answer(effort, short, long)
 
     if pipeline.only_dry:
         if pipeline.structures.is_current:
-            dry = said(structure_result(pipeline), "", notes=(pipeline.dry_note,))
+            dry = make_answer(structure_result(pipeline), "", notes=(pipeline.dry_note,))
             yield from (("fit", dry), ("run", dry))
         return
     fit = pipeline.current_fit
     if fit is None or not pipeline.structures.is_up_to_date:
         return
     posterior, gap, page = pipeline.current_posterior(fit), pipeline.current_diagnosis(), pipeline.current_report()
-    yield "fit", said(fit_result(pipeline), fit.effort)
+    yield "fit", make_answer(fit_result(pipeline), fit.effort)
     if posterior is not None:
-        yield "posterior", said(posterior_result(pipeline, posterior), posterior.effort)
+        yield "posterior", make_answer(posterior_result(pipeline, posterior), posterior.effort)
     if gap is not None and not gap.withheld:
-        yield "diagnose", said(gap_result(pipeline, gap), gap.effort)
+        yield "diagnose", make_answer(gap_result(pipeline, gap), gap.effort)
     if page is not None:
         text = "\n".join(export_lines([f"{pipeline.session.name}: {pipeline.standing}"], [page])) + "\n"
         yield "report", Answer(fit.effort, text, text)
         others = {None if stage is None else stage.effort for stage in (posterior, gap)}
         if None not in others and (fit.effort == "quick" or (others == {"full"} and gap and not gap.withheld)):
-            yield "run", said(fit_result(pipeline), fit.effort, page)
+            yield "run", make_answer(fit_result(pipeline), fit.effort, page)
 
 
 @cache

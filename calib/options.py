@@ -1,4 +1,4 @@
-"""The work on one session: how it is done, what every stage has to know, and what it reports."""
+"""The options of the work on one session, and what every stage has to know and reports."""
 
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -19,20 +19,20 @@ LastStepName = Literal["fit", "posterior", "diagnosis"]
 """The last step of a run before its report."""
 ObjectiveName = Literal["likelihood", "published"]
 STARTS = {"quick": 2, "full": 4}
-"""Of the search for the coefficients, by effort."""
+"""Number of starts of the search for the coefficients, by effort."""
 PUBLISHED_S = {"quick": 3_000.0, "full": 18_000.0}
 """Seconds that the published search may simulate, by effort."""
 
 
 @dataclass(frozen=True)
 class Options:
-    """How a session is worked on.
+    """The options of the work on a session.
 
     Attributes:
-        effort: None for that of the results that stand, full where there are none.
+        effort: None for that of the current results, full where there are none.
         workers: threads, 0 for all cores.
         tracker: None for that of the existing tracks.
-        progress: told what is going on.
+        progress: called with what is going on.
     """
 
     effort: EffortName | None = None
@@ -41,7 +41,7 @@ class Options:
     progress: Progress = lambda _message, _share: None
 
     def __post_init__(self) -> None:
-        """Refuses an effort that does not exist, before anything is compared with it."""
+        """Refuse an effort that does not exist, before anything is compared with it."""
         if self.effort is not None and self.effort not in get_args(EffortName):
             raise InputError([Fault("effort", "", "no such effort", repr(self.effort), "", get_args(EffortName))])
 
@@ -77,15 +77,15 @@ class Job:
 
     @cached_property
     def provenance(self) -> Provenance:
-        """What every result of this work is stamped with."""
+        """The provenance with which every result of this work is stamped."""
         inputs, sha256 = file_hashes(self.session), model_sha256(self.robot)
         return Provenance(ENGINE, sha256, inputs, self.session.seed, self.options.effort or "full")
 
     def note_incomplete(self, file: Path | None) -> None:
-        """Note that results are made again because the end of a file was missing; nothing where none was."""
+        """Note that results are made again because the end of a file was missing; do nothing where none was."""
         if file is not None:
             self.notes.append(f"{file.name} was incomplete: its end was missing or damaged. It was made again.")
 
     def progress(self, message: str, share: float | None = None) -> None:
-        """Reports what is going on, and the share done where it is known."""
+        """Report what is going on, and the share done where it is known."""
         self.options.progress(message, share)

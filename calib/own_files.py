@@ -1,4 +1,4 @@
-"""A session of one's own files: a commented `session.toml` whose first lines list what is missing."""
+"""The session of one's own files: a commented `session.toml` whose first lines list what is missing."""
 
 import json
 import os
@@ -30,8 +30,8 @@ from tracking.video import Video
 
 FEWEST_FRAMES = 2
 UNIT_OFF = 0.01
-"""Nose and neck so nearly as many pixels apart as millimetres or centimetres on the robot may be no pixels."""
-_HZ = (r"(?:^|_)f(\d+)[_.p](\d+)(?:_|$)", r"(\d+)[_.p](\d+) ?_?hz")  # in names: f1_25, 1.25hz
+"""Places may not be pixels if nose to neck is as many as it is millimetres or centimetres, to this relative error."""
+_HZ = (r"(?:^|_)f(\d+)[_.p](\d+)(?:_|$)", r"(\d+)[_.p](\d+) ?_?hz")  # commands in names: f1_25, 1.25hz
 
 
 @dataclass
@@ -43,11 +43,11 @@ class _Trial:
     comments: list[str] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
     questions: list[str] = field(default_factory=list)
-    time_s: np.ndarray | None = None  # when the frames were taken; None where the file does not tell
+    time_s: np.ndarray | None = None  # times of the frames; None where the file has none
 
     @property
     def kind(self) -> str:
-        """From its name."""
+        """The kind of the trial, by its name."""
         return "free_decay" if "decay" in self.name else "dry" if "dry" in self.name else "swim"
 
 
@@ -61,7 +61,7 @@ def new_from_files(
     fit: Sequence[str] = (),
     rename: Mapping[str, str] = NO_NAMES,
 ) -> None:
-    """Makes a session folder of videos and tracks; the arguments are those of `calib.new_session`.
+    """Make a session folder of videos and tracks; the arguments are those of `calib.new_session`.
 
     Raises:
         InputError: every fault of the files at once; then there is no folder.
@@ -93,13 +93,13 @@ def new_from_files(
 
 
 def _rate(time_s: np.ndarray) -> float:
-    """Frames a second, by the median of the steps unless these are coarse or uneven."""
+    """Estimate the frames a second, by the median of the steps unless these are coarse or uneven."""
     median_s, mean_s = usual_spacing_s(time_s)
     return 1 / mean_s if abs(median_s / mean_s - 1) < 0.25 else 1 / median_s
 
 
 def _check_rates(trials: Mapping[str, _Trial], rate: float) -> None:
-    """An `InputError` where the time stamps of tracks or videos are off this frame rate by more than 5 %."""
+    """Raise an `InputError` where the time stamps of tracks or videos are off this frame rate by more than 5 %."""
     off: dict[str, list[str]] = {}
     for name, trial in trials.items():
         if trial.time_s is not None:
@@ -124,7 +124,7 @@ def _trials(
     fps: float | None,
     rename: Mapping[str, str],
 ) -> tuple[dict[str, _Trial], list[str]]:
-    """Trials by name, with notes for the reader; a video and tracks of one name are one trial."""
+    """Collect the trials by name, with notes for the reader; a video and tracks of one name are one trial."""
     found: dict[str, _Trial] = {}
     films, notes = without_copies(videos)
     given = [*tracks.items()] if isinstance(tracks, Mapping) else [(Path(path), path) for path in tracks]
@@ -167,7 +167,7 @@ def _look_at(trial: _Trial, path: Path, fps: float | None) -> None:
 
 
 def _read_tracks(trial: _Trial, given: Any, robot: RobotSpec, fps: float | None, rename: Mapping[str, str]) -> None:
-    """The tracks of a file or a dataset with the robot's markers in it."""
+    """Take in the tracks of a file or a dataset with the robot's markers in it."""
     is_data = hasattr(given, "data_vars")
     if not is_data and not fps and trial.time_s is not None:
         fps = _rate(trial.time_s)  # tracks without time take the clock of their own video
@@ -185,12 +185,15 @@ def _read_tracks(trial: _Trial, given: Any, robot: RobotSpec, fps: float | None,
     trial.comments.append(f"{name}tracks, {own.sizes['time']} frames, {np.ptp(own.time.values):.1f} s")
     if others:
         trial.notes.append(f"left out, as {robot.name} has no such markers: {', '.join(others)}")
-    if question := _of_unit(own, robot):
+    if question := _ask_unit(own, robot):
         trial.questions.append(question)
 
 
 def _markers_in(found: ForeignTracks, robot: RobotSpec, rename: Mapping[str, str]) -> tuple[tuple[str, ...], list[str]]:
-    """The robot's markers in a file, in its order, and what else it tracks; all usual ones where names differ."""
+    """Find the robot's markers in a file, in its order, and what else it tracks.
+
+    The markers are all usual ones where names differ.
+    """
     names, usual = found.renamed(rename), _markers(robot)
     markers = tuple(name for name in names if name in robot.markers)
     others = [name for name in names if name not in robot.markers]
@@ -199,8 +202,8 @@ def _markers_in(found: ForeignTracks, robot: RobotSpec, rename: Mapping[str, str
     return (usual if too_few or (lacking and others) else markers), others
 
 
-def _of_unit(tracks: xr.Dataset, robot: RobotSpec) -> str:
-    """A question where nose and neck are as many pixels apart as units on the robot; else nothing."""
+def _ask_unit(tracks: xr.Dataset, robot: RobotSpec) -> str:
+    """Ask whether places are pixels where nose and neck are as many apart as units on the robot; else empty."""
     position = pixels_of(tracks)
     nose, neck = (markers_of(tracks).index(name) for name in HEAD_MARKERS)
     apart = np.linalg.norm(position[:, nose] - position[:, neck], axis=1)
@@ -214,7 +217,7 @@ def _of_unit(tracks: xr.Dataset, robot: RobotSpec) -> str:
 
 
 def _common_markers(trials: Mapping[str, _Trial], robot: RobotSpec) -> tuple[tuple[str, ...], list[str]]:
-    """The markers that all tracks have, in the order of the first, and a note where some have more."""
+    """Find the markers that all tracks have, in the order of the first, and a note where some have more."""
     sets = {name: markers_of(trial.tracks) for name, trial in trials.items() if trial.tracks is not None}
     if not sets:
         return _markers(robot), []
@@ -229,12 +232,14 @@ def _common_markers(trials: Mapping[str, _Trial], robot: RobotSpec) -> tuple[tup
 
 
 def _markers(robot: RobotSpec) -> tuple[str, ...]:
-    """Where no file names them: the published nine of a robot that has them, else all of the robot."""
+    """Return the markers where no file names them: the published nine of a robot that has them, else all of
+    the robot.
+    """
     return FISHSIM_MARKERS if set(FISHSIM_MARKERS) <= set(robot.markers) else tuple(robot.markers)
 
 
 def _command(trials: Mapping[str, _Trial], commands_hz: Sequence[float]) -> None:
-    """The command of the motor in each trial, as given, else from the names."""
+    """Set the command of the motor in each trial, as given, else from the names."""
     driven = [trial for trial in trials.values() if trial.kind != "free_decay"]
     if commands_hz and len(commands_hz) != len(driven):
         given, names = f"{len(commands_hz)}", ", ".join(trial.name for trial in driven)
@@ -248,9 +253,9 @@ def _command(trials: Mapping[str, _Trial], commands_hz: Sequence[float]) -> None
 
 
 def _put(source: Path, target: Path) -> None:
-    """A video in its place: linked where the file system can, so that hours of it are not copied."""
+    """Put a video in its place: linked where the file system can, so that hours of it are not copied."""
     try:
-        os.link(source.resolve(), target)  # not a link to a link
+        os.link(source.resolve(), target)  # resolved, so that it is no link to a link
     except OSError:
         shutil.copyfile(source, target)
 
@@ -265,7 +270,7 @@ def _text(
     fit: Sequence[str],
     notes: Sequence[str],
 ) -> str:
-    """`session.toml` with comments, and first what the user has to fill in."""
+    """Write `session.toml` with comments, and first what the user has to fill in."""
     swims = [trial.name for trial in trials if trial.kind == "swim"]
     template = environment("calib", escaped=False).get_template("session.toml.j2")
     return template.render(

@@ -1,4 +1,4 @@
-"""From a session folder to its results, stage by stage; what has not changed is not made again."""
+"""The pipeline from a session folder to its results, stage by stage; what has not changed is not made again."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
@@ -28,13 +28,15 @@ if TYPE_CHECKING:
 
 
 def open_session(folder: Path, needs_commands: bool = True) -> Session:
-    """Reads and checks a session, its tracks, its robot and its markers included; all faults at once.
-
-    Tracks need no commands of the motor, which everything else does.
+    """Read and check a session, its tracks, its robot and its markers included; all faults at once.
 
     Tracks and motor logs whose hashes are those of earlier results were checked for these, and are not read again.
+
+    Args:
+        folder: the session folder.
+        needs_commands: whether driven trials need their commands, which everything but tracking does.
     """
-    with suppress(InputError):  # which is raised below with all other faults
+    with suppress(InputError):  # it is raised below with all other faults
         session = load_session(folder, load_robot, check_tracks=False, needs_commands=needs_commands)
         if Recordings(Job(session, Options())).are_current:
             return session
@@ -60,17 +62,17 @@ class Pipeline:
 
     @property
     def only_dry(self) -> bool:
-        """Whether experiments out of the water are all there is."""
+        """Whether the session has dry experiments and no swims."""
         return self.recordings.has_experiments and not self.recordings.has_swims
 
     @property
     def dry_note(self) -> str:
-        """What is said where `only_dry`."""
+        """The note for the user where `only_dry`."""
         return f"{self.session.name}: no swim trial to fit; what follows is from the dry experiments alone"
 
     @cached_property
     def structures(self) -> StructureStage:
-        """What is known of the robot before it swims, and where from."""
+        """The stage of the structure: what is known of the robot before it swims, and where from."""
         return StructureStage(self.job, self.recordings)
 
     @cached_property
@@ -80,14 +82,17 @@ class Pipeline:
 
     @cached_property
     def fits(self) -> FitStage:
-        """The fit as asked for; without an effort that of the fit that is there, of full effort where there is none."""
+        """The stage of the fit of the requested effort.
+
+        Without an effort it is that of the existing fit, and full effort where there is none.
+        """
         if self.options.effort is None and (stage := self.current_fit) is not None:
             return stage
         return self._fit_of(self.options.effort or self._effort_of_file or "full")
 
     @property
     def _effort_of_file(self) -> EffortName | None:
-        """The effort of the fit that is there, though it may be out of date; None where it cannot be read."""
+        """The effort of the existing fit, even if it is out of date; None where it cannot be read."""
         try:
             made_with = read_provenance(self._fit_of("full").file)
         except SwimcalError:
@@ -101,12 +106,12 @@ class Pipeline:
         return next((stage for stage in fits if stage.is_current), None)
 
     def current_published(self) -> PublishedStage | None:
-        """The current published search, whatever its effort; None where there is none of these recordings."""
+        """Find the current published search, whatever its effort; None where there is none of these recordings."""
         stages = (self._published_of(effort) for effort in get_args(EffortName))
         return next((stage for stage in stages if stage.is_current), None)
 
     def the_fit(self) -> FitStage:
-        """The current fit.
+        """Return the current fit.
 
         Raises:
             InputError: there is none, or it was made from other recordings.
@@ -123,12 +128,12 @@ class Pipeline:
         raise InputError([Fault(str(self.fits.file), "", what, found, "the fit of these recordings", next_step=step)])
 
     def current_posterior(self, fit: FitStage) -> PosteriorStage | None:
-        """The posterior of the current fit, whatever its effort; None where there is none."""
+        """Find the posterior of the current fit, whatever its effort; None where there is none."""
         stages = (PosteriorStage(self.job, fit, effort) for effort in get_args(EffortName))
         return next((stage for stage in stages if stage.is_current), None)
 
     def fit(self) -> Path:
-        """`results/calibration.json` and `results/calibrated.xml`, up to date, and the structure they build on."""
+        """Bring `results/calibration.json` and `results/calibrated.xml` up to date, and the structure they build on."""
         self.recordings.tracks()
         if not self.fits.is_current:
             self.calibrated()
@@ -137,25 +142,25 @@ class Pipeline:
         return self.fits.file
 
     def published(self) -> Path:
-        """`results/published.json`, up to date: what the published search leads to, for comparison."""
+        """Bring `results/published.json` up to date: what the published search leads to, for comparison."""
         stage = self._published_of(self.fits.effort)
         if not stage.is_current:
             stage.make()
         return stage.file
 
     def structured(self) -> Path:
-        """`results/structure.json`, up to date: all that dry experiments alone determine."""
+        """Bring `results/structure.json` up to date: all that dry experiments alone determine."""
         self.recordings.tracks()
         _ = self.structure
         self.notes.append(self.dry_note)
         return self.structures.file
 
     def calibrated(self) -> Calibration:
-        """The calibration: made when inputs, program, engine or effort changed, else read back."""
+        """Return the calibration: made when inputs, program, engine or effort changed, else read back."""
         return self.fits.current()
 
     def posterior(self) -> PosteriorStage:
-        """`results/posterior.nc` of the current fit, up to date, and its summary in `calibration.json`.
+        """Bring `results/posterior.nc` of the current fit up to date, and its summary in `calibration.json`.
 
         Where there is no fit, one of this effort is made first.
 
@@ -175,7 +180,7 @@ class Pipeline:
         return stage
 
     def _fit_to_build_on(self) -> FitStage:
-        """The current fit; where there is none, one of this effort is made first."""
+        """Return the current fit; where there is none, one of this effort is made first."""
         if (fit := self.current_fit) is None:
             lacking = "no" if self.fits.incomplete is None else "only an incomplete"
             self.notes.append(f"There was {lacking} fit of these recordings; a {self.fits.name} was made first.")
@@ -190,10 +195,15 @@ class Pipeline:
         discrepancy: "Discrepancy | None" = None,
         own: tuple[Effect, ...] = (),
     ) -> DiagnosisStage:
-        """`results/diagnosis.json`, up to date; the plain twin is the robot as described, with the fit's coefficients.
+        """Bring `results/diagnosis.json` up to date.
 
-        Where there is no fit, one of this effort is made first. `without` names what the catalogue is to lack, `own`
-        are further effects that it is to have; `discrepancy` as `DiagnosisStage.make` has it.
+        The plain twin is the robot as described, with the fit's coefficients. Where there is no fit, one of this effort
+        is made first.
+
+        Args:
+            without: names of effects that the catalogue is to lack.
+            discrepancy: as for `DiagnosisStage.make`.
+            own: further effects that the catalogue is to have.
         """
         check_names("--exclude", sorted(without), catalogue())
         self.recordings.tracks()
@@ -208,14 +218,17 @@ class Pipeline:
         return stage
 
     def effect_test(self, names: Sequence[str]) -> "EffectTestResult":
-        """Test of effects that a user names; also in `results/supposed.json`."""
+        """Test effects that a user names; the outcome is also in `results/supposed.json`."""
         check_names("--test", names, catalogue())
         self.recordings.tracks()
         fit = self._fit_to_build_on()
         return self._diagnosis_of(fit, self._effort_of_diagnosis(fit)).test(names)
 
     def current_diagnosis(self) -> DiagnosisStage | None:
-        """The diagnosis of the current fit, whatever its effort and what its catalogue lacked; None without."""
+        """Find the diagnosis of the current fit, whatever its effort and what its catalogue lacked.
+
+        None without one.
+        """
         if (fit := self.current_fit) is None:
             return None
         lacking = self._diagnosis_of(fit, fit.effort).withheld
@@ -224,7 +237,7 @@ class Pipeline:
 
     @property
     def standing(self) -> str:
-        """What there is of the current fit and of which effort; for the rest the command that makes it.
+        """The current results and their efforts, in words; for the others the command that makes them.
 
         Raises:
             InputError: there is no fit of these recordings.
@@ -244,7 +257,7 @@ class Pipeline:
 
     @property
     def damaged(self) -> Mapping[str, str]:
-        """The file of "posterior" or "diagnosis" whose end is missing, by which of them it keeps from being read.
+        """The file of "posterior" or "diagnosis" whose end is missing, by the result that it keeps from being read.
 
         Raises:
             InputError: there is no fit of these recordings.
@@ -258,7 +271,7 @@ class Pipeline:
         return {name: file.name for name, file in cut.items() if file is not None}
 
     def report(self) -> Path:
-        """`results/report.html` from the current results, up to date; nothing else is computed.
+        """Bring `results/report.html` up to date with the current results; nothing else is computed.
 
         Raises:
             InputError: there is no fit of these recordings.
@@ -270,7 +283,7 @@ class Pipeline:
         return stage.file
 
     def current_report(self) -> Path | None:
-        """`results/report.html`; None where it does not show the current results, or there is no fit."""
+        """Return `results/report.html`; None where it does not show the current results, or there is no fit."""
         fit = self.current_fit
         return None if fit is None or not (stage := self._report_of(fit)).is_current else stage.file
 
@@ -287,7 +300,7 @@ class Pipeline:
         return DiagnosisStage(self.job, self.recordings, fit, effort, without, own)
 
     def _effort_of_diagnosis(self, fit: FitStage) -> EffortName:
-        """As asked for, else of the diagnosis that stands, else of the fit."""
+        """Choose the effort of a diagnosis: as requested, else of the existing diagnosis, else of the fit."""
         if self.options.effort is not None:
             return self.options.effort
         standing = self.current_diagnosis()
@@ -301,7 +314,14 @@ class Pipeline:
 def working(
     folder: Path, quiet: bool, options: Options | None = None, needs_commands: bool = True
 ) -> Iterator[Pipeline]:
-    """A locked session and its pipeline, with progress unless quiet."""
+    """Lock a session for the block and give it its pipeline, with progress unless quiet.
+
+    Args:
+        folder: the session folder.
+        quiet: show no progress.
+        options: options of the work.
+        needs_commands: whether driven trials need their commands, which everything but tracking does.
+    """
     session = open_session(folder, needs_commands)
     with session_lock(session.folder), progress_bar(quiet) as progress:
         yield Pipeline(session, replace(options or Options(), progress=progress))

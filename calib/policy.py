@@ -1,8 +1,8 @@
 """Policies that steer the calibrated twin: a function a command of `calib policy`, and that of `calib aquarium`.
 
 The same in all: `session` has a fit; `task` is "target", reach random targets, or "circle", follow one of 1 m;
-`policy_file` is an npz, by default the one trained for this session and task; `seed` is of all draws; `workers` are
-threads, 0 for all cores.
+`policy_file` is an npz, by default the one trained for this session and task; `seed` is that of all draws; `workers`
+are threads, 0 for all cores.
 
 Example:
     >>> calib.policy.train("pool", "circle", effort="quick").to_frame().index.tolist()
@@ -39,19 +39,19 @@ PAPER = {
     "target": {"reached": 0.93, "episodes": 100},
     "circle": {"off_path_mean_m": 0.009, "off_path_max_m": 0.023},
 }
-"""Of "Simple Models, Real Swimming" (2026)."""
+"""Scores of "Simple Models, Real Swimming" (2026)."""
 EPISODES = {"target": 1000, "circle": 2}
 TEST_SEED = 1_000_003
-"""Of goals that no training sees."""
+"""Seed of goals that no training sees."""
 
 
 @dataclass(frozen=True)
 class PolicyScores:
-    """How well policies swim.
+    """The scores of policies.
 
     Attributes:
-        file: of the policy.
-        rows: by what swam, "paper" for the published numbers: its scores, m and s.
+        file: file of the policy.
+        rows: scores, in m and s, of each policy or controller; "paper" has the published numbers.
 
     Example:
         >>> from swimgym.policy import SHIPPED
@@ -64,7 +64,7 @@ class PolicyScores:
     rows: Mapping[str, Mapping[str, Any]]
 
     def to_frame(self) -> pd.DataFrame:
-        """A row each."""
+        """Make a table with a row for each policy or controller."""
         return pd.DataFrame.from_dict(dict(self.rows), orient="index")
 
 
@@ -79,16 +79,19 @@ def train(
     workers: int = 0,
     progress: bool = True,
 ) -> PolicyScores:
-    """Trains a policy on the session's twin and scores it; stopped, it goes on where it was.
+    """Train a policy on the session's twin and score it; when stopped, it continues from where it was.
 
-    Writes `results/policy/<task>.npz`, its card `<task>.json` and, for the report, how it swam.
+    It writes `results/policy/<task>.npz`, its card `<task>.json` and, for the report, how it swam.
 
     Args:
-        session, task, seed, workers: see `help(calib.policy)`.
+        session: a session with a fit, opened, or its folder.
+        task: "target", reach random targets, or "circle", follow a circle of 1 m.
+        seed: seed of all draws.
+        workers: threads; 0 for all cores.
         method: "search": a steering law, in minutes; "sac": a network, needs swimcal[policies].
         effort: how hard to search, and on how many targets it is scored.
-        draws: train on so many draws of the posterior; 0: the fit alone.
-        progress: show it on standard error.
+        draws: number of draws of the posterior to train on; 0: the fit alone.
+        progress: show the progress on standard error.
 
     Raises:
         InputError: there is no fit, no posterior to draw from, or what "sac" needs is not installed.
@@ -103,9 +106,9 @@ def train(
     folder, quick = _folder(session), effort == "quick"
     fish, file = load_fish(folder, draws=draws, seed=seed), policy_file_of(folder, task)
     with progress_bar(not progress) as report:
-        trained = _trained(fish, task, method, quick, seed, workers, file, report)
+        trained = _train_policy(fish, task, method, quick, seed, workers, file, report)
         report("scoring", None)
-        swum = _swum(load_fish(folder), task, trained, EPISODES[task] // (5 if quick else 1) or 1, workers)
+        swum = _swim_policy(load_fish(folder), task, trained, EPISODES[task] // (5 if quick else 1) or 1, workers)
     trained.scored(swum.scores()).save(file)
     swum.save(file.with_suffix(".swims.npz"))
     for kept in ("search.json", "sac.zip", "sac.buffer.pkl"):
@@ -122,11 +125,15 @@ def evaluate(
     seed: int = TEST_SEED,
     workers: int = 0,
 ) -> PolicyScores:
-    """Scores a policy on the session's twin, beside the paper's.
+    """Score a policy on the session's twin, next to the paper's.
 
     Args:
-        session, task, policy_file, seed, workers: see `help(calib.policy)`.
-        episodes: 0: 1,000 targets, or a circle to either side.
+        session: a session with a fit, opened, or its folder.
+        task: "target", reach random targets, or "circle", follow a circle of 1 m.
+        policy_file: the npz of the policy; default: the one trained for this session and task.
+        seed: seed of all draws.
+        workers: threads; 0 for all cores.
+        episodes: number of episodes; 0: 1,000 targets, or a circle to either side.
 
     Raises:
         InputError: there is no fit, no such policy, or one of another task.
@@ -143,7 +150,7 @@ def evaluate(
     folder = _folder(session)
     fish, file = load_fish(folder), Path(policy_file or policy_file_of(folder, task))
     loaded = load_policy(file)
-    swum = _swum(fish, task, loaded, episodes or EPISODES[task], workers, seed, str(file))
+    swum = _swim_policy(fish, task, loaded, episodes or EPISODES[task], workers, seed, str(file))
     return PolicyScores(file, {"paper": PAPER[task], loaded.card.method: swum.scores()})
 
 
@@ -156,10 +163,13 @@ def play(
     target: tuple[float, float] | None = None,
     seed: int = 0,
 ) -> Swum:
-    """Films a policy on the session's twin: one episode, drawn from above.
+    """Film a policy on the session's twin: one episode, drawn from above.
 
     Args:
-        session, task, policy_file, seed: see `help(calib.policy)`.
+        session: a session with a fit, opened, or its folder.
+        task: "target", reach random targets, or "circle", follow a circle of 1 m.
+        policy_file: the npz of the policy; default: the one trained for this session and task.
+        seed: seed of all draws.
         out: the film: .mp4, .gif or .rrd.
         target: x, y in m from the start, the robot heading along -x; default: random.
 
@@ -201,16 +211,17 @@ def aquarium(
     seed: int = 0,
     workers: int = 0,
 ) -> Shoal:
-    """Lets many swimmers roam one pool, and tells how many swim in real time.
+    """Let many swimmers roam one pool, and tell how many swim in real time.
 
     Args:
-        session: with a fit; default: the built-in robot.
-        swimmers: how many.
+        session: a session with a fit; default: the built-in robot.
+        swimmers: number of swimmers.
         seconds: how long they swim.
         out: the file to write: .rrd (Rerun), .mp4 or .gif.
-        draws: of the posterior, dealt out to the swimmers; 0: the fit alone.
-        policy_file: that steers them; default: that of the session, else plain beats.
-        seed, workers: see `help(calib.policy)`.
+        draws: number of draws of the posterior, dealt out to the swimmers; 0: the fit alone.
+        policy_file: the policy that steers them; default: that of the session, else plain beats.
+        seed: seed of all draws.
+        workers: threads; 0 for all cores.
 
     Raises:
         InputError: there is no fit, no posterior to draw from, no such policy, or another kind of file.
@@ -238,7 +249,7 @@ def aquarium(
 
 
 def policy_file_of(session: Path, task: str) -> Path:
-    """Where the policy of a session and a task is."""
+    """Return the path of the policy of a session and a task."""
     return session / "results" / "policy" / f"{task}.npz"
 
 
@@ -251,7 +262,7 @@ def _state(file: Path, ending: str) -> Path:
 
 
 def _course(fish: Fish, task: str, count: int, loaded: Policy, workers: int, file: str) -> Course:
-    """For a policy, which is refused where it does not fit."""
+    """Make the course of a policy, which is refused where it does not fit."""
     from swimgym.making import make_course
 
     if loaded.card.task != task:
@@ -262,7 +273,7 @@ def _course(fish: Fish, task: str, count: int, loaded: Policy, workers: int, fil
     return course
 
 
-def _trained(
+def _train_policy(
     fish: Fish, task: str, method: str, quick: bool, seed: int, workers: int, file: Path, progress: Any
 ) -> Policy:
     if method == "search":
@@ -281,7 +292,7 @@ def _trained(
     return train_sac(fish, task, plan_sac, state_file=_state(file, "sac.zip"), workers=workers, progress=progress)
 
 
-def _swum(
+def _swim_policy(
     fish: Fish, task: str, loaded: Policy, episodes: int, workers: int, seed: int = TEST_SEED, file: str = "the policy"
 ) -> Swum:
     from swimgym.evaluation import swim

@@ -1,4 +1,4 @@
-"""Progress: a bar on a terminal and in a notebook, elsewhere plain lines ten seconds apart; with the time left."""
+"""Progress reports: a bar on a terminal and in a notebook, elsewhere lines ten seconds apart; with the time left."""
 
 import sys
 import threading
@@ -14,13 +14,13 @@ from rich.text import Text
 from fitting.progress import Progress
 
 EVERY_S = 10.0
-_SETTLED_S = 3.0  # a stage's first steps are slower than its others: before this no time left is told
-_NEWS = 0.3  # relative change of the time left that is worth a line
+_SETTLED_S = 3.0  # no time left is shown before this, because a stage's first steps are slower than the others
+_NEWS = 0.3  # smallest relative change of the time left that is worth a line
 
 
 @contextmanager
 def progress_bar(quiet: bool) -> Iterator[Progress]:
-    """What is going on, the share done and an estimate of the time left, on standard error or in the notebook."""
+    """Show what is going on, the share done and the estimated time left, on standard error or in the notebook."""
     console = Console(stderr=True)
     if quiet:
         yield lambda _message, _share: None
@@ -37,9 +37,9 @@ def progress_bar(quiet: bool) -> Iterator[Progress]:
 
 
 class Estimate:
-    """The time left of a stage, from its share done and the time that this took; it grows while the share stands still.
+    """An estimate of the time left of a stage, from its share done and the time that this took.
 
-    A share that is unknown, or falls, begins a stage.
+    It grows while the share stays the same. A share that is unknown, or falls, begins a stage.
     """
 
     def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
@@ -47,7 +47,7 @@ class Estimate:
         self.share: float | None = None
 
     def update(self, share: float | None) -> None:
-        """Takes in the share done, None when unknown."""
+        """Take in the share done, None when unknown."""
         if share is None or self.share is None or share < self.share:
             self._began, self._from = self._clock(), share or 0.0
         self.share = share
@@ -59,21 +59,21 @@ class Estimate:
 
     @property
     def left_s(self) -> float | None:
-        """Seconds; None while too little is done to tell."""
+        """Seconds until the stage ends; None while too little is done to tell."""
         if self.share is None or self.share <= self._from or self.spent_s < _SETTLED_S:
             return None
         return (1 - self.share) * self.spent_s / (self.share - self._from)
 
 
 class Bar:
-    """Receives progress; each stage has its own estimate of the time left."""
+    """A bar that receives progress; each stage has its own estimate of the time left."""
 
     def __init__(self, bar: RichProgress, clock: Callable[[], float] = time.monotonic) -> None:
         self._bar, self._estimate = bar, Estimate(clock)
         self._task = bar.add_task("starting", total=None, estimate=self._estimate)
 
     def __call__(self, message: str, share: float | None) -> None:
-        """Shows what is going on and the share done, None when unknown."""
+        """Show what is going on and the share done, None when unknown."""
         self._estimate.update(share)
         total = None if share is None else 1.0
         self._bar.update(self._task, description=message, total=total, completed=share or 0.0)
@@ -83,16 +83,17 @@ class TimeLeft(ProgressColumn):
     """The estimate of the time left, at the end of a bar."""
 
     def render(self, task: Task) -> Text:
-        """The column of one bar."""
+        """Render the column of one bar."""
         left_s = task.fields["estimate"].left_s
-        return Text(f"left: {'–' if left_s is None else f'about {_in_words(left_s)}'}")
+        return Text(f"left: {'–' if left_s is None else f'about {_format_duration(left_s)}'}")
 
 
 class Lines:
-    """Receives progress; what takes long is reported as it begins, and then, where there is news, every ten seconds.
+    """A writer of progress in lines.
 
-    News are what is going on, the share done, and an estimate of the time left that changed by more than 30 %. While
-    there are none, a line at growing intervals says how long the step has taken.
+    A step that takes long is reported as it begins, and then, where there is news, every ten seconds. News are a new
+    message, the share done, and an estimate of the time left that changed by more than 30 %. While there are none, a
+    line at growing intervals says how long the step has taken.
     """
 
     def __init__(
@@ -106,7 +107,7 @@ class Lines:
         self._wait_s = every_s
 
     def __call__(self, message: str, share: float | None) -> None:
-        """Takes in what is going on, and writes a line where one is due."""
+        """Take in what is going on, and write a line where one is due."""
         if message != self._message:
             self._since = self._clock()
         self._message, first = message, share is not None and not self._long
@@ -118,7 +119,7 @@ class Lines:
             self.tick()
 
     def tick(self) -> None:
-        """Writes a line where one is due although nothing new was reported."""
+        """Write a line where one is due although nothing new was reported."""
         waited = self._clock() - self._last
         if waited >= self._wait_s or (waited >= self._every_s and self._is_news):
             self._show()
@@ -139,18 +140,18 @@ class Lines:
         now, left_s, same = self._clock(), self._estimate.left_s, (self._message, self._done) == self._told
         self._wait_s = 2 * self._wait_s if same else self._every_s
         self._last, self._told, self._told_left_s = now, (self._message, self._done), left_s
-        taken = f", for {_in_words(now - self._since)}" if same else ""
-        left = f", about {_in_words(left_s)} left" if left_s is not None and left_s >= 0.5 else ""
+        taken = f", for {_format_duration(now - self._since)}" if same else ""
+        left = f", about {_format_duration(left_s)} left" if left_s is not None and left_s >= 0.5 else ""
         self._write(f"calib: {self._message}{taken}{self._done}{left}")
 
 
-def _in_words(seconds: float) -> str:
+def _format_duration(seconds: float) -> str:
     return f"{seconds:.0f} s" if seconds < 90 else f"{seconds / 60:.{1 if seconds < 600 else 0}f} min"
 
 
 @contextmanager
 def _ticking(lines: Lines) -> Iterator[Lines]:
-    """Lines are also written while one step takes long."""
+    """Let lines be written also while one step takes long."""
     ended = threading.Event()
 
     def tick() -> None:
@@ -167,7 +168,7 @@ def _ticking(lines: Lines) -> Iterator[Lines]:
 
 
 def is_kernel() -> bool:
-    """Whether this process is the kernel of a notebook; others may have loaded the module, too."""
+    """Return whether this process is the kernel of a notebook; other processes may have loaded the module, too."""
     if "ipykernel" not in sys.modules:
         return False
     from IPython.core.getipython import get_ipython
@@ -177,7 +178,7 @@ def is_kernel() -> bool:
 
 @contextmanager
 def _in_notebook() -> Iterator[Progress]:
-    """One line below the cell, which goes away at the end."""
+    """Show one line below the cell, which goes away at the end."""
     from IPython.display import HTML, display
 
     handle = display(HTML(""), display_id=True)

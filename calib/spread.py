@@ -1,4 +1,4 @@
-"""Pieces of work side by side: each in a process of its own here, or as the tasks of a dask cluster.
+"""Pieces of work done in parallel: each in a process of its own here, or as the tasks of a dask cluster.
 
 A process that dies costs its own piece only.
 """
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 Piece = TypeVar("Piece")
 Outcome = TypeVar("Outcome")
-_PATIENCE_S = 10.0  # with a scheduler
+_PATIENCE_S = 10.0  # time to wait for a scheduler
 _DIED = "its process died (killed, or out of memory?); the same command goes on from there"
 _CHILD = """
 import os, pickle, sys
@@ -38,14 +38,14 @@ pickle.dump(work(piece), answer)
 
 
 class Versions(NamedTuple):
-    """What a worker must have as here, for the same results to the last digit."""
+    """The versions that a worker must have in common with this process, for the same results to the last digit."""
 
     program: str
     engine: str
 
     @classmethod
     def here(cls) -> Versions:
-        """Of this process."""
+        """Return the versions of this process."""
         return cls(program_version(), ENGINE)
 
 
@@ -56,20 +56,25 @@ def spread(
     jobs: int = 1,
     scheduler: str | None = None,
 ) -> Iterator[Outcome]:
-    """Outcomes as they come, in any order; that of a piece whose process died is `lost`, with the reason.
+    """Yield outcomes as they come, in any order.
 
-    The work can be pickled and raises nothing; `jobs` pieces are done at a time. With the address of a dask scheduler
-    its workers do it, who need to see the same files; what one leaves that dies is done by others.
+    Args:
+        work: done on each piece; it can be pickled and raises nothing.
+        pieces: the pieces of work.
+        lost: makes the outcome of a piece whose process died, from the piece and the reason.
+        jobs: number of pieces done at a time.
+        scheduler: address of a dask scheduler, whose workers do the work; they need to see the same files. What a
+            worker that dies leaves is done by others.
 
     Raises:
         InputError: no scheduler answers, it has no workers, or some of another version.
     """
     if scheduler is not None:
-        yield from _elsewhere(work, pieces, lost, scheduler)
+        yield from _run_elsewhere(work, pieces, lost, scheduler)
         return
     threads = ThreadPoolExecutor(jobs)
     try:
-        futures = {threads.submit(_alone, work, piece): piece for piece in pieces}
+        futures = {threads.submit(_run_alone, work, piece): piece for piece in pieces}
         for future in as_completed_here(futures):
             try:
                 yield future.result()
@@ -79,22 +84,22 @@ def spread(
         threads.shutdown(cancel_futures=True)
 
 
-def _alone(work: Callable[[Piece], Outcome], piece: Piece) -> Outcome:
-    """Unlike a process of `multiprocessing`, this one does not run the user's script again."""
+def _run_alone(work: Callable[[Piece], Outcome], piece: Piece) -> Outcome:
+    """Do a piece in a process that, unlike one of `multiprocessing`, does not run the user's script again."""
     told = pickle.dumps(sys.path) + pickle.dumps((work, piece))
     done = subprocess.run((sys.executable, "-c", _CHILD), input=told, stdout=subprocess.PIPE, check=True)
     outcome: Outcome = pickle.loads(done.stdout)
     return outcome
 
 
-def _elsewhere(
+def _run_elsewhere(
     work: Callable[[Piece], Outcome], pieces: Sequence[Piece], lost: Callable[[Piece, str], Outcome], scheduler: str
 ) -> Iterator[Outcome]:
     from distributed import KilledWorker, as_completed
 
-    with _client(scheduler) as client:
+    with _connect(scheduler) as client:
         _check_workers(client, scheduler)
-        futures = client.map(partial(_if_alike, work, lost, Versions.here()), pieces, pure=False)
+        futures = client.map(partial(_run_if_alike, work, lost, Versions.here()), pieces, pure=False)
         of = {future.key: piece for future, piece in zip(futures, pieces, strict=True)}
         for future in as_completed(futures):
             try:
@@ -103,17 +108,17 @@ def _elsewhere(
                 yield lost(of[future.key], _DIED)
 
 
-def _if_alike(
+def _run_if_alike(
     work: Callable[[Piece], Outcome], lost: Callable[[Piece, str], Outcome], wanted: Versions, piece: Piece
 ) -> Outcome:
-    """A worker may have joined since all were asked for their versions."""
+    """Do a piece if the versions agree: a worker may have joined after all were checked."""
     found = Versions.here()
     if found != wanted:
         return lost(piece, f"worker {platform.node()} has {', '.join(found)}; expected: {', '.join(wanted)}")
     return work(piece)
 
 
-def _client(scheduler: str) -> Client:
+def _connect(scheduler: str) -> Client:
     try:
         from distributed import Client
     except ImportError as error:

@@ -1,4 +1,4 @@
-"""Tracking and correcting videos on the command line: what is tracked, what fails, what is reported."""
+"""The tracking and correcting of videos on the command line: what is tracked, what fails, what is reported."""
 
 import json
 from collections import Counter
@@ -26,7 +26,7 @@ from tracking.video import Video
 
 
 def camera_flags(found: Iterable[xr.Dataset], camera: CameraSpec, robot: RobotSpec) -> tuple[Flag, ...]:
-    """The flags of lens, size and height, of each kind the first: the videos share one camera."""
+    """Collect the flags of lens, size and height, of each kind the first: the videos share one camera."""
     flags: dict[str, Flag] = {}
     for tracks in found:
         scale = _metres_per_px(tracks, camera, robot)
@@ -36,7 +36,7 @@ def camera_flags(found: Iterable[xr.Dataset], camera: CameraSpec, robot: RobotSp
 
 
 def _metres_per_px(found: xr.Dataset, camera: CameraSpec, robot: RobotSpec) -> float | None:
-    """The scale by the nose-neck distance; None where nose and neck are never seen."""
+    """Measure the scale by the nose-neck distance; None where nose and neck are never seen."""
     tracks = counting(found)
     heights_m = robot.marker_positions_m(markers_of(tracks))[:, 2]
     try:
@@ -49,19 +49,19 @@ _SUFFIX = {"swimcal": ".csv", "deeplabcut": ".dlc.csv", "fishsim": ".fishsim.csv
 
 
 def check_form(form: str, option: str) -> None:
-    """An `InputError` that lists the forms where tracks cannot be written in this one."""
+    """Raise an `InputError` that lists the forms where tracks cannot be written in this one."""
     if form not in FORMATS:
         raise InputError([Fault(option, "", "no such form of tracks", repr(form), "", tuple(FORMATS))])
 
 
 def click_pages(pipeline: Pipeline, frame: int | None = None) -> tuple[Path, ...]:
-    """A page a video on which to click its start boxes in a frame; an `InputError` where there is no video."""
+    """Write a page a video on which to click its start boxes in a frame; an `InputError` where there is no video."""
     page = pipeline.recordings.videos.click_page
     return tuple(of_each(filmed_trials(pipeline.session), lambda spec: page(spec, frame)).values())
 
 
 def track_videos(pipeline: Pipeline, export: str) -> FilmedTracks:
-    """Brings the tracks of every video of a session up to date, and writes them in another form.
+    """Bring the tracks of every video of a session up to date, and write them in another form.
 
     Raises:
         InputError: no such form; or faults of videos, boxes or edits, after all other videos are tracked.
@@ -81,7 +81,7 @@ def track_videos(pipeline: Pipeline, export: str) -> FilmedTracks:
 
 
 def print_tracks(found: TrackResult, as_json: bool) -> None:
-    """The tracks of every video, or that all tracks are given; an `InputError` where there is neither."""
+    """Print the tracks of every video, or that all tracks are given; an `InputError` where there is neither."""
     filmed = found.filmed
     if not filmed.boxes and not as_json:
         given = list(found.tracked) or [spec.name for spec in filmed_trials(found.session)]
@@ -112,7 +112,13 @@ def print_tracks(found: TrackResult, as_json: bool) -> None:
 
 
 def correct_track(session: Path, trial: str, correction: str | Mapping[str, Any]) -> str:
-    """Adds a correction, a mapping or JSON, to the edit log of a trial; in a sentence how many count."""
+    """Add a correction, a mapping or JSON, to the edit log of a trial; return a sentence with how many count.
+
+    Args:
+        session: the session folder.
+        trial: name of the trial.
+        correction: the correction, a mapping or JSON.
+    """
     text = correction if isinstance(correction, str) else json.dumps(correction)
     with working(session, True, needs_commands=False) as pipeline:
         log = _log(pipeline.session, pipeline.session.trial(trial)).append(text)
@@ -121,12 +127,12 @@ def correct_track(session: Path, trial: str, correction: str | Mapping[str, Any]
 
 
 def is_filmed(spec: TrialSpec) -> bool:
-    """Whether a trial is to be tracked: it has a video and no tracks of its own."""
+    """Return whether a trial is to be tracked: it has a video and no tracks of its own."""
     return spec.video is not None and spec.tracks is None
 
 
 def filmed_trials(session: Session) -> list[TrialSpec]:
-    """The trials to be tracked; an `InputError` where there is none."""
+    """List the trials to be tracked; an `InputError` where there is none."""
     filmed = [spec for spec in session.trials if is_filmed(spec)]
     if not filmed:
         file, found = str(session.folder / "session.toml"), f"{len(session.trials)} trials"
@@ -135,7 +141,7 @@ def filmed_trials(session: Session) -> list[TrialSpec]:
 
 
 def _log(session: Session, spec: TrialSpec) -> EditLog:
-    """The edit log of a trial; an `InputError` where it is not tracked from a video."""
+    """Load the edit log of a trial; an `InputError` where it is not tracked from a video."""
     if spec.video is None or spec.edits is None or spec.tracks is not None:
         what = "it has no video" if spec.video is None else "its tracks come from a file, not from its video"
         choices = tuple(each.name for each in session.trials if is_filmed(each))

@@ -1,4 +1,4 @@
-"""Names of trials by those of files: each its own, fit for a file on any system."""
+"""The names of trials, made from those of files: each its own, fit for a file on any system."""
 
 import re
 import unicodedata
@@ -9,14 +9,14 @@ from pathlib import Path
 from session import FaultCollector
 
 COPIES = (".lrv", ".lrf", ".thm")
-"""Files that a camera keeps beside a video: a small copy of it (GoPro, Insta360, DJI), a picture."""
+"""Suffixes of files that a camera keeps next to a video: a small copy of it (GoPro, Insta360, DJI), a picture."""
 DEEPEST = 3
-"""Folders at most that are put before a name."""
+"""Largest number of folders that are put before a name."""
 LONGEST = 80
 
 
 def without_copies(videos: Sequence[Path]) -> tuple[list[Path], list[str]]:
-    """The videos without a camera's small copies of others among them, and a note for each that is left out.
+    """Drop a camera's small copies of other videos, and write a note for each that is left out.
 
     A copy has the name of its video, or another beginning before the same number: GL010001.LRV of GX010001.MP4.
     """
@@ -38,10 +38,15 @@ def _is_copy(copy: Path, video: Path) -> bool:
 
 
 def trial_names(videos: Sequence[Path], tracks: Sequence[Path], are_names: bool) -> tuple[list[str], list[str]]:
-    """A name for each video and each file of tracks; a video and tracks of one name are one trial.
+    """Name each video and each file of tracks; a video and tracks of one name are one trial.
 
     Files of one name, letter case aside, get those of their folders before it, and a number where these are the same
-    too. Where `are_names`, tracks are already given by name.
+    too.
+
+    Args:
+        videos: paths of the videos.
+        tracks: paths of the tracks.
+        are_names: whether tracks are already given by name.
 
     Raises:
         InputError: a file is given twice.
@@ -61,12 +66,12 @@ def trial_names(videos: Sequence[Path], tracks: Sequence[Path], are_names: bool)
         for k, i in places:
             names[k][i] = plain[k][i]
         for depth in range(1, DEEPEST + 1):
-            longer = {(k, i): _with_folders((videos, tracks)[k][i], plain[k][i], depth) for k, i in places}
+            longer = {(k, i): _add_folders((videos, tracks)[k][i], plain[k][i], depth) for k, i in places}
             if all(_differ([name for (k, _), name in longer.items() if k == kind]) for kind in (0, 1)):
                 for (k, i), name in longer.items():
                     names[k][i] = name
                 break
-    return _numbered(names[0]), _numbered(names[1])
+    return _number_names(names[0]), _number_names(names[1])
 
 
 def _stem(path: Path) -> str:
@@ -75,12 +80,12 @@ def _stem(path: Path) -> str:
 
 
 def _safe(name: str) -> str:
-    """The name in letters, digits, _ and -, without accents."""
+    """Spell a name in letters, digits, _ and -, without accents."""
     plain = unicodedata.normalize("NFKD", name.replace("ß", "ss")).encode("ascii", "ignore").decode()
     return re.sub(r"[^A-Za-z0-9_-]+", "_", plain).strip("_-")[:LONGEST].rstrip("_-") or "trial"
 
 
-def _with_folders(path: Path, name: str, depth: int) -> str:
+def _add_folders(path: Path, name: str, depth: int) -> str:
     folders = [_safe(part) for part in path.absolute().parent.parts[-depth:] if part != path.anchor]
     return "_".join([*folders, name])[-LONGEST:].lstrip("_-")
 
@@ -89,8 +94,8 @@ def _differ(names: Sequence[str]) -> bool:
     return len({name.casefold() for name in names}) == len(names)
 
 
-def _numbered(names: Sequence[str]) -> list[str]:
-    """The names, those that came before with a number: a, a_2, a_3."""
+def _number_names(names: Sequence[str]) -> list[str]:
+    """Add numbers to names that occurred before: a, a_2, a_3."""
     taken: set[str] = set()
     found = []
     for name in names:

@@ -1,4 +1,4 @@
-"""How results are shown: one self-contained HTML report a session, an index for several, and figures."""
+"""Reports: one self-contained HTML page a session, an index for several, and the figures of both."""
 
 from reports.context import ReportContext
 from reports.index import IndexEntry, write_index

@@ -1,6 +1,6 @@
 """The answers that a reader wants first, worked out once for the end of `calib run` and the report's first screen.
 
-Both print these sentences and these numbers, so that no number stands in two places with two values or two units.
+Both print these sentences and these numbers, so that no number has two values or two units in two places.
 """
 
 from __future__ import annotations
@@ -24,20 +24,20 @@ if TYPE_CHECKING:
 
 EBT = "ebt_published"
 BESIDE = ("line", "constant_stride", EBT)
-"""The models that the twin is compared with where there is room for few."""
+"""The models that the twin is compared with where there is room for only a few."""
 
 _AS_GOOD = 0.25
-"""Relative difference of two mean speed errors, below which the models are about as good as each other."""
+"""Largest relative difference of two mean speed errors between models that are about as good as each other."""
 
 
 class TwinErrors(NamedTuple):
     """Mean absolute errors of the exported twin, without any correction, over the trials of one role.
 
     Attributes:
-        trials: how many trials the means are over.
-        of: how many trials have the role; more where elongated body theory tells no speed of some.
-        speed: of the forward speed, m/s.
-        markers_mm: of the marker distance, mm; nan where unknown.
+        trials: number of trials that the means are over.
+        of: number of trials of the role; larger where elongated body theory tells no speed of some.
+        speed: mean error of the forward speed, m/s.
+        markers_mm: mean marker distance, mm; nan where unknown.
         swum: mean measured speed, m/s.
     """
 
@@ -49,18 +49,18 @@ class TwinErrors(NamedTuple):
 
     @property
     def size(self) -> str:
-        """`0.7 mm/s, 4.1 mm`."""
+        """The errors in words: `0.7 mm/s, 4.1 mm`."""
         return f"{in_mm(self.speed)} mm/s, {shown(self.markers_mm)} mm"
 
     def over(self, role: str) -> str:
-        """`4 held-out trials`, or how many of them."""
+        """Say over how many trials of the role the errors are: `4 held-out trials`, or `3 of 4 held-out trials`."""
         some = f"{self.trials} of " if self.trials < self.of else ""
         return f"{some}{counted(self.of, f'{role} trial')}"
 
 
 @dataclass(frozen=True)
 class HowFarOff:
-    """The errors of the exported twin, beside those of simple rules and of elongated body theory.
+    """The errors of the exported twin, next to those of simple rules and of elongated body theory.
 
     Attributes:
         fitted, held_out: errors by role; None where no trial tells them.
@@ -85,13 +85,16 @@ class HowFarOff:
 
     @property
     def rules(self) -> str:
-        """`line in frequency 3.4, constant stride 2.3, elongated body theory 4.1 mm/s`."""
+        """The errors of the other models in words: `line in frequency 3.4, elongated body theory 4.1 mm/s`."""
         known = [f"{MODELS[name]} {in_mm(error)}" for name, error in self.beside.items()]
         return f"{', '.join(known)} mm/s" if known else ""
 
     @property
     def beside_theory(self) -> str:
-        """`about as good as elongated body theory (4.4 mm/s)`; empty where the theory tells no speed."""
+        """A comparison in words: `about as good as elongated body theory (4.4 mm/s)`.
+
+        Empty where the theory tells no speed.
+        """
         theory = self.beside.get(EBT)
         if theory is None or self.held_out is None:
             return ""
@@ -103,7 +106,7 @@ class HowFarOff:
 
     @property
     def sentences(self) -> tuple[str, ...]:
-        """Errors by role, what simple rules do, and whether the twin is better than those and than theory."""
+        """Sentences on the errors by role, on simple rules, and on how the twin compares with those and with theory."""
         held, fitted = self.held_out, self.fitted
         if held is None:
             known = "not known" if fitted is None else f"exported twin {fitted.size} in {fitted.over('fit')}"
@@ -125,7 +128,7 @@ class Interval(NamedTuple):
 
     @property
     def text(self) -> str:
-        """`0.41 (0.40 to 0.42)`."""
+        """Value and interval as printed: `0.41 (0.40 to 0.42)`."""
         return f"{of_its_size(self.value)} ({spanned(self.low, self.high, of_its_size)})"
 
 
@@ -134,9 +137,9 @@ class HowSure:
     """The interval of each coefficient.
 
     Attributes:
-        intervals: by the coefficient's name.
+        intervals: intervals by the coefficient's name.
         sampled: whether they are those of the posterior; else they are approximate, of the fit.
-        in_band: how many held-out trials have a speed within their predicted 90 % band, and how many there are.
+        in_band: number of held-out trials with a speed within the predicted 90 % band, and number of all.
         damaged: the file of the posterior that cannot be read; "" where there is none.
     """
 
@@ -147,7 +150,7 @@ class HowSure:
 
     @property
     def verdict(self) -> str:
-        """Which of them the trials determine, in a sentence."""
+        """A sentence on which coefficients the trials determine."""
         if not self.sampled:
             return f"Roughly known: {_unreadable(self.damaged) or 'the posterior was not sampled.'}"
         loose = [in_words(name) for name, one in self.intervals.items() if not one.determined]
@@ -159,7 +162,7 @@ class HowSure:
 
     @property
     def band(self) -> str:
-        """Tell how often held-out speeds are as predicted, in a sentence; empty where none was predicted."""
+        """A sentence on how often held-out speeds are as predicted; empty where none was predicted."""
         inside, count = self.in_band
         return (
             f"{inside} of {counted(count, 'held-out speed')} lie in the 90 % band predicted for them." if count else ""
@@ -167,7 +170,7 @@ class HowSure:
 
     @property
     def sentences(self) -> tuple[str, ...]:
-        """Which are determined, then every interval, then how often the predicted bands hold."""
+        """Sentences on which coefficients are determined, on every interval, and on how often predicted bands hold."""
         each = listed([f"{in_words(name)} {one.text}" for name, one in self.intervals.items()])
         return tuple(filter(None, (self.verdict, f"90 % intervals: {each}.", self.band)))
 
@@ -182,7 +185,7 @@ class WhatIsMissing:
         chances: probability of each likely effect, the likeliest first, that the catalogue holds none, and, unless it
             would print as 0.00, that there is no gap.
         named: the effects that are named.
-        groups: the same in words, those that the trials cannot separate together.
+        groups: the same in words; effects that the trials cannot separate are in one group.
         size: how strong the named effects are, a sentence each.
         no_gap: whether the data need no effect.
         more_is_missing: whether the named effects leave more than noise.
@@ -201,7 +204,7 @@ class WhatIsMissing:
 
     @property
     def headline(self) -> str:
-        """What is missing, in a few words."""
+        """The missing effects in a few words."""
         if self.groups:
             return sentence(listed(self.groups, 3)).removesuffix(".")
         return "Nothing that these trials show" if self.no_gap else "Something that these trials do not name"
@@ -209,11 +212,11 @@ class WhatIsMissing:
 
 @dataclass(frozen=True)
 class Answers:
-    """What a reader asks first; None for what was not computed.
+    """The answers that a reader asks for first; None for what was not computed.
 
     Attributes:
-        caveats: of fit, posterior and diagnosis, in sentences; the same list wherever they are counted.
-        next_step: what to do, knowing what stands.
+        caveats: caveats of fit, posterior and diagnosis, in sentences; the same list wherever they are counted.
+        next_step: what to do, knowing the current results.
         not_searched: why it is not known what is missing; "" where it is.
     """
 
@@ -232,11 +235,13 @@ def answers_of(
     folder: str,
     damaged: Mapping[str, str] = MappingProxyType({}),
 ) -> Answers:
-    """Work out the answers from the results that stand.
+    """Work out the answers from the current results.
 
     Args:
-        found, posterior, diagnosed: what stands.
-        folder: the session's, as commands are to name it.
+        found: the fit.
+        posterior: the posterior; None where it was not sampled.
+        diagnosed: the diagnosis; None where there is none.
+        folder: the session's folder, as commands are to name it.
         damaged: the file of "posterior" or "diagnosis" that is there and cannot be read.
     """
     why_not = _unreadable(damaged.get("diagnosis", "")) or "The trials were not searched for missing effects."
@@ -255,7 +260,7 @@ def _unreadable(file: str) -> str:
 
 
 def how_far_off(forecasts: SessionForecast) -> HowFarOff:
-    """The errors of the exported twin beside those of simple rules, all over the same trials."""
+    """Compare the errors of the exported twin with those of simple rules, all over the same trials."""
     compared = forecasts.compared if forecasts.compared.held_out else forecasts
     best = compared.best_baseline
     beside = {name: compared.mean(name, "speed_error") for name in dict.fromkeys((*filter(None, (best,)), *BESIDE))}
@@ -292,8 +297,8 @@ def _how_sure(found: CalibrationResult, posterior: PosteriorSummary | None, dama
     return HowSure(intervals, True, posterior.inside("holdout")[:2])
 
 
-_LIKELY = 3  # effects whose probability is shown though they are not named
-_SHOWN = 0.005  # probability that no gap is there at all, below which it would be printed as 0.00
+_LIKELY = 3  # number of effects whose probability is shown even if they are not named
+_SHOWN = 0.005  # smallest probability of no gap that is shown; a smaller one would be printed as 0.00
 
 
 def _what_is_missing(found: DiagnosisResult) -> WhatIsMissing:
@@ -338,7 +343,7 @@ def _next_step(
 
 
 def film_next(posterior: PosteriorSummary | None, diagnosed: DiagnosisResult | None) -> str:
-    """The trial or experiment that would tell most, in a sentence; empty where the results ask for none."""
+    """Name the trial or experiment that would tell most, in a sentence; empty where the results call for none."""
     if diagnosed is not None and (experiment := next_experiment(diagnosed)):
         return sentence(experiment)
     loose = [] if posterior is None else [in_words(n) for n, one in posterior.marginals.items() if not one.determined]

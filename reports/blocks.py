@@ -1,4 +1,4 @@
-"""What a report is built of: sections of blocks.
+"""The blocks of a report, and the sections that hold them.
 
 `templates/blocks.html.j2` has the look of each, one macro a kind.
 
@@ -17,7 +17,7 @@ from reports.numbers import MISSING
 from reports.style import HALF_WIDTH_IN, Look, applied
 from reports.svg import inline_svg
 
-HIGHEST_IN = 3.5  # of a figure that shares a row on paper
+HIGHEST_IN = 3.5  # largest height of a figure that shares a row on paper
 NOTEBOOK_DOTS_PER_INCH = 110.0
 
 
@@ -38,7 +38,7 @@ class Plot:
         figure: drawn with the colours of `reports.style`; may be changed and saved with matplotlib.
         name: unique in the page; also the name of a file saved from it.
         caption: what to see in it; the first sentence is for those who cannot see it.
-        caveat: empty if there is none.
+        caveat: a caveat about the figure; empty if there is none.
         label: its own caption among figures that share one.
     """
 
@@ -50,21 +50,24 @@ class Plot:
 
     @property
     def svg(self) -> Markup:
-        """For a page."""
+        """The figure as SVG for a page."""
         return inline_svg(self.figure, self.name, self.caption.partition(". ")[0].removesuffix("."))
 
     @property
     def wide(self) -> bool:
-        """Over the whole width instead of half of it; on a narrow screen it scrolls instead of shrinking."""
+        """Whether it takes the whole width instead of half of it.
+
+        On a narrow screen it scrolls instead of shrinking.
+        """
         return bool(self.figure.get_figwidth() > HALF_WIDTH_IN)
 
     @property
     def tall(self) -> bool:
-        """On paper it may take most of a page."""
+        """Whether it may take most of a page on paper."""
         return len(self.figure.axes) > 2 or bool(self.figure.get_figheight() > HIGHEST_IN)
 
     def png(self, dots_per_inch: float) -> bytes:
-        """On the light ground that it was drawn for; the same bytes for the same figure."""
+        """Render it on the light ground that it was drawn for; the same figure gives the same bytes."""
         buffer = io.BytesIO()
         with applied():
             options: Look = {"dpi": dots_per_inch, "facecolor": SURFACE, "metadata": {"Software": None}}
@@ -77,9 +80,11 @@ class Plot:
 
 @dataclass(frozen=True)
 class Plots:
-    """Figures, two side by side where there is room; `caption`: what holds for all, printed once above them.
+    """Figures, two side by side where there is room.
 
-    With a caption of all, that of each is only its `label` in the page; `folded`: closed until clicked, save in print.
+    Attributes:
+        caption: what holds for all, printed once above them; that of each is then only its `label` in the page.
+        folded: whether they are closed until clicked, except in print.
     """
 
     kind: ClassVar[str] = "plots"
@@ -90,7 +95,7 @@ class Plots:
 
 @dataclass(frozen=True)
 class Column:
-    """Head of a column: its title, its unit and whether it holds numbers."""
+    """The head of a column: its title, its unit and whether it holds numbers."""
 
     title: str
     unit: str = ""
@@ -98,14 +103,17 @@ class Column:
 
 
 def table_head(heads: str) -> tuple[Column, ...]:
-    """Columns as the head of a table has them: "trial | speed [mm/s] | ratio []"; what has brackets holds numbers."""
+    """Parse the head of a table: "trial | speed [mm/s] | ratio []"; columns with brackets hold numbers."""
     parts = (head.partition(" [") for head in heads.split(" | "))
     return tuple(Column(title, unit.removesuffix("]"), bool(bracket)) for title, bracket, unit in parts)
 
 
 @dataclass(frozen=True)
 class Table:
-    """Rows of printed cells, those of `totals` set apart at the end; `folded`: closed until clicked, save in print."""
+    """Rows of printed cells, those of `totals` set apart at the end.
+
+    `folded`: closed until clicked, except in print.
+    """
 
     kind: ClassVar[str] = "table"
     caption: str
@@ -116,7 +124,7 @@ class Table:
 
     @property
     def filled(self) -> "Table":
-        """The same without columns in which no row has anything."""
+        """The same table without columns in which no row has anything."""
         kept = [i for i in range(len(self.columns)) if any(row[i] not in ("", MISSING) for row in self.rows)]
 
         def chosen(rows: tuple[tuple[str, ...], ...]) -> tuple[tuple[str, ...], ...]:
@@ -138,7 +146,7 @@ class Points:
 
 @dataclass(frozen=True)
 class Terms:
-    """Terms or keys, each with its text; with a title they are folded: closed until clicked, save in print."""
+    """Terms or keys, each with its text; with a title they are folded: closed until clicked, except in print."""
 
     kind: ClassVar[str] = "terms"
     items: tuple[tuple[str, str], ...]
@@ -169,7 +177,7 @@ class Card:
     """A question of the first screen with its answer: in a few words, in sentences, as bars or intervals.
 
     Attributes:
-        command: that answers the question, where nothing does yet.
+        command: the command that answers the question, where nothing does yet.
     """
 
     title: str
@@ -182,7 +190,7 @@ class Card:
 
 @dataclass(frozen=True, eq=False)
 class FirstScreen:
-    """What a reader sees first: a sentence, a swim, the speeds, answers as cards, the next step and the caveats."""
+    """The first screen of a report: a sentence, a swim, the speeds, answers as cards, the next step and the caveats."""
 
     kind: ClassVar[str] = "first_screen"
     lead: str
@@ -209,6 +217,6 @@ class Section:
 
     @property
     def plots(self) -> tuple[Plot, ...]:
-        """Its figures, and those of its parts."""
+        """The figures of the section and of its parts."""
         own = [plot for block in self.blocks if isinstance(block, Plots | FirstScreen) for plot in block.plots]
         return (*own, *(plot for part in self.parts for plot in part.plots))

@@ -24,11 +24,15 @@ LITTLE_USED = 0.9
 FEW_BEATS = 2
 
 
-_OFF = 0.1  # relative difference of beat and command, from which numbers of the session are to be checked
+# From this relative difference of beat and command, numbers of the session are to be checked.
+_OFF = 0.1
 
 
 def fit_caveats(found: CalibrationResult, posterior: PosteriorSummary | None = None) -> tuple[str, ...]:
-    """Flags of the fit in full, then those of whole trials by kind; a posterior knows better what is determined."""
+    """List the flags of the fit in full, then those of whole trials by kind.
+
+    With a posterior, which says better what is determined, the fit's own flags of that kind are left out.
+    """
     known = {EBT_RATIO_ONLY, *(["unidentifiable"] if posterior is not None else [])}
     caveats = [sentence(flag.message or flag.kind) for flag in found.flags if flag.kind not in known]
     for kind, where in kinds_of_whole_trials({name: trial.flags for name, trial in found.trials.items()}).items():
@@ -38,13 +42,13 @@ def fit_caveats(found: CalibrationResult, posterior: PosteriorSummary | None = N
 
 
 def posterior_caveats(posterior: PosteriorSummary | None) -> tuple[str, ...]:
-    """Every flag of a posterior, once; none without one."""
+    """List every flag of a posterior, once; none without one."""
     flags = () if posterior is None else posterior.flags
     return tuple(dict.fromkeys(sentence(flag.message or flag.kind) for flag in flags))
 
 
 def gap_caveats(found: DiagnosisResult | None) -> tuple[str, ...]:
-    """What should be looked at before a diagnosis is believed; none without one."""
+    """List what should be checked before a diagnosis is believed; none without one."""
     return () if found is None else tuple(map(sentence, _checks(found)))
 
 
@@ -74,7 +78,7 @@ def _checks(found: DiagnosisResult) -> list[str]:
         )
     known = [f.measured_hz / f.commanded_hz - 1 for f in found.frequencies.values() if f.commanded_hz]
     off = sum(known) / len(known) if known else 0.0
-    if abs(off) > _OFF and (found.verdict == "unexplained" or _of_drive(found)):
+    if abs(off) > _OFF and (found.verdict == "unexplained" or _is_of_drive(found)):
         caveats.append(
             f"tails beat {shown(100 * abs(off), 0)} % {'slower' if off < 0 else 'faster'} than commanded: check "
             "[camera] fps and commanded_hz (crank turns per second) before you blame clock, gear or motor"
@@ -95,14 +99,14 @@ def _checks(found: DiagnosisResult) -> list[str]:
     return caveats
 
 
-def _of_drive(found: DiagnosisResult) -> bool:
-    from swimmer.effects import catalogue  # loads the twin
+def _is_of_drive(found: DiagnosisResult) -> bool:
+    from swimmer.effects import catalogue  # this import loads the twin
 
     return any(name in found.effects and effect.stage == "drive" for name, effect in catalogue().items())
 
 
 def _off_command(found: CalibrationResult) -> str:
-    """By how much the flagged trials beat faster or slower than commanded, as far as the command is known."""
+    """Say by how much the flagged trials beat faster or slower than commanded, as far as the command is known."""
     off = sorted(
         {
             shown(100 * (trial.frequency_hz / trial.commanded_hz - 1), 0, signed=True)
@@ -114,7 +118,7 @@ def _off_command(found: CalibrationResult) -> str:
 
 
 def trial_caveats(trial: CalibratedTrial) -> tuple[str, ...]:
-    """Flags that concern the whole trial, and what its length and its tracks leave out."""
+    """List the flags that concern the whole trial, and what its length and its tracks leave out."""
     measured, scores = trial.measured, trial.scores
     caveats = [sentence(flag.message) for flag in trial.flags if not flag.markers]
     if scores.used_fraction < LITTLE_USED:
@@ -127,7 +131,7 @@ def trial_caveats(trial: CalibratedTrial) -> tuple[str, ...]:
 
 
 def speed_caveats(trial: CalibratedTrial) -> tuple[str, ...]:
-    """Caveats of its speed, in a word each."""
+    """List the caveats of a trial's speed, in a word each."""
     kinds = {
         flag.kind: flag.kind.replace("_", " ") for flag in trial.flags if flag.kind in ("extrapolated", "few_beats")
     }
@@ -137,7 +141,11 @@ def speed_caveats(trial: CalibratedTrial) -> tuple[str, ...]:
 
 
 def kinds_of_whole_trials(flags: Mapping[str, Iterable[Flag]]) -> dict[str, str]:
-    """Which trials, in words, have a flag of a kind that names no marker, by kind; of the flags by trial."""
+    """Name the trials, in words, that have a flag without markers, by the kind of the flag.
+
+    Args:
+        flags: the flags of each trial, by its name.
+    """
     names: dict[str, list[str]] = {}
     for name, own in flags.items():
         for kind in dict.fromkeys(flag.kind for flag in own if not flag.markers):
@@ -146,16 +154,16 @@ def kinds_of_whole_trials(flags: Mapping[str, Iterable[Flag]]) -> dict[str, str]
 
 
 def track_flags(trial: MeasuredTrial) -> tuple[Flag, ...]:
-    """The flags of stretches of markers."""
+    """Return the flags that concern stretches of markers."""
     return tuple(flag for flag in trial.flags if flag.markers)
 
 
 def scored_seconds(trial: MeasuredTrial) -> float:
-    """How long the window is that the marker distance is taken over, s."""
+    """Compute the length of the window that the marker distance is taken over, s."""
     return float(trial.scored.sum() * np.median(np.diff(trial.time_s)))
 
 
 def beats_compared(trial: MeasuredTrial) -> int:
-    """How many whole beats the compared frames hold."""
+    """Count the whole beats in the compared frames."""
     frame_s = float(np.median(np.diff(trial.time_s)))
     return int((np.ptp(trial.time_s[trial.kept]) + frame_s) * trial.frequency.hz + 1e-6)

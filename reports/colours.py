@@ -36,8 +36,14 @@ INKS: dict[str, Ink] = {
 }
 """Every colour of figures and pages, by the name of its CSS variable."""
 
-INK, MUTED, FAINT, SHADE, SURFACE, TWIN, WARN = (
-    INKS[name].light for name in ("ink", "muted", "faint", "shade", "surface", "twin", "warn")
-)
-EBT, EBT_LARGE, EBT_SMOOTHED = (INKS[name].light for name in ("ebt", "ebt-large", "ebt-smoothed"))
+INK = INKS["ink"].light
+MUTED = INKS["muted"].light
+FAINT = INKS["faint"].light
+SHADE = INKS["shade"].light
+SURFACE = INKS["surface"].light
+TWIN = INKS["twin"].light
+WARN = INKS["warn"].light
+EBT = INKS["ebt"].light
+EBT_LARGE = INKS["ebt-large"].light
+EBT_SMOOTHED = INKS["ebt-smoothed"].light
 GAP = INKS["gap"].light

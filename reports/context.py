@@ -1,4 +1,4 @@
-"""What every section of a report may read."""
+"""The context of a report: everything that a section may read."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 class NoSwims(NamedTuple):
-    """Of a session without a swim trial, in the place of its calibration."""
+    """A stand-in for the calibration of a session without a swim trial."""
 
     structure: Structure
     trials: tuple[CalibratedTrial, ...] = ()
@@ -43,7 +43,7 @@ class ReportContext:
         published: what the published search leads to; None where it was not run.
         posterior: how sure the coefficients are; None where it was not sampled.
         diagnosed: where the sim-to-real gap is and what causes it; None where it was not diagnosed.
-        policies: how those that were trained swim, targets first.
+        policies: how the trained policies swim, targets first.
         damaged: the file of "posterior" or "diagnosis" that cannot be read, where there is one.
     """
 
@@ -60,12 +60,12 @@ class ReportContext:
 
     @cached_property
     def answers(self) -> Answers:
-        """What a reader asks first."""
+        """The answers to what a reader asks first."""
         found = calibration_result(self.calibration)
         return answers_of(found, self.posterior, self.diagnosed, self.session.folder.name, self.damaged)
 
     def trials(self, role: str) -> tuple[CalibratedTrial, ...]:
-        """The fit or the held-out trials, in the order of the session."""
+        """Return the fit or the held-out trials, in the order of the session."""
         return tuple(trial for trial in self.calibration.trials if trial.measured.role == role)
 
     @property
@@ -80,11 +80,11 @@ class ReportContext:
 
     @property
     def logged(self) -> tuple[LoggedTrial, ...]:
-        """Those that have a motor log."""
+        """The driven trials that have a motor log."""
         return tuple(LoggedTrial(trial.name, kind, trial.motor) for trial, kind in self.driven if trial.motor)
 
     @property
     def even(self) -> list[str]:
-        """Those whose crank is taken to turn evenly, for want of a log to follow."""
+        """Names of the trials whose crank is taken to turn evenly, for want of a log to follow."""
         followed = [trial.name for trial in self.logged if trial.motor.usable]
         return [trial.name for trial, _ in self.driven if trial.name not in followed]

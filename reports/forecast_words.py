@@ -1,4 +1,4 @@
-"""What the forecasts of held-out trials are worth, in sentences: the model and simple baselines."""
+"""Sentences on what the forecasts of held-out trials are worth: the model and simple baselines."""
 
 from math import isfinite
 
@@ -23,7 +23,7 @@ MODELS = {
 
 
 _MISSED = 0.1
-"""Relative error of a fit trial's speed, from which the twin does not describe the robot."""
+"""Largest relative error of a fit trial's speed with which the twin still describes the robot."""
 
 
 def misses(forecasts: SessionForecast) -> str:
@@ -47,7 +47,9 @@ def misses(forecasts: SessionForecast) -> str:
 
 
 def beaten(forecasts: SessionForecast, model: str = TWIN) -> bool:
-    """Whether a model, by default the exported twin, forecasts speeds better than every simple rule, on average."""
+    """Return whether a model, by default the exported twin, forecasts speeds better than every simple rule
+    on average.
+    """
     best = forecasts.best_baseline
     return bool(best) and forecasts.gain(model, best).mean > 0
 
@@ -72,7 +74,10 @@ def compared_with_best(forecasts: SessionForecast, model: str = TWIN) -> str:
 
 
 def correction_sentence(forecasts: SessionForecast, model: str = GIVEN) -> str:
-    """What held-out speeds gain by the correction that the fit trials suggest; it is no part of the exported twin."""
+    """Say what held-out speeds gain by the correction that the fit trials suggest.
+
+    The correction is no part of the exported twin.
+    """
     own, alone = (in_mm(forecasts.mean(name, "speed_error")) for name in (model, TWIN))
     if not isfinite(forecasts.mean(model, "speed_error")):
         return ""
@@ -83,7 +88,10 @@ def correction_sentence(forecasts: SessionForecast, model: str = GIVEN) -> str:
 
 
 def drawn_sentence(forecasts: SessionForecast) -> str:
-    """How well held-out speeds are forecast by the draws of a posterior, and by the best simple rule; empty without."""
+    """Say how well the draws of a posterior, and the best simple rule, forecast held-out speeds.
+
+    Empty without a rule.
+    """
     if not (best := forecasts.best_baseline):
         return ""
     own, other = (in_mm(forecasts.mean(model, "speed_error")) for model in (DRAWN, best))
@@ -91,11 +99,11 @@ def drawn_sentence(forecasts: SessionForecast) -> str:
 
 
 def mean_speed_errors(forecasts: SessionForecast) -> dict[str, float]:
-    """Mean absolute error over the held-out trials by model, m/s, as far as it is known."""
+    """Compute the mean absolute error over the held-out trials by model, m/s, as far as it is known."""
     errors = {name: forecasts.mean(name, "speed_error") for name in MODELS}
     return {name: error for name, error in errors.items() if isfinite(error)}
 
 
 def is_baseline(model: str) -> bool:
-    """Whether a first-year student would try it."""
+    """Return whether a model is a simple baseline, which a first-year student would try."""
     return model in BASELINES or model == CONTINUED

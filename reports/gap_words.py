@@ -8,14 +8,17 @@ from reports.numbers import MM, counted, in_mm, in_words, listed, shown, whole_p
 
 
 def gap_sentences(found: DiagnosisResult) -> tuple[str, str, str]:
-    """Each after its question."""
+    """Write the three sentences, each after its question."""
     from diagnosis.sentences import where, which  # its package loads the twin
 
     return where(found), which(found), f"How far: {how_far(found)}"
 
 
 MORE_THAN_NOISE = 0.01
-"""Probability that noise alone leaves as much, below which something beside the named effects is missing too."""
+"""Smallest probability that noise alone leaves as much.
+
+Below it, something is missing in addition to the named effects.
+"""
 
 
 def effect_size(parameters: EffectParameters, effect: str) -> str:
@@ -26,7 +29,7 @@ def effect_size(parameters: EffectParameters, effect: str) -> str:
 
 
 def _parameter(name: str, fitted: FittedParameter) -> str:
-    """Say a parameter, metres as millimetres, with so many digits that half its interval has two."""
+    """Format a parameter, metres as millimetres, with enough digits that half its interval has two."""
     scale, unit = (MM, f"m{fitted.unit}") if fitted.unit in ("m", "m/s") else (1.0, fitted.unit)
     value, low, high = (scale * each for each in (fitted.value, *fitted.ci95))
     places = max(1 - floor(log10(max(high - low, 1e-12) / 2)), 0)
@@ -45,7 +48,10 @@ class Change(NamedTuple):
 
     @property
     def text(self) -> str:
-        """`markers 12.0 to 5.1 mm`; without an after `markers 12.0 mm`; a digit more where both would look the same."""
+        """The change in words: `markers 12.0 to 5.1 mm`; without an after `markers 12.0 mm`.
+
+        It has a digit more where both would look the same.
+        """
         before, after = shown(self.before), shown(self.after)
         if not isfinite(self.after):
             return f"{self.quantity} {before} {self.unit}"
@@ -57,7 +63,7 @@ class Change(NamedTuple):
 
 
 def changes(found: DiagnosisResult) -> tuple[Change, ...]:
-    """Markers (mm), speed (mm/s) and beat frequency given the command (mHz), as far as they are known."""
+    """List the known changes of markers (mm), speed (mm/s) and beat frequency given the command (mHz)."""
     gap = found.gap
     rows = (
         Change("markers", "mm", gap.baseline_mm, gap.with_effects_mm),
@@ -69,7 +75,7 @@ def changes(found: DiagnosisResult) -> tuple[Change, ...]:
 
 
 def how_far(found: DiagnosisResult) -> str:
-    """Markers, speed and frequency of the held-out trials without and with the effects, and how surely they shrink."""
+    """Say what markers, speed and frequency of the held-out trials are without and with the effects, and how surely."""
     gap = found.gap
     if not gap.evaluated_on or isnan(gap.baseline_mm):
         return "No trial is held out, so how far the gap shrinks is not known."
@@ -80,7 +86,7 @@ def how_far(found: DiagnosisResult) -> str:
     if not found.effect_parameters:
         return f"Nothing was added to the twin; on {trials} its errors are: {sizes}."
     if isnan(gap.shrinkage):
-        return f"On {trials}: {sizes}; the plain twin leaves no more than noise there."
+        return f"On {trials} the uncorrected twin is already within noise, so there is nothing to improve: {sizes}."
     warning = "" if gap.improves else " Do not use it for forecasts."
     return f"On {trials}: {sizes}; {_how_surely(gap)}.{warning}"
 
@@ -97,7 +103,7 @@ SEPARATES = 0.2
 
 
 def next_experiment(found: DiagnosisResult) -> str:
-    """The most informative experiment and what it separates; empty where none is expected to tell enough."""
+    """Describe the most informative experiment and what it separates; empty where none is expected to tell enough."""
     from diagnosis.sentences import plain  # its package loads the twin
 
     useful = [each for each in found.next_experiments if each.expected_error < SEPARATES]
@@ -109,7 +115,12 @@ def next_experiment(found: DiagnosisResult) -> str:
 
 
 def by_how_much(gap: GapSize, over: str = "") -> str:
-    """`shrinks by 44 % (95 % interval 29 % to 71 %)`, or by how much it grows; `over` what the interval is."""
+    """Say by how much the gap shrinks or grows: `shrinks by 44 % (95 % interval 29 % to 71 %)`.
+
+    Args:
+        gap: the gap on held-out trials.
+        over: words before the interval that say what it covers.
+    """
     sign = -1 if gap.shrinkage < 0 else 1
     ends = sorted(sign * end for end in gap.shrinkage_ci95 or ())
     interval = f" (95 % interval {over}{' to '.join(map(whole_percent, ends))})" if ends else ""

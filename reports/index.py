@@ -1,4 +1,4 @@
-"""Several sessions compared: a page that sorts and filters, and the same numbers as CSV."""
+"""The index of several sessions: a page that sorts and filters, and the same numbers as CSV."""
 
 import os
 import re
@@ -22,15 +22,16 @@ from reports.page import render_page
 from session.results import write_whole
 from swimmer import FluidCoefficients
 
-_DATE = re.compile(r"\d{4}-\d{2}-\d{2}")  # in the name of a session
-_WIDE, _HIGH = 64, 26  # px of a sparkline
+_DATE = re.compile(r"\d{4}-\d{2}-\d{2}")  # a date in the name of a session
+_WIDE = 64  # width of a sparkline, px
+_HIGH = 26  # height of a sparkline, px
 
 
 @dataclass(frozen=True, eq=False)
 class IndexEntry:
-    """One session of an index: its page, and its fit with effort and verdict; what it lacks stays empty, and why.
+    """One session of an index: its page, its fit with effort and verdict, its diagnosis.
 
-    The folder tells sessions of one name apart.
+    What it lacks stays empty, with the reason in `error`. The folder tells sessions of one name apart.
     """
 
     name: str
@@ -44,14 +45,14 @@ class IndexEntry:
 
     @property
     def date(self) -> str:
-        """The date in its name, or in that of its folder, if there is one."""
+        """The date in its name, or in that of its folder; empty if there is none."""
         found = _DATE.search(self.name) or _DATE.search("" if self.folder is None else self.folder.absolute().name)
         return found[0] if found else ""
 
 
 @dataclass(frozen=True)
 class _Cell:
-    """What a reader sees, a smaller line below it, and the value that the column is sorted by."""
+    """A cell of the page: what a reader sees, a smaller line below it, and the value that the column is sorted by."""
 
     text: str
     below: str = ""
@@ -60,7 +61,7 @@ class _Cell:
 
 @dataclass(frozen=True)
 class _Column:
-    """A column of the page, with a cell a session that has a fit, and names of what it shows in the CSV."""
+    """A column of the page, with a cell for each session that has a fit, and the columns of the CSV that it shows."""
 
     title: str
     unit: str
@@ -69,7 +70,7 @@ class _Column:
 
 
 def write_index(path: Path, entries: Sequence[IndexEntry]) -> tuple[Path, Path]:
-    """Writes the page, with links relative to it, and a CSV of the same name; whole or not at all.
+    """Write the page, with links relative to it, and a CSV of the same name; whole or not at all.
 
     Both have the same columns; those in which no session has a value are left out.
 
@@ -88,7 +89,9 @@ def write_index(path: Path, entries: Sequence[IndexEntry]) -> tuple[Path, Path]:
         title="Calibrated sessions",
         summary=f"{counted(len(entries), 'session')}{f', {failed} failed' if failed else ''}",
         columns=columns,
-        rows=[_shown(entry, row, columns, path.parent, speeds) for entry, row in zip(entries, rows, strict=True)],
+        rows=[
+            _collect_shown(entry, row, columns, path.parent, speeds) for entry, row in zip(entries, rows, strict=True)
+        ],
         drift=_drift(entries, columns),
         speeds="" if speeds is None else f"to {shown(1000 * speeds[1][1], 0)} mm/s",
         csv=path.with_suffix(".csv").name,
@@ -98,7 +101,7 @@ def write_index(path: Path, entries: Sequence[IndexEntry]) -> tuple[Path, Path]:
 
 
 def _row(entry: IndexEntry, folder: Path) -> dict[str, object]:
-    """The numbers of a session in SI units and millimetres, by column of the CSV; nan where there is none."""
+    """Collect the numbers of a session in SI units and millimetres, by column of the CSV; nan where there is none."""
     fit, gap = entry.fit, None if entry.gap is None else entry.gap.gap
     trials = list(fit.trials.values()) if fit else []
     held = fit.summary["holdout"] if fit else None
@@ -142,7 +145,7 @@ def _row(entry: IndexEntry, folder: Path) -> dict[str, object]:
 
 
 def _relative(path: Path, folder: Path) -> str:
-    """The path as seen from the index; absolute where they share no root."""
+    """Return the path as seen from the index; absolute where they share no root."""
     try:
         return Path(os.path.relpath(path.absolute(), folder.absolute())).as_posix()
     except ValueError:  # another drive on Windows
@@ -159,7 +162,7 @@ def _cell(text: str, value: object = None, below: str = "") -> _Cell:
 
 
 def _speed_error(name: str, below: str = "") -> Callable[[Mapping[str, Any]], _Cell]:
-    """A cell of an error in mm/s; under it the name of what made it, where it is in the row."""
+    """Make the function of a cell with an error in mm/s, and under it the name of the model, where the row has it."""
 
     def cell(row: Mapping[str, Any]) -> _Cell:
         return _cell(in_mm(_number(row, name)), _number(row, name), MODELS.get(str(row.get(below)), ""))
@@ -196,7 +199,9 @@ def _diagnosis(row: Mapping[str, Any]) -> _Cell:
     return _cell(f"{in_words(str(row['diagnosis']))}{': ' if effects else ''}{effects}")
 
 
-_TWIN, _BASELINE, _EBT = "twin_speed_error_m_s", "baseline_error_m_s", "ebt_speed_error_m_s"
+_TWIN = "twin_speed_error_m_s"
+_BASELINE = "baseline_error_m_s"
+_EBT = "ebt_speed_error_m_s"
 _ALWAYS = ("session", "folder")
 _COLUMNS = (
     _Column("verdict", "", ("verdict",), lambda row: _cell(in_words(row["verdict"]))),
@@ -218,10 +223,10 @@ _COLUMNS = (
 )
 
 
-def _shown(
+def _collect_shown(
     entry: IndexEntry, row: Mapping[str, Any], columns: Sequence[_Column], folder: Path, speeds: "_Range | None"
 ) -> dict[str, object]:
-    """What the page shows of a session."""
+    """Collect what the page shows of a session."""
     name = str(row["folder"]) or entry.name
     parts = (entry.name if entry.name not in Path(name).parts else "", entry.date if entry.date not in name else "")
     return {
@@ -234,7 +239,7 @@ def _shown(
 
 
 def _href(report: Path, folder: Path) -> str:
-    """A relative link that works after both have moved together; absolute where they share no root."""
+    """Make a relative link that works after both have moved together; absolute where they share no root."""
     try:
         return quote(Path(os.path.relpath(report, folder)).as_posix())
     except ValueError:  # another drive on Windows
@@ -246,7 +251,7 @@ _Range = tuple[tuple[float, float], tuple[float, float]]
 
 
 def _speeds(entry: IndexEntry) -> tuple[Points, Points]:
-    """Measured speeds and those of the twin, m/s, over the frequency."""
+    """List measured speeds and those of the twin, m/s, over the frequency."""
     trials = [] if entry.fit is None else sorted(entry.fit.trials.values(), key=lambda trial: trial.frequency_hz)
     hz = [trial.frequency_hz for trial in trials]
     measured, twin = ([getattr(trial, name) for trial in trials] for name in ("speed_measured", "speed_twin"))
@@ -254,7 +259,7 @@ def _speeds(entry: IndexEntry) -> tuple[Points, Points]:
 
 
 def _drift(entries: Sequence[IndexEntry], columns: Sequence[_Column]) -> list[Markup]:
-    """Each coefficient over the sessions, by date where their names have one; nothing below other columns."""
+    """Draw each coefficient over the sessions, by date where their names have one; nothing below other columns."""
     fits = [entry.fit for entry in sorted(entries, key=lambda entry: entry.date) if entry.fit is not None]
     found = []
     for column in columns:
@@ -268,7 +273,7 @@ def _drift(entries: Sequence[IndexEntry], columns: Sequence[_Column]) -> list[Ma
 
 
 def _range(points: Points) -> _Range | None:
-    """The smallest and the largest of what is known, its second number from 0; None where nothing is known."""
+    """Find the smallest and the largest of the known points, the second number from 0; None where nothing is known."""
     known = [point for point in points if isfinite(point[1])]
     if not known:
         return None

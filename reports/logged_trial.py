@@ -8,7 +8,7 @@ import numpy as np
 from fitting.motor_clock import MotorRecord
 
 TURN = 2 * np.pi
-BINS = 72  # of a turn
+BINS = 72  # bins of a turn
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,19 +21,19 @@ class LoggedTrial:
 
     @property
     def off_command(self) -> float:
-        """Of the measured speed from the commanded one, relative; nan without a command."""
+        """Relative difference of the measured from the commanded speed; nan without a command."""
         hz = self.motor.commanded_hz
         return self.motor.measured_hz / hz - 1 if hz > 0 else float("nan")
 
     @property
     def speed(self) -> tuple[np.ndarray, np.ndarray]:
-        """(n,) times, s, and (n,) the motor's own speeds, turns/s, positive as the crank turns on the whole."""
+        """Times (n,), s, and the motor's own speeds (n,), turns/s, positive as the crank turns on the whole."""
         log = self.motor.log
         return self._on_video(log.time_s), self._forward * log.velocity_rad_s / TURN
 
     @property
     def command(self) -> tuple[np.ndarray, np.ndarray] | None:
-        """(k,) times, s, and (k,) the speeds commanded then, turns/s; None where they were not kept."""
+        """Times (k,), s, and the speeds commanded then (k,), turns/s; None where they were not kept."""
         commands = self.motor.commands
         if commands is None:
             return None
@@ -41,25 +41,28 @@ class LoggedTrial:
 
     @property
     def codes(self) -> tuple[tuple[float, float], ...]:
-        """From when to when the coded wiggles last, s."""
+        """Start and end of each coded wiggle, s."""
         commands = self.motor.commands
         spans = [commands.span_s(part) for part in ("start_code", "end_code")] if commands else []
         return tuple((float(a), float(b)) for a, b in (self._on_video(np.array(span)) for span in spans if span))
 
     @property
     def zero_s(self) -> float:
-        """What a time axis begins at, s: the video's time 0, or the first row of a log that cannot be laid on it."""
+        """The time at which a time axis begins, s.
+
+        It is the video's time 0, or the first row of a log that cannot be aligned with the video.
+        """
         return 0.0 if self.motor.laid else float(self._on_video(self.motor.log.time_s)[0])
 
     @property
     def steady(self) -> np.ndarray:
-        """(n,) rows of the log within the steady stretch."""
+        """Mask (n,) of the rows of the log within the steady stretch."""
         time_s, (start, end) = self._on_video(self.motor.log.time_s), self.motor.drive_s
         return (time_s >= start) & (time_s <= end)
 
     @property
     def turns(self) -> np.ndarray:
-        """(t, BINS) speed over its mean, at even angles of the shaft, in each whole turn of the steady stretch."""
+        """Speed over its mean (t, BINS), at even angles of the shaft, in each whole turn of the steady stretch."""
         motor = self.motor
         inside = self.steady & np.isfinite(motor.log.position_rad)
         if not inside.any():

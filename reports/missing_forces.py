@@ -1,4 +1,4 @@
-"""Forces that a diagnosis finds missing, over the beat, and which motion of the twin they go with."""
+"""The forces that a diagnosis finds missing, over the beat, and the motions of the twin that they go with."""
 
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
@@ -10,35 +10,46 @@ from fitting import CalibratedTrial
 from swimmer import RobotSpec
 
 HEAD = ("head_along", "head_across", "head_moment")
-FORCES = HEAD[:2]  # N; all others N m
-LEAST_LIKE = 0.7  # correlation from which a force goes with a motion
-LEAST_CLEAR = 0.1  # share of the beat in which it differs from zero, from which it is correlated with motions
-_LEAST_SHOWN = 5e-6  # N or N m, from which it is not printed as 0.00 mN or mN m
-_LEVEL = 0.03  # correlations as near as this are level
-_ON_MIDDLE_M, _BESIDE_M = 0.005, 0.02  # off the middle plane; from the outer hinges to where their links are read
+FORCES = HEAD[:2]  # forces in N; all others are torques in N m
+LEAST_LIKE = 0.7  # smallest correlation with which a force goes with a motion
+# A force is correlated with motions if it differs from zero in at least this share of the beat.
+LEAST_CLEAR = 0.1
+_LEAST_SHOWN = 5e-6  # smallest size, N or N m, that is not printed as 0.00 mN or mN m
+_LEVEL = 0.03  # correlations that differ by less than this are level
+_ON_MIDDLE_M = 0.005  # largest distance from the middle plane of a marker on the midline
+_BESIDE_M = 0.02  # distance from the outer hinges to where the direction of their links is read
 
 
 def force_name(joint: str) -> str:
-    """What is missing there, in words."""
+    """Name the missing force of a joint, in words."""
     names = {HEAD[0]: "force along the head", HEAD[1]: "force across the head", HEAD[2]: "moment on the head"}
     return names.get(joint) or f"torque in {joint.replace('_', ' ')}"
 
 
 def seen(forces: MissingForces) -> list[int]:
-    """The places of the joints whose missing force is not 0 as it would be printed."""
+    """List the places of the joints whose missing force is not 0 as it would be printed."""
     return [place for place, size in enumerate(forces.size) if size >= _LEAST_SHOWN]
 
 
 class Likeness(NamedTuple):
-    """What a missing force goes with: the likest motion and those level with it; the correlation with the first."""
+    """The motions that a missing force goes with: the likest and those level with it.
+
+    The correlation with the first.
+    """
 
     motions: tuple[str, ...]
     correlation: float
 
 
 def likenesses(forces: MissingForces, trials: Sequence[CalibratedTrial], robot: RobotSpec) -> dict[str, Likeness]:
-    """Which motion of the twin each force goes with, in all swims by one factor: deflection, speed, speed squared,
-    acceleration. Means are left out.
+    """Find the motion of the twin that each force goes with, in all swims by one factor.
+
+    The motions are deflection, speed, speed squared and acceleration; means are left out.
+
+    Args:
+        forces: the missing forces of the diagnosis.
+        trials: the swims of the fit.
+        robot: the robot as described.
     """
     of_name = {trial.measured.name: trial for trial in trials}
     known = [(i, of_name[name]) for i, name in enumerate(forces.trials) if name in of_name]
@@ -56,9 +67,14 @@ def likenesses(forces: MissingForces, trials: Sequence[CalibratedTrial], robot: 
 
 
 def motions(trial: CalibratedTrial, kept: np.ndarray, robot: RobotSpec) -> dict[str, np.ndarray]:
-    """(n,) in the kept frames: the twin's head along and across itself (m), its heading and its hinges (rad).
+    """Compute (n,) motions in the kept frames: the head along and across itself (m), its heading and the hinges (rad).
 
-    A hinge bends by what the line through the markers turns from the link before it to the one behind it.
+    A hinge bends by the angle that the line through the markers turns from the link before it to the one behind it.
+
+    Args:
+        trial: the swim.
+        kept: (n,) mask of the frames that are used.
+        robot: the robot as described.
     """
     head, place = trial.simulated, robot.marker_positions_m(trial.measured.markers)
     middle = [int(i) for i in np.argsort(place[:, 0]) if abs(place[i, 1]) < _ON_MIDDLE_M]
@@ -84,13 +100,16 @@ def _rates(motion: np.ndarray, time_s: np.ndarray) -> dict[str, np.ndarray]:
 
 
 def _about_mean(values: np.ndarray) -> np.ndarray:
-    """(n - 4,) without the ends, where differences are one-sided."""
+    """Subtract the mean, after dropping the ends, where differences are one-sided: (n - 4,)."""
     inner = values[2:-2]
     return np.asarray(inner - inner.mean())
 
 
 def _likest(parts: Sequence[tuple[np.ndarray, Mapping[str, np.ndarray]]], free: bool) -> Likeness:
-    """Of what rests on nothing (`free`), place and heading do not count."""
+    """Find the motion that correlates most.
+
+    Of a body that rests on nothing (`free`), place and heading do not count.
+    """
     force = np.concatenate([own for own, _ in parts])
     names = [name for name in parts[0][1] if not (free and name == "deflection")]
     columns = {name: np.concatenate([rates[name] for _, rates in parts]) for name in names}

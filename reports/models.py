@@ -1,4 +1,4 @@
-"""Models as the reader meets them: a label each."""
+"""The labels of models as the reader meets them."""
 
 _LABELS = {
     "twin": "twin",
@@ -9,7 +9,7 @@ _LABELS = {
 
 
 def model_label(name: str) -> str:
-    """What a key of `CalibratedTrial.speeds` is called: `EBT, large amplitude (twin's tail)`."""
+    """Return the label of a key of `CalibratedTrial.speeds`: `EBT, large amplitude (twin's tail)`."""
     form, _, tail = name.partition(", ")
     label = _LABELS.get(form, form.replace("_", " "))
     return f"{label} ({tail.replace(chr(39), '’')})" if tail else label

@@ -1,4 +1,4 @@
-"""Templates to pages: one environment, everything escaped, nothing fetched."""
+"""The rendering of templates to pages: one environment, everything escaped, nothing fetched."""
 
 from functools import lru_cache
 from typing import Any
@@ -9,13 +9,13 @@ from reports.colours import INKS
 
 
 def render_page(template: str, **values: Any) -> str:
-    """The page that a template of `reports/templates` makes of the values."""
+    """Render the page that a template of `reports/templates` makes of the values."""
     return environment("reports", escaped=True).get_template(template).render(inks=INKS, **values)
 
 
 @lru_cache
 def environment(package: str, escaped: bool) -> Environment:
-    """Templates of a package, for pages (`escaped`) or for plain text."""
+    """Load the templates of a package, for pages (`escaped`) or for plain text."""
     return Environment(
         loader=PackageLoader(package),
         autoescape=escaped,

@@ -1,4 +1,4 @@
-"""`results/report.html`: one self-contained page a session."""
+"""The file `results/report.html`: one self-contained page a session."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -12,7 +12,7 @@ from session.results import write_whole
 
 
 def write_report(path: Path, context: ReportContext) -> None:
-    """Writes the report of one session, whole or not at all.
+    """Write the report of one session, whole or not at all.
 
     Raises:
         ResultsNotWritable: the file cannot be written.
@@ -21,7 +21,7 @@ def write_report(path: Path, context: ReportContext) -> None:
 
 
 def render_report(context: ReportContext, sections: Sequence[SectionBuilder] = SECTIONS) -> str:
-    """The report, or some of its sections, as HTML: opens offline, holds its figures, and loads nothing."""
+    """Render the report, or some of its sections, as HTML that opens offline, holds its figures, and loads nothing."""
     per_question = [
         (question, [build(context) for build in builders if build in sections]) for question, builders in QUESTIONS
     ]
@@ -40,7 +40,7 @@ def render_report(context: ReportContext, sections: Sequence[SectionBuilder] = S
 
 
 def gallery(context: ReportContext, sections: Sequence[SectionBuilder] = SECTIONS) -> dict[str, Plot]:
-    """Every figure of a report, or of some of its sections, by the name under which its page saves it.
+    """Draw every figure of a report, or of some of its sections, by the name under which its page saves it.
 
     The names of those of a trial begin with the trial's name.
     """

@@ -1,4 +1,4 @@
-"""One look for all figures: matplotlib's settings, sizes, panels, legends and the marks of roles."""
+"""The look of all figures: matplotlib's settings, sizes, panels, legends and the marks of roles."""
 
 from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager
@@ -13,10 +13,11 @@ from matplotlib.lines import Line2D
 
 from reports.colours import FAINT, INK, MUTED, SURFACE
 
-HALF_WIDTH_IN, FULL_WIDTH_IN = 4.2, 8.7  # of figures that share a row, and of those that fill it
+HALF_WIDTH_IN = 4.2  # width of figures that share a row
+FULL_WIDTH_IN = 8.7  # width of figures that fill a row
 
 Look = dict[str, Any]
-"""Options of something that is drawn."""
+"""Options with which matplotlib draws something."""
 
 _SHEET = Path(__file__).parent / "templates" / "figures.mplstyle"
 _COLOURS = {
@@ -34,12 +35,12 @@ P = ParamSpec("P")
 
 
 def applied() -> AbstractContextManager[None]:
-    """The settings, for as long as the block lasts."""
+    """Apply the settings for as long as the block lasts."""
     return matplotlib.style.context([_SHEET, _COLOURS])
 
 
 def styled(draw: Callable[P, Figure]) -> Callable[P, Figure]:
-    """A function that draws a figure, under the settings."""
+    """Decorate a function that draws a figure, so that it draws under the settings."""
 
     @wraps(draw)
     def drawn(*args: P.args, **kwargs: P.kwargs) -> Figure:
@@ -50,7 +51,7 @@ def styled(draw: Callable[P, Figure]) -> Callable[P, Figure]:
 
 
 class Margins(NamedTuple):
-    """Space around a panel, inches."""
+    """The space around a panel, inches."""
 
     left: float = 0.60
     right: float = 0.10
@@ -62,12 +63,12 @@ MARGINS = Margins()
 
 
 class Grid(NamedTuple):
-    """How small panels of one size are laid out.
+    """The layout of small panels of one size.
 
     Attributes:
         columns: panels in a row.
-        height_in: of a panel, inches; None: as high as it is wide.
-        gap_in: between columns and between rows, inches.
+        height_in: height of a panel, inches; None: as high as it is wide.
+        gap_in: gaps between columns and between rows, inches.
     """
 
     columns: int
@@ -76,7 +77,13 @@ class Grid(NamedTuple):
 
 
 def panel(width_in: float, height_in: float, margins: Margins = MARGINS) -> tuple[Figure, Axes]:
-    """A figure with one panel within fixed margins, which costs less than any automatic layout."""
+    """Make a figure with one panel within fixed margins, which costs less than any automatic layout.
+
+    Args:
+        width_in: width of the figure, inches.
+        height_in: height of the figure, inches.
+        margins: space around the panel.
+    """
     left, right, bottom, top = margins
     figure = Figure(figsize=(width_in, height_in))
     return figure, add_panel(figure, (left, bottom), (width_in - left - right, height_in - bottom - top))
@@ -85,7 +92,15 @@ def panel(width_in: float, height_in: float, margins: Margins = MARGINS) -> tupl
 def panels(
     count: int, grid: Grid, width_in: float, margins: Margins = MARGINS, projection: str | None = None
 ) -> tuple[Figure, list[Axes]]:
-    """A figure with several panels, row by row from the top left, within fixed margins."""
+    """Make a figure with several panels, row by row from the top left, within fixed margins.
+
+    Args:
+        count: number of panels.
+        grid: their layout.
+        width_in: width of the figure, inches.
+        margins: space around all panels.
+        projection: matplotlib's projection of each panel.
+    """
     rows = -(-count // grid.columns)
     across, down = grid.gap_in
     width = (width_in - margins.left - margins.right - (grid.columns - 1) * across) / grid.columns
@@ -103,21 +118,32 @@ def panels(
 def add_panel(
     figure: Figure, corner: tuple[float, float], size: tuple[float, float], projection: str | None = None
 ) -> Axes:
-    """A panel with this lower left corner and this width and height, all in inches."""
+    """Add a panel with this lower left corner and this width and height, all in inches."""
     width_in, height_in = figure.get_size_inches()
     place = (corner[0] / width_in, corner[1] / height_in, size[0] / width_in, size[1] / height_in)
     return figure.add_axes(place, projection=projection)
 
 
 def small_multiples(count: int) -> tuple[float, int]:
-    """Width of a figure with a panel for each trial (inches), and panels in a row: few share half a page's width."""
+    """Choose the width of a figure with a panel for each trial (inches), and the panels in a row.
+
+    A few panels share half a page's width.
+    """
     if count <= 3:
         return HALF_WIDTH_IN, max(count, 1)
     return FULL_WIDTH_IN, 6 if count == 6 else 4 if count in (4, 7, 8) else 5
 
 
 def name_panels(drawn: Sequence[Axes], names: Sequence[str], columns: int, x: str = "", y: str = "") -> None:
-    """A title on each of some panels that share their scales; numbers and names of axes on the outer ones alone."""
+    """Write a title on each of several panels that share their scales; numbers and axis names on the outer ones alone.
+
+    Args:
+        drawn: the panels, row by row.
+        names: their titles.
+        columns: panels in a row.
+        x: name of the x axis.
+        y: name of the y axis.
+    """
     for number, (axes, name) in enumerate(zip(drawn, names, strict=True)):
         left, lowest = number % columns == 0, number + columns >= len(drawn)
         axes.set_title(name, loc="left", fontweight="bold", pad=3)
@@ -126,25 +152,31 @@ def name_panels(drawn: Sequence[Axes], names: Sequence[str], columns: int, x: st
 
 
 def legend_on_top(figure: Figure, columns: int, handles: Sequence[Any] = ()) -> None:
-    """One legend over all panels of a figure: of these handles, or of each label that is drawn, once."""
+    """Draw one legend over all panels of a figure: of these handles, or of each label that is drawn, once.
+
+    Args:
+        figure: the figure.
+        columns: entries in a row.
+        handles: handles of the legend; default: those of all labels that are drawn.
+    """
     left, top = figure.axes[0].get_position().x0, 1.0 - 0.03 / float(figure.get_size_inches()[1])
-    handles = handles or _labelled(figure.axes)
+    handles = handles or _collect_labels(figure.axes)
     figure.legend(handles=handles, loc="upper left", bbox_to_anchor=(left, top), ncols=columns)
 
 
 def legend_above(axes: Axes, columns: int, **options: Any) -> None:
-    """A legend in one or two lines over the panel: of each label that is drawn, once."""
-    handles = _labelled([axes])
+    """Draw a legend in one or two lines over the panel, of each label that is drawn, once."""
+    handles = _collect_labels([axes])
     axes.legend(handles=handles, loc="lower left", bbox_to_anchor=(0.0, 1.01), ncols=columns, **options)
 
 
-def _labelled(drawn: Sequence[Axes]) -> list[Any]:
+def _collect_labels(drawn: Sequence[Axes]) -> list[Any]:
     found = [pair for axes in drawn for pair in zip(*axes.get_legend_handles_labels(), strict=True)]
     return list({label: handle for handle, label in found}.values())
 
 
 def role_marker(colour: str, role: str) -> Look:
-    """Plot options by role: filled circles were fitted, open diamonds were held out."""
+    """Return the plot options of a role: filled circles were fitted, open diamonds were held out."""
     fit = role == "fit"
     return {
         "marker": "o" if fit else "D",
@@ -158,6 +190,6 @@ def role_marker(colour: str, role: str) -> Look:
 
 
 def role_handles(colour: str) -> list[Line2D]:
-    """For a legend of roles."""
+    """Make the handles for a legend of roles."""
     names = {"fit": "fit trial", "holdout": "held-out trial"}
     return [Line2D([], [], label=label, **role_marker(colour, role)) for role, label in names.items()]

@@ -1,4 +1,4 @@
-"""What a pydantic model's annotations say of the value at one place: its keys, its choices, its type."""
+"""What the annotations of a pydantic model say of the value at one place: its keys, its choices, its type."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from session.toml_lines import Key
 
 
 def _options(annotation: Any) -> Iterator[Any]:
-    """The types a value may have: the members of a union, without `Annotated`."""
+    """Yield the types that a value may have: the members of a union, without `Annotated`."""
     origin = get_origin(annotation)
     if origin is Annotated:
         yield from _options(get_args(annotation)[0])
@@ -24,7 +24,12 @@ def _options(annotation: Any) -> Iterator[Any]:
 
 
 def annotation_at(annotation: Any, key: Key) -> Any:
-    """The annotation that a model gives to the value at `key`; None where it is not known."""
+    """Find the annotation that a model gives to the value at `key`; None where it is not known.
+
+    Args:
+        annotation: the model, or the annotation of a value that holds others.
+        key: the place of the value in it.
+    """
     for part in key:
         inner = (_inner(option, part) for option in _options(annotation))
         annotation = next((found for found in inner if found is not None), None)
@@ -32,7 +37,7 @@ def annotation_at(annotation: Any, key: Key) -> Any:
 
 
 def _inner(annotation: Any, part: str | int) -> Any:
-    """The annotation of one key, or one position, of a value so annotated; None where there is none."""
+    """Find the annotation of one key, or of one position, within an annotated value; None where there is none."""
     if fields := _fields(annotation):
         return fields.get(str(part))
     origin, args = get_origin(annotation), get_args(annotation)
@@ -44,19 +49,19 @@ def _inner(annotation: Any, part: str | int) -> Any:
 
 
 def _fields(annotation: Any) -> dict[str, Any]:
-    """The keys of a table and their annotations; empty for what is no model."""
+    """Return the keys of a table and their annotations; empty for an annotation that is no model."""
     if get_origin(annotation) or not isinstance(annotation, type) or not issubclass(annotation, BaseModel):
         return {}
     return {field.alias or name: field.annotation for name, field in annotation.model_fields.items()}
 
 
 def known_keys(annotation: Any) -> tuple[str, ...]:
-    """The keys a table so annotated may have; empty for what is no table."""
+    """Return the keys that a table of this annotation may have; empty for an annotation that is no table."""
     return tuple(key for option in _options(annotation) for key in _fields(option))
 
 
 def choices_of(annotation: Any) -> tuple[str, ...]:
-    """The values a `Literal` allows; empty for every other annotation."""
+    """Return the values that a `Literal` allows; empty for every other annotation."""
     literals = (get_args(option) for option in _options(annotation) if get_origin(option) is Literal)
     return tuple(str(choice) for choices in literals for choice in choices)
 
@@ -65,7 +70,7 @@ NAMES_OF_TYPES = {float: "a number", int: "a whole number", str: "a text", bool:
 
 
 def expectation_of(annotation: Any) -> str:
-    """What a value of this annotation looks like, in words."""
+    """Describe in words what a value of this annotation looks like."""
     if choices := choices_of(annotation):
         return f"one of {', '.join(choices)}"
     if keys := known_keys(annotation):

@@ -1,4 +1,4 @@
-"""The camera: its clock and scale, and the calibration of its lens where there is one."""
+"""The camera of a session: its clock and scale, and the calibration of its lens where there is one."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ Distortion = tuple[float, float, float, float, float]
 class CameraCalibration(Table):
     """A pinhole camera with OpenCV's lens distortion (`calibrateCamera`), looking down on the pool.
 
-    Focal lengths and principal point in px, the centre of the top left pixel at (0, 0); `distortion` is k1, k2, p1, p2,
-    k3. The height is that of the lens; None: no parallax is assumed.
+    Focal lengths and principal point are in px, the centre of the top left pixel at (0, 0); `distortion` is k1, k2, p1,
+    p2, k3. The height is that of the lens above the water; without it no parallax is assumed.
     """
 
     width_px: int = Field(gt=0)
@@ -33,13 +33,13 @@ class CameraCalibration(Table):
 
 @dataclass(frozen=True)
 class CameraSpec:
-    """What a session states about its camera.
+    """The camera of a session, as its `session.toml` states it.
 
     Attributes:
         fps: nominal frames a second; a video's own time stamps win over it.
         scale_length_m: distance from nose to neck, the length that gives the scale.
-        calibration: the lens; None where it was not calibrated.
-        file: the file the calibration came from.
+        calibration: calibration of the lens; None where it was not calibrated.
+        file: the file that the calibration came from.
     """
 
     fps: float
@@ -53,7 +53,7 @@ class _CameraFile(Table):
 
 
 def load_camera(path: Path) -> CameraCalibration:
-    """Reads a camera file: one table ``[camera]`` with the keys of `CameraCalibration`.
+    """Read a camera file: one table ``[camera]`` with the keys of `CameraCalibration`.
 
     Raises:
         InputError: every fault of the file at once.

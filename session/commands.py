@@ -1,4 +1,4 @@
-"""What speeds a motor was commanded and when, on the clock of its log."""
+"""The speeds that a motor was commanded and when, on the clock of its log."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ COMMAND_COLUMNS = ("time_s", "part", "velocity_rad_s")
 """The header of a file of commands."""
 
 PARTS = ("rest", "start_code", "drive", "end_code")
-"""What a command can be part of."""
+"""Parts of a trial that a command can belong to."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,8 +24,8 @@ class MotorCommands:
 
     Attributes:
         time_s: (k,) when each was commanded, seconds on the clock of the motor's log, strictly increasing.
-        part: what each belongs to, one of `PARTS`.
-        velocity_rad_s: (k,) shaft speed, held until the next.
+        part: the part of the trial that each belongs to, one of `PARTS`.
+        velocity_rad_s: (k,) shaft speed, held until the next command.
         flags: what is doubtful about the file.
     """
 
@@ -35,7 +35,10 @@ class MotorCommands:
     flags: tuple[Flag, ...] = ()
 
     def span_s(self, part: str) -> tuple[float, float] | None:
-        """From the first command of a part to the one that follows it, s; None where it is not there or not ended."""
+        """Find when a part begins and ends, s: from its first command to the one that follows it.
+
+        None where the part is not there or did not end.
+        """
         rows = [row for row, name in enumerate(self.part) if name == part]
         if not rows or rows[-1] + 1 == len(self.part):
             return None
@@ -43,7 +46,7 @@ class MotorCommands:
 
 
 def load_commands(path: Path) -> MotorCommands:
-    """Reads ``<trial>.commands.csv``, which `calib capture` writes next to the motor log; header `COMMAND_COLUMNS`.
+    """Read ``<trial>.commands.csv``, which `calib capture` writes next to the motor log; header `COMMAND_COLUMNS`.
 
     A last row cut short is left out and flagged, as in `load_motor`.
 
@@ -53,7 +56,7 @@ def load_commands(path: Path) -> MotorCommands:
     table, flags = read_log(path, COMMAND_COLUMNS)
     faults = FaultCollector(table.file)
     faults.extend_capped(_unknown_parts(table))
-    values = to_numbers(_with_numbered_parts(table), COMMAND_COLUMNS, faults)  # (k, 3)
+    values = to_numbers(_number_parts(table), COMMAND_COLUMNS, faults)  # (k, 3)
     if not faults:
         check_time(table, values[:, 0], faults)
         lines = [table.rows[row].line for row in np.flatnonzero(np.isnan(values[:, 2]))]
@@ -74,7 +77,7 @@ def _unknown_parts(table: RawTable) -> list[Fault]:
     return [fault(row, row.cells[1]) for row in rows if row.cells[1] not in PARTS]
 
 
-def _with_numbered_parts(table: RawTable) -> RawTable:
-    """The table with the names of the parts, which have been checked, out of the way of the numbers."""
+def _number_parts(table: RawTable) -> RawTable:
+    """Replace the names of the parts, which have been checked, by numbers, so that the whole table can be converted."""
     rows = [Row(row.line, [*row.cells[:1], *("0" for _ in row.cells[1:2]), *row.cells[2:]]) for row in table.rows]
     return replace(table, rows=rows)

@@ -1,4 +1,4 @@
-"""New sessions: written whole, from the authors' public tracks or from a description."""
+"""The making of new sessions, written whole or not at all, from the authors' public tracks or from a description."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ FISHSIM_MARKERS = ("nose", "neck", "dorsal_fin", *(f"tail_{n}" for n in range(1,
 """The markers of the public tracks, in the order of their columns (fishsim, ``Data/Markers``)."""
 
 FISHSIM_FPS = 60.0
-FISHSIM_SCALE_M = 0.142  # nose to neck
+FISHSIM_SCALE_M = 0.142  # distance from nose to neck
 FISHSIM_FIT = ("f1_00", "f1_75")
-"""The trials fitted when nothing else is asked for."""
+"""The trials that are fitted by default."""
 
 
 def write_session_toml(
@@ -36,9 +36,21 @@ def write_session_toml(
     fit: Mapping[str, Any] | None = None,
     robot_file: str | None = None,
 ) -> Path:
-    """Writes ``session.toml`` from the keys of its tables; what it holds is checked when the session is loaded.
+    """Write ``session.toml`` from the keys of its tables; what it holds is checked when the session is loaded.
 
-    A key whose value is None is left out; files are relative to the folder; no robot file: the built-in robot.
+    A key whose value is None is left out. Files are relative to the folder.
+
+    Args:
+        folder: the session folder.
+        name: name of the session.
+        camera: keys of the table ``[camera]``.
+        markers: names of the tracked markers.
+        trials: the keys of each ``[[trial]]``.
+        fit: keys of the table ``[fit]``.
+        robot_file: the robot's TOML; None for the built-in robot.
+
+    Returns:
+        The path of the file.
 
     Raises:
         ResultsNotWritable: the folder is not writable.
@@ -47,11 +59,11 @@ def write_session_toml(
     document["session"] = {"name": name}
     if robot_file is not None:
         document["robot"] = {"file": robot_file}
-    document["camera"] = _given(camera)
+    document["camera"] = _drop_none(camera)
     document["markers"] = {"names": list(markers)}
     if fit:
-        document["fit"] = _given(fit)
-    document["trial"] = [_given(trial) for trial in trials]
+        document["fit"] = _drop_none(fit)
+    document["trial"] = [_drop_none(trial) for trial in trials]
     path = folder / SESSION_FILE
     write_whole(path, tomlkit.dumps(document))
     return path
@@ -59,7 +71,7 @@ def write_session_toml(
 
 @contextmanager
 def new_folder(folder: Path) -> Iterator[Path]:
-    """Gives the block a temporary folder, which becomes `folder` when the block ends well.
+    """Give the block a temporary folder, which becomes `folder` when the block ends well.
 
     When the block fails, or is interrupted, nothing of it is left.
 
@@ -92,7 +104,7 @@ def new_folder(folder: Path) -> Iterator[Path]:
 
 
 def new_from_fishsim(session_folder: Path, source: Path, fit: Sequence[str] = ()) -> Path:
-    """Makes a session of the public tracks that accompany Michelis et al. (2026), in a new or empty folder.
+    """Make a session of the public tracks that accompany Michelis et al. (2026), in a new or empty folder.
 
     Args:
         session_folder: the folder to make.
@@ -104,7 +116,7 @@ def new_from_fishsim(session_folder: Path, source: Path, fit: Sequence[str] = ()
         ResultsNotWritable: the folder cannot be written.
     """
     files = _fishsim_files(source)
-    fitted = _fitted(source, tuple(fit), tuple(files))
+    fitted = _choose_fitted(source, tuple(fit), tuple(files))
     faults = FaultCollector()
     for path in files.values():
         with faults.nested():
@@ -126,7 +138,7 @@ def new_from_fishsim(session_folder: Path, source: Path, fit: Sequence[str] = ()
 
 
 def _fishsim_files(source: Path) -> dict[str, Path]:
-    """The track files by trial name, slowest first."""
+    """Find the track files by trial name, slowest first."""
     folder = next((place for place in (source / "Data" / "Markers", source) if place.is_dir()), source)
     found = sorted(folder.glob("*.csv")) if folder.is_dir() else []
     named = {match[1]: path for path in found if (match := re.fullmatch(r"(?:markers_)?(f\d+_\d+)\.csv", path.name))}
@@ -139,7 +151,7 @@ def _fishsim_files(source: Path) -> dict[str, Path]:
     return dict(sorted(named.items(), key=lambda item: _label_hz(item[0])))
 
 
-def _fitted(source: Path, asked: tuple[str, ...], there: tuple[str, ...]) -> tuple[str, ...]:
+def _choose_fitted(source: Path, asked: tuple[str, ...], there: tuple[str, ...]) -> tuple[str, ...]:
     faults = FaultCollector(str(source))
     for name in (name for name in asked if name not in there):
         what, hint = "no such trial to fit", did_you_mean(name, there)
@@ -162,9 +174,9 @@ def _fishsim_trial(name: str, fitted: bool) -> dict[str, Any]:
 
 
 def _label_hz(name: str) -> float:
-    """The command in a trial's label: f1_25 is 1.25 crank turns a second."""
+    """Read the command from a trial's label: f1_25 is 1.25 crank turns a second."""
     return float(name.removeprefix("f").replace("_", "."))
 
 
-def _given(table: Mapping[str, Any]) -> dict[str, Any]:
+def _drop_none(table: Mapping[str, Any]) -> dict[str, Any]:
     return {key: value for key, value in table.items() if value is not None}

@@ -23,18 +23,18 @@ from difflib import get_close_matches
 from itertools import groupby
 
 SHOWN_PER_KIND = 10
-"""How many faults of one kind are spelled out before the rest is only counted."""
+"""Number of faults of one kind that are spelled out; the rest is only counted."""
 
 
 @dataclass(frozen=True)
 class Fault:
-    """One thing wrong with one place of one file.
+    """One thing that is wrong with one place of one file.
 
     Attributes:
         file: the file as the user knows it.
         where: the place in it: ``"line 12"``, ``"line 12, trial[2].role"``; empty for the whole file.
         what: what is wrong, without a full stop.
-        found: what is there; empty if nothing does.
+        found: what is there; empty if nothing is.
         expected: what would have been right.
         choices: the valid values, where they can be listed.
         next_step: what to do about it, where that is not obvious from `expected`.
@@ -49,7 +49,7 @@ class Fault:
     next_step: str = ""
 
     def describe(self) -> str:
-        """The fault as one line, without the name of the file."""
+        """Describe the fault in one line, without the name of the file."""
         details = [f"found {self.found}"] if self.found else []
         details += [f"expected {self.expected}"] if self.expected else []
         details += [f"choices: {', '.join(self.choices)}"] if self.choices else []
@@ -62,7 +62,7 @@ class Fault:
 
 
 class SwimcalError(Exception):
-    """Base of every error the user can mend; its text is complete without a traceback.
+    """Base of every error that the user can mend; its text is complete without a traceback.
 
     Example:
         >>> for folder in ("pool", "nowhere"):
@@ -78,7 +78,7 @@ class SwimcalError(Exception):
 
 
 class InputError(SwimcalError):
-    """Faults in what was read, all of them at once, grouped by file.
+    """The faults in what was read, all of them at once, grouped by file.
 
     Attributes:
         faults: every fault found, each once.
@@ -111,13 +111,13 @@ def _paragraph(file: str, faults: Sequence[Fault]) -> str:
 
 
 def _line(fault: Fault) -> int:
-    """The line a fault is on; those without a line come last, in the order they were found."""
+    """Return the number of the line that a fault is on; faults without one come last, in the order they were found."""
     line = re.match(r"line (\d+)", fault.where)
     return int(line[1]) if line else sys.maxsize
 
 
 class SessionLocked(SwimcalError):
-    """Another run holds the session's lock.
+    """The session is locked by another run.
 
     Example:
         >>> from session.lock import session_lock
@@ -192,7 +192,7 @@ class NotConverged(SwimcalError):
 
 
 class FaultCollector:
-    """Gathers faults and raises them together.
+    """A collector of faults that raises them together.
 
     >>> faults = FaultCollector("robot.toml")
     >>> faults.add("line 3, water.density_kg_m3", "not a density", found="-1", expected="a number above 0")
@@ -218,15 +218,15 @@ class FaultCollector:
         choices: Iterable[str] = (),
         next_step: str = "",
     ) -> None:
-        """Adds a fault of this collector's file."""
+        """Add a fault of this collector's file; the arguments are the fields of `Fault`."""
         self.faults.append(Fault(self.file, where, what, found, expected, tuple(choices), next_step))
 
     def extend(self, faults: Iterable[Fault]) -> None:
-        """Adds faults, whatever their file."""
+        """Add faults, whatever their file."""
         self.faults.extend(faults)
 
     def extend_capped(self, faults: Sequence[Fault], limit: int = SHOWN_PER_KIND) -> None:
-        """Adds the first `limit` faults of one kind, and one that counts the others."""
+        """Add the first `limit` faults of one kind, and one that counts the others."""
         self.faults.extend(faults[:limit])
         if (rest := len(faults) - limit) > 0:
             last = faults[-1]
@@ -236,14 +236,14 @@ class FaultCollector:
 
     @contextmanager
     def nested(self) -> Iterator[None]:
-        """Takes over the faults of an `InputError` raised in the block, which then ends quietly."""
+        """Take over the faults of an `InputError` raised in the block, which then ends quietly."""
         try:
             yield
         except InputError as error:
             self.extend(error.faults)
 
     def raise_if_any(self) -> None:
-        """Raises one `InputError` with every fault gathered.
+        """Raise one `InputError` with every fault gathered.
 
         Raises:
             InputError: if there is any.
@@ -253,12 +253,12 @@ class FaultCollector:
 
 
 def did_you_mean(word: str, choices: Iterable[str]) -> str:
-    """A next step that names the closest choice, or nothing when none is close."""
+    """Suggest the closest choice as a next step; empty when none is close."""
     close = get_close_matches(word, list(choices), n=1)
     return f"Did you mean {close[0]!r}?" if close else ""
 
 
 def shown(value: object, width: int = 60) -> str:
-    """A value as an error message shows it: its repr, shortened to `width` characters."""
+    """Format a value as an error message shows it: its repr, shortened to `width` characters."""
     text = repr(value)
     return text if len(text) <= width else f"{text[: width - 1]}…"

@@ -101,16 +101,16 @@ class Flag:
     message: str = ""
 
     def to_json(self) -> dict[str, Any]:
-        """The flag in the form of the public contract."""
+        """Return the flag in the form of the public contract."""
         frames = None if self.frames is None else [int(frame) for frame in self.frames]
         return {"kind": self.kind, "markers": list(self.markers), "frames": frames, "message": self.message}
 
     def later(self, first: int) -> Flag:
-        """The same flag with its frames counted from so many frames before."""
+        """Return the same flag for a recording that begins `first` frames earlier."""
         return self if self.frames is None else replace(self, frames=(self.frames[0] + first, self.frames[1] + first))
 
     @classmethod
     def from_json(cls, data: Mapping[str, Any]) -> Flag:
-        """Reads what `to_json` wrote."""
+        """Read what `to_json` wrote."""
         frames = None if data.get("frames") is None else (int(data["frames"][0]), int(data["frames"][1]))
         return cls(data["kind"], tuple(data.get("markers", ())), frames, data.get("message", ""))

@@ -37,10 +37,11 @@ if TYPE_CHECKING:
     import xarray as xr
 
 SESSION_FILE = "session.toml"
-MOTOR_SUFFIX, COMMANDS_SUFFIX = ".motor.csv", ".commands.csv"
+MOTOR_SUFFIX = ".motor.csv"
+COMMANDS_SUFFIX = ".commands.csv"
 
 RobotOf = Callable[[Path | None], DescribedRobot]
-"""The robot in a file; the built-in robot for None. May raise `InputError`."""
+"""A function that reads the robot in a file, or the built-in robot for None; it may raise `InputError`."""
 
 
 @dataclass(frozen=True)
@@ -70,17 +71,23 @@ class TrialSpec:
 
     @property
     def edits(self) -> Path | None:
-        """What a person corrected in the tracks, ``<trial>.edits.jsonl`` next to the video; it need not be there."""
+        """The file of a person's corrections of the tracks, ``<trial>.edits.jsonl`` next to the video.
+
+        It need not be there.
+        """
         return None if self.video is None else self.video.with_name(f"{self.name}.edits.jsonl")
 
     @property
     def commands(self) -> Path | None:
-        """Commands to the motor, ``<x>.commands.csv`` next to a log ``<x>.motor.csv``; None where it is not there."""
+        """The file of commands to the motor, ``<x>.commands.csv`` next to a log ``<x>.motor.csv``.
+
+        None where it is not there.
+        """
         return None if self.motor is None else commands_of(self.motor)
 
 
 def commands_of(motor: Path) -> Path | None:
-    """The file of commands that belongs to a motor log; None where there is none."""
+    """Find the file of commands that belongs to a motor log; None where there is none."""
     path = _commands_beside(motor)
     return path if motor.name.endswith(MOTOR_SUFFIX) and is_file(path) else None
 
@@ -90,7 +97,7 @@ def _commands_beside(motor: Path) -> Path:
 
 
 def usual_boxes(video: Path, trial: str) -> Path:
-    """Where the start boxes of a trial are looked for that names none."""
+    """Return the path of the start boxes of a trial that names none; the file need not be there."""
     return video.with_name(f"{trial}.boxes.json")
 
 
@@ -129,7 +136,7 @@ class Session:
 
     @property
     def in_shell(self) -> str:
-        """The folder as a command line needs it, quoted where its name asks for that."""
+        """The folder as a command line needs it, quoted where its name requires that."""
         return shlex.quote(str(self.folder))
 
     @property
@@ -138,7 +145,7 @@ class Session:
         return self.folder / "results"
 
     def trial(self, name: str) -> TrialSpec:
-        """The trial of this name.
+        """Find the trial of this name.
 
         Raises:
             InputError: there is none; the error lists the choices.
@@ -151,7 +158,7 @@ class Session:
         return self.trials[names.index(name)]
 
     def inputs(self) -> tuple[Path, ...]:
-        """Every input file, `session.toml` first, each once."""
+        """List every input file once, `session.toml` first."""
         files = [self.folder / SESSION_FILE, self.robot_file, self.camera.file]
         for trial in self.trials:
             files += [trial.tracks, trial.video, trial.boxes, trial.motor, trial.commands]
@@ -159,7 +166,7 @@ class Session:
         return tuple(dict.fromkeys(file for file in files if file is not None))
 
     def absent_inputs(self) -> tuple[Path, ...]:
-        """Files that are not there and would be inputs if they were: boxes, edits and commands beside a recording."""
+        """List absent files that would be inputs if they were there: boxes, edits and commands of a recording."""
         files: list[Path] = []
         for trial in self.trials:
             if trial.video is not None:
@@ -172,13 +179,13 @@ class Session:
 def load_session(
     folder: Path, robot_of: RobotOf | None = None, *, check_tracks: bool = True, needs_commands: bool = True
 ) -> Session:
-    """Reads and checks a session folder; nothing is written.
+    """Read and check a session folder; nothing is written.
 
     Args:
-        folder: with the `session.toml`.
+        folder: the folder with the `session.toml`.
         robot_of: reads the session's robot, whose markers and scale length are compared with those of the session.
-        check_tracks: also reads every track file and motor log.
-        needs_commands: whether a driven trial must have its `commanded_hz`, which tracks do not need.
+        check_tracks: also read every track file and motor log.
+        needs_commands: whether a driven trial must have its `commanded_hz`, which tracking does not need.
 
     Raises:
         InputError: every fault of `session.toml` and of the files it names, the robot's too, at once.
@@ -201,7 +208,7 @@ def load_session(
 
 
 def file_hashes(session: Session) -> dict[str, str]:
-    """The sha256 of every input file by its name relative to the session folder, with forward slashes."""
+    """Compute the sha256 of every input file by its name relative to the session folder, with forward slashes."""
     return {Path(os.path.relpath(file, session.folder)).as_posix(): sha256_of(file) for file in session.inputs()}
 
 
@@ -215,7 +222,7 @@ def _read_session_file(folder: Path) -> TomlSource:
 
 def _robot(source: TomlSource, folder: Path, robot_of: RobotOf | None, faults: FaultCollector) -> DescribedRobot | None:
     robot, named = source.data.get("robot", {}), "robot" in source.data
-    file = _present(folder, robot.get("file")) if isinstance(robot, dict) else None
+    file = _find_file(folder, robot.get("file")) if isinstance(robot, dict) else None
     if robot_of is None or (named and file is None):
         return None
     with faults.nested():
@@ -240,19 +247,19 @@ def _check_recordings(
     robot: DescribedRobot | None,
     faults: FaultCollector,
 ) -> None:
-    """Reads the tracks and motor logs that are there, also when `session.toml` has faults of its own."""
+    """Read the tracks and motor logs that are there, also when `session.toml` has faults of its own."""
     markers, stamps = markers_in(source), {}
-    exchanged: dict[str, bool] = {}  # nose and neck, by trial
+    exchanged: dict[str, bool] = {}  # whether nose and neck are exchanged, by trial
     if robot is None or not set(HEAD_MARKERS) <= set(markers) <= set(robot.markers):
         robot = None
     for key, trial in trials_in(source):
-        if path := _present(folder, trial.get("motor")):
+        if path := _find_file(folder, trial.get("motor")):
             with faults.nested():
                 load_motor(path)
             if commands := commands_of(path):
                 with faults.nested():
                     load_commands(commands)
-        path = _present(folder, trial.get("tracks"))
+        path = _find_file(folder, trial.get("tracks"))
         if path and markers and len(set(markers)) == len(markers):
             with faults.nested():
                 fps, rename = (content.camera.fps, content.markers.rename) if content else (1.0, NO_NAMES)
@@ -268,15 +275,15 @@ def _check_recordings(
     check_heads(source, exchanged, faults)
 
 
-def _present(folder: Path, name: object) -> Path | None:
-    """The file of this name in the session folder; None where the name is faulty, which other checks report."""
+def _find_file(folder: Path, name: object) -> Path | None:
+    """Find the file of this name in the session folder; None where the name is faulty, which other checks report."""
     return folder / name if isinstance(name, str) and name and is_file(folder / name) else None
 
 
 def _check_length(
     source: TomlSource, key: Key, tracks: xr.Dataset, content: SessionFile, faults: FaultCollector
 ) -> None:
-    """Tracks that are compared with the twin go on after the warm-up."""
+    """Add a fault where the tracks of a trial that is compared with the twin do not outlast the warm-up."""
     duration = float(tracks.time.values[-1] - tracks.time.values[0])
     trial = content.trial[int(key[-1])]
     if trial.kind != "free_decay" and duration <= content.fit.warmup_s:

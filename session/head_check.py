@@ -1,4 +1,4 @@
-"""Whether nose and neck were exchanged: the other markers then lie on the wrong side of the head.
+"""The check whether nose and neck were exchanged: the other markers then lie on the wrong side of the head.
 
 Only distances are compared, so that neither a mirrored image nor a bent tail plays a part.
 """
@@ -9,18 +9,20 @@ import xarray as xr
 from session.session_file import HEAD_MARKERS
 from session.tracks import markers_of, pixels_of
 
-_CLEAR = 0.5  # of the way from nose to neck, by which a marker that counts is nearer to one of them
-_MOSTLY = 0.8  # share of samples on the wrong side, from which the two are exchanged
+# A marker counts if it is nearer to one of nose and neck than to the other by this share of the distance between them.
+_CLEAR = 0.5
+# Nose and neck count as exchanged from this share of samples on the wrong side.
+_MOSTLY = 0.8
 
 
 def wrong_side_share(tracks: xr.Dataset, place_m: np.ndarray) -> float | None:
-    """Share of samples nearer to the nose that belong nearer to the neck, or the other way round.
+    """Compute the share of samples that are nearer to the wrong end of the head, nose or neck.
 
     None where no marker tells, or none is seen together with nose and neck.
 
     Args:
         tracks: n frames of m markers.
-        place_m: (m, 2 or 3) of the markers on the straight robot, m.
+        place_m: (m, 2 or 3) places of the markers on the straight robot, m.
     """
     markers = markers_of(tracks)
     nose, neck = (markers.index(name) for name in HEAD_MARKERS)
@@ -33,11 +35,11 @@ def wrong_side_share(tracks: xr.Dataset, place_m: np.ndarray) -> float | None:
 
 
 def is_exchanged(tracks: xr.Dataset, place_m: np.ndarray) -> bool:
-    """Whether nose and neck are exchanged in most frames; arguments as for `wrong_side_share`."""
+    """Return whether nose and neck are exchanged in most frames; arguments as for `wrong_side_share`."""
     return (wrong_side_share(tracks, place_m) or 0.0) > _MOSTLY
 
 
 def _nearer_nose(place: np.ndarray, nose: int, neck: int) -> np.ndarray:
-    """(n, m) by how much each marker at (n, m, 2) is nearer to the nose than to the neck."""
+    """Compute (n, m) by how much each marker at (n, m, 2) is nearer to the nose than to the neck."""
     from_nose, from_neck = (np.linalg.norm(place - place[:, [head]], axis=2) for head in (nose, neck))
     return from_neck - from_nose

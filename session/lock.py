@@ -1,4 +1,4 @@
-"""The lock of a session: two runs must not write the same results."""
+"""The lock of a session, so that two runs never write the same results."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ HOLDER = ".holder.json"
 
 @contextmanager
 def session_lock(folder: Path) -> Iterator[None]:
-    """Holds the session's lock during the block, without waiting for it.
+    """Hold the session's lock during the block, without waiting for it.
 
     The operating system drops the lock when its holder ends, however it ends: a killed run does not block
     the next. Who holds it is noted in ``results/.holder.json``, for the message only.
@@ -34,7 +34,7 @@ def session_lock(folder: Path) -> Iterator[None]:
     try:
         lock.acquire()
     except Timeout:
-        raise SessionLocked(_held_by(folder)) from None
+        raise SessionLocked(_describe_holder(folder)) from None
     except OSError as error:
         raise ResultsNotWritable(
             f"{folder}: the session cannot be locked; found: {error.strerror or error}; "
@@ -42,17 +42,17 @@ def session_lock(folder: Path) -> Iterator[None]:
         ) from error
     try:
         for part in [*(folder / "results").glob(PARTS), *(folder / "results").glob(f"*/{PARTS}")]:
-            with suppress(OSError):  # of runs that were killed: nobody else writes while the lock is held
+            with suppress(OSError):  # these are parts of killed runs: nobody else writes while the lock is held
                 part.unlink()
-        with _noted(folder / "results" / HOLDER):
+        with _note_holder(folder / "results" / HOLDER):
             yield
     finally:
         lock.release()
 
 
 @contextmanager
-def _noted(holder: Path) -> Iterator[None]:
-    """Notes who holds the lock; a note that cannot be written is left out."""
+def _note_holder(holder: Path) -> Iterator[None]:
+    """Write down who holds the lock during the block; a note that cannot be written is left out."""
     since = datetime.now(UTC).isoformat(timespec="seconds")
     note = {"pid": os.getpid(), "host": socket.gethostname(), "since": since}
     with suppress(OSError):
@@ -65,7 +65,7 @@ def _noted(holder: Path) -> Iterator[None]:
             holder.unlink()
 
 
-def _held_by(folder: Path) -> str:
+def _describe_holder(folder: Path) -> str:
     who = "another run"
     with suppress(OSError, ValueError, KeyError, TypeError):
         note = json.loads((folder / "results" / HOLDER).read_bytes())

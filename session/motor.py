@@ -13,7 +13,8 @@ from session.shaft_position import TURN, continuous_position
 from session.tables import check_time, read_log, to_numbers
 
 _FEWEST_ROWS = 2
-TICKS = 4096  # a turn (ROBOTIS e-Manual, XW540-T140-R)
+TICKS = 4096
+"""Encoder ticks in one turn of the shaft (ROBOTIS e-Manual, XW540-T140-R)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,9 +41,9 @@ MOTOR_COLUMNS = tuple(field.name for field in fields(MotorLog) if field.name != 
 
 _PER_TURN = {"rad": TURN, "deg": 360.0, "ticks": float(TICKS), "counts": float(TICKS), "turns": 1.0}
 POSITIONS = {f"position_{unit}": TURN / of_turn for unit, of_turn in _PER_TURN.items()}
-"""Names that the position may have in the header, and what one of its unit is in rad."""
+"""Names that the position may have in the header, and the size of each unit in rad."""
 VELOCITIES = {f"velocity_{unit}_s": TURN / of_turn for unit, of_turn in _PER_TURN.items()} | {"velocity_rpm": TURN / 60}
-"""Names that the velocity may have in the header, and what one of its unit is in rad/s."""
+"""Names that the velocity may have in the header, and the size of each unit in rad/s."""
 
 # Registers of 32 and 16 bits are signed; read as unsigned, negative values appear above half of their range.
 _RANGE = {
@@ -50,11 +51,12 @@ _RANGE = {
     "velocity_rad_s": 2.0**32 * 0.229 * TURN / 60,
     "current_a": 2.0**16 * 2.69e-3,
 }
-_SAME = 0.03  # relative, to which position and velocity agree where one is in another unit than its name says
+# Position and velocity count as off by the ratio of two units where they agree with it to this relative difference.
+_SAME = 0.03
 
 
 def load_motor(path: Path) -> MotorLog:
-    """Reads a motor log, a file with the header `MOTOR_COLUMNS`, position and velocity in any of their units.
+    """Read a motor log, a file with the header `MOTOR_COLUMNS`, position and velocity in any of their units.
 
     The position is made continuous: one that stays within a turn, or was read as an unsigned number, is unwrapped;
     misread values are left out and jumps by whole turns taken out, with a flag. Rows are appended while the motor runs;
@@ -75,7 +77,7 @@ def load_motor(path: Path) -> MotorLog:
     faults.raise_if_any()
     columns = dict(zip(MOTOR_COLUMNS, values.T, strict=True))
     for name, written in zip(MOTOR_COLUMNS, named, strict=True):
-        columns[name] = _signed(name, columns[name] * units.get(name, {}).get(written, 1.0))
+        columns[name] = _to_signed(name, columns[name] * units.get(name, {}).get(written, 1.0))
     position, velocity, time_s = columns["position_rad"], columns["velocity_rad_s"], columns["time_s"]
     _check_units(time_s, position, velocity, (named[1], named[2]), faults)
     faults.raise_if_any()
@@ -85,8 +87,8 @@ def load_motor(path: Path) -> MotorLog:
     return MotorLog(**columns | {"position_rad": shaft.position_rad}, flags=(*flags, *shaft.flags))
 
 
-def _signed(name: str, values: np.ndarray) -> np.ndarray:
-    """The same, with values above half of an unsigned register's range moved to below 0."""
+def _to_signed(name: str, values: np.ndarray) -> np.ndarray:
+    """Return the values with those above half of an unsigned register's range moved to below 0."""
     whole = _RANGE.get(name, np.inf)
     return np.where((values >= whole / 2) & (values < whole * (1 + 1e-9)), values - whole, values)
 
@@ -94,7 +96,7 @@ def _signed(name: str, values: np.ndarray) -> np.ndarray:
 def _check_units(
     time_s: np.ndarray, position: np.ndarray, velocity: np.ndarray, named: tuple[str, str], faults: FaultCollector
 ) -> None:
-    """Adds a fault where the position moves as many times as fast as the velocity says as one unit is of another."""
+    """Add a fault where position and velocity differ by the ratio of two units: one is not in the unit of its name."""
     speed, moved = np.abs(velocity[1:]), np.abs(np.diff(position)) / np.diff(time_s)
     known = np.isfinite(speed) & np.isfinite(moved)
     if not known.any() or not (fast := float(np.percentile(speed[known], 90))):

@@ -1,4 +1,4 @@
-"""Results as plain data and back. The types of a record's fields say how it is written and read.
+"""Results as plain data and back; the types of a record's fields say how it is written and read.
 
 A record is a frozen dataclass or a named tuple of numbers, texts, arrays, flags, mappings, tuples and further records.
 """
@@ -13,22 +13,26 @@ from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 import numpy as np
 
 KEPT_ELSEWHERE = {"kept_elsewhere": True}
-"""Metadata of a dataclass field that is not written with its record; whoever reads the record gives it."""
+"""Metadata of a dataclass field that is not written with its record; the reader of the record provides it."""
 
 External = Mapping[Any, Any]
-"""What a reader gives: by the name of a field that is kept in another file, its value; by a type of which only names
-are written, its records by name."""
+"""Values that a reader provides.
+
+They are the value of each field that is kept in another file, by the name of the field, and the records of each type
+of which only names are written, by name.
+"""
 
 Arrays = dict[str, np.ndarray]
 
 
 def to_plain(record: Any, named: tuple[type, ...] = (), arrays: Arrays | None = None, key: str = "") -> Any:
-    """What JSON can hold of a record.
+    """Convert a record to what JSON can hold.
 
     Args:
+        record: the record, or a value within one.
         named: types of which only the attribute `name` is written.
         arrays: receives the arrays, and their keys take their place; None: arrays are written as nested lists.
-        key: of this record among the arrays.
+        key: key of this record among the arrays.
     """
     if isinstance(record, named):
         return getattr(record, "name")  # noqa: B009 (of what type it is, the caller says)
@@ -47,7 +51,13 @@ def to_plain(record: Any, named: tuple[type, ...] = (), arrays: Arrays | None = 
 
 
 def from_plain(kind: Any, data: Any, external: External | None = None, arrays: Mapping[str, Any] | None = None) -> Any:
-    """A record of this type from what `to_plain` gave; a number that JSON does not know (null) is nan.
+    """Rebuild a record from what `to_plain` gave; a number that JSON does not know (null) is nan.
+
+    Args:
+        kind: the type of the record, or of a value within one.
+        data: what `to_plain` gave.
+        external: values that are kept in other files, see `External`.
+        arrays: the arrays by their keys.
 
     Raises:
         KeyError, TypeError, ValueError: the data are not of this type, or need something that `external` lacks.
@@ -76,14 +86,14 @@ def _join(key: str, part: object) -> str:
 
 
 def _fields(kind: type) -> tuple[str, ...]:
-    """The fields of a dataclass or a named tuple that are written; none of any other type."""
+    """Return the fields of a dataclass or a named tuple that are written; none of any other type."""
     if is_dataclass(kind):
         return tuple(field.name for field in fields(kind) if not field.metadata.get("kept_elsewhere"))
     return getattr(kind, "_fields", ()) if issubclass(kind, tuple) else ()
 
 
 def _optional(kind: type) -> set[str]:
-    """The fields that may be left out."""
+    """Return the fields that may be left out."""
     if is_dataclass(kind):
         return {f.name for f in fields(kind) if f.default is not MISSING or f.default_factory is not MISSING}
     return set(getattr(kind, "_field_defaults", ()))

@@ -1,4 +1,4 @@
-"""Results: written whole or not at all, and with where they come from."""
+"""Result files, written whole or not at all, with the versions and inputs that they were made from."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ SCHEMA = 1
 
 
 def program_version() -> str:
-    """Name and version of this program, as results record it."""
+    """Return name and version of this program, as results record it."""
     try:
         return f"swimcal {version('swimcal')}"
     except PackageNotFoundError:
@@ -38,7 +38,7 @@ def program_version() -> str:
 
 @dataclass(frozen=True)
 class Provenance:
-    """What a result was made with: versions, the model simulated, every input file; first in every JSON result.
+    """The origin of a result: versions, the model simulated, every input file; it comes first in every JSON result.
 
     Inputs are hashed by their name relative to the session folder; the effort is ``"quick"`` or ``"full"``.
     """
@@ -52,12 +52,12 @@ class Provenance:
     schema: int = SCHEMA
 
     def to_json(self) -> dict[str, Any]:
-        """The provenance in the order of the public contract."""
+        """Return the provenance in the order of the public contract."""
         return {key: getattr(self, key) for key in PROVENANCE}
 
 
 PROVENANCE = ("schema", "program", "mujoco", "model_sha256", "inputs", "seed", "effort")
-"""Keys of every JSON result, in this order, before its own."""
+"""Keys of every JSON result, in this order, which come before its own."""
 
 
 PARTS = ".*.part.*"
@@ -66,7 +66,7 @@ PARTS = ".*.part.*"
 
 @contextmanager
 def writing_whole(path: Path) -> Iterator[Path]:
-    """Gives the block a temporary path next to `path`, renamed to it when the block ends well.
+    """Give the block a temporary path next to `path`, which is renamed to `path` when the block ends well.
 
     The folder is made when it is not there. When the block fails, or is interrupted, the temporary file is
     removed and what was at `path` is unchanged.
@@ -76,7 +76,7 @@ def writing_whole(path: Path) -> Iterator[Path]:
     """
     if path.is_dir() or not path.name:
         raise ResultsNotWritable(f"{path}: cannot be written; found: a folder; expected: the name of a file.")
-    # Ending in the real name keeps the suffix, by which some writers choose their format.
+    # The name ends in the real one to keep the suffix, by which some writers choose their format.
     part = path.with_name(f".{secrets.token_hex(4)}.part.{path.name}")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -91,12 +91,12 @@ def writing_whole(path: Path) -> Iterator[Path]:
             "of the session. What stood there is unchanged."
         ) from error
     finally:
-        with suppress(OSError):  # where the folder itself is out of reach, the cause is already being raised
+        with suppress(OSError):  # if the folder itself is out of reach, the cause is already being raised
             part.unlink(missing_ok=True)
 
 
 def write_whole(path: Path, data: bytes | str) -> None:
-    """Writes a file whole or not at all; text as UTF-8.
+    """Write a file whole or not at all; text as UTF-8.
 
     Raises:
         ResultsNotWritable: the operating system refused; what stood there is unchanged.
@@ -107,10 +107,10 @@ def write_whole(path: Path, data: bytes | str) -> None:
 
 @dataclass(frozen=True)
 class ResultFile(Generic[T]):
-    """A JSON result of the session: what it is called, and what it holds.
+    """A JSON result of the session: its name and the record that it holds.
 
     Attributes:
-        name: in the folder of the results.
+        name: name of the file in the folder of the results.
         kind: the record that it holds, see `session.records`; its fields follow those of the provenance.
         named: types within it of which only names are written.
         arrays_apart: arrays are in a ``.npz`` of the same name.
@@ -122,12 +122,17 @@ class ResultFile(Generic[T]):
     arrays_apart: bool = False
 
     def paths(self, results: Path) -> tuple[Path, ...]:
-        """The file, and the one of its arrays."""
+        """Return the path of the file and, where arrays are apart, that of its arrays."""
         path = results / self.name
         return (path, path.with_suffix(".npz")) if self.arrays_apart else (path,)
 
     def write(self, results: Path, provenance: Provenance, record: T) -> tuple[Path, ...]:
-        """Writes it whole, the provenance first, with null for nan and infinity; returns `paths`.
+        """Write the result whole, the provenance first, with null for nan and infinity; return `paths`.
+
+        Args:
+            results: the folder of the results.
+            provenance: what the result was made with.
+            record: its content.
 
         Raises:
             ResultsNotWritable: a file cannot be written.
@@ -142,7 +147,11 @@ class ResultFile(Generic[T]):
         return paths
 
     def read(self, results: Path, external: External | None = None) -> T:
-        """What `write` wrote; `external` is what is in other files, see `session.records`.
+        """Read what `write` wrote.
+
+        Args:
+            results: the folder of the results.
+            external: what is kept in other files, see `session.records`.
 
         Raises:
             InputError: not there, incomplete, or not of this version.
@@ -161,7 +170,7 @@ class ResultFile(Generic[T]):
 
 
 def read_provenance(path: Path) -> Provenance:
-    """With what a JSON result was made.
+    """Read what a JSON result was made with.
 
     Raises:
         InputError: not there, incomplete, or not of this version.
@@ -186,13 +195,13 @@ def _read_json(path: Path) -> dict[str, Any]:
 
 
 def is_incomplete(path: Path) -> bool:
-    """Whether the end of a file is missing, or it was damaged otherwise: JSON, ``.npz`` or netCDF of HDF5."""
+    """Return whether a file is cut short or damaged otherwise: JSON, ``.npz`` or netCDF of HDF5."""
     try:
         if path.suffix == ".npz":
             with ZipFile(path) as packed:
                 return packed.testzip() is not None
         if path.suffix == ".nc":
-            import h5netcdf  # takes longer to load than all else here
+            import h5netcdf  # it takes longer to load than everything else here
 
             with h5netcdf.File(path) as stored:
                 return not stored.groups and not stored.variables
@@ -206,7 +215,7 @@ def is_incomplete(path: Path) -> bool:
 
 
 def check_whole(path: Path, command: str = "calib run") -> None:
-    """Checks that a result is there and not cut short.
+    """Check that a result is there and not cut short.
 
     Raises:
         InputError: it is not; `command` makes it again.
@@ -223,7 +232,7 @@ def _unreadable(path: Path, what: str, found: str, expected: str, command: str =
 
 
 def plain_json(value: Any) -> Any:
-    """The value in JSON's own types: arrays as lists, nan and infinity as None, flags in their contract form.
+    """Convert a value to JSON's own types: arrays to lists, nan and infinity to None, flags to their contract form.
 
     Raises:
         TypeError: a value of a type that no result should hold.
@@ -244,6 +253,6 @@ def plain_json(value: Any) -> Any:
 
 
 def sha256_of(path: Path) -> str:
-    """The sha256 of a file's content, in hexadecimal digits."""
+    """Compute the sha256 of a file's content, in hexadecimal digits."""
     with path.open("rb") as stream:
         return hashlib.file_digest(stream, "sha256").hexdigest()

@@ -1,6 +1,6 @@
 """What `session.toml` must fulfil beyond the range of each value: names, files and what belongs together.
 
-Each check works on the values as read and passes over what has the wrong type, so that these faults come out
+Each check works on the values as read and passes over values of the wrong type, so that these faults are reported
 together with those of `session_file`.
 """
 
@@ -18,37 +18,39 @@ from session.toml_source import Key, TomlSource
 
 RECORDINGS = ("tracks", "video", "motor")
 TRIAL_FILES = (*RECORDINGS, "boxes")
-OTHER_UNIT = 2.5  # a scale off by this factor is a mistake of unit
-RATE_OFF = 0.05  # relative difference of frame rates; frames left out move the mean alone, a coarse clock the median
+# A scale that is off by this factor is a mistake of unit.
+OTHER_UNIT = 2.5
+# Largest relative difference of frame rates. Missing frames move the mean spacing alone, a coarse clock the median.
+RATE_OFF = 0.05
 
 
 class DescribedRobot(Protocol):
-    """What a session is held against of its robot."""
+    """The description of a robot that a session is compared with."""
 
     @property
     def name(self) -> str:
-        """As described."""
+        """The robot's name."""
 
     @property
     def markers(self) -> Collection[str]:
-        """Names of all it has."""
+        """Names of all markers of the robot."""
 
     @property
     def scale_length_m(self) -> float:
-        """Nose to neck, m."""
+        """Distance from nose to neck, m."""
 
     def marker_positions_m(self, names: tuple[str, ...]) -> np.ndarray:
-        """(m, 3) places of the named markers on the straight robot, m."""
+        """Return the (m, 3) places of the named markers on the straight robot, m."""
 
 
 def markers_in(source: TomlSource) -> tuple[str, ...]:
-    """The marker names of the file that are text."""
+    """Return the marker names of the file that are text."""
     names = _table(source.data, "markers").get("names")
     return tuple(name for name in names if isinstance(name, str)) if isinstance(names, list) else ()
 
 
 def trials_in(source: TomlSource) -> Iterator[tuple[Key, dict[str, Any]]]:
-    """The key and the content of each trial that is a table."""
+    """Yield the key and the content of each trial that is a table."""
     trials = source.data.get("trial")
     for number, trial in enumerate(trials if isinstance(trials, list) else ()):
         if isinstance(trial, dict):
@@ -56,7 +58,7 @@ def trials_in(source: TomlSource) -> Iterator[tuple[Key, dict[str, Any]]]:
 
 
 def check_files(source: TomlSource, folder: Path, faults: FaultCollector) -> None:
-    """Every file that the session names is there."""
+    """Check that every file that the session names is there."""
     named: list[tuple[Key, Any]] = [
         (("robot", "file"), _table(source.data, "robot").get("file")),
         (("camera", "calibration"), _table(source.data, "camera").get("calibration")),
@@ -69,9 +71,12 @@ def check_files(source: TomlSource, folder: Path, faults: FaultCollector) -> Non
 
 
 def check_trials(source: TomlSource, faults: FaultCollector, needs_commands: bool = True) -> None:
-    """Trial names differ, each trial has a recording, and what belongs together is there together.
+    """Check that trial names differ, that each trial has a recording, and that what belongs together is there together.
 
-    `needs_commands`: a driven trial needs its command, without which it can be tracked but not fitted.
+    Args:
+        source: the file as read.
+        faults: receives what is wrong.
+        needs_commands: whether a driven trial needs its command, without which it can be tracked but not fitted.
     """
     trials = list(trials_in(source))
     names = [(key, trial["name"]) for key, trial in trials if isinstance(trial.get("name"), str)]
@@ -88,7 +93,7 @@ def check_trials(source: TomlSource, faults: FaultCollector, needs_commands: boo
 
 
 def check_scale(source: TomlSource, robot: DescribedRobot | None, faults: FaultCollector) -> None:
-    """The scale length is about that of the robot; a flag of the trials says where it is only somewhat off."""
+    """Check that the scale length is about that of the robot; smaller differences become flags of the trials."""
     scale = _table(source.data, "camera").get("scale_length_m")
     if robot is None or not isinstance(scale, (int, float)) or not 0 < scale < float("inf"):
         return
@@ -102,10 +107,14 @@ def check_scale(source: TomlSource, robot: DescribedRobot | None, faults: FaultC
 def check_rates(
     source: TomlSource, fps: float, stamps: Mapping[str, tuple[float, float]], faults: FaultCollector
 ) -> None:
-    """The time stamps of tracks are in seconds, and of the camera's frame rate within 5 %.
+    """Check that the time stamps of tracks are in seconds, and within 5 % of the camera's frame rate.
 
-    `stamps` are median and mean spacing of the time stamps, s, by trial. Those of a coarse clock show in the mean,
-    those with frames left out in the median.
+    Args:
+        source: the file as read.
+        fps: frames a second of the camera, as the session states it.
+        stamps: median and mean spacing of the time stamps, s, by trial. Errors of a coarse clock show in the mean,
+            missing frames in the median.
+        faults: receives what is wrong.
     """
     off: dict[str, list[str]] = {}
     for name, (median_s, mean_s) in stamps.items():
@@ -129,15 +138,21 @@ def usual_spacing_s(time_s: np.ndarray) -> tuple[float, float]:
 
 
 def rate_is_off(fps: float, median_s: float, mean_s: float) -> bool:
-    """Tell whether both the median and the mean spacing of time stamps show another frame rate."""
+    """Tell whether both the median and the mean spacing of time stamps show another frame rate.
+
+    Args:
+        fps: frames a second of the camera, as stated.
+        median_s: median spacing of the time stamps, s.
+        mean_s: mean spacing of the time stamps, s.
+    """
     return min(abs(1 / (each * fps) - 1) for each in (median_s, mean_s)) > RATE_OFF
 
 
 def check_markers(source: TomlSource, robot: Collection[str] | None, faults: FaultCollector) -> None:
-    """Marker names differ, the head markers are among them, and the robot has them all, where these are known."""
+    """Check that marker names differ, include the head markers, and belong to the robot, where it is known."""
     names = markers_in(source)
     if not names:
-        return  # reported by the form of the file already
+        return  # the validation of the file already reports this
     keys: list[Key] = [("markers", "names", number) for number in range(len(names))]
     _check_differ(source, list(zip(keys, names, strict=True)), "marker", faults)
     for marker in (marker for marker in HEAD_MARKERS if marker not in names):
@@ -151,7 +166,13 @@ def check_markers(source: TomlSource, robot: Collection[str] | None, faults: Fau
 
 
 def check_heads(source: TomlSource, exchanged: Mapping[str, bool], faults: FaultCollector) -> None:
-    """Nose and neck are not exchanged, in all trials alike or in single ones; whether they are, by trial."""
+    """Check that nose and neck are not exchanged, in all trials or in single ones.
+
+    Args:
+        source: the file as read.
+        exchanged: whether nose and neck are exchanged, by trial.
+        faults: receives what is wrong.
+    """
     trials = [name for name, each in exchanged.items() if each]
     expected = "the markers of the tail on the neck's side, as on the robot"
     if len(trials) > 1 and all(exchanged.values()):
@@ -169,14 +190,17 @@ def check_heads(source: TomlSource, exchanged: Mapping[str, bool], faults: Fault
 
 
 def slashes_for(name: str) -> str:
-    """The next step for a path with backslashes, which TOML takes for escapes; nothing for others."""
+    """Suggest forward slashes as the next step for a path with backslashes, which TOML takes for escapes.
+
+    Empty for others.
+    """
     if "\\" in name or any(ord(letter) < 32 for letter in name):
         return 'A backslash begins an escape in TOML: write the path with forward slashes, "trials/f1_30.csv".'
     return ""
 
 
 def is_file(path: Path) -> bool:
-    """Whether there is a file; False too for what cannot be a path at all."""
+    """Return whether there is a file; False too for a text that cannot be a path at all."""
     try:
         return path.is_file()
     except (OSError, ValueError):
@@ -184,7 +208,7 @@ def is_file(path: Path) -> bool:
 
 
 def _check_differ(source: TomlSource, named: Iterable[tuple[Key, str]], noun: str, faults: FaultCollector) -> None:
-    """No name is used twice; names that differ in case only would share a file on some systems."""
+    """Check that no name is used twice; names that differ in case only would share a file on some systems."""
     first: dict[str, Key] = {}
     for key, name in named:
         earlier = first.setdefault(name.casefold(), key)

@@ -18,11 +18,14 @@ HEAD_MARKERS = ("nose", "neck")
 
 FEWEST_MARKERS = 3
 FASTEST_HZ = 15.0
-"""Crank turns a second, as fast as Tunabot beats (Zhu et al., Sci. Robot. 4, 2019); more are turns a minute."""
+"""Fastest crank, turns a second, as fast as Tunabot beats (Zhu et al., Sci. Robot. 4, 2019).
+
+Larger numbers are taken for turns a minute.
+"""
 
 
 def _safe_name(name: str) -> str:
-    """The name, if it can be part of a file's name on any system."""
+    """Check that a name can be part of a file's name on any system, and return it."""
     if len(name) > 100 or not re.fullmatch(r"[A-Za-z0-9_]([A-Za-z0-9_.-]*[A-Za-z0-9_-])?", name):
         raise key_error("not a usable name", expected="up to 100 letters, digits, _, - and . within, such as f1_00")
     return name
@@ -41,19 +44,19 @@ Name = Annotated[str, AfterValidator(_safe_name)]
 
 
 class SessionTable(Table):
-    """``[session]``."""
+    """The table ``[session]``."""
 
     name: Annotated[str, StringConstraints(min_length=1, max_length=200)]
 
 
 class RobotTable(Table):
-    """``[robot]``."""
+    """The table ``[robot]``."""
 
     file: FileName
 
 
 class CameraTable(Table):
-    """``[camera]``."""
+    """The table ``[camera]``."""
 
     fps: Positive
     scale_length_m: Positive
@@ -61,21 +64,21 @@ class CameraTable(Table):
 
 
 class MarkersTable(Table):
-    """``[markers]``."""
+    """The table ``[markers]``."""
 
     names: Annotated[tuple[Name, ...], Field(min_length=FEWEST_MARKERS)]
     rename: Annotated[dict[str, str], Field(default_factory=dict)]
 
 
 class FitTable(Table):
-    """``[fit]``."""
+    """The table ``[fit]``."""
 
     warmup_s: Annotated[float, Field(ge=0)] = 1.0
     seed: Annotated[int, Field(ge=0)] = 0
 
 
 class TrialTable(Table):
-    """``[[trial]]``."""
+    """One table ``[[trial]]``."""
 
     name: Name
     kind: TrialKind
@@ -89,7 +92,7 @@ class TrialTable(Table):
 
 
 class SessionFile(Table):
-    """The whole file."""
+    """All tables of ``session.toml``."""
 
     session: SessionTable
     robot: RobotTable | None = None

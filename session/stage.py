@@ -1,4 +1,4 @@
-"""Stages: results that belong to what they were made from, so that what has not changed is not made again.
+"""Stages: results stamped with what they were made from, so that what has not changed is not made again.
 
 ``results/.stages.json`` holds, for each main result, the fingerprint of what it was made from and the hash of what was
 written. A result that was edited, deleted or made from something else is not current.
@@ -18,23 +18,26 @@ from session.results import is_incomplete, plain_json, program_version, sha256_o
 
 STAMPS = ".stages.json"
 KEPT = "kept"
-"""Folder of results that others took the place of."""
-_SHORT = 8  # characters of a stamp
+"""Folder of results that were replaced by others."""
+_SHORT = 8  # characters of a fingerprint that name the folder of results kept aside
 
 
 class HasFingerprint(Protocol):
-    """Whatever results may depend on."""
+    """Anything that results may depend on."""
 
     @property
     def fingerprint(self) -> str:
-        """A hash over all that it depends on itself."""
+        """A hash over everything that it depends on itself."""
 
 
 class Stage:
     """One step of the work on a session: its inputs, their fingerprint, and the files that it makes.
 
-    The main result `file` is somewhere in the session's ``results``; `inputs` are the sha256 of each input file by its
-    name, `settings` everything else that steers the stage, `after` the stages, or else, it builds on.
+    Args:
+        file: the main result, somewhere in the session's ``results``.
+        inputs: the sha256 of each input file by its name.
+        settings: everything else that steers the stage.
+        after: the stages, or other things with a fingerprint, that it builds on.
     """
 
     def __init__(
@@ -44,12 +47,12 @@ class Stage:
 
     @cached_property
     def fingerprint(self) -> str:
-        """A hash over all that the results depend on; the order of inputs and settings does not matter."""
+        """A hash over everything that the results depend on; the order of inputs and settings does not matter."""
         return fingerprint_of(self._inputs, self._settings, (stage.fingerprint for stage in self._after))
 
     @property
     def is_current(self) -> bool:
-        """Whether the results were made from these inputs, and all that was made together is as written."""
+        """Whether the results were made from these inputs, and every file of the stage is as it was written."""
         stamp = _read(self._results).get(_name(self.file, self._results))
         if not isinstance(stamp, dict) or stamp.get("fingerprint") != self.fingerprint:
             return False
@@ -63,7 +66,7 @@ class Stage:
 
     @property
     def incomplete(self) -> Path | None:
-        """A file of the results that stand whose end is missing, as after a full disk; None where all are whole."""
+        """The first result file whose end is missing, as after a full disk; None where all are whole."""
         stamp = _read(self._results).get(_name(self.file, self._results))
         outputs = stamp.get("outputs") if isinstance(stamp, dict) else None
         names = outputs if isinstance(outputs, dict) else ()
@@ -71,24 +74,33 @@ class Stage:
         return next((path for path in files if is_incomplete(path)), None)
 
     def ensure(self, make: Callable[[], Iterable[Path] | None]) -> bool:
-        """Makes the results unless they are current; whether it did. What `make` returns was written as well."""
+        """Make the results unless they are current, and return whether that was needed.
+
+        Args:
+            make: makes the results, and returns the files that were written besides the main one.
+        """
         if self.is_current:
             return False
         self.mark(make() or ())
         return True
 
     def mark(self, others: Iterable[Path] = ()) -> None:
-        """Records that the main result, and the others, were just made from these inputs."""
+        """Record that the main result, and the others, were just made from these inputs."""
         outputs = {_name(path, self._results): sha256_of(path) for path in (self.file, *others)}
         stamps = _read(self._results)
         stamps[_name(self.file, self._results)] = {"fingerprint": self.fingerprint, "outputs": outputs}
         write_whole(self._results / STAMPS, json.dumps(stamps, indent=1, sort_keys=True) + "\n")
 
     def keep_aside(self, with_it: Iterable[Path] = ()) -> Path | None:
-        """Copies what is there, and what was made together with it, before other results take its place.
+        """Copy the results that are there to ``results/kept/<stamp>`` before others take their place.
 
-        Results that rest on these alone (`with_it`) are moved. Returns ``results/kept/<stamp>``, where they are, the
-        stamp being the fingerprint that they were made under; None where nothing is there.
+        The stamp is the fingerprint that they were made under.
+
+        Args:
+            with_it: results that rest on these alone; they are moved instead of copied.
+
+        Returns:
+            The folder; None where nothing is there.
         """
         if not self.file.exists():
             return None
@@ -121,7 +133,14 @@ class Stage:
 def fingerprint_of(
     inputs: Mapping[str, str], settings: Mapping[str, Any], after: Iterable[str] = (), program: str | None = None
 ) -> str:
-    """A hash over all that results depend on; the order does not matter. By default of this version of the program."""
+    """Compute a hash over everything that results depend on; the order does not matter.
+
+    Args:
+        inputs: the sha256 of each input file by its name.
+        settings: everything else that steers the stage.
+        after: fingerprints of what it builds on.
+        program: version of the program; default: this one.
+    """
     parts = [inputs, settings, sorted(after), program or program_version()]
     return hashlib.sha256(json.dumps(plain_json(parts), sort_keys=True).encode()).hexdigest()
 
@@ -131,7 +150,7 @@ def _name(path: Path, results: Path) -> str:
 
 
 def _read(results: Path) -> dict[str, Any]:
-    """The stamps; none where the record is absent or damaged, which makes every result again."""
+    """Read the stamps; none where the record is absent or damaged, so that every result is made again."""
     try:
         stamps = json.loads((results / STAMPS).read_bytes())
     except (OSError, ValueError, RecursionError):

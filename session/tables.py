@@ -1,4 +1,4 @@
-"""Tables of numbers in CSV, read strictly: what is not a number is reported with its line and column."""
+"""Tables of numbers in CSV, read strictly: a cell that is not a number is reported with its line and column."""
 
 from __future__ import annotations
 
@@ -30,10 +30,10 @@ class Row:
 
 @dataclass(frozen=True)
 class RawTable:
-    """The cells of a table, not yet numbers.
+    """The cells of a table, not yet converted to numbers.
 
     Attributes:
-        file: the name for messages.
+        file: name of the file for messages.
         header: the first row where it holds names, else None.
         rows: all other rows, blank ones at the end left out.
         ends_whole: whether the last line is ended by a line feed.
@@ -46,7 +46,7 @@ class RawTable:
 
 
 def read_text(path: Path) -> str:
-    """The text of a file, unpacked if it is gzip (known by its first bytes), without a byte order mark.
+    """Read the text of a file, unpacked if it is gzip (known by its first bytes), without a byte order mark.
 
     Raises:
         InputError: not there, not readable, damaged, or not UTF-8.
@@ -74,14 +74,14 @@ def read_text(path: Path) -> str:
 
 
 def read_table(path: Path) -> RawTable:
-    """Splits a CSV file into cells. A first row most of whose cells are not numbers is the header.
+    """Split a CSV file into cells; a first row most of whose cells are not numbers is the header.
 
     Raises:
         InputError: the file cannot be read as text, or is empty.
     """
     file, text = str(path), read_text(path)
     lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
-    rows = [Row(number, _cells(line)) for number, line in enumerate(lines, start=1)]
+    rows = [Row(number, _split_cells(line)) for number, line in enumerate(lines, start=1)]
     while rows and rows[-1].cells == [""]:
         rows.pop()
     faults = FaultCollector(file)
@@ -94,9 +94,12 @@ def read_table(path: Path) -> RawTable:
 
 
 def as_table(file: str, rows: list[Row], ends_whole: bool) -> RawTable:
-    """A table of rows, of which there is one: the first is the header where most of its cells are not numbers."""
+    """Build a table from rows, of which there is at least one.
+
+    The first row is the header where most of its cells are not numbers.
+    """
     first = rows[0].cells
-    has_header = sum(_number(cell) is None for cell in first) > len(first) / 2
+    has_header = sum(_read_number(cell) is None for cell in first) > len(first) / 2
     header = tuple(first) if has_header else None
     return RawTable(file, header, rows[1:] if has_header else rows, ends_whole)
 
@@ -104,7 +107,14 @@ def as_table(file: str, rows: list[Row], ends_whole: bool) -> RawTable:
 def check_header(
     table: RawTable, columns: tuple[str, ...], faults: FaultCollector, others: Mapping[str, Iterable[str]]
 ) -> None:
-    """Adds a fault where the header is missing or is not these columns, each under its name or one of its others."""
+    """Add a fault where the header is missing or has other columns.
+
+    Args:
+        table: the table as read.
+        columns: names that the header must have, in their order.
+        faults: receives what is wrong.
+        others: further names of a column that count as its own.
+    """
     expected = ",".join(columns)
     if table.header is None:
         faults.add("line 1", "no header", expected=expected)
@@ -123,12 +133,12 @@ def check_header(
 def read_log(
     path: Path, columns: tuple[str, ...], others: Mapping[str, Iterable[str]] = MappingProxyType({})
 ) -> tuple[RawTable, tuple[Flag, ...]]:
-    """A table with these columns, to which rows are appended while something runs.
+    """Read a table with these columns, to which rows are appended while something runs.
 
     A last row cut short by the end (not ended by a line feed, or with cells missing) is left out and flagged.
 
     Args:
-        path: of the file.
+        path: the file.
         columns: names that the header must have, in their order.
         others: further names of a column, for instance one for each unit it may be in.
 
@@ -146,10 +156,15 @@ def read_log(
 
 
 def to_numbers(table: RawTable, columns: tuple[str, ...], faults: FaultCollector) -> np.ndarray:
-    """The table's rows as numbers, shape (rows, columns); nan for an empty or ``nan`` cell.
+    """Convert the rows of a table to numbers, shape (rows, columns); nan for an empty or ``nan`` cell.
 
     Ragged rows, which are left out, cells that are not numbers and infinite values become faults. Messages name the
     `columns`, whose number is the width expected.
+
+    Args:
+        table: the table as read.
+        columns: names of the columns.
+        faults: receives what is wrong.
     """
     ragged: list[Fault] = []
     bad_cells: list[Fault] = []
@@ -164,7 +179,7 @@ def to_numbers(table: RawTable, columns: tuple[str, ...], faults: FaultCollector
         except ValueError:
             plain = False
         if not plain:
-            numbers = [_checked(table.file, row, column, columns, bad_cells) for column in range(len(columns))]
+            numbers = [_check_cell(table.file, row, column, columns, bad_cells) for column in range(len(columns))]
         values.append(numbers)
     faults.extend_capped(ragged)
     faults.extend_capped(bad_cells)
@@ -172,7 +187,7 @@ def to_numbers(table: RawTable, columns: tuple[str, ...], faults: FaultCollector
 
 
 def check_time(table: RawTable, time_s: np.ndarray, faults: FaultCollector) -> None:
-    """Adds a fault for each row whose time, of shape (rows,), is missing or not later than the one before."""
+    """Add a fault for each row whose time, of shape (rows,), is missing or not later than the one before."""
 
     def fault(row: int, what: str, found: str) -> Fault:
         return Fault(table.file, f"line {table.rows[row].line}", what, found, "a later time in every row")
@@ -183,17 +198,20 @@ def check_time(table: RawTable, time_s: np.ndarray, faults: FaultCollector) -> N
 
 
 def _ends_cut(table: RawTable) -> bool:
-    """An editor, or a file system after a power loss, may have ended a cut row after all."""
+    """Return whether the last row is cut short: not ended by a line feed, or with too few cells.
+
+    An editor, or a file system after a power loss, may have ended a cut row after all.
+    """
     few = len(table.header or ()) if table.rows else 0
     return bool(table.rows) and (not table.ends_whole or len(table.rows[-1].cells) < few)
 
 
-def _cells(line: str) -> list[str]:
+def _split_cells(line: str) -> list[str]:
     return [cell.strip().strip('"') for cell in line.split(",")]
 
 
-def _number(cell: str) -> float | None:
-    """The number in a cell, nan for an empty one, None where there is none."""
+def _read_number(cell: str) -> float | None:
+    """Read the number in a cell: nan for an empty one, None where there is none."""
     if not cell:
         return math.nan
     try:
@@ -207,10 +225,10 @@ def _ragged(file: str, row: Row, width: int) -> Fault:
     return Fault(file, f"line {row.line}", "wrong number of columns", found, f"{width} columns")
 
 
-def _checked(file: str, row: Row, column: int, columns: tuple[str, ...], bad_cells: list[Fault]) -> float:
-    """The number in one cell; nan, and a fault, where it is not a finite one."""
+def _check_cell(file: str, row: Row, column: int, columns: tuple[str, ...], bad_cells: list[Fault]) -> float:
+    """Read the number in one cell; nan, and a fault, where it is not a finite one."""
     cell = row.cells[column]
-    value = _number(cell)
+    value = _read_number(cell)
     if value is not None and not math.isinf(value):
         return value
     what = "not a number" if value is None else "an infinite value"

@@ -1,4 +1,4 @@
-"""On which lines of a TOML file its keys are, which the parsers do not give."""
+"""The lines on which the keys of a TOML file are, which the parsers do not give."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ Key = tuple[str | int, ...]
 
 
 def lines_of_keys(text: str) -> dict[Key, int]:
-    """The line on which the statement of each key of a valid TOML text starts."""
+    """Find the line on which the statement of each key of a valid TOML text starts."""
     lines: dict[Key, int] = {}
     tables: Counter[Key] = Counter()  # how many tables each array of tables has so far
     table: Key = ()
     for line, statement, content in _statements(text):
         if statement.lstrip().startswith("["):
-            table = _opened_table(content, tables)
+            table = _open_table(content, tables)
             for length in range(1, len(table) + 1):
                 lines.setdefault(table[:length], line)
         else:
@@ -28,21 +28,21 @@ def lines_of_keys(text: str) -> dict[Key, int]:
 
 
 def _statements(text: str) -> Iterator[tuple[int, str, dict[str, Any]]]:
-    """Line number, first line and content of each statement: the shortest run of lines that is TOML alone."""
+    """Yield line number, first line and content of each statement: the shortest run of lines that is TOML alone."""
     pending: list[str] = []
     for number, line in enumerate(text.replace("\r\n", "\n").split("\n"), start=1):
         pending.append(line)
         try:
             content = tomllib.loads("\n".join(pending))
-        except ValueError:  # goes on in the next line
+        except ValueError:  # the statement continues in the next line
             continue
         if content:
             yield number - len(pending) + 1, pending[0], content
         pending = []
 
 
-def _opened_table(header: dict[str, Any], tables: Counter[Key]) -> Key:
-    """The key of the table that a header opens; [a.b] parses to {"a": {"b": {}}}, [[a]] to {"a": [{}]}."""
+def _open_table(header: dict[str, Any], tables: Counter[Key]) -> Key:
+    """Return the key of the table that a header opens; [a.b] parses to {"a": {"b": {}}}, [[a]] to {"a": [{}]}."""
     key: Key = ()
     node: Any = header
     while node:
@@ -57,7 +57,7 @@ def _opened_table(header: dict[str, Any], tables: Counter[Key]) -> Key:
 
 
 def _keys(content: Any) -> Iterator[Key]:
-    """Every key within a value, its own empty key left out."""
+    """Yield every key within a value, its own empty key left out."""
     if not isinstance(content, dict | list):
         return
     for name, value in content.items() if isinstance(content, dict) else enumerate(content):
@@ -66,6 +66,6 @@ def _keys(content: Any) -> Iterator[Key]:
 
 
 def dotted(key: Key) -> str:
-    """The key as TOML users write it: ``trial[2].role``."""
+    """Format a key as TOML users write it: ``trial[2].role``."""
     parts = [f"[{part}]" if isinstance(part, int) else f".{part}" for part in key]
     return "".join(parts).removeprefix(".")

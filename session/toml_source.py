@@ -1,4 +1,4 @@
-"""TOML files, validated by a pydantic model, every fault with its key, its line and the choices."""
+"""TOML files, validated by a pydantic model; every fault has its key, its line and the choices."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class Table(BaseModel):
 
 
 class TomlSource:
-    """A TOML file that was read, which knows the line of each of its keys; `file` is its name for messages."""
+    """A TOML file that was read, with the line of each of its keys; `file` is its name for messages."""
 
     def __init__(self, file: str, text: str) -> None:
         self.file = file
@@ -39,7 +39,7 @@ class TomlSource:
         self._lines: dict[Key, int] | None = None
 
     def where(self, key: Key) -> str:
-        """The place of a key for a message: ``"line 12, trial[2].role"``.
+        """Describe the place of a key for a message: ``"line 12, trial[2].role"``.
 
         An absent key has the line of the table it is missing from.
         """
@@ -52,7 +52,7 @@ class TomlSource:
         return name
 
     def validate(self, model: type[Model], faults: FaultCollector) -> Model | None:
-        """The content as `model`; None, and a fault for each thing wrong, where it does not fit."""
+        """Validate the content as `model`; None, and a fault for each thing wrong, where it does not fit."""
         try:
             return model.model_validate(_as_tuples(self.data))
         except ValidationError as error:
@@ -64,11 +64,18 @@ class TomlSource:
 
 
 def fault_of(model: type[BaseModel], details: ErrorDetails, file: str, where: str) -> Fault:
-    """One error of pydantic's as a fault, at a place that the reader knows."""
+    """Convert one error of pydantic's to a fault, at a place that the reader knows.
+
+    Args:
+        model: the model that was not met.
+        details: the error.
+        file: name of the file for the message.
+        where: place in the file.
+    """
     key: Key = tuple(details["loc"])
     context = details.get("ctx", {})
     annotation = annotation_at(model, key)
-    found = _found(details["input"])
+    found = _format_found(details["input"])
     choices: tuple[str, ...] = ()
     next_step = ""
     match details["type"]:
@@ -96,12 +103,12 @@ def fault_of(model: type[BaseModel], details: ErrorDetails, file: str, where: st
 
 
 def _only_follows(details: ErrorDetails) -> bool:
-    """Whether a list is called too short only because what it holds is faulty, which is reported item by item."""
+    """Return whether a list is called too short only because its items are faulty, which is reported item by item."""
     return details["type"] == "too_short" and len(details["input"]) >= details["ctx"]["min_length"]
 
 
-def _found(value: Any) -> str:
-    """A value as TOML would show it, a whole table by its name only."""
+def _format_found(value: Any) -> str:
+    """Format a value as TOML would show it, a whole table by its name only."""
     if isinstance(value, dict):
         return "a table" if value else "an empty table"
     if isinstance(value, bool):
@@ -110,7 +117,7 @@ def _found(value: Any) -> str:
 
 
 def load_toml(path: Path, model: type[Model]) -> Model:
-    """Reads a TOML file as a pydantic model of the whole file, best derived from `Table`.
+    """Read a TOML file as a pydantic model of the whole file, best derived from `Table`.
 
     Raises:
         InputError: not there, not TOML, or every way in which it does not fit the model, at once.
@@ -124,7 +131,7 @@ def load_toml(path: Path, model: type[Model]) -> Model:
 
 
 def read_toml(path: Path) -> TomlSource:
-    """Reads a TOML file, for validation in several steps.
+    """Read a TOML file, for validation in several steps.
 
     Raises:
         InputError: not there, or not TOML.
@@ -135,9 +142,16 @@ def read_toml(path: Path) -> TomlSource:
 def key_error(
     what: str, *, expected: str, found: str = "", choices: Sequence[str] = (), next_step: str = ""
 ) -> PydanticCustomError:
-    """The error for a validator of a model to raise, so that its fault has all that a `Fault` can have.
+    """Build the error for a validator of a model to raise, so that its fault has everything that a `Fault` can have.
 
     >>> raise key_error("no such tendon", found=name, expected="a tendon of the robot", choices=names)
+
+    Args:
+        what: what is wrong, without a full stop.
+        expected: what would have been right.
+        found: what is there; default: the value itself.
+        choices: the valid values, where they can be listed.
+        next_step: what to do about it.
     """
     context = {"what": what, "expected": expected, "found": found, "choices": list(choices), "next_step": next_step}
     return PydanticCustomError("swimcal", "{what}", context)
@@ -163,7 +177,7 @@ def _parse(file: str, text: str) -> dict[str, Any]:
 
 
 def _as_tuples(value: Any) -> Any:
-    """The value with tuples for lists, the immutable form that the models hold."""
+    """Convert lists to tuples, the immutable form that the models hold."""
     if isinstance(value, dict):
         return {key: _as_tuples(item) for key, item in value.items()}
     return tuple(map(_as_tuples, value)) if isinstance(value, list) else value

@@ -1,4 +1,4 @@
-"""Tracks: where each marker is in each frame, in pixels of the image: one labelled `xarray.Dataset`.
+"""Tracks: where each marker is in each frame, in pixels of the image, as one labelled `xarray.Dataset`.
 
 Its dimensions are ``time``, ``space`` (x to the right and y down, the centre of the top left pixel at (0, 0)) and
 ``keypoint``, as in the package `movement`:
@@ -29,22 +29,28 @@ if TYPE_CHECKING:
 TIME = "time_s"
 FARTHEST_PX = 1e6
 SUFFIXES = ("_x", "_y", "_confidence")
-SLOWEST_STEP_S, FASTEST_STEP_S = 0.5, 1 / 2000
-"""Frames of a camera follow one another within these; other times are no seconds."""
+SLOWEST_STEP_S = 0.5
+"""Longest time between two frames of a camera; longer steps are not in seconds."""
+FASTEST_STEP_S = 1 / 2000
+"""Shortest time between two frames of a camera; shorter steps are not in seconds."""
 SMALLEST_BODY_PX = 3.0
-"""A robot smaller than this in the picture is one whose places are in metres."""
+"""Smallest length of a robot in the picture; the places of a smaller one are in metres."""
 NO_NAMES: Mapping[str, str] = MappingProxyType({})
 
 
 def as_tracks(
     markers: Sequence[str], time_s: np.ndarray, position_px: np.ndarray, confidence: np.ndarray, source: str = ""
 ) -> xr.Dataset:
-    """Tracks of n frames and m markers, as above, from the file `source`.
+    """Build the tracks of n frames and m markers in the form of this module.
 
-    `time_s` (n,) s, strictly increasing; `position_px` (n, m, 2), px, nan where missing; `confidence` (n, m) in [0, 1],
-    0 where missing.
+    Args:
+        markers: names of the m markers.
+        time_s: (n,) times of the frames, s, strictly increasing.
+        position_px: (n, m, 2) positions in the image, px, nan where missing.
+        confidence: (n, m) confidence in [0, 1], 0 where the position is missing.
+        source: the file that the tracks come from.
     """
-    import xarray as xr  # takes half a second, which a command's help need not wait for
+    import xarray as xr  # it takes half a second to load, which the help of a command need not wait for
 
     n, m = len(time_s), len(markers)
     if position_px.shape != (n, m, 2) or confidence.shape != (n, m):
@@ -52,7 +58,7 @@ def as_tracks(
             f"position_px {position_px.shape} and confidence {confidence.shape} do not fit "
             f"{n} frames of {m} markers: expected {(n, m, 2)} and {(n, m)}"
         )
-    steps_s = np.diff(time_s)  # rounded as they were written, so that their mean is nearer than any one; without gaps
+    steps_s = np.diff(time_s)  # single steps are rounded as they were written: the mean of those without gaps is better
     usual_s = np.median(steps_s) if n > 1 else np.nan
     regular = np.abs(steps_s - usual_s) < 0.75 * usual_s  # a step twice as long is a gap, half of one a coarse clock
     fps = round(1 / float(steps_s[regular].mean()), 3) if regular.any() else np.nan
@@ -67,32 +73,36 @@ def as_tracks(
 
 
 def markers_of(tracks: xr.Dataset) -> tuple[str, ...]:
-    """The names of the m markers."""
+    """Return the names of the m markers."""
     return tuple(tracks.keypoint.values.tolist())
 
 
 def by_marker(position: xr.DataArray) -> np.ndarray:
-    """(n, m, 2) positions for loops over numbers; a view."""
+    """Return the positions as an (n, m, 2) view, for loops over numbers."""
     return position.transpose("time", "keypoint", "space").values
 
 
 def pixels_of(tracks: xr.Dataset) -> np.ndarray:
-    """(n, m, 2) positions, px; a view."""
+    """Return the positions as an (n, m, 2) view, px."""
     return by_marker(tracks.position)
 
 
 def load_tracks(
     path: Path, markers: Sequence[str], fps: float, *, minimum: int = 2, rename: Mapping[str, str] = NO_NAMES
 ) -> xr.Dataset:
-    """Reads the tracks of one trial, in either format of the session folder.
+    """Read the tracks of one trial, in either format of the session folder.
 
-    With a header ``time_s,<marker>_x,<marker>_y,<marker>_confidence,…`` the columns may come in any order,
-    and a confidence may be left out (then it is 1). Without one the columns are x0,y0,x1,y1,… in the order of
-    `markers`, and row k is at k / `fps`. An empty or ``nan`` cell is a missing sample; a position with one
-    half missing is missing altogether. Packed files (.csv.gz) are unpacked.
+    With a header ``time_s,<marker>_x,<marker>_y,<marker>_confidence,…`` the columns may come in any order, and a
+    confidence may be left out (then it is 1). Without one the columns are x0,y0,x1,y1,… in the order of `markers`, and
+    row k is at k / `fps`. An empty or ``nan`` cell is a missing sample; a position with one half missing is missing
+    altogether. Packed files (.csv.gz) are unpacked.
 
-    The file must hold all `markers` and a `minimum` of frames; `fps` is used for files without a header; `rename` gives
-    names of the file's columns those of the markers.
+    Args:
+        path: the file.
+        markers: names of the markers, all of which the file must hold.
+        fps: frames a second of files without a header.
+        minimum: number of frames that the file must hold.
+        rename: names of the file's columns, and which markers they are.
 
     Raises:
         InputError: every fault of the file at once.
@@ -100,7 +110,7 @@ def load_tracks(
     table = read_table(path)
     faults = FaultCollector(table.file)
     columns = table.header or tuple(f"{marker}{suffix}" for marker in markers for suffix in ("_x", "_y"))
-    columns = tuple(_renamed(column, rename) for column in columns) if rename else columns
+    columns = tuple(_rename(column, rename) for column in columns) if rename else columns
     _check_columns(table, columns, tuple(markers), faults)
     faults.raise_if_any()
     values = to_numbers(table, columns, faults)  # (n, columns)
@@ -125,7 +135,13 @@ def check_count(frames: int, faults: FaultCollector, minimum: int = 2) -> None:
 
 
 def check_seen(present: np.ndarray, markers: Sequence[str], faults: FaultCollector) -> None:
-    """Add a fault for each marker without a sample in `present` (n, m); one for all where there is no sample at all."""
+    """Add a fault for each marker without a sample in `present` (n, m); one for all where there is no sample at all.
+
+    Args:
+        present: (n, m) whether each sample is there.
+        markers: names of the m markers.
+        faults: receives what is wrong.
+    """
     if len(present) and not present.any():
         what, step = "no marker is seen in any frame", "Track the trial again, or take it out of session.toml."
         faults.add("", what, expected="at least one sample of each marker", next_step=step)
@@ -136,7 +152,7 @@ def check_seen(present: np.ndarray, markers: Sequence[str], faults: FaultCollect
 
 
 def check_seconds(time_s: np.ndarray, faults: FaultCollector) -> None:
-    """Adds a fault where the times (n,) of frames cannot be seconds: milliseconds, minutes, numbers of frames."""
+    """Add a fault where the times (n,) of frames cannot be seconds: milliseconds, minutes, numbers of frames."""
     steps = np.diff(time_s)
     usual = float(np.median(steps)) if len(steps) and np.isfinite(steps).all() else 0.0
     if usual <= 0 or FASTEST_STEP_S <= usual < SLOWEST_STEP_S:
@@ -154,7 +170,7 @@ def check_seconds(time_s: np.ndarray, faults: FaultCollector) -> None:
 
 
 def check_pixels(position_px: np.ndarray, faults: FaultCollector) -> None:
-    """Adds a fault where the body of the markers (n, m, 2) is too small for pixels: places in metres."""
+    """Add a fault where the body of the markers (n, m, 2) is too small for pixels: places in metres."""
     whole = position_px[np.isfinite(position_px).all(axis=(1, 2))] if position_px.shape[1] > 2 else np.zeros((0, 1, 2))
     if len(whole) == 0:
         return
@@ -165,8 +181,8 @@ def check_pixels(position_px: np.ndarray, faults: FaultCollector) -> None:
         faults.add("", what, found=f"a robot {body:.3g} px long", expected=expected, next_step=step)
 
 
-def _renamed(column: str, rename: Mapping[str, str]) -> str:
-    """A column of a marker under the marker's own name."""
+def _rename(column: str, rename: Mapping[str, str]) -> str:
+    """Return the name of a column with the marker's own name for that of the file."""
     for suffix in SUFFIXES:
         if column.endswith(suffix) and (marker := column.removesuffix(suffix)) in rename:
             return f"{rename[marker]}{suffix}"
@@ -174,7 +190,7 @@ def _renamed(column: str, rename: Mapping[str, str]) -> str:
 
 
 def save_tracks(path: Path, tracks: xr.Dataset) -> None:
-    """Writes tracks with a header, whole or not at all; `load_tracks` reads the same numbers back.
+    """Write tracks with a header, whole or not at all; `load_tracks` reads the same numbers back.
 
     Raises:
         ResultsNotWritable: the file cannot be written.
@@ -214,7 +230,7 @@ def _check_columns(table: RawTable, columns: tuple[str, ...], markers: tuple[str
 
 
 def _check_width(table: RawTable, markers: tuple[str, ...], faults: FaultCollector) -> None:
-    """Says it once when no row has the width that the markers ask for, not once a row."""
+    """Add one fault when no row has the width that the markers require, instead of one a row."""
     widths = {len(row.cells) for row in table.rows}
     expected = 2 * len(markers)
     if len(widths) == 1 and widths != {expected}:

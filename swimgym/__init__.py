@@ -1,6 +1,6 @@
 """Environments, policies and shoals of the calibrated twin.
 
-Where gymnasium is installed its import registers `swimgym/Target-v0` and `swimgym/Circle-v0`:
+Where gymnasium is installed, importing this package registers `swimgym/Target-v0` and `swimgym/Circle-v0`:
 
     gymnasium.make("swimgym:swimgym/Target-v0", session="pool")
     gymnasium.make_vec("swimgym:swimgym/Target-v0", num_envs=256, vectorization_mode="vector_entry_point")

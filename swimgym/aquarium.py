@@ -23,13 +23,17 @@ FPS = 25
 KINDS = (".rrd", ".mp4", ".gif")
 _PIXELS = 960
 _MARGIN_M = 0.6
-_SLOWEST_HZ, _FASTEST_HZ = 0.5, 2.0  # of the beats without a policy
-_M2_EACH = 0.5  # of pool
-_GAIN = 1.5  # of the side of a beat without a policy, per rad of bearing
+_SLOWEST_HZ = 0.5  # slowest beat without a policy
+_FASTEST_HZ = 2.0  # fastest beat without a policy
+_M2_EACH = 0.5  # area of the pool for each swimmer
+_GAIN = 1.5  # how much a beat without a policy is to one side, per rad of bearing
 
 
 class Roaming(Targets):
-    """Targets anywhere in a pool of `size_m` (2,) about the origin; who reaches one gets the next."""
+    """Targets anywhere in a pool of `size_m` (2,) about the origin.
+
+    A swimmer that reaches its target gets the next one.
+    """
 
     def __init__(self, count: int, size_m: np.ndarray, rng: np.random.Generator) -> None:
         super().__init__(count)
@@ -37,14 +41,14 @@ class Roaming(Targets):
         self.places = self.drawn(count)
 
     def drawn(self, count: int) -> np.ndarray:
-        """(n, 2) places in the pool, m."""
+        """Draw (n, 2) places in the pool, m."""
         return (self._rng.random((count, 2)) - 0.5) * self._pool_m
 
     def begin(self, rows: np.ndarray, rng: np.random.Generator) -> None:
-        """They have their targets already."""
+        """Leave the targets as they are: they were drawn with the pool."""
 
     def reached(self, distance: np.ndarray) -> np.ndarray:
-        """Nobody is ever done."""
+        """Draw new targets for the swimmers that reached theirs, and return (n,) False: no episode ends."""
         near = distance <= self.reach_m
         self.places[near] = self.drawn(int(near.sum()))
         return np.zeros(len(distance), bool)
@@ -52,14 +56,15 @@ class Roaming(Targets):
 
 @dataclass(frozen=True, eq=False)
 class Shoal:
-    """What swam in the aquarium.
+    """The swimmers of an aquarium, frame by frame.
 
     Attributes:
         lines_m: (k, n, l, 2) nose, hinges and tip of n swimmers in every frame, m.
-        targets_m: (k, n, 2), m.
-        corners_m: (2, 2) lower left and upper right of what is shown, m.
-        wall_s, seconds: that the simulation took, and that were simulated.
-        diverged: (n,) who blew up.
+        targets_m: (k, n, 2) targets, m.
+        corners_m: (2, 2) lower left and upper right corner of what is shown, m.
+        wall_s: duration of the simulation.
+        seconds: simulated time.
+        diverged: (n,) whether the simulation of a swimmer diverged.
     """
 
     lines_m: np.ndarray
@@ -71,17 +76,24 @@ class Shoal:
 
     @property
     def in_real_time(self) -> int:
-        """How many would swim in real time."""
+        """The number of swimmers that could be simulated in real time."""
         return int(self.lines_m.shape[1] * self.seconds / self.wall_s)
 
 
 def swim_together(
     fish: Fish, count: int, seconds: float, *, policy: Policy | None = None, seed: int = 0, workers: int = 0
 ) -> Shoal:
-    """Lets n swimmers roam a pool whose size suits their number; several models are dealt out to them.
+    """Simulate n swimmers that roam a pool whose size suits their number; several models are dealt out to them.
 
-    Without a policy they beat at 0.5 to 2 Hz, each at its own, towards their targets. The seed is that of places,
-    headings, targets and frequencies.
+    Without a policy they beat at 0.5 to 2 Hz, each at its own frequency, towards their targets.
+
+    Args:
+        fish: the robot, with one model or several.
+        count: n.
+        seconds: simulated time.
+        policy: steers the swimmers.
+        seed: draws places, headings, targets and frequencies.
+        workers: threads; 0 for all cores.
     """
     rng = np.random.default_rng(seed)
     size = np.sqrt(_M2_EACH * max(count, 20)) * np.array([1.3, 1 / 1.3])
@@ -107,7 +119,15 @@ def swim_together(
 def play(
     course: Course, controller: Controller, target_m: tuple[float, float] | None = None, seed: int = 0
 ) -> tuple[Swum, Shoal]:
-    """One episode of one swimmer, and what there is to see of it; see `swimgym.evaluation.reach`.
+    """Simulate one episode of one swimmer, and return it with what there is to see of it.
+
+    See `swimgym.evaluation.reach`.
+
+    Args:
+        course: one swimmer with its task.
+        controller: steers it.
+        target_m: x and y of the target from the start, m; None: the task's own.
+        seed: draws the target.
 
     Raises:
         InputError: the target is no place, or is not reached in the time of an episode.
@@ -115,7 +135,7 @@ def play(
     lines: list[np.ndarray] = []
     targets, calls = [], 0
 
-    def watched(seen: np.ndarray) -> np.ndarray:
+    def watch(seen: np.ndarray) -> np.ndarray:
         nonlocal calls
         if calls * course.rules.interval_s >= len(lines) / FPS - 1e-9:
             lines.append(outline(course.swimmers))
@@ -124,21 +144,21 @@ def play(
         return controller(seen)
 
     began = perf_counter()
-    swum = reach(course, watched, target_m, seed)
+    swum = reach(course, watch, target_m, seed)
     wall, shown = perf_counter() - began, np.concatenate([np.reshape(lines, (-1, 2)), np.reshape(targets, (-1, 2))])
     corners = np.array([shown.min(axis=0) - _MARGIN_M / 2, shown.max(axis=0) + _MARGIN_M / 2])
     return swum, Shoal(np.array(lines), np.array(targets), corners, wall, float(swum.seconds[0]), swum.diverged)
 
 
 def check_kind(file: Path) -> None:
-    """An `InputError` for a file of another kind than .rrd, .mp4 and .gif."""
+    """Raise an `InputError` for a file of another kind than .rrd, .mp4 and .gif."""
     if file.suffix not in KINDS:
         fault = Fault(str(file), "", "not a kind of recording", repr(file.suffix), "a file of one of these", KINDS)
         raise InputError([fault])
 
 
 def write_shoal(shoal: Shoal, file: Path) -> None:
-    """Writes a recording (.rrd) or a film (.mp4, .gif) of 25 frames a second.
+    """Write a recording (.rrd) or a film (.mp4, .gif) of 25 frames a second.
 
     Raises:
         InputError: the name ends otherwise.
@@ -173,7 +193,7 @@ def _film(shoal: Shoal, file: Path) -> None:
             if k == 0:
                 (stream.height, stream.width), stream.pix_fmt = image.shape[:2], form
             if form == "pal8":
-                indexed: Any = _indexed(image)  # PyAV's types know nothing of palettes
+                indexed: Any = _index_colours(image)  # PyAV's types know nothing of palettes
                 frame = av.VideoFrame.from_ndarray(indexed, format=form)
             else:
                 frame = av.VideoFrame.from_ndarray(image, format="rgb24").reformat(format=form)
@@ -181,8 +201,11 @@ def _film(shoal: Shoal, file: Path) -> None:
         container.mux(stream.encode())
 
 
-def _indexed(image: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """(p, q) a picture of 256 colours, and (256, 4) these, alpha first: shades of 3, 3 and 2 bits, ours exactly."""
+def _index_colours(image: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Reduce an image to 256 colours: (p, q) numbers, and (256, 4) colours, alpha first.
+
+    Shades have 3, 3 and 2 bits; the colours of the drawing are kept exactly.
+    """
     palette = np.full((256, 4), 255, np.uint8)
     number = np.arange(256)
     palette[:, 1:] = np.stack([(number >> 5) * 36, (number >> 2 & 7) * 36, (number & 3) * 85], axis=1)

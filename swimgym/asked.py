@@ -1,4 +1,4 @@
-"""What environments are given by a caller, checked: actions, seeds and the options of a reset."""
+"""Checks of what a caller gives to an environment: actions, seeds and the options of a reset."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -9,7 +9,7 @@ from swimgym.course import Targets, Task
 
 
 def checked_action(action: Any, shape: tuple[int, ...]) -> np.ndarray:
-    """Actions of this shape as one array (n,).
+    """Check actions of this shape and return them as one array (n,).
 
     Raises:
         ValueError: of another shape, or not finite numbers.
@@ -24,7 +24,12 @@ def checked_action(action: Any, shape: tuple[int, ...]) -> np.ndarray:
 
 
 def checked_target(options: dict[str, Any] | None, task: Task, count: int = 1) -> np.ndarray | None:
-    """(2,) or, of several swimmers, (n, 2) m of the option "target_m"; None where it is not given.
+    """Check the option "target_m" and return it, m: (2,) or, of several swimmers, (n, 2); None where it is not given.
+
+    Args:
+        options: options of a reset.
+        task: the task of the environment.
+        count: number of swimmers.
 
     Raises:
         ValueError: another option, another shape, or a task whose target cannot be given.
@@ -45,7 +50,7 @@ def checked_target(options: dict[str, Any] | None, task: Task, count: int = 1) -
 
 
 def checked_seeds(seed: int | Sequence[int | None] | None, count: int) -> Sequence[int | None] | None:
-    """Seeds of each of n environments; None where one seed, or none, is for all of them.
+    """Check the seeds of n environments and return them; None where one seed, or none, is for all of them.
 
     Raises:
         ValueError: another number of seeds.

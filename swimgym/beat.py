@@ -1,4 +1,4 @@
-"""A beat of the tail from two numbers, how fast and how much to one side, with one motor.
+"""A beat of the tail with one motor from two numbers: how fast it is, and how much to one side.
 
 The crank's angle is the clock: it turns at 2 pi f (1 - s sin(angle)), so the tail lingers on one side and hurries
 through the other, which turns the robot. Nothing is remembered between actions.
@@ -12,10 +12,13 @@ MOST_ASIDE = 0.95
 
 
 def beat_action(rules: Rules, seen: np.ndarray, hz: np.ndarray, aside: np.ndarray) -> np.ndarray:
-    """(n,) accelerations in [-1, 1] that keep up a beat, given what is seen (n, o) of the crank.
+    """Compute the (n,) accelerations in [-1, 1] that keep up a beat.
 
-    `hz` (n,) are turns of the crank a second, in the mean over its angle; `aside` (n,) is how much to the left, from -1
-    to 1.
+    Args:
+        rules: rules of the course.
+        seen: (n, o) observations, of which those of the crank are used.
+        hz: (n,) turns of the crank a second, in the mean over its angle.
+        aside: (n,) how much the beat is to the left, from -1 to 1.
     """
     sine, speed = seen[:, 1], seen[:, 2]
     wanted = 2 * np.pi * np.minimum(hz, rules.fastest_hz) * (1 - MOST_ASIDE * np.clip(aside, -1.0, 1.0) * sine)

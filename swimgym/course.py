@@ -1,4 +1,4 @@
-"""What swimmers are asked to do, what they see of it and what it is worth: targets, and a circle.
+"""The tasks of swimmers, targets and a circle: what they see of them and what their actions are worth.
 
 Everything is an array over n swimmers; the environments of gymnasium are thin shells around it. Following "Simple
 Models, Real Swimming" (2026): what is seen, the action (an acceleration of the motor), the reward, the area of the
@@ -28,15 +28,15 @@ AHEAD = ("distance", "target_x", "target_y", "target_x_rate", "target_y_rate", "
 
 @dataclass(frozen=True)
 class Rules:
-    """What holds whatever the task.
+    """The rules of action, reward and episode that hold for every task.
 
     Attributes:
-        interval_s: between two actions.
-        acceleration_rad_s2: of the crank at an action of 1 (paper: 400 to 500).
+        interval_s: time between two actions.
+        acceleration_rad_s2: acceleration of the crank at an action of 1 (paper: 400 to 500).
         fastest_hz: turns of the crank a second, either way; the tail beats as often.
-        seconds: after which an episode is cut off.
-        distance_weight, effort_weight: of the reward -distance (m) - abs(action), at every action.
-        goal_reward: when a target is reached.
+        seconds: time after which an episode is cut off.
+        distance_weight, effort_weight: weights of the reward -distance (m) - abs(action), at every action.
+        goal_reward: reward when a target is reached.
     """
 
     interval_s: float = 0.02
@@ -53,43 +53,44 @@ class Rules:
                 raise ValueError(f"{name}: found {getattr(self, name)!r}, expected a number above 0")
 
     def speed(self, crank_speed: np.ndarray, action: np.ndarray) -> np.ndarray:
-        """(n,) speed of the crank that actions (n,) lead to from speeds (n,), rad/s."""
+        """Compute the (n,) speeds of the crank, rad/s, that actions (n,) lead to from speeds (n,)."""
         most = 2 * np.pi * self.fastest_hz
         wanted = crank_speed + self.acceleration_rad_s2 * self.interval_s * np.clip(action, -1.0, 1.0)
         return np.clip(wanted, -most, most)
 
 
 class Task(Protocol):
-    """Where swimmers are to go. Its arrays are over n swimmers; the pool's frame; m."""
+    """The goal of each of n swimmers, in the pool's frame, m."""
 
     def begin(self, rows: np.ndarray, rng: np.random.Generator) -> None:
-        """New goals for some (r,), which lie at the origin heading along -x."""
+        """Set new goals for some swimmers (r,), which lie at the origin heading along -x."""
         ...
 
     def ahead(self, place: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """(n, 2) targets of swimmers at places (n, 2), and (n, 2) how these move on their own, m/s."""
+        """Return the (n, 2) targets of swimmers at places (n, 2), and (n, 2) how these move on their own, m/s."""
         ...
 
     def reached(self, distance: np.ndarray) -> np.ndarray:
-        """(n,) who is done, given distances (n,) from the targets."""
+        """Return (n,) whether each swimmer has reached its goal, given its distance (n,) from the target."""
         ...
 
     def off_path(self, place: np.ndarray) -> np.ndarray:
-        """(n,) distances of places (n, 2) from the path; nan without a path."""
+        """Compute the (n,) distances of places (n, 2) from the path; nan without a path."""
         ...
 
 
 class Targets:
-    """A random target each, in a rectangle ahead.
+    """A random target for each swimmer, in a rectangle ahead.
 
     Args:
+        count: number of swimmers.
         ahead_m: length of the rectangle, from the start on.
         across_m: its width.
         reach_m: distance within which a target is reached.
 
     Attributes:
-        places: (n, 2) of the targets, m.
-        given_m: (2,), or (r, 2) of the next r, where the next are put instead; None: at random.
+        places: (n, 2) places of the targets, m.
+        given_m: (2,), or (r, 2) places of the next r targets, m; None: they are drawn at random.
     """
 
     def __init__(self, count: int, ahead_m: float = 4.0, across_m: float = 4.0, reach_m: float = 0.05) -> None:
@@ -98,7 +99,7 @@ class Targets:
         self.places = np.zeros((count, 2))
 
     def begin(self, rows: np.ndarray, rng: np.random.Generator) -> None:
-        """Draws targets uniformly, but not where they would be reached at once."""
+        """Draw targets uniformly, but not where they would be reached at once."""
         if self.given_m is not None:
             self.places[rows] = self.given_m
             return
@@ -109,22 +110,26 @@ class Targets:
         self.places[rows] = drawn
 
     def ahead(self, place: np.ndarray) -> tuple[np.ndarray, np.ndarray]:  # noqa: ARG002
-        """They stand still."""
+        """Return the targets, which stand still."""
         return self.places, np.zeros_like(self.places)
 
     def reached(self, distance: np.ndarray) -> np.ndarray:
-        """Within reach."""
+        """Return (n,) whether the targets are within reach."""
         return distance <= self.reach_m
 
     def off_path(self, place: np.ndarray) -> np.ndarray:
-        """There is no path."""
+        """Return (n,) nan: there is no path."""
         return np.full(len(place), np.nan)
 
 
 class Circle:
-    """A circle through the start, along which it heads at first; to the left or the right, by chance.
+    """A circle through the start, along which it heads at first, to the left or to the right.
 
-    The target is ahead of a swimmer by an arc `lead_m`; `side` is 1 to the left, -1 to the right, 0 for either.
+    Args:
+        count: number of swimmers.
+        radius_m: radius of the circle.
+        lead_m: arc by which the target is ahead of a swimmer.
+        side: 1 to the left, -1 to the right, 0 for either, by chance.
     """
 
     def __init__(self, count: int, radius_m: float = 1.0, lead_m: float = 0.3, side: int = 0) -> None:
@@ -133,17 +138,17 @@ class Circle:
 
     @property
     def middle(self) -> np.ndarray:
-        """(n, 2) centres of the circles; left of a swimmer that heads along -x is -y."""
+        """Centres (n, 2) of the circles, m; left of a swimmer that heads along -x is -y."""
         return np.stack([np.zeros_like(self.side), -self.side * self.radius_m], axis=1)
 
     def begin(self, rows: np.ndarray, rng: np.random.Generator) -> None:
-        """Draws the sides: half of several to either."""
+        """Draw the sides: half of several swimmers to either."""
         even = np.resize([1.0, -1.0], len(rows)) * rng.choice([-1.0, 1.0])
         self.side[rows] = self._given or rng.permutation(even)
         self.progress[rows] = 0.0
 
     def ahead(self, place: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """The target leads by its arc and never goes back."""
+        """Return the targets, which lead by their arc and never go back."""
         off = place - self.middle
         angle = np.arctan2(-off[:, 0], self.side * off[:, 1])  # 0 at the start, growing along the circle
         forward = np.mod(angle - self.progress + np.pi, 2 * np.pi) - np.pi
@@ -153,23 +158,23 @@ class Circle:
         return self.middle + self.radius_m * out, np.zeros_like(place)
 
     def reached(self, distance: np.ndarray) -> np.ndarray:  # noqa: ARG002
-        """Once around."""
+        """Return (n,) whether the swimmers have been once around."""
         return self.progress >= 2 * np.pi
 
     def off_path(self, place: np.ndarray) -> np.ndarray:
-        """From the circle."""
+        """Compute the (n,) distances of places (n, 2) from the circle, m."""
         return np.abs(np.linalg.norm(place - self.middle, axis=1) - self.radius_m)
 
 
 @dataclass(frozen=True, eq=False)
 class Moment:
-    """What n swimmers meet after an action.
+    """The observations and rewards of n swimmers after an action.
 
     Attributes:
         seen: (n, 12 + 2 h) observations, see `Course.names`; SI units.
-        reward: (n,).
+        reward: (n,) rewards.
         reached, diverged, timed_out: (n,) how an episode ended.
-        distance_m, off_path_m: (n,) from the target, and from the path (nan without one).
+        distance_m, off_path_m: (n,) distances from the target, and from the path (nan without one).
     """
 
     seen: np.ndarray
@@ -182,29 +187,29 @@ class Moment:
 
     @property
     def over(self) -> np.ndarray:
-        """(n,) True where the episode ended."""
+        """Mask (n,), True where the episode ended."""
         return self.reached | self.diverged | self.timed_out
 
 
 class Course:
-    """Swimmers, or what has their members, with a task: begun again one by one, acted on together."""
+    """Swimmers, or an object with their members, with a task: begun again one by one, acted on together."""
 
     def __init__(self, swimmers: Swimmers, task: Task, rules: Rules) -> None:
         self.swimmers, self.task, self.rules = swimmers, task, rules
         self.action, self.time_s = np.zeros(len(swimmers)), np.zeros(len(swimmers))
         hinges = swimmers.hinges
         self.names = (*SEEN, *hinges, *(f"{name}_rate" for name in hinges), *AHEAD)
-        """Of the numbers that a swimmer sees; 22 with five hinges. Vectors are in the head's frame."""
+        """Names of the numbers that a swimmer sees; 22 with five hinges. Vectors are in the head's frame."""
 
     def begin(self, rows: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-        """Begins the episodes of some swimmers (r,) anew; (n, o) what all see."""
+        """Begin the episodes of some swimmers (r,) anew, and return (n, o) what all see."""
         self.swimmers.rest(rows)
         self.action[rows] = self.time_s[rows] = 0.0
         self.task.begin(rows, rng)
         return self.look()[0]
 
     def look(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """(n, o) what the swimmers see, (n,) how far they are from their targets and (n,) from their paths, m."""
+        """Return (n, o) what the swimmers see, and their distances (n,) from targets and (n,) from paths, m."""
         swimmers = self.swimmers
         angle, speed = swimmers.crank
         place, moving = swimmers.centre
@@ -217,7 +222,7 @@ class Course:
         return seen, distance, self.task.off_path(place)
 
     def act(self, action: np.ndarray, rows: np.ndarray | None = None) -> Moment:
-        """Accelerates the cranks by actions (n,) in [-1, 1] and swims for one interval.
+        """Accelerate the cranks by actions (n,) in [-1, 1] and swim for one interval.
 
         With rows (r,) only those move; the others stay as they are.
         """

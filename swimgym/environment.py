@@ -13,13 +13,13 @@ from swimgym.picture import view_from_above
 
 
 def spaces_of(course: Course) -> tuple[Box, Box]:
-    """What one swimmer sees and does: SI units without bounds; an acceleration from -1 to 1."""
+    """Build the spaces of what one swimmer sees and does: SI units without bounds, and an acceleration from -1 to 1."""
     seen = Box(-np.inf, np.inf, (len(course.names),), np.float32)
     return seen, Box(-1.0, 1.0, (1,), np.float32)
 
 
 def told(moment: Moment) -> dict[str, np.ndarray]:
-    """(n,) `distance_m`, `is_success` and `diverged` of n swimmers; where there is a path `off_path_m`, too."""
+    """Collect the infos (n,) of n swimmers: `distance_m`, `is_success`, `diverged` and, with a path, `off_path_m`."""
     infos = {"distance_m": moment.distance_m, "is_success": moment.reached, "diverged": moment.diverged}
     return infos if np.isnan(moment.off_path_m).all() else {**infos, "off_path_m": moment.off_path_m}
 
@@ -30,7 +30,7 @@ class SwimEnv(gymnasium.Env[np.ndarray, np.ndarray]):
     Args:
         task: "target" or "circle".
         render_mode: "rgb_array" or None.
-        options: of `make_course`: `session`, `mjcf`, `fish`, those of the task and of the rules.
+        options: options of `make_course`: `session`, `mjcf`, `fish`, those of the task and of the rules.
     """
 
     metadata: dict[str, Any] = {"render_modes": ["rgb_array"], "render_fps": 50}  # noqa: RUF012 (gymnasium's)
@@ -43,7 +43,7 @@ class SwimEnv(gymnasium.Env[np.ndarray, np.ndarray]):
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[np.ndarray, dict[str, Any]]:
-        """Begins an episode; the option "target_m" (x, y) places its target.
+        """Begin an episode; the option "target_m" (x, y) places its target.
 
         Raises:
             ValueError: another option, or another shape.
@@ -56,7 +56,7 @@ class SwimEnv(gymnasium.Env[np.ndarray, np.ndarray]):
         return seen[0].astype(np.float32), {}
 
     def step(self, action: np.ndarray) -> tuple[np.ndarray, float, bool, bool, dict[str, Any]]:
-        """One action, (1,); see `told` for the last entry.
+        """Take one action, (1,); see `told` for the last entry of the result.
 
         Raises:
             ValueError: an action of another shape, or not finite.
@@ -67,5 +67,5 @@ class SwimEnv(gymnasium.Env[np.ndarray, np.ndarray]):
         return seen, float(moment.reward[0]), ended, bool(moment.timed_out[0]), infos
 
     def render(self) -> np.ndarray | None:
-        """(p, p, 3) the pool from above, RGB."""
+        """Draw the pool from above, (p, p, 3) RGB."""
         return view_from_above(self.course) if self.render_mode == "rgb_array" else None

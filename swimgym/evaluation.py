@@ -1,4 +1,4 @@
-"""How well something swims a course: targets reached, with an interval, and distances from a path."""
+"""The scores of a controller on a course: targets reached, with an interval, and distances from a path."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -12,20 +12,21 @@ from session.results import writing_whole
 from swimgym.course import Course, Targets
 
 FARTHEST_M = 50.0
-_DRAWN, _EVERY = 48, 5  # episodes whose paths are kept, and of which actions
+_DRAWN = 48  # episodes whose paths are kept
+_EVERY = 5  # actions from one point of a kept path to the next
 Controller = Callable[[np.ndarray], np.ndarray]
-"""From what n swimmers see (n, o) to what they do (n,)."""
+"""A function from what n swimmers see (n, o) to what they do (n,)."""
 
 
 @dataclass(frozen=True, eq=False)
 class Swum:
-    """n episodes.
+    """The outcome of n episodes.
 
     Attributes:
         reached, diverged: (n,) how they ended; neither: out of time.
         seconds: (n,) how long they lasted.
         off_path_m: (n,) mean and (n,) largest distance of the steered point from the path; nan without one.
-        nearest_m: (n,) from the target.
+        nearest_m: (n,) smallest distance from the target.
         start_m: (n, 2) first target, seen from the start.
         path: (k, n, 2) the steered point after every action, m; nan once an episode is over.
     """
@@ -39,7 +40,7 @@ class Swum:
     path: np.ndarray
 
     def scores(self) -> dict[str, float | int | list[float]]:
-        """As a card or a table tells them."""
+        """Compute the scores as a card or a table has them."""
         reached, low, high = share(self.reached)
         told: dict[str, float | int | list[float]] = {
             "episodes": len(self.reached),
@@ -56,7 +57,7 @@ class Swum:
         return told
 
     def save(self, file: Path) -> None:
-        """As arrays of these names (npz); of the paths those of the first episodes, every 0.1 s.
+        """Save the arrays under these names (npz); of the paths those of the first episodes, every 0.1 s.
 
         Raises:
             ResultsNotWritable: it cannot be written.
@@ -67,7 +68,13 @@ class Swum:
 
 
 def swim(course: Course, controller: Controller, seed: int = 0) -> Swum:
-    """One episode of each swimmer; who is done costs no more time."""
+    """Simulate one episode of each swimmer; a swimmer whose episode is over costs no more time.
+
+    Args:
+        course: the swimmers with their task.
+        controller: steers them.
+        seed: draws the goals.
+    """
     count, rng = len(course.swimmers), np.random.default_rng(seed)
     seen = course.begin(np.arange(count), rng)
     start = course.task.ahead(course.swimmers.centre[0])[0].copy()
@@ -90,7 +97,13 @@ def swim(course: Course, controller: Controller, seed: int = 0) -> Swum:
 
 
 def reach(course: Course, controller: Controller, target_m: tuple[float, float] | None, seed: int = 0) -> Swum:
-    """One episode of one swimmer, to a target x, y from the start, the robot heading along -x; None: the task's own.
+    """Simulate one episode of one swimmer.
+
+    Args:
+        course: one swimmer with its task.
+        controller: steers it.
+        target_m: x and y of the target from the start, m, the robot heading along -x; None: the task's own.
+        seed: draws the target.
 
     Raises:
         InputError: the target is no place, or is not reached in the time of an episode.
@@ -111,6 +124,6 @@ def reach(course: Course, controller: Controller, target_m: tuple[float, float] 
 
 
 def share(hits: np.ndarray, level: float = 0.95) -> tuple[float, float, float]:
-    """The share of hits (n,), and Wilson's interval (J. Am. Stat. Assoc. 22, 1927)."""
+    """Compute the share of hits (n,), and Wilson's interval (J. Am. Stat. Assoc. 22, 1927)."""
     low, high = binomtest(int(np.sum(hits)), len(hits)).proportion_ci(level, method="wilson")
     return float(np.mean(hits)), float(low), float(high)

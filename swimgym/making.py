@@ -22,13 +22,17 @@ def make_course(
     workers: int = 0,
     **options: Any,
 ) -> Course:
-    """n swimmers with a task, "target" or "circle".
+    """Make a course of n swimmers with a task, "target" or "circle".
 
     Args:
-        session, mjcf: see `load_fish`; neither: the built-in robot.
+        task: name of the task.
+        count: n.
+        session: folder of a session with a fit, see `load_fish`; without session and MJCF: the built-in robot.
+        mjcf: instead, an MJCF, see `load_fish`.
         fish: instead of these, one that was loaded.
-        rules: of action, reward and episode; default: the paper's, see `swimgym.course`.
-        options: of the task, see `Targets` and `Circle`; fields of `Rules` change these.
+        rules: rules of action, reward and episode; default: the paper's, see `swimgym.course`.
+        workers: threads; 0 for all cores.
+        options: options of the task, see `Targets` and `Circle`; fields of `Rules` change these.
 
     Raises:
         InputError, ModelMismatch: see `load_fish`.

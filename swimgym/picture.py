@@ -7,14 +7,17 @@ import numpy as np
 
 from swimgym.swimmers import Swimmers
 
-WATER, FISH, HEAD, TARGET = (214, 232, 240), (44, 90, 120), (225, 120, 60), (200, 60, 60)
+WATER = (214, 232, 240)
+FISH = (44, 90, 120)
+HEAD = (225, 120, 60)
+TARGET = (200, 60, 60)
 COLOURS = (WATER, FISH, HEAD, TARGET)
 PIXELS = 480
 _ROUND_M = 0.006  # half the width of a swimmer's line
 
 
 def outline(swimmers: Swimmers) -> np.ndarray:
-    """(n, l + 1, 2) nose, hinges and tip of swimmers in the pool, m: a line each."""
+    """Compute the outline of each swimmer in the pool: (n, l + 1, 2) nose, hinges and tip, m."""
     head, hinges = swimmers.head, swimmers.tail[0]
     points = swimmers.joints_m
     turned = head[:, 2:] + np.concatenate([np.zeros((len(head), 1)), np.cumsum(hinges, axis=1)], axis=1)
@@ -25,10 +28,15 @@ def outline(swimmers: Swimmers) -> np.ndarray:
 
 
 def draw(lines: np.ndarray, targets: np.ndarray, corners: np.ndarray, pixels: int) -> np.ndarray:
-    """(p, q, 3) swimmers, lines (n, k, 2), and their targets (n, 2) between two corners of the pool (2, 2), m; RGB.
+    """Draw swimmers and their targets between two corners of the pool, (p, q, 3) RGB.
 
-    Lower left corner first; x points to the right, so a robot that heads along -x swims to the left. The picture's
-    longer side has so many pixels.
+    x points to the right, so a robot that heads along -x swims to the left.
+
+    Args:
+        lines: (n, k, 2) outlines of the swimmers, m.
+        targets: (n, 2) their targets, m.
+        corners: (2, 2) corners of the pool, the lower left one first, m.
+        pixels: length of the picture's longer side.
     """
     low, high = corners
     scale = pixels / float(np.max(high - low))
@@ -49,7 +57,7 @@ def draw(lines: np.ndarray, targets: np.ndarray, corners: np.ndarray, pixels: in
 
 
 def view_from_above(course: Any) -> np.ndarray:
-    """(p, q, 3) swimmers of a course and their targets, RGB."""
+    """Draw the swimmers of a course and their targets, (p, q, 3) RGB."""
     lines = outline(course.swimmers)
     targets = course.task.ahead(course.swimmers.centre[0])[0]
     low, high = np.array([-4.3, -2.3]), np.array([0.7, 2.3])

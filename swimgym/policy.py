@@ -23,16 +23,16 @@ SHIPPED = Path(__file__).parent / "policies"
 
 @dataclass(frozen=True)
 class Card:
-    """Where a policy comes from.
+    """The origin of a policy.
 
     Attributes:
         task: "target" or "circle".
         method: "search" or "sac".
         robot, origin, model_sha256: of the fish that it was trained on.
         observations: names of what it sees, in order.
-        rules: that it was trained under.
+        rules: rules that it was trained under.
         training: how it was trained: seconds, steps, last cost.
-        scores: of `swimgym.evaluation`; empty before.
+        scores: scores of `swimgym.evaluation`; empty before.
         mujoco, program, schema: versions.
     """
 
@@ -52,13 +52,13 @@ class Card:
 
 
 def card_of(task: str, method: str, fish: Fish, course: Course, seed: int) -> Card:
-    """The card of a policy that is trained on this fish."""
+    """Make the card of a policy that is trained on this fish."""
     return Card(task, method, fish.robot, fish.origin, fish.sha256, course.names, course.rules, seed)
 
 
 @dataclass(frozen=True, eq=False)
 class Policy:
-    """From what swimmers see to what they do.
+    """A function from what swimmers see to what they do.
 
     Its arrays are "law" (p,) of a steering law; or "weight_0", "bias_0", … of a network from `features` to frequency
     and side of the beat.
@@ -68,7 +68,7 @@ class Policy:
     arrays: Mapping[str, np.ndarray]
 
     def act(self, seen: np.ndarray) -> np.ndarray:
-        """(n,) accelerations in [-1, 1], given what n swimmers see (n, o)."""
+        """Compute the (n,) accelerations in [-1, 1], given what n swimmers see (n, o)."""
         rules = self.card.rules
         if "law" in self.arrays:
             return steered(self.arrays["law"], rules, seen)
@@ -83,7 +83,7 @@ class Policy:
         return values
 
     def save(self, file: Path) -> None:
-        """Writes FILE.npz and its card FILE.json.
+        """Write FILE.npz and its card FILE.json.
 
         Raises:
             ResultsNotWritable: one of them cannot be written.
@@ -93,11 +93,11 @@ class Policy:
         write_whole(file.with_suffix(".json"), json.dumps(plain_json(asdict(self.card)), indent=1) + "\n")
 
     def scored(self, scores: Mapping[str, Any]) -> "Policy":
-        """The same with scores on its card."""
+        """Return the same policy with scores on its card."""
         return replace(self, card=replace(self.card, scores=scores))
 
     def check(self, fish: Fish, course: Course, file: str = "the policy") -> None:
-        """Refuses another engine, another robot or other rules of action.
+        """Refuse a policy for another engine, another robot or other rules of action.
 
         Raises:
             ModelMismatch: it was trained with another.
@@ -118,7 +118,10 @@ class Policy:
 
 
 def features(seen: np.ndarray) -> np.ndarray:
-    """(n, o + 2) what a network gets: observations (n, o) in numbers about 1, and the direction of the target."""
+    """Compute the (n, o + 2) inputs of a network from observations (n, o).
+
+    They are the observations scaled to numbers about 1, and the direction of the target.
+    """
     hinges = (seen.shape[1] - 12) // 2
     scale = np.concatenate([[1, 1, 30, 1, 1, 1], np.full(hinges, 0.5), np.full(hinges, 15), [2, 2, 2, 0.5, 0.5, 1]])
     towards = seen[:, -5:-3] / (np.linalg.norm(seen[:, -5:-3], axis=1, keepdims=True) + 0.02)
@@ -126,7 +129,7 @@ def features(seen: np.ndarray) -> np.ndarray:
 
 
 def load_policy(file: Path) -> Policy:
-    """What `Policy.save` wrote.
+    """Read what `Policy.save` wrote.
 
     Raises:
         InputError: it is not there, incomplete, or no policy of this version.

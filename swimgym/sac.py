@@ -1,7 +1,8 @@
 """Training with soft actor-critic (Haarnoja et al., ICML 2018) of stable-baselines3, on the batched twin.
 
 The network chooses a beat, its frequency and how much it is to one side, and keeps it for some intervals: seconds ahead
-are then tens of choices instead of hundreds. Needs the extra ``swimcal[policies]``; what it gives does not.
+are then tens of choices instead of hundreds. Training needs the extra ``swimcal[policies]``; the trained policy does
+not.
 """
 
 from collections.abc import Callable
@@ -23,17 +24,20 @@ from swimgym.policy import Policy, card_of, features
 from swimgym.source import Fish
 
 Progress = Callable[[str, float | None], None]
-_PROGRESS_WEIGHT, _TIME_COST, _GOAL, _OFF_WEIGHT = 5.0, 0.05, 5.0, 3.0
+_PROGRESS_WEIGHT = 5.0  # reward for each metre (or rad along the circle) of progress
+_TIME_COST = 0.05  # cost of each choice
+_GOAL = 5.0  # reward for a goal, and cost of a simulation that diverges
+_OFF_WEIGHT = 3.0  # cost of each metre off the path, in each interval
 
 
 @dataclass(frozen=True)
 class SacPlan:
-    """How a network is trained.
+    """The settings with which a network is trained.
 
     Attributes:
         steps: choices in all, over all swimmers.
         hold: intervals of the course for which a choice is kept.
-        updates: of the networks after every choice of all swimmers.
+        updates: updates of the networks after every choice of all swimmers.
         learning_rate, discount, batch, warmup: of the algorithm; `warmup` choices are random.
         every: choices after which the state is written.
     """
@@ -61,10 +65,17 @@ def train_sac(
     progress: Progress = lambda _message, _share: None,
     **options: Any,
 ) -> Policy:
-    """Trains a network for a task, "target" or "circle"; options are those of `make_course`.
+    """Train a network for a task.
 
-    Several models are dealt out to the swimmers. The state file is a zip of stable-baselines3, written now and then,
-    beside it the replay buffer; where there is one, training goes on from it.
+    Args:
+        fish: the robot; several models are dealt out to the swimmers.
+        task: "target" or "circle".
+        plan: settings of the training.
+        state_file: a zip of stable-baselines3, written now and then, with the replay buffer next to it; where there is
+            one, training continues from it.
+        workers: threads; 0 for all cores.
+        progress: called with a message and the share done.
+        options: options of `make_course`.
     """
     plan = plan or SacPlan()
     course = make_course(task, plan.swimmers, fish=fish, workers=workers, **options)
@@ -106,7 +117,7 @@ def _arrays(model: SAC) -> dict[str, np.ndarray]:
 
 
 class BeatPool(VecEnv):
-    """A course as stable-baselines3 wants it, with beats for actions, each kept for some intervals.
+    """A course as stable-baselines3 needs it, with beats for actions, each kept for some intervals.
 
     The reward is what shortens the way: progress (m), less time and distance from the path, and a goal. Its sum ranks
     whole episodes as their duration does; the paper's reward is that of the environments.
@@ -121,15 +132,15 @@ class BeatPool(VecEnv):
         self.hits, self.ends = 0, 0
 
     def reset(self) -> np.ndarray:
-        """(n, o) what all see at the start."""
+        """Begin all episodes, and return (n, o) what the swimmers see."""
         return features(self.course.begin(np.arange(self.num_envs), self._rng))
 
     def step_async(self, actions: np.ndarray) -> None:
-        """Beats (n, 2): frequency and side, each from -1 to 1."""
+        """Take note of beats (n, 2): frequency and side, each from -1 to 1."""
         self._chosen = np.asarray(actions, float)
 
     def step_wait(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, list[dict[str, Any]]]:
-        """All swim for as long as a choice is kept; who is done waits."""
+        """Swim for as long as a choice is kept; a swimmer whose episode is over waits."""
         course, rules = self.course, self.course.rules
         seen, before, _ = course.look()
         live, reward = np.arange(self.num_envs), np.zeros(self.num_envs)
@@ -158,22 +169,22 @@ class BeatPool(VecEnv):
         return told, reward.astype(np.float32), over, infos
 
     def close(self) -> None:
-        """Nothing is held open."""
+        """Do nothing: nothing is held open."""
 
     def get_attr(self, attr_name: str, indices: Any = None) -> list[Any]:
-        """Of the pool, once for each swimmer."""
+        """Return an attribute of the pool, once for each swimmer."""
         return [getattr(self, attr_name, None)] * len(list(self._get_indices(indices)))
 
     def set_attr(self, attr_name: str, value: Any, indices: Any = None) -> None:  # noqa: ARG002
-        """Of the pool."""
+        """Set an attribute of the pool."""
         setattr(self, attr_name, value)
 
     def env_method(self, method_name: str, *args: Any, indices: Any = None, **options: Any) -> list[Any]:
-        """There are no single environments."""
+        """Raise `NotImplementedError`: there are no single environments."""
         raise NotImplementedError(f"{method_name}{args}{options} of {indices}")
 
     def env_is_wrapped(self, wrapper_class: Any, indices: Any = None) -> list[bool]:  # noqa: ARG002
-        """None is."""
+        """Return False for each swimmer."""
         return [False] * len(list(self._get_indices(indices)))
 
 
@@ -195,7 +206,7 @@ class _Reporter(BaseCallback):
         return True
 
     def write(self) -> None:
-        """Writes the state, if it is to be kept."""
+        """Write the state, if it is to be kept."""
         if self._file is not None:
             self._file.parent.mkdir(parents=True, exist_ok=True)
             model: Any = self.model

@@ -23,13 +23,14 @@ from swimgym.source import Fish
 from swimgym.steering import start_of, steered
 
 Progress = Callable[[str, float | None], None]
-_ELITE, _LEAST_WIDTH = 0.2, 0.02
-_LARGEST_WEIGHT = 0.3  # of the largest distance from the path, beside the mean
+_ELITE = 0.2  # share of the candidates about which the next generation is drawn
+_LEAST_WIDTH = 0.02  # smallest standard deviation of a generation
+_LARGEST_WEIGHT = 0.3  # weight of the largest distance from the path, relative to the mean
 
 
 @dataclass(frozen=True)
 class SearchPlan:
-    """How a law is searched: each candidate of each generation swims so many episodes, which may take so long."""
+    """The size of a search: each candidate of each generation swims some episodes, of at most some seconds."""
 
     generations: int = 15
     candidates: int = 32
@@ -57,20 +58,27 @@ def search(
     progress: Progress = lambda _message, _share: None,
     **options: Any,
 ) -> Policy:
-    """Searches a steering law for a task, "target" or "circle"; options are those of `make_course`.
+    """Search a steering law for a task.
 
-    With several models the candidates' episodes are dealt out to them. The state file says where the search stands
-    after each generation; one of the same plan is gone on with.
+    Args:
+        fish: the robot; with several models the candidates' episodes are dealt out to them.
+        task: "target" or "circle".
+        plan: size of the search.
+        state_file: records the state of the search after each generation; a search of the same plan continues from it,
+            that of another plan is overwritten.
+        workers: threads; 0 for all cores.
+        progress: called with a message and the share done.
+        options: options of `make_course`.
 
     Raises:
-        InputError: the file cannot be read; that of another search is written over.
+        InputError: the file cannot be read.
     """
     plan = plan or SearchPlan(episodes=16 if task == "target" else 2)
     course = make_course(
         task, plan.candidates * plan.episodes, fish=fish, workers=workers, **{**options, "seconds": plan.seconds}
     )
     card, hinges = card_of(task, "search", fish, course, plan.seed), len(course.swimmers.hinges)
-    state = _resumed(state_file, plan, card) or _State(0, *start_of(task, hinges), 0.0, np.inf)
+    state = _resume(state_file, plan, card) or _State(0, *start_of(task, hinges), 0.0, np.inf)
     while state.generation < plan.generations:
         began, rng = time.monotonic(), np.random.default_rng([plan.seed, state.generation])
         laws = state.middle + state.width * rng.standard_normal((plan.candidates, len(state.middle)))
@@ -95,7 +103,10 @@ def search(
 
 
 def _cost(swum: Swum, plan: SearchPlan) -> np.ndarray:
-    """(n,) of episodes: off the path where there is one, else how long they took; more where they failed."""
+    """Compute the (n,) costs of episodes: off the path where there is one, else how long they took.
+
+    More where they failed.
+    """
     failed = ~swum.reached
     mean, largest = swum.off_path_m
     took = np.where(failed, plan.seconds, swum.seconds) / plan.seconds
@@ -110,8 +121,8 @@ def _keep(file: Path | None, state: _State, plan: SearchPlan, card: Card) -> Non
         write_whole(file, json.dumps({**plain, **numbers, **arrays}) + "\n")
 
 
-def _resumed(file: Path | None, plan: SearchPlan, card: Card) -> _State | None:
-    """The state in a file of the same search; None where there is none: that of another search is written over."""
+def _resume(file: Path | None, plan: SearchPlan, card: Card) -> _State | None:
+    """Read the state of the same search; None where there is none, or that of another search, which is overwritten."""
     if file is None or not file.is_file():
         return None
     try:

@@ -1,4 +1,4 @@
-"""Which fish swims: the models of a calibrated session, of an MJCF or of the built-in robot."""
+"""The fish that swims: the models of a calibrated session, of an MJCF or of the built-in robot."""
 
 import hashlib
 from copy import copy
@@ -29,7 +29,7 @@ class Fish:
     sha256: str
 
     def with_coefficients(self, coefficients: np.ndarray) -> "Fish":
-        """The same with fluid coefficients (k, 5), a model for each: draws of a posterior, a study."""
+        """Return the same fish with fluid coefficients (k, 5), a model for each row, such as draws of a posterior."""
         fluid = np.flatnonzero(self.models[0].geom_fluid[:, 0] > 0)
         models = []
         for row in np.atleast_2d(coefficients):
@@ -47,14 +47,14 @@ def load_fish(
     draws: int = 0,
     seed: int = 0,
 ) -> Fish:
-    """The fish of a calibrated session, of an MJCF, or the built-in robot with the published coefficients.
+    """Load the fish of a calibrated session, of an MJCF, or the built-in robot with the published coefficients.
 
     Args:
         session: folder of a session with a fit.
         mjcf: instead, an MJCF with the names of the public contract.
-        effects: of a session: with the effects that its diagnosis named, as far as an MJCF holds them.
-        draws: of a session: so many fish drawn from its posterior instead of the one fitted.
-        seed: of these draws.
+        effects: whether the fish of a session has the effects that its diagnosis named, as far as an MJCF holds them.
+        draws: number of fish drawn from the session's posterior instead of the one fitted.
+        seed: seed of these draws.
 
     Raises:
         InputError: no such file, not such a model, no fit, no posterior, or both a session and an MJCF.
@@ -63,19 +63,19 @@ def load_fish(
     if session is not None and mjcf is not None:
         raise _fault(str(mjcf), "a session and an MJCF", "both", "one of them", "Leave one out.")
     if session is not None:
-        return _of_session(Path(session), effects, draws, seed)
+        return _load_session_fish(Path(session), effects, draws, seed)
     if effects or draws:
         step = "Give a session, or leave effects and draws out."
         raise _fault(str(mjcf or "the built-in robot"), "effects or draws", "no session", "those of a session", step)
     if mjcf is not None:
-        return _of_mjcf(Path(mjcf), "an MJCF")
+        return _load_mjcf(Path(mjcf), "an MJCF")
     spec = build_mjcf(load_robot())
     model = spec.compile()
     digest = hashlib.sha256(spec.to_xml().encode()).hexdigest()
     return Fish(spec.modelname, (model,), "the built-in robot, published coefficients", digest)
 
 
-def _of_session(session: Path, effects: bool, draws: int, seed: int) -> Fish:
+def _load_session_fish(session: Path, effects: bool, draws: int, seed: int) -> Fish:
     results = session / "results"
     made_with = read_provenance(results / "calibration.json")
     if made_with.mujoco != ENGINE:
@@ -83,7 +83,7 @@ def _of_session(session: Path, effects: bool, draws: int, seed: int) -> Fish:
             f"{results / 'calibration.json'}: this calibration was made with MuJoCo {made_with.mujoco}, here is "
             f"{ENGINE}. Its coefficients mean nothing here. Fit again with `calib fit {session}`."
         )
-    fish = _of_mjcf(_file_of(results, effects), f"session {session.name}{', with effects' if effects else ''}")
+    fish = _load_mjcf(_find_mjcf(results, effects), f"session {session.name}{', with effects' if effects else ''}")
     if not draws:
         return fish
     if not (results / "posterior.nc").is_file():
@@ -95,7 +95,7 @@ def _of_session(session: Path, effects: bool, draws: int, seed: int) -> Fish:
     return fish.with_coefficients(np.random.default_rng(seed).choice(drawn, draws, replace=draws > len(drawn)))
 
 
-def _file_of(results: Path, effects: bool) -> Path:
+def _find_mjcf(results: Path, effects: bool) -> Path:
     if not effects:
         return results / "calibrated.xml"
     if found := sorted(results.glob("calibrated+*.xml")):
@@ -104,8 +104,8 @@ def _file_of(results: Path, effects: bool) -> Path:
     raise _fault(str(results), "no model with effects", "nothing", "calibrated+<effect>.xml", step)
 
 
-def _of_mjcf(file: Path, origin: str) -> Fish:
-    """The fish of a file, without what is only looked at."""
+def _load_mjcf(file: Path, origin: str) -> Fish:
+    """Load the fish of a file, without its scenery."""
     step = "Write one with `calib mjcf`."
     if not file.is_file():
         raise _fault(str(file), "it is not there", "nothing", "an MJCF", step)

@@ -1,9 +1,9 @@
 """A steering law of a few numbers, which a search can find in minutes: towards the target, in tune with the beat.
 
-How much the beat is to one side is tanh of a weighted sum of the bearing of the target and of what tells the swing of
-the head within a beat. Nothing prefers a side: left and right mirror each other. A target within the turning circle
-cannot be reached by turning towards it; there the swimmer turns away until it can (as paths of bounded curvature have
-to: Dubins, Am. J. Math. 79, 1957).
+How much the beat is to one side is tanh of a weighted sum of the bearing of the target and of numbers that follow the
+swing of the head within a beat. No side is preferred: left and right mirror each other. A target within the turning
+circle cannot be reached by turning towards it; there the swimmer turns away until it can (as paths of bounded curvature
+have to: Dubins, Am. J. Math. 79, 1957).
 """
 
 import numpy as np
@@ -12,16 +12,16 @@ from swimgym.beat import beat_action
 from swimgym.course import Rules
 
 GAINS = ("bearing", "bearing_sign", "yaw_rate", "crank_cos", "crank_sin", "drift")
-_SIGN_RAD = 0.1  # bearing at which the soft sign of it has turned
+_SIGN_RAD = 0.1  # width of the soft sign of the bearing
 
 
 def numbers_of(hinges: int) -> tuple[str, ...]:
-    """Names of the numbers of a law: frequency (logit of its share of the fastest), turning radius (m), gains."""
+    """Name the numbers of a law: frequency (logit of its share of the fastest), turning radius (m), gains."""
     return ("hz_logit", "turning_m", *GAINS, *(f"tail_{i + 1}" for i in range(hinges)))
 
 
 def start_of(task: str, hinges: int) -> tuple[np.ndarray, np.ndarray]:
-    """(p,) where a search of the law begins, and (p,) how wide it looks about it."""
+    """Return the (p,) numbers at which a search of the law begins, and the (p,) widths of the search about them."""
     names = numbers_of(hinges)
     middle, width = np.zeros(len(names)), np.full(len(names), 0.4)
     middle[:3] = 0.4, (1.0 if task == "target" else 0.5), 6.0
@@ -30,7 +30,13 @@ def start_of(task: str, hinges: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def steered(numbers: np.ndarray, rules: Rules, seen: np.ndarray) -> np.ndarray:
-    """(n,) actions of swimmers that steer by laws (p,) or (n, p), given what they see (n, o)."""
+    """Compute the (n,) actions of swimmers that steer by laws (p,) or (n, p), given what they see (n, o).
+
+    Args:
+        numbers: (p,) or (n, p) numbers of the laws, see `numbers_of`.
+        rules: rules of the course.
+        seen: (n, o) what the swimmers see.
+    """
     numbers = np.broadcast_to(numbers, (len(seen), numbers.shape[-1]))
     hinges = numbers.shape[1] - 2 - len(GAINS)
     vector = seen[:, -5:-3]

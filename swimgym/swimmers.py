@@ -21,12 +21,13 @@ TURNS = ("roll", "pitch", "yaw")
 
 
 class Swimmers:
-    """n swimmers, at rest with a straight tail until they are driven.
+    """A batch of n swimmers, at rest with a straight tail until they are driven.
 
     Args:
-        models: of the public contract (`swimmer.build_mjcf`), one for all or several that are dealt out in turn.
+        models: models of the public contract (`swimmer.build_mjcf`), one for all or several that are dealt out in turn.
         count: n.
-        interval_s: between two commands. It is divided into steps of equal length, none longer than the model's own.
+        interval_s: time between two commands. It is divided into steps of equal length, none longer than the model's
+            own.
         workers: threads; 0 for all cores.
 
     Attributes:
@@ -64,17 +65,20 @@ class Swimmers:
 
     @property
     def state(self) -> np.ndarray:
-        """(n, s) all that a swimmer remembers; a copy, for `put`."""
+        """The state (n, s) of all swimmers; a copy, for `put`."""
         return self._batch.state.copy()
 
     def put(self, state: np.ndarray) -> None:
-        """Puts the swimmers into states (n, s) or (s,)."""
+        """Put the swimmers into states (n, s) or (s,)."""
         self._batch.state[:] = state
 
     def rest(self, rows: np.ndarray, place_m: np.ndarray | float = 0.0, heading_rad: np.ndarray | float = 0.0) -> None:
-        """Lays some swimmers (r,) still again, the steered point at (r, 2), m.
+        """Lay some swimmers (r,) still again.
 
-        They head (r,) rad from -x, counter-clockwise.
+        Args:
+            rows: (r,) numbers of the swimmers.
+            place_m: (r, 2) places of the steered point, m.
+            heading_rad: (r,) headings from -x, counter-clockwise, rad.
         """
         self._batch.state[rows] = self._start[rows]
         self._position[rows, self._q["yaw"]] = heading_rad
@@ -82,24 +86,24 @@ class Swimmers:
         self._position[np.ix_(rows, self._head_q[:2])] = place_m - arm
 
     def drive(self, speed_rad_s: np.ndarray, rows: np.ndarray | None = None) -> None:
-        """Advances all, or some (r,), by one interval, with cranks held at speeds (n,), rad/s."""
+        """Advance all swimmers, or some (r,), by one interval, with cranks held at speeds (n,), rad/s."""
         self._control[:, 0] = speed_rad_s
         with quiet_engine():
             self._batch.step(rows, nstep=self.substeps)
 
     @property
     def head(self) -> np.ndarray:
-        """(n, 3) x, y (m) and yaw (rad) of the head's frame in the pool."""
+        """The head's frame in the pool, (n, 3): x, y (m) and yaw (rad)."""
         return self._position[:, self._head_q]
 
     @property
     def head_rate(self) -> np.ndarray:
-        """(n, 3) its rate, in the pool's axes, m/s and rad/s."""
+        """The rate of the head's frame (n, 3) in the pool's axes, m/s and rad/s."""
         return self._velocity[:, self._head_v]
 
     @property
     def turn_rates(self) -> np.ndarray:
-        """(n, 3) rates of roll, pitch and yaw, rad/s; 0 where the model has no such joint."""
+        """Rates of roll, pitch and yaw (n, 3), rad/s; 0 where the model has no such joint."""
         rates = np.zeros((len(self), 3))
         for column, name in enumerate(TURNS):
             if name in self._v:
@@ -108,17 +112,17 @@ class Swimmers:
 
     @property
     def crank(self) -> tuple[np.ndarray, np.ndarray]:
-        """(n,) angle of the crank, rad, and (n,) its speed, rad/s."""
+        """The angle of the crank (n,), rad, and its speed (n,), rad/s."""
         return self._position[:, self._q["crank"]], self._velocity[:, self._v["crank"]]
 
     @property
     def tail(self) -> tuple[np.ndarray, np.ndarray]:
-        """(n, h) hinge angles, rad, and (n, h) their rates, rad/s."""
+        """The hinge angles (n, h), rad, and their rates (n, h), rad/s."""
         return self._position[:, self._hinge_q], self._velocity[:, self._hinge_v]
 
     @property
     def centre(self) -> tuple[np.ndarray, np.ndarray]:
-        """(n, 2) where the steered point is in the pool, m, and (n, 2) how it moves, m/s."""
+        """The place (n, 2) of the steered point in the pool, m, and its velocity (n, 2), m/s."""
         head, rate = self.head, self.head_rate
         arm = turned(self.centre_m, head[:, 2])
         swept = np.stack([-arm[:, 1], arm[:, 0]], axis=1) * rate[:, 2:]
@@ -126,7 +130,7 @@ class Swimmers:
 
     @property
     def diverged(self) -> np.ndarray:
-        """(n,) True where a swimmer is no longer physical: not finite, bent beyond 90 degrees or faster than 5 m/s."""
+        """Mask (n,) of swimmers that are not physical: not finite, bent beyond 90 degrees or faster than 5 m/s."""
         with np.errstate(invalid="ignore"):
             sane = (np.abs(self.tail[0]) < PLAUSIBLE_HINGE_RAD).all(axis=1)
             sane &= (np.abs(self.head_rate[:, :2]) < PLAUSIBLE_SPEED_M_S).all(axis=1)
@@ -134,14 +138,14 @@ class Swimmers:
 
 
 def turned(vector: np.ndarray, angle_rad: np.ndarray) -> np.ndarray:
-    """(n, 2) a vector (2,) or vectors (n, 2) turned by angles (n,), counter-clockwise."""
+    """Turn a vector (2,) or vectors (n, 2) by angles (n,), counter-clockwise."""
     cos, sin = np.cos(angle_rad), np.sin(angle_rad)
     x, y = vector[..., 0], vector[..., 1]
     return np.stack([cos * x - sin * y, sin * x + cos * y], axis=-1)
 
 
 def _centre_of_mass(model: mujoco.MjModel) -> np.ndarray:
-    """(2,) of the straight robot, in the head's frame, m."""
+    """Compute the centre of mass (2,) of the straight robot in the head's frame, m."""
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
     mujoco.mj_comPos(model, data)
@@ -150,7 +154,7 @@ def _centre_of_mass(model: mujoco.MjModel) -> np.ndarray:
 
 
 def _joints(model: mujoco.MjModel, hinges: tuple[str, ...]) -> np.ndarray:
-    """(h + 2,) x of foremost edge, hinges and rearmost edge of the straight robot in the head's frame, m."""
+    """Compute (h + 2,) x of foremost edge, hinges and rearmost edge of the straight robot in the head's frame, m."""
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
     x = data.geom_xpos[:, 0] - data.xpos[model.body("head").id, 0]

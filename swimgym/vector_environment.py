@@ -16,7 +16,7 @@ from swimgym.picture import view_from_above
 
 
 class SwimVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
-    """n fish in one batch. Where an episode ends, the next begins in the same step (gymnasium's same-step mode).
+    """A batch of n fish. Where an episode ends, the next begins in the same step (gymnasium's same-step mode).
 
     `infos` holds the arrays of `told`; where episodes ended also `final_obs` (n, o), what was seen last, and
     `_final_obs` (n,), where. Fish with several models (posterior draws) deal them out to the swimmers.
@@ -24,7 +24,8 @@ class SwimVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
     Args:
         num_envs: n.
         task: "target" or "circle".
-        options: of `make_course`: `session`, `mjcf`, `fish`, `workers`, those of the task and of the rules.
+        render_mode: "rgb_array" or None.
+        options: options of `make_course`: `session`, `mjcf`, `fish`, `workers`, those of the task and of the rules.
     """
 
     metadata: dict[str, Any] = {  # noqa: RUF012 (gymnasium declares it so)
@@ -46,7 +47,7 @@ class SwimVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
     def reset(
         self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
     ) -> tuple[np.ndarray, dict[str, Any]]:
-        """Begins all episodes.
+        """Begin all episodes.
 
         Args:
             seed: one that draws all goals, or a list of one for each, with which each is as a `SwimEnv` of that seed.
@@ -64,13 +65,13 @@ class SwimVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         super().reset(seed=None if seeds is not None else seed, options=options)  # type: ignore[arg-type]
         if isinstance(task, Targets):
             task.given_m = target_m
-        seen = self._begun(np.arange(self.num_envs))
+        seen = self._begin(np.arange(self.num_envs))
         if isinstance(task, Targets):
-            task.given_m = None  # of these episodes, not of those that follow them
+            task.given_m = None  # it holds for these episodes, not for those that follow them
         return seen, {}
 
     def step(self, actions: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
-        """Actions (n, 1).
+        """Take actions (n, 1).
 
         Raises:
             ValueError: actions of another shape, or not finite.
@@ -80,11 +81,15 @@ class SwimVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         seen = moment.seen.astype(np.float32)
         if (ended := np.flatnonzero(moment.over)).size:
             infos |= {"final_obs": seen, "_final_obs": moment.over}
-            seen = self._begun(ended)
+            seen = self._begin(ended)
         return seen, moment.reward, moment.reached | moment.diverged, moment.timed_out, infos
 
-    def _begun(self, rows: np.ndarray) -> np.ndarray:
-        """(n, o) what all see once the episodes of some (r,) began, drawn by their own generators where they have."""
+    def _begin(self, rows: np.ndarray) -> np.ndarray:
+        """Begin the episodes of some swimmers (r,), drawn by their own generators where they have them.
+
+        Returns:
+            (n, o) what all swimmers see.
+        """
         if self._own is None:
             return self.course.begin(rows, self.np_random).astype(np.float32)
         for row in rows:
@@ -92,5 +97,5 @@ class SwimVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         return seen.astype(np.float32)
 
     def render(self) -> tuple[np.ndarray, ...] | None:
-        """The pool from above with all of them, RGB (p, p, 3)."""
+        """Draw the pool from above with all swimmers, (p, p, 3) RGB."""
         return (view_from_above(self.course),) if self.render_mode == "rgb_array" else None

@@ -1,4 +1,4 @@
-"""Sessions made with the twin: swim trials, dry runs, free decays; tracking noise, track faults, motor logs, truth."""
+"""Sessions made with the twin, and their truth: swim trials, dry runs, free decays, tracking noise, motor logs."""
 
 from synthetic.default import default_plan
 from synthetic.noise import TrackingNoise

@@ -1,4 +1,4 @@
-"""The true free decays of a plan: the tail held bent by a hand, then let go."""
+"""The true free decays of a plan: the tail is held bent by a hand, then let go."""
 
 from dataclasses import dataclass, replace
 
@@ -16,7 +16,10 @@ from synthetic.view import check_in_image, in_image
 class TrueDecay:
     """One free decay as planned, without any error of a tracker.
 
-    Times `time_s` (n,) from the first frame, s; `position_px` (n, m, 2) in the image, x to the right and y down.
+    Attributes:
+        trial: the planned trial.
+        time_s: (n,) times from the first frame, s.
+        position_px: (n, m, 2) markers in the image, x to the right and y down.
     """
 
     trial: SyntheticDecay
@@ -25,7 +28,7 @@ class TrueDecay:
 
 
 def simulate_decays(plan: SyntheticPlan) -> tuple[TrueDecay, ...]:
-    """Simulates all free decays of a plan: head clamped, in air, no tendons, hinges as the robot's file has them.
+    """Simulate all free decays of a plan: head clamped, in air, no tendons, hinges as the robot's file has them.
 
     Raises:
         session.InputError: the fish does not fit into the image.

@@ -17,12 +17,14 @@ from swimmer import CrankTurn
 from swimmer.robot import NonNegative, Positive
 
 START_CODE = (1, 1, 1, -1, 1, -1, 1, -1, -1, 1, -1, -1, 1, 1, -1, -1)
-CHIP_S, CHIP_TURNS_PER_S = 0.25, 0.25
-REST_S, RUN_OUT_S = 0.5, 1.0
+CHIP_S = 0.25
+CHIP_TURNS_PER_S = 0.25
+REST_S = 0.5
+RUN_OUT_S = 1.0
 
 
 class Step(NamedTuple):
-    """A speed held for a time; `part` is "rest", "start_code", "drive" or "end_code"."""
+    """A speed that is held for a time; `part` is "rest", "start_code", "drive" or "end_code"."""
 
     part: str
     turns_per_s: float
@@ -30,7 +32,12 @@ class Step(NamedTuple):
 
 
 def schedule(hz: float, seconds: float) -> tuple[Step, ...]:
-    """Rest, start code, rest, drive at `hz` turns a second, run-out, end code (the start code backwards), rest."""
+    """List the steps of a trial: rest, start code, rest, drive, run-out, end code (the start code backwards), rest.
+
+    Args:
+        hz: speed of the drive, turns a second.
+        seconds: duration of the drive.
+    """
     rest = Step("rest", 0.0, REST_S)
     start, end = (
         [Step(part, chip * CHIP_TURNS_PER_S, CHIP_S) for chip in chips]
@@ -40,23 +47,24 @@ def schedule(hz: float, seconds: float) -> tuple[Step, ...]:
 
 
 COMMAND_DELAY_S = 0.0015  # mean time from when a speed is due until the motor has it
-RISE_S = 1.0  # after the drive's command, before its speed counts as steady; as in `calib capture`
+RISE_S = 1.0  # time after the drive's command before its speed counts as steady; as in `calib capture`
 _GRID_S = 0.002
 
 Share = Annotated[float, Field(ge=0, lt=0.3)]
 
 
 class SyntheticMotor(Table):
-    """How the motor drives a trial, and the clock of its log.
+    """The settings of the motor that drives a trial, and of the clock of its log.
 
     Attributes:
         drive_s: how long it is commanded the trial's speed, between start code and end code.
         starts_s: from the first frame until schedule and log begin, on the clock of the video.
         clock_offset_s: motor clock minus video clock in the first frame.
         clock_rate: seconds of the motor's clock in one of the video's.
-        acceleration_turns_per_s2: of its ramps.
+        acceleration_turns_per_s2: acceleration of its ramps.
         ripple: swing of its speed once and twice a turn, by the load, as shares of the speed.
-        reading_s: between two readings; `jitter_s`: by which one is late, on average.
+        reading_s: time between two readings.
+        jitter_s: mean delay of a reading.
     """
 
     drive_s: Positive = 6.0
@@ -70,20 +78,20 @@ class SyntheticMotor(Table):
 
     @property
     def steps(self) -> tuple[Step, ...]:
-        """Its schedule, with a speed of 1 turn/s in the drive."""
+        """The schedule, with a speed of 1 turn/s in the drive."""
         return schedule(1.0, self.drive_s)
 
     @property
     def ends_s(self) -> float:
-        """When its schedule ends, on the clock of the video."""
+        """The time at which the schedule ends, on the clock of the video."""
         return self.starts_s + sum(step.seconds for step in self.steps) / self.clock_rate
 
     def clock(self, video_s: float) -> float:
-        """A time of the video on its clock."""
+        """Convert a time of the video to the motor's clock."""
         return self.clock_offset_s + self.clock_rate * video_s
 
     def video(self, clock_s: np.ndarray) -> np.ndarray:
-        """Times of its clock on that of the video."""
+        """Convert times of the motor's clock to that of the video."""
         return (clock_s - self.clock_offset_s) / self.clock_rate
 
 
@@ -91,9 +99,13 @@ class SyntheticMotor(Table):
 class Drive:
     """The commands to the motor in a trial, and how its shaft would turn without the tail's springiness.
 
-    Commands are k speeds, and when the motor got them; the last one ends at `end_s`. On a fine grid of times (g,):
-    `reference_rad_s` the ramped speed that it aims at, `speed_rad_s` that of the shaft. `turn` is at rest outside the
-    schedule.
+    Attributes:
+        commands: k speeds, and when the motor got them.
+        end_s: the time at which the last command ends.
+        time_s: (g,) a fine grid of times.
+        reference_rad_s: (g,) the ramped speed that the motor aims at.
+        speed_rad_s: (g,) the speed of the shaft.
+        turn: the angle of the shaft, at rest outside the schedule.
     """
 
     commands: MotorCommands
@@ -105,7 +117,7 @@ class Drive:
 
     @property
     def steady_s(self) -> tuple[float, float]:
-        """The steady stretch of the drive."""
+        """Start and end of the stretch of the drive in which the speed is steady."""
         drive = self.commands.part.index("drive")
         return float(self.commands.time_s[drive]) + RISE_S, float(self.commands.time_s[drive + 1])
 
@@ -113,21 +125,28 @@ class Drive:
 def drive(
     motor: SyntheticMotor, commanded_hz: float, reached_hz: float, phase_rad: float, random: np.random.Generator
 ) -> Drive:
-    """Drives a trial from a crank angle, at a commanded and a reached mean of turns a second; commands come late.
+    """Drive a trial: compute the commands, which come late, and the turn of the shaft.
 
-    What the motor lags behind a command grows with the square of the speed, so that it reaches the speed given. The
-    load lets its speed ripple with the crank's angle: of an even turn s it makes s + a sin s + b/2 sin 2 s.
+    The motor's lag behind a command grows with the square of the speed, so that it reaches the speed given. The load
+    lets its speed ripple with the crank's angle: an even turn s becomes s + a sin s + b/2 sin 2 s.
+
+    Args:
+        motor: its settings.
+        commanded_hz: commanded speed, turns a second.
+        reached_hz: mean speed that the motor reaches, turns a second.
+        phase_rad: crank angle at the start.
+        random: draws the delays of the commands.
     """
     steps = schedule(commanded_hz, motor.drive_s)
     commanded_rad_s = 2 * np.pi * np.array([step.turns_per_s for step in steps])  # (k,)
     ends_s = np.cumsum([step.seconds for step in steps]) + motor.clock(motor.starts_s)
     due_s = np.append(motor.clock(motor.starts_s), ends_s[:-1])
     got_s = due_s + random.exponential(COMMAND_DELAY_S, len(steps))
-    lag = (1 - reached_hz / commanded_hz) / (2 * np.pi * commanded_hz)  # of the speed, for each rad/s
+    lag = (1 - reached_hz / commanded_hz) / (2 * np.pi * commanded_hz)  # share of the speed lost for each rad/s
     reached_rad_s = commanded_rad_s * (1 - lag * np.abs(commanded_rad_s))
     time_s = np.arange(due_s[0], ends_s[-1] + _GRID_S, _GRID_S)  # (g,)
     acceleration = 2 * np.pi * motor.acceleration_turns_per_s2
-    even_rad_s = _ramped(time_s, got_s, reached_rad_s, acceleration)
+    even_rad_s = _ramp(time_s, got_s, reached_rad_s, acceleration)
     even_rad = phase_rad + cumulative_trapezoid(even_rad_s, time_s, initial=0.0)
     once, twice = motor.ripple
     angle_rad = even_rad + once * np.sin(even_rad) + twice / 2 * np.sin(2 * even_rad)
@@ -135,14 +154,14 @@ def drive(
         commands=MotorCommands(got_s, tuple(step.part for step in steps), commanded_rad_s),
         end_s=float(ends_s[-1]),
         time_s=time_s,
-        reference_rad_s=_ramped(time_s, got_s, commanded_rad_s, acceleration),
+        reference_rad_s=_ramp(time_s, got_s, commanded_rad_s, acceleration),
         speed_rad_s=even_rad_s * (1 + once * np.cos(even_rad) + twice * np.cos(2 * even_rad)),
         turn=CrankTurn(make_interp_spline(time_s, angle_rad, k=3), float(time_s[0]), float(time_s[-1])),
     )
 
 
-def _ramped(time_s: np.ndarray, commanded_s: np.ndarray, goal_rad_s: np.ndarray, acceleration: float) -> np.ndarray:
-    """(g,) speed from rest towards each of k goals from when it is commanded, rad/s; ramps in rad/s^2."""
+def _ramp(time_s: np.ndarray, commanded_s: np.ndarray, goal_rad_s: np.ndarray, acceleration: float) -> np.ndarray:
+    """Compute the (g,) speed from rest towards each of k goals from when it is commanded, rad/s; ramps in rad/s^2."""
     speed = np.zeros(len(time_s))
     begins = np.append(commanded_s, time_s[-1])
     now = 0.0

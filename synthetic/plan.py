@@ -14,23 +14,26 @@ from synthetic.noise import TrackingNoise
 from synthetic.trials import PlannedTrial, SyntheticCamera, SyntheticDecay, SyntheticTrial
 
 PLAUSIBLE_COEFFICIENTS = FluidCoefficients(0.4, 2.0, 6.0, 4.0, 1.0)
-"""None at a bound or near the published ones; the fish swims forward, 0.06 to 0.20 m/s from 0.4 to 1.3 Hz."""
+"""Coefficients with which the fish swims forward, 0.06 to 0.20 m/s from 0.4 to 1.3 Hz.
+
+None is at a bound or near the published ones.
+"""
 
 
 class SyntheticPlan(Table):
-    """A session to be made.
+    """The plan of a session that is to be made.
 
     Attributes:
         robot: None for the built-in fish.
-        markers: the tracked ones, in the order of the columns.
-        coefficients: the truth to be found.
+        markers: the tracked markers, in the order of the columns.
+        coefficients: the true coefficients, which a fit is to find.
         warmup_s: left out of every comparison, as the session states.
         run_in_s: simulated before the first frame, so that a trial begins in the middle of a developed swim. A trial
             with a motor has none: the motor drives it from rest to rest.
-        start_speed_m_s: forward, at the start of the run-in, or a push in the first frame. The twin swims backward as
-            well, and from rest the crank's phase decides between the two.
-        timestep_s: of the simulated swim trials; a third of the twin's own, so that no fit can reproduce a session to
-            the bit.
+        start_speed_m_s: forward speed at the start of the run-in, or a push in the first frame. The twin swims backward
+            as well, and from rest the crank's phase decides between the two.
+        timestep_s: time step of the simulated swim trials; a third of the twin's own, so that no fit can reproduce a
+            session to the bit.
         air_timestep_s: the same for dry runs and free decays.
     """
 

@@ -1,4 +1,4 @@
-"""Writes down what camera, tracker and motor record of the trials of a synthetic session."""
+"""The recorder of a synthetic session: it writes what camera, tracker and motor record of each trial."""
 
 import gzip
 from collections.abc import Callable
@@ -20,48 +20,63 @@ from synthetic.trials import Pixels, PlannedTrial, SyntheticTrial
 from synthetic.truth import DecayTruth, DryTruth, TrialTruth
 
 Progress = Callable[[str, int, int], None]
-"""Called with a trial's name, how many of its frames are done, and of how many."""
-_DECIMALS_PX, _DECIMALS_S = 2, 6
+"""A function that is called with a trial's name, the number of frames done, and the number of all."""
+_DECIMALS_PX = 2
+_DECIMALS_S = 6
 
 
 class Filming(Protocol):
-    """What films swim trials instead of tracking them; a renderer is in `benchmarks.video`."""
+    """An object that films swim trials instead of tracking them; a renderer is in `benchmarks.video`."""
 
     def films(self, trial: str) -> bool:
-        """Whether a trial is filmed."""
+        """Return whether a trial is filmed."""
 
     def film(self, folder: Path, number: int, swim: TrueRun, plan: SyntheticPlan, progress: Progress) -> dict[str, str]:
-        """Writes the video of the swim of this number; the keys of its ``[[trial]]``, files relative to the folder."""
+        """Write the video of a swim.
+
+        Args:
+            folder: the session folder.
+            number: number of the swim among the swims.
+            swim: the simulated swim.
+            plan: the plan of the session.
+            progress: called after each frame.
+
+        Returns:
+            The keys of its ``[[trial]]``, files relative to the folder.
+        """
 
 
 class Recorder:
-    """Records trials into a session folder, and gives the truth of each; without `video` tracks alone."""
+    """A recorder of trials into a session folder, which returns the truth of each.
+
+    Without `video` it writes tracks alone.
+    """
 
     def __init__(self, folder: Path, plan: SyntheticPlan, video: Filming | None, progress: Progress) -> None:
         self._folder, self._plan, self._video, self._progress = folder, plan, video, progress
         self.recordings: dict[str, dict[str, str]] = {}
 
     def swim(self, number: int, swim: TrueRun) -> TrialTruth:
-        """Records the swim of this number."""
+        """Record the swim of this number, and return its truth."""
         if self._video is not None and self._video.films(swim.trial.name):
             recording = self._video.film(self._folder, number, swim, self._plan, self._progress)
             self.recordings[swim.trial.name] = recording
             placement = _by_marker(self._plan, np.zeros((len(self._plan.markers), 2)))
         else:
             placement = self._track(swim.trial, swim.position_px, Stream.SWIM_TRACKER.of(self._plan.seed, number))
-        return TrialTruth(**self._driven(swim, placement).model_dump(), speed_m_s=swim.speed_m_s)
+        return TrialTruth(**self._record_driven(swim, placement).model_dump(), speed_m_s=swim.speed_m_s)
 
     def dry_run(self, number: int, run: TrueRun) -> DryTruth:
-        """Records the dry run of this number."""
+        """Record the dry run of this number, and return its truth."""
         placement = self._track(run.trial, run.position_px, Stream.DRY_TRACKER.of(self._plan.seed, number))
-        return self._driven(run, placement)
+        return self._record_driven(run, placement)
 
     def free_decay(self, number: int, decay: TrueDecay) -> DecayTruth:
-        """Records the free decay of this number."""
+        """Record the free decay of this number, and return its truth."""
         random = Stream.DECAY_TRACKER.of(self._plan.seed, number)
         return DecayTruth(placement_px=self._track(decay.trial, decay.position_px, random))
 
-    def _driven(self, run: TrueRun, placement: dict[str, Pixels]) -> DryTruth:
+    def _record_driven(self, run: TrueRun, placement: dict[str, Pixels]) -> DryTruth:
         if run.motor is not None:
             save_motor_log(self._folder / motor_file(run.trial), run.motor.log)
             save_commands(self._folder / f"trials/{run.trial.name}.commands.csv", run.motor.commands)
@@ -83,7 +98,17 @@ class Recorder:
 def tracked(
     trial: PlannedTrial, position_px: np.ndarray, plan: SyntheticPlan, random: np.random.Generator
 ) -> tuple[xr.Dataset, np.ndarray]:
-    """The tracks of a trial whose markers are at (n, m, 2), and (m, 2) where its boxes sit on their markers, px."""
+    """Track a trial as a faulty tracker would.
+
+    Args:
+        trial: the planned trial, with its track faults.
+        position_px: (n, m, 2) true markers in the image.
+        plan: the plan of the session.
+        random: draws the errors.
+
+    Returns:
+        The tracks, and the (m, 2) offsets of the boxes from their markers, px.
+    """
     noise = plan.noise
     offsets_px = placement_offsets(len(plan.markers), noise, random)
     place_m = plan.swimmer.marker_positions_m(plan.markers)[:, 0]
@@ -97,7 +122,7 @@ def tracked(
 
 
 def motor_file(trial: SyntheticTrial) -> str:
-    """The name of the motor log in the session folder."""
+    """Return the name of a trial's motor log in the session folder."""
     return f"trials/{trial.name}.motor.csv"
 
 

@@ -1,4 +1,4 @@
-"""A synthetic session: the twin moves, a camera and a faulty tracker look on, the truth is kept next to it."""
+"""The making of a synthetic session: the twin moves, a camera and a faulty tracker look on, the truth is kept."""
 
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -23,7 +23,7 @@ ROBOT_FILE = "robot.toml"
 def make_session(
     folder: Path, plan: SyntheticPlan, video: Filming | None = None, progress: Progress = lambda *_: None
 ) -> Path:
-    """Makes a session folder with known truth: `session.toml`, packed tracks or videos, motor logs, `truth.json`.
+    """Make a session folder with known truth: `session.toml`, packed tracks or videos, motor logs, `truth.json`.
 
     The motion comes from the twin at a finer time step than a fit uses; a swim without a motor begins in the middle of
     a developed one. Each trial draws from streams of its own, so that changing one leaves the others as they are. The
@@ -35,8 +35,11 @@ def make_session(
     A trial with a motor has `trials/<name>.motor.csv` and `trials/<name>.commands.csv`, as from `calib capture`. The
     offset between the motor's clock and that of the video is in the truth alone.
 
-    Swim trials for which `video` does so are filmed; a renderer is in `benchmarks.video`. `progress` is that of the
-    videos.
+    Args:
+        folder: the folder to make.
+        plan: the plan of the session.
+        video: films the swim trials for which it says so; a renderer is in `benchmarks.video`.
+        progress: called after each frame of a video.
 
     Raises:
         session.InputError: the folder is not empty, or a trial leaves the image.
@@ -44,7 +47,7 @@ def make_session(
         session.SimulationDiverged: the planned motion is unstable.
     """
     if video is not None:
-        plan = _without_tracker(plan, video)
+        plan = _remove_tracker(plan, video)
     with new_folder(folder) as part:
         recorder = Recorder(part, plan, video, progress)
         truth = Truth(
@@ -61,8 +64,8 @@ def make_session(
     return folder
 
 
-def _without_tracker(plan: SyntheticPlan, video: Filming) -> SyntheticPlan:
-    """The plan without the errors of a tracker in the swim trials that are filmed."""
+def _remove_tracker(plan: SyntheticPlan, video: Filming) -> SyntheticPlan:
+    """Return the plan without the errors of a tracker in the swim trials that are filmed."""
     names = [trial.name for trial in plan.trials]
     trials = tuple(t.model_copy(update={"faults": ()}) if video.films(t.name) else t for t in plan.trials)
     tracked = plan.dry_runs or plan.free_decays or not all(map(video.films, names))
@@ -84,7 +87,7 @@ def _write_description(folder: Path, plan: SyntheticPlan, recordings: Mapping[st
 
 
 def _trial_tables(plan: SyntheticPlan, recordings: Mapping[str, Mapping[str, str]]) -> Iterator[dict[str, Any]]:
-    """The keys of each `[[trial]]`; None leaves a key out."""
+    """Yield the keys of each `[[trial]]`; None leaves a key out."""
     for kind, trials in (("swim", plan.trials), ("dry", plan.dry_runs)):
         for trial in trials:
             motor = None if trial.motor is None else motor_file(trial)

@@ -6,7 +6,7 @@ import numpy as np
 
 
 class Stream(Enum):
-    """What draws; the value is the last entry of its streams' seeds, where it is not 0."""
+    """The kinds of random streams; the value is the last entry of their seeds, where it is not 0."""
 
     SWIM_TRACKER = 0
     DRY_TRACKER = 1
@@ -15,5 +15,5 @@ class Stream(Enum):
     DRY_MOTOR = 4
 
     def of(self, seed: int, number: int) -> np.random.Generator:
-        """That of one trial, by its number among those of its kind, from 0."""
+        """Return the generator of one trial, by its number among those of its kind, from 0."""
         return np.random.default_rng([seed, number, *([self.value] if self.value else [])])

@@ -20,15 +20,16 @@ class TrueRun:
     """One swim or dry run without any error of a tracker.
 
     Attributes:
-        time_s: (n,) from the first frame, s.
+        trial: the planned trial.
+        time_s: (n,) times from the first frame, s.
         position_px: (n, m, 2) markers in the image, x to the right and y down.
         head: (n, 3) x, y (m) and yaw (rad) of the head's frame in the twin's pool; zeros in a dry run.
-        hinges_rad: (n, h).
+        hinges_rad: (n, h) angles of the hinges.
         frequency_hz: mean turns a second of the crank between the first and the last frame; of the steady stretch of
             the drive where a motor is logged.
         phase_rad: crank angle in the first frame, from 0 to 2 pi.
         speed_m_s: forward speed, the slope over the whole beats after the warm-up, or of the steady stretch.
-        motor: that is logged; None for a crank that turns evenly.
+        motor: the motor that is logged; None for a crank that turns evenly.
     """
 
     trial: SyntheticTrial
@@ -43,30 +44,30 @@ class TrueRun:
 
 
 def simulate_swims(plan: SyntheticPlan) -> tuple[TrueRun, ...]:
-    """Simulates all swim trials of a plan in one batch.
+    """Simulate all swim trials of a plan in one batch.
 
     Raises:
         session.InputError: a swim leaves the image.
         session.SimulationDiverged: the planned motion is unstable.
     """
-    planned = _planned(plan, plan.trials, Stream.SWIM_MOTOR)
+    planned = _plan(plan, plan.trials, Stream.SWIM_MOTOR)
     return _simulate(plan, planned, replace(SWIM, timestep_s=plan.timestep_s))
 
 
 def simulate_dry_runs(plan: SyntheticPlan) -> tuple[TrueRun, ...]:
-    """Simulates all dry runs of a plan in one batch: the head clamped, in air.
+    """Simulate all dry runs of a plan in one batch: the head clamped, in air.
 
     Raises:
         session.InputError: the fish does not fit into the image.
         session.SimulationDiverged: the planned motion is unstable.
     """
-    planned = _planned(plan, plan.dry_runs, Stream.DRY_MOTOR)
+    planned = _plan(plan, plan.dry_runs, Stream.DRY_MOTOR)
     return _simulate(plan, planned, replace(DRY, timestep_s=plan.air_timestep_s))
 
 
 @dataclass(frozen=True, eq=False)
 class _RunPlan:
-    """A trial before it is simulated, with the times (n,) of its frames, and what is simulated before the first, s."""
+    """A trial before it is simulated: the times (n,) of its frames, and how long is simulated before the first, s."""
 
     trial: SyntheticTrial
     frames_s: np.ndarray
@@ -82,12 +83,12 @@ class _RunPlan:
 
     @property
     def sampled_s(self) -> np.ndarray:
-        """(n + r,) frames, then readings of the motor, since the start of the simulation."""
+        """Times (n + r,) of the frames, then of the readings of the motor, since the start of the simulation, s."""
         readings_s = np.zeros(0) if self.motor is None else self.motor.sampled_s
         return self.run_in_s + np.concatenate([self.frames_s, readings_s])
 
 
-def _planned(plan: SyntheticPlan, trials: tuple[SyntheticTrial, ...], stream: Stream) -> list[_RunPlan]:
+def _plan(plan: SyntheticPlan, trials: tuple[SyntheticTrial, ...], stream: Stream) -> list[_RunPlan]:
     return [_RunPlan.of(plan, trial, stream.of(plan.seed, number)) for number, trial in enumerate(trials)]
 
 
@@ -117,7 +118,7 @@ def _true_run(plan: SyntheticPlan, planned: _RunPlan, seen: Trajectories, number
     frames = slice(0, len(time_s))
     marker_m, crank_rad = seen.marker_m[number, frames], seen.crank_rad[number]
     motor = None if planned.motor is None else planned.motor.read(crank_rad[len(time_s) : len(planned.sampled_s)])
-    turning, kept = _counted(time_s, plan, motor)
+    turning, kept = _mark_counted(time_s, plan, motor)
     first, last = np.flatnonzero(turning)[[0, -1]]
     head = to_head_frame(marker_m, plan.markers.index("nose"), plan.markers.index("neck"))
     return TrueRun(
@@ -133,8 +134,8 @@ def _true_run(plan: SyntheticPlan, planned: _RunPlan, seen: Trajectories, number
     )
 
 
-def _counted(time_s: np.ndarray, plan: SyntheticPlan, motor: TrueMotor | None) -> tuple[np.ndarray, np.ndarray]:
-    """(n,) frames in which frequency and speed are those of the trial."""
+def _mark_counted(time_s: np.ndarray, plan: SyntheticPlan, motor: TrueMotor | None) -> tuple[np.ndarray, np.ndarray]:
+    """Mark the (n,) frames over which the frequency of the trial is taken, and those over which its speed is."""
     if motor is None:
         return np.full(len(time_s), True), time_s >= plan.warmup_s - 1e-9
     steady = (time_s >= motor.steady_s[0]) & (time_s <= motor.steady_s[1])

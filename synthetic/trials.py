@@ -1,4 +1,4 @@
-"""The trials of a synthetic session as planned: driven by the motor, or let go; and the camera that sees them."""
+"""The planned trials of a synthetic session, driven by the motor or let go, and the camera that sees them."""
 
 from typing import Annotated, Literal
 
@@ -14,7 +14,7 @@ Pixels = tuple[float, float]  # x to the right, y down
 
 
 def trial_name(prefix: str, hz: float) -> str:
-    """Of a trial at some turns of the crank a second: `f0_80`."""
+    """Name a trial after the turns of its crank a second: `f0_80`."""
     return f"{prefix}{hz:.2f}".replace(".", "_")
 
 
@@ -27,17 +27,18 @@ class SyntheticCamera(Table):
     height_px: Annotated[int, Field(gt=0)] = 2160
 
     def frame_times(self, seconds: float) -> np.ndarray:
-        """(n,) time of each frame of a trial from the first, s."""
+        """Compute the (n,) times of the frames of a trial from the first, s."""
         return np.arange(int(round(seconds * self.fps, 6)) + 1) / self.fps
 
 
 class Merge(Table):
-    """A track fault: the box sits on another marker, but for a constant offset between the two boxes.
+    """A track fault: the box sits on another marker, at a constant offset.
 
     Attributes:
+        marker, onto: the marker of the box, and the one that it sits on.
         first, frames: the first wrong frame, counted from 0, and how many in a row.
-        kind: of the flag that it should raise.
-        offset_px: of the box from the other's.
+        kind: kind of the flag that it should raise.
+        offset_px: offset of the box from the other's.
     """
 
     marker: str
@@ -55,11 +56,11 @@ class Merge(Table):
 
     @property
     def last(self) -> int:
-        """The last wrong frame."""
+        """The number of the last wrong frame."""
         return self.first + self.frames - 1
 
     def apply(self, position_px: np.ndarray, markers: tuple[str, ...]) -> None:
-        """Writes the fault into (n, m, 2) positions."""
+        """Write the fault into (n, m, 2) positions, px."""
         wrong = slice(self.first, self.first + self.frames)
         position_px[wrong, markers.index(self.marker)] = position_px[wrong, markers.index(self.onto)] + self.offset_px
 
@@ -69,13 +70,14 @@ class SyntheticTrial(Table):
 
     Attributes:
         frequency_hz: turns a second that the crank is driven with.
-        commanded_hz: the command by the session.
+        commanded_hz: the command as the session states it.
         seconds: from the first frame to the last.
         phase_rad: crank angle in the first frame.
         heading_rad: where the nose points in the first frame, counter-clockwise from the right of the image.
         start_px: the nose in the first frame; None centres the trial in the image.
-        faults: of the tracker.
-        motor: how it drives the trial from rest to rest, and its log; None for a crank that turns evenly all the time.
+        faults: faults of the tracker.
+        motor: the motor that drives the trial from rest to rest, and its log; None for a crank that turns evenly all
+            the time.
     """
 
     name: Name
@@ -90,16 +92,18 @@ class SyntheticTrial(Table):
     motor: SyntheticMotor | None = None
 
     def time_s(self, camera: SyntheticCamera) -> np.ndarray:
-        """(n,) time of each frame from the first, s."""
+        """Compute the (n,) times of the frames from the first, s."""
         return camera.frame_times(self.seconds)
 
 
 class SyntheticDecay(Table):
     """A free decay: head clamped in air, tendons off, the tail held bent and let go while the camera runs.
 
-    It is let go `release_s` after the first frame, which need not be in a frame. Until then `bent_rad` are the hinge
-    angles, from head to fin; as given, the fin's marker of the built-in fish is 0.10 m aside. The rest is as for
-    `SyntheticTrial`.
+    Attributes:
+        release_s: time from the first frame until the tail is let go, which need not be in a frame.
+        bent_rad: hinge angles until then, from head to fin; by default the fin's marker of the built-in fish is 0.10 m
+            aside.
+        heading_rad, start_px, faults: as for `SyntheticTrial`.
     """
 
     name: Name
@@ -112,7 +116,7 @@ class SyntheticDecay(Table):
     faults: tuple[Merge, ...] = ()
 
     def time_s(self, camera: SyntheticCamera) -> np.ndarray:
-        """(n,) time of each frame from the first, s."""
+        """Compute the (n,) times of the frames from the first, s."""
         return camera.frame_times(self.seconds)
 
 

@@ -1,7 +1,7 @@
-"""`truth.json`: what a synthetic session was made with, next to its `session.toml`.
+"""The file `truth.json`: what a synthetic session was made with, next to its `session.toml`.
 
-The program never reads it: it is there for whoever judges a result. It holds the plan whole, so that the
-session can be made again from it, and what came of the plan in the simulation.
+The program never reads it: it is there for whoever judges a result. It holds the plan whole, so that the session can be
+made again from it, and what came of the plan in the simulation.
 """
 
 from pathlib import Path
@@ -21,7 +21,7 @@ TRUTH_FILE = "truth.json"
 
 
 class DryTruth(Table):
-    """What came of one planned dry run.
+    """The outcome of one planned dry run.
 
     Attributes:
         frequency_hz: mean turns a second of the simulated crank between the first and the last frame; of the steady
@@ -38,7 +38,7 @@ class DryTruth(Table):
 
 
 class TrialTruth(DryTruth):
-    """What came of one planned swim.
+    """The outcome of one planned swim.
 
     Attributes:
         speed_m_s: forward speed of the nose (published normaliser) without noise: slope over the whole beats after the
@@ -49,13 +49,13 @@ class TrialTruth(DryTruth):
 
 
 class DecayTruth(Table):
-    """What came of one planned free decay."""
+    """The outcome of one planned free decay."""
 
     placement_px: dict[str, Pixels]
 
 
 class StructureTruth(Table):
-    """What dry experiments find out about the robot: of each hinge (per rad), of the crank's arms and of the tail.
+    """The numbers that dry experiments are to find: of each hinge (per rad), of the crank's arm and of the tail.
 
     `natural_hz` is the lowest natural frequency of the tail in air without tendons: small swings, no damping.
     """
@@ -67,7 +67,7 @@ class StructureTruth(Table):
 
 
 class Truth(Table):
-    """All that is known about a synthetic session: what was asked for, and what came of it, by trial.
+    """Everything that is known about a synthetic session: its plan, and what came of it, by trial.
 
     `mujoco` is the version of the engine that made it.
     """
@@ -81,7 +81,7 @@ class Truth(Table):
 
 
 def structure_of(robot: RobotSpec) -> StructureTruth:
-    """What dry experiments should find out about a robot."""
+    """Compute what dry experiments should find out about a robot."""
     return StructureTruth(
         hinge_stiffness_n_m=robot.tail.hinge_stiffness_n_m,
         hinge_damping_n_m_s=robot.tail.hinge_damping_n_m_s,
@@ -91,17 +91,17 @@ def structure_of(robot: RobotSpec) -> StructureTruth:
 
 
 def write_truth(folder: Path, truth: Truth) -> None:
-    """Writes `truth.json` into a session folder."""
+    """Write `truth.json` into a session folder."""
     write_whole(folder / TRUTH_FILE, truth.model_dump_json(indent=1) + "\n")
 
 
 def read_truth(folder: Path) -> Truth:
-    """Reads the `truth.json` of a synthetic session."""
+    """Read the `truth.json` of a synthetic session."""
     return Truth.model_validate_json((folder / TRUTH_FILE).read_bytes())
 
 
 def _natural_hz(robot: RobotSpec) -> float:
-    """From the engine's mass matrix of the straight tail."""
+    """Compute the lowest natural frequency of the straight tail from the engine's mass matrix."""
     model = build_mjcf(robot, scene=FREE_DECAY).compile()
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)

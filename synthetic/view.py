@@ -1,4 +1,4 @@
-"""Where a trial is in the image: placed, turned and scaled as planned, and all of it in sight."""
+"""The place of a trial in the image: placed, turned and scaled as planned, and all of it in sight."""
 
 from collections.abc import Iterable
 
@@ -10,7 +10,13 @@ from synthetic.trials import PlannedTrial, SyntheticCamera
 
 
 def in_image(marker_m: np.ndarray, trial: PlannedTrial, plan: SyntheticPlan) -> np.ndarray:
-    """(n, m, 2) pixels, y down, of markers (n, m, 2) seen from above, m, y up."""
+    """Project markers (n, m, 2) seen from above, m, y up, to (n, m, 2) pixels, y down.
+
+    Args:
+        marker_m: (n, m, 2) markers seen from above, m, y up.
+        trial: the planned trial, whose start and heading are used.
+        plan: the plan of the session.
+    """
     camera, nose, neck = plan.camera, plan.markers.index("nose"), plan.markers.index("neck")
     axis = marker_m[0, nose] - marker_m[0, neck]
     turn = trial.heading_rad - np.arctan2(axis[1], axis[0])
@@ -24,7 +30,7 @@ def in_image(marker_m: np.ndarray, trial: PlannedTrial, plan: SyntheticPlan) -> 
 
 
 def check_in_image(trials: Iterable[tuple[str, np.ndarray]], camera: SyntheticCamera) -> None:
-    """Every marker of trials, names with (n, m, 2) pixels, stays in the image.
+    """Check that every marker stays in the image, for trials given as names with (n, m, 2) pixels.
 
     Raises:
         session.InputError: names each trial that leaves the image.

@@ -1,4 +1,4 @@
-"""Drives and logs the robot's motor, on the standard library and `dynamixel_sdk` alone.
+"""The driver and logger of the robot's motor, on the standard library and `dynamixel_sdk` alone.
 
 It runs on the robot's Raspberry Pi as well as on a laptop, so nothing here imports any other part of the program.
 

@@ -1,4 +1,4 @@
-"""``python -m calib.capture``."""
+"""The capture commands, started by ``python -m calib.capture``."""
 
 import sys
 

@@ -1,12 +1,12 @@
-"""Questions to one motor and its answers, over `dynamixel_sdk`, whose known faults are worked around here.
+"""The questions to one motor and its answers, over `dynamixel_sdk`, whose known faults are worked around here.
 
 - After an exception in the middle of an answer, `port.is_using` stays True and every later packet, a torque-off among
   them, is silently not sent: it is reset before every packet.
 - A packet that needs stuffing is sent unstuffed. None that is sent here does: see the tests.
 - Values come back unsigned: they are decoded from the bytes.
-- An answer that is longer or shorter than what was asked for, such as a late one to an earlier question, is cut to the
-  length asked for, if need be with its checksum as data: the length of the packet is checked here. What is read is
-  therefore read in blocks whose lengths differ.
+- An answer that is longer or shorter than what was requested, such as a late one to an earlier question, is cut to the
+  length requested, if need be with its checksum as data: the length of the packet is checked here. Blocks that are
+  read therefore differ in length.
 - It busy-waits for an answer: the port is given a time-out of its own.
 """
 
@@ -26,13 +26,13 @@ except ImportError:  # Windows
     TerminalError = OSError  # type: ignore[misc, assignment]
 
 BAUD_RATES = (9600, 57600, 115200, 1_000_000, 2_000_000, 3_000_000, 4_000_000)
-"""What both the motor and the SDK can."""
+"""Baud rates that both the motor and the SDK support."""
 
-TRIES = 9  # of 34 ms each with the SDK's time-outs: within the watchdog's time
-SETTLE_S = 0.01  # after a disturbance, for late answers to come in and be thrown away
-ALERT = 0x80  # bit of a status packet's error byte: see the hardware error status
+TRIES = 9  # each takes 34 ms with the SDK's time-outs, so that all fit into the watchdog's time
+SETTLE_S = 0.01  # pause after a disturbance, in which late answers come in and are thrown away
+ALERT = 0x80  # bit of a status packet's error byte that refers to the hardware error status
 PORT_ERRORS = (OSError, TerminalError)
-BROKEN_ANSWER = (IndexError, TypeError)  # what the SDK makes of some damaged packets
+BROKEN_ANSWER = (IndexError, TypeError)  # errors that the SDK raises for some damaged packets
 POLL_S = 0.001
 WRITE_TIMEOUT_S = 0.1
 
@@ -49,25 +49,25 @@ REFUSALS = {
 
 
 class Answer(NamedTuple):
-    """What the motor answered: the bytes read, none for a write, and whether it reports a hardware error."""
+    """An answer of the motor: the bytes read, none for a write, and whether it reports a hardware error."""
 
     data: bytes
     alert: bool
 
 
 class Bus:
-    """One motor, by its id, on an open `dynamixel_sdk.PortHandler`, or what behaves like one."""
+    """One motor, by its id, on an open `dynamixel_sdk.PortHandler`, or an object that behaves like one."""
 
     def __init__(self, port: Any, motor_id: int, clock: Clock) -> None:
         self.motor_id = motor_id
         self.damaged = 0
-        """How many answers were lost, damaged or a refusal so far; each was asked for again."""
+        """Number of answers that were lost, damaged or a refusal so far; each was requested again."""
         self._port = port
         self._clock = clock
         self._packets = PacketHandler(2.0)
 
     def ping(self) -> int:
-        """The motor's model number.
+        """Ping the motor and return its model number.
 
         Raises:
             NoAnswer: nobody answers.
@@ -76,7 +76,7 @@ class Bus:
         return int.from_bytes(model_and_firmware[:2], "little")
 
     def read(self, register: Register, tries: int = TRIES) -> Answer:
-        """Reads the bytes of a register.
+        """Read the bytes of a register.
 
         Raises:
             NoAnswer: no whole answer came, or the port is gone.
@@ -86,13 +86,19 @@ class Bus:
         return self._ask(f"read its {register.name}", INST_READ, params, register.size, tries)
 
     def write(self, register: Register, value: int, tries: int = TRIES) -> Answer:
-        """Writes a value, signed or not; raises as `read`."""
+        """Write a value, signed or not; raises as `read`.
+
+        Args:
+            register: the register.
+            value: its new value.
+            tries: how often to ask before giving up.
+        """
         data = (value % 256**register.size).to_bytes(register.size, "little")
         params = register.address.to_bytes(2, "little") + data
         return self._ask(f"set its {register.name} to {value}", INST_WRITE, params, 0, tries)
 
     def _ask(self, what: str, instruction: int, params: bytes, size: int, tries: int) -> Answer:
-        """Asks until a whole answer of `size` bytes comes without a refusal."""
+        """Ask until a whole answer of `size` bytes comes without a refusal."""
         failure: MotorFault = NoAnswer(f"no time to {what}")
         for attempt in range(tries):
             try:
@@ -100,7 +106,7 @@ class Bus:
             except PORT_ERRORS as gone:
                 raise NoAnswer(f"the port is gone while trying to {what}: {gone}") from gone
             data = b""
-            if result == COMM_SUCCESS:  # what is between the error byte and the checksum of a whole packet
+            if result == COMM_SUCCESS:  # the data are between the error byte and the checksum of a whole packet
                 data = bytes(packet[9 : 5 + packet[5] + 256 * packet[6]])
             if result == COMM_SUCCESS and not error & ~ALERT and len(data) == size:
                 if attempt:
@@ -111,7 +117,7 @@ class Bus:
         raise failure
 
     def _exchange(self, instruction: int, params: bytes) -> tuple[list[int], int, int]:
-        """One packet out and one in: the packet, the SDK's result and the packet's error byte."""
+        """Send one packet and receive one: the packet, the SDK's result and the packet's error byte."""
         length = len(params) + 3  # instruction and checksum count too
         packet = [0, 0, 0, 0, self.motor_id, length % 256, length // 256, instruction, *params, 0, 0]
         self._port.is_using = False
@@ -123,7 +129,7 @@ class Bus:
 
 
 def open_port(name: str, baud: int) -> Any:
-    """Opens a serial port for this program alone, with the least latency that can be had.
+    """Open a serial port for this program alone, with the least latency that can be had.
 
     Raises:
         UserError: it cannot be opened.
@@ -144,7 +150,7 @@ def open_port(name: str, baud: int) -> Any:
 
 
 def _tune(port: Any, name: str) -> None:
-    """Locks the port, lets reads wait instead of spin, bounds writes, and shortens the adapter's 16 ms latency."""
+    """Lock the port, let reads wait instead of spin, bound writes, and shorten the adapter's 16 ms latency."""
     try:
         port.ser.exclusive = True
     except PORT_ERRORS as error:

@@ -1,4 +1,4 @@
-"""``calib capture scan | run | emulate``, also ``python -m calib.capture``."""
+"""The commands ``calib capture scan | run | emulate``, also ``python -m calib.capture``."""
 
 import argparse
 from collections.abc import Sequence
@@ -14,7 +14,7 @@ from calib.capture.host import INTERRUPTED
 
 
 def main(arguments: Sequence[str] | None = None, program: str = "calib capture") -> int:
-    """Runs one command and returns the exit code: 0, 2 for the user's errors, 3 for a motor fault, 128 + signal."""
+    """Run one command and return the exit code: 0, 2 for the user's errors, 3 for a motor fault, 128 + signal."""
     given = vars(_parser(program).parse_args(arguments))
     command = given.pop("command")
     try:
@@ -32,8 +32,8 @@ def main(arguments: Sequence[str] | None = None, program: str = "calib capture")
 
 
 def _parser(program: str) -> argparse.ArgumentParser:
-    """An option is called as the parameter of the function; one that is not given is left to its default there."""
-    parser = argparse.ArgumentParser(prog=program, description="Drives and logs the robot's motor.")
+    """Build the parser; an option that is not given is left to the default of the function's parameter of that name."""
+    parser = argparse.ArgumentParser(prog=program, description="Drive and log the robot's motor.")
     commands = parser.add_subparsers(metavar="COMMAND", required=True)
     add = partial(commands.add_parser, argument_default=argparse.SUPPRESS)
     search = add("scan", help="find the motor: port, baud rate and id", epilog="Example: calib capture scan")
@@ -46,7 +46,7 @@ def _parser(program: str) -> argparse.ArgumentParser:
     _add_run(add("run", help="drive speeds, log them and add them to a session", epilog=example))
     example = "Example: calib capture emulate --load 1.5"
     motor = add("emulate", help="an emulated motor, to try things out on", epilog=example)
-    motor.add_argument("--id", dest="motor_id", metavar="ID", type=int, help="of the emulated motor (default: 1)")
+    motor.add_argument("--id", dest="motor_id", metavar="ID", type=int, help="id of the emulated motor (default: 1)")
     motor.add_argument("--baud", type=int, choices=BAUD_RATES, help="its baud rate (default: 57600)")
     motor.add_argument(
         "--load",
@@ -64,11 +64,11 @@ def _add_run(parser: argparse.ArgumentParser) -> None:
     add = parser.add_argument
     add("--port", required=True, help="serial port, such as /dev/ttyUSB0")
     add("--baud", type=int, help="baud rate (default: 57600, the factory's)")
-    add("--id", dest="motor_id", metavar="ID", type=int, help="of the motor (default: 1)")
+    add("--id", dest="motor_id", metavar="ID", type=int, help="id of the motor (default: 1)")
     add("--hz", required=True, help=f"speeds, comma-separated: {REACH}")
-    add("--seconds", type=float, help="of each speed (default: 20)")
+    add("--seconds", type=float, help="duration of each speed, s (default: 20)")
     add("--out", type=Path, required=True, help="session folder; made when it is not there")
-    add("--kind", choices=("swim", "dry"), help="of the trials (default: swim)")
+    add("--kind", choices=("swim", "dry"), help="kind of the trials (default: swim)")
     add("--role", choices=("fit", "holdout"), help="fitted, or held out for the forecast (default: fit)")
     add("--no-code", dest="coded", action="store_false", help="without the coded wiggles that align video and log")
     add("--max-current", dest="max_current_a", metavar="A", type=float, help=f"ampere (default: {Limits.current_a:g})")

@@ -1,4 +1,4 @@
-"""Why a capture ends before its time, drawn once.
+"""The errors that end a capture before its time, drawn once.
 
 CaptureError          one message for the user; the command ends with `exit_code`
 ├── UserError         2: an option, a port or a folder that the user can mend; nothing was driven for it
@@ -12,7 +12,7 @@ from collections.abc import Sequence
 
 
 class CaptureError(Exception):
-    """What ends a capture with a message instead of a traceback.
+    """An error that ends a capture with a message instead of a traceback.
 
     Example:
         >>> try:

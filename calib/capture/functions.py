@@ -1,4 +1,4 @@
-"""`calib.capture.scan`, `run` and `emulate`: what the commands of the same names do."""
+"""The functions `calib.capture.scan`, `run` and `emulate`, which the commands of the same names call."""
 
 from __future__ import annotations
 
@@ -22,18 +22,18 @@ REACH = f"up to {RATED_TURNS_PER_S:g} crank turns/s at 12 V, in proportion to th
 
 
 def show(line: str, file: TextIO | None = None) -> None:
-    """Prints a line; a terminal that is gone must not keep the motor from being stopped."""
+    """Print a line; a terminal that is gone must not keep the motor from being stopped."""
     with contextlib.suppress(OSError, ValueError):
         print(line, file=file, flush=True)
 
 
 def complain(line: str) -> None:
-    """The same on standard error."""
+    """Print a line on standard error, as `show` does."""
     show(line, sys.stderr)
 
 
 def scan(port: Iterable[str] = (), baud: Iterable[int] = (), report: Report = complain) -> list[Found]:
-    """Finds the motor: serial port, baud rate and id.
+    """Find the motor: serial port, baud rate and id.
 
     Args:
         port: look here only; default: every serial port.
@@ -74,18 +74,20 @@ def run(  # noqa: PLR0913
     max_temperature_c: float = Limits.temperature_c,
     report: Report = show,
 ) -> list[TrialResult]:
-    """Drives and logs the motor, one trial a speed, and adds each finished trial to a session; then stops the motor.
+    """Drive and log the motor, one trial a speed, and add each finished trial to a session; then stop the motor.
 
     Args:
         port: serial port, such as /dev/ttyUSB0.
         hz: crank turns a second of each trial: numbers, or text with commas between them.
         out: the session folder; made when it is not there.
-        baud, motor_id: of the motor, as `scan` finds them.
-        seconds: of each trial, s.
+        baud: baud rate of the motor, as `scan` finds it.
+        motor_id: id of the motor, as `scan` finds it.
+        seconds: duration of each trial, s.
         kind: "swim" or "dry".
         role: "fit" or "holdout".
         coded: a coded wiggle before and after each trial aligns video and log.
-        max_current_a, max_temperature_c: beyond which the motor is stopped, A and degrees C.
+        max_current_a: current above which the motor is stopped, A.
+        max_temperature_c: temperature above which the motor is stopped, degrees C.
         report: receives what is going on, a sentence at a time.
 
     Raises:
@@ -122,10 +124,11 @@ def run(  # noqa: PLR0913
 
 
 def emulate(motor_id: int = 1, baud: int = 57600, load_nm: float = 0.0, seed: int = 0, report: Report = show) -> None:
-    """Runs an emulated motor on a pseudo-terminal, to try things out on, until Ctrl-C.
+    """Run an emulated motor on a pseudo-terminal, to try things out on, until Ctrl-C.
 
     Args:
-        motor_id, baud: of the emulated motor.
+        motor_id: id of the emulated motor.
+        baud: baud rate of the emulated motor.
         load_nm: friction on its shaft, N m; 6.9 stall it.
         seed: draws the angle it starts at.
         report: receives the path of the terminal, to be used as a port.
@@ -167,7 +170,7 @@ def _check_most(values: Mapping[str, tuple[float, float]], faults: list[str]) ->
 
 
 def _speeds(hz: Sequence[float] | str, faults: list[str]) -> tuple[float, ...]:
-    """The speeds as numbers; what is no speed within any reach is a fault."""
+    """Convert the speeds to numbers; a speed beyond any reach is a fault."""
     most = reach_turns_per_s(HIGHEST_SUPPLY_V)
     speeds = []
     for part in hz.split(",") if isinstance(hz, str) else hz:

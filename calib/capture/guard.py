@@ -1,4 +1,4 @@
-"""What the motor measures, watched: it is stopped before it harms itself, the robot or the measurement."""
+"""The guard of the motor: it is stopped before it harms itself, the robot or the measurement."""
 
 from dataclasses import dataclass
 
@@ -10,25 +10,25 @@ from calib.capture.registers import TurnCounter
 
 @dataclass(frozen=True)
 class Limits:
-    """When the motor is stopped.
+    """The limits beyond which the motor is stopped.
 
     Attributes:
-        current_a: more than this for `PATIENCE_S`.
-        temperature_c: more than this at once. The motor's own limit is 80.
+        current_a: largest current, borne for `PATIENCE_S`.
+        temperature_c: largest temperature, at once. The motor's own limit is 80.
     """
 
     current_a: float = 3.5
     temperature_c: float = 70.0
 
 
-PATIENCE_S = 0.5  # how long a current too high, or a speed of less than half the command, is borne
-CLOCK_TOLERANCE_S = 0.02  # in addition to what two exchanges took
-RISE_S = 1.0  # after a new command, before the speed counts
+PATIENCE_S = 0.5  # how long a current too high, or a speed of less than half the command, is tolerated
+CLOCK_TOLERANCE_S = 0.02  # largest jump of the motor's clock, in addition to the duration of two exchanges
+RISE_S = 1.0  # time after a new command before the speed counts
 SLOWEST_WATCHED_TURNS_PER_S = 0.05
 
 
 class Guard:
-    """Judges one reading after the other."""
+    """A judge of one reading after the other."""
 
     def __init__(self, limits: Limits) -> None:
         self._limits = limits
@@ -40,11 +40,11 @@ class Guard:
         self._slow_s: float | None = None
 
     def command(self, units: int, time_s: float) -> None:
-        """Takes note of a new goal velocity."""
+        """Take note of a new goal velocity."""
         self._goal, self._goal_s, self._slow_s = units, time_s, None
 
     def check(self, reading: Reading) -> None:
-        """Judges a reading; raises the `MotorFault` for which the motor must stop."""
+        """Judge a reading; raise the `MotorFault` for which the motor must stop."""
         if reading.hardware_error:
             raise MotorFault(f"the motor reports: {registers.describe_hardware_error(reading.hardware_error)}")
         self._check_temperature(reading)
@@ -87,7 +87,7 @@ class Guard:
             )
 
     def _check_clock(self, reading: Reading) -> None:
-        """The motor's clock goes on as the host's does; it starts anew when the motor does."""
+        """Check that the motor's clock runs as the host's does; it starts anew when the motor does."""
         tick = self._tick.follow(reading.measured.tick)
         if self._last is not None:
             before, last_tick = self._last

@@ -16,21 +16,21 @@ from typing import Any, NamedTuple
 from calib.capture.errors import Interrupted
 
 INTERRUPTED = 130
-"""The exit code after Ctrl-C, 128 + SIGINT as shells have it; what typer makes of it too."""
+"""The exit code after Ctrl-C, 128 + SIGINT, as shells and typer have it."""
 
 
 class Clock(NamedTuple):
-    """Where time comes from, seconds on a clock that never steps; tests put a virtual one here."""
+    """The source of time, seconds on a clock that never steps; tests use a virtual one."""
 
     now: Callable[[], float] = time.monotonic
     sleep: Callable[[float], None] = time.sleep
 
 
 class Signals:
-    """Notes the signals that ask the program to end, within a ``with`` block.
+    """A recorder of the signals that ask the program to end, within a ``with`` block.
 
-    They are looked at between two exchanges with the motor (`raise_if_any`) instead of breaking into one, so that
-    neither an exchange nor the stop is ever cut in the middle, however often Ctrl-C is pressed.
+    They are checked between two exchanges with the motor (`raise_if_any`) instead of breaking into one, so that neither
+    an exchange nor the stop is ever cut in the middle, however often Ctrl-C is pressed.
     """
 
     WATCHED = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name))
@@ -49,7 +49,7 @@ class Signals:
             signal.signal(number, handler)
 
     def raise_if_any(self) -> None:
-        """Raises `Interrupted` if a signal came."""
+        """Raise `Interrupted` if a signal came."""
         if self.caught is not None:
             raise Interrupted(self.caught)
 
@@ -70,7 +70,7 @@ _IN_ASCII = {
 
 
 def _in_ascii(error: UnicodeError) -> tuple[str, int]:
-    """The handler of characters that a terminal's encoding does not have: another spelling, or the number of each."""
+    """Handle characters that a terminal's encoding does not have: use another spelling, or the number of each."""
     if not isinstance(error, UnicodeEncodeError):
         raise error
     missing = error.object[error.start : error.end]
@@ -78,7 +78,7 @@ def _in_ascii(error: UnicodeError) -> tuple[str, int]:
 
 
 def print_in_any_encoding() -> None:
-    """Output to a terminal or file that is not UTF-8 is spelled in what it has, and no longer ends the program."""
+    """Spell output in what the encoding of a terminal or file has, so that it no longer ends the program."""
     codecs.register_error("in_ascii", _in_ascii)
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
@@ -86,7 +86,7 @@ def print_in_any_encoding() -> None:
 
 
 def let_go_of_a_lost_terminal() -> None:
-    """Python ends with 120, whatever happened, where it cannot write what it still holds for a lost terminal."""
+    """Redirect what Python still holds for a lost terminal, so that it does not end with exit code 120."""
     for stream in (sys.stdout, sys.stderr):
         try:
             stream.flush()

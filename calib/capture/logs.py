@@ -16,11 +16,11 @@ from calib.capture.registers import TurnCounter
 MOTOR_HEADER = "time_s,position_rad,velocity_rad_s,current_a,voltage_v,temperature_c,error"
 COMMANDS_HEADER = "time_s,part,velocity_rad_s"
 FEWEST_ROWS = 2
-"""What makes a log: the session takes none with less."""
+"""Number of rows that a log must have: a session takes none with fewer."""
 
 
 class TrialLog:
-    """``<name>.motor.csv``, what was measured, and ``<name>.commands.csv``, what was commanded and when.
+    """The log files ``<name>.motor.csv``, what was measured, and ``<name>.commands.csv``, what was commanded and when.
 
     Each row is handed to the operating system at once, so that it outlives this program. Where fewer than
     `FEWEST_ROWS` were measured, both files are removed at the end.
@@ -31,7 +31,7 @@ class TrialLog:
         self.rows = 0
         self.first_s = math.nan
         self.last_s = -math.inf
-        self._steady: list[tuple[float, int]] = []  # first and last time and position, s and pulses
+        self._steady: list[tuple[float, int]] = []  # times (s) and positions (pulses) of the first and last steady row
         self._commands_path = folder / f"{name}.commands.csv"
         self._position = TurnCounter(2**32)
         self._motor: TextIO | None = None
@@ -39,8 +39,8 @@ class TrialLog:
 
     def __enter__(self) -> TrialLog:
         try:
-            self._motor = _started(self.path, MOTOR_HEADER)
-            self._commands = _started(self._commands_path, COMMANDS_HEADER)
+            self._motor = _start_file(self.path, MOTOR_HEADER)
+            self._commands = _start_file(self._commands_path, COMMANDS_HEADER)
         except UserError:
             self.__exit__()
             raise
@@ -54,9 +54,10 @@ class TrialLog:
                     Path(file.name).unlink(missing_ok=True)
 
     def measured(self, reading: Reading, steady: bool) -> None:
-        """Adds a row of what was measured; one whose time is unsure, or not later than the last, is left out.
+        """Add a row of what was measured.
 
-        The mean speed is that of the `steady` rows.
+        A row whose time is unsure, or not later than the last, is left out. The mean speed is that of the `steady`
+        rows.
         """
         time_s = round(reading.time_s, 6)
         value = reading.measured
@@ -77,7 +78,13 @@ class TrialLog:
             self._steady = [*self._steady[:1], (reading.time_s, position)]
 
     def commanded(self, time_s: float, part: str, units: int) -> None:
-        """Adds a row of what was commanded."""
+        """Add a row of what was commanded.
+
+        Args:
+            time_s: when the motor got the command, s.
+            part: the part of the trial, such as "drive".
+            units: the goal velocity in its own units.
+        """
         assert self._commands is not None
         _append(self._commands, f"{time_s:.6f},{part},{registers.rad_per_s(units):.5f}")
 
@@ -95,7 +102,7 @@ class TrialLog:
         return (self.rows - 1) / (self.last_s - self.first_s) if self.rows >= FEWEST_ROWS else math.nan
 
 
-def _started(path: Path, header: str) -> TextIO:
+def _start_file(path: Path, header: str) -> TextIO:
     try:
         file = path.open("x", encoding="utf-8", newline="\n")
     except OSError as error:
@@ -115,7 +122,7 @@ def _append(file: TextIO, row: str) -> None:
 
 
 def _close(file: TextIO) -> None:
-    """Closes the file, with what it holds on the disk itself, should the power go next."""
+    """Close the file, with its content on the disk itself, should the power go next."""
     with contextlib.suppress(OSError):  # a full disk was reported when the row was written
         file.flush()
         os.fsync(file.fileno())

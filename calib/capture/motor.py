@@ -13,7 +13,7 @@ from calib.capture.registers import Telemetry, TurnCounter
 
 WATCHDOG = 20
 SILENCE_S = WATCHDOG * registers.WATCHDOG_S
-"""Without a word from the host for so long, the motor stops by itself."""
+"""Time without a packet from the host after which the motor stops by itself."""
 
 ACCELERATION_TURNS_PER_S2 = 4.0
 STOP_TRIES = 8
@@ -21,8 +21,8 @@ BETWEEN_TRIES_S = 0.02
 
 
 TICK_S = 0.001
-SLOW_S = 0.01  # longer than the shortest exchange, and the time is unsure by half of it
-DRIFT = 0.02  # how far the two clocks may run apart, s/s
+SLOW_S = 0.01  # an exchange that takes this much longer than the shortest one has an unsure time
+DRIFT = 0.02  # largest drift between the two clocks, s/s
 
 
 class Reading(NamedTuple):
@@ -30,7 +30,7 @@ class Reading(NamedTuple):
 
     Attributes:
         time_s: the host's clock, halfway between question and answer.
-        took_s: how long that took, all tries together.
+        took_s: duration of the exchange, all tries together.
         timely: whether the first answer was whole, fresh and quick. If not, its time is unsure.
     """
 
@@ -50,7 +50,7 @@ class Motor:
         self._freshness = Freshness()
 
     def identify(self) -> None:
-        """Makes sure that this is the motor meant, and that it is well.
+        """Check that this is the intended motor, and that it is well.
 
         Raises:
             UserError: nobody answers, or another model.
@@ -75,7 +75,7 @@ class Motor:
             )
 
     def prepare(self, fastest_turns_per_s: float) -> None:
-        """Sets velocity mode, speed limit, acceleration and watchdog, and switches the torque on, at rest.
+        """Set velocity mode, speed limit, acceleration and watchdog, and switch the torque on, at rest.
 
         What is set is read back. EEPROM is written only where it differs.
 
@@ -84,7 +84,7 @@ class Motor:
         """
         self._freshness = Freshness()
         self.bus.write(registers.TORQUE_ENABLE, 0)
-        self.bus.write(registers.BUS_WATCHDOG, 0)  # after a trip, goals cannot be written before
+        self.bus.write(registers.BUS_WATCHDOG, 0)  # this clears a trip, after which goals cannot be written
         self._settle_settings(registers.velocity_units(fastest_turns_per_s))
         acceleration = registers.acceleration_units(ACCELERATION_TURNS_PER_S2)
         self.bus.write(registers.PROFILE_ACCELERATION, acceleration)
@@ -100,7 +100,7 @@ class Motor:
             )
 
     def set_speed(self, units: int) -> float:
-        """Sets the goal velocity, in its units; returns the host's time at which that was done.
+        """Set the goal velocity, in its units, and return the host's time at which that was done.
 
         Raises:
             MotorFault: no answer, or a refusal: after a trip of the watchdog, for one.
@@ -109,11 +109,11 @@ class Motor:
         try:
             self.bus.write(registers.GOAL_VELOCITY, units)
         except MotorFault as fault:
-            raise self._explained(fault) from fault
+            raise self._explain(fault) from fault
         return (before + self._clock.now()) / 2
 
     def read(self) -> Reading:
-        """Reads what the motor measures, in one exchange.
+        """Read what the motor measures, in one exchange.
 
         Raises:
             MotorFault: no answer.
@@ -130,11 +130,11 @@ class Motor:
         return Reading(time_s, took_s, measured, bits, whole and fresh)
 
     def hardware_error(self) -> int:
-        """The bits of the hardware error status."""
+        """Read the bits of the hardware error status."""
         return self.bus.read(registers.HARDWARE_ERROR).data[-1]
 
     def stop(self) -> bool:
-        """Switches the torque off, whatever happened before; whether the motor confirmed it.
+        """Switch the torque off, whatever happened before; return whether the motor confirmed it.
 
         Never raises: it is asked again and again, and where nothing helps the watchdog stops the motor within
         `SILENCE_S` of the last packet that reached it.
@@ -143,7 +143,7 @@ class Motor:
             try:
                 self.bus.write(registers.TORQUE_ENABLE, 0, tries=1)
                 if not self._torque():
-                    with suppress(Exception):  # so that whoever uses the motor next does not find it tripped
+                    with suppress(Exception):  # the next user of the motor should not find its watchdog tripped
                         self.bus.write(registers.BUS_WATCHDOG, 0, tries=2)
                     return True
             except Exception:
@@ -152,7 +152,9 @@ class Motor:
         return False
 
     def _settle_settings(self, velocity_limit: int) -> None:
-        """EEPROM: velocity mode, profiles in units of speed, the direction kept as it is, and the speed limit."""
+        """Write the EEPROM: velocity mode, profiles in units of speed, the direction kept as it is, and the speed
+        limit.
+        """
         found = self._settings()
         wanted = (found[0] & registers.REVERSED, registers.VELOCITY_MODE, velocity_limit)
         for register, value, now in zip(
@@ -174,8 +176,8 @@ class Motor:
     def _torque(self) -> bool:
         return bool(self.bus.read(registers.TORQUE_ENABLE, tries=2).data[0])
 
-    def _explained(self, fault: MotorFault) -> MotorFault:
-        """The fault; where the watchdog has tripped, that it has."""
+    def _explain(self, fault: MotorFault) -> MotorFault:
+        """Return the fault; where the watchdog has tripped, one that says so."""
         try:
             tripped = self.bus.read(registers.BUS_WATCHDOG).data[0] == registers.TRIPPED
         except MotorFault:
@@ -189,11 +191,11 @@ class Motor:
 
 
 class Freshness:
-    """Finds answers to earlier questions: the motor's clock is then behind.
+    """A detector of answers to earlier questions, for which the motor's clock is behind.
 
-    A reading is taken somewhere between question and answer, so that motor clock minus host clock, taken halfway,
-    is right within half of what the exchange took. One that is further behind than that explains is stale; one that
-    took long is fresh, but nobody knows when it was taken.
+    A reading is taken somewhere between question and answer, so that motor clock minus host clock, taken halfway, is
+    right within half the duration of the exchange. A reading that is further behind than that explains is stale; one
+    that took long is fresh, but nobody knows when it was taken.
     """
 
     def __init__(self) -> None:
@@ -202,7 +204,7 @@ class Freshness:
         self._shortest_s = math.inf
 
     def is_fresh(self, tick: int, time_s: float, took_s: float) -> bool:
-        """Judges a reading: its tick, the host's time halfway, and how long the exchange took."""
+        """Judge a reading by its tick, the host's time halfway, and the duration of the exchange."""
         self._shortest_s = min(self._shortest_s, took_s)
         off_s = self._tick.follow(tick) * TICK_S - time_s
         if self._reference is not None:

@@ -1,4 +1,4 @@
-"""What the motor does in one trial: a list of steps, each a speed held for a time."""
+"""The plan of one trial of the motor: a list of steps, each a speed held for a time."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -16,7 +16,7 @@ RUN_OUT_S = 1.0  # the crank comes to rest before the end code
 
 
 class Step(NamedTuple):
-    """A speed held for a time; `part` is "rest", "start_code", "drive" or "end_code"."""
+    """A speed that is held for a time; `part` is "rest", "start_code", "drive" or "end_code"."""
 
     part: str
     turns_per_s: float
@@ -33,7 +33,7 @@ class TrialPlan:
     coded: bool = True
 
     def steps(self) -> Iterator[Step]:
-        """The steps in their order."""
+        """Yield the steps in their order."""
         yield Step("rest", 0.0, REST_S)
         if self.coded:
             yield from _code("start_code", START_CODE)
@@ -46,12 +46,15 @@ class TrialPlan:
 
     @property
     def total_s(self) -> float:
-        """How long the whole trial takes, seconds."""
+        """Duration of the whole trial, seconds."""
         return sum(step.seconds for step in self.steps())
 
 
 def trial_name(hz: float, taken: Sequence[str]) -> str:
-    """A name such as ``f0_60``, or ``f0_60_2`` where that is taken; names that differ in case only count as one."""
+    """Name a trial after its speed, ``f0_60``, or ``f0_60_2`` where that is taken.
+
+    Names that differ in case only count as one.
+    """
     two = f"{hz:.2f}"
     name = "f" + (two if float(two) == hz else repr(hz)).replace(".", "_").replace("-", "m")
     used = {other.casefold() for other in taken}

@@ -37,18 +37,18 @@ answer passes for that to another question; only torque and watchdog share one, 
 as torque off."""
 
 VELOCITY_MODE = 1
-REVERSED = 0x01  # bit of the drive mode; the others make the profile one of time, or torque follow every goal
-TRIPPED = 0xFF  # what the watchdog reads after a trip, -1
+REVERSED = 0x01  # bit of the drive mode; other bits base the profile on time, or switch torque on with every goal
+TRIPPED = 0xFF  # value of the watchdog after a trip, -1
 
-RPM = 0.229  # a unit of velocity
-RPM_PER_MIN = 214.577  # a unit of profile acceleration, rev/min^2
-PULSES = 4096  # a turn
-AMPERE = 2.69e-3  # a unit of current
-VOLT = 0.1  # a unit of voltage
-WATCHDOG_S = 0.020  # a unit of the bus watchdog
+RPM = 0.229  # unit of velocity
+RPM_PER_MIN = 214.577  # unit of profile acceleration, rev/min^2
+PULSES = 4096  # pulses of the encoder in a turn
+AMPERE = 2.69e-3  # unit of current
+VOLT = 0.1  # unit of voltage
+WATCHDOG_S = 0.020  # unit of the bus watchdog
 TICKS = 32768  # the realtime tick counts milliseconds up to 32767
 
-RATED_TURNS_PER_S = 72 / 60  # without load, at RATED_V
+RATED_TURNS_PER_S = 72 / 60  # speed without load at RATED_V
 RATED_V = 12.0
 
 HARDWARE_ERRORS = {
@@ -82,37 +82,37 @@ class Telemetry(NamedTuple):
 
 
 def decode_measured(data: bytes) -> Telemetry:
-    """The values of the 27 bytes from address 120 on."""
+    """Decode the 27 bytes from address 120 on."""
     return Telemetry(*struct.unpack("<H4xhii8xHB", data))
 
 
 def velocity_units(turns_per_s: float) -> int:
-    """A speed in the unit of the goal velocity."""
+    """Convert a speed to the unit of the goal velocity."""
     return round(turns_per_s * 60 / RPM)
 
 
 def turns_per_s(units: int) -> float:
-    """The speed of a goal or measured velocity."""
+    """Convert a goal or measured velocity to turns a second."""
     return units * RPM / 60
 
 
 def rad_per_s(units: int) -> float:
-    """The speed of a goal or measured velocity, rad/s."""
+    """Convert a goal or measured velocity to rad/s."""
     return 2 * math.pi * turns_per_s(units)
 
 
 def acceleration_units(turns_per_s2: float) -> int:
-    """An acceleration in the unit of the profile acceleration; never 0, which would mean no limit."""
+    """Convert an acceleration to the unit of the profile acceleration; never 0, which would mean no limit."""
     return max(1, round(turns_per_s2 * 3600 / RPM_PER_MIN))
 
 
 def reach_turns_per_s(voltage_v: float) -> float:
-    """The fastest speed without load: 72 rpm at 12 V, in proportion to the voltage."""
+    """Compute the fastest speed without load: 72 rpm at 12 V, in proportion to the voltage."""
     return RATED_TURNS_PER_S * voltage_v / RATED_V
 
 
 def describe_hardware_error(bits: int) -> str:
-    """The hardware error status in words."""
+    """Describe the hardware error status in words."""
     known = [text for bit, text in HARDWARE_ERRORS.items() if bits & bit]
     return ", ".join(known) if known else f"unknown error {bits:#04x}"
 
@@ -128,7 +128,7 @@ class TurnCounter:
         self._total: int | None = None
 
     def follow(self, value: int) -> int:
-        """The count that goes on from the one before; the first value is taken as it is."""
+        """Return the count that continues the one before; the first value is taken as it is."""
         if self._total is None:
             self._total = value
         else:

@@ -1,4 +1,4 @@
-"""Which motors answer, on which port, at which baud rate, under which id."""
+"""The search for motors: which answer, on which port, at which baud rate, under which id."""
 
 import glob
 from collections.abc import Callable, Iterator, Sequence
@@ -13,7 +13,7 @@ from calib.capture.registers import MODEL
 
 PORT_PATTERNS = ("/dev/ttyUSB*", "/dev/ttyACM*", "/dev/tty.usbserial*", "/dev/tty.usbmodem*")
 BAUD_ORDER = (57600, 1_000_000, *(baud for baud in BAUD_RATES if baud not in (57600, 1_000_000)))
-"""The factory's rate first, then the SDK's, then the rest."""
+"""Baud rates in the order of the search: the factory's first, then the SDK's, then the rest."""
 
 
 class Found(NamedTuple):
@@ -36,18 +36,26 @@ class Found(NamedTuple):
         return self.model == MODEL
 
     def describe(self) -> str:
-        """The motor in one line."""
+        """Describe the motor in one line."""
         what = "XW540-T140-R" if self.is_ours else f"another Dynamixel, model {self.model}"
         return f"--port {self.port} --baud {self.baud} --id {self.motor_id}  ({what})"
 
 
 def ports() -> list[str]:
-    """The serial ports that an adapter may be on."""
+    """List the serial ports that an adapter may be on."""
     return sorted(port for pattern in PORT_PATTERNS for port in glob.glob(pattern))  # noqa: PTH207  device names
 
 
 def search(names: Sequence[str], bauds: Sequence[int], report: Callable[[str], None]) -> list[Found]:
-    """Asks on every port at every baud rate who is there; a port that cannot be opened is reported and left out."""
+    """Ask on every port at every baud rate which motors are there.
+
+    A port that cannot be opened is reported and left out.
+
+    Args:
+        names: names of the serial ports.
+        bauds: baud rates.
+        report: receives each port and rate, and warnings.
+    """
     found: list[Found] = []
     for name in names:
         for baud in bauds:
@@ -65,7 +73,7 @@ def search(names: Sequence[str], bauds: Sequence[int], report: Callable[[str], N
 
 
 def _motors(port: Any) -> Iterator[tuple[int, int]]:
-    """Id and model of each motor that answers a ping to all, and then one of its own."""
+    """Yield id and model of each motor that answers a ping to all, and then one of its own."""
     try:
         answers, _ = PacketHandler(2.0).broadcastPing(port)
     except PORT_ERRORS:

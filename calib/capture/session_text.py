@@ -1,4 +1,4 @@
-"""`session.toml` as text: made where there is none, and trials appended to it, all else left as the user wrote it."""
+"""The text of `session.toml`: made where there is none, and trials appended, all else left as the user wrote it."""
 
 import contextlib
 import json
@@ -43,7 +43,7 @@ class SessionText:
 
     @property
     def path(self) -> Path:
-        """The file."""
+        """The path of `session.toml`."""
         return self.folder / SESSION_FILE
 
     @property
@@ -52,26 +52,32 @@ class SessionText:
         return self.folder / "trials"
 
     def check(self) -> None:
-        """Raises a `UserError` where no trial can be added to what is there; nothing is written."""
+        """Raise a `UserError` where no trial can be added to what is there; nothing is written."""
         self._with_trial("x", "dry", 1.0, "fit")
 
     def make_folders(self) -> None:
-        """Makes the folders where they are missing; a `UserError` says why they cannot be made or written to."""
+        """Make the folders where they are missing; a `UserError` says why they cannot be made or written to."""
         try:
             self.trials.mkdir(parents=True, exist_ok=True)
         except OSError as error:
-            raise UserError(_not_writable(self.trials, error)) from error
+            raise UserError(_explain_not_writable(self.trials, error)) from error
         if not (os.access(self.folder, os.W_OK) and os.access(self.trials, os.W_OK)):
             raise UserError(f"{self.folder}: not writable; choose a folder that you may write to with --out")
 
     def taken_names(self) -> list[str]:
-        """Names that a new trial must not have: those of the trials, and of the logs that are there."""
-        listed = [str(trial.get("name")) for trial in _parsed(self.path, self._text()).get("trial", ())]
+        """List the names that a new trial must not have: those of the trials, and of the logs that are there."""
+        listed = [str(trial.get("name")) for trial in _parse(self.path, self._text()).get("trial", ())]
         logs = [path.name.split(".")[0] for path in self.trials.glob("*.csv")]
         return listed + logs
 
     def add_trial(self, name: str, kind: str, hz: float, role: str) -> None:
-        """Appends a trial whose motor log is in ``trials``; the file is replaced whole or not at all.
+        """Append a trial whose motor log is in ``trials``; the file is replaced whole or not at all.
+
+        Args:
+            name: name of the trial, and of its log.
+            kind: "swim" or "dry".
+            hz: crank turns a second.
+            role: "fit" or "holdout".
 
         Raises:
             UserError: it cannot be written, or was made such that no trial can be appended.
@@ -85,18 +91,18 @@ class SessionText:
                 os.fsync(file.fileno())
             part.replace(self.path)
         except OSError as error:
-            raise UserError(_not_writable(self.path, error)) from error
+            raise UserError(_explain_not_writable(self.path, error)) from error
         finally:
             with contextlib.suppress(OSError):
                 part.unlink(missing_ok=True)
 
     def _with_trial(self, name: str, kind: str, hz: float, role: str) -> str:
-        """The text with one more trial, proven to hold what the old one held and that trial."""
+        """Return the text with one more trial, proven to hold what the old one held and that trial."""
         old = self._text()
         texts = {"name": name, "kind": kind, "motor": f"trials/{name}.motor.csv", "role": role}
         entry = TRIAL.format(**{key: _string(text) for key, text in texts.items()}, hz=repr(float(hz)))
         new = old.rstrip("\n") + "\n" + entry
-        before = _parsed(self.path, old)
+        before = _parse(self.path, old)
         added = {**texts, "commanded_hz": float(hz)}
         try:
             good = tomllib.loads(new) == {**before, "trial": [*before.get("trial", ()), added]}
@@ -110,7 +116,7 @@ class SessionText:
         return new
 
     def _text(self) -> str:
-        """The file's text; that of a new one where there is none."""
+        """Read the file's text; that of a new one where there is none."""
         try:
             with self.path.open(encoding="utf-8-sig", newline="") as file:
                 return file.read()
@@ -120,7 +126,7 @@ class SessionText:
             raise UserError(f"{self.path}: cannot be read; found: {error}; expected: TOML in UTF-8") from error
 
 
-def _parsed(path: Path, text: str) -> Mapping[str, Any]:
+def _parse(path: Path, text: str) -> Mapping[str, Any]:
     try:
         return tomllib.loads(text)
     except ValueError as error:
@@ -128,9 +134,9 @@ def _parsed(path: Path, text: str) -> Mapping[str, Any]:
 
 
 def _string(text: str) -> str:
-    """A TOML basic string; JSON's escapes are TOML's."""
+    """Format a TOML basic string; JSON's escapes are TOML's."""
     return json.dumps(text, ensure_ascii=False)
 
 
-def _not_writable(path: Path, error: OSError) -> str:
+def _explain_not_writable(path: Path, error: OSError) -> str:
     return f"{path}: cannot be written; found: {error.strerror or error}; choose a folder that you may write to"

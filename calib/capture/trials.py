@@ -1,4 +1,4 @@
-"""One capture: every speed driven, logged and added to the session; the motor stopped on every way out."""
+"""One capture: every speed driven, logged and added to the session; the motor is stopped on every way out."""
 
 import math
 from collections.abc import Callable, Iterator
@@ -19,7 +19,7 @@ from calib.capture.session_text import SessionText
 
 PERIOD_S = 0.01
 SLOWEST_LOG_HZ = 50.0
-RENEWAL_S = 0.2  # the goal is written anew, so that a trip of the watchdog does not go unseen
+RENEWAL_S = 0.2  # time after which the goal is written again, so that a trip of the watchdog is noticed
 NEAR_REACH = 0.9
 
 UNCONFIRMED = (
@@ -32,7 +32,7 @@ Report = Callable[[str], None]
 
 @dataclass(frozen=True)
 class CaptureSettings:
-    """What is captured; as the arguments of `calib.capture.run`."""
+    """The settings of a capture; as the arguments of `calib.capture.run`."""
 
     out: Path
     hz: tuple[float, ...]
@@ -51,9 +51,9 @@ class TrialResult(NamedTuple):
         name: its name in the session.
         commanded_hz: crank turns a second.
         measured_hz: the mean over the drive, its first second left out; nan if it was no longer than that.
-        rows: of the motor log.
+        rows: number of rows of the motor log.
         rate_hz: rows a second.
-        damaged: answers that were lost or damaged and asked for again.
+        damaged: number of answers that were lost or damaged and requested again.
 
     Example:
         >>> (trial,) = calib.capture.run("/dev/ttyUSB0", [0.6], "slow", seconds=3.0, report=lambda line: None)
@@ -75,9 +75,15 @@ def capture(
     report: Report,
     clock: Clock = Clock(),  # noqa: B008  it has no state
 ) -> list[TrialResult]:
-    """Drives and logs every speed, and adds each finished trial to the session.
+    """Drive and log every speed, and add each finished trial to the session.
 
     A trial cut short stays on disk, but is not added.
+
+    Args:
+        settings: what is captured.
+        port: the open serial port.
+        report: receives what is going on, a sentence at a time.
+        clock: the source of time.
 
     Raises:
         UserError: a speed out of reach, another motor, a folder or a file that cannot be written.
@@ -112,7 +118,7 @@ class _Trial:
     clock: Clock
 
     def run(self, folder: Path, report: Report) -> TrialResult:
-        """Drives the trial into new files of the folder; whatever happens, the motor is stopped."""
+        """Drive the trial into new files of the folder; whatever happens, the motor is stopped."""
         damaged = self.motor.bus.damaged
         log = TrialLog(folder, self.plan.name)
         try:
@@ -133,7 +139,7 @@ class _Trial:
         )
 
     def _drive(self, log: TrialLog) -> None:
-        end_s = self.clock.now()  # the steps end on a fixed schedule: what one is late, the next is not
+        end_s = self.clock.now()  # steps end on a fixed schedule, so that the delay of one does not move the next
         for step in self.plan.steps():
             end_s += step.seconds
             units = registers.velocity_units(step.turns_per_s)
@@ -143,7 +149,7 @@ class _Trial:
             self._log_until(end_s, units, log, done_s + RISE_S if step.part == "drive" else math.inf)
 
     def _log_until(self, end_s: float, units: int, log: TrialLog, settled_s: float) -> None:
-        """Reads and logs on a fixed beat until the time comes."""
+        """Read and log on a fixed beat until the time comes."""
         next_s = renewed_s = self.clock.now()
         while self.clock.now() < end_s:
             self.signals.raise_if_any()
@@ -159,7 +165,7 @@ class _Trial:
 
 @contextmanager
 def _stopping(motor: Motor, report: Report) -> Iterator[None]:
-    """Stops the motor at the end of the block, however it ends; a block that ended well must see that confirmed."""
+    """Stop the motor at the end of the block, however it ends; a block that ended well must see that confirmed."""
     try:
         yield
     except BaseException:

@@ -1,6 +1,7 @@
-"""Arguments that several commands share.
+"""The arguments that several commands share.
 
-What a command works with it imports itself: one that only prints its help, or drives the motor, waits for none of it.
+Each command imports what it works with itself, so that one that only prints its help, or drives the motor, waits for
+none of it.
 """
 
 from pathlib import Path
@@ -13,13 +14,13 @@ LastStep = Literal["fit", "posterior", "diagnosis"]
 ObjectiveOption = Literal["likelihood", "published"]
 TrackerOption = Literal["hybrid", "spots", "csrt"]
 FORMS = ("swimcal", "deeplabcut", "movement", "fishsim")
-"""Of tracks, for help; what is given is held against `tracking.records.formats.FORMATS`."""
+"""Forms of tracks, for help; what is given is compared with `tracking.records.formats.FORMATS`."""
 
 SessionFolder = Annotated[Path, typer.Argument(metavar="SESSION", help="a session folder, with its session.toml")]
 SessionFolders = Annotated[list[Path], typer.Argument(metavar="SESSION...", help="one or more session folders")]
 Effort = Annotated[
     EffortOption | None,
-    typer.Option(help="how hard to search; default: as the results that stand, else full", show_default=False),
+    typer.Option(help="how hard to search; default: that of the current results, else full", show_default=False),
 ]
 PolicyEffort = Annotated[EffortOption, typer.Option(help="how hard to search, and on how many targets it is scored")]
 Rename = Annotated[
@@ -32,7 +33,7 @@ AsJson = Annotated[bool, typer.Option("--json", help="print the outcome as JSON 
 
 
 def renaming(text: str) -> dict[str, str]:
-    """The names of ``snout=nose,tip=caudal_fin`` as a mapping; an error of the command line for other text."""
+    """Parse the names of ``snout=nose,tip=caudal_fin``; an error of the command line for other text."""
     pairs = [part.split("=") for part in text.split(",") if part.strip()]
     names = {pair[0].strip(): pair[-1].strip() for pair in pairs}
     if not all(len(pair) == 2 and all(map(str.strip, pair)) for pair in pairs) or len(names) < len(pairs):

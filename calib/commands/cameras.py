@@ -18,7 +18,7 @@ def board(
     out: Annotated[Path, typer.Option(help="the file to write: .pdf, .svg or .png")] = Path("board.pdf"),
     description: BoardFile = None,
 ) -> None:
-    """Draws a calibration board to be printed at its true size."""
+    """Draw a calibration board to be printed at its true size."""
     print(calib.camera.board(out, description))
 
 
@@ -28,7 +28,7 @@ def lens(
     description: BoardFile = None,
     as_json: AsJson = False,
 ) -> None:
-    """Calibrates the lens from pictures of a board at many angles; the session names the file as its calibration."""
+    """Calibrate the lens from pictures of a board at many angles; the session names the file as its calibration."""
     found = calib.camera.lens(pictures, out, description, progress=not as_json)
     if as_json:
         flags = [flag.to_json() for flag in found.flags]
@@ -47,9 +47,9 @@ def scale(
     picture: Annotated[Path, typer.Argument(help="a picture of the board lying level at the water's surface")],
     description: BoardFile = None,
     camera: Annotated[Path | None, typer.Option(help="the camera file of `calib camera lens`")] = None,
-    board_height_m: Annotated[float, typer.Option(help="of the board above the water, m")] = 0.0,
+    board_height_m: Annotated[float, typer.Option(help="height of the board above the water, m")] = 0.0,
 ) -> None:
-    """Metres per pixel from a board in the pool, and by the nose-neck distance; the camera's height with a lens."""
+    """Measure metres per pixel from a board in the pool; with a lens also the camera's height."""
     found = calib.camera.scale(picture, description, camera, board_height_m)
     print(f"{1000 * found.metres_per_px:.4f} ± {1000 * found.sd_metres_per_px:.4f} mm per pixel at the water's surface")
     if found.camera_height_m is not None:

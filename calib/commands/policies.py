@@ -1,4 +1,4 @@
-"""Commands about swimming on purpose: `policy train`, `policy evaluate`, `policy play`, `aquarium`."""
+"""Commands about policies and pools: `policy train`, `policy evaluate`, `policy play`, `aquarium`."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from calib.commands.arguments import AsJson, PolicyEffort, SessionFolder, Worker
 
 TaskName = Annotated[Literal["target", "circle"], typer.Option(help="reach random targets, or follow a circle of 1 m")]
 PolicyFile = Annotated[
-    Path | None, typer.Option("--policy", help="its npz; default: the one trained for this session and task")
+    Path | None, typer.Option("--policy", help="the policy's npz; default: the one trained for this session and task")
 ]
-Seed = Annotated[int, typer.Option(min=0, help="of all draws")]
-_TEST_SEED = 1_000_003  # goals that no training sees
+Seed = Annotated[int, typer.Option(min=0, help="seed of all draws")]
+_TEST_SEED = 1_000_003  # seed of goals that no training sees
 policy = typer.Typer(
     rich_markup_mode=None, no_args_is_help=True, help="Policies that steer the twin: trained, scored and shown."
 )
@@ -31,12 +31,14 @@ def train(
         typer.Option(help="search: a steering law, in minutes; sac: a network, needs swimcal[policies]"),
     ] = "search",
     effort: PolicyEffort = "full",
-    draws: Annotated[int, typer.Option(min=0, help="train on so many draws of the posterior; 0: the fit alone")] = 0,
+    draws: Annotated[
+        int, typer.Option(min=0, help="number of draws of the posterior to train on; 0: the fit alone")
+    ] = 0,
     seed: Seed = 0,
     workers: Workers = 0,
     as_json: AsJson = False,
 ) -> None:
-    """Trains a policy on the session's twin and scores it; stopped, it goes on where it was.
+    """Train a policy on the session's twin and score it; when stopped, it continues from where it was.
 
     Writes results/policy/<task>.npz, which needs no torch, and its card <task>.json.
     """
@@ -50,12 +52,14 @@ def evaluate(
     session: SessionFolder,
     task: TaskName = "target",
     policy_file: PolicyFile = None,
-    episodes: Annotated[int, typer.Option(min=0, help="0: 1,000 targets, or a circle to either side")] = 0,
+    episodes: Annotated[
+        int, typer.Option(min=0, help="number of episodes; 0: 1,000 targets, or a circle to either side")
+    ] = 0,
     seed: Seed = _TEST_SEED,
     workers: Workers = 0,
     as_json: AsJson = False,
 ) -> None:
-    """Scores a policy on the session's twin, beside the paper's."""
+    """Score a policy on the session's twin, next to the paper's."""
     found = calib.policy.evaluate(session, task, policy_file, episodes=episodes, seed=seed, workers=workers)
     _print(found.rows, as_json)
 
@@ -70,8 +74,10 @@ def play(
     ] = "",
     seed: Seed = 0,
 ) -> None:
-    """Films a policy on the session's twin: one episode, drawn from above. A target that it misses is an error."""
-    swum = calib.policy.play(session, out, task, policy_file, target=_place(target) if target else None, seed=seed)
+    """Film a policy on the session's twin: one episode, drawn from above. A target that it misses is an error."""
+    swum = calib.policy.play(
+        session, out, task, policy_file, target=_parse_place(target) if target else None, seed=seed
+    )
     print(f"reached after {swum.seconds[0]:.1f} s")
     print(out)
 
@@ -80,20 +86,20 @@ def aquarium(  # noqa: PLR0913
     session: Annotated[
         Path | None, typer.Argument(metavar="[SESSION]", help="a session with a fit; default: the built-in robot")
     ] = None,
-    swimmers: Annotated[int, typer.Option(min=1, help="how many")] = 200,
+    swimmers: Annotated[int, typer.Option(min=1, help="number of swimmers")] = 200,
     seconds: Annotated[float, typer.Option(min=0.1, help="how long they swim")] = 20.0,
     out: Annotated[Path, typer.Option(help="the file to write: .rrd (Rerun), .mp4 or .gif")] = Path("aquarium.mp4"),
     draws: Annotated[
-        int, typer.Option(min=0, help="of the posterior, dealt out to the swimmers; 0: the fit alone")
+        int, typer.Option(min=0, help="draws of the posterior, dealt out to the swimmers; 0: the fit alone")
     ] = 0,
     policy_file: Annotated[
-        Path | None, typer.Option("--policy", help="that steers them; default: that of the session, else plain beats")
+        Path | None, typer.Option("--policy", help="policy that steers them; default: the session's, else plain beats")
     ] = None,
     seed: Seed = 0,
     workers: Workers = 0,
     as_json: AsJson = False,
 ) -> None:
-    """Lets many swimmers roam one pool, and tells how many swim in real time."""
+    """Let many swimmers roam one pool, and tell how many swim in real time."""
     shoal = calib.policy.aquarium(
         session, swimmers, seconds, out, draws=draws, policy_file=policy_file, seed=seed, workers=workers
     )
@@ -114,7 +120,7 @@ for command, example in _EXAMPLES.items():
     policy.command(epilog=f"Example: {example}")(command)
 
 
-def _place(text: str) -> tuple[float, float]:
+def _parse_place(text: str) -> tuple[float, float]:
     try:
         x, y = (float(number) for number in text.split(","))
     except ValueError as error:

@@ -29,7 +29,7 @@ class SeveralFiles(TyperCommand):
     """A command whose options of files take all files up to the next option, as the shell expands ``*.mp4``."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        """Gives each file an option of its own."""
+        """Give each file an option of its own."""
         spread, option = [], ""
         for argument in args:
             if argument.startswith("-"):
@@ -60,9 +60,9 @@ def new(  # noqa: PLR0913
     synthetic: Annotated[bool, typer.Option("--synthetic", help="a session made with the twin, truth known")] = False,
     fit: Annotated[str, typer.Option(help="trials to fit on, comma-separated; the others are held out")] = "",
     rename: Rename = "",
-    seed: Annotated[int | None, typer.Option(min=0, help="of a synthetic session; default: 0")] = None,
+    seed: Annotated[int | None, typer.Option(min=0, help="seed of a synthetic session; default: 0")] = None,
 ) -> None:
-    """Makes a session folder from your videos or tracks, and lists what you still have to fill in."""
+    """Make a session folder from your videos or tracks, and list what you still have to fill in."""
     from session.folder import SESSION_FILE
 
     calib.new_session(
@@ -71,7 +71,7 @@ def new(  # noqa: PLR0913
         tracks=tracks or (),
         robot=robot,
         fps=fps,
-        commands_hz=_numbers(commands),
+        commands_hz=_parse_numbers(commands),
         from_fishsim=from_fishsim,
         synthetic=synthetic,
         fit=tuple(name.strip() for name in fit.split(",") if name.strip()),
@@ -86,7 +86,7 @@ def new(  # noqa: PLR0913
     print(session)
 
 
-def _numbers(text: str) -> tuple[float, ...]:
+def _parse_numbers(text: str) -> tuple[float, ...]:
     try:
         return tuple(float(number) for number in text.split(",") if number.strip())
     except ValueError as error:
@@ -105,9 +105,10 @@ def run(
     verbose: Verbose = False,
     as_json: AsJson = False,
 ) -> None:
-    """Does everything the data allow: tracks, fit, MJCF, posterior, diagnosis, report.
+    """Run every stage the session has data for, then write the report.
 
-    Of several sessions it also writes an index, as `calib report`; one that fails stops no other.
+    The stages are tracks, fit, MJCF, posterior and diagnosis. With several sessions, also write an index, as `calib
+    report` does; one that fails stops no other.
     """
     alone = len(sessions) == 1 and scheduler is None and not as_json
     if alone and until == "diagnosis" and print_again("run", sessions[0], effort, verbose):
@@ -136,13 +137,14 @@ def fit(
     verbose: Verbose = False,
     as_json: AsJson = False,
 ) -> None:
-    """Finds hinges and crank, swim frequencies and phases, the five fluid coefficients and EBT; writes the MJCF.
+    """Fit hinges and crank, swim frequencies and phases, the five fluid coefficients and EBT; write the MJCF.
 
-    Hinge stiffness and damping come from free decays, and with these the crank arm from dry runs. What was not
-    recorded is assumed to be as the robot is described, and reported so. Without a swim it ends with hinges and crank.
+    Hinge stiffness and damping come from free decays, and with these the crank arm from dry runs. What was not recorded
+    is assumed to be as the robot is described, and reported so. Without a swim it ends with hinges and crank.
+
     Held-out trials are forecast given the frequency, and again after their first two beats; a line, a power law and a
-    constant stride through the fitted speeds are given for comparison. The other commands use the current fit,
-    whatever its effort; only another fit replaces it.
+    constant stride through the fitted speeds are given for comparison. The other commands use the current fit, whatever
+    its effort; only another fit replaces it.
     """
     plain = objective == "likelihood" and scheduler is None and not as_json
     if plain and print_again("fit", session, effort, verbose):
@@ -159,9 +161,9 @@ def posterior(
     verbose: Verbose = False,
     as_json: AsJson = False,
 ) -> None:
-    """Posterior of the five fluid coefficients: how sure they are, given the fit trials.
+    """Sample the posterior of the five fluid coefficients, given the fit trials.
 
-    Where the draws are not enough nothing is reported.
+    Where there are too few effective draws, nothing is reported.
     """
     if scheduler is None and not as_json and print_again("posterior", session, effort, verbose):
         return
@@ -179,12 +181,12 @@ def diagnose(
     verbose: Verbose = False,
     as_json: AsJson = False,
 ) -> None:
-    """Finds where the sim-to-real gap is, which unmodelled effect causes it, and how far it shrinks with that effect.
+    """Locate the sim-to-real gap, rank its likely causes, and measure how far it shrinks with them.
 
     Writes results/diagnosis.json and, where an effect is named, the model with it. With --test it writes
     results/supposed.json alone.
     """
-    excluded, tested = _effects_named("--exclude", exclude), _effects_named("--test", test)
+    excluded, tested = _parse_effects("--exclude", exclude), _parse_effects("--test", test)
     if tested and excluded:
         raise typer.BadParameter("takes effects of the whole catalogue; leave --exclude out", param_hint="--test")
     if tested:
@@ -200,8 +202,8 @@ def diagnose(
     print_result(found, as_json, verbose)
 
 
-def _effects_named(option: str, text: str | None) -> tuple[str, ...]:
-    """The names in a comma-separated list; an `InputError` where the option was given and holds none."""
+def _parse_effects(option: str, text: str | None) -> tuple[str, ...]:
+    """Parse the names in a comma-separated list; an `InputError` where the option was given and holds none."""
     names = tuple(name.strip() for name in (text or "").split(",") if name.strip())
     if text is not None and not names:
         from session import InputError
@@ -222,7 +224,7 @@ def report(
     ] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Writes the HTML report of the current results of each session; of several an index, also as CSV. Fits nothing."""
+    """Write the HTML report of the current results of each session; of several an index, also as CSV. Fits nothing."""
     alone = len(sessions) == 1 and index is None and not as_json
     if alone and print_again("report", sessions[0], None):
         return
@@ -236,7 +238,7 @@ def mjcf(
     ] = None,
     out: Annotated[Path, typer.Option(help="the file to write")] = Path("robot.xml"),
 ) -> None:
-    """Writes the MJCF: of the current fit for a session, nominal for a robot; fits nothing."""
+    """Write the MJCF: of the current fit for a session, nominal for a robot; fits nothing."""
     print_export(calib.export_mjcf(source, out))
 
 
@@ -245,7 +247,7 @@ def doctor(
     motor: Annotated[bool, typer.Option("--motor", help="also look for the motor on every serial port")] = False,
     as_json: AsJson = False,
 ) -> None:
-    """Checks the installation, a session and the motor connection, and says what to do. Exit code 2 after a fault."""
+    """Check the installation, a session and the motor connection, and say what to do. Exit code 2 after a fault."""
     found = calib.doctor(session, motor=motor)
     if as_json:
         print(found.to_json(orient="index", indent=1))

@@ -28,7 +28,7 @@ def track(
     workers: Workers = 0,
     as_json: AsJson = False,
 ) -> None:
-    """Tracks the markers in a session's videos, with the state and confidence of each sample, and flags."""
+    """Track the markers in a session's videos, with the state and confidence of each sample, and flags."""
     from calib.results.tracks import TrackResult
     from calib.tracked_videos import print_tracks
 
@@ -53,7 +53,7 @@ def edit(
         ),
     ],
 ) -> None:
-    """Adds a correction to the edit log of a trial; `calib track` replays it. Nothing is ever removed from the log."""
+    """Add a correction to the edit log of a trial; `calib track` replays it. Nothing is ever removed from the log."""
     print(calib.correct(session, trial, correction))
 
 
@@ -61,11 +61,11 @@ def view(
     session: SessionFolder,
     show: Annotated[bool, typer.Option("--open", help="open it in the Rerun viewer")] = False,
 ) -> None:
-    """Writes the rerun recording: video, tracks, states, confidence and, once there is a fit, the twin."""
+    """Write the rerun recording: video, tracks, states, confidence and, once there is a fit, the twin."""
     from calib.stages.recording import open_viewer
 
     made = calib.view(session)
-    print_export(made)  # before a viewer that may be missing
+    print_export(made)  # print first: the viewer may be missing
     if show:
         open_viewer(made.file)
 
@@ -83,6 +83,6 @@ def convert(
     fps: Annotated[float | None, typer.Option(help="frames a second, for forms without time")] = None,
     rename: Rename = "",
 ) -> None:
-    """Converts tracks between this program, DeepLabCut, movement and the authors' CSV."""
+    """Convert tracks between this program, DeepLabCut, movement and the authors' CSV."""
     names = () if markers is None else tuple(name.strip() for name in markers.split(","))
     print(calib.convert_tracks(tracks, out, to, markers=names, fps=fps, rename=renaming(rename)))

@@ -16,7 +16,8 @@ from calib.motor.protocol import ALERT, BROADCAST_ID, ErrorNumber, Instruction, 
 
 RPM = 2 * math.pi / 60
 NO_LOAD_RAD_S = 72 * RPM
-STALL_NM, STALL_A = 6.9, 4.9
+STALL_NM = 6.9
+STALL_A = 4.9
 UNLIMITED_RAD_S2 = 700.0
 """Acceleration without a profile (assumed: that of the stall torque on 0.01 kg m^2)."""
 
@@ -71,10 +72,15 @@ FACTORY = {
 
 
 class Emulator:
-    """One motor on a bus of its own: `motor["present_velocity"]` is what an entry of its control table holds now.
+    """One motor on a bus of its own: `motor["present_velocity"]` is the current value of an entry of its control table.
 
-    `clock` gives seconds and never runs backwards. `load_nm` is friction on the shaft. `seed` draws the angle it starts
-    at and its tick. Safe to ask from several threads.
+    It is safe to use from several threads.
+
+    Args:
+        motor_id: its id on the bus.
+        clock: gives seconds and never runs backwards.
+        load_nm: friction on the shaft, N m.
+        seed: draws the angle it starts at and its tick.
     """
 
     reply_delay_s = 500e-6
@@ -97,7 +103,7 @@ class Emulator:
 
     @property
     def stopped(self) -> bool:
-        """True where it is not being driven: torque off, or held at a speed of zero."""
+        """Whether it is not being driven: torque off, or held at a speed of zero."""
         return self["torque_enable"] == 0 or self["goal_velocity"] == 0
 
     def __getitem__(self, name: str) -> int:
@@ -111,7 +117,7 @@ class Emulator:
             self._set(name, value)
 
     def feed(self, data: bytes) -> bytes:
-        """Hears bytes and answers: the status packets they ask for, in order; often none."""
+        """Take in bytes and return the answers: the status packets they ask for, in order; often none."""
         with self._lock:
             self._advance()
             return b"".join(map(self._hear, self._reader.push(data)))
@@ -126,7 +132,7 @@ class Emulator:
         return encode(Packet(self.id, Instruction.STATUS, bytes([alert | number]) + params))
 
     def _obey(self, packet: Packet) -> tuple[ErrorNumber, bytes]:
-        """Error number and parameters of the answer."""
+        """Follow an instruction; return error number and parameters of the answer."""
         if not packet.intact:
             return ErrorNumber.CRC, b""
         address, rest = int.from_bytes(packet.params[:2], "little"), packet.params[2:]
@@ -156,7 +162,10 @@ class Emulator:
         return ErrorNumber.NONE
 
     def _advance(self) -> None:
-        """Brings the motor to the clock's time; its watchdog acts when it is due: it stops, with its torque on."""
+        """Bring the motor to the clock's time.
+
+        Its watchdog acts when it is due: it stops the motor, with its torque on.
+        """
         now = self.clock()
         watchdog = self._get("bus_watchdog")
         trips_at = self._heard_at + watchdog * WATCHDOG_UNIT_S
@@ -171,7 +180,7 @@ class Emulator:
         self._set("present_position", math.floor(self._angle_rad / (2 * math.pi) * PULSES))
 
     def _turn(self, duration_s: float) -> None:
-        """Ramps to the goal, or the most that the load leaves of it, and turns on; without torque the gear stops it."""
+        """Ramp to the goal, or the most that the load leaves of it, and turn on; without torque the gear stops it."""
         goal = 0.0
         if self._get("operating_mode") == VELOCITY_MODE:
             goal = self._get("goal_velocity") * VELOCITY_UNIT

@@ -1,7 +1,7 @@
-"""Packets of DYNAMIXEL Protocol 2.0: header, byte stuffing, CRC-16.
+"""The packets of DYNAMIXEL Protocol 2.0: header, byte stuffing, CRC-16.
 
-Source: ROBOTIS e-manual, "Protocol 2.0" (packet fields, processing order, error numbers) and "CRC calculation".
-Written from that text, without ROBOTIS' SDK, so that the two can be tested against each other.
+Source: ROBOTIS e-manual, "Protocol 2.0" (packet fields, processing order, error numbers) and "CRC calculation". Written
+from that text, without ROBOTIS' SDK, so that the two can be tested against each other.
 """
 
 from enum import IntEnum
@@ -12,11 +12,12 @@ BROADCAST_ID = 0xFE
 ALERT = 0x80
 """Bit of the error byte that means that Hardware Error Status (70) is not zero."""
 
-STUFFED, PLAIN = b"\xff\xff\xfd\xfd", b"\xff\xff\xfd"
+STUFFED = b"\xff\xff\xfd\xfd"
+PLAIN = b"\xff\xff\xfd"
 
 
 class Instruction(IntEnum):
-    """What a packet asks for, or `STATUS`: the answer."""
+    """The instruction of a packet, or `STATUS` for an answer."""
 
     PING = 0x01
     READ = 0x02
@@ -45,7 +46,7 @@ class Packet(NamedTuple):
 
 
 def crc16(data: bytes) -> int:
-    """CRC-16 with polynomial 0x8005, start 0, not reflected, of the stuffed packet from its header on."""
+    """Compute the CRC-16 with polynomial 0x8005, start 0, not reflected, of the stuffed packet from its header on."""
     crc = 0
     for byte in data:
         crc ^= byte << 8
@@ -55,14 +56,14 @@ def crc16(data: bytes) -> int:
 
 
 def encode(packet: Packet) -> bytes:
-    """The bytes of a packet on the line: stuffed, with length and CRC."""
+    """Encode a packet for the line: stuffed, with length and CRC."""
     body = (bytes([packet.instruction]) + packet.params).replace(PLAIN, STUFFED)
     head = HEADER + bytes([packet.id]) + (len(body) + 2).to_bytes(2, "little")
     return head + body + crc16(head + body).to_bytes(2, "little")
 
 
 class PacketReader:
-    """Finds packets in a stream of bytes that may hold anything else as well.
+    """A finder of packets in a stream of bytes that may hold anything else as well.
 
     Stuffing keeps the header out of every packet, so that one that is cut short costs itself alone.
     """
@@ -71,7 +72,7 @@ class PacketReader:
         self._buffer = b""
 
     def push(self, data: bytes) -> list[Packet]:
-        """The packets completed by these bytes, in order."""
+        """Return the packets completed by these bytes, in order."""
         packets = []
         self._buffer, *parts = (self._buffer + data).split(HEADER)
         for part in parts:

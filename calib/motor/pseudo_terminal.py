@@ -13,12 +13,12 @@ from contextlib import contextmanager, suppress
 from calib.motor.emulator import Emulator
 
 TICK_S = 0.05
-"""How often the server looks up without being called: the motor's own clock then acts."""
+"""Time after which the server lets the motor's own clock act, even if no bytes came."""
 
 
 @contextmanager
 def pseudo_terminal(motor: Emulator, baud: int) -> Iterator[str]:
-    """Serves a motor in real time while its `with` block lasts, or until it is no longer `connected`.
+    """Serve a motor in real time while its `with` block lasts, or until it is no longer `connected`.
 
     Yields the path that a client opens. A motor hears nothing at another speed than `baud`.
     """
@@ -42,17 +42,22 @@ def _serve(motor: Emulator, baud: int, master: int, slave: int) -> None:
         reply = motor.feed(data if termios.tcgetattr(slave)[5] == speed else b"")
         if reply:
             time.sleep(motor.reply_delay_s)
-            with suppress(BlockingIOError):  # what a client that never reads leaves no room for is lost
+            with suppress(BlockingIOError):  # answers to a client that never reads are lost
                 os.write(master, reply)
     os.close(slave)
     os.close(master)
 
 
 def run_emulator(motor: Emulator, baud: int, report: Callable[[str], None]) -> None:
-    """Serves an emulated motor on a pseudo-terminal until Ctrl-C or SIGTERM.
+    """Serve an emulated motor on a pseudo-terminal until Ctrl-C or SIGTERM.
 
     The first line reported is the terminal's path alone, so that a program can read it; at the end it reports how the
     motor was left.
+
+    Args:
+        motor: the emulated motor.
+        baud: the only baud rate at which it hears anything.
+        report: receives lines for the user.
     """
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     with pseudo_terminal(motor, baud) as path:

@@ -1,1 +1,3 @@
-"""What the functions of `calib` return: frozen results that read finished files, with frames, figures and a summary."""
+"""The results that functions of `calib` return: frozen, read from finished files, with tables, figures and
+a summary.
+"""

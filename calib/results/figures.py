@@ -10,7 +10,7 @@ from session.stage import Stage
 
 
 def check_current(stage: Stage) -> None:
-    """An `InputError` where the files are no longer those that a result was read from."""
+    """Raise an `InputError` where the files are no longer those that a result was read from."""
     if not stage.is_current:
         step = "Ask for the result again, then for what you want of it."
         raise InputError([Fault(str(stage.file), "", "the result has been replaced", "", "", next_step=step)])
@@ -32,11 +32,11 @@ class Figures:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Those that there are; one that begins with the name of a trial is called with that trial."""
+        """Names of the available figures; one that begins with the name of a trial is called with that trial."""
         return tuple(self._plots)
 
     def __getitem__(self, name: str) -> Plot:
-        """The figure of this name; an `InputError` lists the choices where there is none."""
+        """Return the figure of this name; an `InputError` lists the choices where there is none."""
         if name not in self._plots:
             raise InputError([Fault("figure", "", "no such figure", repr(name), "one of this result", self.names)])
         return self._plots[name]
@@ -50,7 +50,7 @@ def _figure(name: str, about: str) -> Callable[[Figures], Plot]:
     return fetch
 
 
-def _of_trial(name: str, about: str) -> Callable[[Figures, str], Plot]:
+def _trial_figure(name: str, about: str) -> Callable[[Figures, str], Plot]:
     def fetch(self: Figures, trial: str) -> Plot:
         return self[f"{trial}-{name}"]
 
@@ -58,7 +58,7 @@ def _of_trial(name: str, about: str) -> Callable[[Figures, str], Plot]:
     return fetch
 
 
-def _numbered(name: str, about: str) -> Callable[..., Plot]:
+def _numbered_figure(name: str, about: str) -> Callable[..., Plot]:
     def fetch(self: Figures, number: int = 1) -> Plot:
         return self[f"{name}-{number}"]
 
@@ -74,8 +74,8 @@ class StructureFigures(Figures):
     """Figures of the robot and of its dry experiments; a fit has them, too."""
 
     robot = _figure("robot", "The robot with its markers, hinges and tendons.")
-    decay = _numbered("decay", "A free decay, measured and fitted.")
-    decay_spectrum = _numbered("decay-spectrum", "The spectrum of a free decay.")
+    decay = _numbered_figure("decay", "A free decay, measured and fitted.")
+    decay_spectrum = _numbered_figure("decay-spectrum", "The spectrum of a free decay.")
     crank = _figure("crank-surface", "The error surface of the crank grid search.")
     motor_speed = _figure("motor-speed", "How fast the motor turned in logged trials.")
     motor_turn = _figure("motor-turn", "How unevenly the motor turned within a turn.")
@@ -94,7 +94,7 @@ class FitFigures(StructureFigures):
         self._draw_trial, self._of_trials = draw_trial, dict[str, Plot]()
 
     def __getitem__(self, name: str) -> Plot:
-        """The figure of this name; an `InputError` lists the choices where there is none."""
+        """Return the figure of this name; an `InputError` lists the choices where there is none."""
         trial, _, what = name.rpartition("-")
         if what in _MOTIONS and "_plots" not in vars(self):
             if name not in self._of_trials:
@@ -104,10 +104,12 @@ class FitFigures(StructureFigures):
                 return self._of_trials[name]
         return super().__getitem__(name)
 
-    envelope = _of_trial("envelope", "The tail's envelope in the frame of the head, measured and simulated.")
-    path = _of_trial("path", "The distance swum in a trial over time, measured and simulated.")
-    lateral = _of_trial("lateral", "The lateral motion of tail markers in a trial over time, measured and simulated.")
-    flagged = _of_trial("flags", "The samples of a trial that are flagged, over time.")
+    envelope = _trial_figure("envelope", "The tail's envelope in the frame of the head, measured and simulated.")
+    path = _trial_figure("path", "The distance swum in a trial over time, measured and simulated.")
+    lateral = _trial_figure(
+        "lateral", "The lateral motion of tail markers in a trial over time, measured and simulated."
+    )
+    flagged = _trial_figure("flags", "The samples of a trial that are flagged, over time.")
     speeds = _figure("sweep", "Speed over frequency: measured, of the twin, by elongated body theory and simple rules.")
     residual_markers = _figure("residual-markers", "Distance between measured and simulated markers, by marker.")
     body_wave = _figure("body-wave", "Amplitude and phase of the wave along the fish, measured and simulated.")

@@ -1,4 +1,4 @@
-"""What a fit found: `results/calibration.json` as attributes, frames, figures and sentences."""
+"""The result of a fit: `results/calibration.json` as attributes, frames, figures and sentences."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
     from fitting.posterior.summary import PosteriorSummary
 
-_HIDDEN = ("flags", "from_command")  # of a trial, no columns of their own
+_HIDDEN = ("flags", "from_command")  # fields of a trial that have no column of their own
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -48,7 +48,8 @@ class FitResult(Result):
     Attributes:
         mjcf_file: `results/calibrated.xml`.
         published: the published search, for comparison; None where it was not run.
-        posterior, diagnosed: what stands of this fit, the posterior without its draws; None where nothing does.
+        posterior: the current posterior of this fit, without its draws; None where there is none.
+        diagnosed: the current diagnosis of this fit; None where there is none.
         damaged: the file of posterior or diagnosis that cannot be read, where there is one.
         standing: which results of it there are, and by which commands the others are made.
         read, read_trial: simulate every trial, or one, again.
@@ -80,7 +81,7 @@ class FitResult(Result):
     read_trial: Callable[[str], CalibratedTrial] = field(repr=False)
 
     def motion(self, trial: str) -> xr.Dataset:
-        """A swim trial as measured and as the twin swims it; the twin is simulated again.
+        """Compare a swim trial as measured with the twin, which is simulated again.
 
         Returns:
             Dimensions `time` (s), `space` and `keypoint`. Variables `measured` and `twin` (time, space, keypoint), m,
@@ -110,7 +111,7 @@ class FitResult(Result):
 
     @cached_property
     def answers(self) -> Answers:
-        """What the summary and the report's first screen say, of all that stands of this fit."""
+        """The answers of the summary and of the report's first screen, from all current results of this fit."""
         return answers_of(self.data, self.posterior, self.diagnosed, self.session.in_shell, self.damaged)
 
     @property
@@ -130,12 +131,12 @@ class FitResult(Result):
 
     @property
     def forecasts(self) -> SessionForecast:
-        """Every trial by the model and by simple baselines."""
+        """Forecasts of every trial by the model and by simple baselines."""
         return self.data.forecasts
 
     @property
     def verdict(self) -> str:
-        """One word.
+        """The verdict on the fit in one word.
 
         off (the twin misses its own fit trials by more than 10 %), unchecked (no held-out trial), worse_than_baseline
         (in forecasts), doubtful (caveats) or good.
@@ -149,9 +150,10 @@ class FitResult(Result):
         return "doubtful" if self.answers.caveats else "good"
 
     def summary(self) -> str:
-        """How far off the exported twin is, how sure, what is missing, how far to trust it, and what to do next.
+        """Summarise how far off the exported twin is, how sure, what is missing, and what to do next.
 
-        In at most eight lines, of all that stands of this fit: a posterior and a diagnosis that were made of it, too.
+        The summary has at most eight lines, and covers all current results of this fit: its posterior and its
+        diagnosis, too.
         """
         answers = self.answers
         more = f" ({len(answers.caveats) - 1} more: -v)" if len(answers.caveats) > 1 else ""
@@ -172,7 +174,7 @@ class FitResult(Result):
         return "\n".join(lines)
 
     def details(self) -> list[str]:
-        """A line a trial, then structure, coefficients, means, and every flag, each once."""
+        """List the trials, then structure, coefficients, means, and every flag once, a line each."""
         found = self.data
         lines = [f"{'trial':12} {'role':8} {'Hz':>6} {'marker mm':>10} {'speed mm/s':>10} {'twin':>8} {'EBT':>8}"]
         for name, trial in found.trials.items():
@@ -204,7 +206,7 @@ class FitResult(Result):
             "flags": lambda: flag_frame(self._all_flags()),
         }
 
-    def _shown(self) -> pd.DataFrame:
+    def _make_notebook_table(self) -> pd.DataFrame:
         columns = ["role", "frequency_hz", "marker_error_mm", "speed_measured", "speed_twin", "speed_ebt", "flags"]
         return self.to_frame()[columns]
 
@@ -261,6 +263,6 @@ class FitResult(Result):
         return f"{in_words(self.verdict)}: {why[self.verdict]}"
 
     def _flags_of_tracks(self) -> Iterator[tuple[str, Flag]]:
-        """Those of single experiments and trials, and those of the whole that are no caveat by themselves."""
+        """Yield the flags of experiments and trials, and those of the whole fit that are no caveat by themselves."""
         told = " ".join(self.answers.caveats).lower()
         return ((name, flag) for name, flag in self._all_flags() if name or flag.message.lower() not in told)

@@ -1,4 +1,4 @@
-"""The sim-to-real gap: `results/diagnosis.json` as attributes, frames, figures and sentences."""
+"""The result of a diagnosis: `results/diagnosis.json` as attributes, frames, figures and sentences."""
 
 from __future__ import annotations
 
@@ -36,14 +36,15 @@ class Effects(tuple[str, ...]):
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Its items."""
+        """The names as a plain tuple."""
         return tuple(self)
 
     def to_frame(self) -> pd.DataFrame:
-        """A row an effect of the catalogue and parameter: probability, whether it is named, value, 95 % interval.
+        """Make a table with a row for each effect of the catalogue and each of its parameters.
 
-        The most probable come first; effects that were not added to the twin have no value. The last row is the
-        probability of an effect outside the catalogue.
+        Columns are the probability, whether the effect is named, value and 95 % interval. The most probable come first;
+        effects that were not added to the twin have no value. The last row is the probability of an effect outside the
+        catalogue.
         """
         rows = []
         for name, probability in self._data.chances.items():
@@ -58,7 +59,7 @@ class Effects(tuple[str, ...]):
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class GapResult(Result):
-    """Where the gap between twin and robot is, which effect causes it, and how far it shrinks with that effect.
+    """The sim-to-real gap: where it is, which effect causes it, and how far it shrinks with that effect.
 
     Tables of `to_frame`: "effects" (see `Effects.to_frame`), "where" (share of the gap by split and part), "trials"
     (held-out trials without and with the effects: mm and m/s) and "next_experiments".
@@ -81,7 +82,7 @@ class GapResult(Result):
 
     @property
     def verdict(self) -> str:
-        """named, inseparable, unexplained or no_gap."""
+        """The verdict: named, inseparable, unexplained or no_gap."""
         return self.data.verdict
 
     @property
@@ -91,12 +92,12 @@ class GapResult(Result):
 
     @property
     def groups(self) -> tuple[tuple[str, ...], ...]:
-        """Alternatives that the data cannot separate (inner), which act together (outer)."""
+        """The alternatives that the data cannot separate (inner), which act together (outer)."""
         return self.data.groups
 
     @property
     def probabilities(self) -> Mapping[str, float]:
-        """That an effect is present, the most probable first, and `none_of_these`."""
+        """The probability that each effect is present, the most probable first, and `none_of_these`."""
         return self.data.probabilities
 
     @property
@@ -115,7 +116,7 @@ class GapResult(Result):
         return self.data.missing_forces
 
     def summary(self) -> str:
-        """Where, which, how far, the main caveat, the next experiment and the verdict, in six lines."""
+        """Summarise where, which, how far, the main caveat, the next experiment and the verdict, in six lines."""
         experiment = next_experiment(self.data) or "none of the known ones is expected to add information"
         return "\n".join(
             [
@@ -127,7 +128,7 @@ class GapResult(Result):
         )
 
     def details(self) -> list[str]:
-        """Where, which and how far; then the most probable effects, what to check, and what to measure next."""
+        """List where, which and how far; then the most probable effects, what to check, and what to measure next."""
         return diagnosis_lines(self.data)
 
     def _tables(self) -> Mapping[str, Callable[[], pd.DataFrame]]:
@@ -138,7 +139,7 @@ class GapResult(Result):
             "next_experiments": self._next,
         }
 
-    def _shown(self) -> pd.DataFrame:
+    def _make_notebook_table(self) -> pd.DataFrame:
         return self.to_frame().head(8)
 
     def _where(self) -> pd.DataFrame:
@@ -157,7 +158,7 @@ class GapResult(Result):
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class EffectTest(Result):
-    """What the swim trials say of effects that a user names; what `supposed.json` holds.
+    """The outcome of a test of effects that a user names; what `supposed.json` holds.
 
     Its table has a row an effect and parameter: its own log Bayes factor, value and 95 % interval.
 
@@ -174,15 +175,15 @@ class EffectTest(Result):
 
     @property
     def log_bayes_factor(self) -> float:
-        """Of all named effects together over the plain twin, natural logarithm."""
+        """The log Bayes factor of all named effects together over the plain twin, natural logarithm."""
         return self.data.log_bayes_factor
 
     def summary(self) -> str:
-        """What the trials say of the effects, and the gap without and with them."""
+        """Summarise what the trials say of the effects, and the gap without and with them."""
         return "\n".join(line for line in self.details() if line)
 
     def details(self) -> list[str]:
-        """The same with blank lines between its parts."""
+        """List the lines of the summary, with blank lines between its parts."""
         return test_lines(self.data)
 
     def _tables(self) -> Mapping[str, Callable[[], pd.DataFrame]]:
@@ -197,7 +198,7 @@ class EffectTest(Result):
 
 
 def _parameters(found: EffectParameters, effect: str) -> Iterator[dict[str, object]]:
-    """The fitted parameters of an effect as parts of rows; one empty part where it was not fitted."""
+    """Yield the fitted parameters of an effect as parts of rows; one empty part where it was not fitted."""
     parameters = parameters_of(found, effect)
     if not parameters:
         yield {}

@@ -1,4 +1,4 @@
-"""Results of a pipeline whose stages are up to date."""
+"""The making of results from a pipeline whose stages are up to date."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -31,7 +31,7 @@ _OF_FIT = tuple(build for build in SECTIONS if build not in _NOT_OF_FIT)
 
 
 def fit_result(pipeline: Pipeline) -> FitResult:
-    """The current fit."""
+    """Make the result of the current fit."""
     stage = pipeline.the_fit()
     data = stage.result()
 
@@ -54,7 +54,7 @@ def fit_result(pipeline: Pipeline) -> FitResult:
         file=stage.file,
         mjcf_file=stage.mjcf_file,
         data=data,
-        published=_published(pipeline),
+        published=_read_published(pipeline),
         plot=figures,
         read=read,
         read_trial=read_trial,
@@ -67,7 +67,7 @@ def fit_result(pipeline: Pipeline) -> FitResult:
 
 
 def posterior_result(pipeline: Pipeline, stage: PosteriorStage) -> PosteriorResult:
-    """A posterior of the current fit."""
+    """Make the result of a posterior of the current fit."""
     fit, found = pipeline.the_fit(), stage.read()
     assert found is not None
     sections = (summary.build, posterior_section.build)
@@ -78,7 +78,7 @@ def posterior_result(pipeline: Pipeline, stage: PosteriorStage) -> PosteriorResu
 
 
 def gap_result(pipeline: Pipeline, stage: DiagnosisStage) -> GapResult:
-    """A diagnosis."""
+    """Make the result of a diagnosis."""
     found, robot, markers = stage.read(), pipeline.job.robot, pipeline.session.markers
     figures = GapFigures(stage, lambda: gap_plots(found, robot, markers))
     name = f"diagnosis of {stage.effort} effort"
@@ -98,13 +98,13 @@ def _next_step(pipeline: Pipeline) -> str:
 
 
 def test_result(pipeline: Pipeline, found: EffectTestResult) -> EffectTest:
-    """What the swim trials say of effects."""
+    """Make the result of a test of effects."""
     name = f"test of {listed([in_words(effect) for effect in found.effects])}"
     return EffectTest(name=name, file=pipeline.session.results / EFFECT_TEST.name, data=found, **_common(pipeline))
 
 
 def structure_result(pipeline: Pipeline) -> StructureResult:
-    """What the dry experiments say."""
+    """Make the result of the dry experiments."""
     name, found, common = "no swim trial to fit; the dry experiments alone", pipeline.structure, _common(pipeline)
     context = ReportContext(pipeline.session, cast(Calibration, NoSwims(found)), pipeline.job.provenance)
     figures = StructureFigures(pipeline.structures, lambda: gallery(context, DRY_SECTIONS))
@@ -112,7 +112,7 @@ def structure_result(pipeline: Pipeline) -> StructureResult:
 
 
 def track_result(pipeline: Pipeline, filmed: FilmedTracks) -> TrackResult:
-    """The tracks of all trials that a camera saw; swims that cannot be measured are in the notes."""
+    """Make the result of the tracks of all trials that a camera saw; swims that cannot be measured are in the notes."""
     recordings = pipeline.recordings
     measured: dict[str, MeasuredTrial] = {}
     problems: tuple[str, ...] = ()
@@ -129,15 +129,15 @@ def track_result(pipeline: Pipeline, filmed: FilmedTracks) -> TrackResult:
 def _context(pipeline: Pipeline) -> ReportContext:
     fit = pipeline.the_fit()
     provenance = replace(pipeline.job.provenance, effort=fit.effort)
-    return ReportContext(pipeline.session, fit.read(), provenance, pipeline.recordings.notes, _published(pipeline))
+    return ReportContext(pipeline.session, fit.read(), provenance, pipeline.recordings.notes, _read_published(pipeline))
 
 
-def _published(pipeline: Pipeline) -> PublishedResult | None:
+def _read_published(pipeline: Pipeline) -> PublishedResult | None:
     stage = pipeline.current_published()
     return None if stage is None else stage.read()
 
 
 def _common(pipeline: Pipeline) -> dict[str, Any]:
-    """What all results have: the session, the notes, and the files that were made."""
+    """Collect what all results have: the session, the notes, and the files that were made."""
     notes = (*pipeline.notes, *pipeline.recordings.notes)
     return {"session": pipeline.session, "notes": notes, "made": tuple(pipeline.made)}

@@ -1,4 +1,4 @@
-"""How sure the coefficients are: `results/posterior.nc` and `posterior.json` as attributes, frames and figures."""
+"""The result of the posterior: `results/posterior.nc` and `posterior.json` as attributes, frames and figures."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class PosteriorResult(Result):
-    """Draws from the posterior of the five coefficients given the fit trials, and what they say.
+    """Draws from the posterior of the five coefficients given the fit trials, and their summary.
 
     Tables of `to_frame`: "coefficients" (a row each: mean, sd, ends of the 90 % interval, effective draws, R-hat),
     "trials" (speed along the smooth path of each swim trial with its predictive interval, m/s), "forecasts" (of the
@@ -54,29 +54,32 @@ class PosteriorResult(Result):
 
     @property
     def coefficients(self) -> Mapping[str, Marginal]:
-        """Mean, sd, 90 % interval and whether the trials determine it, of each coefficient."""
+        """The mean, sd and 90 % interval of each coefficient, and whether the trials determine it."""
         return self.data.marginals
 
     @property
     def forecasts(self) -> SessionForecast:
-        """Every trial averaged over the draws, and by simple baselines."""
+        """Forecasts of every trial averaged over the draws, and by simple baselines."""
         return self.data.forecasts
 
     @property
     def flags(self) -> tuple[Flag, ...]:
-        """When not to believe it."""
+        """The reasons to doubt the posterior."""
         return self.data.flags
 
     @property
     def verdict(self) -> str:
-        """One word: determined (all five), partly_determined or undetermined; doubtful where there are other flags."""
+        """The verdict in one word: determined (all five), partly_determined or undetermined.
+
+        It is doubtful where there are other flags.
+        """
         if any(flag.kind != "unidentifiable" for flag in self.flags):
             return "doubtful"
         determined = sum(one.determined for one in self.coefficients.values())
         return {0: "undetermined", len(self.coefficients): "determined"}.get(determined, "partly_determined")
 
     def summary(self) -> str:
-        """What was found, how well it forecasts, how far to trust it, and what to do next, in six lines."""
+        """Summarise what was found, how well it forecasts, how far to trust it, and what to do next, in six lines."""
         data, of = self.data, self.coefficients
         intervals = ", ".join(f"{in_words(name)} {spanned(one.q05, one.q95, of_its_size)}" for name, one in of.items())
         loose = [in_words(name) for name, one in of.items() if not one.determined]
@@ -100,7 +103,7 @@ class PosteriorResult(Result):
         return "\n".join(filter(None, lines))
 
     def details(self) -> list[str]:
-        """A line a coefficient, and every flag."""
+        """List the coefficients, a line each, and every flag."""
         return [*interval_lines(self.coefficients), *flag_lines(("", flag) for flag in self.flags)]
 
     def _tables(self) -> Mapping[str, Callable[[], pd.DataFrame]]:
@@ -131,7 +134,7 @@ class PosteriorResult(Result):
 
 
 def interval_lines(marginals: Mapping[str, Marginal]) -> list[str]:
-    """A line a coefficient: its 90 % interval, and whether the trials determine it."""
+    """Format the 90 % interval of each coefficient, and whether the trials determine it, a line each."""
     return [
         f"  {name:13} {shown(one.mean, 3):>6} ± {one.sd:.2g}, 90 % interval {one.q05:.3g} to {one.q95:.3g}"
         f"{'' if one.determined else ': not determined by these trials'}"

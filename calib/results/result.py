@@ -1,4 +1,4 @@
-"""What all results have in common: tables by name, the view in a notebook, notes, and the files made."""
+"""The common part of all results: tables by name, the view in a notebook, notes, and the files made."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ if TYPE_CHECKING:
 
 
 class Tables:
-    """Something that has tables and a summary; in a notebook it shows both."""
+    """An object that has tables and a summary; in a notebook it shows both."""
 
     def to_frame(self, table: str = "") -> pd.DataFrame:
-        """One of its tables.
+        """Return one of its tables.
 
         Args:
-            table: as the class names them; default: the first.
+            table: name of the table, as the class lists them; default: the first.
 
         Raises:
             InputError: no such table.
@@ -37,19 +37,21 @@ class Tables:
         return tables[table or next(iter(tables))]()
 
     def summary(self) -> str:
-        """What was found, how far to trust it, and what to do next, in a few lines."""
+        """Summarise what was found, how far to trust it, and what to do next, in a few lines."""
         raise NotImplementedError
 
     def _tables(self) -> Mapping[str, Callable[[], pd.DataFrame]]:
         raise NotImplementedError
 
-    def _shown(self) -> pd.DataFrame:
-        """The table that a notebook shows."""
+    def _make_notebook_table(self) -> pd.DataFrame:
+        """Return the table that a notebook shows."""
         return self.to_frame()
 
     def _repr_html_(self) -> str:
         lines = "<br>".join(html.escape(line) for line in self.summary().splitlines())
-        return f"<p>{lines}</p>{self._shown().to_html(float_format=lambda value: f'{value:.4g}', na_rep='')}"
+        return (
+            f"<p>{lines}</p>{self._make_notebook_table().to_html(float_format=lambda value: f'{value:.4g}', na_rep='')}"
+        )
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -63,7 +65,7 @@ class Result(Tables):
     """
 
     key: ClassVar[str]
-    """What its content is called in what a command prints as JSON."""
+    """Key of its content in the JSON that a command prints."""
 
     session: Session = field(repr=False)
     name: str
@@ -72,7 +74,7 @@ class Result(Tables):
     made: tuple[Path, ...] = ()
 
     def details(self) -> list[str]:
-        """Every number and every flag, a line each."""
+        """List every number and every flag, a line each."""
         raise NotImplementedError
 
 
@@ -81,9 +83,9 @@ class Export:
     """Files that a function wrote from existing results, and what they are.
 
     Attributes:
-        files: in the order in which they were made; an index comes last.
+        files: the files in the order in which they were made; an index comes last.
         notes: what they show, of which effort, and what was left out and how to renew it.
-        failures: of several sessions, why some failed.
+        failures: why some of several sessions failed, by name.
 
     Example:
         >>> made = calib.report("pool")
@@ -97,12 +99,15 @@ class Export:
 
     @property
     def file(self) -> Path:
-        """The last of them."""
+        """The last of the files."""
         return self.files[-1]
 
 
 def forecast_frame(forecasts: SessionForecast) -> pd.DataFrame:
-    """A row a trial and model: speeds and their bands (m/s), distances (mm), and the share inside their bands."""
+    """Make a table of forecasts: speeds and their bands (m/s), distances (mm), and the share inside their bands.
+
+    It has a row for each trial and model.
+    """
     rows = {}
     for name, trial in forecasts.trials.items():
         for model, forecast in trial.forecasts.items():
@@ -114,7 +119,7 @@ def forecast_frame(forecasts: SessionForecast) -> pd.DataFrame:
 
 
 def flag_frame(flags: Iterable[tuple[str, Flag]]) -> pd.DataFrame:
-    """A row a flag: trial (empty for the whole), kind, markers, frames, message."""
+    """Make a table of flags: trial (empty for the whole), kind, markers, frames, message."""
     rows = [
         {
             "trial": trial,
@@ -131,7 +136,7 @@ def flag_frame(flags: Iterable[tuple[str, Flag]]) -> pd.DataFrame:
 
 
 def flag_lines(flags: Iterable[tuple[str, Flag]]) -> list[str]:
-    """A line for each flag with the names of its trials; flags of the whole come last."""
+    """Format a line for each flag with the names of its trials; flags of the whole come last."""
     trials: dict[str, list[str]] = {}
     whole = []
     for name, flag in flags:

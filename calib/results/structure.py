@@ -1,4 +1,4 @@
-"""What the dry experiments say of a robot that does not swim: `results/structure.json`."""
+"""The result of dry experiments with a robot that does not swim: `results/structure.json`."""
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
@@ -35,7 +35,7 @@ class StructureResult(Result):
     plot: StructureFigures = field(repr=False)
 
     def summary(self) -> str:
-        """Where each number of the structure comes from, the main caveat, and what to do next."""
+        """Summarise where each number of the structure comes from, the main caveat, and what to do next."""
         about, flag = next(self._flags(), ("", None))
         caveat = f"Main caveat: {f'{about}: ' if about else ''}{flag.message}." if flag else "No caveat."
         sources = [source.sentence for source in self.data.sources]
@@ -43,7 +43,7 @@ class StructureResult(Result):
         return "\n".join([f"{self.session.name}: {self.name}.", *sources, caveat, add])
 
     def details(self) -> list[str]:
-        """A line a number of the structure, and every flag: of the experiments, each once, then of the whole."""
+        """List the numbers of the structure, and every flag: of the experiments, each once, then of the whole."""
         return [*(source.sentence for source in self.data.sources), *flag_lines(self._flags())]
 
     def _tables(self) -> Mapping[str, Callable[[], pd.DataFrame]]:

@@ -1,4 +1,4 @@
-"""Tracks of a session: one labelled `xarray.Dataset` a trial, with flags and shares of what was seen."""
+"""The tracks of a session: one labelled `xarray.Dataset` a trial, with flags and shares of what was seen."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class FilmedTracks:
-    """What was made from the videos of a session: tracks in a folder, start boxes, files of tracks in another form.
+    """The files made from the videos of a session: tracks in a folder, start boxes, tracks in another form.
 
-    Flags are of lens, size and height, of each kind the first: the videos share one camera.
+    Flags are those of lens, size and height, of each kind the first: the videos share one camera.
     """
 
     folder: Path
@@ -81,7 +81,7 @@ class TrackResult(Tables, Mapping[str, "xr.Dataset"]):
         data = to_movement(tracked).isel(individual=0, drop=True)
         if (swim := self.measured.get(trial)) is None:
             return data
-        measured = _measured(swim, data.time[tracked.first_frame + swim.first_frame :])
+        measured = _collect_measured(swim, data.time[tracked.first_frame + swim.first_frame :])
         found = data.assign(measured.reindex(time=data.time, fill_value={"weight": 0.0}))
         return found.assign_attrs(metres_per_px=swim.metres_per_px)
 
@@ -92,7 +92,7 @@ class TrackResult(Tables, Mapping[str, "xr.Dataset"]):
         return len(self.tracked)
 
     def summary(self) -> str:
-        """How much was seen, and the flags, in three lines."""
+        """Summarise how much was seen, and the flags, in three lines."""
         frame = self.to_frame()
         worst = frame.seen.idxmin()
         kinds = Counter(flag.kind for own in self.flags.values() for flag in own)
@@ -127,10 +127,10 @@ class TrackResult(Tables, Mapping[str, "xr.Dataset"]):
 
 
 def shares_of(found: xr.Dataset) -> dict[str, float]:
-    """Frames of a trial, and of its samples from that of the boxes on the shares that were seen, count, are filled and
-    missing, with the mean confidence of those seen.
+    """Count the frames of a trial, and the shares of its samples that were seen, count, are filled and missing.
 
-    Not all that is seen counts in a fit: see `docs/tracking.md`.
+    Samples count from the frame of the boxes on; the mean confidence of those seen is added. Not all samples that are
+    seen count in a fit: see `docs/tracking.md`.
     """
     own = found.isel(time=slice(found.first_frame, None))
     seen, missing = seen_in(own), own.state.values == SampleState.MISSING
@@ -142,8 +142,8 @@ def shares_of(found: xr.Dataset) -> dict[str, float]:
     return row | {name: float(share.mean()) for name, share in shares.items()}
 
 
-def _measured(swim: MeasuredTrial, time: xr.DataArray) -> xr.Dataset:
-    """What is measured in a swim, its frames at the first of these times."""
+def _collect_measured(swim: MeasuredTrial, time: xr.DataArray) -> xr.Dataset:
+    """Return what is measured in a swim, its frames at the first of these times."""
     own = swim.tracks[["weight", "position_pool", "position_head", "heading"]]
     forward = -swim.tracks.path.sel(space="x", drop=True)
     own = own.assign(forward=forward.assign_attrs(units="m"))

@@ -1,4 +1,4 @@
-"""A twin to drive: markers of a swim at any crank speed, as labelled arrays."""
+"""The twin that a user can drive: markers of a swim at any crank speed, as labelled arrays."""
 
 from __future__ import annotations
 
@@ -19,7 +19,8 @@ from swimmer.effects import AffectedRuns, AffectedTwin
 from swimmer.scenery import add_scenery
 from tracking import one_of
 
-_LEAST_S, _SETTLED_BEATS = 6.0, 12.0  # of a swim from rest whose duration nobody gave
+_LEAST_S = 6.0  # shortest swim from rest, where no duration is given
+_SETTLED_BEATS = 12.0  # beats in which the speed of a swim from rest settles
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -56,7 +57,7 @@ class SwimTwin:
 
     @property
     def parameters(self) -> tuple[str, ...]:
-        """Names of the effects' parameters, as `swim` takes them: "tendon_slack.length"."""
+        """Names of the effects' parameters, as `swim` takes them, such as "tendon_slack.length"."""
         effects = self.engine.effects if isinstance(self.engine, AffectedTwin) else ()
         return tuple(f"{effect.name}.{parameter.name}" for effect in effects for parameter in effect.parameters)
 
@@ -68,19 +69,19 @@ class SwimTwin:
         phase_rad: float = 0.0,
         parameters: Mapping[str, ArrayLike] | None = None,
     ) -> xr.Dataset:
-        """Swims from rest, heading along -x.
+        """Simulate swims from rest, heading along -x.
 
         Args:
             frequency_hz: crank turns a second; one or (n,), simulated together.
-            seconds: how long; default: twelve beats of the slowest, in which speeds settle, and 6 s at least.
+            seconds: duration; default: twelve beats of the slowest, in which speeds settle, and 6 s at least.
             fps: frames a second.
-            phase_rad: of the crank at time 0; at 0 the tail is straight.
-            parameters: of the effects, by the names in `parameters`; one or (n,). Others are 0.
+            phase_rad: angle of the crank at time 0; at 0 the tail is straight.
+            parameters: values of the effects' parameters, by the names in `parameters`; one or (n,). Others are 0.
 
         Returns:
             Dimensions `run` (n), `time` (s), `space` and `keypoint`; variables `position` (run, time, space, keypoint)
-            of the markers and `head` (run, time, space), m, on the pool; `yaw` (run, time), rad; `speed` (run), m/s,
-            forward, over the whole beats of the second half; `frequency` (run), Hz.
+                of the markers and `head` (run, time, space), m, on the pool; `yaw` (run, time), rad; `speed` (run),
+                m/s, forward, over the whole beats of the second half; `frequency` (run), Hz.
 
         Raises:
             InputError: a parameter that the effects do not have, or a frequency that is none.
@@ -88,7 +89,7 @@ class SwimTwin:
         """
         import xarray as xr
 
-        given = self._given(parameters or {})
+        given = self._check_parameters(parameters or {})
         hz = np.atleast_1d(np.asarray(frequency_hz, float))
         if not (np.isfinite(hz) & (hz > 0)).all():
             raise InputError(
@@ -119,8 +120,8 @@ class SwimTwin:
             {"time": time_s, "space": ["x", "y"], "keypoint": list(self.engine.markers)},
         )
 
-    def _given(self, parameters: Mapping[str, ArrayLike]) -> dict[str, np.ndarray]:
-        """(n,) or (1,) of each parameter; an `InputError` for those that the effects do not have."""
+    def _check_parameters(self, parameters: Mapping[str, ArrayLike]) -> dict[str, np.ndarray]:
+        """Convert each parameter to (n,) or (1,); an `InputError` for those that the effects do not have."""
         expected = "a parameter of the twin's effects"
         faults = [
             Fault("parameters", "", "no such parameter", repr(name), expected, self.parameters)

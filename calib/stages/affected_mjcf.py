@@ -21,11 +21,18 @@ from swimmer.scenery import add_scenery
 def write_affected_twin(
     results: Path, linear: LinearModel, best: Refit, name: str, robot_file: Path | None
 ) -> list[Path]:
-    """``calibrated+<name>.xml``: robot, coefficients and all of the effects that a model can hold.
+    """Write ``calibrated+<name>.xml``: robot, coefficients and all of the effects that a model can hold.
 
     Effects with an axis of the picture (a current) are in the frame of the first fit trial. One keyframe a fit trial
-    starts the model as that trial started. Where MJCF cannot hold all of the effects a script of the same name runs the
-    twin with them.
+    starts the model as that trial started. Where MJCF cannot hold all of the effects, a script of the same name runs
+    the twin with them.
+
+    Args:
+        results: the folder of the results.
+        linear: the linearised model of the diagnosis.
+        best: the refit with the effects.
+        name: names of the effects in the file's name.
+        robot_file: the robot's TOML; None for the built-in robot.
     """
     affected = AffectedTwin(linear.twin, best.effects)
     views = views_of(linear.model, linear.camera, tuple(map(float, linear.at)))

@@ -1,4 +1,4 @@
-"""From measured swims to a diagnosis: ``results/diagnosis.json``, and the twin with what it names.
+"""The stage from measured swims to a diagnosis: ``results/diagnosis.json``, and the twin with the named effects.
 
 The diagnosis takes a second to load: it is imported where it is needed.
 """
@@ -29,16 +29,21 @@ if TYPE_CHECKING:
     from diagnosis.result import DiagnosisResult, EffectTestResult
 
 Found = TypeVar("Found")
-_FORM = 21  # of the files and of what they rest on
+_FORM = 21  # version of the files and of the computation
 
 
 class DiagnosisStage(Stage):
-    """``results/diagnosis.json``, and ``calibrated+<effects>.xml``.
+    """The stage of ``results/diagnosis.json``, and ``calibrated+<effects>.xml``.
 
-    Also ``calibrated+everything.xml``, where the evidence supports all effects together.
+    It also makes ``calibrated+everything.xml``, where the evidence supports all effects together.
 
-    `fit` has the coefficients of the plain twin; `without` are names that the catalogue is to lack, `own` further
-    effects that it is to have.
+    Args:
+        job: the work on the session.
+        recordings: the measured trials.
+        fit: the fit, which has the coefficients of the plain twin.
+        effort: "quick" or "full".
+        without: names of effects that the catalogue is to lack.
+        own: further effects that it is to have.
     """
 
     def __init__(
@@ -60,21 +65,23 @@ class DiagnosisStage(Stage):
 
     @cached_property
     def effects(self) -> dict[str, Effect]:
-        """The catalogue without what it is to lack, and with the user's own."""
+        """The catalogue without the effects that it is to lack, and with the user's own."""
         known = {name: effect for name, effect in catalogue().items() if name not in self._without}
         return known | {effect.name: effect for effect in self._own}
 
     @property
     def withheld(self) -> frozenset[str]:
-        """What the catalogue lacked of the diagnosis that stands; nothing where that cannot be read."""
+        """The effects that the catalogue of the existing diagnosis lacked; empty where that cannot be read."""
         with suppress(InputError):
             return frozenset(self.read().withheld_from_catalogue) & set(catalogue())
         return frozenset()
 
     def make(self, discrepancy: Discrepancy | None = None) -> None:
-        """Diagnoses and writes; `discrepancy` is what a refitted twin leaves of features where nothing is wrong.
+        """Diagnose and write.
 
-        By default it is what that twin leaves of the toolkit's second simulator.
+        Args:
+            discrepancy: what a refitted twin leaves of features where nothing is wrong; default: what that twin leaves
+                of the toolkit's second simulator.
 
         Raises:
             NotEnoughData: no swim has the role "fit".
@@ -85,7 +92,7 @@ class DiagnosisStage(Stage):
         from diagnosis.diagnosis_file import beside_exported_twin, diagnosis_result
         from diagnosis.result import DIAGNOSIS
 
-        job, found = self._job, self._asked(diagnose, self.effects, discrepancy)
+        job, found = self._job, self._ask(diagnose, self.effects, discrepancy)
         job.note_incomplete(self.incomplete)
         if (kept := self.keep_aside()) is not None:
             job.notes.append(f"The previous diagnosis is kept in {kept}.")
@@ -108,7 +115,7 @@ class DiagnosisStage(Stage):
         job.made.extend(written)
 
     def test(self, names: Sequence[str]) -> EffectTestResult:
-        """Tests effects that a user names; ``results/supposed.json``, made anew every time.
+        """Test effects that a user names; writes ``results/supposed.json``, made anew every time.
 
         Raises:
             NotEnoughData: no swim has the role "fit", or an effect does nothing in these.
@@ -119,12 +126,12 @@ class DiagnosisStage(Stage):
         from diagnosis.result import EFFECT_TEST
 
         effects = [self.effects[name] for name in dict.fromkeys(names)]
-        result = effect_test_result(self._asked(weigh_effects, effects))
+        result = effect_test_result(self._ask(weigh_effects, effects))
         EFFECT_TEST.write(self._job.results, self._provenance, result)
         return result
 
     def read(self) -> DiagnosisResult:
-        """The content of ``diagnosis.json``.
+        """Read the content of ``diagnosis.json``.
 
         Raises:
             InputError: there is none of this version.
@@ -137,13 +144,13 @@ class DiagnosisStage(Stage):
     def _provenance(self) -> Provenance:
         return replace(self._job.provenance, effort=self.effort)
 
-    def _asked(
+    def _ask(
         self,
         question: Callable[..., Found],
         effects: Mapping[str, Effect] | Sequence[Effect],
         discrepancy: Discrepancy | None = None,
     ) -> Found:
-        """What `diagnose` or `weigh_effects` says of this session."""
+        """Call `diagnose` or `weigh_effects` for this session."""
         from diagnosis import SessionData, Settings, discrepancy_for
 
         job, trials = self._job, self._fit.trials
@@ -161,7 +168,13 @@ class DiagnosisStage(Stage):
 
 
 def check_names(option: str, names: Iterable[str], known: Mapping[str, Effect]) -> None:
-    """An `InputError` for effects that are not known."""
+    """Raise an `InputError` for effects that are not known.
+
+    Args:
+        option: the option in the message, such as "--exclude".
+        names: names as given.
+        known: the known effects, by name.
+    """
     what, expected, step = "no effect of the catalogue", "names of the catalogue", "docs/effects.md has the table."
     faults = [
         Fault(option, name, what, repr(name), expected, tuple(known), did_you_mean(name, known) or step)

@@ -1,4 +1,4 @@
-"""From measured trials to the structure, the calibrated twin (``calibration.json``) and the published fit."""
+"""The stages of the structure, of the calibrated twin (``calibration.json``) and of the published fit."""
 
 from __future__ import annotations
 
@@ -35,12 +35,12 @@ from swimmer.scenery import add_scenery
 if TYPE_CHECKING:
     from fitting.coefficient_fit import Marginal
 
-_FORM = 14  # of calibration.json, and of the search that fills it
+_FORM = 14  # version of calibration.json, and of the search that fills it
 _UPON = ("posterior.nc", "diagnosis.json", "report.html")  # results that rest on a fit
 
 
 def calibrated_mjcf(calibration: Calibration) -> str:
-    """The text of `results/calibrated.xml`.
+    """Write the text of `results/calibrated.xml`.
 
     One keyframe a fit trial, named like it, starts the twin as that trial started: swimming, with the crank turning
     at the measured frequency (its control is part of the keyframe).
@@ -57,7 +57,7 @@ def calibrated_mjcf(calibration: Calibration) -> str:
 
 
 def nominal_mjcf(robot: RobotSpec) -> str:
-    """The text of the MJCF of a robot with the published coefficients; its keyframe `swim` turns the crank at 1 Hz."""
+    """Write the MJCF of a robot with the published coefficients; its keyframe `swim` turns the crank at 1 Hz."""
     spec = add_scenery(build_mjcf(robot), robot)
     _add_keyframe(spec, robot, "swim", 1.0, 0.0, np.zeros(3))
     return mjcf_text(spec)
@@ -66,29 +66,29 @@ def nominal_mjcf(robot: RobotSpec) -> str:
 def _add_keyframe(
     spec: mujoco.MjSpec, robot: RobotSpec, name: str, hz: float, phase_rad: float, velocity: np.ndarray
 ) -> None:
-    coefficients = np.array([PUBLISHED_COEFFICIENTS], float)  # of no matter at the start
+    coefficients = np.array([PUBLISHED_COEFFICIENTS], float)  # they have no influence on the start
     runs = Runs(coefficients, np.array([hz]), np.array([phase_rad]), velocity=velocity[None])
     qpos, qvel = Twin(robot, markers=("nose", "neck")).start(runs)
     spec.add_key(name=name, qpos=qpos[0], qvel=qvel[0], ctrl=[2 * np.pi * hz])
 
 
 def mjcf_text(spec: mujoco.MjSpec) -> str:
-    """The text of a model that loads."""
+    """Convert a model to text, and check that it loads."""
     spec.compile()
     text: str = spec.to_xml()
-    mujoco.MjModel.from_xml_string(text)  # what is written must load
+    mujoco.MjModel.from_xml_string(text)  # raises if the text does not load
     return text
 
 
 class StructureStage(Stage):
-    """``results/structure.json`` and its arrays in ``structure.npz``; neither is there without a dry experiment."""
+    """The stage of ``results/structure.json`` and its arrays; neither file is there without a dry experiment."""
 
     def __init__(self, job: Job, recordings: Recordings) -> None:
         super().__init__(job.results / STRUCTURE.name, {}, {"form": 3}, [recordings])
         self._job, self._recordings = job, recordings
 
     def current(self) -> Structure:
-        """What the dry experiments say, up to date, and what had to be assumed.
+        """Return what the dry experiments determine, up to date, and what had to be assumed.
 
         Raises:
             InputError, NotEnoughData: what is wrong with the trials, all of them at once.
@@ -101,7 +101,7 @@ class StructureStage(Stage):
 
     @property
     def is_up_to_date(self) -> bool:
-        """Whether the files are current, or there is no dry experiment to write of."""
+        """Whether the files are current, or there is no dry experiment to write about."""
         return self.is_current or not self._recordings.has_experiments
 
     @property
@@ -121,7 +121,7 @@ class StructureStage(Stage):
 
 
 class FitStage(Stage):
-    """The five coefficients, elongated body theory, and every trial with the twin."""
+    """The stage of the five coefficients, elongated body theory, and every trial with the twin."""
 
     def __init__(self, job: Job, recordings: Recordings, structures: StructureStage, effort: EffortName) -> None:
         self._job, self._recordings, self._structures = job, recordings, structures
@@ -130,15 +130,15 @@ class FitStage(Stage):
         super().__init__(job.results / CALIBRATION.name, {}, settings, [recordings])
 
     def current(self) -> Calibration:
-        """The calibration, up to date: searched for, or read back and every trial simulated again.
+        """Return the calibration, up to date: searched for, or read back and every trial simulated again.
 
         Raises:
             NotEnoughData: no fit trial, or trials without a usable sample; all of them at once.
         """
-        return self.read() if self.is_current else self._made()
+        return self.read() if self.is_current else self._calibrate()
 
     def read(self) -> Calibration:
-        """The calibration in `calibration.json`: only the comparison is simulated again.
+        """Read the calibration in `calibration.json`: only the comparison is simulated again.
 
         Raises:
             ModelMismatch: it was made with another engine, or another robot than the session describes; what the
@@ -155,7 +155,7 @@ class FitStage(Stage):
         return assemble(trials, twin, result.fit, phases, structure, *others)
 
     def read_trial(self, name: str) -> CalibratedTrial:
-        """One swim of this fit with its twin, simulated again; no other trial is measured.
+        """Simulate one swim of this fit with its twin again; no other trial is measured.
 
         The speeds by elongated body theory are those that the fit keeps.
 
@@ -179,7 +179,7 @@ class FitStage(Stage):
         return [trial for trial in self._recordings.swims if trial.name in taken]
 
     def result(self) -> CalibrationResult:
-        """The content of `calibration.json`.
+        """Read the content of `calibration.json`.
 
         Raises:
             InputError: there is none of this version.
@@ -187,7 +187,7 @@ class FitStage(Stage):
         return CALIBRATION.read(self._job.results)
 
     def add_posterior(self, marginals: Mapping[str, Marginal]) -> None:
-        """Puts the posterior of the coefficients into `calibration.json`; all else stays as it is."""
+        """Put the posterior of the coefficients into `calibration.json`; everything else stays as it is."""
         job = self._job
         written = CALIBRATION.write(job.results, self._provenance, replace(self.result(), posterior=marginals))
         self.mark((*written, self.mjcf_file))
@@ -199,19 +199,19 @@ class FitStage(Stage):
 
     @property
     def mjcf_file(self) -> Path:
-        """``calibrated.xml``."""
+        """The path of ``calibrated.xml``."""
         return self.file.with_name("calibrated.xml")
 
     @property
     def name(self) -> str:
-        """What it is, in words."""
+        """The name of the fit, in words."""
         return f"fit of {self.effort} effort"
 
     @property
     def _provenance(self) -> Provenance:
         return replace(self._job.provenance, effort=self.effort)
 
-    def _made(self) -> Calibration:
+    def _calibrate(self) -> Calibration:
         job = self._job
         self._report_why_again()
         structure, trials = self._structures.current(), self._recordings.swims  # the structure needs no swim
@@ -228,7 +228,7 @@ class FitStage(Stage):
         return calibration
 
     def _report_why_again(self) -> None:
-        """Says what differs from the calibration that is about to be replaced."""
+        """Report what differs from the calibration that is about to be replaced."""
         job = self._job
         job.note_incomplete(self.incomplete)
         try:
@@ -236,13 +236,13 @@ class FitStage(Stage):
         except SwimcalError:
             return
         then, now = made_with.to_json(), self._provenance.to_json()
-        differ = [_difference(key, then[key], now[key]) for key in now if then[key] != now[key]]
+        differ = [_describe_difference(key, then[key], now[key]) for key in now if then[key] != now[key]]
         if differ:
-            job.progress(f"fitting again: {self.file.name} was made with other {'; '.join(differ)}", 0.0)
+            job.progress(f"refitting: the existing fit {'; it '.join(differ)}", 0.0)
 
 
 class PublishedStage(Stage):
-    """``results/published.json``: the published objective and search, for comparison; the fit stays as it is."""
+    """The stage of ``results/published.json``: the published search, for comparison; the fit stays as it is."""
 
     def __init__(self, job: Job, recordings: Recordings, structures: StructureStage, effort: EffortName) -> None:
         self._job, self._recordings, self._structures, self.effort = job, recordings, structures, effort
@@ -250,7 +250,7 @@ class PublishedStage(Stage):
         super().__init__(job.results / PUBLISHED.name, {}, settings, [recordings])
 
     def make(self) -> None:
-        """Searches and writes what it finds.
+        """Search and write what was found.
 
         Raises:
             SimulationDiverged: no point that swims forward was found.
@@ -266,13 +266,15 @@ class PublishedStage(Stage):
         job.made.extend(written)
 
     def read(self) -> PublishedResult:
-        """What was found."""
+        """Read what was found."""
         return PUBLISHED.read(self._job.results)
 
 
-def _difference(key: str, then: object, now: object) -> str:
-    """What differs, in words: of files their names."""
+def _describe_difference(key: str, then: object, now: object) -> str:
+    """Say what the existing fit was made with: for inputs their names."""
+    if key == "effort":
+        return f"used --effort {then}; you asked for {now}"
     if isinstance(then, dict) and isinstance(now, dict):
         names = [name for name in sorted({*then, *now}) if then.get(name) != now.get(name)]
-        return f"{key} ({', '.join(names[:3])}{' and others' if len(names) > 3 else ''})"
-    return f"{key} ({str(then)[:12]}, now {str(now)[:12]})"
+        return f"was made with other {key} ({', '.join(names[:3])}{' and others' if len(names) > 3 else ''})"
+    return f"was made with other {key} ({str(then)[:12]}, now {str(now)[:12]})"

@@ -1,4 +1,4 @@
-"""From a calibration to how sure it is: draws from the posterior, and what they say.
+"""The stage from a calibration to its uncertainty: draws from the posterior, and their summary.
 
 emcee and ArviZ take a second to load: they are imported where they are needed.
 """
@@ -28,13 +28,13 @@ if TYPE_CHECKING:
     from fitting.posterior.summary import PosteriorSummary
 
 EFFECTIVE = {"quick": 100, "full": 400}
-"""Effective draws of every coefficient."""
+"""Number of effective draws of every coefficient, by effort."""
 
-_FORM = 11  # of the files and of what they rest on
+_FORM = 11  # version of the files and of the computation
 
 
 class PosteriorStage(Stage):
-    """``results/posterior.nc`` and ``posterior.json``, and `posterior` in ``calibration.json``."""
+    """The stage of ``results/posterior.nc`` and ``posterior.json``, and of `posterior` in ``calibration.json``."""
 
     def __init__(self, job: Job, fit: FitStage, effort: EffortName) -> None:
         self._job, self._fit, self.effort = job, fit, effort
@@ -43,11 +43,16 @@ class PosteriorStage(Stage):
 
     @property
     def summary_file(self) -> Path:
-        """``results/posterior.json``: what is said of it."""
+        """The path of ``results/posterior.json``, the summary."""
         return self.file.with_suffix(".json")
 
     def make(self, calibration: Calibration, trials: list[MeasuredTrial], twin: Twin) -> None:
-        """Samples the posterior about a calibration and writes it.
+        """Sample the posterior about a calibration and write it.
+
+        Args:
+            calibration: the calibration.
+            trials: the trials that take part in it.
+            twin: the twin of the calibrated robot.
 
         Raises:
             NotConverged: too few effective draws, or chains that disagree; nothing is written.
@@ -81,15 +86,24 @@ class PosteriorStage(Stage):
         job.made.extend(written)
 
     def read(self, draws: bool = True) -> PosteriorSummary | None:
-        """What is said of the posterior of this calibration, with its draws or without; None where there is none."""
+        """Read the summary of the posterior of this calibration, with its draws or without.
+
+        None where there is none.
+        """
         from fitting.posterior.summary import read_summary
 
         return read_summary(self._job.results, draws) if self.is_current else None
 
 
-@threadpool_limits.wrap(limits=1, user_api="blas")  # on several threads sums round otherwise, and other draws follow
+@threadpool_limits.wrap(limits=1, user_api="blas")  # several threads round sums differently, which changes the draws
 def mode_of(calibration: Calibration, trials: Iterable[MeasuredTrial], twin: Twin) -> Mode:
-    """The mode that a calibration keeps: made again where it lies, without a search."""
+    """Rebuild the mode that a calibration keeps, where it lies, without a search.
+
+    Args:
+        calibration: the calibration.
+        trials: the trials that take part in it.
+        twin: the twin of the calibrated robot.
+    """
     fitted = sorted((trial for trial in trials if trial.role == "fit"), key=lambda trial: trial.name)
     model = SessionModel.of(twin, fitted, uncertainties_of(calibration.structure.sources), with_course=True)
     fit = calibration.fit

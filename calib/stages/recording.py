@@ -1,4 +1,4 @@
-"""What `calib view` shows: videos, tracks, and once there is a fit, the twin, and the missing forces."""
+"""The recording that `calib view` shows: videos, tracks, and once there is a fit, the twin and the missing forces."""
 
 import shutil
 import subprocess
@@ -23,7 +23,7 @@ from tracking.video import Video
 
 
 def make_recording(pipeline: Pipeline) -> Path:
-    """``results/session.rrd``, made anew from the current tracks; a fit is shown if it is current.
+    """Make ``results/session.rrd`` anew from the current tracks; a fit is shown if it is current.
 
     Raises:
         InputError: tracks or a video cannot be read.
@@ -53,14 +53,14 @@ def make_recording(pipeline: Pipeline) -> Path:
     fitted = {} if calibration is None else {trial.measured.name: trial for trial in calibration.trials}
     stage = pipeline.current_diagnosis()
     forces = None if stage is None else stage.read().missing_forces
-    trials = [_recorded(pipeline, spec, fitted.get(spec.name), forces) for spec in specs]
+    trials = [_record_trial(pipeline, spec, fitted.get(spec.name), forces) for spec in specs]
     pipeline.options.progress("writing the recording", None)
     write_recording(path, trials, session.name)
     pipeline.made.append(path)
     return path
 
 
-def _recorded(
+def _record_trial(
     pipeline: Pipeline, spec: TrialSpec, fitted: CalibratedTrial | None, forces: MissingForces | None = None
 ) -> RecordedTrial:
     session = pipeline.session
@@ -74,11 +74,11 @@ def _recorded(
     if spec.video is not None:
         with Video(spec.video, pipeline.options.workers) as video:
             picture, frames = (video.info.width_px, video.info.height_px), video.info.frames
-        proxy = _proxy(pipeline, spec.name, spec.video, frames)
+        proxy = _make_proxy(pipeline, spec.name, spec.video, frames)
     if fitted is None:
         return RecordedTrial(spec.name, tracked, proxy, picture)
     first = tracked.first_frame + fitted.measured.first_frame
-    twin_px, residual_mm = _twin(fitted, tracked, first)
+    twin_px, residual_mm = _place_twin(fitted, tracked, first)
     missing = None if forces is None else MissingOverTime.of(forces, fitted, tracked.sizes["time"], first)
     more = tuple(flag for flag in fitted.flags if flag not in tracked.flags)
     tracked = tracked.assign_attrs(flags=(*tracked.flags, *more))
@@ -92,8 +92,8 @@ def _recorded(
     return RecordedTrial(spec.name, tracked, proxy, picture, twin_px, residual_mm, metrics, missing)
 
 
-def _proxy(pipeline: Pipeline, trial: str, video: Path, frames: int) -> Path:
-    """A small copy of the video, made again when the video changed."""
+def _make_proxy(pipeline: Pipeline, trial: str, video: Path, frames: int) -> Path:
+    """Make a small copy of the video, again when the video changed."""
     path = pipeline.session.results / "tracking" / f"{trial}.proxy.mp4"
     proxy = Stage(path, {"video": pipeline.recordings.videos.sha256(video)}, {"proxy": 1})
     if not proxy.is_current:
@@ -102,8 +102,10 @@ def _proxy(pipeline: Pipeline, trial: str, video: Path, frames: int) -> Path:
     return path
 
 
-def _twin(fitted: CalibratedTrial, tracked: xr.Dataset, first: int) -> tuple[np.ndarray, np.ndarray]:
-    """(n, m, 2) the twin's markers in the picture, px, and (n, m) their distance, mm; nan before the kept frames.
+def _place_twin(fitted: CalibratedTrial, tracked: xr.Dataset, first: int) -> tuple[np.ndarray, np.ndarray]:
+    """Compute the twin's markers in the picture (n, m, 2), px, and their distance (n, m), mm.
+
+    Nan before the kept frames.
 
     The difference from the measured marker in the head frame, turned by the measured heading, at the trial's scale.
     """
@@ -124,7 +126,7 @@ def _twin(fitted: CalibratedTrial, tracked: xr.Dataset, first: int) -> tuple[np.
 
 
 def open_viewer(recording: Path) -> None:
-    """Starts the viewer that was installed with this program, else the one on the path, and does not wait for it.
+    """Start the viewer that was installed with this program, else the one on the path, without waiting for it.
 
     Raises:
         SwimcalError: there is none, or it cannot be started.
@@ -140,7 +142,7 @@ def open_viewer(recording: Path) -> None:
 
 
 def show_inline(recording: Path) -> str:
-    """Shows a recording in the output of a notebook's cell; where it cannot, a sentence that says why, else nothing."""
+    """Show a recording in the output of a notebook's cell; return a sentence that says why where it cannot, else ""."""
     from rerun import RecordingStream
     from rerun.notebook import HAS_NOTEBOOK, Viewer
 

@@ -1,4 +1,4 @@
-"""``results/report.html`` of a session, from the current results."""
+"""The stage of ``results/report.html`` of a session, from the current results."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -38,7 +38,13 @@ class ReportStage(Stage):
         self._job, self._published, self._posterior, self._diagnosis = job, published, posterior, diagnosis
 
     def make(self, calibration: Calibration, notes: tuple[str, ...], damaged: Mapping[str, str]) -> None:
-        """Writes the report, with notes for the reader and the file of each result that cannot be read."""
+        """Write the report, with notes for the reader and the file of each result that cannot be read.
+
+        Args:
+            calibration: the calibration to report on.
+            notes: sentences for the reader, such as what was left out.
+            damaged: the file of "posterior" or "diagnosis" that cannot be read, where there is one.
+        """
         job = self._job
         job.progress("writing the report")
         context = ReportContext(

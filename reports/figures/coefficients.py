@@ -1,4 +1,4 @@
-"""The coefficients between their bounds."""
+"""The figure of the coefficients between their bounds."""
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -11,13 +11,17 @@ from swimmer import PUBLISHED_COEFFICIENTS, FluidCoefficients
 from swimmer.fluid import COEFFICIENT_BOUNDS
 
 NAMES = tuple(map(in_words, FluidCoefficients._fields))
-_LOW, _HIGH = (float(root) for root in np.sqrt(COEFFICIENT_BOUNDS))
+_LOW = float(np.sqrt(COEFFICIENT_BOUNDS[0]))
+_HIGH = float(np.sqrt(COEFFICIENT_BOUNDS[1]))
 _TICKS = (0.0, 0.1, 0.5, 1.0, 2.0, 4.0, 7.0, 10.0)
 
 
 @styled
 def coefficients_figure(fit: CoefficientFit, published: FluidCoefficients | None = None) -> Figure:
-    """Each coefficient within its bounds, on the square-root scale, with its 90 % interval; dots are other ends."""
+    """Draw each coefficient within its bounds, on the square-root scale, with its 90 % interval.
+
+    Dots are other ends.
+    """
     figure, axes = panel(HALF_WIDTH_IN, 3.3, Margins(left=1.0, top=0.5))
     rows = -np.arange(len(NAMES))
     axes.barh(rows, _HIGH - _LOW, left=_LOW, height=0.5, color=SHADE)
@@ -45,6 +49,6 @@ def coefficients_figure(fit: CoefficientFit, published: FluidCoefficients | None
 
 
 def coefficients_at_bound(fit: CoefficientFit) -> np.ndarray:
-    """(5,) True where a flag puts the coefficient at its bound."""
+    """Mark (5,) the coefficients that a flag puts at their bound."""
     messages = [flag.message for flag in fit.flags if flag.kind == "at_bound"]
     return np.array([any(name in message for message in messages) for name in FluidCoefficients._fields])

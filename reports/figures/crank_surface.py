@@ -1,4 +1,4 @@
-"""The error surface of the crank: how far the twin is from each dry run, over arm, speed and phase."""
+"""The error surface of the crank: the distance of the twin from each dry run, over arm, speed and phase."""
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -10,13 +10,13 @@ from reports.colours import EBT, INK, MUTED, TWIN
 from reports.numbers import MM, shortened
 from reports.style import FULL_WIDTH_IN, Grid, Look, Margins, legend_on_top, panels, styled
 
-ABOVE_MM = (0.5, 1.0, 2.0, 4.0, 8.0, 16.0)  # the lowest point: contours
-_SHADE = 0.11  # of each level; they overlap
+ABOVE_MM = (0.5, 1.0, 2.0, 4.0, 8.0, 16.0)  # heights of the contours above the lowest point
+_SHADE = 0.11  # opacity of each level; levels overlap
 
 
 @styled
 def crank_surface_figure(fit: CrankFit) -> Figure:
-    """Two panels a run: over arm and speed with the best phase, over arm and phase with the best speed."""
+    """Draw two panels a run: over arm and speed with the best phase, over arm and phase with the best speed."""
     grid = Grid(2, 1.9, gap_in=(0.7, 0.42))
     figure, drawn = panels(2 * len(fit.trials), grid, FULL_WIDTH_IN, Margins(left=0.66, top=0.56))
     for trial, left, right in zip(fit.trials, drawn[::2], drawn[1::2], strict=True):
@@ -24,9 +24,11 @@ def crank_surface_figure(fit: CrankFit) -> Figure:
         _draw(left, surface.arm_m, surface.hz, surface.over_phase_m)
         _mark(left, fit, (best.arm_m, best.hz), trial.speed_hz)
         left.set_ylabel("speed (turns/s)")
-        phase, over = _centred(trial)
+        phase, over = _centre(trial)
         _draw(right, surface.arm_m, phase, over)
-        _mark(right, fit, (best.arm_m, _near(best.phase_rad, phase)), _near(trial.phase_rad, phase))
+        _mark(
+            right, fit, (best.arm_m, _shift_into_axis(best.phase_rad, phase)), _shift_into_axis(trial.phase_rad, phase)
+        )
         right.set_ylabel("phase (°)")
         right.yaxis.set_major_locator(MultipleLocator(90.0))
         lowest = f"{MM * best.distance_m:.1f} mm at its lowest"
@@ -38,7 +40,7 @@ def crank_surface_figure(fit: CrankFit) -> Figure:
 
 
 def _draw(axes: Axes, arm_m: np.ndarray, other: np.ndarray, distance_m: np.ndarray) -> None:
-    """Contours of a distance (a, o), darker where it is lower."""
+    """Draw contours of a distance (a, o), darker where it is lower."""
     distance = distance_m.T * MM
     lowest = float(distance.min())
     names = {lowest + above: f"+{above:g}" for above in ABOVE_MM if lowest + above < distance.max()}
@@ -52,7 +54,7 @@ def _draw(axes: Axes, arm_m: np.ndarray, other: np.ndarray, distance_m: np.ndarr
 
 
 def _mark(axes: Axes, fit: CrankFit, published: tuple[float, float], joint: float) -> None:
-    """The run's own lowest point, the joint fit with its 95 % interval, and where the tail snaps."""
+    """Mark the run's own lowest point, the joint fit with its 95 % interval, and where the tail snaps."""
     ring: Look = {"color": EBT, "markersize": 5.0, "markerfacecolor": "none", "label": "lowest of this run (published)"}
     axes.plot(published[0] * MM, published[1], "D", **ring)
     axes.plot(fit.arm_m * MM, joint, "o", color=INK, markersize=4.0, label="joint fit, 95 %")
@@ -62,14 +64,18 @@ def _mark(axes: Axes, fit: CrankFit, published: tuple[float, float], joint: floa
             axes.axvline(end * MM, color=INK, linewidth=0.8, linestyle=(0, (1, 2)), label="the tail snaps over")
 
 
-def _centred(trial: CrankTrial) -> tuple[np.ndarray, np.ndarray]:
-    """(p + 1,) phases in degrees, the fitted one in the middle, and (a, p + 1) the lowest distance over all speeds."""
+def _centre(trial: CrankTrial) -> tuple[np.ndarray, np.ndarray]:
+    """Centre the phases on the fitted one.
+
+    Returns:
+        (p + 1,) phases in degrees, the fitted one in the middle, and (a, p + 1) the lowest distance over all speeds, m.
+    """
     count = len(trial.surface.phase_rad)
     first = int(np.floor(trial.phase_rad / (2 * np.pi) * count)) - count // 2
     steps = first + np.arange(count + 1)
     return 360.0 * steps / count, trial.surface.over_speed_m[:, steps % count]
 
 
-def _near(phase_rad: float, phase_deg: np.ndarray) -> float:
-    """The phase in degrees within the axis."""
+def _shift_into_axis(phase_rad: float, phase_deg: np.ndarray) -> float:
+    """Shift a phase by whole turns into the range of the axis, in degrees."""
     return float((np.degrees(phase_rad) - phase_deg[0]) % 360.0 + phase_deg[0])

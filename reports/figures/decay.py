@@ -1,4 +1,4 @@
-"""A free decay: its curves and the twin's, and its spectrum."""
+"""The figures of a free decay: its curves and the twin's, and its spectrum."""
 
 from itertools import pairwise
 
@@ -11,16 +11,16 @@ from reports.colours import FAINT, INK, MUTED, TWIN
 from reports.numbers import MM, shortened
 from reports.style import HALF_WIDTH_IN, Margins, legend_above, panel, styled
 
-_LABEL_GAP = 0.074  # least distance between two names, of the height
-_CLOSE = 0.24  # of the time, before 0, that is reserved for the names
-_STEP_S = 0.1  # in which the end of the time axis is chosen, so that similar decays get the same axis
-_FADED = 0.02  # of the first swing, below which nothing is to be seen
-_SHOWN = 2.6  # times the frequency, up to where the spectrum is drawn, to a whole Hz
+_LABEL_GAP = 0.074  # least distance between two names, as a share of the height
+_CLOSE = 0.24  # room for the names before time 0, as a share of the time shown
+_STEP_S = 0.1  # the time axis ends at a multiple of this, so that similar decays get the same axis
+_FADED = 0.02  # a swing below this share of the first one cannot be seen
+_SHOWN = 2.6  # the spectrum is drawn up to this many times the frequency, rounded to a whole Hz
 
 
 @styled
 def decay_curve_figure(fit: DecayFit) -> Figure:
-    """Measured samples as dots, the twin as lines, about the straight tail."""
+    """Draw the measured samples as dots and the twin as lines, about the straight tail."""
     figure, axes = panel(HALF_WIDTH_IN, 2.9, Margins(top=0.5))
     for k in range(len(fit.markers)):
         axes.plot(fit.time_s, fit.measured_m[:, k] * MM, ".", color=INK, markersize=2.2, label="measured", zorder=2.1)
@@ -35,7 +35,7 @@ def decay_curve_figure(fit: DecayFit) -> Figure:
 
 
 def _end_s(time_s: np.ndarray, swing: np.ndarray) -> float:
-    """Up to when the curves are worth a look: until the swing (n,) has faded, or to the end."""
+    """Find the end of the time axis: when the swing (n,) has faded, or the end of the decay."""
     swinging = np.flatnonzero(swing > _FADED * swing[0])
     faded_s = float(time_s[min(int(swinging[-1]) + 1, len(time_s) - 1)])
     return min(_STEP_S * float(np.ceil(faded_s / _STEP_S)), float(time_s[-1]))
@@ -55,7 +55,7 @@ def _name_curves(axes: Axes, fit: DecayFit) -> None:
 
 @styled
 def decay_spectrum_figure(spectrum: DecaySpectrum) -> Figure:
-    """Amplitude over frequency of every tail marker, their rms, and its peak."""
+    """Draw amplitude over frequency for every tail marker, their rms, and its peak."""
     figure, axes = panel(HALF_WIDTH_IN, 2.9, Margins(top=0.5))
     end_hz = min(max(round(_SHOWN * (spectrum.peak_hz or 0.0)), 8), spectrum.bins_hz[-1])
     shown = spectrum.bins_hz <= end_hz

@@ -1,4 +1,4 @@
-"""Which samples of a trial are flagged: markers by time."""
+"""The figure of the flagged samples of a trial: markers by time."""
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -10,7 +10,8 @@ from reports.numbers import in_words, shortened
 from reports.style import HALF_WIDTH_IN, Margins, panel, styled
 from tracking.stretches import stretches
 
-_HEAD, _OTHER = "head not trusted", "other"
+_HEAD = "head not trusted"
+_OTHER = "other"
 _INK_OF_KIND = {
     "merged_markers": "flag-merged",
     "frozen_marker": "flag-frozen",
@@ -23,7 +24,7 @@ _INK_OF_KIND = {
 
 @styled
 def flagged_samples_figure(trial: MeasuredTrial) -> Figure:
-    """A row for each marker, pale where its samples count, coloured by the kind of flag where they do not."""
+    """Draw a row for each marker, pale where its samples count, coloured by the kind of flag where they do not."""
     rows, kinds = len(trial.markers), flagged_kinds(trial)
     figure, axes = panel(HALF_WIDTH_IN, 1.02 + 0.17 * rows, Margins(left=0.85, top=0.52))
     frame_s = float(np.median(np.diff(trial.time_s)))
@@ -48,7 +49,7 @@ def flagged_samples_figure(trial: MeasuredTrial) -> Figure:
 
 
 def flagged_kinds(trial: MeasuredTrial) -> np.ndarray:
-    """(n, m) why each sample is left out: the kind of its flag, the head, another; empty where it counts."""
+    """Say (n, m) why each sample is left out: the kind of its flag, the head, another; empty where it counts."""
     kinds = np.full(trial.weight.shape, "", dtype=object)
     for flag in trial.flags:
         first, last = flag.frames or (0, len(kinds) - 1)

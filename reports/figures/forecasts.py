@@ -1,4 +1,4 @@
-"""Speeds of held-out trials, measured and forecast."""
+"""The figure of held-out speeds, measured and forecast."""
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -9,12 +9,14 @@ from reports.forecast_words import MODELS
 from reports.numbers import MM, shortened
 from reports.style import HALF_WIDTH_IN, Look, Margins, legend_above, panel, styled
 
-_SHIFT = 0.17  # of a row, between models
+_SHIFT = 0.17  # distance of a model from the middle of its row, in rows
 
 
 @styled
 def forecasts_figure(forecasts: SessionForecast) -> Figure:
-    """A row for each held-out trial, slowest at the bottom: measured, by the model with bands, by the best baseline."""
+    """Draw a row for each held-out trial, slowest at the bottom: measured, by the model with bands, by the
+    best rule.
+    """
     found = {name: trial for name, trial in forecasts.trials.items() if trial.role != "fit"}
     names = sorted(found, key=lambda name: found[name].frequency_hz)
     best = forecasts.best_baseline

@@ -15,11 +15,12 @@ from reports.style import FULL_WIDTH_IN, Margins, panel, styled
 from swimmer import RobotSpec
 
 _MARGINS = Margins(left=0.05, right=0.05, bottom=0.05, top=0.05)
-_UP, _DOWN = 235.0, 225.0  # mm that are shown on either side of the middle
-_LARGEST = 21.0  # radius of a disc that holds everything, mm
-_FULLEST = 0.9  # opacity of everything
-_HALF_WIDTH = 62.0  # of the painted body, mm
-_APART = 31.0  # between names of markers, mm
+_UP = 235.0  # height shown above the middle, mm
+_DOWN = 225.0  # height shown below the middle, mm
+_LARGEST = 21.0  # radius of the disc of a share of 1, mm
+_FULLEST = 0.9  # opacity of a share of 1
+_HALF_WIDTH = 62.0  # half width of the painted body, mm
+_APART = 31.0  # distance between names of markers, mm
 _STAGES = {
     "camera": ("camera", "the picture’s frame"),
     "body": ("body", "forces on the whole fish"),
@@ -31,7 +32,7 @@ _STAGES = {
 
 @styled
 def gap_fish_figure(found: DiagnosisResult, robot: RobotSpec, markers: tuple[str, ...]) -> Figure:
-    """Parts in the colour of their stage's share, a disc on each marker as large as its share."""
+    """Draw the robot, its parts in the colour of their stage's share, a disc on each marker as large as its share."""
     nose = robot.markers["nose"].position_m[0] * MM
     left, right = nose - 236, nose + robot.length_m * MM + 95
     width = FULL_WIDTH_IN - _MARGINS.left - _MARGINS.right
@@ -50,7 +51,7 @@ def gap_fish_figure(found: DiagnosisResult, robot: RobotSpec, markers: tuple[str
 
 
 def _paint(share: float) -> tuple[str, float]:
-    """Colour and opacity; small shares are lifted so that they can be told from none."""
+    """Return colour and opacity of a share; small shares are lifted so that they can be told from none."""
     return GAP, _FULLEST * max(float(np.clip(share, 0.0, 1.0)) ** 0.6, 0.04)
 
 
@@ -69,7 +70,7 @@ def _paint_frame(axes: Axes, ends: tuple[float, float], share: float) -> None:
 
 
 def _paint_fish(axes: Axes, robot: RobotSpec, stages: Mapping[str, float]) -> None:
-    """A fish around the robot: its body, its tail that tapers to the fin, and the crank within."""
+    """Draw a fish around the robot: its body, its tail that tapers to the fin, and the crank within."""
     nose, start, root = robot.markers["nose"].position_m[0] * MM, robot.tail.start_m * MM, robot.fin_root_x_m * MM
     tip = root + (robot.caudal_fin.centre_m + robot.caudal_fin.chord_m / 2) * MM
     bow = np.linspace(0.0, np.pi / 2, 40)
@@ -89,7 +90,7 @@ def _paint_fish(axes: Axes, robot: RobotSpec, stages: Mapping[str, float]) -> No
 
 
 def _name_stages(axes: Axes, robot: RobotSpec, stages: Mapping[str, float], ends: tuple[float, float]) -> None:
-    """Below, in a row: share and name of each stage, with a line to its part."""
+    """Write share and name of each stage in a row below, with a line to its part."""
     left, right = ends
     columns = np.linspace(left + 92, right - 92, len(_STAGES))
     crank, start = robot.crank.position_m[0] * MM, robot.tail.start_m * MM
@@ -112,13 +113,16 @@ def _name_stages(axes: Axes, robot: RobotSpec, stages: Mapping[str, float], ends
 
 
 def _draw_discs(axes: Axes, robot: RobotSpec, markers: tuple[str, ...], shares: Mapping[str, float]) -> None:
-    """A disc a marker; what no marker has to itself before the nose, or, of free decays, below the tail."""
+    """Draw a disc for each marker and for each quantity of the whole fish.
+
+    Those of the whole fish are in front of the nose; that of free decays is below the tail.
+    """
     nose = robot.markers["nose"].position_m[0] * MM
     places = {
         name: (x * MM, y * MM) for name, (x, y, _) in zip(markers, robot.marker_positions_m(markers), strict=True)
     }
     places |= {"course": (nose - 164, 0.0), "speed": (nose - 118, 0.0), "frequency": (nose - 72, 0.0)}
-    if "ringing" in shares:  # of free decays
+    if "ringing" in shares:  # there are free decays
         places["ringing"] = (nose + robot.length_m * MM - 8, -74.0)
     arrow = {"arrowstyle": "-|>", "color": MUTED, "linewidth": 1.0}
     axes.annotate("", (nose - 208, 0), (nose - 30, 0), arrowprops=arrow, zorder=1)

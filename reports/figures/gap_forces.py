@@ -1,4 +1,4 @@
-"""The forces that are missing on the head and in every hinge, over the beat."""
+"""The figure of the forces that are missing on the head and in every hinge, over the beat."""
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -11,14 +11,14 @@ from reports.style import FULL_WIDTH_IN, Grid, Margins, legend_on_top, name_pane
 
 COLOURS = (TWIN, EBT, EBT_SMOOTHED, EBT_LARGE, WARN, GAP, *(INKS[n].light for n in ("flag-merged", "flag-frozen")))
 MILLI = 1000.0
-_FINEST = 1.0  # mN or mN m that a panel reaches at least
+_FINEST = 1.0  # every panel reaches at least this far, mN or mN m
 _ANGLES = np.linspace(0.0, 2 * np.pi, 73)
 _COLUMNS = 4
 
 
 @styled
 def gap_forces_figure(forces: MissingForces) -> Figure:
-    """A panel a force or moment, a line a swim with two standard deviations on either side."""
+    """Draw a panel for each force or moment, a line for each swim with two standard deviations on either side."""
     mean, sd = forces.over(_ANGLES)
     grid = Grid(_COLUMNS, 1.1, (0.42, 0.42))
     figure, drawn = panels(len(forces.joints), grid, FULL_WIDTH_IN, Margins(left=0.55, top=0.52, bottom=0.42))
@@ -36,7 +36,7 @@ def gap_forces_figure(forces: MissingForces) -> Figure:
 
 
 def _level(drawn: list[Axes], joints: tuple[str, ...]) -> None:
-    """All hinges to one scale, and no scale so fine that nothing looks like something."""
+    """Give all hinges one scale, and no panel a scale so fine that nothing looks like something."""
     reach = {joint: max(map(abs, axes.get_ylim())) for axes, joint in zip(drawn, joints, strict=True)}
     hinges = max([reach[joint] for joint in joints if joint not in HEAD], default=0.0)
     for axes, joint in zip(drawn, joints, strict=True):

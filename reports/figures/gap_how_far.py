@@ -1,4 +1,4 @@
-"""The held-out swims before and after the effects were added."""
+"""The figures of the held-out swims before and after the effects were added."""
 
 from math import isnan
 
@@ -45,7 +45,10 @@ def gap_waterfall_figure(found: DiagnosisResult) -> Figure:
 
 @styled
 def gap_held_out_figure(gap: GapSize, added: bool) -> Figure:
-    """A row a held-out swim, of which there is at least one, and one for the mean; left millimetres, right mm/s."""
+    """Draw a row for each held-out swim, of which there is at least one, and one for the mean.
+
+    Left are marker distances in mm, right speed errors in mm/s.
+    """
     trials = gap.trials or {}
     names, compared = [*trials, "mean"], list(trials.values())
     before_mm, after_mm = np.array([[trial.before_mm, trial.after_mm] for trial in compared]).T

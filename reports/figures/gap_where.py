@@ -1,4 +1,4 @@
-"""Where the gap lies and shows by numbers."""
+"""The figure of the shares of the gap by stage, trial, band and axis."""
 
 from collections.abc import Mapping
 
@@ -12,13 +12,18 @@ from reports.colours import FAINT, GAP, INK, MUTED, TWIN
 from reports.numbers import in_words, shortened, whole_percent
 from reports.style import FULL_WIDTH_IN, add_panel, legend_on_top, styled
 
-_ROW_IN, _LEFT_IN, _TOP_IN, _BOTTOM_IN, _LABEL_IN, _GAP_IN = 0.2, 0.62, 0.52, 0.34, 0.82, 0.3
+_ROW_IN = 0.2
+_LEFT_IN = 0.62
+_TOP_IN = 0.52
+_BOTTOM_IN = 0.34
+_LABEL_IN = 0.82
+_GAP_IN = 0.3
 _NAMES = {"floor": "noise"}
 
 
 @styled
 def gap_shares_figure(found: DiagnosisResult) -> Figure:
-    """Four panels, all from 0 to 100 %."""
+    """Draw the shares in four panels, all from 0 to 100 %."""
     splits = {split: getattr(found.where, f"by_{split}") for split in ("stage", "trial", "band", "axis")}
     rows = max(len(shares) for shares in splits.values())
     height = _TOP_IN + rows * _ROW_IN + _BOTTOM_IN
@@ -64,6 +69,6 @@ def _bars(axes: Axes, shares: Mapping[str, float], alone: Mapping[str, float], s
 
 
 def _range(share: float, alone: float) -> str:
-    """`3 to 10 %`, or one number where both are the same."""
+    """Format two shares as a range, `3 to 10 %`, or as one number where both are the same."""
     ends = [whole_percent(value) for value in sorted((share, alone))]
     return ends[0] if ends[0] == ends[1] else f"{ends[0][:-2]} to {ends[1]}"

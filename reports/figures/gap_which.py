@@ -1,4 +1,4 @@
-"""How likely each effect is."""
+"""The figure of the probability of each effect."""
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -8,14 +8,15 @@ from reports.colours import FAINT, GAP, INK, MUTED, TWIN
 from reports.numbers import in_words, shown
 from reports.style import HALF_WIDTH_IN, Margins, panel, styled
 
-HELD = 0.5  # as `diagnosis.verdict`, which is not imported, for it loads the twin
-_MOST, _LEAST = 9, 0.005  # effects that are shown, and the probability of the last
+HELD = 0.5  # the same as in `diagnosis.verdict`, which is not imported because it loads the twin
+_MOST = 9  # largest number of effects that are shown
+_LEAST = 0.005  # smallest probability that is shown of an effect that is not named
 _OTHERS = {"none_of_these": "none of these", "nothing": "nothing at all"}
 
 
 @styled
 def gap_effects_figure(found: DiagnosisResult) -> Figure:
-    """A bar an effect, the likeliest first; those that are named in colour."""
+    """Draw a bar for each effect, the likeliest first; those that are named in colour."""
     chances = found.chances
     others = {"none_of_these": found.none_of_these, "nothing": found.no_gap_probability}
     likeliest = [name for name in chances if chances[name] >= _LEAST or name in found.effects][:_MOST]

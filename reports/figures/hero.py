@@ -15,17 +15,20 @@ from reports.numbers import shown
 from reports.svg import page_colour
 from swimmer import RobotSpec
 
-_WIDTH, _BELOW = 760.0, 30.0  # of the picture and of its legend, px
+_WIDTH = 760.0  # width of the picture, px
+_BELOW = 30.0  # height of its legend, px
 _LABEL = 28.0  # half the width of a label in large letters, px
-_HIGHEST = 300.0  # px
-_STATIONS = 22  # along the body
-_FRAMES_A_SECOND, _MOST_FRAMES = 14.0, 64
+_HIGHEST = 300.0  # largest height of the drawn paths, px
+_STATIONS = 22  # points along the body
+_FRAMES_A_SECOND = 14.0
+_MOST_FRAMES = 64
 _LEAST_SEEN = 0.5  # share of the frames in which a marker must be seen to be drawn
-_FEWEST = 3  # markers, and frames
-_FINE = 200  # stations of the outline
-_NOSE, _TAPER = 0.14, 0.3  # shares of the length over which the nose widens and the tail narrows
+_FEWEST = 3  # smallest number of markers, and of frames
+_FINE = 200  # points of the outline
+_NOSE = 0.14  # share of the length over which the nose widens
+_TAPER = 0.3  # share of the length over which the tail narrows
 _THINNEST_M = 0.004
-_APART = 0.62  # body lengths between snapshots
+_APART = 0.62  # distance between snapshots, body lengths
 _MOST_SNAPSHOTS = 4
 
 _FILMED = f'fill="{page_colour(INK)}" fill-opacity=".16" stroke="{page_colour(INK)}" stroke-opacity=".6"'
@@ -34,7 +37,10 @@ _TEXT = f'font-size="12.5" fill="{page_colour(MUTED)}"'
 
 
 class _Swim(NamedTuple):
-    """Midlines (n, k, 2) of robot and twin in one pool, m, swimming to the left; when, s; half widths (k,), m."""
+    """A swim for the picture: midlines (n, k, 2) of robot and twin in one pool, m, swimming to the left.
+
+    `time_s` (n,) are the times, s, and `half_width_m` (k,) the half widths of the outline, m.
+    """
 
     filmed: np.ndarray
     twin: np.ndarray
@@ -43,7 +49,10 @@ class _Swim(NamedTuple):
 
 
 def representative(trials: tuple[CalibratedTrial, ...]) -> CalibratedTrial | None:
-    """The held-out trial with the median marker distance, of those that can be drawn; without any a fitted one."""
+    """Choose the held-out trial with the median marker distance, of those that can be drawn.
+
+    Without any a fitted one.
+    """
     for role in ("holdout", "fit"):
         drawn = [
             trial
@@ -56,13 +65,13 @@ def representative(trials: tuple[CalibratedTrial, ...]) -> CalibratedTrial | Non
 
 
 def swim_from_above(trial: CalibratedTrial, robot: RobotSpec) -> Markup:
-    """The compared part of a trial as SVG; empty where too little of it was seen or simulated."""
+    """Draw the compared part of a trial as SVG; empty where too little of it was seen or simulated."""
     swim = _swim(trial, robot)
-    return Markup("") if swim is None else _drawn(swim, trial, robot)
+    return Markup("") if swim is None else _draw(swim, trial, robot)
 
 
 def _drawable(trial: CalibratedTrial) -> np.ndarray:
-    """(m,) markers that were seen often enough."""
+    """Mark (m,) the markers that were seen often enough."""
     seen = np.isfinite(trial.measured.position_m[trial.measured.kept]).all(axis=2)
     return np.asarray(seen.mean(axis=0) >= _LEAST_SEEN) if seen.size else np.zeros(len(trial.measured.markers), bool)
 
@@ -78,15 +87,15 @@ def _swim(trial: CalibratedTrial, robot: RobotSpec) -> _Swim | None:
     cos, sin = np.cos(twin.heading_rad[frames]), np.sin(twin.heading_rad[frames])
     turn = np.stack([np.stack([cos, -sin], -1), np.stack([sin, cos], -1)], -2)  # (n, 2, 2)
     simulated = twin.nose_m[frames, None] + np.einsum("nij,nkj->nki", turn, twin.shape_m[frames][:, chosen])
-    filmed, simulated = (_bridged(each) for each in (measured.position_m[frames][:, chosen], simulated))
+    filmed, simulated = (_bridge(each) for each in (measured.position_m[frames][:, chosen], simulated))
     if not (np.isfinite(filmed).all() and np.isfinite(simulated).all()):
         return None
     time_s = measured.time_s[frames] - measured.time_s[frames[0]]
     first = time_s <= max(1 / measured.frequency.hz, time_s[_FEWEST - 1])
-    simulated = _laid_on(simulated, simulated[first], filmed[first])
+    simulated = _lay_on(simulated, simulated[first], filmed[first])
     way = filmed[-1].mean(axis=0) - filmed[0].mean(axis=0)
     leftwards = np.pi - np.arctan2(way[1], way[0])
-    both = [_turned(each, leftwards) for each in (filmed, simulated)]
+    both = [_turn(each, leftwards) for each in (filmed, simulated)]
     step = max(len(time_s) // min(_MOST_FRAMES, max(int(time_s[-1] * _FRAMES_A_SECOND), 2)), 1)
     x = place[chosen, 0]
     at = np.linspace(x[0], x[-1], _STATIONS)
@@ -94,8 +103,8 @@ def _swim(trial: CalibratedTrial, robot: RobotSpec) -> _Swim | None:
     return _Swim(lines[0], lines[1], time_s[::step], _half_width(robot, at))
 
 
-def _bridged(position_m: np.ndarray) -> np.ndarray:
-    """(n, k, 2) without the gaps of single markers, straight over time."""
+def _bridge(position_m: np.ndarray) -> np.ndarray:
+    """Fill the gaps of single markers in (n, k, 2), straight over time."""
     flat = position_m.reshape(len(position_m), -1).copy()
     at = np.arange(len(flat))
     for column in flat.T:
@@ -105,21 +114,24 @@ def _bridged(position_m: np.ndarray) -> np.ndarray:
     return flat.reshape(position_m.shape)
 
 
-def _laid_on(everything: np.ndarray, part: np.ndarray, target: np.ndarray) -> np.ndarray:
-    """All of it moved and turned as brings the part (..., 2) nearest to the target, in the least squares."""
+def _lay_on(everything: np.ndarray, part: np.ndarray, target: np.ndarray) -> np.ndarray:
+    """Move and turn all points so that the part (..., 2) is nearest to the target, by least squares."""
     middle, onto = part.mean(axis=(0, 1)), target.mean(axis=(0, 1))
     a, b = (part - middle).reshape(-1, 2), (target - onto).reshape(-1, 2)
     angle = np.arctan2((a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]).sum(), (a * b).sum())
-    return _turned(everything - middle, angle) + onto
+    return _turn(everything - middle, angle) + onto
 
 
-def _turned(points: np.ndarray, angle: float) -> np.ndarray:
+def _turn(points: np.ndarray, angle: float) -> np.ndarray:
     cos, sin = np.cos(angle), np.sin(angle)
     return points @ np.array([[cos, sin], [-sin, cos]])
 
 
 def _half_width(robot: RobotSpec, x: np.ndarray) -> np.ndarray:
-    """(k,) of a smooth outline about the parts of the head and the ribs of the tail, at places along the robot, m."""
+    """Compute the half widths of a smooth outline of the robot at places (k,) along it, m.
+
+    The outline is about the parts of the head and the ribs of the tail.
+    """
     at = np.linspace(x[0], x[-1], _FINE)
     width = np.full(_FINE, _THINNEST_M)
     for part in robot.head.part:
@@ -137,14 +149,14 @@ def _half_width(robot: RobotSpec, x: np.ndarray) -> np.ndarray:
 
 
 def _outline(midline: np.ndarray, half_width_m: np.ndarray) -> np.ndarray:
-    """(2 k, 2) around a midline (k, 2)."""
+    """Compute the outline (2 k, 2) around a midline (k, 2)."""
     along = np.gradient(midline, axis=0)
     across = np.column_stack([-along[:, 1], along[:, 0]]) / np.maximum(np.hypot(*along.T), 1e-9)[:, None]
     side = across * half_width_m[:, None]
     return np.concatenate([midline + side, (midline - side)[::-1]])
 
 
-def _drawn(swim: _Swim, trial: CalibratedTrial, robot: RobotSpec) -> Markup:
+def _draw(swim: _Swim, trial: CalibratedTrial, robot: RobotSpec) -> Markup:
     shapes = [[_outline(line, swim.half_width_m) for line in lines] for lines in (swim.filmed, swim.twin)]
     points = np.concatenate([np.concatenate(each) for each in shapes])
     low, high = points.min(axis=0), points.max(axis=0)
@@ -185,14 +197,14 @@ def _drawn(swim: _Swim, trial: CalibratedTrial, robot: RobotSpec) -> Markup:
 
 
 def _snapshots(swim: _Swim, robot: RobotSpec) -> list[int]:
-    """Frames that are drawn for paper: the last one and some before it, so far apart that they can be told apart."""
+    """Choose the frames that are drawn for paper: the last one and some before it, far enough apart to be distinct."""
     way = float(np.hypot(*(swim.filmed[-1].mean(axis=0) - swim.filmed[0].mean(axis=0))))
     count = int(np.clip(way / (_APART * robot.length_m), 1, _MOST_SNAPSHOTS - 1)) + 1
     return sorted({int(frame) for frame in np.linspace(0, len(swim.time_s) - 1, count).round()})
 
 
 def _tank(scale: float, height: float, left: float) -> str:
-    """Lines every 10 cm."""
+    """Draw lines every 10 cm."""
     step = 0.1 * scale
     across = "".join(f"M{x:.1f} 20V{height:.1f}" for x in np.arange(left % step, _WIDTH, step))
     down = "".join(f"M0 {y:.1f}H{_WIDTH:.0f}" for y in np.arange(26, height, step))

@@ -1,4 +1,4 @@
-"""How the neck sways over the frequency of the beat: a hull that rolls has a resonance, a rigid one has none."""
+"""The figure of the neck's sway over the frequency of the beat: a hull that rolls has a resonance, a rigid one none."""
 
 from collections.abc import Mapping
 
@@ -12,7 +12,7 @@ from reports.style import HALF_WIDTH_IN, Grid, Look, Margins, legend_above, pane
 
 @styled
 def hull_roll_figure(sways: Mapping[str, Sway]) -> Figure:
-    """Amplitude above, phase against the tail's end below; a trial each."""
+    """Draw the amplitude above and the phase against the tail's end below; each trial is a point."""
     figure, (above, below) = panels(2, Grid(1, 1.45, (0.0, 0.12)), HALF_WIDTH_IN, Margins(top=0.52))
     ordered = sorted(sways.values(), key=lambda sway: sway.frequency_hz)
     for label, colour, mark, waves in (

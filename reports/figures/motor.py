@@ -1,4 +1,4 @@
-"""The motor: its speed over time and through a turn."""
+"""The figures of the motor: its speed over time and through a turn."""
 
 from collections.abc import Sequence
 
@@ -22,14 +22,15 @@ from reports.style import (
     styled,
 )
 
-_MOST_TURNS = 40  # drawn of each trial
-_TALL_IN, _ROW_IN = 2.2, 1.4  # of all panels where there are one or two rows, of each row where there are more
-_LEAST_REACH = 1.0  # per cent above and below the mean speed of a turn
+_MOST_TURNS = 40  # number of turns drawn of each trial
+_TALL_IN = 2.2  # height of all panels together where there are one or two rows
+_ROW_IN = 1.4  # height of each row where there are more
+_LEAST_REACH = 1.0  # every panel reaches at least this far from the mean speed, per cent
 
 
 @styled
 def motor_speed_figure(trials: Sequence[LoggedTrial]) -> Figure:
-    """A panel a trial, all to one scale: the log's speed and the command over time."""
+    """Draw the log's speed and the command over time, a panel a trial, all to one scale."""
     columns, margins = min(len(trials), 2), Margins(top=0.5, right=0.14)
     figure, drawn = panels(len(trials), Grid(columns, 1.25, gap_in=(0.3, 0.5)), FULL_WIDTH_IN, margins)
     limits = _limits(trials)
@@ -46,8 +47,8 @@ def motor_speed_figure(trials: Sequence[LoggedTrial]) -> Figure:
 
 
 def _limits(trials: Sequence[LoggedTrial]) -> tuple[float, float]:
-    """Of the axis of speeds that all panels share, with room for the bar on top."""
-    speeds = np.concatenate([np.concatenate([trial.speed[1], _commanded(trial)[1]]) for trial in trials])
+    """Choose the range of the axis of speeds that all panels share, with room for the bar on top."""
+    speeds = np.concatenate([np.concatenate([trial.speed[1], _extend_command(trial)[1]]) for trial in trials])
     known = speeds[np.isfinite(speeds)]
     slowest, fastest = float(known.min(initial=0.0)), float(known.max(initial=0.1))
     room = 0.12 * (fastest - slowest)
@@ -56,7 +57,7 @@ def _limits(trials: Sequence[LoggedTrial]) -> tuple[float, float]:
 
 def _draw_speed(axes: Axes, trial: LoggedTrial) -> None:
     time_s, speed = trial.speed
-    commanded_s, commanded = _commanded(trial)
+    commanded_s, commanded = _extend_command(trial)
     stepped: Look = {"drawstyle": "steps-post", "solid_joinstyle": "miter", "linewidth": 2.4, "alpha": 0.8}
     axes.plot(time_s - trial.zero_s, speed, color=INK, linewidth=0.9, label="measured by the motor", zorder=2.1)
     axes.plot(commanded_s - trial.zero_s, commanded, color=EBT, label="commanded", **stepped)
@@ -67,8 +68,11 @@ def _draw_speed(axes: Axes, trial: LoggedTrial) -> None:
     axes.set_xlim(time_s[0] - trial.zero_s, time_s[-1] - trial.zero_s)
 
 
-def _commanded(trial: LoggedTrial) -> tuple[np.ndarray, np.ndarray]:
-    """The command, its last speed held to the end of the log; where none was kept, one over the steady stretch."""
+def _extend_command(trial: LoggedTrial) -> tuple[np.ndarray, np.ndarray]:
+    """Return the command, its last speed held to the end of the log.
+
+    Without one, the mean command of the steady stretch.
+    """
     command = trial.command
     if command is None:
         return np.array(trial.motor.drive_s), np.full(2, trial.motor.commanded_hz)
@@ -78,7 +82,7 @@ def _commanded(trial: LoggedTrial) -> tuple[np.ndarray, np.ndarray]:
 
 @styled
 def motor_turn_figure(trials: Sequence[LoggedTrial]) -> Figure:
-    """A panel a trial, to one scale: off its mean speed over the shaft's angle, every turn and their mean."""
+    """Draw the deviation from the mean speed over the shaft's angle, every turn and their mean, a panel a trial."""
     width, columns = _turn_layout(len(trials))
     rows, gap = -(-len(trials) // columns), 0.42
     height = _ROW_IN if rows > 2 else (_TALL_IN - gap * (rows - 1)) / rows
@@ -95,14 +99,14 @@ def motor_turn_figure(trials: Sequence[LoggedTrial]) -> Figure:
 
 
 def _turn_layout(count: int) -> tuple[float, int]:
-    """As of all small multiples, but one or two fill the width, and four do not."""
+    """Choose width and columns: those of all small multiples, but one or two panels fill the width, and four do not."""
     if count < 3:
         return FULL_WIDTH_IN, max(count, 1)
     return (HALF_WIDTH_IN, 2) if count == 4 else small_multiples(count)
 
 
 def _draw_turns(axes: Axes, percent: np.ndarray) -> None:
-    """Turns (t, BINS) as thin lines, closed to a whole turn, and their mean."""
+    """Draw turns (t, BINS) as thin lines, closed to a whole turn, and their mean."""
     angle_deg = 360 * np.arange(BINS + 1) / BINS
     closed = np.concatenate([percent, percent[:, :1]], axis=1)
     axes.axhline(0.0, color=MUTED, linewidth=0.7)

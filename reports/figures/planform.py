@@ -1,4 +1,4 @@
-"""The robot from above, to scale."""
+"""The figure of the robot from above, to scale."""
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -10,13 +10,14 @@ from reports.numbers import MM
 from reports.style import FULL_WIDTH_IN, Margins, panel, styled
 from swimmer import RobotSpec
 
-_NAMES_APART_MM, _ROUNDS = 27.0, 50
+_NAMES_APART_MM = 27.0
+_ROUNDS = 50  # iterations that move the names apart
 _MARGINS = Margins(left=0.15, right=0.15, bottom=0.05, top=0.05)
 
 
 @styled
 def planform_figure(robot: RobotSpec, markers: tuple[str, ...]) -> Figure:
-    """Head parts, crank, segments, tendons and fin as described; the markers in use are named."""
+    """Draw head parts, crank, segments, tendons and fin as described; the markers in use are named."""
     places = robot.marker_positions_m(markers) * MM  # (m, 3)
     half_width = max(100.0, float(places[:, 1].max()) + 75, robot.crank.anchor_offset_m * MM + 30)
     nose = robot.markers["nose"].position_m[0] * MM
@@ -35,7 +36,7 @@ def planform_figure(robot: RobotSpec, markers: tuple[str, ...]) -> Figure:
 
 
 def draw_head(axes: Axes, robot: RobotSpec, face: str = SHADE) -> None:
-    """The water that the head pushes away as an ellipse, and its massive parts, mm."""
+    """Draw the water that the head pushes away as an ellipse, and its massive parts, mm."""
     x, y, _ = np.array(robot.head.fluid_centre_m) * MM
     a, b, _ = np.array(robot.head.fluid_half_size_m) * MM
     axes.add_patch(Ellipse((x, y), 2 * a, 2 * b, facecolor=face, edgecolor=MUTED, linewidth=0.8))
@@ -47,7 +48,7 @@ def draw_head(axes: Axes, robot: RobotSpec, face: str = SHADE) -> None:
 
 
 def draw_tail(axes: Axes, robot: RobotSpec, face: str = SHADE, fin: str = TWIN) -> None:
-    """Backbone, hinges, segments and, in a colour of its own, the fin, mm."""
+    """Draw backbone, hinges, segments and, in a colour of its own, the fin, mm."""
     start, end = robot.tail.start_m * MM, robot.fin_root_x_m * MM
     axes.plot([start, end], [0, 0], color=MUTED, linewidth=1.0)
     for (front, rear), segment in zip(robot.segment_x_m * MM, robot.tail.segment, strict=True):
@@ -60,7 +61,7 @@ def draw_tail(axes: Axes, robot: RobotSpec, face: str = SHADE, fin: str = TWIN) 
 
 
 def _draw_tendons(axes: Axes, robot: RobotSpec) -> None:
-    """From the crank's anchors through the guides; they change sides where the description has them do so."""
+    """Draw the tendons from the crank's anchors through the guides; they change sides where the description says so."""
     x = [robot.crank.position_m[0], *(robot.segment_x_m[:, 1] - robot.tail.guide_inset_m)]
     y = [robot.crank.anchor_offset_m]
     y += [(-1 if s.tendon_crosses else 1) * s.guide_offset_m for s in robot.tail.segment]
@@ -70,11 +71,11 @@ def _draw_tendons(axes: Axes, robot: RobotSpec) -> None:
 
 
 def _draw_markers(axes: Axes, markers: tuple[str, ...], places: np.ndarray, half_width: float) -> None:
-    """Rings with slanted names; those off the middle are named next to their ring."""
+    """Draw rings with slanted names; markers off the middle are named next to their ring."""
     low, high = 0.42 * half_width, 0.56 * half_width
     on_middle = np.abs(places[:, 1]) < 1.0
     named_at = places[:, 0].copy()
-    named_at[on_middle] = _apart(places[on_middle, 0])
+    named_at[on_middle] = _move_apart(places[on_middle, 0])
     for name, (x, y, _), at, middle in zip(markers, places, named_at, on_middle, strict=True):
         axes.plot(x, y, "o", color=INK, markerfacecolor=SURFACE, markersize=5.5, markeredgewidth=1.4, zorder=4)
         if middle:
@@ -83,8 +84,8 @@ def _draw_markers(axes: Axes, markers: tuple[str, ...], places: np.ndarray, half
         axes.text(at, height, name.replace("_", " "), rotation=45, fontsize=9, ha="left", va="bottom", zorder=5)
 
 
-def _apart(x: np.ndarray) -> np.ndarray:
-    """(k,) places of slanted names that do not overlap, as near as may be to where they belong, mm."""
+def _move_apart(x: np.ndarray) -> np.ndarray:
+    """Place (k,) slanted names so that they do not overlap, as near as possible to where they belong, mm."""
     order, at = np.argsort(x), np.sort(x)
     for _ in range(_ROUNDS):
         short = np.maximum(_NAMES_APART_MM - np.diff(at), 0.0) / 2

@@ -1,4 +1,4 @@
-"""Whether to believe the posterior: the traces and ranks of walkers, the noise of tracks."""
+"""The figures that show whether to believe the posterior: traces and ranks of walkers, and the noise of tracks."""
 
 from __future__ import annotations
 
@@ -26,14 +26,17 @@ from reports.style import (
 if TYPE_CHECKING:
     from fitting.posterior.summary import PosteriorSummary
 
-_POINTS = 120  # drawn of a trace
-_GROUPS, _BINS = 4, 10
+_POINTS = 120  # number of points drawn of a trace
+_GROUPS = 4  # number of groups of walkers
+_BINS = 10  # bins of the ranks
 _COLOURS = (TWIN, EBT, EBT_LARGE, INK)
 
 
 @styled
 def posterior_trace_figure(found: PosteriorSummary) -> Figure:
-    """A panel a coefficient: where the middle half and 90 % of the walkers are, and two walkers, draw after draw."""
+    """Draw where the middle half and 90 % of the walkers are, and two of the walkers, draw by draw, a panel a
+    coefficient.
+    """
     figure, drawn = _panel_each("draw of each walker, after the burn-in, thinned")
     chains = found.chains[:, :: max(found.chains.shape[1] // _POINTS, 1)]
     draws = np.linspace(0, found.chains.shape[1], chains.shape[1])
@@ -51,13 +54,16 @@ def posterior_trace_figure(found: PosteriorSummary) -> Figure:
 
 @styled
 def posterior_ranks_figure(found: PosteriorSummary) -> Figure:
-    """A panel a coefficient: how the ranks of four groups of walkers spread; flat within the band means well mixed."""
+    """Draw how the ranks of four groups of walkers spread, a panel a coefficient.
+
+    Flat within the band means well mixed.
+    """
     figure, drawn = _panel_each("rank among all draws")
     edges = np.linspace(0.0, 1.0, _BINS + 1)
     for i, axes in enumerate(drawn):
         ranks = rankdata(found.chains[..., i]).reshape(found.chains.shape[:2]) / found.chains[..., i].size
         each = found.ess_bulk[i] / _GROUPS
-        spread = 1.96 * np.sqrt((1 - 1 / _BINS) * _BINS / each)  # of a bin's share over 1 / bins
+        spread = 1.96 * np.sqrt((1 - 1 / _BINS) * _BINS / each)  # half width of the band of a bin's share times bins
         axes.axhspan(1 - spread, 1 + spread, facecolor=SHADE, linewidth=0)
         for quarter, colour in enumerate(_COLOURS):
             group = np.array_split(ranks, _GROUPS)[quarter]
@@ -73,7 +79,7 @@ def posterior_ranks_figure(found: PosteriorSummary) -> Figure:
 
 
 def _panel_each(x: str) -> tuple[Figure, list[Axes]]:
-    """A low panel for each coefficient, one below the other."""
+    """Make a low panel for each coefficient, one below the other."""
     margins = Margins(left=0.6, top=0.5)
     figure, drawn = panels(len(NAMES), Grid(1, 0.52, gap_in=(0.0, 0.22)), HALF_WIDTH_IN, margins)
     name_panels(drawn, NAMES, 1, x)
@@ -82,7 +88,7 @@ def _panel_each(x: str) -> tuple[Figure, list[Axes]]:
 
 @styled
 def posterior_whiteness_figure(found: PosteriorSummary) -> Figure:
-    """A panel a fit trial: autocorrelation of the tracks' residuals, and of what the noise model leaves."""
+    """Draw the autocorrelation of the tracks' residuals, and of what the noise model leaves, a panel a fit trial."""
     width, columns = small_multiples(len(found.whiteness))
     wide = width > HALF_WIDTH_IN
     grid = Grid(columns if wide else min(columns, 2), 1.3, gap_in=(0.16, 0.36))

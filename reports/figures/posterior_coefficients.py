@@ -1,4 +1,4 @@
-"""The posterior of the coefficients: intervals, pairs, and what one more swim would make of them."""
+"""The figures of the posterior of the coefficients: intervals, pairs, and the value of one more swim."""
 
 from __future__ import annotations
 
@@ -31,14 +31,15 @@ if TYPE_CHECKING:
     from fitting.posterior.summary import PosteriorSummary
     from swimmer import FluidCoefficients
 
-_BINS, _SMOOTH = 36, 1.3  # of the densities
+_BINS = 36  # bins of the densities
+_SMOOTH = 1.3  # standard deviation of the filter that smooths them, bins
 _HELD = (0.9, 0.5)  # shares of the draws within the contours
 _COLOURS = (TWIN, EBT, EBT_LARGE, INK, WARN)
 
 
 @styled
 def posterior_intervals_figure(found: PosteriorSummary, fit: FluidCoefficients) -> Figure:
-    """A row a coefficient: its interval and mean within the prior, and the fit."""
+    """Draw interval and mean of each coefficient within the prior, and the fit."""
     figure, axes = panel(HALF_WIDTH_IN, 2.4, Margins(left=0.92, top=0.35))
     low, high = COEFFICIENT_BOUNDS
     rows = -np.arange(len(NAMES))
@@ -57,7 +58,7 @@ def posterior_intervals_figure(found: PosteriorSummary, fit: FluidCoefficients) 
 
 @styled
 def posterior_corner_figure(found: PosteriorSummary, fit: FluidCoefficients) -> Figure:
-    """Densities on the diagonal, contours that hold 50 and 90 % of the draws below it, correlations above it."""
+    """Draw densities on the diagonal, contours that hold 50 and 90 % of the draws below it, correlations above it."""
     draws, count = found.chains[..., :5].reshape(-1, 5), len(NAMES)
     margins = Margins(left=0.72, right=0.1, bottom=0.55, top=0.25)
     figure, drawn = panels(count**2, Grid(count, 1.02, gap_in=(0.1, 0.1)), FULL_WIDTH_IN, margins)
@@ -138,7 +139,7 @@ def _dress(axes: Axes, row: int, column: int, limits: tuple[tuple[float, float],
 
 @styled
 def posterior_further_figure(found: PosteriorSummary) -> Figure:
-    """The standard deviation of each coefficient with one more swim over that without, by the swim's frequency."""
+    """Draw the standard deviation of each coefficient with one more swim over that without, by the swim's frequency."""
     figure, axes = panel(HALF_WIDTH_IN, 2.9, Margins(top=0.5))
     sweep, chosen = found.sweep, found.wanted
     ratio = 100 * sweep.sd / sweep.sd_now

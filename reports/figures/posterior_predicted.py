@@ -1,4 +1,4 @@
-"""What the posterior predicts: how far each marker swings."""
+"""The figure of what the posterior predicts: how far each marker swings."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 @styled
 def posterior_trials_figure(found: PosteriorSummary) -> Figure:
-    """A panel a trial, all to one scale: lateral amplitude along the body with its bands."""
+    """Draw the lateral amplitude along the body with its bands, a panel a trial, all to one scale."""
     width, columns = small_multiples(len(found.trials))
     top = 0.5 if width > HALF_WIDTH_IN else 0.62
     figure, drawn = panels(len(found.trials), Grid(columns, 1.15, (0.14, 0.34)), width, Margins(left=0.5, top=top))

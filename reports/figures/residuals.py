@@ -1,4 +1,4 @@
-"""How far each trial is from its twin, marker by marker."""
+"""The figure of the distance of each trial from its twin, marker by marker."""
 
 from collections.abc import Sequence
 
@@ -12,13 +12,14 @@ from reports.colours import INK, SHADE, TWIN, WARN
 from reports.numbers import MM, in_words, shortened
 from reports.style import FULL_WIDTH_IN, HALF_WIDTH_IN, Grid, Margins, legend_on_top, name_panels, panels, styled
 
-_MOST_COLUMNS, _IN_HALF = 6, 3  # of the page, and of half of it
+_MOST_COLUMNS = 6  # panels in a row of the page
+_IN_HALF = 3  # panels in a row of half the page
 TRUSTED = 0.9  # share of a marker's samples below which its bar is marked
 
 
 @styled
 def marker_residuals_figure(trials: Sequence[CalibratedTrial]) -> Figure:
-    """A panel for each trial: mean distance by marker over the scored window, and that of the shape alone."""
+    """Draw the mean distance by marker over the scored window, and that of the shape alone, a panel a trial."""
     rows = max(len(trial.measured.markers) for trial in trials)
     columns = min(len(trials), _MOST_COLUMNS)
     width = HALF_WIDTH_IN if columns <= _IN_HALF else FULL_WIDTH_IN
@@ -34,11 +35,11 @@ def marker_residuals_figure(trials: Sequence[CalibratedTrial]) -> Figure:
 
 
 def marker_distances(trial: CalibratedTrial) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """(m,) each over the scored frames of (n, m) samples, flagged ones left out.
+    """Compute the mean distances by marker over the scored frames of (n, m) samples, flagged ones left out.
 
     Returns:
-        Mean distance in the head frame (m), that of the shape alone (m), share of samples that count. Means are
-        nan for a marker of which nothing counts.
+        The mean distance in the head frame (m,), m, that of the shape alone (m,), m, and the share of samples that
+            count (m,). Means are nan for a marker of which nothing counts.
     """
     measured, simulated, scored = trial.measured, trial.simulated, trial.measured.scored
     distance = np.linalg.norm(residuals(measured, simulated, scored), axis=-1)  # (k, m)

@@ -1,4 +1,4 @@
-"""Speed over frequency: trials, the exported twin with its band, elongated body theory and simple rules."""
+"""The figure of speed over frequency: trials, the twin with its band, elongated body theory and simple rules."""
 
 from __future__ import annotations
 
@@ -19,7 +19,10 @@ if TYPE_CHECKING:
     from fitting.posterior.prediction import PredictedSweep
 
 WIDTH_IN = 6.3
-_HEIGHT_IN, _BELOW_IN, _BOTTOM_IN, _LEFT_IN = 3.6, 0.9, 0.42, 0.66
+_HEIGHT_IN = 3.6
+_BELOW_IN = 0.9  # height of the lower panel
+_BOTTOM_IN = 0.42
+_LEFT_IN = 0.66
 _RULES: dict[str, Look] = {
     "line": {"linestyle": (0, (1, 1.6))},
     "constant_stride": {"linestyle": (0, (6, 2, 1, 2))},
@@ -28,7 +31,10 @@ _RULES: dict[str, Look] = {
 
 @styled
 def speed_sweep_figure(calibration: Calibration, predicted: PredictedSweep | None = None) -> Figure:
-    """Speeds above, and below the same minus the twin's; grey ground was not fitted; the band is the posterior's."""
+    """Draw the speeds above, and below the same minus the twin's.
+
+    Frequencies on grey ground were not fitted; the band is the posterior's.
+    """
     bottom = _BOTTOM_IN + _BELOW_IN + 0.14
     figure, axes = panel(WIDTH_IN, _HEIGHT_IN, Margins(left=_LEFT_IN, right=0.06, top=0.44, bottom=bottom))
     below = add_panel(figure, (_LEFT_IN, _BOTTOM_IN), (WIDTH_IN - _LEFT_IN - 0.06, _BELOW_IN))

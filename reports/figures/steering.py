@@ -1,4 +1,4 @@
-"""Where a policy steers the twin: paths to targets, how often and how fast they are reached, the circle."""
+"""The figures of where a policy steers the twin: paths, how often and how fast targets are reached, the circle."""
 
 from itertools import pairwise
 
@@ -14,43 +14,44 @@ from reports.style import FULL_WIDTH_IN, HALF_WIDTH_IN, Margins, add_panel, lege
 
 RINGS_M = (0.0, 0.75, 1.5, 2.25, 3.0, 4.5)
 SIDES_RAD = tuple(np.radians((0.0, 30.0, 60.0, 90.0)))
-_HEIGHT_IN, _EDGE_M = 3.5, 0.12
-_LEAST = 3  # targets in a cell, to tell a number of it
+_HEIGHT_IN = 3.5
+_EDGE_M = 0.12  # margin about targets and start
+_LEAST = 3  # a cell with fewer targets has no numbers
 _MARGINS = Margins(left=0.52, right=0.08, bottom=0.42, top=0.36)
 
 
 @styled
 def paths_figure(swims: PolicySwims) -> Figure:
-    """From above, all from the origin: the ways to targets, with rings where these are reached."""
+    """Draw the paths to targets from above, all from the origin, with rings where targets are reached."""
     figure, axes = panel(HALF_WIDTH_IN, _HEIGHT_IN, _MARGINS)
     shown_at = swims.path_m.shape[1]
     for path, reached in zip(np.swapaxes(swims.path_m, 0, 1), swims.reached, strict=False):
         axes.plot(*path.T, color=TWIN if reached else GAP, linewidth=0.8, alpha=0.7, zorder=2)
     reached, targets = swims.reached[:shown_at], swims.start_m[:shown_at]
     axes.plot(*targets[reached].T, "o", color=TWIN, markerfacecolor=SURFACE, markersize=4.5, zorder=3, label="reached")
-    _missed(axes, targets[~reached])
-    _start_here(axes)
-    _from_above(axes, swims.start_m)
+    _draw_missed(axes, targets[~reached])
+    _draw_start(axes)
+    _scale_equally(axes, swims.start_m)
     legend_above(axes, 3)
     return figure
 
 
 @styled
 def reach_figure(swims: PolicySwims) -> Figure:
-    """Cells by distance and bearing: the share reached, coloured by it, and the median time."""
+    """Draw cells by distance and bearing, coloured by the share reached, with the median time."""
     figure, axes = panel(HALF_WIDTH_IN, _HEIGHT_IN, _MARGINS)
     for inner, outer in pairwise(RINGS_M):
         for low, high in pairwise((*(-side for side in SIDES_RAD[:0:-1]), *SIDES_RAD)):  # from right to left
-            _cell(axes, swims, (inner, outer), (low, high))
-    _missed(axes, swims.start_m[~swims.reached])
-    _start_here(axes)
-    _from_above(axes, swims.start_m)
+            _draw_cell(axes, swims, (inner, outer), (low, high))
+    _draw_missed(axes, swims.start_m[~swims.reached])
+    _draw_start(axes)
+    _scale_equally(axes, swims.start_m)
     axes.grid(visible=False)
     legend_above(axes, 1)
     return figure
 
 
-def _cell(axes: Axes, swims: PolicySwims, ring: tuple[float, float], side: tuple[float, float]) -> None:
+def _draw_cell(axes: Axes, swims: PolicySwims, ring: tuple[float, float], side: tuple[float, float]) -> None:
     bearing = np.arctan2(-swims.start_m[:, 1], -swims.start_m[:, 0])
     within = (swims.distance_m >= ring[0]) & (swims.distance_m < ring[1]) & (bearing >= side[0]) & (bearing < side[1])
     if not within.any():
@@ -69,18 +70,18 @@ def _cell(axes: Axes, swims: PolicySwims, ring: tuple[float, float], side: tuple
     axes.text(x, y, text, ha="center", va="center", fontsize=6.5, color=INK)
 
 
-def _missed(axes: Axes, targets_m: np.ndarray) -> None:
+def _draw_missed(axes: Axes, targets_m: np.ndarray) -> None:
     if len(targets_m):
         axes.plot(*targets_m.T, "X", color=GAP, markersize=5, markeredgewidth=0, zorder=3, label="missed")
 
 
-def _start_here(axes: Axes) -> None:
+def _draw_start(axes: Axes) -> None:
     arrow = {"arrowstyle": "-|>", "color": INK, "linewidth": 1.2}
     axes.annotate("", (-0.2, 0.0), (0.06, 0.0), arrowprops=arrow, zorder=4)
 
 
-def _from_above(axes: Axes, targets_m: np.ndarray) -> None:
-    """Equal scales, about all targets and the start."""
+def _scale_equally(axes: Axes, targets_m: np.ndarray) -> None:
+    """Give both axes equal scales, about all targets and the start."""
     seen = np.vstack([targets_m, np.zeros(2)])
     low, high = seen.min(axis=0) - _EDGE_M, seen.max(axis=0) + _EDGE_M
     box = axes.get_window_extent()
@@ -92,7 +93,7 @@ def _from_above(axes: Axes, targets_m: np.ndarray) -> None:
 
 @styled
 def circle_figure(swims: PolicySwims) -> Figure:
-    """The circles from above, and how far off they are along the lap."""
+    """Draw the circles from above, and the distance from them along the lap."""
     figure = Figure(figsize=(FULL_WIDTH_IN, 3.1))
     above = add_panel(figure, (0.55, 0.42), (2.35, 2.35))
     along = add_panel(figure, (3.75, 0.42), (4.85, 2.25))

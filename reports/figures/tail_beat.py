@@ -1,4 +1,4 @@
-"""The beat of the tail: the wave along it."""
+"""The figure of the beat of the tail: the wave along it."""
 
 from collections.abc import Sequence
 
@@ -16,7 +16,7 @@ _STEPS = (200, 100, 50, 20, 10, 5, 2, 1)  # mm, of ticks
 
 @styled
 def body_wave_figure(names: Sequence[str], waves: Sequence[tuple[BodyWave, BodyWave]]) -> Figure:
-    """A polar panel for each trial: angle is the lag behind the first tail marker, radius the amplitude.
+    """Draw a polar panel for each trial: angle is the lag behind the first tail marker, radius the amplitude.
 
     Markers whose amplitude is nan are left out.
     """

@@ -1,4 +1,4 @@
-"""One trial and its twin: the midline through a beat, the way swum, the tail's motion over time."""
+"""The figures of one trial and its twin: the midline through a beat, the distance swum, the tail's motion over time."""
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -24,12 +24,12 @@ from swimmer import RobotSpec
 from tracking.stretches import stretches
 
 PHASES = 16
-_MOST_ROWS = 6  # of markers
+_MOST_ROWS = 6  # largest number of markers that are drawn
 
 
 @styled
 def tail_envelope_figure(trial: CalibratedTrial, robot: RobotSpec) -> Figure:
-    """Midlines at sixteen phases of the beat, to scale; dotted in both, the measured envelope."""
+    """Draw midlines at sixteen phases of the beat, to scale; dotted in both panels, the measured envelope."""
     measured, simulated = (midlines * MM for midlines in beat_midlines(trial, robot))  # (16, k, 2) each
     both = np.concatenate([measured, simulated])
     reach = 1.15 * max(float(np.nanmax(np.abs(both[..., 1]), initial=1.0)), 20.0)
@@ -56,11 +56,11 @@ def _draw_outline(axes: Axes, midlines: np.ndarray) -> None:
 
 
 def beat_midlines(trial: CalibratedTrial, robot: RobotSpec) -> tuple[np.ndarray, np.ndarray]:
-    """Measured and simulated midlines, folded into one beat: of the compared frames, without flagged samples.
+    """Fold measured and simulated midlines into one beat, over the compared frames, without flagged samples.
 
     Returns:
-        (16, k, 2) each: the mean of k markers from nose to fin in each sixteenth of a beat, relative to the
-        nose in the head frame, m; nan where no sample counts. The phase runs from the first compared frame.
+        (16, k, 2) each: the mean of k markers from nose to fin in each sixteenth of a beat, relative to the nose in the
+            head frame, m; nan where no sample counts. The phase runs from the first compared frame.
     """
     measured = trial.measured
     place = robot.marker_positions_m(measured.markers)
@@ -72,13 +72,13 @@ def beat_midlines(trial: CalibratedTrial, robot: RobotSpec) -> tuple[np.ndarray,
     good = (measured.weight[frames][:, on_midline] > 0) & np.isfinite(shape).all(axis=2)
     twin = trial.simulated.shape_m[frames][:, on_midline]
     return (
-        _folded(time_s * measured.frequency.hz, shape, good),
-        _folded(time_s * trial.simulated_hz, twin, np.isfinite(twin).all(axis=2)),
+        _fold(time_s * measured.frequency.hz, shape, good),
+        _fold(time_s * trial.simulated_hz, twin, np.isfinite(twin).all(axis=2)),
     )
 
 
-def _folded(beats: np.ndarray, shape_m: np.ndarray, good: np.ndarray) -> np.ndarray:
-    """(16, k, 2) means of the good samples (n, k, 2) by the phase of their beat (n,)."""
+def _fold(beats: np.ndarray, shape_m: np.ndarray, good: np.ndarray) -> np.ndarray:
+    """Average the good samples (n, k, 2) by the phase of their beat (n,), to (16, k, 2)."""
     phase = np.floor(beats % 1.0 * PHASES).astype(int) % PHASES
     total = np.zeros((PHASES, *shape_m.shape[1:]))
     count = np.zeros((PHASES, shape_m.shape[1], 1))
@@ -90,7 +90,7 @@ def _folded(beats: np.ndarray, shape_m: np.ndarray, good: np.ndarray) -> np.ndar
 
 @styled
 def forward_path_figure(trial: CalibratedTrial) -> Figure:
-    """Distance along the head's own axis, 0 at the first compared frame; the slopes are the speeds."""
+    """Draw the distance along the head's own axis, 0 at the first compared frame; the slopes are the speeds."""
     figure, axes = panel(HALF_WIDTH_IN, 3.6, Margins(top=0.5))
     measured = trial.measured
     time_s, first = measured.time_s, int(np.flatnonzero(measured.kept)[0])
@@ -112,7 +112,7 @@ def forward_path_figure(trial: CalibratedTrial) -> Figure:
 
 @styled
 def lateral_motion_figure(trial: CalibratedTrial, robot: RobotSpec) -> Figure:
-    """One row a tail marker, all to one scale; flagged samples are marked and do not count."""
+    """Draw a row for each tail marker, all to one scale; flagged samples are marked and do not count."""
     tail = tail_markers(robot, trial.measured.markers)
     spread = np.unique(np.linspace(0, len(tail) - 1, min(len(tail), _MOST_ROWS)).round().astype(int))
     chosen = [tail[i] for i in spread]  # from the root to the fin
@@ -135,7 +135,7 @@ def lateral_motion_figure(trial: CalibratedTrial, robot: RobotSpec) -> Figure:
 
 
 def _reach(lateral: np.ndarray) -> np.ndarray:
-    """(r,) how far each marker of (n, r) goes to either side, outliers apart, mm; at least 5."""
+    """Compute (r,) how far each marker of (n, r) swings to either side, outliers left out, mm; at least 5."""
     seen = np.where(np.isfinite(lateral), np.abs(lateral), 0.0)
     return np.maximum(np.percentile(seen, 99.5, axis=0), 5.0)
 
@@ -156,7 +156,7 @@ def _scale_bar(axes: Axes, offset: float, step: float) -> None:
 
 
 def _mark_windows(axes: Axes, trial: MeasuredTrial) -> None:
-    """Shades what is not compared (warm-up; known part of a held-out trial) and marks the scored frames."""
+    """Shade what is not compared (warm-up; known part of a held-out trial) and mark the scored frames."""
     for first, last in stretches(~trial.kept):
         end_s = trial.time_s[min(last + 1, len(trial.time_s) - 1)]
         axes.axvspan(trial.time_s[first], end_s, facecolor=SHADE, linewidth=0)
@@ -165,7 +165,14 @@ def _mark_windows(axes: Axes, trial: MeasuredTrial) -> None:
 
 
 def mark_scored(axes: Axes, trial: MeasuredTrial, zero_s: float, height: float = 0.985) -> None:
-    """A bar on top of the scored frames, where the axis of time begins at `zero_s` of the trial."""
+    """Draw a bar on top of the scored frames.
+
+    Args:
+        axes: the panel.
+        trial: the trial.
+        zero_s: time of the trial at which the axis begins, s.
+        height: place of the bar as a share of the panel's height.
+    """
     across = axes.get_xaxis_transform()
     for first, last in stretches(trial.scored):
         ends = trial.time_s[[first, last]] - zero_s

@@ -1,4 +1,4 @@
-"""How the viewer lays a recording out: a tab for each trial, the picture left, what goes with it right."""
+"""The layout of a recording in the viewer: a tab for each trial, the picture left, what goes with it right."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -17,7 +17,7 @@ TRAIL_S = 0.5
 
 
 def blueprint_of(trials: Sequence[RecordedTrial]) -> rrb.Blueprint:
-    """The layout for these trials, with the time of the video as the timeline."""
+    """Make the layout for these trials, with the time of the video as the timeline."""
     tabs = [rrb.Horizontal(_picture(trial), _series(trial), column_shares=[3, 2], name=trial.name) for trial in trials]
     return rrb.Blueprint(
         rrb.Tabs(*tabs, active_tab=0),
@@ -59,13 +59,13 @@ def _series(trial: RecordedTrial) -> rrb.Vertical:
 def _lines(
     trial: RecordedTrial, entity: str, name: str, axis_y: rrb.ScalarAxis | None = None, *, legend: bool = False
 ) -> rrb.TimeSeriesView:
-    """A plot; lines of markers need no legend, for these bear their names in the picture, in the same colours."""
+    """Make a plot of lines; markers need no legend, as the picture has their names in the same colours."""
     shown = rrb.PlotLegend(visible=legend)
     return rrb.TimeSeriesView(origin=entity_of(trial.name, entity), name=name, axis_y=axis_y, plot_legend=shown)
 
 
 def _last(seconds: float, frames: int) -> rrb.VisibleTimeRanges:
-    """What happened in the last so many seconds, or frames, up to the time shown."""
+    """Select what happened in the last seconds, or frames, up to the time shown."""
     boundary = rrb.TimeRangeBoundary
     now = boundary.cursor_relative()
     return rrb.VisibleTimeRanges(

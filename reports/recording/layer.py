@@ -10,8 +10,10 @@ import rerun as rr
 from reports.colours import INKS
 from tracking.records import SampleState
 
-FRAME, TIME = "frame", "time"
-"""The timelines: the number of the frame from 0, and the time in the trial's own video."""
+FRAME = "frame"
+"""The timeline of the number of the frame, from 0."""
+TIME = "time"
+"""The timeline of the time in the trial's own video."""
 
 
 Rgb = tuple[int, int, int]
@@ -20,12 +22,14 @@ GOLDEN_RATIO = 0.618034
 
 
 def rgb(hexadecimal: str) -> Rgb:
-    """The colour ``#rrggbb`` as three numbers from 0 to 255."""
+    """Convert the colour ``#rrggbb`` to three numbers from 0 to 255."""
     red, green, blue = bytes.fromhex(hexadecimal.removeprefix("#"))
     return red, green, blue
 
 
-TWIN, WARN, GAP = (rgb(INKS[name].dark) for name in ("twin", "warn", "gap"))
+TWIN = rgb(INKS["twin"].dark)
+WARN = rgb(INKS["warn"].dark)
+GAP = rgb(INKS["gap"].dark)
 
 STATE_COLOURS: dict[SampleState, Rgb] = {
     SampleState.MISSING: rgb(INKS["flag-segment"].dark),
@@ -41,8 +45,8 @@ class Layer(NamedTuple):
     """One entity of a recording.
 
     Attributes:
-        entity: its path.
-        static: what holds at all times (Rerun archetypes).
+        entity: path of the entity.
+        static: Rerun archetypes that hold at all times.
         rows: (r,) numbers of the frames at which there is something.
         columns: Rerun columns of r rows each; empty where everything is static.
     """
@@ -53,7 +57,7 @@ class Layer(NamedTuple):
     columns: tuple[Any, ...] = ()
 
     def send(self, stream: rr.RecordingStream, time_s: np.ndarray) -> None:
-        """Sends it; `time_s` is the (n,) time of each frame."""
+        """Send the layer to a recording; `time_s` is the (n,) time of each frame."""
         if self.static:
             stream.log(self.entity, *self.static, static=True, strict=True)
         if self.columns:
@@ -62,7 +66,13 @@ class Layer(NamedTuple):
 
 
 def lines(entity: str, names: Sequence[str], values: np.ndarray) -> Layer:
-    """A line for each of k names over n frames, of (n, k) values."""
+    """Make a layer with a line for each of k names over n frames, of (n, k) values.
+
+    Args:
+        entity: path of the entity.
+        names: the k names.
+        values: (n, k) values.
+    """
     n, k = values.shape
     style = rr.SeriesLines(names=list(names), colors=[marker_colour(i) for i in range(k)])
     columns = rr.Scalars.columns(scalars=values.ravel()).partition([k] * n)
@@ -70,11 +80,11 @@ def lines(entity: str, names: Sequence[str], values: np.ndarray) -> Layer:
 
 
 def entity_of(*parts: str) -> str:
-    """The path of an entity, from names that may hold any character."""
+    """Build the path of an entity from names that may hold any character."""
     return rr.new_entity_path(list(parts))
 
 
 def marker_colour(index: int) -> Rgb:
-    """A colour for the marker of this index; neighbours differ by 0.618 of the colour wheel."""
+    """Choose a colour for the marker of this index; neighbours differ by 0.618 of the colour wheel."""
     red, green, blue = (round(255 * part) for part in hsv_to_rgb((0.08 + index * GOLDEN_RATIO) % 1.0, 0.55, 1.0))
     return red, green, blue

@@ -1,4 +1,4 @@
-"""What is missing on the moving fish: an arrow at the head, and lines for head and hinges over time."""
+"""The missing forces on the moving fish: an arrow at the head, and lines for head and hinges over time."""
 
 from __future__ import annotations
 
@@ -11,14 +11,15 @@ from fitting import CalibratedTrial
 from reports.missing_forces import FORCES, MissingForces
 from reports.recording.layer import GAP, Layer, entity_of, lines
 
-MISSING_FORCE, MISSING_TORQUE = "missing_force_mN", "missing_torque_mN_m"
+MISSING_FORCE = "missing_force_mN"
+MISSING_TORQUE = "missing_torque_mN_m"
 ARROW = "missing_force"
-LONGEST = 2.0  # of an arrow, in distances from nose to neck
+LONGEST = 2.0  # length of the longest arrow, in distances from nose to neck
 _MILLI = 1000.0
 
 
 class MissingOverTime(NamedTuple):
-    """Forces that a diagnosis finds missing, frame by frame.
+    """The forces that a diagnosis finds missing, frame by frame.
 
     Attributes:
         joints: (j,) along and across the head (nose to neck; counter-clockwise from there, seen from above), the moment
@@ -31,7 +32,14 @@ class MissingOverTime(NamedTuple):
 
     @classmethod
     def of(cls, forces: MissingForces, trial: CalibratedTrial, frames: int, first: int) -> MissingOverTime | None:
-        """Of a fitted swim whose first measured frame is the recording's `first` of n frames; None of any other."""
+        """Evaluate the forces in the frames of a fitted swim; None for any other trial.
+
+        Args:
+            forces: the missing forces of the diagnosis.
+            trial: the swim.
+            frames: number n of frames of the recording.
+            first: the recording's frame that is the first measured one.
+        """
         if trial.measured.name not in forces.trials:
             return None
         measured = trial.measured
@@ -45,7 +53,14 @@ class MissingOverTime(NamedTuple):
 
 
 def missing_layers(trial: str, missing: MissingOverTime, nose_px: np.ndarray, neck_px: np.ndarray) -> list[Layer]:
-    """The arrow in the picture and the lines next to it; nose and neck are (n, 2), nan where they are not seen."""
+    """Make the arrow in the picture and the lines next to it.
+
+    Args:
+        trial: name of the trial.
+        missing: its missing forces.
+        nose_px: (n, 2) nose in the picture, nan where it is not seen.
+        neck_px: (n, 2) neck in the picture, nan where it is not seen.
+    """
     is_force = np.array([joint in FORCES for joint in missing.joints])
     layers = [_arrow(trial, missing, nose_px, neck_px)]
     for name, part in ((MISSING_FORCE, is_force), (MISSING_TORQUE, ~is_force)):
@@ -55,7 +70,15 @@ def missing_layers(trial: str, missing: MissingOverTime, nose_px: np.ndarray, ne
 
 
 def arrows_px(missing: MissingOverTime, nose_px: np.ndarray, neck_px: np.ndarray) -> np.ndarray:
-    """(n, 2) the force on the head in the picture, whose y points down; the longest is two heads long."""
+    """Compute the (n, 2) arrows of the force on the head in the picture, whose y points down.
+
+    The longest is two heads long.
+
+    Args:
+        missing: the missing forces.
+        nose_px: (n, 2) nose in the picture.
+        neck_px: (n, 2) neck in the picture.
+    """
     along = neck_px - nose_px
     length = np.linalg.norm(along, axis=1)
     along = along / length[:, None]

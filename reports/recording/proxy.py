@@ -1,4 +1,4 @@
-"""A small copy of a video, for the viewer: same frames, same time stamps, fewer pixels."""
+"""The small copy of a video for the viewer: same frames, same time stamps, fewer pixels."""
 
 import os
 from collections.abc import Callable
@@ -15,24 +15,26 @@ from tracking.video import Video
 CODEC = "libsvtav1"
 # Preset 9 kept moving markers within 0.15 px of their place, 10 within 0.7; no filter that mixes pictures.
 OPTIONS = {"preset": "9", "crf": "30", "svtav1-params": "enable-tf=0"}
-GROUP = 30  # frames from one key frame to the next: short, so that the viewer can jump
-STEP_PX = 4  # of the height: the viewer (Rerun 0.41) shifts the colours of a picture of another height by some rows
-TICKS = 90_000  # a second
+GROUP = 30  # frames from one key frame to the next: few, so that the viewer can jump
+# The height is a multiple of this: the viewer (Rerun 0.41) shifts the colours of a picture of another height.
+STEP_PX = 4
+TICKS = 90_000  # ticks of the time stamps in a second
 
 Progress = Callable[[int], None]
 
 
 def make_proxy(video: Path, out: Path, max_height_px: int = 720, progress: Progress | None = None) -> int:
-    """Makes a small AV1 copy of a video in MP4, upright, for `RecordedTrial.video_proxy`.
+    """Make a small AV1 copy of a video in MP4, upright, for `RecordedTrial.video_proxy`.
 
-    AV1, because the Rerun viewer decodes it by itself in its window and in the browser; for H.264 its window asks
-    for an FFmpeg of the user's. Time stamps are those of the video, variable ones too, counted from the first frame.
-    Of a damaged file the frames that can be read are kept.
+    AV1, because the Rerun viewer decodes it by itself in its window and in the browser; for H.264 its window needs an
+    FFmpeg of the user's. Time stamps are those of the video, variable ones too, counted from the first frame. Of a
+    damaged file the frames that can be read are kept.
 
     Args:
-        video: whatever `tracking.video.Video` reads.
+        video: a file that `tracking.video.Video` reads.
         out: the copy, ending in ``.mp4``; written whole or not at all.
-        max_height_px: of the copy. A smaller video keeps its size, made a multiple of 4 high and even wide.
+        max_height_px: largest height of the copy. A smaller video keeps its size, made a multiple of 4 high and even
+            wide.
         progress: called after each frame with the number of frames done.
 
     Returns:
@@ -66,7 +68,7 @@ def make_proxy(video: Path, out: Path, max_height_px: int = 720, progress: Progr
 
 
 def _yield_the_machine() -> None:
-    """Gives back the real-time priority that SVT-AV1 takes where it may (as root): it froze all else on the machine."""
+    """Give back the real-time priority that SVT-AV1 takes where it may (as root): it froze everything else."""
     tasks = Path("/proc/self/task")
     for task in tasks.iterdir() if tasks.exists() else ():
         with suppress(OSError):  # a thread that has ended

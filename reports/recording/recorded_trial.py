@@ -1,4 +1,4 @@
-"""What a recording shows of one trial."""
+"""One trial as a recording shows it."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -16,7 +16,7 @@ class RecordedTrial:
     """One trial of a recording: n frames of m markers.
 
     Attributes:
-        name: of the trial; unique in a recording.
+        name: name of the trial; unique in a recording.
         tracked: tracks, states, sizes and flags; `tracking.records.as_tracked` makes them of bare tracks.
         video_proxy: a small video with the time stamps of the trial's own (`make_proxy`), or None.
         picture_px: width and height of the pictures that `tracked` is in, px; needed with a proxy, which is stretched
@@ -39,15 +39,15 @@ class RecordedTrial:
 
     @property
     def markers(self) -> tuple[str, ...]:
-        """The names of the m markers."""
+        """Names of the m markers."""
         return markers_of(self.tracked)
 
     @property
     def time_s(self) -> np.ndarray:
-        """(n,) time of each frame, s."""
+        """Times (n,) of the frames, s."""
         return self.tracked.time.values
 
     @property
     def present(self) -> np.ndarray:
-        """(n, m) True where there is a position."""
+        """Mask (n, m) of the samples that have a position."""
         return np.isfinite(pixels_of(self.tracked)).all(axis=2)

@@ -24,7 +24,7 @@ APPLICATION = "swimcal"
 
 
 def write_recording(path: Path, trials: Sequence[RecordedTrial], name: str = "swimcal") -> None:
-    """Writes a recording for the Rerun viewer, reads it back, and only then gives it its name.
+    """Write a recording for the Rerun viewer, read it back, and only then give it its name.
 
     Each trial has its own tree of entities ``/<trial>/…`` on two timelines, ``frame`` (its number, from 0) and
     ``time`` (that of the video), both from the start of the trial:
@@ -37,7 +37,10 @@ def write_recording(path: Path, trials: Sequence[RecordedTrial], name: str = "sw
     - ``states/<number>_<marker>``: the frames at which the state changes;
     - ``flags``: a log, each flag at its first frame; ``summary``: the trial's numbers.
 
-    The path ends in ``.rrd``; the viewer shows the name, such as the session's.
+    Args:
+        path: the file, ending in ``.rrd``.
+        trials: the trials to show.
+        name: the name that the viewer shows, such as that of the session.
 
     Raises:
         ResultsNotWritable: the file cannot be written; the previous one is unchanged.
@@ -57,7 +60,7 @@ def write_recording(path: Path, trials: Sequence[RecordedTrial], name: str = "sw
 
 
 def trial_layers(trial: RecordedTrial) -> list[Layer]:
-    """Every layer of a trial."""
+    """Make every layer of a trial."""
     layers = [*picture_layers(trial), *series_layers(trial)]
     if trial.missing is not None:
         head_px = (pixels_of(trial.tracked)[:, trial.markers.index(name)] for name in ("nose", "neck"))
@@ -66,7 +69,7 @@ def trial_layers(trial: RecordedTrial) -> list[Layer]:
 
 
 def check_recording(path: Path, entities: Collection[str]) -> None:
-    """Checks, without a viewer, that a recording is whole and holds these entities and a layout.
+    """Check, without a viewer, that a recording is whole and holds these entities and a layout.
 
     Rerun does not report a file that it could not write whole, and only warns of one that breaks off.
 

@@ -8,11 +8,15 @@ from reports.recording.recorded_trial import RecordedTrial
 from session import Flag
 from tracking.records import SampleState
 
-CONFIDENCE, RESIDUAL, STATES, FLAGS, SUMMARY = "confidence", "residual_mm", "states", "flags", "summary"
+CONFIDENCE = "confidence"
+RESIDUAL = "residual_mm"
+STATES = "states"
+FLAGS = "flags"
+SUMMARY = "summary"
 
 
 def series_layers(trial: RecordedTrial) -> list[Layer]:
-    """The layers next to the picture; what the trial has no data for is left out."""
+    """Make the layers next to the picture; what the trial has no data for is left out."""
     layers = [lines(entity_of(trial.name, CONFIDENCE), trial.markers, trial.tracked.confidence.values)]
     if trial.residual_mm is not None:
         layers.append(lines(entity_of(trial.name, RESIDUAL), trial.markers, trial.residual_mm))
@@ -23,7 +27,7 @@ def series_layers(trial: RecordedTrial) -> list[Layer]:
 
 
 def _states(trial: RecordedTrial, k: int) -> Layer:
-    """The frames at which the state of marker k changes."""
+    """Make the layer of the frames at which the state of marker k changes."""
     state = trial.tracked.state.values[:, k]
     rows = np.flatnonzero(np.concatenate([[True], state[1:] != state[:-1]]))
     columns = rr.StateChange.columns(state=[SampleState(value).word for value in state[rows].tolist()])

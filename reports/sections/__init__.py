@@ -35,7 +35,7 @@ DRY_SECTIONS: tuple[SectionBuilder, ...] = (
     dry_runs.build,
     motor.build,
 )
-"""What is known of robot and motor, also of a session without a swim trial."""
+"""Sections on robot and motor, which a session without a swim trial has as well."""
 
 QUESTIONS: tuple[tuple[str, tuple[SectionBuilder, ...]], ...] = (
     ("", (summary.build,)),  # the first screen
@@ -52,6 +52,6 @@ QUESTIONS: tuple[tuple[str, tuple[SectionBuilder, ...]], ...] = (
 SECTIONS: tuple[SectionBuilder, ...] = tuple(build for _, builders in QUESTIONS for build in builders)
 
 FURTHER: tuple[SectionBuilder, ...] = (trials.build_motions,)
-"""Figures that a notebook can ask for and no page shows: one or two a trial."""
+"""Sections for notebooks alone: one or two figures a trial, too many for a page."""
 
 __all__ = ["DRY_SECTIONS", "FURTHER", "QUESTIONS", "SECTIONS", "SectionBuilder"]

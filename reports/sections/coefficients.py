@@ -1,4 +1,4 @@
-"""The five fluid coefficients: the mode, how far the data determine them, and the published search for comparison."""
+"""The section on the five fluid coefficients: the mode, how far the data determine them, and the published search."""
 
 import numpy as np
 
@@ -15,12 +15,12 @@ from swimmer.fluid import COEFFICIENT_BOUNDS
 
 _COLUMNS = table_head("coefficient | value [] | 90 % interval [] | published search [] | authors' values [] | caveats")
 _ERRORS = table_head("over | quantity | recommended fit | published search")
-_COMPONENTS = table_head("component | differs | standard deviation | meaning")
-_AS_LIKELY = 2.0  # log density within which ends are as likely
+_COMPONENTS = table_head("component | level | standard deviation | meaning")
+_AS_LIKELY = 2.0  # largest difference of log density between ends that are about as likely
 
 
 def build(context: ReportContext) -> Section:
-    """Values with intervals, what differs between trials, and the published search for comparison."""
+    """Build the section: values with intervals, variance components, and the published search for comparison."""
     fit, published = context.calibration.fit, context.published
     best = fit.ends[0]
     equals = sum(end.log_density > best.log_density - _AS_LIKELY for end in fit.ends)
@@ -34,7 +34,7 @@ def build(context: ReportContext) -> Section:
         "Each coefficient within its bounds with its 90 % interval. Dots: where other starts ended; distant dots mean "
         "that the data do not determine the coefficient. Crosses: the twin swims backward from rest.",
     )
-    sampled = context.posterior is not None  # which says more
+    sampled = context.posterior is not None  # a posterior says more than these values
     plots = Plots((figure,), text if sampled else "", folded=sampled)
     blocks = (
         _table(fit, published, sampled),
@@ -73,7 +73,7 @@ def _table(fit: CoefficientFit, published: PublishedResult | None, folded: bool)
 
 
 def _search(context: ReportContext) -> tuple[Block, ...]:
-    """How the published search differs, and why."""
+    """Explain how the published search differs, and why."""
     published = context.published
     if published is None and context.posterior is not None:
         return ()
@@ -100,7 +100,7 @@ def _search(context: ReportContext) -> tuple[Block, ...]:
 
 
 def _roll(context: ReportContext) -> tuple[Block, ...]:
-    """The roll of the hull that the fit allows for; nothing where there is none to speak of."""
+    """Describe the roll of the hull that the fit allows for; empty where it is too small to mention."""
     calibration = context.calibration
     roll, sways = calibration.fit.roll, calibration.sways
     largest = max((sway.roll_deg for sway in sways.values()), default=0.0)
@@ -126,7 +126,11 @@ def _components(fit: CoefficientFit) -> Table:
         size, unit = fit.components[component.name], "%" if component.unit == "1" else component.unit
         value = 100 * size if component.unit == "1" else np.degrees(size) if "rad" in unit else 1000 * size
         shown_unit = unit.replace("rad", "°") if "rad" in unit else unit if unit == "%" else f"m{unit}"
-        level = "from trial to trial" if component.level == "trial" else "never"
-        rows.append((in_words(component.name), level, f"{significant(value, 2)} {shown_unit}", component.meaning))
-    caption = "Variance components: what changes a trial beside the coefficients. “Never”: common to all trials."
+        rows.append(
+            (in_words(component.name), component.level, f"{significant(value, 2)} {shown_unit}", component.meaning)
+        )
+    caption = (
+        "Variance components: what changes a trial in addition to the coefficients. Level: it differs from trial to "
+        "trial, or is common to all trials of the session."
+    )
     return Table(caption, _COMPONENTS, tuple(rows), (), True)

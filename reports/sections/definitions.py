@@ -1,4 +1,4 @@
-"""How to read the numbers: the definitions of the public contract, shortly."""
+"""The section on how to read the numbers: the definitions of the public contract, in short."""
 
 from fitting.trial import KNOWN_BEATS, SCORED_S
 from reports.blocks import Section, Terms
@@ -26,5 +26,5 @@ TERMS = {
 
 
 def build(context: ReportContext) -> Section:  # noqa: ARG001
-    """The same for every session."""
+    """Build the section, which is the same for every session."""
     return Section("What the words mean", "reading", (Terms(tuple(TERMS.items()), "Definitions of the measures"),))

@@ -1,4 +1,4 @@
-"""The dry runs: the crank arm, as published and from all runs together, and the values of each run."""
+"""The section on the dry runs: the crank arm, as published and from all runs together, and the values of each run."""
 
 from dataclasses import replace
 from typing import TypeVar
@@ -22,7 +22,7 @@ OFF_COMMAND = 3
 
 
 def build(context: ReportContext) -> Section | None:
-    """The dry runs; None where there is none."""
+    """Build the section; None where there is no dry run."""
     structure = context.calibration.structure
     if structure.crank is None:
         return None
@@ -32,7 +32,7 @@ def build(context: ReportContext) -> Section | None:
 
 
 def dry_run_section(fit: CrankFit) -> Section:
-    """The arm, a table of the runs, the error surface and the tendons."""
+    """Build the section from a fit: the arm, a table of the runs, the error surface and the tendons."""
     surface = Plot(
         crank_surface_figure(fit),
         "crank-surface",
@@ -78,7 +78,7 @@ def _table(fit: CrankFit) -> Table:
 
 
 def _without_command(cells: tuple[T, ...]) -> tuple[T, ...]:
-    """Beside a log, which knows better how far a run is off: see the section on the motor."""
+    """Drop the cells about the command: with a motor log, the section on the motor tells more of it."""
     return cells[:OFF_COMMAND] + cells[OFF_COMMAND + 1 :]
 
 
@@ -108,7 +108,7 @@ def _tendons(fit: CrankFit) -> str:
 
 
 def _caveats(fit: CrankFit) -> tuple[str, ...]:
-    """The flags of runs; what all runs share is printed once. Those of the arm are on the first screen."""
+    """List the flags of runs, each shared one once; those of the arm are on the first screen."""
     printed: set[str] = set()
     texts: list[str] = []
     others = " and the other run" if len(fit.trials) == 2 else " and all others"

@@ -1,4 +1,4 @@
-"""Speeds and markers: the exported twin, simple rules and elongated body theory, over all trials and trial by trial."""
+"""The section on speeds and markers: the exported twin, simple rules and elongated body theory, trial by trial."""
 
 from collections.abc import Mapping
 
@@ -24,7 +24,7 @@ _TRIALS = table_head(
 
 
 def build(context: ReportContext) -> Section:
-    """Tables of models and trials; without a held-out trial of the fit alone."""
+    """Build the section: tables of trials and, with held-out trials, of models."""
     calibration = context.calibration
     blocks: list[Block] = [_trials(calibration)]
     if caveats := [(t.measured.name, text) for t in calibration.trials for text in trial_caveats(t)]:
@@ -72,7 +72,7 @@ def _models(context: ReportContext) -> Table:
 
 
 def _law(calibration: Calibration) -> str:
-    """With which power of the frequency robot and twin swim; empty where trials tell none."""
+    """Say with which power of the frequency robot and twin swim; empty where the trials do not tell."""
     if (law := calibration.speed_law) is None:
         return ""
     own = {"measured": "measured", "twin": "twin", "published": "elongated body theory"}
@@ -133,7 +133,7 @@ def _row(trial: CalibratedTrial, role: str, forecast: CommandForecast | None) ->
 
 
 def _theory(ebts: Mapping[str, EbtFit]) -> str:
-    """The one number of each form of the theory, and that there is only one."""
+    """State the one identifiable number of each form of the theory."""
     ratios = [f"{significant(e.drag_coefficient / (e.beta or 1.0))} ({model_label(name)})" for name, e in ebts.items()]
     at_bound = [flag.message.removeprefix("EBT: ") for ebt in ebts.values() for flag in ebt.flags]
     caveats = [sentence(text) for text in dict.fromkeys(at_bound) if "identifiable" not in text]

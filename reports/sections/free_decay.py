@@ -1,4 +1,4 @@
-"""The free decays: stiffness and damping of the hinges, how the tail rings, and the twin's decay."""
+"""The section on the free decays: stiffness and damping of the hinges, how the tail rings, and the twin's decay."""
 
 from fitting import Structure
 from fitting.free_decay import DecayFit, HingeEstimate
@@ -17,13 +17,13 @@ MILLI = 1000.0
 
 
 def build(context: ReportContext) -> Section | None:
-    """The free decays; None where there is none."""
+    """Build the section; None where there is no free decay."""
     structure = context.calibration.structure
     return free_decay_section(structure) if structure.decays else None
 
 
 def free_decay_section(structure: Structure) -> Section:
-    """The common fit, a table of the decays, and for each its spectrum and its curve with the twin's."""
+    """Build the section from a structure: the common fit, a table of the decays, their spectra and curves."""
     plots = [plot for number, fit in enumerate(structure.decays, start=1) for plot in _plots(fit, number)]
     caveats = [sentence(f"{fit.name}: {flag.message}") for fit in structure.decays for flag in fit.flags]
     caveats += [sentence(flag.message) for flag in (structure.hinges.flags if structure.hinges else ())]

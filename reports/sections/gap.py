@@ -1,4 +1,4 @@
-"""The sim-to-real gap: where it lies, which effect makes it, how far it shrinks with that."""
+"""The section on the sim-to-real gap: where it lies, which effect makes it, how far it shrinks with that."""
 
 from math import isnan
 
@@ -23,11 +23,11 @@ _NOT_HELD_OUT = (
     "No trial is held out, so how far the gap shrinks on trials that were not fitted is not known. Give one or more "
     'trials the role "holdout" in session.toml and diagnose again.'
 )
-_STRONGEST = 4  # parameters that are listed
+_STRONGEST = 4  # number of parameters that are listed
 
 
 def build(context: ReportContext) -> Section:
-    """Everything that is said of the gap; without a diagnosis, how to get one."""
+    """Build the section; without a diagnosis it says how to get one."""
     found = context.diagnosed
     if found is None:
         text = (
@@ -64,7 +64,7 @@ def build(context: ReportContext) -> Section:
 
 
 def _lead(text: str) -> Markup:
-    """One of the three sentences, its question set apart."""
+    """Set the question of one of the three sentences apart from its answer."""
     question, _, answer = text.partition(": ")
     return Markup("<strong>{}?</strong> {}").format(question, answer[:1].upper() + answer[1:])
 
@@ -92,7 +92,7 @@ def _which(found: DiagnosisResult) -> tuple[Block, ...]:
     if missed := near_miss(found):
         blocks.append(Prose(missed))
     if (rest := found.remainder) is not None:
-        blocks.append(Prose(_remainder(rest, _added(found))))
+        blocks.append(Prose(_remainder(rest, _list_added(found))))
     return tuple(blocks)
 
 
@@ -123,7 +123,7 @@ def _everything(every: AllEffects) -> str:
     )
 
 
-def _added(found: DiagnosisResult) -> str:
+def _list_added(found: DiagnosisResult) -> str:
     return listed([in_words(name) for name in found.effect_parameters])
 
 
@@ -131,7 +131,7 @@ def _shrinkage(found: DiagnosisResult) -> str:
     gap = found.gap
     if not found.effect_parameters:
         return "Nothing was added to the twin; this is its gap."
-    added = _added(found)
+    added = _list_added(found)
     if isnan(gap.shrinkage):
         return f"The residual of the held-out trials is no more than noise: there is no gap for {added} to shrink."
     text = f"With {added}, the held-out gap {by_how_much(gap)}."

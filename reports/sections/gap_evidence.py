@@ -1,4 +1,4 @@
-"""What the diagnosis of the gap rests on: missing forces, explanations, refits; and what to measure next."""
+"""The evidence of a diagnosis: missing forces, hypotheses and refits; and what to measure next."""
 
 from collections.abc import Mapping, Sequence
 
@@ -23,13 +23,16 @@ FORCE = table_head("missing | root mean square [] | significant [% of beat] | go
 SET = table_head("hypothesis | probability []")
 PLACE = table_head("place | in all trials | probability []")
 DECAY = table_head("free decay | stiffness over mass [%] | damping over mass [%] | used")
-_PLACES = 5  # that are shown, the likeliest
+_PLACES = 5  # number of places that are shown, the likeliest
 PARAMETER = table_head("effect | parameter | value [] | 95 % interval [] | unit")
 NEXT = table_head("what to do | separates | error after it [%]")
 
 
 def missing(found: DiagnosisResult, context: ReportContext) -> tuple[Prose, tuple[Table, ...]]:
-    """The most significant of the missing forces, and the motion that each correlates with; no table of zeros."""
+    """Describe the most significant missing force, and list all with the motion that each goes with.
+
+    No table of zeros.
+    """
     forces = found.missing_forces
     like = likenesses(forces, context.calibration.trials, context.calibration.robot)
     rows = tuple(_force_row(forces, place, like) for place in seen(forces))
@@ -46,7 +49,8 @@ def _loudest(found: DiagnosisResult, forces: MissingForces, like: Mapping[str, L
         return "No missing force differs significantly from zero over half of the beat."
     place = max(range(len(forces.joints)), key=lambda i: (clear[i], forces.size[i]))
     joint = forces.joints[place]
-    text = f"The most significant is the {force_name(joint)}: {_sized(forces, place)}{_with(like.get(joint))}."
+    size, likeness = _format_size(forces, place), _describe_likeness(like.get(joint))
+    text = f"The most significant is the {force_name(joint)}: {size}{likeness}."
     if found.verdict == "unexplained":
         text += " It is a lead to the effect that the catalogue lacks."
     elif found.verdict == "no_gap":
@@ -54,13 +58,13 @@ def _loudest(found: DiagnosisResult, forces: MissingForces, like: Mapping[str, L
     return text
 
 
-def _with(like: Likeness | None) -> str:
+def _describe_likeness(like: Likeness | None) -> str:
     if like is None or abs(like.correlation) < LEAST_LIKE:
         return ", and it correlates with no motion of that joint"
     return f", and it correlates with the {' or '.join(like.motions)} there (correlation {shown(like.correlation, 2)})"
 
 
-def _sized(forces: MissingForces, place: int) -> str:
+def _format_size(forces: MissingForces, place: int) -> str:
     unit = "mN" if forces.joints[place] in FORCES else "mN m"
     return f"{of_its_size(MILLI * float(forces.size[place]))} {unit}"
 
@@ -73,7 +77,7 @@ def _force_row(forces: MissingForces, place: int, like: Mapping[str, Likeness]) 
     goes = " or ".join(own.motions) if own and significantly and abs(own.correlation) >= LEAST_LIKE else MISSING
     return (
         force_name(joint),
-        _sized(forces, place),
+        _format_size(forces, place),
         shown(100 * clear, 0),
         goes,
         shown(own.correlation, 2, signed=True) if own and significantly else MISSING,
@@ -81,9 +85,9 @@ def _force_row(forces: MissingForces, place: int, like: Mapping[str, Likeness]) 
 
 
 def evidence(found: DiagnosisResult) -> tuple[Block, ...]:
-    """Explanations with their weight, and the effects as strong as they were fitted."""
+    """List the hypotheses with their probabilities, and the effects as strong as they were fitted."""
     blocks: list[Block] = [_explanations(found)]
-    if rows := _elsewhere(found):
+    if rows := _list_elsewhere(found):
         caption = "Where an effect outside the catalogue may act, alike or differently in all trials."
         blocks.append(Table(caption, PLACE, rows, folded=True))
     if decays := found.free_decays:
@@ -96,8 +100,8 @@ def evidence(found: DiagnosisResult) -> tuple[Block, ...]:
 def _decays(decays: Sequence[FreeDecay]) -> Table:
     rows = []
     for decay in decays:
-        stiffness = _with_error(decay.stiffness_over_mass, decay.stiffness_over_mass_se)
-        damping = _with_error(decay.damping_over_mass, decay.damping_over_mass_se)
+        stiffness = _format_with_error(decay.stiffness_over_mass, decay.stiffness_over_mass_se)
+        damping = _format_with_error(decay.damping_over_mass, decay.damping_over_mass_se)
         rows.append((decay.trial, stiffness, damping, f"no: {decay.not_used}" if decay.not_used else "yes"))
     caption = (
         "Hinges in the free decays, relative to the robot as described; within 3 % in stiffness and 5 % in damping it "
@@ -106,7 +110,7 @@ def _decays(decays: Sequence[FreeDecay]) -> Table:
     return Table(caption, DECAY, tuple(rows), folded=True)
 
 
-def _with_error(off: float | None, se: float | None) -> str:
+def _format_with_error(off: float | None, se: float | None) -> str:
     return MISSING if off is None or se is None else f"{shown(100 * off, 1, signed=True)} ± {shown(100 * se, 1)}"
 
 
@@ -123,7 +127,7 @@ def _explanations(found: DiagnosisResult) -> Table:
     return Table(caption, SET, tuple(rows), folded=True)
 
 
-def _elsewhere(found: DiagnosisResult) -> tuple[tuple[str, ...], ...]:
+def _list_elsewhere(found: DiagnosisResult) -> tuple[tuple[str, ...], ...]:
     places = [
         (each.probability, in_words(each.place), "the same" if each.same_in_all_trials else "different")
         for each in found.evidence.elsewhere
@@ -136,7 +140,7 @@ def _parameters(found: DiagnosisResult) -> Table:
     rows = []
     for effect in found.effect_parameters:
         fitted = parameters_of(found.effect_parameters, effect)
-        rows += [(in_words(effect), in_words(name), *_fitted(own)) for name, own in fitted.items()]
+        rows += [(in_words(effect), in_words(name), *_format_fitted(own)) for name, own in fitted.items()]
     known = {name: effect.physics for name, effect in catalogue().items()}
     named = ((name, known.get(name, "an effect of the user’s own.")) for name in found.effect_parameters)
     physics = " ".join(f"{in_words(name)}: {what}" for name, what in named)
@@ -144,7 +148,7 @@ def _parameters(found: DiagnosisResult) -> Table:
     return Table(caption.strip(), PARAMETER, tuple(rows))
 
 
-def _fitted(own: FittedParameter) -> tuple[str, str, str]:
+def _format_fitted(own: FittedParameter) -> tuple[str, str, str]:
     low, high = own.ci95
     unit = {"1": "–"}.get(own.unit, own.unit)
     bound = ", at its bound" if own.at_bound else ""
@@ -152,7 +156,7 @@ def _fitted(own: FittedParameter) -> tuple[str, str, str]:
 
 
 def next_experiments(found: DiagnosisResult) -> tuple[Block, ...]:
-    """The experiments, the most informative first."""
+    """List the experiments, the most informative first."""
     experiments = found.next_experiments
     if not experiments:
         return ()

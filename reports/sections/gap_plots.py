@@ -27,7 +27,13 @@ _CAPTIONS = {
 
 
 def gap_plots(found: DiagnosisResult, robot: RobotSpec, markers: tuple[str, ...]) -> dict[str, Plot]:
-    """Those in which there is something to see."""
+    """Draw the figures of a diagnosis in which there is something to see.
+
+    Args:
+        found: the diagnosis.
+        robot: the robot as described.
+        markers: names of the tracked markers.
+    """
     figures = {"gap-fish": gap_fish_figure(found, robot, markers), "gap-shares": gap_shares_figure(found)}
     figures["gap-effects"] = gap_effects_figure(found)
     if found.gap.trials:

@@ -1,4 +1,6 @@
-"""The motor: commanded against measured speed, how evenly it turns, its clock, its supply and its temperature."""
+"""The section on the motor: commanded against measured speed, how evenly it turns, its clock, supply and
+temperature.
+"""
 
 from collections.abc import Callable
 
@@ -22,12 +24,12 @@ SUPPLY = table_head(
 
 
 def build(context: ReportContext) -> Section | None:
-    """The motor; None where no trial has a log."""
+    """Build the section; None where no trial has a log."""
     return motor_section(context.logged) if context.logged else None
 
 
 def motor_section(trials: tuple[LoggedTrial, ...]) -> Section:
-    """Two tables of the trials, and their speeds drawn."""
+    """Build the section from logged trials: two tables, and their speeds drawn."""
     turning = Table(
         "Speed over the steady stretch, and the clock of the log against the video’s, ± standard error.",
         TURNING,
@@ -49,12 +51,12 @@ def _text(trials: tuple[LoggedTrial, ...]) -> str:
     off = max(((abs(t.off_command), t.name) for t in trials if t.motor.commanded_hz > 0), default=None)
     command = "" if off is None else f" The mean speed is off the command by up to {percent(off[0])} ({off[1]})."
     return (
-        f"The motor was logged in {counted(len(trials), 'trial')}{_followed(trials)}. Within a turn its speed swings "
-        f"by up to ±{percent(ripple)}.{command}"
+        f"The motor was logged in {counted(len(trials), 'trial')}{_say_followed(trials)}. Within a turn its speed "
+        f"swings by up to ±{percent(ripple)}.{command}"
     )
 
 
-def _followed(trials: tuple[LoggedTrial, ...]) -> str:
+def _say_followed(trials: tuple[LoggedTrial, ...]) -> str:
     unused = [trial.name for trial in trials if not trial.motor.usable]
     if len(unused) == len(trials):
         return ", but no log could be used: every crank is taken to turn evenly"
@@ -85,17 +87,17 @@ def _supply_row(trial: LoggedTrial) -> tuple[str, ...]:
     return (
         trial.name,
         shown(float(1 / np.median(np.diff(log.time_s))), 0),
-        shown(_of(np.nanmean, current), 2),
-        shown(_of(np.nanmax, current), 2),
-        shown(_of(np.nanmean, voltage), 1),
-        shown(_of(np.nanmin, voltage), 1),
+        shown(_summarise(np.nanmean, current), 2),
+        shown(_summarise(np.nanmax, current), 2),
+        shown(_summarise(np.nanmean, voltage), 1),
+        shown(_summarise(np.nanmin, voltage), 1),
         f"{warmth[0]:.0f} to {warmth[-1]:.0f}" if len(warmth) else MISSING,
         ", ".join(f"0x{int(error):02x}" for error in errors) or "none",
     )
 
 
-def _of(summary: Callable[[np.ndarray], float], values: np.ndarray) -> float:
-    """The summary of the values that are there; nan where none is."""
+def _summarise(summary: Callable[[np.ndarray], float], values: np.ndarray) -> float:
+    """Apply a summary to the values that are there; nan where none is."""
     return float(summary(values)) if np.isfinite(values).any() else float("nan")
 
 

@@ -1,4 +1,4 @@
-"""How sure the coefficients are: what the trials determine, what that predicts, and whether to believe it."""
+"""The section on the posterior: what the trials determine, what that predicts, and whether to believe it."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ NOISE = table_head(
 
 
 def build(context: ReportContext) -> Section:
-    """Everything that is said of the posterior; without one, how to make it."""
+    """Build the section; without a posterior it says how to make one."""
     found = context.posterior
     if found is None:
         text = "The posterior of the coefficients was not sampled for this session; calib posterior SESSION does it."
@@ -60,14 +60,14 @@ def build(context: ReportContext) -> Section:
             text = f"results/{file} is damaged or cut short; calib posterior SESSION makes it again."
         return Section("The posterior", "posterior", (Prose(text),))
     parts = (
-        Section("What was predicted", "posterior-predicted", _predicted(found)),
-        Section("One more trial", "posterior-further", _further(found)),
-        Section("Convergence and noise", "posterior-checks", _checks(found)),
+        Section("What was predicted", "posterior-predicted", _build_predicted(found)),
+        Section("One more trial", "posterior-further", _build_further(found)),
+        Section("Convergence and noise", "posterior-checks", _build_checks(found)),
     )
-    return Section("The posterior", "posterior", _determined(found, context), parts=parts)
+    return Section("The posterior", "posterior", _build_determined(found, context), parts=parts)
 
 
-def _determined(found: PosteriorSummary, context: ReportContext) -> tuple[Block, ...]:
+def _build_determined(found: PosteriorSummary, context: ReportContext) -> tuple[Block, ...]:
     fit = context.calibration.coefficients
     intervals = Plot(
         posterior_intervals_figure(found, fit),
@@ -134,7 +134,7 @@ def _directions(found: PosteriorSummary) -> Table:
     return Table(caption, DIRECTIONS, rows, folded=True)
 
 
-def _predicted(found: PosteriorSummary) -> tuple[Block, ...]:
+def _build_predicted(found: PosteriorSummary) -> tuple[Block, ...]:
     swings = Plot(
         posterior_trials_figure(found),
         "posterior-trials",
@@ -173,7 +173,7 @@ def _inside(found: PosteriorSummary) -> str:
     return f"{none}{'; '.join(parts)}."
 
 
-def _further(found: PosteriorSummary) -> tuple[Block, ...]:
+def _build_further(found: PosteriorSummary) -> tuple[Block, ...]:
     sweep, wanted = found.sweep, found.wanted
     order = np.argsort(sweep.shrinkage(wanted))
     ratios, best = sweep.sd[order[0]] / sweep.sd_now, sweep.frequency_hz[order[0]]
@@ -192,7 +192,7 @@ def _further(found: PosteriorSummary) -> tuple[Block, ...]:
     return Prose(text), Plots((figure,))
 
 
-def _checks(found: PosteriorSummary) -> tuple[Block, ...]:
+def _build_checks(found: PosteriorSummary) -> tuple[Block, ...]:
     least, worst = float(np.min(found.ess_bulk[:5])), float(np.max(found.r_hat[:5]))
     text = (
         f"{counted(found.chains.shape[0], 'walker')}, {found.steps} steps each: at least {shown(least, 0)} effective "

@@ -1,4 +1,4 @@
-"""Where the numbers come from: inputs, versions, the robot, and what was assumed rather than measured."""
+"""The section on where the numbers come from: inputs, versions, the robot, and what was assumed, not measured."""
 
 from reports.blocks import Points, Section, Table, Terms, table_head
 from reports.context import ReportContext
@@ -6,7 +6,7 @@ from reports.numbers import MISSING, sentence, shown, significant
 
 
 def build(context: ReportContext) -> Section:
-    """Everything it takes to make the report again."""
+    """Build the section: everything that is needed to make the report again."""
     inputs = tuple(sorted(context.provenance.inputs.items()))
     columns = table_head("input | sha256")
     return Section(

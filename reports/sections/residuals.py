@@ -1,4 +1,4 @@
-"""Where the twin is off, marker by marker."""
+"""The section on where the twin is off, marker by marker."""
 
 import numpy as np
 
@@ -8,32 +8,33 @@ from reports.context import ReportContext
 from reports.figures.residuals import TRUSTED, marker_distances, marker_residuals_figure
 from reports.numbers import in_mm, listed, percent
 
-DRIFTING = 2.0  # distance over that of the shape alone, above which the way swum makes up most of it
+# A trial drifts if its marker distance is more than this many times that of the shape alone.
+DRIFTING = 2.0
 
 
 def build(context: ReportContext) -> Section:
-    """Distances by marker, and what they say about shape and way."""
+    """Build the section: distances by marker, and what they say about shape and path."""
     trials = context.calibration.trials
     plots = (
         Plot(
             marker_residuals_figure(trials),
             "residual-markers",
             "Mean distance of each marker from the twin’s; the tick: relative to the nose. A long bar with a short "
-            f"tick is an error of the path, not of the shape.{_seldom_seen(trials)}",
+            f"tick is an error of the path, not of the shape.{_explain_percentages(trials)}",
         ),
     )
-    return Section("Marker by marker", "residuals", (Plots(plots), Prose(_where(trials))), _caveats(trials))
+    return Section("Marker by marker", "residuals", (Plots(plots), Prose(_describe_worst(trials))), _caveats(trials))
 
 
-def _seldom_seen(trials: tuple[CalibratedTrial, ...]) -> str:
-    """What the percentages in the figure say; empty where it has none."""
+def _explain_percentages(trials: tuple[CalibratedTrial, ...]) -> str:
+    """Explain the percentages in the figure; empty where it has none."""
     if all((marker_distances(trial)[2] >= TRUSTED).all() for trial in trials):
         return ""
     return f" Percentages: less than {TRUSTED * 100:.0f} % of the marker’s samples count."
 
 
-def _where(trials: tuple[CalibratedTrial, ...]) -> str:
-    """Which marker is worst, and which trials drift rather than bend differently."""
+def _describe_worst(trials: tuple[CalibratedTrial, ...]) -> str:
+    """Say which marker is worst, and which trials drift rather than bend differently."""
     worst: dict[str, list[float]] = {}
     for trial in trials:
         for name, value in zip(trial.measured.markers, marker_distances(trial)[0], strict=True):

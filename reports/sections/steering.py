@@ -1,4 +1,4 @@
-"""Policies: what the twin can be steered to, by distance and angle, and how near it follows a circle."""
+"""The section on policies: what the twin can be steered to, by distance and angle, and how near it follows a circle."""
 
 from itertools import pairwise
 
@@ -21,7 +21,7 @@ ON_THE_TWIN = (
 
 
 def build(context: ReportContext) -> Section | None:
-    """What its policies reach; None where none was trained."""
+    """Build the section; None where no policy was trained."""
     if not context.policies:
         return None
     caveats = [ON_THE_TWIN]
@@ -34,7 +34,7 @@ def build(context: ReportContext) -> Section | None:
     return Section("Steering", "steering", tuple(blocks), tuple(caveats))
 
 
-def _made(swims: PolicySwims) -> str:
+def _describe_training(swims: PolicySwims) -> str:
     minutes = f"{shown(swims.trained_s / 60, 1 if swims.trained_s < 600 else 0)} min"
     return f"{METHODS.get(swims.method, swims.method)} for {minutes} on this twin (seed {swims.seed})"
 
@@ -43,8 +43,8 @@ def _targets(swims: PolicySwims) -> tuple[Prose | Plots | Table, ...]:
     hits, count = int(swims.reached.sum()), len(swims.reached)
     low, high = _wilson(hits, count)
     text = (
-        f"{_made(swims)}, reaches {hits} of {count} random targets ({spanned(low, high, percent)}, 95 % interval), "
-        f"in the median after {shown(_median(swims, swims.reached))} s."
+        f"{_describe_training(swims)}, reaches {hits} of {count} random targets ({spanned(low, high, percent)}, "
+        f"95 % interval), in the median after {shown(_median(swims, swims.reached))} s."
     )
     paths = Plot(
         paths_figure(swims),
@@ -84,7 +84,7 @@ def _row(label: str, swims: PolicySwims, chosen: np.ndarray) -> list[tuple[str, 
 
 
 def _wilson(hits: int, count: int) -> tuple[float, float]:
-    """95 % interval of a share (Wilson 1927)."""
+    """Compute the 95 % interval of a share (Wilson 1927)."""
     low, high = binomtest(hits, count).proportion_ci(0.95, method="wilson")
     return float(low), float(high)
 
@@ -101,8 +101,9 @@ def _circle(swims: PolicySwims) -> tuple[Prose | Plots | Table, ...]:
         side = "to the left" if start[1] < 0 else "to the right"
         rows.append((side, lap, shown(float(mean[number])), shown(float(largest[number]))))
     text = (
-        f"{_made(swims)}, follows a circle of {swims.radius_m:g} m at {shown(float(mean.mean()))} mm from it in "
-        f"the mean and {shown(float(largest.max()))} mm at most. These are the two episodes that it was searched on."
+        f"{_describe_training(swims)}, follows a circle of {swims.radius_m:g} m at {shown(float(mean.mean()))} mm from "
+        f"it in the mean and {shown(float(largest.max()))} mm at most. These are the two episodes that it was searched "
+        "on."
     )
     figure = Plot(
         circle_figure(swims),

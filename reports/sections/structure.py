@@ -1,4 +1,4 @@
-"""The robot, and what its twin is built from: what the experiments out of the water measured, what was assumed."""
+"""The section on the robot and the structure of its twin: what dry experiments measured, what was assumed."""
 
 from fitting.structure import Source
 from reports.blocks import Plot, Plots, Section, Table, table_head
@@ -12,7 +12,7 @@ COLUMNS = table_head("number | value [± standard error] | unit | taken from")
 
 
 def build_robot(context: ReportContext) -> Section:
-    """A sketch to scale."""
+    """Build the section with a sketch of the robot to scale."""
     robot = context.calibration.robot
     planform = Plot(
         planform_figure(robot, context.session.markers),
@@ -24,7 +24,7 @@ def build_robot(context: ReportContext) -> Section:
 
 
 def build(context: ReportContext) -> Section:
-    """A row for each number of the structure, then how the crank turns."""
+    """Build the section: a row for each number of the structure, then how the crank turns."""
     structure = context.calibration.structure
     rows = (*map(_row, structure.sources), *_turns(context))
     return Section(
@@ -55,7 +55,7 @@ def _row(source: Source) -> tuple[str, ...]:
 
 
 def _turns(context: ReportContext) -> list[tuple[str, ...]]:
-    """By the motor's log where there is one, evenly elsewhere."""
+    """Make rows on how the crank turns: as the motor's log has it, evenly elsewhere."""
     logged, even = [trial.name for trial in context.logged if trial.motor.usable], context.even
     rows: list[tuple[str, ...]] = []
     if logged:

@@ -13,7 +13,7 @@ from swimmer.fluid import COEFFICIENT_BOUNDS
 
 
 def build(context: ReportContext) -> Section:
-    """All on one screen; what was not computed says by which command it is."""
+    """Build the first screen; for what was not computed it names the command."""
     answers = context.answers
     hero, about = _hero(context)
     screen = FirstScreen(
@@ -34,7 +34,7 @@ def build(context: ReportContext) -> Section:
 
 def _lead(answers: Answers) -> Markup:
     off = answers.how_far_off
-    parts = [Markup(_exported(off))]
+    parts = [Markup(_describe_exported(off))]
     if (found := answers.missing) is not None:
         if found.groups:
             names = Markup(listed([str(Markup("<b>{}</b>").format(group)) for group in found.groups], 3))
@@ -47,7 +47,7 @@ def _lead(answers: Answers) -> Markup:
     return Markup(" ").join(parts)
 
 
-def _exported(off: HowFarOff) -> Markup:
+def _describe_exported(off: HowFarOff) -> Markup:
     parts = [Markup("{}").format(off.misses)] if off.misses else []
     if (held := off.held_out) is None:
         if off.fitted is not None:

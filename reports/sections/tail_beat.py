@@ -1,4 +1,4 @@
-"""The beat itself: the wave along the tail, and the dimensionless numbers of each swim."""
+"""The section on the beat: the wave along the tail, and the dimensionless numbers of each swim."""
 
 import numpy as np
 
@@ -19,7 +19,7 @@ Waves = tuple[BodyWave, BodyWave]
 
 
 def build(context: ReportContext) -> Section:
-    """Waves and numbers, measured and simulated."""
+    """Build the section: waves and numbers, measured and simulated."""
     trials, robot = context.calibration.trials, context.calibration.robot
     waves = [_waves(trial) for trial in trials]
     names = [trial.measured.name for trial in trials]
@@ -38,7 +38,7 @@ def build(context: ReportContext) -> Section:
 
 
 def _waves(trial: CalibratedTrial) -> Waves:
-    """Measured and simulated; the measured one is nan for a marker that is flagged too often."""
+    """Compute the measured and the simulated wave; the measured one is nan for a marker that is flagged too often."""
     measured = trial.measured
     wave = body_wave(measured, measured.head)
     columns = [measured.markers.index(name) for name in wave.markers]

@@ -1,4 +1,4 @@
-"""How far the tracks can be trusted: which samples are flagged, and as what."""
+"""The section on how far the tracks can be trusted: which samples are flagged, and as what."""
 
 from collections import Counter
 from collections.abc import Iterator
@@ -16,7 +16,7 @@ STRETCHES = table_head("trial | flag | frames [] | time [s] | what was seen")
 
 
 def build(context: ReportContext) -> Section:
-    """A matrix for each trial of which something is flagged, the flags counted by kind, and every stretch."""
+    """Build the section: a picture of each trial with flags, the flags counted by kind, and every stretch."""
     trials = [trial for trial in context.calibration.trials if (trial.measured.weight <= 0).any()]
     unflagged = [trial.measured.name for trial in context.calibration.trials if trial not in trials]
     rows = tuple(row for trial in context.calibration.trials for row in _rows(trial))
@@ -35,7 +35,7 @@ def build(context: ReportContext) -> Section:
 
 
 def picture_of_tracks(trial: MeasuredTrial) -> Plot:
-    """Which samples of a measured trial are flagged; needs no fit."""
+    """Draw which samples of a measured trial are flagged; needs no fit."""
     count = f"{percent(float((trial.weight > 0).mean()))} of {counted(trial.weight.size, 'sample')} count"
     caption = (
         f"{trial.name}: {count}. A long coloured row is a marker to track again, a coloured column a moment at which "

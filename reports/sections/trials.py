@@ -1,4 +1,4 @@
-"""Each trial and the twin: shape through the beat, distance swum, lateral motion, and caveats."""
+"""The section on each trial and the twin: shape through the beat, distance swum, lateral motion."""
 
 import numpy as np
 
@@ -12,7 +12,7 @@ from swimmer import RobotSpec
 
 
 def build(context: ReportContext) -> Section:
-    """Envelopes of all trials, in the order of the session; over time the trial of the first screen."""
+    """Build the section: envelopes of all trials; over time only the trial of the first screen."""
     robot, trials = context.calibration.robot, context.calibration.trials
     text = (
         "Midlines through the beat in the frame of the head, to scale, robot above twin; dotted in both: the robot’s "
@@ -25,12 +25,12 @@ def build(context: ReportContext) -> Section:
 
 
 def trial_plots(trial: CalibratedTrial, robot: RobotSpec) -> dict[str, Plot]:
-    """Envelope, path and lateral motion of one trial, by the figure's name."""
+    """Draw envelope, path and lateral motion of one trial, by the figure's name."""
     return {plot.name: plot for plot in (_envelope(trial, robot), *_motion(trial, robot))}
 
 
 def build_motions(context: ReportContext) -> Section:
-    """The motion of every trial over time: for notebooks, too much for a page."""
+    """Build a section with the motion of every trial over time: for notebooks, too much for a page."""
     plots = [plot for trial in context.calibration.trials for plot in _motion(trial, context.calibration.robot)]
     return Section("Trials over time", "motions", (Plots(tuple(plots)),))
 
@@ -68,6 +68,6 @@ def _motion(trial: CalibratedTrial, robot: RobotSpec) -> tuple[Plot, Plot]:
 
 
 def _sweep(midlines_m: np.ndarray) -> str:
-    """Side to side of the last marker, mm."""
+    """Compute how far the last marker sweeps from side to side, mm."""
     tip = midlines_m[:, -1, 1]
     return MISSING if np.isnan(tip).all() else in_mm(float(np.nanmax(tip) - np.nanmin(tip)), 0)

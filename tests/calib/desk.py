@@ -72,7 +72,7 @@ def stand_in(patch: pytest.MonkeyPatch) -> None:
     refused = SimpleNamespace(draws=SimpleNamespace(flags=(Flag("not_converged", message="R-hat 1.2 of Magnus lift"),)))
     patch.setattr("fitting.posterior.sample_posterior", lambda *_: refused)
     patch.setattr("calib.stages.posterior.mode_of", lambda *_: None)
-    patch.setattr("calib.policy._trained", lambda *_: load_policy(SHIPPED / "circle"))
+    patch.setattr("calib.policy._train_policy", lambda *_: load_policy(SHIPPED / "circle"))
     clock = VirtualClock()
     motor = Emulator(clock=clock, load_nm=0.3)
 

@@ -91,7 +91,7 @@ def test_results_are_those_of_one_process_to_the_last_digit(
 
 def idle(patch: pytest.MonkeyPatch) -> None:
     """Nothing is computed in this process."""
-    for stage, makes in ((FitStage, "_made"), (PosteriorStage, "make"), (DiagnosisStage, "make")):
+    for stage, makes in ((FitStage, "_calibrate"), (PosteriorStage, "make"), (DiagnosisStage, "make")):
         patch.setattr(stage, makes, lambda *_, **__: pytest.fail("computed here"))
 
 

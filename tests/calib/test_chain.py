@@ -10,7 +10,7 @@ import pytest
 
 from calib.options import Options
 from calib.pipeline import Pipeline, open_session
-from calib.stages.recording import _recorded
+from calib.stages.recording import _record_trial
 from swimmer import load_robot
 from swimmer.engine import model_sha256
 from synthetic import make_session
@@ -200,7 +200,7 @@ def test_a_trial_with_a_motor_log_is_shown_next_to_the_frames_it_was_measured_fr
     pipeline = Pipeline(open_session(folder))
     (fitted,) = pipeline.the_fit().read().trials
 
-    shown = _recorded(pipeline, pipeline.session.trial("slow"), fitted)
+    shown = _record_trial(pipeline, pipeline.session.trial("slow"), fitted)
     assert shown.residual_mm is not None
     compared = np.flatnonzero(np.isfinite(shown.residual_mm).any(axis=1))
     assert fitted.measured.first_frame > 60

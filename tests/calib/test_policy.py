@@ -17,7 +17,7 @@ def pool(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_training_keeps_the_policy_its_scores_and_how_it_swam(pool: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(policy, "_trained", lambda *_: load_policy(SHIPPED / "circle"))
+    monkeypatch.setattr(policy, "_train_policy", lambda *_: load_policy(SHIPPED / "circle"))
     found = policy.train(pool, "circle", effort="quick", workers=1, progress=False)
     assert found.file == pool / "results" / "policy" / "circle.npz"
     assert list(found.to_frame().index) == ["paper", "search"]
