@@ -1,16 +1,11 @@
-"""The catalogue of effects as Markdown: `python docs/_site/catalogue.py` writes it into `docs/effects.md`."""
+"""The catalogue of effects as Markdown, from the effects themselves."""
 
-import textwrap
 from collections.abc import Iterable, Iterator
 from itertools import groupby
-from pathlib import Path
 
-from session.results import write_whole
 from swimmer.effects import Effect, Parameter
 from swimmer.effects.catalogue import FAMILIES
 
-PAGE = Path(__file__).parents[1] / "effects.md"
-BEGIN, END = "<!-- generated: catalogue -->\n", "<!-- end of the catalogue -->\n"
 _TITLES = {
     "measurement": "Camera and tracker",
     "drive": "Clock and drive",
@@ -22,13 +17,12 @@ _TRIALS = {"swim": "swim trials", "dry": "dry runs", "free_decay": "free decays"
 _MANY = 8  # parameters: one for each marker or pair
 
 
-def page_with_catalogue(page: str) -> str:
-    """The page with the catalogue as it is between its marks."""
-    head, _, rest = page.partition(BEGIN)
-    return head + BEGIN + "\n" + "\n".join(_catalogue()) + "\n" + END + rest.partition(END)[2]
+def catalogue() -> str:
+    """Return a heading for each family, and for each effect a heading, its physics, source and parameters."""
+    return "\n".join(_families())
 
 
-def _catalogue() -> Iterator[str]:
+def _families() -> Iterator[str]:
     built_in = [effect for family in FAMILIES for effect in family.EFFECTS]
     order = [*_TITLES]
     ordered = sorted(built_in, key=lambda effect: order.index(effect.family))
@@ -43,8 +37,8 @@ def _entry(effect: Effect) -> Iterator[str]:
     trials = _listed(words for kind, words in _TRIALS.items() if kind in effect.seen_in)
     source = effect.source.rstrip(".")
     yield f"#### {effect.name}\n"
-    yield _wrapped(f"{effect.physics.rstrip('.')}.") + "\n"
-    yield _wrapped(f"Stage *{effect.stage}*, by {ways}; seen in {trials}. Source: {source}.") + "\n"
+    yield f"{effect.physics.rstrip('.')}.\n"
+    yield f"Stage *{effect.stage}*, by {ways}; seen in {trials}. Source: {source}.\n"
     shown = effect.parameters if len(effect.parameters) < _MANY else effect.parameters[:2]
     yield "| parameter | unit | bounds | prior sd |\n|---|---|---|---|"
     yield from map(_row, shown)
@@ -60,11 +54,3 @@ def _row(parameter: Parameter) -> str:
 def _listed(words: Iterable[str]) -> str:
     *first, last = words
     return f"{', '.join(first)} and {last}" if first else last
-
-
-def _wrapped(text: str) -> str:
-    return "\n".join(textwrap.wrap(text, 120, break_long_words=False, break_on_hyphens=False))
-
-
-if __name__ == "__main__":
-    write_whole(PAGE, page_with_catalogue(PAGE.read_text()))

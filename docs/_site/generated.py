@@ -5,12 +5,13 @@ import re
 from collections.abc import Iterator
 from pathlib import Path
 
+from catalogue import catalogue
 from command_line import command_line
 from messages import messages
 from records import record
 
 NOTEBOOKS = Path(__file__).parents[2] / "notebooks"
-_MARK = re.compile(r"<!-- generated: (?:(command line|messages|tutorials|words)|record (\S+)) -->")
+_MARK = re.compile(r"<!-- generated: (?:(catalogue|command line|messages|scores|tutorials|words)|record (\S+)) -->")
 
 
 def filled(page: str) -> str:
@@ -29,6 +30,13 @@ def words() -> str:
     return "\n".join(f"### {term}\n\n{meaning}\n" for term, meaning in TERMS.items())
 
 
+def scores() -> str:
+    """The tables of all benchmarks."""
+    from benchmarks.page import score_tables
+
+    return score_tables()
+
+
 def tutorials() -> Iterator[str]:
     """A numbered list of the notebooks: of each its title, with a link, and how it begins."""
     for number, file in enumerate(sorted(NOTEBOOKS.glob("*.ipynb")), 1):
@@ -41,8 +49,10 @@ def tutorials() -> Iterator[str]:
 
 
 _WHOLE = {
+    "catalogue": catalogue,
     "command line": command_line,
     "messages": messages,
+    "scores": scores,
     "tutorials": lambda: "\n".join(tutorials()),
     "words": words,
 }
