@@ -1,6 +1,7 @@
 """The commands of `python -m benchmarks`."""
 
 import json
+from collections.abc import Callable
 from contextlib import nullcontext
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -20,7 +21,7 @@ def speed(
     ] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Times real time on one core and on all, and a bare step without fluid; distance to an 8 times finer step."""
+    """Measure the twin's speed on one core and on all, and without fluid; and its distance to an 8 times finer step."""
     from benchmarks.speed import measure_speed, speed_table
 
     outcome = measure_speed(session)
@@ -29,10 +30,10 @@ def speed(
 
 def tracking(
     part: Annotated[
-        Literal["all", "accuracy", "starts", "speed", "fit"],
+        Literal["all", "accuracy", "starts", "damaged", "speed", "fit"],
         typer.Option(
-            help="accuracy on every clip; names in clips that begin in full beat; speed at 4K; what the error costs in "
-            "the fitted coefficients"
+            help="accuracy on every clip; names in clips that begin in full beat; damaged and odd files; speed at 4K; "
+            "what the error costs in the fitted coefficients"
         ),
     ] = "all",
     clips: Annotated[str, typer.Option(help="only these clips, comma-separated")] = "",
@@ -185,7 +186,7 @@ def _print(scores: "Scores", as_json: bool) -> None:
     print(scores.json() if as_json else scores.text(), end="" if as_json else "\n")
 
 
-COMMANDS = {
+COMMANDS: dict[Callable[..., None], str] = {
     speed: "speed --session pool",
     tracking: "tracking --part accuracy",
     posterior: "posterior --folder scores --first 2000 --count 30",

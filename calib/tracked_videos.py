@@ -57,27 +57,29 @@ def check_form(form: str, option: str) -> None:
 def click_pages(pipeline: Pipeline, frame: int | None = None) -> tuple[Path, ...]:
     """Write a page a video on which to click its start boxes in a frame; an `InputError` where there is no video."""
     page = pipeline.recordings.videos.click_page
-    return tuple(of_each(filmed_trials(pipeline.session), lambda spec: page(spec, frame)).values())
+    return tuple(of_each(filmed_trials(pipeline.session), lambda spec: page(spec, frame)).all_or_none().values())
 
 
 def track_videos(pipeline: Pipeline, export: str) -> FilmedTracks:
     """Bring the tracks of every video of a session up to date, and write them in another form.
 
     Raises:
-        InputError: no such form; or faults of videos, boxes or edits, after all other videos are tracked.
+        InputError: no such form; or faults of boxes or edits, after all other videos are tracked.
+        NotEnoughData: no video can be read.
     """
     if export:
         check_form(export, "--export")
     videos = pipeline.recordings.videos
     filmed = [spec for spec in pipeline.session.trials if is_filmed(spec)]
     found, exported = of_each(filmed, lambda spec: (videos.boxes(spec), videos.tracks(spec))), []
-    boxes = {name: of_trial for name, (of_trial, _) in found.items()}
-    tracks = {name: of_trial for name, (_, of_trial) in found.items()}
+    made = found.made or found.all_or_none()
+    boxes = {name: of_trial for name, (of_trial, _) in made.items()}
+    tracks = {name: of_trial for name, (_, of_trial) in made.items()}
     for name, own in tracks.items() if export else ():
         exported.append(videos.folder / f"{name}{_SUFFIX.get(export, '.nc')}")
         export_tracks(own, exported[-1], export)
     flags = camera_flags(tracks.values(), pipeline.session.camera, pipeline.job.robot)
-    return FilmedTracks(videos.folder, boxes, flags, tuple(exported))
+    return FilmedTracks(videos.folder, boxes, flags, tuple(exported), found.left_out)
 
 
 def print_tracks(found: TrackResult, as_json: bool) -> None:
@@ -88,6 +90,7 @@ def print_tracks(found: TrackResult, as_json: bool) -> None:
         print(f"No video to track: the tracks of {listed(given, 4)} are given.\n{found.summary()}")
         return
     tracks = {name: found.tracked[name] for name in filmed.boxes}
+    left_out = [flag for name in filmed.left_out for flag in found.flags[name]]
     if as_json:
         report = {
             name: shares_of(own)
@@ -95,6 +98,7 @@ def print_tracks(found: TrackResult, as_json: bool) -> None:
             | {"flags": [flag.to_json() for flag in own.flags], "camera": [flag.to_json() for flag in filmed.flags]}
             for name, own in tracks.items()
         }
+        report |= {name: {"flags": [flag.to_json() for flag in found.flags[name]]} for name in filmed.left_out}
         print(json.dumps(plain_json(report), indent=1))
         return
     shares = f"{'seen':>7} {'counts':>7} {'filled':>7} {'missing':>8}"
@@ -106,7 +110,7 @@ def print_tracks(found: TrackResult, as_json: bool) -> None:
     for name, own in tracks.items():
         whole = [flag for flag in own.flags if flag.frames is None and flag.message]
         print("".join(f"! {name}: {flag.message}\n" for flag in whole), end="")
-    print("".join(f"! {flag.message}\n" for flag in filmed.flags), end="")
+    print("".join(f"! {flag.message}\n" for flag in (*left_out, *filmed.flags)), end="")
     print("".join(f"{path}\n" for path in filmed.exported), end="")
     print(filmed.folder)
 

@@ -180,7 +180,7 @@ def _name_effects(weighed: Weighed, refitting: Refitting, settings: Settings, ef
     verdict = verdict.without(gone, probabilities) if gone else verdict
     most_stays = _remainder(weighed, best).share > MOST_LEFT and probabilities.with_other > 0.5
     if most_stays and (doubtful := [n for n in verdict.first if weighed.hypotheses.shows_in_features(n)]):
-        verdict = verdict.without(doubtful, probabilities)  # what is left may be what only looks like these
+        verdict = verdict.without(doubtful, probabilities)  # the rest may be what only looks like these
         best = refitting(verdict.first) if verdict.first else best
     if not verdict.first:
         return Validated(Verdict("unexplained", ()), probabilities, None)

@@ -231,6 +231,10 @@ class Hypotheses:
         """Return the log evidence of some effects, with or without an unknown one.
 
         For several effects the likeliest responses count, each with the share that it has of its effect alone.
+
+        Args:
+            present: numbers of the effects.
+            other: whether there is an unknown effect besides.
         """
         if len(present) == 1:
             return self._of_effect(present[0], other)

@@ -122,7 +122,12 @@ def _odds(found: Probabilities, pair: tuple[str, str]) -> float | None:
 
 
 def borne_out(apart: float, log_odds: float) -> float:
-    """Return the ratio of the log odds of two effects to those expected from their whitened distance in the trials."""
+    """Return the ratio of the log odds of two effects to those expected from their distance; 1 at most.
+
+    Args:
+        apart: whitened distance of the two in the trials.
+        log_odds: log odds of the one against the other.
+    """
     found, expected = abs(log_odds) + apart, apart**2 / 2
     return 1.0 if found >= expected else found / expected
 

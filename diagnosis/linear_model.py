@@ -117,17 +117,23 @@ class LinearModel:
         return GaussianProcessDiscrepancy(self.covariance, measured, self.model.frequencies, self.model.of_rings)
 
     def other_trials(self, trials: Sequence[MeasuredTrial], twin: Twin) -> "LinearModel":
-        """Return the model of other trials with a twin that may be clamped.
+        """Return the model of other trials; boxes are as far off as in the fitted ones.
 
-        Boxes are as far off as in the fitted trials.
+        Args:
+            trials: the trials.
+            twin: their twin, which may be clamped.
         """
         model = _model_session(twin, trials)
         return replace(self, model=model, disturbances=model.disturbances(self.at), common=None)
 
     def with_error(self, error: float, common: np.ndarray) -> "LinearModel":
-        """Return the model with another size and common part of the discrepancy, see `error` and `common`.
+        """Return the model with another size and common part of the discrepancy.
 
         The common part of free decays is zero: it is due to water that resembles some effects, which no hinge does.
+
+        Args:
+            error: size of the discrepancy, against most sessions.
+            common: (k, c) part that all trials share, of unit strength.
         """
         of_swims = np.array(common)
         of_swims[self.model.places_of_rings] = 0.0

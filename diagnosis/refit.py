@@ -124,7 +124,13 @@ def residual_with(linear: LinearModel, best: Refit) -> np.ndarray:
 
 
 def residual_at(linear: LinearModel, best: Refit, values: np.ndarray) -> np.ndarray:
-    """Return the residuals (s, k) of a refitted twin with other values (s, p) of its effects; nan where it diverged."""
+    """Return the residuals (s, k) of a refitted twin with other values of its effects; nan where it diverged.
+
+    Args:
+        linear: the linearised model of the swims.
+        best: the refitted twin.
+        values: (s, p) values of its effects.
+    """
     return _Joint(linear, best.effects).rows(np.column_stack([np.tile(best.at, (len(values), 1)), values]))
 
 
@@ -226,7 +232,14 @@ class _Joint:
 
 
 def refitted(linear: LinearModel, hypotheses: Hypotheses, effects: Sequence[Effect], rounds: int) -> Refit:
-    """Refit the twin with effects, from the strengths at which their linear responses fit the residual."""
+    """Refit the twin with effects, from the strengths at which their linear responses fit the residual.
+
+    Args:
+        linear: the linearised model of the fitted swims.
+        hypotheses: its hypotheses, with the responses.
+        effects: the effects.
+        rounds: steps at most.
+    """
     names = [each.name for each in hypotheses.effects]
     chosen = [hypotheses.best[names.index(effect.name)] for effect in effects]
     forms = [form for form in chosen if form is not None]

@@ -140,6 +140,10 @@ def log_evidence(linear: LinearModel, fit: Refit) -> float:
     The residual is normal, of a size that suits it. The prior of a parameter is as wide as the effect has it, or wider
     where the effect is stronger, all of its parameters by the same factor; one that the trials do not determine costs
     nothing and gains nothing.
+
+    Args:
+        linear: the linearised model of the fitted swims.
+        fit: the refitted twin.
     """
     space = linear.with_gap_in(fit.residual)
     white = solve_triangular(space.root, fit.residual, lower=True)
@@ -214,6 +218,11 @@ def refutable(skill: SkillScore, best: Refit, hypotheses: Hypotheses) -> tuple[s
     """Return the effects of a refitted twin that forecasts speak against; none where they do not.
 
     Effects that change frequencies are never among them: the skill leaves these out.
+
+    Args:
+        skill: skill of the effects in cross-validation.
+        best: the refitted twin.
+        hypotheses: the hypotheses of the session.
     """
     if skill.interval is None or skill.interval[1] >= 0:
         return ()

@@ -54,9 +54,13 @@ class TailSwim:
 
 
 def measured_tail(trial: MeasuredTrial, frames: np.ndarray) -> TailSwim:
-    """Return the tail of a measured trial over the whole beats of the frames (n,).
+    """Return the tail of a measured trial over whole beats.
 
     A single marker on the tail has no weight: the slope at the tip takes two.
+
+    Args:
+        trial: the trial.
+        frames: (n,) frames to look at.
     """
     tail = _last_two(trial.tail)
     return TailSwim(

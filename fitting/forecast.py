@@ -15,12 +15,12 @@ from swimmer import FluidCoefficients, Runs, Twin
 from swimmer.twin import simulate_together
 from tracking import HeadFrame, one_of
 
-SETTLED_S = 0.25  # the tail has forgotten its start by then
-BEATS_IN_STEP = 3.0
-_REACH_RAD = 0.6  # the harmonic phase is right to within this
-_TRIES = (7, 5)  # phases a round
-_NEXT = 0.6  # reach of the second round, against the steps of the first
-BEATS = 4.0  # simulated, of which the second half counts; with 6, 4 of 512 twins are told apart otherwise
+SETTLED_S = 0.25  # time in which the tail forgets its start
+BEATS_IN_STEP = 3.0  # beats that set the crank's phase
+_REACH_RAD = 0.6  # largest error of the harmonic phase
+_TRIES = (7, 5)  # phases tried in each round
+_NEXT = 0.6  # reach of the second round, relative to the steps of the first
+BEATS = 4.0  # beats simulated, of which the second half counts; 6 would classify 4 of 512 twins otherwise
 FRAME_S = 1 / 30
 
 
@@ -94,6 +94,11 @@ def fit_phase(twin: Twin, trial: MeasuredTrial, coefficients: FluidCoefficients)
     """Estimate the crank phase at time 0 from the shape of the tail in the known part of the trial, rad.
 
     The harmonic phase is refined twice on a grid, all simulations of one in a batch, then by a parabola.
+
+    Args:
+        twin: the twin.
+        trial: the trial.
+        coefficients: coefficients of the twin.
 
     Raises:
         SimulationDiverged: the twin diverged at this frequency.
@@ -240,7 +245,12 @@ def residuals(trial: MeasuredTrial, simulated: HeadFrame, frames: np.ndarray) ->
 
 
 def score(trial: MeasuredTrial, simulated: HeadFrame) -> Scores:
-    """Return the marker distances of one trial from one simulation of it, (n, m, 2) at the same times."""
+    """Return the marker distances of one trial from one simulation of it.
+
+    Args:
+        trial: n frames of m markers.
+        simulated: (n, m, 2) head frame of the simulation at the same times.
+    """
     frames = trial.scored
     distance = np.linalg.norm(residuals(trial, simulated, frames), axis=-1)  # (k, m)
     shape = np.linalg.norm(simulated.shape_m[frames] - trial.head.shape_m[frames], axis=-1)

@@ -62,5 +62,10 @@ def head_frame(markers: tuple[str, ...], position_m: np.ndarray, seen: np.ndarra
 
 
 def head_is_trusted(markers: tuple[str, ...], weight: np.ndarray) -> np.ndarray:
-    """Tell in which frames (n,) both nose and neck are believed; weight (n, m)."""
+    """Tell in which frames (n,) both nose and neck are believed.
+
+    Args:
+        markers: names of the m markers.
+        weight: (n, m) weights of the samples.
+    """
     return (weight[:, markers.index("nose")] > 0) & (weight[:, markers.index("neck")] > 0)

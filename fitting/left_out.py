@@ -41,7 +41,14 @@ def left_out_flags(left_out: Mapping[str, str]) -> tuple[Flag, ...]:
 
 
 def followed(trials: Sequence[MeasuredTrial], twin: Twin) -> tuple[list[MeasuredTrial], dict[str, str]]:
-    """Separate the fit trials that some twin can swim from the others, which are returned by name and why.
+    """Separate the fit trials that some twin can swim from the others.
+
+    Args:
+        trials: the fit trials.
+        twin: the twin.
+
+    Returns:
+        The former, and the others by name and why.
 
     Raises:
         NotEnoughData: no twin can swim any of them.

@@ -23,7 +23,12 @@ def bridged(time_s: np.ndarray, series: np.ndarray, at_s: np.ndarray | None = No
 
 
 def waves(turn_rad: np.ndarray, harmonics: int) -> np.ndarray:
-    """Return cosine and sine of each harmonic of a turn (n,), (n, 2 h)."""
+    """Return cosine and sine of each harmonic of a turn, (n, 2 h).
+
+    Args:
+        turn_rad: (n,) turn of the crank.
+        harmonics: number h of harmonics.
+    """
     angles = np.multiply.outer(turn_rad, np.arange(1, harmonics + 1))  # (n, h)
     return np.stack([np.cos(angles), np.sin(angles)], axis=-1).reshape(len(turn_rad), -1)
 

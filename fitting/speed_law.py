@@ -39,7 +39,7 @@ class SpeedLaw:
 
     @property
     def sentence(self) -> str:
-        """What the law says of the twin, in words."""
+        """Sentence on the twin's law of the speed."""
         if self.residual is None or self.residual.interval is None:
             return "Fewer than three trials swim forward: they say nothing of the law of the speed."
         if not self.residual.differs_from_zero:

@@ -88,5 +88,10 @@ def sweep_speed(
 
 
 def sweep_frequencies(measured_hz: list[float], count: int = 25) -> np.ndarray:
-    """Return frequencies (count,) from a little below the slowest trial to a little above the fastest, Hz."""
+    """Return frequencies from a little below the slowest trial to a little above the fastest, Hz.
+
+    Args:
+        measured_hz: frequencies of the trials.
+        count: number of frequencies.
+    """
     return np.linspace(0.85 * min(measured_hz), 1.15 * max(measured_hz), count)

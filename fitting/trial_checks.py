@@ -113,7 +113,12 @@ def check_lasting(time_s: np.ndarray, used: slice, beat: SwimFrequency) -> None:
 
 
 def rest_flags(time_s: np.ndarray, used: slice) -> tuple[Flag, ...]:
-    """Flag the frames before and after the stretch in which the tail beats."""
+    """Flag the frames before and after the stretch in which the tail beats.
+
+    Args:
+        time_s: (n,) s.
+        used: frames of the stretch.
+    """
     first, last = used.start, used.stop - 1
     flags = []
     for frames, when in (((0, first - 1), "at first"), ((last + 1, len(time_s) - 1), "at the end")):

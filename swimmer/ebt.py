@@ -31,7 +31,13 @@ class TailMotion(NamedTuple):
 
 
 def added_mass_per_length(body: ElongatedBody, density_kg_m3: float, beta: float) -> float:
-    """Return the added mass per length of a cross section of depth d, kg/m: 1/4 rho pi beta d^2 (Lighthill 1960)."""
+    """Return the added mass per length of a cross section of depth d, kg/m: 1/4 rho pi beta d^2 (Lighthill 1960).
+
+    Args:
+        body: the body, with its depth.
+        density_kg_m3: density of the water.
+        beta: shape factor, 1 for an ellipse.
+    """
     return 0.25 * density_kg_m3 * np.pi * beta * body.depth_m**2
 
 

@@ -29,7 +29,7 @@ _STRIP_HALF_THICKNESS_M = 0.0005
 
 @dataclass(frozen=True)
 class Scene:
-    """Where the robot is: swimming in water, or with its head clamped in air; with or without its tendons."""
+    """Surroundings of the robot: water, or air with its head clamped; with or without its tendons."""
 
     in_water: bool = True
     head_clamped: bool = False

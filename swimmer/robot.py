@@ -209,7 +209,7 @@ class Marker(Table):
 
 
 class ElongatedBody(Table):
-    """What elongated body theory needs: depth d at the trailing edge and the reference area S of the drag."""
+    """Numbers of the body in elongated body theory: depth d at the trailing edge and reference area S of the drag."""
 
     depth_m: Length
     reference_area_m2: Positive

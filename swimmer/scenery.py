@@ -20,11 +20,15 @@ _JOINT = (0.45, 0.66, 0.72)
 
 
 def add_scenery(spec: mujoco.MjSpec, robot: RobotSpec) -> mujoco.MjSpec:
-    """Put a robot, as `build_mjcf` made it, into a pool to look at, with sensors, and return it.
+    """Put a robot into a pool to look at, with sensors, and return it.
 
     Cameras: `follow` goes along next to the robot, `above` looks straight down as over a pool. Sensors: `head_position`
     (m), `head_orientation` (quaternion), `head_velocity` (m/s), `crank_angle` (rad), `crank_speed` (rad/s) and
     `<hinge>_angle` (rad).
+
+    Args:
+        spec: the model, as `build_mjcf` made it.
+        robot: the robot.
     """
     _add_pool(spec)
     head = spec.body("head")

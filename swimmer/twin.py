@@ -229,9 +229,14 @@ class Twin:
 
 
 def simulate_together(twins: Sequence[Twin], runs: Sequence[Runs], time_s: Sequence[np.ndarray]) -> list[Trajectories]:
-    """Simulate several lots of runs, each with its own twin and times (f,), s; what diverges is nan.
+    """Simulate several lots of runs; what diverges is nan.
 
     Those with the same twin are simulated at once, so that the cores share them.
+
+    Args:
+        twins: the twin of each lot.
+        runs: the runs of each lot.
+        time_s: (f,) times of each lot, s.
     """
     found: dict[int, Trajectories] = {}
     for twin in {id(twin): twin for twin in twins}.values():

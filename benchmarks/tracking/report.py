@@ -2,10 +2,12 @@
 
 from collections.abc import Sequence
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 from benchmarks.cases import Progress
 from benchmarks.scores import Scores, Table
 from benchmarks.tracking.accuracy import SPEED_CLIP, Clip, accuracy_table, clips_of, measure_accuracy, render_clips
+from benchmarks.tracking.damaged import damaged_table
 from benchmarks.tracking.fast_starts import fast_starts_table
 from benchmarks.tracking.from_video import cost_table
 from benchmarks.tracking.speed import speed_table
@@ -16,7 +18,7 @@ from session.errors import Fault
 
 SPEED_ENCODINGS = (Encoding("h264", 23), Encoding("hevc", 23))
 FIT_CRF = 23.0
-STARTS = 200
+STARTS, DAMAGED = 200, 100
 
 
 def measure_tracking(folder: Path, part: str, clips: Sequence[str], progress: Progress) -> Scores:
@@ -24,7 +26,7 @@ def measure_tracking(folder: Path, part: str, clips: Sequence[str], progress: Pr
 
     Args:
         folder: where rendered videos go and are found again, and scores of clips.
-        part: "accuracy", "starts", "speed", "fit" or "all".
+        part: "accuracy", "starts", "damaged", "speed", "fit" or "all".
         clips: names of clips, none for all of them.
         progress: called with a message and the share done.
 
@@ -40,6 +42,9 @@ def measure_tracking(folder: Path, part: str, clips: Sequence[str], progress: Pr
         tables.append(accuracy_table(measure_accuracy(todo, folder, progress)))
     if part in ("all", "starts"):
         tables.append(fast_starts_table(STARTS, progress))
+    if part in ("all", "damaged"):
+        with TemporaryDirectory() as files:
+            tables.append(damaged_table(Path(files), DAMAGED, progress))
     if part in ("all", "speed"):
         videos = [Clip(SPEED_CLIP, encoding) for encoding in SPEED_ENCODINGS]
         render_clips(videos, folder, progress)

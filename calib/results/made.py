@@ -16,6 +16,7 @@ from calib.stages.posterior import PosteriorStage
 from diagnosis.result import EFFECT_TEST, EffectTestResult
 from fitting import CalibratedTrial, Calibration, MeasuredTrial
 from fitting.calibration_file import PublishedResult
+from fitting.left_out import left_out_flags
 from reports import ReportContext, gallery
 from reports.blocks import Plot
 from reports.context import NoSwims
@@ -122,6 +123,7 @@ def track_result(pipeline: Pipeline, filmed: FilmedTracks) -> TrackResult:
         problems = tuple(str(problem).splitlines())
     tracked = recordings.recorded
     flags = {name: measured[name].flags if name in measured else found.flags for name, found in tracked.items()}
+    flags |= {name: left_out_flags({name: why}) for name, why in filmed.left_out.items()}
     notes = (*_common(pipeline)["notes"], *problems)
     return TrackResult(pipeline.session, tracked, measured, flags, filmed, notes)
 

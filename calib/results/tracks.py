@@ -27,13 +27,15 @@ if TYPE_CHECKING:
 class FilmedTracks:
     """The files made from the videos of a session: tracks in a folder, start boxes, tracks in another form.
 
-    Flags are those of lens, size and height, of each kind the first: the videos share one camera.
+    Flags are those of lens, size and height, of each kind the first: the videos share one camera. `left_out` has the
+    reason for each trial whose video cannot be read.
     """
 
     folder: Path
     boxes: Mapping[str, StartBoxes] = field(default_factory=dict)
     flags: tuple[Flag, ...] = ()
     exported: tuple[Path, ...] = ()
+    left_out: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False)

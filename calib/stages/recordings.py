@@ -11,7 +11,7 @@ import numpy as np
 import xarray as xr
 
 from calib.options import Job
-from calib.stages.videos import Videos, of_each
+from calib.stages.videos import Videos, of_each, without_trial
 from fitting import MeasuredTrial, measure_trial
 from fitting.dry_run import DryTrial, measure_dry_run
 from fitting.free_decay import DecayTrial, measure_decay_trial
@@ -47,12 +47,10 @@ class Recordings:
         """Of the recordings and how their videos are tracked, the robot, the engine and the program.
 
         Raises:
-            InputError: what is wrong with the videos and boxes of all trials.
+            InputError: what is wrong with the boxes of all trials.
         """
         stamp = self._job.provenance
-        filmed = [spec for spec in self._usable if spec.tracks is None]
-        of_each(filmed, self.videos.boxes)
-        trackers = {spec.name: self.videos.tracker_of(spec) for spec in filmed}
+        trackers = {spec.name: self.videos.tracker_of(spec) for spec in self._filmed()}
         model = {"mujoco": stamp.mujoco, "model": stamp.model_sha256}
         settings = model | ({"trackers": trackers} if trackers else {})
         return fingerprint_of(stamp.inputs, settings)
@@ -124,9 +122,10 @@ class Recordings:
         runs, robot = [], self._robot
         for spec in self._usable:
             if spec.kind == "dry" and spec.role == "fit":
-                recorded, camera = self._recorded(spec), self._session.camera
-                tracks = counting(recorded).isel(time=slice(recorded.first_frame, None))
+                camera = self._session.camera
                 with suppress(NotEnoughData):  # one that cannot be measured is left out
+                    recorded = self._recorded(spec)
+                    tracks = counting(recorded).isel(time=slice(recorded.first_frame, None))
                     motor = read_motor(spec, tracks, camera, robot)
                     run = measure_trial(spec, tracks, camera, robot, self._session.warmup_s, motor)
                     runs.append(self._flagged(run, recorded, run.metres_per_px))
@@ -144,24 +143,36 @@ class Recordings:
 
     @property
     def recorded(self) -> dict[str, xr.Dataset]:
-        """What a camera saw, by trial; videos are tracked, unless their tracks are current.
+        """What a camera saw, by trial; videos are tracked, unless their tracks are current, or they cannot be read.
 
         Raises:
             InputError: what is wrong with any of them.
         """
-        return {spec.name: self._recorded(spec) for spec in self._usable}
+        found = {}
+        for spec in self._usable:
+            with suppress(NotEnoughData):
+                found[spec.name] = self._recorded(spec)
+        return found
 
     def tracks(self) -> tuple[Path, ...]:
         """``results/tracks/<trial>.csv`` of every usable trial, up to date."""
-        files = {spec.name: self._file(spec.name) for spec in self._usable}
-        filmed = [spec for spec in self._usable if spec.tracks is None]
-        of_each(filmed, self.videos.boxes)  # what is wrong with any of them, before the first is tracked
+        filmed = self._filmed()  # raises what is wrong with any of them, before the first is tracked
         for spec in filmed:
             if not self.videos.are_current(spec):
                 self.videos.tracks(spec)
         if not self._are_saved:
             _ = self._measured
-        return tuple(files.values())
+        return tuple(self._file(spec.name) for spec in self._usable if spec.tracks is not None or spec in filmed)
+
+    def _filmed(self) -> list[TrialSpec]:
+        """Find the trials that are tracked here, without those whose video cannot be read.
+
+        Raises:
+            InputError: what is wrong with the boxes of any of them.
+        """
+        filmed = [spec for spec in self._usable if spec.tracks is None]
+        readable = of_each(filmed, self.videos.boxes).made
+        return [spec for spec in filmed if spec.name in readable]
 
     @property
     def are_current(self) -> bool:
@@ -196,14 +207,14 @@ class Recordings:
                 with faults.nested():
                     measured.append(self._measure(spec, self._recorded(spec)))
             except NotEnoughData as problem:
-                problems.append((spec, str(problem).removeprefix(f"trial {spec.name}: ")))
+                problems.append((spec, without_trial(spec.name, problem)))
         faults.raise_if_any()
         fitted = any(isinstance(trial, MeasuredTrial) and trial.role == "fit" for trial in measured)
         lacking = not fitted and any(spec.kind == "swim" and spec.role == "fit" for spec, _ in problems)
         if problems and (lacking or not measured):
             raise NotEnoughData("\n".join(f"trial {spec.name}: {why}" for spec, why in problems))
         self._unmeasured = tuple(problems)
-        for spec, _ in problems:
+        for spec in (spec for spec, _ in problems if spec.tracks is not None):
             tracks = counting(self._recorded(spec))
             self._save(spec, tracks, partial(np.ones, tracks.confidence.shape))
         odd = odd_markers([trial for trial in measured if isinstance(trial, MeasuredTrial)], self._robot)

@@ -5,14 +5,14 @@ from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, Generic, NamedTuple, TypeVar
 
 import cv2
 import numpy as np
 import xarray as xr
 
 from calib.options import Job
-from session import FaultCollector, InputError, TrialSpec
+from session import FaultCollector, InputError, NotEnoughData, TrialSpec
 from session.errors import Fault
 from session.folder import SESSION_FILE, usual_boxes
 from session.results import sha256_of, write_whole
@@ -65,7 +65,8 @@ class Videos:
         """The tracks of one trial after edits, with filled gaps and judged, up to date.
 
         Raises:
-            InputError: the video cannot be read, or its boxes are missing, faulty or not found.
+            InputError: its boxes are missing, faulty or not found.
+            NotEnoughData: the video cannot be read.
         """
         if spec.name not in self._tracks:
             with self._opened(spec) as video:
@@ -85,8 +86,8 @@ class Videos:
         """The start boxes of one trial: those of the session, else found in the first frames; always with a picture.
 
         Raises:
-            InputError: the video cannot be read, or its boxes are faulty or were not found; a page to click them then
-                is in `folder`.
+            InputError: its boxes are faulty or were not found; a page to click them then is in `folder`.
+            NotEnoughData: the video cannot be read.
         """
         if spec.name not in self._boxes:
             boxes = self._checked_before(spec)
@@ -115,7 +116,7 @@ class Videos:
             return self._boxes[spec.name]
         boxes = self._given(spec, video) or self._found(spec, video)
         picture = self._picture(spec, boxes)
-        if picture.ensure(lambda: write_preview(picture.file, video.frame(boxes.frame).rgb(), boxes)):
+        if picture.ensure(lambda: write_preview(picture.file, _frame(spec, video, boxes.frame).rgb(), boxes)):
             self._job.made.append(picture.file)
         return boxes
 
@@ -129,7 +130,8 @@ class Videos:
         It shows the frame of the boxes, or the one that is asked for.
 
         Raises:
-            InputError: the video cannot be read, or has no such frame.
+            InputError: the video has no such frame.
+            NotEnoughData: the video cannot be read.
         """
         page, names = self.folder / f"{spec.name}.click.html", self._job.session.markers
         with self._opened(spec) as video:
@@ -137,7 +139,8 @@ class Videos:
                 suggested = None
                 with suppress(InputError):
                     suggested = self._given(spec, video) or self._found(spec, video, with_page=False)
-                picture = next(video.frames()) if suggested is None else video.frame(suggested.frame)
+                first = next((each.number for each in video.frames()), 0)
+                picture = _frame(spec, video, first if suggested is None else suggested.frame)
             else:
                 picture = video.frame(frame)
                 suggested = self._finder(spec)(picture)
@@ -163,16 +166,23 @@ class Videos:
             return load_boxes(stage.file, names)
         self._job.progress(f"{spec.name}: looking for the markers", None)
         problems: list[InputError] = []
+        spoiled: list[NotEnoughData] = []
         for number in _searched(video.info.frames):
             try:
-                found = find_boxes(video.frame(number).luma, layout_m, names, frame=number, file=str(spec.video))
+                picture = _frame(spec, video, number)
+                found = find_boxes(picture.luma, layout_m, names, frame=number, file=str(spec.video))
             except InputError as problem:
                 problems.append(problem)
+                continue
+            except NotEnoughData as problem:
+                spoiled.append(problem)
                 continue
             save_boxes(stage.file, found)
             stage.mark()
             self._job.made.append(stage.file)
             return found
+        if not problems:
+            raise spoiled[0]
         if with_page:
             page, place = self.click_page(spec), self._boxes_file(spec)
             step = (
@@ -279,10 +289,14 @@ class Videos:
         """The video of a trial.
 
         Raises:
-            InputError: it cannot be read, or its time stamps show another frame rate than the session states.
+            InputError: its time stamps show another frame rate than the session states.
+            NotEnoughData: it cannot be read.
         """
         fps = self._job.session.camera.fps
-        video = Video(self._video(spec), self._job.options.workers, fps)
+        try:
+            video = Video(self._video(spec), self._job.options.workers, fps)
+        except InputError as problem:
+            raise _spoiled(spec, problem) from problem
         if video.info.frames > 1 and rate_is_off(fps, *usual_spacing_s(video.info.time_s)):
             video.close()
             raise _other_rate(self._job.session.folder / SESSION_FILE, fps, video.info)
@@ -310,15 +324,59 @@ def _searched(frames: int) -> list[int]:
     return [number for number in (*_SEARCHED, *range(_SEARCHED[-1] + every, frames, every)) if number < frames]
 
 
-def of_each(specs: Iterable[TrialSpec], make: Callable[[TrialSpec], T]) -> dict[str, T]:
-    """What is made of each trial; one that is faulty does not keep the others from it.
+def _frame(spec: TrialSpec, video: Video, number: int) -> Frame:
+    """Decode a frame of the video of a trial.
+
+    Raises:
+        NotEnoughData: it cannot be decoded.
+    """
+    try:
+        return video.frame(number)
+    except InputError as problem:
+        raise _spoiled(spec, problem) from problem
+
+
+def _spoiled(spec: TrialSpec, problem: InputError) -> NotEnoughData:
+    """Make the error that leaves out a trial whose video cannot be read."""
+    assert spec.video is not None
+    faults = " ".join(fault.describe() for fault in problem.faults)
+    return NotEnoughData(f"trial {spec.name}: {spec.video.name}: {faults}")
+
+
+class OfEach(NamedTuple, Generic[T]):
+    """What was made of each trial, and why it was not of those that cannot be used; by name."""
+
+    made: dict[str, T]
+    left_out: dict[str, str]
+
+    def all_or_none(self) -> dict[str, T]:
+        """Return what was made.
+
+        Raises:
+            NotEnoughData: a trial cannot be used; all of them at once.
+        """
+        if self.left_out:
+            raise NotEnoughData("\n".join(f"trial {name}: {why}" for name, why in self.left_out.items()))
+        return self.made
+
+
+def of_each(specs: Iterable[TrialSpec], make: Callable[[TrialSpec], T]) -> OfEach[T]:
+    """Make something of each trial; one that is faulty, or cannot be used, does not keep the others from it.
 
     Raises:
         InputError: at the end, with the faults of all.
     """
-    made, faults = {}, FaultCollector()
+    found, faults = OfEach[T]({}, {}), FaultCollector()
     for spec in specs:
-        with faults.nested():
-            made[spec.name] = make(spec)
+        try:
+            with faults.nested():
+                found.made[spec.name] = make(spec)
+        except NotEnoughData as problem:
+            found.left_out[spec.name] = without_trial(spec.name, problem)
     faults.raise_if_any()
-    return made
+    return found
+
+
+def without_trial(name: str, problem: NotEnoughData) -> str:
+    """Say why a trial cannot be used, without its name in front."""
+    return str(problem).removeprefix(f"trial {name}: ")

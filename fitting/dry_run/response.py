@@ -94,7 +94,13 @@ class DryResponse:
         return float(part[0]), float(part[-1])
 
     def turn(self, arm_m: float, hz: float, branch: int) -> Turn:
-        """Return the turn at an arm within a branch and a speed within the nodes."""
+        """Return the turn at an arm within a branch and a speed within the nodes.
+
+        Args:
+            arm_m: crank arm, m.
+            hz: turns a second.
+            branch: number of the branch.
+        """
         markers, lead = self._splines[branch]
         weights = self.speed_weights(hz)
         return Turn(np.tensordot(weights, markers(arm_m), 1), np.tensordot(weights, lead(arm_m), 1))
@@ -217,7 +223,12 @@ class TendonUse(NamedTuple):
 
 
 def tendon_use(robot: RobotSpec, hz: np.ndarray, workers: int = 0) -> tuple[TendonUse, ...]:
-    """Return the use of a robot's tendons in air at each of s speeds, turns a second.
+    """Return the use of a robot's tendons in air at each of s speeds.
+
+    Args:
+        robot: the robot.
+        hz: (s,) turns a second.
+        workers: threads; 0 for all cores.
 
     Raises:
         SimulationDiverged: the motion does not stay bounded.

@@ -52,9 +52,13 @@ def measure_decay(trial: DecayTrial) -> DecaySpectrum:
 
 
 def spectrum_of(time_s: np.ndarray, lateral_m: np.ndarray) -> DecaySpectrum:
-    """Compute the spectrum of motions (n, k), nan where missing.
+    """Compute the spectrum of motions.
 
     The window is the falling half of Hann's, as a decay begins strongest.
+
+    Args:
+        time_s: (n,) s.
+        lateral_m: (n, k) motions, m, nan where missing.
     """
     step = float(np.median(np.diff(time_s)))
     even_s = np.arange(0.0, time_s[-1] + step / 2, step)

@@ -58,7 +58,12 @@ class FeatureForecast:
         return self._head_of(self.mean[None], one=True)
 
     def inside(self, frames: np.ndarray, seed: int = 0) -> float:
-        """Return the share of the measured samples of some frames (n,) within the 90 % bands of their tracks."""
+        """Return the share of the measured samples within the 90 % bands of their tracks.
+
+        Args:
+            frames: (n,) frames that count.
+            seed: seed of the bands.
+        """
         trial = self.window.trial
         drawn = self._head_of(self._draw(seed))
         low, high = np.quantile(_align(drawn, frames), [0.05, 0.95], axis=0)
@@ -86,9 +91,13 @@ def root_of(covariance: np.ndarray) -> np.ndarray:
 
 
 def draws_about(mean: np.ndarray, deviations: np.ndarray) -> np.ndarray:
-    """Return features (..., k) with these means and deviations (..., k), their phase turned instead of added.
+    """Return features with given means and deviations, their phase turned instead of added.
 
     A phase is uncertain by half a radian: along its tangent that would make every amplitude larger.
+
+    Args:
+        mean: (..., k) means.
+        deviations: (..., k) deviations from them.
     """
     tangent = slope_of_phase(mean)
     phase = (deviations * tangent).sum(axis=-1) / np.maximum((tangent**2).sum(axis=-1), 1e-300)
@@ -96,9 +105,13 @@ def draws_about(mean: np.ndarray, deviations: np.ndarray) -> np.ndarray:
 
 
 def tracks_of(features: np.ndarray, window: TrialModel) -> np.ndarray:
-    """Return the markers (d, n, m, 2) on the pool that have features (d, k), in all frames of the window's trial, m.
+    """Return the markers (d, n, m, 2) on the pool that have given features, m.
 
     Each marker beats about its mean in a frame that goes forward and sideways, and turns, at steady rates.
+
+    Args:
+        features: (d, k) features with a course.
+        window: window whose trial gives the n frames.
     """
     trial = window.trial
     turn_rad = trial.crank_rad(trial.time_s, trial.frequency.hz)
@@ -225,7 +238,13 @@ _MEDIAN_OF_SQUARE = 0.4549  # median square of a standard normal number
 
 
 def block_of(mode: Mode, window: TrialModel, scatter: Scatter) -> Block:
-    """Return the block of a window of a new trial; its features are what the twin simulates."""
+    """Return the block of a window of a new trial; its features are what the twin simulates.
+
+    Args:
+        mode: the fit.
+        window: the window.
+        scatter: scatter of windows.
+    """
     (sensitivities,) = sensitivities_together([window], mode.coefficients)
     (time_step,) = time_step_errors([window], mode.coefficients)
     simulated = window.simulated(mode.coefficients[None])[0]

@@ -137,9 +137,11 @@ def blocks_at(model: SessionModel, coefficients: np.ndarray) -> tuple[Block, ...
 
 
 def jacobian_at(trials: Sequence[TrialModel], coefficients: np.ndarray) -> np.ndarray:
-    """Return the Jacobian (K, 5) of the simulated features at coefficients (5,), by central differences.
+    """Return the Jacobian (K, 5) of the simulated features by central differences within the bounds.
 
-    The steps stay within the bounds.
+    Args:
+        trials: the trials.
+        coefficients: (5,) where.
     """
     steps = 2 * _ROOT_STEP * np.sqrt(np.maximum(coefficients, 0.01))
     up, down = (np.clip(coefficients + sign * np.diag(steps), *COEFFICIENT_BOUNDS) for sign in (1, -1))

@@ -226,7 +226,12 @@ class FeatureNoise:
 
 
 def noise_of(reader: FeatureReader, position_m: np.ndarray) -> FeatureNoise:
-    """Estimate the noise in positions (n, m, 2) of the frames of features."""
+    """Estimate the noise of tracks.
+
+    Args:
+        reader: reader of n frames.
+        position_m: (n, m, 2) positions in these, m.
+    """
     columns, time_s = beside(reader), reader.time_s
     groups = _by_mask(reader.usable, position_m, columns)
     with threadpool_limits(1):  # the matrices are small: threads cost more than they save

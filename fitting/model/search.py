@@ -30,7 +30,7 @@ _SCREENING = 0.3  # share of the time of a search until its descents begin
 _TRIED = 4  # candidates for each start whose twins are simulated from rest
 _ROUNDS = 14  # largest number of rounds of a descent
 _RACES = ((2, 1.0), (6, 0.5))
-"""Rounds of all descents that are left, and times the starts that go on after them; in the end the better half."""
+"""Rounds after which descents are dropped, and how many for each start then go on."""
 _BEGUN = 2  # descents at first, for each start
 _APART = 0.25  # least distance of two starts in the root of one coefficient, as a share of the box
 _HOPS = 2  # hops from the end of the best descent

@@ -245,19 +245,34 @@ class Sensitivities(NamedTuple):
 
 
 def simulated_together(models: Sequence[TrialModel], coefficients: np.ndarray) -> list[np.ndarray]:
-    """Return `TrialModel.simulated` (s, k) of each of several trials; those with the same twin run at once."""
+    """Simulate the features (s, k) of each of several trials; those with the same twin run at once.
+
+    Args:
+        models: the trials.
+        coefficients: (s, 5).
+    """
     motion = trajectories_together(models, coefficients)
     return [model.features_of(each) for model, each in zip(models, motion, strict=True)]
 
 
 def trajectories_together(models: Sequence[TrialModel], coefficients: np.ndarray) -> list[Trajectories]:
-    """Return `TrialModel.trajectories` of several trials; those with the same twin run at once."""
+    """Simulate each of several trials; those with the same twin run at once.
+
+    Args:
+        models: the trials.
+        coefficients: (s, 5).
+    """
     runs, times = [model.runs(coefficients) for model in models], [model.time_s for model in models]
     return simulate_together([model.twin for model in models], runs, times)
 
 
 def sensitivities_together(models: Sequence[TrialModel], coefficients: np.ndarray) -> list[Sensitivities]:
-    """Return the sensitivities of several trials, whose robots have the same uncertain numbers, to each nuisance."""
+    """Return the sensitivities of several trials to each nuisance.
+
+    Args:
+        models: the trials, whose robots have the same uncertain numbers.
+        coefficients: (5,) where.
+    """
     at = coefficients[None]
     columns: list[list[tuple[float, np.ndarray, np.ndarray]]] = [[] for _ in models]
     for doubts in zip(*(model.doubted for model in models), strict=True):

@@ -40,8 +40,10 @@ _HEAD_BOX_M = 0.002
 _SLOPE = 3.0  # slope of the line: an error of a tenth in the middle goes with one of a third in the exponent
 _ITERATIONS = 60
 _FARTHEST = 5.0
-"""Prior standard deviations from its median that a component may be: a first step that is far too long otherwise makes
-one of them so large that rounding alone makes the sum indefinite."""
+"""Largest distance of a component from its median, in prior standard deviations.
+
+Otherwise a first step that is far too long makes one of them so large that rounding alone makes the sum indefinite.
+"""
 FORECAST_SPEED = 0.10
 """Size of `speed_common` in forecasts, which must not assume that the twin swims as fast (a cut; Liu, Bayarri and
 Berger 2009). Its line then allows for a power of a third, as laminar and turbulent drag differ (Gazzola et al. 2014).
@@ -79,7 +81,10 @@ COMPONENTS = (
     Component("speed_common", "session", "1", 0.03, 0.2, "discrepancy of the speed, a line in frequency"),
     Component("speed_own", "trial", "1", 0.02, 0.2, "discrepancy of the speed of one trial"),
 )
-"""The last two are nearly fixed: two speeds tell no variance, and who calibrates a twin wants it to swim as fast."""
+"""All variance components.
+
+The last two are nearly fixed: two speeds determine no variance, and a calibrated twin should swim as fast.
+"""
 
 
 class Block(NamedTuple):

@@ -141,9 +141,13 @@ class MotorRecord:
         return hz
 
     def against(self, beat: SwimFrequency, time_s: np.ndarray) -> MotorRecord:
-        """Check the record against the tail's beat in frames (n,).
+        """Check the record against the tail's beat.
 
         If the beat differs from the crank's, the log is another trial's, and is not usable.
+
+        Args:
+            beat: the tail's beat.
+            time_s: (n,) times of its frames.
         """
         if not self.usable:
             return self

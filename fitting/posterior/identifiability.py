@@ -1,4 +1,4 @@
-"""What the trials determine of the coefficients (posterior covariance against the prior's) and of the robot."""
+"""Identifiability of the coefficients (posterior covariance against the prior's), and of the robot."""
 
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -36,7 +36,7 @@ class Identifiability:
 
     @property
     def sentence(self) -> str:
-        """What is determined, what is not, and what only the prior's bound limits, in words."""
+        """Sentences on what is determined, what is not, and what only the prior's bound limits."""
         pressed = self._name(self.at_bound)
         against = [f"{_verb(pressed, 'presses', 'press')} against a bound of the prior."] if pressed else []
         sentences = [self._sentence_on_determined, *against]

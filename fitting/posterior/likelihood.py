@@ -204,7 +204,12 @@ class Likelihood:
         return np.asarray(rows @ self._spectrum[0].T)
 
     def of_features(self, features: np.ndarray, sizes: np.ndarray) -> np.ndarray:
-        """Return the ln likelihood (s,) of simulated features (s, k) with sizes (s, 2) of the two discrepancies."""
+        """Return the ln likelihood (s,) of simulated features.
+
+        Args:
+            features: (s, k).
+            sizes: (s, 2) sizes of the wave's and the speed's discrepancy.
+        """
         return self._of(self.whitened(features - self.measured), sizes)
 
     def _of(self, white: np.ndarray, sizes: np.ndarray) -> np.ndarray:

@@ -92,7 +92,7 @@ class Whiteness:
 
     @property
     def fault(self) -> str:
-        """What is not white after the model, in words; an empty text where all is."""
+        """Description of what is not white after the model; an empty text where all is."""
         said = []
         if not self.in_time:
             said.append(

@@ -162,7 +162,12 @@ class AffectedTrial:
         return np.asarray(found + self.twin.beats_hz(runs, trial.time_s) - trial.frequency.hz)
 
     def runs(self, coefficients: np.ndarray, values: np.ndarray) -> AffectedRuns:
-        """Return the runs at coefficients (s, 5) with values (s, p) of the session."""
+        """Return the runs of the trial.
+
+        Args:
+            coefficients: (s, 5).
+            values: (s, p) values of the session.
+        """
         in_trial = np.array([self.twin.in_trial(self.view, value) for value in values])
         return AffectedRuns(**vars(self.model.runs(coefficients)), values=in_trial)
 
@@ -214,7 +219,12 @@ class AffectedSession:
         return self.trials[0].twin.effects
 
     def features(self, coefficients: np.ndarray, values: np.ndarray) -> np.ndarray:
-        """Return rows of features (s, k) at coefficients (s, 5) and values (s, p); nan where the twin diverged."""
+        """Return rows of features (s, k); nan where the twin diverged.
+
+        Args:
+            coefficients: (s, 5).
+            values: (s, p) values of all effects.
+        """
         runs, times = [trial.runs(coefficients, values) for trial in self.trials], [t.model.time_s for t in self.trials]
         swims = simulate_together([trial.twin for trial in self.trials], runs, times)
         return np.hstack([trial.features(own, each) for trial, own, each in zip(self.trials, runs, swims, strict=True)])

@@ -25,10 +25,14 @@ LONG = 10.0
 
 
 def residual_row(model: SessionModel, at: np.ndarray) -> np.ndarray:
-    """Return the residual (k + b,) of the features, and of the numbers after them, with the twin at coefficients (5,).
+    """Return the residual (k + b,) of the features, and of the numbers after them.
 
     The residual of frequencies is their difference from the commands, Hz: first those of all tails, as filmed, then
     those of the motors that were logged; and then of free decays.
+
+    Args:
+        model: the session.
+        at: (5,) coefficients of the twin.
     """
     residual = model.measured - model.simulated(at[None])[0]
     trials = [each.trial for each in model.trials]
@@ -44,9 +48,13 @@ def _off_command(trial: MeasuredTrial) -> float:
 
 
 def row_slopes(model: SessionModel, at: np.ndarray) -> np.ndarray:
-    """Return the Jacobian (k + b, 5) of the row at coefficients (5,), on which only features depend.
+    """Return the Jacobian (k + b, 5) of the row by the coefficients, on which only features depend.
 
     Its steps are even in the roots of the coefficients.
+
+    Args:
+        model: the session.
+        at: (5,) coefficients of the twin.
     """
     roots = np.sqrt(np.maximum(at, _LEAST)) + _STEP * np.vstack([np.eye(5), -np.eye(5)])
     points = np.clip(roots, 0.0, np.sqrt(COEFFICIENT_BOUNDS[1])) ** 2

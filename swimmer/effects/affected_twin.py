@@ -143,22 +143,41 @@ class AffectedTwin(Twin):
         return np.asarray((self.robot.scale_length_m / span)[:, None, None, None] * seen)
 
     def in_trial(self, view: View, values: np.ndarray) -> np.ndarray:
-        """Turn the values (p,) of a session into those in the frame of one trial (p,)."""
+        """Turn the values of a session into those in the frame of one trial.
+
+        Args:
+            view: the camera of the trial.
+            values: (p,) of all effects, in the axes of the picture.
+        """
         moved = [effect.in_trial(view, values[columns]) for effect, columns in self._own]
         return np.concatenate([np.zeros(0), *moved])
 
     def turned_hz(self, commanded_hz: float, values: np.ndarray) -> float:
-        """Return the frequency of the crank that a command leads to with values (p,), Hz."""
+        """Return the frequency of the crank that a command leads to, Hz.
+
+        Args:
+            commanded_hz: the command.
+            values: (p,) of all effects.
+        """
         return float(self._apply("turned_hz", commanded_hz, values))
 
     def measured_hz(self, commanded_hz: float, values: np.ndarray) -> float:
-        """Return the frequency that a camera measures on a command with values (p,), Hz."""
+        """Return the frequency that a camera measures on a command, Hz.
+
+        Args:
+            commanded_hz: the command.
+            values: (p,) of all effects.
+        """
         return float(self._apply("measured_hz", self.turned_hz(commanded_hz, values), values))
 
     def beats_hz(self, runs: Runs, time_s: np.ndarray) -> np.ndarray:
         """Return the frequency (n,) of each crank on the camera's clock, Hz.
 
-        It is the slope of the crank's turn over the stamped times (f,).
+        It is the slope of the crank's turn over the stamped times.
+
+        Args:
+            runs: the n simulations.
+            time_s: (f,) times that the camera stamps.
         """
         values, found = self._values(runs), []
         driven = self._drive(runs, values)
@@ -170,7 +189,13 @@ class AffectedTwin(Twin):
         return np.array(found)
 
     def spec(self, coefficients: FluidCoefficients, values: np.ndarray, scene: Scene | None = None) -> mujoco.MjSpec:
-        """Build the MJCF of the robot with as much of the effects (p,) as a model can hold."""
+        """Build the MJCF of the robot with as much of the effects as a model can hold.
+
+        Args:
+            coefficients: MuJoCo's five fluid coefficients.
+            values: (p,) of all effects.
+            scene: water or air, head free or clamped, tendons or none; by default the twin's.
+        """
         scene = scene or self.scene
         robot: RobotSpec = self._apply("robot", self.robot, values)
         spec = build_mjcf(robot, coefficients, scene)

@@ -177,22 +177,50 @@ class Effect(ABC):
     parameters: tuple[Parameter, ...]
 
     def suited(self, robot: RobotSpec, markers: tuple[str, ...]) -> "Effect":
-        """Return the same effect with the parameters that a robot with these markers has."""
+        """Return the same effect with the parameters that a robot has.
+
+        Args:
+            robot: the robot.
+            markers: names of its markers.
+        """
         return self
 
     def in_trial(self, view: View, values: np.ndarray) -> np.ndarray:
-        """Turn the values (p,) of a session, in the axes of the picture, into those in the frame of one trial (p,)."""
+        """Turn the values of a session into those in the frame of one trial.
+
+        Args:
+            view: the camera of the trial.
+            values: (p,) in the axes of the picture.
+        """
         return values
 
     def robot(self, robot: RobotSpec, values: np.ndarray) -> RobotSpec:
-        """Return the robot changed by the effect; hinges and markers stay in their places."""
+        """Return the robot changed by the effect; hinges and markers stay in their places.
+
+        Args:
+            robot: the robot without the effect.
+            values: (p,) of the effect.
+        """
         return robot
 
     def mjcf(self, spec: mujoco.MjSpec, robot: RobotSpec, scene: Scene, values: np.ndarray) -> None:
-        """Change the model of a robot in a scene; its fluid geoms all hold the same five coefficients."""
+        """Change the model of a robot in a scene.
+
+        Args:
+            spec: the model; its fluid geoms all hold the same five coefficients.
+            robot: the robot.
+            scene: where it is.
+            values: (p,) of the effect.
+        """
 
     def force(self, robot: RobotSpec, scene: Scene, values: np.ndarray) -> StepForce | None:
-        """Return a force that no model holds, for simulations with values (n, p); it must be zero where they are."""
+        """Return a force that no model holds, for n simulations at once.
+
+        Args:
+            robot: the robot.
+            scene: where it is.
+            values: (n, p) of the effect; the force must be zero where they are.
+        """
         return None
 
     def damping(
@@ -209,25 +237,47 @@ class Effect(ABC):
         return None
 
     def drive(self, drive: Drive, values: np.ndarray) -> Drive:
-        """Return what the crank does on this command."""
+        """Return the turn of the crank with the effect.
+
+        Args:
+            drive: the turn without it.
+            values: (p,) of the effect.
+        """
         return drive
 
     def turned_hz(self, commanded_hz: float, values: np.ndarray) -> float:
-        """Return the frequency of a crank on a command, as a log of its motor shows it, Hz."""
+        """Return the frequency of a crank on a command, as a log of its motor shows it, Hz.
+
+        Args:
+            commanded_hz: the command.
+            values: (p,) of the effect.
+        """
         return commanded_hz
 
     def measured_hz(self, turned_hz: float, values: np.ndarray) -> float:
-        """Return the frequency at which a tail is filmed whose crank turns at `turned_hz`, Hz."""
+        """Return the frequency at which a tail is filmed, Hz.
+
+        Args:
+            turned_hz: turns of its crank a second.
+            values: (p,) of the effect.
+        """
         return turned_hz
 
     def clock(self, time_s: np.ndarray, values: np.ndarray) -> np.ndarray:
-        """Return the true times (f,) of frames that the camera stamps with times (f,), s."""
+        """Return the true times of frames, (f,), s.
+
+        Args:
+            time_s: (f,) times that the camera stamps.
+            values: (p,) of the effect.
+        """
         return time_s
 
     def observe(self, seen: Observation, values: np.ndarray) -> np.ndarray:
         """Return the positions (f, m, 2), m, where camera and tracker find the markers.
 
-        They are those of ``seen.marker_m`` without an error.
+        Args:
+            seen: the markers before camera and tracker err; ``seen.marker_m`` is the result without an error.
+            values: (p,) of the effect.
         """
         return seen.marker_m
 

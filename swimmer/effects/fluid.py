@@ -17,6 +17,10 @@ def water_behind_kg(robot: RobotSpec, plates: Plates) -> np.ndarray:
 
     The robot is one long surface, so that water cannot pass between two plates, and leaves its last edge smoothly: pi/4
     rho d^2 a length for depth d.
+
+    Args:
+        robot: the robot, for its water.
+        plates: its p plates.
     """
     half_length, _, half_height = plates.half_m.T
     return np.asarray(robot.water.density_kg_m3 * np.pi * half_height**2 * 2 * half_length)

@@ -205,7 +205,7 @@ class TrackerDrift(CameraEffect):
 
 
 class MarkerSwap(CameraEffect):
-    """For a share of the time two neighbours on the tail are exchanged; what is seen is the mean over such times."""
+    """Two neighbours on the tail are exchanged for a share of the time; what is seen is the mean over such times."""
 
     name = "marker_swap"
     physics = "Two markers of one look that pass close by leave a tracker with the names exchanged."

@@ -61,7 +61,12 @@ class Plates:
         self._hinges = slice(_HEAD_JOINTS * self._free + 1, None)  # behind the crank
 
     def motion(self, position: np.ndarray, velocity: np.ndarray) -> Motion:
-        """Return where the plates are and how they move, from positions (n, q) and velocities (n, v) of the joints."""
+        """Return where the plates are and how they move.
+
+        Args:
+            position: (n, q) positions of the joints.
+            velocity: (n, v) velocities of the joints.
+        """
         place, heading = self._chain(position)
         drift, turning = self._chain(velocity)
         ahead, link = np.exp(1j * heading), self._link

@@ -110,6 +110,24 @@ def test_a_held_out_trial_whose_tail_cannot_be_trusted_stops_no_other(calib: Fro
     assert next(flag["message"] for flag in data["flags"] if flag["kind"] == "left_out").startswith("fast is left out:")
 
 
+def test_a_spoiled_film_stops_no_fit_of_the_others_and_is_flagged(calib: Front, filmed: Path) -> None:
+    (filmed / "trials" / "fast.mp4").write_bytes(b"")
+    outcome = calib("run", filmed, "--effort", "quick", "--until", "fit")
+
+    assert outcome.code == 0, outcome.err
+    data = calibration_of(filmed)
+    assert list(data["trials"]) == ["slow"]
+    assert data["left_out"]["fast"].startswith("fast.mp4: empty file")
+    assert [flag["kind"] for flag in data["flags"] if "fast.mp4" in flag["message"]] == ["left_out"]
+
+
+def test_a_session_whose_only_film_to_fit_is_spoiled_is_one_error_that_names_it(calib: Front, filmed: Path) -> None:
+    (filmed / "trials" / "slow.mp4").write_bytes(b"\0" * 4000)
+
+    assert_reports(calib("fit", filmed, "--effort", "quick"), "trial slow: slow.mp4: not a readable video")
+    assert not (filmed / "results" / "calibration.json").exists()
+
+
 @pytest.mark.long
 def test_flagged_stretches_are_left_out_by_weight(calib: Front, fresh: Path) -> None:
     def freeze(position_px: np.ndarray) -> None:

@@ -11,8 +11,10 @@ import numpy as np
 import pytest
 
 from calib.pipeline import Options, Pipeline, open_session
+from session import InputError
 from session.camera import load_camera
 from session.create import FISHSIM_MARKERS
+from session.errors import Fault
 from session.tracks import pixels_of
 from tests.calib.door import Front, assert_reports, edit, files_in
 from tests.calib.filmed import (
@@ -29,6 +31,7 @@ from tests.calib.filmed import (
 from tests.cases import later
 from tracking.boxes import load_boxes
 from tracking.records import import_tracks
+from tracking.video import Frame, Video
 
 
 def refuse_to_find(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -142,15 +145,62 @@ def test_a_doubtful_box_is_flagged_and_its_samples_count(
     assert (read(filmed / "results" / "tracks" / "slow.csv").confidence.values > 0).mean() > 0.9
 
 
-@pytest.mark.parametrize("content", [b"", b"\0" * 4000], ids=["empty", "zeros"])
-def test_a_broken_video_is_one_clear_error(calib: Front, filmed: Path, content: bytes) -> None:
-    (filmed / "trials" / "slow.mp4").write_bytes(content)
+def without_its_middle(film: bytes) -> bytes:
+    """A film of which nothing but the index is left."""
+    start = film.index(b"mdat") + 4
+    end = film.find(b"moov", start) - 4
+    return film[:start] + bytes(max(end, start) - start) + film[max(end, start) :]
+
+
+SPOILED: dict[str, Callable[[bytes], bytes]] = {
+    "empty": lambda _: b"",
+    "zeros": lambda _: b"\0" * 4000,
+    "cut short": lambda film: film[:2000],
+    "no frame": without_its_middle,
+}
+
+
+@pytest.mark.parametrize("how", SPOILED)
+def test_one_spoiled_film_is_left_out_and_stops_no_other(calib: Front, filmed: Path, how: str) -> None:
+    film = filmed / "trials" / "slow.mp4"
+    film.write_bytes(SPOILED[how](film.read_bytes()))
     outcome = calib("track", filmed)
 
-    assert_reports(outcome, str(filmed / "trials" / "slow.mp4"))
-    said = [line for line in outcome.err.splitlines() if "tracking fast" not in line]
+    assert outcome.code == 0, outcome.err
+    said = [line for line in outcome.out.splitlines() if "slow" in line]
     assert len(said) == 1
-    assert (filmed / "results" / "tracks" / "fast.csv").exists()  # the other video is tracked all the same
+    assert said[0].startswith("! slow is left out: slow.mp4: ")
+    assert (filmed / "results" / "tracks" / "fast.csv").exists()
+    reported = json.loads(calib("track", filmed, "--json").out)
+    assert [flag["kind"] for flag in reported["slow"]["flags"]] == ["left_out"]
+    assert "tracks" in reported["fast"]
+
+
+def test_films_that_are_all_spoiled_are_one_error_that_names_each(calib: Front, filmed: Path) -> None:
+    for name in NAMES:
+        (filmed / "trials" / f"{name}.mp4").write_bytes(b"")
+
+    assert_reports(calib("track", filmed), "trial slow: slow.mp4: empty file", "trial fast: fast.mp4: empty file")
+
+
+@pytest.mark.parametrize("given", [True, False])
+def test_a_film_whose_first_pictures_are_spoiled_is_left_out(
+    calib: Front, filmed: Path, given: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    if not given:
+        without_boxes(filmed, "slow")
+    decode = Video.frame
+
+    def spoiled(video: Video, number: int) -> Frame:
+        if video.info.file.stem == "slow":
+            raise InputError([Fault(str(video.info.file), f"frame {number}", "cannot be decoded")])
+        return decode(video, number)
+
+    monkeypatch.setattr(Video, "frame", spoiled)
+    outcome = calib("track", filmed)
+
+    assert outcome.code == 0, outcome.err
+    assert "! slow is left out: slow.mp4: frame 0: cannot be decoded\n" in outcome.out
 
 
 def test_a_session_without_video_is_reported_so(calib: Front, fresh: Path) -> None:

@@ -37,6 +37,20 @@ def test_frames_that_are_gone_without_a_trace_in_the_times_are_flagged() -> None
     assert [frame for frame, _ in body_jumps(np.arange(len(position)) / 60, position)] == [100]
 
 
+@pytest.mark.parametrize("missing", [1, 2, 5])
+def test_single_frames_that_are_gone_are_found_where_the_robot_moves(missing: int) -> None:
+    clean = twin_px()[1]
+    position = clean + np.random.default_rng(4).normal(0, 0.1, clean.shape)
+    step_px = np.sqrt((np.diff(clean, axis=0) ** 2).sum(axis=2).mean(axis=1))
+    first = 60 + int(np.argmax(step_px[60:200]))
+    gone = np.delete(position, slice(first, first + missing), axis=0)
+
+    assert [frame for frame, _ in body_jumps(np.arange(len(gone)) / 60, gone)] == [first]
+    repeated = position.copy()  # a picture that is late, and none that is gone
+    repeated[first] = repeated[first - 1]
+    assert body_jumps(np.arange(len(position)) / 60, repeated) == []
+
+
 def test_a_gap_that_the_times_tell_of_is_no_jump() -> None:
     kept = np.delete(np.arange(len(swimming())), slice(100, 130))
     assert body_jumps(kept / 60, swimming()[kept]) == []

@@ -17,7 +17,7 @@ from skimage.measure import label, regionprops
 Polarity = Literal["bright", "dark"]
 
 LARGE_PX = 2000
-"""From this width on the search starts at half resolution: there no marker is under 8 px."""
+"""Width of a picture from which the search starts at half resolution: there no marker is under 8 px."""
 OCTAVES = 4
 SIGMA_PX = (1.2, 2.6)
 """Scales looked at in each octave: discs of 3.4 to 7.4 px across in its own pixels."""
@@ -26,7 +26,7 @@ LEAST_RESPONSE = 0.012
 LEAST_CONTRAST = 8.0
 """Least contrast between the disc and the ring around it, in grey levels."""
 LOOKED_AT = 400
-"""At most so many places are measured, those of the most contrast."""
+"""Largest number of places that are measured, those of the most contrast."""
 DIAMETERS_PX = (5.0, 64.0)
 LONGEST = 2.0
 """Ratio of the axes of a disc in motion blur; what is longer is a line."""
@@ -52,7 +52,12 @@ class Blob(NamedTuple):
 
 
 def find_blobs(luma: np.ndarray, polarity: Polarity) -> tuple[Blob, ...]:
-    """Find the blobs of one polarity in a picture (h, w) of bytes, those of the most contrast first."""
+    """Find the blobs of one polarity in a picture, those of the most contrast first.
+
+    Args:
+        luma: (h, w) bytes.
+        polarity: whether the blobs are bright or dark.
+    """
     upright = luma if polarity == "bright" else 255 - luma
     measured = (_measure(upright, x, y, radius) for x, y, radius in _places(upright))
     blobs = sorted((blob for blob in measured if blob is not None), key=lambda blob: -blob.contrast)

@@ -1,11 +1,10 @@
-"""Which blob is which marker: the layout laid over the blobs, from the head to the tail.
+"""Assignment of blobs to markers: the layout laid over the blobs, from the head to the tail.
 
 Every ordered pair of blobs is tried as the head's two front markers, which gives scale, heading and place. The other
 markers follow one after another: those off the axis and the first behind the head are held by the head, the tail may
 bend at every marker. Each step costs what it departs from the layout, in squared standard deviations; all partial
 bodies are carried on together and the best are kept (a beam search). The spreads are those of the public tracks, whose
-tail root is up to 78 mm from the dorsal fin where the layout has 20, and whose last step is up to
-1.6 times as long.
+tail root is up to 78 mm from the dorsal fin where the layout has 20, and whose last step is up to 1.6 times as long.
 
 Positions are complex numbers x - iy: the layout's y points up where the image's points down.
 """
@@ -21,13 +20,13 @@ import numpy as np
 from tracking.boxes.blobs import Blob
 
 CANDIDATES = 110
-"""At most so many blobs take part, those of the most contrast."""
+"""Largest number of blobs that take part, those of the most contrast."""
 BEAM = 4000
-"""At most so many partial bodies are carried on."""
+"""Largest number of partial bodies that are carried on."""
 LATERAL_M = 0.01
-"""A marker farther from the axis than this is held by the head."""
+"""Distance from the axis beyond which the head holds a marker."""
 DIAMETERS_APART = (3.0, 40.0)
-"""The head's two front markers are so many marker diameters apart."""
+"""Bounds of the distance between the head's two front markers, in marker diameters."""
 SIZE_SD = 0.25
 """Spread of the logarithm of a marker's diameter about that of the one before it: a robot's markers may differ."""
 LEVEL_SD = 0.12
@@ -35,7 +34,7 @@ LEVEL_SD = 0.12
 ELONGATION_SD = 0.15
 """Spread of the logarithm of a marker's elongation about that of the head's two: motion blur of a few pixels."""
 GATE = 3.0
-"""Nothing may depart by more standard deviations than this."""
+"""Largest departure from the layout, in standard deviations."""
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,7 @@ from tracking.boxes.start_boxes import Box, StartBoxes
 CERTAIN = 0.95
 """Least probability of the body that was found."""
 NO_BODY_COST = 1.75
-"""Cost a marker of there being no whole body. The public tracks' own places cost 0.3 to 1.2 a marker; a glint that
+"""Cost for each marker if there is no whole body. The public tracks' own places cost 0.3 to 1.2 a marker; a glint that
 stands in for a hidden marker made it 1.7 and more in drawn scenes."""
 BOX_DIAMETERS = 1.4
 """Side of a box in diameters of its marker."""

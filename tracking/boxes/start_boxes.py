@@ -44,7 +44,7 @@ class Box(NamedTuple):
 
     @property
     def centre_px(self) -> tuple[float, float]:
-        """(x, y) of the centre, px."""
+        """Centre of the box, (x, y), px."""
         return self.x + (self.width - 1) / 2, self.y + (self.height - 1) / 2
 
     @classmethod

@@ -78,7 +78,7 @@ class BoardSpec(Table):
 
     @cached_property
     def corner_places_m(self) -> np.ndarray:
-        """(k, 3) inner corners row by row, k = (columns - 1) (rows - 1), board frame, z = 0."""
+        """Inner corners row by row, (k, 3), k = (columns - 1) (rows - 1), board frame, z = 0."""
         row, column = np.mgrid[1 : self.rows, 1 : self.columns]
         return np.stack([column, row, 0 * row], axis=-1).reshape(-1, 3) * self.square_m
 

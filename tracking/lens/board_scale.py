@@ -17,7 +17,7 @@ from tracking.lens.pictures import read_picture
 from tracking.lens.undistort import camera_matrix, to_rays
 
 HIGHEST_M = 100.0
-"""No camera hangs higher above a pool."""
+"""Largest height of a camera above a pool."""
 
 
 @dataclass(frozen=True)

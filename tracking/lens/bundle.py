@@ -30,7 +30,7 @@ class Bundle:
 
     @property
     def matrix(self) -> np.ndarray:
-        """(3, 3) the pinhole camera, px."""
+        """Matrix of the pinhole camera, (3, 3), px."""
         fx, fy, cx, cy = self.lens[:4]
         return np.array([[fx, 0.0, cx], [0.0, fy, cy], [0.0, 0.0, 1.0]])
 
@@ -69,7 +69,12 @@ class NormalEquations(NamedTuple):
 
 
 def normal_equations(bundle: Bundle, free: np.ndarray) -> NormalEquations:
-    """Return the reduced normal equations; `free` (9,) selects which of the lens's numbers are fitted."""
+    """Return the reduced normal equations.
+
+    Args:
+        bundle: the lens, the poses and the corners.
+        free: (9,) which of the lens's numbers are fitted.
+    """
     matrix, gradient = np.zeros((free.sum(), free.sum())), np.zeros(free.sum())
     for (pose, lens), residual in zip(bundle.jacobians(free), bundle.residuals_px, strict=True):
         basis = np.linalg.qr(pose)[0]
@@ -80,7 +85,12 @@ def normal_equations(bundle: Bundle, free: np.ndarray) -> NormalEquations:
 
 
 def polished(bundle: Bundle, free: np.ndarray) -> Bundle:
-    """Return the bundle at the nearest optimum of all poses and of the lens numbers that `free` (9,) selects."""
+    """Return the bundle at the nearest optimum.
+
+    Args:
+        bundle: the start.
+        free: (9,) which of the lens's numbers are fitted; all poses are.
+    """
     damping = 1e-6
     for _ in range(STEPS):
         step = _step(bundle, free, damping)

@@ -15,9 +15,9 @@ from tracking.lens.lens_fit import LensFit, fit_lens
 from tracking.lens.pictures import each_picture
 
 LEAST_CORNERS = 8
-"""Fewer corners determine little more than the pose of the board."""
+"""Least number of corners: fewer determine little more than the pose of the board."""
 LEAST_VIEWS = 3
-"""Zhang 2000, section 3.1: each view gives two equations for the pinhole camera, which has four numbers or more."""
+"""Least number of views: each gives two equations for the camera's four numbers or more (Zhang 2000, section 3.1)."""
 OUTLYING_VIEW = 3.0
 """A view is left out whose corners are off by this many times the usual."""
 OUTLYING_PX = 0.3
@@ -52,8 +52,9 @@ def calibrate_lens(pictures: Iterable[Path | np.ndarray], board: BoardSpec) -> L
 
     Take frames of a video in the mode used for the swim trials: photographs have another field of view.
 
-    Pictures are files, or (h, w) or (h, w, 3) RGB uint8 arrays; 15 to 30 are good. The board is as printed and
-    measured.
+    Args:
+        pictures: files, or (h, w) or (h, w, 3) RGB uint8 arrays; 15 to 30 are good.
+        board: the board as printed and measured.
 
     Raises:
         InputError: pictures that cannot be read, or differ in size.

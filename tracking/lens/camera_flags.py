@@ -1,4 +1,4 @@
-"""What is doubtful about a session's camera, for the results and the report."""
+"""Doubts about a session's camera, for the results and the report."""
 
 from pathlib import Path
 

@@ -26,10 +26,14 @@ class Corners(NamedTuple):
 
 
 def find_corners(picture: np.ndarray, board: BoardSpec) -> Corners:
-    """Find the visible corners of the board in a picture (h, w) or (h, w, 3); none (k = 0) where there is no board.
+    """Find the visible corners of the board in a picture; none (k = 0) where there is no board.
 
     A chessboard is found whole or not at all; which of its ends comes first is arbitrary where both look the same.
     Chessboards: Duda and Frese, "Accurate Detection and Localization of Checkerboard Corners", BMVC 2018.
+
+    Args:
+        picture: (h, w) or (h, w, 3) uint8.
+        board: the board.
     """
     gray = np.ascontiguousarray(picture) if picture.ndim == 2 else cv2.cvtColor(picture, cv2.COLOR_RGB2GRAY)
     return _charuco_corners(gray, board) if board.kind == "charuco" else _chessboard_corners(gray, board)

@@ -75,7 +75,7 @@ TILES = (8, 6)
 GOOD_VIEWS = 8
 GOOD_COVERAGE = 0.5
 TILTED_DEG = 15.0
-"""Zhang 2000, section 4 and figure 4: errors grow steeply where the views differ by less."""
+"""Least angle between two views: errors grow steeply below it (Zhang 2000, section 4 and figure 4)."""
 FOCAL_SD = 0.01
 """Largest relative standard deviation of the focal length: the lens's height, and so parallax, is known no better."""
 RMS_SHARE = 3e-4
@@ -88,7 +88,13 @@ BEND_SHARE = 5e-4
 
 
 def coverage_of(corners: Iterable[Corners], width_px: int, height_px: int) -> float:
-    """Return the share of the picture's tiles in which a corner was seen."""
+    """Return the share of the picture's tiles in which a corner was seen.
+
+    Args:
+        corners: the corners of each view.
+        width_px: width of the picture.
+        height_px: height of the picture.
+    """
     image_px = np.concatenate([seen.image_px for seen in corners])
     tile = np.floor((image_px + 0.5) / [width_px, height_px] * TILES).astype(int)
     tile = np.clip(tile, 0, np.array(TILES) - 1)

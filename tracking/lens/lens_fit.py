@@ -58,8 +58,13 @@ class LensFit:
 def fit_lens(corners: Sequence[Corners], width_px: int, height_px: int) -> LensFit:
     """Fit the lens model that the views support best, by the Bayesian information criterion over `MODELS`.
 
-    Zhang, "A Flexible New Technique for Camera Calibration", IEEE PAMI 22, 2000. Each model starts from the one
-    before it.
+    Zhang, "A Flexible New Technique for Camera Calibration", IEEE PAMI 22, 2000. Each model starts from the one before
+    it.
+
+    Args:
+        corners: the corners of each view.
+        width_px: width of the picture.
+        height_px: height of the picture.
     """
     bundle = _start(corners, (width_px, height_px))
     fits = []

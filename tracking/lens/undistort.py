@@ -6,7 +6,7 @@ import numpy as np
 from session.camera import CameraCalibration
 
 STOP = (cv2.TERM_CRITERIA_COUNT + cv2.TERM_CRITERIA_EPS, 100, 1e-12)
-"""OpenCV's own five iterations leave whole pixels at the edge of a wide-angle picture."""
+"""Stop of the iterations: OpenCV's own five leave whole pixels at the edge of a wide-angle picture."""
 
 
 def camera_matrix(lens: CameraCalibration) -> np.ndarray:
@@ -15,9 +15,14 @@ def camera_matrix(lens: CameraCalibration) -> np.ndarray:
 
 
 def to_rays(position_px: np.ndarray, lens: CameraCalibration) -> np.ndarray:
-    """Turn pixels (..., 2) into slopes x/z, y/z (..., 2) of their rays, in the camera's axes (x right, y down).
+    """Turn pixels into the slopes of their rays, in the camera's axes (x right, y down).
 
-    Missing positions (nan) stay missing.
+    Args:
+        position_px: (..., 2) pixels; missing positions (nan) stay missing.
+        lens: calibration of the camera.
+
+    Returns:
+        (..., 2) slopes x/z, y/z.
     """
     flat = np.ascontiguousarray(position_px, dtype=float).reshape(-1, 1, 2)
     known = np.isfinite(flat).all(axis=(1, 2))

@@ -1,7 +1,8 @@
 """Jumps of the whole body: a bumped camera, spliced clips, frames that are gone without a trace in the time stamps.
 
 No single marker gives it away, since all of them jump together and keep the body's shape. Smooth motion does: the step
-between two frames is about the mean of the steps before and after it (the difference is of third order in time).
+between two frames is about the mean of the steps before and after it (the difference is of third order in time). A few
+missing frames change less than that; they show where the motion is smooth again once their time is put between.
 """
 
 from __future__ import annotations
@@ -23,6 +24,16 @@ AROUND, STANDS_OUT = 10, 2.0
 LONG_STEP = 2.5
 """A time step this many times the usual one is a gap that the stamps tell of."""
 FEWEST_MARKERS = 3
+EVEN = 0.25
+"""Time steps that differ from the usual one by less than this share of it are even."""
+MOST_MISSING = 12
+"""Frames that are looked for between two; more are a jump."""
+BESIDE, DEGREE = 5, 4
+"""Frames on either side through which smooth motion is laid, and the degree of its polynomial in time."""
+BETTER = 0.5
+"""Frames are missing where the motion is off by this share, at most, of what it is off without them, …"""
+STANDS_OUT_MISSING, LEAST_OFF_PX = 2.5, 0.3
+"""… and without them by so many times what is usual in the trial, and by so many px, rms."""
 
 
 def body_jumps(time_s: np.ndarray, position_px: np.ndarray) -> list[tuple[int, float]]:
@@ -41,7 +52,38 @@ def body_jumps(time_s: np.ndarray, position_px: np.ndarray) -> list[tuple[int, f
     least = max(LEAST_PX, LEAST_LENGTH * body_px, TIMES_USUAL * float(np.quantile(known, 0.9)))
     far = np.nan_to_num(off) > least
     peaks = [k for k in np.flatnonzero(far).tolist() if off[k] >= np.nanmax(off[max(k - 2, 0) : k + 3])]
-    return [(k, float(off[k])) for k in peaks if off[k] > STANDS_OUT * _largest_around_px(position_px, k)]
+    jumps = {k for k in peaks if off[k] > STANDS_OUT * _largest_around_px(position_px, k)}
+    jumps.update(np.flatnonzero(_follows_missing(time_s, position_px)).tolist())
+    return [(k, float(np.nan_to_num(off[k]))) for k in sorted(jumps)]
+
+
+def _follows_missing(time_s: np.ndarray, position_px: np.ndarray) -> np.ndarray:
+    """(n,) bool, the frames before which others are missing: as much later, the motion would go on smoothly."""
+    found, count = np.zeros(len(time_s), bool), len(time_s) - 2 * BESIDE + 1
+    if count < 1:
+        return found
+    parts = np.lib.stride_tricks.sliding_window_view(position_px, 2 * BESIDE, axis=0)  # (k, m, 2, 10)
+    seen = np.isfinite(parts).all(axis=(2, 3))
+    step_s = np.diff(time_s)
+    even = np.abs(step_s / np.median(step_s) - 1) < EVEN
+    good = np.lib.stride_tricks.sliding_window_view(even, 2 * BESIDE - 1).all(axis=1)
+    good &= seen.sum(axis=1) >= max(FEWEST_MARKERS, (position_px.shape[1] + 1) // 2)
+    if not good.any():
+        return found
+    moment = np.arange(2 * BESIDE) - BESIDE
+    off = np.full((MOST_MISSING + 1, count), np.nan)  # px, of the median marker
+    for missing in range(MOST_MISSING + 1):
+        basis = np.linalg.qr(np.vander((moment + missing * (moment >= 0)).astype(float), DEGREE + 1))[0]
+        left = parts[good] - (parts[good] @ basis) @ basis.T
+        off[missing, good] = np.nanmedian(np.sqrt((left**2).sum(axis=(2, 3))), axis=1)
+    usual = float(np.median(off[:, good].min(axis=0)))
+    least = max(LEAST_OFF_PX, STANDS_OUT_MISSING * usual)
+    off = np.nan_to_num(off)
+    worse = good & (off[0] > least) & (off[1:].min(axis=0) < BETTER * off[0])
+    around = np.pad(off[0], BESIDE)
+    worse &= off[0] >= np.lib.stride_tricks.sliding_window_view(around, 2 * BESIDE + 1).max(axis=1)
+    found[BESIDE : BESIDE + count] = worse
+    return found
 
 
 def _largest_around_px(position_px: np.ndarray, frame: int) -> float:

@@ -7,7 +7,7 @@ import numpy as np
 from session import FaultCollector
 
 COARSE = 0.25
-"""Times rounded to more than this share of a frame say no more how far single frames are apart."""
+"""Share of a frame beyond which rounded times no longer give the distance of single frames."""
 SPAN = 60
 """Frames over which the frame rate is first measured."""
 

@@ -71,7 +71,7 @@ class Drop(_Stretch):
 
 
 class Relabel(_Stretch):
-    """What was tracked as `marker` is really the marker `to`, whose own samples there were wrong."""
+    """Correction of a name: samples of `marker` belong to the marker `to`, whose own samples there were wrong."""
 
     op: Literal["relabel"] = "relabel"
     marker: str
@@ -85,7 +85,7 @@ class Relabel(_Stretch):
 
 
 class SetBox(_Edit):
-    """In one frame a marker is in this box: x, y of the top left pixel, width and height, px.
+    """Box of a marker in one frame: x, y of the top left pixel, width and height, px.
 
     From there it is tracked on, until the last frame given; None leaves it to the tracker.
     """

@@ -15,7 +15,7 @@ from tracking.records.edit_log import EditLog, LoggedEdit
 from tracking.records.tracked import NO_SAMPLE, ONLY_CSRT, SampleState, only_csrt_flags, samples_of, with_samples
 
 Retracker = Callable[[np.ndarray, int, SetBox], tuple[np.ndarray, tuple[Flag, ...]]]
-"""Tracks a marker on from a box set by hand.
+"""Function that tracks a marker on from a box set by hand.
 
 It takes the places (n, m, 2) of all markers, px, the number of the one, and its box; it gives the samples, (f,) of
 `SAMPLE`, of that marker in the frames after the box, and what is doubtful.

@@ -44,6 +44,11 @@ def save_tracked(folder: Path, trial: str, tracked: xr.Dataset) -> TrackedFiles:
 
     The tracks come last: where they are, so are the others.
 
+    Args:
+        folder: the folder of the files.
+        trial: name of the trial.
+        tracked: the tracks with states, sizes and flags.
+
     Raises:
         ResultsNotWritable: a file cannot be written; what stood there is unchanged.
     """
@@ -62,6 +67,10 @@ def save_tracked(folder: Path, trial: str, tracked: xr.Dataset) -> TrackedFiles:
 
 def load_tracked(folder: Path, trial: str) -> xr.Dataset:
     """Read a trial that `save_tracked` wrote, every number as it was.
+
+    Args:
+        folder: the folder of the files.
+        trial: name of the trial.
 
     Raises:
         InputError: every fault of the three files at once.

@@ -15,10 +15,10 @@ from tracking.video.repeats import LONGEST
 
 
 class SampleState(IntEnum):
-    """How a sample came about."""
+    """Origin of a sample."""
 
     MISSING = 0
-    """There is none."""
+    """There is no sample."""
     MEASURED = 1
     """The tracker found the marker in the picture."""
     PREDICTED = 2
@@ -164,7 +164,12 @@ def with_samples(tracked: xr.Dataset, samples: np.ndarray, flags: Sequence[Flag]
 
 
 def only_csrt_flags(by_csrt: np.ndarray, markers: Sequence[str]) -> tuple[Flag, ...]:
-    """Return one flag for each stretch of each marker that only CSRT saw, given as (n, m) bool."""
+    """Return one flag for each stretch of each marker that only CSRT saw.
+
+    Args:
+        by_csrt: (n, m) samples that only CSRT saw.
+        markers: names of the m markers.
+    """
     return tuple(
         Flag(ONLY_CSRT, (name,), span, f"no spot answers, only CSRT sees {name}")
         for k, name in enumerate(markers)

@@ -6,7 +6,7 @@ import av
 import numpy as np
 
 from tracking.stretches import stretches
-from tracking.video.index import FrameIndex
+from tracking.video.index import AVI, FrameIndex
 
 MP4 = "mov,mp4,m4a,3gp,3g2,mj2"
 MATROSKA = "matroska,webm"
@@ -15,22 +15,26 @@ RANGES_SHOWN = 5
 """How many stretches of lost frames are spelled out before the rest is only counted."""
 SHORT_BY_FRAMES = 2.5
 """A file may end this many frames before the duration in its header (rounding, the last frame's own duration)."""
+TICKS = 1.5
+"""From so many ticks a frame on, an AVI's clock is finer than its frames."""
 SHORT_WITH_SOUND_S = 1.0
-"""The same in seconds where sound or other streams may be longer than the picture."""
+"""The first in seconds where sound or other streams may be longer than the picture."""
 
 
 def missing_at_the_end(index: FrameIndex, container: av.container.InputContainer, stream: av.VideoStream) -> str | None:
     """What the file's header declares beyond the packets that were found; None if nothing.
 
-    MP4 and MOV list every packet, AVI counts them, Matroska and WebM give a duration, transport streams nothing.
+    MP4 and MOV list every packet, AVI counts them, or finer ticks of a clock, Matroska and WebM give a duration,
+    transport streams nothing.
     """
     found, formats = len(index.time_s), container.format.name
     last_s = float(index.time_s[-1])
-    declared = {"avi": stream.frames, MP4: len(stream.index_entries)}.get(formats, 0)
-    if declared > index.total_packets:
+    frame_s = float(np.median(np.diff(index.time_s))) if found > 1 else np.inf
+    counts_ticks = formats == AVI and frame_s * float(stream.average_rate or 0) > TICKS  # with or without a frame
+    declared = {AVI: stream.frames, MP4: len(stream.index_entries)}.get(formats, 0)
+    if declared > index.total_packets and not counts_ticks:
         return f"the file ends after {index.total_packets} of {declared} frames, at {last_s:.3f} s"
-    if formats == MATROSKA and container.duration and found > 1:
-        frame_s = float(np.median(np.diff(index.time_s)))
+    if (formats == MATROSKA or counts_ticks) and container.duration and found > 1:
         allowed = SHORT_BY_FRAMES * frame_s if len(container.streams) == 1 else SHORT_WITH_SOUND_S
         declared_s = container.duration / av.time_base
         if declared_s - last_s > allowed:

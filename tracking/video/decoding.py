@@ -11,7 +11,7 @@ from typing import NamedTuple, Self
 import av
 
 from session.errors import Fault, InputError
-from tracking.video.index import FrameIndex, has_no_times
+from tracking.video.index import FrameIndex, has_no_times, stamped_packets
 
 EXPECTED = "a video file (MP4, MOV, MKV, AVI, WebM, ...)"
 MP4_BOXES = (b"ftyp", b"moov", b"mdat", b"wide", b"free", b"skip")
@@ -92,7 +92,7 @@ class Decoder:
 
     def _packets(self) -> Iterator[av.Packet]:
         try:
-            yield from (packet for packet in self.container.demux(self.stream) if packet.size)
+            yield from (packet for packet in stamped_packets(self.container, self.stream) if packet.size)
         except av.FFmpegError:
             return
 

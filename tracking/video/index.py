@@ -1,6 +1,6 @@
 """Which frames a video has, when each is shown, and where decoding can start: from the packets, without decoding."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from enum import StrEnum
@@ -13,7 +13,9 @@ NO_TIMESTAMPS = 0x0080
 """FFmpeg's AVFMT_NOTIMESTAMPS (libavformat/avformat.h)."""
 MOSTLY = 0.95
 """From this share of packets with a time stamp of their own, the others are damaged packets, not frames."""
-NO_TIME_OF_PRESENTATION = ("avi",)
+AVI, AVI_HEADER = "avi", 8
+"""The container, and the bytes of a chunk's name and length, at which its index points, before the packet itself."""
+NO_TIME_OF_PRESENTATION = (AVI,)
 """Containers that store the order of decoding only; what FFmpeg gives as times of presentation is then a guess."""
 STEPS_BACK = (1, 2, 4, 8)
 """Which key frames before a frame to start decoding from, should the nearest one not lead to it."""
@@ -83,7 +85,7 @@ def read_packets(container: av.container.InputContainer, stream: av.VideoStream)
     packets: list[Packet] = []
     total, broke_off, picture = -1, True, None  # PyAV adds a packet of its own for the end of the stream
     with suppress(av.FFmpegError):
-        for packet in container.demux(stream):
+        for packet in stamped_packets(container, stream):
             total += 1
             if packet.size:
                 flags = packet.is_keyframe, packet.is_corrupt, not packet.is_discard
@@ -91,6 +93,23 @@ def read_packets(container: av.container.InputContainer, stream: av.VideoStream)
                 picture = picture or _decoded(stream, packet)
         broke_off = False
     return Packets(packets, total + broke_off, broke_off, picture or _decoded(stream, None))
+
+
+def stamped_packets(container: av.container.InputContainer, stream: av.VideoStream) -> Iterator[av.Packet]:
+    """Yield the packets from where a file is on; those of AVI with the stamps of its index.
+
+    AVI stores no stamps: FFmpeg counts the packets that it finds, which are too few where headers of some are damaged.
+    """
+    numbers: dict[int, int] = {}
+    if container.format.name == AVI:
+        numbers = {entry.pos + AVI_HEADER: entry.timestamp for entry in stream.index_entries}
+    for packet in container.demux(stream):
+        if packet.pos in numbers:
+            number = numbers[packet.pos]
+            if packet.pts == packet.dts:
+                packet.pts = number
+            packet.dts = number
+        yield packet
 
 
 def _decoded(stream: av.VideoStream, packet: av.Packet | None) -> av.VideoFrame | None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 
 import cv2
 import numpy as np
@@ -78,7 +78,7 @@ class Repeats:
             return False
         known = around_px[np.isfinite(around_px).all(axis=1)] / step
         difference = max((_difference(now, before, at, MARGIN_PX / step) for at in known), default=0.0)
-        usual = float(np.quantile(self._usual, 0.75)) if self._usual else 0.0
+        usual = _quantile(self._usual, 0.75) if self._usual else 0.0
         same = difference <= REPEATS * usual if usual >= MOVING else difference == 0 and not self._usual
         if same and len(self._run) < LONGEST:
             self._run.append(number)
@@ -99,9 +99,16 @@ class Repeats:
 def _difference(now: np.ndarray, before: np.ndarray, at: np.ndarray, margin: float) -> float:
     """Measure how far two pictures (h, w) differ around a place (2,), in grey levels."""
     height, width = now.shape
-    (left, top), (right, bottom) = (
-        np.clip(at + side, 0, [width, height]).astype(int) for side in (-margin, margin + 1)
-    )
+    x, y = at.tolist()
+    left, right = (min(max(int(x + side), 0), width) for side in (-margin, margin + 1))
+    top, bottom = (min(max(int(y + side), 0), height) for side in (-margin, margin + 1))
+    if left == right or top == bottom:
+        return 0.0
     region = np.s_[top:bottom, left:right]
-    apart = cv2.absdiff(np.ascontiguousarray(now[region]), np.ascontiguousarray(before[region]))
-    return float(np.quantile(apart, EDGES)) if apart is not None and apart.size else 0.0
+    return _quantile(cv2.absdiff(now[region], before[region]), EDGES)
+
+
+def _quantile(values: Iterable[float] | np.ndarray, share: float) -> float:
+    """Compute what `np.quantile` does; of few values it does so ten times as fast."""
+    ordered = np.sort(np.asarray(values), axis=None)
+    return float(np.interp(share * (len(ordered) - 1), np.arange(len(ordered)), ordered))

@@ -66,6 +66,14 @@ def test_a_file_cut_short_gives_its_frames_up_to_the_cut(
         assert video.info.frames - len(shown) <= 4
 
 
+def test_an_avi_whose_camera_left_frames_out_is_whole(tmp_path: Path) -> None:
+    stamps_ms = [20 * k for k in range(40) if k not in (7, 8, 23)]
+    path = Clip(".avi", "mjpeg", frames=len(stamps_ms), pixels="yuvj420p", stamps_ms=stamps_ms).write(tmp_path)
+    with Video(path) as video:
+        assert video.info.time_s == pytest.approx(np.array(stamps_ms) / 1000)
+        assert video.damage is None
+
+
 @pytest.mark.parametrize(("name", "expected"), [("mp4", "120"), ("mkv", r"about 1\d\d"), ("avi", "120")])
 def test_a_file_cut_short_says_where_it_ends_and_what_was_expected(
     name: str, expected: str, whole: dict[str, Path], tmp_path: Path
