@@ -5,7 +5,7 @@ import sys
 import typer
 
 from benchmarks.command import COMMANDS
-from session import SwimcalError
+from swimcal.errors import SwimcalError
 
 app = typer.Typer(
     rich_markup_mode=None,

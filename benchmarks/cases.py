@@ -1,6 +1,6 @@
 """One machinery for all benchmarks: cases are worked off side by side, and what is done is not done again.
 
-Each case has a name. What comes of it is a record: a frozen dataclass (`session.records`), kept as a file of its own,
+Each case has a name. What comes of it is a record: a frozen dataclass (`swimcal.results`), kept as a file of its own,
 so that several machines may fill one folder, or as a line of a file with many.
 """
 
@@ -15,12 +15,10 @@ from functools import partial
 from pathlib import Path
 from typing import Any, Generic, NamedTuple, TypeVar
 
-from calib.spread import spread
-from session import FaultCollector, InputError
-from session.errors import Fault
-from session.records import from_plain, to_plain
-from session.results import plain_json, sha256_of, write_whole
-from session.stage import fingerprint_of
+from calib.batch import spread
+from swimcal.errors import Fault, FaultCollector, InputError
+from swimcal.results import from_plain, plain_json, sha256_of, to_plain, write_whole
+from swimcal.stage import fingerprint_of
 
 Progress = Callable[[str, float | None], None]
 Case = TypeVar("Case")

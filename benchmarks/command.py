@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from calib.commands.arguments import AsJson, Scheduler
+from calib.terminal import AsJson, Scheduler
 
 if TYPE_CHECKING:
     from benchmarks.scores import Scores
@@ -44,7 +44,7 @@ def tracking(
 ) -> None:
     """Tracks rendered videos with known truth: the tracker, the tracker without CSRT, plain CSRT."""
     from benchmarks.tracking.report import measure_tracking
-    from calib.progress import progress_bar
+    from calib.options import progress_bar
 
     chosen = tuple(name.strip() for name in clips.split(",") if name.strip())
     with TemporaryDirectory() if folder is None else nullcontext(folder) as place, progress_bar(as_json) as progress:
@@ -66,7 +66,7 @@ def posterior(
     """Draws sessions from the prior; measures how often posteriors hold the truth (simulation-based calibration)."""
     from benchmarks.cases import Run
     from benchmarks.posterior.report import measure_posterior
-    from calib.progress import progress_bar
+    from calib.options import progress_bar
 
     seeds, command = range(first, first + count), f"python -m benchmarks posterior --folder {folder or 'FOLDER'}"
     with TemporaryDirectory() if folder is None else nullcontext(folder) as place, progress_bar(as_json) as progress:
@@ -110,7 +110,7 @@ def effects(
     from benchmarks.effects.folder import SuiteFolder
     from benchmarks.effects.run import make_suite
     from benchmarks.effects.suite import suite_named
-    from calib.progress import progress_bar
+    from calib.options import progress_bar
 
     try:
         size, shard = suite_named(suite)
@@ -141,7 +141,7 @@ def foreign(
     """Fits random sessions, two thirds of them disturbed: right or flagged? Exit status 1 when one falls short."""
     from benchmarks.cases import Run
     from benchmarks.foreign.report import measure_foreign
-    from calib.progress import progress_bar
+    from calib.options import progress_bar
 
     command = f"python -m benchmarks foreign --folder {folder} --seed {seed} --count {count}"
     with progress_bar(as_json) as progress:
@@ -169,7 +169,7 @@ def _score_effects(folder: Path, as_json: bool) -> None:
     from benchmarks.cases import write_lines
     from benchmarks.effects.folder import SuiteFolder
     from benchmarks.effects.scoring import score_all, score_file
-    from session.results import write_whole
+    from swimcal.results import write_whole
 
     command = f"python -m benchmarks effects {folder} --part score"
     if folder.suffix == ".jsonl":

@@ -25,18 +25,16 @@ from benchmarks.reality.mechanism import Mechanism
 from benchmarks.reality.mechanisms.fluid import BackgroundCurrent
 from benchmarks.reality.tendons import Turn
 from benchmarks.video.filmed import SessionVideo
-from fitting.speed import forward_speed
-from session import load_session
-from session.create import FISHSIM_MARKERS, new_folder, write_session_toml
-from session.results import sha256_of, write_whole
-from swimmer import CrankTurn, load_robot
-from synthetic.default import default_plan
-from synthetic.motor_log import DrivenMotor, save_commands, save_motor_log
-from synthetic.plan import SyntheticPlan
-from synthetic.recorder import motor_file, save_packed_tracks
-from synthetic.swims import TrueRun
-from synthetic.trials import SyntheticCamera, SyntheticTrial, trial_name
-from tracking import to_head_frame
+from fitting.pool import forward_speed
+from swimcal.crank import CrankTurn
+from swimcal.create_session import FISHSIM_MARKERS, new_folder, write_session_toml
+from swimcal.results import sha256_of, write_whole
+from swimcal.robot import load_robot
+from swimcal.session import load_session
+from synthetic.plan import SyntheticCamera, SyntheticPlan, SyntheticTrial, default_plan, trial_name
+from synthetic.session import motor_file, save_packed_tracks
+from synthetic.simulate import DrivenMotor, TrueRun, save_commands, save_motor_log
+from tracking.head_frame import to_head_frame
 
 SAMPLE_SEED = 0
 CARD_FILE, TRUTH_FILE = "CARD.md", "truth.json"

@@ -12,8 +12,7 @@ from typing import NamedTuple, TypeVar
 import numpy as np
 from scipy.stats import binomtest
 
-from session.records import from_plain, to_plain
-from session.results import plain_json
+from swimcal.results import from_plain, plain_json, to_plain
 
 T = TypeVar("T")
 _FEWEST, _DRAWS, _SEED = 5, 400, 0  # of an interval by resampling

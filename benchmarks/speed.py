@@ -10,10 +10,12 @@ import numpy as np
 from mujoco.batch import Batch
 
 from calib.pipeline import working
-from fitting.speed import forward_speed
-from swimmer import PUBLISHED_COEFFICIENTS, FluidCoefficients, Runs, Twin, build_mjcf, load_robot
-from swimmer.mjcf import SWIM
-from tracking import HeadFrame, one_of, to_head_frame
+from fitting.pool import forward_speed
+from swimcal.mjcf import PUBLISHED_COEFFICIENTS, SWIM, FluidCoefficients, build_mjcf
+from swimcal.robot import load_robot
+from swimcal.runs import Runs
+from swimcal.twin import Twin
+from tracking.head_frame import HeadFrame, one_of, to_head_frame
 
 FREQUENCIES_HZ = np.round(np.arange(0.3, 2.01, 0.1), 1)
 SECONDS = 8.0  # duration of each swim

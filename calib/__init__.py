@@ -21,6 +21,8 @@ if TYPE_CHECKING:
     from calib.interface import *  # noqa: F403
 
 
+PACKAGES = ("swimcal", "tracking", "fitting", "synthetic", "diagnosis", "reports")
+"""Packages that the program is made of, beside this one."""
 _MODULES = ("camera", "capture", "policy")
 """Public modules, each with the functions of a command that has subcommands."""
 

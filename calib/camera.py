@@ -15,7 +15,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from tracking.lens import BoardScale, BoardSpec, LensCalibration
+    from tracking.board import BoardScale, BoardSpec
+    from tracking.lens import LensCalibration
+
 
 __all__ = ["board", "lens", "scale"]
 
@@ -40,7 +42,7 @@ def board(out: str | Path = "board.pdf", description: str | Path | None = None) 
         >>> calib.camera.board("board.svg")
         PosixPath('board.svg')
     """
-    from tracking.lens import draw_board
+    from tracking.board import draw_board
 
     draw_board(Path(out), _board(description))
     return Path(out)
@@ -77,8 +79,9 @@ def lens(
         >>> found.rms_px < 0.5
         True
     """
-    from calib.progress import progress_bar
-    from tracking.lens import calibrate_lens, save_camera, video_pictures
+    from calib.options import progress_bar
+    from tracking.board import video_pictures
+    from tracking.lens import calibrate_lens, save_camera
 
     files = [Path(file) for file in ([pictures] if isinstance(pictures, str | Path) else pictures)]
     with progress_bar(not progress) as report:
@@ -116,14 +119,14 @@ def scale(
         >>> round(calib.camera.scale("board_on_water.png").metres_per_px, 5)
         0.00112
     """
-    from session.camera import load_camera
-    from tracking.lens import scale_from_board
+    from swimcal.session_file import load_camera
+    from tracking.board import scale_from_board
 
     calibration = None if camera is None else load_camera(Path(camera))
     return scale_from_board(Path(picture), _board(description), calibration, board_height_m)
 
 
 def _board(description: str | Path | None) -> BoardSpec:
-    from tracking.lens import BoardSpec, load_board
+    from tracking.board import BoardSpec, load_board
 
     return BoardSpec(columns=9, rows=6, square_m=0.03) if description is None else load_board(Path(description))

@@ -14,11 +14,14 @@ from packaging.requirements import Requirement
 
 from calib.options import Options
 from calib.pipeline import Pipeline, open_session
-from fitting.forecast import speed_from_rest
-from session import Session, SwimcalError
-from session.results import program_version
-from swimmer import PUBLISHED_COEFFICIENTS, Twin, load_robot
-from swimmer.engine import ENGINE
+from fitting.phase import speed_from_rest
+from swimcal.errors import SwimcalError
+from swimcal.mjcf import PUBLISHED_COEFFICIENTS
+from swimcal.results import program_version
+from swimcal.robot import load_robot
+from swimcal.runs import ENGINE
+from swimcal.session import Session
+from swimcal.twin import Twin
 
 _LEAST_BYTES = 1e9  # free space needed for results with a recording
 _FEWEST_FIT = 2  # recommended number of fit trials; a third allows cross-validation
@@ -65,7 +68,7 @@ def check_session(folder: Path) -> Iterator[Check]:
 
 def check_motor() -> Iterator[Check]:
     """Check for the motor on any serial port."""
-    from calib.capture.search import BAUD_ORDER, PORT_PATTERNS, ports, search
+    from calib.capture.trials import BAUD_ORDER, PORT_PATTERNS, ports, search
 
     names = ports()
     if not names:

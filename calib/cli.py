@@ -6,8 +6,27 @@ from typing import Annotated
 
 import typer
 
-from calib.capture.host import INTERRUPTED, let_go_of_a_lost_terminal
-from calib.commands import cameras, policies, results, videos
+from calib.capture.bus import INTERRUPTED, let_go_of_a_lost_terminal
+from calib.commands import (
+    SeveralFiles,
+    aquarium,
+    board,
+    convert,
+    diagnose,
+    doctor,
+    edit,
+    fit,
+    lens,
+    mjcf,
+    new,
+    policy,
+    posterior,
+    report,
+    run,
+    scale,
+    track,
+    view,
+)
 
 app = typer.Typer(
     rich_markup_mode=None,  # rich takes longer to load than everything else that help needs
@@ -18,38 +37,38 @@ app = typer.Typer(
 camera = typer.Typer(rich_markup_mode=None, no_args_is_help=True, help="The lens and the scale, from a printed board.")
 
 COMMANDS: dict[Callable[..., None], tuple[str, str]] = {
-    results.run: ("run every stage the session has data for", "calib run pool-1 pool-2 --jobs 2"),
-    results.new: ("make a session from your videos or tracks", "calib new pool --videos f0_75.mp4 f1_25.mp4"),
-    videos.track: ("track the markers in the videos", "calib track pool --method spots"),
-    videos.edit: ("correct the tracks", """calib edit pool f1_00 '{"op": "undo", "line": 2}'"""),
-    results.fit: ("fit the structure and the coefficients", "calib fit pool --effort quick"),
-    results.posterior: ("sample the posterior of the coefficients", "calib posterior pool"),
-    results.diagnose: ("locate the gap, rank its likely causes", "calib diagnose pool --exclude tendon_slack"),
-    results.report: ("write the HTML report, or several and an index", "calib report pool-1 pool-2 --index all.html"),
-    videos.view: ("write the rerun recording", "calib view pool --open"),
-    videos.convert: (
+    run: ("run every stage the session has data for", "calib run pool-1 pool-2 --jobs 2"),
+    new: ("make a session from your videos or tracks", "calib new pool --videos f0_75.mp4 f1_25.mp4"),
+    track: ("track the markers in the videos", "calib track pool --method spots"),
+    edit: ("correct the tracks", """calib edit pool f1_00 '{"op": "undo", "line": 2}'"""),
+    fit: ("fit the structure and the coefficients", "calib fit pool --effort quick"),
+    posterior: ("sample the posterior of the coefficients", "calib posterior pool"),
+    diagnose: ("locate the gap, rank its likely causes", "calib diagnose pool --exclude tendon_slack"),
+    report: ("write the HTML report, or several and an index", "calib report pool-1 pool-2 --index all.html"),
+    view: ("write the rerun recording", "calib view pool --open"),
+    convert: (
         "convert tracks of DeepLabCut and others",
         "calib convert f1_00.csv --out f1_00.nc --to movement",
     ),
-    results.mjcf: ("write the calibrated or the nominal MJCF", "calib mjcf pool --out fish.xml"),
-    results.doctor: ("check installation, session and motor", "calib doctor pool --motor"),
-    cameras.board: ("draw the board to print", "calib camera board --out board.pdf"),
-    cameras.lens: ("calibrate the lens from a video of the board", "calib camera lens board.mp4 --out camera.toml"),
-    cameras.scale: (
+    mjcf: ("write the calibrated or the nominal MJCF", "calib mjcf pool --out fish.xml"),
+    doctor: ("check installation, session and motor", "calib doctor pool --motor"),
+    board: ("draw the board to print", "calib camera board --out board.pdf"),
+    lens: ("calibrate the lens from a video of the board", "calib camera lens board.mp4 --out camera.toml"),
+    scale: (
         "measure the scale from a picture of the board",
         "calib camera scale board_on_water.png --camera camera.toml",
     ),
-    policies.aquarium: ("film many swimmers at once", "calib aquarium pool --swimmers 200 --out pool.rrd"),
+    aquarium: ("film many swimmers at once", "calib aquarium pool --swimmers 200 --out pool.rrd"),
 }
 """The commands, each with a summary and an example for its help."""
-OF_CAMERA = (cameras.board, cameras.lens, cameras.scale)
+OF_CAMERA = (board, lens, scale)
 
 app.add_typer(camera, name="camera", short_help="calibrate the lens, measure the scale")
 for command, (made, example) in COMMANDS.items():
-    kind = results.SeveralFiles if command is results.new else None
+    kind = SeveralFiles if command is new else None
     group = camera if command in OF_CAMERA else app
     group.command(cls=kind, short_help=made, epilog=f"Example: {example}")(command)
-app.add_typer(policies.policy, name="policy", short_help="train and score policies on the twin")
+app.add_typer(policy, name="policy", short_help="train and score policies on the twin")
 
 
 @app.command(
@@ -59,7 +78,7 @@ app.add_typer(policies.policy, name="policy", short_help="train and score polici
 )
 def capture(context: typer.Context) -> None:
     """Drive and log the motor: scan, run, emulate (`calib capture --help`)."""
-    from calib.capture.command import main as drive
+    from calib.capture.functions import main as drive
 
     raise typer.Exit(drive(context.args))
 
@@ -73,7 +92,7 @@ def main() -> None:
             print("\ncalib: stopped. What was finished is kept; the same command goes on from there.", file=sys.stderr)
         raise
     except Exception as error:
-        from session import SwimcalError  # takes longer to load than all help
+        from swimcal.errors import SwimcalError  # takes longer to load than all help
 
         if not isinstance(error, SwimcalError):
             raise
@@ -89,8 +108,8 @@ def version(
 ) -> None:
     """Handle the options before a command."""
     if show:
-        from session.results import program_version
-        from swimmer.engine import ENGINE
+        from swimcal.results import program_version
+        from swimcal.runs import ENGINE
 
         print(f"{program_version()}, MuJoCo {ENGINE}")
         raise typer.Exit

@@ -8,7 +8,8 @@ import sys
 from importlib.util import find_spec
 from pathlib import Path
 
-PACKAGES = ("session", "swimmer", "tracking", "fitting", "synthetic", "diagnosis", "reports")
+from calib import PACKAGES
+
 _HOME = Path(__file__).resolve().parents[1]
 
 
@@ -47,7 +48,7 @@ def main() -> None:
     os.environ["MPLBACKEND"] = "agg"
     try:
         check_shadowing()
-        from calib.capture.host import print_in_any_encoding
+        from calib.capture.bus import print_in_any_encoding
 
         print_in_any_encoding()
         from calib.cli import main as command_line

@@ -28,40 +28,44 @@ import pandas as pd
 from calib import camera, capture, policy
 from calib.batch import Work, indexed, reported, run_all, run_pipeline
 from calib.kept_output import keep_output
-from calib.options import EffortName, LastStepName, ObjectiveName, Options, check_last_step
+from calib.options import EffortName, LastStepName, ObjectiveName, Options, check_last_step, progress_bar
 from calib.pipeline import Pipeline, working
 from calib.pipeline import open_session as _open_session
-from calib.progress import progress_bar
-from calib.results.fit import FitResult
-from calib.results.gap import EffectTest, GapResult
-from calib.results.made import (
-    fit_result,
-    gap_result,
-    posterior_result,
-    structure_result,
-    test_result,
-    track_result,
-)
-from calib.results.posterior import PosteriorResult
+from calib.results.fit import FitResult, StructureResult
+from calib.results.gap import EffectTest, GapResult, PosteriorResult
+from calib.results.made import fit_result, gap_result, posterior_result, structure_result, test_result, track_result
 from calib.results.result import Export
-from calib.results.structure import StructureResult
 from calib.results.tracks import TrackResult
 from calib.results.twin import SwimTwin
 from calib.stages.diagnosis import check_names
 from calib.stages.fit import nominal_mjcf
 from calib.tracked_videos import check_form, click_pages, correct_track, track_videos
-from session import FaultCollector, InputError, NotEnoughData, Session, SwimcalError
-from session.create import FISHSIM_MARKERS, new_from_fishsim
-from session.errors import ModelMismatch, NotConverged, ResultsNotWritable, SessionLocked, SimulationDiverged
-from session.folder import SESSION_FILE
-from session.results import write_whole
-from session.tracks import NO_NAMES
-from swimmer import PUBLISHED_COEFFICIENTS, FluidCoefficients, Twin, load_robot
-from swimmer.effects import AffectedTwin, Effect, Parameter, catalogue
-from tracking.tracker import TrackerName
+from swimcal.create_session import FISHSIM_MARKERS, new_from_fishsim
+from swimcal.effects.affected_twin import AffectedTwin
+from swimcal.effects.catalogue import catalogue
+from swimcal.effects.effect import Effect, Parameter
+from swimcal.errors import (
+    FaultCollector,
+    InputError,
+    ModelMismatch,
+    NotConverged,
+    NotEnoughData,
+    ResultsNotWritable,
+    SessionLocked,
+    SimulationDiverged,
+    SwimcalError,
+)
+from swimcal.mjcf import PUBLISHED_COEFFICIENTS, FluidCoefficients
+from swimcal.results import write_whole
+from swimcal.robot import load_robot
+from swimcal.session import SESSION_FILE, Session
+from swimcal.tracks import NO_NAMES
+from swimcal.twin import Twin
+from tracking.follow_video import TrackerName
 
 if TYPE_CHECKING:
     import xarray as xr
+
 
 __all__ = [
     "Effect",
@@ -376,7 +380,7 @@ def load_tracks(
         >>> calib.load_tracks("pool/trials/slow.csv.gz", names).position.attrs["units"]
         'px'
     """
-    from tracking.records import import_tracks
+    from tracking.formats import import_tracks
 
     return import_tracks(Path(path), tuple(markers), fps, rename)
 
@@ -408,7 +412,8 @@ def convert_tracks(
         >>> calib.convert_tracks("pool/trials/slow.csv.gz", "slow.nc", "movement").name
         'slow.nc'
     """
-    from tracking.records import as_tracked, export_tracks, import_tracks
+    from tracking.formats import export_tracks, import_tracks
+    from tracking.tracked import as_tracked
 
     check_form(to, "--to")
     names, faults = tuple(markers) or FISHSIM_MARKERS, FaultCollector("the options")
@@ -515,7 +520,7 @@ def view(session: AnySession, *, open_viewer: bool = False, inline: bool = False
         >>> calib.view("pool").file.name
         'session.rrd'
     """
-    from calib.stages import recording
+    from calib import viewer as recording
 
     with _working(session, Options(), True) as pipeline:
         file = recording.make_recording(pipeline)
@@ -696,8 +701,9 @@ def new_session(  # noqa: PLR0913  it is the command `new`, of which a user give
         >>> [(trial.name, trial.commanded_hz, trial.role) for trial in calib.open_session("mine").trials]
         [('f0_75', 0.75, 'fit'), ('f1_25', 1.25, 'holdout')]
     """
-    from calib.own_files import new_from_files
-    from synthetic import default_plan, make_session
+    from calib.new import new_from_files
+    from synthetic.plan import default_plan
+    from synthetic.session import make_session
 
     films, own = _list_paths(videos), tracks if isinstance(tracks, Mapping) else _list_paths(tracks)
     _check_options(

@@ -17,10 +17,11 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from calib.entry import PACKAGES
+from calib import PACKAGES
 
 if TYPE_CHECKING:
     from calib.pipeline import Pipeline
+
 
 OUTPUT = ".output.json"
 _HOME = Path(__file__).resolve().parents[1]
@@ -62,10 +63,24 @@ def standing_output(command: str, folder: Path, effort: str | None, verbose: boo
     return None
 
 
+def print_again(command: str, session: Path, effort: str | None, verbose: bool = False) -> bool:
+    """Print what a command says of the current results, where there is nothing to do; return whether it did.
+
+    Args:
+        command: name of the command.
+        session: the session folder, or its `session.toml`.
+        effort: as requested; None for that of the current results.
+        verbose: print every number and every flag.
+    """
+    text = standing_output(command, session.parent if session.name == "session.toml" else session, effort, verbose)
+    print(text or "", end="")
+    return text is not None
+
+
 def keep_output(pipeline: Pipeline) -> None:
     """Keep what each command would print of the current results; nothing where the folder cannot be written."""
-    from session.errors import ResultsNotWritable, SwimcalError
-    from session.results import write_whole
+    from swimcal.errors import ResultsNotWritable, SwimcalError
+    from swimcal.results import write_whole
 
     folder, inputs = pipeline.session.folder, pipeline.job.provenance.inputs
     lacking = (Path(os.path.relpath(file, folder)).as_posix() for file in pipeline.session.absent_inputs())

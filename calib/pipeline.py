@@ -7,23 +7,26 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, get_args
 
-from calib.options import EffortName, Job, Options
-from calib.progress import progress_bar
+from calib.options import EffortName, Job, Options, progress_bar
 from calib.stages.diagnosis import DiagnosisStage, check_names
 from calib.stages.fit import FitStage, PublishedStage, StructureStage
 from calib.stages.posterior import PosteriorStage
 from calib.stages.recordings import Recordings
 from calib.stages.report import ReportStage
-from fitting import Calibration, MeasuredTrial, Structure
-from session import InputError, Session, SwimcalError, load_session
-from session.errors import Fault
-from session.lock import session_lock
-from session.results import read_provenance
-from swimmer import Twin, load_robot
-from swimmer.effects import Effect, catalogue
+from fitting.calibration import Calibration
+from fitting.structure import Structure
+from fitting.trial import MeasuredTrial
+from swimcal.effects.catalogue import catalogue
+from swimcal.effects.effect import Effect
+from swimcal.errors import Fault, InputError, SwimcalError
+from swimcal.results import read_provenance
+from swimcal.robot import load_robot
+from swimcal.session import Session, load_session
+from swimcal.stage import session_lock
+from swimcal.twin import Twin
 
 if TYPE_CHECKING:
-    from diagnosis import Discrepancy
+    from diagnosis.discrepancy import Discrepancy
     from diagnosis.result import EffectTestResult
 
 

@@ -19,17 +19,16 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import pandas as pd
 
-from calib.options import EffortName
-from calib.progress import progress_bar
-from session import InputError, Session
-from session.errors import Fault
+from calib.options import EffortName, progress_bar
+from swimcal.errors import Fault, InputError
+from swimcal.session import Session
 
 if TYPE_CHECKING:
     from swimgym.aquarium import Shoal
     from swimgym.course import Course
-    from swimgym.evaluation import Swum
-    from swimgym.policy import Policy
-    from swimgym.source import Fish
+    from swimgym.policy import Policy, Swum
+    from swimgym.swimmers import Fish
+
 
 __all__ = ["PolicyScores", "aquarium", "evaluate", "play", "train"]
 
@@ -101,7 +100,7 @@ def train(
         >>> scores.file.name
         'circle.npz'
     """
-    from swimgym.source import load_fish
+    from swimgym.swimmers import load_fish
 
     folder, quick = _folder(session), effort == "quick"
     fish, file = load_fish(folder, draws=draws, seed=seed), policy_file_of(folder, task)
@@ -145,7 +144,7 @@ def evaluate(
         ['paper', 'search']
     """
     from swimgym.policy import load_policy
-    from swimgym.source import load_fish
+    from swimgym.swimmers import load_fish
 
     folder = _folder(session)
     fish, file = load_fish(folder), Path(policy_file or policy_file_of(folder, task))
@@ -189,7 +188,7 @@ def play(
     from swimgym.aquarium import check_kind, write_shoal
     from swimgym.aquarium import play as played
     from swimgym.policy import load_policy
-    from swimgym.source import load_fish
+    from swimgym.swimmers import load_fish
 
     check_kind(Path(out))
     folder = _folder(session)
@@ -233,7 +232,7 @@ def aquarium(
     """
     from swimgym.aquarium import check_kind, swim_together, write_shoal
     from swimgym.policy import load_policy
-    from swimgym.source import load_fish
+    from swimgym.swimmers import load_fish
 
     check_kind(Path(out))
     folder = None if session is None else _folder(session)
@@ -263,7 +262,7 @@ def _state(file: Path, ending: str) -> Path:
 
 def _course(fish: Fish, task: str, count: int, loaded: Policy, workers: int, file: str) -> Course:
     """Make the course of a policy, which is refused where it does not fit."""
-    from swimgym.making import make_course
+    from swimgym.environments import make_course
 
     if loaded.card.task != task:
         step = f"Give --task {loaded.card.task}, or another policy."
@@ -295,6 +294,6 @@ def _train_policy(
 def _swim_policy(
     fish: Fish, task: str, loaded: Policy, episodes: int, workers: int, seed: int = TEST_SEED, file: str = "the policy"
 ) -> Swum:
-    from swimgym.evaluation import swim
+    from swimgym.policy import swim
 
     return swim(_course(fish, task, episodes, loaded, workers, file), loaded.act, seed)

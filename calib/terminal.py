@@ -1,4 +1,10 @@
-"""The output of a command when it is done: a few lines, all of it with -v, or JSON."""
+"""The terminal: arguments that commands share, and the lines they print.
+
+The arguments that several commands share.
+
+Each command imports what it works with itself, so that one that only prints its help, or drives the motor, waits for
+none of it.
+"""
 
 from __future__ import annotations
 
@@ -6,11 +12,9 @@ import json
 import sys
 from collections.abc import Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
-
-from calib.kept_output import standing_output
 
 if TYPE_CHECKING:
     from calib.results.result import Export, Result
@@ -47,20 +51,6 @@ def result_lines(result: Result, verbose: bool, main: Path | None = None) -> lis
     return [*notes, *lines, str(main or result.file)]
 
 
-def print_again(command: str, session: Path, effort: str | None, verbose: bool = False) -> bool:
-    """Print what a command says of the current results, where there is nothing to do; return whether it did.
-
-    Args:
-        command: name of the command.
-        session: the session folder, or its `session.toml`.
-        effort: as requested; None for that of the current results.
-        verbose: print every number and every flag.
-    """
-    text = standing_output(command, session.parent if session.name == "session.toml" else session, effort, verbose)
-    print(text or "", end="")
-    return text is not None
-
-
 def _sort(notes: Iterable[str]) -> list[str]:
     """Sort notes so that warnings come first."""
     return sorted(notes, key=lambda note: not note.startswith("!"))
@@ -86,3 +76,37 @@ def print_export(made: Export, as_json: bool = False) -> None:
             print(f"calib: {name} failed: {why}", file=sys.stderr)
     if made.failures:
         raise typer.Exit(2)
+
+
+EffortOption = Literal["quick", "full"]
+LastStep = Literal["fit", "posterior", "diagnosis"]
+ObjectiveOption = Literal["likelihood", "published"]
+TrackerOption = Literal["hybrid", "spots", "csrt"]
+FORMS = ("swimcal", "deeplabcut", "movement", "fishsim")
+"""Forms of tracks, for help; what is given is compared with `tracking.formats.FORMATS`."""
+
+SessionFolder = Annotated[Path, typer.Argument(metavar="SESSION", help="a session folder, with its session.toml")]
+SessionFolders = Annotated[list[Path], typer.Argument(metavar="SESSION...", help="one or more session folders")]
+Effort = Annotated[
+    EffortOption | None,
+    typer.Option(help="how hard to search; default: that of the current results, else full", show_default=False),
+]
+PolicyEffort = Annotated[EffortOption, typer.Option(help="how hard to search, and on how many targets it is scored")]
+Rename = Annotated[
+    str, typer.Option(help="names of the file, and which markers they are, comma-separated: snout=nose,…")
+]
+Workers = Annotated[int, typer.Option(min=0, help="threads; 0: all cores, or SWIMCAL_WORKERS")]
+Scheduler = Annotated[str | None, typer.Option(help="address of a dask scheduler, whose workers do it; default: here")]
+Verbose = Annotated[bool, typer.Option("--verbose", "-v", help="every number and every flag, not the summary alone")]
+AsJson = Annotated[bool, typer.Option("--json", help="print the outcome as JSON on standard output")]
+
+
+def renaming(text: str) -> dict[str, str]:
+    """Parse the names of ``snout=nose,tip=caudal_fin``; an error of the command line for other text."""
+    pairs = [part.split("=") for part in text.split(",") if part.strip()]
+    names = {pair[0].strip(): pair[-1].strip() for pair in pairs}
+    if not all(len(pair) == 2 and all(map(str.strip, pair)) for pair in pairs) or len(names) < len(pairs):
+        raise typer.BadParameter(f"found {text!r}, expected theirs=ours such as snout=nose", param_hint="--rename")
+    if len(set(names.values())) < len(names):
+        raise typer.BadParameter(f"found {text!r}, expected each of our names once", param_hint="--rename")
+    return names

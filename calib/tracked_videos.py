@@ -11,17 +11,18 @@ import xarray as xr
 from calib.pipeline import Pipeline, working
 from calib.results.tracks import FilmedTracks, TrackResult, shares_of
 from calib.stages.videos import of_each
-from reports.numbers import listed
-from session import CameraSpec, Flag, InputError, NotEnoughData, Session, TrialSpec
-from session.errors import Fault
-from session.results import plain_json
-from session.tracks import markers_of
-from swimmer import RobotSpec
-from tracking import to_pool
+from reports.words import listed
+from swimcal.errors import Fault, Flag, InputError, NotEnoughData
+from swimcal.results import plain_json
+from swimcal.robot import RobotSpec
+from swimcal.session import Session, TrialSpec
+from swimcal.session_file import CameraSpec
+from swimcal.tracks import markers_of
+from tracking.camera import to_pool
+from tracking.edits import EditLog
+from tracking.formats import FORMATS, export_tracks
 from tracking.lens import lens_flags
-from tracking.records import EditLog, export_tracks
-from tracking.records.formats import FORMATS
-from tracking.records.tracked import counting
+from tracking.tracked import counting
 from tracking.video import Video
 
 

@@ -6,9 +6,8 @@ from dataclasses import replace
 import numpy as np
 
 from diagnosis.constants import FEWEST_TRIALS
-from diagnosis.diagnosis import Diagnosis
-from diagnosis.effect_test import EffectTest
-from diagnosis.refit import Refit
+from diagnosis.diagnose import Diagnosis, EffectTest
+from diagnosis.refit import Refit, RidgeFit
 from diagnosis.result import (
     NONE,
     AllEffects,
@@ -25,10 +24,9 @@ from diagnosis.result import (
     Place,
     Strength,
 )
-from diagnosis.ridge import RidgeFit
-from fitting.model.session_forecast import TWIN, SessionForecast
-from swimmer import FluidCoefficients
-from swimmer.effects import Parameter
+from fitting.forecast import TWIN, SessionForecast
+from swimcal.effects.effect import Parameter
+from swimcal.mjcf import FluidCoefficients
 
 _AT_BOUND = 0.01  # largest distance from a bound, as a share of the parameter's range
 _LEAST = 1e-4  # least probability of an effect that is reported

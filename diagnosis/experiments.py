@@ -24,21 +24,19 @@ from scipy.stats import norm
 
 from diagnosis.constants import MOST_ALIKE
 from diagnosis.evidence import Hypotheses
+from diagnosis.hypotheses import Probabilities
 from diagnosis.linear_model import LinearModel
-from diagnosis.probabilities import Probabilities
 from diagnosis.result import Experiment, ProposedTrial
 from diagnosis.verdict import Verdict
-from fitting.free_decay import Ring
-from fitting.free_decay.ring import ring_changes, shows_in_decays
-from fitting.model.noise import FeatureNoise
-from fitting.model.session_model import SessionModel
-from fitting.signatures import signature_of
-from fitting.signatures.affected_session import imagined, picture_px
+from fitting.decay_fit import Ring, ring_changes, shows_in_decays
+from fitting.noise import FeatureNoise
+from fitting.signatures import imagined, picture_px, signature_of
 from fitting.trial import MeasuredTrial
-from session import NotEnoughData
-from session.errors import SimulationDiverged
-from swimmer import Twin
-from swimmer.effects import AffectedTwin, Effect
+from fitting.trial_model import SessionModel
+from swimcal.effects.affected_twin import AffectedTwin
+from swimcal.effects.effect import Effect
+from swimcal.errors import NotEnoughData, SimulationDiverged
+from swimcal.twin import Twin
 
 SPEEDS_HZ = (0.5, 0.8, 1.1, 1.4)
 _DRY_HZ = 1.0

@@ -1,27 +1,26 @@
-"""Linearised model at the fitted coefficients: all that a session shows in one row, and all that disturbs it."""
+"""The linear model of a session's features about the fitted twin."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from scipy.linalg import solve_triangular
 
-from diagnosis.discrepancy import Discrepancy
-from diagnosis.generic import GaussianProcessDiscrepancy, generic_covariance
-from diagnosis.tolerances import TAKEN, perturbed_robots, placement_uncertainty
-from fitting.free_decay import Ring
-from fitting.model.session_model import START_PHASE_RAD, NuisanceModel, PlacementUncertainty, SessionModel
-from fitting.model.trial_model import TrialModel
-from fitting.model.variance import apart
-from fitting.signatures import Whitened
-from fitting.signatures.session_row import PRIOR_SD, residual_row, row_covariance, row_slopes
-from fitting.trial import MeasuredTrial
-from session import CameraSpec
-from session.errors import SimulationDiverged
-from swimmer import Twin
-from swimmer.fluid import COEFFICIENT_BOUNDS
-from swimmer.mjcf import DRY
+from diagnosis.constants import TAKEN, perturbed_robots, placement_uncertainty
+from diagnosis.discrepancy import Discrepancy, GaussianProcessDiscrepancy, generic_covariance
+from fitting.covariance import apart
+from fitting.decay_fit import Ring, fit_decay
+from fitting.free_decay import DecayTrial
+from fitting.hinges import fault_of_decay
+from fitting.signatures import PRIOR_SD, Whitened, residual_row, row_covariance, row_slopes, with_picture
+from fitting.trial import NOTHING, ExperimentsInAir, MeasuredTrial
+from fitting.trial_model import START_PHASE_RAD, NuisanceModel, PlacementUncertainty, SessionModel, TrialModel
+from swimcal.errors import NotEnoughData, SimulationDiverged
+from swimcal.mjcf import COEFFICIENT_BOUNDS, DRY
+from swimcal.session_file import CameraSpec
+from swimcal.twin import Twin
 
 _LEAST_BOX_M = TAKEN.box_m / 3  # boxes are placed by hand, however well the means happen to agree
 
@@ -257,3 +256,77 @@ def _clamp(twin: Twin) -> Twin:
 def _model_session(twin: Twin, trials: Sequence[MeasuredTrial]) -> SessionModel:
     doubted = perturbed_robots(twin)
     return SessionModel(tuple(TrialModel(twin, trial, START_PHASE_RAD, doubted, with_course=True) for trial in trials))
+
+
+@dataclass(frozen=True, eq=False)
+class SessionData:
+    """The recordings of a session, and what was known before.
+
+    The crank of a trial with a motor log turns as it was logged, as in the fit: a fault of the drive shows in how fast
+    it turned, against the command.
+
+    Attributes:
+        trials: all swims; those of the role "fit" determine the effect, the others score it.
+        twin: the plain twin, of the robot as described.
+        camera: the camera that filmed them.
+        discrepancy: discrepancy of a refitted twin where nothing is wrong.
+        at: (5,) the recommended coefficients of the session, fitted to the same swims.
+        dry: measurements out of the water, which also determine the effect.
+        doubted: names of fitted swims that their own twin does not follow; with these no effect is named.
+    """
+
+    trials: Sequence[MeasuredTrial]
+    twin: Twin
+    camera: CameraSpec
+    discrepancy: Discrepancy
+    at: np.ndarray
+    dry: ExperimentsInAir = NOTHING
+    doubted: tuple[str, ...] = ()
+
+    def of_role(self, fitted: bool) -> tuple[MeasuredTrial, ...]:
+        """Return the swims that are fitted, or those that are not."""
+        return tuple(trial for trial in self.trials if (trial.role == "fit") == fitted)
+
+    @cached_property
+    def rings(self) -> "FreeDecayFits":
+        """Fits of the free decays."""
+        return free_decay_fits(self.dry.decays, self.twin)
+
+    @property
+    def linear(self) -> LinearModel:
+        """Linearised model of the fitted trials.
+
+        Raises:
+            NotEnoughData: there is none.
+            SimulationDiverged: the twin diverged at these coefficients.
+        """
+        if not (fitted := self.of_role(fitted=True)):
+            raise NotEnoughData('no swim of role "fit"; a diagnosis needs at least one')
+        runs = self.dry.runs
+        camera = with_picture(self.camera, (*fitted, *self.of_role(fitted=False), *runs))
+        return LinearModel.of(fitted, self.twin, camera, self.discrepancy, self.at, runs, self.rings.believed)
+
+
+class FreeDecayFits(NamedTuple):
+    """Free decays of a session: fits of those that are believed, and by name why others are left out."""
+
+    believed: tuple[Ring, ...]
+    left_out: Mapping[str, str]
+
+
+def free_decay_fits(decays: Sequence[DecayTrial], twin: Twin) -> FreeDecayFits:
+    """Fit the free decays, and leave out those whose fit must not be believed (`fault_of_decay`)."""
+    believed, left_out = [], {}
+    for trial in decays:
+        try:
+            fit = fit_decay(trial, twin.robot, workers=twin.workers)
+            doubt, ring = fault_of_decay(fit), Ring.of(trial, fit, twin.robot)
+            if doubt is None and not np.isfinite(ring.of_twin(twin)).all():
+                doubt = "a twin with the fitted hinges does not stand"
+        except SimulationDiverged as problem:
+            doubt = str(problem)
+        if doubt is None:
+            believed.append(ring)
+        else:
+            left_out[trial.name] = doubt
+    return FreeDecayFits(tuple(believed), left_out)

@@ -8,9 +8,9 @@ from typing import Literal
 
 import numpy as np
 
-from fitting.series import waves
-from session.results import ResultFile
-from swimmer import FluidCoefficients
+from fitting.pool import waves
+from swimcal.mjcf import FluidCoefficients
+from swimcal.results import ResultFile
 
 NONE = "none_of_these"
 

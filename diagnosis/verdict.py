@@ -20,12 +20,12 @@ from scipy.special import logit
 from diagnosis.constants import ALARM, BESIDE, ENOUGH, FEWEST_TRIALS, HELD, LOOKED_AT, MOST_ALIKE, MOST_GROUPS
 from diagnosis.evidence import Hypotheses, Priors
 from diagnosis.held_out import SkillScore, skill_score
+from diagnosis.hypotheses import Probabilities
 from diagnosis.linear_model import LinearModel
-from diagnosis.probabilities import Probabilities
 from diagnosis.refit import Refit
 from diagnosis.result import VerdictName, WithdrawnEffects
-from fitting.signatures.session_row import PRIOR_SD
-from swimmer.effects import Effect
+from fitting.signatures import PRIOR_SD
+from swimcal.effects.effect import Effect
 
 Refitting = Callable[[Sequence[str]], Refit]
 

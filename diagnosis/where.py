@@ -16,24 +16,15 @@ from scipy.linalg import block_diag, cho_solve, cholesky
 from scipy.linalg.lapack import dpotri
 from scipy.optimize import minimize
 
+from diagnosis.constants import TAKEN
 from diagnosis.linear_model import LinearModel
-from diagnosis.local_discrepancies import HEAD, PER_JOINT, ForceResponses, LocalDiscrepancy
+from diagnosis.places import HEAD, PER_JOINT, ForceResponses, LocalDiscrepancy
 from diagnosis.result import GapShares, MissingForces
-from diagnosis.tolerances import TAKEN
-from fitting.free_decay.ring import NUMBERS as RING_NUMBERS
-from fitting.model.features import (
-    COURSE,
-    HARMONICS,
-    SPEED,
-    advanced,
-    harmonics_of,
-    of_markers,
-    places_of_markers,
-    places_of_slides,
-)
-from fitting.model.variance import harmonic_decay
-from fitting.signatures import Signature
-from fitting.signatures.signature import pieces
+from fitting.covariance import harmonic_decay
+from fitting.decay_fit import NUMBERS as RING_NUMBERS
+from fitting.features import COURSE, SPEED, advanced, harmonics_of, of_markers, places_of_markers, places_of_slides
+from fitting.signatures import Signature, pieces
+from fitting.trial import HARMONICS
 
 STAGES = ("camera", "drive", "body", "tail", "floor")
 OF_NO_MARKER = ("speed", "course", "frequency", "ringing")

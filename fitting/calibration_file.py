@@ -1,7 +1,7 @@
 """`results/calibration.json`: a calibration in the form of the public contract, with forecasts from the command alone.
 
 For these the beat is the command times the mean ratio of beat to command over the fit trials; the speed is the one at
-which the calibrated twin settles at that beat (see `fitting.sweep`). The forecast of `fitting.forecast` knows more: a
+which the calibrated twin settles at that beat (see `fitting.baselines`). The forecast of `fitting.phase` knows more: a
 held-out trial's frequency, phase and start from its own first beats.
 """
 
@@ -11,19 +11,17 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fitting.body_wave import Sway
-from fitting.calibration import CalibratedTrial, Calibration, Summary, summarise
-from fitting.coefficient_fit import CoefficientFit, Marginal
-from fitting.ebt import FROM_TWIN
+from fitting.baselines import SpeedLaw
+from fitting.calibration import CalibratedTrial, Calibration, CoefficientFit, Marginal, Summary, summarise
+from fitting.ebt import FROM_TWIN, Sway
+from fitting.forecast import SessionForecast
 from fitting.left_out import FAR
-from fitting.model.session_forecast import SessionForecast
-from fitting.published_search import PublishedFit
-from fitting.speed_law import SpeedLaw
+from fitting.published import PublishedFit
 from fitting.structure import Source, Structure
 from fitting.trial_checks import TAIL_FIRST
-from session import Flag
-from session.results import ResultFile
-from swimmer import FluidCoefficients
+from swimcal.errors import Flag
+from swimcal.mjcf import FluidCoefficients
+from swimcal.results import ResultFile
 
 _PER_M = 1000.0  # mm
 

@@ -1,267 +1,526 @@
-"""The twin's forecast of a trial from known coefficients, its errors, and whether such a twin swims from rest.
+"""Forecasts of swims with their bands.
 
-The crank's phase is that of the trial's first beats. Distances are as the public contract defines them.
+The model's forecast of a trial: conditional normals of its features, and the marker tracks that they make.
+
+Fitted trials tell of a new one what all trials share: coefficients, marker places, the common discrepancy. Its own
+first beats tell what is its own: trim, registration of the head frame, boxes (Rasmussen and Williams 2006, A.6).
 """
 
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
+from scipy.linalg import cho_factor, cho_solve
+from scipy.stats import t as student
+from threadpoolctl import threadpool_limits
 
-from fitting.in_pool import head_frame
-from fitting.speed import forward_speed
-from fitting.trial import MeasuredTrial
-from session.errors import SimulationDiverged
-from swimmer import FluidCoefficients, Runs, Twin
-from swimmer.twin import simulate_together
-from tracking import HeadFrame, one_of
+from fitting.covariance import Block, Covariance
+from fitting.features import COURSE, SPEED, FeatureReader, advanced, of_markers, phase_between
+from fitting.mode import Mode, jacobian_at, time_step_errors
+from fitting.noise import FeatureNoise
+from fitting.phase import SETTLED_S, score
+from fitting.pool import BASELINES, forward_speed, waves
+from fitting.trial import HARMONICS, MeasuredTrial
+from fitting.trial_model import Sensitivities, TrialModel, sensitivities_together, slope_of_phase
+from swimcal.errors import NotEnoughData
+from tracking.head_frame import HeadFrame
 
-SETTLED_S = 0.25  # time in which the tail forgets its start
-BEATS_IN_STEP = 3.0  # beats that set the crank's phase
-_REACH_RAD = 0.6  # largest error of the harmonic phase
-_TRIES = (7, 5)  # phases tried in each round
-_NEXT = 0.6  # reach of the second round, relative to the steps of the first
-BEATS = 4.0  # beats simulated, of which the second half counts; 6 would classify 4 of 512 twins otherwise
-FRAME_S = 1 / 30
-
-
-def swim(
-    twin: Twin,
-    trial: MeasuredTrial,
-    coefficients: np.ndarray,
-    phase_rad: np.ndarray,
-    frequency_hz: float,
-    frames: int | None = None,
-) -> HeadFrame:
-    """Simulate one trial s times, started with its own velocity.
-
-    Args:
-        twin: the twin, with the trial's markers.
-        trial: n frames.
-        coefficients: (s, 5).
-        phase_rad: (s,) crank angle at time 0.
-        frequency_hz: frequency of the crank, for all; a trial with a measured turn makes that instead.
-        frames: number of frames from the first; default all n.
-
-    Returns:
-        Head frames (s, n, m, 2).
-    """
-    count = len(phase_rad)
-    runs = Runs(
-        coefficients=np.ascontiguousarray(coefficients),
-        frequency_hz=np.full(count, frequency_hz),
-        phase_rad=np.asarray(phase_rad, float),
-        velocity=np.tile(trial.start_velocity, (count, 1)),
-        turns=(trial.turn,) * count,
-    )
-    trajectories = twin.simulate(runs, trial.time_s[:frames], allow_divergence=True)
-    return trial.seen_head(trajectories.marker_m)
+NORMAL_90 = 1.645
+_FEWEST_FRAMES = 24  # least frames of a window
+_DRAWS = 200  # draws of tracks, for their bands
 
 
-def frames_in_step(trial: MeasuredTrial) -> slice:
-    """Return the frames that set a trial's crank phase: three beats of its known part, after the start is forgotten."""
-    end = SETTLED_S + BEATS_IN_STEP / trial.start_frequency.hz
-    frames = np.flatnonzero(trial.known & (trial.time_s > SETTLED_S) & (trial.time_s <= end))
-    return slice(int(frames[0]), int(frames[-1]) + 1)
-
-
-def phase_from_harmonic(twin: Twin, trial: MeasuredTrial, coefficients: np.ndarray, frequency_hz: float) -> np.ndarray:
-    """Return the crank phases at time 0 (s,), rad, with which the tails beat in step with the measured one.
-
-    One simulation at phase 0 gives the lag of the tail's first harmonic behind the crank.
-
-    Args:
-        twin: the twin.
-        trial: the trial.
-        coefficients: (s, 5).
-        frequency_hz: frequency of the crank.
-    """
-    frames = frames_in_step(trial)
-    simulated = swim(twin, trial, coefficients, np.zeros(len(coefficients)), frequency_hz, frames.stop)
-    tail = list(trial.tail)
-    turn = np.exp(-1j * trial.crank_rad(trial.time_s[frames], frequency_hz))[:, None]
-    weight = trial.weight[frames][:, tail]  # (k, t)
-
-    def harmonic(shape_m: np.ndarray) -> np.ndarray:
-        lateral = np.nan_to_num(shape_m[..., frames, tail, 1])  # (..., k, t)
-        mean = (weight * lateral).sum(axis=-2, keepdims=True) / np.maximum(weight.sum(axis=0), 1e-12)
-        return (weight * (lateral - mean) * turn).sum(axis=-2)
-
-    measured, modelled = harmonic(trial.head.shape_m), harmonic(simulated.shape_m)
-    return np.angle((measured * modelled.conj()).sum(axis=-1))
-
-
-def fit_phase(twin: Twin, trial: MeasuredTrial, coefficients: FluidCoefficients) -> float:
-    """Estimate the crank phase at time 0 from the shape of the tail in the known part of the trial, rad.
-
-    The harmonic phase is refined twice on a grid, all simulations of one in a batch, then by a parabola.
-
-    Args:
-        twin: the twin.
-        trial: the trial.
-        coefficients: coefficients of the twin.
-
-    Raises:
-        SimulationDiverged: the twin diverged at this frequency.
-    """
-    hz = trial.start_frequency.hz
-    values = np.array([coefficients], float)
-    centre, reach = float(phase_from_harmonic(twin, trial, values, hz)[0]), _REACH_RAD
-    if not np.isfinite(centre):
-        raise SimulationDiverged(f"trial {trial.name}: the twin diverged at {hz:.3g} Hz")
-    frames = frames_in_step(trial)
-    for count in _TRIES:
-        tries = centre + np.linspace(-reach, reach, count)
-        simulated = swim(twin, trial, np.repeat(values, count, axis=0), tries, hz, frames.stop)
-        misfit = _shape_misfit(trial, simulated, frames)
-        centre, reach = float(tries[np.argmin(misfit)]), _NEXT * float(tries[1] - tries[0])
-    return _lowest(tries, misfit)
-
-
-def _lowest(tries: np.ndarray, misfit: np.ndarray) -> float:
-    """Return the minimum of the parabola through the least of misfits (s,) at even steps and its neighbours.
-
-    It is the place of the least misfit itself where a neighbour diverged or is no larger.
-    """
-    best = int(np.clip(np.argmin(misfit), 1, len(tries) - 2))
-    before, least, after = misfit[best - 1 : best + 2]
-    if not np.isfinite(before + least + after) or before - 2 * least + after <= 0:
-        return float(tries[np.argmin(misfit)])
-    off = np.clip(0.5 * (before - after) / (before - 2 * least + after), -1.0, 1.0)
-    return float(tries[best] + off * (tries[1] - tries[0]))
-
-
-def forecast(twin: Twin, trial: MeasuredTrial, coefficients: FluidCoefficients, phase_rad: float) -> HeadFrame:
-    """Simulate one trial at the frequency of its known part, and return the twin's head frame (n, m, 2).
-
-    Args:
-        twin: the twin.
-        trial: the trial.
-        coefficients: coefficients of the twin.
-        phase_rad: angle of the crank at time 0.
-    """
-    values = np.array([coefficients], float)
-    return one_of(swim(twin, trial, values, np.array([phase_rad]), trial.start_frequency.hz), 0)
-
-
-def _shape_misfit(trial: MeasuredTrial, simulated: HeadFrame, frames: slice) -> np.ndarray:
-    """Return the mean distance (s,) of the tail markers relative to the nose over some frames, less their mean offset.
-
-    It is infinite where the twin diverged.
-    """
-    tail = list(trial.tail)
-    weight = trial.weight[frames][:, tail]
-    error = simulated.shape_m[:, frames][:, :, tail] - trial.head.shape_m[frames][:, tail]  # (s, k, t, 2)
-    lost = ~np.isfinite(simulated.shape_m[:, frames][:, :, tail]).all(axis=(1, 2, 3))
-    error = np.nan_to_num(error, nan=1.0)
-    share = weight / np.maximum(weight.sum(axis=0), 1e-12)
-    error = error - (share[..., None] * error).sum(axis=1, keepdims=True)
-    found = (weight * np.linalg.norm(error, axis=-1)).sum(axis=(1, 2)) / weight.sum()
-    return np.asarray(np.where(lost, np.inf, found))
-
-
-def probed_hz(trials: tuple[MeasuredTrial, ...]) -> float:
-    """Return half the slowest frequency of the trials, at which twins are checked from rest.
-
-    Of 512 twins all over the box, those that swim forward at it do at all faster ones.
-    """
-    return 0.5 * min(trial.frequency.hz for trial in trials)
-
-
-def seconds_from_rest(trials: tuple[MeasuredTrial, ...]) -> float:
-    """Return the seconds that are simulated to check one set of coefficients."""
-    return BEATS / probed_hz(trials)
-
-
-def speed_from_rest(twin: Twin, coefficients: np.ndarray, frequency_hz: np.ndarray) -> np.ndarray:
-    """Return the forward speed (s, f) after half of some beats from rest, m/s, for s sets of coefficients (s, 5).
-
-    Args:
-        twin: the twin.
-        coefficients: (s, 5).
-        frequency_hz: (f,) frequencies of the crank.
-    """
-    count, times = len(coefficients), [np.arange(0.0, BEATS / hz, FRAME_S) for hz in frequency_hz]
-    runs = [Runs(np.asarray(coefficients, float), np.full(count, hz), np.zeros(count)) for hz in frequency_hz]
-    speeds = np.zeros((count, len(times)))
-    for i, swum in enumerate(simulate_together([twin] * len(runs), runs, times)):
-        time_s, hz, head = times[i], frequency_hz[i], head_frame(twin.markers, swum.marker_m)
-        speeds[:, i] = forward_speed(time_s, head, time_s >= BEATS / 2 / hz, hz)
-    return speeds
-
-
-def swims_forward(twin: Twin, coefficients: np.ndarray, trials: tuple[MeasuredTrial, ...]) -> np.ndarray:
-    """Tell whether each set of coefficients (s, 5) swims forward from rest at the frequencies of the trials, (s,).
-
-    MuJoCo's fluid model has two steady states for many sets of coefficients: started at the measured speed such a twin
-    follows the trials, started from rest it settles swimming backward. No trial that begins mid-swim can separate them,
-    but the robot itself does: it starts from rest.
-
-    It is always True when a trial itself was measured swimming backward.
-
-    Args:
-        twin: the twin.
-        coefficients: (s, 5).
-        trials: the trials.
-    """
-    if any(trial.speed <= 0 for trial in trials):
-        return np.ones(len(coefficients), bool)
-    with np.errstate(invalid="ignore"):
-        return np.asarray((speed_from_rest(twin, coefficients, np.array([probed_hz(trials)])) > 0)[:, 0])
-
-
-class Scores(NamedTuple):
-    """Mean marker distances of one trial.
+@dataclass(frozen=True, eq=False)
+class FeatureForecast:
+    """Normal forecast of the features of a window.
 
     Attributes:
-        marker_error_m: head frame, unflagged samples of the scored 4 s, aligned at the first kept frame, m.
-        marker_error_all_m: the same over all samples, flagged ones too, m.
-        shape_error_m: unflagged samples, relative to the nose in every frame, m.
-        used_fraction: share of the samples that are not flagged.
+        window: the window that is forecast.
+        mean, covariance: (k,) and (k, k) of its features.
+        in_step: whether the forecast is put in step with the measured tail, so that its phase is not uncertain.
     """
 
-    marker_error_m: float
-    marker_error_all_m: float
-    shape_error_m: float
-    used_fraction: float
+    window: TrialModel
+    mean: np.ndarray
+    covariance: np.ndarray
+    in_step: bool = True
+
+    @property
+    def speed(self) -> float:
+        """Forward speed, m/s."""
+        return float(self.mean[SPEED])
+
+    @property
+    def speed_sd(self) -> float:
+        """Standard deviation of the forward speed, m/s."""
+        return float(np.sqrt(self.covariance[SPEED, SPEED]))
+
+    @cached_property
+    def head(self) -> HeadFrame:
+        """Forecast tracks in the head frame, (n, m, 2), of all frames of the trial."""
+        return self._head_of(self.mean[None], one=True)
+
+    def inside(self, frames: np.ndarray, seed: int = 0) -> float:
+        """Return the share of the measured samples within the 90 % bands of their tracks.
+
+        Args:
+            frames: (n,) frames that count.
+            seed: seed of the bands.
+        """
+        trial = self.window.trial
+        drawn = self._head_of(self._draw(seed))
+        low, high = np.quantile(_align(drawn, frames), [0.05, 0.95], axis=0)
+        measured = _align(trial.head, frames)
+        good = (trial.weight[frames] > 0) & np.isfinite(measured).all(axis=-1)
+        return float(((measured >= low) & (measured <= high))[good].mean())
+
+    def _draw(self, seed: int) -> np.ndarray:
+        """Draw features (d, k) from the forecast."""
+        noise = np.random.default_rng([seed, 31]).standard_normal((_DRAWS, len(self.mean)))
+        drawn = draws_about(self.mean, noise @ root_of(self.covariance))
+        if not self.in_step:
+            return drawn
+        return advanced(drawn, phase_between(drawn, self.window.measured, list(self.window.trial.tail)))
+
+    def _head_of(self, features: np.ndarray, one: bool = False) -> HeadFrame:
+        position_m = tracks_of(features, self.window)
+        return self.window.trial.seen_head(position_m[0] if one else position_m)
 
 
-def residuals(trial: MeasuredTrial, simulated: HeadFrame, frames: np.ndarray) -> np.ndarray:
-    """Return the simulated minus the measured markers in the head frame, aligned at the first of the frames.
+def root_of(covariance: np.ndarray) -> np.ndarray:
+    """Return a matrix (k, k) whose transpose times itself is the covariance (k, k)."""
+    values, vectors = np.linalg.eigh(covariance)
+    return np.sqrt(np.maximum(values, 0.0))[:, None] * vectors.T
+
+
+def draws_about(mean: np.ndarray, deviations: np.ndarray) -> np.ndarray:
+    """Return features with given means and deviations, their phase turned instead of added.
+
+    A phase is uncertain by half a radian: along its tangent that would make every amplitude larger.
 
     Args:
-        trial: n frames of m markers.
-        simulated: (..., n, m, 2) at the same times; it may end after the last of the frames.
-        frames: (n,) which frames.
-
-    Returns:
-        (..., k, m, 2) m.
+        mean: (..., k) means.
+        deviations: (..., k) deviations from them.
     """
-    simulated_frames = frames[: simulated.shape_m.shape[-3]]
+    tangent = slope_of_phase(mean)
+    phase = (deviations * tangent).sum(axis=-1) / np.maximum((tangent**2).sum(axis=-1), 1e-300)
+    return advanced(mean + deviations - phase[..., None] * tangent, phase)
+
+
+def tracks_of(features: np.ndarray, window: TrialModel) -> np.ndarray:
+    """Return the markers (d, n, m, 2) on the pool that have given features, m.
+
+    Each marker beats about its mean in a frame that goes forward and sideways, and turns, at steady rates.
+
+    Args:
+        features: (d, k) features with a course.
+        window: window whose trial gives the n frames.
+    """
+    trial = window.trial
+    turn_rad = trial.crank_rad(trial.time_s, trial.frequency.hz)
+    columns = np.column_stack([np.ones(len(turn_rad)), waves(turn_rad, HARMONICS)])  # (n, 7)
+    beats = np.einsum("nc,dmac->dnma", columns, of_markers(features))
+    place = beats[..., 0] + 1j * beats[..., 1]
+    sideways, turning = features[:, -len(COURSE) :].T
+    heading = np.exp(1j * np.multiply.outer(turning, trial.time_s))  # (d, n)
+    speed = (features[:, SPEED] + 1j * sideways)[:, None] * heading
+    steps = 0.5 * (speed[:, 1:] + speed[:, :-1]) * np.diff(trial.time_s)
+    path = np.concatenate([np.zeros((len(features), 1)), np.cumsum(steps, axis=1)], axis=1)
+    position = path[..., None] + place * heading[..., None]
+    return np.stack([position.real, position.imag], axis=-1)
+
+
+@dataclass(frozen=True, eq=False)
+class Windows:
+    """Windows of a held-out trial at the frequency of its first beats.
+
+    Attributes:
+        early: its known part; None where that is too short.
+        late: its kept frames.
+    """
+
+    early: TrialModel | None
+    late: TrialModel
+
+    @classmethod
+    def of(cls, mode: Mode, trial: MeasuredTrial) -> "Windows":
+        """Divide a trial that was not fitted into its windows.
+
+        Raises:
+            NotEnoughData: nose and neck are hardly seen in the kept frames.
+        """
+        late = replace(mode.model.trials[0], trial=replace(trial, frequency=trial.start_frequency))
+        known = trial.known & (trial.time_s > SETTLED_S)
+        early = replace(late, trial=replace(late.trial, kept=known))
+        try:
+            both = early.reader.read & late.reader.read
+        except NotEnoughData:
+            _ = late.reader
+            return cls(None, late)
+        return cls(early if known.sum() >= _FEWEST_FRAMES and both[list(trial.tail)].any() else None, late)
+
+
+class Scatter(NamedTuple):
+    """Scatter of the windows of a trial.
+
+    Attributes:
+        noise: squared differences relative to tracking noise, at least 1.
+        speed: relative standard deviation of a window's speed.
+    """
+
+    noise: float = 1.0
+    speed: float = 0.03
+
+
+EVEN = Scatter()
+"""Scatter of a fish of which nothing is known."""
+
+
+def repeated(mode: Mode, number: int) -> FeatureForecast:
+    """Forecast a repeat of a fitted trial: all that is a trial's own is drawn anew."""
+    again = mode.blocks[number]._replace(trial=len(mode.blocks), features=mode.simulated(number))
+    rows = len(again.features)
+    return _condition(mode, again, mode.jacobian[number * rows :][:rows], None)
+
+
+class NewWindow(NamedTuple):
+    """A window of a new trial as the twin swims it.
+
+    Attributes:
+        block: its block.
+        jacobian: (k, 5) by the coefficients.
+        scatter: its scatter.
+    """
+
+    block: Block
+    jacobian: np.ndarray
+    scatter: Scatter
+
+    @classmethod
+    def of(cls, mode: Mode, window: TrialModel, scatter: Scatter = EVEN) -> "NewWindow":
+        """Simulate the window at the mode."""
+        return cls(block_of(mode, window, scatter), jacobian_at([window], mode.coefficients), scatter)
+
+
+def forecast_of(mode: Mode, window: NewWindow, early: TrialModel | None = None) -> FeatureForecast:
+    """Forecast a window of a new trial from its frequency, the fitted trials, and its own early window.
+
+    Without an early window the forecast is in step with the trial's tail.
+
+    Args:
+        mode: the fit.
+        window: the window.
+        early: the known part of the same trial.
+    """
+    beats = None if early is None else _early_block(mode, early, window.block, window.scatter)
+    return _condition(mode, window.block, window.jacobian, beats)
+
+
+def scatter_of(mode: Mode) -> Scatter:
+    """Estimate the scatter of windows from the fitted trials, each divided after its first two beats.
+
+    For the speed the default counts as one more trial.
+    """
+    noise, speed = [], [EVEN.speed**2]
+    for block in mode.blocks:
+        try:
+            windows = Windows.of(mode, block.model.trial.with_role("holdout"))
+        except NotEnoughData:
+            continue
+        if windows.early is None:
+            continue
+        difference = windows.early.measured - windows.late.measured
+        of_tracks = np.sum([np.diag(_tracking_noise(mode, each)) for each in (windows.early, windows.late)], axis=0)
+        both = windows.early.reader.observed & windows.late.reader.observed
+        noise.append(float(np.median(difference[both] ** 2 / of_tracks[both])) / _MEDIAN_OF_SQUARE)
+        speed.append(float((difference[SPEED] / block.features[SPEED]) ** 2 / 2))
+    return Scatter(max(1.0, float(np.mean(noise))) if noise else 1.0, float(np.sqrt(np.mean(speed))))
+
+
+_MEDIAN_OF_SQUARE = 0.4549  # median square of a standard normal number
+
+
+def block_of(mode: Mode, window: TrialModel, scatter: Scatter) -> Block:
+    """Return the block of a window of a new trial; its features are what the twin simulates.
+
+    Args:
+        mode: the fit.
+        window: the window.
+        scatter: scatter of windows.
+    """
+    (sensitivities,) = sensitivities_together([window], mode.coefficients)
+    (time_step,) = time_step_errors([window], mode.coefficients)
+    simulated = window.simulated(mode.coefficients[None])[0]
+    noise = _noise(mode, window, scatter, simulated)
+    return Block(window, sensitivities, noise, time_step, len(mode.blocks), simulated)
+
+
+def _early_block(mode: Mode, window: TrialModel, late: Block, scatter: Scatter) -> tuple[Block, float]:
+    """Return the block of the first beats of a new trial, and their phase ahead of the late window.
+
+    Both are windows of one steady swim: the twin's start, which is not the fish's, is not simulated.
+    """
+    phase = float(phase_between(late.features, window.measured, list(window.trial.tail)))
+    sensitivities = Sensitivities(*(_ahead(each, phase) for each in late.sensitivities))
+    features, time_step = (_ahead(each[:, None], phase)[:, 0] for each in (late.features, late.time_step))
+    noise = _noise(mode, window, scatter, features)
+    return Block(window, sensitivities, noise, time_step, late.trial, features), phase
+
+
+def _ahead(columns: np.ndarray, phase: float) -> np.ndarray:
+    """Return columns (k, q) of features with the crank ahead by a phase, rad."""
+    return advanced(columns.T, np.full(columns.shape[1], phase)).T
+
+
+def _noise(mode: Mode, window: TrialModel, scatter: Scatter, simulated: np.ndarray) -> np.ndarray:
+    """Return the covariance (k, k) of a window by noise like the fitted trials' and by the windows' scatter."""
+    found = scatter.noise * _tracking_noise(mode, window)
+    found[SPEED, SPEED] += (scatter.speed * simulated[SPEED]) ** 2
+    return found
+
+
+def _tracking_noise(mode: Mode, window: TrialModel) -> np.ndarray:
+    reader: FeatureReader = window.reader
+    return FeatureNoise.typical([block.model.noise for block in mode.blocks], reader.time_s).covariance(reader)
+
+
+def _condition(mode: Mode, late: Block, jacobian: np.ndarray, early: tuple[Block, float] | None) -> FeatureForecast:
+    """Condition a block on the fitted trials and, where there is one, on an early window of its trial.
+
+    The early window is ahead by a phase. The coefficients stay those of the fit, with its covariance: an update of them
+    by the wider discrepancy of forecasts would be linear, and leads far off where they are uncertain.
+    """
+    blocks, rows, residual = [*mode.blocks, late], [mode.jacobian, jacobian], mode.residual
+    if early is not None:
+        block, phase = early
+        blocks, rows = [*blocks, block], [*rows, _ahead(jacobian, phase)]
+        residual = np.append(residual, block.model.measured - block.features)
+    total = Covariance.of(blocks, mode.blocks).at(mode.forecast_sizes)
+    slopes, count, length = np.vstack(rows), len(mode.residual), len(late.features)
+    asked = np.arange(count, count + length)
+    known = np.delete(np.arange(len(total)), asked)
+    factor = cho_factor(total[np.ix_(known, known)], lower=True)
+    gain = cho_solve(factor, total[np.ix_(known, asked)]).T
+    covariance = total[np.ix_(asked, asked)] - gain @ total[np.ix_(known, asked)]
+    of_coefficients = slopes[asked] - gain @ slopes[known]
+    covariance += of_coefficients @ mode.coefficient_covariance @ of_coefficients.T
+    return FeatureForecast(late.model, late.features + gain @ residual, covariance, in_step=early is None)
+
+
+def _align(head: HeadFrame, frames: np.ndarray) -> np.ndarray:
+    """Return the positions (..., k, m, 2) in the head frame, displacement counted from the first of the frames (n,)."""
     first = int(np.flatnonzero(frames)[0])
-    measured_path = trial.head.path_m[frames] - trial.head.path_m[first]
-    simulated_path = simulated.path_m[..., simulated_frames, :] - simulated.path_m[..., first : first + 1, :]
-    shape = simulated.shape_m[..., simulated_frames, :, :] - trial.head.shape_m[frames]
-    return shape + (simulated_path - measured_path)[..., None, :]
+    path = head.path_m[..., frames, :] - head.path_m[..., first : first + 1, :]
+    return np.asarray(head.shape_m[..., frames, :, :] + path[..., None, :])
 
 
-def score(trial: MeasuredTrial, simulated: HeadFrame) -> Scores:
-    """Return the marker distances of one trial from one simulation of it.
+TWIN = "twin"
+GIVEN = "given_frequency"
+BEATS = "after_two_beats"
+REPEAT = "repeat"
+CONTINUED = "continued"
+DRAWN = "posterior"
+_MM = 1000.0
+_FEWEST_TRIALS = 2  # trials that an interval over trials needs
+
+
+@dataclass(frozen=True)
+class Forecast:
+    """Forecast of one trial by one model.
+
+    Attributes:
+        speed: forward, slope over the whole beats that are scored, m/s.
+        speed_ci90: its 90 % band, m/s; None where the model has none.
+        marker_error_mm, shape_error_mm: as the public contract defines them; None where it forecasts no markers.
+        inside: share of the scored marker coordinates within their 90 % bands.
+    """
+
+    speed: float
+    speed_ci90: tuple[float, float] | None = None
+    marker_error_mm: float | None = None
+    shape_error_mm: float | None = None
+    inside: float | None = None
+
+
+@dataclass(frozen=True)
+class ForecastTrial:
+    """One trial.
+
+    Attributes:
+        role: "fit" or "holdout".
+        frequency_hz: that forecasts are asked for at: of its first two beats where it is held out.
+        speed_measured: m/s.
+        forecasts: by model. Of every trial "twin" (the calibrated twin alone) and elongated body theory in its forms
+            from the measured tail ("ebt_published", "ebt_smoothed", "ebt_large"). Of a held-out one "given_frequency"
+            (the twin with what the fitted trials tell of its error), "after_two_beats" (and with what its own first
+            two beats tell), and the baselines "continued" (goes on as in its first two beats), "line", "power_law" and
+            "constant_stride". Of a fitted one "repeat": what another trial like it would do. Beside a posterior
+            "posterior": "given_frequency" or "repeat", averaged over its draws.
+    """
+
+    role: str
+    frequency_hz: float
+    speed_measured: float
+    forecasts: Mapping[str, Forecast]
+
+
+@dataclass(frozen=True)
+class SessionForecast:
+    """Forecasts of all trials of a session.
+
+    Attributes:
+        scatter: by how much beats differ within a trial.
+        trials: the forecasts of each trial, by its name.
+    """
+
+    scatter: Scatter
+    trials: Mapping[str, ForecastTrial]
+
+    @property
+    def held_out(self) -> tuple[ForecastTrial, ...]:
+        """Trials that the coefficients are not fitted to."""
+        return tuple(trial for trial in self.trials.values() if trial.role != "fit")
+
+    @property
+    def compared(self) -> "SessionForecast":
+        """The forecasts with those held-out trials alone for which every model has a speed.
+
+        So all means are over the same trials. Elongated body theory has no speed where boxes at the tail tip merge.
+        """
+        told = {
+            name: {model for model, found in trial.forecasts.items() if np.isfinite(found.speed)}
+            for name, trial in self.trials.items()
+            if trial.role != "fit"
+        }
+        every = set().union(*told.values())
+        return replace(
+            self, trials={name: trial for name, trial in self.trials.items() if told.get(name, every) == every}
+        )
+
+    def mean(self, model: str, quantity: str) -> float:
+        """Return the mean over held-out trials of a quantity of `Forecast`; nan where it is unknown.
+
+        Args:
+            model: name of the model.
+            quantity: a field of `Forecast`, or "speed_error" (absolute, m/s).
+        """
+        found = [self._value(trial, model, quantity) for trial in self.held_out]
+        return float(np.mean(found)) if found else float("nan")
+
+    @property
+    def best_baseline(self) -> str:
+        """Name of the baseline with the smallest speed error that needs no beat of the trial itself; "" without any."""
+        errors = {name: self.mean(name, "speed_error") for name in BASELINES}
+        known = {name: error for name, error in errors.items() if np.isfinite(error)}
+        return min(known, key=known.__getitem__) if known else ""
+
+    def gain(self, model: str, baseline: str) -> "Gain":
+        """Return how much better a model forecasts held-out speeds than a baseline."""
+        found = np.array(
+            [self._value(t, baseline, "speed_error") - self._value(t, model, "speed_error") for t in self.held_out]
+        )
+        if len(found) < _FEWEST_TRIALS:
+            return Gain(float(found.mean()) if len(found) else float("nan"), None)
+        reach = float(student.ppf(0.95, len(found) - 1) * found.std(ddof=1) / np.sqrt(len(found)))
+        return Gain(float(found.mean()), (float(found.mean()) - reach, float(found.mean()) + reach))
+
+    def with_models(self, further: Mapping[str, Mapping[str, Forecast]]) -> "SessionForecast":
+        """Return the forecasts with further ones, by trial and model, in front."""
+        trials = {
+            name: replace(trial, forecasts={**further[name], **trial.forecasts}) for name, trial in self.trials.items()
+        }
+        return replace(self, trials=trials)
+
+    @staticmethod
+    def _value(trial: ForecastTrial, model: str, quantity: str) -> float:
+        if model not in trial.forecasts:
+            return float("nan")
+        found = trial.forecasts[model]
+        if quantity == "speed_error":
+            return abs(found.speed - trial.speed_measured)
+        value = getattr(found, quantity)
+        return float("nan") if value is None else float(value)
+
+
+NOTHING_FORECAST = SessionForecast(EVEN, {})
+"""The forecasts of a session before its trials are forecast."""
+
+
+class Gain(NamedTuple):
+    """Mean over trials by which an absolute speed error is smaller, m/s, with its 90 % interval over trials.
+
+    The interval is Student's; None with fewer than two trials.
+    """
+
+    mean: float
+    interval: tuple[float, float] | None
+
+
+@threadpool_limits.wrap(limits=1, user_api="blas")  # the matrices are small: threads cost more than they save
+def forecast_session(mode: Mode, trials: Sequence[MeasuredTrial], seed: int = 0) -> SessionForecast:
+    """Return the model's forecasts of its own trials and of all others.
 
     Args:
-        trial: n frames of m markers.
-        simulated: (n, m, 2) head frame of the simulation at the same times.
+        mode: the fit.
+        trials: all trials of the session.
+        seed: seed of the bands.
     """
-    frames = trial.scored
-    distance = np.linalg.norm(residuals(trial, simulated, frames), axis=-1)  # (k, m)
-    shape = np.linalg.norm(simulated.shape_m[frames] - trial.head.shape_m[frames], axis=-1)
-    good = trial.weight[frames] > 0
-    return Scores(
-        marker_error_m=_mean(distance, good),
-        marker_error_all_m=_mean(distance, np.isfinite(distance)),
-        shape_error_m=_mean(shape, good),
-        used_fraction=float(good.mean()),
+    scatter = scatter_of(mode)
+    found = {block.model.trial.name: _forecast_fitted(mode, number, seed) for number, block in enumerate(mode.blocks)}
+    for trial in trials:
+        if trial.role != "fit":
+            found[trial.name] = _forecast_held_out(mode, trial, scatter, seed)
+    return SessionForecast(scatter, {trial.name: found[trial.name] for trial in trials})
+
+
+def _forecast_fitted(mode: Mode, number: int, seed: int) -> ForecastTrial:
+    trial = mode.blocks[number].model.trial
+    return ForecastTrial(
+        trial.role, trial.frequency.hz, trial.speed, {REPEAT: scored(trial, repeated(mode, number), seed)}
     )
 
 
-def _mean(values: np.ndarray, good: np.ndarray) -> float:
-    return float(values[good].mean()) if good.any() else float("nan")
+def _forecast_held_out(mode: Mode, trial: MeasuredTrial, scatter: Scatter, seed: int) -> ForecastTrial:
+    windows, fitted = Windows.of(mode, trial), [block.model.trial for block in mode.blocks]
+    late = NewWindow.of(mode, windows.late, scatter)
+    found = {GIVEN: scored(trial, forecast_of(mode, late), seed)}
+    if windows.early is not None:
+        found[BEATS] = scored(trial, forecast_of(mode, late, windows.early), seed)
+        goes_on = _score_distances(trial, trial.seen_head(tracks_of(windows.early.measured[None], windows.late)[0]))
+        shown = windows.early.reader.read | ~windows.late.reader.read
+        found[CONTINUED] = goes_on if shown.all() else Forecast(goes_on.speed)
+    at = trial.start_frequency.hz
+    return ForecastTrial(trial.role, at, trial.speed, found | simple_rules(fitted, at))
+
+
+def simple_rules(fitted: Sequence[MeasuredTrial], hz: float) -> dict[str, Forecast]:
+    """Return the baselines in frequency through fitted trials, for a trial at `hz`."""
+    known = [trial.frequency.hz for trial in fitted], [trial.speed for trial in fitted]
+    return {name: Forecast(baseline(*known, [hz])[0]) for name, baseline in BASELINES.items()}
+
+
+def scored(trial: MeasuredTrial, forecast: FeatureForecast, seed: int) -> Forecast:
+    """Score a trial within a forecast of it.
+
+    Args:
+        trial: the trial.
+        forecast: the forecast.
+        seed: seed of the bands.
+    """
+    plain = _score_distances(trial, forecast.head)
+    reach = NORMAL_90 * forecast.speed_sd
+    return Forecast(
+        plain.speed,
+        (plain.speed - reach, plain.speed + reach),
+        plain.marker_error_mm,
+        plain.shape_error_mm,
+        forecast.inside(trial.scored, seed),
+    )
+
+
+def _score_distances(trial: MeasuredTrial, head: HeadFrame) -> Forecast:
+    scores = score(trial, head)
+    speed = float(forward_speed(trial.time_s, head, trial.kept, trial.frequency.hz))
+    return Forecast(speed, None, _MM * scores.marker_error_m, _MM * scores.shape_error_m)

@@ -14,15 +14,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fitting.dry_run import CrankFit, CrankTrial, DryTrial, crank_response, fit_crank
-from fitting.dry_run.response import with_arm
-from fitting.free_decay import DecayFit, DecayTrial, HingeEstimate, combine_decays, fit_decay
-from fitting.free_decay.hinges import fault_of_decay, with_hinges
-from session import Flag
-from session.errors import SimulationDiverged
-from session.records import KEPT_ELSEWHERE
-from session.results import ResultFile
-from swimmer import RobotSpec, Twin
+from fitting.crank_fit import CrankFit, CrankTrial, crank_response, fit_crank
+from fitting.decay_fit import fit_decay
+from fitting.dry_run import DryTrial, with_arm
+from fitting.free_decay import DecayTrial
+from fitting.hinges import DecayFit, HingeEstimate, combine_decays, fault_of_decay, with_hinges
+from swimcal.errors import Flag, SimulationDiverged
+from swimcal.results import KEPT_ELSEWHERE, ResultFile
+from swimcal.robot import RobotSpec
+from swimcal.twin import Twin
 
 BUILT_IN = "the built-in robot"
 UNMEASURED_SD = {"hinge_stiffness": 0.1, "hinge_damping": 0.2, "crank_arm": 0.02}

@@ -11,12 +11,18 @@ import numpy as np
 import xarray as xr
 
 from fitting.free_decay import DecayTrial
-from fitting.frequency import SwimFrequency, estimate_frequency
-from fitting.in_pool import head_frame, head_is_trusted, in_pool
-from fitting.lasting_beat import beating_part
+from fitting.frequency import SwimFrequency, beating_part, estimate_frequency
 from fitting.motor_clock import MotorRecord
-from fitting.series import design, determined, smooth_swim, weighted_fit
-from fitting.speed import forward_speed
+from fitting.pool import (
+    design,
+    determined,
+    forward_speed,
+    head_frame,
+    head_is_trusted,
+    in_pool,
+    smooth_swim,
+    weighted_fit,
+)
 from fitting.trial_checks import (
     LEAST_OF_PART,
     check_beat,
@@ -27,10 +33,13 @@ from fitting.trial_checks import (
     sight_flags,
     unread_flags,
 )
-from session import CameraSpec, Flag, NotEnoughData, TrialSpec
-from session.tracks import by_marker, markers_of
-from swimmer import CrankTurn, RobotSpec
-from tracking import HeadFrame
+from swimcal.crank import CrankTurn
+from swimcal.errors import Flag, NotEnoughData
+from swimcal.robot import RobotSpec
+from swimcal.session import TrialSpec
+from swimcal.session_file import CameraSpec
+from swimcal.tracks import by_marker, markers_of
+from tracking.head_frame import HeadFrame
 
 Beat = Callable[[np.ndarray], SwimFrequency]
 """Function that returns the frequency of some frames (n,)."""
@@ -59,7 +68,7 @@ class MeasuredTrial:
     held-out trial it is used over the scored part too.
 
     Attributes:
-        tracks: n frames of m markers, time from the first frame, as `session.tracks` has them and with the variables
+        tracks: n frames of m markers, time from the first frame, as `swimcal.tracks` has them and with the variables
             ``weight`` (time, keypoint), 0 where a sample is flagged, missing, or its frame has no trusted head;
             ``position_pool`` (time, space, keypoint), m, on the pool, right-handed seen from above; and of the
             published normaliser ``position_head`` (time, space, keypoint), m, relative to the nose, ``path`` (time,

@@ -9,11 +9,11 @@ from collections.abc import Sequence
 import numpy as np
 
 from fitting.frequency import LEAST_EXPLAINED, SwimFrequency
-from fitting.series import design
-from session import CameraSpec, Flag, NotEnoughData
-from session.session_checks import OTHER_UNIT, rate_is_off, usual_spacing_s
-from swimmer import RobotSpec
-from tracking import HeadFrame
+from fitting.pool import design
+from swimcal.errors import Flag, NotEnoughData
+from swimcal.robot import RobotSpec
+from swimcal.session_file import OTHER_UNIT, CameraSpec, rate_is_off, usual_spacing_s
+from tracking.head_frame import HeadFrame
 
 SCALE_OFF = 0.05
 """Relative difference of the scale that is worth a flag."""

@@ -52,7 +52,7 @@ shutil.copytree("../datasets/sample", folder, ignore=shutil.ignore_patterns("res
 
 def robot_file(name, stiffness, damping, arm):
     """The published robot with other numbers."""
-    text = Path("../swimmer/robots/fish_057.toml").read_text()
+    text = Path("../swimcal/robots/fish_057.toml").read_text()
     text = text.replace("hinge_stiffness_n_m = 0.65", f"hinge_stiffness_n_m = {stiffness}")
     text = text.replace("hinge_damping_n_m_s = 0.02", f"hinge_damping_n_m_s = {damping}")
     (folder / name).write_text(text.replace("arm_m = 0.0395", f"arm_m = {arm}"))

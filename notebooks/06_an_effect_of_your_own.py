@@ -123,5 +123,5 @@ gap.to_frame("trials").T.round(3)
 # torn_fin = "my_package.torn_fin:TornFin"
 # ```
 #
-# `tests/swimmer/effects/test_catalogue.py` shows what every effect has to fulfil: at zero the plain twin to the bit,
+# `tests/swimcal/effects/test_catalogue.py` shows what every effect has to fulfil: at zero the plain twin to the bit,
 # each parameter does something, nothing diverges within the bounds.

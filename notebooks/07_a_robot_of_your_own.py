@@ -36,7 +36,7 @@ import calib
 # ## 1. The drawing as a text file
 #
 # Lengths are in metres, masses in kilograms. x runs from the nose to the tail, z is up.
-# `swimmer/robots/fish_057.toml` describes every key.
+# `swimcal/robots/fish_057.toml` describes every key.
 
 # %%
 drawing = """

@@ -13,14 +13,31 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from diagnosis.result import DiagnosisResult
 from fitting.calibration_file import CalibrationResult
-from fitting.model.session_forecast import TWIN, SessionForecast
+from fitting.forecast import TWIN, SessionForecast
 from reports.caveats import fit_caveats, gap_caveats, posterior_caveats
-from reports.forecast_words import MODELS, compared_with_best, misses
-from reports.gap_words import MORE_THAN_NOISE, Change, changes, effect_size, gap_sentences, next_experiment
-from reports.numbers import counted, in_mm, in_words, listed, of_its_size, sentence, shown, spanned
+from reports.words import (
+    MODELS,
+    MORE_THAN_NOISE,
+    Change,
+    changes,
+    compared_with_best,
+    counted,
+    effect_size,
+    gap_sentences,
+    in_mm,
+    in_words,
+    listed,
+    misses,
+    next_experiment,
+    of_its_size,
+    sentence,
+    shown,
+    spanned,
+)
 
 if TYPE_CHECKING:
     from fitting.posterior.summary import PosteriorSummary
+
 
 EBT = "ebt_published"
 BESIDE = ("line", "constant_stride", EBT)

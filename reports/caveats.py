@@ -8,17 +8,16 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from diagnosis.result import DiagnosisResult, parameters_of
-from fitting import CalibratedTrial, MeasuredTrial
+from fitting.calibration import CalibratedTrial
 from fitting.calibration_file import CalibrationResult
 from fitting.ebt import EBT_RATIO_ONLY
-from fitting.trial import SCORED_S
-from reports.gap_words import MORE_THAN_NOISE
-from reports.numbers import in_words, listed, percent, sentence, shown
-from session import Flag
-from session.flags import FLAG_KINDS
+from fitting.trial import SCORED_S, MeasuredTrial
+from reports.words import MORE_THAN_NOISE, in_words, listed, percent, sentence, shown
+from swimcal.errors import FLAG_KINDS, Flag
 
 if TYPE_CHECKING:
     from fitting.posterior.summary import PosteriorSummary
+
 
 LITTLE_USED = 0.9
 FEW_BEATS = 2
@@ -100,7 +99,7 @@ def _checks(found: DiagnosisResult) -> list[str]:
 
 
 def _is_of_drive(found: DiagnosisResult) -> bool:
-    from swimmer.effects import catalogue  # this import loads the twin
+    from swimcal.effects.catalogue import catalogue  # this import loads the twin
 
     return any(name in found.effects and effect.stage == "drive" for name, effect in catalogue().items())
 

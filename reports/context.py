@@ -1,25 +1,188 @@
-"""The context of a report: everything that a section may read."""
+"""What the sections of a report are built from: results, logs and swims of a policy."""
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
+from pathlib import Path
 from typing import TYPE_CHECKING, Literal, NamedTuple
 
+import numpy as np
+
 from diagnosis.result import DiagnosisResult
-from fitting import CalibratedTrial, Calibration, MeasuredTrial, Structure
+from fitting.calibration import CalibratedTrial, Calibration
 from fitting.calibration_file import PublishedResult, calibration_result
 from fitting.dry_run import DryTrial
+from fitting.motor_clock import MotorRecord
+from fitting.structure import Structure
+from fitting.trial import MeasuredTrial
 from reports.answers import Answers, answers_of
-from reports.logged_trial import LoggedTrial
-from reports.policy_swims import PolicySwims
-from session import Session
-from session.results import Provenance
-from swimmer import RobotSpec
+from swimcal.results import Provenance, check_whole, sha256_of
+from swimcal.robot import RobotSpec
+from swimcal.session import Session
 
 if TYPE_CHECKING:
-    from fitting.posterior.summary import PosteriorSummary  # its package loads the sampler
+    from fitting.posterior.summary import PosteriorSummary
+
+
+TURN = 2 * np.pi
+BINS = 72  # bins of a turn
+
+
+@dataclass(frozen=True, eq=False)
+class LoggedTrial:
+    """One dry run or swim with a motor log of n rows."""
+
+    name: str
+    kind: Literal["dry", "swim"]
+    motor: MotorRecord
+
+    @property
+    def off_command(self) -> float:
+        """Relative difference of the measured from the commanded speed; nan without a command."""
+        hz = self.motor.commanded_hz
+        return self.motor.measured_hz / hz - 1 if hz > 0 else float("nan")
+
+    @property
+    def speed(self) -> tuple[np.ndarray, np.ndarray]:
+        """Times (n,), s, and the motor's own speeds (n,), turns/s, positive as the crank turns on the whole."""
+        log = self.motor.log
+        return self._on_video(log.time_s), self._forward * log.velocity_rad_s / TURN
+
+    @property
+    def command(self) -> tuple[np.ndarray, np.ndarray] | None:
+        """Times (k,), s, and the speeds commanded then (k,), turns/s; None where they were not kept."""
+        commands = self.motor.commands
+        if commands is None:
+            return None
+        return self._on_video(commands.time_s), self._forward * commands.velocity_rad_s / TURN
+
+    @property
+    def codes(self) -> tuple[tuple[float, float], ...]:
+        """Start and end of each coded wiggle, s."""
+        commands = self.motor.commands
+        spans = [commands.span_s(part) for part in ("start_code", "end_code")] if commands else []
+        return tuple((float(a), float(b)) for a, b in (self._on_video(np.array(span)) for span in spans if span))
+
+    @property
+    def zero_s(self) -> float:
+        """The time at which a time axis begins, s.
+
+        It is the video's time 0, or the first row of a log that cannot be aligned with the video.
+        """
+        return 0.0 if self.motor.laid else float(self._on_video(self.motor.log.time_s)[0])
+
+    @property
+    def steady(self) -> np.ndarray:
+        """Mask (n,) of the rows of the log within the steady stretch."""
+        time_s, (start, end) = self._on_video(self.motor.log.time_s), self.motor.drive_s
+        return (time_s >= start) & (time_s <= end)
+
+    @property
+    def turns(self) -> np.ndarray:
+        """Speed over its mean (t, BINS), at even angles of the shaft, in each whole turn of the steady stretch."""
+        motor = self.motor
+        inside = self.steady & np.isfinite(motor.log.position_rad)
+        if not inside.any():
+            return np.zeros((0, BINS))
+        time_s = self._on_video(motor.log.time_s[inside])
+        turned = motor.turn.angle(time_s)
+        angle = turned + np.median(self._forward * motor.log.position_rad[inside] - turned)
+        whole = np.arange(np.ceil(angle[0] / TURN), np.floor(angle[-1] / TURN))
+        places = TURN * (whole[:, None] + np.arange(BINS) / BINS)  # (t, BINS)
+        return np.interp(places, angle, motor.turn.speed(time_s)) / (TURN * motor.measured_hz)
+
+    @property
+    def _forward(self) -> float:
+        """The sign of the shaft's turning on the whole."""
+        position = self.motor.log.position_rad[np.isfinite(self.motor.log.position_rad)]
+        return -1.0 if len(position) and position[-1] < position[0] else 1.0
+
+    def _on_video(self, motor_s: np.ndarray) -> np.ndarray:
+        return (motor_s - self.motor.clock.offset_s) / self.motor.clock.rate
+
+
+TASKS = ("target", "circle")
+SWIMS = ".swims.npz"
+"""Ending of the file that `calib policy train` writes next to a policy."""
+
+
+@dataclass(frozen=True, eq=False)
+class PolicySwims:
+    """The episodes of one policy on the twin.
+
+    Attributes:
+        task, method: "target" or "circle"; "search" or "sac".
+        of_this_fit: whether it was trained on the twin that the report is about.
+        start_m: (n, 2) first targets, from the start, where the robot heads along -x; its left is -y.
+        reached, diverged: (n,) how the episodes ended; neither: out of time.
+        seconds: (n,) how long they lasted.
+        off_path_m: (2, n) mean and largest distance from the path; nan without one.
+        path_m: (k, m, 2) paths of the first m episodes, at even times; nan once one is over.
+        radius_m: radius of the circle; nan without one.
+    """
+
+    task: str
+    method: str
+    trained_s: float
+    seed: int
+    of_this_fit: bool
+    start_m: np.ndarray
+    reached: np.ndarray
+    diverged: np.ndarray
+    seconds: np.ndarray
+    off_path_m: np.ndarray
+    path_m: np.ndarray
+    radius_m: float = float("nan")
+
+    @property
+    def distance_m(self) -> np.ndarray:
+        """Distances (n,) of the targets from the start, m."""
+        return np.asarray(np.hypot(*self.start_m.T))
+
+    @property
+    def aside_rad(self) -> np.ndarray:
+        """Angles (n,) of the targets from straight ahead, to either side, rad."""
+        return np.asarray(np.abs(np.arctan2(self.start_m[:, 1], -self.start_m[:, 0])))
+
+
+def swims_files(results: Path) -> tuple[Path, ...]:
+    """List the files of swims that are there, with their cards; targets first."""
+    files = [results / "policy" / f"{task}{SWIMS}" for task in TASKS]
+    return tuple(file for file in files if file.is_file() and _card(file).is_file())
+
+
+def read_swims(results: Path) -> tuple[PolicySwims, ...]:
+    """Read the swims of all policies of a session."""
+    fitted = results / "calibrated.xml"
+    return tuple(_read(file, sha256_of(fitted) if fitted.is_file() else "") for file in swims_files(results))
+
+
+def _card(file: Path) -> Path:
+    return file.with_name(file.name.removesuffix(SWIMS) + ".json")
+
+
+def _read(file: Path, fit: str) -> PolicySwims:
+    for part in (_card(file), file):
+        check_whole(part, "calib policy evaluate")
+    card = json.loads(_card(file).read_bytes())
+    with np.load(file, allow_pickle=False) as arrays:
+        return PolicySwims(
+            card["task"],
+            card["method"],
+            float(card["training"].get("trained_s", np.nan)),
+            card["seed"],
+            card["model_sha256"] == fit,
+            arrays["start_m"],
+            arrays["reached"],
+            arrays["diverged"],
+            arrays["seconds"],
+            arrays["off_path_m"],
+            arrays["path"],
+            radius_m=1.0 if card["task"] == "circle" else np.nan,
+        )
 
 
 class NoSwims(NamedTuple):

@@ -13,14 +13,13 @@ import pandas as pd
 from markupsafe import Markup
 
 from diagnosis.result import DiagnosisResult
-from fitting import CalibrationResult
+from fitting.calibration_file import CalibrationResult
 from fitting.ebt import EBT_RATIO_ONLY
-from fitting.model.session_forecast import GIVEN
-from reports.forecast_words import MODELS
-from reports.numbers import MISSING, counted, in_mm, in_words, of_its_size, shown, spanned
+from fitting.forecast import GIVEN
 from reports.page import render_page
-from session.results import write_whole
-from swimmer import FluidCoefficients
+from reports.words import MISSING, MODELS, counted, in_mm, in_words, of_its_size, shown, spanned
+from swimcal.mjcf import FluidCoefficients
+from swimcal.results import write_whole
 
 _DATE = re.compile(r"\d{4}-\d{2}-\d{2}")  # a date in the name of a session
 _WIDE = 64  # width of a sparkline, px

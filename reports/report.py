@@ -1,14 +1,146 @@
-"""The file `results/report.html`: one self-contained page a session."""
+"""The report of a session: the order of its sections, their definitions and provenance.
 
-from collections.abc import Sequence
+The sections of the report, one a file, in the order they are printed.
+
+A new section is a file here with `build(context) -> Section | None` and its place below; None leaves it out.
+"""
+
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from reports.blocks import Plot
+from fitting.trial import KNOWN_BEATS, SCORED_S
+from reports.coefficients import build_coefficients
 from reports.context import ReportContext
-from reports.numbers import counted
-from reports.page import render_page
-from reports.sections import QUESTIONS, SECTIONS, SectionBuilder
-from session.results import write_whole
+from reports.dry_experiments import build_dry_runs, build_free_decay
+from reports.first_screen import build_summary
+from reports.forecasts import build_forecasts
+from reports.gap import build_gap
+from reports.page import Plot, Points, Section, Table, Terms, render_page, table_head
+from reports.posterior import build_posterior
+from reports.robot import build_motor, build_robot, build_structure
+from reports.steering import build_steering
+from reports.swims import build_motions, build_residuals, build_tail_beat, build_trials
+from reports.tracks import build_track_quality
+from reports.words import MISSING, counted, sentence, shown, significant
+from swimcal.results import write_whole
+
+
+def build_provenance(context: ReportContext) -> Section:
+    """Build the section: everything that is needed to make the report again."""
+    inputs = tuple(sorted(context.provenance.inputs.items()))
+    columns = table_head("input | sha256")
+    return Section(
+        "Provenance",
+        "provenance",
+        (
+            *_notes(context),
+            Points("Assumed, not measured in this session", _assumptions(context)),
+            Terms(_made_with(context), "Program and settings"),
+            Terms(_robot(context), "The robot as described"),
+            Table("Input files, by name in the session folder.", columns, inputs, folded=True),
+        ),
+    )
+
+
+def _notes(context: ReportContext) -> tuple[Points, ...]:
+    return (Points("About this run", tuple(map(sentence, context.notes))),) if context.notes else ()
+
+
+def _assumptions(context: ReportContext) -> tuple[str, ...]:
+    session = context.session
+    structure = [sentence(source.sentence) for source in context.calibration.structure.sources if source.assumed]
+    scale = f"The scale of every picture is the nose-neck distance of {shown(session.camera.scale_length_m * 1000)} mm"
+    lens = session.camera.calibration
+    return (
+        *structure,
+        f"{scale}; {'lens distortion is not corrected' if lens is None else 'the lens is calibrated'}.",
+        "The robot swims level, at the surface, in still water far from walls.",
+    )
+
+
+def _made_with(context: ReportContext) -> tuple[tuple[str, str], ...]:
+    made = context.provenance
+    return (
+        ("program", made.program),
+        ("engine", f"MuJoCo {made.mujoco}"),
+        ("model sha256", made.model_sha256),
+        ("seed", str(made.seed)),
+        ("effort", made.effort),
+        ("warm-up", f"{context.session.warmup_s:g} s of every trial left out"),
+    )
+
+
+def _robot(context: ReportContext) -> tuple[tuple[str, str], ...]:
+    robot, file = context.calibration.robot, context.session.robot_file
+    mass_kg = sum(part.mass_kg for part in robot.head.part)
+    return (
+        ("robot", f"{robot.name} ({'built in' if file is None else file.name})"),
+        ("length", f"{significant(robot.length_m * 1000)} mm, nose marker to end of the fin"),
+        ("head", f"{significant(mass_kg)} kg"),
+        ("tail", f"{len(robot.hinges)} hinges of {significant(robot.tail.hinge_stiffness_n_m)} N m/rad"),
+        (
+            "tendons",
+            f"{significant(robot.tendons.stiffness_n_m / 1000)} kN/m, {robot.tendons.damping_n_s_m:g} N s/m",
+        ),
+        ("crank arm", f"{significant(robot.crank.arm_m * 1000)} mm"),
+        ("water", f"{robot.water.density_kg_m3:g} kg/m³, {robot.water.viscosity_pa_s:g} Pa s"),
+        ("markers", ", ".join(context.session.markers) or MISSING),
+    )
+
+
+TERMS = {
+    "head frame": "In every frame all markers are rotated so that nose → neck is +x, with the nose as origin; each "
+    "frame adds the head's displacement since the frame before. Forward is −x; the robot's right is +y.",
+    "marker distance": "Mean distance between measured and simulated marker in the head frame, over unflagged samples "
+    f"of the first {SCORED_S:g} s after warm-up (held-out trials: of what follows their known part), aligned at the "
+    "first of these frames. “Shape alone”: relative to the nose in every frame.",
+    "speed": "Net displacement in the pool along the mean heading for each second: the slope of the nose's path over "
+    "the whole beats of the compared frames; forward is positive.",
+    "held out": "A held-out trial took no part in any fit. Its frequency, phase and start come from its own first "
+    f"{KNOWN_BEATS:g} beats, at most its first half; only the rest is compared.",
+    "EBT": "Elongated body theory as published: mean thrust ½ m (⟨hₜ²⟩ − U²⟨hₓ²⟩) with m = ¼ ρ π β d² balances drag "
+    "½ ρ c_D S U². “Smoothed” takes the lateral speed hₜ from a smoothing filter; “large amplitude” keeps the angle "
+    "of the tail tip.",
+    "simple rules": "A line and a power law in frequency, and a constant stride (speed in proportion to frequency), "
+    "through the speeds of the fit trials.",
+    "determined": "The upper end of a coefficient’s 90 % interval is at most 2.5 times the lower, or the interval no "
+    "wider than 0.5, and it does not lie at a bound.",
+    "extrapolated": "The trial beats slower or faster than every trial that was fitted.",
+}
+
+
+def build_definitions(context: ReportContext) -> Section:  # noqa: ARG001
+    """Build the section, which is the same for every session."""
+    return Section("What the words mean", "reading", (Terms(tuple(TERMS.items()), "Definitions of the measures"),))
+
+
+SectionBuilder = Callable[[ReportContext], Section | None]
+
+DRY_SECTIONS: tuple[SectionBuilder, ...] = (
+    build_robot,
+    build_structure,
+    build_free_decay,
+    build_dry_runs,
+    build_motor,
+)
+"""Sections on robot and motor, which a session without a swim trial has as well."""
+
+QUESTIONS: tuple[tuple[str, tuple[SectionBuilder, ...]], ...] = (
+    ("", (build_summary,)),  # the first screen
+    ("How far off is the twin?", (build_forecasts, build_trials, build_residuals, build_tail_beat)),
+    ("How sure are the coefficients?", (build_posterior, build_coefficients)),
+    ("What is missing from the twin?", (build_gap,)),
+    ("Where can it be steered?", (build_steering,)),
+    ("What is known of robot and motor?", DRY_SECTIONS),
+    ("Can the tracks be trusted?", (build_track_quality,)),
+    ("How was this made?", (build_provenance, build_definitions)),
+)
+"""The questions of a report in their order, each with the sections that answer it."""
+
+SECTIONS: tuple[SectionBuilder, ...] = tuple(build for _, builders in QUESTIONS for build in builders)
+
+FURTHER: tuple[SectionBuilder, ...] = (build_motions,)
+"""Sections for notebooks alone: one or two figures a trial, too many for a page."""
 
 
 def write_report(path: Path, context: ReportContext) -> None:

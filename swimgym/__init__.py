@@ -11,8 +11,7 @@ Policies and `calib aquarium` need no gymnasium, and a trained policy no torch.
 from importlib.util import find_spec
 
 from swimgym.course import Circle, Course, Moment, Rules, Targets
-from swimgym.source import Fish, load_fish
-from swimgym.swimmers import Swimmers
+from swimgym.swimmers import Fish, Swimmers, load_fish
 
 __all__ = ["Circle", "Course", "Fish", "Moment", "Rules", "Swimmers", "Targets", "load_fish"]
 
@@ -24,7 +23,7 @@ if find_spec("gymnasium") is not None:
     for _name, _task in ENVIRONMENTS.items():
         gymnasium.register(
             _name,
-            "swimgym.environment:SwimEnv",
-            vector_entry_point="swimgym.vector_environment:SwimVectorEnv",
+            "swimgym.environments:SwimEnv",
+            vector_entry_point="swimgym.environments:SwimVectorEnv",
             kwargs={"task": _task},
         )

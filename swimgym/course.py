@@ -1,4 +1,6 @@
-"""The tasks of swimmers, targets and a circle: what they see of them and what their actions are worth.
+"""Courses: targets and circles, how a fish is steered, and what it is asked.
+
+The tasks of swimmers, targets and a circle: what they see of them and what their actions are worth.
 
 Everything is an array over n swimmers; the environments of gymnasium are thin shells around it. Following "Simple
 Models, Real Swimming" (2026): what is seen, the action (an acceleration of the motor), the reward, the area of the
@@ -13,10 +15,23 @@ targets and the distance that counts as reached. What the paper leaves open, or 
 - On the circle the target leads the swimmer by a fixed arc, so that no speed has to be prescribed; what is scored is
   the distance of the steered point from the circle.
 - A simulation that diverges ends its episode; it has no reward of its own.
+
+A beat of the tail with one motor from two numbers: how fast it is, and how much to one side.
+
+The crank's angle is the clock: it turns at 2 pi f (1 - s sin(angle)), so the tail lingers on one side and hurries
+through the other, which turns the robot. Nothing is remembered between actions.
+
+A steering law of a few numbers, which a search can find in minutes: towards the target, in tune with the beat.
+
+How much the beat is to one side is tanh of a weighted sum of the bearing of the target and of numbers that follow the
+swing of the head within a beat. No side is preferred: left and right mirror each other. A target within the turning
+circle cannot be reached by turning towards it; there the swimmer turns away until it can (as paths of bounded curvature
+have to: Dubins, Am. J. Math. 79, 1957).
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -237,3 +252,134 @@ class Course:
         reward = -rules.distance_weight * distance - rules.effort_weight * np.abs(self.action)
         reward = np.where(diverged, 0.0, reward + rules.goal_reward * reached)
         return Moment(np.where(diverged[:, None], 0.0, seen), reward, reached, diverged, timed_out, distance, off_path)
+
+
+MOST_ASIDE = 0.95
+
+
+def beat_action(rules: Rules, seen: np.ndarray, hz: np.ndarray, aside: np.ndarray) -> np.ndarray:
+    """Compute the (n,) accelerations in [-1, 1] that keep up a beat.
+
+    Args:
+        rules: rules of the course.
+        seen: (n, o) observations, of which those of the crank are used.
+        hz: (n,) turns of the crank a second, in the mean over its angle.
+        aside: (n,) how much the beat is to the left, from -1 to 1.
+    """
+    sine, speed = seen[:, 1], seen[:, 2]
+    wanted = 2 * np.pi * np.minimum(hz, rules.fastest_hz) * (1 - MOST_ASIDE * np.clip(aside, -1.0, 1.0) * sine)
+    return np.clip((wanted - speed) / (rules.acceleration_rad_s2 * rules.interval_s), -1.0, 1.0)
+
+
+def checked_action(action: Any, shape: tuple[int, ...]) -> np.ndarray:
+    """Check actions of this shape and return them as one array (n,).
+
+    Raises:
+        ValueError: of another shape, or not finite numbers.
+    """
+    given = _numbers("action", action, "an array of numbers from -1 to 1")
+    if given.shape != shape:
+        raise ValueError(f"action: found the shape {given.shape}, expected {shape}")
+    if not np.isfinite(given).all():
+        where = np.argwhere(~np.isfinite(given))[0].tolist()
+        raise ValueError(f"action: found {given[tuple(where)]} at {where}, expected finite numbers from -1 to 1")
+    return given.reshape(-1)
+
+
+def checked_target(options: dict[str, Any] | None, task: Task, count: int = 1) -> np.ndarray | None:
+    """Check the option "target_m" and return it, m: (2,) or, of several swimmers, (n, 2); None where it is not given.
+
+    Args:
+        options: options of a reset.
+        task: the task of the environment.
+        count: number of swimmers.
+
+    Raises:
+        ValueError: another option, another shape, or a task whose target cannot be given.
+    """
+    options = options or {}
+    if strange := sorted(set(options) - {"target_m"}):
+        raise ValueError(f"options: found {', '.join(map(repr, strange))}, expected 'target_m' or nothing")
+    if options.get("target_m") is None:
+        return None
+    if not isinstance(task, Targets):
+        raise ValueError("options: found 'target_m' on a circle, expected it with the task 'target' only")
+    target = _numbers("target_m", options["target_m"], "x and y in m")
+    shapes = [(2,)] if count == 1 else [(2,), (count, 2)]
+    if target.shape not in shapes or not np.isfinite(target).all():
+        found = f"the shape {target.shape}" if target.shape not in shapes else target.tolist()
+        raise ValueError(f"target_m: found {found}, expected finite x and y in m, {' or '.join(map(str, shapes))}")
+    return target
+
+
+def checked_seeds(seed: int | Sequence[int | None] | None, count: int) -> Sequence[int | None] | None:
+    """Check the seeds of n environments and return them; None where one seed, or none, is for all of them.
+
+    Raises:
+        ValueError: another number of seeds.
+    """
+    if seed is None or isinstance(seed, int | np.integer):
+        return None
+    seeds = [None if each is None else int(each) for each in seed]
+    if len(seeds) != count:
+        raise ValueError(
+            f"seed: found {len(seeds)} seeds, expected one number, or one for each of {count} environments"
+        )
+    return seeds
+
+
+def _numbers(name: str, value: Any, expected: str) -> np.ndarray:
+    try:
+        return np.asarray(value, float)
+    except (TypeError, ValueError):
+        raise ValueError(f"{name}: found {value!r}, expected {expected}") from None
+
+
+GAINS = ("bearing", "bearing_sign", "yaw_rate", "crank_cos", "crank_sin", "drift")
+_SIGN_RAD = 0.1  # width of the soft sign of the bearing
+
+
+def numbers_of(hinges: int) -> tuple[str, ...]:
+    """Name the numbers of a law: frequency (logit of its share of the fastest), turning radius (m), gains."""
+    return ("hz_logit", "turning_m", *GAINS, *(f"tail_{i + 1}" for i in range(hinges)))
+
+
+def start_of(task: str, hinges: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return the (p,) numbers at which a search of the law begins, and the (p,) widths of the search about them."""
+    names = numbers_of(hinges)
+    middle, width = np.zeros(len(names)), np.full(len(names), 0.4)
+    middle[:3] = 0.4, (1.0 if task == "target" else 0.5), 6.0
+    width[:3] = 0.5, 0.15, 2.0
+    return middle, width
+
+
+def steered(numbers: np.ndarray, rules: Rules, seen: np.ndarray) -> np.ndarray:
+    """Compute the (n,) actions of swimmers that steer by laws (p,) or (n, p), given what they see (n, o).
+
+    Args:
+        numbers: (p,) or (n, p) numbers of the laws, see `numbers_of`.
+        rules: rules of the course.
+        seen: (n, o) what the swimmers see.
+    """
+    numbers = np.broadcast_to(numbers, (len(seen), numbers.shape[-1]))
+    hinges = numbers.shape[1] - 2 - len(GAINS)
+    vector = seen[:, -5:-3]
+    bearing = np.arctan2(-vector[:, 1], -vector[:, 0])  # to the left
+    side = np.sign(bearing)
+    told = np.stack(
+        [
+            bearing,
+            np.tanh(bearing / _SIGN_RAD),
+            seen[:, 5],
+            seen[:, 0],
+            seen[:, 1],
+            seen[:, -2],
+            *seen[:, 6 : 6 + hinges].T,
+        ],
+        axis=1,
+    )
+    aside = np.tanh((numbers[:, 2:] * told).sum(axis=1))
+    turning = np.abs(numbers[:, 1])
+    within = np.hypot(vector[:, 0], vector[:, 1] + side * turning) < turning
+    hz = rules.fastest_hz / (1 + np.exp(-numbers[:, 0]))
+    return beat_action(rules, seen, hz, np.where(within, -side, aside))

@@ -17,11 +17,10 @@ from stable_baselines3 import SAC
 from stable_baselines3.common.callbacks import BaseCallback
 from stable_baselines3.common.vec_env import VecEnv
 
-from swimgym.beat import beat_action
-from swimgym.course import Course
-from swimgym.making import make_course
+from swimgym.course import Course, beat_action
+from swimgym.environments import make_course
 from swimgym.policy import Policy, card_of, features
-from swimgym.source import Fish
+from swimgym.swimmers import Fish
 
 Progress = Callable[[str, float | None], None]
 _PROGRESS_WEIGHT = 5.0  # reward for each metre (or rad along the circle) of progress

@@ -13,14 +13,12 @@ from typing import Any
 
 import numpy as np
 
-from session.errors import Fault, InputError
-from session.results import write_whole
-from swimgym.course import Rules
-from swimgym.evaluation import Swum, swim
-from swimgym.making import make_course
-from swimgym.policy import Card, Policy, card_of
-from swimgym.source import Fish
-from swimgym.steering import start_of, steered
+from swimcal.errors import Fault, InputError
+from swimcal.results import write_whole
+from swimgym.course import Rules, start_of, steered
+from swimgym.environments import make_course
+from swimgym.policy import Card, Policy, Swum, card_of, swim
+from swimgym.swimmers import Fish
 
 Progress = Callable[[str, float | None], None]
 _ELITE = 0.2  # share of the candidates about which the next generation is drawn

@@ -1,21 +1,256 @@
-"""The making of a synthetic session: the twin moves, a camera and a faulty tracker look on, the truth is kept."""
+"""A synthetic session on disk: tracks as a camera sees them, and the truth behind them.
 
-from collections.abc import Iterator, Mapping
+The file `truth.json`: what a synthetic session was made with, next to its `session.toml`.
+
+The program never reads it: it is there for whoever judges a result. It holds the plan whole, so that the session can be
+made again from it, and what came of the plan in the simulation.
+"""
+
+import gzip
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 import mujoco
+import numpy as np
 import tomlkit
+import xarray as xr
+from scipy.linalg import eigh
 
-from session import load_session
-from session.create import new_folder, write_session_toml
-from session.results import write_whole
-from synthetic.decays import simulate_decays
-from synthetic.noise import NOISELESS
-from synthetic.plan import SyntheticPlan
-from synthetic.recorder import Filming, Progress, Recorder, motor_file
-from synthetic.swims import simulate_dry_runs, simulate_swims
-from synthetic.truth import Truth, structure_of, write_truth
+from swimcal.create_session import new_folder, write_session_toml
+from swimcal.mjcf import FREE_DECAY, build_mjcf
+from swimcal.results import write_whole
+from swimcal.robot import RobotSpec
+from swimcal.session import load_session
+from swimcal.toml import Table
+from swimcal.tracks import as_tracks, save_tracks
+from synthetic.disturbances import NOISELESS, Stream, lasting_errors, on_grid, placement_offsets
+from synthetic.plan import Pixels, PlannedTrial, SyntheticPlan, SyntheticTrial
+from synthetic.simulate import (
+    TrueDecay,
+    TrueRun,
+    save_commands,
+    save_motor_log,
+    simulate_decays,
+    simulate_dry_runs,
+    simulate_swims,
+)
+
+TRUTH_FILE = "truth.json"
+
+
+class DryTruth(Table):
+    """The outcome of one planned dry run.
+
+    Attributes:
+        frequency_hz: mean turns a second of the simulated crank between the first and the last frame; of the steady
+            stretch where a motor is logged.
+        phase_rad: crank angle in the first frame, from 0 to 2 pi.
+        placement_px: offset between the box and its marker, by marker, x to the right and y down.
+        steady_s: from when to when a logged motor turned steadily, on the clock of the video; None without a log.
+    """
+
+    frequency_hz: float
+    phase_rad: float
+    placement_px: dict[str, Pixels]
+    steady_s: tuple[float, float] | None = None
+
+
+class TrialTruth(DryTruth):
+    """The outcome of one planned swim.
+
+    Attributes:
+        speed_m_s: forward speed of the nose (published normaliser) without noise: slope over the whole beats after the
+            warm-up, or of the steady stretch.
+    """
+
+    speed_m_s: float
+
+
+class DecayTruth(Table):
+    """The outcome of one planned free decay."""
+
+    placement_px: dict[str, Pixels]
+
+
+class StructureTruth(Table):
+    """The numbers that dry experiments are to find: of each hinge (per rad), of the crank's arm and of the tail.
+
+    `natural_hz` is the lowest natural frequency of the tail in air without tendons: small swings, no damping.
+    """
+
+    hinge_stiffness_n_m: float
+    hinge_damping_n_m_s: float
+    natural_hz: float
+    crank_arm_m: float
+
+
+class Truth(Table):
+    """Everything that is known about a synthetic session: its plan, and what came of it, by trial.
+
+    `mujoco` is the version of the engine that made it.
+    """
+
+    mujoco: str
+    plan: SyntheticPlan
+    structure: StructureTruth
+    trials: dict[str, TrialTruth]
+    dry_runs: dict[str, DryTruth]
+    free_decays: dict[str, DecayTruth]
+
+
+def structure_of(robot: RobotSpec) -> StructureTruth:
+    """Compute what dry experiments should find out about a robot."""
+    return StructureTruth(
+        hinge_stiffness_n_m=robot.tail.hinge_stiffness_n_m,
+        hinge_damping_n_m_s=robot.tail.hinge_damping_n_m_s,
+        natural_hz=_natural_hz(robot),
+        crank_arm_m=robot.crank.arm_m,
+    )
+
+
+def write_truth(folder: Path, truth: Truth) -> None:
+    """Write `truth.json` into a session folder."""
+    write_whole(folder / TRUTH_FILE, truth.model_dump_json(indent=1) + "\n")
+
+
+def read_truth(folder: Path) -> Truth:
+    """Read the `truth.json` of a synthetic session."""
+    return Truth.model_validate_json((folder / TRUTH_FILE).read_bytes())
+
+
+def _natural_hz(robot: RobotSpec) -> float:
+    """Compute the lowest natural frequency of the straight tail from the engine's mass matrix."""
+    model = build_mjcf(robot, scene=FREE_DECAY).compile()
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    mass = np.zeros((model.nv, model.nv))
+    mujoco.mj_fullM(model, data, mass)
+    tail = [int(model.joint(name).dofadr[0]) for name in robot.hinges]
+    stiffness = robot.tail.hinge_stiffness_n_m * np.eye(len(tail))
+    squared = eigh(stiffness, mass[np.ix_(tail, tail)], eigvals_only=True)
+    return float(np.sqrt(squared[0]) / (2 * np.pi))
+
+
+Progress = Callable[[str, int, int], None]
+"""A function that is called with a trial's name, the number of frames done, and the number of all."""
+_DECIMALS_PX = 2
+_DECIMALS_S = 6
+
+
+class Filming(Protocol):
+    """An object that films swim trials instead of tracking them; a renderer is in `benchmarks.video`."""
+
+    def films(self, trial: str) -> bool:
+        """Return whether a trial is filmed."""
+
+    def film(self, folder: Path, number: int, swim: TrueRun, plan: SyntheticPlan, progress: Progress) -> dict[str, str]:
+        """Write the video of a swim.
+
+        Args:
+            folder: the session folder.
+            number: number of the swim among the swims.
+            swim: the simulated swim.
+            plan: the plan of the session.
+            progress: called after each frame.
+
+        Returns:
+            The keys of its ``[[trial]]``, files relative to the folder.
+        """
+
+
+class Recorder:
+    """A recorder of trials into a session folder, which returns the truth of each.
+
+    Without `video` it writes tracks alone.
+    """
+
+    def __init__(self, folder: Path, plan: SyntheticPlan, video: Filming | None, progress: Progress) -> None:
+        self._folder, self._plan, self._video, self._progress = folder, plan, video, progress
+        self.recordings: dict[str, dict[str, str]] = {}
+
+    def swim(self, number: int, swim: TrueRun) -> TrialTruth:
+        """Record the swim of this number, and return its truth."""
+        if self._video is not None and self._video.films(swim.trial.name):
+            recording = self._video.film(self._folder, number, swim, self._plan, self._progress)
+            self.recordings[swim.trial.name] = recording
+            placement = _by_marker(self._plan, np.zeros((len(self._plan.markers), 2)))
+        else:
+            placement = self._track(swim.trial, swim.position_px, Stream.SWIM_TRACKER.of(self._plan.seed, number))
+        return TrialTruth(**self._record_driven(swim, placement).model_dump(), speed_m_s=swim.speed_m_s)
+
+    def dry_run(self, number: int, run: TrueRun) -> DryTruth:
+        """Record the dry run of this number, and return its truth."""
+        placement = self._track(run.trial, run.position_px, Stream.DRY_TRACKER.of(self._plan.seed, number))
+        return self._record_driven(run, placement)
+
+    def free_decay(self, number: int, decay: TrueDecay) -> DecayTruth:
+        """Record the free decay of this number, and return its truth."""
+        random = Stream.DECAY_TRACKER.of(self._plan.seed, number)
+        return DecayTruth(placement_px=self._track(decay.trial, decay.position_px, random))
+
+    def _record_driven(self, run: TrueRun, placement: dict[str, Pixels]) -> DryTruth:
+        if run.motor is not None:
+            save_motor_log(self._folder / motor_file(run.trial), run.motor.log)
+            save_commands(self._folder / f"trials/{run.trial.name}.commands.csv", run.motor.commands)
+        return DryTruth(
+            frequency_hz=run.frequency_hz,
+            phase_rad=run.phase_rad,
+            placement_px=placement,
+            steady_s=None if run.motor is None else run.motor.steady_s,
+        )
+
+    def _track(self, trial: PlannedTrial, position_px: np.ndarray, random: np.random.Generator) -> dict[str, Pixels]:
+        tracks, offsets_px = tracked(trial, position_px, self._plan, random)
+        file = f"trials/{trial.name}.csv.gz"
+        save_packed_tracks(self._folder / file, tracks)
+        self.recordings[trial.name] = {"tracks": file}
+        return _by_marker(self._plan, offsets_px)
+
+
+def tracked(
+    trial: PlannedTrial, position_px: np.ndarray, plan: SyntheticPlan, random: np.random.Generator
+) -> tuple[xr.Dataset, np.ndarray]:
+    """Track a trial as a faulty tracker would.
+
+    Args:
+        trial: the planned trial, with its track faults.
+        position_px: (n, m, 2) true markers in the image.
+        plan: the plan of the session.
+        random: draws the errors.
+
+    Returns:
+        The tracks, and the (m, 2) offsets of the boxes from their markers, px.
+    """
+    noise = plan.noise
+    offsets_px = placement_offsets(len(plan.markers), noise, random)
+    place_m = plan.swimmer.marker_positions_m(plan.markers)[:, 0]
+    errors_px = lasting_errors(position_px.shape, 1 / plan.camera.fps, noise, random, place_m)
+    boxes_px = position_px + offsets_px + errors_px
+    for fault in trial.faults:
+        fault.apply(boxes_px, plan.markers)
+    found_px = np.round(on_grid(boxes_px, noise), _DECIMALS_PX)
+    confidence = np.isfinite(found_px).all(axis=2).astype(float)
+    return as_tracks(plan.markers, np.round(trial.time_s(plan.camera), _DECIMALS_S), found_px, confidence), offsets_px
+
+
+def motor_file(trial: SyntheticTrial) -> str:
+    """Return the name of a trial's motor log in the session folder."""
+    return f"trials/{trial.name}.motor.csv"
+
+
+def _by_marker(plan: SyntheticPlan, offsets_px: np.ndarray) -> dict[str, Pixels]:
+    offsets = [(round(float(x), 3), round(float(y), 3)) for x, y in offsets_px]
+    return dict(zip(plan.markers, offsets, strict=True))
+
+
+def save_packed_tracks(path: Path, tracks: xr.Dataset) -> None:
+    """Write tracks as .csv.gz without name or time of the file, so that the same tracks give the same bytes."""
+    plain = path.with_suffix("")
+    save_tracks(plain, tracks)
+    write_whole(path, gzip.compress(plain.read_bytes(), mtime=0))
+    plain.unlink()
+
 
 ROBOT_FILE = "robot.toml"
 
@@ -42,7 +277,7 @@ def make_session(
         progress: called after each frame of a video.
 
     Raises:
-        session.InputError: the folder is not empty, or a trial leaves the image.
+        swimcal.errors.InputError: the folder is not empty, or a trial leaves the image.
         session.ResultsNotWritable: the folder cannot be written.
         session.SimulationDiverged: the planned motion is unstable.
     """

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from session.tracks import as_tracks, markers_of, pixels_of
+from swimcal.tracks import as_tracks, markers_of, pixels_of
 
 
 def later(*cases: Any) -> list[pytest.ParameterSet]:

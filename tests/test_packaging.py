@@ -22,7 +22,7 @@ PACKAGES = PROJECT["tool"]["setuptools"]["packages"]
 LOCK = ROOT / "requirements.lock"
 PAGES = ("README.md", "CONTRIBUTING.md")
 DATA = re.compile(
-    r"swimmer/robots/[^/]+\.toml$|diagnosis/discrepancy\.npz$|swimgym/policies/[^/]+$|(reports|calib|tracking/boxes)/templates/[^/]+$"
+    r"swimcal/robots/[^/]+\.toml$|diagnosis/discrepancy\.npz$|swimgym/policies/[^/]+$|(reports|calib|tracking)/templates/[^/]+$"
 )
 NOT_SHIPPED = {"tests", "benchmarks"}
 
@@ -101,7 +101,7 @@ def test_the_wheel_holds_the_packages_with_their_data_and_nothing_else(wheel: Pa
     data = {name for name in committed_files() if DATA.match(name)}
 
     assert shipped == code | data
-    assert {name.split("/")[0] for name in data} == {"swimmer", "diagnosis", "reports", "swimgym", "calib", "tracking"}
+    assert {name.split("/")[0] for name in data} == {"swimcal", "diagnosis", "reports", "swimgym", "calib", "tracking"}
     assert any(name.endswith("/licenses/LICENSE") for name in names)
 
 
@@ -118,7 +118,7 @@ def shown_from(wheel: Path, code: str, folder: Path) -> str:
 def test_everything_imports_from_the_wheel(wheel: Path, tmp_path: Path) -> None:
     code = (
         f"import importlib\nfor name in {PACKAGES!r}: print(importlib.import_module(name).__file__)\n"
-        "import swimmer; swimmer.load_robot()\n"
+        "import swimmer; swimcal.robot.load_robot()\n"
     )
 
     shown = shown_from(wheel, code, tmp_path)

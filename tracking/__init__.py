@@ -5,17 +5,3 @@ frame to frame (`tracker`: predicted, its spot found and assigned, its centre me
 answers), kept and corrected as a track (`records`), believed or not (`quality`), laid on the pool (`camera`, `lens`)
 and turned into the frame of the head (`normaliser`).
 """
-
-from tracking.camera import to_pool
-from tracking.normaliser import HeadFrame, from_head_frame, one_of, to_head_frame
-from tracking.quality import TrackQuality, check_tracks
-
-__all__ = [
-    "HeadFrame",
-    "TrackQuality",
-    "check_tracks",
-    "from_head_frame",
-    "one_of",
-    "to_head_frame",
-    "to_pool",
-]

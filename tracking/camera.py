@@ -1,14 +1,96 @@
-"""From pixels to metres on the pool: lens, parallax, scale, and the change to a right-handed frame seen from above."""
+"""From pixels to the pool: undistortion, parallax and scale.
 
+Parallax: markers above or below the reference plane, seen by a camera that looks straight down.
+
+The reference plane is the plane of the nose and neck markers, which give the picture its scale; it is taken to be the
+surface of the water, for the robot swims at it (the built-in robot's nose and neck are 2.5 mm below the top of its
+submerged part). The camera is H above it, its axis vertical, the robot level.
+
+A marker z above the plane is in air. It is (H - z) t from the camera's foot, t being the slope of its ray, where on
+the plane one would read H t: it appears too far out by H / (H - z). A marker d below is seen through the surface:
+its ray meets the water H t from the foot and goes on at the slope that Snell's law gives, sin a = n sin b,
+
+    distance = t (H + d / sqrt(n^2 + (n^2 - 1) t^2)),
+
+near the foot t (H + d / n), the apparent depth. A flat surface is assumed: ripple is noise here.
+"""
+
+import cv2
 import numpy as np
 import xarray as xr
 
-from session import CameraSpec, InputError, NotEnoughData
-from session.camera import CameraCalibration
-from session.errors import Fault
-from session.tracks import markers_of, pixels_of
-from tracking.lens.parallax import true_over_apparent
-from tracking.lens.undistort import to_rays
+from swimcal.errors import Fault, InputError, NotEnoughData
+from swimcal.session_file import CameraCalibration, CameraSpec
+from swimcal.tracks import markers_of, pixels_of
+
+STOP = (cv2.TERM_CRITERIA_COUNT + cv2.TERM_CRITERIA_EPS, 100, 1e-12)
+"""Stop of the iterations: OpenCV's own five leave whole pixels at the edge of a wide-angle picture."""
+
+
+def camera_matrix(lens: CameraCalibration) -> np.ndarray:
+    """Return the (3, 3) matrix of the pinhole camera, px."""
+    return np.array([[lens.fx_px, 0.0, lens.cx_px], [0.0, lens.fy_px, lens.cy_px], [0.0, 0.0, 1.0]])
+
+
+def to_rays(position_px: np.ndarray, lens: CameraCalibration) -> np.ndarray:
+    """Turn pixels into the slopes of their rays, in the camera's axes (x right, y down).
+
+    Args:
+        position_px: (..., 2) pixels; missing positions (nan) stay missing.
+        lens: calibration of the camera.
+
+    Returns:
+        (..., 2) slopes x/z, y/z.
+    """
+    flat = np.ascontiguousarray(position_px, dtype=float).reshape(-1, 1, 2)
+    known = np.isfinite(flat).all(axis=(1, 2))
+    rays = np.full_like(flat, np.nan)
+    if known.any():
+        rays[known] = cv2.undistortPoints(flat[known], camera_matrix(lens), np.array(lens.distortion), criteria=STOP)
+    return rays.reshape(position_px.shape)
+
+
+def folds(lens: CameraCalibration) -> bool:
+    """Tell whether the lens's radial polynomial turns back within the picture, so that two rays meet in one pixel.
+
+    r_d = r (1 + k1 r^2 + k2 r^4 + k3 r^6) must rise up to the farthest corner of the picture.
+    """
+    k1, k2, _, _, k3 = lens.distortion
+    x, y = np.array([0, lens.width_px - 1]), np.array([0, lens.height_px - 1])
+    farthest = np.hypot(np.abs(x - lens.cx_px).max() / lens.fx_px, np.abs(y - lens.cy_px).max() / lens.fy_px)
+    turns = np.roots([7 * k3, 5 * k2, 3 * k1, 1.0])  # values of r^2 at which it turns
+    real = turns[np.isreal(turns)].real
+    if not (real > 0).any():
+        return False
+    r = np.sqrt(real[real > 0].min())
+    return bool(r * (1 + k1 * r**2 + k2 * r**4 + k3 * r**6) < farthest)
+
+
+WATER_INDEX = 1.333
+"""Refractive index of water for visible light, 20 degrees Celsius (CRC Handbook of Chemistry and Physics)."""
+
+
+def true_over_apparent(ray: np.ndarray, height_m: np.ndarray, camera_height_m: float) -> np.ndarray:
+    """Return the ratio of a place's true distance from the camera's foot to its apparent one on the reference plane.
+
+    Args:
+        ray: (..., m, 2) slopes of the rays from the camera, undistorted.
+        height_m: (m,) or scalar, above the reference plane; negative below it, in water.
+        camera_height_m: height H of the lens above the reference plane.
+
+    Returns:
+        (..., m) factors; 1 on the plane.
+
+    Raises:
+        ValueError: a place at the height of the camera or above it.
+    """
+    height_m = np.asarray(height_m, dtype=float)
+    if (height_m >= camera_height_m).any():
+        raise ValueError(f"{height_m.max():g} m above the plane is not below the camera at {camera_height_m:g} m")
+    squared_slope = (ray**2).sum(axis=-1)  # (..., m)
+    above = np.maximum(height_m, 0.0) / camera_height_m
+    below = np.maximum(-height_m, 0.0) / camera_height_m
+    return 1.0 - above + below / np.sqrt(WATER_INDEX**2 + (WATER_INDEX**2 - 1.0) * squared_slope)
 
 
 def to_pool(
@@ -24,7 +106,7 @@ def to_pool(
     Parallax is undone when the markers' heights are given and the camera file has a `height_above_water_m`. What is
     assumed then: the camera looks straight down, the robot is level, and the plane of nose and neck, which gives the
     scale, is the surface of the water. Markers above it are in air; those below it are seen through the surface,
-    with Snell's refraction (see `tracking.lens.parallax`). Nose and neck themselves are not moved when they are
+    with Snell's refraction. Nose and neck themselves are not moved when they are
     equally high.
 
     Returns:

@@ -7,8 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import lsq_linear
 
-from fitting.signatures import Signature, Whitened
-from fitting.signatures.signature import Piece, pieces
+from fitting.signatures import Piece, Signature, Whitened, pieces
 
 _TOLD_APART = 2  # parameters of an effect
 

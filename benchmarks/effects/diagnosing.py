@@ -15,8 +15,8 @@ from benchmarks.cases import Failure, Run, run_cases
 from benchmarks.effects.folder import DIAGNOSIS, SECONDS, SuiteFolder
 from calib.options import Options
 from calib.pipeline import Pipeline, open_session
-from diagnosis import Discrepancy
-from session.results import write_whole
+from diagnosis.discrepancy import Discrepancy
+from swimcal.results import write_whole
 
 Program = Callable[[Path, Discrepancy, frozenset[str]], None]
 """Diagnoses a session's folder, given the discrepancy and the names that its catalogue is to lack."""

@@ -23,13 +23,12 @@ from benchmarks.effects.suite import SessionPlan, recorded_by
 from benchmarks.reality import Nuisances
 from diagnosis.constants import SCALES
 from diagnosis.discrepancy import Discrepancy, nearness
-from fitting.in_pool import tail_markers
-from fitting.model.features import advanced, beat_phase, harmonics_of
-from fitting.signatures.session_row import PRIOR_SD, row_slopes
-from fitting.signatures.signature import little
-from session.create import FISHSIM_MARKERS
-from swimmer import load_robot
-from swimmer.effects import catalogue
+from fitting.features import advanced, beat_phase, harmonics_of
+from fitting.pool import tail_markers
+from fitting.signatures import PRIOR_SD, little, row_slopes
+from swimcal.create_session import FISHSIM_MARKERS
+from swimcal.effects.catalogue import catalogue
+from swimcal.robot import load_robot
 
 LENGTH = 127  # features of nine markers
 SEEDS, WITH_EFFECTS = range(9000, 9200), 25  # of sessions; how many of them are asked what effects would do

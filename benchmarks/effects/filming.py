@@ -10,7 +10,7 @@ import numpy as np
 
 from benchmarks.reality import Recording, Trial, World, simulate
 from benchmarks.reality.run import divergence
-from session.create import FISHSIM_MARKERS
+from swimcal.create_session import FISHSIM_MARKERS
 
 T = TypeVar("T")
 Wanted = Sequence[tuple[World, Trial]]

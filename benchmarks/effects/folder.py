@@ -5,11 +5,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal, Self
 
-from diagnosis import shipped_discrepancy
-from session import InputError
-from session.errors import Fault
-from session.records import from_plain, to_plain
-from session.results import plain_json, write_whole
+from diagnosis.discrepancy import shipped_discrepancy
+from swimcal.errors import Fault, InputError
+from swimcal.results import from_plain, plain_json, to_plain, write_whole
 
 DIAGNOSIS = Path("results") / "diagnosis.json"
 SECONDS = Path("results") / "diagnosis.seconds"

@@ -19,15 +19,15 @@ from benchmarks.effects.severity import Strength, strength_for
 from benchmarks.effects.suite import WARMUP_S, SessionPlan
 from benchmarks.reality import Mechanism, Recording
 from benchmarks.reality.record import Drive
-from diagnosis import Discrepancy
+from diagnosis.discrepancy import Discrepancy
 from diagnosis.refit import refit, residual_with
-from session import load_session
-from session.create import FISHSIM_MARKERS, new_folder, write_session_toml
-from session.motor import MotorLog
-from session.results import write_whole
-from session.tracks import save_tracks
-from swimmer.effects import Effect
-from synthetic.motor_log import CURRENT_A, in_steps, save_motor_log
+from swimcal.create_session import FISHSIM_MARKERS, new_folder, write_session_toml
+from swimcal.effects.effect import Effect
+from swimcal.motor_log import MotorLog
+from swimcal.results import write_whole
+from swimcal.session import load_session
+from swimcal.tracks import save_tracks
+from synthetic.simulate import CURRENT_A, in_steps, save_motor_log
 
 _READING_S, _CLOCK_S = 0.02, 1000.0  # between readings of the motor; latest start of its clock
 _FILED = 946_684_800  # seconds since 1970: every file has the time stamp of 2000-01-01

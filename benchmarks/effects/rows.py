@@ -14,23 +14,33 @@ from benchmarks.effects.drawn import GLUED_SD_M, DrawnWorld
 from benchmarks.effects.suite import WARMUP_S
 from benchmarks.reality import Recording
 from benchmarks.reality.noise import PixelNoise
+from diagnosis.constants import perturbed_robots
 from diagnosis.discrepancy import Discrepancy
 from diagnosis.linear_model import LinearModel
-from diagnosis.tolerances import perturbed_robots
-from fitting.model.features import advanced, phase_between
-from fitting.model.mode import broyden
-from fitting.model.noise import FeatureNoise
-from fitting.model.session_model import START_PHASE_RAD, PlacementUncertainty, SessionModel
-from fitting.model.trial_model import TrialModel
-from fitting.signatures import Signature, Whitened, signature_of
-from fitting.signatures.session_row import LONG, PRIOR_SD, residual_row, row_covariance, row_slopes
+from fitting.features import advanced, phase_between
+from fitting.mode import broyden
+from fitting.noise import FeatureNoise
+from fitting.signatures import (
+    LONG,
+    PRIOR_SD,
+    Signature,
+    Whitened,
+    residual_row,
+    row_covariance,
+    row_slopes,
+    signature_of,
+)
 from fitting.trial import MeasuredTrial, measure_trial
-from session import CameraSpec, TrialSpec
-from session.create import FISHSIM_MARKERS
-from session.tracks import as_tracks
-from swimmer import Twin, load_robot
-from swimmer.effects import Effect, catalogue
-from swimmer.fluid import COEFFICIENT_BOUNDS
+from fitting.trial_model import START_PHASE_RAD, PlacementUncertainty, SessionModel, TrialModel
+from swimcal.create_session import FISHSIM_MARKERS
+from swimcal.effects.catalogue import catalogue
+from swimcal.effects.effect import Effect
+from swimcal.mjcf import COEFFICIENT_BOUNDS
+from swimcal.robot import load_robot
+from swimcal.session import TrialSpec
+from swimcal.session_file import CameraSpec
+from swimcal.tracks import as_tracks
+from swimcal.twin import Twin
 
 _ROUNDS, _GAIN = 7, 0.8  # share of a step that is taken: the twin is not linear
 _STILL = 0.1  # whitened length of a step after which none is taken

@@ -13,10 +13,9 @@ from benchmarks.effects.folder import SuiteFolder
 from benchmarks.effects.generators import GENERATORS, Generator
 from benchmarks.effects.making import Making
 from benchmarks.effects.suite import WHOLE, SessionPlan, SuiteSize
-from diagnosis import Discrepancy
-from session import InputError, SwimcalError
-from session.errors import Fault
-from swimmer.effects import catalogue
+from diagnosis.discrepancy import Discrepancy
+from swimcal.effects.catalogue import catalogue
+from swimcal.errors import Fault, InputError, SwimcalError
 
 _TOGETHER = 32  # sessions under way at a time: as many are lost when a worker dies
 _PIECES = 2  # as many sessions as that a piece of work has: the last of them are made with ever less company

@@ -6,8 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, FiniteFloat, TypeAdapter, ValidationError
 
-from session import FaultCollector, InputError
-from session.errors import Fault
+from swimcal.errors import Fault, FaultCollector, InputError
 
 NONE = "none_of_these"
 _CAUSES = ("camera", "drive", "body", "tail")  # stages that an effect can act at

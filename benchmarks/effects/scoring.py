@@ -17,8 +17,8 @@ from benchmarks.effects.score import (
 )
 from benchmarks.effects.scored_diagnosis import Diagnosis, read_diagnosis
 from benchmarks.scores import Scores, Table
-from diagnosis.diagnosis import ALL_AT_ONCE
-from session import FaultCollector, InputError
+from diagnosis.diagnose import ALL_AT_ONCE
+from swimcal.errors import FaultCollector, InputError
 
 PROGRAM = "diagnosis"
 _NOTES = (

@@ -15,8 +15,7 @@ from benchmarks.effects.filming import Filming
 from benchmarks.effects.rows import SessionRows, closest_fit
 from benchmarks.reality import Mechanism
 from fitting.signatures import Signature
-from session import NotEnoughData
-from session.errors import SimulationDiverged
+from swimcal.errors import NotEnoughData, SimulationDiverged
 
 SEPARATE = 3.3  # distance from which two effects are confused in at most 5 % of cases
 _CLEARLY = 0.9  # share of it below which they cannot be separated: 3.3 itself is asked, and reached to 5 %

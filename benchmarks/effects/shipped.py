@@ -13,7 +13,7 @@ from benchmarks.effects.folder import SuiteFolder
 from benchmarks.effects.run import make_suite
 from benchmarks.effects.suite import SIZES
 from benchmarks.sample import checksums
-from session.results import write_whole
+from swimcal.results import write_whole
 
 SEED = 1
 

@@ -7,8 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from benchmarks.foreign.recordings import Recording, Recordings
-from session.commands import MotorCommands
-from session.motor import MotorLog
+from swimcal.motor_log import MotorCommands, MotorLog
 
 Change = Callable[[Recordings, Recording, np.random.Generator], str]
 """Disturbs a session, mostly one trial of it; says how in words."""

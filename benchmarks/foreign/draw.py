@@ -9,13 +9,12 @@ from benchmarks.foreign.recordings import Recording, Recordings, Tracker
 from benchmarks.posterior.truth import forward_swimmer
 from benchmarks.reality import Trial as RealTrial
 from benchmarks.reality import World, simulate
-from session.errors import InputError, SimulationDiverged
-from swimmer import RobotSpec, Twin, load_robot
-from synthetic import PLAUSIBLE_COEFFICIENTS, SyntheticCamera, SyntheticPlan, SyntheticTrial, TrackingNoise
-from synthetic.decays import simulate_decays
-from synthetic.default import default_plan
-from synthetic.motor import SyntheticMotor
-from synthetic.swims import simulate_dry_runs, simulate_swims
+from swimcal.errors import InputError, SimulationDiverged
+from swimcal.robot import RobotSpec, load_robot
+from swimcal.twin import Twin
+from synthetic.disturbances import SyntheticMotor, TrackingNoise
+from synthetic.plan import PLAUSIBLE_COEFFICIENTS, SyntheticCamera, SyntheticPlan, SyntheticTrial, default_plan
+from synthetic.simulate import simulate_decays, simulate_dry_runs, simulate_swims
 
 FPS = (20.0, 24.0, 25.0, 29.97, 30.0, 50.0, 59.94, 60.0, 90.0, 100.0, 120.0, 240.0)
 SLOWEST_HZ, FASTEST_HZ, SHORTEST_S, LONGEST_S = 0.3, 3.0, 3.0, 20.0
@@ -24,7 +23,7 @@ COUNTS = (1, 2, 2, 2, 3, 3, 3, 4, 5, 6)  # of swim trials
 FINEST_FPS = 240.0  # at least as many instants a second are kept of what truly happens
 SLOWEST_M_S = 0.01  # a robot that does not swim is no session
 _TIMESTEP_S, _RUN_IN_S, _REAL_RUN_IN_S, _TRIES = 0.0005, 6.0, 3.0, 40
-_ROBOTS = Path(__file__).parents[2] / "tests" / "swimmer" / "robots"
+_ROBOTS = Path(__file__).parents[2] / "tests" / "swimcal" / "robots"
 
 
 def draw(seed: int, number: int) -> Recordings:

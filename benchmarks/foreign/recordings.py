@@ -9,11 +9,10 @@ import numpy as np
 import tomlkit
 from scipy.interpolate import CubicSpline
 
-from session.commands import MotorCommands
-from session.motor import MotorLog
-from swimmer import RobotSpec
-from synthetic.motor_log import save_commands, save_motor_log
-from synthetic.noise import TrackingNoise, lasting_errors, on_grid, placement_offsets
+from swimcal.motor_log import MotorCommands, MotorLog
+from swimcal.robot import RobotSpec
+from synthetic.disturbances import TrackingNoise, lasting_errors, on_grid, placement_offsets
+from synthetic.simulate import save_commands, save_motor_log
 
 
 @dataclass(frozen=True)

@@ -17,8 +17,7 @@ from benchmarks.foreign.draw import draw
 from benchmarks.foreign.judge import Verdict, judge
 from benchmarks.foreign.recordings import Recordings
 from benchmarks.scores import Measure, Scores, Share, Table
-from session.records import to_plain
-from session.results import plain_json
+from swimcal.results import plain_json, to_plain
 
 LINES = "sessions.jsonl"
 MOST_FLAGGED = 0.02  # of clean sessions

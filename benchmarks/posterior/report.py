@@ -14,12 +14,12 @@ import numpy as np
 from scipy.stats import kstest
 
 import fitting
-import swimmer
+import swimcal
 import synthetic
 from benchmarks.cases import Failure, Records, Run, code_of, read_lines, run_cases
 from benchmarks.posterior.score import PosteriorScore, score_session
 from benchmarks.scores import Estimate, Measure, Scores, Share, Table, median, resampled
-from fitting.coefficient_fit import NAMES
+from fitting.calibration import NAMES
 
 FAR_SD = 4.0  # a truth farther off than this is no chance
 _FEWEST = 50  # sessions, to test for uniformity
@@ -105,7 +105,7 @@ def measure_posterior(folder: Path, seeds: Sequence[int], run: Run) -> Posterior
 def _code() -> str:
     """What a score depends on: the twin, the inference, how sessions are drawn and scored, and MuJoCo."""
     libraries = {"mujoco": mujoco.__version__, "emcee": emcee.__version__, "arviz": version("arviz")}
-    packages = [Path(str(package.__file__)).parent for package in (fitting, swimmer, synthetic)]
+    packages = [Path(str(package.__file__)).parent for package in (fitting, swimcal, synthetic)]
     scoring = [path for path in Path(__file__).parent.glob("*.py") if path != Path(__file__)]
     return code_of(*packages, *scoring, libraries=libraries)
 

@@ -11,11 +11,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from benchmarks.posterior.truth import DrawnSession, draw_session
-from fitting.model import find_mode
-from fitting.model.session_model import SessionModel
-from fitting.posterior import Posterior, sample_posterior
-from fitting.posterior.posterior import MISFIT_P
-from session import Flag
+from fitting.mode import find_mode
+from fitting.posterior.posterior import MISFIT_P, Posterior, sample_posterior
+from fitting.trial_model import SessionModel
+from swimcal.errors import Flag
 
 EFFECTIVE, STARTS = 100, 3
 WARNINGS = (
@@ -32,7 +31,7 @@ Five = tuple[float, ...]
 
 @dataclass(frozen=True)
 class PosteriorScore:
-    """The posterior of one drawn session against its truth; fives are in the order of `swimmer.FluidCoefficients`."""
+    """The posterior of one drawn session against its truth; fives are in the order of `FluidCoefficients`."""
 
     seed: int  # that it was drawn with
     varied: bool  # whether its trials differ in trim, registration and speed

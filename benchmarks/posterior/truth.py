@@ -8,18 +8,19 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fitting.forecast import speed_from_rest
+from fitting.phase import speed_from_rest
 from fitting.structure import assumed, uncertainties_of
 from fitting.trial import MeasuredTrial, measure_trial
-from session import CameraSpec, TrialSpec
-from session.create import FISHSIM_MARKERS
-from swimmer import FluidCoefficients, RobotSpec, Twin, load_robot
-from swimmer.fluid import COEFFICIENT_BOUNDS
-from swimmer.mjcf import SWIM
-from synthetic import SyntheticCamera, SyntheticPlan, SyntheticTrial, TrackingNoise, simulate_swims
-from synthetic.recorder import tracked
-from synthetic.streams import Stream
-from synthetic.trials import trial_name
+from swimcal.create_session import FISHSIM_MARKERS
+from swimcal.mjcf import COEFFICIENT_BOUNDS, SWIM, FluidCoefficients
+from swimcal.robot import RobotSpec, load_robot
+from swimcal.session import TrialSpec
+from swimcal.session_file import CameraSpec
+from swimcal.twin import Twin
+from synthetic.disturbances import Stream, TrackingNoise
+from synthetic.plan import SyntheticCamera, SyntheticPlan, SyntheticTrial, trial_name
+from synthetic.session import tracked
+from synthetic.simulate import simulate_swims
 
 SLOWEST_HZ, FASTEST_HZ, APART_HZ = 0.5, 1.4, 0.3
 SECONDS = 5.0

@@ -1,6 +1,6 @@
 """A second simulator that is not the twin: it makes the data on which a diagnosis is checked.
 
-It shares nothing with the twin but the robot's description. Imports `session` and that description only.
+It shares nothing with the twin but the robot's description. Imports errors, files and that description only.
 """
 
 from benchmarks.reality.film import Recording

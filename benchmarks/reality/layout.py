@@ -10,7 +10,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from swimmer.robot import RobotSpec
+from swimcal.robot import RobotSpec
 
 HINGES_PER_GAP = 2
 FLEXIBLE_SHARE = 0.4

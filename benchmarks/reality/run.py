@@ -12,8 +12,8 @@ from benchmarks.reality.parameters import Parameters
 from benchmarks.reality.record import Recorder
 from benchmarks.reality.start import balanced_hinges
 from benchmarks.reality.world import Trial, World, prepared_parameters
-from session.errors import SimulationDiverged
-from swimmer.robot import load_robot
+from swimcal.errors import SimulationDiverged
+from swimcal.robot import load_robot
 
 STEP_S = 0.001
 _BATCH = 256

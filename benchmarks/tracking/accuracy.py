@@ -15,11 +15,11 @@ from benchmarks.scores import Table
 from benchmarks.video.clips import BENCHMARK_CLIPS
 from benchmarks.video.render import ENCODINGS, Encoding, render_encodings
 from benchmarks.video.truth import load_truth, truth_file
-from session import InputError
-from session.results import sha256_of
-from session.tracks import pixels_of
-from tracking.records import SampleState
-from tracking.tracker import follow_video
+from swimcal.errors import InputError
+from swimcal.results import sha256_of
+from swimcal.tracks import pixels_of
+from tracking.follow_video import follow_video
+from tracking.tracked import SampleState
 from tracking.video import Video
 
 WRONG = 0.5  # diameters from its marker, from which on a measured sample is on something else

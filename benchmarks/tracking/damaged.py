@@ -24,9 +24,9 @@ from benchmarks.video.plan import ClipPlan, Swim
 from benchmarks.video.scene import PoolScene
 from benchmarks.video.truth import ClipTruth
 from calib.pipeline import Pipeline, open_session
-from session import SwimcalError
-from session.create import FISHSIM_MARKERS
-from session.tracks import pixels_of
+from swimcal.create_session import FISHSIM_MARKERS
+from swimcal.errors import SwimcalError
+from swimcal.tracks import pixels_of
 from tracking.boxes import save_boxes
 
 PLAN = ClipPlan(

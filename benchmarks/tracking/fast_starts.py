@@ -14,8 +14,8 @@ import numpy as np
 
 from benchmarks.cases import Progress
 from benchmarks.scores import Table
+from tracking.identities import Spacing
 from tracking.tracker import MarkerTracker
-from tracking.tracker.spacing import Spacing
 
 LINKS = np.array([4.8, 7.3, 0.9, 1.1, 1.1, 1.15, 1.0, 2.4])  # from nose to caudal fin, over the distance in the tail
 MARKERS = len(LINKS) + 1

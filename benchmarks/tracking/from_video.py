@@ -14,13 +14,13 @@ from benchmarks.scores import Table
 from benchmarks.video.filmed import SessionVideo
 from calib.options import Options
 from calib.pipeline import Pipeline, open_session
-from session.tracks import pixels_of
-from swimmer import FluidCoefficients
-from synthetic import PLAUSIBLE_COEFFICIENTS, SyntheticCamera, SyntheticPlan, SyntheticTrial, make_session
-from synthetic.noise import NOISELESS
-from synthetic.trials import trial_name
-from tracking.records.tracked import counting
-from tracking.tracker import TrackerName
+from swimcal.mjcf import FluidCoefficients
+from swimcal.tracks import pixels_of
+from synthetic.disturbances import NOISELESS
+from synthetic.plan import PLAUSIBLE_COEFFICIENTS, SyntheticCamera, SyntheticPlan, SyntheticTrial, trial_name
+from synthetic.session import make_session
+from tracking.follow_video import TrackerName
+from tracking.tracked import counting
 
 SPEEDS_HZ, SECONDS = (0.6, 1.0, 1.4), 5.5
 _SEED = 0  # of the crank phases and the pictures

@@ -13,8 +13,7 @@ from benchmarks.tracking.from_video import cost_table
 from benchmarks.tracking.speed import speed_table
 from benchmarks.video.clips import BENCHMARK_CLIPS
 from benchmarks.video.render import Encoding
-from session import InputError
-from session.errors import Fault
+from swimcal.errors import Fault, InputError
 
 SPEED_ENCODINGS = (Encoding("h264", 23), Encoding("hevc", 23))
 FIT_CRF = 23.0

@@ -14,8 +14,8 @@ import numpy as np
 
 from benchmarks.scores import Table
 from benchmarks.video.truth import load_truth, truth_file
-from session.tracks import as_tracks
-from tracking.tracker import follow_video
+from swimcal.tracks import as_tracks
+from tracking.follow_video import follow_video
 from tracking.video import Video
 
 ROUNDS = 5

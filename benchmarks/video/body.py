@@ -11,8 +11,7 @@ import numpy as np
 from benchmarks.video.camera import Optics
 from benchmarks.video.motion import WATER_LINE_M, Pose, RobotPoints
 from benchmarks.video.picture import Colour, Picture, colour_of
-from swimmer import RobotSpec
-from swimmer.robot import Marker
+from swimcal.robot import Marker, RobotSpec
 
 _SKIN_M = 0.006  # of the flexible cover, on either side of a tail segment
 _DRY_M = 0.004  # by which the tail's tops are above the water

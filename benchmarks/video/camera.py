@@ -7,9 +7,9 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field
 
-from session.camera import Distortion
-from session.toml_source import Table
-from swimmer.robot import NonNegative, Positive
+from swimcal.robot import NonNegative, Positive
+from swimcal.session_file import Distortion
+from swimcal.toml import Table
 
 PX_PER_M = 965.0  # on the water, in the published videos at 3840 x 2160
 _NOMINAL_HEIGHT_M = 2.3  # gives the focal length where the height is left open

@@ -11,7 +11,7 @@ from benchmarks.video.camera import PX_PER_M, Optics
 from benchmarks.video.occlusion import Occlusion
 from benchmarks.video.plan import ClipPlan, MarkerLook, Swim
 from benchmarks.video.water import WaterLook
-from swimmer import RobotSpec, load_robot
+from swimcal.robot import RobotSpec, load_robot
 
 FASTEST_PUBLIC_HZ = 1.75
 """Crank turns a second of the fastest public trial, whose markers move up to 10 px a frame."""

@@ -15,12 +15,12 @@ from benchmarks.video.render import Encoding, write_scene
 from benchmarks.video.scene import PoolScene
 from benchmarks.video.stage import staged
 from benchmarks.video.truth import boxes_file
-from session.toml_source import Table
-from session.tracks import as_tracks, save_tracks
-from swimmer import RobotSpec
+from swimcal.robot import RobotSpec
+from swimcal.toml import Table
+from swimcal.tracks import as_tracks, save_tracks
 from synthetic.plan import SyntheticPlan
-from synthetic.recorder import Progress
-from synthetic.swims import TrueRun
+from synthetic.session import Progress
+from synthetic.simulate import TrueRun
 from tracking.boxes import save_boxes
 
 

@@ -10,9 +10,10 @@ from typing import NamedTuple
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from swimmer import RobotSpec, Runs, Scene, Twin
-from swimmer.kinematics import MarkerKinematics
-from swimmer.robot import Marker
+from swimcal.mjcf import Scene
+from swimcal.robot import Marker, RobotSpec
+from swimcal.runs import MarkerKinematics, Runs
+from swimcal.twin import Twin
 from synthetic.plan import PLAUSIBLE_COEFFICIENTS
 
 WATER_LINE_M = 0.05

@@ -8,7 +8,7 @@ import numpy as np
 from pydantic import Field
 
 from benchmarks.video.picture import Picture, Region, colour_of
-from session.toml_source import Table
+from swimcal.toml import Table
 
 _COLOUR, _SHINE = colour_of(120, 96, 70), colour_of(182, 156, 122)  # of wood
 _SWEEP_PX = 60.0  # a frame, coming and going

@@ -10,10 +10,9 @@ from pydantic import Field
 from benchmarks.video.camera import Optics
 from benchmarks.video.occlusion import Occlusion
 from benchmarks.video.water import WaterLook
-from session.create import FISHSIM_MARKERS
-from session.toml_source import Table
-from swimmer import RobotSpec, load_robot
-from swimmer.robot import NonNegative, Positive
+from swimcal.create_session import FISHSIM_MARKERS
+from swimcal.robot import NonNegative, Positive, RobotSpec, load_robot
+from swimcal.toml import Table
 
 DIAMETER_M = {
     "nose": 0.028,

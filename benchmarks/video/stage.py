@@ -9,7 +9,7 @@ import numpy as np
 from benchmarks.video.camera import Optics
 from benchmarks.video.motion import Motion, RobotPoints, twin_motion
 from benchmarks.video.plan import ClipPlan
-from swimmer import RobotSpec
+from swimcal.robot import RobotSpec
 
 _FEWEST_MOMENTS, _MOST_MOMENTS = 3, 24
 

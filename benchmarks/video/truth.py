@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from session.results import writing_whole
+from swimcal.results import writing_whole
 from tracking.boxes import Box, StartBoxes
 
 _BOX_MARGIN_PX = 3.0

@@ -6,8 +6,8 @@ import cv2
 import numpy as np
 
 from benchmarks.video.picture import Picture, colour_of
-from session.toml_source import Table
-from swimmer.robot import NonNegative
+from swimcal.robot import NonNegative
+from swimcal.toml import Table
 
 TINT = colour_of(78, 152, 186)
 """The floor's blue under water."""

@@ -12,7 +12,7 @@ from typing import Literal, Self, cast
 import av
 import numpy as np
 
-from session.results import writing_whole
+from swimcal.results import writing_whole
 
 Codec = Literal["h264", "hevc", "ffv1"]
 _ENCODERS = {"h264": "libx264", "hevc": "libx265", "ffv1": "ffv1"}

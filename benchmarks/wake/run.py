@@ -15,7 +15,7 @@ from benchmarks.wake.lattice import SLENDER, Panels, Water
 from benchmarks.wake.mechanisms import roughness_of, wall_of
 from benchmarks.wake.viscous import Viscous
 from benchmarks.wake.world import WakeWorld, trial_parameters
-from swimmer.robot import load_robot
+from swimcal.robot import load_robot
 
 STEP_S = 0.004
 _STEPS_A_BEAT = 60

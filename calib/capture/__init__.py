@@ -9,10 +9,9 @@ Example:
     [('f0_60', 0.6), ('f0_80', 0.8)]
 """
 
-from calib.capture.errors import CaptureError, MotorFault, UserError
+from calib.capture.bus import CaptureError, MotorFault, UserError
 from calib.capture.functions import emulate, run, scan
-from calib.capture.search import Found
-from calib.capture.trials import TrialResult
+from calib.capture.trials import Found, TrialResult
 
 __all__ = [
     "CaptureError",

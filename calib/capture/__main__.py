@@ -2,8 +2,8 @@
 
 import sys
 
-from calib.capture.command import main
-from calib.capture.host import let_go_of_a_lost_terminal, print_in_any_encoding
+from calib.capture.bus import let_go_of_a_lost_terminal, print_in_any_encoding
+from calib.capture.functions import main
 
 print_in_any_encoding()
 code = main(program="python -m calib.capture")

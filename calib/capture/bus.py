@@ -1,4 +1,14 @@
-"""The questions to one motor and its answers, over `dynamixel_sdk`, whose known faults are worked around here.
+"""The bus of the motor: its faults, and the serial port of the host.
+
+The errors that end a capture before its time, drawn once.
+
+CaptureError          one message for the user; the command ends with `exit_code`
+├── UserError         2: an option, a port or a folder that the user can mend; nothing was driven for it
+├── MotorFault        3: the motor, its bus or its supply; the motor was commanded to stop
+│   └── NoAnswer      3: the motor did not answer, however often it was asked
+└── Interrupted       128 + signal: Ctrl-C 130, SIGTERM 143, SIGHUP 129
+
+The questions to one motor and its answers, over `dynamixel_sdk`, whose known faults are worked around here.
 
 - After an exception in the middle of an answer, `port.is_using` stays True and every later packet, a torque-off among
   them, is silently not sent: it is reset before every packet.
@@ -10,15 +20,163 @@
 - It busy-waits for an answer: the port is given a time-out of its own.
 """
 
+from __future__ import annotations
+
+import codecs
 import contextlib
+import io
+import os
+import signal
+import sys
+import threading
+import time
+from collections.abc import Callable, Sequence
+from termios import error as TerminalError
+from types import FrameType
 from typing import Any, NamedTuple
 
 from dynamixel_sdk import COMM_RX_CORRUPT, COMM_RX_TIMEOUT, COMM_SUCCESS, PacketHandler, PortHandler
 from dynamixel_sdk.robotis_def import INST_PING, INST_READ, INST_WRITE
 
-from calib.capture.errors import MotorFault, NoAnswer, UserError
-from calib.capture.host import Clock
 from calib.capture.registers import Register
+
+
+class CaptureError(Exception):
+    """An error that ends a capture with a message instead of a traceback.
+
+    Example:
+        >>> try:
+        ...     calib.capture.run("/dev/nothing", [0.6], "logged")
+        ... except calib.capture.CaptureError as error:
+        ...     print(error)
+        port /dev/nothing cannot be opened at 57600 baud; found: ... `calib capture scan` lists the ports; ...
+    """
+
+    exit_code = 2
+
+
+class UserError(CaptureError):
+    """Faults the user can mend, all of them at once.
+
+    Example:
+        >>> try:
+        ...     calib.capture.run("/dev/ttyUSB0", "0.6,fast", "logged", kind="wet")
+        ... except calib.capture.UserError as error:
+        ...     print(error)
+        --hz: found 'fast'; expected: 0.01 to ... crank turns/s; ...
+        --kind: found 'wet'; choices: swim, dry
+    """
+
+    def __init__(self, faults: str | Sequence[str]) -> None:
+        super().__init__(faults if isinstance(faults, str) else "\n".join(faults))
+
+
+class MotorFault(CaptureError):
+    """The motor, its bus or its supply does not do what it should.
+
+    Example:
+        >>> try:
+        ...     calib.capture.run("/dev/ttyUSB0", [0.6], "logged", max_current_a=0.01, report=lambda line: None)
+        ... except calib.capture.MotorFault as error:
+        ...     print(error)
+        the current is too high; found: ... A for 0.5 s; expected: at most 0.01 A (--max-current). Does the tail ...
+    """
+
+    exit_code = 3
+
+
+class NoAnswer(MotorFault):
+    """The motor did not answer."""
+
+
+class Interrupted(CaptureError):
+    """A signal asked the program to end."""
+
+    def __init__(self, number: int) -> None:
+        self.exit_code = 128 + number
+        super().__init__(
+            "stopped by Ctrl-C" if number == signal.SIGINT else f"stopped by {signal.Signals(number).name}"
+        )
+
+
+INTERRUPTED = 130
+"""The exit code after Ctrl-C, 128 + SIGINT, as shells and typer have it."""
+
+
+class Clock(NamedTuple):
+    """The source of time, seconds on a clock that never steps; tests use a virtual one."""
+
+    now: Callable[[], float] = time.monotonic
+    sleep: Callable[[float], None] = time.sleep
+
+
+class Signals:
+    """A recorder of the signals that ask the program to end, within a ``with`` block.
+
+    They are checked between two exchanges with the motor (`raise_if_any`) instead of breaking into one, so that neither
+    an exchange nor the stop is ever cut in the middle, however often Ctrl-C is pressed.
+    """
+
+    WATCHED = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name))
+
+    def __init__(self) -> None:
+        self.caught: int | None = None
+        self._before: dict[int, Any] = {}
+
+    def __enter__(self) -> Signals:
+        if threading.current_thread() is threading.main_thread():
+            self._before = {number: signal.signal(number, self._note) for number in self.WATCHED}
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        for number, handler in self._before.items():
+            signal.signal(number, handler)
+
+    def raise_if_any(self) -> None:
+        """Raise `Interrupted` if a signal came."""
+        if self.caught is not None:
+            raise Interrupted(self.caught)
+
+    def _note(self, number: int, _frame: FrameType | None) -> None:
+        if self.caught is None:
+            self.caught = number
+
+
+_IN_ASCII = {
+    "\N{MINUS SIGN}": "-",
+    "\N{EN DASH}": "-",
+    "\N{PLUS-MINUS SIGN}": "+/-",
+    "\N{MULTIPLICATION SIGN}": "x",
+    "\N{HORIZONTAL ELLIPSIS}": "...",
+    "\N{RIGHTWARDS ARROW}": "->",
+    "\N{GREEK SMALL LETTER BETA}": "beta",
+}
+
+
+def _in_ascii(error: UnicodeError) -> tuple[str, int]:
+    """Handle characters that a terminal's encoding does not have: use another spelling, or the number of each."""
+    if not isinstance(error, UnicodeEncodeError):
+        raise error
+    missing = error.object[error.start : error.end]
+    return "".join(_IN_ASCII.get(each) or ascii(each)[1:-1] for each in missing), error.end
+
+
+def print_in_any_encoding() -> None:
+    """Spell output in what the encoding of a terminal or file has, so that it no longer ends the program."""
+    codecs.register_error("in_ascii", _in_ascii)
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="in_ascii")
+
+
+def let_go_of_a_lost_terminal() -> None:
+    """Redirect what Python still holds for a lost terminal, so that it does not end with exit code 120."""
+    for stream in (sys.stdout, sys.stderr):
+        try:
+            stream.flush()
+        except OSError:
+            os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
+
 
 try:
     from termios import error as TerminalError

@@ -1,21 +1,169 @@
-"""One capture: every speed driven, logged and added to the session; the motor is stopped on every way out."""
+"""Trials driven by the motor: their plan, the search for a motor, and the run."""
 
+import glob
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from dynamixel_sdk import PacketHandler
+
 from calib.capture import registers
-from calib.capture.bus import Bus
-from calib.capture.errors import CaptureError, MotorFault, UserError
-from calib.capture.guard import RISE_S, Guard, Limits
-from calib.capture.host import Clock, Signals
-from calib.capture.logs import FEWEST_ROWS, TrialLog
-from calib.capture.motor import SILENCE_S, Motor, Reading
-from calib.capture.plan import TrialPlan, trial_name
-from calib.capture.session_text import SessionText
+from calib.capture.bus import (
+    BAUD_RATES,
+    PORT_ERRORS,
+    Bus,
+    CaptureError,
+    Clock,
+    MotorFault,
+    Signals,
+    UserError,
+    open_port,
+)
+from calib.capture.logs import FEWEST_ROWS, SessionText, TrialLog
+from calib.capture.motor import RISE_S, SILENCE_S, Guard, Limits, Motor, Reading
+from calib.capture.registers import MODEL
+
+START_CODE = (1, 1, 1, -1, 1, -1, 1, -1, -1, 1, -1, -1, 1, 1, -1, -1)
+END_CODE = START_CODE[::-1]
+
+CHIP_S = 0.25
+CHIP_TURNS_PER_S = 0.25
+
+
+REST_S = 0.5
+RUN_OUT_S = 1.0  # the crank comes to rest before the end code
+
+
+class Step(NamedTuple):
+    """A speed that is held for a time; `part` is "rest", "start_code", "drive" or "end_code"."""
+
+    part: str
+    turns_per_s: float
+    seconds: float
+
+
+@dataclass(frozen=True)
+class TrialPlan:
+    """One trial at `hz` crank turns a second: rest, start code, rest, drive, rest, end code, rest; codes if `coded`."""
+
+    name: str
+    hz: float
+    seconds: float
+    coded: bool = True
+
+    def steps(self) -> Iterator[Step]:
+        """Yield the steps in their order."""
+        yield Step("rest", 0.0, REST_S)
+        if self.coded:
+            yield from _code("start_code", START_CODE)
+            yield Step("rest", 0.0, REST_S)
+        yield Step("drive", self.hz, self.seconds)
+        yield Step("rest", 0.0, RUN_OUT_S)
+        if self.coded:
+            yield from _code("end_code", END_CODE)
+            yield Step("rest", 0.0, REST_S)
+
+    @property
+    def total_s(self) -> float:
+        """Duration of the whole trial, seconds."""
+        return sum(step.seconds for step in self.steps())
+
+
+def trial_name(hz: float, taken: Sequence[str]) -> str:
+    """Name a trial after its speed, ``f0_60``, or ``f0_60_2`` where that is taken.
+
+    Names that differ in case only count as one.
+    """
+    two = f"{hz:.2f}"
+    name = "f" + (two if float(two) == hz else repr(hz)).replace(".", "_").replace("-", "m")
+    used = {other.casefold() for other in taken}
+    number = 2
+    unique = name
+    while unique.casefold() in used:
+        unique, number = f"{name}_{number}", number + 1
+    return unique
+
+
+def _code(part: str, chips: Sequence[int]) -> Iterator[Step]:
+    return (Step(part, chip * CHIP_TURNS_PER_S, CHIP_S) for chip in chips)
+
+
+PORT_PATTERNS = ("/dev/ttyUSB*", "/dev/ttyACM*", "/dev/tty.usbserial*", "/dev/tty.usbmodem*")
+BAUD_ORDER = (57600, 1_000_000, *(baud for baud in BAUD_RATES if baud not in (57600, 1_000_000)))
+"""Baud rates in the order of the search: the factory's first, then the SDK's, then the rest."""
+
+
+class Found(NamedTuple):
+    """A motor that answered.
+
+    Example:
+        >>> found = calib.capture.scan(["/dev/ttyUSB0"], [57600], report=lambda line: None)[0]
+        >>> found.motor_id, found.is_ours
+        (1, True)
+    """
+
+    port: str
+    baud: int
+    motor_id: int
+    model: int
+
+    @property
+    def is_ours(self) -> bool:
+        """Whether it is an XW540-T140-R."""
+        return self.model == MODEL
+
+    def describe(self) -> str:
+        """Describe the motor in one line."""
+        what = "XW540-T140-R" if self.is_ours else f"another Dynamixel, model {self.model}"
+        return f"--port {self.port} --baud {self.baud} --id {self.motor_id}  ({what})"
+
+
+def ports() -> list[str]:
+    """List the serial ports that an adapter may be on."""
+    return sorted(port for pattern in PORT_PATTERNS for port in glob.glob(pattern))  # noqa: PTH207  device names
+
+
+def search(names: Sequence[str], bauds: Sequence[int], report: Callable[[str], None]) -> list[Found]:
+    """Ask on every port at every baud rate which motors are there.
+
+    A port that cannot be opened is reported and left out.
+
+    Args:
+        names: names of the serial ports.
+        bauds: baud rates.
+        report: receives each port and rate, and warnings.
+    """
+    found: list[Found] = []
+    for name in names:
+        for baud in bauds:
+            report(f"{name} at {baud} baud")
+            try:
+                port = open_port(name, baud)
+            except UserError as error:
+                report(f"warning: {error}")
+                break
+            try:
+                found.extend(Found(name, baud, *motor) for motor in _motors(port))
+            finally:
+                port.closePort()
+    return found
+
+
+def _motors(port: Any) -> Iterator[tuple[int, int]]:
+    """Yield id and model of each motor that answers a ping to all, and then one of its own."""
+    try:
+        answers, _ = PacketHandler(2.0).broadcastPing(port)
+    except PORT_ERRORS:
+        return
+    for motor_id in sorted(answers):
+        try:
+            yield motor_id, Bus(port, motor_id, Clock()).ping()
+        except MotorFault:
+            continue
+
 
 PERIOD_S = 0.01
 SLOWEST_LOG_HZ = 50.0

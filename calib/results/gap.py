@@ -1,15 +1,16 @@
-"""The result of a diagnosis: `results/diagnosis.json` as attributes, frames, figures and sentences."""
+"""The results of posterior and diagnosis."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import asdict, dataclass, field
+from functools import cached_property
+from math import isnan
+from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
-from calib.diagnosis_summary import diagnosis_lines, main_caveat, test_lines
-from calib.results.figures import GapFigures
-from calib.results.result import Result
+from calib.results.result import GapFigures, PosteriorFigures, Result, flag_frame, flag_lines, forecast_frame
 from diagnosis.result import (
     NONE,
     DiagnosisResult,
@@ -20,8 +21,217 @@ from diagnosis.result import (
     MissingForces,
     parameters_of,
 )
-from reports.gap_words import gap_sentences, next_experiment
-from reports.numbers import in_words
+from diagnosis.sentences import plain
+from fitting.calibration import Marginal
+from reports.caveats import gap_caveats
+from reports.words import (
+    SEPARATES,
+    by_how_much,
+    counted,
+    drawn_sentence,
+    effect_size,
+    gap_sentences,
+    in_words,
+    listed,
+    next_experiment,
+    of_its_size,
+    shown,
+    spanned,
+)
+from swimcal.errors import Flag
+
+if TYPE_CHECKING:
+    from fitting.forecast import SessionForecast
+    from fitting.posterior.summary import PosteriorSummary
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class PosteriorResult(Result):
+    """Draws from the posterior of the five coefficients given the fit trials, and their summary.
+
+    Tables of `to_frame`: "coefficients" (a row each: mean, sd, ends of the 90 % interval, effective draws, R-hat),
+    "trials" (speed along the smooth path of each swim trial with its predictive interval, m/s), "forecasts" (of the
+    draws, and of simple baselines, as those of a fit) and "flags".
+
+    Example:
+        >>> found = calib.posterior("pool", "quick", progress=False)
+        >>> print(found.summary().splitlines()[1])
+        90 % intervals: blunt drag ... to ..., slender drag ... to ..., angular drag ...
+        >>> found.coefficients["blunt_drag"].determined
+        True
+        >>> found.idata.posterior.blunt_drag.dims               # the draws, for ArviZ
+        ('chain', 'draw')
+    """
+
+    key = "posterior"
+
+    data: PosteriorSummary = field(repr=False)
+    plot: PosteriorFigures = field(repr=False)
+    next_step: str = field(repr=False)
+
+    @cached_property
+    def idata(self) -> Any:
+        """The draws as ArviZ reads them: groups `posterior`, `sample_stats` and `observed_data`."""
+        from fitting.posterior.quiet_arviz import arviz
+
+        return arviz.from_netcdf(str(self.file), engine="h5netcdf")
+
+    @property
+    def coefficients(self) -> Mapping[str, Marginal]:
+        """The mean, sd and 90 % interval of each coefficient, and whether the trials determine it."""
+        return self.data.marginals
+
+    @property
+    def forecasts(self) -> SessionForecast:
+        """Forecasts of every trial averaged over the draws, and by simple baselines."""
+        return self.data.forecasts
+
+    @property
+    def flags(self) -> tuple[Flag, ...]:
+        """The reasons to doubt the posterior."""
+        return self.data.flags
+
+    @property
+    def verdict(self) -> str:
+        """The verdict in one word: determined (all five), partly_determined or undetermined.
+
+        It is doubtful where there are other flags.
+        """
+        if any(flag.kind != "unidentifiable" for flag in self.flags):
+            return "doubtful"
+        determined = sum(one.determined for one in self.coefficients.values())
+        return {0: "undetermined", len(self.coefficients): "determined"}.get(determined, "partly_determined")
+
+    def summary(self) -> str:
+        """Summarise what was found, how well it forecasts, how far to trust it, and what to do next, in six lines."""
+        data, of = self.data, self.coefficients
+        intervals = ", ".join(f"{in_words(name)} {spanned(one.q05, one.q95, of_its_size)}" for name, one in of.items())
+        loose = [in_words(name) for name, one in of.items() if not one.determined]
+        found = f"Not determined by these trials: {listed(loose)}." if loose else "The trials determine all five."
+        inside, count, _ = data.inside("holdout")
+        held = f"; the speed of {inside} of {count} held-out trials is in its 90 % band" if count else ""
+        caveats = list(dict.fromkeys(flag.message for flag in self.flags if flag.kind != "unidentifiable"))
+        more = " (more: -v)" if len(caveats) > 1 else ""
+        why = {
+            "doubtful": f": read {counted(len(caveats), 'caveat')} first (-v)",
+            "determined": ": all five, and nothing is flagged",
+        }.get(self.verdict, ": the report says which further trial helps most")
+        lines = [
+            f"{self.session.name}: {self.name}.",
+            f"90 % intervals: {intervals}.",
+            f"{found[:-1]}{held}.",
+            drawn_sentence(self.forecasts),
+            f"Main caveat: {caveats[0]}{more}." if caveats else "No caveat.",
+            f"Verdict: {in_words(self.verdict)}{why}. Next: {self.next_step}",
+        ]
+        return "\n".join(filter(None, lines))
+
+    def details(self) -> list[str]:
+        """List the coefficients, a line each, and every flag."""
+        return [*interval_lines(self.coefficients), *flag_lines(("", flag) for flag in self.flags)]
+
+    def _tables(self) -> Mapping[str, Callable[[], pd.DataFrame]]:
+        return {
+            "coefficients": self._coefficients,
+            "trials": self._trials,
+            "forecasts": lambda: forecast_frame(self.forecasts),
+            "flags": lambda: flag_frame(("", flag) for flag in self.flags),
+        }
+
+    def _coefficients(self) -> pd.DataFrame:
+        rows = {name: one._asdict() for name, one in self.coefficients.items()}
+        return pd.DataFrame.from_dict(rows, orient="index").rename_axis("coefficient")
+
+    def _trials(self) -> pd.DataFrame:
+        rows = {
+            trial.name: {
+                "role": trial.role,
+                "speed_measured": trial.speed,
+                "speed_q05": trial.outer[0],
+                "speed_q50": trial.outer[2],
+                "speed_q95": trial.outer[-1],
+                "inside": trial.speed_inside,
+            }
+            for trial in self.data.trials
+        }
+        return pd.DataFrame.from_dict(rows, orient="index").rename_axis("trial")
+
+
+def interval_lines(marginals: Mapping[str, Marginal]) -> list[str]:
+    """Format the 90 % interval of each coefficient, and whether the trials determine it, a line each."""
+    return [
+        f"  {name:13} {shown(one.mean, 3):>6} ± {one.sd:.2g}, 90 % interval {one.q05:.3g} to {one.q95:.3g}"
+        f"{'' if one.determined else ': not determined by these trials'}"
+        for name, one in marginals.items()
+    ]
+
+
+_ROWS = 6  # smallest number of effects that are shown
+_NEXT = 3  # number of experiments that are shown
+
+
+def diagnosis_lines(data: DiagnosisResult) -> list[str]:
+    """Format where, which and how far; then the most probable effects, what to check, and what to measure next."""
+    lines = [*gap_sentences(data), ""]
+    lines.append(f"{'effect':28} {'probability':>11}  fitted")
+    for number, (name, chance) in enumerate(data.chances.items()):
+        if number < _ROWS or name in data.effects:
+            lines.append(f"{name:28} {chance:11.3f}  {effect_size(data.effect_parameters, name)}".rstrip())
+    lines.append(f"{'none of these':28} {data.none_of_these:11.3f}")
+    lines.append(f"{'nothing at all':28} {data.no_gap_probability:11.3f}")
+    return [*lines, *(f"! {each}" for each in gap_caveats(data)), *_next(data), *_models(data)]
+
+
+def main_caveat(data: DiagnosisResult) -> str:
+    """Return the first caveat to check before a diagnosis is believed."""
+    if found := gap_caveats(data):
+        return f"{found[0]}{f' ({len(found) - 1} more: -v)' if len(found) > 1 else ''}"
+    if not data.gap.evaluated_on:
+        return "no trial is held out, so how far the gap shrinks is not known."
+    return "none was raised."
+
+
+def _next(data: DiagnosisResult) -> list[str]:
+    pairs_of: dict[str, list[str]] = {}
+    for each in data.next_experiments:
+        if each.expected_error < SEPARATES:
+            pair = " from ".join(map(plain, each.separates))
+            pairs_of.setdefault(each.describe, []).append(f"{pair}, expected error {each.expected_error:.0%}")
+    return [f"next: {what} (separates {'; '.join(pairs)})" for what, pairs in list(pairs_of.items())[:_NEXT]]
+
+
+def _models(data: DiagnosisResult) -> list[str]:
+    """List files of twins with effects, and which of several alternatives they contain."""
+    either = [plain(group[0]) for group in data.groups if len(group) > 1]
+    chosen = f"; with {' and '.join(either)}, the most probable of each group" if either else ""
+    names = data.models
+    return [f"model: {name}{'' if name.startswith('calibrated+everything.') else chosen}" for name in names]
+
+
+def test_lines(data: EffectTestResult) -> list[str]:
+    """Format the evidence for each tested effect and for all together; then the gap without and with them."""
+    lines = [
+        f"Tested: {', '.join(plain(name) for name in data.effects)}.",
+        f"Log Bayes factor over the plain twin: {data.log_bayes_factor:.1f} (above 0: the fit trials support "
+        f"{'it' if len(data.effects) == 1 else 'them'}).",
+        "",
+        f"{'effect':28} {'ln factor':>11}  fitted",
+    ]
+    for name, own in data.log_bayes_factor_of_each.items():
+        lines.append(f"{name:28} {own:11.1f}  {effect_size(data.effect_parameters, name)}".rstrip())
+    lines += ["", f"{'':28} {'plain':>11} {'tested':>11}"]
+    for swims, gap in (("fitted", data.fitted), ("held out", data.gap)):
+        if gap.evaluated_on:
+            lines.append(_format_comparison(f"{swims}: markers, mm", gap.baseline_mm, gap.with_effects_mm))
+            speeds = 1000 * gap.speed_mae_before, 1000 * gap.speed_mae_after
+            lines.append(_format_comparison(f"{swims}: speed, mm/s", *speeds))
+    if not isnan(data.gap.shrinkage):
+        lines.append(f"The held-out gap {by_how_much(data.gap)}.")
+    return lines
+
+
+def _format_comparison(what: str, before: float, after: float) -> str:
+    return f"{what:28} " + " ".join(f"{'-' if isnan(each) else f'{each:.1f}':>11}" for each in (before, after))
 
 
 class Effects(tuple[str, ...]):

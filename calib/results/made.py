@@ -5,29 +5,28 @@ from dataclasses import replace
 from typing import Any, cast
 
 from calib.pipeline import Pipeline
-from calib.results.figures import FitFigures, GapFigures, PosteriorFigures, StructureFigures, check_current
-from calib.results.fit import FitResult
-from calib.results.gap import EffectTest, GapResult
-from calib.results.posterior import PosteriorResult
-from calib.results.structure import StructureResult
+from calib.results.fit import FitResult, StructureResult
+from calib.results.gap import EffectTest, GapResult, PosteriorResult
+from calib.results.result import FitFigures, GapFigures, PosteriorFigures, StructureFigures, check_current
 from calib.results.tracks import FilmedTracks, TrackResult
 from calib.stages.diagnosis import DiagnosisStage
 from calib.stages.posterior import PosteriorStage
 from diagnosis.result import EFFECT_TEST, EffectTestResult
-from fitting import CalibratedTrial, Calibration, MeasuredTrial
+from fitting.calibration import CalibratedTrial, Calibration
 from fitting.calibration_file import PublishedResult
 from fitting.left_out import left_out_flags
-from reports import ReportContext, gallery
-from reports.blocks import Plot
-from reports.context import NoSwims
-from reports.numbers import in_words, listed
-from reports.sections import DRY_SECTIONS, FURTHER, SECTIONS, gap, summary
-from reports.sections import posterior as posterior_section
-from reports.sections.gap_plots import gap_plots
-from reports.sections.trials import trial_plots
-from session import NotEnoughData
+from fitting.trial import MeasuredTrial
+from reports.context import NoSwims, ReportContext
+from reports.first_screen import build_summary
+from reports.gap import build_gap, gap_plots
+from reports.page import Plot
+from reports.posterior import build_posterior
+from reports.report import DRY_SECTIONS, FURTHER, SECTIONS, gallery
+from reports.swims import trial_plots
+from reports.words import in_words, listed
+from swimcal.errors import NotEnoughData
 
-_NOT_OF_FIT = (posterior_section.build, gap.build)
+_NOT_OF_FIT = (build_posterior, build_gap)
 _OF_FIT = tuple(build for build in SECTIONS if build not in _NOT_OF_FIT)
 
 
@@ -71,7 +70,7 @@ def posterior_result(pipeline: Pipeline, stage: PosteriorStage) -> PosteriorResu
     """Make the result of a posterior of the current fit."""
     fit, found = pipeline.the_fit(), stage.read()
     assert found is not None
-    sections = (summary.build, posterior_section.build)
+    sections = (build_summary, build_posterior)
     figures = PosteriorFigures(stage, lambda: gallery(replace(_context(pipeline), posterior=found), sections))
     name = f"posterior of {stage.effort} effort of the {fit.name}"
     step = _next_step(pipeline)

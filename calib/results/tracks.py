@@ -12,12 +12,13 @@ import numpy as np
 import pandas as pd
 
 from calib.results.result import Tables, flag_frame
-from fitting import MeasuredTrial
-from reports.numbers import counted
-from session import Flag, Session
+from fitting.trial import MeasuredTrial
+from reports.words import counted
+from swimcal.errors import Flag
+from swimcal.session import Session
 from tracking.boxes import StartBoxes
-from tracking.records import SampleState, to_movement
-from tracking.records.tracked import seen_in
+from tracking.formats import to_movement
+from tracking.tracked import SampleState, seen_in
 
 if TYPE_CHECKING:
     import xarray as xr

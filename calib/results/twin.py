@@ -10,20 +10,21 @@ import mujoco
 import numpy as np
 from numpy.typing import ArrayLike
 
-from fitting.in_pool import head_frame
-from fitting.speed import forward_speed
-from session import InputError
-from session.errors import Fault
-from swimmer import FluidCoefficients, RobotSpec, Runs, Twin, build_mjcf
-from swimmer.effects import AffectedRuns, AffectedTwin
-from swimmer.scenery import add_scenery
-from tracking import one_of
-
-_LEAST_S = 6.0  # shortest swim from rest, where no duration is given
-_SETTLED_BEATS = 12.0  # beats in which the speed of a swim from rest settles
+from fitting.pool import forward_speed, head_frame
+from swimcal.effects.affected_twin import AffectedRuns, AffectedTwin
+from swimcal.errors import Fault, InputError
+from swimcal.mjcf import FluidCoefficients, add_scenery, build_mjcf
+from swimcal.robot import RobotSpec
+from swimcal.runs import Runs
+from swimcal.twin import Twin
+from tracking.head_frame import one_of
 
 if TYPE_CHECKING:
     import xarray as xr
+
+
+_LEAST_S = 6.0  # shortest swim from rest, where no duration is given
+_SETTLED_BEATS = 12.0  # beats in which the speed of a swim from rest settles
 
 
 @dataclass(frozen=True, eq=False)

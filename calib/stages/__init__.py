@@ -1,5 +1,5 @@
 """The stages of the work on a session, in order.
 
 They are videos, recordings, structure, fit, evidence, posterior, diagnosis, report and recording. Each is a
-`session.stage.Stage`: inputs, their fingerprint, and the files it makes.
+`swimcal.stage.Stage`: inputs, their fingerprint, and the files it makes.
 """

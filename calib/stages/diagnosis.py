@@ -1,4 +1,6 @@
-"""The stage from measured swims to a diagnosis: ``results/diagnosis.json``, and the twin with the named effects.
+"""The stage of the diagnosis, and the MJCF of the twin with the named effects.
+
+The stage from measured swims to a diagnosis: ``results/diagnosis.json``, and the twin with the named effects.
 
 The diagnosis takes a second to load: it is imported where it is needed.
 """
@@ -9,24 +11,93 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from functools import cached_property
+from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
 from calib.options import EffortName, Job
-from calib.stages.fit import FitStage
+from calib.stages.fit import FitStage, mjcf_text
 from calib.stages.recordings import Recordings
+from diagnosis.held_out import SettledTwin
+from diagnosis.linear_model import LinearModel
+from diagnosis.refit import Refit
 from fitting.calibration_file import doubted_trials
-from session import InputError
-from session.errors import Fault, did_you_mean
-from session.results import Provenance
-from session.stage import Stage
-from swimmer import Twin
-from swimmer.effects import Effect, catalogue
+from fitting.phase import fit_phase
+from fitting.signatures import views_of
+from reports.page import environment
+from swimcal.effects.affected_twin import AffectedRuns, AffectedTwin
+from swimcal.effects.catalogue import catalogue
+from swimcal.effects.effect import Effect
+from swimcal.errors import Fault, InputError, did_you_mean
+from swimcal.mjcf import FluidCoefficients, add_scenery
+from swimcal.results import Provenance, program_version, write_whole
+from swimcal.runs import ENGINE
+from swimcal.stage import Stage
+from swimcal.twin import Twin
 
 if TYPE_CHECKING:
-    from diagnosis import Discrepancy
+    from diagnosis.discrepancy import Discrepancy
     from diagnosis.result import DiagnosisResult, EffectTestResult
+
+
+def write_affected_twin(
+    results: Path, linear: LinearModel, best: Refit, name: str, robot_file: Path | None
+) -> list[Path]:
+    """Write ``calibrated+<name>.xml``: robot, coefficients and all of the effects that a model can hold.
+
+    Effects with an axis of the picture (a current) are in the frame of the first fit trial. One keyframe a fit trial
+    starts the model as that trial started. Where MJCF cannot hold all of the effects, a script of the same name runs
+    the twin with them.
+
+    Args:
+        results: the folder of the results.
+        linear: the linearised model of the diagnosis.
+        best: the refit with the effects.
+        name: names of the effects in the file's name.
+        robot_file: the robot's TOML; None for the built-in robot.
+    """
+    affected = AffectedTwin(linear.twin, best.effects)
+    views = views_of(linear.model, linear.camera, tuple(map(float, linear.at)))
+    values, coefficients = affected.in_trial(views[0], best.values), FluidCoefficients(*map(float, best.at))
+    names = [effect.name for effect in best.effects]
+    parameters = ", ".join(
+        f"{effect.name}.{parameter.name} = {value:.6g} {parameter.unit}"
+        for effect, own in zip(best.effects, best.by_effect.values(), strict=True)
+        for parameter, value in zip(effect.parameters, own, strict=True)
+    )
+    spec = add_scenery(affected.spec(coefficients, values), affected.robot)
+    spec.add_text(name="calibrated_with", data=f"{program_version()}, MuJoCo {ENGINE}")
+    spec.add_text(name="effects", data=f"{parameters}; in the frame of trial {linear.swims[0].name}")
+    for trial, view in zip(linear.swims, views, strict=False):  # the views of dry runs come last
+        own, hz = affected.in_trial(view, best.values), trial.frequency.hz
+        phase = fit_phase(SettledTwin(affected, best.values, view), trial, coefficients)
+        runs = AffectedRuns(
+            best.at[None], np.array([hz]), np.array([phase]), trial.start_velocity[None], values=own[None]
+        )
+        position, velocity = affected.start(runs)
+        spec.add_key(name=trial.name, qpos=position[0], qvel=velocity[0], ctrl=[2 * np.pi * hz])
+    paths = [results / f"calibrated+{name}.xml"]
+    write_whole(paths[0], mjcf_text(spec))
+    if not all(effect.in_mjcf() for effect in best.effects):
+        template = environment("calib", escaped=False).get_template("affected_twin.py.j2")
+        script = template.render(
+            names=names,
+            program=program_version(),
+            trial=linear.swims[0].name,
+            parameters=parameters,
+            robot="None  # the built-in one" if robot_file is None else f"Path({str(robot_file)!r})",
+            markers=linear.twin.markers,
+            values=values.tolist(),
+            coefficients=best.at.tolist(),
+            axis=views[0].axis_m.tolist(),
+            down=views[0].down.tolist(),
+            half=float(views[0].half_height_m),
+        )
+        paths.append(paths[0].with_suffix(".py"))
+        write_whole(paths[1], script)
+    return paths
+
 
 Found = TypeVar("Found")
 _FORM = 21  # version of the files and of the computation
@@ -87,8 +158,7 @@ class DiagnosisStage(Stage):
             NotEnoughData: no swim has the role "fit".
             SimulationDiverged: the plain twin.
         """
-        from calib.stages.affected_mjcf import write_affected_twin
-        from diagnosis import diagnose
+        from diagnosis.diagnose import diagnose
         from diagnosis.diagnosis_file import beside_exported_twin, diagnosis_result
         from diagnosis.result import DIAGNOSIS
 
@@ -121,7 +191,7 @@ class DiagnosisStage(Stage):
             NotEnoughData: no swim has the role "fit", or an effect does nothing in these.
             SimulationDiverged: the plain twin.
         """
-        from diagnosis import weigh_effects
+        from diagnosis.diagnose import weigh_effects
         from diagnosis.diagnosis_file import effect_test_result
         from diagnosis.result import EFFECT_TEST
 
@@ -151,7 +221,9 @@ class DiagnosisStage(Stage):
         discrepancy: Discrepancy | None = None,
     ) -> Found:
         """Call `diagnose` or `weigh_effects` for this session."""
-        from diagnosis import SessionData, Settings, discrepancy_for
+        from diagnosis.diagnose import Settings
+        from diagnosis.discrepancy import discrepancy_for
+        from diagnosis.linear_model import SessionData
 
         job, trials = self._job, self._fit.trials
         markers = trials[0].markers

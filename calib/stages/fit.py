@@ -12,28 +12,29 @@ import numpy as np
 
 from calib.options import PUBLISHED_S, STARTS, EffortName, Job
 from calib.stages.recordings import Recordings
-from fitting import CalibratedTrial, Calibration, CalibrationResult, MeasuredTrial, calibrate
-from fitting.calibration import assemble, calibrate_as_published, compare_trial
-from fitting.calibration_file import CALIBRATION, PUBLISHED, PublishedResult, calibration_result, published_result
-from fitting.ebt import FORMS
-from fitting.structure import (
-    BUILT_IN,
-    STRUCTURE,
-    Structure,
-    assumed,
-    identify_structure,
-    read_structure,
-    with_sources,
+from fitting.calibration import CalibratedTrial, Calibration, assemble, calibrate, calibrate_as_published, compare_trial
+from fitting.calibration_file import (
+    CALIBRATION,
+    PUBLISHED,
+    CalibrationResult,
+    PublishedResult,
+    calibration_result,
+    published_result,
 )
-from session import SwimcalError
-from session.results import Provenance, program_version, read_provenance, write_whole
-from session.stage import Stage
-from swimmer import PUBLISHED_COEFFICIENTS, RobotSpec, Runs, Twin, build_mjcf
-from swimmer.engine import ENGINE, check_engine, model_sha256
-from swimmer.scenery import add_scenery
+from fitting.ebt import FORMS
+from fitting.structure import BUILT_IN, STRUCTURE, Structure, assumed, identify_structure, read_structure, with_sources
+from fitting.trial import MeasuredTrial
+from swimcal.errors import SwimcalError
+from swimcal.mjcf import PUBLISHED_COEFFICIENTS, add_scenery, build_mjcf
+from swimcal.results import Provenance, program_version, read_provenance, write_whole
+from swimcal.robot import RobotSpec
+from swimcal.runs import ENGINE, Runs, check_engine, model_sha256
+from swimcal.stage import Stage
+from swimcal.twin import Twin
 
 if TYPE_CHECKING:
-    from fitting.coefficient_fit import Marginal
+    from fitting.calibration import Marginal
+
 
 _FORM = 14  # version of calibration.json, and of the search that fills it
 _UPON = ("posterior.nc", "diagnosis.json", "report.html")  # results that rest on a fit

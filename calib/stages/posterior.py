@@ -15,17 +15,20 @@ from threadpoolctl import threadpool_limits
 
 from calib.options import EffortName, Job
 from calib.stages.fit import FitStage
-from fitting import Calibration, MeasuredTrial
-from fitting.model import Mode, SessionModel, mode_at
+from fitting.calibration import Calibration
+from fitting.mode import Mode, mode_at
 from fitting.progress import part_of
 from fitting.structure import uncertainties_of
-from session.errors import NotConverged
-from session.results import writing_whole
-from session.stage import Stage
-from swimmer import Twin
+from fitting.trial import MeasuredTrial
+from fitting.trial_model import SessionModel
+from swimcal.errors import NotConverged
+from swimcal.results import writing_whole
+from swimcal.stage import Stage
+from swimcal.twin import Twin
 
 if TYPE_CHECKING:
     from fitting.posterior.summary import PosteriorSummary
+
 
 EFFECTIVE = {"quick": 100, "full": 400}
 """Number of effective draws of every coefficient, by effort."""
@@ -57,8 +60,7 @@ class PosteriorStage(Stage):
         Raises:
             NotConverged: too few effective draws, or chains that disagree; nothing is written.
         """
-        from fitting.posterior import sample_posterior
-        from fitting.posterior.posterior import save_draws
+        from fitting.posterior.posterior import sample_posterior, save_draws
         from fitting.posterior.summary import SUMMARY, summarise
 
         job = self._job

@@ -12,21 +12,19 @@ import xarray as xr
 
 from calib.options import Job
 from calib.stages.videos import Videos, of_each, without_trial
-from fitting import MeasuredTrial, measure_trial
 from fitting.dry_run import DryTrial, measure_dry_run
-from fitting.free_decay import DecayTrial, measure_decay_trial
-from fitting.free_decay.decay_trial import FAR_OUT_PX
-from fitting.marker_places import odd_markers
+from fitting.free_decay import FAR_OUT_PX, DecayTrial, measure_decay_trial
+from fitting.left_out import odd_markers
 from fitting.motor_clock import read_motor
 from fitting.structure import DryExperiments
-from fitting.trial import ExperimentsInAir
-from session import FaultCollector, NotEnoughData, TrialSpec
-from session.stage import Stage, fingerprint_of
-from session.tracks import load_tracks, save_tracks
-from tracking import check_tracks
+from fitting.trial import ExperimentsInAir, MeasuredTrial, measure_trial
+from swimcal.errors import FaultCollector, NotEnoughData
+from swimcal.session import TrialSpec
+from swimcal.stage import Stage, fingerprint_of
+from swimcal.tracks import load_tracks, save_tracks
 from tracking.lens import lens_flags
-from tracking.records.tracked import as_tracked, but_repeats, counting
-from tracking.tracker import exchanged_apart
+from tracking.quality import check_tracks, exchanged_apart
+from tracking.tracked import as_tracked, but_repeats, counting
 
 AnyTrial = MeasuredTrial | DryTrial | DecayTrial
 T = TypeVar("T", bound=AnyTrial)

@@ -7,11 +7,11 @@ from calib.options import Job
 from calib.stages.diagnosis import DiagnosisStage
 from calib.stages.fit import FitStage, PublishedStage
 from calib.stages.posterior import PosteriorStage
-from fitting import Calibration
-from reports import ReportContext, write_report
-from reports.policy_swims import read_swims, swims_files
-from session.results import sha256_of
-from session.stage import Stage
+from fitting.calibration import Calibration
+from reports.context import ReportContext, read_swims, swims_files
+from reports.report import write_report
+from swimcal.results import sha256_of
+from swimcal.stage import Stage
 
 
 class ReportStage(Stage):

@@ -12,29 +12,23 @@ import numpy as np
 import xarray as xr
 
 from calib.options import Job
-from session import FaultCollector, InputError, NotEnoughData, TrialSpec
-from session.errors import Fault
-from session.folder import SESSION_FILE, usual_boxes
-from session.results import sha256_of, write_whole
-from session.session_checks import rate_is_off, usual_spacing_s
-from session.stage import Stage
-from session.tracks import save_tracks
-from tracking.boxes import (
-    ClickBoxes,
-    StartBoxes,
-    find_blobs,
-    find_boxes,
-    load_boxes,
-    save_boxes,
-    write_preview,
-)
-from tracking.records import EditLog, apply_edits, fill_gaps, load_tracked, save_tracked
-from tracking.records.storage import TrackedFiles
-from tracking.records.tracked import seen_in
-from tracking.tracker import TRACKERS, Grey, TrackerName, doubtful_boxes, follow_video, retracker, trusted
-from tracking.tracker.follow_video import Find
-from tracking.tracker.partial import Partial
-from tracking.video import Frame, Video, VideoInfo, is_without_times
+from swimcal.errors import Fault, FaultCollector, InputError, NotEnoughData
+from swimcal.results import sha256_of, write_whole
+from swimcal.session import SESSION_FILE, TrialSpec, usual_boxes
+from swimcal.session_file import rate_is_off, usual_spacing_s
+from swimcal.stage import Stage
+from swimcal.tracks import save_tracks
+from tracking.appearance import Grey
+from tracking.body_chain import find_blobs
+from tracking.boxes import StartBoxes, load_boxes, save_boxes
+from tracking.decoding import is_without_times
+from tracking.edits import EditLog, apply_edits
+from tracking.find_boxes import ClickBoxes, find_boxes, write_preview
+from tracking.follow_video import TRACKERS, Find, Partial, TrackerName, doubtful_boxes, follow_video, retracker
+from tracking.gaps import fill_gaps
+from tracking.quality import trusted
+from tracking.tracked import TrackedFiles, load_tracked, save_tracked, seen_in
+from tracking.video import Frame, Video, VideoInfo
 
 T = TypeVar("T")
 

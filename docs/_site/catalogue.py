@@ -3,8 +3,8 @@
 from collections.abc import Iterable, Iterator
 from itertools import groupby
 
-from swimmer.effects import Effect, Parameter
-from swimmer.effects.catalogue import FAMILIES
+from swimcal.effects.catalogue import FAMILIES
+from swimcal.effects.effect import Effect, Parameter
 
 _TITLES = {
     "measurement": "Camera and tracker",

@@ -10,7 +10,7 @@ from typer.cli import get_docs_for_click
 
 def command_line() -> str:
     """Every command with its arguments, options and example; a heading each."""
-    from calib.capture import command as capture
+    from calib.capture import functions as capture
     from calib.cli import app
 
     program = typer.main.get_command(app)

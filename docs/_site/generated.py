@@ -25,7 +25,7 @@ def _text(mark: re.Match[str]) -> str:
 
 def words() -> str:
     """The words of a report as its last section explains them, a heading for each."""
-    from reports.sections.definitions import TERMS
+    from reports.report import TERMS
 
     return "\n".join(f"### {term}\n\n{meaning}\n" for term, meaning in TERMS.items())
 

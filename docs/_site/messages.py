@@ -8,14 +8,30 @@ from typing import NamedTuple
 
 ROOT = Path(__file__).parents[2]
 TOPICS = {
-    "The session folder and its recordings": ("session/",),
-    "The robot and effects": ("swimmer/",),
-    "Start boxes and corrections": ("tracking/boxes/", "tracking/records/edit", "tracking/tracker/"),
-    "Tracks of other programs": ("tracking/records/",),
-    "Videos, camera and lens": ("tracking/", "reports/recording/"),
+    "The session folder and its recordings": (
+        "swimcal/session",
+        "swimcal/create_session",
+        "swimcal/toml",
+        "swimcal/tables",
+        "swimcal/tracks",
+        "swimcal/motor_log",
+        "swimcal/results",
+        "swimcal/stage",
+        "swimcal/errors",
+    ),
+    "The robot and effects": ("swimcal/",),
+    "Start boxes and corrections": (
+        "tracking/boxes",
+        "tracking/find_boxes",
+        "tracking/body_chain",
+        "tracking/edits",
+        "tracking/follow_video",
+    ),
+    "Tracks of other programs": ("tracking/foreign", "tracking/formats", "tracking/tracked", "tracking/gaps"),
+    "Videos, camera and lens": ("tracking/", "reports/record"),
     "Trials and fits": ("fitting/", "diagnosis/", "synthetic/"),
     "Policies": ("swimgym/",),
-    "Clusters": ("calib/spread.py",),
+    "Clusters": ("calib/batch.py",),
     "The motor": ("calib/capture/",),
     "Options and results": ("calib/",),
 }
@@ -31,7 +47,7 @@ RAISED = (
     "MotorFault",
     "NoAnswer",
 )
-_ORDER = ("file", "where", "what", "found", "expected", "choices", "next_step")  # of `session.errors.Fault`
+_ORDER = ("file", "where", "what", "found", "expected", "choices", "next_step")  # of `swimcal.errors.Fault`
 _LONGEST = 70  # characters of a heading
 
 

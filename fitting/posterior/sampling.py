@@ -12,13 +12,13 @@ import emcee
 import numpy as np
 import xarray
 
-from fitting.coefficient_fit import NAMES
-from fitting.model import Mode
-from fitting.posterior.likelihood import SPEEDS, WAVE, ForwardSwimming, Likelihood, fit_emulator, size_of
+from fitting.calibration import NAMES
+from fitting.mode import Mode
+from fitting.posterior.emulator import SPEEDS, WAVE, ForwardSwimming, Likelihood, fit_emulator, size_of
 from fitting.posterior.quiet_arviz import arviz
 from fitting.progress import Progress
-from session import Flag
-from swimmer.fluid import COEFFICIENT_BOUNDS
+from swimcal.errors import Flag
+from swimcal.mjcf import COEFFICIENT_BOUNDS
 
 VARIABLES = (*NAMES, "ln_wave_discrepancy", "ln_speed_discrepancy")
 WALKERS = 64

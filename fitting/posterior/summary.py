@@ -6,20 +6,32 @@ from pathlib import Path
 
 import numpy as np
 
-from fitting.coefficient_fit import Marginal
-from fitting.model.forecast import scatter_of
-from fitting.model.session_forecast import DRAWN, ForecastTrial, SessionForecast, simple_rules
-from fitting.posterior.identifiability import Identifiability, RobotPart, identifiability, robot_flags, robot_parts
-from fitting.posterior.posterior import Posterior, load_chains
-from fitting.posterior.prediction import PredictedSweep, PredictedTrial, predict_sweep, predict_trials
-from fitting.posterior.whiteness import Whiteness, noise_flags, whiteness
+from fitting.baselines import sweep_frequencies
+from fitting.calibration import Marginal
+from fitting.forecast import DRAWN, ForecastTrial, SessionForecast, scatter_of, simple_rules
+from fitting.posterior.posterior import (
+    Identifiability,
+    Posterior,
+    RobotPart,
+    identifiability,
+    load_chains,
+    robot_flags,
+    robot_parts,
+)
+from fitting.posterior.prediction import (
+    PredictedSweep,
+    PredictedTrial,
+    Whiteness,
+    noise_flags,
+    predict_sweep,
+    predict_trials,
+    whiteness,
+)
 from fitting.progress import Progress, part_of
-from fitting.sweep import sweep_frequencies
 from fitting.trial import MeasuredTrial
 from fitting.trial_checks import BEARING
-from session import Flag
-from session.records import KEPT_ELSEWHERE
-from session.results import ResultFile
+from swimcal.errors import Flag
+from swimcal.results import KEPT_ELSEWHERE, ResultFile
 
 SWEPT = 7  # frequencies
 _ALL = 0.985  # share of coordinates in 90 % bands that chance leaves in one trial of 20

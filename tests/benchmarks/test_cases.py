@@ -9,7 +9,7 @@ import pytest
 from distributed import LocalCluster
 
 from benchmarks.cases import Records, Run, read_lines, run_cases, write_lines
-from session import InputError
+from swimcal.errors import InputError
 
 ALONE = Run(workers=1)
 

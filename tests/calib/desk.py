@@ -11,22 +11,23 @@ import numpy as np
 import pytest
 
 import calib as front
-from calib.capture import functions, search
-from calib.capture.bus import open_port
-from calib.capture.host import Clock
+from calib.capture import emulator as pseudo_terminal
+from calib.capture import functions
+from calib.capture import trials as search
+from calib.capture.bus import Clock, open_port
+from calib.capture.emulator import Emulator
 from calib.capture.trials import capture
-from calib.motor import Emulator, pseudo_terminal
 from calib.pipeline import Pipeline
 from diagnosis.result import EffectTestResult, GapSize
-from session import Flag
-from session.camera import CameraCalibration
-from session.results import write_whole
+from swimcal.errors import Flag
+from swimcal.results import write_whole
+from swimcal.session_file import CameraCalibration
 from swimgym.policy import SHIPPED, load_policy
-from synthetic import SyntheticPlan, make_session
-from synthetic.trials import SyntheticDecay
+from synthetic.plan import SyntheticDecay, SyntheticPlan
+from synthetic.session import make_session
 from tests.calib.motor.virtual_port import VirtualClock, VirtualPort
 from tests.tracking.lens.render import Scene, poses
-from tracking.lens import BoardSpec
+from tracking.board import BoardSpec
 
 LENS = CameraCalibration(
     width_px=480, height_px=270, fx_px=285.0, fy_px=285.0, cx_px=239.5, cy_px=134.5, distortion=(0.0,) * 5
@@ -70,7 +71,7 @@ def stand_in(patch: pytest.MonkeyPatch) -> None:
     """For the motor an emulated one in virtual time; for what takes long what it may find."""
     patch.setattr(Pipeline, "effect_test", lambda _, effects: _tested(effects))
     refused = SimpleNamespace(draws=SimpleNamespace(flags=(Flag("not_converged", message="R-hat 1.2 of Magnus lift"),)))
-    patch.setattr("fitting.posterior.sample_posterior", lambda *_: refused)
+    patch.setattr("fitting.posterior.posterior.sample_posterior", lambda *_: refused)
     patch.setattr("calib.stages.posterior.mode_of", lambda *_: None)
     patch.setattr("calib.policy._train_policy", lambda *_: load_policy(SHIPPED / "circle"))
     clock = VirtualClock()

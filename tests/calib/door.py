@@ -17,12 +17,13 @@ from calib.stages import fit as fit_stage
 from calib.stages import posterior as posterior_stage
 from calib.stages import report as report_stage
 from fitting import calibration
-from fitting.model import search
+from fitting import mode as search
+from fitting.baselines import sweep_frequencies
 from fitting.posterior import prediction, sampling, summary
-from fitting.sweep import sweep_frequencies
-from session.results import write_whole
-from swimmer.effects import catalogue
-from synthetic import SyntheticPlan, SyntheticTrial, TrackingNoise
+from swimcal.effects.catalogue import catalogue
+from swimcal.results import write_whole
+from synthetic.disturbances import TrackingNoise
+from synthetic.plan import SyntheticPlan, SyntheticTrial
 
 ROOT = Path(__file__).resolve().parents[2]
 

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from session.create import FISHSIM_MARKERS
-from session.tracks import load_tracks, pixels_of
-from synthetic import SyntheticCamera, SyntheticPlan
+from swimcal.create_session import FISHSIM_MARKERS
+from swimcal.tracks import load_tracks, pixels_of
+from synthetic.plan import SyntheticCamera, SyntheticPlan
 from tests.calib.door import PLAN as TRACKED
 from tests.calib.door import edit
 

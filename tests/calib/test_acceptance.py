@@ -10,11 +10,12 @@ import mujoco
 import numpy as np
 import pytest
 
-from calib.pipeline import Options, Pipeline, open_session
-from fitting import CalibrationResult
-from session.create import new_from_fishsim
+from calib.options import Options
+from calib.pipeline import Pipeline, open_session
+from fitting.calibration_file import CalibrationResult
+from swimcal.create_session import new_from_fishsim
 from tests.calib.door import ROOT, Front, assert_public_form, calibration_of
-from tests.session.sample import FISHSIM, needs_fishsim
+from tests.swimcal.sample import FISHSIM, needs_fishsim
 
 CORE_S = 2 * 30.0
 """What the fit of the public tracks may take: 30 s on two cores."""

@@ -10,9 +10,9 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from calib.pipeline import Pipeline, open_session
-from session import SwimcalError
+from swimcal.errors import SwimcalError
 from tests.calib.door import Front, assert_reports, edit, files_in
-from tests.session.test_broken_input import mutated
+from tests.swimcal.test_broken_input import mutated
 
 Break = Callable[[Path], None]
 

@@ -15,12 +15,12 @@ import pytest
 from distributed import LocalCluster
 
 import calib as front
-from calib import spread as of_spread
+from calib import batch as of_spread
 from calib.batch import run_all
 from calib.stages.diagnosis import DiagnosisStage
 from calib.stages.fit import FitStage
 from calib.stages.posterior import PosteriorStage
-from session.lock import HOLDER
+from swimcal.stage import HOLDER
 from tests.calib.door import Front, assert_reports, hurried, lasting
 from tests.calib.forks import forks
 

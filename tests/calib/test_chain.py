@@ -10,11 +10,11 @@ import pytest
 
 from calib.options import Options
 from calib.pipeline import Pipeline, open_session
-from calib.stages.recording import _record_trial
-from swimmer import load_robot
-from swimmer.engine import model_sha256
-from synthetic import make_session
-from synthetic.motor import SyntheticMotor
+from calib.viewer import _record_trial
+from swimcal.robot import load_robot
+from swimcal.runs import model_sha256
+from synthetic.disturbances import SyntheticMotor
+from synthetic.session import make_session
 from tests.calib.door import Front, assert_public_form, assert_reports, calibration_of, edit, with_little_effort
 from tests.calib.test_left_out import change_tracks, lose_the_tail, only
 from tests.calib.test_run import remade, results_of

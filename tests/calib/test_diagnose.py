@@ -10,13 +10,15 @@ import mujoco
 import numpy as np
 import pytest
 
+from calib import viewer as recording
 from calib.options import Options
 from calib.pipeline import Pipeline, open_session
-from calib.stages import recording, report
-from diagnosis import Verdict, diagnosis
+from calib.stages import report
+from diagnosis import diagnose as diagnosis
+from diagnosis.refit import RidgeFit
 from diagnosis.result import DIAGNOSIS, EFFECT_TEST
-from diagnosis.ridge import RidgeFit
-from reports import ReportContext
+from diagnosis.verdict import Verdict
+from reports.context import ReportContext
 from tests.calib.door import ROOT, Front, assert_reports, edit, files_in, results_in, with_little_effort
 from tests.once import copied
 

@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import pytest
 
-from calib.diagnosis_summary import diagnosis_lines
-from calib.diagnosis_summary import test_lines as lines_of_test
+from calib.results.gap import diagnosis_lines
+from calib.results.gap import test_lines as lines_of_test
 from diagnosis.result import DiagnosisResult, EffectTestResult, Experiment
 from tests.reports.diagnoses import made_diagnosed
 

@@ -34,7 +34,7 @@ def test_a_broken_session_is_a_fault_with_all_that_is_wrong(calib: Front, fresh:
 
 def test_a_package_of_another_version_and_a_motor_that_is_not_there_are_named(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(checkup, "requires", lambda _: ["numpy>=99", "nonsense-of-ours", "nothing; python_version<'3'"])
-    monkeypatch.setattr("calib.capture.search.ports", list)
+    monkeypatch.setattr("calib.capture.trials.ports", list)
     found = front.doctor(motor=True)
     assert "numpy" in found.loc["packages"].found
     assert "nonsense-of-ours is missing" in found.loc["packages"].found

@@ -6,7 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from calib.pipeline import Options, Pipeline, open_session
+from calib.options import Options
+from calib.pipeline import Pipeline, open_session
 from tests.calib.door import ROOT, edit
 
 WITH_DRY_RUN = ROOT / "datasets" / "withheld" / "small" / "sessions" / "w5dee115d"

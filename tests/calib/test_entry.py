@@ -10,11 +10,11 @@ import pytest
 
 import calib as front
 from calib import cli
-from calib.commands import arguments
+from calib import terminal as arguments
 from calib.options import STARTS, ObjectiveName
 from tests.calib.door import Front
-from tracking.records.formats import FORMATS
-from tracking.tracker import TRACKERS
+from tracking.follow_video import TRACKERS
+from tracking.formats import FORMATS
 
 
 def test_it_has_the_names_it_promises_and_no_other() -> None:
@@ -25,7 +25,7 @@ def test_it_has_the_names_it_promises_and_no_other() -> None:
 
 @pytest.mark.parametrize(
     ("module", "absent"),
-    [("calib", {"numpy", "mujoco", "fitting", "session"}), ("calib.cli", {"scipy", "matplotlib", "mujoco", "cv2"})],
+    [("calib", {"numpy", "mujoco", "fitting", "swimcal"}), ("calib.cli", {"scipy", "matplotlib", "mujoco", "cv2"})],
 )
 def test_importing_it_loads_nothing_that_it_does_not_use(module: str, absent: set[str]) -> None:
     """So that a part of it may run where nothing else is installed, and help comes within a second instead of five."""

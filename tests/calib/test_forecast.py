@@ -10,14 +10,13 @@ import numpy as np
 import pytest
 
 import calib as front
-from fitting.model.forecast import Scatter
-from fitting.model.session_forecast import Forecast, ForecastTrial, SessionForecast
-from reports.forecast_words import compared_with_best, misses
-from session import Flag
+from fitting.forecast import Forecast, ForecastTrial, Scatter, SessionForecast
+from reports.words import compared_with_best, misses
+from swimcal.errors import Flag
 from tests.calib.door import Front, calibration_of, files_in
 from tests.reports.diagnoses import made_diagnosed
 from tests.reports.posteriors import made_summary
-from tests.session.sample import FISHSIM, needs_fishsim
+from tests.swimcal.sample import FISHSIM, needs_fishsim
 
 
 @pytest.fixture

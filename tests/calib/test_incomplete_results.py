@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 import calib as front
-from session import InputError
+from swimcal.errors import InputError
 from swimgym import load_fish
 from tests.calib.door import Front, assert_reports
 

@@ -17,16 +17,16 @@ import xarray as xr
 
 import calib as front
 from calib import cli, interface
-from calib.capture import command as capture_command
+from calib.capture import functions as capture_command
 from calib.entry import PACKAGES
-from calib.results.figures import Figures, FitFigures, GapFigures, PosteriorFigures
+from calib.results.result import Figures, FitFigures, GapFigures, PosteriorFigures
 from calib.stages.recordings import AnyTrial, Recordings
-from reports import gallery
-from reports.sections import posterior as posterior_section
-from reports.sections import summary as summary_section
-from reports.sections.gap_plots import gap_plots
-from session import TrialSpec
-from swimmer import load_robot
+from reports import first_screen as summary_section
+from reports import posterior as posterior_section
+from reports.gap import gap_plots
+from reports.report import gallery
+from swimcal.robot import load_robot
+from swimcal.session import TrialSpec
 from tests.calib import desk
 from tests.calib.door import files_in
 from tests.reports.diagnoses import made_diagnosed, made_everything
@@ -138,7 +138,7 @@ def test_whatever_a_command_does_a_function_does(command: str) -> None:
 
 def test_a_finished_fit_is_read_and_nothing_is_computed(finished: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     before = files_in(finished)
-    monkeypatch.setattr("swimmer.twin.Twin.simulate", None)
+    monkeypatch.setattr("swimcal.twin.Twin.simulate", None)
     found = front.fit(str(finished), **QUIET)
     assert isinstance(found, front.FitResult)
     assert list(found.to_frame().index) == ["slow", "fast"]
@@ -189,7 +189,7 @@ def test_every_figure_of_the_report_is_a_method(finished: Path) -> None:
 def test_every_figure_of_posterior_and_gap_is_a_method(kind: type[Figures]) -> None:
     context = replace(made_context(), posterior=made_summary())
     plots = {
-        PosteriorFigures: lambda: gallery(context, (summary_section.build, posterior_section.build)),
+        PosteriorFigures: lambda: gallery(context, (summary_section.build_summary, posterior_section.build_posterior)),
         GapFigures: lambda: gap_plots(made_diagnosed(everything=made_everything()), load_robot(), MARKERS),
     }[kind]
     figures = kind(SimpleNamespace(is_current=True), plots)  # type: ignore[arg-type]

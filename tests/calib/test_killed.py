@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 
 from calib import cli
-from session.lock import HOLDER, session_lock
+from swimcal.stage import HOLDER, session_lock
 from tests.calib.door import edit, files_in, hurried, lasting
 from tests.calib.forks import forks
 from tests.cases import later

@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from session.motor import MOTOR_COLUMNS
-from session.tracks import load_tracks, pixels_of, save_tracks
+from swimcal.motor_log import MOTOR_COLUMNS
+from swimcal.tracks import load_tracks, pixels_of, save_tracks
 from tests.calib.door import PLAN, Front, assert_reports, calibration_of, edit, files_in
 from tests.cases import changed
 

@@ -5,10 +5,10 @@ from pathlib import Path
 import pytest
 
 from calib.pipeline import open_session
-from swimmer import load_robot
-from synthetic import read_truth
+from swimcal.robot import load_robot
+from synthetic.session import read_truth
 from tests.calib.door import PLAN, ROOT, Front, assert_reports
-from tests.session.sample import FISHSIM, needs_fishsim
+from tests.swimcal.sample import FISHSIM, needs_fishsim
 
 
 @needs_fishsim
@@ -46,7 +46,7 @@ def test_a_synthetic_session_comes_with_its_truth_and_its_seed(
     calib: Front, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(
-        "synthetic.default_plan", lambda seed, robot: PLAN.model_copy(update={"seed": seed, "robot": robot})
+        "synthetic.plan.default_plan", lambda seed, robot: PLAN.model_copy(update={"seed": seed, "robot": robot})
     )
     assert calib("new", tmp_path / "s", "--synthetic", "--seed", "5").code == 0
 
@@ -73,7 +73,7 @@ def test_it_is_reported_to_make_one_of_both(calib: Front, tmp_path: Path, option
 
 @pytest.mark.parametrize("robot", ["three_link", "seven_link"])
 def test_a_synthetic_session_is_of_the_robot_that_was_given(calib: Front, tmp_path: Path, robot: str) -> None:
-    file = ROOT / "tests" / "swimmer" / "robots" / f"{robot}.toml"
+    file = ROOT / "tests" / "swimcal" / "robots" / f"{robot}.toml"
     assert calib("new", tmp_path / "s", "--synthetic", "--robot", file).code == 0
 
     session, expected = open_session(tmp_path / "s"), load_robot(file)

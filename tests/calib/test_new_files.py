@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 import calib as front
-from session import load_session
-from session.create import FISHSIM_MARKERS
-from swimmer import load_robot
+from swimcal.create_session import FISHSIM_MARKERS
+from swimcal.robot import load_robot
+from swimcal.session import load_session
 from tests.calib.door import ROOT, Front, assert_reports
 
 SAMPLE = ROOT / "datasets" / "sample" / "trials"

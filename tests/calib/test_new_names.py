@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import calib as front
-from calib.trial_names import trial_names, without_copies
+from calib.new import trial_names, without_copies
 from tests.calib.door import ROOT, Front, assert_reports
 
 SAMPLE = ROOT / "datasets" / "sample" / "trials"

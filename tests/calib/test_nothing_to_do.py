@@ -12,12 +12,12 @@ from calib.kept_output import OUTPUT, standing_output
 from calib.pipeline import open_session
 from calib.stages import recordings, videos
 from fitting import calibration
-from session import Session, TrialSpec
-from swimmer import Twin
+from swimcal.session import Session, TrialSpec
+from swimcal.twin import Twin
 from tests.calib.door import Front
 
 COMMANDS = ("fit", "posterior", "diagnose", "report", "run")
-HEAVY = ("numpy", "mujoco", "scipy", "xarray", "pandas", "matplotlib", "session", "calib.interface")
+HEAVY = ("numpy", "mujoco", "scipy", "xarray", "pandas", "matplotlib", "swimcal", "calib.interface")
 
 
 @pytest.fixture

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from calib import policy
-from session import InputError
+from swimcal.errors import InputError
 from swimgym.policy import SHIPPED, load_policy
 from tests.swimgym.fish import session_with_fit
 

@@ -8,9 +8,10 @@ import mujoco
 import numpy as np
 import pytest
 
-from calib.pipeline import Options, Pipeline, open_session
-from session.errors import ModelMismatch
-from swimmer import PUBLISHED_COEFFICIENTS
+from calib.options import Options
+from calib.pipeline import Pipeline, open_session
+from swimcal.errors import ModelMismatch
+from swimcal.mjcf import PUBLISHED_COEFFICIENTS
 from tests.calib.door import Front, assert_reports, files_in
 
 

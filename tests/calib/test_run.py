@@ -9,7 +9,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from session.lock import session_lock
+from swimcal.stage import session_lock
 from tests.calib.door import Front, assert_public_form, assert_reports, calibration_of, edit, files_in, little_posterior
 from tests.reports.undrawn import nothing_drawn
 

@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 from distributed import LocalCluster
 
-from calib import spread as of_spread
-from calib.spread import spread
-from session import InputError
+from calib import batch as of_spread
+from calib.batch import spread
+from swimcal.errors import InputError
 
 
 def fatal(number: int) -> int:
@@ -30,7 +30,7 @@ def test_a_process_that_dies_costs_its_own_piece_only() -> None:
 
 def test_a_script_needs_no_guard_against_running_itself_again(tmp_path: Path) -> None:
     script = tmp_path / "script.py"
-    script.write_text("from calib.spread import spread\nprint(sorted(spread(abs, [-1, -2], max, jobs=2)))\n")
+    script.write_text("from calib.batch import spread\nprint(sorted(spread(abs, [-1, -2], max, jobs=2)))\n")
     done = subprocess.run([sys.executable, str(script)], capture_output=True, text=True, check=True)
     assert done.stdout == "[1, 2]\n"
     assert not done.stderr

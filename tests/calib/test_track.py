@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from calib.pipeline import Options, Pipeline, open_session
-from session import InputError
-from session.camera import load_camera
-from session.create import FISHSIM_MARKERS
-from session.errors import Fault
-from session.tracks import pixels_of
+from calib.options import Options
+from calib.pipeline import Pipeline, open_session
+from swimcal.create_session import FISHSIM_MARKERS
+from swimcal.errors import Fault, InputError
+from swimcal.session_file import load_camera
+from swimcal.tracks import pixels_of
 from tests.calib.door import Front, assert_reports, edit, files_in
 from tests.calib.filmed import (
     FRAMES,
@@ -30,13 +30,13 @@ from tests.calib.filmed import (
 )
 from tests.cases import later
 from tracking.boxes import load_boxes
-from tracking.records import import_tracks
+from tracking.formats import import_tracks
 from tracking.video import Frame, Video
 
 
 def refuse_to_find(monkeypatch: pytest.MonkeyPatch) -> None:
     """As if no picture showed the markers with certainty."""
-    monkeypatch.setattr(import_module("tracking.boxes.find_boxes"), "CERTAIN", 2.0)
+    monkeypatch.setattr(import_module("tracking.find_boxes"), "CERTAIN", 2.0)
     monkeypatch.setattr("calib.stages.videos._SEARCHED", (0,))
 
 
@@ -136,7 +136,7 @@ def test_boxes_that_cannot_be_used_are_reported(calib: Front, filmed: Path, case
 def test_a_doubtful_box_is_flagged_and_its_samples_count(
     calib: Front, filmed: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(import_module("tracking.tracker.doubtful_boxes"), "COMMON", -1.0)
+    monkeypatch.setattr(import_module("tracking.follow_video"), "COMMON", -1.0)
 
     assert calib("track", with_tracks(filmed, "fast")).code == 0
     flags = json.loads((filmed / "results" / "tracking" / "slow.flags.json").read_text())

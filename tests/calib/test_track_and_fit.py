@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 from rich.progress import Progress
 
+from calib.options import Bar, Lines
 from calib.pipeline import Pipeline, open_session
-from calib.progress import Bar, Lines
-from session.create import FISHSIM_MARKERS
-from session.tracks import pixels_of
+from swimcal.create_session import FISHSIM_MARKERS
+from swimcal.tracks import pixels_of
 from tests.calib.door import ROOT, Front, calibration_of, edit, results_in
 from tests.calib.filmed import FRAMES, NAMES, PLAN, change_boxes, read, tracks_of, with_tracks
 from tracking.tracker import MarkerTracker

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from benchmarks.video.writer import VideoWriter
-from session.camera import load_camera
+from swimcal.session_file import load_camera
 from tests.calib.door import Front, assert_reports, edit
 from tests.tracking.lens.render import Scene, lens_of, poses
-from tracking.lens import BoardSpec, save_camera
-from tracking.lens.pictures import read_picture
+from tracking.board import BoardSpec, read_picture
+from tracking.lens import save_camera
 
 LENS = lens_of((640, 360), (380.0, 382.0), (327.0, 176.0), -0.2, 0.06, 0.0, 0.0, 0.0)
 BOARD = BoardSpec(columns=9, rows=6, square_m=0.03)

@@ -5,12 +5,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from session.tracks import pixels_of
+from swimcal.tracks import pixels_of
 from tests.calib.door import Front, assert_reports
 from tests.calib.filmed import read
-from tracking.records import export_tracks
-from tracking.records.formats import FORMATS
-from tracking.records.tracked import as_tracked
+from tracking.formats import FORMATS, export_tracks
+from tracking.tracked import as_tracked
 
 
 @pytest.mark.parametrize("form", FORMATS)

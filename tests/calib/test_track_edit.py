@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 from calib.pipeline import Pipeline, open_session
-from session.create import FISHSIM_MARKERS
-from session.tracks import pixels_of
+from swimcal.create_session import FISHSIM_MARKERS
+from swimcal.tracks import pixels_of
 from tests.calib.door import Front, assert_reports, calibration_of, edit
 from tests.calib.filmed import read, tracks_of, with_tracks
-from tracking.records import SampleState, load_tracked
+from tracking.tracked import SampleState, load_tracked
 
 A, B = FISHSIM_MARKERS.index("tail_3"), FISHSIM_MARKERS.index("tail_4")
 SWAP = '{"op": "swap", "markers": ["tail_3", "tail_4"], "frames": [20, 30]}'

@@ -84,7 +84,7 @@ def started(monkeypatch: pytest.MonkeyPatch) -> list[list[str]]:
     """The commands that would have been started."""
     commands: list[list[str]] = []
     monkeypatch.setattr(subprocess, "Popen", lambda command, **_: commands.append(command))
-    made = "calib.stages.recording.make_recording"
+    made = "calib.viewer.make_recording"
     monkeypatch.setattr(made, lambda pipeline: pipeline.session.results / "session.rrd")
     return commands
 

@@ -7,15 +7,15 @@ import numpy as np
 import pytest
 
 from benchmarks.sample import FIT_HZ, VIDEO_NAME, WITHHELD, checksums, make_sample, write_checksums
-from session import Session, load_session
-from session.motor import load_motor
-from session.tracks import load_tracks, pixels_of
-from swimmer import load_robot
-from swimmer.effects import catalogue
-from synthetic.motor_log import PULSE_RAD
+from swimcal.effects.catalogue import catalogue
+from swimcal.motor_log import load_motor
+from swimcal.robot import load_robot
+from swimcal.session import Session, load_session
+from swimcal.tracks import load_tracks, pixels_of
+from synthetic.simulate import PULSE_RAD
 from tests.synthetic.plans import measured
 from tracking.boxes import load_boxes
-from tracking.tracker import follow_video
+from tracking.follow_video import follow_video
 from tracking.video import Video
 
 SAMPLE = Path(__file__).resolve().parents[2] / "datasets" / "sample"

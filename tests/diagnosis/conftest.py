@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from diagnosis.local_discrepancies import ForceResponses, responses
+from diagnosis.places import ForceResponses, responses
 from tests.diagnosis.linear_models import linear
 
 

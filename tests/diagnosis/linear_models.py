@@ -8,12 +8,13 @@ import numpy as np
 
 from diagnosis.discrepancy import discrepancy_for
 from diagnosis.linear_model import LinearModel
-from fitting import MeasuredTrial
-from fitting.dry_run.response import with_arm
-from session import CameraSpec
-from session.create import FISHSIM_MARKERS
-from swimmer import RobotSpec, Twin
-from synthetic import PLAUSIBLE_COEFFICIENTS
+from fitting.dry_run import with_arm
+from fitting.trial import MeasuredTrial
+from swimcal.create_session import FISHSIM_MARKERS
+from swimcal.robot import RobotSpec
+from swimcal.session_file import CameraSpec
+from swimcal.twin import Twin
+from synthetic.plan import PLAUSIBLE_COEFFICIENTS
 from tests.fitting.exact_swims import ROBOT, exact_dry_run, exact_swims
 
 CAMERA = CameraSpec(fps=60.0, scale_length_m=ROBOT.scale_length_m)

@@ -6,9 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from diagnosis.effect_response import effect_responses
-from diagnosis.evidence import Hypotheses, Priors, Residual
-from diagnosis.probabilities import Probabilities, Weighed, posterior
+from diagnosis.evidence import Hypotheses, Priors, Residual, effect_responses
+from diagnosis.hypotheses import Probabilities, Weighed, posterior
 from fitting.signatures import Signature, Whitened
 from tests.fitting.signatures.made import Made
 

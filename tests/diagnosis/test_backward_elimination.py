@@ -14,7 +14,7 @@ from diagnosis.constants import WIDER
 from diagnosis.evidence import Priors
 from diagnosis.refit import Refit, refit
 from diagnosis.verdict import backward_elimination, log_evidence
-from swimmer.effects import catalogue
+from swimcal.effects.catalogue import catalogue
 from tests.diagnosis.linear_models import ARM, linear
 from tests.diagnosis.rows import made
 

@@ -9,11 +9,11 @@ import pytest
 
 from diagnosis.evidence import Hypotheses
 from diagnosis.held_out import SkillScore
+from diagnosis.hypotheses import Hypothesis, Probabilities
 from diagnosis.linear_model import LinearModel
-from diagnosis.probabilities import Hypothesis, Probabilities
 from diagnosis.refit import Refit, refit
 from diagnosis.verdict import Validated, Verdict, left_out, refutable, validated
-from swimmer.effects import catalogue
+from swimcal.effects.catalogue import catalogue
 from tests.diagnosis.linear_models import linear
 from tests.diagnosis.rows import DIRECTIONS, K, hypotheses, made, signature
 

@@ -15,15 +15,14 @@ import pytest
 from diagnosis.discrepancy import discrepancy_for
 from diagnosis.evidence import Priors
 from diagnosis.experiments import _Pair, _with_a_decay
-from diagnosis.linear_model import LinearModel
-from diagnosis.local_discrepancies import responses
-from diagnosis.probabilities import Probabilities, explained
-from diagnosis.session_data import free_decay_fits
+from diagnosis.hypotheses import Probabilities, explained
+from diagnosis.linear_model import LinearModel, free_decay_fits
+from diagnosis.places import responses
 from diagnosis.verdict import verdict_of
 from diagnosis.where import OF_NO_MARKER, decompose
 from fitting.signatures import Signature, signature_of
-from session.create import FISHSIM_MARKERS
-from swimmer.effects import catalogue
+from swimcal.create_session import FISHSIM_MARKERS
+from swimcal.effects.catalogue import catalogue
 from tests.diagnosis.decays import decay
 from tests.diagnosis.linear_models import AT, CAMERA, trials
 from tests.fitting.exact_swims import ROBOT, exact_twin

@@ -11,17 +11,20 @@ import numpy as np
 import pytest
 from threadpoolctl import threadpool_info, threadpool_limits
 
-from diagnosis import Diagnosis, EffectTest, SessionData, Settings, diagnose, discrepancy_for, weigh_effects
+from diagnosis.diagnose import Diagnosis, EffectTest, Settings, diagnose, weigh_effects
 from diagnosis.diagnosis_file import _parameters, diagnosis_result
+from diagnosis.discrepancy import discrepancy_for
+from diagnosis.linear_model import SessionData
 from diagnosis.refit import Refit, refit
 from diagnosis.result import DIAGNOSIS, parameters_of
 from diagnosis.sentences import which
-from fitting import MeasuredTrial
-from session import NotEnoughData
-from session.create import FISHSIM_MARKERS
-from session.results import Provenance
-from swimmer import CrankTurn, Twin
-from swimmer.effects import catalogue
+from fitting.trial import MeasuredTrial
+from swimcal.crank import CrankTurn
+from swimcal.create_session import FISHSIM_MARKERS
+from swimcal.effects.catalogue import catalogue
+from swimcal.errors import NotEnoughData
+from swimcal.results import Provenance
+from swimcal.twin import Twin
 from tests.diagnosis.linear_models import ARM, AT, CAMERA, ROBOT, linear, shorter, trials
 
 EFFECTS = {name: catalogue()[name] for name in ("crank_arm_error", "bend_offset", "scale_error")}
@@ -70,7 +73,7 @@ def test_cranks_turn_as_logged_and_threads_are_not_looked_at(monkeypatch: pytest
         threads = {pool["num_threads"] for pool in threadpool_info() if pool["user_api"] == "blas"}
         raise Looked([trial.turn for trial in swims], threads)
 
-    monkeypatch.setattr("diagnosis.session_data.LinearModel.of", fitted)
+    monkeypatch.setattr("diagnosis.linear_model.LinearModel.of", fitted)
     even = CrankTurn.measured(np.linspace(0.0, 9.0, 99), np.linspace(0.0, 60.0, 99))
     logged = [replace(trial, turn=even, beat=trial.frequency) for trial in trials()]
     with threadpool_limits(2), pytest.raises(Looked) as looked:

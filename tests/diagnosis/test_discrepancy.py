@@ -11,13 +11,12 @@ import pytest
 from benchmarks.effects.discrepancy import save
 from diagnosis.constants import COURSE_SD, SLIDE_SD_M_S
 from diagnosis.discrepancy import Discrepancy, discrepancy_for
-from fitting.model.features import SPEED, advanced
-from fitting.model.session_model import START_PHASE_RAD, SessionModel
-from fitting.model.trial_model import TrialModel
-from session import InputError
-from session.create import FISHSIM_MARKERS
-from swimmer import Twin
-from swimmer.mjcf import DRY
+from fitting.features import SPEED, advanced
+from fitting.trial_model import START_PHASE_RAD, SessionModel, TrialModel
+from swimcal.create_session import FISHSIM_MARKERS
+from swimcal.errors import InputError
+from swimcal.mjcf import DRY
+from swimcal.twin import Twin
 from tests.diagnosis.linear_models import dry_run, trials
 from tests.fitting.exact_swims import ROBOT
 

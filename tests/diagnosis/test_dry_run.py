@@ -5,14 +5,15 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from diagnosis import Diagnosis, SessionData, Settings, diagnose, discrepancy_for
+from diagnosis.diagnose import Diagnosis, Settings, diagnose
 from diagnosis.diagnosis_file import diagnosis_result
-from diagnosis.linear_model import LinearModel
+from diagnosis.discrepancy import discrepancy_for
+from diagnosis.linear_model import LinearModel, SessionData
 from fitting.signatures import Signature, signature_of
 from fitting.trial import ExperimentsInAir
-from session.create import FISHSIM_MARKERS
-from swimmer import Twin
-from swimmer.effects import catalogue
+from swimcal.create_session import FISHSIM_MARKERS
+from swimcal.effects.catalogue import catalogue
+from swimcal.twin import Twin
 from tests.diagnosis.decays import decay
 from tests.diagnosis.linear_models import AT, CAMERA, ROBOT, dry_run, shorter, trials
 

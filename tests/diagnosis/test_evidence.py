@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from scipy.stats import multivariate_normal, norm
 
-from diagnosis.effect_response import effect_responses
-from diagnosis.evidence import SIZES, Residual, gaussian_evidence, log_mass
-from diagnosis.probabilities import Hypothesis, Probabilities
+from diagnosis.constants import SIZES
+from diagnosis.evidence import Residual, effect_responses, gaussian_evidence, log_mass
+from diagnosis.hypotheses import Hypothesis, Probabilities
 from diagnosis.verdict import Verdict, verdict_of
 from fitting.signatures import Signature
 from tests.cases import later

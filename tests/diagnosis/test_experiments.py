@@ -10,11 +10,12 @@ from scipy.stats import norm
 
 from diagnosis import experiments
 from diagnosis.evidence import Priors
-from diagnosis.experiments import Experiment, _odds, _Pair, borne_out, error_residual, next_experiments
-from diagnosis.probabilities import Hypothesis, Probabilities, explained
+from diagnosis.experiments import _odds, _Pair, borne_out, error_residual, next_experiments
+from diagnosis.hypotheses import Hypothesis, Probabilities, explained
+from diagnosis.result import Experiment
 from diagnosis.verdict import Verdict
 from fitting.signatures import signature_of
-from swimmer.effects import catalogue
+from swimcal.effects.catalogue import catalogue
 from tests.diagnosis.linear_models import CAMERA, linear
 
 CLOCK, RATIO, DAMPING = "time_base_error", "drive_ratio_error", "joint_damping"

@@ -13,8 +13,8 @@ import pytest
 from diagnosis.constants import SCALES
 from diagnosis.discrepancy import Discrepancy
 from diagnosis.evidence import Priors
+from diagnosis.hypotheses import explained
 from diagnosis.linear_model import LinearModel
-from diagnosis.probabilities import explained
 from diagnosis.verdict import verdict_of
 from fitting.signatures import Whitened
 from tests.cases import later
@@ -77,7 +77,7 @@ def test_probabilities_are_averaged_over_the_sizes_of_the_error() -> None:
     alone = []
     for error in SCALES:
         with pytest.MonkeyPatch.context() as patch:
-            patch.setattr("diagnosis.probabilities.SCALES", {error: 1.0})
+            patch.setattr("diagnosis.hypotheses.SCALES", {error: 1.0})
             alone.append(explained(at, catalogue(), Priors()).probabilities.null)
     assert min(alone) < found.probabilities.null < max(alone)
     assert sum(found.probabilities.of.values()) == pytest.approx(1.0)

@@ -9,15 +9,16 @@ import numpy as np
 import pytest
 
 from diagnosis.evidence import Priors
+from diagnosis.hypotheses import Probabilities, explained
 from diagnosis.linear_model import LinearModel
-from diagnosis.local_discrepancies import ForceResponses, LocalDiscrepancy, across, likely_of, local_discrepancies
-from diagnosis.probabilities import Probabilities, explained
+from diagnosis.places import ForceResponses, LocalDiscrepancy, across, likely_of, local_discrepancies
 from diagnosis.verdict import verdict_of
 from fitting.signatures import signature_of
-from session.create import FISHSIM_MARKERS
-from swimmer import build_mjcf, load_robot
-from swimmer.effects.measurement import MarkerOffset
-from swimmer.effects.structure import StiffnessGradient
+from swimcal.create_session import FISHSIM_MARKERS
+from swimcal.effects.measurement import MarkerOffset
+from swimcal.effects.structure import StiffnessGradient
+from swimcal.mjcf import build_mjcf
+from swimcal.robot import load_robot
 from tests.cases import later
 from tests.diagnosis.linear_models import CAMERA, linear
 from tests.diagnosis.rows import DIRECTIONS, SPACE, K, after, hypotheses

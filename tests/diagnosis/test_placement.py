@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from diagnosis.tolerances import TAKEN, mean_places, placement_uncertainty
-from fitting.model.session_model import NuisanceModel, PlacementUncertainty
+from diagnosis.constants import TAKEN, mean_places, placement_uncertainty
+from fitting.trial_model import NuisanceModel, PlacementUncertainty
 
 MARKERS, TRIALS = 9, 2
 LENGTH = TRIALS * (1 + 14 * MARKERS)

@@ -11,14 +11,12 @@ import pytest
 from diagnosis.constants import CALLED_FOR, SHARES
 from diagnosis.held_out import HeldOut
 from diagnosis.linear_model import LinearModel
-from diagnosis.refit import Refit
-from diagnosis.ridge import likeliest_share, ridge_fit
-from fitting.dry_run.response import with_arm
-from fitting.signatures import Signature, signature_of
-from fitting.signatures.signature import little
-from session.create import FISHSIM_MARKERS
-from swimmer import Twin
-from swimmer.effects import catalogue
+from diagnosis.refit import Refit, likeliest_share, ridge_fit
+from fitting.dry_run import with_arm
+from fitting.signatures import Signature, little, signature_of
+from swimcal.create_session import FISHSIM_MARKERS
+from swimcal.effects.catalogue import catalogue
+from swimcal.twin import Twin
 from tests.diagnosis.linear_models import AT, CAMERA, ROBOT, linear
 from tests.fitting.exact_swims import exact_swims
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from diagnosis.sentences import where, which
-from reports.gap_words import Change, how_far
+from reports.words import Change, how_far
 from tests.reports.diagnoses import made_diagnosed
 
 _OTHER = {"none_of_these": 0.95}

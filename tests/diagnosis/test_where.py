@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 from diagnosis.linear_model import LinearModel
-from diagnosis.local_discrepancies import HEAD, ForceResponses, GeneralisedForces, LocalDiscrepancy, local_discrepancies
+from diagnosis.places import HEAD, ForceResponses, GeneralisedForces, LocalDiscrepancy, local_discrepancies
 from diagnosis.where import STAGES, VarianceDecomposition, decompose
 from fitting.signatures import Signature, signature_of
-from session.create import FISHSIM_MARKERS
-from swimmer.effects import catalogue
-from swimmer.effects.measurement import MarkerOffset
+from swimcal.create_session import FISHSIM_MARKERS
+from swimcal.effects.catalogue import catalogue
+from swimcal.effects.measurement import MarkerOffset
 from tests.diagnosis.linear_models import CAMERA, linear
 
 pytestmark = pytest.mark.filterwarnings("error")

@@ -12,7 +12,7 @@ import pytest
 import typer
 
 import calib
-from calib.capture.command import _parser
+from calib.capture.functions import _parser
 from calib.cli import app
 from tests.test_documents import DOCUMENTS, ROOT
 

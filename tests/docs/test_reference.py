@@ -10,16 +10,14 @@ import pytest
 import typer
 
 from calib import interface
-from calib.capture.errors import CaptureError
+from calib.capture.bus import CaptureError
 from calib.cli import app
-from session import SwimcalError
-from session.camera import CameraCalibration
-from session.flags import FLAG_KINDS
-from session.session_file import SessionFile
+from swimcal.errors import FLAG_KINDS, SwimcalError
+from swimcal.session_file import CameraCalibration, SessionFile
 from tests.test_documents import ROOT, anchors, on_the_site
 
 REFERENCE = ROOT / "docs" / "reference"
-PACKAGES = ("session", "swimmer", "tracking", "fitting", "synthetic", "diagnosis", "reports", "swimgym", "calib")
+PACKAGES = ("swimcal", "tracking", "fitting", "synthetic", "diagnosis", "reports", "swimgym", "calib")
 
 
 @cache

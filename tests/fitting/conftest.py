@@ -2,10 +2,11 @@ from __future__ import annotations
 
 import pytest
 
-from fitting import MeasuredTrial
-from fitting.published_search import Swims
-from swimmer import Twin, load_robot
-from synthetic import Truth
+from fitting.published import Swims
+from fitting.trial import MeasuredTrial
+from swimcal.robot import load_robot
+from swimcal.twin import Twin
+from synthetic.session import Truth
 from tests.fitting.swims import noise_free
 
 

@@ -7,14 +7,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from fitting import MeasuredTrial
 from fitting.frequency import SwimFrequency
-from fitting.in_pool import tail_markers
-from fitting.speed import forward_speed
-from session.create import FISHSIM_MARKERS
-from swimmer import FluidCoefficients, Runs, Twin, load_robot
-from swimmer.mjcf import DRY
-from synthetic import PLAUSIBLE_COEFFICIENTS
+from fitting.pool import forward_speed, tail_markers
+from fitting.trial import MeasuredTrial
+from swimcal.create_session import FISHSIM_MARKERS
+from swimcal.mjcf import DRY, FluidCoefficients
+from swimcal.robot import load_robot
+from swimcal.runs import Runs
+from swimcal.twin import Twin
+from synthetic.plan import PLAUSIBLE_COEFFICIENTS
 from tests.fitting.swims import by_hand
 
 FPS, WARMUP_S = 60.0, 1.0

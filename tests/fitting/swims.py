@@ -9,15 +9,15 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from fitting import MeasuredTrial, measure_trial
 from fitting.frequency import SwimFrequency
-from fitting.trial import laid_on_pool
-from session import load_session
-from session.tracks import as_tracks, load_tracks
-from swimmer import load_robot
-from synthetic import SyntheticPlan, SyntheticTrial, Truth, make_session, read_truth
-from synthetic.noise import NOISELESS
-from tracking import HeadFrame, to_head_frame
+from fitting.trial import MeasuredTrial, laid_on_pool, measure_trial
+from swimcal.robot import load_robot
+from swimcal.session import load_session
+from swimcal.tracks import as_tracks, load_tracks
+from synthetic.disturbances import NOISELESS
+from synthetic.plan import SyntheticPlan, SyntheticTrial
+from synthetic.session import Truth, make_session, read_truth
+from tracking.head_frame import HeadFrame, to_head_frame
 
 PLAN = SyntheticPlan(
     trials=(

@@ -8,18 +8,18 @@ from functools import partial
 import numpy as np
 import pytest
 
-from fitting import Calibration, MeasuredTrial, calibrate
 from fitting import calibration as of_calibration
-from fitting.calibration import summarise
+from fitting import mode as search
+from fitting.baselines import sweep_frequencies, sweep_speed
+from fitting.calibration import Calibration, calibrate, summarise
 from fitting.ebt import FORMS, fit_ebt, measured_tail
+from fitting.forecast import Forecast
 from fitting.left_out import FAR, MISSED
-from fitting.model import search
-from fitting.model.session_forecast import Forecast
-from fitting.published_search import Swims
+from fitting.published import Swims
 from fitting.structure import assumed
-from fitting.sweep import sweep_frequencies, sweep_speed
-from session import NotEnoughData
-from swimmer import load_robot
+from fitting.trial import MeasuredTrial
+from swimcal.errors import NotEnoughData
+from swimcal.robot import load_robot
 
 STARTS = 1
 

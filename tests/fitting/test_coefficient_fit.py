@@ -7,10 +7,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from fitting.coefficient_fit import _flags, fit_coefficients
-from fitting.model import search
-from fitting.model.mode import SearchEnd
-from swimmer import FluidCoefficients
+from fitting import mode as search
+from fitting.calibration import _flags, fit_coefficients
+from fitting.mode import SearchEnd
+from swimcal.mjcf import FluidCoefficients
 from tests.fitting.exact_swims import exact_swims, exact_twin
 
 GOOD = np.array([0.4, 2.0, 6.0, 4.0, 1.0])

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from fitting.ebt import FORMS, EbtForm, TailSwim, fit_ebt, measured_tail, published_motion, smoothed_motion, tip_motion
-from swimmer import load_robot
-from swimmer.ebt import TailMotion
+from swimcal.ebt import TailMotion
+from swimcal.robot import load_robot
 from tests.fitting.swims import by_hand, straight_swim
 from tests.fitting.tails import PIXEL_M, on_half_pixels
 

@@ -7,12 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fitting import Calibration, MeasuredTrial
+from fitting.calibration import Calibration
 from fitting.calibration_file import CommandForecast, beat_to_command, forecast_from_command
-from fitting.forecast import _lowest as lowest
-from fitting.forecast import fit_phase, forecast, score
-from fitting.published_search import Swims
-from synthetic import Truth
+from fitting.phase import _lowest as lowest
+from fitting.phase import fit_phase, forecast, score
+from fitting.published import Swims
+from fitting.trial import MeasuredTrial
+from synthetic.session import Truth
 from tests.reports.sample import made_calibration
 
 

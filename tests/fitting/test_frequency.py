@@ -6,15 +6,17 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from fitting import measure_trial
 from fitting.frequency import estimate_frequency
-from session import CameraSpec, NotEnoughData, TrialSpec
-from session.create import FISHSIM_MARKERS
-from session.tracks import load_tracks, markers_of, pixels_of
-from swimmer import load_robot
+from fitting.trial import measure_trial
+from swimcal.create_session import FISHSIM_MARKERS
+from swimcal.errors import NotEnoughData
+from swimcal.robot import load_robot
+from swimcal.session import TrialSpec
+from swimcal.session_file import CameraSpec
+from swimcal.tracks import load_tracks, markers_of, pixels_of
 from tests.cases import changed, later
 from tests.fitting.tails import noisy, tail
-from tests.session.sample import FISHSIM, needs_fishsim
+from tests.swimcal.sample import FISHSIM, needs_fishsim
 
 REAL = ("f0_50", "f0_75", "f1_00", "f1_25", "f1_75")
 

@@ -6,9 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from fitting import MeasuredTrial
-from fitting.forecast import speed_from_rest, swims_forward
-from swimmer import PUBLISHED_COEFFICIENTS, Twin, load_robot
+from fitting.phase import speed_from_rest, swims_forward
+from fitting.trial import MeasuredTrial
+from swimcal.mjcf import PUBLISHED_COEFFICIENTS
+from swimcal.robot import load_robot
+from swimcal.twin import Twin
 
 FORWARD = (0.43, 6.5, 9.97, 4.14, 7.56)
 BACKWARD = (0.0, 3.46, 10.0, 1.095, 0.0)

@@ -3,11 +3,12 @@
 import numpy as np
 import pytest
 
-from fitting.in_pool import in_pool
-from session import CameraSpec, NotEnoughData
-from session.create import FISHSIM_MARKERS
-from session.tracks import as_tracks
-from swimmer import load_robot
+from fitting.pool import in_pool
+from swimcal.create_session import FISHSIM_MARKERS
+from swimcal.errors import NotEnoughData
+from swimcal.robot import load_robot
+from swimcal.session_file import CameraSpec
+from swimcal.tracks import as_tracks
 
 ROBOT = load_robot()
 

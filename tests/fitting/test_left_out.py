@@ -6,11 +6,11 @@ from dataclasses import replace
 
 import pytest
 
-from fitting import MeasuredTrial
 from fitting.calibration import CalibratedTrial
 from fitting.left_out import FAR, MISSED, beyond, followed, suspicion
-from fitting.published_search import Swims
-from session import NotEnoughData
+from fitting.published import Swims
+from fitting.trial import MeasuredTrial
+from swimcal.errors import NotEnoughData
 from tests.reports.sample import made_calibration
 
 

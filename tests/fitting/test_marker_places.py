@@ -6,12 +6,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fitting import MeasuredTrial, measure_trial
-from fitting.marker_places import odd_markers
-from session import CameraSpec, TrialSpec
-from session.create import FISHSIM_MARKERS
-from session.tracks import as_tracks, load_tracks, pixels_of
-from swimmer import load_robot
+from fitting.left_out import odd_markers
+from fitting.trial import MeasuredTrial, measure_trial
+from swimcal.create_session import FISHSIM_MARKERS
+from swimcal.robot import load_robot
+from swimcal.session import TrialSpec
+from swimcal.session_file import CameraSpec
+from swimcal.tracks import as_tracks, load_tracks, pixels_of
 
 SAMPLE = Path(__file__).resolve().parents[2] / "datasets" / "sample" / "trials"
 ROBOT = load_robot()

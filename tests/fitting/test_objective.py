@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fitting.published_search import Swims
+from fitting.published import Swims
 
 POINT = np.array([0.5, 3.0, 5.0, 4.0, 1.0, 1.1, 4.1])
 

@@ -7,14 +7,14 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from fitting.published_search import _PENALTY, PublishedFit, Swims, _Search, published_search
-from session.errors import SimulationDiverged
-from synthetic import PLAUSIBLE_COEFFICIENTS
+from fitting.published import _PENALTY, PublishedFit, Swims, _Search, published_search
+from swimcal.errors import SimulationDiverged
+from synthetic.plan import PLAUSIBLE_COEFFICIENTS
 from tests.fitting.exact_swims import PHASES, exact_swims, exact_twin
 
 BUDGET_S, CUT_S, LONG_S = 300.0, 50.0, 5000.0
 TRUTH = np.append(PLAUSIBLE_COEFFICIENTS, PHASES[:2])[:, None]
-FORWARD = "fitting.published_search.swims_forward"
+FORWARD = "fitting.published.swims_forward"
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,7 +28,7 @@ class EasySwims(Swims):
 @pytest.fixture
 def easy(monkeypatch: pytest.MonkeyPatch) -> EasySwims:
     """Nothing is simulated: all swim forward, and all phases begin at zero."""
-    search = "fitting.published_search"
+    search = "fitting.published"
     monkeypatch.setattr(FORWARD, lambda _twin, c, _trials: np.ones(len(c), bool))
     monkeypatch.setattr(f"{search}.seconds_from_rest", lambda _trials: 0.0)
     monkeypatch.setattr(f"{search}.phase_from_harmonic", lambda _twin, _trial, c, _hz: np.zeros(len(c)))

@@ -7,13 +7,14 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from fitting import MeasuredTrial, measure_trial
-from fitting.coefficient_fit import fit_coefficients
-from fitting.published_search import Swims
-from session import CameraSpec, TrialSpec
-from session.create import FISHSIM_MARKERS
-from session.tracks import as_tracks
-from synthetic import PLAUSIBLE_COEFFICIENTS
+from fitting.calibration import fit_coefficients
+from fitting.published import Swims
+from fitting.trial import MeasuredTrial, measure_trial
+from swimcal.create_session import FISHSIM_MARKERS
+from swimcal.session import TrialSpec
+from swimcal.session_file import CameraSpec
+from swimcal.tracks import as_tracks
+from synthetic.plan import PLAUSIBLE_COEFFICIENTS
 from tests.cases import later
 from tests.fitting.exact_swims import ROBOT, exact_swims, exact_twin
 

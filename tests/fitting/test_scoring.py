@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fitting.forecast import residuals, score
+from fitting.phase import residuals, score
 from tests.fitting.swims import by_hand, head_frame_of, straight_swim
 
 

@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fitting.speed import forward_speed, whole_beats
-from tracking import HeadFrame, to_head_frame
+from fitting.pool import forward_speed, whole_beats
+from tracking.head_frame import HeadFrame, to_head_frame
 
 
 def times(seconds: float, fps: float = 60.0) -> np.ndarray:

@@ -7,16 +7,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fitting import MeasuredTrial, measure_trial
-from fitting.body_wave import simulated_numbers, swim_numbers
-from fitting.speed import forward_speed
-from session import load_session
-from session.create import new_from_fishsim
-from session.tracks import load_tracks
-from swimmer import load_robot
+from fitting.ebt import simulated_numbers, swim_numbers
+from fitting.pool import forward_speed
+from fitting.trial import MeasuredTrial, measure_trial
+from swimcal.create_session import new_from_fishsim
+from swimcal.robot import load_robot
+from swimcal.session import load_session
+from swimcal.tracks import load_tracks
 from tests.fitting.swims import by_hand
-from tests.session.sample import FISHSIM, needs_fishsim
-from tracking import to_head_frame
+from tests.swimcal.sample import FISHSIM, needs_fishsim
+from tracking.head_frame import to_head_frame
 
 ROBOT = load_robot()
 HZ, SPEED_M_S, EXCURSION_M = 1.0, 0.08, 0.11

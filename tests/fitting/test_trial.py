@@ -9,17 +9,19 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from fitting import MeasuredTrial, measure_trial
-from fitting.forecast import fit_phase
-from fitting.published_search import Swims
-from session import CameraSpec, NotEnoughData, Session, load_session
-from session.tracks import load_tracks, markers_of, pixels_of
-from swimmer import load_robot
-from synthetic import Truth, make_session
+from fitting.phase import fit_phase
+from fitting.published import Swims
+from fitting.trial import MeasuredTrial, measure_trial
+from swimcal.errors import NotEnoughData
+from swimcal.robot import load_robot
+from swimcal.session import Session, load_session
+from swimcal.session_file import CameraSpec
+from swimcal.tracks import load_tracks, markers_of, pixels_of
+from synthetic.session import Truth, make_session
 from tests.cases import changed
 from tests.fitting.swims import PLAN
 from tests.tracking.lens.render import lens_of, to_pixels
-from tracking import to_pool
+from tracking.camera import to_pool
 
 LENS = lens_of(
     (3840, 2160), (2280.0, 2280.0), (1919.5, 1079.5), -0.05, 0.02, 0.0, 0.0, -0.003, height_above_water_m=2.4

@@ -10,13 +10,15 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fitting import MeasuredTrial, measure_trial
-from fitting.lasting_beat import beating_part
-from fitting.series import determined, smooth_swim
-from session import CameraSpec, NotEnoughData, TrialSpec
-from session.create import FISHSIM_MARKERS
-from session.tracks import as_tracks
-from swimmer import load_robot
+from fitting.frequency import beating_part
+from fitting.pool import determined, smooth_swim
+from fitting.trial import MeasuredTrial, measure_trial
+from swimcal.create_session import FISHSIM_MARKERS
+from swimcal.errors import NotEnoughData
+from swimcal.robot import load_robot
+from swimcal.session import TrialSpec
+from swimcal.session_file import CameraSpec
+from swimcal.tracks import as_tracks
 
 ROBOT, CAMERA, FPS = load_robot(), CameraSpec(60.0, 0.142), 60.0
 PX_PER_M = 950.0

@@ -21,7 +21,7 @@ each_notebook = pytest.mark.parametrize("script", SCRIPTS, ids=lambda script: sc
 def checkout(tmp_path: Path) -> Path:
     """A fresh one, with all that notebooks read; in its folder of notebooks they run."""
     shutil.copytree(ROOT / "datasets", tmp_path / "datasets", ignore=shutil.ignore_patterns("results"))
-    shutil.copytree(ROOT / "swimmer" / "robots", tmp_path / "swimmer" / "robots")
+    shutil.copytree(ROOT / "swimcal" / "robots", tmp_path / "swimcal" / "robots")
     (tmp_path / "notebooks").mkdir()
     return tmp_path
 

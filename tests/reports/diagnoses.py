@@ -5,8 +5,8 @@ from typing import Any
 import numpy as np
 
 from diagnosis.result import DiagnosisResult, MissingForces
-from session.records import from_plain, to_plain
-from swimmer import load_robot
+from swimcal.results import from_plain, to_plain
+from swimcal.robot import load_robot
 from tests.reports.sample import MARKERS
 
 JOINTS = ("head_along", "head_across", "head_moment", *load_robot().hinges)

@@ -4,12 +4,10 @@ from typing import Any, Literal
 
 import numpy as np
 
-from fitting.motor_clock import MotorRecord
-from fitting.motor_clock.clock import MotorClock
-from reports.logged_trial import LoggedTrial
-from session.commands import MotorCommands
-from session.motor import MotorLog
-from swimmer import CrankTurn
+from fitting.motor_clock import MotorClock, MotorRecord
+from reports.context import LoggedTrial
+from swimcal.crank import CrankTurn
+from swimcal.motor_log import MotorCommands, MotorLog
 
 OFFSET_S, RATE = 3.0, 1.001  # of the motor's clock against the video's
 DRIVE_S = (2.0, 8.0)  # on the video's clock

@@ -5,15 +5,13 @@ from typing import Any
 
 import numpy as np
 
-from fitting.coefficient_fit import Marginal
-from fitting.model.forecast import Scatter
-from fitting.model.session_forecast import Forecast, ForecastTrial, SessionForecast
-from fitting.posterior.identifiability import Identifiability, RobotPart
-from fitting.posterior.prediction import PredictedSweep, PredictedTrial
+from fitting.calibration import Marginal
+from fitting.forecast import Forecast, ForecastTrial, Scatter, SessionForecast
+from fitting.posterior.posterior import Identifiability, RobotPart
+from fitting.posterior.prediction import PredictedSweep, PredictedTrial, Whiteness
 from fitting.posterior.summary import PosteriorSummary
-from fitting.posterior.whiteness import Whiteness
-from session import Flag
-from swimmer import FluidCoefficients
+from swimcal.errors import Flag
+from swimcal.mjcf import FluidCoefficients
 from tests.reports.sample import BEST, MARKERS, ROLES
 
 SPREAD = np.array([0.02, 0.3, 0.2, 0.1, 2.0])

@@ -6,26 +6,29 @@ from typing import Any
 
 import numpy as np
 
-from fitting import CalibratedTrial, Calibration, CoefficientFit, MeasuredTrial
+from fitting.baselines import SpeedSweep
+from fitting.calibration import CalibratedTrial, Calibration, CoefficientFit
 from fitting.calibration_file import PublishedResult, published_result
+from fitting.covariance import MEDIANS
 from fitting.ebt import FORMS, EbtFit
-from fitting.forecast import score
+from fitting.forecast import Forecast, ForecastTrial, Scatter, SessionForecast
 from fitting.frequency import SwimFrequency
-from fitting.in_pool import tail_markers
-from fitting.model.forecast import Scatter
-from fitting.model.mode import SearchEnd
-from fitting.model.roll import NO_ROLL
-from fitting.model.session_forecast import Forecast, ForecastTrial, SessionForecast
-from fitting.model.variance import MEDIANS
-from fitting.published_search import PublishedFit
+from fitting.mode import SearchEnd
+from fitting.phase import score
+from fitting.pool import tail_markers
+from fitting.published import PublishedFit
 from fitting.structure import assumed
-from fitting.sweep import SpeedSweep
+from fitting.trial import MeasuredTrial
+from fitting.trial_model import NO_ROLL
 from reports.context import ReportContext
-from session import CameraSpec, Flag, Session, TrialSpec
-from session.results import Provenance
-from swimmer import FluidCoefficients, RobotSpec, load_robot
+from swimcal.errors import Flag
+from swimcal.mjcf import FluidCoefficients
+from swimcal.results import Provenance
+from swimcal.robot import RobotSpec, load_robot
+from swimcal.session import Session, TrialSpec
+from swimcal.session_file import CameraSpec
 from tests.fitting.swims import filmed
-from tracking import HeadFrame
+from tracking.head_frame import HeadFrame
 
 MARKERS = ("nose", "neck", "dorsal_fin", "tail_1", "tail_3", "tail_5", "caudal_fin")
 FPS = 30.0

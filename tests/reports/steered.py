@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from reports.policy_swims import PolicySwims
+from reports.context import PolicySwims
 
 
 def made_targets(count: int = 60) -> PolicySwims:

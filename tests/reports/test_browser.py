@@ -8,7 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from reports import IndexEntry, write_index, write_report
+from reports.index import IndexEntry, write_index
+from reports.report import write_report
 from tests.cases import later
 from tests.reports.sample import made_context
 from tests.reports.test_index import RESULT

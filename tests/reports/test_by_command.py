@@ -4,8 +4,8 @@ import re
 
 import pytest
 
-from fitting import Calibration
-from reports import render_report
+from fitting.calibration import Calibration
+from reports.report import render_report
 from tests.fitting.test_forecast import commanded
 from tests.reports.page import Page
 from tests.reports.sample import made_context

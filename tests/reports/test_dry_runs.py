@@ -5,14 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fitting.dry_run import CrankFit, CrankTrial, DryTrial
-from fitting.dry_run.error_surface import Cell, ErrorSurface
-from fitting.dry_run.response import TendonUse
+from fitting.crank_fit import CrankFit, CrankTrial
+from fitting.crank_surface import Cell, ErrorSurface
+from fitting.dry_run import DryTrial, TendonUse
 from fitting.frequency import SwimFrequency
-from reports.blocks import Prose, Table
-from reports.figures.crank_surface import crank_surface_figure
-from reports.sections.dry_runs import dry_run_section
-from session import Flag
+from reports.dry_experiments import crank_surface_figure, dry_run_section
+from reports.page import Prose, Table
+from swimcal.errors import Flag
 
 SLACK = Flag("tendon_pushes", message="for 83 % of the turn a tendon is shorter than at rest")
 

@@ -6,15 +6,13 @@ import numpy as np
 import pytest
 
 from diagnosis.result import DiagnosisResult
-from reports import gallery
-from reports.blocks import Plot
-from reports.figures.flagged_samples import flagged_kinds
-from reports.figures.residuals import marker_distances
-from reports.figures.speed import speed_sweep_figure
-from reports.figures.trial import beat_midlines
-from reports.sections import FURTHER, SECTIONS, gap
-from reports.sections.track_quality import picture_of_tracks
-from swimmer import load_robot
+from reports import gap
+from reports.forecasts import speed_sweep_figure
+from reports.page import Plot
+from reports.report import FURTHER, SECTIONS, gallery
+from reports.swims import beat_midlines, marker_distances
+from reports.tracks import flagged_kinds, picture_of_tracks
+from swimcal.robot import load_robot
 from tests.cases import later
 from tests.reports.diagnoses import made_diagnosed, made_everything
 from tests.reports.posteriors import made_summary
@@ -61,7 +59,7 @@ def test_it_does_so_however_many_trials_there_are(count: int) -> None:
 )
 def test_figures_of_any_gap_do_so(found: DiagnosisResult, markers: tuple[str, ...]) -> None:
     context = replace(made_context(), diagnosed=found, session=made_session(markers=markers))
-    plots = gallery(context, (gap.build,))
+    plots = gallery(context, (gap.build_gap,))
     assert len(plots) >= 5
     assert [name for name, plot in plots.items() if outside(plot)] == []
 

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from matplotlib.colors import to_hex
 
-from fitting import Structure
-from fitting.free_decay import DecayFit, combine_decays, fit_decay, measure_decay_trial
-from fitting.structure import Source
-from reports.blocks import Plots, Prose, Table
-from reports.colours import TWIN
-from reports.figures.decay import decay_curve_figure
-from reports.sections.free_decay import free_decay_section
+from fitting.decay_fit import fit_decay
+from fitting.free_decay import measure_decay_trial
+from fitting.hinges import DecayFit, combine_decays
+from fitting.structure import Source, Structure
+from reports.dry_experiments import decay_curve_figure, free_decay_section
+from reports.page import Plots, Prose, Table
+from reports.style import TWIN
 from tests.fitting.free_decay.decays import CAMERA, ROBOT, Truth, decay_tracks
 
 

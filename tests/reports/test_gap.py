@@ -10,14 +10,15 @@ from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
 from diagnosis.result import DiagnosisResult
-from reports import render_report
+from reports import first_screen as summary
+from reports import gap
 from reports.caveats import gap_caveats
-from reports.colours import EBT_SMOOTHED, WARN
-from reports.figures.gap_how_far import gap_waterfall_figure
-from reports.numbers import shown
+from reports.gap_figures import gap_waterfall_figure
 from reports.page import render_page
-from reports.sections import gap, summary
-from session.records import to_plain
+from reports.report import render_report
+from reports.style import EBT_SMOOTHED, WARN
+from reports.words import shown
+from swimcal.results import to_plain
 from tests.reports.diagnoses import made_diagnosed, made_everything, made_forces
 from tests.reports.page import Page
 from tests.reports.sample import made_context
@@ -28,7 +29,7 @@ VERDICTS = ("named", "inseparable", "unexplained", "no_gap")
 
 def page_of(found: DiagnosisResult | None, effort: str = "full") -> Page:
     """A report of this section alone."""
-    section = gap.build(replace(made_context(), diagnosed=found, diagnosis_effort=effort))
+    section = gap.build_gap(replace(made_context(), diagnosed=found, diagnosis_effort=effort))
     section = replace(section, caveats=(*section.caveats, *gap_caveats(found)))  # which stand on the first screen
     return Page(render_page("report.html.j2", title="pool", session="pool", byline="", questions=[("", [section])]))
 
@@ -59,7 +60,7 @@ def test_without_a_diagnosis_it_tells_how_to_get_one() -> None:
     ],
 )
 def test_the_first_sentence_says_what_the_exported_twin_lacks(verdict: str, said: str) -> None:
-    whole = Page(render_report(replace(made_context(), diagnosed=made_diagnosed(verdict)), (summary.build,)))
+    whole = Page(render_report(replace(made_context(), diagnosed=made_diagnosed(verdict)), (summary.build_summary,)))
     assert said in whole.text.replace(" and  ", " and ").replace("  ", " ")
 
 

@@ -8,7 +8,7 @@ import pandas as pd
 import pytest
 
 from fitting.calibration_file import calibration_result
-from reports import IndexEntry, write_index
+from reports.index import IndexEntry, write_index
 from tests.reports.diagnoses import made_diagnosed
 from tests.reports.page import Page
 from tests.reports.sample import made_calibration

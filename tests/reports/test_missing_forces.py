@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from diagnosis.result import MissingForces
-from fitting import CalibratedTrial
-from fitting.series import waves
-from reports import render_report
-from reports.missing_forces import likenesses, motions, seen
-from reports.sections import gap
-from session.records import to_plain
-from swimmer import load_robot
+from fitting.calibration import CalibratedTrial
+from fitting.pool import waves
+from reports import gap
+from reports.gap_figures import likenesses, motions, seen
+from reports.report import render_report
+from swimcal.results import to_plain
+from swimcal.robot import load_robot
 from tests.fitting.swims import filmed
 from tests.reports.diagnoses import FITTED, JOINTS, made_diagnosed, made_forces
 from tests.reports.sample import made_context, made_trial
@@ -86,7 +86,7 @@ def test_forces_that_would_print_as_zero_are_left_out_with_their_table_and_figur
     context = made_context()
     for forces, shows in ((small, True), (none, False)):
         diagnosed = made_diagnosed("named", missing_forces=to_plain(forces))
-        page = render_report(replace(context, diagnosed=diagnosed), (gap.build,))
+        page = render_report(replace(context, diagnosed=diagnosed), (gap.build_gap,))
         assert ('id="gap-forces"' in page) == shows
         assert ("Size of each missing force" in page) == shows
         assert "0.00 mN" not in page

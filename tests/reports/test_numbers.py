@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from reports.numbers import counted, in_mm, listed, percent, shown, significant
+from reports.words import counted, in_mm, listed, percent, shown, significant
 
 
 @pytest.mark.parametrize("nothing", [None, math.nan, math.inf])

@@ -5,10 +5,11 @@ from dataclasses import replace
 
 import pytest
 
+from fitting.posterior.prediction import noise_flags
 from fitting.posterior.summary import PosteriorSummary
-from fitting.posterior.whiteness import noise_flags
-from reports import render_report
-from reports.sections import posterior, summary
+from reports import first_screen as summary
+from reports import posterior
+from reports.report import render_report
 from tests.reports.page import Page
 from tests.reports.posteriors import made_summary
 from tests.reports.sample import ROLES, made_calibration, made_context
@@ -17,7 +18,10 @@ from tests.reports.undrawn import nothing_drawn
 
 def page_of(found: PosteriorSummary | None, names: tuple[str, ...] = tuple(ROLES)) -> Page:
     return Page(
-        render_report(replace(made_context(made_calibration(names)), posterior=found), (summary.build, posterior.build))
+        render_report(
+            replace(made_context(made_calibration(names)), posterior=found),
+            (summary.build_summary, posterior.build_posterior),
+        )
     )
 
 

@@ -6,10 +6,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fitting import Calibration
-from reports import ReportContext, render_report
-from reports.numbers import in_mm, shown
-from session import Flag, Session
+from fitting.calibration import Calibration
+from reports.context import ReportContext
+from reports.report import render_report
+from reports.words import in_mm, shown
+from swimcal.errors import Flag
+from swimcal.session import Session
 from tests.reports.page import Page
 from tests.reports.sample import (
     made_calibration,

@@ -7,9 +7,10 @@ from types import ModuleType
 import numpy as np
 import pytest
 
-from reports import render_report
-from reports.sections import SECTIONS, coefficients, forecasts, summary
-from swimmer import load_robot
+from reports import coefficients, forecasts
+from reports import first_screen as summary
+from reports.report import SECTIONS, render_report
+from swimcal.robot import load_robot
 from tests.reports.page import Page
 from tests.reports.sample import made_calibration, made_context, made_published
 from tests.reports.undrawn import nothing_drawn

@@ -4,10 +4,9 @@ import re
 
 from matplotlib.figure import Figure
 
-from reports.colours import INKS, TWIN
-from reports.figures.speed import speed_sweep_figure
-from reports.style import styled
-from reports.svg import inline_svg
+from reports.forecasts import speed_sweep_figure
+from reports.page import inline_svg
+from reports.style import INKS, TWIN, styled
 from tests.reports.sample import made_calibration
 
 

@@ -2,9 +2,11 @@
 
 from dataclasses import replace
 
-from fitting import Calibration
-from fitting.free_decay import combine_decays, fit_decay, measure_decay_trial
-from reports import ReportContext
+from fitting.calibration import Calibration
+from fitting.decay_fit import fit_decay
+from fitting.free_decay import measure_decay_trial
+from fitting.hinges import combine_decays
+from reports.context import ReportContext
 from tests.fitting.free_decay.decays import CAMERA, ROBOT, Truth, decay_tracks
 from tests.reports.diagnoses import made_diagnosed
 from tests.reports.motors import made_logged

@@ -6,11 +6,11 @@ from pathlib import Path
 
 import numpy as np
 
-from session.results import Provenance, plain_json
+from swimcal.mjcf import FluidCoefficients, add_scenery, build_mjcf
+from swimcal.results import Provenance, plain_json
+from swimcal.robot import load_robot
+from swimcal.runs import ENGINE
 from swimgym import Fish, load_fish
-from swimmer import FluidCoefficients, build_mjcf, load_robot
-from swimmer.engine import ENGINE
-from swimmer.scenery import add_scenery
 
 WATER = FluidCoefficients(0.4, 2.0, 6.0, 4.0, 1.0)
 

@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 
 from swimgym import Circle, Rules
-from swimgym.evaluation import share
-from swimgym.making import make_course
+from swimgym.environments import make_course
+from swimgym.policy import share
 from tests.swimgym.fish import fish
 
 

@@ -5,8 +5,7 @@ import numpy as np
 import pytest
 from gymnasium.utils.env_checker import check_env
 
-from swimgym.environment import SwimEnv
-from swimgym.vector_environment import SwimVectorEnv
+from swimgym.environments import SwimEnv, SwimVectorEnv
 from tests.swimgym.fish import fish
 
 

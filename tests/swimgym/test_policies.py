@@ -7,14 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from session import InputError
-from session.errors import ModelMismatch
+from swimcal.errors import InputError, ModelMismatch
 from swimgym import Rules
-from swimgym.evaluation import reach, swim
-from swimgym.making import make_course
-from swimgym.policy import Policy, card_of, features, load_policy
+from swimgym.course import numbers_of, start_of, steered
+from swimgym.environments import make_course
+from swimgym.policy import Policy, card_of, features, load_policy, reach, swim
 from swimgym.search import SearchPlan, search
-from swimgym.steering import numbers_of, start_of, steered
 from tests.swimgym.fish import fish
 
 LAW = np.array([0.228, 0.996, 6.722, 0.459, -0.028, 0.246, 0.314, 0.092, -0.201, -0.379, -0.146, 0.029, -0.451])

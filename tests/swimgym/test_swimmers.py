@@ -4,8 +4,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from session import InputError
-from session.errors import ModelMismatch
+from swimcal.errors import InputError, ModelMismatch
 from swimgym import Swimmers, load_fish
 from tests.swimgym.fish import WATER, fish, session_with_fit
 

@@ -7,13 +7,12 @@ from typing import Any
 
 import xarray as xr
 
-from fitting import MeasuredTrial, measure_trial
-from session import Session, load_session
-from session.tracks import load_tracks
-from swimmer import load_robot
-from synthetic import SyntheticPlan, SyntheticTrial
-from synthetic.motor import SyntheticMotor
-from synthetic.trials import SyntheticDecay
+from fitting.trial import MeasuredTrial, measure_trial
+from swimcal.robot import load_robot
+from swimcal.session import Session, load_session
+from swimcal.tracks import load_tracks
+from synthetic.disturbances import SyntheticMotor
+from synthetic.plan import SyntheticDecay, SyntheticPlan, SyntheticTrial
 
 SLOW: dict[str, Any] = {
     "name": "slow",

@@ -3,9 +3,9 @@ from functools import lru_cache
 import numpy as np
 import pytest
 
-from session.errors import SimulationDiverged
-from swimmer import load_robot
-from synthetic.decays import TrueDecay, simulate_decays
+from swimcal.errors import SimulationDiverged
+from swimcal.robot import load_robot
+from synthetic.simulate import TrueDecay, simulate_decays
 from tests.synthetic.plans import dry_plan
 
 RELEASE_S = 0.507

@@ -5,13 +5,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from session import load_session
-from session.motor import load_motor
-from swimmer import CrankTurn, Runs, Twin
-from swimmer.mjcf import DRY as DRY_SCENE
-from synthetic import SyntheticPlan, SyntheticTrial, make_session, read_truth, simulate_swims
-from synthetic.swims import TrueRun, simulate_dry_runs
-from synthetic.view import in_image
+from swimcal.crank import CrankTurn
+from swimcal.mjcf import DRY as DRY_SCENE
+from swimcal.motor_log import load_motor
+from swimcal.runs import Runs
+from swimcal.session import load_session
+from swimcal.twin import Twin
+from synthetic.plan import SyntheticPlan, SyntheticTrial, in_image
+from synthetic.session import make_session, read_truth
+from synthetic.simulate import TrueRun, simulate_dry_runs, simulate_swims
 from tests.synthetic.plans import DRY, MOTOR, SLOW, dry_plan, files_of, small_plan
 
 FRAMES_PER_S = 60.0

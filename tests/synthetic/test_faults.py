@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from session import load_session
-from swimmer import load_robot
-from synthetic import make_session
-from synthetic.trials import Merge
+from swimcal.robot import load_robot
+from swimcal.session import load_session
+from synthetic.plan import Merge
+from synthetic.session import make_session
 from tests.synthetic.plans import small_plan, tracks_of
-from tracking import check_tracks
+from tracking.quality import check_tracks
 
 
 def test_a_merged_box_keeps_its_distance_from_the_other_box_in_its_frames_only() -> None:

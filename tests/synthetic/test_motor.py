@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from synthetic.motor import COMMAND_DELAY_S, Drive, SyntheticMotor, drive, schedule
+from synthetic.disturbances import COMMAND_DELAY_S, Drive, SyntheticMotor, drive, schedule
 from tests.synthetic.plans import MOTOR
 
 COMMANDED_HZ, REACHED_HZ, PHASE_RAD = 0.9, 0.88, 2.0

@@ -4,17 +4,9 @@ import numpy as np
 import pytest
 
 from calib.capture.logs import COMMANDS_HEADER, MOTOR_HEADER
-from session.commands import load_commands
-from session.motor import MotorLog, load_motor
-from synthetic.motor import Drive, drive
-from synthetic.motor_log import (
-    PULSE_RAD,
-    SPEED_RAD_S,
-    read_motor,
-    reading_times,
-    save_commands,
-    save_motor_log,
-)
+from swimcal.motor_log import MotorLog, load_commands, load_motor
+from synthetic.disturbances import Drive, drive
+from synthetic.simulate import PULSE_RAD, SPEED_RAD_S, read_motor, reading_times, save_commands, save_motor_log
 from tests.synthetic.plans import MOTOR
 
 

@@ -1,8 +1,7 @@
 import numpy as np
 import pytest
 
-from synthetic import TrackingNoise
-from synthetic.noise import NOISELESS, lasting_errors, on_grid, placement_offsets
+from synthetic.disturbances import NOISELESS, TrackingNoise, lasting_errors, on_grid, placement_offsets
 
 STEP_S = 1 / 60
 

@@ -2,8 +2,7 @@ from typing import Any
 
 import pytest
 
-from synthetic import SyntheticTrial
-from synthetic.trials import Merge
+from synthetic.plan import Merge, SyntheticTrial
 from tests.synthetic.plans import MOTOR, SLOW, dry_plan, small_plan
 
 LATE = Merge(marker="tail_4", onto="tail_5", first=230, frames=20)

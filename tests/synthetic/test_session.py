@@ -3,11 +3,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from session import InputError, load_session
-from session.tracks import pixels_of
-from swimmer import RobotSpec, load_robot
-from synthetic import SyntheticPlan, default_plan, make_session, read_truth
-from synthetic.noise import NOISELESS
+from swimcal.errors import InputError
+from swimcal.robot import RobotSpec, load_robot
+from swimcal.session import load_session
+from swimcal.tracks import pixels_of
+from synthetic.disturbances import NOISELESS
+from synthetic.plan import SyntheticPlan, default_plan
+from synthetic.session import make_session, read_truth
 from tests.cases import later
 from tests.synthetic.plans import FAST, files_of, measured, small_plan, tracks_of
 

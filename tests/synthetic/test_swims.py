@@ -1,13 +1,17 @@
 import numpy as np
 import pytest
 
-from session import CameraSpec, InputError
-from session.tracks import as_tracks
-from swimmer import Runs, Scene, Twin
-from synthetic import SyntheticPlan, simulate_swims
-from synthetic.swims import TrueRun
+from swimcal.errors import InputError
+from swimcal.mjcf import Scene
+from swimcal.runs import Runs
+from swimcal.session_file import CameraSpec
+from swimcal.tracks import as_tracks
+from swimcal.twin import Twin
+from synthetic.plan import SyntheticPlan
+from synthetic.simulate import TrueRun, simulate_swims
 from tests.synthetic.plans import small_plan
-from tracking import HeadFrame, to_head_frame, to_pool
+from tracking.camera import to_pool
+from tracking.head_frame import HeadFrame, to_head_frame
 
 HEADING_RAD = 0.4
 

@@ -3,7 +3,7 @@ from pathlib import Path
 
 import mujoco
 
-from synthetic import make_session, read_truth
+from synthetic.session import make_session, read_truth
 from tests.synthetic.plans import files_of, small_plan
 
 

@@ -7,8 +7,8 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from session.tracks import as_tracks
-from swimmer.robot import RobotSpec, load_robot
+from swimcal.robot import RobotSpec, load_robot
+from swimcal.tracks import as_tracks
 
 ROBOT = load_robot()
 MARKERS = ("nose", "neck", "dorsal_fin", "tail_1", "tail_2", "tail_3", "tail_4", "tail_5", "caudal_fin")

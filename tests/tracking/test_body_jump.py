@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from swimmer import load_robot
+from swimcal.robot import load_robot
 from tests.tracking.fish import MARKERS, tracks_of
 from tests.tracking.records.trials import twin_px
-from tracking import check_tracks
-from tracking.quality.body_jump import body_jumps
+from tracking.following import body_jumps
+from tracking.quality import check_tracks
 
 
 def swimming() -> np.ndarray:

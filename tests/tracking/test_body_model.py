@@ -4,7 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.tracking.fish import MARKERS, PX_PER_M, ROBOT
-from tracking.quality.body_model import BodyModel, JointGaussian, centred, layout_model, learned
+from tracking.body_model import BodyModel, JointGaussian, centred, layout_model, learned
 
 PLACE_M = ROBOT.marker_positions_m(MARKERS)
 M = len(MARKERS)

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from session import CameraSpec, InputError, NotEnoughData
-from session.camera import CameraCalibration
-from session.tracks import as_tracks, pixels_of
-from swimmer import load_robot
+from swimcal.errors import InputError, NotEnoughData
+from swimcal.robot import load_robot
+from swimcal.session_file import CameraCalibration, CameraSpec
+from swimcal.tracks import as_tracks, pixels_of
 from tests.tracking.lens.render import lens_of, to_pixels
-from tracking import to_pool
+from tracking.camera import to_pool
 
 ROBOT = load_robot()
 MARKERS = tuple(ROBOT.markers)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from tracking.quality.naming import frozen_flags, frozen_picture
+from tracking.quality import frozen_flags, frozen_picture
 
 
 def moving(frames: int = 60) -> np.ndarray:

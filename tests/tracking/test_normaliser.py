@@ -4,7 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.tracking.fish import MARKERS, PX_PER_M, swimming_fish
-from tracking import from_head_frame, to_head_frame
+from tracking.head_frame import from_head_frame, to_head_frame
 
 NOSE, NECK = 0, 1
 

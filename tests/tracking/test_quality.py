@@ -5,13 +5,13 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from session import Flag
-from session.tracks import load_tracks, pixels_of
-from swimmer.robot import Marker
+from swimcal.errors import Flag
+from swimcal.robot import Marker
+from swimcal.tracks import load_tracks, pixels_of
 from tests.cases import later
-from tests.session.sample import FISHSIM, needs_fishsim
+from tests.swimcal.sample import FISHSIM, needs_fishsim
 from tests.tracking.fish import FPS, MARKERS, ROBOT, swimming_fish, tracks_of, with_fault
-from tracking import TrackQuality, check_tracks
+from tracking.quality import TrackQuality, check_tracks
 
 SPEEDS_HZ = (0.3, 1.0, 2.25)
 CLEAN = ("f1_00", "f0_75")

@@ -10,7 +10,7 @@ from benchmarks.reality.instant import Instant
 from benchmarks.reality.layout import Layout
 from benchmarks.reality.mechanism import AtStrength, Mechanism
 from benchmarks.reality.parameters import Parameters
-from swimmer.robot import RobotSpec, load_robot
+from swimcal.robot import RobotSpec, load_robot
 
 
 class MovingWater(Mechanism):

@@ -7,8 +7,8 @@ from scipy.interpolate import CubicSpline
 
 from benchmarks.reality.camera import Picture, Sight
 from benchmarks.reality.mechanism import AtStrength, Mechanism, Wearing
-from session.create import FISHSIM_MARKERS
-from swimmer.robot import load_robot
+from swimcal.create_session import FISHSIM_MARKERS
+from swimcal.robot import load_robot
 
 
 class HeadFrameMisalignment(Mechanism):

@@ -8,7 +8,7 @@ from benchmarks.reality.instant import Instant
 from benchmarks.reality.layout import Layout
 from benchmarks.reality.mechanism import AtStrength, Mechanism
 from benchmarks.reality.parameters import Parameters
-from swimmer.robot import load_robot
+from swimcal.robot import load_robot
 
 
 class StiffnessError(Mechanism):

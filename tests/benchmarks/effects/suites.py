@@ -11,7 +11,7 @@ import numpy as np
 from benchmarks.effects.discrepancy import save
 from benchmarks.effects.folder import DIAGNOSIS, Answer, SuiteFolder
 from benchmarks.effects.suite import SessionPlan
-from diagnosis import Discrepancy
+from diagnosis.discrepancy import Discrepancy
 
 ANSWERS = (
     Answer("w00000001", "null"),

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from benchmarks.effects.closest_fit import closest_fit_of
-from fitting.signatures.session_row import Whitened
-from fitting.signatures.signature import Signature
+from fitting.signatures import Signature, Whitened
 from tests.fitting.signatures.made import Made
 
 K = 9

@@ -14,8 +14,8 @@ from benchmarks.effects.score import measures_without
 from benchmarks.effects.scoring import score_all, score_suite, score_without
 from benchmarks.scores import Scores
 from calib.options import Options
-from diagnosis import Discrepancy
-from session import InputError
+from diagnosis.discrepancy import Discrepancy
+from swimcal.errors import InputError
 from tests.benchmarks.effects.suites import ANSWERS, runs, says_slack, suite_in
 from tests.calib.door import Front
 from tests.cases import later

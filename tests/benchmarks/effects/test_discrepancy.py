@@ -20,9 +20,8 @@ from benchmarks.effects.discrepancy import (
     measure,
     robust_covariance,
 )
-from diagnosis import Discrepancy
-from diagnosis.discrepancy import nearness
-from fitting.model.features import advanced, of_markers
+from diagnosis.discrepancy import Discrepancy, nearness
+from fitting.features import advanced, of_markers
 
 TRIALS, SESSIONS = 3, 60
 HERTZ = np.array([0.6, 0.7, 1.3])

@@ -17,7 +17,7 @@ from benchmarks.effects.filming import Filming, film_together
 from benchmarks.effects.making import write_session
 from benchmarks.effects.suite import SessionPlan, SuiteSize, plan_suite
 from benchmarks.reality.mechanisms import CATALOGUED, EVERY, FAMILIES, OUTSIDE
-from session import load_session
+from swimcal.session import load_session
 from tests.benchmarks.effects.suites import shortened
 
 SIZE = SuiteSize(90, 45)

@@ -9,8 +9,8 @@ import pytest
 from benchmarks.effects import filming
 from benchmarks.effects.filming import Filming, film_together
 from benchmarks.reality import Mechanism, Recording, Trial, World, simulate
-from session.create import FISHSIM_MARKERS
-from session.errors import SimulationDiverged
+from swimcal.create_session import FISHSIM_MARKERS
+from swimcal.errors import SimulationDiverged
 
 WORLD = World(coefficients=(0.5, 2.0, 6.0, 4.0, 1.0))
 SWIM = Trial("swim", 0.2, 1.0, run_in_s=0.1, start_speed_m_s=0.1)

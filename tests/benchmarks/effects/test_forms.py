@@ -20,10 +20,10 @@ from benchmarks.effects.rows import Change, SessionRows, closest_fit
 from benchmarks.effects.suite import Recorded, SessionPlan
 from benchmarks.reality import Mechanism, Recording
 from benchmarks.reality.mechanisms import CATALOGUED, FAMILIES
-from diagnosis import discrepancy_for
-from session.create import FISHSIM_MARKERS
-from swimmer import load_robot
-from swimmer.effects import catalogue
+from diagnosis.discrepancy import discrepancy_for
+from swimcal.create_session import FISHSIM_MARKERS
+from swimcal.effects.catalogue import catalogue
+from swimcal.robot import load_robot
 from tests.benchmarks.effects.twins_forms import TWINS_FORMS
 
 PLAN = SessionPlan("w00000001", 11, Recorded((0.6, 1.0), (0.8,), 4.0, None, False, False), "null")

@@ -14,8 +14,8 @@ from benchmarks.effects.folder import Answer
 from benchmarks.effects.generators import GENERATORS
 from benchmarks.effects.making import Making
 from benchmarks.effects.suite import Recorded, SessionPlan
-from diagnosis import Discrepancy
-from swimmer.effects import catalogue
+from diagnosis.discrepancy import Discrepancy
+from swimcal.effects.catalogue import catalogue
 
 RECORDED = Recorded((0.6, 1.0), (0.8, 1.2), 4.0, 0.7, True, True)
 NULL = SessionPlan("w00000001", 11, RECORDED, "null")

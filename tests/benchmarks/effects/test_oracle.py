@@ -14,10 +14,10 @@ from benchmarks.effects.rows import SessionRows
 from benchmarks.effects.suite import Recorded, SessionPlan
 from benchmarks.reality import Recording
 from benchmarks.reality.mechanisms import CATALOGUED
-from diagnosis import discrepancy_for
-from session.create import FISHSIM_MARKERS
-from swimmer import load_robot
-from swimmer.effects import catalogue
+from diagnosis.discrepancy import discrepancy_for
+from swimcal.create_session import FISHSIM_MARKERS
+from swimcal.effects.catalogue import catalogue
+from swimcal.robot import load_robot
 
 PLAN = SessionPlan("w00000001", 11, Recorded((0.6, 1.0), (0.8,), 4.0, None, False, False), "single")
 TRUE, OTHER = "bend_offset", "wave_drag"

@@ -16,11 +16,11 @@ from benchmarks.effects.filming import Filming, film_together
 from benchmarks.effects.rows import Change, SessionRows, closest_fit
 from benchmarks.effects.suite import Recorded, SessionPlan
 from benchmarks.reality import Recording
-from diagnosis import discrepancy_for
+from diagnosis.discrepancy import discrepancy_for
 from fitting.signatures import Signature, Whitened
-from session.create import FISHSIM_MARKERS
-from swimmer import load_robot
-from swimmer.effects import Parameter
+from swimcal.create_session import FISHSIM_MARKERS
+from swimcal.effects.effect import Parameter
+from swimcal.robot import load_robot
 
 PLAN = SessionPlan("w00000001", 11, Recorded((0.6, 1.0), (0.8,), 4.0, None, False, False), "null")
 DISCREPANCY = discrepancy_for(FISHSIM_MARKERS, load_robot())

@@ -17,9 +17,9 @@ from benchmarks.effects.generators import GENERATORS, Generator
 from benchmarks.effects.run import make_suite
 from benchmarks.effects.suite import SessionPlan, SuiteSize, plan_suite, suite_named
 from benchmarks.reality.mechanisms import CATALOGUED, OUTSIDE
-from diagnosis import Discrepancy
-from session import InputError
-from session.results import write_whole
+from diagnosis.discrepancy import Discrepancy
+from swimcal.errors import InputError
+from swimcal.results import write_whole
 from tests.benchmarks.effects.suites import shortened
 
 ALONE = Run(workers=1)

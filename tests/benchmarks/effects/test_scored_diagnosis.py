@@ -7,8 +7,8 @@ from typing import Any
 import pytest
 
 from benchmarks.effects.scored_diagnosis import Diagnosis, read_diagnosis
-from session import InputError
-from session.records import from_plain, to_plain
+from swimcal.errors import InputError
+from swimcal.results import from_plain, to_plain
 
 DIAGNOSIS: dict[str, Any] = {
     "verdict": "inseparable",

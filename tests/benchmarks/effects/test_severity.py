@@ -17,14 +17,14 @@ from benchmarks.effects.severity import Strength, strength_for
 from benchmarks.effects.suite import Recorded, SessionPlan
 from benchmarks.reality import Recording
 from benchmarks.reality.mechanisms import CATALOGUED
-from diagnosis import discrepancy_for
-from fitting.signatures import AffectedSession
-from fitting.signatures.session_row import PRIOR_SD
-from session.create import FISHSIM_MARKERS
-from session.errors import SimulationDiverged
-from swimmer import load_robot
-from swimmer.effects import Effect, catalogue
-from swimmer.fluid import COEFFICIENT_BOUNDS
+from diagnosis.discrepancy import discrepancy_for
+from fitting.signatures import PRIOR_SD, AffectedSession
+from swimcal.create_session import FISHSIM_MARKERS
+from swimcal.effects.catalogue import catalogue
+from swimcal.effects.effect import Effect
+from swimcal.errors import SimulationDiverged
+from swimcal.mjcf import COEFFICIENT_BOUNDS
+from swimcal.robot import load_robot
 
 PLAN = SessionPlan("w00000001", 11, Recorded((0.6, 1.0), (0.8,), 4.0, None, False, False), "single", ("scale_error",))
 TRUE, ASKED = "scale_error", 10.0

@@ -14,10 +14,10 @@ from benchmarks.effects.making import Making, write_session
 from benchmarks.effects.shipped import SEED, checksum_of_sessions
 from benchmarks.effects.suite import SIZES
 from benchmarks.reality.mechanisms import OUTSIDE
-from diagnosis import Discrepancy
-from session import load_session
-from session.tracks import load_tracks, pixels_of
-from swimmer.effects import catalogue
+from diagnosis.discrepancy import Discrepancy
+from swimcal.effects.catalogue import catalogue
+from swimcal.session import load_session
+from swimcal.tracks import load_tracks, pixels_of
 
 FOLDER = Path(__file__).parents[3] / "datasets" / "withheld"
 SUITE = SuiteFolder(FOLDER / "small")

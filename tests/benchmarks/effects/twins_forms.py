@@ -35,11 +35,10 @@ from benchmarks.reality.mechanisms.tendons import (
 )
 from benchmarks.reality.parameters import Parameters
 from benchmarks.reality.tendons import Turn
-from swimmer.effects.drive import LatePace, WarmingPace
-from swimmer.effects.floating import DAMPING, NATURAL_ROLL_HZ, PITCH_HZ, ROLL_HZ
-from swimmer.effects.fluid import AT_ONCE, DRAG, LIFT, SLOW_M_S, hump
-from swimmer.effects.structure import CREEP_RAD_S
-from swimmer.effects.tendons import CREEP_M_S
+from swimcal.effects.drive import LatePace, WarmingPace
+from swimcal.effects.structure import CREEP_RAD_S
+from swimcal.effects.tendons import CREEP_M_S
+from swimcal.effects.water import AT_ONCE, DAMPING, DRAG, LIFT, NATURAL_ROLL_HZ, PITCH_HZ, ROLL_HZ, SLOW_M_S, hump
 
 _BENT_RAD = 0.5  # up to which a hardening hinge is taken implicitly
 

@@ -3,8 +3,8 @@
 import numpy as np
 
 from benchmarks.foreign.recordings import Recording, Recordings, Tracker
-from swimmer import load_robot
-from synthetic.noise import NOISELESS
+from swimcal.robot import load_robot
+from synthetic.disturbances import NOISELESS
 
 FISH = load_robot()
 MARKERS = ("nose", "neck", "tail_2", "tail_4", "caudal_fin")

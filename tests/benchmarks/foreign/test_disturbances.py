@@ -9,8 +9,7 @@ from benchmarks.foreign import disturbances
 from benchmarks.foreign.disturbances import KINDS, apply, disturb
 from benchmarks.foreign.judge import true_speeds
 from benchmarks.foreign.recordings import Recording, Recordings
-from session.commands import MotorCommands
-from session.motor import MOTOR_COLUMNS, MotorLog
+from swimcal.motor_log import MOTOR_COLUMNS, MotorCommands, MotorLog
 from tests.benchmarks.foreign.handmade import FPS, MARKERS, PX_PER_M, SPEED_M_S, session, swim
 
 NAMES = {kind.name: kind for kind in KINDS}

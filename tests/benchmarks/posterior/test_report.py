@@ -11,7 +11,7 @@ from benchmarks.cases import Failure, Run, write_lines
 from benchmarks.posterior import report
 from benchmarks.posterior.report import PosteriorOutcome, holm, measure_posterior, uniform_p
 from benchmarks.posterior.score import PosteriorScore
-from session import NotEnoughData
+from swimcal.errors import NotEnoughData
 from tests.cases import later
 
 ALONE = Run(workers=1)

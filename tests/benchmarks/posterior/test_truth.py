@@ -7,10 +7,10 @@ import pytest
 
 from benchmarks.posterior import truth as posterior_truth
 from benchmarks.posterior.truth import DrawnSession, draw_session
-from fitting.forecast import speed_from_rest
-from fitting.model import SessionModel
-from fitting.model.features import COURSE, harmonics_of
-from swimmer import load_robot
+from fitting.features import COURSE, harmonics_of
+from fitting.phase import speed_from_rest
+from fitting.trial_model import SessionModel
+from swimcal.robot import load_robot
 
 COARSE = 1 / 8  # so that a draw takes no seconds
 

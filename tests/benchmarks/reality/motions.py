@@ -12,7 +12,7 @@ from benchmarks.reality.layout import Layout, lay_out
 from benchmarks.reality.mechanism import Mechanism
 from benchmarks.reality.motion import Motion
 from benchmarks.reality.parameters import Parameters, nominal_parameters
-from swimmer import load_robot
+from swimcal.robot import load_robot
 
 COEFFICIENTS = (0.4, 2.0, 6.0, 4.0, 1.0)
 

@@ -3,7 +3,7 @@ import pytest
 from scipy.linalg import eig
 
 from benchmarks.reality import Nuisances, Trial, World, simulate
-from swimmer import load_robot
+from swimcal.robot import load_robot
 from tests.benchmarks.reality.motions import COEFFICIENTS
 from tests.cases import later
 

@@ -2,9 +2,10 @@ import numpy as np
 import pytest
 
 from benchmarks.reality.layout import lay_out
-from swimmer import RobotSpec, build_mjcf
-from tests.swimmer.effects.test_structure import about_hinge
-from tests.swimmer.robots import every_robot
+from swimcal.mjcf import build_mjcf
+from swimcal.robot import RobotSpec
+from tests.swimcal.effects.test_structure import about_hinge
+from tests.swimcal.robots import every_robot
 
 
 @every_robot

@@ -12,9 +12,11 @@ from benchmarks.reality.parameters import Parameters, nominal_parameters
 from benchmarks.reality.start import balanced_hinges
 from benchmarks.reality.tendons import Turn
 from benchmarks.reality.world import prepared_parameters
-from session.errors import SimulationDiverged
-from swimmer import Runs, Twin, load_robot
-from swimmer.mjcf import DRY
+from swimcal.errors import SimulationDiverged
+from swimcal.mjcf import DRY
+from swimcal.robot import load_robot
+from swimcal.runs import Runs
+from swimcal.twin import Twin
 from tests.benchmarks.reality.motions import COEFFICIENTS
 
 BASE = World(COEFFICIENTS)

@@ -9,9 +9,9 @@ from benchmarks.reality import Mechanism
 from benchmarks.reality.body import Chain
 from benchmarks.reality.fluid import Flow, Water
 from benchmarks.reality.reactive import ReactiveWater
-from swimmer.ebt import TailMotion
+from swimcal.ebt import TailMotion
 from tests.benchmarks.reality.motions import COEFFICIENTS, fish, moving, roll, without_tendons
-from tests.swimmer.thrust import mean_thrust
+from tests.swimcal.thrust import mean_thrust
 
 
 class Tow(Mechanism):

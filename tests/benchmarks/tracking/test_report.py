@@ -10,7 +10,7 @@ from benchmarks.tracking.report import measure_tracking
 from benchmarks.video.camera import Optics
 from benchmarks.video.plan import ClipPlan, Swim
 from benchmarks.video.render import Encoding
-from session import InputError
+from swimcal.errors import InputError
 
 SHORT = ClipPlan(
     frames=12, swim=Swim(drift_m_s=(0.03, 0.0)), optics=Optics(width_px=640, height_px=360, px_per_m=600.0)

@@ -2,9 +2,8 @@ import numpy as np
 import pytest
 
 from benchmarks.video.camera import Optics
-from session.camera import CameraCalibration
-from tracking.lens.parallax import true_over_apparent
-from tracking.lens.undistort import to_rays
+from swimcal.session_file import CameraCalibration
+from tracking.camera import to_rays, true_over_apparent
 
 
 def test_higher_points_move_away_from_the_middle_by_height_over_distance() -> None:

@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 
 from benchmarks.video.filmed import SessionVideo
-from session import load_session
-from session.tracks import load_tracks, pixels_of
-from synthetic import SyntheticCamera, make_session, read_truth
-from synthetic.noise import NOISELESS
-from synthetic.trials import Merge
+from swimcal.session import load_session
+from swimcal.tracks import load_tracks, pixels_of
+from synthetic.disturbances import NOISELESS
+from synthetic.plan import Merge, SyntheticCamera
+from synthetic.session import make_session, read_truth
 from tests.benchmarks.video.test_writer import decoded
 from tests.synthetic.plans import files_of, small_plan, tracks_of
 

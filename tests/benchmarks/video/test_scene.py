@@ -8,7 +8,7 @@ from benchmarks.video.occlusion import Occlusion
 from benchmarks.video.plan import MarkerLook
 from benchmarks.video.scene import PoolScene
 from benchmarks.video.water import WaterLook
-from swimmer import load_robot
+from swimcal.robot import load_robot
 from tests.benchmarks.video.clips import HEAD, centroid_px, small_scene
 
 

@@ -6,8 +6,8 @@ from benchmarks.reality import Recording, Trial, World
 from benchmarks.reality.mechanism import Mechanism
 from benchmarks.wake.mechanisms import CATALOGUED, MirrorWall, RoughSkin, UniformStream, WaveResistance
 from benchmarks.wake.world import TrimmedTrial, WakeWorld
-from session.errors import SimulationDiverged
-from swimmer.effects import catalogue
+from swimcal.effects.catalogue import catalogue
+from swimcal.errors import SimulationDiverged
 
 SWIM = TrimmedTrial("swim", 3.0, 1.0, phase_rad=1.0, start_speed_m_s=0.1)
 QUICK = TrimmedTrial("swim", 1.0, 1.0, phase_rad=1.0, start_speed_m_s=0.1)

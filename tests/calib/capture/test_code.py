@@ -1,6 +1,6 @@
 import numpy as np
 
-from calib.capture.plan import CHIP_S, CHIP_TURNS_PER_S, END_CODE, START_CODE
+from calib.capture.trials import CHIP_S, CHIP_TURNS_PER_S, END_CODE, START_CODE
 
 
 def test_a_code_agrees_with_itself_in_one_place_only() -> None:

@@ -11,11 +11,10 @@ from pathlib import Path
 import pytest
 import serial
 
-from calib.capture.command import main
-from calib.motor import Emulator
-from calib.motor.pseudo_terminal import pseudo_terminal
-from session import load_session
-from session.motor import load_motor
+from calib.capture.emulator import Emulator, pseudo_terminal
+from calib.capture.functions import main
+from swimcal.motor_log import load_motor
+from swimcal.session import load_session
 from tests.calib.motor.faults import ALL_FAULTS, Fault, Faults, FaultyEmulator
 from tests.cases import later
 

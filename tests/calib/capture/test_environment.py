@@ -11,12 +11,11 @@ import dynamixel_sdk
 import pytest
 import serial
 
-from session import load_session
-from session.commands import load_commands
-from session.motor import load_motor
+from swimcal.motor_log import load_commands, load_motor
+from swimcal.session import load_session
 
 ROOT = Path(__file__).resolve().parents[3]
-ON_THE_ROBOT = ("calib/__init__.py", "calib/capture", "calib/motor")  # what docs/bench.md tells to copy
+ON_THE_ROBOT = ("calib/__init__.py", "calib/capture")  # what docs/bench.md tells to copy
 ALONE = (sys.executable, "-S", "-E", "-s", "-W", "error")  # no site-packages, no PYTHONPATH
 BAUD = "1000000"
 
@@ -43,7 +42,7 @@ def capturing(*arguments: str) -> Sequence[str]:
     return ("-m", "calib.capture", *arguments)
 
 
-@pytest.mark.parametrize("name", ["numpy", "session", "calib.pipeline"])
+@pytest.mark.parametrize("name", ["numpy", "swimcal", "calib.pipeline"])
 def test_nothing_else_is_there(robot: Path, name: str) -> None:
     assert f"No module named '{name}'" in on_the_robot(robot, "-c", f"import {name}").stderr
 

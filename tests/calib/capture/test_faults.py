@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from calib.capture import CaptureError, TrialResult
-from session import load_session
-from session.motor import load_motor
+from swimcal.motor_log import load_motor
+from swimcal.session import load_session
 from tests.calib.capture.virtual import Bench, bench
 from tests.calib.motor.faults import ALL_FAULTS, Faults
 from tests.cases import later

@@ -1,8 +1,8 @@
 import pytest
 
-from calib.capture import MotorFault, registers
-from calib.capture.guard import Guard, Limits
-from calib.capture.motor import Reading
+from calib.capture import registers
+from calib.capture.bus import MotorFault
+from calib.capture.motor import Guard, Limits, Reading
 from calib.capture.registers import Telemetry
 
 GOAL = registers.velocity_units(0.6)

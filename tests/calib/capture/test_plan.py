@@ -1,6 +1,6 @@
 import math
 
-from calib.capture.plan import TrialPlan
+from calib.capture.trials import TrialPlan
 
 
 def test_a_trial_is_framed_by_the_codes_and_driven_as_long_as_asked() -> None:

@@ -8,13 +8,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from calib.capture import MotorFault, UserError, trials
-from calib.capture.errors import Interrupted
+from calib.capture import trials
+from calib.capture.bus import Interrupted, MotorFault, UserError
 from calib.capture.logs import COMMANDS_HEADER
-from calib.capture.plan import START_CODE
-from session import load_session
-from session.motor import load_motor
-from swimmer import load_robot
+from calib.capture.trials import START_CODE
+from swimcal.motor_log import load_motor
+from swimcal.robot import load_robot
+from swimcal.session import load_session
 from tests.calib.capture.virtual import bench
 from tests.calib.motor.faults import INPUT_VOLTAGE, OVERLOAD, Fault, Faults, FaultyEmulator, power_cycle, raise_error
 

@@ -4,10 +4,9 @@ from pathlib import Path
 import pytest
 
 from calib.capture import UserError
-from calib.capture.logs import MOTOR_HEADER
-from calib.capture.session_text import SessionText
-from session import load_session
-from swimmer import load_robot
+from calib.capture.logs import MOTOR_HEADER, SessionText
+from swimcal.robot import load_robot
+from swimcal.session import load_session
 
 
 def a_log(folder: Path, name: str) -> None:

@@ -5,9 +5,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from calib.capture import TrialResult
-from calib.capture.host import Clock
+from calib.capture.bus import Clock
+from calib.capture.emulator import Emulator
 from calib.capture.trials import CaptureSettings, capture
-from calib.motor import Emulator
 from tests.calib.motor.faults import Faults, FaultyEmulator
 from tests.calib.motor.virtual_port import VirtualClock, VirtualPort
 

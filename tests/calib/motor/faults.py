@@ -5,8 +5,7 @@ from enum import StrEnum
 from random import Random
 from typing import Any
 
-from calib.motor import Emulator
-from calib.motor.emulator import EEPROM_END
+from calib.capture.emulator import EEPROM_END, Emulator
 
 
 class Fault(StrEnum):

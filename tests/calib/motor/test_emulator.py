@@ -2,9 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from calib.motor import Emulator
-from calib.motor.emulator import ITEMS
-from calib.motor.protocol import ALERT, ErrorNumber, Instruction, Packet, PacketReader, encode
+from calib.capture.emulator import ALERT, ITEMS, Emulator, ErrorNumber, Instruction, Packet, PacketReader, encode
 from tests.calib.motor.virtual_port import VirtualClock
 
 

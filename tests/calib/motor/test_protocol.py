@@ -7,7 +7,7 @@ from dynamixel_sdk import Protocol2PacketHandler
 from hypothesis import given
 from hypothesis import strategies as st
 
-from calib.motor.protocol import HEADER, Packet, PacketReader, crc16, encode
+from calib.capture.emulator import HEADER, Packet, PacketReader, crc16, encode
 
 DOCUMENTED = [  # ROBOTIS e-manual, Protocol 2.0, "Instruction Details"
     (Packet(0xFE, 0x01), "FFFFFD00 FE 0300 01 3142"),

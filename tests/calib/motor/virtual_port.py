@@ -5,7 +5,7 @@ import termios
 from collections import deque
 from collections.abc import Sequence
 
-from calib.motor import Emulator
+from calib.capture.emulator import Emulator
 
 BITS_A_BYTE = 10
 SDK_WAIT_S = 0.034

@@ -8,14 +8,16 @@ from functools import lru_cache
 import numpy as np
 import xarray as xr
 
-from fitting.dry_run import DryTrial, measure_dry_run
-from fitting.dry_run.response import DryResponse, simulate_response, with_arm
-from session import CameraSpec, TrialSpec
-from session.create import FISHSIM_MARKERS
-from session.tracks import as_tracks
-from swimmer import RobotSpec, Runs, Twin, load_robot
-from swimmer.mjcf import DRY
-from synthetic.noise import NOISELESS, TrackingNoise, lasting_errors, on_grid, placement_offsets
+from fitting.dry_run import DryResponse, DryTrial, measure_dry_run, simulate_response, with_arm
+from swimcal.create_session import FISHSIM_MARKERS
+from swimcal.mjcf import DRY
+from swimcal.robot import RobotSpec, load_robot
+from swimcal.runs import Runs
+from swimcal.session import TrialSpec
+from swimcal.session_file import CameraSpec
+from swimcal.tracks import as_tracks
+from swimcal.twin import Twin
+from synthetic.disturbances import NOISELESS, TrackingNoise, lasting_errors, on_grid, placement_offsets
 
 CAMERA = CameraSpec(fps=60.0, scale_length_m=0.142, calibration=None, file=None)
 FINE_S = 0.0005  # a third of the step that the tables are made with

@@ -8,13 +8,12 @@ from functools import lru_cache
 import numpy as np
 import pytest
 
-from fitting.dry_run import CrankFit, DryTrial, crank_response, fit_crank, measure_dry_run
-from fitting.dry_run.crank import trial_flags
-from fitting.dry_run.error_surface import Cell, CrankGrid
-from fitting.dry_run.joint import JointFit, fit_joint
-from fitting.dry_run.response import TendonUse, with_arm
-from session import NotEnoughData, TrialSpec
-from session.tracks import pixels_of
+from fitting.crank_fit import CrankFit, crank_response, fit_crank, trial_flags
+from fitting.crank_surface import Cell, CrankGrid, JointFit, fit_joint
+from fitting.dry_run import DryTrial, TendonUse, measure_dry_run, with_arm
+from swimcal.errors import NotEnoughData
+from swimcal.session import TrialSpec
+from swimcal.tracks import pixels_of
 from tests.cases import changed
 from tests.fitting.dry_run.runs import CAMERA, NOISELESS, ROBOT, clean_run, dry_trial, shared_response, tracks_of
 

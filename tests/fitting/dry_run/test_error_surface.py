@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fitting.dry_run.error_surface import CrankGrid, ErrorSurface, distance_at, error_surface, lowest_point
+from fitting.crank_surface import CrankGrid, ErrorSurface, distance_at, error_surface, lowest_point
 from tests.fitting.dry_run.runs import NOISELESS, dry_trial, shared_response
 
 COARSE = CrankGrid(speeds=21, phases=30)

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fitting.dry_run.response import DryResponse, Turn, simulate_response, simulate_turns, with_arm
-from session import NotEnoughData
-from session.create import FISHSIM_MARKERS
+from fitting.dry_run import DryResponse, Turn, simulate_response, simulate_turns, with_arm
+from swimcal.create_session import FISHSIM_MARKERS
+from swimcal.errors import NotEnoughData
 from tests.fitting.dry_run.runs import ROBOT, clean_run, shared_response
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.linalg import eigh
 
-from swimmer import RobotSpec
+from swimcal.robot import RobotSpec
 
 
 def linear_mass(robot: RobotSpec) -> np.ndarray:

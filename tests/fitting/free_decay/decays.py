@@ -8,12 +8,12 @@ from functools import lru_cache
 import numpy as np
 import xarray as xr
 
-from fitting.free_decay import DecayTwin
-from session import CameraSpec
-from session.tracks import as_tracks
-from swimmer import RobotSpec, load_robot
-from swimmer.mjcf import FREE_DECAY
-from synthetic.noise import TrackingNoise, lasting_errors, on_grid, placement_offsets
+from fitting.hinges import DecayTwin
+from swimcal.mjcf import FREE_DECAY
+from swimcal.robot import RobotSpec, load_robot
+from swimcal.session_file import CameraSpec
+from swimcal.tracks import as_tracks
+from synthetic.disturbances import TrackingNoise, lasting_errors, on_grid, placement_offsets
 
 ROBOT = load_robot()
 CAMERA = CameraSpec(fps=60.0, scale_length_m=0.142)

@@ -9,7 +9,9 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from fitting.free_decay import DecayFit, HingeEstimate, combine_decays, fit_decay, measure_decay_trial
+from fitting.decay_fit import fit_decay
+from fitting.free_decay import measure_decay_trial
+from fitting.hinges import DecayFit, HingeEstimate, combine_decays
 from tests.fitting.free_decay.decays import CAMERA, ROBOT, Truth, filmed, swings
 
 BENT = np.array(Truth().bent_rad)

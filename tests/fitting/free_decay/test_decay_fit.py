@@ -8,10 +8,12 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from fitting.free_decay import DecayFit, DecayTrial, combine_decays, fit_decay, measure_decay_trial
-from session import NotEnoughData
-from session.tracks import pixels_of
-from synthetic.noise import NOISELESS
+from fitting.decay_fit import fit_decay
+from fitting.free_decay import DecayTrial, measure_decay_trial
+from fitting.hinges import DecayFit, combine_decays
+from swimcal.errors import NotEnoughData
+from swimcal.tracks import pixels_of
+from synthetic.disturbances import NOISELESS
 from tests.cases import later
 from tests.fitting.free_decay.chain import linear_decay, natural_hz
 from tests.fitting.free_decay.decays import CAMERA, MARKERS, ROBOT, Truth, decay_tracks, filmed, swings

@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fitting.free_decay import measure_decay_trial
-from fitting.free_decay.decay_trial import find_release
-from session import NotEnoughData
+from fitting.free_decay import find_release, measure_decay_trial
+from swimcal.errors import NotEnoughData
 from tests.fitting.free_decay.decays import CAMERA, MARKERS, ROBOT, Truth, filmed, frame_times, swings
 
 

@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fitting.free_decay import DecayTwin
-from fitting.free_decay.decay_twin import STEPS_S, stable_scene
+from fitting.hinges import STEPS_S, DecayTwin, stable_scene
 from tests.fitting.free_decay.chain import linear_decay
 from tests.fitting.free_decay.decays import MARKERS, ROBOT, Truth, swings
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fitting.free_decay.lasting_noise import LastingNoise, LinearModel, regress, whitened
-from synthetic.noise import TrackingNoise, lasting_errors
+from fitting.lasting_noise import LastingNoise, LinearModel, regress, whitened
+from synthetic.disturbances import TrackingNoise, lasting_errors
 from tests.cases import later
 
 TIME_S = np.arange(80) / 60.0

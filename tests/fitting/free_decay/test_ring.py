@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from fitting.free_decay import Ring, fit_decay, measure_decay_trial
-from fitting.free_decay.ring import shows_in_decays
-from session.tracks import pixels_of
-from swimmer import RobotSpec, Twin
-from swimmer.effects import catalogue
+from fitting.decay_fit import Ring, fit_decay, shows_in_decays
+from fitting.free_decay import measure_decay_trial
+from swimcal.effects.catalogue import catalogue
+from swimcal.robot import RobotSpec
+from swimcal.tracks import pixels_of
+from swimcal.twin import Twin
 from tests.cases import changed
 from tests.fitting.free_decay.decays import CAMERA, MARKERS, ROBOT, Truth, decay_tracks, with_hinges
 

@@ -7,21 +7,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fitting import measure_trial
-from fitting.model.features import (
-    COURSE,
-    SPEED,
-    FeatureReader,
-    advanced,
-    harmonics_of,
-    phase_between,
-    places_of_slides,
-)
-from session import CameraSpec, TrialSpec
-from session.create import FISHSIM_MARKERS
-from session.tracks import load_tracks
-from swimmer import Runs, load_robot
-from synthetic import PLAUSIBLE_COEFFICIENTS
+from fitting.features import COURSE, SPEED, FeatureReader, advanced, harmonics_of, phase_between, places_of_slides
+from fitting.trial import measure_trial
+from swimcal.create_session import FISHSIM_MARKERS
+from swimcal.robot import load_robot
+from swimcal.runs import Runs
+from swimcal.session import TrialSpec
+from swimcal.session_file import CameraSpec
+from swimcal.tracks import load_tracks
+from synthetic.plan import PLAUSIBLE_COEFFICIENTS
 from tests.fitting.exact_swims import exact_twin
 from tests.fitting.posterior.waves import (
     ALONG_M,
@@ -34,7 +28,7 @@ from tests.fitting.posterior.waves import (
     reader,
     shape,
 )
-from tests.session.sample import FISHSIM, needs_fishsim
+from tests.swimcal.sample import FISHSIM, needs_fishsim
 
 
 def test_a_wave_of_known_size_and_lag_has_its_harmonics() -> None:

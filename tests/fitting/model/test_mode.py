@@ -7,21 +7,13 @@ import pytest
 
 from benchmarks.posterior.truth import DrawnSession, draw_session
 from benchmarks.reality.mechanisms.fluid import SurfaceMotion
-from fitting.model import COMPONENTS, Covariance, Mode, find_mode, mode_at
-from fitting.model.features import SPEED
-from fitting.model.forecast import (
-    NewWindow,
-    Windows,
-    forecast_of,
-    repeated,
-    scatter_of,
-    tracks_of,
-)
-from fitting.model.session_forecast import BASELINES
-from fitting.model.session_model import START_PHASE_RAD, SessionModel
-from fitting.model.trial_model import START_SD, TrialModel, sensitivities_together
-from fitting.model.variance import MEDIANS
+from fitting.covariance import COMPONENTS, MEDIANS, Covariance
+from fitting.features import SPEED
+from fitting.forecast import NewWindow, Windows, forecast_of, repeated, scatter_of, tracks_of
+from fitting.mode import Mode, find_mode, mode_at
+from fitting.pool import BASELINES
 from fitting.structure import assumed, perturbed_twins, uncertainties_of
+from fitting.trial_model import START_PHASE_RAD, START_SD, SessionModel, TrialModel, sensitivities_together
 
 HELD_OUT_HZ = 1.1
 FAR_SD = 3.5

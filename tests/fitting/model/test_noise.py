@@ -9,13 +9,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fitting.model.features import SPEED, places_of_slides
-from fitting.model.noise import FeatureNoise, NoisePart, noise_of
-from fitting.posterior.whiteness import noise_flags, whiteness
-from session.create import FISHSIM_MARKERS
-from swimmer import load_robot
-from synthetic import TrackingNoise
-from synthetic.noise import lasting_errors
+from fitting.features import SPEED, places_of_slides
+from fitting.noise import FeatureNoise, NoisePart, noise_of
+from fitting.posterior.prediction import noise_flags, whiteness
+from swimcal.create_session import FISHSIM_MARKERS
+from swimcal.robot import load_robot
+from synthetic.disturbances import TrackingNoise, lasting_errors
 from tests.cases import later
 from tests.fitting.posterior.waves import ALONG_M, FPS, SPEED_M_S, TIME_S, TURN_RAD, cruising, reader
 

@@ -5,10 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fitting.model import SessionModel
-from fitting.model.trial_model import sensitivities_together
 from fitting.structure import UNMEASURED_SD, Source, assumed, uncertainties_of
-from synthetic import PLAUSIBLE_COEFFICIENTS
+from fitting.trial_model import SessionModel, sensitivities_together
+from synthetic.plan import PLAUSIBLE_COEFFICIENTS
 from tests.fitting.exact_swims import ROBOT, exact_swims, exact_twin
 
 TRUTH = np.array(PLAUSIBLE_COEFFICIENTS, float)

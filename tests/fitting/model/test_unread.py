@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from scipy.stats import multivariate_normal
 
-from fitting.model.features import OF_A_MARKER, FeatureReader, advanced, harmonics_of, of_markers
-from fitting.model.forecast import draws_about, root_of
-from fitting.model.noise import FeatureNoise
-from fitting.model.trial_model import difference, slope_of_phase
-from fitting.model.variance import apart
+from fitting.covariance import apart
+from fitting.features import OF_A_MARKER, FeatureReader, advanced, harmonics_of, of_markers
+from fitting.forecast import draws_about, root_of
+from fitting.noise import FeatureNoise
+from fitting.trial_model import difference, slope_of_phase
 from tests.fitting.posterior.waves import cruising, reader
 
 MARKER = 5

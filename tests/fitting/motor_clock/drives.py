@@ -8,21 +8,20 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fitting.in_pool import tail_markers
-from fitting.motor_clock import MotorRecord
-from fitting.motor_clock.code import TailMotion
-from fitting.motor_clock.record import motor_record
-from session import TrialSpec
-from session.commands import MotorCommands
-from session.create import FISHSIM_MARKERS
-from session.motor import MotorLog
-from swimmer import Runs, Twin, load_robot
-from swimmer.mjcf import DRY, SWIM
-from synthetic import PLAUSIBLE_COEFFICIENTS
-from synthetic.motor import SyntheticMotor, drive
-from synthetic.motor_log import read_motor, reading_times
-from synthetic.noise import TrackingNoise, lasting_errors
-from tracking import to_head_frame
+from fitting.motor_clock import MotorRecord, motor_record
+from fitting.motor_code import TailMotion
+from fitting.pool import tail_markers
+from swimcal.create_session import FISHSIM_MARKERS
+from swimcal.mjcf import DRY, SWIM
+from swimcal.motor_log import MotorCommands, MotorLog
+from swimcal.robot import load_robot
+from swimcal.runs import Runs
+from swimcal.session import TrialSpec
+from swimcal.twin import Twin
+from synthetic.disturbances import SyntheticMotor, TrackingNoise, drive, lasting_errors
+from synthetic.plan import PLAUSIBLE_COEFFICIENTS
+from synthetic.simulate import read_motor, reading_times
+from tracking.head_frame import to_head_frame
 
 FPS, HZ, PX_PER_M = 60.0, 0.9, 965.0
 NOISE = TrackingNoise()

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from fitting.frequency import SwimFrequency
-from fitting.motor_clock.clock import QUARTZ, MotorClock
-from session import Flag, NotEnoughData
-from synthetic.noise import TrackingNoise
+from fitting.motor_clock import QUARTZ, MotorClock
+from swimcal.errors import Flag, NotEnoughData
+from synthetic.disturbances import TrackingNoise
 from tests.cases import later
 from tests.fitting.motor_clock.drives import FPS, HZ, SPEC, Filmed, between, filmed, recorded, tail_of
 

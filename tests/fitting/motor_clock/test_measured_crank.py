@@ -10,18 +10,19 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from fitting import MeasuredTrial, measure_trial
 from fitting.dry_run import measure_dry_run
-from fitting.forecast import phase_from_harmonic
 from fitting.motor_clock import MotorRecord
-from fitting.published_search import Swims
-from session import CameraSpec, NotEnoughData
-from session.create import FISHSIM_MARKERS
-from session.motor import load_motor
-from session.tracks import as_tracks
-from swimmer import Twin
-from synthetic import PLAUSIBLE_COEFFICIENTS
-from synthetic.motor_log import save_motor_log
+from fitting.phase import phase_from_harmonic
+from fitting.published import Swims
+from fitting.trial import MeasuredTrial, measure_trial
+from swimcal.create_session import FISHSIM_MARKERS
+from swimcal.errors import NotEnoughData
+from swimcal.motor_log import load_motor
+from swimcal.session_file import CameraSpec
+from swimcal.tracks import as_tracks
+from swimcal.twin import Twin
+from synthetic.plan import PLAUSIBLE_COEFFICIENTS
+from synthetic.simulate import save_motor_log
 from tests.fitting.motor_clock.drives import FPS, PX_PER_M, ROBOT, SPEC, SWIM_SPEC, Filmed, filmed, recorded
 
 CAMERA = CameraSpec(FPS, ROBOT.scale_length_m)

@@ -5,8 +5,9 @@ from __future__ import annotations
 import pytest
 
 from benchmarks.posterior.truth import DrawnSession, draw_session
-from fitting.model import Mode, SessionModel, find_mode
-from fitting.posterior import Posterior, sample_posterior
+from fitting.mode import Mode, find_mode
+from fitting.posterior.posterior import Posterior, sample_posterior
+from fitting.trial_model import SessionModel
 
 HELD_OUT_HZ = 1.1
 

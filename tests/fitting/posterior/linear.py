@@ -7,9 +7,9 @@ from typing import cast
 
 import numpy as np
 
-from fitting.model import COMPONENTS, Covariance, Mode
-from fitting.model.features import SPEED
-from fitting.model.variance import COEFFICIENT_SD, MEDIANS
+from fitting.covariance import COEFFICIENT_SD, COMPONENTS, MEDIANS, Covariance
+from fitting.features import SPEED
+from fitting.mode import Mode
 
 TRUTH, LENGTH, SD = np.array([0.5, 7.0, 2.0, 4.0, 5.5]), 30, 0.02
 

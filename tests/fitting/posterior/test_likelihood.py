@@ -7,11 +7,11 @@ import pytest
 from scipy.stats import multivariate_normal
 
 from benchmarks.posterior.truth import DrawnSession
-from fitting.model import Mode, SessionModel
-from fitting.model.features import HARMONICS
-from fitting.model.mode import mode_at
-from fitting.model.variance import MEDIANS, wave_discrepancy
-from fitting.posterior.likelihood import SPEEDS, WAVE, Likelihood, exponents, fit_emulator, size_of, terms
+from fitting.covariance import MEDIANS, wave_discrepancy
+from fitting.mode import Mode, mode_at
+from fitting.posterior.emulator import SPEEDS, WAVE, Likelihood, exponents, fit_emulator, size_of, terms
+from fitting.trial import HARMONICS
+from fitting.trial_model import SessionModel
 from tests.fitting.posterior.waves import ALONG_M, cruising, reader
 
 

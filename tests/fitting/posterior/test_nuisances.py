@@ -5,11 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fitting.model.features import advanced, phase_between
-from fitting.model.trial_model import START_SD, Sensitivities, TrialModel, sensitivities_together
-from session.create import FISHSIM_MARKERS
-from swimmer import RobotSpec, Runs, Twin
-from synthetic import PLAUSIBLE_COEFFICIENTS
+from fitting.features import advanced, phase_between
+from fitting.trial_model import START_SD, Sensitivities, TrialModel, sensitivities_together
+from swimcal.create_session import FISHSIM_MARKERS
+from swimcal.robot import RobotSpec
+from swimcal.runs import Runs
+from swimcal.twin import Twin
+from synthetic.plan import PLAUSIBLE_COEFFICIENTS
 from tests.fitting.exact_swims import ROBOT, exact_swims, exact_twin
 
 TRUTH = np.array(PLAUSIBLE_COEFFICIENTS, float)

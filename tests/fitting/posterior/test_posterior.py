@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from benchmarks.posterior.truth import DrawnSession
-from fitting.model.features import SPEED
-from fitting.posterior import Posterior
+from fitting.features import SPEED
+from fitting.posterior.posterior import Posterior
 from fitting.posterior.prediction import predict_sweep, predict_trials
 
 pytestmark = pytest.mark.long

@@ -8,10 +8,9 @@ from typing import cast
 import numpy as np
 import pytest
 
-from fitting.posterior import Posterior
-from fitting.posterior.identifiability import robot_flags, robot_parts
+from fitting.posterior.posterior import Posterior, robot_flags, robot_parts
 from fitting.structure import assumed, uncertainties_of
-from swimmer import load_robot
+from swimcal.robot import load_robot
 
 NOISE = 0.1**2
 

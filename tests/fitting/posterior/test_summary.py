@@ -10,12 +10,12 @@ from typing import cast
 import numpy as np
 import pytest
 
-from fitting.coefficient_fit import Marginal
-from fitting.posterior.identifiability import identifiability
-from fitting.posterior.posterior import VARIABLES, Posterior, _flags
+from fitting.calibration import Marginal
+from fitting.posterior.posterior import Posterior, _flags, identifiability
+from fitting.posterior.sampling import VARIABLES
 from fitting.posterior.summary import SUMMARY, read_summary
-from session import Flag
-from session.results import Provenance
+from swimcal.errors import Flag
+from swimcal.results import Provenance
 from tests.reports.posteriors import made_summary
 
 NAMES = ("blunt_drag", "slender_drag", "angular_drag", "kutta_lift", "magnus_lift")

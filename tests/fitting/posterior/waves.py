@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from fitting.model.features import FeatureReader
+from fitting.features import FeatureReader
 
 ALONG_M = np.array([0.0, 0.142, 0.25, 0.32, 0.40, 0.48, 0.55])
 FPS, SECONDS, HZ, SPEED_M_S = 60.0, 4.0, 1.1, 0.12

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import ClassVar
 
-from session.session_file import TrialKind
-from swimmer.effects import Effect, Parameter
+from swimcal.effects.effect import Effect, Parameter
+from swimcal.session_file import TrialKind
 
 
 class Made(Effect):

@@ -7,14 +7,15 @@ from functools import cache
 import numpy as np
 import pytest
 
-from fitting.model.session_model import START_PHASE_RAD, SessionModel
-from fitting.model.trial_model import TrialModel
 from fitting.signatures import AffectedSession
-from session import CameraSpec
-from swimmer import Runs, Twin
-from swimmer.effects import AffectedTwin, catalogue
-from swimmer.mjcf import DRY
-from synthetic import PLAUSIBLE_COEFFICIENTS
+from fitting.trial_model import START_PHASE_RAD, SessionModel, TrialModel
+from swimcal.effects.affected_twin import AffectedTwin
+from swimcal.effects.catalogue import catalogue
+from swimcal.mjcf import DRY
+from swimcal.runs import Runs
+from swimcal.session_file import CameraSpec
+from swimcal.twin import Twin
+from synthetic.plan import PLAUSIBLE_COEFFICIENTS
 from tests.fitting.exact_swims import ROBOT, exact_dry_run, exact_swims, exact_twin
 
 CAMERA = CameraSpec(fps=60.0, scale_length_m=ROBOT.scale_length_m)

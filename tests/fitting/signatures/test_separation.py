@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fitting.signatures.session_row import Whitened
+from fitting.signatures import Whitened
 
 K = 9
 

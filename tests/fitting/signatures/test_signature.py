@@ -5,15 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fitting.model.session_model import START_PHASE_RAD, SessionModel
-from fitting.model.trial_model import TrialModel, sensitivities_together
-from fitting.signatures import signature_of, view_of
-from fitting.signatures.signature import strengths
-from session import CameraSpec
-from session.camera import CameraCalibration
-from session.create import FISHSIM_MARKERS
-from swimmer.effects.measurement import MarkerOffset, MarkerSwap, RollingShutter, TimeBaseError
-from synthetic import PLAUSIBLE_COEFFICIENTS
+from fitting.signatures import signature_of, strengths, view_of
+from fitting.trial_model import START_PHASE_RAD, SessionModel, TrialModel, sensitivities_together
+from swimcal.create_session import FISHSIM_MARKERS
+from swimcal.effects.measurement import MarkerOffset, MarkerSwap, RollingShutter, TimeBaseError
+from swimcal.session_file import CameraCalibration, CameraSpec
+from synthetic.plan import PLAUSIBLE_COEFFICIENTS
 from tests.fitting.exact_swims import ROBOT, exact_swims, exact_twin
 
 TRUTH = np.array(PLAUSIBLE_COEFFICIENTS, float)

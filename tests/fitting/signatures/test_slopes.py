@@ -7,8 +7,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 import pytest
 
-from fitting.signatures import Signature
-from fitting.signatures.signature import little, pieces
+from fitting.signatures import Signature, little, pieces
 from tests.fitting.signatures.made import Made
 
 TURN, BEND = np.random.default_rng(3).standard_normal((2, 20))

@@ -9,16 +9,16 @@ from tempfile import TemporaryDirectory
 
 import pytest
 
-from fitting.dry_run import crank_response, fit_crank, measure_dry_run
-from fitting.dry_run.error_surface import CrankGrid
-from fitting.dry_run.response import with_arm
+from fitting.crank_fit import crank_response, fit_crank
+from fitting.crank_surface import CrankGrid
+from fitting.dry_run import measure_dry_run, with_arm
 from fitting.free_decay import measure_decay_trial
 from fitting.structure import DryExperiments
-from session import TrialSpec, load_session
-from session.tracks import load_tracks
-from swimmer import RobotSpec, load_robot
-from synthetic import SyntheticPlan, SyntheticTrial, make_session
-from synthetic.trials import SyntheticDecay
+from swimcal.robot import RobotSpec, load_robot
+from swimcal.session import TrialSpec, load_session
+from swimcal.tracks import load_tracks
+from synthetic.plan import SyntheticDecay, SyntheticPlan, SyntheticTrial
+from synthetic.session import make_session
 
 DESCRIBED = load_robot()
 FEW_POINTS = CrankGrid(arms=13, speeds=21, phases=30)

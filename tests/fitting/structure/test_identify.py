@@ -11,16 +11,9 @@ import numpy as np
 import pytest
 
 from fitting.free_decay import DecayTrial
-from fitting.structure import (
-    STRUCTURE,
-    DryExperiments,
-    Source,
-    Structure,
-    identify_structure,
-    read_structure,
-)
-from session import Flag
-from session.results import Provenance
+from fitting.structure import STRUCTURE, DryExperiments, Source, Structure, identify_structure, read_structure
+from swimcal.errors import Flag
+from swimcal.results import Provenance
 from tests.cases import later
 from tests.fitting.structure.experiments import DESCRIBED, TRUE, measured, robot_with, with_few_points
 

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from rerun.chunk import RrdReader
 
-from reports.recording.layer import FRAME, TIME
+from reports.recorded_trial import FRAME, TIME
 
 
 class EntityContents(NamedTuple):

@@ -5,9 +5,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from reports.recording import MissingOverTime, write_recording
-from reports.recording.missing import LONGEST, arrows_px
-from swimmer import load_robot
+from reports.recorded_trial import LONGEST, MissingOverTime, arrows_px
+from reports.recording import write_recording
+from swimcal.robot import load_robot
 from tests.reports.diagnoses import JOINTS, made_forces
 from tests.reports.recording.contents import read_recording, rows_of
 from tests.reports.recording.trials import FRAMES, made_trial

@@ -6,10 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from reports.recording import RecordedTrial, write_recording
-from reports.recording.recording import check_recording
-from session import InputError
-from session.tracks import pixels_of
+from reports.recorded_trial import RecordedTrial
+from reports.recording import check_recording, write_recording
+from swimcal.errors import InputError
+from swimcal.tracks import pixels_of
 from tests.reports.recording.contents import EntityContents, read_recording, rows_of
 from tests.reports.recording.trials import (
     FRAMES,
@@ -22,7 +22,7 @@ from tests.reports.recording.trials import (
     made_trial,
     trial_with_video,
 )
-from tracking.records import SampleState
+from tracking.tracked import SampleState
 
 
 @pytest.fixture(scope="module")

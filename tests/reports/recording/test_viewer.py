@@ -14,8 +14,8 @@ import numpy as np
 import pytest
 from rerun.experimental import View, ViewerClient
 
+from reports.recorded_trial import TWIN
 from reports.recording import write_recording
-from reports.recording.layer import TWIN
 from tests.reports.recording.trials import BODY, HEIGHT_PX, MARKERS, SIDE_PX, WATER, WIDTH_PX, trial_with_video
 
 pytestmark = pytest.mark.long

@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 
 from benchmarks.video.writer import VideoWriter
-from reports.recording import RecordedTrial, make_proxy
-from session import Flag
-from session.tracks import as_tracks
-from tracking.records import SampleState
-from tracking.records.tracked import with_states
+from reports.recorded_trial import RecordedTrial
+from reports.recording import make_proxy
+from swimcal.errors import Flag
+from swimcal.tracks import as_tracks
+from tracking.tracked import SampleState, with_states
 
 MARKERS = ("nose", "neck", "tail_1", "caudal_fin")
 FRAMES = 48

@@ -12,7 +12,9 @@ from tests.cases import later
 from tests.reports.page import Page
 from tests.reports.test_browser import CHROMIUM, opened, requested
 from tests.tracking.boxes.drawn import NINE, Scene, draw, layout
-from tracking.boxes import Box, ClickBoxes, StartBoxes, find_blobs, load_boxes
+from tracking.body_chain import find_blobs
+from tracking.boxes import Box, StartBoxes, load_boxes
+from tracking.find_boxes import ClickBoxes
 
 in_a_browser = pytest.mark.skipif(
     CHROMIUM is None, reason="no Chromium here (chromium, chromium-browser, or set SWIMCAL_CHROMIUM)"

@@ -6,10 +6,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from session import InputError
+from swimcal.errors import InputError
 from tests.cases import later
 from tests.tracking.boxes.drawn import ELEVEN, NINE, Scene, draw, layout, places_px
-from tracking.boxes import StartBoxes, find_boxes
+from tracking.boxes import StartBoxes
+from tracking.find_boxes import find_boxes
 
 FISHSIM = Path(__file__).parents[4] / "shared" / "data" / "fishsim"
 PUBLIC = ("f0_50", "f0_75", "f1_00", "f1_25", "f1_75")

@@ -5,11 +5,11 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from session import FaultCollector
-from session.tracks import load_tracks, pixels_of
-from tests.session.sample import FISHSIM, needs_fishsim
+from swimcal.errors import FaultCollector
+from swimcal.tracks import load_tracks, pixels_of
+from tests.swimcal.sample import FISHSIM, needs_fishsim
 from tests.tracking.boxes.drawn import ELEVEN, NINE, Scene, layout, places_px
-from tracking.boxes.layout_check import check_layout
+from tracking.boxes import check_layout
 
 TRIALS = ("f0_50", "f0_75", "f1_00", "f1_25", "f1_75")
 BENT = Scene(bend_deg=(20, 25, 25, 20, 15), heading_deg=70.0)

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from session import InputError
+from swimcal.errors import InputError
 from tracking.boxes import Box, StartBoxes, load_boxes, save_boxes
 from tracking.video import VideoInfo
 

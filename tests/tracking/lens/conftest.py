@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from tests.tracking.lens.render import Scene, lens_of, poses
-from tracking.lens import BoardSpec
+from tracking.board import BoardSpec
 
 LENS = lens_of((960, 540), (570.0, 573.0), (491.0, 263.0), -0.22, 0.08, 4e-4, -3e-4, -0.012)
 CHARUCO = BoardSpec(columns=8, rows=6, square_m=0.03)

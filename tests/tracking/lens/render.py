@@ -6,10 +6,9 @@ from functools import cached_property
 import cv2
 import numpy as np
 
-from session.camera import CameraCalibration
-from tracking.lens import BoardSpec
-from tracking.lens.print_board import dark_rectangles
-from tracking.lens.undistort import to_rays
+from swimcal.session_file import CameraCalibration
+from tracking.board import BoardSpec, dark_rectangles
+from tracking.camera import to_rays
 
 TEXEL_PER_SQUARE = 64
 SUPERSAMPLE = 2

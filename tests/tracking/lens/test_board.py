@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from session import InputError
-from tracking.lens import load_board
+from swimcal.errors import InputError
+from tracking.board import load_board
 
 
 def test_a_board_file_is_read(tmp_path: Path) -> None:

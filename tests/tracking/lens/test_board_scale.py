@@ -4,13 +4,11 @@ import cv2
 import numpy as np
 import pytest
 
-from session import NotEnoughData
+from swimcal.errors import NotEnoughData
 from tests.tracking.lens.conftest import CHARUCO, LENS
 from tests.tracking.lens.render import Scene, to_pixels
 from tests.tracking.lens.test_parallax import H, slope_of
-from tracking.lens import scale_from_board
-from tracking.lens.board_scale import scale_from_corners
-from tracking.lens.corners import Corners, find_corners
+from tracking.board import Corners, find_corners, scale_from_board, scale_from_corners
 
 
 def lying(height: float, turn: float = 0.4, tilt: float = 0.0) -> Corners:

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 
 from benchmarks.video.writer import VideoWriter
-from session import InputError, NotEnoughData
+from swimcal.errors import InputError, NotEnoughData
 from tests.tracking.lens.conftest import CHARUCO, LENS
 from tests.tracking.lens.render import Scene, poses, to_pixels
-from tracking.lens import BoardSpec, LensCalibration, calibrate_lens, video_pictures
-from tracking.lens.corners import find_corners
-from tracking.lens.undistort import to_rays
+from tracking.board import BoardSpec, find_corners, video_pictures
+from tracking.camera import to_rays
+from tracking.lens import LensCalibration, calibrate_lens
 
 
 @pytest.fixture(scope="module")

@@ -5,11 +5,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from session import CameraSpec
-from session.camera import CameraCalibration, load_camera
+from swimcal.session_file import CameraCalibration, CameraSpec, load_camera
 from tests.tracking.lens.conftest import LENS
+from tracking.camera import to_rays
 from tracking.lens import lens_flags, save_camera
-from tracking.lens.undistort import to_rays
 
 KNOWN = LENS.model_copy(update={"height_above_water_m": 2.0})
 

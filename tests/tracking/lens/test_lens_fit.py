@@ -6,12 +6,11 @@ import cv2
 import numpy as np
 import pytest
 
-from session.camera import CameraCalibration
+from swimcal.session_file import CameraCalibration
 from tests.tracking.lens.conftest import CHARUCO, LENS
 from tests.tracking.lens.render import Scene, poses, to_pixels
-from tracking.lens.corners import Corners
-from tracking.lens.credibility import lens_covariance
-from tracking.lens.lens_fit import fit_lens
+from tracking.board import Corners
+from tracking.lens_fit import fit_lens, lens_covariance
 
 NOISE_PX = 0.05
 TRUTH = np.array([LENS.fx_px, LENS.fy_px, LENS.cx_px, LENS.cy_px, *LENS.distortion])

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from tracking.lens.parallax import WATER_INDEX, true_over_apparent
+from tracking.camera import WATER_INDEX, true_over_apparent
 
 H = 2.5
 

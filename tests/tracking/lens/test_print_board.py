@@ -6,10 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from session import InputError
-from tracking.lens import BoardSpec, draw_board
-from tracking.lens.corners import find_corners
-from tracking.lens.pictures import read_picture
+from swimcal.errors import InputError
+from tracking.board import BoardSpec, draw_board, find_corners, read_picture
 
 BOARD = BoardSpec(columns=6, rows=4, square_m=0.03)
 

@@ -5,7 +5,7 @@ import pytest
 
 from tests.tracking.lens.conftest import LENS
 from tests.tracking.lens.render import to_pixels
-from tracking.lens.undistort import folds, to_rays
+from tracking.camera import folds, to_rays
 
 
 def test_pixels_come_back_from_their_rays_everywhere() -> None:

@@ -2,9 +2,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from session import InputError
-from tracking.records import EditLog
-from tracking.records.edit import Drop, Edit, Relabel, SetBox, Swap, Undo
+from swimcal.errors import InputError
+from tracking.edits import Drop, Edit, EditLog, Relabel, SetBox, Swap, Undo
 
 MARKERS = ("nose", "neck", "tail_1")
 FRAMES = 20

@@ -4,14 +4,12 @@ import xarray as xr
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from session import Flag
-from session.tracks import pixels_of
+from swimcal.errors import Flag
+from swimcal.tracks import pixels_of
 from tests.tracking.records.test_edit_log import FRAMES, MARKERS, edits
 from tests.tracking.records.trials import mixed_trial, same
-from tracking.records import EditLog, SampleState, apply_edits
-from tracking.records.edit import Drop, Relabel, SetBox, Swap, Undo
-from tracking.records.edit_log import LoggedEdit
-from tracking.records.tracked import SAMPLE, only_csrt_flags
+from tracking.edits import Drop, EditLog, LoggedEdit, Relabel, SetBox, Swap, Undo, apply_edits
+from tracking.tracked import SAMPLE, SampleState, only_csrt_flags
 
 
 def log_of(path, *several) -> EditLog:

@@ -4,13 +4,12 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from session import InputError
-from session.tracks import markers_of, pixels_of
+from swimcal.errors import InputError
+from swimcal.tracks import markers_of, pixels_of
 from tests.cases import changed
 from tests.tracking.records.trials import mixed_trial
-from tracking.records import SampleState, export_tracks, import_tracks, to_movement
-from tracking.records.formats import FORMATS
-from tracking.records.tracked import with_states
+from tracking.formats import FORMATS, export_tracks, import_tracks, to_movement
+from tracking.tracked import SampleState, with_states
 
 MARKERS = ("nose", "neck", "tail_1")
 FPS = 50.0

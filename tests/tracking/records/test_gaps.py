@@ -1,15 +1,16 @@
 import numpy as np
 import pytest
 
-from session.create import FISHSIM_MARKERS
-from session.tracks import load_tracks, markers_of, pixels_of
-from swimmer import load_robot
-from tests.session.sample import FISHSIM, needs_fishsim
+from swimcal.create_session import FISHSIM_MARKERS
+from swimcal.robot import load_robot
+from swimcal.tracks import load_tracks, markers_of, pixels_of
+from tests.swimcal.sample import FISHSIM, needs_fishsim
 from tests.tracking.fish import FPS, MARKERS, swimming_fish
 from tests.tracking.records.trials import same, tracked_of, twin_px
-from tracking import check_tracks
-from tracking.records import SampleState, fill_gaps, gaps
-from tracking.records.tracked import seen_in
+from tracking import gaps
+from tracking.gaps import fill_gaps
+from tracking.quality import check_tracks
+from tracking.tracked import SampleState, seen_in
 
 NOISE_PX = 0.15
 

@@ -7,12 +7,11 @@ import h5py
 import numpy as np
 import pytest
 
-from session import FaultCollector, InputError
-from session.tracks import pixels_of
+from swimcal.errors import FaultCollector, InputError
+from swimcal.tracks import pixels_of
 from tests.tracking.records.trials import mixed_trial
-from tracking.records import import_tracks, to_movement
-from tracking.records.coarse_clock import even_times
-from tracking.records.movement import from_movement
+from tracking.foreign import even_times
+from tracking.formats import from_movement, import_tracks, to_movement
 
 MARKERS = ("nose", "neck", "tail_1")
 PLACES = np.arange(30 * 6, dtype=float).reshape(30, 3, 2) % 97 + [[[10, 20], [40, 20], [80, 25]]]

@@ -1,12 +1,10 @@
 import numpy as np
 import pytest
 
-from session import InputError
-from session.errors import ResultsNotWritable
-from session.tracks import load_tracks, markers_of, pixels_of
+from swimcal.errors import InputError, ResultsNotWritable
+from swimcal.tracks import load_tracks, markers_of, pixels_of
 from tests.tracking.records.trials import mixed_trial, same
-from tracking.records import SampleState, load_tracked, save_tracked
-from tracking.records.tracked import with_states
+from tracking.tracked import SampleState, load_tracked, save_tracked, with_states
 
 
 @pytest.mark.parametrize("seed", range(5))

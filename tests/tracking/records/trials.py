@@ -5,12 +5,13 @@ from functools import cache
 import numpy as np
 import xarray as xr
 
-from session import Flag
-from session.tracks import as_tracks, markers_of, pixels_of
-from swimmer import Runs, Twin, load_robot
+from swimcal.errors import Flag
+from swimcal.robot import load_robot
+from swimcal.runs import Runs
+from swimcal.tracks import as_tracks, markers_of, pixels_of
+from swimcal.twin import Twin
 from tests.tracking.fish import FPS, MARKERS, PX_PER_M
-from tracking.records import SampleState
-from tracking.records.tracked import as_tracked, with_states
+from tracking.tracked import SampleState, as_tracked, with_states
 
 HZ = (1.0, 1.75, 2.25)
 

@@ -12,11 +12,11 @@ import numpy as np
 import xarray as xr
 
 from benchmarks.video.writer import VideoWriter
-from session.create import FISHSIM_MARKERS
-from session.tracks import pixels_of
-from swimmer import load_robot
+from swimcal.create_session import FISHSIM_MARKERS
+from swimcal.robot import load_robot
+from swimcal.tracks import pixels_of
 from tracking.boxes import Box, StartBoxes
-from tracking.records import SampleState
+from tracking.tracked import SampleState
 
 _PLACE_M = load_robot().marker_positions_m(FISHSIM_MARKERS)[:, 0] + ([0.077] * 8 + [0.117])  # behind the nose
 _ROOT_M, _FINE_M = 0.3, np.linspace(-0.05, _PLACE_M[-1] + 0.05, 400)
@@ -145,7 +145,7 @@ class FinScore:
 
     @classmethod
     def of(cls, clip: FinClip, tracked: xr.Dataset) -> "FinScore":
-        """That of tracks that `tracking.tracker.trusted` judged."""
+        """That of tracks that `tracking.quality.trusted` judged."""
         truth = clip.truth()
         error = pixels_of(tracked) - truth
         near = np.linalg.norm(error, axis=2) < clip.diameter / 2

@@ -12,10 +12,10 @@ import numpy as np
 from scipy.special import erfc
 
 from benchmarks.video.writer import VideoWriter
-from swimmer import load_robot
+from swimcal.robot import load_robot
 from tracking.boxes import Box, StartBoxes
+from tracking.identities import Spacing
 from tracking.tracker import MarkerTracker, Sighting
-from tracking.tracker.spacing import Spacing
 
 FPS = 60.0
 WATER = 110.0

@@ -4,9 +4,9 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tracking.tracker.prediction import Prediction
-from tracking.tracker.spots import Spots
-from tracking.tracker.tracker import assign
+from tracking.motion import Prediction
+from tracking.spots import Spots
+from tracking.tracker import assign
 
 seeds = st.integers(0, 2**32 - 1)
 

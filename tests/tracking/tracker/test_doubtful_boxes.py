@@ -5,7 +5,7 @@ import pytest
 
 from tests.tracking.tracker.pool import Pool, tail
 from tracking.boxes import Box, StartBoxes
-from tracking.tracker import doubtful_boxes
+from tracking.follow_video import doubtful_boxes
 
 NAMES = tuple(f"tail_{k}" for k in range(9))
 POOL = Pool(tail(), (480, 400))

@@ -5,8 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
-from tracking.tracker.csrt import CROP, Crop
-from tracking.tracker.faint import FaintMarkers
+from tracking.csrt import CROP, Crop, FaintMarkers
 
 DIAMETER_PX, CONTRAST, NOISE = 15.0, 25.0, 3.0
 HEIGHT, WIDTH, FRAMES = 260, 900, 100

@@ -10,10 +10,9 @@ import pytest
 from benchmarks.tracking.fast_starts import FastStart, draw_clips, follow_clips
 from tests.cases import later
 from tests.tracking.tracker.pool import Pool
-from tracking.tracker.assembly import assemble
-from tracking.tracker.prediction import Prediction
-from tracking.tracker.spacing import Spacing
-from tracking.tracker.spots import Spots
+from tracking.identities import Spacing, assemble
+from tracking.motion import Prediction
+from tracking.spots import Spots
 
 
 @pytest.mark.parametrize(("seed", "count", "frames"), [(1, 10, 4), *later((4, 200, 60))])

@@ -5,11 +5,12 @@ from pathlib import Path
 
 import pytest
 
-from session.create import FISHSIM_MARKERS
-from swimmer import load_robot
+from swimcal.create_session import FISHSIM_MARKERS
+from swimcal.robot import load_robot
 from tests.cases import later
 from tests.tracking.tracker.fin import FinClip, FinScore
-from tracking.tracker import TrackerName, follow_video, trusted
+from tracking.follow_video import TrackerName, follow_video
+from tracking.quality import trusted
 from tracking.video import Video
 
 DARK = FinClip(size=(800, 600), scale=880.0, fastest=36.0)

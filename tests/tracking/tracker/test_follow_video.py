@@ -9,17 +9,15 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from session import InputError
-from session.tracks import markers_of, pixels_of
+from swimcal.errors import InputError
+from swimcal.tracks import markers_of, pixels_of
 from tests.cases import later
 from tests.tracking.records.trials import same
 from tests.tracking.tracker.pool import WATER, Pool, Thing, tail
 from tracking.boxes import Box, StartBoxes
-from tracking.records import SampleState
-from tracking.tracker import TRACKERS, follow_video
-from tracking.tracker.follow_video import PREDICTED_FOR
-from tracking.tracker.partial import Partial
-from tracking.tracker.second_opinion import SecondOpinion
+from tracking.csrt import SecondOpinion
+from tracking.follow_video import PREDICTED_FOR, TRACKERS, Partial, follow_video
+from tracking.tracked import SampleState
 from tracking.video import Frame, Video
 
 NAMES = ("tail_1", "tail_2", "tail_3", "tail_4")
@@ -49,7 +47,7 @@ class Interrupting:
 
     def __init__(self, after: int, monkeypatch: pytest.MonkeyPatch) -> None:
         self.after = after
-        monkeypatch.setattr(sys.modules["tracking.tracker.follow_video"], "_REPORT_EVERY_S", -1.0)
+        monkeypatch.setattr(sys.modules["tracking.follow_video"], "_REPORT_EVERY_S", -1.0)
         self.progress: list[tuple[int, int, float]] = []
 
     def __call__(self, done: int, frames: int, fps: float) -> None:
@@ -124,7 +122,7 @@ def test_the_threads_of_the_video_are_the_trackers_and_change_nothing(
             asked.extend([threads, cv2.getNumThreads()])
             super().__init__(threads)
 
-    monkeypatch.setattr(sys.modules["tracking.tracker.tracker"], "SecondOpinion", Watched)
+    monkeypatch.setattr(sys.modules["tracking.tracker"], "SecondOpinion", Watched)
     with Video(clip, threads=1) as video:
         trial = follow_video(video, POOL.boxes(NAMES), NAMES)
     assert asked == [1, 1]

@@ -6,14 +6,13 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from session import Flag
-from session.tracks import as_tracks
-from swimmer import load_robot
+from swimcal.errors import Flag
+from swimcal.robot import load_robot
+from swimcal.tracks import as_tracks
 from tests.tracking.fish import swimming_fish
 from tests.tracking.tracker.pool import fish
-from tracking.records import SampleState
-from tracking.records.tracked import with_states
-from tracking.tracker.judgement import judge
+from tracking.quality import judge
+from tracking.tracked import SampleState, with_states
 
 ROBOT = load_robot()
 NINE = ("nose", "neck", "dorsal_fin", "tail_1", "tail_2", "tail_3", "tail_4", "tail_5", "caudal_fin")

@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 from benchmarks.video.writer import VideoWriter
+from tracking.appearance import Grey
 from tracking.boxes import Box, StartBoxes
-from tracking.tracker import follow_video
-from tracking.tracker.grey import Grey
+from tracking.follow_video import follow_video
 from tracking.video import Video
 
 NAMES = ("nose", "neck", "tail_1", "tail_2", "tail_3")

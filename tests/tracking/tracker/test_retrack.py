@@ -6,14 +6,12 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from session.tracks import as_tracks, pixels_of
+from swimcal.tracks import as_tracks, pixels_of
 from tests.tracking.tracker.pool import Pool, tail
 from tracking.boxes import Box
-from tracking.records import EditLog, SampleState, apply_edits
-from tracking.records.edit import SetBox
-from tracking.records.edit_log import LoggedEdit
-from tracking.records.tracked import as_tracked
-from tracking.tracker import retracker
+from tracking.edits import EditLog, LoggedEdit, SetBox, apply_edits
+from tracking.follow_video import retracker
+from tracking.tracked import SampleState, as_tracked
 from tracking.video import Video
 
 NAMES = ("tail_1", "tail_2", "tail_3", "tail_4")

@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 
 from tests.tracking.tracker.pool import WATER, Pool, Thing, errors, still
+from tracking.csrt import CropTracker, SecondOpinion
 from tracking.tracker import Sighting
-from tracking.tracker.csrt import CropTracker
-from tracking.tracker.second_opinion import SecondOpinion
 
 ROW = still((60, 60), (100, 60), (140, 60))
 FADED = slice(10, 21)

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from tests.tracking.tracker.pool import Pool, still
-from tracking.tracker.appearance import Appearance, measure_appearance
-from tracking.tracker.spots import Spots, find_spots, measure_centres
+from tracking.appearance import Appearance, measure_appearance
+from tracking.spots import Spots, find_spots, measure_centres
 
 DIAMETERS = (8.0, 14.0, 22.0, 30.0)
 

@@ -8,7 +8,7 @@ import av
 import numpy as np
 import pytest
 
-from session.errors import InputError
+from swimcal.errors import InputError
 from tests.tracking.video.clips import GOP, Clip, number_in
 from tracking.video import Video
 

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from tests.tracking.video.clips import CLIPS, GOP, Clip, number_in
-from tracking.video import TimeSource, Video
+from tracking.decoding import TimeSource
+from tracking.video import Video
 
 
 @pytest.mark.parametrize("name", CLIPS)

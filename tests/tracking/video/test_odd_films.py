@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from tests.tracking.video.clips import HEIGHT, WIDTH, Clip, number_in
-from tracking.video import TimeSource, Video, is_without_times
-from tracking.video.backward import backward
-from tracking.video.repeats import Repeats
+from tracking.decoding import TimeSource, is_without_times
+from tracking.harmed_frames import Repeats
+from tracking.video import Video, backward
 
 
 @pytest.mark.parametrize(("suffix", "codec", "form"), [(".h264", "libx264", "h264"), (".mjpeg", "mjpeg", "mjpeg")])

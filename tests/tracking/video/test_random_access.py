@@ -7,7 +7,7 @@ import av
 import numpy as np
 import pytest
 
-from session.errors import InputError
+from swimcal.errors import InputError
 from tests.tracking.video.clips import CLIPS, number_in
 from tracking.video import Video
 
@@ -48,7 +48,7 @@ def test_a_container_that_cannot_seek_is_read_from_its_start(
         def seek(self, *_: object, **__: object) -> None:
             raise av.error.PermissionError(1, "Operation not permitted")
 
-    monkeypatch.setattr("tracking.video.decoding.av.open", Unseekable)
+    monkeypatch.setattr("tracking.decoding.av.open", Unseekable)
     with Video(clip("h264-mp4")) as video:
         assert [number_in(video.frame(number).luma) for number in (30, 11, 39)] == [30, 11, 39]
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import av
 import pytest
 
-from session.errors import InputError
+from swimcal.errors import InputError
 from tests.tracking.video.clips import Clip
 from tracking.video import Video
 
@@ -24,7 +24,7 @@ def opened(monkeypatch: pytest.MonkeyPatch) -> list[av.container.InputContainer]
             containers.append(container)
         return container
 
-    monkeypatch.setattr("tracking.video.decoding.av.open", watched)
+    monkeypatch.setattr("tracking.decoding.av.open", watched)
     return containers
 
 

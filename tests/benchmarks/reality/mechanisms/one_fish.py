@@ -10,7 +10,7 @@ from benchmarks.reality.mechanism import Mechanism
 from benchmarks.reality.motion import Equations, Motion
 from benchmarks.reality.parameters import Parameters
 from benchmarks.reality.world import TrialKind, prepared_parameters
-from swimmer import load_robot
+from swimcal.robot import load_robot
 from tests.benchmarks.reality.motions import COEFFICIENTS
 
 _M = TypeVar("_M", bound=Mechanism)

@@ -20,10 +20,10 @@ from benchmarks.reality.mechanisms.measurement import (
     TimeBaseError,
     TrackerDrift,
 )
-from session.create import FISHSIM_MARKERS
-from swimmer import load_robot
-from swimmer.effects import Effect, View, catalogue
-from swimmer.effects.effect import Observation
+from swimcal.create_session import FISHSIM_MARKERS
+from swimcal.effects.catalogue import catalogue
+from swimcal.effects.effect import Effect, Observation, View
+from swimcal.robot import load_robot
 
 TIME_S = np.arange(241) / 60
 CAMERA = Camera()

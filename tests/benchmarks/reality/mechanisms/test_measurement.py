@@ -15,8 +15,8 @@ from benchmarks.reality.mechanisms.measurement import (
     TimeBaseError,
     TrackerDrift,
 )
-from session.create import FISHSIM_MARKERS
-from swimmer import load_robot
+from swimcal.create_session import FISHSIM_MARKERS
+from swimcal.robot import load_robot
 
 TIME_S = np.arange(241) / 60
 CAMERA = Camera()

@@ -4,7 +4,7 @@ import pytest
 from benchmarks.reality import Trial, World, simulate
 from benchmarks.reality.mechanism import worn
 from benchmarks.reality.mechanisms import CATALOGUED, EVERY, OUTSIDE
-from session.create import FISHSIM_MARKERS
+from swimcal.create_session import FISHSIM_MARKERS
 from tests.benchmarks.reality.motions import COEFFICIENTS
 
 SEEN_IN = (

@@ -13,7 +13,7 @@ from benchmarks.reality.mechanisms.tendons import (
     TendonFriction,
     TendonSlack,
 )
-from swimmer import load_robot
+from swimcal.robot import load_robot
 from tests.benchmarks.reality.motions import COEFFICIENTS
 from tests.cases import later
 

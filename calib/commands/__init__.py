@@ -1,1 +1,0 @@
-"""The commands of `calib`, by what they work on."""

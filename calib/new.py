@@ -1,0 +1,382 @@
+"""New sessions from one's own files, with names for their trials."""
+
+import json
+import os
+import re
+import shutil
+import unicodedata
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from itertools import groupby
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from reports.page import environment
+from swimcal.create_session import FISHSIM_MARKERS, new_folder
+from swimcal.errors import Fault, FaultCollector, InputError
+from swimcal.results import write_whole
+from swimcal.robot import RobotSpec, load_robot
+from swimcal.session import SESSION_FILE
+from swimcal.session_file import FEWEST_MARKERS, HEAD_MARKERS, rate_is_off, usual_spacing_s
+from swimcal.tracks import NO_NAMES, markers_of, pixels_of, save_tracks
+from tracking.foreign import ForeignTracks, check_names
+from tracking.formats import from_movement, read_foreign
+from tracking.video import Video
+
+COPIES = (".lrv", ".lrf", ".thm")
+"""Suffixes of files that a camera keeps next to a video: a small copy of it (GoPro, Insta360, DJI), a picture."""
+DEEPEST = 3
+"""Largest number of folders that are put before a name."""
+LONGEST = 80
+
+
+def without_copies(videos: Sequence[Path]) -> tuple[list[Path], list[str]]:
+    """Drop a camera's small copies of other videos, and write a note for each that is left out.
+
+    A copy has the name of its video, or another beginning before the same number: GL010001.LRV of GX010001.MP4.
+    """
+    whole = [path for path in videos if path.suffix.lower() not in COPIES]
+    kept, notes = [], []
+    for path in videos:
+        own = next((each for each in whole if path not in whole and _is_copy(path, each)), None)
+        if own is None:
+            kept.append(path)
+        else:
+            notes.append(f"left out: {path.name}, the camera's small copy of {own.name}")
+    return kept, notes
+
+
+def _is_copy(copy: Path, video: Path) -> bool:
+    number = re.search(r"\d{4,}", copy.stem)
+    same = copy.stem.lower() == video.stem.lower() or (number is not None and copy.stem[2:] == video.stem[2:])
+    return copy.parent == video.parent and same
+
+
+def trial_names(videos: Sequence[Path], tracks: Sequence[Path], are_names: bool) -> tuple[list[str], list[str]]:
+    """Name each video and each file of tracks; a video and tracks of one name are one trial.
+
+    Files of one name, letter case aside, get those of their folders before it, and a number where these are the same
+    too.
+
+    Args:
+        videos: paths of the videos.
+        tracks: paths of the tracks.
+        are_names: whether tracks are already given by name.
+
+    Raises:
+        InputError: a file is given twice.
+    """
+    faults = FaultCollector("the files")
+    for option, paths in (("--videos", videos), ("--tracks", () if are_names else tracks)):
+        seen: dict[Path, Path] = {}
+        for path in paths:
+            if (first := seen.setdefault(path.resolve(), path)) is not path:
+                faults.add(option, "a file is given twice", found=f"{first} and {path}", expected="each once")
+    faults.raise_if_any()
+    plain = [[_safe(_stem(path)) for path in videos], [_safe(str(p) if are_names else _stem(p)) for p in tracks]]
+    names = [list(kind) for kind in plain]
+    clashing = {key for kind in plain for key, same in groupby(sorted(map(str.casefold, kind))) if len([*same]) > 1}
+    for key in sorted(clashing):
+        places = [(k, i) for k, kind in enumerate(plain) for i, name in enumerate(kind) if name.casefold() == key]
+        for k, i in places:
+            names[k][i] = plain[k][i]
+        for depth in range(1, DEEPEST + 1):
+            longer = {(k, i): _add_folders((videos, tracks)[k][i], plain[k][i], depth) for k, i in places}
+            if all(_differ([name for (k, _), name in longer.items() if k == kind]) for kind in (0, 1)):
+                for (k, i), name in longer.items():
+                    names[k][i] = name
+                break
+    return _number_names(names[0]), _number_names(names[1])
+
+
+def _stem(path: Path) -> str:
+    name = path.name.removesuffix(".gz")
+    return name[: name.rfind(".")] if "." in name else name
+
+
+def _safe(name: str) -> str:
+    """Spell a name in letters, digits, _ and -, without accents."""
+    plain = unicodedata.normalize("NFKD", name.replace("ß", "ss")).encode("ascii", "ignore").decode()
+    return re.sub(r"[^A-Za-z0-9_-]+", "_", plain).strip("_-")[:LONGEST].rstrip("_-") or "trial"
+
+
+def _add_folders(path: Path, name: str, depth: int) -> str:
+    folders = [_safe(part) for part in path.absolute().parent.parts[-depth:] if part != path.anchor]
+    return "_".join([*folders, name])[-LONGEST:].lstrip("_-")
+
+
+def _differ(names: Sequence[str]) -> bool:
+    return len({name.casefold() for name in names}) == len(names)
+
+
+def _number_names(names: Sequence[str]) -> list[str]:
+    """Add numbers to names that occurred before: a, a_2, a_3."""
+    taken: set[str] = set()
+    found = []
+    for name in names:
+        free, number = name, 2
+        while free.casefold() in taken or (number > 2 and free in names):
+            free, number = f"{name}_{number}", number + 1
+        taken.add(free.casefold())
+        found.append(free)
+    return found
+
+
+FEWEST_FRAMES = 2
+UNIT_OFF = 0.01
+"""Places may not be pixels if nose to neck is as many as it is millimetres or centimetres, to this relative error."""
+_HZ = (r"(?:^|_)f(\d+)[_.p](\d+)(?:_|$)", r"(\d+)[_.p](\d+) ?_?hz")  # commands in names: f1_25, 1.25hz
+
+
+@dataclass
+class _Trial:
+    name: str
+    video: Path | None = None
+    tracks: xr.Dataset | None = None
+    commanded_hz: float | None = None
+    comments: list[str] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
+    questions: list[str] = field(default_factory=list)
+    time_s: np.ndarray | None = None  # times of the frames; None where the file has none
+
+    @property
+    def kind(self) -> str:
+        """The kind of the trial, by its name."""
+        return "free_decay" if "decay" in self.name else "dry" if "dry" in self.name else "swim"
+
+
+def new_from_files(
+    folder: Path,
+    videos: Iterable[str | Path] = (),
+    tracks: Iterable[str | Path] | Mapping[str, Any] = (),
+    robot: str | Path | None = None,
+    fps: float | None = None,
+    commands_hz: Sequence[float] = (),
+    fit: Sequence[str] = (),
+    rename: Mapping[str, str] = NO_NAMES,
+) -> None:
+    """Make a session folder of videos and tracks; the arguments are those of `calib.new_session`.
+
+    Raises:
+        InputError: every fault of the files at once; then there is no folder.
+        ResultsNotWritable: the folder cannot be written.
+    """
+    spec = load_robot(None if robot is None else Path(robot))
+    trials, notes = _trials(spec, [Path(video) for video in videos], tracks, fps, rename)
+    _command(trials, commands_hz)
+    faults = FaultCollector("--fit")
+    for name in (name for name in fit if name not in trials):
+        faults.add("", "no such trial to fit", found=repr(name), expected="trials that are there", choices=[*trials])
+    faults.raise_if_any()
+    rates = [_rate(trial.time_s) for trial in trials.values() if trial.time_s is not None]
+    rate = fps or float(np.median(rates))
+    _check_rates(trials, rate)
+    markers, of_markers = _common_markers(trials, spec)
+    ordered = sorted(trials.values(), key=lambda trial: (trial.kind, trial.commanded_hz or 0.0, trial.name))
+    with new_folder(folder) as part:
+        (part / "trials").mkdir()
+        for trial in ordered:
+            if trial.tracks is not None:
+                save_tracks(part / "trials" / f"{trial.name}.csv", trial.tracks.sel(keypoint=list(markers)))
+            if trial.video is not None:
+                _put(trial.video, part / "trials" / f"{trial.name}{trial.video.suffix.lower()}")
+        if robot is not None:
+            shutil.copyfile(robot, part / "robot.toml")
+        notes = [*notes, *of_markers]
+        write_whole(part / SESSION_FILE, _text(folder.absolute().name, ordered, rate, markers, spec, robot, fit, notes))
+
+
+def _rate(time_s: np.ndarray) -> float:
+    """Estimate the frames a second, by the median of the steps unless these are coarse or uneven."""
+    median_s, mean_s = usual_spacing_s(time_s)
+    return 1 / mean_s if abs(median_s / mean_s - 1) < 0.25 else 1 / median_s
+
+
+def _check_rates(trials: Mapping[str, _Trial], rate: float) -> None:
+    """Raise an `InputError` where the time stamps of tracks or videos are off this frame rate by more than 5 %."""
+    off: dict[str, list[str]] = {}
+    for name, trial in trials.items():
+        if trial.time_s is not None:
+            median_s, mean_s = usual_spacing_s(trial.time_s)
+            if rate_is_off(rate, median_s, mean_s):
+                off.setdefault(f"{1 / mean_s:.4g}", []).append(name)
+    if off:
+        step = (
+            "Give the rate at which the camera filmed; trials of different frame rates need a session each. A film in "
+            "slow motion is stamped with another rate than it was filmed at: stamp it anew "
+            "(`ffmpeg -itsscale`, or take the camera's original), or write its tracks with their true times."
+        )
+        what = "the time stamps of the files show another frame rate"
+        found = f"{rate:g}; by their time stamps " + ", ".join(f"{hz} in {', '.join(n)}" for hz, n in off.items())
+        raise InputError([Fault("--fps", "", what, found, "one frame rate within 5 %", next_step=step)])
+
+
+def _trials(
+    robot: RobotSpec,
+    videos: Sequence[Path],
+    tracks: Iterable[str | Path] | Mapping[str, Any],
+    fps: float | None,
+    rename: Mapping[str, str],
+) -> tuple[dict[str, _Trial], list[str]]:
+    """Collect the trials by name, with notes for the reader; a video and tracks of one name are one trial."""
+    found: dict[str, _Trial] = {}
+    films, notes = without_copies(videos)
+    given = [*tracks.items()] if isinstance(tracks, Mapping) else [(Path(path), path) for path in tracks]
+    film_names, track_names = trial_names(films, [Path(str(name)) for name, _ in given], isinstance(tracks, Mapping))
+    faults = FaultCollector("the files")
+    for name, path in zip(film_names, films, strict=True):
+        with faults.nested():
+            trial = found.setdefault(name, _Trial(name))
+            _look_at(trial, path, fps)
+    for name, (_, tracked) in zip(track_names, given, strict=True):
+        with faults.nested():
+            trial = found.setdefault(name, _Trial(name))
+            _read_tracks(trial, tracked, robot, fps, rename)
+    if not found and not faults:
+        faults.add("", "no video and no tracks", expected="at least one of --videos, --tracks")
+    faults.raise_if_any()
+    return found, notes
+
+
+def _look_at(trial: _Trial, path: Path, fps: float | None) -> None:
+    """Take in a video; an `InputError` where it is too short or has no clock that can be believed."""
+    with Video(path, fps=fps) as video:
+        info = video.info
+    faults = FaultCollector(str(path))
+    if info.frames < FEWEST_FRAMES:
+        expected = f"a film of at least {FEWEST_FRAMES} frames"
+        faults.add("", "too short", found=f"{info.frames} frame", expected=expected, next_step="Leave it out.")
+    if not info.has_clock and not fps:
+        what, step = "the file has no time", "Add `--fps 60`, with the rate at which the camera filmed."
+        faults.add("", what, found=f"{info.frames} frames", expected="the frame rate of the camera", next_step=step)
+    faults.raise_if_any()
+    trial.video = path
+    if info.has_clock:
+        trial.time_s = info.time_s
+    size = f"{info.width_px} x {info.height_px} px"
+    rate = f"{info.fps:.4g} frames a second" if info.has_clock else f"{fps:g} frames a second, as given"
+    trial.comments.append(f"{path.name}: {info.frames} frames, {size}, {rate}")
+    if not info.is_square:
+        trial.comments.append(f"stored with pixels {info.pixel_aspect:.3f} times as wide as high, made square")
+
+
+def _read_tracks(trial: _Trial, given: Any, robot: RobotSpec, fps: float | None, rename: Mapping[str, str]) -> None:
+    """Take in the tracks of a file or a dataset with the robot's markers in it."""
+    is_data = hasattr(given, "data_vars")
+    if not is_data and not fps and trial.time_s is not None:
+        fps = _rate(trial.time_s)  # tracks without time take the clock of their own video
+    file = f"tracks {trial.name}" if is_data else str(given)
+    found = from_movement(given, file) if is_data else read_foreign(Path(given), _markers(robot))
+    faults = FaultCollector(file)
+    markers, others = _markers_in(found, robot, rename)
+    own = found.tracks(markers, fps, faults, rename)
+    trial.tracks, timed = own, found.time_s is not None
+    if trial.time_s is None and timed:
+        trial.time_s = own.time.values
+    if trial.time_s is None and fps is None:
+        trial.time_s = own.time.values
+    name = "" if is_data else f"{Path(given).name}: "
+    trial.comments.append(f"{name}tracks, {own.sizes['time']} frames, {np.ptp(own.time.values):.1f} s")
+    if others:
+        trial.notes.append(f"left out, as {robot.name} has no such markers: {', '.join(others)}")
+    if question := _ask_unit(own, robot):
+        trial.questions.append(question)
+
+
+def _markers_in(found: ForeignTracks, robot: RobotSpec, rename: Mapping[str, str]) -> tuple[tuple[str, ...], list[str]]:
+    """Find the robot's markers in a file, in its order, and what else it tracks.
+
+    The markers are all usual ones where names differ.
+    """
+    names, usual = found.renamed(rename), _markers(robot)
+    markers = tuple(name for name in names if name in robot.markers)
+    others = [name for name in names if name not in robot.markers]
+    lacking = [name for name in usual if name not in markers]
+    too_few = len(markers) < FEWEST_MARKERS or not set(HEAD_MARKERS) <= set(markers)
+    return (usual if too_few or (lacking and others) else markers), others
+
+
+def _ask_unit(tracks: xr.Dataset, robot: RobotSpec) -> str:
+    """Ask whether places are pixels where nose and neck are as many apart as units on the robot; else empty."""
+    position = pixels_of(tracks)
+    nose, neck = (markers_of(tracks).index(name) for name in HEAD_MARKERS)
+    apart = np.linalg.norm(position[:, nose] - position[:, neck], axis=1)
+    apart_px = float(np.median(apart[np.isfinite(apart)])) if np.isfinite(apart).any() else np.nan
+    for unit, a_metre in (("mm", 1e3), ("cm", 1e2), ("inches", 1 / 0.0254)):
+        if abs(apart_px / (a_metre * robot.scale_length_m) - 1) < UNIT_OFF:
+            return f"nose to neck is {apart_px:.1f} px long, as many as {unit} on the robot: are these pixels?"
+    if bool((position < -1).any()):
+        return "some places are negative, outside any picture: are these pixels of the picture?"
+    return ""
+
+
+def _common_markers(trials: Mapping[str, _Trial], robot: RobotSpec) -> tuple[tuple[str, ...], list[str]]:
+    """Find the markers that all tracks have, in the order of the first, and a note where some have more."""
+    sets = {name: markers_of(trial.tracks) for name, trial in trials.items() if trial.tracks is not None}
+    if not sets:
+        return _markers(robot), []
+    every = dict.fromkeys(marker for own in sets.values() for marker in own)
+    common = tuple(marker for marker in every if all(marker in own for own in sets.values()))
+    if len(common) < FEWEST_MARKERS or not set(HEAD_MARKERS) <= set(common):
+        faults = FaultCollector("the tracks of all trials")
+        check_names(tuple(every), common, "marker", faults)
+        faults.raise_if_any()
+    lost = [marker for marker in every if marker not in common]
+    return common, [f"left out, as not all trials have them: {', '.join(lost)}"] if lost else []
+
+
+def _markers(robot: RobotSpec) -> tuple[str, ...]:
+    """Return the markers where no file names them: the published nine of a robot that has them, else all of
+    the robot.
+    """
+    return FISHSIM_MARKERS if set(FISHSIM_MARKERS) <= set(robot.markers) else tuple(robot.markers)
+
+
+def _command(trials: Mapping[str, _Trial], commands_hz: Sequence[float]) -> None:
+    """Set the command of the motor in each trial, as given, else from the names."""
+    driven = [trial for trial in trials.values() if trial.kind != "free_decay"]
+    if commands_hz and len(commands_hz) != len(driven):
+        given, names = f"{len(commands_hz)}", ", ".join(trial.name for trial in driven)
+        raise InputError([Fault("--commands", "", "not one for each trial", given, f"{len(driven)}: of {names}")])
+    for number, trial in enumerate(driven):
+        found = next((match for pattern in _HZ if (match := re.search(pattern, trial.name.lower()))), None)
+        if commands_hz:
+            trial.commanded_hz = float(commands_hz[number])
+        elif found:
+            trial.commanded_hz = float(f"{found[1]}.{found[2]}")
+
+
+def _put(source: Path, target: Path) -> None:
+    """Put a video in its place: linked where the file system can, so that hours of it are not copied."""
+    try:
+        os.link(source.resolve(), target)  # resolved, so that it is no link to a link
+    except OSError:
+        shutil.copyfile(source, target)
+
+
+def _text(
+    name: str,
+    trials: Sequence[_Trial],
+    rate: float,
+    markers: Sequence[str],
+    robot: RobotSpec,
+    robot_file: str | Path | None,
+    fit: Sequence[str],
+    notes: Sequence[str],
+) -> str:
+    """Write `session.toml` with comments, and first what the user has to fill in."""
+    swims = [trial.name for trial in trials if trial.kind == "swim"]
+    template = environment("calib", escaped=False).get_template("session.toml.j2")
+    return template.render(
+        name=json.dumps(name),
+        trials=trials,
+        notes=notes,
+        rate=rate,
+        markers=json.dumps(list(markers)),
+        robot=robot,
+        robot_file=robot_file,
+        held_out=[swim for swim in swims if swim not in fit] if fit else swims[1::2],
+    )

@@ -1,0 +1,298 @@
+"""The diagnosis of a session from evidence to verdict, and the test of named effects.
+
+Test of effects that a user names, whatever else may be wrong.
+
+A diagnosis names an effect only where the evidence leaves nothing else. A user who has a reason to suspect one, or
+several, can ask what the data determine about just these: how much more likely they make the twin, each in addition to
+the others, and how far the gap shrinks with them. Whatever they do not explain counts as a gap of no particular cause,
+of a size that suits it.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from itertools import count
+from typing import Literal, NamedTuple
+
+import numpy as np
+from scipy.stats import chi2
+from threadpoolctl import threadpool_limits
+
+from diagnosis.constants import MOST_LEFT
+from diagnosis.evidence import Hypotheses, Priors
+from diagnosis.experiments import next_experiments
+from diagnosis.held_out import HeldOut, errors_of, forecast_scores
+from diagnosis.hypotheses import Probabilities, explained
+from diagnosis.linear_model import LinearModel, SessionData
+from diagnosis.places import ForceResponses, LocalDiscrepancy, likely_of, local_discrepancies, responses
+from diagnosis.refit import Refit, RidgeFit, refit, refitted, ridge_fit
+from diagnosis.result import Experiment, GapSize, Remainder
+from diagnosis.verdict import Validated, Verdict, backward_elimination, log_evidence, validated, verdict_of
+from diagnosis.where import VarianceDecomposition, decompose
+from fitting.progress import Progress, part_of
+from fitting.signatures import Signature, signature_of
+from swimcal.effects.effect import Effect
+from swimcal.errors import NotEnoughData
+
+Refitting = Callable[[Sequence[str]], Refit]
+_ROUNDS = {"quick": 2, "full": 5}
+_ROUNDS_OF_ALL = 3  # steps with all effects: in later ones the misfit only fluctuates
+ALL_AT_ONCE = ("full",)
+"""Efforts with which all effects are also fitted at once."""
+
+
+@dataclass(frozen=True)
+class Settings:
+    """Settings of a diagnosis."""
+
+    effort: Literal["quick", "full"] = "full"
+    priors: Priors = field(default_factory=Priors)
+    seed: int = 0
+
+
+DEFAULT = Settings()
+
+
+class Weighed(NamedTuple):
+    """Hypotheses about the fitted swims, with their evidence.
+
+    Attributes:
+        linear: the linearised model of the fitted swims.
+        signatures: what each effect does.
+        forces: what missing forces do.
+        elsewhere: the places where an unknown effect was looked for.
+        hypotheses: all hypotheses of the residual.
+        probabilities: their probabilities.
+        decays_left_out: names of free decays that do not count, and why.
+    """
+
+    linear: LinearModel
+    signatures: tuple[Signature, ...]
+    forces: ForceResponses
+    elsewhere: tuple[LocalDiscrepancy, ...]
+    hypotheses: Hypotheses
+    probabilities: Probabilities
+    decays_left_out: Mapping[str, str]
+
+    @property
+    def placed(self) -> Sequence[LocalDiscrepancy]:
+        """Places where an unknown effect is likely."""
+        return likely_of(self.elsewhere, self.probabilities.at_place)
+
+
+@dataclass(frozen=True, eq=False)
+class Diagnosis:
+    """Diagnosis of one session.
+
+    Attributes:
+        weighed: the hypotheses.
+        said: verdict and probabilities after cross-validation, and the twin with the likeliest of the named effects.
+        where: shares of the gap.
+        remainder: residual of that twin; None where nothing is named.
+        gap: errors on held-out swims that the twins can follow.
+        everything: the twin with all effects at once, and its held-out gap; None where there is no gap, or the swims
+            support no more than is named, or with the effort "quick".
+        experiments: what to measure next, the most informative first.
+        doubted: names of fitted swims that their own twin does not follow, for which nothing is named.
+    """
+
+    weighed: Weighed
+    said: Validated
+    where: VarianceDecomposition
+    remainder: Remainder | None
+    gap: GapSize
+    everything: tuple[RidgeFit, GapSize] | None
+    experiments: tuple[Experiment, ...]
+    doubted: tuple[str, ...] = ()
+
+
+@threadpool_limits.wrap(limits=1, user_api="blas")  # small matrices, for which threads only wait
+def diagnose(
+    data: SessionData,
+    effects: Mapping[str, Effect],
+    settings: Settings = DEFAULT,
+    tell: Progress = lambda _message, _share: None,
+) -> Diagnosis:
+    """Diagnose a session.
+
+    Args:
+        data: the recordings of the session.
+        effects: the catalogue, by name.
+        settings: effort, priors and seed.
+        tell: takes messages with the share of the work that is done.
+
+    Raises:
+        SimulationDiverged: the plain twin diverged.
+        NotEnoughData: there is no fitted swim.
+    """
+    weighed = _weigh(data, effects, settings.priors, part_of(tell, 0.0, 0.42))
+    refits, tell_refit = count(), part_of(tell, 0.42, 0.86)  # their number is not known in advance
+
+    def refitting(names: Sequence[str]) -> Refit:
+        chosen = [effects[name] for name in names]
+        tell_refit(f"refitting with {' and '.join(names).replace('_', ' ')}", 1 - 0.75 ** next(refits))
+        return refitted(weighed.linear, weighed.hypotheses, chosen, _ROUNDS[settings.effort])
+
+    said = _name_effects(weighed, refitting, settings, len(effects))
+    if data.doubted and said.verdict.effects:
+        said = Validated(Verdict("unexplained", ()), said.probabilities, None)
+    best, swims = said.best, HeldOut(weighed.linear, data.of_role(fitted=False), settings.seed)
+    tell("held-out swims", 0.86)
+    gap = swims.gap(best)
+    tell("what to do next", 0.96)
+    return Diagnosis(
+        weighed=weighed,
+        said=said,
+        where=decompose(weighed.linear, weighed.forces, weighed.signatures, said.verdict.effects, weighed.placed),
+        remainder=None if best is None else _remainder(weighed, best),
+        gap=gap,
+        everything=_everything(weighed, effects, said, swims, settings.effort),
+        experiments=next_experiments(
+            weighed.linear, weighed.hypotheses, said.verdict, said.probabilities, effects, settings.seed
+        ),
+        doubted=data.doubted,
+    )
+
+
+def _weigh(data: SessionData, effects: Mapping[str, Effect], priors: Priors, tell: Progress) -> Weighed:
+    tell("the plain twin", 0.0)
+    linear = data.linear
+    signatures = []
+    for number, effect in enumerate(effects.values()):
+        tell(f"what {effect.name.replace('_', ' ')} would do", 0.14 + 0.46 * number / len(effects))
+        signatures.append(signature_of(effect, linear.model, linear.camera, linear.at))
+    tell("missing forces", 0.6)
+    forces = responses(linear)
+    tell("weighing hypotheses", 0.66)
+    elsewhere = local_discrepancies(linear, forces)
+    found = explained(linear, signatures, priors, elsewhere)
+    return Weighed(
+        found.linear,
+        tuple(signatures),
+        forces,
+        elsewhere,
+        found.hypotheses,
+        found.probabilities,
+        data.rings.left_out,
+    )
+
+
+def _name_effects(weighed: Weighed, refitting: Refitting, settings: Settings, effects: int) -> Validated:
+    """Return the verdict that the fitted trials alone support."""
+    probabilities, verdict = weighed.probabilities, verdict_of(weighed.probabilities)
+    if not verdict.first:
+        return Validated(verdict, probabilities, None)
+    best, gone = backward_elimination(weighed.linear, refitting(verdict.first), refitting, settings.priors, effects)
+    for name in gone:
+        probabilities = probabilities.refuted(name)
+    verdict = verdict.without(gone, probabilities) if gone else verdict
+    most_stays = _remainder(weighed, best).share > MOST_LEFT and probabilities.with_other > 0.5
+    if most_stays and (doubtful := [n for n in verdict.first if weighed.hypotheses.shows_in_features(n)]):
+        verdict = verdict.without(doubtful, probabilities)  # the rest may be what only looks like these
+        best = refitting(verdict.first) if verdict.first else best
+    if not verdict.first:
+        return Validated(Verdict("unexplained", ()), probabilities, None)
+    said = Validated(verdict, probabilities, best)
+    return validated(said, weighed.linear, weighed.hypotheses, refitting, settings.seed)
+
+
+def _everything(
+    weighed: Weighed, effects: Mapping[str, Effect], said: Validated, swims: HeldOut, effort: str
+) -> tuple[RidgeFit, GapSize] | None:
+    """Fit the twin with all effects and score it on held-out swims, just as it was fitted; None if not asked for."""
+    if effort not in ALL_AT_ONCE or said.verdict.name == "no_gap":
+        return None
+    named = said.best or Refit.plain(weighed.linear)
+    every = ridge_fit(weighed.linear, weighed.signatures, effects, named, _ROUNDS_OF_ALL)
+    if every is None:
+        return None
+    return every, swims.gap(every.refit, as_fitted=True)
+
+
+def _remainder(weighed: Weighed, best: Refit) -> Remainder:
+    linear = weighed.linear
+    rest = replace(linear)
+    rest.__dict__["residual"] = best.residual
+    where = decompose(rest, weighed.forces, weighed.signatures, placed=weighed.placed)
+    plain, residual = (linear.space.projected(row) for row in (linear.residual, best.residual))
+    numbers = int(linear.observed.sum())
+    freedom = max(numbers - 5 - len(best.values), 1)
+    excess, before = residual @ residual - freedom, plain @ plain - numbers + 5
+    stages = {stage: share for stage, share in where.shares.by_stage.items() if stage != "floor"}
+    share = float(np.clip(excess / before, 0.0, 1.0)) if before > 0 else 0.0
+    return Remainder(share, max(stages, key=lambda stage: stages[stage]), float(chi2.sf(residual @ residual, freedom)))
+
+
+_ROUNDS_OF_TEST = {"quick": 3, "full": 8}
+
+
+@dataclass(frozen=True, eq=False)
+class EffectTest:
+    """Test of effects: the twin with them against the plain one, both refitted to the same swims.
+
+    Attributes:
+        refit: the twin with the effects.
+        log_bayes_factor: natural logarithm of how much more probable the fitted swims are with them.
+        of_each: log Bayes factor of each effect in addition to all others that are tested.
+        fitted: errors on the fitted swims, of the plain twin and of the one with effects.
+        gap: errors on the held-out swims that the twins can follow.
+    """
+
+    refit: Refit
+    log_bayes_factor: float
+    of_each: Mapping[str, float]
+    fitted: GapSize
+    gap: GapSize
+
+
+@threadpool_limits.wrap(limits=1, user_api="blas")  # small matrices, for which threads only wait
+def weigh_effects(
+    data: SessionData,
+    effects: Sequence[Effect],
+    settings: Settings | None = None,
+    tell: Progress = lambda _message, _share: None,
+) -> EffectTest:
+    """Refit the twin with the effects and weigh it against the plain one.
+
+    Args:
+        data: the recordings of the session.
+        effects: the effects to test.
+        settings: effort, priors and seed; by default those of a full diagnosis.
+        tell: takes messages with the share of the work that is done.
+
+    Raises:
+        SimulationDiverged: the plain twin diverged.
+        NotEnoughData: there is no fitted swim, or an effect does nothing in these.
+    """
+    settings = settings or Settings()
+    tell("the plain twin", 0.0)
+    linear = data.linear
+    tell("what the tested effects would do", 0.4)
+    signatures = [signature_of(effect, linear.model, linear.camera, linear.at) for effect in effects]
+    weighed = explained(linear, signatures, settings.priors)
+    linear, hypotheses = weighed.linear, weighed.hypotheses
+    _refuse_idle(signatures, hypotheses)
+    rounds = _ROUNDS_OF_TEST[settings.effort]
+    tell("refitting with them", 0.5)
+    best, plain = refitted(linear, hypotheses, effects, rounds), refit(linear, (), np.zeros(0), rounds)
+    evidence, of_each = log_evidence(linear, best), {}
+    for number, effect in enumerate(effects):
+        tell(f"refitting without {effect.name.replace('_', ' ')}", 0.6 + 0.3 * number / len(effects))
+        others = [other for other in effects if other is not effect]
+        without = refitted(linear, hypotheses, others, rounds) if others else plain
+        of_each[effect.name] = evidence - log_evidence(linear, without)
+    tell("held-out swims", 0.9)
+    pair = [forecast_scores(linear, linear.swims, fit.effects, fit.at, fit.values) for fit in (plain, best)]
+    gap = HeldOut(linear, data.of_role(fitted=False), settings.seed).gap(best)
+    return EffectTest(best, evidence - log_evidence(linear, plain), of_each, errors_of(*pair), gap)
+
+
+def _refuse_idle(signatures: Sequence[Signature], hypotheses: Hypotheses) -> None:
+    """Refuse effects without a response, for which there is nothing to refit."""
+    faults = []
+    for signature, form in zip(signatures, hypotheses.best, strict=True):
+        if form is None:
+            stands = np.isfinite(signature.rows).all(axis=1).any()
+            why = "changes nothing in the fitted swims" if stands else "makes the twin diverge at every strength tried"
+            faults.append(f"{signature.effect.name} {why}")
+    if faults:
+        raise NotEnoughData(f"{'; '.join(faults)}: leave it out, or fit swims in which it shows")

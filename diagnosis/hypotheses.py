@@ -1,0 +1,300 @@
+"""Probabilities by Bayes' rule: of no gap, of sets of effects, and of an unknown effect.
+
+They are averaged over the size of the fitted twin's own discrepancy in this session.
+"""
+
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import combinations
+from typing import NamedTuple
+
+import numpy as np
+from scipy.special import logsumexp
+
+from diagnosis.constants import AT_PLACES, GROWN, MIXED, MOST_EFFECTS, NEEDED, PAIRED, SCALES
+from diagnosis.evidence import Hypotheses, Priors, Residual, effect_responses, gaussian_evidence
+from diagnosis.linear_model import LinearModel
+from diagnosis.places import LocalDiscrepancy
+from fitting.signatures import Signature
+
+
+class Hypothesis(NamedTuple):
+    """One hypothesis about what is present.
+
+    Attributes:
+        present: effects by their places in the catalogue, each itself or an unknown one that looks like it.
+        other: whether there is an unknown effect besides.
+    """
+
+    present: tuple[int, ...]
+    other: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class Probabilities:
+    """Posterior probabilities of a session.
+
+    Attributes:
+        names: (e,) names of the effects.
+        of: probability of each hypothesis that was tried; they add up to 1.
+        at_place: (n,) probability of an unknown effect at each place, with whatever effects.
+        look_alike: (2, e) odds that what looks like an effect is an unknown one: without another unknown one, and with.
+    """
+
+    names: tuple[str, ...]
+    of: dict[Hypothesis, float]
+    at_place: tuple[float, ...] = ()
+    look_alike: np.ndarray | None = None
+
+    def refuted(self, name: str) -> "Probabilities":
+        """Return the probabilities given that an effect is absent.
+
+        Each set that holds it passes its probability on to the set without it: with nothing in its place, or an unknown
+        effect, as likely against each other as they were.
+        """
+        gone = self.names.index(name)
+        found: dict[Hypothesis, float] = {}
+        for each, chance in self.of.items():
+            shares = {each: 1.0}
+            if gone in each.present:
+                rest = tuple(i for i in each.present if i != gone)
+                nothing, unknown = (self.of.get(Hypothesis(rest, other), 0.0) for other in (each.other, True))
+                share = nothing / (nothing + unknown) if nothing else 0.0
+                shares = {Hypothesis(rest, True): 1 - share}
+                shares[Hypothesis(rest, each.other)] = shares.get(Hypothesis(rest, each.other), 0.0) + share
+            for key, share in shares.items():
+                found[key] = found.get(key, 0.0) + share * chance
+        return Probabilities(self.names, found, self.at_place, self.look_alike)
+
+    def with_needed(self, needed: Sequence[int]) -> "Probabilities":
+        """Add effects to every hypothesis with an unknown effect that is a mixture which needs them."""
+        found: dict[Hypothesis, float] = {}
+        for each, chance in self.of.items():
+            key = Hypothesis(tuple(sorted({*each.present, *needed})), True) if each.other else each
+            found[key] = found.get(key, 0.0) + chance
+        odds = None if self.look_alike is None else np.array(self.look_alike)
+        if odds is not None:
+            odds[1, list(needed)] = 0.0
+        return Probabilities(self.names, found, self.at_place, odds)
+
+    def either_or(self, one: str, other: str) -> tuple[float, float, float]:
+        """Return the probabilities that only the one of two effects is seen, only the other, and both."""
+        first, second = self.names.index(one), self.names.index(other)
+        there = [(first in each.present, second in each.present, chance) for each, chance in self.of.items()]
+        alone = sum(p for a, b, p in there if a and not b), sum(p for a, b, p in there if b and not a)
+        return *alone, sum(p for a, b, p in there if a and b)
+
+    @property
+    def null(self) -> float:
+        """Probability that there is no gap."""
+        return self.of.get(Hypothesis(()), 0.0)
+
+    @property
+    def other(self) -> float:
+        """Probability that there is an unknown effect, and none of the catalogue."""
+        return sum(p * self._none_of(each, each.present) for each, p in self.of.items() if each.present or each.other)
+
+    @property
+    def with_other(self) -> float:
+        """Probability that there is an unknown effect, with whatever effects."""
+        return sum(p if each.other else p * (1 - self._all_of(each)) for each, p in self.of.items())
+
+    def any_present(self, effects: Collection[int]) -> float:
+        """Return the probability that at least one of some effects is present."""
+        return sum(p * (1 - self._none_of(each, set(each.present) & set(effects))) for each, p in self.of.items())
+
+    def any_seen(self, effects: Collection[int]) -> float:
+        """Return the probability that at least one of some effects is present, or an unknown one that looks like it."""
+        return sum(p for each, p in self.of.items() if set(each.present) & set(effects))
+
+    @cached_property
+    def marginal(self) -> np.ndarray:
+        """Probability (e,) that each effect is present."""
+        return np.minimum([self.any_present([i]) for i in range(len(self.names))], 1.0)  # sums of exponentials round
+
+    def _unknown(self, each: Hypothesis, effect: int) -> float:
+        """Return the probability that what looks like an effect is an unknown one."""
+        odds = 0.0 if self.look_alike is None else float(self.look_alike[int(each.other), effect])
+        return odds / (1 + odds)
+
+    def _none_of(self, each: Hypothesis, effects: Collection[int]) -> float:
+        return float(np.prod([self._unknown(each, i) for i in effects]))
+
+    def _all_of(self, each: Hypothesis) -> float:
+        return float(np.prod([1 - self._unknown(each, i) for i in each.present]))
+
+
+class Weighed(NamedTuple):
+    """Log of evidence times prior of hypotheses, and of an unknown effect at each of n places."""
+
+    logs: dict[Hypothesis, float]
+    places: np.ndarray
+
+    @classmethod
+    def of(cls, hypotheses: Hypotheses) -> "Weighed":
+        """Weigh all single effects, pairs of the likeliest, and larger sets where they are likelier still."""
+        logs: dict[Hypothesis, float] = {}
+        shows = [i for i, each in enumerate(hypotheses.effects) if each.linear]
+        for present in [(), *((i,) for i in shows)]:
+            _weigh(hypotheses, logs, present)
+        for pair in _pairs(logs, shows):
+            _weigh(hypotheses, logs, pair)
+        for size in range(3, MOST_EFFECTS + 1):
+            for present in _larger(logs, shows, size):
+                _weigh(hypotheses, logs, present)
+        return cls(logs, _weigh_places(hypotheses, logs))
+
+
+def posterior(parts: Sequence[tuple[float, Weighed]], hypotheses: Hypotheses) -> Probabilities:
+    """Combine the weights under several assumptions into probabilities.
+
+    Args:
+        parts: log probability of each assumption, and weights under it.
+        hypotheses: the hypotheses under the likeliest.
+    """
+    logs: dict[Hypothesis, float] = {}
+    for assumed, part in parts:
+        for key, log in part.logs.items():
+            logs[key] = float(np.logaddexp(logs.get(key, -np.inf), assumed + log))
+    every = range(len(hypotheses.effects))
+    odds = np.array([[hypotheses.look_alike_odds(i, other) for i in every] for other in (False, True)])
+    logs = {key: log + float(np.log1p(odds[int(key.other), list(key.present)]).sum()) for key, log in logs.items()}
+    total = logsumexp(list(logs.values()))
+    places = logsumexp([assumed + part.places for assumed, part in parts], axis=0) if len(parts[0][1].places) else []
+    return Probabilities(
+        names=tuple(each.name for each in hypotheses.effects),
+        of={key: float(np.exp(log - total)) for key, log in logs.items()},
+        at_place=tuple(np.exp(np.subtract(places, total)).tolist()),
+        look_alike=odds,
+    )
+
+
+def _weigh(hypotheses: Hypotheses, logs: dict[Hypothesis, float], present: tuple[int, ...]) -> None:
+    """Weigh a set of effects, with and without an unknown one."""
+    for other in (False, True):
+        prior = hypotheses.priors.log_prior(len(present), other, len(hypotheses.effects))
+        logs[Hypothesis(present, other)] = hypotheses.evidence(present, other) + prior
+
+
+def _weigh_places(hypotheses: Hypotheses, logs: dict[Hypothesis, float]) -> np.ndarray:
+    """Add an unknown effect at one place to the likeliest sets, and return its log weight at each place (n,)."""
+    places = np.full(len(hypotheses.places), -np.inf)
+    if not len(places):
+        return places
+    placed = hypotheses.priors.placed
+    for key in logs:
+        if key.other:
+            logs[key] += float(np.log1p(-placed))
+    every = {key.present: max(logs[key], logs[Hypothesis(key.present, True)]) for key in logs if not key.other}
+    likeliest = sorted(every, key=lambda present: -every[present])[:AT_PLACES]
+    for present in {(), *likeliest}:
+        prior = hypotheses.priors.log_prior(len(present), True, len(hypotheses.effects)) + np.log(placed)
+        found = prior + hypotheses.at_places(present)
+        key = Hypothesis(present, True)
+        logs[key] = float(logsumexp([logs[key], *found]))
+        places = np.logaddexp(places, found)
+    return places
+
+
+def _larger(logs: dict[Hypothesis, float], shows: list[int], size: int) -> list[tuple[int, ...]]:
+    """Return the likeliest sets of one effect less, with one more; none where a smaller set is likelier than these."""
+    sets = sorted((key for key in logs if len(key.present) == size - 1), key=lambda key: -logs[key])[:GROWN]
+    if not sets or logs[sets[0]] < max(logs.values()):
+        return []
+    return sorted({tuple(sorted((*present, i))) for present, _ in sets for i in shows if i not in present})
+
+
+def _pairs(logs: dict[Hypothesis, float], shows: list[int]) -> set[tuple[int, int]]:
+    """Return all pairs of the likeliest effects, and pairs of the two likeliest with all others."""
+    alone = {i: max(logs[Hypothesis((i,))], logs[Hypothesis((i,), True)]) for i in shows}
+    order = sorted(shows, key=lambda i: -alone[i])
+    found = {(min(pair), max(pair)) for pair in combinations(order[:PAIRED], 2)}
+    return found | {(min(first, i), max(first, i)) for first in order[:2] for i in order[PAIRED:]}
+
+
+class Explained(NamedTuple):
+    """Hypotheses with their probabilities, averaged over the size of the twin's own discrepancy.
+
+    The linearised model and the hypotheses are those at the likeliest size.
+    """
+
+    linear: LinearModel
+    hypotheses: Hypotheses
+    probabilities: Probabilities
+
+
+def explained(
+    linear: LinearModel,
+    signatures: Sequence[Signature],
+    priors: Priors,
+    places: Sequence[LocalDiscrepancy] = (),
+) -> Explained:
+    """Weigh all hypotheses, for every size that the twin's own discrepancy may have.
+
+    Args:
+        linear: the linearised model.
+        signatures: what each effect does.
+        priors: prior probabilities.
+        places: unknown effects at one place.
+    """
+    common, found = linear.discrepancy.common_columns(signatures), []
+    for scale, chance in SCALES.items():
+        here = linear.with_error(scale, common)
+        hypotheses = _hypotheses(here, signatures, priors, places)
+        weighed = Weighed.of(hypotheses)
+        assumed = float(np.log(chance)) + here.space.log_volume
+        found.append((assumed + logsumexp(list(weighed.logs.values())), assumed, here, hypotheses, weighed))
+    _, _, likeliest, hypotheses, _ = max(found, key=lambda each: each[0])
+    probabilities = posterior([(each[1], each[4]) for each in found], hypotheses)
+    most = max(probabilities.of, key=lambda key: probabilities.of[key])
+    needed = needed_in_mixture(likeliest, hypotheses, most.present) if most.other else ()
+    return Explained(likeliest, hypotheses, probabilities.with_needed(needed))
+
+
+def needed_in_mixture(linear: LinearModel, hypotheses: Hypotheses, present: Sequence[int]) -> tuple[int, ...]:
+    """Return the effects without which a random mixture of the catalogue is much worse.
+
+    An unknown effect that is clearly such a mixture is many effects at once, and naming one gains nothing in addition
+    to all of them. But the mixture without that one may be much worse.
+
+    Args:
+        linear: the linearised model.
+        hypotheses: its hypotheses.
+        present: effects of the likeliest hypothesis, by number.
+    """
+    responses = [each for each in (hypotheses.best[i] for i in present) if each is not None]
+
+    def evidence(residual: Residual) -> float:
+        return gaussian_evidence(residual, responses, True, hypotheses.priors.form_error).evidence
+
+    mixed, found = evidence(hypotheses.like_any), []
+    if mixed - evidence(hypotheses.loose) < MIXED:
+        return ()
+    features = len(linear.model.measured)
+    frequencies = slice(features, features + linear.model.frequencies)
+    for effect, each in enumerate(hypotheses.effects):
+        if each.ways and effect not in present:
+            others = [other for other in hypotheses.effects if other is not each]
+            without = Residual.of(linear.space, linear.residual, linear.generic, others, frequencies)
+            if mixed - evidence(without) >= NEEDED:
+                found.append(effect)
+    return tuple(found)
+
+
+def _hypotheses(
+    linear: LinearModel,
+    signatures: Sequence[Signature],
+    priors: Priors,
+    places: Sequence[LocalDiscrepancy],
+) -> Hypotheses:
+    effects, features = effect_responses(signatures, linear.space), len(linear.model.measured)
+    frequencies = slice(features, features + linear.model.frequencies)
+    return Hypotheses(
+        like_any=Residual.of(linear.space, linear.residual, linear.generic, effects, frequencies),
+        loose=Residual.of(linear.space, linear.residual, linear.generic),
+        effects=effects,
+        priors=priors,
+        not_features=slice(features, features + linear.model.beside),
+        places=tuple((each.weight, linear.space.projected(each.columns.T).T) for each in places),
+    )

@@ -1,0 +1,267 @@
+"""The twin's forecast of a trial from known coefficients, its errors, and whether such a twin swims from rest.
+
+The crank's phase is that of the trial's first beats. Distances are as the public contract defines them.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from fitting.pool import forward_speed, head_frame
+from fitting.trial import MeasuredTrial
+from swimcal.errors import SimulationDiverged
+from swimcal.mjcf import FluidCoefficients
+from swimcal.runs import Runs
+from swimcal.twin import Twin, simulate_together
+from tracking.head_frame import HeadFrame, one_of
+
+SETTLED_S = 0.25  # time in which the tail forgets its start
+BEATS_IN_STEP = 3.0  # beats that set the crank's phase
+_REACH_RAD = 0.6  # largest error of the harmonic phase
+_TRIES = (7, 5)  # phases tried in each round
+_NEXT = 0.6  # reach of the second round, relative to the steps of the first
+BEATS = 4.0  # beats simulated, of which the second half counts; 6 would classify 4 of 512 twins otherwise
+FRAME_S = 1 / 30
+
+
+def swim(
+    twin: Twin,
+    trial: MeasuredTrial,
+    coefficients: np.ndarray,
+    phase_rad: np.ndarray,
+    frequency_hz: float,
+    frames: int | None = None,
+) -> HeadFrame:
+    """Simulate one trial s times, started with its own velocity.
+
+    Args:
+        twin: the twin, with the trial's markers.
+        trial: n frames.
+        coefficients: (s, 5).
+        phase_rad: (s,) crank angle at time 0.
+        frequency_hz: frequency of the crank, for all; a trial with a measured turn makes that instead.
+        frames: number of frames from the first; default all n.
+
+    Returns:
+        Head frames (s, n, m, 2).
+    """
+    count = len(phase_rad)
+    runs = Runs(
+        coefficients=np.ascontiguousarray(coefficients),
+        frequency_hz=np.full(count, frequency_hz),
+        phase_rad=np.asarray(phase_rad, float),
+        velocity=np.tile(trial.start_velocity, (count, 1)),
+        turns=(trial.turn,) * count,
+    )
+    trajectories = twin.simulate(runs, trial.time_s[:frames], allow_divergence=True)
+    return trial.seen_head(trajectories.marker_m)
+
+
+def frames_in_step(trial: MeasuredTrial) -> slice:
+    """Return the frames that set a trial's crank phase: three beats of its known part, after the start is forgotten."""
+    end = SETTLED_S + BEATS_IN_STEP / trial.start_frequency.hz
+    frames = np.flatnonzero(trial.known & (trial.time_s > SETTLED_S) & (trial.time_s <= end))
+    return slice(int(frames[0]), int(frames[-1]) + 1)
+
+
+def phase_from_harmonic(twin: Twin, trial: MeasuredTrial, coefficients: np.ndarray, frequency_hz: float) -> np.ndarray:
+    """Return the crank phases at time 0 (s,), rad, with which the tails beat in step with the measured one.
+
+    One simulation at phase 0 gives the lag of the tail's first harmonic behind the crank.
+
+    Args:
+        twin: the twin.
+        trial: the trial.
+        coefficients: (s, 5).
+        frequency_hz: frequency of the crank.
+    """
+    frames = frames_in_step(trial)
+    simulated = swim(twin, trial, coefficients, np.zeros(len(coefficients)), frequency_hz, frames.stop)
+    tail = list(trial.tail)
+    turn = np.exp(-1j * trial.crank_rad(trial.time_s[frames], frequency_hz))[:, None]
+    weight = trial.weight[frames][:, tail]  # (k, t)
+
+    def harmonic(shape_m: np.ndarray) -> np.ndarray:
+        lateral = np.nan_to_num(shape_m[..., frames, tail, 1])  # (..., k, t)
+        mean = (weight * lateral).sum(axis=-2, keepdims=True) / np.maximum(weight.sum(axis=0), 1e-12)
+        return (weight * (lateral - mean) * turn).sum(axis=-2)
+
+    measured, modelled = harmonic(trial.head.shape_m), harmonic(simulated.shape_m)
+    return np.angle((measured * modelled.conj()).sum(axis=-1))
+
+
+def fit_phase(twin: Twin, trial: MeasuredTrial, coefficients: FluidCoefficients) -> float:
+    """Estimate the crank phase at time 0 from the shape of the tail in the known part of the trial, rad.
+
+    The harmonic phase is refined twice on a grid, all simulations of one in a batch, then by a parabola.
+
+    Args:
+        twin: the twin.
+        trial: the trial.
+        coefficients: coefficients of the twin.
+
+    Raises:
+        SimulationDiverged: the twin diverged at this frequency.
+    """
+    hz = trial.start_frequency.hz
+    values = np.array([coefficients], float)
+    centre, reach = float(phase_from_harmonic(twin, trial, values, hz)[0]), _REACH_RAD
+    if not np.isfinite(centre):
+        raise SimulationDiverged(f"trial {trial.name}: the twin diverged at {hz:.3g} Hz")
+    frames = frames_in_step(trial)
+    for count in _TRIES:
+        tries = centre + np.linspace(-reach, reach, count)
+        simulated = swim(twin, trial, np.repeat(values, count, axis=0), tries, hz, frames.stop)
+        misfit = _shape_misfit(trial, simulated, frames)
+        centre, reach = float(tries[np.argmin(misfit)]), _NEXT * float(tries[1] - tries[0])
+    return _lowest(tries, misfit)
+
+
+def _lowest(tries: np.ndarray, misfit: np.ndarray) -> float:
+    """Return the minimum of the parabola through the least of misfits (s,) at even steps and its neighbours.
+
+    It is the place of the least misfit itself where a neighbour diverged or is no larger.
+    """
+    best = int(np.clip(np.argmin(misfit), 1, len(tries) - 2))
+    before, least, after = misfit[best - 1 : best + 2]
+    if not np.isfinite(before + least + after) or before - 2 * least + after <= 0:
+        return float(tries[np.argmin(misfit)])
+    off = np.clip(0.5 * (before - after) / (before - 2 * least + after), -1.0, 1.0)
+    return float(tries[best] + off * (tries[1] - tries[0]))
+
+
+def forecast(twin: Twin, trial: MeasuredTrial, coefficients: FluidCoefficients, phase_rad: float) -> HeadFrame:
+    """Simulate one trial at the frequency of its known part, and return the twin's head frame (n, m, 2).
+
+    Args:
+        twin: the twin.
+        trial: the trial.
+        coefficients: coefficients of the twin.
+        phase_rad: angle of the crank at time 0.
+    """
+    values = np.array([coefficients], float)
+    return one_of(swim(twin, trial, values, np.array([phase_rad]), trial.start_frequency.hz), 0)
+
+
+def _shape_misfit(trial: MeasuredTrial, simulated: HeadFrame, frames: slice) -> np.ndarray:
+    """Return the mean distance (s,) of the tail markers relative to the nose over some frames, less their mean offset.
+
+    It is infinite where the twin diverged.
+    """
+    tail = list(trial.tail)
+    weight = trial.weight[frames][:, tail]
+    error = simulated.shape_m[:, frames][:, :, tail] - trial.head.shape_m[frames][:, tail]  # (s, k, t, 2)
+    lost = ~np.isfinite(simulated.shape_m[:, frames][:, :, tail]).all(axis=(1, 2, 3))
+    error = np.nan_to_num(error, nan=1.0)
+    share = weight / np.maximum(weight.sum(axis=0), 1e-12)
+    error = error - (share[..., None] * error).sum(axis=1, keepdims=True)
+    found = (weight * np.linalg.norm(error, axis=-1)).sum(axis=(1, 2)) / weight.sum()
+    return np.asarray(np.where(lost, np.inf, found))
+
+
+def probed_hz(trials: tuple[MeasuredTrial, ...]) -> float:
+    """Return half the slowest frequency of the trials, at which twins are checked from rest.
+
+    Of 512 twins all over the box, those that swim forward at it do at all faster ones.
+    """
+    return 0.5 * min(trial.frequency.hz for trial in trials)
+
+
+def seconds_from_rest(trials: tuple[MeasuredTrial, ...]) -> float:
+    """Return the seconds that are simulated to check one set of coefficients."""
+    return BEATS / probed_hz(trials)
+
+
+def speed_from_rest(twin: Twin, coefficients: np.ndarray, frequency_hz: np.ndarray) -> np.ndarray:
+    """Return the forward speed (s, f) after half of some beats from rest, m/s, for s sets of coefficients (s, 5).
+
+    Args:
+        twin: the twin.
+        coefficients: (s, 5).
+        frequency_hz: (f,) frequencies of the crank.
+    """
+    count, times = len(coefficients), [np.arange(0.0, BEATS / hz, FRAME_S) for hz in frequency_hz]
+    runs = [Runs(np.asarray(coefficients, float), np.full(count, hz), np.zeros(count)) for hz in frequency_hz]
+    speeds = np.zeros((count, len(times)))
+    for i, swum in enumerate(simulate_together([twin] * len(runs), runs, times)):
+        time_s, hz, head = times[i], frequency_hz[i], head_frame(twin.markers, swum.marker_m)
+        speeds[:, i] = forward_speed(time_s, head, time_s >= BEATS / 2 / hz, hz)
+    return speeds
+
+
+def swims_forward(twin: Twin, coefficients: np.ndarray, trials: tuple[MeasuredTrial, ...]) -> np.ndarray:
+    """Tell whether each set of coefficients (s, 5) swims forward from rest at the frequencies of the trials, (s,).
+
+    MuJoCo's fluid model has two steady states for many sets of coefficients: started at the measured speed such a twin
+    follows the trials, started from rest it settles swimming backward. No trial that begins mid-swim can separate them,
+    but the robot itself does: it starts from rest.
+
+    It is always True when a trial itself was measured swimming backward.
+
+    Args:
+        twin: the twin.
+        coefficients: (s, 5).
+        trials: the trials.
+    """
+    if any(trial.speed <= 0 for trial in trials):
+        return np.ones(len(coefficients), bool)
+    with np.errstate(invalid="ignore"):
+        return np.asarray((speed_from_rest(twin, coefficients, np.array([probed_hz(trials)])) > 0)[:, 0])
+
+
+class Scores(NamedTuple):
+    """Mean marker distances of one trial.
+
+    Attributes:
+        marker_error_m: head frame, unflagged samples of the scored 4 s, aligned at the first kept frame, m.
+        marker_error_all_m: the same over all samples, flagged ones too, m.
+        shape_error_m: unflagged samples, relative to the nose in every frame, m.
+        used_fraction: share of the samples that are not flagged.
+    """
+
+    marker_error_m: float
+    marker_error_all_m: float
+    shape_error_m: float
+    used_fraction: float
+
+
+def residuals(trial: MeasuredTrial, simulated: HeadFrame, frames: np.ndarray) -> np.ndarray:
+    """Return the simulated minus the measured markers in the head frame, aligned at the first of the frames.
+
+    Args:
+        trial: n frames of m markers.
+        simulated: (..., n, m, 2) at the same times; it may end after the last of the frames.
+        frames: (n,) which frames.
+
+    Returns:
+        (..., k, m, 2) m.
+    """
+    simulated_frames = frames[: simulated.shape_m.shape[-3]]
+    first = int(np.flatnonzero(frames)[0])
+    measured_path = trial.head.path_m[frames] - trial.head.path_m[first]
+    simulated_path = simulated.path_m[..., simulated_frames, :] - simulated.path_m[..., first : first + 1, :]
+    shape = simulated.shape_m[..., simulated_frames, :, :] - trial.head.shape_m[frames]
+    return shape + (simulated_path - measured_path)[..., None, :]
+
+
+def score(trial: MeasuredTrial, simulated: HeadFrame) -> Scores:
+    """Return the marker distances of one trial from one simulation of it.
+
+    Args:
+        trial: n frames of m markers.
+        simulated: (n, m, 2) head frame of the simulation at the same times.
+    """
+    frames = trial.scored
+    distance = np.linalg.norm(residuals(trial, simulated, frames), axis=-1)  # (k, m)
+    shape = np.linalg.norm(simulated.shape_m[frames] - trial.head.shape_m[frames], axis=-1)
+    good = trial.weight[frames] > 0
+    return Scores(
+        marker_error_m=_mean(distance, good),
+        marker_error_all_m=_mean(distance, np.isfinite(distance)),
+        shape_error_m=_mean(shape, good),
+        used_fraction=float(good.mean()),
+    )
+
+
+def _mean(values: np.ndarray, good: np.ndarray) -> float:
+    return float(values[good].mean()) if good.any() else float("nan")

@@ -1,0 +1,563 @@
+"""The model of one trial and of a session: features, nuisances, discrepancy and their covariance.
+
+One hierarchical model of swim trials, y_i = g(theta; f_i) + B_i b_i + delta_i + e_i: fit, posterior and forecasts.
+
+theta: the five coefficients, common to all trials. b_i: nuisances that differ from trial to trial (start, boxes,
+registration of the head frame, trim). delta_i: model discrepancy, a Gaussian process over frequency with a part common
+to all trials and one of each trial. e_i: tracking noise. All but theta enter linearly, so they join one covariance.
+
+The features of one trial as a function of the coefficients, and the nuisances that may have moved them.
+
+For several trials it is faster to ask for all at once than for one after the other: the cores share their simulations.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+from scipy.linalg import block_diag
+
+from fitting.decay_fit import NUMBERS as RING_NUMBERS
+from fitting.decay_fit import Ring
+from fitting.features import OF_A_MARKER, SPEED, FeatureReader, advanced, beat_phase, phase_between, places_of_markers
+from fitting.noise import FeatureNoise, noise_of
+from fitting.phase import swims_forward
+from fitting.structure import ParameterUncertainty, PerturbedTwin, assumed, perturbed_twins, uncertainties_of
+from fitting.trial import MeasuredTrial
+from swimcal.effects.water import NATURAL_ROLL_HZ, HullRoll, RollingHull
+from swimcal.robot import RobotSpec
+from swimcal.runs import MarkerKinematics, Runs, Trajectories
+from swimcal.twin import Twin, simulate_together
+
+ROLL_SD = np.array([parameter.sd for parameter in HullRoll.parameters])
+"""Prior standard deviation of each number, (2,), normal about 0."""
+_LOW = np.array([parameter.low for parameter in HullRoll.parameters])
+_HIGH = np.array([parameter.high for parameter in HullRoll.parameters])
+ROLL_STEP = 0.1
+"""Step of finite differences, in standard deviations."""
+
+
+class Roll(NamedTuple):
+    """Roll of a hull, as the effect `hull_roll` of the catalogue describes it.
+
+    Attributes:
+        per_sway: roll for each metre of sway far above the natural frequency, rad/m; 0 without a roll.
+        natural: logarithm of the natural frequency over that of the catalogue.
+    """
+
+    per_sway: float = 0.0
+    natural: float = 0.0
+
+    @property
+    def natural_hz(self) -> float:
+        """Natural frequency of the roll, Hz."""
+        return NATURAL_ROLL_HZ * float(np.exp(self.natural))
+
+    @property
+    def deviance(self) -> float:
+        """Half its squared distance from no roll, in standard deviations."""
+        return float(0.5 * ((np.array(self) / ROLL_SD) ** 2).sum())
+
+    def moved(self, step: np.ndarray) -> "Roll":
+        """Return the roll moved by a step (2,) in standard deviations, within the bounds."""
+        return Roll(*map(float, np.clip(np.array(self) + step * ROLL_SD, _LOW, _HIGH)))
+
+    def shifted(self, number: int, sign: int) -> "Roll":
+        """Return the roll with one of its numbers off by `ROLL_STEP`."""
+        off = np.zeros(2)
+        off[number] = sign * ROLL_STEP
+        return Roll(*map(float, np.array(self) + off * ROLL_SD))
+
+    def seen(self, motion: Trajectories, robot: RobotSpec, markers: tuple[str, ...]) -> np.ndarray:
+        """Return the markers (s, n, m, 2) of simulated trajectories as they swing, m.
+
+        Args:
+            motion: the trajectories.
+            robot: the robot.
+            markers: names of the m markers.
+        """
+        if not self.per_sway:
+            return motion.marker_m
+        hull = RollingHull.of(robot, markers)
+        axes = MarkerKinematics(robot, markers).axes(motion.head, motion.hinges_rad)
+        times = np.broadcast_to(motion.time_s, motion.marker_m.shape[:2])
+        found = np.array(motion.marker_m)
+        for row in np.flatnonzero(np.isfinite(motion.marker_m).all(axis=(1, 2, 3))):
+            swung = hull.shift_m(times[row], motion.marker_m[row], axes[row], motion.crank_rad[row], self.natural_hz)
+            found[row] += self.per_sway * swung
+        return found
+
+
+NO_ROLL = Roll()
+
+
+_OF_TRACKS = ("reader", "measured", "noise", "noise_covariance")
+START_SD = (0.01, 0.02, 0.2)  # sd of the head's velocity at time 0: along, across (m/s), yaw (rad/s)
+PHASE_SD_RAD = 0.5  # sd of the crank's phase about the one that puts the tail in step
+PLACE_SD_M = 0.05  # sd of the whole fish about its smooth path
+LEAST_FREQUENCY_SE = 1e-4  # least relative standard error of a frequency
+_THROWN = 10.0  # m, m/s and rad/s; no fish beats or swims beyond these
+# Finite differences: of markers, of the velocity at time 0 (m/s, m/s, rad/s) and of the frequency (relative).
+_SHIFT_M = 1e-3
+_START_STEP = (0.01, 0.01, 0.1)
+_FREQUENCY_STEP = 0.005
+
+
+@dataclass(frozen=True, eq=False)
+class TrialModel:
+    """One trial and the twin, both as features of length k.
+
+    Attributes:
+        twin: the twin, with the trial's markers.
+        trial: the trial.
+        phase_rad: crank phase that simulations start from; they are then put in step.
+        doubted: twins of robots that differ as the robot may.
+        with_course: whether features hold how straight the fish goes.
+        roll: roll of the hull, with which simulated markers swing.
+    """
+
+    twin: Twin
+    trial: MeasuredTrial
+    phase_rad: float
+    doubted: tuple[PerturbedTwin, ...] = ()
+    with_course: bool = False
+    roll: Roll = NO_ROLL
+
+    def rolling(self, roll: Roll) -> "TrialModel":
+        """Return the same with another roll; what is known of the measured tracks is not computed anew."""
+        found = replace(self, roll=roll)
+        found.__dict__.update({name: self.__dict__[name] for name in _OF_TRACKS if name in self.__dict__})
+        return found
+
+    @cached_property
+    def reader(self) -> FeatureReader:
+        """Reader of the trial's features."""
+        return FeatureReader.of(self.trial, self.with_course)
+
+    @cached_property
+    def measured(self) -> np.ndarray:
+        """The measured features, (k,)."""
+        return self.reader(self._keep(self.trial.position_m))
+
+    @cached_property
+    def noise(self) -> FeatureNoise:
+        """Noise of the tracks."""
+        return noise_of(self.reader, self._keep(self.trial.position_m))
+
+    @cached_property
+    def noise_covariance(self) -> np.ndarray:
+        """Covariance (k, k) of the measured features."""
+        return self.noise.covariance(self.reader)
+
+    @property
+    def places_of_head(self) -> np.ndarray:
+        """Columns of `Sensitivities.boxes` and `markers` that belong to nose and neck, (4,)."""
+        return np.ravel([[2 * marker, 2 * marker + 1] for marker in (self.reader.nose, self.reader.neck)])
+
+    def simulated(self, coefficients: np.ndarray) -> np.ndarray:
+        """Return the features (s, k) at coefficients (s, 5), in step with the measured tail.
+
+        They are nan where the twin diverged.
+        """
+        return simulated_together((self,), coefficients)[0]
+
+    def of_sure_robot(self, coefficients: np.ndarray) -> "Sensitivities":
+        """Return the sensitivities of the features to each nuisance at coefficients (5,).
+
+        The robot has no uncertain numbers here.
+        """
+        trajectories = self.trajectories(coefficients[None])
+        marker_m = self._keep(self._marker_m(trajectories)[0])  # (n, m, 2)
+        features = self.in_step(self.reader(marker_m))
+        kinematics = MarkerKinematics(self.twin.robot, self.trial.markers)
+        body = self._keep(kinematics.axes(trajectories.head[0], trajectories.hinges_rad[0]))  # (n, m, 2, 2)
+        pool = np.broadcast_to(np.eye(2), body.shape)
+        own = [
+            *self._of_start(coefficients, features),
+            PHASE_SD_RAD * slope_of_phase(features),
+            *_of_place(len(features)),
+        ]
+        boxes = self._of_shifts(marker_m, pool, features)
+        markers = self._of_shifts(marker_m, body, features)
+        robot = np.zeros((len(features), 0))
+        return Sensitivities(
+            np.column_stack(own),
+            np.column_stack(boxes),
+            np.column_stack(markers),
+            robot,
+            self.slopes_of_roll(trajectories),
+        )
+
+    def _of_start(self, coefficients: np.ndarray, features: np.ndarray) -> np.ndarray:
+        """Return the effect (4, k) of the velocity at time 0 and of the frequency, about features (k,)."""
+        frequency = self.trial.frequency
+        relative = max(frequency.se_hz / frequency.hz, LEAST_FREQUENCY_SE) if np.isfinite(frequency.se_hz) else 0.01
+        step = np.array([*_START_STEP, _FREQUENCY_STEP])
+        steps = np.vstack([np.diag(step), -np.diag(step)])  # (8, 4)
+        positions = self.positions(np.tile(coefficients, (len(steps), 1)), 1 + steps[:, 3], steps[:, :3])
+        up, down = np.split(self.in_step(self.reader(positions)), 2)
+        moved = (np.array([*START_SD, relative]) / (2 * step))[:, None] * difference(up, down, features)
+        # Near a second steady state slopes are steep, but the start moves the mean speed by no more than its own error.
+        of_velocity = moved[: len(START_SD)]
+        of_velocity *= min(1.0, START_SD[0] / max(float(np.linalg.norm(of_velocity[:, SPEED])), 1e-12))
+        return moved
+
+    def _of_shifts(self, marker_m: np.ndarray, axes: np.ndarray, features: np.ndarray) -> list[np.ndarray]:
+        """Return the derivative of the features by each marker's shift along each of its axes (n, m, 2, 2), 1/m.
+
+        The tracks are scaled by the distance between nose and neck, so a shift of either scales all.
+        """
+        slopes, nose, neck = [], self.reader.nose, self.reader.neck
+        length = np.linalg.norm(marker_m[:, nose] - marker_m[:, neck], axis=-1).mean()
+        for marker in range(marker_m.shape[1]):
+            for axis in range(2):
+                shifted = np.array(marker_m)
+                shifted[:, marker] += _SHIFT_M * axes[:, marker, axis]
+                shifted *= length / np.linalg.norm(shifted[:, nose] - shifted[:, neck], axis=-1).mean()
+                slopes.append((self.in_step(self.reader(shifted)) - features) / _SHIFT_M)
+        return slopes
+
+    def slopes_of_roll(self, motion: Trajectories) -> np.ndarray:
+        """Return the change (k, 2) of the features with one prior standard deviation of each number of the roll."""
+        either = [[self.roll.shifted(number, sign) for sign in (1, -1)] for number in range(len(self.roll))]
+        rows = [[self.rolling(roll).features_of(motion)[0] for roll in pair] for pair in either]
+        return np.column_stack([(up - down) / (2 * ROLL_STEP) for up, down in rows])
+
+    def in_step(self, features: np.ndarray) -> np.ndarray:
+        """Return features (..., k) with their tails in step with the measured one."""
+        return advanced(features, phase_between(features, self.measured, list(self.trial.tail)))
+
+    def positions(
+        self, coefficients: np.ndarray, faster: np.ndarray | None = None, shift: np.ndarray | None = None
+    ) -> np.ndarray:
+        """Simulate the markers (s, n, m, 2) of the twin in the kept frames, in its own frame, m.
+
+        Args:
+            coefficients: (s, 5).
+            faster: (s,) factors on the frequency of the crank.
+            shift: (s, 3) shifts of the velocity at time 0.
+        """
+        return self._keep(self._marker_m(self.trajectories(coefficients, faster, shift)))
+
+    def trajectories(
+        self, coefficients: np.ndarray, faster: np.ndarray | None = None, shift: np.ndarray | None = None
+    ) -> Trajectories:
+        """Simulate the trial.
+
+        Args:
+            coefficients: (s, 5).
+            faster: (s,) factors on the frequency of the crank.
+            shift: (s, 3) shifts of the velocity at time 0.
+        """
+        return self.twin.simulate(self.runs(coefficients, faster, shift), self.time_s, allow_divergence=True)
+
+    @property
+    def time_s(self) -> np.ndarray:
+        """Times (n,) of the frames up to the last that is kept."""
+        return self.trial.time_s[: int(np.flatnonzero(self.trial.kept)[-1]) + 1]
+
+    def runs(self, coefficients: np.ndarray, faster: np.ndarray | None = None, shift: np.ndarray | None = None) -> Runs:
+        """Return the runs that `trajectories` simulates.
+
+        Args:
+            coefficients: (s, 5).
+            faster: (s,) factors on the frequency of the crank.
+            shift: (s, 3) shifts of the velocity at time 0.
+        """
+        count, trial, turn = len(coefficients), self.trial, self.trial.turn
+        faster = np.ones(count) if faster is None else faster
+        turned = {} if turn is None else {by: turn.shifted(0.0, by) for by in set(map(float, faster))}
+        return Runs(
+            coefficients=np.ascontiguousarray(coefficients),
+            frequency_hz=faster * trial.frequency.hz,
+            phase_rad=np.full(count, self.phase_rad),
+            velocity=np.tile(trial.start_velocity, (count, 1)) + (0.0 if shift is None else shift),
+            turns=tuple(turned[float(by)] for by in faster) if turned else None,
+        )
+
+    def features_of(self, motion: Trajectories) -> np.ndarray:
+        """Return the features (s, k) of trajectories up to the last frame that is kept, in step with the measured tail.
+
+        Features of a twin that is thrown about, as before it diverges, are nan as well.
+        """
+        found = self.in_step(self.reader(self._keep(self._marker_m(motion))))
+        with np.errstate(invalid="ignore"):
+            stands = (np.abs(found) < _THROWN).all(axis=-1, keepdims=True)
+        return np.where(stands, found, np.nan)
+
+    def _marker_m(self, motion: Trajectories) -> np.ndarray:
+        """Return the markers (s, n, m, 2) with the roll, m."""
+        return self.roll.seen(motion, self.twin.robot, self.trial.markers)
+
+    def _keep(self, series: np.ndarray) -> np.ndarray:
+        """Return the kept frames of positions (n, m, 2) or (s, n, m, 2), or of axes (n, m, 2, 2)."""
+        axis = 1 if series.ndim == 4 and series.shape[-2:] != (2, 2) else 0
+        return np.compress(self.trial.kept[: series.shape[axis]], series, axis=axis)
+
+
+class Sensitivities(NamedTuple):
+    """Sensitivities of features to nuisances, as columns (k, q).
+
+    Nuisances of the trial: velocity at time 0, frequency, phase, and where the fish is; and, by the metre, where each
+    box sits on its marker (with the scale and the heading that go with the boxes of nose and neck). Nuisances of the
+    session: by the metre, where each marker sits on the body; and the robot's uncertain numbers.
+
+    Attributes:
+        own: those of the trial, by their standard deviations.
+        boxes, markers: boxes 1 m off their markers, and markers 1 m off their places on the body.
+        robot: the robot's uncertain numbers, by their standard deviations.
+        rolls: the two numbers of the hull's roll, by their standard deviations.
+    """
+
+    own: np.ndarray
+    boxes: np.ndarray
+    markers: np.ndarray
+    robot: np.ndarray
+    rolls: np.ndarray
+
+
+def simulated_together(models: Sequence[TrialModel], coefficients: np.ndarray) -> list[np.ndarray]:
+    """Simulate the features (s, k) of each of several trials; those with the same twin run at once.
+
+    Args:
+        models: the trials.
+        coefficients: (s, 5).
+    """
+    motion = trajectories_together(models, coefficients)
+    return [model.features_of(each) for model, each in zip(models, motion, strict=True)]
+
+
+def trajectories_together(models: Sequence[TrialModel], coefficients: np.ndarray) -> list[Trajectories]:
+    """Simulate each of several trials; those with the same twin run at once.
+
+    Args:
+        models: the trials.
+        coefficients: (s, 5).
+    """
+    runs, times = [model.runs(coefficients) for model in models], [model.time_s for model in models]
+    return simulate_together([model.twin for model in models], runs, times)
+
+
+def sensitivities_together(models: Sequence[TrialModel], coefficients: np.ndarray) -> list[Sensitivities]:
+    """Return the sensitivities of several trials to each nuisance.
+
+    Args:
+        models: the trials, whose robots have the same uncertain numbers.
+        coefficients: (5,) where.
+    """
+    at = coefficients[None]
+    columns: list[list[tuple[float, np.ndarray, np.ndarray]]] = [[] for _ in models]
+    for doubts in zip(*(model.doubted for model in models), strict=True):
+        more, less = (
+            simulated_together([replace(model, twin=twin) for model, twin in zip(models, twins, strict=True)], at)
+            for twins in ([doubt.more for doubt in doubts], [doubt.less for doubt in doubts])
+        )
+        for own, doubt, up, down in zip(columns, doubts, more, less, strict=True):
+            own.append((doubt.per_sd, up[0], down[0]))
+    found = [model.of_sure_robot(coefficients) for model in models]
+    middles = simulated_together(models, at)
+    return [
+        each._replace(
+            robot=np.column_stack([each.robot, *(sd * difference(up, down, middle[0]) for sd, up, down in own)])
+        )
+        for each, own, middle in zip(found, columns, middles, strict=True)
+    ]
+
+
+def difference(up: np.ndarray, down: np.ndarray, middle: np.ndarray) -> np.ndarray:
+    """Return features (..., k) one step up less those one step down.
+
+    Where the twin diverged on one side it is twice the difference to the middle, where on both sides 0.
+
+    Args:
+        up: (..., k) one step up.
+        down: (..., k) one step down.
+        middle: (k,) without a step.
+    """
+    up, down = (np.where(np.isfinite(each).all(axis=-1, keepdims=True), each, np.nan) for each in (up, down))
+    up, down = np.where(np.isnan(up), 2 * middle - down, up), np.where(np.isnan(down), 2 * middle - up, down)
+    return np.nan_to_num(up - down)
+
+
+def slope_of_phase(features: np.ndarray) -> np.ndarray:
+    """Return the derivative of features (..., k) by the phase of the crank, 1/rad."""
+    step = 1e-4
+    return (advanced(features, step) - advanced(features, -step)) / (2 * step)
+
+
+def _of_place(length: int) -> list[np.ndarray]:
+    """Return the columns that move the mean of all markers, along and across."""
+    columns = []
+    for axis in range(2):
+        column = np.zeros(length)
+        column[places_of_markers(length)].reshape(-1, 2, OF_A_MARKER)[:, axis, 0] = PLACE_SD_M
+        columns.append(column)
+    return columns
+
+
+START_PHASE_RAD = 1.0  # crank phase of simulations; features are put in step afterwards
+
+
+class PlacementUncertainty(NamedTuple):
+    """Standard deviations, m: of boxes from markers, anew in each trial; of markers on the body, the same in all."""
+
+    box_m: float
+    marker_m: float
+
+
+class NuisanceModel(NamedTuple):
+    """Nuisance model of features of length k: noise, and columns by which each nuisance moves them.
+
+    Attributes:
+        noise: (k, k) covariance.
+        own: (k, p) of the nuisances that each trial has to itself, but boxes.
+        per_box: (k, b) of boxes 1 m off their markers.
+        per_marker: (k, 2 m) of markers 1 m off their places on the body, the same in all trials.
+        robot: (k, q) of the robot's uncertain numbers, the same in all trials.
+    """
+
+    noise: np.ndarray
+    own: np.ndarray
+    per_box: np.ndarray
+    per_marker: np.ndarray
+    robot: np.ndarray
+
+    @property
+    def finite(self) -> bool:
+        """Whether no twin diverged."""
+        return all(bool(np.isfinite(part).all()) for part in self)
+
+    @property
+    def fixed(self) -> np.ndarray:
+        """Covariance (k, k) of noise and of all nuisances but boxes and markers."""
+        return np.asarray(self.noise + self.own @ self.own.T + self.robot @ self.robot.T)
+
+    def of(self, off: "PlacementUncertainty") -> np.ndarray:
+        """Return the covariance (k, k) with boxes and markers that far off."""
+        boxes, markers = off.box_m * self.per_box, off.marker_m * self.per_marker
+        return np.asarray(self.fixed + boxes @ boxes.T + markers @ markers.T)
+
+
+@dataclass(frozen=True, eq=False)
+class SessionModel:
+    """The trials that a posterior rests on; the features of all of them form one row of length k.
+
+    Attributes:
+        trials: the trials.
+        rings: free decays of the same robot, of which a diagnosis reads more numbers.
+    """
+
+    trials: tuple[TrialModel, ...]
+    rings: tuple[Ring, ...] = ()
+
+    @classmethod
+    def of(
+        cls,
+        twin: Twin,
+        trials: Sequence[MeasuredTrial],
+        doubts: Sequence[ParameterUncertainty] | None = None,
+        with_course: bool = False,
+    ) -> "SessionModel":
+        """Build the model of measured trials.
+
+        Args:
+            twin: the twin.
+            trials: the trials.
+            doubts: uncertain numbers of the robot; by default all, as if nobody measured it.
+            with_course: whether features hold the course.
+        """
+        doubts = uncertainties_of(assumed(twin.robot).sources) if doubts is None else doubts
+        doubted = perturbed_twins(twin, doubts)
+        return cls(tuple(TrialModel(twin, trial, START_PHASE_RAD, doubted, with_course) for trial in trials))
+
+    def rolling(self, roll: Roll) -> "SessionModel":
+        """Return the same with another roll of the hull."""
+        return replace(self, trials=tuple(trial.rolling(roll) for trial in self.trials))
+
+    @property
+    def logged(self) -> tuple[int, ...]:
+        """Numbers of the trials whose motor was logged while it was given a known speed."""
+        trials = enumerate(each.trial for each in self.trials)
+        return tuple(i for i, trial in trials if trial.commanded_hz is not None and trial.logged_hz is not None)
+
+    @property
+    def frequencies(self) -> int:
+        """Number of frequencies in the row: that of each trial's tail, and of the logged ones the motor's."""
+        return len(self.trials) + len(self.logged)
+
+    @property
+    def beside(self) -> int:
+        """Number of entries after the features that a diagnosis reads: frequencies, then `Ring.residual` by decay."""
+        return self.frequencies + self.of_rings
+
+    @property
+    def of_rings(self) -> int:
+        """Number of those that free decays give."""
+        return RING_NUMBERS * len(self.rings)
+
+    @property
+    def places_of_rings(self) -> slice:
+        """Place of those that free decays give in a row: at its end."""
+        end = len(self.measured) + self.beside
+        return slice(end - self.of_rings, end)
+
+    @cached_property
+    def ring_residuals(self) -> np.ndarray:
+        """Residuals (r,) of the decays, as fitted less as described: no coefficient matters in air."""
+        return np.concatenate([np.zeros(0), *(ring.residual for ring in self.rings)])
+
+    @cached_property
+    def ring_sensitivities(self) -> np.ndarray:
+        """Sensitivities (r, q) of the decays to the robot's uncertain numbers, by their standard deviations."""
+        if not self.rings:
+            return np.zeros((0, len(self.trials[0].doubted)))
+        measured = [
+            [each.per_sd * (ring.of_twin(each.more)[0] - ring.of_twin(each.less)[0]) for ring in self.rings]
+            for each in self.trials[0].doubted
+        ]
+        return np.reshape(measured, (len(measured), self.of_rings)).T
+
+    @property
+    def rings_sd(self) -> np.ndarray:
+        """Standard deviations (r,) of the decays by tracking noise."""
+        return np.concatenate([np.zeros(0), *(ring.sd for ring in self.rings)])
+
+    @cached_property
+    def phase_rad(self) -> np.ndarray:
+        """Phase of the beat of each tail at time 0, (t,), see `beat_phase`: what trials share is so at one phase."""
+        return np.array([float(beat_phase(model.measured, list(model.trial.tail))) for model in self.trials])
+
+    @cached_property
+    def measured(self) -> np.ndarray:
+        """The measured row, (k,)."""
+        return np.concatenate([model.measured for model in self.trials])
+
+    @property
+    def observed(self) -> np.ndarray:
+        """Whether the tracks tell each number of the row, (k,); the others are 0, measured and simulated."""
+        return np.concatenate([model.reader.observed for model in self.trials])
+
+    @cached_property
+    def noise(self) -> np.ndarray:
+        """Covariance (k, k) of the tracking noise."""
+        return block_diag(*[model.noise_covariance for model in self.trials])
+
+    def simulated(self, coefficients: np.ndarray) -> np.ndarray:
+        """Return the rows (s, k) at coefficients (s, 5); nan where the twin diverged."""
+        return np.hstack(simulated_together(self.trials, coefficients))
+
+    def swim_forward(self, coefficients: np.ndarray) -> np.ndarray:
+        """Tell whether the twins of coefficients (s, 5) swim forward from rest, (s,)."""
+        return swims_forward(self.trials[0].twin, coefficients, tuple(each.trial for each in self.trials))
+
+    def disturbances(self, coefficients: np.ndarray, noise: np.ndarray | None = None) -> NuisanceModel:
+        """Return the nuisance model at coefficients (5,); the noise (k, k) is by default that of the tracks."""
+        sensitivities = sensitivities_together(self.trials, coefficients)
+        own = block_diag(*[each.own for each in sensitivities])
+        boxes = block_diag(*[each.boxes for each in sensitivities])
+        markers, robot = (
+            np.vstack(each) for each in zip(*[(each.markers, each.robot) for each in sensitivities], strict=True)
+        )
+        return NuisanceModel(self.noise if noise is None else noise, own, boxes, markers, robot)

@@ -1,0 +1,141 @@
+"""Section on the quality of the tracks."""
+
+from collections import Counter
+from collections.abc import Iterator
+
+import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.patches import Patch
+
+from fitting.calibration import CalibratedTrial
+from fitting.trial import MeasuredTrial
+from reports.caveats import track_flags
+from reports.context import ReportContext
+from reports.page import Block, Plot, Plots, Prose, Section, Table, table_head
+from reports.style import HALF_WIDTH_IN, INKS, SHADE, Margins, panel, styled
+from reports.words import counted, in_words, listed, percent, sentence, shortened, shown, spanned
+from swimcal.errors import FLAG_KINDS
+from tracking.harmed_frames import stretches
+
+_HEAD = "head not trusted"
+_OTHER = "other"
+_INK_OF_KIND = {
+    "merged_markers": "flag-merged",
+    "frozen_marker": "flag-frozen",
+    "jump": "flag-jump",
+    "segment_length": "flag-segment",
+    "gap": "flag-gap",
+    _HEAD: "muted",
+}
+
+
+@styled
+def flagged_samples_figure(trial: MeasuredTrial) -> Figure:
+    """Draw a row for each marker, pale where its samples count, coloured by the kind of flag where they do not."""
+    rows, kinds = len(trial.markers), flagged_kinds(trial)
+    figure, axes = panel(HALF_WIDTH_IN, 1.02 + 0.17 * rows, Margins(left=0.85, top=0.52))
+    frame_s = float(np.median(np.diff(trial.time_s)))
+    duration = float(trial.time_s[-1]) + frame_s
+    axes.barh(-np.arange(rows), duration, height=0.72, color=SHADE)
+    for kind in sorted(set(kinds[kinds != ""])):
+        for marker in range(rows):
+            spans = [
+                (trial.time_s[first], trial.time_s[last] - trial.time_s[first] + frame_s)
+                for first, last in stretches(kinds[:, marker] == kind)
+            ]
+            axes.broken_barh(spans, (-marker - 0.36, 0.72), facecolor=_colour(str(kind)), linewidth=0)
+    axes.set_yticks(-np.arange(rows), [shortened(name, 12) for name in trial.markers])
+    axes.set(xlim=(0.0, duration), ylim=(-rows + 0.4, 0.6))
+    axes.grid(visible=False)
+    axes.set_xlabel("time (s)")
+    axes.set_title(shortened(trial.name, 40), loc="left", fontweight="bold", pad=17)
+    handles = [Patch(color=_colour(kind), label=in_words(kind)) for kind in sorted(set(kinds[kinds != ""]))]
+    handles = handles or [Patch(color=SHADE, label="every sample counts")]
+    axes.legend(handles=handles, loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=3, handlelength=1.0)
+    return figure
+
+
+def flagged_kinds(trial: MeasuredTrial) -> np.ndarray:
+    """Say (n, m) why each sample is left out: the kind of its flag, the head, another; empty where it counts."""
+    kinds = np.full(trial.weight.shape, "", dtype=object)
+    for flag in trial.flags:
+        first, last = flag.frames or (0, len(kinds) - 1)
+        for name in flag.markers:
+            if name in trial.markers:
+                kinds[first : last + 1, trial.markers.index(name)] = flag.kind
+    left_out = trial.weight <= 0
+    reason = np.where(left_out.all(axis=1, keepdims=True), _HEAD, _OTHER)
+    return np.where(left_out, np.where(kinds == "", reason, kinds), "")
+
+
+def _colour(kind: str) -> str:
+    return INKS[_INK_OF_KIND.get(kind, "flag-other")].light
+
+
+COLUMNS = table_head("trial | what was seen | stretches [] | longest [frames] | markers")
+STRETCHES = table_head("trial | flag | frames [] | time [s] | what was seen")
+
+
+def build_track_quality(context: ReportContext) -> Section:
+    """Build the section: a picture of each trial with flags, the flags counted by kind, and every stretch."""
+    trials = [trial for trial in context.calibration.trials if (trial.measured.weight <= 0).any()]
+    unflagged = [trial.measured.name for trial in context.calibration.trials if trial not in trials]
+    rows = tuple(row for trial in context.calibration.trials for row in _rows(trial))
+    blocks: list[Block] = []
+    if unflagged:
+        blocks.append(Prose(f"Every sample counts in {listed(unflagged)}."))
+    if rows:
+        blocks.append(Table("Flags by trial and kind. Flagged samples are not used.", COLUMNS, rows))
+        stretches = tuple(row for trial in context.calibration.trials for row in _stretches(trial.measured))
+        blocks.append(Table(f"{counted(len(stretches), 'stretch', 'es')}.", STRETCHES, stretches, folded=True))
+    pictures = tuple(picture_of_tracks(trial.measured) for trial in trials)
+    if pictures:
+        what = "A long coloured row is a marker to track again, a column a moment at which no marker can be used."
+        blocks.append(Plots(pictures, what))
+    return Section("Track quality", "tracks", tuple(blocks), _caveats(context))
+
+
+def picture_of_tracks(trial: MeasuredTrial) -> Plot:
+    """Draw which samples of a measured trial are flagged; needs no fit."""
+    count = f"{percent(float((trial.weight > 0).mean()))} of {counted(trial.weight.size, 'sample')} count"
+    caption = (
+        f"{trial.name}: {count}. A long coloured row is a marker to track again, a coloured column a moment at which "
+        "no marker can be used."
+    )
+    return Plot(flagged_samples_figure(trial), f"{trial.name}-flags", caption, label=f"{trial.name}: {count}.")
+
+
+def _stretches(trial: MeasuredTrial) -> Iterator[tuple[str, ...]]:
+    last_frame = len(trial.time_s) - 1
+    for flag in track_flags(trial):
+        first, last = (min(frame, last_frame) for frame in flag.frames or (0, last_frame))
+        when = spanned(float(trial.time_s[first]), float(trial.time_s[last]), lambda time_s: shown(time_s, 2))
+        yield trial.name, flag.kind.replace("_", " "), f"{first} to {last}", when, sentence(flag.message)
+
+
+def _rows(trial: CalibratedTrial) -> list[tuple[str, ...]]:
+    flags = track_flags(trial.measured)
+    rows: list[tuple[str, ...]] = []
+    for kind, count in Counter(flag.kind for flag in flags).most_common():
+        of_kind = [flag for flag in flags if flag.kind == kind]
+        frames = [flag.frames or (0, len(trial.measured.time_s) - 1) for flag in of_kind]
+        longest = max(last - first + 1 for first, last in frames)
+        markers = tuple(dict.fromkeys(name for flag in of_kind for name in flag.markers))
+        what = f"{kind.replace('_', ' ')}: {FLAG_KINDS[kind]}" if kind in FLAG_KINDS else kind.replace("_", " ")
+        rows.append((trial.measured.name, what, str(count), str(longest), listed(markers)))
+    return rows
+
+
+def _caveats(context: ReportContext) -> tuple[str, ...]:
+    caveats = []
+    for trial in context.calibration.trials:
+        share = trial.measured.used_fraction
+        if share < 0.8:
+            caveats.append(f"{trial.measured.name}: only {percent(share)} of the compared samples count.")
+    if context.session.camera.calibration is None:
+        scales = [trial.measured.metres_per_px * 1000 for trial in context.calibration.trials]
+        caveats.append(
+            "No lens calibration is given: distances near the edge of the picture may be off. The scale is the median "
+            f"nose-neck distance ({shown(min(scales), 2)} to {shown(max(scales), 2)} mm per pixel)."
+        )
+    return tuple(caveats)

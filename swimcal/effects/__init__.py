@@ -1,0 +1,1 @@
+"""Effects: what the plain twin leaves out, and the twin with them."""

@@ -1,0 +1,236 @@
+"""Tables of numbers in CSV, read strictly: a cell that is not a number is reported with its line and column."""
+
+from __future__ import annotations
+
+import gzip
+import math
+import zlib
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from types import MappingProxyType
+
+import numpy as np
+
+from swimcal.errors import Fault, FaultCollector, Flag, did_you_mean, shown
+
+GZIP_MAGIC = b"\x1f\x8b"
+EMPTY = "the file is empty"
+FILL = "Write the recording to it again, or take it out of session.toml."
+
+
+@dataclass(frozen=True)
+class Row:
+    """One line of the file: its number, counted from 1, and its cells without the white space around them."""
+
+    line: int
+    cells: list[str]
+
+
+@dataclass(frozen=True)
+class RawTable:
+    """The cells of a table, not yet converted to numbers.
+
+    Attributes:
+        file: name of the file for messages.
+        header: the first row where it holds names, else None.
+        rows: all other rows, blank ones at the end left out.
+        ends_whole: whether the last line is ended by a line feed.
+    """
+
+    file: str
+    header: tuple[str, ...] | None
+    rows: list[Row]
+    ends_whole: bool
+
+
+def read_text(path: Path) -> str:
+    """Read the text of a file, unpacked if it is gzip (known by its first bytes), without a byte order mark.
+
+    Raises:
+        InputError: not there, not readable, damaged, or not UTF-8.
+    """
+    faults = FaultCollector(str(path))
+    try:
+        data = path.read_bytes()
+        if data.startswith(GZIP_MAGIC):
+            data = gzip.decompress(data)
+        return data.decode("utf-8-sig")
+    except FileNotFoundError:
+        faults.add("", "the file is not there", expected="a readable file")
+    except IsADirectoryError:
+        faults.add("", "this is a folder", expected="a file")
+    except UnicodeDecodeError as error:
+        found = f"byte {error.object[error.start]:#04x} at {error.start}"
+        faults.add("", "not a text file", found=found, expected="text in UTF-8")
+    except (gzip.BadGzipFile, EOFError, zlib.error) as error:
+        expected, step = "a whole gzip file", "Copy or pack it again."
+        faults.add("", "the packed file is damaged", found=str(error), expected=expected, next_step=step)
+    except (OSError, ValueError) as error:
+        faults.add("", "the file cannot be read", found=str(error), expected="a readable file")
+    faults.raise_if_any()
+    raise AssertionError("unreachable")
+
+
+def read_table(path: Path) -> RawTable:
+    """Split a CSV file into cells; a first row most of whose cells are not numbers is the header.
+
+    Raises:
+        InputError: the file cannot be read as text, or is empty.
+    """
+    file, text = str(path), read_text(path)
+    lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
+    rows = [Row(number, _split_cells(line)) for number, line in enumerate(lines, start=1)]
+    while rows and rows[-1].cells == [""]:
+        rows.pop()
+    faults = FaultCollector(file)
+    if not rows:
+        faults.add("", EMPTY, expected="comma-separated rows of numbers", next_step=FILL)
+    elif "," not in lines[0] and (";" in lines[0] or "\t" in lines[0]):
+        faults.add("line 1", "one column only", found=shown(lines[0]), expected="columns separated by commas")
+    faults.raise_if_any()
+    return as_table(file, rows, text.endswith(("\n", "\r")))
+
+
+def as_table(file: str, rows: list[Row], ends_whole: bool) -> RawTable:
+    """Build a table from rows, of which there is at least one.
+
+    The first row is the header where most of its cells are not numbers.
+    """
+    first = rows[0].cells
+    has_header = sum(_read_number(cell) is None for cell in first) > len(first) / 2
+    header = tuple(first) if has_header else None
+    return RawTable(file, header, rows[1:] if has_header else rows, ends_whole)
+
+
+def check_header(
+    table: RawTable, columns: tuple[str, ...], faults: FaultCollector, others: Mapping[str, Iterable[str]]
+) -> None:
+    """Add a fault where the header is missing or has other columns.
+
+    Args:
+        table: the table as read.
+        columns: names that the header must have, in their order.
+        faults: receives what is wrong.
+        others: further names of a column that count as its own.
+    """
+    expected = ",".join(columns)
+    if table.header is None:
+        faults.add("line 1", "no header", expected=expected)
+        return
+    column_of = {name: column for column, names in others.items() for name in names}
+    if tuple(column_of.get(name, name) for name in table.header) == columns:
+        return
+    strange = [name for name in table.header if name not in columns and name not in column_of]
+    hint = did_you_mean(strange[0], (*columns, *column_of)) if strange else ""
+    for column, names in others.items():
+        if strange and strange[0].split("_")[0] == column.split("_")[0]:
+            hint = f"{strange[0]!r} does not say its unit; name the column by it: {', '.join(names)}."
+    faults.add("line 1", "wrong header", found=",".join(table.header), expected=expected, next_step=hint)
+
+
+def read_log(
+    path: Path, columns: tuple[str, ...], others: Mapping[str, Iterable[str]] = MappingProxyType({})
+) -> tuple[RawTable, tuple[Flag, ...]]:
+    """Read a table with these columns, to which rows are appended while something runs.
+
+    A last row cut short by the end (not ended by a line feed, or with cells missing) is left out and flagged.
+
+    Args:
+        path: the file.
+        columns: names that the header must have, in their order.
+        others: further names of a column, for instance one for each unit it may be in.
+
+    Raises:
+        InputError: the file cannot be read as text, is empty, or has another header.
+    """
+    table = read_table(path)
+    faults = FaultCollector(table.file)
+    check_header(table, columns, faults, others)
+    faults.raise_if_any()
+    if not _ends_cut(table):
+        return table, ()
+    message = f"line {table.rows[-1].line} is cut short and was left out; the log ended mid-row"
+    return replace(table, rows=table.rows[:-1], ends_whole=True), (Flag("truncated_log", message=message),)
+
+
+def to_numbers(table: RawTable, columns: tuple[str, ...], faults: FaultCollector) -> np.ndarray:
+    """Convert the rows of a table to numbers, shape (rows, columns); nan for an empty or ``nan`` cell.
+
+    Ragged rows, which are left out, cells that are not numbers and infinite values become faults. Messages name the
+    `columns`, whose number is the width expected.
+
+    Args:
+        table: the table as read.
+        columns: names of the columns.
+        faults: receives what is wrong.
+    """
+    ragged: list[Fault] = []
+    bad_cells: list[Fault] = []
+    values: list[list[float]] = []
+    for row in table.rows:
+        if len(row.cells) != len(columns):
+            ragged.append(_ragged(table.file, row, len(columns)))
+            continue
+        try:
+            numbers = [float(cell) for cell in row.cells]
+            plain = all(map(math.isfinite, numbers)) and "_" not in "".join(row.cells)
+        except ValueError:
+            plain = False
+        if not plain:
+            numbers = [_check_cell(table.file, row, column, columns, bad_cells) for column in range(len(columns))]
+        values.append(numbers)
+    faults.extend_capped(ragged)
+    faults.extend_capped(bad_cells)
+    return np.array(values, dtype=float).reshape(len(values), len(columns))
+
+
+def check_time(table: RawTable, time_s: np.ndarray, faults: FaultCollector) -> None:
+    """Add a fault for each row whose time, of shape (rows,), is missing or not later than the one before."""
+
+    def fault(row: int, what: str, found: str) -> Fault:
+        return Fault(table.file, f"line {table.rows[row].line}", what, found, "a later time in every row")
+
+    faults.extend_capped([fault(k, "time_s is missing", "") for k in np.flatnonzero(np.isnan(time_s)).tolist()])
+    late = (1 + np.flatnonzero(time_s[1:] <= time_s[:-1])).tolist()
+    faults.extend_capped([fault(k, "time does not increase", f"{time_s[k]} after {time_s[k - 1]}") for k in late])
+
+
+def _ends_cut(table: RawTable) -> bool:
+    """Return whether the last row is cut short: not ended by a line feed, or with too few cells.
+
+    An editor, or a file system after a power loss, may have ended a cut row after all.
+    """
+    few = len(table.header or ()) if table.rows else 0
+    return bool(table.rows) and (not table.ends_whole or len(table.rows[-1].cells) < few)
+
+
+def _split_cells(line: str) -> list[str]:
+    return [cell.strip().strip('"') for cell in line.split(",")]
+
+
+def _read_number(cell: str) -> float | None:
+    """Read the number in a cell: nan for an empty one, None where there is none."""
+    if not cell:
+        return math.nan
+    try:
+        return None if "_" in cell else float(cell)
+    except ValueError:
+        return None
+
+
+def _ragged(file: str, row: Row, width: int) -> Fault:
+    found = "a blank line" if row.cells == [""] else f"{len(row.cells)} columns"
+    return Fault(file, f"line {row.line}", "wrong number of columns", found, f"{width} columns")
+
+
+def _check_cell(file: str, row: Row, column: int, columns: tuple[str, ...], bad_cells: list[Fault]) -> float:
+    """Read the number in one cell; nan, and a fault, where it is not a finite one."""
+    cell = row.cells[column]
+    value = _read_number(cell)
+    if value is not None and not math.isinf(value):
+        return value
+    what = "not a number" if value is None else "an infinite value"
+    where = f"line {row.line}, column {column + 1} ({columns[column]})"
+    bad_cells.append(Fault(file, where, what, shown(cell), "a finite number, or an empty cell for a missing sample"))
+    return math.nan

@@ -1,0 +1,240 @@
+"""How a marker looks: the grey that separates it from its surroundings, and its look over time."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from tracking.boxes import StartBoxes
+from tracking.video import Frame
+
+
+def window(luma: np.ndarray, column: int, row: int, reach: int) -> np.ndarray:
+    """(2 reach + 1, 2 reach + 1) uint8 of the (h, w) picture, centred on one of its pixels."""
+    height, width = luma.shape
+    left, top, right, bottom = column - reach, row - reach, column + reach + 1, row + reach + 1
+    if left >= 0 and top >= 0 and right <= width and bottom <= height:
+        return luma[top:bottom, left:right]
+    columns = np.clip(np.arange(left, right), 0, width - 1)
+    rows = np.clip(np.arange(top, bottom), 0, height - 1)
+    return luma[np.ix_(rows, columns)]
+
+
+def windows(luma: np.ndarray, centre_px: np.ndarray, reach: int) -> tuple[np.ndarray, np.ndarray]:
+    """(k, 2 reach + 1, 2 reach + 1) float32 windows around places (k, 2), and (k, 2) the pixels they are centred on."""
+    middle = np.rint(centre_px).astype(int)
+    cut = [window(luma, column, row, reach) for column, row in middle.tolist()]
+    side = 2 * reach + 1
+    return np.array(cut, dtype=np.float32).reshape(-1, side, side), middle
+
+
+ENOUGH = 15.0
+"""Grey levels by which each marker must stand out from most of what is around it for brightness to be used as it is."""
+_BETTER = 1.5  # times that the colours must separate the worst marker more than brightness does
+_ALONE, _CLEAR = 0.5, 0.7  # shares from which a marker is as far off all around it, by brightness and by colour
+_LARGE_PX = 30.0  # sides of boxes from which on half the resolution costs less than two brightnesses around a marker
+_CORE, _RING = 0.5, (1.2, 1.8)  # radii in half sides of a box: its middle, and its surroundings
+_COVERED = 1.1  # half sides of a box within which its own marker is seen
+_SPAN = 10.0, 90.0  # percentiles of the colours around the markers that count as these
+_MOST = 15.0, 85.0  # percentiles of what is around a marker: it may touch others
+_FULL = 180.0  # grey levels of a pixel as far off in colour as the markers are in the median
+
+
+@dataclass(frozen=True)
+class Grey:
+    """A map from the pixels of a frame to grey levels.
+
+    Attributes:
+        by_colour: how far the colour is from those around the markers, else brightness.
+        around: two pairs of colour differences (U, V), between which those around the markers lie.
+        gain: grey levels for one level of distance.
+    """
+
+    by_colour: bool = False
+    around: tuple[tuple[float, float], tuple[float, float]] = ((128.0, 128.0), (128.0, 128.0))
+    gain: float = 1.0
+
+    def of(self, frame: Frame) -> np.ndarray:
+        """Return the grey levels (h, w), uint8, of a frame."""
+        if not self.by_colour:
+            return frame.luma
+        yuv = frame.yuv()
+        return self._levels[yuv[..., 1], yuv[..., 2]]
+
+    def as_array(self) -> np.ndarray:
+        """Return it as numbers (6,), which `restored` takes back."""
+        return np.array([self.by_colour, *self.around[0], *self.around[1], self.gain])
+
+    @classmethod
+    def restored(cls, kept: np.ndarray) -> "Grey":
+        """Make it again of what `as_array` gave."""
+        by_colour, *around, gain = kept.tolist()
+        return cls(bool(by_colour), ((around[0], around[1]), (around[2], around[3])), gain)
+
+    @classmethod
+    def of_boxes(cls, frame: Frame, boxes: StartBoxes, markers: Sequence[str]) -> "Grey":
+        """Choose the grey for the markers in their start boxes, in the frame of these."""
+        sides = [(boxes.boxes[name].width + boxes.boxes[name].height) / 2 for name in markers]
+        return cls.chosen(frame, boxes.centres_px(markers), np.array(sides))
+
+    @classmethod
+    def chosen(cls, frame: Frame, centre_px: np.ndarray, side_px: np.ndarray) -> "Grey":
+        """Choose the grey in which markers at (m, 2), px, in boxes of (m,) sides, px, stand out from what is around.
+
+        Brightness is chosen if it separates them all: it is sharper, and costs nothing.
+        """
+        by_luma = _separation(frame.luma, centre_px, side_px)
+        large = float(np.min(side_px)) >= _LARGE_PX
+        if by_luma.margin >= ENOUGH and (by_luma.share >= _ALONE or not large):
+            return cls()
+        yuv = frame.yuv()
+        hues = [_parts(yuv[..., channel], centre_px, side_px) for channel in (1, 2)]
+        cores = np.array([[np.median(core) for core, _ in parts] for parts in hues]).T  # (m, 2)
+        rings = np.array([np.concatenate([ring for _, ring in parts]) for parts in hues], float).T  # (p, 2)
+        around = _ends(rings)
+        off = _off_segment(cores, *np.array(around))
+        gain = float(np.clip(_FULL / max(float(np.median(off)), 1.0), 1.0, 6.0))
+        coloured = cls(True, around, gain)
+        by_colour = _separation(coloured._levels[yuv[..., 1], yuv[..., 2]], centre_px, side_px)
+        better = by_colour.margin >= max(ENOUGH, _BETTER * by_luma.margin)
+        if by_luma.margin >= ENOUGH:  # good enough, if colour is not much better
+            better = by_colour.margin >= ENOUGH and by_colour.share >= max(_CLEAR, _BETTER * by_luma.share)
+        return coloured if better else cls()
+
+    @cached_property
+    def _levels(self) -> np.ndarray:
+        """Tabulate the grey levels (256, 256), uint8, of each pair of colour differences."""
+        grid = np.stack(np.meshgrid(np.arange(256.0), np.arange(256.0), indexing="ij"), axis=2)
+        return np.clip(self.gain * _off_segment(grid, *np.array(self.around)), 0, 255).astype(np.uint8)
+
+
+def _ends(colours: np.ndarray) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Find two colours between which most of (p, 2) lie: body and water, with what a blurred rim makes of the two."""
+    middle = np.median(colours, axis=0)
+    _, _, axes = np.linalg.svd(colours - middle, full_matrices=False)
+    along = (colours - middle) @ axes[0]
+    low, high = (middle + share * axes[0] for share in np.percentile(along, _SPAN))
+    return (float(low[0]), float(low[1])), (float(high[0]), float(high[1]))
+
+
+def _off_segment(colours: np.ndarray, one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """Compute the distances (...) of colours (..., 2) from the segment between two."""
+    way = other - one
+    share = np.clip((colours - one) @ way / max(float(way @ way), 1e-9), 0, 1)
+    return np.linalg.norm(colours - one - share[..., None] * way, axis=-1)
+
+
+def _parts(grey: np.ndarray, centre_px: np.ndarray, side_px: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Take for each marker the values in the middle of its box, and in a ring around it that no other box covers."""
+    parts = []
+    for marker, (centre, side) in enumerate(zip(centre_px, side_px, strict=True)):
+        half = side / 2
+        patch, middle = windows(grey, centre[None], int(np.ceil(_RING[1] * half)) + 1)
+        away = np.arange(patch.shape[1]) - patch.shape[1] // 2
+        x, y = middle[0, 0] + away[None, :], middle[0, 1] + away[:, None]
+        distance = np.hypot(x - centre[0], y - centre[1])
+        ring = (distance > _RING[0] * half) & (distance < _RING[1] * half)
+        for other in np.flatnonzero(np.arange(len(side_px)) != marker):
+            ring &= np.hypot(x - centre_px[other, 0], y - centre_px[other, 1]) > _COVERED * side_px[other] / 2
+        if not ring.any():
+            ring = distance > _RING[0] * half
+        parts.append((patch[0][distance <= max(_CORE * half, 1.0)], patch[0][ring]))
+    return parts
+
+
+class _Separation(NamedTuple):
+    """The contrast of the worst marker: in grey levels, and as a share of that to the farthest level around it."""
+
+    margin: float
+    share: float
+
+
+def _separation(grey: np.ndarray, centre_px: np.ndarray, side_px: np.ndarray) -> _Separation:
+    """Measure how markers stand out in a picture (h, w); below 0 where one lies within the levels around it."""
+    found = []
+    for core, ring in _parts(grey, centre_px, side_px):
+        low, high = np.percentile(ring, _MOST)
+        middle = float(np.median(core))
+        margin = max(middle - high, low - middle)
+        found.append((margin, margin / max(abs(middle - high), abs(low - middle), 1.0)))
+    margins, shares = zip(*found, strict=True)
+    return _Separation(min(margins), min(shares))
+
+
+_KEEP_SIZE, _KEEP_CONTRAST = 0.9, 0.8  # weight that the known look keeps with every frame
+_SIZES, _CONTRASTS = (0.4, 3.0), (0.1, 5.0)  # how far the look may wander from that in the start boxes
+_SURROUND = (0.85, 1.2)  # of the box' half side: the ring at its rim
+_WIDER, _CLEARER = 1.7, 2.0  # sides of a box that may be too small, and times the contrast that then tells
+_SMALLEST_PX = 4.0
+
+
+@dataclass(frozen=True, eq=False)
+class Appearance:
+    """The look of m markers."""
+
+    sign: np.ndarray  # (m,) +1 for a marker brighter than what surrounds it, -1 for a darker one
+    diameter_px: np.ndarray  # (m,) of a disc of the same area
+    contrast: np.ndarray  # (m,) how far its luma stands out, in steps of 1/255
+    # (m,) how strongly the detector answers to it, in parts of its answer to a disc on a wide plain ground
+    answer: np.ndarray
+
+    def as_array(self) -> np.ndarray:
+        """(4, m): sign, diameter, contrast and answer."""
+        return np.stack([self.sign, self.diameter_px, self.contrast, self.answer])
+
+    def of(self, which: np.ndarray) -> "Appearance":
+        """The look of some of the markers, by (m,) bool or by number."""
+        return Appearance(self.sign[which], self.diameter_px[which], self.contrast[which], self.answer[which])
+
+    def seen(
+        self, surely: np.ndarray, diameter_px: np.ndarray, contrast: np.ndarray, start: "Appearance"
+    ) -> "Appearance":
+        """The look after one more frame, by (m,) sizes and contrasts of those that are surely themselves (m,).
+
+        Light and distance change slowly, and only so far from the start; both may grow and shrink.
+        """
+        size = _moved(self.diameter_px, np.where(surely, diameter_px, self.diameter_px), _KEEP_SIZE)
+        light = _moved(self.contrast, np.where(surely, contrast, self.contrast), _KEEP_CONTRAST)
+        return replace(
+            self,
+            diameter_px=np.clip(size, _SIZES[0] * start.diameter_px, _SIZES[1] * start.diameter_px),
+            contrast=np.clip(light, _CONTRASTS[0] * start.contrast, _CONTRASTS[1] * start.contrast),
+        )
+
+
+def _moved(old: np.ndarray, new: np.ndarray, keep: float) -> np.ndarray:
+    return keep * old + (1 - keep) * new
+
+
+def measure_appearance(luma: np.ndarray, centre_px: np.ndarray, box_px: np.ndarray) -> Appearance:
+    """Measures the look of markers in a picture (h, w), in start boxes of (m,) mean sides around (m, 2).
+
+    Whether a marker is bright or dark is found from the middle of its box against the darkest and the brightest quarter
+    of a ring at the box' rim, since water and body may both be there; its area by how much light the box holds over
+    that quarter. Where a wider ring shows much more contrast, the box is smaller than its marker.
+    """
+    rows = []
+    for centre, side in zip(centre_px, box_px, strict=True):
+        tight, wide = _look(luma, centre, side), _look(luma, centre, _WIDER * side)
+        rows.append(wide if wide[2] > _CLEARER * tight[2] else tight)
+    sign, diameter, contrast = np.array(rows).T
+    return Appearance(sign, diameter, contrast, np.ones(len(sign)))
+
+
+def _look(luma: np.ndarray, centre_px: np.ndarray, side_px: float) -> tuple[float, float, float]:
+    half = max(side_px / 2, _SMALLEST_PX / 2)
+    patch, middle = windows(luma, centre_px[None], int(np.ceil(_SURROUND[1] * half)))
+    away = np.arange(patch.shape[1]) - patch.shape[1] // 2
+    offset = centre_px - middle[0]
+    distance = np.hypot(away[None, :] - offset[0], away[:, None] - offset[1])
+    ring = patch[0][(distance > _SURROUND[0] * half) & (distance < _SURROUND[1] * half)]
+    core = np.median(patch[0][distance < 0.3 * half + 1])
+    dark, bright = np.percentile(ring, [25, 75])
+    sign = 1.0 if core - dark >= bright - core else -1.0
+    background = dark if sign > 0 else bright
+    light = sign * (patch[0] - background)
+    contrast = max(float(np.percentile(light[distance < half], 90)), 1.0)
+    area = float(np.clip(light[distance < 1.2 * half] / contrast, 0, 1).sum())
+    return sign, max(2 * np.sqrt(area / np.pi), _SMALLEST_PX), contrast

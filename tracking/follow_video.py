@@ -1,0 +1,430 @@
+"""All markers of a video followed: forward and backward, resumed after an interruption, tracked again after an edit.
+
+Plain CSRT, the baseline: one tracker a marker on the whole picture, each for itself.
+
+It believes every box it gives, and two boxes may sit on one marker; docs/tracking.md shows the cost.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal, get_args
+from zipfile import BadZipFile
+
+import cv2
+import numpy as np
+import xarray as xr
+
+from swimcal.errors import Fault, Flag, InputError
+from swimcal.results import writing_whole
+from swimcal.tracks import as_tracks
+from tracking.appearance import Grey, measure_appearance
+from tracking.boxes import Box, StartBoxes
+from tracking.csrt import opencv_on_one_thread
+from tracking.edits import Retracker, SetBox
+from tracking.harmed_frames import Repeats, stretches
+from tracking.spots import strongest_answer
+from tracking.tracked import NO_SAMPLE, REPEATED, SampleState, as_tracked, only_csrt_flags, with_samples
+from tracking.tracker import MarkerTracker, Sighting
+from tracking.video import Frame, Video, VideoInfo, backward
+
+
+@dataclass(frozen=True)
+class Partial:
+    """A file for what was tracked so far.
+
+    Attributes:
+        path: of the file, an ``.npz``; it is removed once the work is done.
+        fingerprint: of all that the tracks depend on; what was kept under another one is not used.
+    """
+
+    path: Path
+    fingerprint: str
+
+    def read(self) -> dict[str, np.ndarray] | None:
+        """What was kept; None when there is nothing, or nothing that can be used."""
+        try:
+            with self.path.open("rb") as raw, np.load(raw, allow_pickle=False) as file:
+                kept = {name: file[name] for name in file.files}
+        except (OSError, ValueError, EOFError, KeyError, RuntimeError, BadZipFile):  # what NumPy and zipfile raise
+            return None
+        return kept if str(kept.pop("fingerprint", "")) == self.fingerprint else None
+
+    def write(self, kept: Mapping[str, np.ndarray]) -> None:
+        """Keeps what was tracked so far, in the place of what was kept before."""
+        with writing_whole(self.path) as part:
+            np.savez(part, allow_pickle=False, fingerprint=np.array(self.fingerprint), **kept)
+
+    def remove(self) -> None:
+        """Forgets it."""
+        self.path.unlink(missing_ok=True)
+
+
+class PlainCsrt:
+    """OpenCV's CSRT on m markers, begun on boxes with top left corners (m, 2), of widths and heights (m, 2)."""
+
+    def __init__(self, luma: np.ndarray, corner_px: np.ndarray, side_px: np.ndarray, threads: int = 0) -> None:
+        self._threads = threads
+        picture = cv2.cvtColor(np.ascontiguousarray(luma), cv2.COLOR_GRAY2BGR)
+        self._trackers = [cv2.TrackerCSRT.create() for _ in corner_px]
+        boxes = np.rint(np.hstack([corner_px, side_px])).astype(int)
+        for tracker, box in zip(self._trackers, boxes.tolist(), strict=True):
+            tracker.init(picture, tuple(box))
+        self.first = self._sighting([(True, box) for box in boxes.tolist()])
+
+    def step(self, luma: np.ndarray, *, frames: float = 1.0) -> Sighting:  # noqa: ARG002  it has no motion model
+        """Takes the next frame (h, w) uint8."""
+        picture = cv2.cvtColor(np.ascontiguousarray(luma), cv2.COLOR_GRAY2BGR)
+        with ThreadPoolExecutor(self._threads or None) as pool:
+            return self._sighting(list(pool.map(lambda tracker: tracker.update(picture), self._trackers)))
+
+    @staticmethod
+    def _sighting(answers: list[tuple[bool, tuple[int, int, int, int]]]) -> Sighting:
+        seen = np.array([found for found, _ in answers])
+        box = np.array([box for _, box in answers], float)  # (m, 4)
+        unknown = np.full(len(seen), np.nan)
+        centre = box[:, :2] + (box[:, 2:] - 1) / 2
+        return Sighting(centre, seen, seen.astype(float), unknown, unknown, np.zeros_like(seen))
+
+
+PLACES = 400
+"""Places of the picture, drawn at random, that a box is compared with."""
+FEWEST = 100
+"""With fewer, in a picture full of boxes, nothing is reported."""
+COMMON = 0.01
+"""Share of the places that may answer as strongly as a marker does. In rendered pools with ripple and glints no marker
+had one such place, markers as bright as the water up to 4 %; of 864 boxes put on the water, 10 had 1 % or less.
+"""
+CLEAR = 1.5
+"""Boxes' sides from any box within which nothing is compared."""
+LEAST_CONTRAST = 6.0
+"""Steps of brightness by which a marker must stand out in its start box."""
+LEAST_CONTRAST_FAINT = 25.0
+"""The same where the detector hardly answers, so that only CSRT can follow it."""
+
+
+def without_marker(tracker: MarkerTracker, first: Sighting) -> np.ndarray:
+    """(m,) bool, the boxes without a marker, of a tracker that was just begun, and what it saw first."""
+    faint = tracker.faint.which if tracker.faint is not None else ~first.seen
+    empty: np.ndarray = tracker.start.contrast < np.where(faint, LEAST_CONTRAST_FAINT, LEAST_CONTRAST)
+    return empty | ~first.seen
+
+
+def doubtful_boxes(grey: np.ndarray, boxes: StartBoxes, markers: Sequence[str]) -> tuple[Flag, ...]:
+    """A flag ``doubtful_box`` for each box in which the detector answers no more than on the water elsewhere.
+
+    The picture (h, w) uint8 is that of the boxes, in the grey that they are tracked in.
+    """
+    centre_px = boxes.centres_px(markers)
+    side_px = np.array([(boxes.boxes[name].width + boxes.boxes[name].height) / 2 for name in markers])
+    places_px = _elsewhere(grey, centre_px, CLEAR * float(np.median(side_px)))
+    if len(places_px) < FEWEST:
+        return ()
+    look = measure_appearance(grey, centre_px, side_px)
+    diameter_px, reach_px = float(np.median(np.minimum(look.diameter_px, side_px))), int(np.median(side_px) / 2)
+    flags = []
+    for sign in sorted(set(look.sign.tolist())):
+        usual = strongest_answer(grey, places_px, reach_px, sign, diameter_px)  # (p,)
+        of_sign = np.flatnonzero(look.sign == sign)
+        answers = strongest_answer(grey, centre_px[of_sign], reach_px, sign, diameter_px)
+        common = (usual[None] >= answers[:, None]).mean(axis=1)
+        for k, share in zip(of_sign.tolist(), common.tolist(), strict=True):
+            if share > COMMON:
+                message = (
+                    f"in its start box {markers[k]} stands out no more than {share:.0%} of the picture elsewhere does: "
+                    "is it the marker? Look at the picture of the boxes"
+                )
+                flags.append(Flag("doubtful_box", (markers[k],), (boxes.frame, boxes.frame), message))
+    return tuple(flags)
+
+
+def _elsewhere(luma: np.ndarray, centre_px: np.ndarray, clear_px: float) -> np.ndarray:
+    """(p, 2) places in the picture, away from all boxes."""
+    height, width = luma.shape
+    drawn = np.random.default_rng(0).uniform(0, [width - 1, height - 1], (PLACES, 2))
+    return drawn[np.linalg.norm(drawn[:, None] - centre_px[None], axis=2).min(axis=1) > clear_px]
+
+
+TrackerName = Literal["hybrid", "spots", "csrt"]
+TRACKERS: tuple[TrackerName, ...] = get_args(TrackerName)
+"""hybrid: spots, and CSRT where none answers; spots: without CSRT; csrt: plain CSRT, the baseline."""
+
+ANEW, _TRY_EVERY = 30, 3
+"""Frames behind damage in which tracking starts anew where the markers are found; of these every third is tried."""
+_IN_VIEW, _GONE_FOR = 0.5, 5  # going back, the robot is out of view where so few markers are seen for so many frames
+PREDICTED_FOR = 12
+"""Frames for which the position of an unseen marker is carried on; after that it is missing."""
+_SNAPSHOT_EVERY = 30  # frames at least; from the last of these interrupted work goes on
+_KEEP_EVERY = 600  # frames at least; the snapshot is written then, and when the work is interrupted
+_REPORT_EVERY_S = 0.2
+
+
+Progress = Callable[[int, int, float], None]
+"""Called with frames done, frames in all, and frames a second."""
+Find = Callable[[Frame], StartBoxes | None]
+"""Finds the boxes in a frame; None where they are not certain."""
+
+
+def follow_video(
+    video: Video,
+    boxes: StartBoxes,
+    markers: Sequence[str],
+    method: TrackerName = "hybrid",
+    partial: Partial | None = None,
+    progress: Progress | None = None,
+    find: Find | None = None,
+) -> xr.Dataset:
+    """Tracks the markers from the frame of their boxes to the end of the video, and back to where they come into view.
+
+    Row k is frame k; frames that cannot be read, or repeat the one before, hold no samples. Interrupted, it leaves what
+    was tracked so far in `partial` and goes on from there the next time, with the same result. Behind damage it starts
+    anew from the boxes that `find` finds there.
+
+    CSRT takes as many threads as the video is decoded with; `progress` is called now and then.
+
+    Raises:
+        InputError: the frame of the boxes is not in the video, or a box holds no marker.
+        ValueError: an unknown method.
+    """
+    if method not in TRACKERS:
+        raise ValueError(f"no tracker {method!r}; choices: {', '.join(TRACKERS)}")
+    with opencv_on_one_thread():
+        one_pass = _Pass(video, tuple(markers), partial)
+        if method == "csrt" or not one_pass.taken_up():
+            one_pass.begin(boxes, method)
+        one_pass.follow(progress, find)
+        if method != "csrt":
+            one_pass.go_back(boxes, method)
+    return one_pass.result()
+
+
+class _Pass:
+    """One pass over the frames of a video, which can be interrupted and taken up again."""
+
+    def __init__(self, video: Video, markers: tuple[str, ...], partial: Partial | None) -> None:
+        self._video, self._markers, self._partial = video, markers, partial
+        self._samples = np.full((video.info.frames, len(markers)), NO_SAMPLE)
+        self._unseen = np.zeros(len(markers), int)  # for how many frames now
+        self._repeats = Repeats()
+        self._end = 0  # one past the last frame taken in
+        self._last, self._anew = -1, 0  # the last frame taken in; for how many more it may start anew
+        self._tracker: MarkerTracker | PlainCsrt
+        self._grey = Grey()
+        self._onwards: Iterable[Frame] = ()
+
+    def taken_up(self) -> bool:
+        """Whether there is interrupted work, which then goes on."""
+        kept = self._partial.read() if self._partial is not None else None
+        if kept is None or "samples" not in kept:
+            return False
+        self._tracker = MarkerTracker.restored(kept, self._video.threads)
+        self._end, self._unseen = len(kept["samples"]), kept["frames_unseen"]
+        self._samples[: self._end] = kept["samples"]
+        self._grey = Grey.restored(kept["grey"])
+        self._last = self._end - 1
+        self._repeats = Repeats.restored(kept)
+        self._onwards = self._video.frames(self._end)
+        return True
+
+    def begin(self, boxes: StartBoxes, method: TrackerName) -> None:
+        """Starts in the frame of the boxes, which is decoded in one go with those after it.
+
+        Raises:
+            InputError: there is no such frame, it cannot be decoded, or a box holds no marker.
+        """
+        onwards = self._video.frames(boxes.frame) if boxes.frame < self._video.info.frames else iter(())
+        frame = next(onwards, None)
+        if frame is None or frame.number != boxes.frame:
+            frame, onwards = self._video.frame(boxes.frame), self._video.frames(boxes.frame + 1)
+        self._onwards = onwards
+        if method == "csrt":
+            corners = np.array([boxes.boxes[name] for name in self._markers])  # (m, 4)
+            self._tracker = PlainCsrt(frame.luma, corners[:, :2], corners[:, 2:], self._video.threads)
+            first = self._tracker.first
+        else:
+            tracker, first = self._begun(frame, boxes, method == "hybrid")
+            self._check_markers(without_marker(tracker, first), boxes.frame)
+        self._add(boxes.frame, first)
+        self._last = boxes.frame
+        self._repeats.repeats(boxes.frame, frame.luma, first.position_px)
+
+    def _begun(self, frame: Frame, boxes: StartBoxes, use_csrt: bool) -> tuple[MarkerTracker, Sighting]:
+        """The tracker from now on, begun in a frame in which every marker has a box, and what it saw there."""
+        centre = boxes.centres_px(self._markers)
+        side = np.array([(boxes.boxes[name].width + boxes.boxes[name].height) / 2 for name in self._markers])
+        self._grey = Grey.of_boxes(frame, boxes, self._markers)
+        self._tracker, first = MarkerTracker.begin(
+            self._grey.of(frame), centre, side, use_csrt, threads=self._video.threads
+        )
+        return self._tracker, first
+
+    def _check_markers(self, empty: np.ndarray, frame: int) -> None:
+        if empty.any():
+            names = ", ".join(np.array(self._markers)[empty].tolist())
+            expected = (
+                f"a disc that differs from what is around it by {LEAST_CONTRAST:g} of 255, in brightness or colour"
+            )
+            step = (
+                "Look at the preview of the boxes, or click them: `calib track SESSION --click`. Dots that look like "
+                "their body cannot be tracked: paint them white on a dark body, black or red on a bright one."
+            )
+            file, what = str(self._video.info.file), "boxes without a marker"
+            raise InputError([Fault(file, f"frame {frame}", what, names, expected, next_step=step)])
+
+    def go_back(self, boxes: StartBoxes, method: TrackerName) -> None:
+        """Backward from the frame of the boxes, to where most markers are out of sight: the robot came into view."""
+        if boxes.frame == 0:
+            return
+        self._begun(self._video.frame(boxes.frame), boxes, method == "hybrid")
+        self._unseen[:] = 0
+        gone, since, end = 0, boxes.frame, self._end
+        for earlier in backward(self._video, boxes.frame):
+            sighting = self._tracker.step(self._grey.of(earlier), frames=float(since - earlier.number))
+            since = earlier.number
+            self._add(earlier.number, sighting)
+            gone = 0 if sighting.seen.mean() > _IN_VIEW else gone + 1
+            if gone == _GONE_FOR:
+                self._samples[earlier.number : earlier.number + gone] = NO_SAMPLE
+                break
+        self._end = end
+
+    def _start_anew(self, frame: Frame, find: Find | None) -> bool:
+        """Starts anew in a frame where all boxes are found; whether they are."""
+        boxes = find(frame) if find is not None and isinstance(self._tracker, MarkerTracker) else None
+        if boxes is None:
+            return False
+        use_csrt = isinstance(self._tracker, MarkerTracker) and self._tracker.csrt is not None
+        _, first = self._begun(frame, boxes, use_csrt)
+        self._add(frame.number, first)
+        return True
+
+    def _take(self, frame: Frame, since: np.ndarray, find: Find | None) -> bool:
+        """Takes a frame in; False for one that repeats the one before. `since` (n,) are frames of the usual rate."""
+        number, last = frame.number, self._last
+        if self._repeats.repeats(number, frame.luma, self._samples[max(last, 0)]["position_px"]):
+            return False
+        self._anew = ANEW if self._video.is_suspect(number) else self._anew - 1
+        tried = 0 <= self._anew < ANEW and (ANEW - self._anew) % _TRY_EVERY == 1
+        if tried and self._start_anew(frame, find):
+            self._anew = 0
+        else:
+            elapsed = float(since[last + 1 : number + 1].sum())
+            self._add(number, self._tracker.step(self._grey.of(frame), frames=elapsed))
+        self._last = number
+        return True
+
+    def follow(self, progress: Progress | None, find: Find | None = None) -> None:
+        """To the end; what was tracked is kept now and then, and when it is interrupted."""
+        began, first, reported = time.perf_counter(), self._end, -np.inf
+        info = self._video.info
+        since = np.diff(info.time_s, prepend=np.nan) * info.fps  # frames of the usual rate
+        snapshot: dict[str, np.ndarray] = {}
+        taken = written = first  # the last snapshot, and the last one written
+        try:
+            for frame in self._onwards:
+                if not self._take(frame, since, find):
+                    continue
+                if self._partial is not None and isinstance(self._tracker, MarkerTracker):
+                    if self._end - taken >= _SNAPSHOT_EVERY and self._tracker.can_be_kept:
+                        own: dict[str, np.ndarray] = {
+                            "samples": self._samples[: self._end],
+                            "frames_unseen": self._unseen,
+                            "grey": self._grey.as_array(),
+                        }
+                        own |= self._repeats.state()
+                        snapshot, taken = own | self._tracker.state(), self._end
+                    if taken - written >= _KEEP_EVERY:
+                        self._partial.write(snapshot)
+                        written = taken
+                if progress is not None and (now := time.perf_counter()) - reported > _REPORT_EVERY_S:
+                    reported = now
+                    progress(self._end, info.frames, (self._end - first) / (now - began))
+        except KeyboardInterrupt:
+            if self._partial is not None and snapshot:
+                self._partial.write(snapshot)
+            raise
+        if self._partial is not None:
+            self._partial.remove()
+
+    def _add(self, number: int, sighting: Sighting) -> None:
+        self._unseen = np.where(sighting.seen, 0, self._unseen + 1)
+        carried = ~sighting.seen & (self._unseen <= PREDICTED_FOR)
+        known = (sighting.seen | carried)[:, None]
+        row = self._samples[number]
+        row["position_px"], row["confidence"] = np.where(known, sighting.position_px, np.nan), sighting.confidence
+        row["state"] = np.where(sighting.seen, SampleState.MEASURED, carried * SampleState.PREDICTED)
+        row["size_px"], row["by_csrt"] = sighting.diameter_px, sighting.by_csrt
+        self._end = number + 1
+
+    def result(self) -> xr.Dataset:
+        """Of all frames."""
+        info = self._video.info
+        repeats = self._repeats.frames if self._repeats.are_many(info.frames) else []
+        for number in sorted(self._repeats.skipped - set(repeats)):  # of a robot that rests: the picture is the same
+            self._samples[number] = self._samples[number - 1]
+        flags = list(only_csrt_flags(self._samples["by_csrt"], self._markers))
+        damaged = stretches(self._video.suspect)
+        flags += [Flag("damaged_video", (), span, "the video is damaged here") for span in damaged]
+        caveats = [caveat for caveat in info.caveats if caveat != info.damage]
+        flags += [Flag("damaged_video", (), None, caveat) for caveat in (*caveats, self._video.damage) if caveat]
+        if repeats:
+            flags.append(_repeats_flag(len(repeats), info))
+        nowhere = np.full((*self._samples.shape, 2), np.nan)
+        empty = as_tracked(as_tracks(self._markers, info.time_s, nowhere, np.zeros(self._samples.shape)))
+        return with_samples(empty, self._samples, tuple(flags))
+
+
+def _repeats_flag(repeats: int, info: VideoInfo) -> Flag:
+    rate = info.fps * (info.frames - repeats) / info.frames
+    message = (
+        f"{repeats} of {info.frames} pictures repeat the one before: filmed at about {rate:.3g} frames a second, "
+        f"stored as {info.fps:.3g}; they are left out"
+    )
+    return Flag(REPEATED, (), None, message)
+
+
+def retracker(video: Video) -> Retracker:
+    """What `tracking.edits.apply_edits` asks to track a marker on in this video.
+
+    The other markers stay where they are, and no spot of theirs is taken, but for those that sit where the person put
+    this one: they are wrong. The marker is followed to the last frame asked for, else to the end of the video. From a
+    box that holds no marker nothing is followed: those frames are missing, and a flag ``doubtful_box`` says so.
+    """
+
+    def retrack(position_px: np.ndarray, marker: int, wanted: SetBox) -> tuple[np.ndarray, tuple[Flag, ...]]:
+        with opencv_on_one_thread():
+            return _tracked_on(video, position_px, marker, wanted)
+
+    return retrack
+
+
+def _tracked_on(
+    video: Video, position_px: np.ndarray, marker: int, wanted: SetBox
+) -> tuple[np.ndarray, tuple[Flag, ...]]:
+    box, after = Box(*wanted.box), wanted.frame + 1
+    centre, side = np.array([box.centre_px]), np.array([(box.width + box.height) / 2])
+    start = video.frame(wanted.frame)
+    grey = Grey.chosen(start, centre, side)
+    tracker, first = MarkerTracker.begin(grey.of(start), centre, side, threads=video.threads)
+    stop = len(position_px) if wanted.until is None else wanted.until + 1
+    samples = np.full(stop - after, NO_SAMPLE)
+    if without_marker(tracker, first)[0]:
+        message = f"the box that a person set holds no marker; {wanted.marker} is not followed from it"
+        return samples, (Flag("doubtful_box", (wanted.marker,), (wanted.frame, wanted.frame), message),)
+    away = np.linalg.norm(position_px[wanted.frame] - first.position_px, axis=1)  # (m,)
+    believed = ~(away < 0.5 * tracker.look.diameter_px)
+    believed[marker] = False
+    last_s = float(video.info.time_s[wanted.frame])
+    for frame in video.frames(after, stop):
+        others = position_px[frame.number, believed]  # (o, 2)
+        taken = others[np.isfinite(others).all(axis=1)]
+        sighting = tracker.step(grey.of(frame), taken, (frame.time_s - last_s) * video.info.fps)
+        last_s = frame.time_s
+        if sighting.seen[0]:
+            sample = sighting.position_px, sighting.confidence, SampleState.MEASURED, sighting.diameter_px
+            samples[frame.number - after] = (*(np.squeeze(part) for part in sample), sighting.by_csrt[0])
+    return samples, ()

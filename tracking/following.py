@@ -1,0 +1,392 @@
+"""Markers that follow another dot, rest, lie off their place, or jump with the whole body.
+
+Following the markers from frame to frame: each sample against the body's shape and against its own motion.
+
+The prediction and the gate of a Kalman filter in their plainest form. A marker is expected where its last two
+places carry on to and where the other markers put it, combined by their precisions; of the samples of a
+frame the worst is left out until the rest agree. The place of one that is left out is carried on from the
+others, so that a fault that lasts stays apart. Motion decides what shape alone cannot: which of three markers
+on a rigid line has moved.
+
+Jumps of the whole body: a bumped camera, spliced clips, frames that are gone without a trace in the time stamps.
+
+No single marker gives it away, since all of them jump together and keep the body's shape. Smooth motion does: the step
+between two frames is about the mean of the steps before and after it (the difference is of third order in time). A few
+missing frames change less than that; they show where the motion is smooth again once their time is put between.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from swimcal.errors import Flag
+from tracking.body_model import BodyModel, JointGaussian, rows_alike
+from tracking.harmed_frames import stretches
+
+FADE = 0.97
+"""What a frame leaves of a left-out marker's last known distance from where the others put it."""
+RAYLEIGH_MEDIAN = np.sqrt(2 * np.log(2))
+"""Median length of a vector whose two coordinates are normal with standard deviation 1."""
+AT_MOST_AHEAD = 2.5
+"""Motion carries on over a time step no longer than this many times the one before."""
+BOX_SD_PX = 1.0
+"""Spread of a box about its marker in each coordinate (boxes are whole pixels, their centres half ones)."""
+
+
+@dataclass(frozen=True)
+class Gate:
+    """A sample fits if it is off by less than `floor_px`, or than `deviations` times its expected spread."""
+
+    floor_px: float
+    deviations: float
+
+    def score(self, gaussian: JointGaussian, deviation: np.ndarray, active: np.ndarray) -> np.ndarray:
+        """(..., m) distance over what is allowed, 0 where not active; above 1 a sample does not fit."""
+        distance, spread = gaussian.leave_one_out(deviation, active)
+        allowed = np.maximum(self.floor_px, self.deviations * spread)
+        return np.hypot(distance[..., 0], distance[..., 1]) / allowed
+
+    def allowed_px(self, gaussian: JointGaussian, active: np.ndarray) -> np.ndarray:
+        """(n, m) how far each marker may be from where the active ones (n, m) of its frame put it, itself left out."""
+        allowed = np.empty(active.shape)
+        for mask, frames in rows_alike(active):
+            _, spread = gaussian.leave_one_out(np.zeros(2 * len(mask)), mask)
+            allowed[frames] = self.deviations * np.where(mask, spread, gaussian.spread_given(mask))
+        return np.maximum(self.floor_px, allowed)
+
+
+@dataclass(frozen=True, eq=False)
+class MotionTrack:
+    """What following found."""
+
+    active: np.ndarray  # (n, m) the samples that fit
+    place_px: np.ndarray  # (n, m, 2) where the markers are; carried on where a sample does not fit
+
+
+def fitting_shape(
+    model: BodyModel, position_px: np.ndarray, present: np.ndarray, believed: np.ndarray, gate: Gate
+) -> np.ndarray:
+    """(n, m) the samples that fit the body's shape, of those present, each frame on its own.
+
+    Its heading is taken from the believed ones (n, m).
+    """
+    deviation = model.to_body(position_px, model.pose(position_px, believed))  # (n, 2m)
+    active = present.copy()
+    for _ in range(active.shape[1]):
+        score = np.zeros(active.shape)
+        for mask, frames in rows_alike(active):
+            score[frames] = gate.score(model.shape_and_pose, deviation[frames], mask)
+        out = np.flatnonzero(score.max(axis=1) > 1)
+        if not len(out):
+            break
+        active[out, score[out].argmax(axis=1)] = False
+    return active
+
+
+def motion_spread(position_px: np.ndarray, active: np.ndarray, least_px: float = 1.0) -> np.ndarray:
+    """(m,) how far a marker usually is from where its last two places carry on to, in each coordinate, px."""
+    change = np.linalg.norm(np.diff(position_px, n=2, axis=0), axis=2)  # (n - 2, m)
+    usable = active[2:] & active[1:-1] & active[:-2]
+    spread = np.full(active.shape[1], 3.0 * least_px)
+    for k in np.flatnonzero(usable.sum(axis=0) >= 10):
+        spread[k] = np.median(change[usable[:, k], k]) / RAYLEIGH_MEDIAN
+    return np.maximum(spread, least_px)
+
+
+def follow(
+    model: BodyModel,
+    time_s: np.ndarray,
+    position_px: np.ndarray,
+    present: np.ndarray,
+    start: np.ndarray,
+    gate: Gate,
+) -> MotionTrack:
+    """Follows the markers at (n, m, 2) through a trial in the order given; times (n,) may run in either direction.
+
+    Only samples that are present (n, m) are judged; from those in `start` (n, m), which fit the body's shape, it begins
+    where there is no motion to go by yet.
+    """
+    follower = _Follower(model, gate, motion_spread(position_px, start))
+    active, place_px = start.copy(), np.empty_like(position_px)
+    shape_only = model.pose(position_px, start)
+    known = model.to_body(position_px, shape_only)
+    ahead = np.ones(len(time_s))
+    ahead[2:] = np.diff(time_s)[1:] / np.diff(time_s)[:-1]
+    for t in range(len(time_s)):
+        if t >= 2 and ahead[t] <= AT_MOST_AHEAD:
+            carried = place_px[t - 1] + ahead[t] * (place_px[t - 1] - place_px[t - 2])
+            mask, place = follower.step(position_px[t], carried, present[t])
+            if 2 * mask.sum() > present[t].sum():
+                active[t], place_px[t] = mask, place
+                continue
+        filled = model.shape_and_pose.expected(known[t], start[t])
+        place_px[t] = model.to_image(filled[None], shape_only[t : t + 1])[0]
+        follower.forget()
+    return MotionTrack(active, place_px)
+
+
+class _Follower:
+    """One step of following; keeps how far each marker last was from where the others put it."""
+
+    def __init__(self, model: BodyModel, gate: Gate, motion_px: np.ndarray) -> None:
+        m = len(motion_px)
+        self.model, self.gate = model, gate
+        by_motion = np.diag(1 / np.repeat(motion_px, 2) ** 2)  # (2m, 2m) precision
+        self.spread = np.linalg.inv(np.linalg.inv(model.shape_and_pose.covariance) + by_motion)
+        self.share = self.spread @ by_motion  # (2m, 2m) share of the motion model in what is expected
+        self.expected = JointGaussian(self.spread + BOX_SD_PX**2 * np.eye(2 * m))
+        self.pose_from = model.pose_from(np.ones(m, dtype=bool))
+        self.forget()
+
+    def forget(self) -> None:
+        """Starts anew."""
+        self.own = np.zeros((len(self.model.place_px), 2))
+
+    def step(
+        self, position_px: np.ndarray, carried_px: np.ndarray, present: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """(m,) the samples that fit and (m, 2) the places of all markers.
+
+        `carried_px` (m, 2) is where the places of the last two frames carry on to; those present (m,) are judged.
+        """
+        model = self.model
+        pose = (self.pose_from @ carried_px.ravel())[None]
+        both_px = np.stack([position_px, carried_px])  # (2, m, 2)
+        sample, carried = model.to_body(both_px, np.repeat(pose, 2, axis=0))  # (2m,) each
+        expected = self.share @ carried
+        active = self._agreeing(sample, sample - expected, present)
+
+        place = expected + self.spread @ (self.expected.given(active)[0] @ (sample - expected))
+        others = model.shape_and_pose.expected(sample, active).reshape(-1, 2)
+        distance, _ = model.shape_and_pose.leave_one_out(sample, active)
+        self.own = np.where(active[:, None], distance, FADE * self.own)
+        place = np.where(active[:, None], place.reshape(-1, 2), others + self.own)
+        return active, model.to_image(place.ravel()[None], pose)[0]
+
+    def _agreeing(self, from_shape: np.ndarray, from_expected: np.ndarray, present: np.ndarray) -> np.ndarray:
+        active = present.copy()
+        while active.any():
+            by_shape = self.gate.score(self.model.shape_and_pose, from_shape, active)
+            by_motion = self.gate.score(self.expected, from_expected, active)
+            if max(by_shape.max(), by_motion.max()) <= 1:
+                break
+            active[np.hypot(by_shape, by_motion).argmax()] = False
+        return active
+
+
+CLEARLY = 1.5
+"""One of two is clearly misplaced if it is this many times as far from its place, in its own spread."""
+
+LEAST_SEEN = 0.2
+"""A jump and its way back belong together if the marker is seen apart in this share of the frames between."""
+LASTING = 3
+"""Frames that a marker is apart at least after a jump, before the model gives in. Where a fast tail turns round it is
+apart for a frame, followed in either direction, before and after the turn: that is no jump, nor a way back."""
+
+
+def misplaced(
+    model: BodyModel,
+    time_s: np.ndarray,
+    position_px: np.ndarray,
+    present: np.ndarray,
+    start: np.ndarray,
+    gate: Gate,
+) -> np.ndarray:
+    """(n, m) the samples that fit in neither direction of time, and stretches that both enclose; as for `follow`."""
+    ahead = follow(model, time_s, position_px, present, start, gate)
+    back = follow(model, -time_s[::-1], position_px[::-1], present[::-1], start[::-1], gate)
+    back = MotionTrack(back.active[::-1], back.place_px[::-1])
+    wrong = present & ~ahead.active & ~back.active
+    for k in range(position_px.shape[1]):
+        for first, last in _enclosed(k, position_px, present, ahead, back):
+            wrong[first : last + 1, k] |= present[first : last + 1, k]
+    return wrong
+
+
+def clashing(model: BodyModel, position_px: np.ndarray, active: np.ndarray, least_px: np.ndarray) -> np.ndarray:
+    """(n, m) of two active markers on one spot the one that is further from its place; both if that is not clear.
+
+    Markers never come closer than (m, m) `least_px`.
+    """
+    clash = np.zeros_like(active)
+    for pair in zip(*np.triu_indices(active.shape[1], 1), strict=True):
+        between = np.linalg.norm(position_px[:, pair[0]] - position_px[:, pair[1]], axis=1)  # (n,)
+        near = np.flatnonzero(active[:, pair].all(axis=1) & (between < least_px[pair]))
+        rest = active[near] & ~np.isin(np.arange(active.shape[1]), pair)
+        for mask, rows in rows_alike(rest):
+            put_px = model.put_by_others(position_px[near[rows]], rest[rows])  # (f, m, 2)
+            off_px = np.linalg.norm(position_px[near[rows]] - put_px, axis=2)[:, pair]  # (f, 2)
+            off = off_px / model.shape_and_pose.spread_given(mask)[list(pair)]
+            clash[near[rows][:, None], pair] |= CLEARLY * off > off[:, ::-1]
+    return clash
+
+
+def widened(wrong: np.ndarray, off: np.ndarray, join: int) -> np.ndarray:
+    """(n, m) `wrong`, extended along the frames that are `off` and across gaps of up to `join` frames."""
+    wide = wrong.copy()
+    for k in range(wrong.shape[1]):
+        for first, last in stretches(off[:, k] | wrong[:, k]):
+            wide[first : last + 1, k] |= wrong[first : last + 1, k].any()
+        for (_, before), (after, _) in pairwise(stretches(wide[:, k])):
+            wide[before:after, k] |= after - before <= join + 1
+    return wide
+
+
+def _enclosed(
+    k: int, position_px: np.ndarray, present: np.ndarray, ahead: MotionTrack, back: MotionTrack
+) -> list[tuple[int, int]]:
+    """Stretches of marker k that it enters by one jump and leaves by the opposite one.
+
+    Followed forwards it is apart from the first frame on until the model gives in, backwards from the last.
+    A step without a way back can be wrong on either side; boxes lag and then snap back to their marker, so it
+    is the side before unless that is much the longer.
+    """
+    found = []
+    apart_ahead, apart_back = present[:, k] & ~ahead.active[:, k], present[:, k] & ~back.active[:, k]
+    for first, end in stretches(apart_ahead):
+        entered = position_px[first, k] - ahead.place_px[first, k]
+        tolerance_px = max(4.0, 0.5 * float(np.linalg.norm(entered)))
+        for start, last in stretches(apart_back):
+            turned = min(end - first, last - start) + 1 < LASTING <= last - first + 1
+            alone = not apart_ahead[start : last + 1].any() and not apart_back[first : end + 1].any()
+            if first - 2 <= last < first and alone and max(end - first, last - start) + 1 >= LASTING:
+                found.append((start, last) if last - start <= 3 * (end - first + 1) else (first, end))
+            exited = position_px[last, k] - back.place_px[last, k]
+            seen = (apart_ahead | apart_back)[first : last + 1].mean() if last >= first else 0.0
+            if not turned and seen >= LEAST_SEEN and np.linalg.norm(entered - exited) <= tolerance_px:
+                found.append((first, last))
+                break
+            if abs(last - end) <= 1:  # it was back before
+                break
+    return found
+
+
+def reaching(mask: np.ndarray, off_px: np.ndarray, least_px: float) -> np.ndarray:
+    """(n, m) the stretches of `mask` in which a marker gets this far from where the others put it."""
+    reach = np.zeros_like(mask)
+    for k in range(mask.shape[1]):
+        for first, last in stretches(mask[:, k]):
+            reach[first : last + 1, k] = off_px[first : last + 1, k].max() >= least_px
+    return reach
+
+
+LEAST_PX = 6.0
+"""Half of the markers or more are off the smooth motion by this, …"""
+LEAST_LENGTH = 0.01
+"""… and by this share of the body's length in the picture, …"""
+TIMES_USUAL = 4.0
+"""… and by so many times what is usual in the trial, noise and hard beats included."""
+AROUND, STANDS_OUT = 10, 2.0
+"""No step of so many frames before and after is half as large, or the robot was shaken."""
+LONG_STEP = 2.5
+"""A time step this many times the usual one is a gap that the stamps tell of."""
+FEWEST_MARKERS = 3
+EVEN = 0.25
+"""Time steps that differ from the usual one by less than this share of it are even."""
+MOST_MISSING = 12
+"""Frames that are looked for between two; more are a jump."""
+BESIDE, DEGREE = 5, 4
+"""Frames on either side through which smooth motion is laid, and the degree of its polynomial in time."""
+BETTER = 0.5
+"""Frames are missing where the motion is off by this share, at most, of what it is off without them, …"""
+STANDS_OUT_MISSING, LEAST_OFF_PX = 2.5, 0.3
+"""… and without them by so many times what is usual in the trial, and by so many px, rms."""
+
+
+def body_jumps(time_s: np.ndarray, position_px: np.ndarray) -> list[tuple[int, float]]:
+    """The frames to which the whole body of markers (n, m, 2) jumps, with how far it is off its motion, px.
+
+    `time_s` (n,) are the times of the frames, s.
+    """
+    if len(time_s) < 8 or position_px.shape[1] < FEWEST_MARKERS:
+        return []
+    off = _off_motion_px(time_s, position_px)  # (n,)
+    known = off[np.isfinite(off)]
+    if not len(known):
+        return []
+    whole = position_px[np.isfinite(position_px).all(axis=(1, 2))]
+    body_px = float(np.median(np.hypot(*np.ptp(whole, axis=1).T))) if len(whole) else 0.0
+    least = max(LEAST_PX, LEAST_LENGTH * body_px, TIMES_USUAL * float(np.quantile(known, 0.9)))
+    far = np.nan_to_num(off) > least
+    peaks = [k for k in np.flatnonzero(far).tolist() if off[k] >= np.nanmax(off[max(k - 2, 0) : k + 3])]
+    jumps = {k for k in peaks if off[k] > STANDS_OUT * _largest_around_px(position_px, k)}
+    jumps.update(np.flatnonzero(_follows_missing(time_s, position_px)).tolist())
+    return [(k, float(np.nan_to_num(off[k]))) for k in sorted(jumps)]
+
+
+def _follows_missing(time_s: np.ndarray, position_px: np.ndarray) -> np.ndarray:
+    """(n,) bool, the frames before which others are missing: as much later, the motion would go on smoothly."""
+    found, count = np.zeros(len(time_s), bool), len(time_s) - 2 * BESIDE + 1
+    if count < 1:
+        return found
+    parts = np.lib.stride_tricks.sliding_window_view(position_px, 2 * BESIDE, axis=0)  # (k, m, 2, 10)
+    seen = np.isfinite(parts).all(axis=(2, 3))
+    step_s = np.diff(time_s)
+    even = np.abs(step_s / np.median(step_s) - 1) < EVEN
+    good = np.lib.stride_tricks.sliding_window_view(even, 2 * BESIDE - 1).all(axis=1)
+    good &= seen.sum(axis=1) >= max(FEWEST_MARKERS, (position_px.shape[1] + 1) // 2)
+    if not good.any():
+        return found
+    moment = np.arange(2 * BESIDE) - BESIDE
+    off = np.full((MOST_MISSING + 1, count), np.nan)  # px, of the median marker
+    for missing in range(MOST_MISSING + 1):
+        basis = np.linalg.qr(np.vander((moment + missing * (moment >= 0)).astype(float), DEGREE + 1))[0]
+        left = parts[good] - (parts[good] @ basis) @ basis.T
+        off[missing, good] = np.nanmedian(np.sqrt((left**2).sum(axis=(2, 3))), axis=1)
+    usual = float(np.median(off[:, good].min(axis=0)))
+    least = max(LEAST_OFF_PX, STANDS_OUT_MISSING * usual)
+    off = np.nan_to_num(off)
+    worse = good & (off[0] > least) & (off[1:].min(axis=0) < BETTER * off[0])
+    around = np.pad(off[0], BESIDE)
+    worse &= off[0] >= np.lib.stride_tricks.sliding_window_view(around, 2 * BESIDE + 1).max(axis=1)
+    found[BESIDE : BESIDE + count] = worse
+    return found
+
+
+def _largest_around_px(position_px: np.ndarray, frame: int) -> float:
+    """The largest step of the median marker near a frame, but for the one to it, px."""
+    first = max(frame - 1 - AROUND, 0)
+    near = np.linalg.norm(np.diff(position_px[first : frame + AROUND + 1], axis=0), axis=2)  # (k, m)
+    seen = np.isfinite(near).any(axis=1)
+    seen[frame - 1 - first] = False
+    return float(np.nanmedian(near[seen], axis=1).max(initial=0.0))
+
+
+def _off_motion_px(time_s: np.ndarray, position_px: np.ndarray) -> np.ndarray:
+    """(n,) how far the step to each frame is off the mean of those around it, the median marker; nan where unknown."""
+    step_s = np.diff(time_s)
+    velocity = np.diff(position_px, axis=0) / step_s[:, None, None]  # (n - 1, m, 2)
+    around = 0.5 * (velocity[:-2] + velocity[2:])
+    apart = np.linalg.norm(velocity[1:-1] - around, axis=2) * step_s[1:-1, None]  # (n - 3, m)
+    seen = np.isfinite(apart)
+    enough = seen.sum(axis=1) >= max(FEWEST_MARKERS, (position_px.shape[1] + 1) // 2)
+    usual_s = float(np.median(step_s))
+    steady = (np.stack([step_s[:-2], step_s[1:-1], step_s[2:]]) < LONG_STEP * usual_s).all(axis=0)
+    off = np.full(len(time_s), np.nan)
+    good = enough & steady
+    off[2:-1][good] = np.nanmedian(apart[good], axis=1)
+    return off
+
+
+def longest_part(frames: int, jumps: list[int]) -> slice:
+    """Return the longest part between jumps: what is compared of a trial goes on without a break."""
+    edges = [0, *jumps, frames]
+    first, last = max(pairwise(edges), key=lambda part: part[1] - part[0])
+    return slice(first, last)
+
+
+def jump_flags(jumps: list[tuple[int, float]], part: slice, markers: tuple[str, ...]) -> list[Flag]:
+    """A flag for each jump of the whole body."""
+    return [
+        Flag(
+            "jump",
+            markers,
+            (frame, frame),
+            f"the whole body jumps by {off_px:.0f} px between frames {frame - 1} and {frame}: the camera was moved, or "
+            f"frames are missing; only frames {part.start} to {part.stop - 1} count",
+        )
+        for frame, off_px in jumps
+    ]

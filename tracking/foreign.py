@@ -1,0 +1,397 @@
+"""Tracks of other programs: recognised by their content, read with one clock."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from swimcal.errors import Fault, FaultCollector, InputError, did_you_mean
+from swimcal.results import write_whole
+from swimcal.tables import RawTable, Row, as_table, read_text
+from swimcal.tracks import (
+    FARTHEST_PX,
+    NO_NAMES,
+    as_tracks,
+    check_count,
+    check_pixels,
+    check_seconds,
+    check_seen,
+    pixels_of,
+)
+
+HDF5 = b"\x89HDF\r\n\x1a\n"
+NETCDF_3 = b"CDF"
+OWN_CSV = "a CSV with the columns time_s,nose_x,nose_y,… in pixels"
+
+
+class _Program(NamedTuple):
+    """One kind of file of another program, and how to bring its tracks here."""
+
+    what: str
+    step: str
+
+
+_SLEAP = "Export the tracks: in SLEAP File > Export Analysis CSV; or load them with `movement` and save netCDF."
+_SHEET = f"Save the sheet as CSV: {OWN_CSV}."
+SLEAP_PROJECT = _Program("this is a project of SLEAP (.slp)", _SLEAP)
+SLEAP_ANALYSIS = _Program("this is SLEAP's analysis in HDF5", _SLEAP)
+DEEPLABCUT_H5 = _Program(
+    "this is DeepLabCut's HDF5",
+    "Give the CSV beside it (`deeplabcut.analyze_videos(…, save_as_csv=True)`), or save it with `movement` as netCDF.",
+)
+C3D = _Program(
+    "this is C3D, places of motion capture in space",
+    f"Export two coordinates of the plane of the water as CSV: {OWN_CSV}; or give the video.",
+)
+_BINARY = (
+    (re.compile(rb"PK\x03\x04"), _Program("this is a workbook of Excel, or another zip file", _SHEET)),
+    (re.compile(rb"\xd0\xcf\x11\xe0"), _Program("this is a workbook of Excel (.xls)", _SHEET)),
+    (re.compile(rb"MATLAB "), _Program("this is a MAT file of MATLAB", f"Write it with writetable as {OWN_CSV}.")),
+    (re.compile(rb"\x93NUMPY"), _Program("this is an array of NumPy", f"Write it as {OWN_CSV}.")),
+    (re.compile(rb"\x80[\x02-\x05]"), _Program("this is a pickle of Python", f"Write the tracks as {OWN_CSV}.")),
+    (re.compile(rb"PAR1"), _Program("this is a Parquet file", f"Write it with `to_csv` as {OWN_CSV}.")),
+    (
+        re.compile(rb"....ftyp|RIFF....AVI |\x1aE\xdf\xa3", re.DOTALL),
+        _Program("this is a video, not tracks", "Give it with --videos."),
+    ),
+)
+_TEXT = (
+    (
+        re.compile(r"opensourcephysics|^#?multi:", re.IGNORECASE),
+        _Program(
+            "this is a file of Tracker (Open Source Physics)",
+            f"Export each point's x and y in pixels (File > Export > Data File) and write them as {OWN_CSV}.",
+        ),
+    ),
+    (
+        re.compile(r"<KinoveaVideoAnalysis|kinovea", re.IGNORECASE),
+        _Program("this is a file of Kinovea", f"Export the trajectories in pixels, and write them as {OWN_CSV}."),
+    ),
+    (
+        re.compile(r"^PathFileType"),
+        _Program("this is a TRC file of motion capture", f"Write the plane of the water as {OWN_CSV}."),
+    ),
+    (re.compile(r"^\s*<\?xml|^\s*<[A-Za-z]"), _Program("this is XML, not tracks", f"Export {OWN_CSV}.")),
+    (re.compile(r"^\s*[\[{]"), _Program("this is JSON, not tracks", f"Write the tracks as {OWN_CSV}.")),
+)
+
+
+def check_readable(path: Path) -> None:
+    """Check that a file may be tracks in a readable form; files that cannot be opened are left to the readers.
+
+    Raises:
+        InputError: it is another program's file; the message says whose, and the way that works.
+    """
+    try:
+        with path.open("rb") as stream:
+            head = stream.read(2048)
+    except OSError:
+        return
+    program = _hdf5(path) if head.startswith(HDF5) else _other(head)
+    if program is not None:
+        expected = "tracks as CSV (ours, DeepLabCut's, SLEAP's) or netCDF of movement"
+        raise InputError([Fault(str(path), "", program.what, "", expected, next_step=program.step)])
+
+
+def _other(head: bytes) -> _Program | None:
+    if len(head) >= 512 and head[1] == 0x50 and head[0] in range(2, 64) and b"\x00" in head[:12]:
+        return C3D  # the second byte is 80 in every C3D file: https://www.c3d.org/docs/C3D_User_Guide.pdf
+    for pattern, program in _BINARY:
+        if pattern.match(head):
+            return program
+    text = head.decode("utf-8-sig", errors="ignore")
+    return next((program for pattern, program in _TEXT if pattern.search(text)), None)
+
+
+def _hdf5(path: Path) -> _Program | None:
+    """Identify the program that wrote an HDF5 file; None for `movement`."""
+    import h5py
+
+    try:
+        with h5py.File(path, "r") as file:
+            names = set(file)
+            groups = [file[name] for name in names]
+            tables = any(isinstance(group, h5py.Group) and "table" in group for group in groups)
+    except (OSError, RuntimeError, KeyError):
+        return None
+    if names & {"pred_points", "instances", "tracks_json"}:
+        return SLEAP_PROJECT
+    if names & {"track_occupancy", "node_names"}:
+        return SLEAP_ANALYSIS
+    return DEEPLABCUT_H5 if tables else None
+
+
+COARSE = 0.25
+"""Share of a frame beyond which rounded times no longer give the distance of single frames."""
+SPAN = 60
+"""Frames over which the frame rate is first measured."""
+
+
+def even_times(time_s: np.ndarray, fps: float | None, faults: FaultCollector) -> np.ndarray:
+    """Return the frame times (n,), made even where they are coarsely rounded times of an even clock.
+
+    Frames that are left out stay out.
+
+    Args:
+        time_s: (n,) times, s.
+        fps: the frame rate, where it is known.
+        faults: takes the faults.
+
+    Raises:
+        InputError: coarse times that are those of no even clock, and no `fps`, with the faults that were there before.
+    """
+    step_s, rounded_s = float(np.median(np.diff(time_s))), _rounding(time_s)
+    if rounded_s < COARSE * step_s:
+        return time_s
+    since_s = time_s - time_s[0]
+    span = min(SPAN, len(time_s) - 1)
+    rates = (len(time_s) - 1) / since_s[-1], float(span / np.median(since_s[span:] - since_s[:-span]))
+    for rate in (*rates, *((fps,) if fps else ())):  # at a wrong rate, frames would seem to be left out
+        frame = np.rint(since_s * rate)
+        off_s = float(np.abs(since_s - frame / rate).max())
+        if (np.diff(frame) < 1).any() or off_s > 1.01 * rounded_s:
+            continue
+        if off_s < 1e-3 * step_s:  # even as they are
+            return time_s
+        if rate != fps:
+            rate = float((frame @ frame) / (frame @ since_s))
+        return np.asarray(time_s[0] + frame / rate)
+    if fps is not None:
+        return time_s
+    found = f"steps of {np.diff(time_s).min():.4g} to {np.diff(time_s).max():.4g} s, rounded to {rounded_s:g} s"
+    expected, step = "an even clock, or finer times", "Give the frame rate of the camera: add `--fps 60`."
+    faults.add("", "the times are too coarse to tell the frame rate", found=found, expected=expected, next_step=step)
+    faults.raise_if_any()
+    raise AssertionError("unreachable")
+
+
+def _rounding(time_s: np.ndarray) -> float:
+    """Return the power of ten that all times are multiples of, s; 0 where they are finer than microseconds."""
+    for digits in range(7):
+        scaled = (time_s - np.floor(time_s[0])) * 10**digits
+        if np.abs(scaled - np.rint(scaled)).max() < 1e-6 * 10 ** max(digits - 3, 0):
+            return float(10.0**-digits)
+    return 0.0
+
+
+COMMENTS = ("#", "%", "//")
+MISSING = frozenset({"na", "n/a", "#n/a", "<na>", "nan", "null", "none", "nil", "-", ".", "?"})
+"""Words for a missing number, lower case."""
+INDEX = frozenset({"", "unnamed: 0", "index", "row"})
+"""Names of a column that only counts the rows, lower case."""
+
+
+def read_foreign_table(path: Path) -> RawTable:
+    """Read a table of another program, without the comments above it and a first column that counts the rows.
+
+    Cells are separated by commas, semicolons (then numbers may have decimal commas), tabs or blanks.
+
+    Raises:
+        InputError: the file cannot be read as text, or is empty.
+    """
+    text = read_text(path)
+    lines = list(enumerate(text.replace("\r\n", "\n").replace("\r", "\n").split("\n"), start=1))
+    while lines and not lines[-1][1].strip():
+        lines.pop()
+    while lines and (not lines[0][1].strip() or lines[0][1].lstrip().startswith(COMMENTS)):
+        lines.pop(0)
+    faults = FaultCollector(str(path))
+    if not lines:
+        faults.add("", "the file is empty", expected="comma-separated rows of numbers")
+    faults.raise_if_any()
+    separator = _separator([line for _, line in lines[:5]])
+    rows = [Row(number, _cells(line, separator)) for number, line in lines]
+    table = as_table(str(path), rows, text.endswith(("\n", "\r")))
+    return _without_index(table)
+
+
+def _separator(lines: Sequence[str]) -> str | None:
+    """Guess the separator of the cells from the last of the first lines; None means blanks."""
+    last = lines[-1]
+    if ";" in last or "\t" in last:
+        return ";" if ";" in last else "\t"
+    return "," if "," in last or len(last.split()) < 2 else None
+
+
+def _cells(line: str, separator: str | None) -> list[str]:
+    cells = [cell.strip().strip('"').strip() for cell in line.split(separator)]
+    if separator != ",":
+        cells = [re.sub(r"^([-+]?\d+),(\d+)", r"\1.\2", cell) for cell in cells]
+    return ["" if cell.lower() in MISSING else cell for cell in cells]
+
+
+def _without_index(table: RawTable) -> RawTable:
+    """Drop a first column that only counts the rows, if there is a time or a frame beside it."""
+    header = table.header
+    if header is None or header[0].lower() not in INDEX or len(header) < 2:
+        return table
+    if any(row.cells[0] != str(k) and row.cells[0] != str(k + 1) for k, row in enumerate(table.rows)):
+        return table
+    rows = [Row(row.line, row.cells[1:]) for row in table.rows]
+    return RawTable(table.file, header[1:], rows, table.ends_whole)
+
+
+SURE = 1.5
+"""Scores of networks go a little beyond 1, which is taken as 1; percent are beyond this."""
+
+
+@dataclass(frozen=True, eq=False)
+class ForeignTracks:
+    """Tracks of n frames and k markers as a file of another program holds them, under its own names.
+
+    Attributes:
+        file: the name for messages.
+        word: the program's word for a marker.
+        names: names of the k markers, in the order of the file.
+        position_px: (n, k, 2), nan where missing.
+        confidence: (n, k), nan where the file does not tell.
+        where: the place of each frame in the file.
+        time_s: (n,) s; None where the file has no time.
+        frame: (n,) number of each frame, which counts where there is no time.
+    """
+
+    file: str
+    word: str
+    names: tuple[str, ...]
+    position_px: np.ndarray
+    confidence: np.ndarray
+    where: Sequence[str]
+    time_s: np.ndarray | None = None
+    frame: np.ndarray | None = None
+
+    def renamed(self, rename: Mapping[str, str]) -> tuple[str, ...]:
+        """Return the markers' names in our terms; `rename` maps theirs to ours."""
+        return tuple(rename.get(name, name) for name in self.names)
+
+    def tracks(
+        self, markers: Sequence[str], fps: float | None, faults: FaultCollector, rename: Mapping[str, str] = NO_NAMES
+    ) -> xr.Dataset:
+        """Return the tracks of m markers; other tracks of the file are dropped.
+
+        A position with one half missing is missing altogether; a confidence that is missing is 1, 0 where the position
+        is, and 1 where it is a little above that. Times rounded so coarsely that frames are uneven are made even.
+
+        Args:
+            markers: our names of the m markers.
+            fps: frame rate; where the file has no time, frame k is at k / `fps`.
+            faults: takes the faults.
+            rename: from the file's names to ours.
+
+        Raises:
+            InputError: markers that are not there, no time and no `fps`, times that do not increase or are no seconds,
+                places that are no pixels, confidences outside [0, 1], a marker that is missing throughout, less than
+                two frames, and the faults that were there before.
+        """
+        names = self.renamed(rename)
+        check_names(markers, names, self.word, faults, [name for name in rename if name not in self.names])
+        if self.time_s is None and fps is None:
+            faults.add("", "the file has no time", expected="the frame rate of the camera", next_step="Add `--fps 60`.")
+        faults.raise_if_any()
+        assert self.time_s is not None or (fps is not None and self.frame is not None)
+        time_s = self.time_s if self.time_s is not None else np.asarray(self.frame, float) / (fps or np.nan)
+        chosen = [names.index(marker) for marker in markers]
+        position, confidence = self.position_px[:, chosen], self.confidence[:, chosen]
+        found = checked_tracks(markers, time_s, position, confidence, self.where, faults)
+        if self.time_s is None:
+            return found
+        even_s = even_times(found.time.values, fps, faults)
+        return as_tracks(tuple(markers), even_s, pixels_of(found), found.confidence.values)
+
+
+def check_names(
+    markers: Sequence[str], found: Sequence[str], word: str, faults: FaultCollector, unused: Sequence[str] = ()
+) -> None:
+    """Add one fault for all markers that a file does not hold, and one for names to rename that it does not have.
+
+    Args:
+        markers: names that the file has to hold.
+        found: names that it holds, after renaming.
+        word: the file's word for a marker.
+        faults: takes the faults.
+        unused: names to rename that the file does not have.
+    """
+    theirs = list(dict.fromkeys(found))
+    if unused:
+        what, step = "no such name in the file to rename", did_you_mean(unused[0], theirs)
+        faults.add("--rename", what, found=", ".join(unused), choices=tuple(theirs), next_step=step)
+    missing = [marker for marker in markers if marker not in theirs]
+    if not missing:
+        return
+    if len(missing) == 1 and (hint := did_you_mean(missing[0], theirs)):
+        faults.add("", f"no {word} {missing[0]!r}", choices=tuple(theirs), next_step=hint)
+        return
+    free = [name for name in theirs if name not in markers]
+    pairs = f"{free[0]}={missing[0]},…" if free else "theirs=ours,…"
+    plural = f"{word[:-1]}ies" if word.endswith("y") else f"{word}s"
+    faults.add(
+        "",
+        f"{len(missing)} {plural} are missing" if len(missing) < len(markers) else f"other {plural}",
+        found=", ".join(theirs),
+        expected=", ".join(markers),
+        next_step=f"Give the others their names, in order of the body: `--rename {pairs}`, or rename them in the file.",
+    )
+
+
+def checked_tracks(
+    markers: Sequence[str],
+    time_s: np.ndarray,
+    position_px: np.ndarray,
+    confidence: np.ndarray,
+    where: Sequence[str],
+    faults: FaultCollector,
+) -> xr.Dataset:
+    """Check the samples of m markers, and return them as tracks.
+
+    Args:
+        markers: names of the m markers.
+        time_s: (n,) times, s.
+        position_px: (n, m, 2), px, nan where missing.
+        confidence: (n, m), nan where unknown.
+        where: place of each frame in the file, for messages.
+        faults: takes the faults.
+
+    Raises:
+        InputError: every fault at once.
+    """
+    position = np.array(position_px, dtype=float)
+    missing = np.isnan(position).any(axis=2)  # (n, m)
+    position[missing] = np.nan
+    belief = np.where(np.isnan(confidence), 1.0, confidence)
+    belief = np.where(missing, 0.0, np.where((belief > 1) & (belief <= SURE), 1.0, belief))
+    check_count(len(time_s), faults)
+    check_seen(~missing, markers, faults)
+    late = (1 + np.flatnonzero(~(np.diff(time_s) > 0))).tolist()
+    outside = np.argwhere((belief < 0) | (belief > 1)).tolist()
+    far = np.argwhere(np.abs(np.nan_to_num(position)).max(axis=2) > FARTHEST_PX).tolist()
+
+    def fault(row: int, k: int | None, what: str, found: object, expected: str) -> Fault:
+        place = where[row] if k is None else f"{where[row]}, {markers[k]}"
+        return Fault(faults.file, place, what, f"{found}", expected)
+
+    in_reach = f"pixels, no further than {FARTHEST_PX:g} from the corner"
+    faults.extend_capped([fault(k, None, "time does not increase", time_s[k], f"after {time_s[k - 1]}") for k in late])
+    faults.extend_capped([fault(k, i, "confidence out of range", belief[k, i], "0 to 1") for k, i in outside])
+    faults.extend_capped([fault(k, i, "is beyond any image", position[k, i], in_reach) for k, i in far])
+    if not faults:
+        check_seconds(np.asarray(time_s, float), faults)
+        check_pixels(position, faults)
+    faults.raise_if_any()
+    return as_tracks(tuple(markers), np.array(time_s, dtype=float), position, belief)
+
+
+def save_fishsim(path: Path, tracks: xr.Dataset) -> None:
+    """Write tracks in the authors' form, nan where missing, whole or not at all; `swimcal.tracks.load_tracks` reads it.
+
+    Times and confidences are lost.
+
+    Raises:
+        ResultsNotWritable: the file cannot be written.
+    """
+    rows = pixels_of(tracks).reshape(len(tracks.time.values), -1).tolist()  # (n, 2 m)
+    write_whole(path, "".join(",".join(map(repr, row)) + "\n" for row in rows))

@@ -1,0 +1,194 @@
+"""Frames that the film itself spoils: damaged and repeated ones."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Iterable, Mapping
+
+import av
+import cv2
+import numpy as np
+
+from tracking.decoding import AVI, FrameIndex
+
+
+def stretches(mask: np.ndarray, least: int = 1) -> list[tuple[int, int]]:
+    """First and last frame, both included, of each run of at least so many True in (n,)."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], mask, [False]]).astype(int)))
+    return [(int(first), int(last) - 1) for first, last in edges.reshape(-1, 2) if last - first >= least]
+
+
+MP4 = "mov,mp4,m4a,3gp,3g2,mj2"
+MATROSKA = "matroska,webm"
+"""Names FFmpeg gives its readers of these containers."""
+RANGES_SHOWN = 5
+"""How many stretches of lost frames are spelled out before the rest is only counted."""
+SHORT_BY_FRAMES = 2.5
+"""A file may end this many frames before the duration in its header (rounding, the last frame's own duration)."""
+TICKS = 1.5
+"""From so many ticks a frame on, an AVI's clock is finer than its frames."""
+SHORT_WITH_SOUND_S = 1.0
+"""The first in seconds where sound or other streams may be longer than the picture."""
+
+
+def missing_at_the_end(index: FrameIndex, container: av.container.InputContainer, stream: av.VideoStream) -> str | None:
+    """What the file's header declares beyond the packets that were found; None if nothing.
+
+    MP4 and MOV list every packet, AVI counts them, or finer ticks of a clock, Matroska and WebM give a duration,
+    transport streams nothing.
+    """
+    found, formats = len(index.time_s), container.format.name
+    last_s = float(index.time_s[-1])
+    frame_s = float(np.median(np.diff(index.time_s))) if found > 1 else np.inf
+    counts_ticks = formats == AVI and frame_s * float(stream.average_rate or 0) > TICKS  # with or without a frame
+    declared = {AVI: stream.frames, MP4: len(stream.index_entries)}.get(formats, 0)
+    if declared > index.total_packets and not counts_ticks:
+        return f"the file ends after {index.total_packets} of {declared} frames, at {last_s:.3f} s"
+    if (formats == MATROSKA or counts_ticks) and container.duration and found > 1:
+        allowed = SHORT_BY_FRAMES * frame_s if len(container.streams) == 1 else SHORT_WITH_SOUND_S
+        declared_s = container.duration / av.time_base
+        if declared_s - last_s > allowed:
+            expected = found + round((declared_s - last_s) / frame_s) - 1
+            return f"the file ends after {found} of about {expected} frames, at {last_s:.3f} s of {declared_s:.3f} s"
+    if index.broke_off:
+        return f"the file cannot be read beyond frame {found - 1}, at {last_s:.3f} s"
+    return None
+
+
+def lost_frames(lost: Iterable[int], index: FrameIndex) -> str | None:
+    """Which frames could not be decoded, and how many others that may have harmed; None if none."""
+    numbers = sorted(lost)
+    if not numbers:
+        return None
+    runs = stretches(np.isin(np.arange(len(index.time_s)), numbers))
+    shown = ", ".join(_named(first, last, index) for first, last in runs[:RANGES_SHOWN])
+    more = f" and {len(runs) - RANGES_SHOWN} more stretches" if len(runs) > RANGES_SHOWN else ""
+    message = f"{len(numbers)} of {len(index.time_s)} frames cannot be decoded: {shown}{more}"
+    harmed = int(np.sum(suspect_frames(numbers, index))) - len(numbers)
+    return f"{message}; {harmed} others between the same key frames may show traces of that" if harmed else message
+
+
+def suspect_frames(lost: Iterable[int], index: FrameIndex) -> np.ndarray:
+    """(n,) bool, the frames that lean on a lost one, directly or not, and the lost ones themselves.
+
+    Frames lean on each other between two key frames only, except that those shown shortly before a key frame may
+    lean on it as well (an open group of pictures).
+    """
+    suspect = np.zeros(len(index.time_s), dtype=bool)
+    for number in lost:
+        first, after = index.group(number)
+        if index.is_reordered and first == number > 0:
+            first = index.group(number - 1)[0]
+        suspect[first:after] = True
+    return suspect
+
+
+def _named(first: int, last: int, index: FrameIndex) -> str:
+    name = f"{first}" if first == last else f"{first} to {last}"
+    return f"{name} ({index.time_s[first]:.3f} s)"
+
+
+REPEATS = 0.05
+"""A picture that differs from the one before by less than this share of what is usual repeats it."""
+MOVING = 4.0
+"""Steps of luma by which the usual difference must stand out, or nothing moves and nothing can be told."""
+GOES_ON = 0.3
+"""After repeats a picture differs by this share of what is usual, or it was the robot that stood still."""
+LONGEST = 4
+"""More repeats on end are a picture that stands still, or a robot."""
+USUAL_OVER = 24
+"""Pictures over which the usual difference is taken."""
+ROWS = 360
+"""Rows of a picture that are compared, about."""
+MARGIN_PX = 24.0
+"""Around each marker within which pictures are compared; the one that differs most counts."""
+EDGES = 0.99
+"""Quantile of the differences that is compared: a dot that moves by a pixel differs at its rim alone."""
+OFTEN = 0.1
+"""A film repeats pictures where this share of them does, …"""
+AT_LEAST = 3
+"""… and so many."""
+
+
+class Repeats:
+    """A search for pictures of a film, taken in order, that repeat the one before.
+
+    Attributes:
+        frames: the repeats so far after which the motion went on.
+        skipped: all frames of which `repeats` said so.
+    """
+
+    def __init__(self) -> None:
+        self.frames: list[int] = []
+        self.skipped: set[int] = set()
+        self._before: np.ndarray | None = None
+        self._usual: deque[float] = deque(maxlen=USUAL_OVER)
+        self._run: list[int] = []
+        self._moved = True  # at the last picture that repeated none
+
+    def state(self) -> dict[str, np.ndarray]:
+        """Return all it knows, as arrays; `restored` makes the same of them."""
+        kept = {
+            "repeats": self.frames,
+            "skipped": sorted(self.skipped),
+            "repeats_run": self._run,
+            "moved": [self._moved],
+        }
+        before = np.zeros((0, 0), np.uint8) if self._before is None else self._before
+        pictures = {"usual": np.array(self._usual), "before": before}
+        return {name: np.array(numbers, int) for name, numbers in kept.items()} | pictures
+
+    @classmethod
+    def restored(cls, kept: Mapping[str, np.ndarray]) -> Repeats:
+        """Make it again of what `state` gave."""
+        made = cls()
+        made.frames, made.skipped = kept["repeats"].tolist(), set(kept["skipped"].tolist())
+        made._run = kept["repeats_run"].tolist()
+        made._moved = bool(kept["moved"][0])
+        made._usual.extend(kept["usual"].tolist())
+        made._before = kept["before"] if kept["before"].size else None
+        return made
+
+    def repeats(self, number: int, luma: np.ndarray, around_px: np.ndarray) -> bool:
+        """Tell whether frame `number` (h, w) repeats the one before, around where the markers (m, 2) were last, px."""
+        step = max(1, round(luma.shape[0] / ROWS))
+        now = luma[::step, ::step].copy()
+        before, self._before = self._before, now
+        if before is None:
+            return False
+        known = around_px[np.isfinite(around_px).all(axis=1)] / step
+        difference = max((_difference(now, before, at, MARGIN_PX / step) for at in known), default=0.0)
+        usual = _quantile(self._usual, 0.75) if self._usual else 0.0
+        same = difference <= REPEATS * usual if usual >= MOVING else difference == 0 and not self._usual
+        if same and len(self._run) < LONGEST:
+            self._run.append(number)
+            self.skipped.add(number)
+            return True
+        moving = difference >= max(GOES_ON * usual, MOVING)
+        if moving and self._moved:  # a robot that rests before it moves repeats its picture, too
+            self.frames += self._run
+        self._run, self._moved = [], moving
+        self._usual.append(difference)
+        return False
+
+    def are_many(self, frames: int) -> bool:
+        """Tell whether so many of the frames repeat the one before that the film was taken at another rate."""
+        return len(self.frames) >= max(AT_LEAST, OFTEN * frames)
+
+
+def _difference(now: np.ndarray, before: np.ndarray, at: np.ndarray, margin: float) -> float:
+    """Measure how far two pictures (h, w) differ around a place (2,), in grey levels."""
+    height, width = now.shape
+    x, y = at.tolist()
+    left, right = (min(max(int(x + side), 0), width) for side in (-margin, margin + 1))
+    top, bottom = (min(max(int(y + side), 0), height) for side in (-margin, margin + 1))
+    if left == right or top == bottom:
+        return 0.0
+    region = np.s_[top:bottom, left:right]
+    return _quantile(cv2.absdiff(now[region], before[region]), EDGES)
+
+
+def _quantile(values: Iterable[float] | np.ndarray, share: float) -> float:
+    """Compute what `np.quantile` does; of few values it does so ten times as fast."""
+    ordered = np.sort(np.asarray(values), axis=None)
+    return float(np.interp(share * (len(ordered) - 1), np.arange(len(ordered)), ordered))

@@ -1,0 +1,289 @@
+"""Which spot is which marker: distances along the body, and all markers of a frame solved together.
+
+Assign the spots of a frame to all markers at once, where the nearest spot need not be the right one.
+
+Markers are joined to a tree, each to its nearest. A choice of spots costs the departure of each marker from its
+expected place, the departure of each link of the tree from its length and direction so far, and a price for each marker
+without a spot. The least cost over a tree is found exactly by dynamic programming from its leaves (Felzenszwalb and
+Huttenlocher, Pictorial structures for object recognition, IJCV 61, 2005, section 3). Where two markers would share a
+spot, each of them is tried without it. A shift of the whole body costs little: the sum is also tried with all markers
+shifted by what a marker at an end of the tree may have moved.
+"""
+
+from dataclasses import dataclass
+from functools import lru_cache
+from heapq import heappop, heappush
+from itertools import count
+from typing import NamedTuple
+
+import numpy as np
+from scipy.sparse.csgraph import minimum_spanning_tree
+
+from tracking.motion import Prediction
+from tracking.spots import Spots
+
+_RELATIVE = 0.15  # by which a distance may differ from that in the start boxes: tails bend, heights are in perspective
+_LEAST = 0.6  # diameters that it may differ in any case
+_MOVES, _ALIKE = 0.1, 0.25  # both markers swim: one moves so many diameters a frame, the other that share of it
+_FEWEST, _ZOOM = 3, 1.02  # distances that tell of a common scale, and by how much it may change in a frame
+_KEEP = 0.9  # of where two neighbours put a marker, frame by frame
+
+
+@dataclass(eq=False)
+class Spacing:
+    """The markers as a tree, each joined to its nearest, and each with two nearby markers as its guides."""
+
+    pairs: np.ndarray  # (e, 2) which are joined
+    lengths: np.ndarray  # (2, e) the least and the most that they were apart, px
+    guides: np.ndarray  # (m, 2) two markers near each; (0, 2) where none is joined to another
+    ratios: np.ndarray  # (m,) complex place of each marker between its guides: 0 on the first, 1 on the second
+
+    @classmethod
+    def begin(cls, position_px: np.ndarray, one_body: bool = True) -> "Spacing":
+        """That of markers at (m, 2) in the frame of the boxes; none is joined if each moves for itself."""
+        distance = np.linalg.norm(position_px[:, None] - position_px[None], axis=2)
+        tree = minimum_spanning_tree(distance).tocoo()
+        joined = slice(None if one_body and len(position_px) > 2 else 0)
+        pairs, lengths = np.column_stack([tree.row, tree.col])[joined], np.tile(tree.data[joined], (2, 1))
+        guides = np.argsort(distance, axis=1, kind="stable")[:, 1:3][: len(position_px) if len(pairs) else 0]
+        return cls(pairs, lengths, guides, _between(position_px, guides))
+
+    def misplaced(
+        self,
+        position_px: np.ndarray,
+        predicted_px: np.ndarray,
+        moved_px: np.ndarray,
+        seen: np.ndarray,
+        strength: np.ndarray,
+        diameter_px: np.ndarray,
+    ) -> np.ndarray:
+        """(m,) bool, the markers, of those seen at (m, 2), that broke away from a neighbour.
+
+        Of two that are too close or too far apart it is the one without another neighbour to speak for it; if neither
+        has one, that of less strength (m,). If both have, it is the body that moved. Two that both swim may be as far
+        apart as they are predicted to be, (m, 2), and from then on; a marker that stays where it is, (m, 2) moved
+        since the last frame, may sit on a glint, unless a third stays with it.
+        """
+        misplaced = np.zeros(len(seen), bool)
+        both = seen[self.pairs].all(axis=1)
+        self._rescale(_lengths(position_px, self.pairs), both)
+        off = both & self._off(position_px, predicted_px, moved_px, both, diameter_px, seen)
+        if not off.any():
+            return misplaced
+        speaking = np.bincount(self.pairs[both & ~off].ravel(), minlength=len(seen))  # neighbours for each marker
+        for first, second in self.pairs[off].tolist():
+            if speaking[first] and speaking[second]:
+                continue
+            one_sided = bool(speaking[first]) != bool(speaking[second])
+            weaker = speaking[first] < speaking[second] if one_sided else strength[first] < strength[second]
+            misplaced[first if weaker else second] = True
+        return misplaced
+
+    def _rescale(self, length_px: np.ndarray, both: np.ndarray) -> None:
+        """All distances grow or shrink with most of those (e,) that are seen: the robot comes nearer, or dives."""
+        if np.count_nonzero(both) >= _FEWEST:
+            beyond = length_px[both] / np.clip(length_px[both], *self.lengths[:, both])
+            self.lengths = self.lengths * np.clip(np.median(beyond), 1 / _ZOOM, _ZOOM)
+
+    def _off(
+        self,
+        position_px: np.ndarray,
+        predicted_px: np.ndarray,
+        moved_px: np.ndarray,
+        both: np.ndarray,
+        diameter_px: np.ndarray,
+        seen: np.ndarray,
+    ) -> np.ndarray:
+        """(e,) bool, the pairs too close or too far apart; learns how far those may be that both (e,) are seen."""
+        larger, (least, most) = diameter_px[self.pairs].max(axis=1), self.lengths
+        swim = self._swimming(np.linalg.norm(moved_px, axis=1), larger, both, seen)
+        length, foreseen = _lengths(position_px, self.pairs), _lengths(predicted_px, self.pairs)
+        low, high = np.where(swim, [np.minimum(least, foreseen), np.maximum(most, foreseen)], self.lengths)
+        off: np.ndarray = length < low - np.maximum(_LEAST * larger, _RELATIVE * low)
+        off |= length > high + np.maximum(_LEAST * larger, _RELATIVE * high)
+        within = [np.minimum(least, length), np.maximum(most, length)]
+        self.lengths = np.where(both & swim & ~off, within, self.lengths)
+        return off
+
+    def _swimming(self, moved_px: np.ndarray, larger_px: np.ndarray, both: np.ndarray, seen: np.ndarray) -> np.ndarray:
+        """(e,) bool, the pairs whose distance may change: both move; one does and the other rests with a third; or one
+        alone moves of all that are seen (m,).
+        """
+        speeds = moved_px[self.pairs]
+        slow, fast = speeds.min(axis=1), speeds.max(axis=1)
+        moving = fast > _MOVES * larger_px
+        swim: np.ndarray = moving & (slow > _ALIKE * fast)
+        for pair in np.flatnonzero(moving & ~swim & both).tolist():
+            resting, mover = self.pairs[pair][np.argsort(speeds[pair])]
+            with_it = self.pairs[both & (self.pairs == resting).any(axis=1)]
+            others = with_it[(with_it != resting) & (with_it != mover)]
+            rest = seen & (moved_px <= _ALIKE * fast[pair])
+            alone = np.count_nonzero(seen & ~rest) == 1 and np.count_nonzero(rest) > 1
+            swim[pair] = alone or bool(rest[others].any())
+        return swim
+
+    def expected(self, position_px: np.ndarray) -> np.ndarray:
+        """(m, 2) where its two guides put each marker, moved and turned with them since it was last seen well."""
+        if not len(self.guides):
+            return position_px.copy()
+        plane = position_px @ np.array([1, 1j])
+        a, b = plane[self.guides.T]
+        place = a + self.ratios * (b - a)
+        return np.stack([place.real, place.imag], axis=1)
+
+    def learn(self, position_px: np.ndarray, sure: np.ndarray) -> None:
+        """Takes in a frame: (m, 2) positions, and (m,) bool which of them were seen well."""
+        if len(self.guides):
+            known = sure & sure[self.guides].all(axis=1)
+            mixed = _KEEP * self.ratios + (1 - _KEEP) * _between(position_px, self.guides)
+            self.ratios = np.where(known, mixed, self.ratios)
+
+
+def _lengths(position_px: np.ndarray, pairs: np.ndarray) -> np.ndarray:
+    """(e,) distances of pairs (e, 2) of markers at (m, 2)."""
+    return np.linalg.norm(position_px[pairs[:, 0]] - position_px[pairs[:, 1]], axis=1)
+
+
+def _between(position_px: np.ndarray, guides: np.ndarray) -> np.ndarray:
+    """(m,) complex place of each marker between its two guides (m, 2)."""
+    plane = position_px[: len(guides)] @ np.array([1, 1j])
+    a, b = plane[guides.T] if len(guides) else (plane, plane)
+    return (plane - a) / np.where(a == b, 1, b - a)
+
+
+MISSED = 2.0
+"""The price of leaving a marker without a spot."""
+FAINTER = 1.0
+"""The price of a spot of no strength."""
+_STIFF, _STIFF_PX = 0.06, 1.5  # standard deviation of a link's length: a share of it, and px of the start boxes
+_TURN_RAD = 0.6  # standard deviation of a link's direction about the one predicted
+_LINK = 2.5  # the most that one link can cost: bodies bend more than they did so far
+_UNSEEN = 0.4  # weight of a link to a marker without a spot
+_SHIFT = 0.3  # the price of a shift of the body by the usual distance of its markers
+_SHIFTS = 12  # tried at most, the shortest first
+_SOLVED = 40  # solutions tried at most until no spot is used twice
+_NEVER = 1e6
+
+
+class Assembly(NamedTuple):
+    """An assignment of all markers of a frame.
+
+    Attributes:
+        cost: the sum that was made least, without unit.
+        chosen: (m,) the number of each marker's spot, -1 for none.
+    """
+
+    cost: float
+    chosen: np.ndarray
+
+
+def assemble(spots: Spots, predicted: Prediction, spread_px: np.ndarray, spacing: Spacing, whole: bool) -> Assembly:
+    """Assign spots to all markers at the least cost over motion and distances.
+
+    Args:
+        spots: all candidates; one farther from a marker than `predicted.gate_px` is not its own.
+        predicted: where the m markers are expected.
+        spread_px: (m,) how far from there they usually are.
+        spacing: which of them are joined.
+        whole: the body may have been moved as a whole.
+    """
+    shifts = _shifts(spots, predicted, spacing) if whole else [np.zeros(2)]
+    usual_px = float(np.median(spacing.lengths.mean(axis=0)))
+    links = _links(spots, predicted, spacing)
+    found = []
+    for shift in shifts:
+        cost, chosen = _shared_out(_alone(spots, predicted, spread_px, shift), links, spacing.pairs)
+        found.append(Assembly(cost + _SHIFT * float(shift @ shift) / usual_px**2, chosen))
+    return min(found, key=lambda each: each.cost)
+
+
+def _alone(spots: Spots, predicted: Prediction, spread_px: np.ndarray, shift_px: np.ndarray) -> np.ndarray:
+    """Cost (m, c + 1) of each marker on each spot; the last column is that of no spot."""
+    away = predicted.position_px[:, None] - spots.position_px[None]
+    reached = np.linalg.norm(away, axis=2) <= predicted.gate_px[:, None]
+    off = np.linalg.norm(away + shift_px, axis=2) / spread_px[:, None]
+    cost = off**2 + FAINTER * np.clip(1 - spots.strength, 0, 1)
+    return np.hstack([np.where(reached, cost, _NEVER), np.full((len(off), 1), MISSED)])
+
+
+def _links(spots: Spots, predicted: Prediction, spacing: Spacing) -> np.ndarray:
+    """Cost (e, c + 1, c + 1) of each link between two spots: by its length, and by its turn since the last frame.
+
+    A marker without a spot is taken to be where it is expected, and its links count less.
+    """
+    plane, expected = spots.position_px @ np.array([1, 1j]), predicted.position_px @ np.array([1, 1j])
+    one, other = (np.column_stack([np.tile(plane, (len(end), 1)), expected[end]]) for end in spacing.pairs.T)
+    between = other[:, None, :] - one[:, :, None]  # (e, c + 1, c + 1) from the first to the second
+    foreseen = between[:, -1:, -1:]
+    low, high = spacing.lengths[..., None, None]
+    length = np.abs(between)
+    beyond = np.maximum(np.maximum(low - length, length - high), 0)
+    turned = np.angle(between * foreseen.conj())
+    cost = np.minimum((beyond / (_STIFF * high + _STIFF_PX)) ** 2 + (turned / _TURN_RAD) ** 2, _LINK)
+    cost[:, -1, :-1] *= _UNSEEN
+    cost[:, :-1, -1] *= _UNSEEN
+    cost[:, -1, -1] = 0
+    return cost
+
+
+def _shifts(spots: Spots, predicted: Prediction, spacing: Spacing) -> list[np.ndarray]:
+    """List shifts (2,) of the body, px: none, and those that bring a marker at an end of the tree onto a spot."""
+    joints = np.bincount(spacing.pairs.ravel(), minlength=len(predicted.gate_px))
+    away = spots.position_px[None] - predicted.position_px[joints == 1][:, None]
+    near = np.linalg.norm(away, axis=2) <= predicted.gate_px[joints == 1][:, None]
+    shifts = away[near]
+    nearest = np.argsort(np.linalg.norm(shifts, axis=1), kind="stable")[:_SHIFTS]
+    return [np.zeros(2), *shifts[nearest]]
+
+
+def _shared_out(alone: np.ndarray, links: np.ndarray, pairs: np.ndarray) -> tuple[float, np.ndarray]:
+    """Find the least cost with each spot used once, and (m,) the spots, -1 for none."""
+    number = count()  # breaks ties: the solution found first wins
+    queue: list[tuple[float, int, np.ndarray, np.ndarray]] = []
+
+    def solve(allowed: np.ndarray) -> None:
+        cost, chosen = _least(allowed, links, pairs)
+        heappush(queue, (cost, next(number), chosen, allowed))
+
+    none = alone.shape[1] - 1
+    solve(alone)
+    for _ in range(_SOLVED):
+        cost, _, chosen, allowed = heappop(queue)
+        twice = np.flatnonzero(np.bincount(chosen[chosen < none], minlength=1) > 1)
+        if not len(twice):
+            return cost, np.where(chosen < none, chosen, -1)
+        for marker in np.flatnonzero(chosen == twice[0]).tolist():
+            without = allowed.copy()
+            without[marker, twice[0]] = _NEVER
+            solve(without)
+    return _NEVER, np.full(len(alone), -1)
+
+
+def _least(alone: np.ndarray, links: np.ndarray, pairs: np.ndarray) -> tuple[float, np.ndarray]:
+    """Find the least cost where spots may be shared, and (m,) the spots; none is numbered behind the last."""
+    steps = _walk(tuple(map(tuple, pairs.tolist())))
+    total, back = alone.copy(), np.zeros(alone.shape, int)
+    for marker, above, edge, onwards in reversed(steps):
+        link = links[edge] if onwards else links[edge].T  # (of the one above, own)
+        both = link + total[marker][None]
+        back[marker] = both.argmin(axis=1)
+        total[above] += both.min(axis=1)
+    top = steps[0][1]
+    chosen = np.empty(len(alone), int)
+    chosen[top] = total[top].argmin()
+    for marker, above, _, _ in steps:
+        chosen[marker] = back[marker, chosen[above]]
+    return float(total[top].min()), chosen
+
+
+@lru_cache
+def _walk(pairs: tuple[tuple[int, int], ...]) -> tuple[tuple[int, int, int, bool], ...]:
+    """Walk the tree from its first marker: each marker, the one above it, their pair, and whether that is first."""
+    steps: list[tuple[int, int, int, bool]] = []
+    reached, left = {pairs[0][0]}, dict(enumerate(pairs))
+    while left:
+        edge = next(k for k, pair in left.items() if reached & set(pair))
+        one, other = left.pop(edge)
+        steps.append((other, one, edge, True) if one in reached else (one, other, edge, False))
+        reached |= {one, other}
+    return tuple(steps)

@@ -1,0 +1,302 @@
+"""Spots: places in a small window that look like a marker, and the sub-pixel centre of a marker."""
+
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from math import ceil
+
+import cv2
+import numpy as np
+from scipy.ndimage import binary_dilation, binary_fill_holes
+
+from tracking.appearance import Appearance, window, windows
+
+_WIDTHS = (0.25, 0.42)  # of the two Gaussians, in diameters
+_FAINTEST = 0.3  # of the response a marker of known contrast would give
+_ANSWERS = (0.15, 1.2)  # what an answer to a marker can be, in parts of that to a disc
+_LARGE_PX = 22.0  # wider markers are handled apart from narrower ones
+_SIGMAS = 2.5  # a Gaussian's kernel reaches so far
+_RIVALS = 12  # spots in one window at most, the strongest
+_ROUNDS = 3, 5  # of the centroid, each centred on the one before; the second number is for streaks
+_MARGIN_PX = 1.0  # by which the centroid's disc is wider than the marker
+_FLOOR, _CEILING = 0.1, 0.9  # shares of the known contrast: fainter light does not count, brighter no more than this
+_RING = (1.5, 1.4)  # the background is a ring from this many px beyond the rim to this many radii and as many px
+_QUARTER = 0.25  # the darkest part of it, for a bright marker: the rest may be water next to a dark body
+_REACH = 1.25  # radii and the px of the ring: within them light counts for the size
+_SLACK_PX = 4  # by which a window is larger than it need be
+_FAST = 0.5  # diameters a frame, from which on a marker is drawn out
+_LONGEST = 2.0  # diameters of a streak
+_HOLE, _SOFT_PX = 0.6, 2  # share of the known contrast below which a place is dark, and the soft rim of such a hole
+_INNER = 0.7  # radii within which holes are looked for
+_CORE = 0.5  # of a streak that is measured: its ends are faint, and lie on the blurred rim of the body
+_PALER = 3.2  # a disc smeared over q diameters is answered exp(-q^2 / 3.2) as strongly, to 5 % up to q = 1.5
+# In the middle of a disc of contrast 1:
+_DISC_RESPONSE = float(np.exp(-1 / (8 * _WIDTHS[1] ** 2)) - np.exp(-1 / (8 * _WIDTHS[0] ** 2)))
+
+
+@dataclass(frozen=True, eq=False)
+class Spots:
+    """Places that look like a marker."""
+
+    position_px: np.ndarray  # (c, 2) to a pixel
+    strength: np.ndarray  # (c,) of the response, 1 where it is that of the marker looked for
+
+    def away_from(self, taken_px: np.ndarray, apart_px: float) -> "Spots":
+        """Those at least that far from some places (o, 2)."""
+        distance = np.linalg.norm(self.position_px[:, None] - taken_px[None], axis=2)  # (c, o)
+        free = distance.min(axis=1, initial=np.inf) >= apart_px
+        return Spots(self.position_px[free], self.strength[free])
+
+
+@dataclass(frozen=True, eq=False)
+class Streaks:
+    """How k markers are drawn out by their motion while the shutter is open."""
+
+    along: np.ndarray  # (k, 2) unit vectors
+    core_px: np.ndarray  # (k,) length of the line to measure around
+    diameters: np.ndarray  # (k,) how far, in diameters of the marker
+
+    @classmethod
+    def of(cls, velocity_px: np.ndarray, diameter_px: np.ndarray, shutter: float) -> "Streaks":
+        """Those of markers of (k,) diameters and (k, 2) px a frame, for a shutter open for that share of a frame."""
+        speed = np.linalg.norm(velocity_px, axis=1)
+        drawn = np.minimum(shutter * speed / diameter_px, _LONGEST)
+        drawn[speed < _FAST * diameter_px] = 0.0
+        return cls(velocity_px / np.maximum(speed, 1e-9)[:, None], _CORE * drawn * diameter_px, drawn)
+
+    def some(self, which: np.ndarray) -> "Streaks":
+        """Those of some of the markers, by (k,) bool or by number."""
+        return Streaks(self.along[which], self.core_px[which], self.diameters[which])
+
+    @property
+    def thinner(self) -> np.ndarray:
+        """(k,) by which the light in the middle is fainter."""
+        return np.maximum(self.diameters, 1.0)
+
+
+def find_spots(
+    luma: np.ndarray, centre_px: np.ndarray, reach_px: np.ndarray, look: Appearance, streaks: Streaks | None = None
+) -> Spots:
+    """All spots within reach (k,) of the places (k, 2) where k markers of that look are expected, each once.
+
+    A difference of two Gaussians as wide as the marker answers to a disc of its size and not to a slope of the
+    brightness; its local maxima are the spots. To a streak of up to 1.5 diameters it answers in the middle, but less.
+    """
+    places = np.rint(centre_px).astype(int).tolist()
+    full = look.contrast * look.answer
+    if streaks is not None:
+        full = full * np.exp(-(streaks.diameters**2) / _PALER)
+    searches = zip(places, reach_px.tolist(), look.sign, look.diameter_px.tolist(), full, strict=True)
+    found = np.concatenate([np.empty((0, 3)), *(_in_window(luma, *item) for item in searches)])
+    position, strength = found[:, :2], found[:, 2]
+    inside = ((position >= 0) & (position < luma.shape[::-1])).all(axis=1)
+    return _each_once(position[inside], strength[inside], float(np.min(look.diameter_px, initial=np.inf)) / 2)
+
+
+def _in_window(
+    luma: np.ndarray, place: tuple[int, int], reach: float, sign: float, diameter: float, contrast: float
+) -> np.ndarray:
+    """(c, 3) x, y and strength of the spots around a pixel, the strongest at most."""
+    step = 2 if diameter > _LARGE_PX else 1  # large markers are sought at half the resolution
+    margin = ceil(diameter / step)
+    half = ceil(reach / step) + margin
+    patch = window(luma, *place, step * half)
+    if step == 2:
+        patch = cv2.resize(np.ascontiguousarray(patch[:-1, :-1]), None, fx=0.5, fy=0.5, interpolation=cv2.INTER_AREA)
+    response = _response(patch, sign / contrast, diameter / step)
+    side = max(int(diameter / step / 2) | 1, 3)
+    inner = slice(margin, -margin)
+    sought = response[inner, inner]
+    highest = cv2.dilate(response, _square(side))[inner, inner]
+    rows, columns = np.nonzero((sought == highest) & (sought > _FAINTEST))
+    strength = sought[rows, columns]
+    if len(strength) > 1:
+        strongest = np.argsort(-strength)[:_RIVALS]
+        rows, columns, strength = rows[strongest], columns[strongest], strength[strongest]
+    spots = np.empty((len(strength), 3))
+    for axis, along in enumerate((columns, rows)):
+        spots[:, axis] = step * (along + (margin - half)) + (place[axis] + (step - 1) / 2)
+    spots[:, 2] = strength
+    return spots
+
+
+@lru_cache
+def _square(side: int) -> np.ndarray:
+    return np.ones((side, side), np.uint8)
+
+
+def _response(patch: np.ndarray, gain: float, diameter: float) -> np.ndarray:
+    """The two Gaussians' answer in every pixel of a patch: `gain` times the contrast, in the middle of a disc."""
+    plain = patch.astype(np.float32)
+    inner, outer = (cv2.GaussianBlur(plain, _kernel(width * diameter), width * diameter) for width in _WIDTHS)
+    return cv2.subtract(inner, outer, dst=inner) * np.float32(gain / _DISC_RESPONSE)
+
+
+def strongest_answer(
+    luma: np.ndarray, centre_px: np.ndarray, reach_px: int, sign: float, diameter_px: float
+) -> np.ndarray:
+    """(k,) the detector's strongest answer to a marker of that look within reach of each place (k, 2), in luma."""
+    margin = int(np.ceil(diameter_px)) + 1
+    inner = slice(margin, -margin)
+    places = np.rint(centre_px).astype(int).tolist()
+    patches = (window(luma, column, row, reach_px + margin) for column, row in places)
+    return np.array([float(_response(patch, sign, diameter_px)[inner, inner].max()) for patch in patches])
+
+
+def _kernel(sigma: float) -> tuple[int, int]:
+    side = 2 * ceil(_SIGMAS * sigma) + 1
+    return side, side
+
+
+def with_answer(luma: np.ndarray, centre_px: np.ndarray, look: Appearance) -> Appearance:
+    """The look with the answer that each marker gives where it is, (k, 2); at least a part that noise cannot give."""
+    answers = []
+    for (column, row), sign, diameter in zip(
+        np.rint(centre_px).astype(int).tolist(), look.sign, look.diameter_px, strict=True
+    ):
+        half = int(np.ceil(diameter)) + 1
+        response = _response(window(luma, column, row, half), sign, diameter)
+        answers.append(response[half - 1 : half + 2, half - 1 : half + 2].max())
+    return replace(look, answer=np.clip(np.array(answers) / look.contrast, *_ANSWERS))
+
+
+def _each_once(position: np.ndarray, strength: np.ndarray, apart_px: float) -> Spots:
+    """Of spots closer than that only the strongest: windows overlap."""
+    order = np.argsort(-strength)
+    position, strength = position[order], strength[order]
+    distance = np.linalg.norm(position[:, None] - position[None], axis=2)
+    keep: list[int] = []
+    for index in range(len(position)):
+        if not keep or distance[index, keep].min() > apart_px:
+            keep.append(index)
+    return Spots(position[keep], strength[keep])
+
+
+@dataclass(frozen=True, eq=False)
+class Centres:
+    """Markers measured to a fraction of a pixel."""
+
+    position_px: np.ndarray  # (k, 2)
+    diameter_px: np.ndarray  # (k,) of a disc of the same light
+    contrast: np.ndarray  # (k,) how far each stands out
+    streak_px2: np.ndarray  # (k,) squared length of its streak, as far as its light tells; nan for slow ones
+
+
+def measure_centres(
+    luma: np.ndarray,
+    position_px: np.ndarray,
+    others_px: np.ndarray,
+    look: Appearance,
+    streaks: Streaks | None = None,
+) -> Centres:
+    """Centroids of light over the background, in a disc hardly wider than each marker, on its side of its neighbours.
+
+    The disc is shifted onto the centroid a few times, from places (k, 2) right to a pixel or two; a marker in a disc of
+    its own width draws it to its middle. A glint on the rim then hardly counts, nor does light beyond what the marker
+    is known to have. Half-way to another of all markers (o, 2) the disc ends: its centroid is to be that of what is
+    left of a disc. For a streak it is drawn out as far; size and contrast are those of the marker at rest, whose light
+    it has.
+    """
+    centres = Centres(position_px.astype(float), *np.full((3, len(position_px)), np.nan))
+    large = look.diameter_px > _LARGE_PX
+    drawn = np.zeros(len(large), bool) if streaks is None else streaks.diameters > 0
+    for group in (large & ~drawn, ~large & ~drawn, drawn):  # a window is as wide as the widest needs it
+        if group.any():
+            own = streaks.some(group) if streaks is not None and (group & drawn).any() else None
+            found = _centres_of(luma, centres.position_px[group], others_px, look.of(group), own)
+            centres.position_px[group], centres.diameter_px[group], centres.contrast[group] = found[:3]
+            if own is not None:
+                centres.streak_px2[group] = found[3]
+    return centres
+
+
+def _centres_of(
+    luma: np.ndarray, position_px: np.ndarray, others_px: np.ndarray, look: Appearance, streaks: Streaks | None
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray | None]:
+    """`measure_centres` for markers of about one size; the fields of `Centres`."""
+    radius = (look.diameter_px / 2).astype(np.float32)[:, None, None]
+    thinner = 1.0 if streaks is None else streaks.thinner
+    known = (look.contrast / thinner).astype(np.float32)[:, None, None]
+    longer = 0.0 if streaks is None else float(streaks.core_px.max()) / 2
+    reach = ceil(_RING[1] * float(radius.max()) + _RING[0] + longer) + _SLACK_PX
+    away = np.arange(-reach, reach + 1, dtype=np.float32)
+    patch, middle = windows(luma, position_px, reach)
+    offset = (position_px - middle).astype(np.float32)  # (k, 2)
+    x, y, distance = _from(offset, away, streaks)
+    mine = _own_side(position_px, others_px, x, y, reach)
+    bright = patch if (look.sign > 0).all() else look.sign.astype(np.float32)[:, None, None] * patch
+    ring = (distance > radius + _RING[0]) & (distance < _RING[1] * radius + _RING[0]) & mine
+    light = (bright - _background(bright, ring)[:, None, None]) * mine
+    _fill_holes(light, known, distance < _INNER * radius)
+    counted = np.clip(light - _FLOOR * known, 0, _CEILING * known)
+    rim = radius + (_MARGIN_PX + 0.5)
+    cut = (~mine & (distance < rim)).any(axis=(1, 2))
+    for _ in range(_ROUNDS[streaks is not None]):
+        weight = np.clip(rim - distance, 0, 1)
+        weight *= counted
+        shift = _centroid(weight, x, y)
+        if cut.any():  # what a neighbour hides of a disc draws its centroid away from it
+            disc = np.clip(radius[cut] + 0.5 - distance[cut], 0, 1) * mine[cut]
+            shift[cut] -= _centroid(disc, x[cut], y[cut])
+        offset = offset + shift
+        x, y, distance = _from(offset, away, streaks)
+    peak = (light * (distance < 0.6 * radius + 1)).max(axis=(1, 2))
+    streak = None if streaks is None else _streak_px2(weight, x, y, streaks.along.astype(np.float32))
+    share = np.clip(light / np.maximum(peak, 1.0)[:, None, None], 0, 1) * (distance < _REACH * radius + _RING[0])
+    return middle + offset, 2 * np.sqrt(share.sum(axis=(1, 2)) / (np.pi * thinner)), thinner * peak, streak
+
+
+def _fill_holes(light: np.ndarray, known: np.ndarray, inner: np.ndarray) -> None:
+    """Gives enclosed dark places in markers (k, s, s) their light: the highlight on a ball. `inner` is their middle."""
+    dark = light < _HOLE * known
+    for marker in np.flatnonzero((dark & inner).any(axis=(1, 2))).tolist():
+        holes = binary_fill_holes(~dark[marker]) & dark[marker]
+        soft = binary_dilation(holes, iterations=_SOFT_PX) & (light[marker] < known[marker])
+        light[marker] = np.where(soft, known[marker], light[marker])
+
+
+def _centroid(weight: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """(k, 2) of windows (k, s, s)."""
+    columns, rows = weight.sum(axis=1), weight.sum(axis=2)
+    moment = np.stack([(columns * x[:, 0]).sum(axis=1), (rows * y[:, :, 0]).sum(axis=1)], axis=1)
+    return moment / np.maximum(columns.sum(axis=1), 1e-9)[:, None]
+
+
+def _streak_px2(weight: np.ndarray, x: np.ndarray, y: np.ndarray, along: np.ndarray) -> np.ndarray:
+    """(k,) squared length over which a round thing is drawn out: 12 times its variance along less that across."""
+    ahead, aside = along[:, 0, None, None], along[:, 1, None, None]
+    far, wide = x * ahead + y * aside, y * ahead - x * aside
+    return 12 * (weight * (far**2 - wide**2)).sum(axis=(1, 2)) / np.maximum(weight.sum(axis=(1, 2)), 1e-9)
+
+
+def _from(offset: np.ndarray, away: np.ndarray, streaks: Streaks | None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """(k, 1, s), (k, s, 1) and (k, s, s) x, y and distance of a window's pixels from a place (k, 2) off its middle.
+
+    From a streak it is that from the core of the line along which its middle moved.
+    """
+    x, y = away[None, None, :] - offset[:, 0, None, None], away[None, :, None] - offset[:, 1, None, None]
+    distance = x * x + y * y
+    if streaks is not None:
+        ahead = streaks.along.astype(np.float32)
+        far = np.abs(x * ahead[:, 0, None, None] + y * ahead[:, 1, None, None])
+        beyond = np.maximum(far - (streaks.core_px / 2).astype(np.float32)[:, None, None], 0)
+        distance = np.maximum(distance - far * far, 0) + beyond * beyond
+    return x, y, np.sqrt(distance, out=distance)
+
+
+def _own_side(centre: np.ndarray, others: np.ndarray, x: np.ndarray, y: np.ndarray, reach: int) -> np.ndarray:
+    """(k, s, s) pixels nearer to each centre than to any other marker, as far as they are within reach."""
+    mine = np.ones(np.broadcast_shapes(x.shape, y.shape), bool)
+    between = (others[None] - centre[:, None]).astype(np.float32)  # (k, o, 2)
+    gap = np.sqrt((between**2).sum(axis=2))
+    for index, other in np.argwhere((gap > 3.0) & (gap < 2 * reach)).tolist():
+        ahead, far = between[index, other], gap[index, other]
+        mine[index] &= x[index] * ahead[0] + y[index] * ahead[1] < 0.5 * far * far - far / 20
+    return mine
+
+
+def _background(patch: np.ndarray, ring: np.ndarray) -> np.ndarray:
+    """(k,) the darkest quarter of each patch over its ring."""
+    values = np.where(ring, patch, np.nan)
+    values = np.sort(values.reshape(len(patch), -1), axis=1)  # nan last
+    count = np.maximum(ring.reshape(len(patch), -1).sum(axis=1), 1)
+    return np.nan_to_num(values[np.arange(len(patch)), (_QUARTER * count).astype(int)])

@@ -1,0 +1,382 @@
+"""The marker tracker: predict, find spots, assign them jointly, measure their centres, ask CSRT where there is none."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, fields, replace
+from typing import NamedTuple
+
+import numpy as np
+from scipy.optimize import linear_sum_assignment
+
+from tracking.appearance import Appearance, measure_appearance
+from tracking.csrt import Crop, FaintMarkers, SecondOpinion
+from tracking.identities import FAINTER, MISSED, Spacing, assemble
+from tracking.motion import Motion, Prediction
+from tracking.spots import Centres, Spots, Streaks, find_spots, measure_centres, with_answer
+
+_SIZE_SPREAD = 0.25  # of the logarithm of the size, that lowers the confidence by a factor exp(-1/2)
+_CONTRAST_SPREAD = 0.35  # of the contrast, likewise
+_CSRT_CONFIDENCE = 0.5  # at most, where only CSRT saw the marker
+_NOWHERE_PX = 1e-3  # a gate that no spot passes
+_FAINT, _FAINT_CONFIDENCE = 15.0, 0.4  # answers under so many steps of luma are faint; the confidence CSRT then has
+_CONFIDENT = 0.6  # from here on a sample teaches the look of the marker …
+_SETTLED = 5  # … and from so many frames on without a doubt which spot is its own
+_SLACK_PX = 2.0  # by which a box may be off its marker, beyond half of it
+_UNASSIGNED = 0.5  # strength from which a spot of no marker keeps its own light
+_BORDER = 0.25  # diameters from the border of the picture within which a marker counts as gone
+# A search in doubt reaches so many times the distance to the nearest marker, but no more than so many diameters.
+_REACH, _FARTHEST = 1.25, 5.0
+_ANEW = 10  # frames of a loss after which all markers are assembled as if the body had been moved
+_WHOLE = 2.5  # times that such a search reaches farther
+_SPREAD = 0.6  # share of that reach by which a doubtful marker usually is off its expected place
+_SHUTTER = 0.25  # of a frame for which the shutter is thought to be open at first, …
+_SHUTTERS = 0.01, 1.0  # of a frame, at least and at most
+_KEEP_SHUTTER = 0.95  # … and what a frame leaves of what is known of that
+
+
+@dataclass(frozen=True, eq=False)
+class Sighting:
+    """What one frame shows of m markers.
+
+    Attributes:
+        position_px: (m, 2) measured; where a marker is not seen, predicted.
+        seen: (m,) bool, measured in this frame.
+        confidence: (m,) in [0, 1]; 0 where not seen.
+        diameter_px: (m,) apparent; nan where not seen.
+        contrast: (m,) how far it stands out; nan where not seen.
+        by_csrt: (m,) bool, only CSRT saw it.
+    """
+
+    position_px: np.ndarray
+    seen: np.ndarray
+    confidence: np.ndarray
+    diameter_px: np.ndarray
+    contrast: np.ndarray
+    by_csrt: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class _Search:
+    """A picture (h, w) in which markers of that look and those streaks are sought, away from places (o, 2), px."""
+
+    luma: np.ndarray
+    look: Appearance
+    streaks: Streaks
+    taken_px: np.ndarray | None
+
+    def spots(self, predicted: Prediction) -> Spots:
+        """Find the spots within the gates of a prediction."""
+        spots = find_spots(self.luma, predicted.position_px, predicted.gate_px, self.look, self.streaks)
+        if self.taken_px is None:
+            return spots
+        return spots.away_from(self.taken_px, 0.5 * float(self.look.diameter_px.min()))
+
+
+class _Assignment(NamedTuple):
+    """The spots of a frame, (m,) the number of each marker's, -1 for none, where each was sought, (m,) in doubt."""
+
+    spots: Spots
+    chosen: np.ndarray
+    predicted: Prediction
+    doubtful: np.ndarray
+
+
+class MarkerTracker:
+    """Follows m markers from frame to frame; made by `begin` or `restored`; `csrt` is asked where no spot answers."""
+
+    def __init__(self, start: Appearance, motion: Motion, spacing: Spacing, csrt: SecondOpinion | None) -> None:
+        self.start = start
+        self.look = start
+        self.motion = motion
+        self.spacing = spacing
+        self.csrt = csrt
+        self.shutter = np.array([_SHUTTER**2, 1.0]) * np.mean(start.diameter_px) ** 2  # lengths and speeds, squared
+        self.settled = np.zeros(len(start.sign), int)  # frames in a row in which its spot was beyond doubt
+        self.faint: FaintMarkers | None = None
+
+    @classmethod
+    def begin(
+        cls, luma: np.ndarray, centre_px: np.ndarray, box_px: np.ndarray, use_csrt: bool = True, threads: int = 0
+    ) -> tuple["MarkerTracker", Sighting]:
+        """Starts in a frame in which every marker has a box.
+
+        The frame is (h, w) uint8; (m, 2) are the centres of the boxes and (m,) their mean sides. CSRT takes so many
+        threads, 0 for all cores.
+        """
+        start = measure_appearance(luma, centre_px, box_px)
+        widest = np.maximum(box_px, start.diameter_px)
+        for _ in range(2):  # a box may hold part of a neighbour
+            centres = measure_centres(luma, centre_px, centre_px, start)
+            start = replace(start, diameter_px=np.minimum(centres.diameter_px, widest), contrast=centres.contrast)
+        start = with_answer(luma, centres.position_px, start)
+        csrt = SecondOpinion(threads) if use_csrt else None
+        motion, loose = Motion.begin(centre_px, start.diameter_px), Spacing.begin(centre_px, one_body=False)
+        tracker = cls(start, motion, loose, csrt)
+        near_px = np.minimum(start.diameter_px, widest) / 2 + _SLACK_PX
+        still = np.zeros(centre_px.shape)
+        first = tracker._see(luma, Prediction(centre_px.astype(float), near_px, still), frames=np.inf)
+        faint = ~first.seen | (start.answer * start.contrast < _FAINT)
+        place = np.where(faint[:, None], centre_px, first.position_px)
+        if use_csrt and faint.any():
+            tracker.faint = FaintMarkers(faint, [Crop.around(luma, here) for here in place[faint]], box_px, threads)
+            first = _followed(first, dict(zip(np.flatnonzero(faint).tolist(), centre_px[faint], strict=True)))
+        tracker.motion = Motion.begin(place, start.diameter_px)
+        tracker.spacing = Spacing.begin(first.position_px)
+        return tracker, first
+
+    def step(self, luma: np.ndarray, taken_px: np.ndarray | None = None, frames: float = 1.0) -> Sighting:
+        """Takes the next frame (h, w) uint8, so many `frames` of the usual rate after the one before.
+
+        No marker is put where others are that this tracker does not follow, (o, 2).
+        """
+        return self._see(luma, self.motion.predict(self.look.diameter_px, frames), taken_px, frames)
+
+    def state(self) -> dict[str, np.ndarray]:
+        """All it knows, as arrays; `restored` makes a tracker of them that goes on the same."""
+        state = {
+            "start": self.start.as_array(),
+            "look": self.look.as_array(),
+            "shutter": self.shutter,
+            "settled": self.settled,
+        }
+        return state | vars(self.motion) | vars(self.spacing) | ({} if self.csrt is None else self.csrt.state())
+
+    @classmethod
+    def restored(cls, state: Mapping[str, np.ndarray], threads: int = 0) -> "MarkerTracker":
+        """The tracker whose `state` this was."""
+        csrt = SecondOpinion(threads) if "crops" in state else None
+        motion, spacing = ({field.name: state[field.name] for field in fields(part)} for part in (Motion, Spacing))
+        tracker = cls(Appearance(*state["start"]), Motion(**motion), Spacing(**spacing), csrt)
+        tracker.look, tracker.shutter = Appearance(*state["look"]), state["shutter"]
+        tracker.settled = state["settled"]
+        if csrt is not None:
+            csrt.restore(state)
+        return tracker
+
+    @property
+    def can_be_kept(self) -> bool:
+        """Whether `state` says it all: not while CSRT runs, on a marker that was lost or on faint ones."""
+        return self.faint is None and (self.csrt is None or not self.csrt.running)
+
+    def _see(
+        self, luma: np.ndarray, predicted: Prediction, taken_px: np.ndarray | None = None, frames: float = 1.0
+    ) -> Sighting:
+        if self.faint is not None:  # no spot is theirs
+            predicted = replace(predicted, gate_px=np.where(self.faint.which, _NOWHERE_PX, predicted.gate_px))
+        streaks = self._streaks(predicted.velocity_px)
+        search = _Search(luma, self.look, streaks, taken_px)
+        spots, chosen, predicted, doubtful = self._assigned(search, predicted)
+        position, seen = _placed(spots, chosen, predicted)
+        asked = seen if self.faint is None else seen | self.faint.which
+        by_csrt = self._ask_csrt(luma, position, asked, taken_px)
+        seen |= by_csrt
+        others = _others(position, spots, chosen, taken_px)
+        velocity = np.where(chosen[:, None] >= 0, self.motion.velocity(position, frames), predicted.velocity_px)
+        streaks = self._streaks(velocity)
+        centres = measure_centres(luma, position[seen], others, self.look.of(seen), streaks.some(seen))
+        self._learn_shutter(centres.streak_px2, velocity[seen])
+        centres, kept = self._believable(luma, centres, position, seen)
+        sighting = self._sighting(position, kept, by_csrt & kept, centres, spots, chosen)
+        if self.faint is not None:
+            sighting = _followed(sighting, self.faint.step(luma))
+        self.motion.update(predicted.position_px, sighting.position_px, sighting.seen, frames)
+        self._remember(luma, sighting, doubtful)
+        return sighting
+
+    def _streaks(self, velocity_px: np.ndarray) -> Streaks:
+        """Of the markers at that velocity (m, 2), a frame."""
+        open_for = np.sqrt(np.clip(self.shutter[0] / self.shutter[1], _SHUTTERS[0] ** 2, _SHUTTERS[1] ** 2))
+        return Streaks.of(velocity_px, self.look.diameter_px, float(open_for))
+
+    def _learn_shutter(self, streak_px2: np.ndarray, velocity_px: np.ndarray) -> None:
+        """Of the fast markers: their lengths, squared (k,), over their velocities (k, 2)."""
+        fast = np.isfinite(streak_px2)
+        if fast.any():
+            self.shutter = _KEEP_SHUTTER * self.shutter + [streak_px2[fast].sum(), (velocity_px[fast] ** 2).sum()]
+
+    def _assigned(self, search: "_Search", predicted: Prediction) -> "_Assignment":
+        """Find a spot for each marker: the nearest ones, or all markers at once where these leave a doubt.
+
+        Who breaks away from its neighbours all the same is let go, to be sought where they put it.
+        """
+        spots = search.spots(predicted)
+        chosen = assign(spots, predicted)
+        doubtful = self._doubtful(spots, chosen, predicted)
+        if doubtful.any():
+            lost = (chosen < 0) & (self.motion.unseen == 0)
+            spots, chosen = self._assembled(search, predicted, doubtful, lost)
+        found = _Assignment(spots, chosen, predicted, doubtful)
+        if not (self.motion.seen > 2).any():  # right after the boxes little is known of how they move
+            return found
+        position, seen = _placed(spots, chosen, predicted)
+        strength = np.where(seen, np.append(spots.strength, 0.0)[chosen], 0.0)
+        moved = predicted.position_px - self.motion.past[0]
+        misplaced = self.spacing.misplaced(
+            position, predicted.position_px, moved, seen, strength, self.look.diameter_px
+        )
+        if not misplaced.any():
+            return found
+        place = np.where(misplaced[:, None], self.spacing.expected(position), predicted.position_px)
+        let_go = np.where(misplaced, -1, chosen)
+        return _Assignment(spots, let_go, replace(predicted, position_px=place), doubtful | misplaced)
+
+    def _assembled(
+        self, search: "_Search", predicted: Prediction, doubtful: np.ndarray, lost: np.ndarray
+    ) -> tuple[Spots, np.ndarray]:
+        """Search farther out, and give all markers their spots (m,) at once.
+
+        Where most are `doubtful` (m,), the body may also have stayed, or moved as a whole. The same is tried when a
+        marker gets `lost` (m,), and now and then while it is: all may sit one dot too far.
+        """
+        again = self.motion.unseen % _ANEW == _ANEW - 1
+        moved = bool(((again | lost) & _open(predicted)).any())
+        whole = moved or bool(2 * np.count_nonzero(doubtful) > len(doubtful))
+        farther = _WHOLE if moved else 1.0
+        anchors = [predicted]
+        if whole:
+            place = np.where(_open(predicted)[:, None], self.motion.past[0], predicted.position_px)
+            anchors.append(replace(predicted, position_px=place))
+        found = []
+        for anchor in anchors:
+            wide, spread = self._widened(anchor, doubtful, farther)
+            spots = search.spots(wide)
+            found.append((spots, assemble(spots, wide, spread, self.spacing, whole)))
+        spots, best = min(found, key=lambda each: each[1].cost)
+        return spots, best.chosen
+
+    def _doubtful(self, spots: Spots, chosen: np.ndarray, predicted: Prediction) -> np.ndarray:
+        """(m,) bool, the markers that have no spot, share one within reach, or whose motion is not known yet."""
+        if not len(self.spacing.pairs):
+            return np.zeros(len(chosen), bool)
+        distance = np.linalg.norm(predicted.position_px[:, None] - spots.position_px[None], axis=2)
+        near = distance <= predicted.gate_px[:, None]  # (m, c)
+        contested = (near & (near.sum(axis=0) > 1)).any(axis=1) | (predicted.gate_px > 0.5 * self._nearest_px())
+        doubtful = (chosen < 0) | contested | (self.motion.seen < 2)
+        return doubtful & _open(predicted)
+
+    def _widened(self, predicted: Prediction, doubtful: np.ndarray, farther: float) -> tuple[Prediction, np.ndarray]:
+        """A wider search for the doubtful markers (m,) and those joined to them; (m,) how far off they may be, px.
+
+        It reaches so many times `farther` where the whole body may have been moved: then all are sought.
+        """
+        joined = doubtful | (farther > 1)
+        for pair in self.spacing.pairs[doubtful[self.spacing.pairs].any(axis=1)]:
+            joined[pair] = True
+        reach = np.minimum(farther * _REACH * self._nearest_px(), farther * _FARTHEST * self.look.diameter_px)
+        gate = np.where(joined & _open(predicted), np.maximum(predicted.gate_px, reach), predicted.gate_px)
+        spread = np.where(doubtful, np.maximum(predicted.gate_px, _SPREAD * reach / farther), predicted.gate_px)
+        return replace(predicted, gate_px=gate), spread
+
+    def _nearest_px(self) -> np.ndarray:
+        """(m,) distance of each marker to the nearest other one, as they were last."""
+        apart = np.linalg.norm(self.motion.past[0][:, None] - self.motion.past[0][None], axis=2)
+        return np.sort(apart, axis=1)[:, 1]
+
+    def _believable(
+        self, luma: np.ndarray, centres: Centres, position: np.ndarray, seen: np.ndarray
+    ) -> tuple[Centres, np.ndarray]:
+        """Drops what is on the picture's border or wandered off its spot; (m,) bool of what is left."""
+        height, width = luma.shape
+        margin = _BORDER * self.look.diameter_px[seen]
+        place = centres.position_px
+        inside = (place > margin[:, None]).all(axis=1) & (place < [width - 1, height - 1] - margin[:, None]).all(axis=1)
+        wandered = np.linalg.norm(place - position[seen], axis=1) > np.maximum(0.5 * self.look.diameter_px[seen], 3.0)
+        good = inside & ~wandered
+        kept = seen.copy()
+        kept[seen] = good
+        return Centres(place[good], centres.diameter_px[good], centres.contrast[good], centres.streak_px2[good]), kept
+
+    def _sighting(
+        self,
+        position: np.ndarray,
+        seen: np.ndarray,
+        by_csrt: np.ndarray,
+        centres: Centres,
+        spots: Spots,
+        chosen: np.ndarray,
+    ) -> Sighting:
+        place, confidence = position.copy(), np.zeros(len(seen))
+        diameter, contrast = np.full((2, len(seen)), np.nan)
+        place[seen], diameter[seen], contrast[seen] = centres.position_px, centres.diameter_px, centres.contrast
+        look = self.look.of(seen)
+        size = np.log(np.maximum(centres.diameter_px, 1.0) / look.diameter_px) / _SIZE_SPREAD
+        fade = np.clip(1 - centres.contrast / look.contrast, 0, None) / _CONTRAST_SPREAD
+        confidence[seen] = np.exp(-0.5 * (size**2 + fade**2))
+        spotted = seen & ~by_csrt & (chosen >= 0)
+        confidence[spotted] *= np.clip(spots.strength[chosen[spotted]], 0, 1)
+        confidence[by_csrt] = np.minimum(confidence[by_csrt], _CSRT_CONFIDENCE)
+        return Sighting(place, seen, confidence, diameter, contrast, by_csrt)
+
+    def _remember(self, luma: np.ndarray, sighting: Sighting, doubtful: np.ndarray) -> None:
+        """Learns the look of what was seen well, and keeps its picture for CSRT."""
+        sure = sighting.confidence > _CONFIDENT
+        self.settled = np.where(sighting.seen & ~sighting.by_csrt & ~doubtful, self.settled + 1, 0)
+        itself = sure | (self.settled > _SETTLED)  # whatever it looks like, it is where it should be
+        self.look = self.look.seen(itself, sighting.diameter_px, sighting.contrast, self.start)
+        self.spacing.learn(sighting.position_px, sure)
+        if self.csrt is not None:
+            self.csrt.forget(sighting.seen & ~sighting.by_csrt)
+            self.csrt.remember(luma, sighting.position_px, sure)
+
+    def _ask_csrt(
+        self, luma: np.ndarray, position: np.ndarray, seen: np.ndarray, taken_px: np.ndarray | None
+    ) -> np.ndarray:
+        """Puts CSRT's answers into `position` (m, 2) where they hold; (m,) bool of where they do."""
+        held = np.zeros_like(seen)
+        if self.csrt is not None and not seen.all():
+            answers = self.csrt.ask(luma, ~seen, self.look.diameter_px, position, taken_px)
+            for marker, answer in answers.items():
+                position[marker], held[marker] = answer, True
+        return held
+
+
+def _open(predicted: Prediction) -> np.ndarray:
+    """(m,) bool, the markers that spots are sought for."""
+    return predicted.gate_px > _NOWHERE_PX
+
+
+def _followed(sighting: Sighting, places: Mapping[int, np.ndarray]) -> Sighting:
+    """The sighting with the places (2,) of some markers as CSRT has them."""
+    which = np.isin(np.arange(len(sighting.seen)), list(places))
+    position = sighting.position_px.copy()
+    for marker, place in places.items():
+        position[marker] = place
+    return Sighting(
+        position_px=position,
+        seen=sighting.seen | which,
+        confidence=np.where(which, _FAINT_CONFIDENCE, sighting.confidence),
+        diameter_px=np.where(which, np.nan, sighting.diameter_px),
+        contrast=np.where(which, np.nan, sighting.contrast),
+        by_csrt=sighting.by_csrt | which,
+    )
+
+
+def assign(spots: Spots, predicted: Prediction) -> np.ndarray:
+    """(m,) the number of each marker's spot, -1 for none, at the least total cost.
+
+    The cost of a pair is the squared distance in gates plus a price for a spot fainter than the marker; a pair beyond
+    the gate is never made, and a marker may go without.
+    """
+    m, c = len(predicted.gate_px), len(spots.strength)
+    distance = np.linalg.norm(predicted.position_px[:, None] - spots.position_px[None], axis=2)  # (m, c)
+    cost = (distance / predicted.gate_px[:, None]) ** 2 + FAINTER * np.clip(1 - spots.strength, 0, 1)[None]
+    cost = np.where(distance <= predicted.gate_px[:, None], cost, 1e6)
+    alone = np.where(np.eye(m, dtype=bool), MISSED, 1e6)  # each marker's own way out
+    rows, columns = linear_sum_assignment(np.hstack([cost, alone]))
+    chosen = np.full(m, -1)
+    chosen[rows] = np.where(columns < c, columns, -1)
+    return chosen
+
+
+def _placed(spots: Spots, chosen: np.ndarray, predicted: Prediction) -> tuple[np.ndarray, np.ndarray]:
+    """(m, 2) where each marker's spot is, predicted where it has none, and (m,) bool whether it has one."""
+    seen = chosen >= 0
+    position = predicted.position_px.copy()
+    position[seen] = spots.position_px[chosen[seen]]
+    return position, seen
+
+
+def _others(position: np.ndarray, spots: Spots, chosen: np.ndarray, taken_px: np.ndarray | None) -> np.ndarray:
+    """(o, 2) all that holds light of its own: the markers, those of others, and strong spots that nobody took."""
+    unassigned = spots.strength >= _UNASSIGNED
+    unassigned[chosen[chosen >= 0]] = False
+    return np.vstack([position, spots.position_px[unassigned], np.empty((0, 2)) if taken_px is None else taken_px])
