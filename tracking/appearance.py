@@ -185,13 +185,13 @@ class Appearance:
         return np.stack([self.sign, self.diameter_px, self.contrast, self.answer])
 
     def of(self, which: np.ndarray) -> "Appearance":
-        """The look of some of the markers, by (m,) bool or by number."""
+        """Return the look of some of the markers, by (m,) bool or by number."""
         return Appearance(self.sign[which], self.diameter_px[which], self.contrast[which], self.answer[which])
 
     def seen(
         self, surely: np.ndarray, diameter_px: np.ndarray, contrast: np.ndarray, start: "Appearance"
     ) -> "Appearance":
-        """The look after one more frame, by (m,) sizes and contrasts of those that are surely themselves (m,).
+        """Return the look after one more frame, from sizes and contrasts (m,) of the markers that are certain (m,).
 
         Light and distance change slowly, and only so far from the start; both may grow and shrink.
         """

@@ -144,14 +144,14 @@ class BodyModel:
 
 
 def rows_alike(active: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-    """The different rows of (n, m), each with the numbers of the rows that are like it."""
+    """Yield the different rows of (n, m), each with the numbers of the rows that equal it."""
     masks, which = np.unique(active, axis=0, return_inverse=True)
     for number, mask in enumerate(masks):
         yield mask, np.flatnonzero(which.ravel() == number)
 
 
 def layout_model(place_m: np.ndarray, root_x_m: float, px_per_m: float, unit_m: float) -> BodyModel:
-    """What the layout alone lets expect: markers (m, 3) of the straight robot, m, whose rigid head ends at `root_x_m`.
+    """Build the model of the layout alone: markers (m, 3) of the straight robot, m, whose head ends at `root_x_m`.
 
     `px_per_m` is the size of the images, `unit_m` the way from nose to neck.
     """
@@ -172,7 +172,7 @@ def spacing_spread(place_m: np.ndarray, unit_m: float) -> np.ndarray:
 
 
 def centred(model: BodyModel, position_px: np.ndarray, active: np.ndarray) -> BodyModel:
-    """The model with its mean where most frames have it, from frames that have the same active markers.
+    """Move the model's mean to where most frames have it, from frames that have the same active markers.
 
     They are those with the largest set that a tenth of the frames have, or else the commonest. Each marker's
     usual distance from where the others put it is the mode over these frames, not the median: a box that sits
@@ -201,7 +201,7 @@ def mode(points: np.ndarray, width: float, steps: int = 10) -> np.ndarray:
 
 
 def learned(prior: BodyModel, position_px: np.ndarray, active: np.ndarray, steps: int = 4) -> BodyModel:
-    """The model that the active samples (n, m) at (n, m, 2) make of the prior, by expectation maximisation."""
+    """Fit the prior to the active samples (n, m) at (n, m, 2), by expectation maximisation."""
     deviation = prior.to_body(position_px, prior.pose(position_px, active))  # (n, 2m)
     mean, covariance = np.zeros_like(prior.mean_px), prior.covariance_px2
     n = len(deviation)

@@ -37,7 +37,7 @@ class Crop(NamedTuple):
 
     @classmethod
     def around(cls, luma: np.ndarray, place_px: np.ndarray) -> "Crop":
-        """That of a marker in a picture (h, w)."""
+        """Cut the crop around a marker out of a picture (h, w)."""
         column, row = np.rint(place_px).astype(int).tolist()
         return cls(window(luma, column, row, CROP).copy(), np.array([column, row]) - CROP, place_px)
 
@@ -125,7 +125,7 @@ class SecondOpinion:
         return any(0 < asked <= _FRAMES for asked in self._asked.values())
 
     def state(self) -> dict[str, np.ndarray]:
-        """The pictures it keeps of k markers, as arrays."""
+        """Return the pictures that it keeps of k markers, as arrays."""
         crops, side = list(self._memory.values()), 2 * CROP + 1
         return {
             "kept": np.array(list(self._memory), int),
@@ -136,20 +136,20 @@ class SecondOpinion:
         }
 
     def restore(self, state: Mapping[str, np.ndarray]) -> None:
-        """Takes back what `state` gave."""
+        """Restore what `state` returned."""
         rows = zip(state["kept"].tolist(), state["crops"], state["corners"], state["places"], strict=True)
         self._memory = {marker: Crop(*crop) for marker, *crop in rows}
         asked = zip(state["kept"].tolist(), state["asked"].tolist(), strict=True)
         self._asked = {marker: times for marker, times in asked if times}
 
     def forget(self, found: np.ndarray) -> None:
-        """Stops CSRT on the markers (m,) bool that a spot answers for again."""
+        """Stop CSRT on the markers (m,) bool that a spot answers for again."""
         for marker in np.flatnonzero(found).tolist():
             self._trackers.pop(marker, None)
             self._asked.pop(marker, None)
 
     def remember(self, luma: np.ndarray, position_px: np.ndarray, sure: np.ndarray) -> None:
-        """Keeps the picture (h, w) of the markers at (m, 2) that were seen well (m,)."""
+        """Keep the picture (h, w) of the markers at (m, 2) that were seen well (m,)."""
         for marker in np.flatnonzero(sure).tolist():
             self._memory[marker] = Crop.around(luma, position_px[marker])
         self.forget(sure)

@@ -77,7 +77,7 @@ class FrameIndex:
         return keys if before > STEPS_BACK[-1] else [*keys, None]
 
     def group(self, number: int) -> tuple[int, int]:
-        """The group of pictures a frame belongs to: its first frame, a key frame, and the first one after it."""
+        """Return the group of pictures of a frame: its first frame, a key frame, and the first one after it."""
         if self.pts is None:
             return 0, len(self.time_s)
         before = int(np.searchsorted(self.keys, self.pts[number], side="right"))
@@ -119,7 +119,7 @@ def stamped_packets(container: av.container.InputContainer, stream: av.VideoStre
 
 
 def _decoded(stream: av.VideoStream, packet: av.Packet | None) -> av.VideoFrame | None:
-    """The first sound picture the decoder gives for a packet; what it still holds, for None."""
+    """Return the first sound picture that the decoder gives for a packet, or for None what it still holds."""
     with suppress(av.FFmpegError):
         return next((picture for picture in stream.decode(packet) if not picture.is_corrupt), None)
     return None
@@ -128,7 +128,7 @@ def _decoded(stream: av.VideoStream, packet: av.Packet | None) -> av.VideoFrame 
 def index_frames(
     read: Packets, container: av.container.InputContainer, stream: av.VideoStream, fps: float | None = None
 ) -> FrameIndex:
-    """The frames of a stream, numbered in the order in which they are shown; `fps` is of files without times."""
+    """Index the frames of a stream in the order in which they are shown; `fps` is for files without times."""
     found = _index_frames(read, container, stream)
     if found.source is not TimeSource.FRAME_RATE and not has_no_times(container):
         return found
@@ -173,7 +173,7 @@ def _by_presentation(read: Packets, stamps: Sequence[int], stream: av.VideoStrea
 
 
 def _by_order(read: Packets, shown: Sequence[Packet], stream: av.VideoStream) -> FrameIndex:
-    """The index by counting: frames leave the decoder in order of presentation, whatever their packets claim."""
+    """Build the index by counting: frames leave the decoder in order of presentation, whatever their packets claim."""
     dts = sorted({packet.dts for packet in shown if packet.dts is not None})
     if shown and len(dts) == len(shown):
         time_s, source = (np.array(dts) - dts[0]) * _unit_s(stream), TimeSource.DECODING
@@ -203,7 +203,7 @@ class Decoder:
     """One open file that decodes from wherever it is told to; numbers agree however a frame is reached."""
 
     def __init__(self, file: Path, threads: int) -> None:
-        """Opens the file; `threads` 0 takes all cores."""
+        """Open the file; `threads` 0 takes all cores."""
         self.file, self.threads = file, threads
         self._at_start = True
         self._open()
@@ -215,7 +215,7 @@ class Decoder:
         self.close()
 
     def close(self) -> None:
-        """Closes the file; pictures already given stay readable."""
+        """Close the file; pictures already given stay readable."""
         self.container.close()
 
     def decode(self, index: FrameIndex, start: int | None) -> Iterator[NumberedPicture]:
@@ -241,7 +241,7 @@ class Decoder:
         yield from self._pictures(self._packets())
 
     def _pictures_from_key(self, start: int) -> Iterator[av.VideoFrame]:
-        """The pictures from the key frame on at which a seek to stamp `start` lands; all, where there is no seeking."""
+        """Yield the pictures from the key frame at which a seek to stamp `start` lands; all without seeking."""
         self._at_start = False
         try:
             self.container.seek(start, stream=self.stream)
@@ -267,7 +267,7 @@ class Decoder:
             return
 
     def _pictures(self, packets: Iterator[av.Packet]) -> Iterator[av.VideoFrame]:
-        """Decodes packets; one that cannot be decoded is passed over.
+        """Decode packets and skip those that cannot be decoded.
 
         PyAV gives up on what threads still hold at the end of the file once one of them fails.
         """
@@ -281,12 +281,12 @@ class Decoder:
 
 
 def _stamp(stamped: av.VideoFrame | av.Packet) -> int:
-    """The presentation stamp; before all others where there is none."""
+    """Return the presentation stamp; one before all others where there is none."""
     return -sys.maxsize if stamped.pts is None else stamped.pts
 
 
 def open_video(file: Path) -> tuple[av.container.InputContainer, av.VideoStream]:
-    """Opens a file and picks its main picture stream.
+    """Open a file and pick its main picture stream.
 
     Raises:
         InputError: if there is no such file, it is no video, has no pictures, or none this FFmpeg can decode.
@@ -349,5 +349,5 @@ def _picture_stream(file: Path, container: av.container.InputContainer) -> av.Vi
 
 
 def fault(file: Path, what: str, found: str, expected: str, next_step: str = "") -> InputError:
-    """An `InputError` with one fault of the whole file."""
+    """Make an `InputError` with one fault of the whole file."""
     return InputError([Fault(str(file), "", what, found, expected, next_step=next_step)])

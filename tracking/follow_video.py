@@ -46,7 +46,7 @@ class Partial:
     fingerprint: str
 
     def read(self) -> dict[str, np.ndarray] | None:
-        """What was kept; None when there is nothing, or nothing that can be used."""
+        """Read what was kept; None when there is nothing, or nothing that can be used."""
         try:
             with self.path.open("rb") as raw, np.load(raw, allow_pickle=False) as file:
                 kept = {name: file[name] for name in file.files}
@@ -55,7 +55,7 @@ class Partial:
         return kept if str(kept.pop("fingerprint", "")) == self.fingerprint else None
 
     def write(self, kept: Mapping[str, np.ndarray]) -> None:
-        """Keeps what was tracked so far, in the place of what was kept before."""
+        """Write what was tracked so far over what was kept before."""
         with writing_whole(self.path) as part:
             np.savez(part, allow_pickle=False, fingerprint=np.array(self.fingerprint), **kept)
 
@@ -77,7 +77,7 @@ class PlainCsrt:
         self.first = self._sighting([(True, box) for box in boxes.tolist()])
 
     def step(self, luma: np.ndarray, *, frames: float = 1.0) -> Sighting:  # noqa: ARG002  it has no motion model
-        """Takes the next frame (h, w) uint8."""
+        """Follow the markers into the next frame (h, w) uint8."""
         picture = cv2.cvtColor(np.ascontiguousarray(luma), cv2.COLOR_GRAY2BGR)
         with ThreadPoolExecutor(self._threads or None) as pool:
             return self._sighting(list(pool.map(lambda tracker: tracker.update(picture), self._trackers)))
@@ -115,7 +115,7 @@ def without_marker(tracker: MarkerTracker, first: Sighting) -> np.ndarray:
 
 
 def doubtful_boxes(grey: np.ndarray, boxes: StartBoxes, markers: Sequence[str]) -> tuple[Flag, ...]:
-    """A flag ``doubtful_box`` for each box in which the detector answers no more than on the water elsewhere.
+    """Flag as ``doubtful_box`` each box in which the detector answers no more than on the water elsewhere.
 
     The picture (h, w) uint8 is that of the boxes, in the grey that they are tracked in.
     """
@@ -231,7 +231,7 @@ class _Pass:
         return True
 
     def begin(self, boxes: StartBoxes, method: TrackerName) -> None:
-        """Starts in the frame of the boxes, which is decoded in one go with those after it.
+        """Start in the frame of the boxes, which is decoded in one go with those after it.
 
         Raises:
             InputError: there is no such frame, it cannot be decoded, or a box holds no marker.
@@ -253,7 +253,7 @@ class _Pass:
         self._repeats.repeats(boxes.frame, frame.luma, first.position_px)
 
     def _begun(self, frame: Frame, boxes: StartBoxes, use_csrt: bool) -> tuple[MarkerTracker, Sighting]:
-        """The tracker from now on, begun in a frame in which every marker has a box, and what it saw there."""
+        """Begin a tracker in a frame in which every marker has a box; return it and what it saw there."""
         centre = boxes.centres_px(self._markers)
         side = np.array([(boxes.boxes[name].width + boxes.boxes[name].height) / 2 for name in self._markers])
         self._grey = Grey.of_boxes(frame, boxes, self._markers)
@@ -293,7 +293,7 @@ class _Pass:
         self._end = end
 
     def _start_anew(self, frame: Frame, find: Find | None) -> bool:
-        """Starts anew in a frame where all boxes are found; whether they are."""
+        """Start anew in a frame where all boxes are found; return whether they are."""
         boxes = find(frame) if find is not None and isinstance(self._tracker, MarkerTracker) else None
         if boxes is None:
             return False
@@ -303,7 +303,7 @@ class _Pass:
         return True
 
     def _take(self, frame: Frame, since: np.ndarray, find: Find | None) -> bool:
-        """Takes a frame in; False for one that repeats the one before. `since` (n,) are frames of the usual rate."""
+        """Record a frame; return False if it repeats the one before. `since` (n,) are frames of the usual rate."""
         number, last = frame.number, self._last
         if self._repeats.repeats(number, frame.luma, self._samples[max(last, 0)]["position_px"]):
             return False
@@ -388,7 +388,7 @@ def _repeats_flag(repeats: int, info: VideoInfo) -> Flag:
 
 
 def retracker(video: Video) -> Retracker:
-    """What `tracking.edits.apply_edits` asks to track a marker on in this video.
+    """Make the function by which `tracking.edits.apply_edits` tracks a marker on in this video.
 
     The other markers stay where they are, and no spot of theirs is taken, but for those that sit where the person put
     this one: they are wrong. The marker is followed to the last frame asked for, else to the end of the video. From a

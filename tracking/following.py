@@ -142,7 +142,7 @@ class _Follower:
         self.forget()
 
     def forget(self) -> None:
-        """Starts anew."""
+        """Forget all frames and start anew."""
         self.own = np.zeros((len(self.model.place_px), 2))
 
     def step(
@@ -297,7 +297,7 @@ STANDS_OUT_MISSING, LEAST_OFF_PX = 2.5, 0.3
 
 
 def body_jumps(time_s: np.ndarray, position_px: np.ndarray) -> list[tuple[int, float]]:
-    """The frames to which the whole body of markers (n, m, 2) jumps, with how far it is off its motion, px.
+    """Find the frames to which the whole body of markers (n, m, 2) jumps, with its distance from its motion, px.
 
     `time_s` (n,) are the times of the frames, s.
     """
@@ -347,7 +347,7 @@ def _follows_missing(time_s: np.ndarray, position_px: np.ndarray) -> np.ndarray:
 
 
 def _largest_around_px(position_px: np.ndarray, frame: int) -> float:
-    """The largest step of the median marker near a frame, but for the one to it, px."""
+    """Return the largest step of the median marker near a frame, without the step to that frame, px."""
     first = max(frame - 1 - AROUND, 0)
     near = np.linalg.norm(np.diff(position_px[first : frame + AROUND + 1], axis=0), axis=2)  # (k, m)
     seen = np.isfinite(near).any(axis=1)
@@ -379,7 +379,7 @@ def longest_part(frames: int, jumps: list[int]) -> slice:
 
 
 def jump_flags(jumps: list[tuple[int, float]], part: slice, markers: tuple[str, ...]) -> list[Flag]:
-    """A flag for each jump of the whole body."""
+    """Make a flag for each jump of the whole body."""
     return [
         Flag(
             "jump",

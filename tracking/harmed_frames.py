@@ -32,7 +32,7 @@ SHORT_WITH_SOUND_S = 1.0
 
 
 def missing_at_the_end(index: FrameIndex, container: av.container.InputContainer, stream: av.VideoStream) -> str | None:
-    """What the file's header declares beyond the packets that were found; None if nothing.
+    """Say what the file's header declares beyond the packets that were found; None if nothing.
 
     MP4 and MOV list every packet, AVI counts them, or finer ticks of a clock, Matroska and WebM give a duration,
     transport streams nothing.

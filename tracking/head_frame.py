@@ -43,7 +43,8 @@ def to_head_frame(position_m: np.ndarray, nose: int, neck: int, seen: np.ndarray
         position_m: (..., n, m, 2) markers in a right-handed frame fixed to the pool, z towards the camera, m.
             Frames in which nose or neck is missing (nan), or both are on one spot, are missing in the result; the
             displacement bridges them.
-        nose, neck: index of the marker.
+        nose: index of the marker on the nose.
+        neck: index of the marker on the neck.
         seen: (n,) frames whose nose and neck may be trusted; the displacement bridges the others as well. Two
             trajectories that are compared need the same.
     """

@@ -40,7 +40,7 @@ class Spacing:
 
     @classmethod
     def begin(cls, position_px: np.ndarray, one_body: bool = True) -> "Spacing":
-        """That of markers at (m, 2) in the frame of the boxes; none is joined if each moves for itself."""
+        """Measure the spacing of markers (m, 2) in the frame of the boxes; without `one_body` none are neighbours."""
         distance = np.linalg.norm(position_px[:, None] - position_px[None], axis=2)
         tree = minimum_spanning_tree(distance).tocoo()
         joined = slice(None if one_body and len(position_px) > 2 else 0)
@@ -132,7 +132,7 @@ class Spacing:
         return np.stack([place.real, place.imag], axis=1)
 
     def learn(self, position_px: np.ndarray, sure: np.ndarray) -> None:
-        """Takes in a frame: (m, 2) positions, and (m,) bool which of them were seen well."""
+        """Learn from a frame: (m, 2) positions, and (m,) bool which of them were seen well."""
         if len(self.guides):
             known = sure & sure[self.guides].all(axis=1)
             mixed = _KEEP * self.ratios + (1 - _KEEP) * _between(position_px, self.guides)

@@ -46,7 +46,7 @@ class Motion:
 
     @classmethod
     def begin(cls, position_px: np.ndarray, diameter_px: np.ndarray) -> "Motion":
-        """That of markers of (m,) diameters at (m, 2) in the first frame."""
+        """Start the motion of markers of (m,) diameters at (m, 2) in the first frame."""
         m = len(position_px)
         past = np.repeat(position_px[None].astype(float), _MEMORY, axis=0)
         return cls(past, np.array([0.0, -1.0, -2.0]), np.zeros(m, int), np.ones(m, int), 0.5 * diameter_px, np.zeros(2))
@@ -74,7 +74,7 @@ class Motion:
         return step + np.where((self.seen >= 2)[:, None], (step - before) / 2, 0.0)
 
     def update(self, predicted_px: np.ndarray, measured_px: np.ndarray, seen: np.ndarray, frames: float = 1.0) -> None:
-        """Takes in a frame: where each marker was predicted and, if seen (m,), measured, (m, 2) each."""
+        """Update with a frame: where each marker was predicted and, if seen (m,), measured, (m, 2) each."""
         position = np.where(seen[:, None], measured_px, predicted_px)
         error = np.linalg.norm(measured_px - predicted_px, axis=1)
         trusted = seen & (self.seen >= _MEMORY)

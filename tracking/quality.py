@@ -148,7 +148,7 @@ def _apart(findings: Findings, k: int, other: int, span: slice) -> str:
 
 
 def _neighbour(findings: Findings, k: int, span: slice) -> int:
-    """The nearest marker in body order that is itself in place for most of the stretch, else the nearest."""
+    """Return the nearest marker in body order that is in place for most of the stretch, else the nearest."""
     rank = np.argsort(findings.order)
     near = [int(j) for j in np.argsort(np.abs(rank - rank[k]), kind="stable") if j != k]
     bad = (findings.wrong | ~findings.present)[span].mean(axis=0)
@@ -178,7 +178,7 @@ def frozen_picture(position_px: np.ndarray) -> np.ndarray:
 
 
 def frozen_flags(frozen: np.ndarray, markers: tuple[str, ...]) -> list[Flag]:
-    """A flag for each stretch."""
+    """Make a flag for each stretch in which a marker is frozen."""
     what = "no marker moves for {} frames: the video stands still or repeats itself"
     return [Flag("frozen_marker", markers, span, what.format(span[1] - span[0] + 1)) for span in stretches(frozen)]
 
@@ -312,7 +312,7 @@ def _first_look(
     never_px: np.ndarray,
     floor_px: float,
 ) -> tuple[BodyModel, np.ndarray, np.ndarray]:
-    """A rough look: the layout with the trial's spacing; (n, m) what fits it; (n, m) what sits on another."""
+    """Fit the layout with the trial's spacing roughly; return it, what fits it (n, m), what sits on another (n, m)."""
     gate = Gate(floor_px, LAYOUT_DEVIATIONS)
     fitting = present & ~touching(position_px, never_px).any(axis=2)
     for _ in range(2):
@@ -360,7 +360,7 @@ def trusted(tracked: xr.Dataset, layout: RobotSpec) -> xr.Dataset:
 
 
 def judge(tracked: xr.Dataset, layout: RobotSpec) -> tuple[Flag, ...]:
-    """The flags of a tracked trial, by first frame: ``lost_marker``, ``drift``, ``size``, ``swap`` and ``few_frames``.
+    """Flag a tracked trial, by first frame: ``lost_marker``, ``drift``, ``size``, ``swap`` and ``few_frames``.
 
     Merged, frozen and jumping markers are found on any tracks, tracked here or elsewhere: `check_tracks`.
     """
@@ -389,7 +389,7 @@ def _wrong_size(tracked: xr.Dataset) -> np.ndarray:
 
 
 def _few_frames(tracked: xr.Dataset) -> list[Flag]:
-    """A flag for each stretch in which markers move too far between frames for their motion to be carried on."""
+    """Flag each stretch in which markers move too far between frames for their motion to be carried on."""
     position = np.where(seen_in(tracked)[..., None], pixels_of(tracked), np.nan)
     apart = np.linalg.norm(position[:, :, None] - position[:, None], axis=3)  # (n, m, m)
     apart[:, np.arange(apart.shape[1]), np.arange(apart.shape[1])] = np.inf
@@ -429,7 +429,7 @@ def exchange_flags(tracked: xr.Dataset, layout: RobotSpec) -> list[Flag]:
 
 
 def exchanged_apart(tracked: xr.Dataset, layout: RobotSpec) -> tuple[Flag, ...]:
-    """The exchanges in tracks from elsewhere: of two markers that are as far apart as usual, not on one spot."""
+    """Flag exchanges in imported tracks, of two markers that are as far apart as usual, not on one spot."""
     names, position = markers_of(tracked), pixels_of(tracked)
     found = []
     for flag in exchange_flags(tracked, layout):

@@ -125,7 +125,7 @@ def _square(side: int) -> np.ndarray:
 
 
 def _response(patch: np.ndarray, gain: float, diameter: float) -> np.ndarray:
-    """The two Gaussians' answer in every pixel of a patch: `gain` times the contrast, in the middle of a disc."""
+    """Return the two Gaussians' answer in every pixel of a patch: in the middle of a disc `gain` times its contrast."""
     plain = patch.astype(np.float32)
     inner, outer = (cv2.GaussianBlur(plain, _kernel(width * diameter), width * diameter) for width in _WIDTHS)
     return cv2.subtract(inner, outer, dst=inner) * np.float32(gain / _DISC_RESPONSE)
@@ -148,7 +148,7 @@ def _kernel(sigma: float) -> tuple[int, int]:
 
 
 def with_answer(luma: np.ndarray, centre_px: np.ndarray, look: Appearance) -> Appearance:
-    """The look with the answer that each marker gives where it is, (k, 2); at least a part that noise cannot give."""
+    """Return the look with the answer of each marker at its place (k, 2), at least a part that noise cannot give."""
     answers = []
     for (column, row), sign, diameter in zip(
         np.rint(centre_px).astype(int).tolist(), look.sign, look.diameter_px, strict=True
@@ -246,7 +246,7 @@ def _centres_of(
 
 
 def _fill_holes(light: np.ndarray, known: np.ndarray, inner: np.ndarray) -> None:
-    """Gives enclosed dark places in markers (k, s, s) their light: the highlight on a ball. `inner` is their middle."""
+    """Fill enclosed dark places in markers (k, s, s), such as the highlight on a ball. `inner` is their middle."""
     dark = light < _HOLE * known
     for marker in np.flatnonzero((dark & inner).any(axis=(1, 2))).tolist():
         holes = binary_fill_holes(~dark[marker]) & dark[marker]

@@ -97,7 +97,7 @@ class MarkerTracker:
     def begin(
         cls, luma: np.ndarray, centre_px: np.ndarray, box_px: np.ndarray, use_csrt: bool = True, threads: int = 0
     ) -> tuple["MarkerTracker", Sighting]:
-        """Starts in a frame in which every marker has a box.
+        """Start in a frame in which every marker has a box.
 
         The frame is (h, w) uint8; (m, 2) are the centres of the boxes and (m,) their mean sides. CSRT takes so many
         threads, 0 for all cores.
@@ -124,7 +124,7 @@ class MarkerTracker:
         return tracker, first
 
     def step(self, luma: np.ndarray, taken_px: np.ndarray | None = None, frames: float = 1.0) -> Sighting:
-        """Takes the next frame (h, w) uint8, so many `frames` of the usual rate after the one before.
+        """Follow the markers into the next frame (h, w) uint8, `frames` frames of the usual rate after the one before.
 
         No marker is put where others are that this tracker does not follow, (o, 2).
         """
@@ -142,7 +142,7 @@ class MarkerTracker:
 
     @classmethod
     def restored(cls, state: Mapping[str, np.ndarray], threads: int = 0) -> "MarkerTracker":
-        """The tracker whose `state` this was."""
+        """Restore the tracker that had this `state`."""
         csrt = SecondOpinion(threads) if "crops" in state else None
         motion, spacing = ({field.name: state[field.name] for field in fields(part)} for part in (Motion, Spacing))
         tracker = cls(Appearance(*state["start"]), Motion(**motion), Spacing(**spacing), csrt)
@@ -254,7 +254,7 @@ class MarkerTracker:
         return doubtful & _open(predicted)
 
     def _widened(self, predicted: Prediction, doubtful: np.ndarray, farther: float) -> tuple[Prediction, np.ndarray]:
-        """A wider search for the doubtful markers (m,) and those joined to them; (m,) how far off they may be, px.
+        """Widen the search for doubtful markers (m,) and their neighbours; return it and its reach (m,), px.
 
         It reaches so many times `farther` where the whole body may have been moved: then all are sought.
         """
@@ -274,7 +274,7 @@ class MarkerTracker:
     def _believable(
         self, luma: np.ndarray, centres: Centres, position: np.ndarray, seen: np.ndarray
     ) -> tuple[Centres, np.ndarray]:
-        """Drops what is on the picture's border or wandered off its spot; (m,) bool of what is left."""
+        """Drop what is on the picture's border or wandered off its spot; return (m,) bool of the rest."""
         height, width = luma.shape
         margin = _BORDER * self.look.diameter_px[seen]
         place = centres.position_px
@@ -320,7 +320,7 @@ class MarkerTracker:
     def _ask_csrt(
         self, luma: np.ndarray, position: np.ndarray, seen: np.ndarray, taken_px: np.ndarray | None
     ) -> np.ndarray:
-        """Puts CSRT's answers into `position` (m, 2) where they hold; (m,) bool of where they do."""
+        """Put CSRT's answers into `position` (m, 2) where they hold; return (m,) bool of where they do."""
         held = np.zeros_like(seen)
         if self.csrt is not None and not seen.all():
             answers = self.csrt.ask(luma, ~seen, self.look.diameter_px, position, taken_px)
@@ -335,7 +335,7 @@ def _open(predicted: Prediction) -> np.ndarray:
 
 
 def _followed(sighting: Sighting, places: Mapping[int, np.ndarray]) -> Sighting:
-    """The sighting with the places (2,) of some markers as CSRT has them."""
+    """Return the sighting with the places (2,) of some markers as CSRT has them."""
     which = np.isin(np.arange(len(sighting.seen)), list(places))
     position = sighting.position_px.copy()
     for marker, place in places.items():

@@ -70,7 +70,7 @@ class Frame:
         return np.ascontiguousarray(np.rot90(stored, self._quarter_turns))
 
     def _square(self, stored: np.ndarray) -> np.ndarray:
-        """The stored picture in square pixels: stretched across where they are wide, along where they are high."""
+        """Return the stored picture in square pixels, stretched across if they are wide, along if they are high."""
         return stored if self._square_px is None else cv2.resize(np.ascontiguousarray(stored), self._square_px)
 
     def yuv(self) -> np.ndarray:
@@ -90,7 +90,7 @@ class Frame:
         return np.ascontiguousarray(np.rot90(self._square(stored), self._quarter_turns))
 
     def scaled(self, width_px: int, height_px: int) -> av.VideoFrame:
-        """The picture in another size, upright, in YUV 4:2:0 (BT.601, which players assume), to be encoded."""
+        """Return the picture in another size, upright, in YUV 4:2:0 (BT.601, which players assume), to be encoded."""
         turned = self._quarter_turns % 2
         stored = (height_px, width_px) if turned else (width_px, height_px)
         picture = self._picture
@@ -217,7 +217,7 @@ class VideoInfo:
         return tuple(caveats)
 
     def _jump(self) -> str | None:
-        """The longest step in time where it is far beyond the usual one: frames are missing or stamps are wrong."""
+        """Name the longest step in time if it is far beyond the usual one: frames are missing or stamps are wrong."""
         steps_s = np.diff(self.time_s)
         if not len(steps_s):
             return None
@@ -250,7 +250,7 @@ class Video:
     """
 
     def __init__(self, path: Path, threads: int = 0, fps: float | None = None) -> None:
-        """Opens a video; `threads` to decode with, 0 for all cores; `fps` counts where the file holds no times.
+        """Open a video; `threads` to decode with, 0 for all cores; `fps` counts where the file holds no times.
 
         Raises:
             InputError: if the file is missing, is no video or has no frame that can be decoded.
@@ -269,7 +269,7 @@ class Video:
         self.close()
 
     def close(self) -> None:
-        """Closes the file; frames already given stay readable."""
+        """Close the file; frames already given stay readable."""
         while self._decoders:
             self._decoders.popitem()[1].close()
 
@@ -295,7 +295,7 @@ class Video:
         return bool(self._suspect[1][number])
 
     def frames(self, start: int = 0, stop: int | None = None) -> Iterator[Frame]:
-        """The readable frames from `start` up to, not including, `stop` (None: to the end), in order of presentation.
+        """Yield the readable frames from `start` to before `stop` (None: to the end), in order of presentation.
 
         Frames that cannot be decoded are left out, the others keep their numbers and times, and `damage` reports it.
         Each call reads the file on its own and closes it when it is done or let go of.
@@ -309,7 +309,7 @@ class Video:
         return self._frames(start, stop)
 
     def frame(self, number: int) -> Frame:
-        """The frame with a number, exactly the one that `frames` gives under it.
+        """Return the frame with a number, exactly the one that `frames` gives under it.
 
         Raises:
             InputError: if the video has no such frame, or it cannot be decoded.
@@ -332,7 +332,7 @@ class Video:
         return (1,) if self.threads == 1 else (self.threads, 1)
 
     def _frames(self, start: int, stop: int) -> Iterator[Frame]:
-        """The readable frames, each attempt going on where the one before ended."""
+        """Yield the readable frames; each attempt goes on where the one before ended."""
         wanted = start
         for threads in self._attempts:
             if wanted == stop:
@@ -421,7 +421,7 @@ HELD_BYTES = 2e8
 
 
 def backward(video: Video, stop: int) -> Iterator[Frame]:
-    """The readable frames before frame `stop`, the last first; decoded in stretches, which are held one at a time."""
+    """Yield the readable frames before frame `stop`, the last first; decoded in stretches, one in memory at a time."""
     many = max(8, int(HELD_BYTES / (1.5 * video.info.width_px * video.info.height_px)))
     while stop > 0:
         first = max(stop - many, 0)

@@ -246,7 +246,7 @@ class Recordings:
         return self._flagged(swim, recorded, swim.metres_per_px)
 
     def _flagged(self, trial: T, recorded: xr.Dataset, metres_per_px: float | None = None) -> T:
-        """The trial with the flags of tracker or exchange added, and of the lens if it was filmed."""
+        """Return the trial with the flags of tracker or exchange added, and of the lens if it was filmed."""
         if recorded.picture_px is None:
             return replace(trial, flags=(*recorded.flags, *trial.flags)) if recorded.flags else trial
         of_lens = lens_flags(self._session.camera, picture_px=recorded.picture_px, metres_per_px=metres_per_px)
@@ -261,7 +261,7 @@ class Recordings:
         return Stage(self._file(spec.name), {}, {}, [self])
 
     def _save(self, spec: TrialSpec, tracks: xr.Dataset, weight: Callable[[], np.ndarray]) -> None:
-        """The tracks as used: what does not count keeps its place, with confidence 0."""
+        """Write the tracks as they are used: a sample that does not count keeps its place, with confidence 0."""
         stage = self._stage(spec)
         if spec.tracks is None or stage.is_current:
             return

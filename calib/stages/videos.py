@@ -56,7 +56,7 @@ class Videos:
         return self._job.results / "tracking"
 
     def tracks(self, spec: TrialSpec) -> xr.Dataset:
-        """The tracks of one trial after edits, with filled gaps and judged, up to date.
+        """Return the current tracks of one trial: edited, judged, with gaps filled.
 
         Raises:
             InputError: its boxes are missing, faulty or not found.
@@ -77,7 +77,7 @@ class Videos:
         return trusted(tracked, self._job.robot).assign_attrs(own)
 
     def boxes(self, spec: TrialSpec) -> StartBoxes:
-        """The start boxes of one trial: those of the session, else found in the first frames; always with a picture.
+        """Return the start boxes of one trial, of the session or found in the first frames, and write their picture.
 
         Raises:
             InputError: its boxes are faulty or were not found; a page to click them then is in `folder`.
@@ -92,7 +92,7 @@ class Videos:
         return self._boxes[spec.name]
 
     def _checked_before(self, spec: TrialSpec) -> StartBoxes | None:
-        """The boxes where their picture says that they were once checked against this video; else None."""
+        """Return the boxes if their picture says that they were checked against this video; else None."""
         names = self._job.session.markers
         found = self._found_stage(spec, names)
         with suppress(InputError):  # which those who open the video report, with all other faults
@@ -119,7 +119,7 @@ class Videos:
         return None if spec.boxes is None else load_boxes(spec.boxes, names, video.info, self._layout_m(names))
 
     def click_page(self, spec: TrialSpec, frame: int | None = None) -> Path:
-        """A page on which a person clicks the markers of one trial, with the boxes there are as a start.
+        """Write a page on which a person clicks the markers of one trial, starting from the boxes there are.
 
         It shows the frame of the boxes, or the one that is asked for.
 
@@ -252,7 +252,7 @@ class Videos:
         return self._corrected_stage(spec, boxes, edited).is_current
 
     def tracker_of(self, spec: TrialSpec) -> TrackerName:
-        """The tracker whose tracks of this trial are used."""
+        """Return the tracker whose tracks of this trial are used."""
         return self._tracker(spec, self.boxes(spec))
 
     def _tracker(self, spec: TrialSpec, boxes: StartBoxes) -> TrackerName:
@@ -280,7 +280,7 @@ class Videos:
         return self._hashes[path]
 
     def _opened(self, spec: TrialSpec) -> Video:
-        """The video of a trial.
+        """Open the video of a trial.
 
         Raises:
             InputError: its time stamps show another frame rate than the session states.
@@ -303,7 +303,7 @@ class Videos:
 
 
 def _other_rate(file: Path, fps: float, info: VideoInfo) -> InputError:
-    """The error for a video whose stamps show another frame rate than the session."""
+    """Make the error for a video whose stamps show another frame rate than the session."""
     what, found = "a video has another frame rate", f"{fps:g}; by the time stamps of {info.file.name} {info.fps:.4g}"
     step = (
         "Which of them is right? Correct fps, or stamp the film anew: slow motion is stamped with another rate than it "
@@ -313,7 +313,7 @@ def _other_rate(file: Path, fps: float, info: VideoInfo) -> InputError:
 
 
 def _searched(frames: int) -> list[int]:
-    """The frames in which boxes are sought, until they are found."""
+    """Return the frames in which boxes are sought, until they are found."""
     every = max(_SEARCHED[-1] // 2, frames // _LOOKS)
     return [number for number in (*_SEARCHED, *range(_SEARCHED[-1] + every, frames, every)) if number < frames]
 
