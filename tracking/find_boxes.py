@@ -328,7 +328,7 @@ class ClickBoxes:
 
     def html(self) -> str:
         """Render the whole page."""
-        folder = files("tracking.find_boxes") / "templates"
+        folder = files("tracking") / "templates"
         style, script, page = (
             (folder / name).read_text("utf-8") for name in ("click.css", "click.js", "click.html.j2")
         )

@@ -17,13 +17,13 @@ import xarray as xr
 
 import calib as front
 from calib import cli, interface
-from calib.capture import functions as capture_command
+from calib.capture.functions import _parser
 from calib.entry import PACKAGES
 from calib.results.result import Figures, FitFigures, GapFigures, PosteriorFigures
 from calib.stages.recordings import AnyTrial, Recordings
-from reports import first_screen as summary_section
-from reports import posterior as posterior_section
+from reports.first_screen import build_summary
 from reports.gap import gap_plots
+from reports.posterior import build_posterior
 from reports.report import gallery
 from swimcal.robot import load_robot
 from swimcal.session import TrialSpec
@@ -70,7 +70,7 @@ def commands_with_options() -> dict[str, set[str]]:
             found[" ".join(words)] = {parameter.name for parameter in command.params}
 
     walk(typer.main.get_command(cli.app), ())
-    drive = next(iter(capture_command._parser("calib capture")._subparsers._group_actions)).choices  # type: ignore[union-attr]
+    drive = next(iter(_parser("calib capture")._subparsers._group_actions)).choices  # type: ignore[union-attr]
     for name, parser in drive.items():  # type: ignore[union-attr]
         found[f"capture {name}"] = {action.dest for action in parser._actions}
     return found
@@ -189,7 +189,7 @@ def test_every_figure_of_the_report_is_a_method(finished: Path) -> None:
 def test_every_figure_of_posterior_and_gap_is_a_method(kind: type[Figures]) -> None:
     context = replace(made_context(), posterior=made_summary())
     plots = {
-        PosteriorFigures: lambda: gallery(context, (summary_section.build_summary, posterior_section.build_posterior)),
+        PosteriorFigures: lambda: gallery(context, (build_summary, build_posterior)),
         GapFigures: lambda: gap_plots(made_diagnosed(everything=made_everything()), load_robot(), MARKERS),
     }[kind]
     figures = kind(SimpleNamespace(is_current=True), plots)  # type: ignore[arg-type]

@@ -6,10 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from reports import first_screen as summary
 from reports.answers import HowFarOff, TwinErrors, how_far_off
 from reports.context import ReportContext
-from reports.first_screen import representative, swim_from_above
+from reports.first_screen import build_summary, representative, swim_from_above
 from reports.report import render_report
 from reports.words import in_mm, shown
 from swimcal.robot import load_robot
@@ -27,7 +26,7 @@ def context() -> ReportContext:
 
 
 def test_every_number_of_the_answers_is_on_the_first_screen(context: ReportContext) -> None:
-    page, answers = Page(render_report(context, (summary.build_summary,))), context.answers
+    page, answers = Page(render_report(context, (build_summary,))), context.answers
     off, missing = answers.how_far_off, answers.missing
     assert off.held_out is not None
     assert missing is not None
@@ -72,7 +71,7 @@ def test_the_swim_is_that_of_a_held_out_trial_to_scale() -> None:
 
 
 def test_it_moves_unless_asked_not_to_and_stands_still_on_paper(context: ReportContext) -> None:
-    html = render_report(context, (summary.build_summary,))
+    html = render_report(context, (build_summary,))
     screen = html.split('id="swim"')[1].split("</figure>")[0]
     assert screen.count("<animate ") == 2
     assert screen.count('class="still"') >= 4
@@ -91,7 +90,7 @@ def test_a_trial_of_which_too_little_was_seen_is_not_drawn() -> None:
 @pytest.mark.parametrize("probability", [1.0, 0.5])
 def test_bars_are_as_long_as_what_they_show(context: ReportContext, probability: float) -> None:
     diagnosed = made_diagnosed("named", probabilities={"tendon_slack": probability, "none_of_these": 0.0})
-    html = render_report(replace(context, diagnosed=diagnosed), (summary.build_summary,))
+    html = render_report(replace(context, diagnosed=diagnosed), (build_summary,))
     bar = f'<i><b style="width:{100 * probability:.1f}%"></b></i>'
     assert f"tendon slack</span>{bar}<span>{shown(probability, 2)}<" in html
 
@@ -116,7 +115,7 @@ def test_held_out_speeds_outside_the_predicted_band_are_counted_beside_it(contex
     inside = sum(trial.speed_inside for trial in held_out[1:])
     answers = replace(context, posterior=replace(summary_of, trials=missed)).answers
     assert answers.how_sure.in_band == (inside, len(held_out))
-    page = Page(render_report(replace(context, posterior=replace(summary_of, trials=missed)), (summary.build_summary,)))
+    page = Page(render_report(replace(context, posterior=replace(summary_of, trials=missed)), (build_summary,)))
     assert f"{inside} of {len(held_out)} held-out speed" in page.text
     assert answers.how_sure.band in answers.how_sure.sentences
 

@@ -10,9 +10,9 @@ from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
 from diagnosis.result import DiagnosisResult
-from reports import first_screen as summary
 from reports import gap
 from reports.caveats import gap_caveats
+from reports.first_screen import build_summary
 from reports.gap_figures import gap_waterfall_figure
 from reports.page import render_page
 from reports.report import render_report
@@ -60,7 +60,7 @@ def test_without_a_diagnosis_it_tells_how_to_get_one() -> None:
     ],
 )
 def test_the_first_sentence_says_what_the_exported_twin_lacks(verdict: str, said: str) -> None:
-    whole = Page(render_report(replace(made_context(), diagnosed=made_diagnosed(verdict)), (summary.build_summary,)))
+    whole = Page(render_report(replace(made_context(), diagnosed=made_diagnosed(verdict)), (build_summary,)))
     assert said in whole.text.replace(" and  ", " and ").replace("  ", " ")
 
 

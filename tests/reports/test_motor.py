@@ -4,11 +4,9 @@ import numpy as np
 import pytest
 from matplotlib.colors import to_hex
 
-from reports import robot as motor
-from reports import robot as structure
 from reports.context import BINS
 from reports.page import Table
-from reports.robot import motor_section, motor_speed_figure
+from reports.robot import build_motor, build_structure, motor_section, motor_speed_figure
 from reports.style import EBT
 from tests.reports.motors import SWING, made_logged
 from tests.reports.sample import made_context
@@ -65,7 +63,7 @@ def test_a_log_of_another_time_than_the_video_still_draws() -> None:
 def test_without_a_log_there_is_no_section_and_the_turn_is_reported_to_be_assumed() -> None:
     context = made_context()
 
-    assert motor.build_motor(context) is None
-    last = structure.build_structure(context).blocks[0].rows[-1]  # type: ignore[union-attr]
+    assert build_motor(context) is None
+    last = build_structure(context).blocks[0].rows[-1]  # type: ignore[union-attr]
     assert last[0] == "crank angle"
     assert last[-1].startswith("assumed: turns evenly")

@@ -7,8 +7,8 @@ import pytest
 
 from fitting.posterior.prediction import noise_flags
 from fitting.posterior.summary import PosteriorSummary
-from reports import first_screen as summary
 from reports import posterior
+from reports.first_screen import build_summary
 from reports.report import render_report
 from tests.reports.page import Page
 from tests.reports.posteriors import made_summary
@@ -20,7 +20,7 @@ def page_of(found: PosteriorSummary | None, names: tuple[str, ...] = tuple(ROLES
     return Page(
         render_report(
             replace(made_context(made_calibration(names)), posterior=found),
-            (summary.build_summary, posterior.build_posterior),
+            (build_summary, posterior.build_posterior),
         )
     )
 

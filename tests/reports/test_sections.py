@@ -2,14 +2,14 @@
 
 import re
 from dataclasses import replace
-from types import ModuleType
 
 import numpy as np
 import pytest
 
-from reports import coefficients, forecasts
-from reports import first_screen as summary
-from reports.report import SECTIONS, render_report
+from reports.coefficients import build_coefficients
+from reports.first_screen import build_summary
+from reports.forecasts import build_forecasts
+from reports.report import SECTIONS, SectionBuilder, render_report
 from swimcal.robot import load_robot
 from tests.reports.page import Page
 from tests.reports.sample import made_calibration, made_context, made_published
@@ -17,14 +17,14 @@ from tests.reports.undrawn import nothing_drawn
 
 
 def page_of(
-    *only: ModuleType, names: tuple[str, ...] = ("slow", "medium", "fast"), published: bool = False, **changes: object
+    *only: SectionBuilder, names: tuple[str, ...] = ("slow", "medium", "fast"), published: bool = False, **changes: object
 ) -> Page:
     """The report, or only some of its sections."""
     calibration = replace(made_calibration(names), **changes)  # type: ignore[arg-type]
     context = made_context(calibration)
     if published:
         context = replace(context, published=made_published(calibration))
-    return Page(render_report(context, [section.build for section in only] or SECTIONS))
+    return Page(render_report(context, only or SECTIONS))
 
 
 @pytest.fixture(scope="module")
@@ -55,7 +55,7 @@ def test_bands_that_miss_are_called_too_narrow() -> None:
     slow = made.trials["slow"]
     narrow = replace(slow.forecasts["given_frequency"], speed_ci90=(0.9, 1.0))
     trials = {**made.trials, "slow": replace(slow, forecasts={**slow.forecasts, "given_frequency": narrow})}
-    page = page_of(forecasts, forecasts=replace(made, trials=trials))
+    page = page_of(build_forecasts, build_forecasts=replace(made, trials=trials))
     assert "1 of 2 measured speeds are outside their 90 % bands" in page.text
 
 
@@ -64,7 +64,7 @@ def test_the_published_search_is_next_to_the_fit_and_why_it_differs(full: Page) 
     assert re.search(r"fit trials markers, as tracked \[mm\] [\d.]+ [\d.]+", full.text)
     assert "attributes trim" in full.text
     assert re.search(r"Over all trials \w+ is farthest off", full.text)
-    assert "calib fit SESSION --objective published does" in page_of(coefficients).text
+    assert "calib fit SESSION --objective published does" in page_of(build_coefficients).text
 
 
 def test_the_dimensionless_numbers_are_those_of_the_swim(full: Page) -> None:
@@ -79,6 +79,6 @@ def test_a_diverged_sweep_is_drawn() -> None:
     calibration = made_calibration()
     lost = {name: np.full(12, np.nan) for name in calibration.sweep.ebt}
     sweep = replace(calibration.sweep, speed_twin=np.full(12, np.nan), ebt=lost)
-    page = page_of(summary, sweep=sweep)
+    page = page_of(build_summary, sweep=sweep)
 
     assert "The twin diverged at 12 frequencies" in page.text

@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 from fitting.structure import Source, Structure, assumed
-from reports import robot as structure
+from reports.robot import build_structure
 from swimcal.errors import Flag
 from tests.reports.sample import made_calibration, made_context
 
@@ -19,7 +19,7 @@ def of(changed: Structure):  # type: ignore[no-untyped-def]
 
 
 def test_what_was_measured_stands_with_its_error_and_its_trials() -> None:
-    section = structure.build_structure(of(replace(made_calibration().structure, sources=MEASURED)))
+    section = build_structure(of(replace(made_calibration().structure, sources=MEASURED)))
     (table,) = section.blocks
 
     assert table.caption.endswith("All of it was measured in this session.")  # type: ignore[union-attr]
@@ -32,7 +32,7 @@ def test_what_was_measured_stands_with_its_error_and_its_trials() -> None:
 
 def test_what_was_assumed_is_named_with_why() -> None:
     sources = (*MEASURED[:2], assumed(made_calibration().robot).sources[2])
-    section = structure.build_structure(of(replace(made_calibration().structure, sources=sources)))
+    section = build_structure(of(replace(made_calibration().structure, sources=sources)))
 
     assert "Crank arm was not measured in this session" in section.blocks[0].caption  # type: ignore[union-attr]
     row = section.blocks[0].rows[2]  # type: ignore[union-attr]
@@ -41,6 +41,6 @@ def test_what_was_assumed_is_named_with_why() -> None:
 
 def test_experiments_that_are_not_used_are_reported_once_other_flags_stand_with_theirs() -> None:
     flags = (Flag("not_used", message="free decay decay_2 is not used: the head moves"), Flag("at_bound"))
-    section = structure.build_structure(of(replace(made_calibration().structure, flags=flags)))
+    section = build_structure(of(replace(made_calibration().structure, flags=flags)))
 
     assert section.caveats == ("Free decay decay_2 is not used: the head moves.",)

@@ -68,7 +68,7 @@ def test_a_user_adds_one_through_an_entry_point(catalogue_with: Catalogue) -> No
         ),
         ("no_such_module:Mine", ("it cannot be loaded", "ModuleNotFoundError: No module named 'no_such_module'")),
         ("tests.swimcal.effects.without_sd:Mine", ("it cannot be loaded", "TypeError", "'sd'")),
-        (":ROBOT", ("not an effect", "a class derived from swimcal.effects.effect.Effect")),
+        (":ROBOT", ("not an effect", "a class derived from calib.Effect")),
         (":Effect", ("not an effect; found <class 'swimcal.effects.effect.Effect'>",)),
         (
             ":Empty",
