@@ -1,6 +1,7 @@
 """A folder with what the examples of the interface use, and stand-ins for what takes minutes or a motor."""
 
 import shutil
+import threading
 from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
@@ -11,8 +12,7 @@ import numpy as np
 import pytest
 
 import calib as front
-from calib.capture import emulator as pseudo_terminal
-from calib.capture import functions
+from calib.capture import emulator, functions
 from calib.capture import trials as search
 from calib.capture.bus import Clock, open_port
 from calib.capture.emulator import Emulator
@@ -89,8 +89,8 @@ def stand_in(patch: pytest.MonkeyPatch) -> None:
         patch.setattr(module, "open_port", plugged)
     patch.setattr(functions, "ports", lambda: [PORT])
     patch.setattr(functions, "capture", partial(capture, clock=Clock(clock, clock.sleep)))
-    ended = SimpleNamespace(Thread=pseudo_terminal.threading.Thread, Event=_CtrlC)
-    patch.setattr(pseudo_terminal, "threading", ended)
+    ended = SimpleNamespace(Thread=threading.Thread, RLock=threading.RLock, Event=_CtrlC)
+    patch.setattr(emulator, "threading", ended)
 
 
 class _CtrlC:

@@ -17,7 +17,10 @@ from tests.reports.undrawn import nothing_drawn
 
 
 def page_of(
-    *only: SectionBuilder, names: tuple[str, ...] = ("slow", "medium", "fast"), published: bool = False, **changes: object
+    *only: SectionBuilder,
+    names: tuple[str, ...] = ("slow", "medium", "fast"),
+    published: bool = False,
+    **changes: object,
 ) -> Page:
     """The report, or only some of its sections."""
     calibration = replace(made_calibration(names), **changes)  # type: ignore[arg-type]
@@ -55,7 +58,7 @@ def test_bands_that_miss_are_called_too_narrow() -> None:
     slow = made.trials["slow"]
     narrow = replace(slow.forecasts["given_frequency"], speed_ci90=(0.9, 1.0))
     trials = {**made.trials, "slow": replace(slow, forecasts={**slow.forecasts, "given_frequency": narrow})}
-    page = page_of(build_forecasts, build_forecasts=replace(made, trials=trials))
+    page = page_of(build_forecasts, forecasts=replace(made, trials=trials))
     assert "1 of 2 measured speeds are outside their 90 % bands" in page.text
 
 
