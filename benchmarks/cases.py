@@ -1,4 +1,4 @@
-"""One machinery for all benchmarks: cases are worked off side by side, and what is done is not done again.
+"""Loop of all benchmarks: it works off cases side by side, and does not repeat what is done.
 
 Each case has a name. What comes of it is a record: a frozen dataclass (`swimcal.results`), kept as a file of its own,
 so that several machines may fill one folder, or as a line of a file with many.
@@ -33,7 +33,7 @@ class Failure(NamedTuple):
 
 
 class Run(NamedTuple):
-    """How cases are worked off."""
+    """Way to work off cases."""
 
     workers: int = 0  # cases at a time, each in a process of its own; 0 for one on each core
     scheduler: str | None = None  # address of a dask scheduler whose workers do it instead
@@ -46,7 +46,7 @@ def run_cases(
     run: Run,
     keep: Callable[[str, Record], None] = lambda _name, _record: None,
 ) -> tuple[Failure, ...]:
-    """Works off all cases; whatever fails in one stops no other.
+    """Work off all cases; a failure in one stops no other.
 
     Args:
         work: on a case; it can be pickled. It may write files: workers elsewhere then need to see the same folder.
@@ -98,7 +98,7 @@ class Records(Generic[Record]):
     made_by: str = ""  # fingerprint of the code that makes them; records of other code do not count
 
     def read(self, name: str, inputs: str = "") -> Record | None:
-        """The record of a case; None where there is none, or one of other inputs or other code."""
+        """Return the record of a case; None where there is none, or one of other inputs or other code."""
         with suppress(OSError, ValueError, KeyError, TypeError):
             written = json.loads(self._file(name).read_bytes())
             if written["made_by"] == self.made_by and written["inputs"] == inputs:
@@ -107,7 +107,7 @@ class Records(Generic[Record]):
         return None
 
     def keep(self, name: str, record: Record, inputs: str = "") -> None:
-        """Writes a record, or writes it anew.
+        """Write a record, or write it anew.
 
         Raises:
             ResultsNotWritable: the folder is not writable.
@@ -116,17 +116,17 @@ class Records(Generic[Record]):
         write_whole(self._file(name), json.dumps(plain_json(whole)) + "\n")
 
     def missing(self, names: Sequence[str]) -> list[str]:
-        """Those of which no record counts."""
+        """Return the names without a record that counts."""
         return [name for name in names if self.read(name) is None]
 
     def every(self) -> dict[str, Record]:
-        """All that count, by name, shorter names first."""
+        """Return all records that count, by name, shorter names first."""
         names = sorted((path.stem for path in self.folder.glob("*.json")), key=lambda name: (len(name), name))
         return {name: record for name in names if (record := self.read(name)) is not None}
 
     @property
     def others(self) -> int:
-        """How many there are that do not count."""
+        """Number of records that do not count."""
         return len(list(self.folder.glob("*.json"))) - len(self.every())
 
     def _file(self, name: str) -> Path:
@@ -134,7 +134,7 @@ class Records(Generic[Record]):
 
 
 def write_lines(path: Path, records: Sequence[Any]) -> None:
-    """Writes records, a line each: files of several shards, one after the other, are a file as well.
+    """Write records, a line each: files of several shards, one after the other, are a file as well.
 
     Raises:
         ResultsNotWritable: it cannot be written.
@@ -143,7 +143,7 @@ def write_lines(path: Path, records: Sequence[Any]) -> None:
 
 
 def read_lines(path: Path, kind: type[Record], name_of: Callable[[Record], str]) -> tuple[Record, ...]:
-    """Reads what `write_lines` wrote, whichever code made it.
+    """Read what `write_lines` wrote, whichever code made it.
 
     Args:
         path: of the file.
@@ -175,7 +175,7 @@ def read_lines(path: Path, kind: type[Record], name_of: Callable[[Record], str])
 
 
 def code_of(*roots: Path, libraries: Mapping[str, str] | None = None) -> str:
-    """Fingerprint of all code and tables in some files and folders, and of the versions of libraries."""
+    """Return a fingerprint of all code and tables in some files and folders, and of the versions of libraries."""
     files = {
         file for root in roots for file in ([root] if root.is_file() else [*root.rglob("*.py"), *root.rglob("*.toml")])
     }

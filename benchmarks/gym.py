@@ -1,4 +1,4 @@
-"""How fast environments are stepped: the batch of this program against one process for each environment."""
+"""Speed at which environments are stepped: the batch of this program against one process for each environment."""
 
 import os
 from collections.abc import Callable
@@ -14,7 +14,7 @@ RATIO = "best batch over best processes"
 
 
 def measure_gym(**options: Any) -> dict[str, float]:
-    """Steps of one environment a second of each kind, median of some rounds by turns, and the ratio of the best.
+    """Measure steps a second of one environment of each kind, median of rounds by turns, and the ratio of the best.
 
     Args:
         options: of the environments, for instance `session`.

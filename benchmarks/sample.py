@@ -1,4 +1,4 @@
-"""Makes `datasets/sample` again, with the checksums of its card: `python -m benchmarks.sample datasets/sample`.
+"""Maker of `datasets/sample`, with the checksums of its card: `python -m benchmarks.sample datasets/sample`.
 
 The session is made by the second simulator with one effect that the twin lacks: so its fit is not checked by the model
 that made the data, and its diagnosis has something to find. The card and `truth.json` tell what was put in; the program
@@ -60,7 +60,7 @@ _TABLE = "|---|---|\n"  # that the checksums end the card with
 
 
 class DrivenCrank(Mechanism):
-    """Turn the crank as its motor drives it, from rest to rest, whatever pulls at it."""
+    """Crank that turns as its motor drives it, from rest to rest, whatever pulls at it."""
 
     driven: CrankTurn  # since the first frame
     phase_rad: float  # in the first frame
@@ -208,14 +208,14 @@ def _truth(recordings: Mapping[str, Recording]) -> dict[str, Any]:
 
 
 def checksums(folder: Path) -> dict[str, str]:
-    """The sha256 of every file of a dataset by its name in the folder, without results and the card."""
+    """Return the sha256 of every file of a dataset by its name in the folder, without results and the card."""
     files = {path.relative_to(folder): path for path in sorted(folder.rglob("*")) if path.is_file()}
     own = {name: path for name, path in files.items() if "results" not in name.parts and name.name[0] != "."}
     return {name.as_posix(): sha256_of(path) for name, path in own.items() if name != Path(CARD_FILE)}
 
 
 def write_checksums(folder: Path) -> None:
-    """Write them into the card, whose text is written by hand."""
+    """Write the checksums into the card, whose text is written by hand."""
     text, _, _ = (folder / CARD_FILE).read_text(encoding="utf-8").rpartition(_TABLE)
     rows = "".join(f"| `{name}` | `{digest}` |\n" for name, digest in checksums(folder).items())
     write_whole(folder / CARD_FILE, text + _TABLE + rows)

@@ -1,4 +1,4 @@
-"""The speed of the twin, and the error that its time step costs; ratios count, as absolute times vary with machines."""
+"""Speed of the twin, and the error that its time step costs; ratios count, as absolute times vary with machines."""
 
 import time
 from dataclasses import dataclass, replace

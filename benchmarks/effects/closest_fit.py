@@ -1,4 +1,4 @@
-"""How close several effects together come to a change of a row, within their bounds."""
+"""Fit of several effects together to a change of a row: how close they come within their bounds."""
 
 from collections.abc import Callable, Sequence
 from itertools import product
@@ -13,7 +13,7 @@ _TOLD_APART = 2  # parameters of an effect
 
 
 class ClosestFit(NamedTuple):
-    """Several effects, or none, at their best."""
+    """Closest fit of several effects, or of none."""
 
     values: list[np.ndarray]  # (p,) of the parameters of each
     distance: float  # whitened, coefficients refitted; d in the two-way error Phi(-d / 2)
@@ -21,7 +21,7 @@ class ClosestFit(NamedTuple):
 
 
 def closest_fit_of(space: Whitened, row: np.ndarray, signatures: Sequence[Signature]) -> ClosestFit:
-    """Parameters of effects that together come nearest to a change (k,), within their bounds.
+    """Fit the parameters of effects that together come nearest to a change (k,), within their bounds.
 
     Each parameter is linear over each of its pieces; those of all effects that come nearest are taken.
     """
@@ -51,7 +51,7 @@ def closest_fit_of(space: Whitened, row: np.ndarray, signatures: Sequence[Signat
 
 
 def _ways(signature: Signature) -> list[dict[int, Piece]]:
-    """All choices of one piece of each parameter that shows, by its number.
+    """List all choices of one piece of each parameter that shows, by its number.
 
     Of an effect of more than two parameters, of which there would be too many, two: for all strengths the slopes of the
     least, and of the largest that were tried.
@@ -64,6 +64,6 @@ def _ways(signature: Signature) -> list[dict[int, Piece]]:
 
 
 def _whole(own: Sequence[Piece], size: Callable[..., Piece]) -> Piece:
-    """All strengths with the slope of the least or the largest."""
+    """Return one piece for all strengths, with the slope of the least or the largest."""
     like = size(own, key=lambda piece: max(piece.low, -piece.high))
     return Piece(own[0].low, own[-1].high, like.slope)

@@ -1,4 +1,4 @@
-"""Runs a program over the sessions of a suite: with all it knows, and once more without the effect that is there.
+"""Runs of a program over the sessions of a suite: with all it knows, and once more without the effect that is there.
 
 The one place where the benchmark meets the programs that it scores: each writes a session's `diagnosis.json`.
 """
@@ -27,12 +27,12 @@ class ProgramFailed(RuntimeError):
 
 
 def diagnose(session: Path, discrepancy: Discrepancy, without: frozenset[str]) -> None:
-    """Diagnoses as `calib diagnose --effort quick` does, on one core."""
+    """Diagnose as `calib diagnose --effort quick` does, on one core."""
     Pipeline(open_session(session), Options("quick", workers=1)).diagnosis(without, discrepancy)
 
 
 def program_of(command: str) -> Program:
-    """The program that a command line names; the toolkit's own for an empty one.
+    """Return the program that a command line names; the toolkit's own for an empty one.
 
     A session's folder is appended, and `--exclude EFFECT[,EFFECT]`, as `calib diagnose` takes them. Such a program
     is not given the discrepancy.
@@ -53,7 +53,7 @@ Piece = tuple[Path, frozenset[str]]
 
 
 def diagnose_suite(suite: SuiteFolder, program: Program, run: Run) -> tuple[Failure, ...]:
-    """Diagnoses the sessions that have no diagnosis yet; each is written into its session's folder.
+    """Diagnose the sessions that have no diagnosis yet; each is written into its session's folder.
 
     Args:
         suite: that was made.
@@ -70,7 +70,7 @@ def diagnose_suite(suite: SuiteFolder, program: Program, run: Run) -> tuple[Fail
 
 
 def diagnose_without(suite: SuiteFolder, program: Program, run: Run) -> tuple[Failure, ...]:
-    """Diagnoses each session with one effect once more, by a catalogue that lacks it, in a copy in `F/without`.
+    """Diagnose each session with one effect once more, by a catalogue that lacks it, in a copy in `F/without`.
 
     This opens the answers, of sessions that are diagnosed; but the program gets only the name that its catalogue is to
     lack.
@@ -88,7 +88,7 @@ def diagnose_without(suite: SuiteFolder, program: Program, run: Run) -> tuple[Fa
 
 
 def _copy(session: Path, folder: Path) -> None:
-    """With what was already fitted in it, which does not depend on the catalogue; but not with its diagnosis."""
+    """Copy what was already fitted in a session, which does not depend on the catalogue; but not its diagnosis."""
     if not folder.exists():
         part = folder.with_name(f".{folder.name}")
         shutil.rmtree(part, ignore_errors=True)
@@ -102,7 +102,7 @@ def _diagnosed(suite: SuiteFolder, program: Program, pieces: list[Piece], run: R
 
 
 def diagnose_one(program: Program, discrepancy: Path, piece: Piece) -> None:
-    """Diagnoses one session, and notes how long that took.
+    """Diagnose one session, and note how long that took.
 
     Raises:
         FileNotFoundError: the program wrote no diagnosis.

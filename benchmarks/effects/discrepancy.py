@@ -1,4 +1,4 @@
-"""What remains between reality in its base state and the refitted twin, which every diagnosis may know.
+"""Residual between the second simulator in its base state and the refitted twin, which every diagnosis may know.
 
 `python -m benchmarks.effects.discrepancy diagnosis/discrepancy.npz` measures it anew, on all cores.
 """
@@ -67,7 +67,7 @@ class BaseSession:
 
     @property
     def phase_rad(self) -> np.ndarray:
-        """(t,) at which their tails begin."""
+        """(t,) phases at which the tails begin."""
         return beat_phase(self.measured, _TAIL)
 
     @property
@@ -84,7 +84,7 @@ class BaseSession:
 
 
 def base_sessions(seeds: Sequence[int], with_effects: bool) -> list[BaseSession]:
-    """Simulated together, in this order."""
+    """Simulate base sessions together, in the order of their seeds."""
     return film_together([_session(seed, with_effects) for seed in seeds])
 
 
@@ -111,7 +111,7 @@ def _session(seed: int, with_effects: bool) -> Filming[BaseSession]:
 
 
 def discrepancy_of(sessions: Sequence[BaseSession]) -> Discrepancy:
-    """Of many sessions: the residual of each trial, its correlation between two, and among all trials of a session.
+    """Estimate the discrepancy from many sessions: per trial, between two trials, and among all of a session.
 
     Its size maximises the likelihood of all sessions, each with a factor of its own; so does the strength of each
     effect that it resembles, alone, in the sessions with responses of effects.
@@ -131,7 +131,7 @@ def discrepancy_of(sessions: Sequence[BaseSession]) -> Discrepancy:
 
 
 def in_common(sessions: Sequence[BaseSession], covariance: np.ndarray) -> Discrepancy:
-    """What swims of one session have in common, by directions in which the residual is independent.
+    """Estimate what swims of one session have in common, by directions in which the residual is independent.
 
     Directions are those of a covariance (127, 127) against the noise of the tracks. In each of them both shares come
     from products of the residuals of two trials, by least squares with some pairs added that have nothing in common.
@@ -159,7 +159,7 @@ def in_common(sessions: Sequence[BaseSession], covariance: np.ndarray) -> Discre
 
 
 def robust_covariance(residual: Sequence[np.ndarray]) -> np.ndarray:
-    """(127, 127) second moments of the residual (t, 127) in many sessions, shrunk (Ledoit and Wolf 2004).
+    """Return the (127, 127) second moments of the residual (t, 127) in many sessions, shrunk (Ledoit and Wolf 2004).
 
     About zero, not about their mean: what the twin leaves of every swim alike is its error too. A session counts by its
     directions, not by its size (Tyler 1987), so that a few in which the twin is far off do not say how all are.
@@ -181,7 +181,7 @@ def _shrunk(residual: Sequence[np.ndarray]) -> np.ndarray:
 
 
 def _strengths(rows: Mapping[float, Sequence["_Row"]]) -> dict[tuple[str, int], float]:
-    """Of each parameter the likeliest when there is no other: so much of it these sessions look like by themselves.
+    """Find the likeliest strength of each parameter when there is no other: how much of it these sessions look like.
 
     Of those that make the residual likelier.
     """
@@ -222,7 +222,7 @@ class _Row:
         )
 
     def log_density(self, one: tuple[str, int] | None, strength: float) -> float:
-        """With so much of one parameter's column, or with none, but for a constant."""
+        """Return the log density, up to a constant, with so much of one parameter's column, or with none."""
         alone = self.volume - 0.5 * self.square
         if one is None:
             return alone
@@ -231,18 +231,18 @@ class _Row:
 
 
 def _sized(rows: Mapping[float, Sequence[_Row]], size: float) -> dict[float, Sequence[_Row]]:
-    """Rows by the size that a session may have relative to most."""
+    """Return rows by the size that a session may have relative to most."""
     return {scale: rows[size * scale] for scale in SCALES}
 
 
 def _unlikely(rows: Mapping[float, Sequence[_Row]], one: tuple[str, int] | None = None, strength: float = 0.0) -> float:
-    """-ln of the likelihood of so much of one parameter, or of none; each session has one of the sizes."""
+    """Return -ln of the likelihood of so much of one parameter, or of none; each session has one of the sizes."""
     of_sizes = [[row.log_density(one, strength) + np.log(SCALES[scale]) for row in own] for scale, own in rows.items()]
     return -float(logsumexp(of_sizes, axis=0).sum())
 
 
 def save(found: Discrepancy, path: Path, seeds: Sequence[int]) -> None:
-    """Writes it, for `Discrepancy.load`, with the seeds of the sessions that it was found from."""
+    """Write the discrepancy, for `Discrepancy.load`, with the seeds of the sessions that it was found from."""
     path.parent.mkdir(parents=True, exist_ok=True)
     np.savez_compressed(
         path,
@@ -258,7 +258,7 @@ def save(found: Discrepancy, path: Path, seeds: Sequence[int]) -> None:
 
 
 def measure(path: Path, workers: int = 0) -> None:
-    """Simulates the sessions, and writes what is found."""
+    """Simulate the sessions, and write the discrepancy that they show."""
     asked, others = SEEDS[:WITH_EFFECTS], SEEDS[WITH_EFFECTS:]
     found: list[BaseSession] = []
     for seeds, with_effects in ((asked, True), (others, False)):

@@ -1,4 +1,4 @@
-"""A withheld session before anything acts in it: a robot, its water, a camera, and the trials that were made."""
+"""Withheld session before anything acts in it: a robot, its water, a camera, and the trials that were made."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -37,7 +37,7 @@ class DrawnTrial:
 
     @property
     def commanded_hz(self) -> float | None:
-        """Of the crank; None where it does not turn."""
+        """Commanded speed of the crank; None where it does not turn."""
         return self.trial.frequency_hz or None
 
 
@@ -50,13 +50,13 @@ class DrawnWorld:
     trials: tuple[DrawnTrial, ...]  # that are made in it
 
     def swims(self, role: str) -> tuple[DrawnTrial, ...]:
-        """Those that are fitted, or held out."""
+        """Return the swims that are fitted, or held out."""
         return tuple(each for each in self.trials if each.trial.kind == "swim" and each.role == role)
 
     def recorded(
         self, mechanisms: tuple[Mechanism, ...] = (), trials: Sequence[DrawnTrial] | None = None
     ) -> Filming[dict[str, Recording]]:
-        """Films trials, and ends with them by name, without any error of a tracker.
+        """Film trials, and end with them by name, without any error of a tracker.
 
         Args:
             mechanisms: that act.
@@ -71,12 +71,12 @@ class DrawnWorld:
         return {each.name: recording for each, recording in zip(trials, recordings, strict=True)}
 
     def _before_s(self, trial: DrawnTrial) -> float:
-        """That the robot was in use before a trial, s."""
+        """Return the time that the robot was in use before a trial, s."""
         return float(sum(each.trial.duration_s for each in self.trials[: self.trials.index(trial)]))
 
 
 def draw_world(plan: SessionPlan) -> Filming[DrawnWorld]:
-    """Draws robot, water and trials until every swim of the base state goes forward.
+    """Draw robot, water and trials until every swim of the base state goes forward.
 
     Raises:
         ValueError: no draw swims forward.
@@ -92,7 +92,7 @@ def draw_world(plan: SessionPlan) -> Filming[DrawnWorld]:
 
 
 def drawn_nuisances(random: np.random.Generator, sunk_m: float = 0.0) -> Nuisances:
-    """How a robot departs from its description."""
+    """Draw how a robot departs from its description."""
 
     def about_one(quantity: str) -> float:
         return float(1 + KNOWN_TO[quantity] * random.standard_normal())
@@ -132,13 +132,13 @@ def _trials(recorded: Recorded, random: np.random.Generator) -> tuple[DrawnTrial
 
 
 def _swim(hz: float, seconds: float, random: np.random.Generator) -> Trial:
-    """Along the picture; and half a fish."""
+    """Draw a swim along the picture, half a fish longer than its course."""
     heading = float(random.uniform(-_HEADING_RAD, _HEADING_RAD) + np.pi * random.integers(2))
     return swim_past_middle(hz, seconds, heading, 0.2, random)
 
 
 def swim_past_middle(hz: float, seconds: float, heading: float, more_m: float, random: np.random.Generator) -> Trial:
-    """Begun so that its middle, a little before or behind, is about the middle of the picture."""
+    """Place a swim so that its middle, a little before or behind, is about the middle of the picture."""
     start_speed = 0.1 * hz
     way = start_speed * (seconds + 1.0) / 2 + more_m
     place = -way * np.exp(1j * heading) + complex(*random.uniform(-0.1, 0.1, 2))
@@ -154,7 +154,7 @@ def swim_past_middle(hz: float, seconds: float, heading: float, more_m: float, r
 
 
 def _forward_m_s(recording: Recording) -> float:
-    """Mean speed of the second half, in the direction in which the swim began."""
+    """Return the mean speed of the second half, in the direction in which the swim began."""
     half = recording.head[len(recording.head) // 2 :]
     way = np.exp(1j * recording.trial.heading_rad)
     moved = complex(*(half[-1, :2] - half[0, :2]))

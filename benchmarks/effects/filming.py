@@ -1,4 +1,4 @@
-"""Reality for many sessions at once: one of its steps takes hardly longer for a hundred trials than for eight.
+"""The second simulator for many sessions at once: one of its steps takes hardly longer for a hundred trials than for 8.
 
 Work on a session is a generator: it yields the trials that it wants to see and is sent their recordings.
 """
@@ -19,7 +19,7 @@ Simulate = Callable[..., list[Recording]]  # called as `reality.simulate` is
 
 
 def film_together(works: Iterable[Filming[T]], at_once: int | None = None, by: Simulate | None = None) -> list[T]:
-    """What pieces of work end with, in their order; whatever they want to see is simulated in common.
+    """Return what pieces of work end with, in their order; simulate in common whatever they want to see.
 
     A recording does not depend on its company (to some 1e-7 px). What cannot be simulated is raised within the work
     that asked for it: `SimulationDiverged`, or the `ValueError` of a trial that is impossible.

@@ -1,4 +1,4 @@
-"""A suite as a folder: sessions that anybody may diagnose, answers apart from them, and what came of it."""
+"""Suite as a folder: sessions that anybody may diagnose, answers apart from them, and what came of it."""
 
 import json
 from dataclasses import dataclass
@@ -19,7 +19,7 @@ Kind = Literal["null", "single", "double", "many", "outside"]
 
 @dataclass(frozen=True)
 class Answer:
-    """Of one session."""
+    """Answer of one session."""
 
     session: str  # its name
     kind: Kind  # no effect, one, two or many of the catalogue, or one that the catalogue does not hold
@@ -38,7 +38,7 @@ class Answer:
 
     @classmethod
     def read(cls, path: Path) -> Self:
-        """The answer in a file.
+        """Read the answer in a file.
 
         Raises:
             KeyError, TypeError, ValueError: it holds none.
@@ -47,7 +47,7 @@ class Answer:
         return answer
 
     def write(self, path: Path) -> None:
-        """As plain JSON: nothing that diagnoses imports this package or looks into the folder of answers.
+        """Write the answer as plain JSON: what diagnoses imports nothing of this package and never opens the answers.
 
         Raises:
             ResultsNotWritable: the folder is not writable.
@@ -56,7 +56,7 @@ class Answer:
 
 
 class SuiteFolder:
-    """Where a suite is."""
+    """Folders of a suite."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
@@ -66,13 +66,13 @@ class SuiteFolder:
 
     @property
     def discrepancy(self) -> Path:
-        """What every diagnosis may know of reality's base state: a file of the suite, else that of `diagnosis`."""
+        """File of what every diagnosis may know of the base state: one of the suite, else that of `diagnosis`."""
         own = self.folder / "discrepancy.npz"
         return own if own.is_file() else Path(str(shipped_discrepancy()))
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Of the sessions, in order.
+        """Names of the sessions, in order.
 
         Raises:
             InputError: there is no whole suite.
@@ -92,7 +92,7 @@ class SuiteFolder:
         return tuple(names)
 
     def check_diagnosed(self) -> None:
-        """That every session is diagnosed, without which no answer is to be opened.
+        """Check that every session is diagnosed, without which no answer is to be opened.
 
         Raises:
             InputError: one is not, or there is no whole suite.
@@ -104,7 +104,7 @@ class SuiteFolder:
             raise InputError([Fault(str(self.folder), "", what, found, expected, next_step=step)])
 
     def true(self) -> tuple[Answer, ...]:
-        """All answers, in the order of the names.
+        """Read all answers, in the order of the names.
 
         Raises:
             InputError: there is no whole suite.
@@ -113,13 +113,13 @@ class SuiteFolder:
 
     @property
     def singles(self) -> dict[str, Answer]:
-        """The answers of the sessions that hold one effect of the catalogue, by name."""
+        """Answers of the sessions that hold one effect of the catalogue, by name."""
         return {answer.session: answer for answer in self.true() if answer.kind == "single"}
 
     def answer(self, name: str) -> Path:
-        """The answer of a session."""
+        """Return the file of a session's answer."""
         return self.answers / f"{name}.json"
 
     def made(self, name: str) -> bool:
-        """Whether a session is there, and its answer."""
+        """Return whether a session is there, and its answer."""
         return (self.sessions / name / "session.toml").exists() and self.answer(name).exists()

@@ -1,4 +1,4 @@
-"""What can make the sessions of a suite: the second simulator, or the one whose swimmer sheds a wake."""
+"""Generators of the sessions of a suite: the second simulator, or the one whose swimmer sheds its wake."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -17,7 +17,7 @@ from benchmarks.wake.suite import draw_wake_world, plan_wake_suite
 
 @dataclass(frozen=True)
 class Generator:
-    """How sessions come about."""
+    """Way in which sessions come about."""
 
     plan: Callable[[int, SuiteSize], tuple[SessionPlan, ...]]  # of a seed
     draw: Callable[[SessionPlan], Filming[DrawnWorld]]  # before anything acts

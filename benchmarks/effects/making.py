@@ -39,14 +39,14 @@ _SHOWS = 1.0  # squared standard deviations that the plain twin must leave of al
 
 @dataclass(frozen=True, eq=False)
 class Making:
-    """What sessions are made from."""
+    """Sources that sessions are made from."""
 
     generator: Generator  # of what is filmed
     discrepancy: Discrepancy  # what the refitted twin leaves in the base state of the second simulator
     effects: Mapping[str, Effect]  # the catalogue's own forms
 
     def make(self, plan: SessionPlan, folder: Path) -> Filming[Answer]:
-        """Makes `folder/<name>` and ends with what is in it.
+        """Make `folder/<name>` and end with what is in it.
 
         Raises:
             InputError: the folder of the session is there and not empty.
@@ -96,7 +96,7 @@ class Making:
 def oracle_shrinkage(
     effects: Sequence[Effect], fitted: SessionRows, held_out: SessionRows, recordings: Mapping[str, Recording]
 ) -> float | None:
-    """S = 1 - L_with / L_plain of held-out trials, both twins refitted on the fitted ones with the simulation.
+    """Return S = 1 - L_with / L_plain of held-out trials, both twins refitted on the fitted ones with the simulation.
 
     Of all features that a diagnosis uses, course and sliding too. Nothing has noise, and the residual of the base state
     is subtracted, so there is no floor. None where a twin diverges, or the effects do not change held-out trials.
@@ -120,7 +120,7 @@ def oracle_shrinkage(
 
 
 def write_session(folder: Path, drawn: DrawnWorld, recordings: Mapping[str, Recording]) -> None:
-    """Writes what a user would have of these recordings: tracks with a tracker's errors, motor logs, the description.
+    """Write what a user would have of these recordings: tracks with a tracker's errors, motor logs, the description.
 
     Raises:
         InputError: the folder is there and not empty.
@@ -154,7 +154,7 @@ def write_session(folder: Path, drawn: DrawnWorld, recordings: Mapping[str, Reco
 
 
 def _packed(plain: bytes) -> bytes:
-    """Compressed, then filled up with the zeros that readers of the format skip (gzip, RFC 1952)."""
+    """Compress bytes, then fill them up with the zeros that readers of the format skip (gzip, RFC 1952)."""
     packed = gzip.compress(plain, mtime=0)
     return packed + bytes(-len(packed) % _TRACKS_BYTES)
 
@@ -162,7 +162,7 @@ def _packed(plain: bytes) -> bytes:
 def _logged(
     folder: Path, drawn: DrawnWorld, each: DrawnTrial, recording: Recording, random: np.random.Generator
 ) -> dict[str, Any]:
-    """Writes the log of a motor, where there is one; its clock offset is given by hand."""
+    """Write the log of a motor, where there is one; its clock offset is given by hand."""
     if not drawn.plan.recorded.logged or each.trial.kind == "free_decay":
         return {}
     offset_s = float(np.round(random.uniform(0.0, _CLOCK_S), 3))
@@ -172,7 +172,7 @@ def _logged(
 
 
 def _log(drive: Drive, duration_s: float, offset_s: float, random: np.random.Generator) -> MotorLog:
-    """Readings of the motor at even times on a clock of its own, in its own steps, while its trial is filmed."""
+    """Read the motor at even times on a clock of its own, in its own steps, while its trial is filmed."""
     time_s = np.arange(0.0, duration_s + 1e-9, _READING_S)
     crank = CubicSpline(drive.time_s, drive.angle_rad)
     load_a = _AMPERE_PER_N_M * np.interp(time_s, drive.time_s, drive.torque_n_m)

@@ -1,4 +1,4 @@
-"""A withheld session without noise, as a diagnosis would see it: rows of features, and all that disturbs them."""
+"""Withheld session without noise, as a diagnosis would see it: rows of features, and all that disturbs them."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -47,7 +47,7 @@ _STILL = 0.1  # whitened length of a step after which none is taken
 
 
 class Change(NamedTuple):
-    """What something in the water changes of a session's row, seen from some coefficients."""
+    """Change of a session's row by something in the water, seen from some coefficients."""
 
     # (k,) the residual there minus that of the base state, brought back along the Jacobian of `space` to the
     # coefficients of the base state
@@ -56,18 +56,18 @@ class Change(NamedTuple):
     step: np.ndarray  # (5,) from the coefficients of the base state to these
 
     def strays(self, row: np.ndarray) -> float:
-        """How far from these coefficients, whitened, those are that best make up for a row (k,)."""
+        """Return how far from these coefficients, whitened, those are that best make up for a row (k,)."""
         return moved(self.space, self.space.coefficients(row) - self.step)
 
 
 def moved(space: Whitened, change: np.ndarray) -> float:
-    """By how much a change (5,) of the coefficients moves the row, with the prior's distance."""
+    """Return by how much a change (5,) of the coefficients moves the row, with the prior's distance."""
     white = solve_triangular(space.root, space.slopes @ change, lower=True)
     return float(np.sqrt(white @ white + space.precision @ change**2))
 
 
 def nearest(model: SessionModel, start: np.ndarray, covariance: np.ndarray) -> np.ndarray:
-    """(5,) coefficients of the best fitting twin, by Gauss-Newton.
+    """Fit the (5,) coefficients of the nearest twin, by Gauss-Newton.
 
     The Jacobian is simulated at the start and after long steps, and updated (Broyden) after short ones.
 
@@ -95,7 +95,7 @@ def nearest(model: SessionModel, start: np.ndarray, covariance: np.ndarray) -> n
 
 
 def closest_fit(changes: Sequence[Change], signatures: Sequence[Signature]) -> tuple[int, ClosestFit]:
-    """The closest fit of some effects, or of none, to what is changed, and the number of the change that gives it.
+    """Return the number of the change to which some effects, or none, come closest, and that closest fit.
 
     Seen from where coefficients end nearest to those that they are seen from: farther off the twin is not linear.
     """
@@ -106,7 +106,7 @@ def closest_fit(changes: Sequence[Change], signatures: Sequence[Signature]) -> t
 
 @dataclass(frozen=True, eq=False)
 class SessionRows:
-    """The swims of one role of a session in its base state, with the twin."""
+    """Swims of one role of a session in its base state, with the twin."""
 
     drawn: DrawnWorld  # the session
     role: str  # of the swims that are in the rows
@@ -123,7 +123,7 @@ class SessionRows:
         role: str = "fit",
         given: np.ndarray | None = None,
     ) -> "SessionRows":
-        """From recordings of the base state of all trials, without noise."""
+        """Build the rows from recordings of the base state of all trials, without noise."""
         twin = Twin(load_robot(), FISHSIM_MARKERS, workers=1)
         doubted = perturbed_robots(twin)
         trials = (TrialModel(twin, trial, START_PHASE_RAD, doubted) for trial in measured(drawn, base, role))
@@ -131,7 +131,7 @@ class SessionRows:
 
     @cached_property
     def coefficients(self) -> np.ndarray:
-        """(5,) of the twin that comes nearest to the base state, by Gauss and Newton."""
+        """(5,) coefficients of the twin that comes nearest to the base state, by Gauss and Newton."""
         if self.given is not None:
             return self.given
         start = np.array(self.drawn.world.coefficients, float)
@@ -139,12 +139,12 @@ class SessionRows:
 
     @cached_property
     def residual(self) -> np.ndarray:
-        """(k,) of the refitted twin in the base state."""
+        """(k,) residual of the refitted twin in the base state."""
         return residual_row(self.model, self.coefficients)
 
     @property
     def residual_features(self) -> np.ndarray:
-        """(t, 127) of the features of each swim."""
+        """(t, 127) residual of the features of each swim."""
         count = len(self.model.trials)
         return self.residual[:-count].reshape(count, -1)
 
@@ -155,13 +155,13 @@ class SessionRows:
 
     @cached_property
     def space(self) -> Whitened:
-        """In which all that disturbs the row has unit size."""
+        """Space in which all that disturbs the row has unit size."""
         looks_like = {name: effect for name, effect in catalogue().items() if name in self.discrepancy.strengths}
         common = self.discrepancy.common_columns(self.signatures(looks_like))
         return Whitened.of(self._disturbing + common @ common.T, row_slopes(self.model, self.coefficients), PRIOR_SD)
 
     def changes(self, recordings: Mapping[str, Recording]) -> tuple[Change, ...]:
-        """What other recordings of the same trials change, seen from the coefficients of the base state.
+        """Return what other recordings of the same trials change, seen from the coefficients of the base state.
 
         Where coefficients would have to go far to follow it, which they do not in a straight line, also from those of
         the twin that is refitted to these recordings in truth.
@@ -177,7 +177,7 @@ class SessionRows:
         return (from_base, refitted) if np.isfinite(refitted.row).all() else (from_base,)
 
     def refitted(self, recordings: Mapping[str, Recording]) -> np.ndarray:
-        """(5,) coefficients of the plain twin that comes nearest to other recordings of the same trials.
+        """Return (5,) coefficients of the plain twin that comes nearest to other recordings of the same trials.
 
         The residual of the base state is subtracted first.
 
@@ -191,7 +191,7 @@ class SessionRows:
         return nearest(others, self.coefficients, turns.T @ self._disturbing @ turns)
 
     def linear(self, recordings: Mapping[str, Recording], at: np.ndarray) -> LinearModel:
-        """Other recordings of the same trials, without noise, as a diagnosis sees its swims.
+        """Linearise other recordings of the same trials, without noise, as a diagnosis sees its swims.
 
         The residual of the base state is subtracted: where markers are glued, a form that moves
         markers would follow that too.
@@ -206,7 +206,7 @@ class SessionRows:
         return LinearModel(model, camera, at, self.discrepancy, self._off, model.disturbances(at, noise))
 
     def _changed(self, others: SessionModel, *, with_course: bool) -> SessionModel:
-        """Other recordings without the residual of the base state, at their own phases of the beat."""
+        """Return other recordings without the residual of the base state, at their own phases of the beat."""
         residual = self._residual_with_course if with_course else self.residual_features
         base = [advanced(own, ahead) for own, ahead in zip(residual, self._ahead(others), strict=True)]
         trials = (
@@ -222,7 +222,7 @@ class SessionRows:
         return residual_row(SessionModel(trials), self.coefficients)[: -len(trials)].reshape(len(trials), -1)
 
     def _change(self, others: SessionModel, at: np.ndarray) -> Change:
-        """The twin beats at the frequency of either; how far that is from the base state comes after the features.
+        """Return the change with each twin at its own beat; the difference in frequency comes after the features.
 
         Rows are compared at one phase of the beat: what the twin leaves turns with it, and that is no effect.
         """
@@ -232,25 +232,25 @@ class SessionRows:
         return Change(residual - self.residual + space.slopes @ step, space, step)
 
     def _seen_by_twin(self, recordings: Mapping[str, Recording]) -> SessionModel:
-        """Other recordings of the same trials with the same twin."""
+        """Return other recordings of the same trials with the same twin."""
         others = measured(self.drawn, recordings, self.role)
         return SessionModel(
             tuple(replace(model, trial=trial) for model, trial in zip(self.model.trials, others, strict=True))
         )
 
     def _turns(self, others: SessionModel) -> np.ndarray:
-        """(k, k) brings features of other recordings to the phase of the base state."""
+        """Return the (k, k) matrix that brings features of other recordings to the phase of the base state."""
         pairs = zip(self.model.trials, self._ahead(others), strict=True)
         turns = [advanced(np.eye(len(base.measured)), -ahead).T for base, ahead in pairs]
         return np.asarray(block_diag(*turns, np.eye(len(turns))))
 
     def _ahead(self, others: SessionModel) -> list[float]:
-        """By how much the beat of other recordings is ahead of that of the base state, rad."""
+        """Return by how much the beat of other recordings is ahead of that of the base state, rad."""
         pairs = zip(self.model.trials, others.trials, strict=True)
         return [float(phase_between(base.measured, other.measured, list(base.trial.tail))) for base, other in pairs]
 
     def signatures(self, effects: Mapping[str, Effect]) -> list[Signature]:
-        """What every effect does to the refitted twin; asked again, an effect of the same name is not simulated."""
+        """Return what every effect does to the refitted twin; an effect is simulated once for its name."""
         camera = camera_of(self.drawn)
         for name in effects.keys() - self._signatures.keys():
             self._signatures[name] = signature_of(effects[name], self.model, camera, self.coefficients)
@@ -270,25 +270,25 @@ class SessionRows:
         return self._covariance(self.coefficients)
 
     def _covariance(self, at: np.ndarray) -> np.ndarray:
-        """(k, k) of tracking noise, boxes, nuisances and the discrepancy of the base state."""
+        """Return the (k, k) covariance of tracking noise, boxes, nuisances and the discrepancy of the base state."""
         disturbed = self.model.disturbances(at, self.tracking).of(self._off)
         return row_covariance(self.model, disturbed + self.discrepancy.over(self.model))
 
 
 @dataclass(frozen=True, eq=False)
 class _Changed(TrialModel):
-    """A swim without its residual in the base state."""
+    """Swim without its residual in the base state."""
 
     base: np.ndarray = field(kw_only=True)  # (k,) that, at the phase of this swim
 
     @cached_property
     def measured(self) -> np.ndarray:
-        """(k,) the features minus that."""
+        """(k,) features minus that residual."""
         return np.asarray(super().measured - self.base)
 
 
 def measured(drawn: DrawnWorld, recordings: Mapping[str, Recording], role: str) -> list[MeasuredTrial]:
-    """The swims of a role, from recordings by name, as they are, without noise."""
+    """Measure the swims of a role, from recordings by name, as they are, without noise."""
     camera, measured_trials = camera_of(drawn), []
     for each in drawn.swims(role):
         spec = TrialSpec(name=each.name, kind="swim", commanded_hz=each.commanded_hz, role=each.role)  # type: ignore[arg-type]
@@ -298,18 +298,18 @@ def measured(drawn: DrawnWorld, recordings: Mapping[str, Recording], role: str) 
 
 
 def tracks_of(recording: Recording, position_px: np.ndarray) -> xr.Dataset:
-    """Tracks with every marker seen."""
+    """Build tracks with every marker seen."""
     return as_tracks(recording.markers, recording.time_s, position_px, np.ones(position_px.shape[:2]))
 
 
 def camera_of(drawn: DrawnWorld) -> CameraSpec:
-    """The camera as the session describes it."""
+    """Return the camera as the session describes it."""
     fps = drawn.trials[0].trial.fps
     return CameraSpec(fps=fps, scale_length_m=load_robot().scale_length_m)
 
 
 def _noise(model: TrialModel, noise: PixelNoise) -> np.ndarray:
-    """(127, 127) covariance of features with the noise of the tracker as it is; rounding counts as white."""
+    """Return the (127, 127) covariance of features with the tracker's noise as it is; rounding counts as white."""
     lasting, rounding = noise.sd_px**2, noise.grid_px**2 / 12
     white = rounding / (lasting + rounding)
     lag_s = np.abs(model.reader.time_s[:, None] - model.reader.time_s)

@@ -1,4 +1,4 @@
-"""Makes the sessions of a suite, and their answers; broken off, it goes on where it was."""
+"""Maker of the sessions of a suite, and of their answers; after an interruption it goes on where it was."""
 
 import os
 import shutil
@@ -22,7 +22,7 @@ _PIECES = 2  # as many sessions as that a piece of work has: the last of them ar
 
 
 def make_suite(suite: SuiteFolder, seed: int, size: SuiteSize, run: Run, shard: slice = WHOLE) -> tuple[Failure, ...]:
-    """Makes the sessions that are missing; broken off, it goes on where it was.
+    """Make the sessions that are missing; after an interruption go on from there.
 
     Args:
         suite: where.
@@ -48,7 +48,7 @@ def make_suite(suite: SuiteFolder, seed: int, size: SuiteSize, run: Run, shard: 
 
 
 def _batches(plans: Sequence[SessionPlan], workers: int) -> list[tuple[SessionPlan, ...]]:
-    """Sessions that one worker makes, in their order: as many as save time, and every worker as many pieces."""
+    """Split sessions into pieces for one worker, in order: large enough to save time, equally many for each worker."""
     workers = workers or os.cpu_count() or 1
     rounds = max(-(-len(plans) // (workers * _PIECES * _TOGETHER)), 1)
     each = max(-(-len(plans) // (rounds * workers)), 1)

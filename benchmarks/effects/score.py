@@ -1,4 +1,4 @@
-"""How right diagnoses are of sessions whose effect was withheld from what wrote them."""
+"""Scores of diagnoses of sessions whose effect was withheld from what wrote them."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -28,14 +28,14 @@ Measures = dict[str, Measure]
 
 @dataclass(frozen=True)
 class Case:
-    """A session: its answer and its diagnosis."""
+    """Answer and diagnosis of a session."""
 
     answer: Answer
     diagnosis: Diagnosis
 
     @property
     def level(self) -> float:
-        """The detectability that it was made for, as far as it reached that; 0 below the lowest."""
+        """Detectability that the session was made for, as far as it reached that; 0 below the lowest."""
         return max((level for level in DETECTABILITIES if self.answer.detectability >= _ALMOST * level), default=0.0)
 
     @property
@@ -70,7 +70,7 @@ class Case:
 
     @property
     def unexplained(self) -> bool:
-        """Whether that is the verdict."""
+        """Whether the verdict is `unexplained`."""
         return self.diagnosis.verdict == "unexplained"
 
     @property
@@ -90,23 +90,23 @@ class Case:
 
     @property
     def interval_holds(self) -> bool:
-        """Whether it does."""
+        """Whether the interval holds the oracle's shrinkage."""
         (low, high), true = self.diagnosis.interval or (np.nan, np.nan), self.answer.oracle_shrinkage
         return true is not None and low <= true <= high
 
 
 def of_kind(kind: str) -> Callable[[Case], bool]:
-    """Sessions with so much in them."""
+    """Return the test for sessions of a kind."""
     return lambda case: case.answer.kind == kind
 
 
 def clear(counts: Callable[[Case], bool]) -> Callable[[Case], bool]:
-    """The clear ones of some sessions."""
+    """Return the test for the clear ones of some sessions."""
     return lambda case: case.clear and counts(case)
 
 
 def has_stage(case: Case) -> bool:
-    """Whether what is there acts at one stage."""
+    """Return whether what is there acts at one stage."""
     return case.answer.stage is not None
 
 
@@ -114,7 +114,7 @@ CLEAR_SINGLE = clear(of_kind("single"))
 
 
 def measures(cases: Sequence[Case]) -> Measures:
-    """The required measures of a diagnosis, and others, of all sessions of a suite."""
+    """Compute the required measures of a diagnosis, and others, of all sessions of a suite."""
     share = partial(_share, cases)
     null, outside, two = of_kind("null"), of_kind("outside"), of_kind("double")
     interval = "interval holds the oracle's, d ≥ 5"
@@ -142,7 +142,7 @@ def measures(cases: Sequence[Case]) -> Measures:
 
 
 def by_detectability(cases: Sequence[Case]) -> Measures:
-    """The right name first, of single effects, by how detectable they are."""
+    """Compute how often the right name comes first, of single effects, by how detectable they are."""
     levels = (0.0, *DETECTABILITIES)
     return {
         f"first_at_{level:g}": _share(
@@ -156,7 +156,7 @@ def by_detectability(cases: Sequence[Case]) -> Measures:
 
 
 def measures_without(cases: Sequence[Case]) -> Measures:
-    """Of sessions with one effect, diagnosed by a catalogue that lacked it: no name can be right.
+    """Score sessions with one effect, diagnosed by a catalogue that lacked it: no name can be right.
 
     From a detectability of five on no other effect follows it: from there `unexplained` is asked for, and the stage.
     """
@@ -169,7 +169,7 @@ def measures_without(cases: Sequence[Case]) -> Measures:
 
 
 def measures_together(cases: Sequence[Case]) -> Measures:
-    """What all effects at once are worth, of sessions whose diagnosis may ask for them.
+    """Score all effects at once, over sessions whose diagnosis may ask for them.
 
     Speeds are those of held-out swims, which no twin was fitted to; they count where all at once are called for.
     """
@@ -200,7 +200,7 @@ def measures_together(cases: Sequence[Case]) -> Measures:
 
 
 def reachable(cases: Sequence[Case], counts: Callable[[Case], bool]) -> float:
-    """What of these, weak ones with them, a matched filter would see with one false alarm in a hundred.
+    """Return the share that a matched filter would detect with one false alarm in a hundred, weak effects included.
 
     Such a filter knows beforehand what to look for, and the weaker of two decides (Neyman and Pearson 1933); nan where
     there is no session.
@@ -210,7 +210,7 @@ def reachable(cases: Sequence[Case], counts: Callable[[Case], bool]) -> float:
 
 
 def calibration_error(predicted: np.ndarray, true: np.ndarray) -> float:
-    """Mean difference between probabilities (k,) and how often they came true (k,), over ten bins.
+    """Return the mean difference between probabilities (k,) and how often they came true (k,), over ten bins.
 
     Expected calibration error (Naeini et al. 2015); nan of none.
     """
@@ -223,7 +223,7 @@ def calibration_error(predicted: np.ndarray, true: np.ndarray) -> float:
 
 
 def error_by_chance(predicted: np.ndarray) -> Estimate:
-    """The error of as many probabilities (k,) that come true exactly as often as predicted; nan of none.
+    """Estimate the error of as many probabilities (k,) that come true exactly as often as predicted; nan of none.
 
     The interval holds 95 % of such errors.
     """
@@ -234,7 +234,7 @@ def error_by_chance(predicted: np.ndarray) -> Estimate:
 
 
 def _calibration(cases: Sequence[Case]) -> Measures:
-    """Most probabilities are small, and the error is small where all are: those from 10 % on apart."""
+    """Measure the calibration, and apart that from 10 % on: most probabilities are small, and so is their error."""
     by_chance = error_by_chance(np.array([p for p, _ in _probabilities(cases, _SUSPECT)]))
     return {
         "calibration": Measure("calibration error", resampled(cases, lambda c: _error(c, _WORTH_TELLING)), "≤ 0.05"),
@@ -249,7 +249,7 @@ def _error(cases: Sequence[Case], least: float) -> float:
 
 
 def _probabilities(cases: Sequence[Case], least: float) -> list[tuple[float, bool]]:
-    """All from some size on, and whether each came true."""
+    """List all probabilities from some size on, and whether each came true."""
     return [
         (p, name in case.answer.effects)
         for case in cases
@@ -269,7 +269,7 @@ def _share(
 
 
 def _groups_right(cases: Sequence[Case]) -> Share:
-    """Of all named groups, in any session, those that hold an effect which is present."""
+    """Count, of all named groups in any session, those that hold an effect which is present."""
     groups = [(case.answer, group) for case in cases for group in case.diagnosis.named_groups]
     return Share.among(groups, lambda named: bool(set(named[0].effects) & set(named[1])))
 
@@ -279,7 +279,7 @@ def _only_wrong(case: Case) -> bool:
 
 
 def _shrinkage_over_oracle(cases: Sequence[Case]) -> Estimate:
-    """Over clear sessions whose effects are all named: what weak effects shrink by is mostly noise.
+    """Compare shrinkages over clear sessions whose effects are all named: that by weak effects is mostly noise.
 
     And where the true effects, in the twin's form, shrink the gap at all.
     """

@@ -1,4 +1,4 @@
-"""The diagnosis of a session by any program: of its `diagnosis.json` what the scores need."""
+"""Diagnosis of a session by any program: what the scores need of its `diagnosis.json`."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,7 +15,7 @@ _SHOWN = 120  # characters of what is wrong
 
 @dataclass(frozen=True)
 class Gap:
-    """Of held-out swims, by a twin that was fitted to others; None is what does not apply."""
+    """Gap of held-out swims, by a twin that was fitted to others; None is what does not apply."""
 
     # shrinkage, shrinkage_ci95: by which the gap is smaller than that of the plain twin, and its 95 % interval
     shrinkage: FiniteFloat | None = None
@@ -34,7 +34,7 @@ class Where:
 
 @dataclass(frozen=True)
 class AllAtOnce:
-    """The twin with all effects at once."""
+    """Result of the twin with all effects at once."""
 
     gap: Gap | None = None
 
@@ -56,17 +56,17 @@ class Diagnosis:
 
     @property
     def named_groups(self) -> tuple[tuple[str, ...], ...]:
-        """The groups, of a verdict that names some."""
+        """Groups of a verdict that names some."""
         return self.groups if self.verdict in ("named", "inseparable") else ()
 
     @property
     def names(self) -> frozenset[str]:
-        """All that it names."""
+        """All names in the groups."""
         return frozenset(name for group in self.named_groups for name in group)
 
     @property
     def first(self) -> str | None:
-        """The most probable of what it names."""
+        """Most probable of the names."""
         return max(sorted(self.names), key=lambda name: self.probabilities.get(name, 0.0), default=None)
 
     @property
@@ -76,19 +76,19 @@ class Diagnosis:
 
     @property
     def stage(self) -> str | None:
-        """The stage that it puts most of the gap on."""
+        """Stage that most of the gap is put on."""
         by_stage = (self.where or Where()).by_stage or {}
         shares = {stage: share for stage in _CAUSES if (share := by_stage.get(stage)) is not None}
         return max(shares, key=lambda stage: shares[stage]) if shares else None
 
     @property
     def shrinkage(self) -> float | None:
-        """Of the gap on held-out trials."""
+        """Shrinkage of the gap on held-out trials."""
         return (self.gap or Gap()).shrinkage
 
     @property
     def interval(self) -> tuple[float, float] | None:
-        """The 95 % interval of that."""
+        """95 % interval of the shrinkage."""
         low, high = (self.gap or Gap()).shrinkage_ci95 or (None, None)
         return None if low is None or high is None else (low, high)
 
@@ -97,7 +97,7 @@ _CONTRACT = TypeAdapter(Diagnosis)
 
 
 def read_diagnosis(path: Path, lacking: frozenset[str] = frozenset()) -> Diagnosis:
-    """Reads a diagnosis.
+    """Read a diagnosis.
 
     Args:
         path: of the file.

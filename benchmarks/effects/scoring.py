@@ -1,4 +1,4 @@
-"""Opens the answers of a suite and scores the diagnoses of its sessions."""
+"""Scorer of a suite: it opens the answers and compares the diagnoses of the sessions with them."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -30,13 +30,13 @@ _NOTES = (
 
 @dataclass(frozen=True)
 class Outcome:
-    """What came of a suite."""
+    """Scored cases of a suite."""
 
     cases: Sequence[Case]  # of the program
     without: Sequence[Case] = ()  # of the program whose catalogue lacked the effect that is there
 
     def scores(self, command: str) -> Scores:
-        """All tables, with the command that made them."""
+        """Build all tables, with the command that made them."""
         kinds = [case.answer.kind for case in self.cases]
         counts = ", ".join(f"{kinds.count(kind)} {kind}" for kind in dict.fromkeys(sorted(kinds)))
         asked = [case for case in self.cases if case.diagnosis.effort in ALL_AT_ONCE]
@@ -58,7 +58,7 @@ class Outcome:
 
 
 def score_all(suite: SuiteFolder) -> Outcome:
-    """Scores the diagnoses in the folder of a suite, also those by a catalogue that lacks the effect.
+    """Score the diagnoses in the folder of a suite, also those by a catalogue that lacks the effect.
 
     Raises:
         InputError: not every session is diagnosed.
@@ -68,7 +68,7 @@ def score_all(suite: SuiteFolder) -> Outcome:
 
 
 def score_file(path: Path) -> Outcome:
-    """Scores cases in a file, of one shard or of several, one after the other.
+    """Score cases in a file, of one shard or of several, one after the other.
 
     Raises:
         InputError: it holds no cases.
@@ -77,7 +77,7 @@ def score_file(path: Path) -> Outcome:
 
 
 def score_suite(suite: SuiteFolder) -> tuple[Case, ...]:
-    """The diagnoses in the folders of the sessions, of any program, with the answers.
+    """Read the diagnoses in the folders of the sessions, of any program, with the answers.
 
     Raises:
         InputError: a diagnosis is missing or not by the contract; all at once.
@@ -88,7 +88,7 @@ def score_suite(suite: SuiteFolder) -> tuple[Case, ...]:
 
 
 def score_without(suite: SuiteFolder) -> tuple[Case, ...]:
-    """The diagnoses whose catalogue lacked the effect that is there, with the answers.
+    """Read the diagnoses whose catalogue lacked the effect that is there, with the answers.
 
     Raises:
         InputError: as of `score_suite`, or a diagnosis was made by another catalogue.
@@ -99,7 +99,7 @@ def score_without(suite: SuiteFolder) -> tuple[Case, ...]:
 
 
 def _diagnoses(folder: Path, lacking: Mapping[str, frozenset[str]]) -> dict[str, Diagnosis]:
-    """Of sessions, by name, with what their catalogue is to lack; with the time, where only the benchmark knows."""
+    """Read diagnoses by session and by what their catalogue lacks; add the time, where only the benchmark knows it."""
     faults, diagnoses = FaultCollector(str(folder.parent)), {}
     for name, effects in lacking.items():
         clock = folder / name / SECONDS

@@ -1,4 +1,4 @@
-"""How strong an effect must be to be as detectable as is asked, every rival refitted, the plain twin first of all.
+"""Strength at which an effect is as detectable as is asked, every rival refitted, the plain twin first of all.
 
 The effect's own form in the catalogue is refitted too, and does not follow it exactly either: a form that stays o away
 from the truth is separated from a rival that stays r away as if they were sqrt(r^2 - o^2) apart (their expected log
@@ -28,7 +28,7 @@ _FALLEN = 1.1  # times as far with less strength
 
 @dataclass(frozen=True, eq=False)
 class Strength:
-    """An effect in a session."""
+    """Effect in a session, at one strength."""
 
     value: float  # that its mechanism is made with
     mechanisms: tuple[Mechanism, ...]  # at that strength
@@ -37,14 +37,14 @@ class Strength:
 
     @property
     def alike(self) -> tuple[str, ...]:
-        """Rivals that these data cannot separate from it."""
+        """Rivals that these data cannot separate from the effect."""
         return tuple(name for name, distance in self.rivals.items() if distance < _CLEARLY * SEPARATE)
 
 
 def strength_for(
     asked: float, strong: Strong, own: str | None, drawn: DrawnWorld, rows: SessionRows, signatures: Sequence[Signature]
 ) -> Filming[Strength]:
-    """The strength at which the nearest rival is as far as asked, as near as it gets; of several alike the least.
+    """Find the strength at which the nearest rival is as far as asked, as near as it gets; of several alike the least.
 
     Some effects never get there: a rival follows them however strong they are, or the effect's own form fails first.
     Rivals are all signatures but the effect's own, by its name; one outside the catalogue has none.
@@ -72,7 +72,7 @@ def strength_for(
 
 
 def _next(asked: float, value: float, tries: Mapping[float, Strength]) -> float:
-    """The strength to try after one that was tried last, which was not to be simulated if it is not among the tries.
+    """Return the strength to try after the last one, which could not be simulated if it is not among the tries.
 
     Up to some strength the distance grows. Beyond, where there is such a strength, the effect's own form fails before
     a rival does, and the distance falls, down to 0.
@@ -97,7 +97,7 @@ def _tried(
     rivals: Sequence[Signature],
     itself: Signature | None,
 ) -> Filming[Strength | None]:
-    """What the mechanisms do to the fitted swims; None where they cannot be simulated or measured."""
+    """Measure what the mechanisms do to the fitted swims; None where they cannot be simulated or measured."""
     try:
         changes = rows.changes((yield from drawn.recorded(mechanisms, drawn.swims(rows.role))))
     except (SimulationDiverged, NotEnoughData):
@@ -112,5 +112,5 @@ def _tried(
 
 
 def _apart(rival: float, own: float) -> float:
-    """Separation of a rival at one distance from a form at another; 0 where it is nearer."""
+    """Return the separation of a rival at one distance from a form at another; 0 where it is nearer."""
     return float(np.sqrt(max(rival**2 - own**2, 0.0)))

@@ -1,4 +1,4 @@
-"""Which sessions a suite holds: what is present in each, how strong, and what was recorded; nothing is simulated here.
+"""Plan of a suite: what is present in each session, how strong, and what was recorded; nothing is simulated here.
 
 What was recorded is drawn before, and independently of, what is present: only the tracks contain information on it.
 """
@@ -25,7 +25,7 @@ Present = tuple[Kind, tuple[str, ...], float]
 
 @dataclass(frozen=True)
 class Recorded:
-    """What a session recorded."""
+    """Recordings that a session holds."""
 
     # fit_hz, holdout_hz: commanded speeds of its swims, turns a second
     fit_hz: tuple[float, ...]
@@ -50,7 +50,7 @@ class SessionPlan:
 
 @dataclass(frozen=True)
 class SuiteSize:
-    """How many sessions, and what is in them."""
+    """Number of sessions, and what is in them."""
 
     sessions: int  # in all
     null: int  # of them, with nothing in them
@@ -72,7 +72,7 @@ WHOLE = slice(None)
 
 
 def suite_named(text: str) -> tuple[SuiteSize, slice]:
-    """A size of `SIZES`, and which part of its sessions: all, or of "large:2/10" the second tenth.
+    """Return a size of `SIZES`, and which part of its sessions: all, or of "large:2/10" the second tenth.
 
     A part is as good a sample as any other, since their order is drawn.
 
@@ -89,7 +89,7 @@ def suite_named(text: str) -> tuple[SuiteSize, slice]:
 def plan_suite(
     seed: int, size: SuiteSize, catalogued: Sequence[str], outside: Sequence[str]
 ) -> tuple[SessionPlan, ...]:
-    """The sessions of a suite, in the order of their names.
+    """Plan the sessions of a suite, in the order of their names.
 
     Each effect, and each detectability, comes about equally often; the two of a double are drawn at random. Names are
     those of effects of the catalogue that reality can make, and of what else it can make.
@@ -101,7 +101,7 @@ def plan_suite(
 def plans_of(
     present: Sequence[Present], record: Callable[[np.random.Generator], Recorded], random: np.random.Generator
 ) -> tuple[SessionPlan, ...]:
-    """Sessions with these in them, in the order of names that carry no information; `record` draws what is recorded."""
+    """Plan sessions with these in them, under names that carry no information; `record` draws what is recorded."""
     names, seeds = drawn_names(len(present), random), random.integers(2**31, size=len(present))
     plans = [
         SessionPlan(name, int(own), record(np.random.default_rng([int(own), 1])), *what)
@@ -111,7 +111,7 @@ def plans_of(
 
 
 def recorded_by(random: np.random.Generator) -> Recorded:
-    """What somebody with this robot recorded."""
+    """Draw what somebody with this robot recorded."""
     swims = int(random.integers(4, 9))
     speeds = apart(swims, SLOWEST_HZ, FASTEST_HZ, random)
     fit = sorted(random.choice(swims, max(2, swims // 2), replace=False))
@@ -128,7 +128,7 @@ def recorded_by(random: np.random.Generator) -> Recorded:
 
 
 def apart(count: int, slowest_hz: float, fastest_hz: float, random: np.random.Generator) -> np.ndarray:
-    """(count,) speeds to a hundredth of a turn a second, each some way from the next."""
+    """Draw (count,) speeds to a hundredth of a turn a second, each some way from the next."""
     while True:
         speeds = np.sort(np.round(random.uniform(slowest_hz, fastest_hz, count), 2))
         if (np.diff(speeds) >= APART_HZ).all():
@@ -138,7 +138,7 @@ def apart(count: int, slowest_hz: float, fastest_hz: float, random: np.random.Ge
 def _present(
     size: SuiteSize, catalogued: Sequence[str], outside: Sequence[str], random: np.random.Generator
 ) -> list[Present]:
-    """What is in each session, in no order."""
+    """Draw what is in each session, in no order."""
     something = size.sessions - size.null - size.many
     single, double = round(_SINGLE * something), round(_DOUBLE * something)
     levels = cycle(random.permutation(DETECTABILITIES))
@@ -157,12 +157,12 @@ def _present(
 
 
 def in_turn(names: Sequence[str], count: int, random: np.random.Generator) -> list[str]:
-    """As many as asked, each about equally often; which ones come once more is drawn."""
+    """Return as many names as asked, each about equally often; which ones come once more is drawn."""
     return list(islice(cycle([names[i] for i in random.permutation(len(names))]), count))
 
 
 def drawn_names(count: int, random: np.random.Generator) -> list[str]:
-    """Of sessions, in no order."""
+    """Draw names of sessions, in no order."""
     drawn: set[str] = set()
     while len(drawn) < count:
         drawn.add(f"w{random.integers(16**8):08x}")

@@ -1,4 +1,4 @@
-"""Draws and simulates a session: robot, water, camera, tracker, trials; by the twin, or by the second simulator."""
+"""Drawn and simulated sessions: robot, water, camera, tracker, trials; by the twin, or by the second simulator."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -27,7 +27,7 @@ _ROBOTS = Path(__file__).parents[2] / "tests" / "swimcal" / "robots"
 
 
 def draw(seed: int, number: int) -> Recordings:
-    """A session in the pool, still to be disturbed and filmed; what diverges or does not swim is drawn anew."""
+    """Draw a session in the pool, still to be disturbed and filmed; draw anew what diverges or does not swim."""
     for attempt in range(_TRIES):
         try:
             session = _drawn(np.random.default_rng([seed, number, attempt]))
@@ -70,7 +70,7 @@ def _drawn(random: np.random.Generator) -> Recordings:
 
 
 def _robot(random: np.random.Generator) -> tuple[RobotSpec, bool]:
-    """A robot, and whether it is the built-in one."""
+    """Draw a robot, and return whether it is the built-in one."""
     fish, kind = load_robot(), random.random()
     if kind < 0.5:
         return fish, True
@@ -88,7 +88,7 @@ def _robot(random: np.random.Generator) -> tuple[RobotSpec, bool]:
 
 
 def _markers(robot: RobotSpec, mirrored: bool, random: np.random.Generator) -> tuple[str, ...]:
-    """Nose, neck, and some of the others: of those behind the head one at least."""
+    """Draw nose, neck, and some of the others: of those behind the head one at least."""
     flat = [name for name, marker in robot.markers.items() if not (mirrored and marker.position_m[1])]
     tail = [name for name in flat if robot.markers[name].body != "head"]
     share = random.choice([0.0, 0.5, 1.0, 1.0, 1.0])
@@ -106,7 +106,7 @@ def _trials(warmup_s: float, longest_s: float, random: np.random.Generator) -> t
 def _trial(
     name: str, role: str, warmup_s: float, longest_s: float, logged: bool, random: np.random.Generator
 ) -> SyntheticTrial:
-    """Long enough for two beats that are compared, and two before them where it is held out."""
+    """Draw a trial long enough for two beats that are compared, and two before them where it is held out."""
     hz = float(np.exp(random.uniform(*np.log([SLOWEST_HZ, FASTEST_HZ]))))
     least_s = warmup_s + 2.5 / hz if role == "fit" else max(warmup_s, 2.0 / hz) + 2.5 / hz
     least_s = max(least_s, SHORTEST_S)
@@ -128,7 +128,7 @@ def _trial(
 
 
 def _tracker(px_per_m: float, random: np.random.Generator) -> Tracker:
-    """Errors of 0.2 to 2 px in all, boxes off by up to half a millimetre (one standard deviation)."""
+    """Draw errors of 0.2 to 2 px in all, boxes off by up to half a millimetre (one standard deviation)."""
     sd_px, white = np.exp(random.uniform(*np.log([0.2, 2.0]))), random.uniform()
     lasting = TrackingNoise(
         sd_px=sd_px * np.sqrt(1 - white),
@@ -140,7 +140,7 @@ def _tracker(px_per_m: float, random: np.random.Generator) -> Tracker:
 
 
 def _dry_experiments(plan: SyntheticPlan) -> dict:
-    """Those of the sample session: two logged dry runs and three free decays."""
+    """Return the dry experiments of the sample session: two logged dry runs and three free decays."""
     like = default_plan(plan.seed)
     return {"dry_runs": like.dry_runs, "free_decays": like.free_decays}
 
@@ -159,7 +159,7 @@ def _by_twin(plan: SyntheticPlan) -> list[Recording]:
 
 
 def _by_reality(plan: SyntheticPlan, random: np.random.Generator) -> list[Recording]:
-    """The same trials by the second simulator, without logs."""
+    """Simulate the same trials by the second simulator, without logs."""
     coefficients = np.array(PLAUSIBLE_COEFFICIENTS) * random.uniform(0.8, 1.25, 5)
     blunt, slender, angular, kutta, magnus = map(float, coefficients)
     world, swims = World((blunt, slender, angular, kutta, magnus)), []
@@ -176,14 +176,14 @@ def _by_reality(plan: SyntheticPlan, random: np.random.Generator) -> list[Record
 
 
 def _place(trial: Recording, mirrored: bool) -> None:
-    """Mirrors the picture, and cuts it so that all of the swim is in it, with a margin."""
+    """Mirror the picture, and cut it so that all of the swim is in it, with a margin."""
     if mirrored:
         trial.pool_px = trial.pool_px * np.array([-1.0, 1.0])
     trial.pool_px = trial.pool_px - trial.pool_px.min(axis=(0, 1)) + 100.0
 
 
 def _swum_m(session: Recordings, swim: Recording) -> float:
-    """How far it got the way it looks, m."""
+    """Return how far the swim got the way the robot looks, m."""
     nose, neck = session.head
     way = (swim.pool_px[:, nose] - swim.pool_px[:, neck]).mean(axis=0)
     return float((swim.pool_px[-1, nose] - swim.pool_px[0, nose]) @ way / np.linalg.norm(way)) / session.px_per_m

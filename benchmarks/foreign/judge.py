@@ -1,4 +1,4 @@
-"""Runs the program on a session by its command line, and holds what it says against what truly happened.
+"""Judge of the program on a session: it runs its command line, and holds what it says against what truly happened.
 
 Nothing of the program is imported: results are read as files, and true speeds are computed here from true positions.
 """
@@ -39,7 +39,7 @@ _ORDER = ("blunt_drag", "slender_drag", "angular_drag", "kutta_lift", "magnus_li
 
 @dataclass(frozen=True)
 class Verdict:
-    """What came of one session; `wrong` are numbers, `unsaid` what no flag says."""
+    """Judgement of one session; `wrong` are numbers, `unsaid` what no flag says."""
 
     seed: int
     number: int
@@ -68,7 +68,7 @@ class Verdict:
 
 
 def run_program(folder: Path, commands: tuple[str, ...]) -> tuple[int, str]:
-    """The exit status and all text of the commands; 124 past the time limit. The text is kept beside the session."""
+    """Run the commands; return the exit status, 124 past the time limit, and all text, which is kept in a file."""
     text, code = "", 0
     one = dict.fromkeys(("SWIMCAL_WORKERS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"), "1")
     for command in commands:
@@ -95,7 +95,7 @@ def run_program(folder: Path, commands: tuple[str, ...]) -> tuple[int, str]:
 
 
 def judge(session: Recordings, folder: Path, seed: int, number: int, commands: tuple[str, ...]) -> Verdict:
-    """Runs the program on a session that lies in a folder, and judges it."""
+    """Run the program on a session that lies in a folder, and judge it."""
     began = time.perf_counter()
     code, text = run_program(folder, commands)
     hz = ", ".join(
@@ -109,7 +109,7 @@ def judge(session: Recordings, folder: Path, seed: int, number: int, commands: t
 
 
 def judge_results(session: Recordings, folder: Path, run: Verdict, text: str) -> Verdict:
-    """What a finished run wrote and said, judged."""
+    """Judge what a finished run wrote and said."""
     last = next((line.strip() for line in reversed(text.splitlines()) if line.strip()), "")
     inside = INSIDE_WORDS.search(text)
     if run.code not in (0, 2) or inside is not None:
@@ -128,13 +128,13 @@ def judge_results(session: Recordings, folder: Path, run: Verdict, text: str) ->
 
 
 def _without_progress(text: str) -> str:
-    """In one line."""
+    """Return the text in one line, without the progress."""
     told = (line.strip() for line in text.splitlines())
     return " ".join(line for line in told if not re.match(r"calib: (reading|fitting|sampling)|.*(left|done)$", line))
 
 
 class Results:
-    """The files in `results/`, and the flags in them."""
+    """Files in `results/`, and the flags in them."""
 
     def __init__(self, folder: Path) -> None:
         names = ("calibration", "structure", "posterior", "diagnosis")
@@ -144,7 +144,7 @@ class Results:
         self.every = list({(place, flag["kind"], flag["message"]) for place, flag in _flags(self.files, "")})
 
     def flags(self, trial: str | None, without: frozenset[str] = frozenset()) -> list[tuple[str, str]]:
-        """Kinds and messages of flags that stand at or name a trial; with None, of those that stand at no trial."""
+        """List kinds and messages of flags at or about a trial; with None, of those that stand at no trial."""
         ignored = OF_TRACKS | OF_NO_NUMBER | without
 
         def about(place: str, message: str) -> bool:
@@ -164,7 +164,7 @@ def _flags(tree: object, place: str) -> Iterator[tuple[str, dict]]:
 
 
 def true_speeds(session: Recordings, swim: Recording) -> tuple[float, float, float]:
-    """Lowest and highest of what can be called the true speed of the compared frames, m/s, and how long these are, s.
+    """Return the lowest and highest true speed of the compared frames, m/s, and how long these are, s.
 
     Slopes over whole beats of the way along the head, and of that along the head's mean direction over a beat, over all
     compared frames and without the first or the last whole beat.
@@ -193,7 +193,7 @@ def true_speeds(session: Recordings, swim: Recording) -> tuple[float, float, flo
 
 
 def speed_error(session: Recordings, length_s: float, speed: float) -> float:
-    """Standard error of a speed by noise and placement of boxes alone, m/s."""
+    """Return the standard error of a speed by noise and placement of boxes alone, m/s."""
     lasting = session.tracker.lasting
     grid_px = 0.5 / np.sqrt(12.0) if lasting.half_pixel_grid else 0.0
     white = np.hypot(session.tracker.white_px, grid_px) ** 2 / session.fps
@@ -205,7 +205,7 @@ def speed_error(session: Recordings, length_s: float, speed: float) -> float:
 
 
 class _Judgement:
-    """Collects what is wrong, and what is off but flagged."""
+    """Collector of what is wrong, and of what is off but flagged."""
 
     def __init__(self, session: Recordings, results: Results) -> None:
         self.session, self.results = session, results
@@ -215,7 +215,7 @@ class _Judgement:
         self.unsaid: list[str] = []
 
     def everything(self) -> None:
-        """Judges all that is there."""
+        """Judge all that is there."""
         for swim in self.session.swims:
             if swim.name in self.results.fit["trials"]:
                 self._trial(swim)
@@ -229,7 +229,7 @@ class _Judgement:
             self._count("diagnosis", "named effects of a clean session", True, self._of_fit())
 
     def needless(self) -> Iterator[str]:
-        """Flags about trials that nothing is wrong with, but for those that are true of them."""
+        """Yield flags about trials that nothing is wrong with, but for those that are true of them."""
         fitted = [swim.hz for swim in self.session.swims if swim.role == "fit"]
         for swim in (swim for swim in self.session.swims if not swim.touched):
             outside = not min(fitted) <= swim.hz <= max(fitted) or len(fitted) == 1
@@ -238,7 +238,7 @@ class _Judgement:
                     yield f"{swim.name}: {kind}: {message[:120]}"
 
     def _of_fit(self, without: frozenset[str] = frozenset()) -> list[tuple[str, str]]:
-        """Flags of the fit as a whole and of its trials."""
+        """List flags of the fit as a whole and of its trials."""
         fitted = [swim.name for swim in self.session.swims if swim.role == "fit"]
         return self.results.flags(None, without) + [
             flag for name in fitted for flag in self.results.flags(name, without)
@@ -252,7 +252,7 @@ class _Judgement:
             self.wrong.append(f"{what}: {figure}")
 
     def _number(self, what: str, found: object, true: float, sd: float, flags: list[tuple[str, str]]) -> None:
-        """Holds one number against the truth; one that is null says nothing."""
+        """Hold one number against the truth; one that is null says nothing."""
         if found is None:
             return
         far = abs(float(found) - true) / sd if sd > 0 else np.inf  # type: ignore[arg-type]
@@ -274,7 +274,7 @@ class _Judgement:
         self._forecasts(swim, low, high)
 
     def _forecasts(self, swim: Recording, low: float, high: float) -> None:
-        """Forecasts of swims like the twin's, from fit trials that are like it."""
+        """Judge forecasts of swims like the twin's, from fit trials that are like it."""
         among = [each for each in self.session.swims if each.role == "fit"]
         if not all(each.like_twin for each in (*among, swim)):
             return

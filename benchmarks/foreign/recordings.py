@@ -1,4 +1,4 @@
-"""A session as it is disturbed: what happened in the pool, what the tracks hold of it, and the folder that says so."""
+"""Session as it is disturbed: what happened in the pool, what the tracks hold of it, and the folder that says so."""
 
 import json
 from collections.abc import Iterable
@@ -17,13 +17,13 @@ from synthetic.simulate import save_commands, save_motor_log
 
 @dataclass(frozen=True)
 class Tracker:
-    """What tracks are off by: errors that last, errors of single frames, boxes off their markers; all in px."""
+    """Errors of tracks: those that last, those of single frames, boxes off their markers; all in px."""
 
     lasting: TrackingNoise
     white_px: float
 
     def errors(self, shape: tuple[int, ...], fps: float, random: np.random.Generator) -> np.ndarray:
-        """(n, m, 2) px."""
+        """Draw (n, m, 2) errors, px."""
         boxes = placement_offsets(shape[1], self.lasting, random)
         return boxes + lasting_errors(shape, 1 / fps, self.lasting, random) + self.white_px * random.normal(size=shape)
 
@@ -55,7 +55,7 @@ class Recording:
     sure: np.ndarray = field(default_factory=lambda: np.zeros((0, 0)))
 
     def film(self, fps: float, tracker: Tracker, random: np.random.Generator, varied: float = 0.0) -> None:
-        """Films and tracks it; by a camera whose frames are uneven by this share of their mean spacing."""
+        """Film and track the trial; by a camera whose frames are uneven by this share of their mean spacing."""
         frames = int((self.pool_s[-1] - self.pool_s[0]) * fps + 1e-6)
         steps = 1.0 + varied * random.uniform(-1.0, 1.0, frames)
         exposed = np.append(0.0, np.cumsum(steps / steps.sum())) * frames / fps
@@ -66,11 +66,11 @@ class Recording:
         self.xy = on_grid(true + tracker.errors(true.shape, fps, random), tracker.lasting)
 
     def empty(self, markers: Iterable[int], frames: np.ndarray) -> None:
-        """Nothing is seen of these markers in these frames, (n,) bool."""
+        """Empty the cells of these markers in these frames, (n,) bool."""
         self.xy[np.ix_(np.flatnonzero(frames), np.array(list(markers)))] = np.nan
 
     def keep(self, frames: np.ndarray) -> None:
-        """The tracks hold these frames alone."""
+        """Keep these frames alone in the tracks."""
         self.time_s, self.xy, self.sure = self.time_s[frames], self.xy[frames], self.sure[frames]
 
 
@@ -111,7 +111,7 @@ class Recordings:
         return [trial for trial in self.trials if trial.kind == "swim"]
 
     def write(self, folder: Path) -> None:
-        """Writes the session folder."""
+        """Write the session folder."""
         (folder / "trials").mkdir(parents=True)
         camera = {"fps": self.fps, "scale_length_m": round(self.scale_factor * self.robot.scale_length_m, 9)}
         content: dict = {"session": {"name": folder.name}, "camera": camera, "markers": {"names": list(self.markers)}}
@@ -124,7 +124,7 @@ class Recordings:
 
 
 def _written(folder: Path, session: Recordings, trial: Recording) -> dict:
-    """Writes the files of a trial; its table in session.toml."""
+    """Write the files of a trial; return its table in session.toml."""
     lines = ["time_s," + ",".join(f"{name}_x,{name}_y,{name}_confidence" for name in session.markers)]
     for time, xy, sure in zip(trial.time_s, trial.xy, trial.sure, strict=True):
         cells = (f"{x:.3f},{y:.3f},{_cell(c)}" if np.isfinite(x) else ",," for (x, y), c in zip(xy, sure, strict=True))

@@ -42,7 +42,7 @@ class ForeignOutcome:
         return bool(flagged or self.failures or any(each.short for each in self.sessions))
 
     def scores(self, command: str) -> Scores:
-        """The tables."""
+        """Build the tables."""
         share, sessions = Share.among, self.sessions
         found = {
             "broken": Measure(
@@ -88,7 +88,7 @@ def _shortcomings(session: Verdict) -> list[tuple[str, str]]:
 def measure_foreign(
     folder: Path, seed: int, numbers: Sequence[int], run: Run, keep: Path | None = None
 ) -> ForeignOutcome:
-    """Judges the sessions of these numbers that the folder lacks, and gives all that it then holds.
+    """Judge the sessions of these numbers that the folder lacks, and return all that it then holds.
 
     Args:
         folder: of `sessions.jsonl`; a new version of the program needs a new one.
@@ -111,14 +111,14 @@ def measure_foreign(
 
 
 def session_of(seed: int, number: int) -> Recordings:
-    """The session of a number, disturbed and filmed."""
+    """Make the session of a number, disturbed and filmed."""
     session = draw(seed, number)
     disturb(session, number, np.random.default_rng([seed, number, 1_000_000]))
     return session
 
 
 def score_session(seed: int, keep: Path | None, number: int) -> Verdict:
-    """Makes a session, runs the program on it, and judges that; every fourth is also sampled or diagnosed."""
+    """Make a session, run the program on it, and judge that; every fourth is also sampled or diagnosed."""
     session, more = session_of(seed, number), {1: ("posterior",), 3: ("diagnose",)}.get(number % 8, ())
     with TemporaryDirectory() as scratch:
         folder = (keep or Path(scratch)) / f"session_{seed}_{number}"

@@ -27,7 +27,7 @@ _FEWEST = 50  # sessions, to test for uniformity
 
 @dataclass(frozen=True)
 class PosteriorOutcome:
-    """What `python -m benchmarks posterior` found in one set of sessions."""
+    """Scores that `python -m benchmarks posterior` found in one set of sessions."""
 
     sessions: tuple[PosteriorScore, ...]  # their scores, of all shards in the folder
     failures: tuple[Failure, ...] = ()  # sessions that gave no posterior in this run
@@ -41,14 +41,14 @@ class PosteriorOutcome:
 
     @property
     def calibrations(self) -> dict[str, dict[str, Measure]]:
-        """How well the posterior of each coefficient is calibrated."""
+        """Calibration of the posterior of each coefficient."""
         below = np.array([score.below for score in self.sessions])  # (s, 5)
         p = holm(np.array([uniform_p(below[:, i]) for i in range(len(NAMES))]))  # (5,)
         return {name: _calibration(i, self.sessions, p[i]) for i, name in enumerate(NAMES)}
 
     @property
     def warnings(self) -> dict[str, Measure]:
-        """How often sessions warn, and what they miss in silence."""
+        """Measures of how often sessions warn, and what they miss in silence."""
         kinds = Counter(kind for score in self.sessions for kind in score.warnings)
         share = partial(Share.among, self.sessions)
         missed = share(lambda score: not (score.warnings or score.covered.all()))
@@ -67,7 +67,7 @@ class PosteriorOutcome:
         }
 
     def scores(self, command: str) -> Scores:
-        """All tables, with the command that made them."""
+        """Build all tables, with the command that made them."""
         tables, notes = [], []
         if self.sessions:
             count = f"{len(self.sessions)} sessions drawn from the prior, made by the twin itself"
@@ -82,7 +82,7 @@ class PosteriorOutcome:
 
 
 def measure_posterior(folder: Path, seeds: Sequence[int], run: Run) -> PosteriorOutcome:
-    """Scores the sessions asked for that the folder lacks, and judges all that it then holds.
+    """Score the sessions asked for that the folder lacks, and judge all that it then holds.
 
     Args:
         folder: where scores are kept; several machines may fill it with a shard each. Of a file of scores (.jsonl) the
@@ -103,7 +103,7 @@ def measure_posterior(folder: Path, seeds: Sequence[int], run: Run) -> Posterior
 
 
 def _code() -> str:
-    """What a score depends on: the twin, the inference, how sessions are drawn and scored, and MuJoCo."""
+    """Return the fingerprint of what a score depends on: twin, inference, drawing and scoring of sessions, MuJoCo."""
     libraries = {"mujoco": mujoco.__version__, "emcee": emcee.__version__, "arviz": version("arviz")}
     packages = [Path(str(package.__file__)).parent for package in (fitting, swimcal, synthetic)]
     scoring = [path for path in Path(__file__).parent.glob("*.py") if path != Path(__file__)]
@@ -111,12 +111,12 @@ def _code() -> str:
 
 
 def uniform_p(below: np.ndarray) -> float:
-    """p-value of uniform shares (s,); nan for too few."""
+    """Return the p-value of uniform shares (s,); nan for too few."""
     return float(kstest(below, "uniform").pvalue) if len(below) >= _FEWEST else nan
 
 
 def holm(p: np.ndarray) -> np.ndarray:
-    """p-values of any shape, corrected for their number (Holm 1979)."""
+    """Correct p-values of any shape for their number (Holm 1979)."""
     order = np.argsort(p, axis=None)
     stepped = np.maximum.accumulate(np.arange(p.size, 0, -1) * p.ravel()[order])
     corrected = np.empty(p.size)

@@ -66,7 +66,7 @@ class PosteriorScore:
 
 
 def score_session(seed: int) -> PosteriorScore:
-    """Draws a session, samples its posterior and compares it with the truth, on one core.
+    """Draw a session, sample its posterior and compare it with the truth, on one core.
 
     Args:
         seed: of the session and of the sampler; the trials of every other one vary.

@@ -59,7 +59,7 @@ def draw_session(
     step: float = STEP,
     varied: bool = False,
 ) -> DrawnSession:
-    """Draws a session from the prior of the posterior and of its nuisances.
+    """Draw a session from the prior of the posterior and of its nuisances.
 
     Coefficients are uniform over the box, of those with which the robot swims forward from rest: by at least 1 cm/s at
     both frequencies, and at all at half the slower, as the posterior takes for granted. Frequencies are uniform from
@@ -107,7 +107,7 @@ def draw_session(
 
 
 def _frequencies(random: np.random.Generator) -> np.ndarray:
-    """(2,), one a fitted trial, uniform over all pairs that are far enough apart, Hz."""
+    """Draw (2,) frequencies, one a fitted trial, uniform over all pairs that are far enough apart, Hz."""
     while True:
         pair = random.uniform(SLOWEST_HZ, FASTEST_HZ, 2)
         if abs(pair[1] - pair[0]) >= APART_HZ:
@@ -115,7 +115,7 @@ def _frequencies(random: np.random.Generator) -> np.ndarray:
 
 
 def forward_swimmer(twin: Twin, frequency_hz: np.ndarray, random: np.random.Generator) -> FluidCoefficients:
-    """Coefficients uniform over the box, of those with which the robot swims forward from rest at (2,) frequencies."""
+    """Draw coefficients, uniform over the box, with which the robot swims forward from rest at (2,) frequencies."""
     asked_hz, least_m_s = np.append(frequency_hz, 0.5 * frequency_hz.min()), np.array([LEAST_M_S, LEAST_M_S, 0.0])
     while True:
         drawn = random.uniform(*COEFFICIENT_BOUNDS, (_TRIES, 5))
@@ -126,7 +126,7 @@ def forward_swimmer(twin: Twin, frequency_hz: np.ndarray, random: np.random.Gene
 
 
 def _built(robot: RobotSpec, seed: int) -> RobotSpec:
-    """The robot as it was built: off in what nobody measured."""
+    """Draw the robot as it was built: off in what nobody measured."""
     random = np.random.default_rng([seed, 9])
     for doubt in uncertainties_of(assumed(robot).sources):
         robot = doubt.robot(robot, doubt.sd * float(random.standard_normal()))
@@ -134,7 +134,7 @@ def _built(robot: RobotSpec, seed: int) -> RobotSpec:
 
 
 def _reglued(robot: RobotSpec, random: np.random.Generator) -> RobotSpec:
-    """The robot with its markers off their places, along and across the body."""
+    """Draw the robot with its markers off their places, along and across the body."""
     markers = {}
     for name, marker in robot.markers.items():
         x, y, z = marker.position_m
@@ -156,7 +156,7 @@ def _trial(hz: float, seconds: float, random: np.random.Generator) -> SyntheticT
 
 
 def _measured(plan: SyntheticPlan, camera: CameraSpec, nominal: RobotSpec, varied: bool) -> list[MeasuredTrial]:
-    """The trials of a plan as a session that knows the nominal robot alone measures them."""
+    """Measure the trials of a plan as a session that knows the nominal robot alone does."""
     trials = []
     for number, swim in enumerate(simulate_swims(plan)):
         position_px = swim.position_px
@@ -170,7 +170,7 @@ def _measured(plan: SyntheticPlan, camera: CameraSpec, nominal: RobotSpec, varie
 
 
 def _varied(position_px: np.ndarray, time_s: np.ndarray, px_per_m: float, random: np.random.Generator) -> np.ndarray:
-    """(n, m, 2) markers of a trial that also turns, slips sideways and swims faster, its nose off the body's line.
+    """Return (n, m, 2) markers of a trial that also turns, slips and swims faster, its nose off the body's line.
 
     The smooth path of the fish is laid anew; what it does about that path stays, but turns along.
     """

@@ -1,4 +1,4 @@
-"""A pinhole camera above the pool: places in metres become pixels, x to the right and y down."""
+"""Pinhole camera above the pool: places in metres become pixels, x to the right and y down."""
 
 from dataclasses import dataclass
 
@@ -21,7 +21,7 @@ class Camera:
         return (np.array([self.width_px, self.height_px]) - 1) / 2
 
     def project(self, place_m: np.ndarray, height_m: np.ndarray) -> np.ndarray:
-        """(..., 2) pixels of places (...) in the pool, complex, m, at heights (...) above the plane of the scale, m."""
+        """Return (..., 2) px of pool places (...), complex, m, at heights (...) above the plane of the scale, m."""
         below = self.height_m - height_m
         return self.centre_px + self.focal_px * np.stack([place_m.real / below, -place_m.imag / below], axis=-1)
 
@@ -39,7 +39,7 @@ class Sight:
 
 @dataclass(frozen=True, eq=False)
 class Picture:
-    """What a camera made of a sight, before any error of a tracker."""
+    """Picture that a camera made of a sight, before any error of a tracker."""
 
     names: tuple[str, ...]  # of the markers
     time_s: np.ndarray  # (f,) time stamps of the frames, s

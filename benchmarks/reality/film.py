@@ -1,4 +1,4 @@
-"""From coordinates to pictures: where the markers are when a frame is exposed, and where the camera sees them."""
+"""Way from coordinates to pictures: where the markers are when a frame is exposed, and where the camera sees them."""
 
 from dataclasses import dataclass
 
@@ -27,7 +27,7 @@ class Recording:
 
 
 def exposed_s(world: World, trial: Trial) -> np.ndarray:
-    """(f,) when light falls on the frames of a trial, s.
+    """Return (f,) times at which light falls on the frames of a trial, s.
 
     Raises:
         ValueError: before the simulation starts.
@@ -51,7 +51,7 @@ def film(
     parameters: Parameters,
     markers: tuple[str, ...],
 ) -> Recording:
-    """One row of a record as the camera of its world saw it."""
+    """Film one row of a record by the camera of its world."""
     time_s = exposed_s(world, trial)
     coordinates = record.coordinates(row, time_s)
     sight = _sight(coordinates, time_s, row, layout, parameters, markers)

@@ -1,4 +1,4 @@
-"""The integrator: a linearly implicit Rosenbrock-W method of second order for mass q'' = force.
+"""Integrator: a linearly implicit Rosenbrock-W method of second order for mass q'' = force.
 
 ROS2 of Verwer, Spee, Blom and Hundsdorfer (SIAM J. Sci. Comput. 20, 1999) with gamma = 1 - 1/sqrt(2): L-stable, and of
 second order whatever matrix replaces the Jacobian. Here that matrix holds springs, dampers and tendons, whose rates
@@ -25,7 +25,7 @@ def step(
     states: list[np.ndarray],
     step_s: float,
 ) -> tuple[np.ndarray, np.ndarray, Equations]:
-    """Coordinates and rates (n, N) a step later; and the equations from which the step began.
+    """Return coordinates and rates (n, N) a step later; and the equations from which the step began.
 
     Args:
         motion: the equations.
@@ -50,7 +50,7 @@ def step(
 
 
 def _solve(at: Equations, g: float, right: np.ndarray, held: np.ndarray) -> np.ndarray:
-    """(n, N) solution with M + g D + g^2 K; the head's three coordinates stay 0 where it is held, (n, 1)."""
+    """Return the (n, N) solution with M + g D + g^2 K; the head's three coordinates stay 0 where it is held, (n, 1)."""
     matrix = at.mass + g * at.damping + g**2 * at.stiffness
     clamped = np.flatnonzero(held)
     if len(clamped):

@@ -1,4 +1,4 @@
-"""The straight fish cut into links and strips: what does not differ between simulations of one robot.
+"""Straight fish cut into links and strips: what does not differ between simulations of one robot.
 
 Planar vectors are complex numbers throughout the package, x + i y; a link's own axes are x along it, tailwards, and y
 across it. Every flexible gap of the tail bends at several hinges, evenly spread over its middle, each stiffer in
@@ -22,7 +22,7 @@ _TAIL_STRIP_M = 0.008  # longest strip of tail and fin
 
 @dataclass(frozen=True, eq=False)
 class Strips:
-    """The wetted surface cut across: keel, tail, caudal fin, from nose to tail."""
+    """Wetted surface cut across: keel, tail, caudal fin, from nose to tail."""
 
     link: np.ndarray  # (s,) index of the link that carries the strip
     plate: np.ndarray  # (s,) index of the rigid plate that it is part of: of one link, and of keel, tail or fin
@@ -52,28 +52,28 @@ class Layout:
 
     @property
     def hinges(self) -> int:
-        """How many."""
+        """Number of hinges."""
         return len(self.origin_m) - 1
 
     @property
     def gap_of_hinge(self) -> np.ndarray:
-        """(h,) which of the robot's hinges each one belongs to."""
+        """(h,) index of the robot's hinge that each one belongs to."""
         return np.arange(self.hinges) // self.hinges_per_gap
 
     def on_links(self, link: np.ndarray, kg: np.ndarray, place_m: np.ndarray) -> np.ndarray:
-        """(3, l) mass, first and second moment of masses that hang on links at places from their origins."""
+        """Return (3, l) mass, first and second moment of masses that hang on links at places from their origins."""
         added = np.zeros((3, self.hinges + 1))
         for order in range(3):
             np.add.at(added[order], link, kg * place_m**order)
         return added
 
     def link_of(self, body: str) -> int:
-        """Index of the link that represents one of the robot's rigid bodies."""
+        """Return the index of the link that represents one of the robot's rigid bodies."""
         return self.robot.links.index(body) * self.hinges_per_gap
 
 
 def lay_out(robot: RobotSpec, hinges_per_gap: int = HINGES_PER_GAP) -> Layout:
-    """Cuts a robot into links and strips."""
+    """Cut a robot into links and strips."""
     tail = robot.tail
     gaps = np.array([segment.gap_m for segment in tail.segment])
     spread = FLEXIBLE_SHARE * ((np.arange(hinges_per_gap) + 0.5) / hinges_per_gap - 0.5)
@@ -98,7 +98,7 @@ def lay_out(robot: RobotSpec, hinges_per_gap: int = HINGES_PER_GAP) -> Layout:
 
 
 def _masses(robot: RobotSpec, origin: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """(l,) mass, first and second moment of each link about its origin.
+    """Return (l,) mass, first and second moment of each link about its origin.
 
     A segment's mass is spread evenly from the middle of the gap before it to the middle of the one behind, that of a
     flexible strip over its half of a gap.
@@ -140,7 +140,7 @@ def _masses(robot: RobotSpec, origin: np.ndarray) -> tuple[np.ndarray, np.ndarra
 
 
 def _strips(robot: RobotSpec, origin: np.ndarray) -> Strips:
-    """Keel and fin as plates of their own; of the tail, each piece between the middles of two gaps."""
+    """Cut keel and fin as plates of their own; of the tail, each piece between the middles of two gaps."""
     rows: list[tuple[float, ...]] = []
     plates = 0
 
@@ -170,5 +170,5 @@ def _strips(robot: RobotSpec, origin: np.ndarray) -> Strips:
 
 
 def _link_at(origin: np.ndarray, x: float) -> int:
-    """The link that holds a place x on the straight fish; whatever is before the first hinge is the head's."""
+    """Return the link that holds a place x on the straight fish; whatever is before the first hinge is the head's."""
     return 0 if x < origin[1] else int(np.searchsorted(origin, x, side="right")) - 1

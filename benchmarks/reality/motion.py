@@ -1,4 +1,4 @@
-"""The equations of motion of n simulations at an instant, ready for the integrator."""
+"""Equations of motion of n simulations at an instant, ready for the integrator."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -61,11 +61,11 @@ class Motion:
         self._hinge_damping = _between_links(p.hinge_damping_n_m_s + p.extra_implicit_damping_n_m_s)
 
     def commanded(self, time_s: np.ndarray) -> Turn:
-        """How the cranks are asked to turn at times (n, 1): evenly."""
+        """Return how the cranks are asked to turn at times (n, 1): evenly."""
         return Turn(self._phase + self._speed * time_s, self._speed)
 
     def turn(self, time_s: np.ndarray, states: list[np.ndarray]) -> Turn:
-        """How the cranks turn at times (n, 1)."""
+        """Return how the cranks turn at times (n, 1)."""
         even = self.commanded(time_s)
         angle, speed = even.angle_rad, even.speed_rad_s.copy()
         for group, state in zip(self.groups, states, strict=True):
@@ -76,13 +76,13 @@ class Motion:
         return Turn(angle, speed)
 
     def start_states(self, time_s: np.ndarray, position: np.ndarray, velocity: np.ndarray) -> list[np.ndarray]:
-        """Own state of each group of mechanisms; the crank is as commanded here."""
+        """Return the own state of each group of mechanisms; the crank is as commanded here."""
         even = self.commanded(time_s)
         now = self._instant(time_s, position, velocity, even, even, 1.0)
         return [group.mechanism.start(group.seen(now)) for group in self.groups]
 
     def advanced(self, at: Equations, states: list[np.ndarray], step_s: float) -> list[np.ndarray]:
-        """The mechanisms' own states a step later."""
+        """Return the mechanisms' own states a step later."""
         return [
             group.mechanism.advance(seen, state, step_s) if group.overrides("advance") else state
             for group, seen, state in zip(self.groups, at.seen, states, strict=True)
@@ -91,7 +91,7 @@ class Motion:
     def equations(
         self, time_s: np.ndarray, position: np.ndarray, velocity: np.ndarray, states: list[np.ndarray], step_s: float
     ) -> Equations:
-        """At times (n, 1), coordinates (n, N) and rates (n, N); the step sets how far the force's rate looks."""
+        """Build the equations at times (n, 1), coordinates and rates (n, N), force rates taken over a step."""
         now = self._instant(
             time_s, position, velocity, self.turn(time_s, states), self.turn(time_s + step_s, states), step_s
         )
@@ -135,7 +135,7 @@ class Motion:
         return -p.hinge_stiffness_n_m * bent - p.hinge_damping_n_m_s * pose.hinge_rate_rad_s
 
     def _implicit(self, now: Instant, pull: Pull) -> tuple[np.ndarray, np.ndarray]:
-        """(n, N, N) stiffness and damping of hinges and tendons, and of the water against motion."""
+        """Return (n, N, N) stiffness and damping of hinges and tendons, and of the water against motion."""
         gradient = pull.gradient_m
         along, p = np.swapaxes(gradient, 1, 2), self.parameters
         stiffness = self._hinge_stiffness + (along * p.tendon_stiffness_n_m[:, None]) @ gradient
@@ -144,14 +144,14 @@ class Motion:
 
 
 def _replaced(forces: StripForces, group: Group, by: StripForces) -> StripForces:
-    """The forces on all strips, those in the group's rows exchanged."""
+    """Return the forces on all strips, those in the group's rows exchanged."""
     along, across, torque = forces.along_n.copy(), forces.across_n.copy(), forces.torque_n_m.copy()
     along[group.rows], across[group.rows], torque[group.rows] = by.along_n, by.across_n, by.torque_n_m
     return StripForces(along, across, torque)
 
 
 def _between_links(values: np.ndarray) -> np.ndarray:
-    """(n, N, N) matrix of springs or dampers (n, h) between neighbouring links."""
+    """Return the (n, N, N) matrix of springs or dampers (n, h) between neighbouring links."""
     hinges = values.shape[1]
     apart = np.diff(np.eye(hinges + 1), axis=0)  # (h, l)
     matrix = np.zeros((len(values), hinges + 3, hinges + 3))

@@ -1,4 +1,4 @@
-"""What tracking adds to the true pixels: boxes placed by hand, errors that last, a grid of half pixels."""
+"""Errors that tracking adds to the true pixels: boxes placed by hand, errors that last, a grid of half pixels."""
 
 from dataclasses import dataclass
 
@@ -15,7 +15,7 @@ class PixelNoise:
     grid_px: float = 0.5  # positions are multiples of it; 0: any
 
     def tracked(self, time_s: np.ndarray, position_px: np.ndarray, random: np.random.Generator) -> np.ndarray:
-        """(f, m, 2) pixels that a tracker gives for true ones (f, m, 2) at times (f,) of one trial.
+        """Return (f, m, 2) pixels that a tracker gives for true ones (f, m, 2) at times (f,) of one trial.
 
         The error is an Ornstein-Uhlenbeck process, exact between frames: e_k = a e_(k-1) + sd sqrt(1 - a^2) z_k with
         a = exp(-dt / correlation), begun in its stationary distribution.
@@ -24,7 +24,7 @@ class PixelNoise:
         return self._seen(time_s, position_px + offset, random.standard_normal(position_px.shape))
 
     def _seen(self, time_s: np.ndarray, placed_px: np.ndarray, error: np.ndarray) -> np.ndarray:
-        """(f, m, 2) px of boxes as they were placed, with errors (f, m, 2) of sd 1 that are made to last."""
+        """Return (f, m, 2) px of boxes as they were placed, with errors (f, m, 2) of sd 1 that are made to last."""
         kept = np.exp(-np.diff(time_s) / self.correlation_s) if self.correlation_s > 0 else np.zeros(len(time_s) - 1)
         for k, a in enumerate(kept, start=1):
             error[k] = a * error[k - 1] + np.sqrt(1 - a**2) * error[k]

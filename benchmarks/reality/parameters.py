@@ -1,4 +1,4 @@
-"""The numbers that differ between simulations: one row each, made from the layout, then changed by whoever likes."""
+"""Numbers that differ between simulations: one row each, made from the layout, then changed by whoever likes."""
 
 from dataclasses import dataclass, fields, replace
 from typing import Self
@@ -43,7 +43,7 @@ class Parameters:
         return len(self.link_mass_kg)
 
     def reweighed(self, factor: np.ndarray | float, added: np.ndarray) -> Self:
-        """All masses times a factor (l,), with mass, first and second moment (3, l) of more on the links."""
+        """Scale all masses by a factor (l,), and add mass, first and second moment (3, l) of more on the links."""
         return replace(
             self,
             link_mass_kg=self.link_mass_kg * factor + added[0],
@@ -52,7 +52,7 @@ class Parameters:
         )
 
     def taken_implicitly(self, stiffness: np.ndarray | float = 0.0, damping: np.ndarray | float = 0.0) -> Self:
-        """With what more of a mechanism's torques at the hinges the integrator is to take implicitly."""
+        """Add what more of a mechanism's torques at the hinges the integrator is to take implicitly."""
         return replace(
             self,
             extra_implicit_stiffness_n_m=self.extra_implicit_stiffness_n_m + stiffness,
@@ -61,12 +61,12 @@ class Parameters:
 
     @classmethod
     def stacked(cls, parts: list[Self]) -> Self:
-        """All rows of all parts, in order."""
+        """Stack all rows of all parts, in order."""
         return cls(**{f.name: np.concatenate([getattr(part, f.name) for part in parts]) for f in fields(cls)})
 
 
 def nominal_parameters(layout: Layout, markers: tuple[str, ...], coefficients: tuple[float, ...]) -> Parameters:
-    """One row: the robot as described, swimming in still water, its markers in the plane of the scale."""
+    """Build one row: the robot as described, swimming in still water, its markers in the plane of the scale."""
     robot, hinges = layout.robot, layout.hinges
     each = layout.hinges_per_gap  # hinges in series: each stiffer by their number
     link = np.array([layout.link_of(robot.markers[name].body) for name in markers])

@@ -1,4 +1,4 @@
-"""Simulates trials: batches of them at once, filmed by their worlds' cameras."""
+"""Simulation of trials: batches of them at once, filmed by their worlds' cameras."""
 
 from collections.abc import Callable, Sequence
 
@@ -28,7 +28,7 @@ def simulate(
     *,
     allow_divergence: bool = False,
 ) -> list[Recording]:
-    """Recordings of the trials, in their order, each in its world.
+    """Simulate trials, each in its world; return their recordings in the same order.
 
     Args:
         trials: worlds and what is done in them, in any mix.
@@ -54,12 +54,12 @@ def simulate(
 
 
 def _company(world: World, trial: Trial) -> tuple[int, list[str]]:
-    """Order in which trials go into batches: similar in length and mechanisms, so that a batch costs less."""
+    """Return a key that sorts trials into batches: similar in length and mechanisms, so that a batch costs less."""
     return -int(np.ceil(trial.lead_s + trial.duration_s)), sorted(type(m).__qualname__ for m in world.mechanisms)
 
 
 def cranks(trials: Sequence[tuple[World, Trial]]) -> tuple[np.ndarray, np.ndarray]:
-    """(n,) turns a second of each trial's crank, as commanded, and its angle at time 0."""
+    """Return (n,) turns a second of each trial's crank, as commanded, and its angle at time 0."""
     return np.array([trial.frequency_hz for _, trial in trials]), np.array([trial.phase_rad for _, trial in trials])
 
 
@@ -71,7 +71,7 @@ def filmed(
     allow_divergence: bool,
     before_step: Callable[[int, np.ndarray, np.ndarray], None] = lambda *_: None,
 ) -> list[Recording]:
-    """Runs a batch until every trial's end and last frame, and films each by the camera of its world.
+    """Run a batch until every trial's end and last frame, and film each by the camera of its world.
 
     Args:
         motion: of the trials, in their order.
@@ -105,7 +105,7 @@ def filmed(
 
 
 def divergence(trials: Sequence[Trial], lost: np.ndarray, step_s: float = STEP_S) -> SimulationDiverged:
-    """What to raise of trials of which some, (n,) marked, blew up."""
+    """Return the error to raise of trials of which some, (n,) marked, blew up."""
     first = trials[int(np.flatnonzero(lost)[0])]
     return SimulationDiverged(
         f"{int(lost.sum())} of {len(trials)} reference simulations diverged; the first a {first.kind} at "
@@ -114,7 +114,7 @@ def divergence(trials: Sequence[Trial], lost: np.ndarray, step_s: float = STEP_S
 
 
 def start_of(motion: Motion, trials: Sequence[Trial], time_s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """(n, N) coordinates and rates at times (n, 1): the tail in balance with its tendons, or held bent."""
+    """Return (n, N) coordinates and rates at times (n, 1): the tail in balance with its tendons, or held bent."""
     layout, each = motion.layout, motion.layout.hinges_per_gap
     hinges, hinge_rates = balanced_hinges(layout, motion.parameters, motion.commanded(time_s))
     position, velocity = np.zeros((2, len(trials), layout.hinges + 3))

@@ -1,4 +1,4 @@
-"""Where a simulation begins: the pose in which springs and tendons balance, moving along with the crank."""
+"""Start of a simulation: the pose in which springs and tendons balance, moving along with the crank."""
 
 from dataclasses import replace
 
@@ -16,7 +16,7 @@ _SNAPS = 5.0  # rad of a hinge over rad of the crank, beyond which the tail has 
 
 
 def balanced_hinges(layout: Layout, parameters: Parameters, turn: Turn) -> tuple[np.ndarray, np.ndarray]:
-    """(n, h) hinge angles in which the tail rests under its tendons, and their rates as the crank turns, slowly.
+    """Return (n, h) hinge angles in which the tail rests under its tendons, and their rates as the crank turns, slowly.
 
     Descends the tail's potential energy, following the crank from the nearest angle at which the tail is straight. The
     steps are Newton's with a Jacobian without the curving of the tendons' paths, made up for by stiffer hinges.
@@ -43,7 +43,7 @@ def _settled(
     angle_rad: np.ndarray,
     iterations: int,
 ) -> np.ndarray:
-    """(n, h) hinge angles with the crank at rest at angles (n, 1), from a guess (n, h)."""
+    """Return (n, h) hinge angles with the crank at rest at angles (n, 1), from a guess (n, h)."""
     still = Turn(angle_rad, np.zeros_like(angle_rad))
     to_hinges = np.triu(np.ones((hinges.shape[1], hinges.shape[1])))  # a hinge turns every link behind it
     for _ in range(iterations):

@@ -1,4 +1,4 @@
-"""The two tendons: from the crank's anchors through the guides, springs and dampers along their path, both ways."""
+"""Two tendons: from the crank's anchors through the guides, springs and dampers along their path, both ways."""
 
 from dataclasses import dataclass
 
@@ -13,7 +13,7 @@ _SIDES = np.array([-1.0, 1.0])  # left is -y, as the robot heads for -x
 
 @dataclass(frozen=True, eq=False)
 class Turn:
-    """The crank at an instant: angle (n, 1) rad, 0 with its arms upright, and speed (n, 1) rad/s."""
+    """Crank at an instant: angle (n, 1) rad, 0 with its arms upright, and speed (n, 1) rad/s."""
 
     angle_rad: np.ndarray
     speed_rad_s: np.ndarray
@@ -21,7 +21,7 @@ class Turn:
 
 @dataclass(frozen=True, eq=False)
 class Pull:
-    """The tendons at an instant."""
+    """Tendons at an instant."""
 
     stretch_m: np.ndarray  # (n, 2) length beyond the free length
     rate_m_s: np.ndarray  # (n, 2) at which it grows
@@ -55,7 +55,7 @@ class Tendons:
         self._free_m = first + np.abs(np.diff(guides)).sum(axis=2) + parameters.tendon_extra_m
 
     def pull(self, pose: Pose, turn: Turn, later: Turn, step_s: float) -> Pull:
-        """The tendons in a pose, with the crank now and a step later."""
+        """Return the tendons in a pose, with the crank now and a step later."""
         direction = pose.direction[:, None, self._links[1:]]
         arm = direction * self._guide_m  # (n, 2, g) pool axes, from the links' origins
         guide = pose.origin_m[:, None, self._links[1:]] + arm
@@ -82,7 +82,7 @@ class Tendons:
         )
 
     def _first_span(self, guide: np.ndarray, turn: Turn) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """(n, 2) length from anchor to the first guide (n, 2; head's axes), its unit vector, its slope over the angle.
+        """Return (n, 2) lengths from anchor to first guide (n, 2; head's axes), unit vectors, slopes over the angle.
 
         The anchors circle in the plane of x and z; the guides stay at z = 0, so the unit vector is shorter than one.
         """
@@ -94,7 +94,7 @@ class Tendons:
         return length, span / length, slope
 
     def _gradient(self, pose: Pose, units: np.ndarray, arm: np.ndarray, turn: Turn) -> np.ndarray:
-        """(n, 2, N) of the lengths: a tendon grows where its guides move along the spans that end there."""
+        """Return the (n, 2, N) gradient of lengths: a tendon grows as guides move along the spans that end there."""
         links = pose.direction.shape[1]
         force = np.zeros((*units.shape[:2], links), complex)
         torque = np.zeros(force.shape)

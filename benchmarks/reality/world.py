@@ -16,7 +16,7 @@ TrialKind = Literal["swim", "dry", "free_decay"]
 
 @dataclass(frozen=True)
 class Nuisances:
-    """How this robot departs from its description, within the tolerance of its maker."""
+    """Departures of this robot from its description, within the tolerance of its maker."""
 
     # head_mass, tail_mass: factors of mass, moment and inertia
     head_mass: float = 1.0
@@ -31,7 +31,7 @@ class Nuisances:
 
 @dataclass(frozen=True)
 class World:
-    """What is the same in all trials of a session."""
+    """State that is the same in all trials of a session."""
 
     # blunt, slender and angular drag, Kutta and Magnus lift; see `reality.fluid`
     coefficients: tuple[float, float, float, float, float]
@@ -60,17 +60,17 @@ class Trial:
 
     @property
     def lead_s(self) -> float:
-        """What is simulated before the first frame, s: the run-in, but for a free decay."""
+        """Time that is simulated before the first frame, s: the run-in, but for a free decay."""
         return 0.0 if self.kind == "free_decay" else self.run_in_s
 
     @property
     def time_s(self) -> np.ndarray:
-        """(f,) of the frames, s."""
+        """(f,) times of the frames, s."""
         return np.arange(int(np.floor(self.duration_s * self.fps + 1e-9)) + 1) / self.fps
 
 
 def prepared_parameters(world: World, trial: Trial, layout: Layout, markers: tuple[str, ...]) -> Parameters:
-    """One row: the world's robot in the scene of a trial, changed by every mechanism."""
+    """Return one row: the world's robot in the scene of a trial, changed by every mechanism."""
     nominal = nominal_parameters(layout, markers, world.coefficients)
     parameters = _in_scene(_with_nuisances(nominal, world, markers), trial)
     for mechanism in world.mechanisms:

@@ -50,7 +50,7 @@ _LATE_S = 3.2
 
 
 class Container(NamedTuple):
-    """How a file is packed: its suffix, its codec, and what it cannot hold."""
+    """Way to pack a file: its suffix, its codec, and what it cannot hold."""
 
     suffix: str
     codec: str = "libx264"
@@ -168,7 +168,7 @@ def _draw(random: np.random.Generator, kind: str, fault: str) -> OddFile:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What became of one file.
+    """Outcome of one file.
 
     Attributes:
         refused: what is said where it is not tracked; empty where it is.
@@ -253,7 +253,7 @@ def follow_files(files: Sequence[OddFile], filmed: Filmed, folder: Path, progres
 
 
 def damaged_table(folder: Path, count: int, progress: Progress) -> Table:
-    """A row a fault and one a container, over files drawn at random; a file of two faults is in both rows."""
+    """Build a row a fault and one a container, over files drawn at random; a file of two faults is in both rows."""
     files = draw_files(seed=0, count=count)
     outcomes = dict(zip(files, follow_files(files, film_clip(), folder, progress), strict=True))
     rows = [_row(fault, outcomes, fault) for faults in FAULTS.values() for fault in faults]

@@ -70,7 +70,7 @@ class FastStart:
     seed: int
 
     def at(self, frame: float) -> np.ndarray:
-        """(m, 2) places of the dots, px."""
+        """Return (m, 2) places of the dots, px."""
         beat = self.phase_rad + 2 * np.pi * self.beat_hz * frame / self.fps
         chain = self.shapes(np.array([beat]))[0]
         straight = self.link_px.sum() * np.exp(1j * self.heading_rad)
@@ -79,7 +79,7 @@ class FastStart:
         )
 
     def shapes(self, beat_rad: np.ndarray) -> np.ndarray:
-        """(b, m) complex places of the dots from the nose at these angles of the beat, px."""
+        """Return (b, m) complex places of the dots from the nose at these angles of the beat, px."""
         beat = beat_rad[:, None]
         yaw = -0.25 * self.swing_rad.max() * np.sin(beat)
         direction = self.heading_rad + yaw + self.swing_rad * np.sin(beat - self.lag_rad)
@@ -87,11 +87,11 @@ class FastStart:
         return np.hstack([np.zeros((len(beat), 1)), np.cumsum(links, axis=1)])
 
     def truth(self, frames: int) -> np.ndarray:
-        """(n, m, 2) mean places while each frame is exposed, px."""
+        """Return (n, m, 2) mean places while each frame is exposed, px."""
         return np.stack([np.mean([self.at(k + moment) for moment in self._moments], axis=0) for k in range(frames)])
 
     def frames(self, stop: int) -> Iterator[np.ndarray]:
-        """(h, w) uint8 each."""
+        """Yield the frames, (h, w) uint8 each."""
         body, dot, water = LOOKS[self.look]
         width, height = self.size_px
         random = np.random.default_rng(self.seed)
@@ -104,7 +104,7 @@ class FastStart:
             yield np.clip(np.rint(noisy), 0, 255).astype(np.uint8)
 
     def boxes(self) -> tuple[np.ndarray, np.ndarray]:
-        """(m, 2) centres, each up to 1 px off, and (m,) sides of the start boxes."""
+        """Return (m, 2) centres, each up to 1 px off, and (m,) sides of the start boxes."""
         off = np.random.default_rng([self.seed, 1]).uniform(-1, 1, (len(self.link_px) + 1, 2))
         return self.truth(1)[0] + off, np.full(len(off), 1.3 * self.dot_px)
 
@@ -123,7 +123,7 @@ class FastStart:
 
 
 def draw_clips(seed: int, count: int) -> list[FastStart]:
-    """Clips in which the fastest dot moves by 0.3 to 1 of the usual distance of neighbours from a frame to the next.
+    """Draw clips in which the fastest dot moves by 0.3 to 1 of the usual distance of neighbours in a frame.
 
     In every second one another dot comes about as near to a dot's old place as the dot itself.
     """
@@ -186,7 +186,7 @@ class Followed:
 
 
 def follow_clips(clips: Sequence[FastStart], frames: int = 60, joined: bool = True) -> Followed:
-    """Tracks the clips frame by frame, from boxes up to 1 px off, without the judgement that comes after.
+    """Track the clips frame by frame, from boxes up to 1 px off, without the judgement that comes after.
 
     Where the markers are not joined, each takes the nearest dot: what a student would try.
     """
@@ -214,7 +214,7 @@ def _followed(clip: FastStart, frames: int, joined: bool) -> tuple[float, float,
 
 
 def fast_starts_table(count: int, progress: Progress) -> Table:
-    """The tracker on clips of 40 frames, and on a fifth of them one in which each marker takes the nearest dot."""
+    """Score the tracker on clips of 40 frames, and on a fifth of them one whose markers take the nearest dot."""
     clips = draw_clips(seed=0, count=count)
     fewer = clips[: max(count // 5, 1)]
     rows = []

@@ -1,4 +1,4 @@
-"""What the tracker's error costs in each coefficient: a known swimmer filmed, tracked and fitted.
+"""Cost of the tracker's error in each coefficient: a known swimmer filmed, tracked and fitted.
 
 It is fitted on perfect tracks for comparison. The swimmer is the twin at a finer step, so what the twin leaves out of
 real water costs nothing here.
@@ -27,7 +27,7 @@ _SEED = 0  # of the crank phases and the pictures
 
 
 def cost_table(folder: Path, crf: float, trackers: tuple[TrackerName, ...], progress: Progress) -> Table:
-    """Films a swimmer at three speeds, and fits it from perfect tracks and from each tracker's.
+    """Film a swimmer at three speeds, and fit it from perfect tracks and from each tracker's.
 
     Sessions that are in the folder are used again. The videos are H.264 of quality `crf`.
     """
@@ -58,7 +58,7 @@ def _plan() -> SyntheticPlan:
 
 
 def _fitted(folder: Path, tracker: TrackerName | None, progress: Progress) -> tuple[str, ...]:
-    """Where the tracks came from, their error an axis, the mean marker distance, and the error of each coefficient."""
+    """Return the origin of the tracks, their error an axis, the mean marker distance, and each coefficient's error."""
     name = tracker or "perfect tracks"
 
     def report(message: str, share: float | None) -> None:
@@ -75,7 +75,7 @@ def _fitted(folder: Path, tracker: TrackerName | None, progress: Progress) -> tu
 
 
 def _track_rms(pipeline: Pipeline) -> float:
-    """Error an axis of the samples that count, over all trials, px."""
+    """Return the error an axis of the samples that count, over all trials, px."""
     session, squares = pipeline.session, []
     for spec in session.trials:
         seen = pipeline.recordings.videos.tracks(spec)

@@ -21,7 +21,7 @@ STARTS, DAMAGED = 200, 100
 
 
 def measure_tracking(folder: Path, part: str, clips: Sequence[str], progress: Progress) -> Scores:
-    """Measures accuracy, speed and the cost in the coefficients ("fit"), or one part of that.
+    """Measure accuracy, speed and the cost in the coefficients ("fit"), or one part of that.
 
     Args:
         folder: where rendered videos go and are found again, and scores of clips.

@@ -1,4 +1,4 @@
-"""How fast a 4K video is tracked, compared to decoding alone, and how much memory that takes. Ratios count."""
+"""Speed at which a 4K video is tracked, compared to decoding alone, and its memory. Ratios count."""
 
 import resource
 import time
@@ -23,7 +23,7 @@ _CSRT_FRAMES = 20  # that plain CSRT is given
 
 
 def speed_table(videos: Sequence[Path]) -> Table:
-    """Frames a second of rendered clips: reading alone and tracking by turns, each in a fresh process.
+    """Measure frames a second of rendered clips: reading alone and tracking by turns, each in a fresh process.
 
     Opening the file is included, but for plain CSRT, which is slow and given the first frames alone. The ratios are of
     the two in one round, which a machine that is slow for a while disturbs less: of the time by the clock, and of what
@@ -52,19 +52,19 @@ def _row(path: Path) -> tuple[str, ...]:
 
 
 def _alone(work: Callable[..., Any], *arguments: Any) -> Any:
-    """Runs in a process of its own, so that nothing is warm and memory is its own."""
+    """Run in a process of its own, so that nothing is warm and memory is its own."""
     with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as pool:
         pool.submit(_ready).result()
         return pool.submit(work, *arguments).result()
 
 
 def _ready() -> None:
-    """The imports are paid for before the clock runs, for both; xarray puts some off until it is used."""
+    """Import before the clock runs, for both; xarray puts some imports off until it is used."""
     as_tracks(("nose",), np.zeros(1), np.zeros((1, 1, 2)), np.zeros((1, 1)))
 
 
 class _Cost(NamedTuple):
-    """What a piece of work takes: seconds by the clock, seconds of all cores, and the most memory of its process."""
+    """Cost of a piece of work: seconds by the clock, seconds of all cores, and the most memory of its process."""
 
     wall_s: float
     cpu_s: float
@@ -99,7 +99,7 @@ def _track(path: Path) -> _Cost:
 
 
 def _track_csrt(path: Path) -> float:
-    """Frames a second, from the first frame that is done on."""
+    """Return frames a second, from the first frame that is done on."""
     truth = load_truth(truth_file(path))
     ticks: list[tuple[int, float]] = []
 

@@ -1,4 +1,4 @@
-"""The robot's body as the camera sees it: boxes on its links, above and below the water."""
+"""Body of the robot as the camera sees it: boxes on its links, above and below the water."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class Solid(NamedTuple):
 
 
 class Body:
-    """Paints a robot, without its markers.
+    """Painter of a robot, without its markers.
 
     Args:
         robot: the robot.
@@ -43,7 +43,7 @@ class Body:
         self._points = RobotPoints(robot, [corner for solid in self._solids for corner in _corners(solid)])
 
     def paint(self, picture: Picture, camera: Optics, pose: Pose) -> None:
-        """Paints the body at the s moments of an exposure, (s, ...) poses: the deepest tops first."""
+        """Paint the body at the s moments of an exposure, (s, ...) poses: the deepest tops first."""
         corner_m = self._points(pose)  # (s, 12 solids, 3)
         seen_px = camera.project(corner_m).reshape(len(corner_m), len(self._solids), 3, 4, 2)
         for number, solid in enumerate(self._solids):
@@ -55,12 +55,12 @@ class Body:
                 picture.paint_polygons(top, solid.colour, solid.opacity)
 
     def outline_px(self, camera: Optics, pose: Pose) -> np.ndarray:
-        """(solids, 12, 2) px of the corners of all boxes in one pose."""
+        """Return (solids, 12, 2) px of the corners of all boxes in one pose."""
         return camera.project(self._points(pose)).reshape(len(self._solids), 12, 2)
 
 
 def solids_of(robot: RobotSpec, tone: float) -> Iterator[Solid]:
-    """The boxes of a robot: the head's parts, the tail's segments with half the gaps about them, the fin."""
+    """Yield the boxes of a robot: the head's parts, the tail's segments with half the gaps about them, the fin."""
     for part in robot.head.part:
         centre, half = np.array(part.centre_m), np.array(part.half_size_m)
         clear = any(word in part.name for word in _CLEAR)
@@ -90,7 +90,7 @@ def _upright(link: str, start_m: float, end_m: float, half_height_m: float, thic
 
 
 def _corners(solid: Solid) -> Iterator[Marker]:
-    """The corners of a box at its bottom, at the water and at its top: twelve."""
+    """Yield the corners of a box at its bottom, at the water and at its top: twelve."""
     low, high = solid.low_m, solid.high_m
     water = float(np.clip(WATER_LINE_M, low[2], high[2]))
     for z, (x, y) in product((low[2], water, high[2]), product((low[0], high[0]), (low[1], high[1]))):

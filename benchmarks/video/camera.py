@@ -1,4 +1,4 @@
-"""A camera that looks straight down on the pool: perspective, lens and rolling shutter."""
+"""Camera that looks straight down on the pool: perspective, lens and rolling shutter."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class Optics(Table):
         return self.px_per_m * (self.height_m or _NOMINAL_HEIGHT_M)
 
     def project(self, point_m: np.ndarray) -> np.ndarray:
-        """(..., 3) points of the pool -> (..., 2) px, where the lens shows them.
+        """Project (..., 3) points of the pool to (..., 2) px, where the lens shows them.
 
         OpenCV, "Camera calibration and 3D reconstruction": x'' = x' (1 + k1 r^2 + k2 r^4 + k3 r^6) + 2 p1 x' y'
         + p2 (r^2 + 2 x'^2), and y'' likewise; u = fx x'' + cx.
@@ -58,11 +58,11 @@ class Optics(Table):
         )
 
     def delay_s(self, row_px: np.ndarray) -> np.ndarray:
-        """How much later than the middle row a row is exposed, s; any shape."""
+        """Return how much later than the middle row a row is exposed, s; any shape."""
         return self.readout_s * (row_px / (self.height_px - 1) - 0.5)
 
     def scale_at(self, height_m: np.ndarray) -> np.ndarray:
-        """px a metre at heights above the water (any shape, m), next to the middle of the image."""
+        """Return px a metre at heights above the water (any shape, m), next to the middle of the image."""
         if self.height_m is None:
             return np.full(np.shape(height_m), self.px_per_m)
         return self.focal_px / (self.height_m - np.asarray(height_m))

@@ -1,4 +1,4 @@
-"""The named clips that a tracker is measured with: one difficulty each, about a swim at the public motion or faster.
+"""Named clips that a tracker is measured with: one difficulty each, about a swim at the public motion or faster.
 
 All but the last are 1280 x 720 px, the part of a 4K picture around the robot, so markers have their size of 4K.
 """
@@ -22,7 +22,7 @@ _HOVER = (0.03, 0.0)  # m/s: the swim stays in the picture
 
 
 def clip_robot() -> RobotSpec:
-    """The built-in fish with the dorsal fin's marker where the public videos show it."""
+    """Return the built-in fish with the dorsal fin's marker where the public videos show it."""
     robot = load_robot()
     dorsal = robot.markers["dorsal_fin"]
     _, y, z = dorsal.position_m
@@ -47,7 +47,7 @@ def _clip(
 
 
 def _spaced(pixels: float) -> dict[str, Any]:
-    """Optics whose closest neighbours are so many px apart."""
+    """Return optics whose closest neighbours are so many px apart."""
     return {"px_per_m": pixels / _TAIL_M}
 
 

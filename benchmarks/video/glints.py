@@ -48,7 +48,7 @@ class Glints:
         self._turn = np.pi * random.random(count)
 
     def paint(self, picture: Picture, time_s: float) -> None:
-        """Paints those that shine at a time."""
+        """Paint those that shine at a time."""
         age_s = time_s - self._middle_s
         fade = np.clip(1 - np.abs(age_s) / self._life_s, 0, 1)
         shine = np.minimum(1.0, 2.0 * fade) * (0.65 + 0.35 * np.sin(2 * np.pi * self._flicker_hz * age_s))

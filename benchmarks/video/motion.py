@@ -1,4 +1,4 @@
-"""How the robot moves through a clip: a smooth function of time, from the twin or from a travelling wave."""
+"""Motion of the robot through a clip: a smooth function of time, from the twin or from a travelling wave."""
 
 from __future__ import annotations
 
@@ -38,22 +38,22 @@ class Motion:
     hinges_rad: np.ndarray  # (k, h)
 
     def at(self, time_s: np.ndarray) -> Pose:
-        """Poses at times of any shape, s."""
+        """Return poses at times of any shape, s."""
         both = self._spline(time_s)
         return Pose(both[..., :3], both[..., 3:])
 
     def paced(self, factor: float) -> Motion:
-        """The same motion, `factor` times as fast."""
+        """Return the same motion, `factor` times as fast."""
         return replace(self, time_s=self.time_s / factor)
 
     def steadied(self, velocity_m_s: Sequence[float]) -> Motion:
-        """The same motion with another mean velocity (x, y) and no mean turning, as if it swam in a current."""
+        """Return the same motion with another mean velocity (x, y) and no mean turning, as if it swam in a current."""
         trend = np.polynomial.polynomial.polyfit(self.time_s, self.head, 1)  # (2, 3)
         steady = self.time_s[:, None] * ([*velocity_m_s, 0.0] - trend[1])
         return replace(self, head=self.head + steady)
 
     def moved(self, turn_rad: float, shift_m: Sequence[float]) -> Motion:
-        """The motion turned about the pool's origin, counter-clockwise, then shifted by (x, y)."""
+        """Return the motion turned about the pool's origin, counter-clockwise, then shifted by (x, y)."""
         cos, sin = np.cos(turn_rad), np.sin(turn_rad)
         place = self.head[:, :2] @ np.array([[cos, sin], [-sin, cos]]) + np.asarray(shift_m)
         return replace(self, head=np.column_stack([place, self.head[:, 2] + turn_rad]))
@@ -77,13 +77,13 @@ class RobotPoints:
         self.height_m = np.array([point.position_m[2] for point in points]) - WATER_LINE_M  # (k,)
 
     def __call__(self, pose: Pose) -> np.ndarray:
-        """(..., k, 3) in the pool, z from the water, m."""
+        """Return the (..., k, 3) places in the pool, z from the water, m."""
         flat = self._kinematics(*pose)
         return np.concatenate([flat, np.broadcast_to(self.height_m[:, None], (*flat.shape[:-1], 1))], axis=-1)
 
 
 def twin_motion(robot: RobotSpec, frequency_hz: float, seconds: float) -> Motion:
-    """A developed swim of the twin with plausible coefficients, towards -x from about the origin.
+    """Simulate a developed swim of the twin with plausible coefficients, towards -x from about the origin.
 
     Args:
         robot: the robot.

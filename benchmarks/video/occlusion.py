@@ -25,12 +25,12 @@ class Occlusion(Table):
     frames: Annotated[int, Field(ge=1)]  # how many in a row
 
     def tip_px(self, frame: int, target_px: np.ndarray) -> np.ndarray:
-        """(2,) of the tip's middle in a frame, for a marker at (2,): beyond it while it is covered."""
+        """Return the (2,) middle of the tip in a frame, for a marker at (2,): beyond it while it is covered."""
         away = max(self.first - frame, frame - (self.first + self.frames - 1), 0)
         return target_px + _DIRECTION * (_SWEEP_PX * away - 0.25 * _RADIUS_PX)
 
     def cover(self, region: Region, tip_px: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """(h, w) float32 cover of a region's pixels, and where across the pole each is, -1 to 1."""
+        """Return (h, w) float32 cover of a region's pixels, and where across the pole each is, -1 to 1."""
         x, y = region.grid()
         dx, dy = x - tip_px[0], y - tip_px[1]
         along = np.clip(dx * _DIRECTION[0] + dy * _DIRECTION[1], 0, _LONG_PX)
@@ -40,7 +40,7 @@ class Occlusion(Table):
         return cover.astype(np.float32), across.astype(np.float32)
 
     def paint(self, picture: Picture, tip_px: np.ndarray) -> None:
-        """Paints the pole where its tip is in the picture or near it."""
+        """Paint the pole where its tip is in the picture or near it."""
         size = np.array([picture.width_px, picture.height_px])
         if (tip_px < -_RADIUS_PX).any() or (tip_px > size + _RADIUS_PX).any():
             return

@@ -1,4 +1,4 @@
-"""A picture in the pixels of a video, 4:2:0, and how to paint shapes into it exactly."""
+"""Picture in the pixels of a video, 4:2:0, and how to paint shapes into it exactly."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class Colour(NamedTuple):
 
 
 def colour_of(red: float, green: float, blue: float) -> Colour:
-    """A colour from red, green and blue of 0 to 255 (BT.709, limited range)."""
+    """Return a colour from red, green and blue of 0 to 255 (BT.709, limited range)."""
     bright = _KR * red + _KG * green + _KB * blue
     return Colour(
         16 + bright * 219 / 255,
@@ -41,11 +41,11 @@ class Region(NamedTuple):
 
     @property
     def empty(self) -> bool:
-        """True where no pixel is in it."""
+        """Whether no pixel is in it."""
         return self.left >= self.right or self.top >= self.bottom
 
     def grid(self) -> tuple[np.ndarray, np.ndarray]:
-        """(1, w) x and (h, 1) y of the pixels' centres."""
+        """Return (1, w) x and (h, 1) y of the pixels' centres."""
         x = np.arange(self.left, self.right, dtype=np.float32)
         return x[None], np.arange(self.top, self.bottom, dtype=np.float32)[:, None]
 
@@ -72,13 +72,13 @@ class Picture:
         self.red = self.data[height_px * 5 // 4 :].reshape(half)
 
     def region(self, low: np.ndarray, high: np.ndarray) -> Region:
-        """The part of the picture around a box from corner (x, y) `low` to `high`, px."""
+        """Return the part of the picture around a box from corner (x, y) `low` to `high`, px."""
         left, top = (max(0, int(c - _MARGIN_PX) // 2 * 2) for c in low)
         right = min(self.width_px, int(high[0] + _MARGIN_PX + 2) // 2 * 2)
         return Region(left, top, right, min(self.height_px, int(high[1] + _MARGIN_PX + 2) // 2 * 2))
 
     def blend(self, region: Region, cover: np.ndarray, colour: Colour) -> None:
-        """Paints a colour over a region.
+        """Paint a colour over a region.
 
         Args:
             region: where.
@@ -93,7 +93,7 @@ class Picture:
         _mix(self.red[half], coarse, colour.red)
 
     def paint_polygons(self, polygons: np.ndarray, colour: Colour, opacity: float = 1.0) -> None:
-        """Paints the mean of convex polygons, which are one shape at several moments of an exposure.
+        """Paint the mean of convex polygons, which are one shape at several moments of an exposure.
 
         Args:
             polygons: (s, k, 2) px.
@@ -112,7 +112,7 @@ class Picture:
         self.blend(region, total * (opacity / 255 / len(polygons)), colour)
 
     def paint_discs(self, centre_px: np.ndarray, radius_px: float, colour: Colour, blur_px: float) -> None:
-        """Paints the mean of discs, which are one disc at s moments of an exposure.
+        """Paint the mean of discs, which are one disc at s moments of an exposure.
 
         Args:
             centre_px: (s, 2).
@@ -127,7 +127,7 @@ class Picture:
 
 
 def disc_cover(region: Region, centre_px: np.ndarray, radius_px: float, blur_px: float) -> np.ndarray:
-    """(h, w) float32 mean cover of a region's pixels by blurred discs at s centres (s, 2), px.
+    """Return (h, w) float32 mean cover of a region's pixels by blurred discs at s centres (s, 2), px.
 
     The edge of a disc of a radius well above the blur is that of a straight edge under a Gaussian blur. It spans
     several pixels, so sampling at their centres keeps the disc's centre.

@@ -1,4 +1,4 @@
-"""The plan of a clip: everything that decides its pixels, validated when it is made."""
+"""Plan of a clip: everything that decides its pixels, validated when it is made."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ Gray = Annotated[float, Field(ge=0, le=255)]
 
 
 class Swim(Table):
-    """How the robot swims in a clip."""
+    """Swim of the robot in a clip."""
 
     frequency_hz: Positive = 1.0  # turns of the twin's crank a second
     pace: Positive = 1.0  # the simulated swim is shown so many times as fast
@@ -44,7 +44,7 @@ class Swim(Table):
 
 
 class MarkerLook(Table):
-    """How the markers look."""
+    """Look of the markers."""
 
     diameter_px: Positive | None = None  # of every marker; None for the usual ones, scaled with the picture
     gray: Gray = 236.0  # of the discs, 0 (black) to 255
@@ -55,7 +55,7 @@ class MarkerLook(Table):
 
 
 class ClipPlan(Table):
-    """A clip to be rendered."""
+    """Clip to be rendered."""
 
     frames: Annotated[int, Field(ge=1)] = 240  # how many
     seed: Annotated[int, Field(ge=0)] = 0  # of every random draw
@@ -71,7 +71,7 @@ class ClipPlan(Table):
 
     @property
     def swimmer(self) -> RobotSpec:
-        """The robot that swims."""
+        """Robot that swims."""
         return self.robot or load_robot()
 
     @property

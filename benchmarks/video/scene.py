@@ -1,4 +1,4 @@
-"""The pictures of a clip, any frame at a time: pool, body, glints, markers, poles, noise."""
+"""Pictures of a clip, any frame at a time: pool, body, glints, markers, poles, noise."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ class PoolScene:
 
     @cached_property
     def truth(self) -> ClipTruth:
-        """What is known of the clip."""
+        """Truth of the clip."""
         share = np.array([self._visible_share(number) for number in range(len(self))])
         return ClipTruth(
             markers=self.plan.markers,
@@ -59,7 +59,7 @@ class PoolScene:
         )
 
     def picture(self, number: int) -> Picture:
-        """Paints a frame."""
+        """Paint a frame."""
         picture = Picture(*self._size)
         time_s = float(self.stage.time_s[number])
         poses = self._poses(number)
@@ -75,13 +75,13 @@ class PoolScene:
 
     @cached_property
     def _radius_px(self) -> np.ndarray:
-        """(m,) as the camera sees them, higher ones larger."""
+        """(m,) radii as the camera sees them, higher ones larger."""
         robot, camera = self.plan.swimmer, self.stage.camera
         height_m = robot.marker_positions_m(self.plan.markers)[:, 2] - robot.marker_positions_m(("nose",))[0, 2]
         return self.plan.diameter_px / 2 * camera.scale_at(height_m) / camera.px_per_m
 
     def _paint_markers(self, picture: Picture, number: int) -> None:
-        """All bases first, so that none covers the marker next to it."""
+        """Paint all bases first, so that none covers the marker next to it."""
         look, blur_px = self.plan.marker_look, self.plan.optics.blur_px
         exposed_px = np.moveaxis(self.stage.exposed_px[number], 1, 0)  # (m, s, 2)
         base = colour_of(*3 * (look.base_gray,))
@@ -93,7 +93,7 @@ class PoolScene:
             picture.paint_discs(centre_px, radius_px, colour_of(level, level, 0.97 * level), blur_px)
 
     def _poses(self, number: int) -> Pose:
-        """Poses of the body at the moments of an exposure; one where it hardly moves."""
+        """Return poses of the body at the moments of an exposure; one where it hardly moves."""
         exposed_px = self.stage.exposed_px[number]  # (s, m, 2)
         moved_px = np.linalg.norm(exposed_px[-1] - exposed_px[0], axis=1).max()
         moments = 1 if moved_px < _STILL_PX else _BODY_MOMENTS
@@ -106,13 +106,13 @@ class PoolScene:
         return outline_px + self.stage.camera.px_per_m * np.array(_SHADOW_M) * (1, -1)
 
     def _tips(self, number: int) -> list[tuple]:
-        """The occlusions, each with where its tip is in a frame."""
+        """List the occlusions, each with where its tip is in a frame."""
         places = self.stage.shown_px[number]
         plan = self.plan
         return [(each, each.tip_px(number, places[plan.markers.index(each.marker)])) for each in plan.occlusions]
 
     def _visible_share(self, number: int) -> np.ndarray:
-        """(m,) of each disc's area."""
+        """Return the (m,) visible share of each disc's area."""
         tips, exposed_px = self._tips(number), self.stage.exposed_px[number]
         reach = self._radius_px + 4
         low, high = exposed_px.min(axis=0) - reach[:, None], exposed_px.max(axis=0) + reach[:, None]
@@ -130,7 +130,7 @@ class PoolScene:
 
     @cached_property
     def _noise(self) -> np.ndarray:
-        """(h, w) uint8 about 128, larger than the picture: each frame takes another part of it."""
+        """(h, w) uint8 noise about 128, larger than the picture: each frame takes another part of it."""
         random = np.random.default_rng([self.plan.seed, 3])
         shape = (self._size[1] + _NOISE_PLACES, self._size[0] + _NOISE_PLACES)
         levels = 128 + self.plan.optics.noise * random.standard_normal(shape, dtype=np.float32)

@@ -1,4 +1,4 @@
-"""Where the markers are in every frame, before anything is painted."""
+"""Places of the markers in every frame, before anything is painted."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _FEWEST_MOMENTS, _MOST_MOMENTS = 3, 24
 
 @dataclass(frozen=True, eq=False)
 class Stage:
-    """The markers of a clip of n frames."""
+    """Markers of a clip of n frames."""
 
     motion: Motion  # of the robot
     camera: Optics  # that looks on
@@ -37,7 +37,7 @@ def staged(
     camera: Optics,
     time_s: np.ndarray,
 ) -> Stage:
-    """Looks through a camera at a motion in its pool, at the times (n,) of the frames."""
+    """Look through a camera at a motion in its pool, at the times (n,) of the frames."""
     points = RobotPoints(robot, [robot.markers[name] for name in markers])
     position_px = camera.project(points(motion.at(time_s)))  # (n, m, 2)
     pace_px_s = (
@@ -53,7 +53,7 @@ def staged(
 
 
 def stage_of(plan: ClipPlan) -> Stage:
-    """The markers of a planned clip, the middle of whose swim is in the middle of the picture.
+    """Place the markers of a planned clip, the middle of whose swim is in the middle of the picture.
 
     Raises:
         session.SimulationDiverged: the planned motion is unstable.
@@ -71,14 +71,14 @@ def stage_of(plan: ClipPlan) -> Stage:
 
 
 def centred(motion: Motion, robot: RobotSpec, markers: tuple[str, ...], time_s: np.ndarray) -> Motion:
-    """The motion shifted so that the box around all places of its markers has its middle at the origin."""
+    """Shift the motion so that the box around all places of its markers has its middle at the origin."""
     place = RobotPoints(robot, [robot.markers[name] for name in markers])(motion.at(time_s))[..., :2]
     low, high = place.min(axis=(0, 1)), place.max(axis=(0, 1))
     return motion.moved(0.0, -(low + high) / 2)
 
 
 def _rows_px(motion: Motion, points: RobotPoints, camera: Optics, time_s: np.ndarray, row_px: np.ndarray) -> np.ndarray:
-    """(n, m) row in which a rolling shutter meets each marker: the fixed point of row = y(time + delay(row))."""
+    """Return the (n, m) row in which a shutter meets each marker: the fixed point of row = y(time + delay(row))."""
     if not camera.readout_s:
         return row_px
     for _ in range(4):  # each round gains the factor of marker speed over readout speed, below 0.05
@@ -87,7 +87,7 @@ def _rows_px(motion: Motion, points: RobotPoints, camera: Optics, time_s: np.nda
 
 
 def _each_at(motion: Motion, points: RobotPoints, camera: Optics, time_s: np.ndarray) -> np.ndarray:
-    """(..., m, 2) px of each marker at a time of its own, (..., m) s."""
+    """Return (..., m, 2) px of each marker at a time of its own, (..., m) s."""
     if np.ptp(time_s, axis=-1).max() == 0:
         return camera.project(points(motion.at(time_s[..., 0])))
     seen_px = camera.project(points(motion.at(time_s)))  # (..., m times, m markers, 2)

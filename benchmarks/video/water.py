@@ -1,4 +1,4 @@
-"""The pool: a tiled floor seen through moving water, with the caustics of the same waves."""
+"""Pool: a tiled floor seen through moving water, with the caustics of the same waves."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _TILE_M, _GROUT_M, _LANE_M = 0.15, 0.004, 0.12
 
 
 class WaterLook(Table):
-    """How the water looks."""
+    """Look of the water."""
 
     ripple_mm: NonNegative = 2.0  # standard deviation of the surface
     caustics: NonNegative = 0.3  # brightness of the light that the waves gather on the floor; 0 for none
@@ -29,7 +29,7 @@ class WaterLook(Table):
 
 
 class Water:
-    """Paints the pool at any time.
+    """Painter of the pool at any time.
 
     The surface is a sum of plane waves with the dispersion of deep water, w^2 = g k + (sigma / rho) k^3 (Lighthill
     1978, Waves in Fluids, sec. 3.4). The floor shows displaced by the slope, and lit by the inverse of how the slope
@@ -54,7 +54,7 @@ class Water:
         self._place = np.stack([x, y], axis=-1)
 
     def paint(self, picture: Picture, time_s: float, shadow: np.ndarray) -> None:
-        """Fills a picture with the pool.
+        """Fill a picture with the pool.
 
         Args:
             picture: to be painted.
@@ -74,7 +74,7 @@ class Water:
         picture.blue[:], picture.red[:] = round(TINT.blue), round(TINT.red)
 
     def _make_waves(self, random: np.random.Generator, x_px: np.ndarray, y_px: np.ndarray) -> None:
-        """Plane waves of 7 to 60 cm, from all sides, the longer the higher."""
+        """Draw plane waves of 7 to 60 cm, from all sides, the longer the higher."""
         length_m = np.exp(random.uniform(np.log(0.07), np.log(0.6), _WAVES))
         angle, self._phase = 2 * np.pi * random.random((2, _WAVES))
         number = 2 * np.pi / length_m
@@ -87,7 +87,7 @@ class Water:
         self._along_y = np.exp(1j * along_y).T  # (h, waves)
 
     def _surface(self, time_s: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """(h, w, 2) slope, (h, w) light on the floor and (h, w) luma of the sky's reflection."""
+        """Return (h, w, 2) slope, (h, w) light on the floor and (h, w) luma of the sky's reflection."""
         now = self._height * np.exp(1j * (self._phase - self._turn * time_s))
         kx, ky = self._kx, self._ky
         factors = np.array([1j * kx, 1j * ky, -kx * kx, -ky * ky, -kx * ky])
@@ -100,14 +100,14 @@ class Water:
         return np.stack([slope_x, slope_y], axis=-1), light, sheen
 
     def _sums(self, amplitude: np.ndarray) -> np.ndarray:
-        """(c, h, w) float32 real parts of the sums of amplitude (c, waves) * exp(i (kx x + ky y)): one product."""
+        """Return (c, h, w) float32 real parts of sums of amplitude (c, waves) * exp(i (kx x + ky y)): one product."""
         turned = amplitude[:, None] * self._along_y  # (c, h, waves)
         flat = turned.reshape(-1, turned.shape[-1])
         both = np.hstack([flat.real, -flat.imag]).astype(np.float32)
         return (both @ self._along_x).reshape(*turned.shape[:2], -1)
 
     def _shade(self, shadow: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
-        """(h, w) what a soft shadow leaves of the light."""
+        """Return (h, w) what a soft shadow leaves of the light."""
         mask = np.ones(shape, np.float32)
         step_px = _COARSE_PX * self._halved
         for outline in shadow:
@@ -116,7 +116,7 @@ class Water:
 
 
 def _floor(width: int, height: int, px_per_m: float, random: np.random.Generator) -> np.ndarray:
-    """(h, w) float32 luma of the floor: a slow gradient, tiles each a little different, a lane, a vignette."""
+    """Return (h, w) float32 luma of the floor: a slow gradient, tiles each a little different, a lane, a vignette."""
     scale = px_per_m * 0.8  # the floor is further away than the water
     turn = 0.12  # of the tiles against the picture, rad
     x, y = np.meshgrid((np.arange(width) - width / 2) / scale, (np.arange(height) - height / 2) / scale)

@@ -1,4 +1,4 @@
-"""Videos written frame by frame, with time stamps of one's own and nothing half-written."""
+"""Writer of videos, frame by frame, with time stamps of one's own and nothing half-written."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _TICKS_HZ = 60_000  # the coarsest clock of a video: at least so many ticks a se
 
 
 class VideoWriter:
-    """Writes a video, as a context manager; the file appears under its name when the block ends well.
+    """Writer of a video, as a context manager; the file appears under its name when the block ends well.
 
     H.264 and HEVC hold 4:2:0 colour (BT.709, limited range); FFV1 keeps every bit. In MP4 a
     time stamp is exact to 1/60000 s or better, in Matroska to 1 ms.
@@ -64,7 +64,7 @@ class VideoWriter:
         return self
 
     def write(self, image: np.ndarray, time_s: float | None = None) -> None:
-        """Appends a picture.
+        """Append a picture.
 
         Args:
             image: (h, w, 3) RGB, (h, w) gray or (3 h / 2, w) planes of yuv420p, uint8; all pictures of one kind.

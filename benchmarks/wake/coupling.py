@@ -25,7 +25,7 @@ _KEPT = 90  # rings of a wake
 
 
 def panels_of(layout: Layout, fineness: int = 1) -> Panels:
-    """The straight fish: head, tail and fin in even panels each, as high as the strip in the middle of a panel."""
+    """Return the straight fish: head, tail and fin in even panels, each as high as the strip in its middle."""
     strips, robot = layout.strips, layout.robot
     middle = layout.origin_m[strips.link] + strips.place_m
     fin = robot.fin_root_x_m + robot.caudal_fin.centre_m + np.array([-0.5, 0.5]) * robot.caudal_fin.chord_m
@@ -51,13 +51,13 @@ class _Nodes:
         self._lever = ahead + (links == self.link[:, None]) * self.place_m[:, None]  # (m + 1, l)
 
     def surface(self, panels: Panels, pose: Pose) -> Surface:
-        """Where they are."""
+        """Return where the nodes are and how they move."""
         arm = self.place_m * pose.direction[:, self.link]
         velocity = pose.velocity_m_s[:, self.link] + 1j * pose.rate_rad_s[:, self.link] * arm
         return Surface(panels, pose.origin_m[:, self.link] + arm, velocity)
 
     def jacobian(self, pose: Pose) -> np.ndarray:
-        """(n, m + 1, N) their velocity over the rates of the coordinates, complex."""
+        """Return the (n, m + 1, N) velocity of the nodes over the rates of the coordinates, complex."""
         turned = 1j * self._lever * pose.direction[:, None]
         moved = np.broadcast_to(np.array([1.0, 1j]), (*turned.shape[:2], 2))
         return np.concatenate([moved, turned], axis=2)
@@ -99,7 +99,7 @@ class WakeMotion(Motion):
     def equations(
         self, time_s: np.ndarray, position: np.ndarray, velocity: np.ndarray, states: list[np.ndarray], step_s: float
     ) -> Equations:
-        """Those of the chain in the water as it is held during a step of the wake."""
+        """Build the equations of the chain in the water as it is held during a step of the wake."""
         dry = super().equations(time_s, position, velocity, states, step_s)
         pose = dry.now.pose
         jacobian = self._nodes.jacobian(pose)
@@ -109,7 +109,7 @@ class WakeMotion(Motion):
         return replace(dry, mass=dry.mass + self._held_mass, force=force)
 
     def renew(self, position: np.ndarray, velocity: np.ndarray) -> None:
-        """Solves for the circulations, sheds, carries the wake along, and holds the force for the step to come."""
+        """Solve for the circulations, shed, carry the wake along, and hold the force for the step to come."""
         pose, h = self.chain.pose(position, velocity), self._wake_step_s
         surface, jacobian = self._nodes.surface(self._panels, pose), self._nodes.jacobian(pose)
         edge, water = surface.node_m[:, -1:], self._outside
@@ -144,5 +144,5 @@ def _middles(jacobian: np.ndarray) -> np.ndarray:
 
 
 def _on_coordinates(jacobian: np.ndarray, force_n: np.ndarray) -> np.ndarray:
-    """(n, N) generalised force of forces (n, k), complex, at places of a Jacobian (n, k, N)."""
+    """Return the (n, N) generalised force of forces (n, k), complex, at places of a Jacobian (n, k, N)."""
     return np.asarray((jacobian.conj() * force_n[:, :, None]).real.sum(axis=1))

@@ -28,7 +28,7 @@ class Rings(NamedTuple):
 
 
 def of_rings(place_m: np.ndarray, rings: Rings) -> np.ndarray:
-    """(n, p, k) m/s at places (n, p) of each ring of unit circulation."""
+    """Return (n, p, k) m/s at places (n, p) of each ring of unit circulation."""
     place, height = place_m[:, :, None], rings.half_height_m
     a, b = rings.a_m[:, None], rings.b_m[:, None]
     columns = _column(place - a, height, rings.core_a_m) - _column(place - b, height, rings.core_b_m)
@@ -53,7 +53,7 @@ def _caps(place: np.ndarray, a: np.ndarray, b: np.ndarray, height: np.ndarray) -
 def of_sheet(
     place_m: np.ndarray, node_m: np.ndarray, circulation_m2_s: np.ndarray, half_height_m: float, core_m: float
 ) -> np.ndarray:
-    """(n, p) m/s at places (n, p) of a sheet of rings of one height, through nodes (n, k + 1), of circulations (n, k).
+    """Return (n, p) m/s at places (n, p) of a sheet of rings of one height, nodes (n, k + 1), circulations (n, k).
 
     Its rings are short against their height, so their caps count as one element in the middle of each.
     """
@@ -69,7 +69,7 @@ def of_sheet(
 
 
 def _squares(place_m: np.ndarray, node_m: np.ndarray) -> np.ndarray:
-    """(n, p, k) distances squared."""
+    """Return (n, p, k) distances squared."""
     x = place_m.real[:, :, None] - node_m.real[:, None]
     y = place_m.imag[:, :, None] - node_m.imag[:, None]
     return np.asarray(x * x + y * y)

@@ -1,4 +1,4 @@
-"""Simulates trials in water that holds their wakes, filmed by their worlds' cameras."""
+"""Simulation of trials in water that holds their wakes, filmed by their worlds' cameras."""
 
 from collections.abc import Sequence
 
@@ -32,7 +32,7 @@ def simulate(
     *,
     allow_divergence: bool = False,
 ) -> list[Recording]:
-    """Recordings of the trials, as of `reality.simulate`; those out of water are reality's.
+    """Simulate the trials, as `reality.simulate` does, which also makes those out of water.
 
     Args:
         trials, markers, step_s, allow_divergence: as there.
@@ -58,7 +58,7 @@ def simulate(
 
 
 def _substeps(trial: Trial, step_s: float, fineness: int) -> int:
-    """Steps of the integrator for one of the wake, in few classes so that trials find company."""
+    """Return the steps of the integrator for one of the wake, in few classes so that trials find company."""
     most = min(1 / (trial.frequency_hz * _STEPS_A_BEAT), _LONGEST_S) / (fineness * step_s)
     return max((each for each in _CLASSES if each <= most + 1e-9), default=1)
 

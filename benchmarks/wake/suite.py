@@ -1,4 +1,4 @@
-"""Which sessions a suite of this generator holds, and how robot, water, camera and trials are drawn for one of them."""
+"""Suite of this generator: which sessions it holds, and how robot, water, camera and trials are drawn for one."""
 
 from itertools import cycle
 
@@ -23,7 +23,7 @@ _SLOWEST_M_S, _FASTEST_M_S, _FOLDED_RAD = 0.015, 0.3, 0.75  # of swims in the ba
 
 
 def plan_wake_suite(seed: int, size: SuiteSize) -> tuple[SessionPlan, ...]:
-    """The sessions, in the order of their names: some with nothing in them, all others with one effect."""
+    """Plan the sessions, in the order of their names: some with nothing in them, all others with one effect."""
     random = np.random.default_rng([seed, 8])
     levels = cycle(random.permutation(DETECTABILITIES))
     present: list[Present] = [("null", (), 0.0)] * size.null
@@ -33,7 +33,7 @@ def plan_wake_suite(seed: int, size: SuiteSize) -> tuple[SessionPlan, ...]:
 
 
 def _recorded(random: np.random.Generator) -> Recorded:
-    """Five or six swims, two of them held out; how long each is, is drawn with it."""
+    """Draw five or six swims, two of them held out; how long each is, is drawn with it."""
     swims = int(random.integers(5, 7))
     speeds = apart(swims, SLOWEST_HZ, FASTEST_HZ, random)
     held_out = set(random.choice(swims, _HELD_OUT, replace=False).tolist())
@@ -42,7 +42,7 @@ def _recorded(random: np.random.Generator) -> Recorded:
 
 
 def draw_wake_world(plan: SessionPlan) -> Filming[DrawnWorld]:
-    """Draws robot, water and trials until every swim of the base state is plausible.
+    """Draw robot, water and trials until every swim of the base state is plausible.
 
     Raises:
         ValueError: no draw is.
@@ -75,14 +75,14 @@ def _trials(recorded: Recorded, random: np.random.Generator) -> tuple[DrawnTrial
 
 
 def _swim(hz: float, beats: tuple[float, float], random: np.random.Generator) -> TrimmedTrial:
-    """To anywhere; less half a fish, whose origin is near its nose."""
+    """Draw a swim to anywhere; less half a fish, whose origin is near its nose."""
     seconds = float(np.round(WARMUP_S + random.uniform(*beats) / hz, 1))
     swim = swim_past_middle(hz, seconds, float(random.uniform(0.0, 2 * np.pi)), -0.2, random)
     return TrimmedTrial(**vars(swim), trim_rad=_TRIM_SD_RAD * float(random.standard_normal()))
 
 
 def _plausible(recording: Recording) -> bool:
-    """Whether it goes forward, no faster than fish of this size, and its tail does not fold."""
+    """Return whether it goes forward, no faster than fish of this size, and its tail does not fold."""
     half = recording.head[len(recording.head) // 2 :]
     moved = complex(*(half[-1, :2] - half[0, :2]))
     speed = (moved * np.exp(-1j * (half[:, 2].mean() + np.pi))).real / (len(half) / recording.trial.fps)

@@ -1,4 +1,4 @@
-"""The catalogue of effects as Markdown, from the effects themselves."""
+"""Markdown of the catalogue of effects, from the effects themselves."""
 
 from collections.abc import Iterable, Iterator
 from itertools import groupby

@@ -1,4 +1,4 @@
-"""The command line as Markdown, from the commands themselves."""
+"""Markdown of the command line, from the commands themselves."""
 
 import argparse
 import re
@@ -9,7 +9,7 @@ from typer.cli import get_docs_for_click
 
 
 def command_line() -> str:
-    """Every command with its arguments, options and example; a heading each."""
+    """Return every command with its arguments, options and example, a heading each."""
     from calib.capture import functions as capture
     from calib.cli import app
 
@@ -23,7 +23,7 @@ def command_line() -> str:
 
 
 def _capture(parser: argparse.ArgumentParser) -> Iterator[str]:
-    """The commands of the motor, which need nothing but the standard library and so have another parser."""
+    """Yield the commands of the motor, which need nothing but the standard library and so have another parser."""
     (group,) = (each for each in parser._actions if isinstance(each, argparse._SubParsersAction))
     for word, one in group.choices.items():
         yield f"### capture {word}\n\n```text\n{one.format_help()}```\n"

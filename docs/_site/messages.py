@@ -1,4 +1,4 @@
-"""Every message of an error as Markdown, from the code that raises it: what is wrong, what is expected, what to do."""
+"""Markdown of every error message, from the code that raises it: what is wrong, what is expected, what to do."""
 
 import ast
 import re
@@ -52,7 +52,7 @@ _LONGEST = 70  # characters of a heading
 
 
 class Message(NamedTuple):
-    """What a user may read; parts that differ from case to case are "…"."""
+    """Message that a user may read; parts that differ from case to case are "…"."""
 
     error: str
     what: str
@@ -61,7 +61,7 @@ class Message(NamedTuple):
 
 
 def messages() -> str:
-    """A heading for each topic, and below it one for each message."""
+    """Return a heading for each topic, and below it one for each message."""
     told: dict[str, dict[str, Message]] = {topic: {} for topic in TOPICS}
     for path in sorted(
         path
@@ -76,7 +76,7 @@ def messages() -> str:
 
 
 def _entry(message: Message) -> str:
-    """A heading, the rest of the message, and which error it is."""
+    """Return a heading, the rest of the message, and which error it is."""
     head = re.split(r"; |: | \(|, but |\. ", message.what)[0]
     head = head if len(head) <= _LONGEST else head[:_LONGEST].rsplit(" ", 1)[0] + " …"
     body = [_sentence(message.what)] if head != message.what else []
@@ -127,7 +127,7 @@ def _message(call: ast.Call, names: dict[str, list[ast.expr]]) -> Iterator[Messa
 
 
 def _assigned(function: ast.FunctionDef) -> Iterator[tuple[str, list[ast.expr]]]:
-    """Names of a function with what they are given."""
+    """Yield the names of a function with what they are given."""
     found: dict[str, list[ast.expr]] = {}
     for node in ast.walk(function):
         if isinstance(node, ast.Assign):
@@ -147,7 +147,7 @@ def _returned(function: ast.FunctionDef) -> Iterator[ast.expr]:
 
 
 def _texts(node: ast.expr, names: dict[str, list[ast.expr]], depth: int = 2) -> list[str]:
-    """The texts that an expression may be, with "…" for what is not known; none where nothing is."""
+    """List the texts that an expression may be, with "…" for what is not known; none where nothing is."""
     if isinstance(node, ast.Name) and depth:
         return [text for given in names.get(node.id, []) for text in _texts(given, names, depth - 1)]
     if isinstance(node, ast.Call) and (name := ast.unparse(node.func).removeprefix("self.")) in names and depth:

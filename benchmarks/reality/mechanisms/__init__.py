@@ -1,4 +1,4 @@
-"""What can be switched on in the second simulator: each effect of the catalogue in another form, and others.
+"""Mechanisms of the second simulator: each effect of the catalogue in another form, and others.
 
 A mechanism is in the module of its family, with a function of its name: a generator draws what differs from one
 session to the next (sign, side, marker, shape), and the function that comes back gives the mechanisms at a strength
@@ -18,7 +18,7 @@ Drawn = Callable[[np.random.Generator], AtStrength]
 
 
 def none_at_zero(draw: Drawn) -> Drawn:
-    """The same with nothing that acts at strength 0."""
+    """Return the same draw, with nothing that acts at strength 0."""
 
     def drawn(random: np.random.Generator) -> AtStrength:
         at = draw(random)
@@ -28,7 +28,7 @@ def none_at_zero(draw: Drawn) -> Drawn:
 
 
 def _in(module: ModuleType) -> dict[str, Drawn]:
-    """How each mechanism of a module is drawn, in their order; at strength 0 there is none."""
+    """Return how each mechanism of a module is drawn, in their order; at strength 0 there is none."""
     own = {name: each for name, each in vars(module).items() if isfunction(each) and each.__module__ == module.__name__}
     return {name: none_at_zero(draw) for name, draw in own.items() if not name.startswith("_")}
 

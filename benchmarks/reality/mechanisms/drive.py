@@ -1,4 +1,4 @@
-"""Crank and motor."""
+"""Mechanisms of crank and motor."""
 
 import numpy as np
 
@@ -17,18 +17,18 @@ class DriveRatioError(Mechanism):
     runout_rad: float  # e
 
     def start(self, now: Instant) -> np.ndarray:
-        """(n, 1) the angle from which the crank starts, rad."""
+        """Return the (n, 1) angle from which the crank starts, rad."""
         return now.turn.angle_rad
 
     def turn(self, time_s: np.ndarray, turn: Turn, state: np.ndarray) -> Turn:  # noqa: ARG002
-        """Further."""
+        """Turn the crank further."""
         turned = (1 + self.relative) * (turn.angle_rad - state)
         ahead, rate = self.runout_rad * np.sin(turned), 1 + self.runout_rad * np.cos(turned)
         return Turn(state + turned + ahead, (1 + self.relative) * turn.speed_rad_s * rate)
 
 
 def drive_ratio_error(random: np.random.Generator) -> AtStrength:
-    """Draws faster or slower, and how far the wheel runs out of true."""
+    """Draw faster or slower, and how far the wheel runs out of true."""
     typical = 0.02
     sign, runout = random.choice([-1.0, 1.0]), random.uniform(0.0, 0.1)
     return lambda strength: (DriveRatioError(sign * typical * strength, runout * (typical * strength)),)
@@ -39,14 +39,14 @@ _AVERAGED_S, _WARMED_S = 0.5, 5.0
 
 
 class LateCrank(Mechanism):
-    """Falls behind the commanded turn. Its state begins with the time s, the angle behind rad and its rate rad/s."""
+    """Crank behind the commanded turn. Its state begins with the time s, the angle behind rad and its rate rad/s."""
 
     def start(self, now: Instant) -> np.ndarray:
-        """(n, 3) nothing behind."""
+        """Return (n, 3) with nothing behind."""
         return np.concatenate([now.time_s, np.zeros((len(now.time_s), 2))], axis=1)
 
     def turn(self, time_s: np.ndarray, turn: Turn, state: np.ndarray) -> Turn:
-        """Behind, or ahead."""
+        """Turn the crank behind, or ahead."""
         since, behind, rate = np.split(state[:, :3], 3, axis=1)
         return Turn(turn.angle_rad - behind - rate * (time_s - since), turn.speed_rad_s - rate)
 
@@ -64,11 +64,11 @@ class MotorSpeedSag(LateCrank):
     warmth: float  # more of it in a warm winding
 
     def start(self, now: Instant) -> np.ndarray:
-        """(n, 5) with load and heat, both relative to what is usual; cold."""
+        """Return (n, 5) with load and heat, both relative to what is usual; cold."""
         return np.concatenate([super().start(now), np.zeros((len(now.time_s), 2))], axis=1)
 
     def advance(self, now: Instant, state: np.ndarray, step_s: float) -> np.ndarray:
-        """Load, heat and speed a step later."""
+        """Return load, heat and speed a step later."""
         time_s, behind, rate, load, heat = np.split(state, 5, axis=1)
         asked = np.abs(now.pull.crank_torque_n_m) / _LOAD_N_M
         load = load + step_s / _AVERAGED_S * (asked - load)
@@ -81,7 +81,7 @@ class MotorSpeedSag(LateCrank):
 
 
 def motor_speed_sag(random: np.random.Generator) -> AtStrength:
-    """Draws how sharply the limit comes, and how much the winding's heat matters."""
+    """Draw how sharply the limit comes, and how much the winding's heat matters."""
     typical = 0.03  # of the speed, lost at one turn a second
     exponent, warmth = random.uniform(2.0, 3.5), random.uniform(0.2, 0.8)
     return lambda strength: (MotorSpeedSag(typical * strength, exponent, warmth),)
@@ -102,7 +102,7 @@ class MotorSpeedRipple(LateCrank):
     back: float  # share of a driving torque that reaches the motor
 
     def advance(self, now: Instant, state: np.ndarray, step_s: float) -> np.ndarray:
-        """A step of the rotor, implicit in its rate."""
+        """Take a step of the rotor, implicit in its rate."""
         time_s, behind, rate = np.split(state, 3, axis=1)
         torque = now.pull.crank_torque_n_m
         torque = torque * np.where(torque > 0, 1.0, self.back)
@@ -113,7 +113,7 @@ class MotorSpeedRipple(LateCrank):
 
 
 def motor_speed_ripple(random: np.random.Generator) -> AtStrength:
-    """Draws how well the gear can be driven backwards; the loop gets no softer than 5 times the typical one."""
+    """Draw how well the gear can be driven backwards; the loop gets no softer than 5 times the typical one."""
     typical_n_m_s = 2.0  # torque per rad/s of speed error, for a ripple of 5 % at one turn a second
     most = 5.0  # times as soft
     back = random.uniform(0.8, 1.0)
@@ -133,7 +133,7 @@ class MotorStartDelay(Mechanism):
     spin_up_s: float  # time constant; in the end it is late by the sum of both
 
     def turn(self, time_s: np.ndarray, turn: Turn, state: np.ndarray) -> Turn:  # noqa: ARG002
-        """Late by t - reached(t)."""
+        """Turn the crank late by t - reached(t)."""
         stops_s = np.minimum(self.rest_s + self.spin_up_s, _STOPS_S)
         before, after = np.minimum(time_s, 0.0), np.maximum(time_s - self.rest_s, 0.0)
         fading, begun = np.exp(before / stops_s), np.exp(-after / self.spin_up_s)
@@ -143,7 +143,7 @@ class MotorStartDelay(Mechanism):
 
 
 def motor_start_delay(random: np.random.Generator) -> AtStrength:
-    """Draws how much of the delay is rest and how much is spin-up."""
+    """Draw how much of the delay is rest and how much is spin-up."""
     typical_s = 0.05
     rest = random.uniform(0.3, 0.7)
     return lambda strength: (MotorStartDelay(rest * (typical_s * strength), (1 - rest) * (typical_s * strength)),)

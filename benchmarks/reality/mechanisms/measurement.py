@@ -1,4 +1,4 @@
-"""Camera, markers and tracker."""
+"""Mechanisms of camera, markers and tracker."""
 
 from dataclasses import replace
 
@@ -25,7 +25,7 @@ class HeadFrameMisalignment(Mechanism):
     neck_m: float
 
     def place(self, sight: Sight) -> Sight:
-        """Two markers, shifted to the side as the head lay a while ago."""
+        """Shift two markers to the side as the head lay a while ago."""
         nose, neck = sight.names.index("nose"), sight.names.index("neck")
         line = sight.marker_m[:, neck] - sight.marker_m[:, nose]
         line = line / np.abs(line)
@@ -39,7 +39,7 @@ class HeadFrameMisalignment(Mechanism):
 
 
 def head_frame_misalignment(random: np.random.Generator) -> AtStrength:
-    """Draws how the error is shared between the two boxes, to which sides, and for how long a template remembers."""
+    """Draw how the error is shared between the two boxes, to which sides, and for how long a template remembers."""
     typical_m = 0.003
     least_s, most_s = 0.05, 2.0
     angle = random.uniform(0, 2 * np.pi)
@@ -56,7 +56,7 @@ class ScaleError(Mechanism):
     neck_m: float
 
     def place(self, sight: Sight) -> Sight:
-        """Two markers, shifted by a constant."""
+        """Shift two markers by a constant."""
         nose, neck = sight.names.index("nose"), sight.names.index("neck")
         line = sight.marker_m[0, neck] - sight.marker_m[0, nose]
         marker_m = sight.marker_m.copy()
@@ -65,7 +65,7 @@ class ScaleError(Mechanism):
 
 
 def scale_error(random: np.random.Generator) -> AtStrength:
-    """Draws whether the two are too far apart or too close, and the nose's share of it (mostly it is the neck's)."""
+    """Draw whether the two are too far apart or too close, and the nose's share of it (mostly it is the neck's)."""
     typical = 0.02
     nose_to_neck_m = 0.142
     sign, nose_share = random.choice([-1.0, 1.0]), random.uniform(0.0, 0.3)
@@ -84,14 +84,14 @@ class CameraParallax(Mechanism):
     height_m: tuple[tuple[str, float], ...]  # by name of marker, above the nose
 
     def place(self, sight: Sight) -> Sight:
-        """Up or down, nowhere else."""
+        """Move markers up or down, nowhere else."""
         height = dict(self.height_m)
         own = np.array([height.get(name, 0.0) for name in sight.names])
         return replace(sight, height_m=sight.height_m + self.nearness * own)
 
 
 def camera_parallax(random: np.random.Generator) -> AtStrength:
-    """Draws how the fish is trimmed in pitch, and how far each marker is from its published height.
+    """Draw how the fish is trimmed in pitch, and how far each marker is from its published height.
 
     The nearness saturates at 10, as from 0.25 m above the fish instead of 2.5 m.
     """
@@ -118,7 +118,7 @@ class LensDistortion(Mechanism):
     down_px: float
 
     def picture(self, picture: Picture) -> Picture:
-        """Each position along its radius."""
+        """Move each position along its radius."""
         centre = picture.camera.centre_px + np.array([self.right_px, self.down_px])
         off = picture.position_px - centre
         square = (off**2).sum(axis=-1, keepdims=True) / (picture.camera.height_px / 2) ** 2
@@ -126,7 +126,7 @@ class LensDistortion(Mechanism):
 
 
 def lens_distortion(random: np.random.Generator) -> AtStrength:
-    """Draws barrel or cushion, how much of it the second term takes back, and the centre.
+    """Draw barrel or cushion, how much of it the second term takes back, and the centre.
 
     Saturates at k1 = 0.25, where a barrel would begin to fold the picture's corners over.
     """
@@ -155,14 +155,14 @@ class TimeBaseError(Mechanism):
     phase_rad: float  # of the sway at the first frame
 
     def expose(self, time_s: np.ndarray) -> np.ndarray:
-        """True times: the integral of 1 + relative (1 + sway cos(w t + phase))."""
+        """Return the true times: the integral of 1 + relative (1 + sway cos(w t + phase))."""
         w = 2 * np.pi / _SWAY_S
         swayed = (np.sin(w * time_s + self.phase_rad) - np.sin(self.phase_rad)) / w
         return np.asarray(time_s + self.relative * (time_s + self.sway * swayed))
 
 
 def time_base_error(random: np.random.Generator) -> AtStrength:
-    """Draws a clock that is fast or slow, and how it sways; the error saturates at a half."""
+    """Draw a clock that is fast or slow, and how it sways; the error saturates at a half."""
     typical, most = 0.02, 0.5
     sign, sway, phase = random.choice([-1.0, 1.0]), random.uniform(0.0, 0.1), random.uniform(0, 2 * np.pi)
     return lambda strength: (TimeBaseError(sign * most * np.tanh(typical / most * strength), sway, phase),)
@@ -182,7 +182,7 @@ class RollingShutter(Mechanism):
     stamped: float  # share of the lines that are read before the time stamp of the frame
 
     def picture(self, picture: Picture) -> Picture:
-        """From the paths through all frames; fixed points of x(t + readout (line / lines - stamped))."""
+        """Read places off the paths through all frames: fixed points of x(t + readout (line / lines - stamped))."""
         time_s, lines = picture.time_s, picture.camera.height_px
         found = picture.position_px.copy()
         for marker in range(found.shape[1]):
@@ -195,7 +195,7 @@ class RollingShutter(Mechanism):
 
 
 def rolling_shutter(random: np.random.Generator) -> AtStrength:
-    """Draws which line a frame's stamp belongs to; the readout saturates at 40 ms."""
+    """Draw which line a frame's stamp belongs to; the readout saturates at 40 ms."""
     typical_s, most_s = 0.01, 0.04
     stamped = random.uniform(0.3, 0.7)
     return lambda strength: (RollingShutter(most_s * np.tanh(typical_s / most_s * strength), stamped),)
@@ -212,7 +212,7 @@ class MarkerOffset(Mechanism):
     glued: float  # share of it that turns with the link
 
     def place(self, sight: Sight) -> Sight:
-        """Shifted by both."""
+        """Shift markers by both."""
         offset = dict(self.offset_m)
         own = np.array([offset.get(name, 0j) for name in sight.names])
         turned = self.glued * sight.axis + (1 - self.glued) * sight.axis[:1]
@@ -220,7 +220,7 @@ class MarkerOffset(Mechanism):
 
 
 def marker_offset(random: np.random.Generator) -> AtStrength:
-    """Draws how many markers are off, which ones, where to, and whether by their glue or by their boxes."""
+    """Draw how many markers are off, which ones, where to, and whether by their glue or by their boxes."""
     typical_m = 0.004
     others = [name for name in FISHSIM_MARKERS if name not in {"nose", "neck"}]
     off = random.choice(others, size=random.integers(1, len(others) + 1), replace=False)
@@ -249,7 +249,7 @@ class TrackerDrift(Wearing):
     seed: int  # of the walk
 
     def place(self, sight: Sight) -> Sight:
-        """Further along the link from frame to frame."""
+        """Slide boxes further along the link from frame to frame."""
         marker_m = sight.marker_m.copy()
         elapsed_s = sight.time_s - sight.time_s[0]
         steps_s = np.diff(sight.time_s)
@@ -264,7 +264,7 @@ class TrackerDrift(Wearing):
 
 
 def tracker_drift(random: np.random.Generator) -> AtStrength:
-    """Draws which boxes slide, at what pace, and how they waver. Each saturates where it has slid by 4 cm."""
+    """Draw which boxes slide, at what pace, and how they waver. Each saturates where it has slid by 4 cm."""
     typical_m_s = 0.001
     walk_m = 0.0001  # in a second, at strength 1
     others = [name for name in FISHSIM_MARKERS if name not in {"nose", "neck"}]
@@ -295,7 +295,7 @@ class MarkerSwap(Wearing):
     seed: int  # of when the bursts begin
 
     def picture(self, picture: Picture) -> Picture:
-        """Exchanged in some frames, untouched in the others."""
+        """Exchange markers in some frames, leave the others untouched."""
         front, rear = picture.names.index(self.front), picture.names.index(self.rear)
         frames = self._exchanged(picture.time_s)
         position_px = picture.position_px.copy()
@@ -304,7 +304,7 @@ class MarkerSwap(Wearing):
         return replace(picture, position_px=position_px)
 
     def _exchanged(self, time_s: np.ndarray) -> np.ndarray:
-        """(f,) whether: in the last `share` of each stretch from one recovery to the next."""
+        """Return (f,) whether they are exchanged: in the last `share` of each stretch from one recovery to the next."""
         random = np.random.default_rng(self.seed)
         in_use_s = self.before_s + time_s
         ends = np.cumsum(random.exponential(_APART_S, int(4 * (in_use_s[-1] / _APART_S + 4))))
@@ -314,7 +314,7 @@ class MarkerSwap(Wearing):
 
 
 def marker_swap(random: np.random.Generator) -> AtStrength:
-    """Draws one pair of neighbours on the tail, or two; their share saturates at 90 % of the time."""
+    """Draw one pair of neighbours on the tail, or two; their share saturates at 90 % of the time."""
     typical, most = 0.1, 0.9
     tail = FISHSIM_MARKERS[FISHSIM_MARKERS.index("tail_1") :]
     first = random.permutation(len(tail) - 1)[: random.integers(1, 3)]
