@@ -61,12 +61,12 @@ def run_cases(
         InputError: no scheduler answers.
     """
     failures = []
-    tried, named = partial(_tried, work), list(cases.items())
+    tried, named = partial(_try_case, work), list(cases.items())
     processes = min(run.workers or os.cpu_count() or 1, len(cases))
     if processes <= 1 and run.scheduler is None:
         outcomes: Iterable[tuple[str, Record | Failure]] = map(tried, named)
     else:
-        outcomes = spread(tried, named, _lost, processes, run.scheduler)
+        outcomes = spread(tried, named, _report_lost, processes, run.scheduler)
     for done, (name, outcome) in enumerate(outcomes, 1):
         if isinstance(outcome, Failure):
             failures.append(outcome)
@@ -77,11 +77,11 @@ def run_cases(
     return tuple(failures)
 
 
-def _lost(named: tuple[str, Case], why: str) -> tuple[str, Failure]:
+def _report_lost(named: tuple[str, Case], why: str) -> tuple[str, Failure]:
     return named[0], Failure(named[0], why)
 
 
-def _tried(work: Callable[[Case], Record], named: tuple[str, Case]) -> tuple[str, Record | Failure]:
+def _try_case(work: Callable[[Case], Record], named: tuple[str, Case]) -> tuple[str, Record | Failure]:
     name, case = named
     try:
         return name, work(case)

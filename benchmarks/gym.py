@@ -25,13 +25,13 @@ def measure_gym(**options: Any) -> dict[str, float]:
     kinds |= {f"{n} processes": partial(many, n, "async") for n in (cores, 4 * cores)}
     kinds |= {f"batch of {n}": partial(many, n, "vector_entry_point") for n in (64, 256, 1024)}
     kinds["batch of 256, one thread"] = partial(many, 256, "vector_entry_point", workers=1)
-    rounds = [{kind: _rate(make()) for kind, make in kinds.items()} for _ in range(_ROUNDS)]
+    rounds = [{kind: _measure_rate(make()) for kind, make in kinds.items()} for _ in range(_ROUNDS)]
     found = {kind: float(np.median([each[kind] for each in rounds])) for kind in kinds}
     batch, processes = (max(found[kind] for kind in kinds if what in kind) for what in ("batch", "processes"))
     return found | {RATIO: batch / processes}
 
 
-def _rate(env: Any) -> float:
+def _measure_rate(env: Any) -> float:
     env.reset(seed=0)
     env.action_space.seed(0)
     actions, done = [env.action_space.sample() for _ in range(16)], 0

@@ -73,11 +73,11 @@ class DrivenCrank(Mechanism):
 def make_sample(folder: Path) -> Path:
     """Make the sample; files of the same names are replaced, no others are touched."""
     with tempfile.TemporaryDirectory() as scratch:
-        shutil.copytree(_made(Path(scratch) / "sample"), folder, dirs_exist_ok=True)
+        shutil.copytree(_make(Path(scratch) / "sample"), folder, dirs_exist_ok=True)
     return folder
 
 
-def _made(folder: Path) -> Path:
+def _make(folder: Path) -> Path:
     plan = default_plan(SAMPLE_SEED)  # of the dry experiments, which start and stop as `calib capture` drives them
     driven = {run.name: run for run in plan.dry_runs}
     motors = {
@@ -85,14 +85,14 @@ def _made(folder: Path) -> Path:
         for number, (name, run) in enumerate(driven.items())
         if run.motor is not None
     }
-    recordings = _recorded(_trials(plan), motors)
+    recordings = _simulate(_plan_trials(plan), motors)
     with new_folder(folder) as part:
         tables = []
         for number, (name, recording) in enumerate(recordings.items()):
-            files = _film(part, name, recording) if VIDEO.films(name) else _track(part, name, recording, number)
+            files = _film(part, name, recording) if VIDEO.films(name) else _write_tracks(part, name, recording, number)
             hz = driven[name].commanded_hz if name in driven else recording.trial.frequency_hz or None
             if name in motors:
-                _log(part, name, motors[name], recording)
+                _write_log(part, name, motors[name], recording)
                 files["motor"] = motor_file(driven[name])
             held_out = recording.trial.kind == "swim" and (hz not in FIT_HZ or VIDEO.films(name))
             role = "holdout" if held_out else "fit"
@@ -105,15 +105,15 @@ def _made(folder: Path) -> Path:
             trials=tables,
             fit={"warmup_s": _WARMUP_S},
         )
-        write_whole(part / TRUTH_FILE, json.dumps(_truth(recordings), indent=1) + "\n")
+        write_whole(part / TRUTH_FILE, json.dumps(_collect_truth(recordings), indent=1) + "\n")
         load_session(part)
     return folder
 
 
-def _trials(plan: SyntheticPlan) -> dict[str, Trial]:
+def _plan_trials(plan: SyntheticPlan) -> dict[str, Trial]:
     random = np.random.default_rng(SAMPLE_SEED)
     ways = zip(SPEEDS_HZ, _WAYS_RAD, strict=True)
-    swims = {trial_name("f", hz): _swim(hz, way_rad, random) for hz, way_rad in ways}
+    swims = {trial_name("f", hz): _plan_swim(hz, way_rad, random) for hz, way_rad in ways}
     swims[VIDEO_NAME] = swim_past_middle(_VIDEO_HZ, _VIDEO_S, _VIDEO_HEADING_RAD, 0.2, random)
     dry = {run.name: Trial("dry", run.seconds, phase_rad=run.phase_rad) for run in plan.dry_runs}
     decays = {
@@ -123,7 +123,7 @@ def _trials(plan: SyntheticPlan) -> dict[str, Trial]:
     return {name: replace(trial, run_in_s=_RUN_IN_S) for name, trial in swims.items()} | dry | decays
 
 
-def _recorded(trials: Mapping[str, Trial], motors: Mapping[str, DrivenMotor]) -> dict[str, Recording]:
+def _simulate(trials: Mapping[str, Trial], motors: Mapping[str, DrivenMotor]) -> dict[str, Recording]:
     """Simulate all trials in one batch; a crank that a motor is logged of turns as that drives it."""
     worlds = dict.fromkeys(trials, WORLD)
     for name, motor in motors.items():
@@ -133,12 +133,12 @@ def _recorded(trials: Mapping[str, Trial], motors: Mapping[str, DrivenMotor]) ->
     return dict(zip(trials, filmed, strict=True))
 
 
-def _swim(hz: float, way_rad: float, random: np.random.Generator) -> Trial:
+def _plan_swim(hz: float, way_rad: float, random: np.random.Generator) -> Trial:
     heading = float(random.uniform(-_HEADING_RAD, _HEADING_RAD) + way_rad)
     return swim_past_middle(hz, max(_FEWEST_S, round(_FEWEST_BEATS / hz, 1)), heading, 0.2, random)
 
 
-def _track(folder: Path, name: str, recording: Recording, number: int) -> dict[str, str]:
+def _write_tracks(folder: Path, name: str, recording: Recording, number: int) -> dict[str, str]:
     """Write the tracks that a tracker with faults gives; return the keys of its `[[trial]]`."""
     random = np.random.default_rng([SAMPLE_SEED, 4, number])
     file = f"trials/{name}.csv.gz"
@@ -147,7 +147,7 @@ def _track(folder: Path, name: str, recording: Recording, number: int) -> dict[s
     return {"tracks": file}
 
 
-def _log(folder: Path, name: str, motor: DrivenMotor, recording: Recording) -> None:
+def _write_log(folder: Path, name: str, motor: DrivenMotor, recording: Recording) -> None:
     """Write what the motor's computer logs, on a clock of its own."""
     crank = CubicSpline(recording.drive.time_s, recording.drive.angle_rad)
     last_s = recording.drive.time_s[-1]
@@ -159,7 +159,7 @@ def _log(folder: Path, name: str, motor: DrivenMotor, recording: Recording) -> N
 def _film(folder: Path, name: str, recording: Recording) -> dict[str, str]:
     """Render the video of a swim in the middle of the picture, with start boxes and exact tracks; return its keys."""
     camera = SyntheticCamera(px_per_m=WORLD.camera.focal_px / WORLD.camera.height_m)
-    plan = SyntheticPlan(trials=(_planned(name, recording),), camera=camera, seed=SAMPLE_SEED)
+    plan = SyntheticPlan(trials=(_describe_trial(name, recording),), camera=camera, seed=SAMPLE_SEED)
     middle = (recording.position_px.max(axis=(0, 1)) + recording.position_px.min(axis=(0, 1))) / 2
     swim = TrueRun(
         trial=plan.trials[0],
@@ -169,12 +169,12 @@ def _film(folder: Path, name: str, recording: Recording) -> dict[str, str]:
         hinges_rad=recording.hinges_rad,
         frequency_hz=recording.trial.frequency_hz,
         phase_rad=recording.trial.phase_rad,
-        speed_m_s=_speed(recording),
+        speed_m_s=_measure_speed(recording),
     )
     return VIDEO.film(folder, 0, swim, plan, lambda *_: None)
 
 
-def _planned(name: str, recording: Recording) -> SyntheticTrial:
+def _describe_trial(name: str, recording: Recording) -> SyntheticTrial:
     trial = recording.trial
     hz = trial.frequency_hz
     return SyntheticTrial(
@@ -182,7 +182,7 @@ def _planned(name: str, recording: Recording) -> SyntheticTrial:
     )
 
 
-def _speed(recording: Recording) -> float:
+def _measure_speed(recording: Recording) -> float:
     """Return the forward speed after the warm-up without noise, m/s, as `forward_speed` defines it."""
     nose, neck = (recording.markers.index(marker) for marker in ("nose", "neck"))
     head = to_head_frame(recording.marker_m, nose, neck)
@@ -190,7 +190,7 @@ def _speed(recording: Recording) -> float:
     return float(forward_speed(recording.time_s, head, kept, recording.trial.frequency_hz))
 
 
-def _truth(recordings: Mapping[str, Recording]) -> dict[str, Any]:
+def _collect_truth(recordings: Mapping[str, Recording]) -> dict[str, Any]:
     swims = {name: each for name, each in recordings.items() if each.trial.kind == "swim"}
     return {
         "withheld": {"effect": "background_current", **asdict(WITHHELD)},
@@ -200,7 +200,7 @@ def _truth(recordings: Mapping[str, Recording]) -> dict[str, Any]:
             name: {
                 "frequency_hz": each.trial.frequency_hz,
                 "phase_rad": round(each.trial.phase_rad, 4),
-                "speed_m_s": round(_speed(each), 5),
+                "speed_m_s": round(_measure_speed(each), 5),
             }
             for name, each in swims.items()
         },

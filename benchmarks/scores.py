@@ -113,7 +113,7 @@ class Table(NamedTuple):
             return "\n".join([self.caption, "", *lines])
         named = [zip(self.columns[1:], row[1:], strict=True) for row in self.rows]
         found = ["; ".join(f"{column} {cell}" for column, cell in row if cell) for row in named]
-        items = _items(f"{row[0]}: {values}" for row, values in zip(self.rows, found, strict=True))
+        items = _format_items(f"{row[0]}: {values}" for row, values in zip(self.rows, found, strict=True))
         return f"{self.caption}\n\n{items}"
 
 
@@ -130,7 +130,7 @@ class Scores:
     def text(self) -> str:
         """Return Markdown, without the title."""
         parts = [f"Data: {self.data}  \nCommand: `{self.command}`", *(table.text() for table in self.tables)]
-        return "\n\n".join([*parts, *([_items(self.notes)] if self.notes else [])])
+        return "\n\n".join([*parts, *([_format_items(self.notes)] if self.notes else [])])
 
     def json(self) -> str:
         """Return the text for a JSON file."""
@@ -147,6 +147,6 @@ class Scores:
         return scores
 
 
-def _items(texts: Iterable[str]) -> str:
+def _format_items(texts: Iterable[str]) -> str:
     whole = TextWrapper(_WIDTH, subsequent_indent="  ", break_long_words=False, break_on_hyphens=False)
     return "\n".join(whole.fill(f"- {text}".replace(" %", "\u00a0%")) for text in texts)

@@ -28,7 +28,7 @@ def closest_fit_of(space: Whitened, row: np.ndarray, signatures: Sequence[Signat
     target = space.projected(row)
     best, residual = [np.zeros(len(each.effect.parameters)) for each in signatures], row
     nearest = float(np.linalg.norm(target))
-    choices = [chosen for chosen in product(*map(_ways, signatures)) if any(chosen)]
+    choices = [chosen for chosen in product(*map(_list_choices, signatures)) if any(chosen)]
     every = {id(piece): piece for chosen in choices for way in chosen for piece in way.values()}
     if not every:
         return ClosestFit(best, nearest, residual)
@@ -50,7 +50,7 @@ def closest_fit_of(space: Whitened, row: np.ndarray, signatures: Sequence[Signat
     return ClosestFit(best, nearest, residual)
 
 
-def _ways(signature: Signature) -> list[dict[int, Piece]]:
+def _list_choices(signature: Signature) -> list[dict[int, Piece]]:
     """List all choices of one piece of each parameter that shows, by its number.
 
     Of an effect of more than two parameters, of which there would be too many, two: for all strengths the slopes of the
@@ -60,10 +60,10 @@ def _ways(signature: Signature) -> list[dict[int, Piece]]:
     every = {number: own for number, own in every.items() if own}
     if len(every) <= _TOLD_APART:
         return [dict(zip(every, chosen, strict=True)) for chosen in product(*every.values())]
-    return [{number: _whole(own, size) for number, own in every.items()} for size in (min, max)]
+    return [{number: _merge_pieces(own, size) for number, own in every.items()} for size in (min, max)]
 
 
-def _whole(own: Sequence[Piece], size: Callable[..., Piece]) -> Piece:
+def _merge_pieces(own: Sequence[Piece], size: Callable[..., Piece]) -> Piece:
     """Return one piece for all strengths, with the slope of the least or the largest."""
     like = size(own, key=lambda piece: max(piece.low, -piece.high))
     return Piece(own[0].low, own[-1].high, like.slope)

@@ -66,7 +66,7 @@ def diagnose_suite(suite: SuiteFolder, program: Program, run: Run) -> tuple[Fail
     Raises:
         InputError: no scheduler answers.
     """
-    return _diagnosed(suite, program, [(suite.sessions / name, frozenset()) for name in suite.names], run)
+    return _diagnose_pieces(suite, program, [(suite.sessions / name, frozenset()) for name in suite.names], run)
 
 
 def diagnose_without(suite: SuiteFolder, program: Program, run: Run) -> tuple[Failure, ...]:
@@ -84,7 +84,7 @@ def diagnose_without(suite: SuiteFolder, program: Program, run: Run) -> tuple[Fa
     pieces = [(suite.without / name, frozenset(answer.effects)) for name, answer in suite.singles.items()]
     for copy, _ in pieces:
         _copy(suite.sessions / copy.name, copy)
-    return _diagnosed(suite, program, pieces, run)
+    return _diagnose_pieces(suite, program, pieces, run)
 
 
 def _copy(session: Path, folder: Path) -> None:
@@ -96,7 +96,7 @@ def _copy(session: Path, folder: Path) -> None:
         part.rename(folder)
 
 
-def _diagnosed(suite: SuiteFolder, program: Program, pieces: list[Piece], run: Run) -> tuple[Failure, ...]:
+def _diagnose_pieces(suite: SuiteFolder, program: Program, pieces: list[Piece], run: Run) -> tuple[Failure, ...]:
     todo = {piece[0].name: piece for piece in pieces if not (piece[0] / DIAGNOSIS).exists()}
     return run_cases(partial(diagnose_one, program, suite.discrepancy), todo, run)
 

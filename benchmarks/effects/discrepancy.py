@@ -85,10 +85,10 @@ class BaseSession:
 
 def base_sessions(seeds: Sequence[int], with_effects: bool) -> list[BaseSession]:
     """Simulate base sessions together, in the order of their seeds."""
-    return film_together([_session(seed, with_effects) for seed in seeds])
+    return film_together([_build_session(seed, with_effects) for seed in seeds])
 
 
-def _session(seed: int, with_effects: bool) -> Filming[BaseSession]:
+def _build_session(seed: int, with_effects: bool) -> Filming[BaseSession]:
     plan = SessionPlan(f"base-{seed}", seed, recorded_by(np.random.default_rng([seed, 1])), "null")
     drawn = yield from draw_world(plan)
     drawn = replace(drawn, world=replace(drawn.world, nuisances=Nuisances()))
@@ -119,11 +119,11 @@ def discrepancy_of(sessions: Sequence[BaseSession]) -> Discrepancy:
     found = in_common(sessions, robust_covariance([session.in_phase for session in sessions]))
     sizes = {size * scale for size in _SIZES for scale in SCALES}
     rows = {size: [_Row.of(session, found, size) for session in sessions] for size in sizes}
-    by_size = [_unlikely(_sized(rows, size)) for size in _SIZES]
+    by_size = [_compute_cost(_scale_rows(rows, size)) for size in _SIZES]
     size = _SIZES[int(np.argmin(by_size))]
     asked = [number for number, session in enumerate(sessions) if session.columns]
     rows = {each: [own[number] for number in asked] for each, own in rows.items()}
-    strengths = _strengths(_sized(rows, size))
+    strengths = _find_strengths(_scale_rows(rows, size))
     names = dict.fromkeys(name for name, _ in strengths)
     counts = {name: len(catalogue()[name].parameters) for name in names}
     by_name = {name: tuple(strengths.get((name, i), 0.0) for i in range(counts[name])) for name in names}
@@ -164,31 +164,33 @@ def robust_covariance(residual: Sequence[np.ndarray]) -> np.ndarray:
     About zero, not about their mean: what the twin leaves of every swim alike is its error too. A session counts by its
     directions, not by its size (Tyler 1987), so that a few in which the twin is far off do not say how all are.
     """
-    found = _shrunk(residual)
+    found = _shrink(residual)
     for _ in range(_ROBUST):
         root = np.linalg.cholesky(found)
         sizes = np.array([np.sqrt((solve_triangular(root, own.T, lower=True) ** 2).mean()) for own in residual])
         sizes /= np.exp(np.log(sizes).mean())
-        found = _shrunk([own / size for own, size in zip(residual, sizes, strict=True)])
+        found = _shrink([own / size for own, size in zip(residual, sizes, strict=True)])
     return found
 
 
-def _shrunk(residual: Sequence[np.ndarray]) -> np.ndarray:
+def _shrink(residual: Sequence[np.ndarray]) -> np.ndarray:
     pooled = np.vstack(residual)
     scale = np.sqrt((pooled**2).mean(axis=0))
     shrunk, _ = ledoit_wolf(pooled / scale, assume_centered=True)
     return np.asarray(shrunk * np.outer(scale, scale))
 
 
-def _strengths(rows: Mapping[float, Sequence["_Row"]]) -> dict[tuple[str, int], float]:
+def _find_strengths(rows: Mapping[float, Sequence["_Row"]]) -> dict[tuple[str, int], float]:
     """Find the likeliest strength of each parameter when there is no other: how much of it these sessions look like.
 
     Of those that make the residual likelier.
     """
     every = sorted(set.intersection(*(set(row.across) for own in rows.values() for row in own)))
-    without = _unlikely(rows)
+    without = _compute_cost(rows)
     found = {
-        one: minimize(lambda log, one=one: _unlikely(rows, one, np.exp(log[0])), [np.log(_FIRST)], method="Nelder-Mead")
+        one: minimize(
+            lambda log, one=one: _compute_cost(rows, one, np.exp(log[0])), [np.log(_FIRST)], method="Nelder-Mead"
+        )
         for one in every
     }
     return {
@@ -230,12 +232,14 @@ class _Row:
         return float(alone + 0.5 * (strength * self.across[one]) ** 2 / freed - 0.5 * np.log(freed))
 
 
-def _sized(rows: Mapping[float, Sequence[_Row]], size: float) -> dict[float, Sequence[_Row]]:
+def _scale_rows(rows: Mapping[float, Sequence[_Row]], size: float) -> dict[float, Sequence[_Row]]:
     """Return rows by the size that a session may have relative to most."""
     return {scale: rows[size * scale] for scale in SCALES}
 
 
-def _unlikely(rows: Mapping[float, Sequence[_Row]], one: tuple[str, int] | None = None, strength: float = 0.0) -> float:
+def _compute_cost(
+    rows: Mapping[float, Sequence[_Row]], one: tuple[str, int] | None = None, strength: float = 0.0
+) -> float:
     """Return -ln of the likelihood of so much of one parameter, or of none; each session has one of the sizes."""
     of_sizes = [[row.log_density(one, strength) + np.log(SCALES[scale]) for row in own] for scale, own in rows.items()]
     return -float(logsumexp(of_sizes, axis=0).sum())

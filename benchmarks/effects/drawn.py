@@ -66,11 +66,11 @@ class DrawnWorld:
             SimulationDiverged: the mechanisms are too strong.
         """
         trials = self.trials if trials is None else trials
-        worlds = [replace(self.world, mechanisms=worn(mechanisms, self._before_s(each))) for each in trials]
+        worlds = [replace(self.world, mechanisms=worn(mechanisms, self._sum_use_s(each))) for each in trials]
         recordings = yield [(world, each.trial) for world, each in zip(worlds, trials, strict=True)]
         return {each.name: recording for each, recording in zip(trials, recordings, strict=True)}
 
-    def _before_s(self, trial: DrawnTrial) -> float:
+    def _sum_use_s(self, trial: DrawnTrial) -> float:
         """Return the time that the robot was in use before a trial, s."""
         return float(sum(each.trial.duration_s for each in self.trials[: self.trials.index(trial)]))
 
@@ -84,9 +84,9 @@ def draw_world(plan: SessionPlan) -> Filming[DrawnWorld]:
     random = np.random.default_rng([plan.seed, 2])
     sunk_m = FLOATS_SD_M * float(np.random.default_rng([plan.seed, 6]).standard_normal())
     for _ in range(_TRIES):
-        drawn = DrawnWorld(plan, _world(random, sunk_m), _trials(plan.recorded, random))
+        drawn = DrawnWorld(plan, _sample_world(random, sunk_m), _draw_trials(plan.recorded, random))
         recordings = yield [(drawn.world, each.trial) for each in drawn.trials if each.trial.kind == "swim"]
-        if all(_forward_m_s(recording) > _SLOWEST_M_S for recording in recordings):
+        if all(_measure_speed(recording) > _SLOWEST_M_S for recording in recordings):
             return drawn
     raise ValueError(f"session {plan.name}: found no robot that swims forward in {_TRIES} draws, expected one in two")
 
@@ -108,15 +108,15 @@ def drawn_nuisances(random: np.random.Generator, sunk_m: float = 0.0) -> Nuisanc
     )
 
 
-def _world(random: np.random.Generator, sunk_m: float) -> World:
+def _sample_world(random: np.random.Generator, sunk_m: float) -> World:
     nuisances, (low, high) = drawn_nuisances(random, sunk_m), np.transpose(_COEFFICIENTS)
     blunt, slender, angular, kutta, magnus = map(float, random.uniform(low, high))
     return World(coefficients=(blunt, slender, angular, kutta, magnus), nuisances=nuisances)
 
 
-def _trials(recorded: Recorded, random: np.random.Generator) -> tuple[DrawnTrial, ...]:
+def _draw_trials(recorded: Recorded, random: np.random.Generator) -> tuple[DrawnTrial, ...]:
     swims = [
-        DrawnTrial(trial_name("f", hz), role, _swim(hz, recorded.seconds, random))
+        DrawnTrial(trial_name("f", hz), role, _draw_swim(hz, recorded.seconds, random))
         for hz, role in sorted(
             [*((hz, "fit") for hz in recorded.fit_hz), *((hz, "holdout") for hz in recorded.holdout_hz)]
         )
@@ -131,7 +131,7 @@ def _trials(recorded: Recorded, random: np.random.Generator) -> tuple[DrawnTrial
     return (*swims, *others)
 
 
-def _swim(hz: float, seconds: float, random: np.random.Generator) -> Trial:
+def _draw_swim(hz: float, seconds: float, random: np.random.Generator) -> Trial:
     """Draw a swim along the picture, half a fish longer than its course."""
     heading = float(random.uniform(-_HEADING_RAD, _HEADING_RAD) + np.pi * random.integers(2))
     return swim_past_middle(hz, seconds, heading, 0.2, random)
@@ -153,7 +153,7 @@ def swim_past_middle(hz: float, seconds: float, heading: float, more_m: float, r
     )
 
 
-def _forward_m_s(recording: Recording) -> float:
+def _measure_speed(recording: Recording) -> float:
     """Return the mean speed of the second half, in the direction in which the swim began."""
     half = recording.head[len(recording.head) // 2 :]
     way = np.exp(1j * recording.trial.heading_rad)

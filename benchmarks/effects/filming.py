@@ -52,22 +52,22 @@ def film_together(works: Iterable[Filming[T]], at_once: int | None = None, by: S
             go_on(number, None)
         if not waiting:
             return [ended[number] for number in sorted(ended)]
-        for number, filmed in _filmed(dict(waiting), by or simulate).items():
+        for number, filmed in _film(dict(waiting), by or simulate).items():
             go_on(number, filmed)
 
 
-def _filmed(wanted: dict[int, Wanted], by: Simulate) -> dict[int, list[Recording] | Exception]:
+def _film(wanted: dict[int, Wanted], by: Simulate) -> dict[int, list[Recording] | Exception]:
     trials = [trial for each in wanted.values() for trial in each]
     try:
         recordings = iter(by(trials, FISHSIM_MARKERS, allow_divergence=True))
     except ValueError as error:
         if len(wanted) == 1:
             return dict.fromkeys(wanted, error)
-        return {number: filmed for own in wanted.items() for number, filmed in _filmed(dict([own]), by).items()}
+        return {number: filmed for own in wanted.items() for number, filmed in _film(dict([own]), by).items()}
     of_each = {number: [next(recordings) for _ in each] for number, each in wanted.items()}
-    return {number: _or_lost(own) for number, own in of_each.items()}
+    return {number: _check_divergence(own) for number, own in of_each.items()}
 
 
-def _or_lost(recordings: list[Recording]) -> list[Recording] | Exception:
+def _check_divergence(recordings: list[Recording]) -> list[Recording] | Exception:
     lost = np.array([not np.isfinite(recording.head).all() for recording in recordings])
     return divergence([recording.trial for recording in recordings], lost) if lost.any() else recordings

@@ -54,11 +54,11 @@ class Making:
             ValueError: no robot was drawn that swims forward.
         """
         drawn = yield from self.generator.draw(plan)
-        present, answer = yield from self._present(drawn)
+        present, answer = yield from self._choose_effects(drawn)
         write_session(folder / plan.name, drawn, (yield from drawn.recorded(present)))
         return answer
 
-    def _present(self, drawn: DrawnWorld) -> Filming[tuple[tuple[Mechanism, ...], Answer]]:
+    def _choose_effects(self, drawn: DrawnWorld) -> Filming[tuple[tuple[Mechanism, ...], Answer]]:
         plan = drawn.plan
         if plan.kind == "null":
             return (), Answer(plan.name, "null", seed=plan.seed)
@@ -134,11 +134,11 @@ def write_session(folder: Path, drawn: DrawnWorld, recordings: Mapping[str, Reco
             tracks = tracks_of(recording, drawn.world.noise.tracked(recording.time_s, recording.position_px, random))
             plain = part / "trials" / f"{each.name}.csv"
             save_tracks(plain, tracks)
-            write_whole(plain.with_suffix(".csv.gz"), _packed(plain.read_bytes()))
+            write_whole(plain.with_suffix(".csv.gz"), _pack(plain.read_bytes()))
             plain.unlink()
             table = {"name": each.name, "kind": each.trial.kind, "tracks": f"trials/{each.name}.csv.gz"}
             asked = {"commanded_hz": each.commanded_hz, "role": each.role}
-            tables.append(table | asked | _logged(part, drawn, each, recording, random))
+            tables.append(table | asked | _write_log(part, drawn, each, recording, random))
         camera = camera_of(drawn)
         write_session_toml(
             part,
@@ -153,13 +153,13 @@ def write_session(folder: Path, drawn: DrawnWorld, recordings: Mapping[str, Reco
         os.utime(path, (_FILED, _FILED))
 
 
-def _packed(plain: bytes) -> bytes:
+def _pack(plain: bytes) -> bytes:
     """Compress bytes, then fill them up with the zeros that readers of the format skip (gzip, RFC 1952)."""
     packed = gzip.compress(plain, mtime=0)
     return packed + bytes(-len(packed) % _TRACKS_BYTES)
 
 
-def _logged(
+def _write_log(
     folder: Path, drawn: DrawnWorld, each: DrawnTrial, recording: Recording, random: np.random.Generator
 ) -> dict[str, Any]:
     """Write the log of a motor, where there is one; its clock offset is given by hand."""
@@ -167,11 +167,11 @@ def _logged(
         return {}
     offset_s = float(np.round(random.uniform(0.0, _CLOCK_S), 3))
     file = f"trials/{each.name}.motor.csv"
-    save_motor_log(folder / file, _log(recording.drive, each.trial.duration_s, offset_s, random))
+    save_motor_log(folder / file, _read_motor(recording.drive, each.trial.duration_s, offset_s, random))
     return {"motor": file, "motor_offset_s": offset_s}
 
 
-def _log(drive: Drive, duration_s: float, offset_s: float, random: np.random.Generator) -> MotorLog:
+def _read_motor(drive: Drive, duration_s: float, offset_s: float, random: np.random.Generator) -> MotorLog:
     """Read the motor at even times on a clock of its own, in its own steps, while its trial is filmed."""
     time_s = np.arange(0.0, duration_s + 1e-9, _READING_S)
     crank = CubicSpline(drive.time_s, drive.angle_rad)

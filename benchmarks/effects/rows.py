@@ -135,7 +135,7 @@ class SessionRows:
         if self.given is not None:
             return self.given
         start = np.array(self.drawn.world.coefficients, float)
-        return nearest(self.model, start, self._covariance(start))
+        return nearest(self.model, start, self._compute_covariance(start))
 
     @cached_property
     def residual(self) -> np.ndarray:
@@ -151,14 +151,16 @@ class SessionRows:
     @cached_property
     def tracking(self) -> np.ndarray:
         """(k, k) covariance of the features with the noise of the tracker as it is."""
-        return block_diag(*[_noise(model, self.drawn.world.noise) for model in self.model.trials])
+        return block_diag(*[_compute_noise(model, self.drawn.world.noise) for model in self.model.trials])
 
     @cached_property
     def space(self) -> Whitened:
         """Space in which all that disturbs the row has unit size."""
         looks_like = {name: effect for name, effect in catalogue().items() if name in self.discrepancy.strengths}
         common = self.discrepancy.common_columns(self.signatures(looks_like))
-        return Whitened.of(self._disturbing + common @ common.T, row_slopes(self.model, self.coefficients), PRIOR_SD)
+        return Whitened.of(
+            self._base_covariance + common @ common.T, row_slopes(self.model, self.coefficients), PRIOR_SD
+        )
 
     def changes(self, recordings: Mapping[str, Recording]) -> tuple[Change, ...]:
         """Return what other recordings of the same trials change, seen from the coefficients of the base state.
@@ -166,12 +168,12 @@ class SessionRows:
         Where coefficients would have to go far to follow it, which they do not in a straight line, also from those of
         the twin that is refitted to these recordings in truth.
         """
-        others = self._seen_by_twin(recordings)
-        from_base = self._change(others, self.coefficients)
+        others = self._build_model(recordings)
+        from_base = self._compute_change(others, self.coefficients)
         if not np.isfinite(from_base.row).all() or from_base.strays(from_base.row) <= LONG:
             return (from_base,)
         try:
-            refitted = self._change(others, self._nearest(others, self._turns(others)))
+            refitted = self._compute_change(others, self._find_nearest(others, self._compute_turns(others)))
         except (np.linalg.LinAlgError, ValueError):  # a twin diverged on the way, and what it leaves is not finite
             return (from_base,)
         return (from_base, refitted) if np.isfinite(refitted.row).all() else (from_base,)
@@ -184,11 +186,11 @@ class SessionRows:
         Raises:
             ValueError, LinAlgError: a twin diverged on the way.
         """
-        others = self._seen_by_twin(recordings)
-        return self._nearest(self._changed(others, with_course=False), self._turns(others))
+        others = self._build_model(recordings)
+        return self._find_nearest(self._subtract_base(others, with_course=False), self._compute_turns(others))
 
-    def _nearest(self, others: SessionModel, turns: np.ndarray) -> np.ndarray:
-        return nearest(others, self.coefficients, turns.T @ self._disturbing @ turns)
+    def _find_nearest(self, others: SessionModel, turns: np.ndarray) -> np.ndarray:
+        return nearest(others, self.coefficients, turns.T @ self._base_covariance @ turns)
 
     def linear(self, recordings: Mapping[str, Recording], at: np.ndarray) -> LinearModel:
         """Linearise other recordings of the same trials, without noise, as a diagnosis sees its swims.
@@ -200,15 +202,15 @@ class SessionRows:
             recordings: by name.
             at: (5,) coefficients of the plain twin.
         """
-        model = self._changed(self._seen_by_twin(recordings), with_course=True)
-        noise = block_diag(*[_noise(each, self.drawn.world.noise) for each in model.trials])
+        model = self._subtract_base(self._build_model(recordings), with_course=True)
+        noise = block_diag(*[_compute_noise(each, self.drawn.world.noise) for each in model.trials])
         camera = camera_of(self.drawn)
-        return LinearModel(model, camera, at, self.discrepancy, self._off, model.disturbances(at, noise))
+        return LinearModel(model, camera, at, self.discrepancy, self._placement, model.disturbances(at, noise))
 
-    def _changed(self, others: SessionModel, *, with_course: bool) -> SessionModel:
+    def _subtract_base(self, others: SessionModel, *, with_course: bool) -> SessionModel:
         """Return other recordings without the residual of the base state, at their own phases of the beat."""
         residual = self._residual_with_course if with_course else self.residual_features
-        base = [advanced(own, ahead) for own, ahead in zip(residual, self._ahead(others), strict=True)]
+        base = [advanced(own, ahead) for own, ahead in zip(residual, self._compute_leads(others), strict=True)]
         trials = (
             _Changed(each.twin, each.trial, each.phase_rad, each.doubted, with_course=with_course, base=own)
             for each, own in zip(others.trials, base, strict=True)
@@ -221,30 +223,30 @@ class SessionRows:
         trials = tuple(replace(each, with_course=True) for each in self.model.trials)
         return residual_row(SessionModel(trials), self.coefficients)[: -len(trials)].reshape(len(trials), -1)
 
-    def _change(self, others: SessionModel, at: np.ndarray) -> Change:
+    def _compute_change(self, others: SessionModel, at: np.ndarray) -> Change:
         """Return the change with each twin at its own beat; the difference in frequency comes after the features.
 
         Rows are compared at one phase of the beat: what the twin leaves turns with it, and that is no effect.
         """
         step = at - self.coefficients
         space = self.space if not step.any() else replace(self.space, slopes=row_slopes(self.model, at))
-        residual = self._turns(others) @ residual_row(others, at)
+        residual = self._compute_turns(others) @ residual_row(others, at)
         return Change(residual - self.residual + space.slopes @ step, space, step)
 
-    def _seen_by_twin(self, recordings: Mapping[str, Recording]) -> SessionModel:
+    def _build_model(self, recordings: Mapping[str, Recording]) -> SessionModel:
         """Return other recordings of the same trials with the same twin."""
         others = measured(self.drawn, recordings, self.role)
         return SessionModel(
             tuple(replace(model, trial=trial) for model, trial in zip(self.model.trials, others, strict=True))
         )
 
-    def _turns(self, others: SessionModel) -> np.ndarray:
+    def _compute_turns(self, others: SessionModel) -> np.ndarray:
         """Return the (k, k) matrix that brings features of other recordings to the phase of the base state."""
-        pairs = zip(self.model.trials, self._ahead(others), strict=True)
+        pairs = zip(self.model.trials, self._compute_leads(others), strict=True)
         turns = [advanced(np.eye(len(base.measured)), -ahead).T for base, ahead in pairs]
         return np.asarray(block_diag(*turns, np.eye(len(turns))))
 
-    def _ahead(self, others: SessionModel) -> list[float]:
+    def _compute_leads(self, others: SessionModel) -> list[float]:
         """Return by how much the beat of other recordings is ahead of that of the base state, rad."""
         pairs = zip(self.model.trials, others.trials, strict=True)
         return [float(phase_between(base.measured, other.measured, list(base.trial.tail))) for base, other in pairs]
@@ -261,17 +263,17 @@ class SessionRows:
         return {}
 
     @property
-    def _off(self) -> PlacementUncertainty:
+    def _placement(self) -> PlacementUncertainty:
         scale = float(np.mean([model.trial.metres_per_px for model in self.model.trials]))
         return PlacementUncertainty(self.drawn.world.noise.placement_sd_px * scale, GLUED_SD_M)
 
     @cached_property
-    def _disturbing(self) -> np.ndarray:
-        return self._covariance(self.coefficients)
+    def _base_covariance(self) -> np.ndarray:
+        return self._compute_covariance(self.coefficients)
 
-    def _covariance(self, at: np.ndarray) -> np.ndarray:
+    def _compute_covariance(self, at: np.ndarray) -> np.ndarray:
         """Return the (k, k) covariance of tracking noise, boxes, nuisances and the discrepancy of the base state."""
-        disturbed = self.model.disturbances(at, self.tracking).of(self._off)
+        disturbed = self.model.disturbances(at, self.tracking).of(self._placement)
         return row_covariance(self.model, disturbed + self.discrepancy.over(self.model))
 
 
@@ -308,7 +310,7 @@ def camera_of(drawn: DrawnWorld) -> CameraSpec:
     return CameraSpec(fps=fps, scale_length_m=load_robot().scale_length_m)
 
 
-def _noise(model: TrialModel, noise: PixelNoise) -> np.ndarray:
+def _compute_noise(model: TrialModel, noise: PixelNoise) -> np.ndarray:
     """Return the (127, 127) covariance of features with the tracker's noise as it is; rounding counts as white."""
     lasting, rounding = noise.sd_px**2, noise.grid_px**2 / 12
     white = rounding / (lasting + rounding)

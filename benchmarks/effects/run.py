@@ -40,14 +40,14 @@ def make_suite(suite: SuiteFolder, seed: int, size: SuiteSize, run: Run, shard: 
     _check_same(suite, plans)
     todo = [plan for plan in plans[shard] if not suite.made(plan.name)]
     failures: list[Failure] = []
-    batches = {batch[0].name: batch for batch in _batches(todo, run.workers)}
+    batches = {batch[0].name: batch for batch in _split_batches(todo, run.workers)}
     lost = run_cases(
-        partial(_made_together, suite, size.generator), batches, run, lambda _name, failed: failures.extend(failed)
+        partial(_make_together, suite, size.generator), batches, run, lambda _name, failed: failures.extend(failed)
     )
     return (*failures, *lost)
 
 
-def _batches(plans: Sequence[SessionPlan], workers: int) -> list[tuple[SessionPlan, ...]]:
+def _split_batches(plans: Sequence[SessionPlan], workers: int) -> list[tuple[SessionPlan, ...]]:
     """Split sessions into pieces for one worker, in order: large enough to save time, equally many for each worker."""
     workers = workers or os.cpu_count() or 1
     rounds = max(-(-len(plans) // (workers * _PIECES * _TOGETHER)), 1)
@@ -56,14 +56,14 @@ def _batches(plans: Sequence[SessionPlan], workers: int) -> list[tuple[SessionPl
 
 
 @threadpool_limits.wrap(limits=1, user_api="blas")  # small matrices, for which threads only wait
-def _made_together(suite: SuiteFolder, by: str, plans: tuple[SessionPlan, ...]) -> list[Failure]:
+def _make_together(suite: SuiteFolder, by: str, plans: tuple[SessionPlan, ...]) -> list[Failure]:
     generator = GENERATORS[by]
-    works = (_made(suite, generator, plan) for plan in plans)
+    works = (_make(suite, generator, plan) for plan in plans)
     outcomes = film_together(works, _TOGETHER, generator.simulate)
     return [outcome for outcome in outcomes if outcome is not None]
 
 
-def _made(suite: SuiteFolder, generator: Generator, plan: SessionPlan) -> Filming[Failure | None]:
+def _make(suite: SuiteFolder, generator: Generator, plan: SessionPlan) -> Filming[Failure | None]:
     if suite.made(plan.name):  # a cluster does again what a worker had done that then died
         return None
     for broken_off in (suite.sessions / plan.name, *suite.sessions.glob(f".{plan.name}.*")):

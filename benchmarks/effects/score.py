@@ -115,7 +115,7 @@ CLEAR_SINGLE = clear(of_kind("single"))
 
 def measures(cases: Sequence[Case]) -> Measures:
     """Compute the required measures of a diagnosis, and others, of all sessions of a suite."""
-    share = partial(_share, cases)
+    share = partial(_measure_share, cases)
     null, outside, two = of_kind("null"), of_kind("outside"), of_kind("double")
     interval = "interval holds the oracle's, d ≥ 5"
     seconds = median([case.diagnosis.seconds for case in cases if case.diagnosis.seconds is not None])
@@ -129,10 +129,10 @@ def measures(cases: Sequence[Case]) -> Measures:
         "doubles_in_groups": share("two: each in its group", lambda c: c.in_groups, two, "≥ 70 %"),
         "stage_right": share("most of the gap on its stage", lambda c: c.stage_right, has_stage, "≥ 80 %"),
         "interval_holds": share(interval, lambda c: c.interval_holds, lambda c: c.interval_counts, "92 to 98 %"),
-        **_calibration(cases),
-        "shrinkage": Measure("shrinkage over the oracle's, d ≥ 5, median", _shrinkage_over_oracle(cases), "≥ 0.9"),
-        "groups_right": Measure("named groups with a present effect", _groups_right(cases)),
-        "only_wrong": share("only wrong names, at any probability", _only_wrong),
+        **_measure_calibration(cases),
+        "shrinkage": Measure("shrinkage over the oracle's, d ≥ 5, median", _compare_shrinkages(cases), "≥ 0.9"),
+        "groups_right": Measure("named groups with a present effect", _count_right_groups(cases)),
+        "only_wrong": share("only wrong names, at any probability", _is_only_wrong),
         "unexplained_clear": share("outside: unexplained, d ≥ 5", lambda c: c.unexplained, clear(outside)),
         "doubles_clear": share("two: each in its group, d ≥ 5", lambda c: c.in_groups, clear(two)),
         "stage_clear": share("most of the gap on its stage, d ≥ 5", lambda c: c.stage_right, clear(has_stage)),
@@ -145,7 +145,7 @@ def by_detectability(cases: Sequence[Case]) -> Measures:
     """Compute how often the right name comes first, of single effects, by how detectable they are."""
     levels = (0.0, *DETECTABILITIES)
     return {
-        f"first_at_{level:g}": _share(
+        f"first_at_{level:g}": _measure_share(
             cases,
             f"right name first, d = {level:g}" if level else "right name first, d < 1",
             lambda c: c.named_right,
@@ -160,7 +160,7 @@ def measures_without(cases: Sequence[Case]) -> Measures:
 
     From a detectability of five on no other effect follows it: from there `unexplained` is asked for, and the stage.
     """
-    share, stage = partial(_share, cases), "most of the gap on its stage, d ≥ 5"
+    share, stage = partial(_measure_share, cases), "most of the gap on its stage, d ≥ 5"
     return {
         "unexplained": share("unexplained, d ≥ 5", lambda c: c.unexplained, CLEAR_SINGLE, "≥ 80 %"),
         "stage_right": share(stage, lambda c: c.stage_right, CLEAR_SINGLE, "≥ 80 %"),
@@ -174,7 +174,7 @@ def measures_together(cases: Sequence[Case]) -> Measures:
     Speeds are those of held-out swims, which no twin was fitted to; they count where all at once are called for.
     """
     found = {
-        f"called_for_{kind}": _share(
+        f"called_for_{kind}": _measure_share(
             cases, f"called for, {kind}", lambda c: c.diagnosis.everything is not None, of_kind(kind)
         )
         for kind in get_args(Kind)
@@ -233,22 +233,22 @@ def error_by_chance(predicted: np.ndarray) -> Estimate:
     return Estimate(float(np.mean(errors)), (float(low), float(high)))
 
 
-def _calibration(cases: Sequence[Case]) -> Measures:
+def _measure_calibration(cases: Sequence[Case]) -> Measures:
     """Measure the calibration, and apart that from 10 % on: most probabilities are small, and so is their error."""
-    by_chance = error_by_chance(np.array([p for p, _ in _probabilities(cases, _SUSPECT)]))
+    by_chance = error_by_chance(np.array([p for p, _ in _list_probabilities(cases, _SUSPECT)]))
     return {
-        "calibration": Measure("calibration error", resampled(cases, lambda c: _error(c, _WORTH_TELLING)), "≤ 0.05"),
-        "of_suspects": Measure("… of probabilities ≥ 10 %", resampled(cases, lambda c: _error(c, _SUSPECT)), "≤ 0.05"),
+        "calibration": Measure("calibration error", resampled(cases, lambda c: _score(c, _WORTH_TELLING)), "≤ 0.05"),
+        "of_suspects": Measure("… of probabilities ≥ 10 %", resampled(cases, lambda c: _score(c, _SUSPECT)), "≤ 0.05"),
         "by_chance": Measure("… by chance, were these right", by_chance),
     }
 
 
-def _error(cases: Sequence[Case], least: float) -> float:
-    found = _probabilities(cases, least)
+def _score(cases: Sequence[Case], least: float) -> float:
+    found = _list_probabilities(cases, least)
     return calibration_error(np.array([p for p, _ in found]), np.array([true for _, true in found], bool))
 
 
-def _probabilities(cases: Sequence[Case], least: float) -> list[tuple[float, bool]]:
+def _list_probabilities(cases: Sequence[Case], least: float) -> list[tuple[float, bool]]:
     """List all probabilities from some size on, and whether each came true."""
     return [
         (p, name in case.answer.effects)
@@ -258,7 +258,7 @@ def _probabilities(cases: Sequence[Case], least: float) -> list[tuple[float, boo
     ]
 
 
-def _share(
+def _measure_share(
     cases: Sequence[Case],
     label: str,
     right: Callable[[Case], bool],
@@ -268,17 +268,17 @@ def _share(
     return Measure(label, Share.among(cases, right, counts), asked)
 
 
-def _groups_right(cases: Sequence[Case]) -> Share:
+def _count_right_groups(cases: Sequence[Case]) -> Share:
     """Count, of all named groups in any session, those that hold an effect which is present."""
     groups = [(case.answer, group) for case in cases for group in case.diagnosis.named_groups]
     return Share.among(groups, lambda named: bool(set(named[0].effects) & set(named[1])))
 
 
-def _only_wrong(case: Case) -> bool:
+def _is_only_wrong(case: Case) -> bool:
     return bool(case.diagnosis.names) and not case.diagnosis.names & set(case.answer.effects)
 
 
-def _shrinkage_over_oracle(cases: Sequence[Case]) -> Estimate:
+def _compare_shrinkages(cases: Sequence[Case]) -> Estimate:
     """Compare shrinkages over clear sessions whose effects are all named: that by weak effects is mostly noise.
 
     And where the true effects, in the twin's form, shrink the gap at all.

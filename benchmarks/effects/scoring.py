@@ -47,7 +47,7 @@ class Outcome:
             tables.append(Table.of(caption, {PROGRAM: measures_without(self.without)}))
         if asked:
             tables.append(Table.of("All effects at once", {PROGRAM: measures_together(asked)}))
-        tables.append(_reachable(self.cases))
+        tables.append(_build_reachable_table(self.cases))
         return Scores(
             title="Withheld effects",
             data="synthetic: sessions of a second simulator, the effect withheld from what diagnoses them",
@@ -82,7 +82,7 @@ def score_suite(suite: SuiteFolder) -> tuple[Case, ...]:
     Raises:
         InputError: a diagnosis is missing or not by the contract; all at once.
     """
-    found = _diagnoses(suite.sessions, dict.fromkeys(suite.names, frozenset[str]()))
+    found = _read_diagnoses(suite.sessions, dict.fromkeys(suite.names, frozenset[str]()))
     true = suite.true()  # opened last: a diagnosis that is still to come could have seen them
     return tuple(Case(answer, found[answer.session]) for answer in true)
 
@@ -94,11 +94,11 @@ def score_without(suite: SuiteFolder) -> tuple[Case, ...]:
         InputError: as of `score_suite`, or a diagnosis was made by another catalogue.
     """
     answers = suite.singles
-    found = _diagnoses(suite.without, {name: frozenset(answer.effects) for name, answer in answers.items()})
+    found = _read_diagnoses(suite.without, {name: frozenset(answer.effects) for name, answer in answers.items()})
     return tuple(Case(answer, found[name]) for name, answer in answers.items())
 
 
-def _diagnoses(folder: Path, lacking: Mapping[str, frozenset[str]]) -> dict[str, Diagnosis]:
+def _read_diagnoses(folder: Path, lacking: Mapping[str, frozenset[str]]) -> dict[str, Diagnosis]:
     """Read diagnoses by session and by what their catalogue lacks; add the time, where only the benchmark knows it."""
     faults, diagnoses = FaultCollector(str(folder.parent)), {}
     for name, effects in lacking.items():
@@ -113,7 +113,7 @@ def _diagnoses(folder: Path, lacking: Mapping[str, frozenset[str]]) -> dict[str,
     return diagnoses
 
 
-def _reachable(cases: Sequence[Case]) -> Table:
+def _build_reachable_table(cases: Sequence[Case]) -> Table:
     chosen = {"unexplained outside": of_kind("outside"), "two": of_kind("double"), "stage": has_stage}
     shares = {label: reachable(cases, counts) for label, counts in chosen.items()}
     rows = tuple((label, f"{100 * share:.0f} %") for label, share in shares.items() if share == share)

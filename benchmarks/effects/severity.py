@@ -57,12 +57,12 @@ def strength_for(
     tries: dict[float, Strength] = {}
     value = _FIRST
     for _ in range(_ROUNDS):
-        found = yield from _tried(value, strong(value), drawn, rows, rivals, itself)
+        found = yield from _try_strength(value, strong(value), drawn, rows, rivals, itself)
         if found is not None:
             tries[value] = found
         if found is not None and abs(found.detectability / asked - 1) < _CLOSE:
             break
-        following = _next(asked, value, tries)
+        following = _choose_next(asked, value, tries)
         if following in tries:
             break
         value = following
@@ -71,7 +71,7 @@ def strength_for(
     return min(tries.values(), key=lambda found: (abs(found.detectability - asked), found.value))
 
 
-def _next(asked: float, value: float, tries: Mapping[float, Strength]) -> float:
+def _choose_next(asked: float, value: float, tries: Mapping[float, Strength]) -> float:
     """Return the strength to try after the last one, which could not be simulated if it is not among the tries.
 
     Up to some strength the distance grows. Beyond, where there is such a strength, the effect's own form fails before
@@ -89,7 +89,7 @@ def _next(asked: float, value: float, tries: Mapping[float, Strength]) -> float:
     return min(grown, float(np.sqrt(value * min(beyond)))) if beyond and grown > value else grown
 
 
-def _tried(
+def _try_strength(
     value: float,
     mechanisms: tuple[Mechanism, ...],
     drawn: DrawnWorld,
@@ -106,11 +106,13 @@ def _tried(
         return None
 
     own = 0.0 if itself is None else closest_fit(changes, [itself])[1].distance
-    apart = sorted((_apart(closest_fit(changes, [each])[1].distance, own), each.effect.name) for each in rivals)
-    plain = _apart(closest_fit(changes, [])[1].distance, own)
+    apart = sorted(
+        (_compute_separation(closest_fit(changes, [each])[1].distance, own), each.effect.name) for each in rivals
+    )
+    plain = _compute_separation(closest_fit(changes, [])[1].distance, own)
     return Strength(value, mechanisms, min([plain, *(d for d, _ in apart)]), {name: d for d, name in apart})
 
 
-def _apart(rival: float, own: float) -> float:
+def _compute_separation(rival: float, own: float) -> float:
     """Return the separation of a rival at one distance from a form at another; 0 where it is nearer."""
     return float(np.sqrt(max(rival**2 - own**2, 0.0)))

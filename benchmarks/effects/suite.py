@@ -95,7 +95,7 @@ def plan_suite(
     those of effects of the catalogue that reality can make, and of what else it can make.
     """
     random = np.random.default_rng([seed, 7])
-    return plans_of(_present(size, catalogued, outside, random), recorded_by, random)
+    return plans_of(_draw_present(size, catalogued, outside, random), recorded_by, random)
 
 
 def plans_of(
@@ -135,7 +135,7 @@ def apart(count: int, slowest_hz: float, fastest_hz: float, random: np.random.Ge
             return speeds
 
 
-def _present(
+def _draw_present(
     size: SuiteSize, catalogued: Sequence[str], outside: Sequence[str], random: np.random.Generator
 ) -> list[Present]:
     """Draw what is in each session, in no order."""

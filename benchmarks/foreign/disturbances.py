@@ -67,7 +67,7 @@ def rests(session: Recordings, trial: Recording, random: np.random.Generator) ->
     """Leave the motor off."""
     trial.pool_px = np.repeat(trial.pool_px[:1], len(trial.pool_px), axis=0)
     trial.like_twin, trial.steady, trial.said = False, False, "it rests"
-    _sole(session, trial)
+    _allow_refusal(session, trial)
     return "rests throughout"
 
 
@@ -135,15 +135,15 @@ def frames_uneven(session: Recordings, trial: Recording, random: np.random.Gener
 
 def tail_gap(session: Recordings, trial: Recording, random: np.random.Generator) -> str:
     """Hide a tail marker for a while."""
-    return _unseen(session, trial, [int(random.choice(session.tail))], *_stretch(trial, 0.2, 0.6, random))
+    return _hide(session, trial, [int(random.choice(session.tail))], *_draw_stretch(trial, 0.2, 0.6, random))
 
 
 def tail_never_compared(session: Recordings, trial: Recording, random: np.random.Generator) -> str:
     """Show a tail marker in the warm-up alone."""
     marker = int(random.choice(session.tail))
     if len(session.tail) == 1:
-        _sole(session, trial)
-    return _unseen(session, trial, [marker], 0.8 * session.warmup_s, np.inf)
+        _allow_refusal(session, trial)
+    return _hide(session, trial, [marker], 0.8 * session.warmup_s, np.inf)
 
 
 def tail_in_few_frames(session: Recordings, trial: Recording, random: np.random.Generator) -> str:
@@ -153,7 +153,7 @@ def tail_in_few_frames(session: Recordings, trial: Recording, random: np.random.
     numbers = np.arange(len(trial.time_s))
     trial.empty([marker], (numbers < first) | (numbers >= first + frames))
     if len(session.tail) == 1:
-        _sole(session, trial)
+        _allow_refusal(session, trial)
     return f"{session.markers[marker]} seen in {frames} frames from {first}"
 
 
@@ -167,20 +167,20 @@ def tail_on_one_side(session: Recordings, trial: Recording, random: np.random.Ge
 
 def head_gap(session: Recordings, trial: Recording, random: np.random.Generator) -> str:
     """Hide nose or neck for a while."""
-    return _unseen(session, trial, [int(random.choice(session.head))], *_stretch(trial, 0.2, 0.5, random))
+    return _hide(session, trial, [int(random.choice(session.head))], *_draw_stretch(trial, 0.2, 0.5, random))
 
 
 def head_in_first_beats(session: Recordings, trial: Recording, random: np.random.Generator) -> str:
     """Hide nose or neck in the first two beats, but for the first frame."""
     if trial.role == "holdout":
-        _sole(session, trial)
-    return _unseen(session, trial, [int(random.choice(session.head))], 1e-9, 2.05 / trial.hz)
+        _allow_refusal(session, trial)
+    return _hide(session, trial, [int(random.choice(session.head))], 1e-9, 2.05 / trial.hz)
 
 
 def all_gap(session: Recordings, trial: Recording, random: np.random.Generator) -> str:
     """Hide everything for a second."""
     start = float(random.uniform(0.3, 0.6)) * trial.time_s[-1]
-    return _unseen(session, trial, range(len(session.markers)), start, start + 1.0)
+    return _hide(session, trial, range(len(session.markers)), start, start + 1.0)
 
 
 def leaves(session: Recordings, trial: Recording, random: np.random.Generator) -> str:
@@ -195,8 +195,8 @@ def leaves(session: Recordings, trial: Recording, random: np.random.Generator) -
 def blank_once_held_out(session: Recordings, trial: Recording, random: np.random.Generator) -> str:  # noqa: ARG001
     """Hide all of a held-out trial after its first two beats."""
     trial.steady, trial.said = False, "nothing of it is compared"
-    _sole(session, trial)
-    return _unseen(session, trial, range(len(session.markers)), max(2.0 / trial.hz, session.warmup_s), np.inf)
+    _allow_refusal(session, trial)
+    return _hide(session, trial, range(len(session.markers)), max(2.0 / trial.hz, session.warmup_s), np.inf)
 
 
 # Wrong in the tracker
@@ -217,7 +217,7 @@ def confidence_empty(session: Recordings, trial: Recording, random: np.random.Ge
 
 def tail_swapped(session: Recordings, trial: Recording, random: np.random.Generator) -> str:
     """Exchange two neighbours of the tail for a while."""
-    start, end = _stretch(trial, 0.05, 0.25, random)
+    start, end = _draw_stretch(trial, 0.05, 0.25, random)
     place = int(random.integers(len(session.tail) - 1))
     one, two = session.tail[place : place + 2]
     _exchange(trial, one, two, (trial.time_s >= start) & (trial.time_s < end))
@@ -238,13 +238,13 @@ def head_exchanged(session: Recordings, trial: Recording, random: np.random.Gene
     """Exchange nose and neck throughout."""
     _exchange(trial, *session.head, np.ones(len(trial.time_s), bool))
     trial.like_twin = False
-    _sole(session, trial)
+    _allow_refusal(session, trial)
     return "nose and neck exchanged"
 
 
 def frozen(session: Recordings, trial: Recording, random: np.random.Generator) -> str:
     """Freeze a marker where it is for a while."""
-    marker, (start, end) = int(random.integers(len(session.markers))), _stretch(trial, 0.1, 0.4, random)
+    marker, (start, end) = int(random.integers(len(session.markers))), _draw_stretch(trial, 0.1, 0.4, random)
     frames = np.flatnonzero((trial.time_s >= start) & (trial.time_s < end))
     trial.xy[frames, marker] = trial.xy[frames[0], marker]
     return f"{session.markers[marker]} frozen from {start:.1f} to {end:.1f} s"
@@ -321,18 +321,18 @@ def command_wrong(session: Recordings, trial: Recording, random: np.random.Gener
 
 def log_misread(session: Recordings, trial: Recording, random: np.random.Generator) -> str:  # noqa: ARG001
     """Put single readings of the motor a turn off."""
-    log = _log(trial)
+    log = _require_log(trial)
     rows = random.choice(len(log.time_s), int(random.integers(1, 9)), replace=False)
     off = log.position_rad.copy()
     off[rows] += 2 * np.pi * random.choice([-1.0, 1.0], len(rows))
-    trial.log = replace(log, position_rad=off), _commands(trial)
+    trial.log = replace(log, position_rad=off), _require_commands(trial)
     return f"{len(rows)} readings a turn off"
 
 
 def log_modulo(session: Recordings, trial: Recording, random: np.random.Generator) -> str:  # noqa: ARG001
     """Count the motor within one turn."""
-    log = _log(trial)
-    trial.log = replace(log, position_rad=log.position_rad % (2 * np.pi)), _commands(trial)
+    log = _require_log(trial)
+    trial.log = replace(log, position_rad=log.position_rad % (2 * np.pi)), _require_commands(trial)
     session.refusable = True
     return "readings modulo one turn"
 
@@ -370,14 +370,14 @@ def _pause(trial: Recording, at_s: float, seconds: float) -> None:
     trial.like_twin, trial.steady = False, False
 
 
-def _stretch(trial: Recording, least: float, most: float, random: np.random.Generator) -> tuple[float, float]:
+def _draw_stretch(trial: Recording, least: float, most: float, random: np.random.Generator) -> tuple[float, float]:
     """Draw from when to when, s: a share of the trial somewhere in it."""
     length, end = float(random.uniform(least, most)), float(trial.time_s[-1])
     start = float(random.uniform(0.0, 1.0 - length))
     return start * end, (start + length) * end
 
 
-def _unseen(session: Recordings, trial: Recording, markers: "range | list[int]", start: float, end: float) -> str:
+def _hide(session: Recordings, trial: Recording, markers: "range | list[int]", start: float, end: float) -> str:
     since = trial.time_s - trial.time_s[0]
     trial.empty(markers, (since >= start) & (since < end))
     whose = "all" if len(markers) == len(session.markers) else " ".join(session.markers[i] for i in markers)
@@ -389,35 +389,35 @@ def _exchange(trial: Recording, one: int, two: int, frames: np.ndarray) -> None:
     trial.xy[np.ix_(rows, np.array([one, two]))] = trial.xy[np.ix_(rows, np.array([two, one]))]
 
 
-def _sole(session: Recordings, trial: Recording) -> None:
+def _allow_refusal(session: Recordings, trial: Recording) -> None:
     """Let a session be refused whose only fit trial is lost."""
     fitted = [each for each in session.swims if each.role == "fit"]
     session.refusable = session.refusable or fitted == [trial]
 
 
-def _log(trial: Recording) -> MotorLog:
+def _require_log(trial: Recording) -> MotorLog:
     assert trial.log is not None
     return trial.log[0]
 
 
-def _commands(trial: Recording) -> MotorCommands:
+def _require_commands(trial: Recording) -> MotorCommands:
     assert trial.log is not None
     return trial.log[1]
 
 
-def _logged(_session: Recordings, trial: Recording) -> bool:
+def _is_logged(_session: Recordings, trial: Recording) -> bool:
     return trial.log is not None
 
 
-def _held_out(_session: Recordings, trial: Recording) -> bool:
+def _is_held_out(_session: Recordings, trial: Recording) -> bool:
     return trial.kind == "swim" and trial.role == "holdout"
 
 
-def _long_tail(session: Recordings, trial: Recording) -> bool:
+def _has_long_tail(session: Recordings, trial: Recording) -> bool:
     return trial.kind == "swim" and len(session.tail) > 1
 
 
-def _without_log(_session: Recordings, trial: Recording) -> bool:
+def _has_no_log(_session: Recordings, trial: Recording) -> bool:
     return trial.kind == "swim" and trial.log is None
 
 
@@ -438,10 +438,10 @@ OTHERS = (
     *(scale_in_other_unit, command_missing, command_wrong, unusable_beside, nothing_to_fit),
 )
 KINDS = (
-    *(Disturbance(change, in_pool=True, of=_without_log) for change in POOL),
+    *(Disturbance(change, in_pool=True, of=_has_no_log) for change in POOL),
     *(Disturbance(change) for change in (*UNSEEN, *OTHERS)),
-    *(Disturbance(change, of=_logged) for change in (log_misread, log_modulo)),
-    Disturbance(blank_once_held_out, of=_held_out),
-    Disturbance(tail_swapped, of=_long_tail),
+    *(Disturbance(change, of=_is_logged) for change in (log_misread, log_modulo)),
+    Disturbance(blank_once_held_out, of=_is_held_out),
+    Disturbance(tail_swapped, of=_has_long_tail),
 )
 """All kinds."""

@@ -30,21 +30,21 @@ def draw(seed: int, number: int) -> Recordings:
     """Draw a session in the pool, still to be disturbed and filmed; draw anew what diverges or does not swim."""
     for attempt in range(_TRIES):
         try:
-            session = _drawn(np.random.default_rng([seed, number, attempt]))
+            session = _draw_session(np.random.default_rng([seed, number, attempt]))
         except (SimulationDiverged, InputError):
             continue
-        if all(_swum_m(session, swim) > SLOWEST_M_S * np.ptp(swim.pool_s) for swim in session.swims):
+        if all(_measure_swum_m(session, swim) > SLOWEST_M_S * np.ptp(swim.pool_s) for swim in session.swims):
             return session
     raise RuntimeError(f"session {number} of seed {seed}: no swimmer in {_TRIES} draws")
 
 
-def _drawn(random: np.random.Generator) -> Recordings:
-    robot, built_in = _robot(random)
+def _draw_session(random: np.random.Generator) -> Recordings:
+    robot, built_in = _draw_robot(random)
     simulator = "reality" if built_in and random.random() < 0.2 else "twin"
     px_per_m, mirrored = float(np.exp(random.uniform(*np.log([400.0, 2500.0])))), bool(random.random() < 0.3)
     fps, warmup_s = float(random.choice(FPS)), float(random.choice([0.5, 1.0, 1.0, 2.0]))
-    markers = _markers(robot, mirrored, random)
-    trials = _trials(warmup_s, LONGEST_S if simulator == "twin" else REALLY_LONGEST_S, random)
+    markers = _draw_markers(robot, mirrored, random)
+    trials = _draw_trials(warmup_s, LONGEST_S if simulator == "twin" else REALLY_LONGEST_S, random)
     fine = fps * np.ceil(FINEST_FPS / fps)
     plan = SyntheticPlan(
         trials=trials,
@@ -57,19 +57,19 @@ def _drawn(random: np.random.Generator) -> Recordings:
         timestep_s=_TIMESTEP_S,
     )
     if simulator == "reality":
-        recordings, coefficients = _by_reality(plan, random), None
+        recordings, coefficients = _simulate_by_reality(plan, random), None
     else:
         asked = np.array([trial.frequency_hz for trial in trials])
         true = forward_swimmer(Twin(robot, markers, workers=1), np.array([asked.min(), asked.max()]), random)
-        dry = _dry_experiments(plan) if built_in and random.random() < 0.3 else {}
-        recordings, coefficients = _by_twin(plan.model_copy(update={"coefficients": true, **dry})), tuple(true)
+        dry = _list_dry_experiments(plan) if built_in and random.random() < 0.3 else {}
+        recordings, coefficients = _simulate_by_twin(plan.model_copy(update={"coefficients": true, **dry})), tuple(true)
     for trial in recordings:
         _place(trial, mirrored)
-    tracker = _tracker(px_per_m, random)
+    tracker = _draw_tracker(px_per_m, random)
     return Recordings(robot, built_in, simulator, markers, fps, px_per_m, warmup_s, tracker, coefficients, recordings)
 
 
-def _robot(random: np.random.Generator) -> tuple[RobotSpec, bool]:
+def _draw_robot(random: np.random.Generator) -> tuple[RobotSpec, bool]:
     """Draw a robot, and return whether it is the built-in one."""
     fish, kind = load_robot(), random.random()
     if kind < 0.5:
@@ -87,7 +87,7 @@ def _robot(random: np.random.Generator) -> tuple[RobotSpec, bool]:
     return RobotSpec.model_validate(content | {"name": "other_fish"}), False
 
 
-def _markers(robot: RobotSpec, mirrored: bool, random: np.random.Generator) -> tuple[str, ...]:
+def _draw_markers(robot: RobotSpec, mirrored: bool, random: np.random.Generator) -> tuple[str, ...]:
     """Draw nose, neck, and some of the others: of those behind the head one at least."""
     flat = [name for name, marker in robot.markers.items() if not (mirrored and marker.position_m[1])]
     tail = [name for name in flat if robot.markers[name].body != "head"]
@@ -96,14 +96,14 @@ def _markers(robot: RobotSpec, mirrored: bool, random: np.random.Generator) -> t
     return tuple(name for name in robot.markers if name in chosen)
 
 
-def _trials(warmup_s: float, longest_s: float, random: np.random.Generator) -> tuple[SyntheticTrial, ...]:
+def _draw_trials(warmup_s: float, longest_s: float, random: np.random.Generator) -> tuple[SyntheticTrial, ...]:
     count, logged = int(random.choice(COUNTS)), longest_s == LONGEST_S and random.random() < 0.2
     roles = ["fit", *("fit" if random.random() < 0.5 else "holdout" for _ in range(count - 1))]
     names = (f"swim_{letter}" for letter in "abcdef")
-    return tuple(_trial(*named, warmup_s, longest_s, logged, random) for named in zip(names, roles, strict=False))
+    return tuple(_draw_trial(*named, warmup_s, longest_s, logged, random) for named in zip(names, roles, strict=False))
 
 
-def _trial(
+def _draw_trial(
     name: str, role: str, warmup_s: float, longest_s: float, logged: bool, random: np.random.Generator
 ) -> SyntheticTrial:
     """Draw a trial long enough for two beats that are compared, and two before them where it is held out."""
@@ -127,7 +127,7 @@ def _trial(
     )
 
 
-def _tracker(px_per_m: float, random: np.random.Generator) -> Tracker:
+def _draw_tracker(px_per_m: float, random: np.random.Generator) -> Tracker:
     """Draw errors of 0.2 to 2 px in all, boxes off by up to half a millimetre (one standard deviation)."""
     sd_px, white = np.exp(random.uniform(*np.log([0.2, 2.0]))), random.uniform()
     lasting = TrackingNoise(
@@ -139,13 +139,13 @@ def _tracker(px_per_m: float, random: np.random.Generator) -> Tracker:
     return Tracker(lasting, float(sd_px * np.sqrt(white)))
 
 
-def _dry_experiments(plan: SyntheticPlan) -> dict:
+def _list_dry_experiments(plan: SyntheticPlan) -> dict:
     """Return the dry experiments of the sample session: two logged dry runs and three free decays."""
     like = default_plan(plan.seed)
     return {"dry_runs": like.dry_runs, "free_decays": like.free_decays}
 
 
-def _by_twin(plan: SyntheticPlan) -> list[Recording]:
+def _simulate_by_twin(plan: SyntheticPlan) -> list[Recording]:
     found = []
     for kind, runs in (("swim", simulate_swims(plan)), ("dry", simulate_dry_runs(plan))):
         for run in runs:
@@ -158,7 +158,7 @@ def _by_twin(plan: SyntheticPlan) -> list[Recording]:
     return found
 
 
-def _by_reality(plan: SyntheticPlan, random: np.random.Generator) -> list[Recording]:
+def _simulate_by_reality(plan: SyntheticPlan, random: np.random.Generator) -> list[Recording]:
     """Simulate the same trials by the second simulator, without logs."""
     coefficients = np.array(PLAUSIBLE_COEFFICIENTS) * random.uniform(0.8, 1.25, 5)
     blunt, slender, angular, kutta, magnus = map(float, coefficients)
@@ -182,7 +182,7 @@ def _place(trial: Recording, mirrored: bool) -> None:
     trial.pool_px = trial.pool_px - trial.pool_px.min(axis=(0, 1)) + 100.0
 
 
-def _swum_m(session: Recordings, swim: Recording) -> float:
+def _measure_swum_m(session: Recordings, swim: Recording) -> float:
     """Return how far the swim got the way the robot looks, m."""
     nose, neck = session.head
     way = (swim.pool_px[:, nose] - swim.pool_px[:, neck]).mean(axis=0)

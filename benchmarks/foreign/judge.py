@@ -114,20 +114,20 @@ def judge_results(session: Recordings, folder: Path, run: Verdict, text: str) ->
     inside = INSIDE_WORDS.search(text)
     if run.code not in (0, 2) or inside is not None:
         worst = last if inside is None else text[max(inside.start() - 60, 0) : inside.end() + 100]
-        return _with(run, broken=f"exit {run.code}: {' '.join(worst.split())[:240]}")
-    refusal = "" if run.code == 0 else _without_progress(text)[-300:]
+        return _update_verdict(run, broken=f"exit {run.code}: {' '.join(worst.split())[:240]}")
+    refusal = "" if run.code == 0 else _strip_progress(text)[-300:]
     if run.code == 2 and not (folder / "results" / "calibration.json").is_file():
         right = session.refused or session.refusable
-        return _with(run, refusal=refusal, unsaid=() if right else ("refused, though the rest is of use",))
+        return _update_verdict(run, refusal=refusal, unsaid=() if right else ("refused, though the rest is of use",))
     judgement = _Judgement(session, Results(folder))
     judgement.everything()
     judged, wrong, excused = judgement.judged, tuple(judgement.wrong), tuple(judgement.excused)
     found = {"wrong": wrong, "excused": excused, "judged": judged, "flags": tuple(judgement.needless())}
     unsaid = (*judgement.unsaid, *(("not refused",) if session.refused else ()))
-    return _with(run, refusal=refusal, unsaid=unsaid, **found)
+    return _update_verdict(run, refusal=refusal, unsaid=unsaid, **found)
 
 
-def _without_progress(text: str) -> str:
+def _strip_progress(text: str) -> str:
     """Return the text in one line, without the progress."""
     told = (line.strip() for line in text.splitlines())
     return " ".join(line for line in told if not re.match(r"calib: (reading|fitting|sampling)|.*(left|done)$", line))
@@ -141,7 +141,7 @@ class Results:
         files = {name: folder / "results" / f"{name}.json" for name in names}
         self.files = {name: json.loads(path.read_text()) if path.is_file() else {} for name, path in files.items()}
         self.fit: dict[str, Any] = self.files["calibration"]
-        self.every = list({(place, flag["kind"], flag["message"]) for place, flag in _flags(self.files, "")})
+        self.every = list({(place, flag["kind"], flag["message"]) for place, flag in _find_flags(self.files, "")})
 
     def flags(self, trial: str | None, without: frozenset[str] = frozenset()) -> list[tuple[str, str]]:
         """List kinds and messages of flags at or about a trial; with None, of those that stand at no trial."""
@@ -155,12 +155,12 @@ class Results:
         return sorted({(k, message) for place, k, message in self.every if k not in ignored and about(place, message)})
 
 
-def _flags(tree: object, place: str) -> Iterator[tuple[str, dict]]:
+def _find_flags(tree: object, place: str) -> Iterator[tuple[str, dict]]:
     if isinstance(tree, dict) and {"kind", "message"} <= tree.keys():
         yield place, tree
     elif isinstance(tree, dict | list):
         for key, branch in tree.items() if isinstance(tree, dict) else enumerate(tree):
-            yield from _flags(branch, f"{place}/{key}")
+            yield from _find_flags(branch, f"{place}/{key}")
 
 
 def true_speeds(session: Recordings, swim: Recording) -> tuple[float, float, float]:
@@ -218,15 +218,15 @@ class _Judgement:
         """Judge all that is there."""
         for swim in self.session.swims:
             if swim.name in self.results.fit["trials"]:
-                self._trial(swim)
+                self._judge_trial(swim)
             elif not self.results.flags(swim.name):
                 self.unsaid.append(f"{swim.name} is left out, and nothing says why")
             if swim.said and not self.results.flags(swim.name, frozenset({"extrapolated"})):
                 self.unsaid.append(f"{swim.name}: nothing says that {swim.said}")
-        self._coefficients()
-        self._structure()
+        self._judge_coefficients()
+        self._judge_structure()
         if self.session.disturbances == [] and self.results.files["diagnosis"].get("verdict") == "named":
-            self._count("diagnosis", "named effects of a clean session", True, self._of_fit())
+            self._count("diagnosis", "named effects of a clean session", True, self._list_fit_flags())
 
     def needless(self) -> Iterator[str]:
         """Yield flags about trials that nothing is wrong with, but for those that are true of them."""
@@ -237,7 +237,7 @@ class _Judgement:
                 if not (kind == "extrapolated" and outside):
                     yield f"{swim.name}: {kind}: {message[:120]}"
 
-    def _of_fit(self, without: frozenset[str] = frozenset()) -> list[tuple[str, str]]:
+    def _list_fit_flags(self, without: frozenset[str] = frozenset()) -> list[tuple[str, str]]:
         """List flags of the fit as a whole and of its trials."""
         fitted = [swim.name for swim in self.session.swims if swim.role == "fit"]
         return self.results.flags(None, without) + [
@@ -251,48 +251,50 @@ class _Judgement:
         elif off:
             self.wrong.append(f"{what}: {figure}")
 
-    def _number(self, what: str, found: object, true: float, sd: float, flags: list[tuple[str, str]]) -> None:
+    def _judge_number(self, what: str, found: object, true: float, sd: float, flags: list[tuple[str, str]]) -> None:
         """Hold one number against the truth; one that is null says nothing."""
         if found is None:
             return
         far = abs(float(found) - true) / sd if sd > 0 else np.inf  # type: ignore[arg-type]
         self._count(what, f"{found:.4g}, truly {true:.4g}, {far:.1f} of its standard errors", not far <= FAR_SD, flags)
 
-    def _trial(self, swim: Recording) -> None:
+    def _judge_trial(self, swim: Recording) -> None:
         found, flags = self.results.fit["trials"][swim.name], self.results.flags(swim.name, frozenset({"extrapolated"}))
         if swim.said:
             return  # its numbers need the flag that is asked for above
-        self._number(f"{swim.name} frequency", found["frequency_hz"], swim.hz, found["frequency_se_hz"] or 0.0, flags)
+        self._judge_number(
+            f"{swim.name} frequency", found["frequency_hz"], swim.hz, found["frequency_se_hz"] or 0.0, flags
+        )
         low, high, length_s = true_speeds(self.session, swim)
         near = float(np.clip(found["speed_measured"] if found["speed_measured"] is not None else low, low, high))
         by_noise = speed_error(self.session, length_s, high) + max(_RELATIVE * abs(near), _LEAST_M_S) / FAR_SD
         error = found.get("speed_measured_se") or by_noise
-        self._number(f"{swim.name} measured speed", found["speed_measured"], near, error, flags)
+        self._judge_number(f"{swim.name} measured speed", found["speed_measured"], near, error, flags)
         for name in ("speed_ebt", "speed_ebt_large", "speed_ebt_smoothed", "speed_twin"):
             if found[name] is not None:
                 self._count(f"{swim.name} {name}", f"{found[name]:.4g} m/s", abs(found[name]) > 3.0, flags)
-        self._forecasts(swim, low, high)
+        self._judge_forecasts(swim, low, high)
 
-    def _forecasts(self, swim: Recording, low: float, high: float) -> None:
+    def _judge_forecasts(self, swim: Recording, low: float, high: float) -> None:
         """Judge forecasts of swims like the twin's, from fit trials that are like it."""
         among = [each for each in self.session.swims if each.role == "fit"]
         if not all(each.like_twin for each in (*among, swim)):
             return
         told = (self.results.fit["forecasts"]["trials"].get(swim.name) or {}).get("forecasts", {})
-        flags = self.results.flags(swim.name) + self._of_fit(frozenset({"extrapolated", "unidentifiable"}))
+        flags = self.results.flags(swim.name) + self._list_fit_flags(frozenset({"extrapolated", "unidentifiable"}))
         for name, forecast in told.items():
             what, far_mm = f"{swim.name} {name}", forecast["marker_error_mm"]
             if forecast["speed_ci90"] is not None and None not in forecast["speed_ci90"]:
                 sd = (forecast["speed_ci90"][1] - forecast["speed_ci90"][0]) / 2.0 / HALF_WIDTH_SD
                 near = float(np.clip(forecast["speed"], low, high))
-                self._number(f"{what} speed", forecast["speed"], near, sd, flags)
+                self._judge_number(f"{what} speed", forecast["speed"], near, sd, flags)
             if forecast["inside"] is not None:
                 within = f"{100 * forecast['inside']:.0f} % of markers within 90 % bands"
                 self._count(f"{what} bands", within, forecast["inside"] < _FEW_INSIDE, flags)
             if far_mm is not None:
                 self._count(f"{what} markers", f"{far_mm:.0f} mm off", far_mm > _FEW_MM, flags)
 
-    def _coefficients(self) -> None:
+    def _judge_coefficients(self) -> None:
         fitted = [swim for swim in self.session.swims if swim.role == "fit"]
         if self.session.coefficients is None or not all(swim.like_twin for swim in fitted):
             return
@@ -300,22 +302,24 @@ class _Judgement:
         for name, true, (low, high) in zip(_ORDER, self.session.coefficients, fit["interval"], strict=True):
             value = fit["coefficients"][name]
             flags = [
-                flag for flag in self._of_fit() if flag[0] not in ("unidentifiable", "at_bound") or name in flag[1]
+                flag
+                for flag in self._list_fit_flags()
+                if flag[0] not in ("unidentifiable", "at_bound") or name in flag[1]
             ]
             reach = high - value if true > value else value - low
-            self._number(f"coefficient {name}", value, true, reach / HALF_WIDTH_SD, flags)
+            self._judge_number(f"coefficient {name}", value, true, reach / HALF_WIDTH_SD, flags)
             if name in drawn:
-                self._number(f"posterior of {name}", drawn[name]["mean"], true, drawn[name]["sd"], flags)
+                self._judge_number(f"posterior of {name}", drawn[name]["mean"], true, drawn[name]["sd"], flags)
 
-    def _structure(self) -> None:
+    def _judge_structure(self) -> None:
         robot, structure = self.session.robot, self.results.fit["structure"]
         true = {"hinge_stiffness": robot.tail.hinge_stiffness_n_m, "hinge_damping": robot.tail.hinge_damping_n_m_s}
         for quantity, value in (true | {"crank_arm": robot.crank.arm_m}).items():
             source = structure[quantity]
             if source["se"] is not None:
                 flags = self.results.flags(None) + [f for name in source["trials"] for f in self.results.flags(name)]
-                self._number(quantity, source["value"], value, source["se"], flags)
+                self._judge_number(quantity, source["value"], value, source["se"], flags)
 
 
-def _with(run: Verdict, **found: Any) -> Verdict:
+def _update_verdict(run: Verdict, **found: Any) -> Verdict:
     return Verdict(**(vars(run) | found))

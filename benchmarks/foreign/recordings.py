@@ -115,7 +115,10 @@ class Recordings:
         (folder / "trials").mkdir(parents=True)
         camera = {"fps": self.fps, "scale_length_m": round(self.scale_factor * self.robot.scale_length_m, 9)}
         content: dict = {"session": {"name": folder.name}, "camera": camera, "markers": {"names": list(self.markers)}}
-        content |= {"fit": {"warmup_s": self.warmup_s}, "trial": [_written(folder, self, each) for each in self.trials]}
+        content |= {
+            "fit": {"warmup_s": self.warmup_s},
+            "trial": [_write_trial(folder, self, each) for each in self.trials],
+        }
         if not self.built_in:
             (folder / "robot.toml").write_text(tomlkit.dumps(self.robot.model_dump()))
             content["robot"] = {"file": "robot.toml"}
@@ -123,11 +126,13 @@ class Recordings:
         (folder / "disturbances.json").write_text(json.dumps(self.disturbances, indent=1) + "\n")
 
 
-def _written(folder: Path, session: Recordings, trial: Recording) -> dict:
+def _write_trial(folder: Path, session: Recordings, trial: Recording) -> dict:
     """Write the files of a trial; return its table in session.toml."""
     lines = ["time_s," + ",".join(f"{name}_x,{name}_y,{name}_confidence" for name in session.markers)]
     for time, xy, sure in zip(trial.time_s, trial.xy, trial.sure, strict=True):
-        cells = (f"{x:.3f},{y:.3f},{_cell(c)}" if np.isfinite(x) else ",," for (x, y), c in zip(xy, sure, strict=True))
+        cells = (
+            f"{x:.3f},{y:.3f},{_format_cell(c)}" if np.isfinite(x) else ",," for (x, y), c in zip(xy, sure, strict=True)
+        )
         lines.append(f"{time:.6f}," + ",".join(cells))
     (folder / f"trials/{trial.name}.csv").write_text("\n".join(lines) + "\n")
     table = {"name": trial.name, "kind": trial.kind, "role": trial.role, "tracks": f"trials/{trial.name}.csv"}
@@ -138,5 +143,5 @@ def _written(folder: Path, session: Recordings, trial: Recording) -> dict:
     return table if trial.commanded_hz is None else table | {"commanded_hz": round(trial.commanded_hz, 4)}
 
 
-def _cell(value: float) -> str:
+def _format_cell(value: float) -> str:
     return f"{value:g}" if np.isfinite(value) else ""

@@ -68,7 +68,7 @@ class ForeignOutcome:
             if sessions
             else []
         )
-        rows = tuple((str(s.number), kind, text) for s in sessions for kind, text in _shortcomings(s))
+        rows = tuple((str(s.number), kind, text) for s in sessions for kind, text in _list_shortcomings(s))
         tables += [Table("What falls short", ("session", "", "what"), rows)] if rows else []
         befell = Counter(each.split(":")[0] for s in sessions for each in s.disturbances)
         short = Counter(each.split(":")[0] for s in sessions if s.short for each in s.disturbances)
@@ -79,7 +79,7 @@ class ForeignOutcome:
         return Scores("Foreign sessions", data, command, tuple(tables), notes)
 
 
-def _shortcomings(session: Verdict) -> list[tuple[str, str]]:
+def _list_shortcomings(session: Verdict) -> list[tuple[str, str]]:
     said = [("broken", session.broken)] if session.broken else []
     said += [("wrong", each) for each in session.wrong] + [("not said", each) for each in session.unsaid]
     return said + [("needless flag", each) for each in session.flags if session.clean]

@@ -44,7 +44,7 @@ class PosteriorOutcome:
         """Calibration of the posterior of each coefficient."""
         below = np.array([score.below for score in self.sessions])  # (s, 5)
         p = holm(np.array([uniform_p(below[:, i]) for i in range(len(NAMES))]))  # (5,)
-        return {name: _calibration(i, self.sessions, p[i]) for i, name in enumerate(NAMES)}
+        return {name: _measure_calibration(i, self.sessions, p[i]) for i, name in enumerate(NAMES)}
 
     @property
     def warnings(self) -> dict[str, Measure]:
@@ -96,13 +96,13 @@ def measure_posterior(folder: Path, seeds: Sequence[int], run: Run) -> Posterior
     """
     if folder.suffix == ".jsonl":
         return PosteriorOutcome(read_lines(folder, PosteriorScore, lambda score: str(score.seed)))
-    records = Records(folder / "sessions", PosteriorScore, _code())
+    records = Records(folder / "sessions", PosteriorScore, _compute_code())
     cases = {seed: int(seed) for seed in records.missing([str(seed) for seed in seeds])}
     failures = run_cases(score_session, cases, run, records.keep)
     return PosteriorOutcome(tuple(records.every().values()), failures, records.others)
 
 
-def _code() -> str:
+def _compute_code() -> str:
     """Return the fingerprint of what a score depends on: twin, inference, drawing and scoring of sessions, MuJoCo."""
     libraries = {"mujoco": mujoco.__version__, "emcee": emcee.__version__, "arviz": version("arviz")}
     packages = [Path(str(package.__file__)).parent for package in (fitting, swimcal, synthetic)]
@@ -124,15 +124,17 @@ def holm(p: np.ndarray) -> np.ndarray:
     return corrected.reshape(p.shape)
 
 
-def _calibration(i: int, scores: Sequence[PosteriorScore], p: float) -> dict[str, Measure]:
+def _measure_calibration(i: int, scores: Sequence[PosteriorScore], p: float) -> dict[str, Measure]:
     spread = resampled([score.off_sd[i] for score in scores], lambda off: float(np.sqrt(np.mean(np.square(off)))))
     width = median([score.q95[i] - score.q05[i] for score in scores])
     split = {
-        name: Measure(f"… of sessions {words}", _covered([score for score in scores if score.varied == varied], i))
+        name: Measure(
+            f"… of sessions {words}", _count_covered([score for score in scores if score.varied == varied], i)
+        )
         for varied, name, words in ((True, "varied", "whose trials vary"), (False, "alike", "whose trials do not"))
     }
     return {
-        "covered": Measure("truths inside the 90 % interval", _covered(scores, i), "86 to 94 %"),
+        "covered": Measure("truths inside the 90 % interval", _count_covered(scores, i), "86 to 94 %"),
         **split,
         "spread": Measure("rms of (truth - mean) / sd", spread),
         "ks_p": Measure("uniform ranks, p (Kolmogorov and Smirnov)", Estimate(float(p), (nan, nan)), "≥ 0.05"),
@@ -140,5 +142,5 @@ def _calibration(i: int, scores: Sequence[PosteriorScore], p: float) -> dict[str
     }
 
 
-def _covered(scores: Sequence[PosteriorScore], i: int) -> Share:
+def _count_covered(scores: Sequence[PosteriorScore], i: int) -> Share:
     return Share.among(scores, lambda score: bool(score.covered[i]))

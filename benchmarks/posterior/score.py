@@ -84,18 +84,18 @@ def _score(drawn: DrawnSession, posterior: Posterior, flags: Sequence[Flag], sec
     return PosteriorScore(
         seed=drawn.seed,
         varied=drawn.varied,
-        truth=_five(truth),
-        below=_five((draws < truth).mean(axis=0)),
-        q05=_five(q05),
-        q95=_five(q95),
-        mean=_five(draws.mean(axis=0)),
-        sd=_five(draws.std(axis=0, ddof=1)),
-        r_hat=_five(posterior.draws.r_hat[:5]),
+        truth=_pack_five(truth),
+        below=_pack_five((draws < truth).mean(axis=0)),
+        q05=_pack_five(q05),
+        q95=_pack_five(q95),
+        mean=_pack_five(draws.mean(axis=0)),
+        sd=_pack_five(draws.std(axis=0, ddof=1)),
+        r_hat=_pack_five(posterior.draws.r_hat[:5]),
         misfit_p=posterior.misfit_p,
         flags=tuple(flag.kind for flag in flags),
         seconds=seconds,
     )
 
 
-def _five(values: np.ndarray) -> Five:
+def _pack_five(values: np.ndarray) -> Five:
     return tuple(float(value) for value in values)

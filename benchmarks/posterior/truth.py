@@ -79,12 +79,12 @@ def draw_session(
     random = np.random.default_rng([seed, 6])
     nominal = load_robot()
     twin = Twin(nominal, FISHSIM_MARKERS, workers=workers)
-    frequency_hz = _frequencies(random)
+    frequency_hz = _draw_frequencies(random)
     truth = forward_swimmer(twin, frequency_hz, random)
-    robot = _reglued(_built(nominal, seed), random)
+    robot = _reglue(_build(nominal, seed), random)
     noise = NOISE.model_copy(update={"shared": float(random.uniform(0.0, MOST_SHARED))})
     plan = SyntheticPlan(
-        trials=tuple(_trial(float(hz), seconds, random) for hz in (*frequency_hz, *held_out_hz)),
+        trials=tuple(_plan_trial(float(hz), seconds, random) for hz in (*frequency_hz, *held_out_hz)),
         seed=seed,
         robot=robot,
         timestep_s=step * SWIM.timestep_s,
@@ -93,7 +93,7 @@ def draw_session(
         camera=CAMERA,
     )
     camera = CameraSpec(fps=plan.camera.fps, scale_length_m=nominal.scale_length_m)
-    swims = _measured(plan, camera, nominal, varied)
+    swims = _measure(plan, camera, nominal, varied)
     return DrawnSession(
         seed=seed,
         truth=truth,
@@ -106,7 +106,7 @@ def draw_session(
     )
 
 
-def _frequencies(random: np.random.Generator) -> np.ndarray:
+def _draw_frequencies(random: np.random.Generator) -> np.ndarray:
     """Draw (2,) frequencies, one a fitted trial, uniform over all pairs that are far enough apart, Hz."""
     while True:
         pair = random.uniform(SLOWEST_HZ, FASTEST_HZ, 2)
@@ -125,7 +125,7 @@ def forward_swimmer(twin: Twin, frequency_hz: np.ndarray, random: np.random.Gene
             return FluidCoefficients(*map(float, drawn[forward[0]]))
 
 
-def _built(robot: RobotSpec, seed: int) -> RobotSpec:
+def _build(robot: RobotSpec, seed: int) -> RobotSpec:
     """Draw the robot as it was built: off in what nobody measured."""
     random = np.random.default_rng([seed, 9])
     for doubt in uncertainties_of(assumed(robot).sources):
@@ -133,7 +133,7 @@ def _built(robot: RobotSpec, seed: int) -> RobotSpec:
     return robot
 
 
-def _reglued(robot: RobotSpec, random: np.random.Generator) -> RobotSpec:
+def _reglue(robot: RobotSpec, random: np.random.Generator) -> RobotSpec:
     """Draw the robot with its markers off their places, along and across the body."""
     markers = {}
     for name, marker in robot.markers.items():
@@ -143,7 +143,7 @@ def _reglued(robot: RobotSpec, random: np.random.Generator) -> RobotSpec:
     return robot.model_copy(update={"markers": markers})
 
 
-def _trial(hz: float, seconds: float, random: np.random.Generator) -> SyntheticTrial:
+def _plan_trial(hz: float, seconds: float, random: np.random.Generator) -> SyntheticTrial:
     phase_rad, heading_rad = random.uniform(0.0, 2 * np.pi, 2)
     return SyntheticTrial(
         name=trial_name("f", hz),
@@ -155,21 +155,21 @@ def _trial(hz: float, seconds: float, random: np.random.Generator) -> SyntheticT
     )
 
 
-def _measured(plan: SyntheticPlan, camera: CameraSpec, nominal: RobotSpec, varied: bool) -> list[MeasuredTrial]:
+def _measure(plan: SyntheticPlan, camera: CameraSpec, nominal: RobotSpec, varied: bool) -> list[MeasuredTrial]:
     """Measure the trials of a plan as a session that knows the nominal robot alone does."""
     trials = []
     for number, swim in enumerate(simulate_swims(plan)):
         position_px = swim.position_px
         if varied:
             random = np.random.default_rng([plan.seed, 11, number])
-            position_px = _varied(position_px, swim.time_s, plan.camera.px_per_m, random)
+            position_px = _vary(position_px, swim.time_s, plan.camera.px_per_m, random)
         tracks, _ = tracked(swim.trial, position_px, plan, Stream.SWIM_TRACKER.of(plan.seed, number))
         trial = TrialSpec(name=swim.trial.name, kind="swim", commanded_hz=swim.trial.commanded_hz)
         trials.append(measure_trial(trial, tracks, camera, nominal, plan.warmup_s))
     return trials
 
 
-def _varied(position_px: np.ndarray, time_s: np.ndarray, px_per_m: float, random: np.random.Generator) -> np.ndarray:
+def _vary(position_px: np.ndarray, time_s: np.ndarray, px_per_m: float, random: np.random.Generator) -> np.ndarray:
     """Return (n, m, 2) markers of a trial that also turns, slips and swims faster, its nose off the body's line.
 
     The smooth path of the fish is laid anew; what it does about that path stays, but turns along.

@@ -54,7 +54,7 @@ def film(
     """Film one row of a record by the camera of its world."""
     time_s = exposed_s(world, trial)
     coordinates = record.coordinates(row, time_s)
-    sight = _sight(coordinates, time_s, row, layout, parameters, markers)
+    sight = _locate_markers(coordinates, time_s, row, layout, parameters, markers)
     for mechanism in world.mechanisms:
         sight = mechanism.place(sight)
     picture = Picture(markers, trial.time_s, world.camera.project(sight.marker_m, sight.height_m), world.camera)
@@ -73,7 +73,7 @@ def film(
     )
 
 
-def _sight(
+def _locate_markers(
     coordinates: np.ndarray,
     time_s: np.ndarray,
     row: int,

@@ -91,14 +91,14 @@ class Water:
     def forces(self, flow: Flow) -> StripForces:
         """Return the quasi-steady forces on the strips."""
         along, across, rate = flow.along_m_s, flow.across_m_s, flow.rate_rad_s
-        drag, lift, mean = self._strength(flow)
+        drag, lift, mean = self._compute_strength(flow)
         return StripForces(
             along_n=lift * along * mean**2 + (self._added - self._magnus) * rate * across - drag * along,
             across_n=self._magnus * rate * along - lift * along**2 * mean - drag * across,
             torque_n_m=-self._turning * np.abs(rate) * rate - self._added * along * across,
         )
 
-    def _strength(self, flow: Flow) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def _compute_strength(self, flow: Flow) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return (n, s) drag over speed; lift over v_x^2 u; u, the mean over the strip's plate."""
         along, across = flow.along_m_s, flow.across_m_s
         mean = across @ self._over_plate
@@ -115,7 +115,7 @@ class Water:
 
     def resistance(self, pose: Pose, flow: Flow) -> np.ndarray:
         """Estimate how fast drag, torque and lift grow with the rates, (n, N, N); symmetric, never negative."""
-        drag, lift, _ = self._strength(flow)
+        drag, lift, _ = self._compute_strength(flow)
         grows, place = 2 * drag + lift * flow.along_m_s**2, self.strips.place_m
         turning = 2 * self._turning * np.abs(flow.rate_rad_s)
         columns = (grows, grows * place, grows * place**2 + turning)

@@ -55,18 +55,18 @@ def rows_of(record: _Rows, index: np.ndarray | slice, **known: Any) -> _Rows:
     Of rows side by side it is a view: nobody writes into what is shown.
     """
     kind: Any = type(record)
-    names = _field_names(kind)
-    return kind(**{n: known[n] if n in known else _rows_of_field(getattr(record, n), index) for n in names})
+    names = _list_field_names(kind)
+    return kind(**{n: known[n] if n in known else _select_rows(getattr(record, n), index) for n in names})
 
 
-def _rows_of_field(value: Any, index: np.ndarray | slice) -> Any:
+def _select_rows(value: Any, index: np.ndarray | slice) -> Any:
     if isinstance(value, np.ndarray):
         return value[index]
     kind: Any = type(value)
-    return rows_of(value, index) if _field_names(kind) and not isinstance(value, Layout) else value
+    return rows_of(value, index) if _list_field_names(kind) and not isinstance(value, Layout) else value
 
 
 @cache
-def _field_names(kind: type) -> tuple[str, ...]:
+def _list_field_names(kind: type) -> tuple[str, ...]:
     """Return the names of a dataclass's fields; none of anything else."""
     return tuple(each.name for each in fields(kind)) if is_dataclass(kind) else ()

@@ -38,12 +38,12 @@ def step(
     held = motion.parameters.head_clamped
     first = motion.equations(time_s, position, velocity, states, h)
     drift = g * h * first.force_rate
-    speed_1 = _solve(first, g, h * first.force - g * h * _times(first.stiffness, velocity) + drift, held)
+    speed_1 = _solve(first, g, h * first.force - g * h * _multiply(first.stiffness, velocity) + drift, held)
     place_1 = h * velocity + g * speed_1
 
     second = motion.equations(time_s + h, position + place_1, velocity + speed_1, states, h)
     ahead = h * (velocity + speed_1) - 2 * place_1
-    right = h * second.force - 2 * _times(second.mass, speed_1) - g * _times(second.stiffness, ahead) - drift
+    right = h * second.force - 2 * _multiply(second.mass, speed_1) - g * _multiply(second.stiffness, ahead) - drift
     speed_2 = _solve(second, g, right, held)
     place_2 = ahead + g * speed_2
     return position + 1.5 * place_1 + 0.5 * place_2, velocity + 1.5 * speed_1 + 0.5 * speed_2, first
@@ -60,5 +60,5 @@ def _solve(at: Equations, g: float, right: np.ndarray, held: np.ndarray) -> np.n
     return np.linalg.solve(matrix, right[:, :, None])[..., 0]
 
 
-def _times(matrix: np.ndarray, vector: np.ndarray) -> np.ndarray:
+def _multiply(matrix: np.ndarray, vector: np.ndarray) -> np.ndarray:
     return (matrix @ vector[:, :, None])[..., 0]

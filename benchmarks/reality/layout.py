@@ -81,7 +81,7 @@ def lay_out(robot: RobotSpec, hinges_per_gap: int = HINGES_PER_GAP) -> Layout:
     guide_link = hinges_per_gap * (1 + np.arange(len(gaps)))
     guide_x = robot.segment_x_m[:, 1] - tail.guide_inset_m
     offset = np.array([s.guide_offset_m * (-1 if s.tendon_crosses else 1) for s in tail.segment])
-    mass, moment, inertia = _masses(robot, origin)
+    mass, moment, inertia = _sum_masses(robot, origin)
     return Layout(
         robot=robot,
         hinges_per_gap=hinges_per_gap,
@@ -90,14 +90,14 @@ def lay_out(robot: RobotSpec, hinges_per_gap: int = HINGES_PER_GAP) -> Layout:
         mass_kg=mass,
         moment_kg_m=moment,
         inertia_kg_m2=inertia,
-        strips=_strips(robot, origin),
+        strips=_cut_strips(robot, origin),
         guide_link=guide_link,
         guide_place_m=guide_x - origin[guide_link],
         guide_offset_m=np.stack([-offset, offset]),
     )
 
 
-def _masses(robot: RobotSpec, origin: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _sum_masses(robot: RobotSpec, origin: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return (l,) mass, first and second moment of each link about its origin.
 
     A segment's mass is spread evenly from the middle of the gap before it to the middle of the one behind, that of a
@@ -117,7 +117,7 @@ def _masses(robot: RobotSpec, origin: np.ndarray) -> tuple[np.ndarray, np.ndarra
         inner = origin[(origin > start) & (origin < end)]
         for a, b in pairwise([start, *inner, end]):
             part_kg = kg * (b - a) / (end - start)
-            add(_link_at(origin, (a + b) / 2), part_kg, (a + b) / 2, part_kg * ((b - a) ** 2 + thickness**2) / 12)
+            add(_find_link(origin, (a + b) / 2), part_kg, (a + b) / 2, part_kg * ((b - a) ** 2 + thickness**2) / 12)
 
     for part in robot.head.part:
         (x, y, _), (half_x, half_y, _) = part.centre_m, part.half_size_m
@@ -132,14 +132,14 @@ def _masses(robot: RobotSpec, origin: np.ndarray) -> tuple[np.ndarray, np.ndarra
         (_, rear), width = robot.segment_x_m[i], segment.guide_plate_width_m
         plates_kg, across = 2 * robot.guide_plate_mass_kg(i), (segment.thickness_m + width) / 2
         own = (tail.guide_plate_length_m**2 + width**2) / 12 + across**2
-        add(_link_at(origin, rear), plates_kg, rear - tail.guide_inset_m, plates_kg * own)
+        add(_find_link(origin, rear), plates_kg, rear - tail.guide_inset_m, plates_kg * own)
     spread(fin.strip_mass_kg, robot.segment_x_m[-1, 1], robot.fin_root_x_m, 0.0)
     own = fin.mass_kg * (fin.chord_m**2 + fin.thickness_m**2) / 12
     add(len(origin) - 1, fin.mass_kg, robot.fin_root_x_m + fin.centre_m, own)
     return mass, moment, inertia
 
 
-def _strips(robot: RobotSpec, origin: np.ndarray) -> Strips:
+def _cut_strips(robot: RobotSpec, origin: np.ndarray) -> Strips:
     """Cut keel and fin as plates of their own; of the tail, each piece between the middles of two gaps."""
     rows: list[tuple[float, ...]] = []
     plates = 0
@@ -151,7 +151,7 @@ def _strips(robot: RobotSpec, origin: np.ndarray) -> Strips:
         for low, high in pairwise(knots):
             edges = np.linspace(low, high, max(int(np.ceil((high - low) / longest - 1e-9)), 1) + 1)
             for a, b in pairwise(edges):
-                link = _link_at(origin, (a + b) / 2)
+                link = _find_link(origin, (a + b) / 2)
                 rows.append((link, plates, (a + b) / 2 - origin[link], b - a, *plate))
             plates += 1
 
@@ -169,6 +169,6 @@ def _strips(robot: RobotSpec, origin: np.ndarray) -> Strips:
     return Strips(link.astype(int), number.astype(int), *columns)
 
 
-def _link_at(origin: np.ndarray, x: float) -> int:
+def _find_link(origin: np.ndarray, x: float) -> int:
     """Return the link that holds a place x on the straight fish; whatever is before the first hinge is the head's."""
     return 0 if x < origin[1] else int(np.searchsorted(origin, x, side="right")) - 1

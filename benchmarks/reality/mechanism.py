@@ -116,28 +116,28 @@ def grouped(mechanisms: Sequence[Sequence[Mechanism]], parameters: Parameters) -
     for row, each in enumerate(mechanisms):
         count: Counter[tuple[str, ...]] = Counter()
         for mechanism in each:
-            kind = _kind(mechanism)
+            kind = _describe_kind(mechanism)
             members.setdefault((*kind, str(count[kind])), []).append((row, mechanism))
             count[kind] += 1
     groups = []
     for listed in members.values():
-        rows = _side_by_side([row for row, _ in listed])
-        groups.append(Group(_together([mechanism for _, mechanism in listed]), rows, rows_of(parameters, rows)))
+        rows = _merge_rows([row for row, _ in listed])
+        groups.append(Group(_join([mechanism for _, mechanism in listed]), rows, rows_of(parameters, rows)))
     return groups
 
 
-def _side_by_side(rows: list[int]) -> np.ndarray | slice:
+def _merge_rows(rows: list[int]) -> np.ndarray | slice:
     """Return rows in rising order, as a slice where none is left out."""
     first, beyond = rows[0], rows[-1] + 1
     return slice(first, beyond) if beyond - first == len(rows) else np.array(rows)
 
 
-def _kind(mechanism: Mechanism) -> tuple[str, ...]:
+def _describe_kind(mechanism: Mechanism) -> tuple[str, ...]:
     others = [getattr(mechanism, f.name) for f in fields(mechanism) if not _is_number(getattr(mechanism, f.name))]
     return (type(mechanism).__module__, type(mechanism).__qualname__, *map(repr, others))
 
 
-def _together(mechanisms: list[Mechanism]) -> Mechanism:
+def _join(mechanisms: list[Mechanism]) -> Mechanism:
     numbers = [f.name for f in fields(mechanisms[0]) if _is_number(getattr(mechanisms[0], f.name))]
     columns = {name: np.array([getattr(mechanism, name) for mechanism in mechanisms])[:, None] for name in numbers}
     return replace(mechanisms[0], **columns)

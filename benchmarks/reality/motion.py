@@ -57,8 +57,8 @@ class Motion:
         self._reactive = ReactiveWater(layout, parameters, self.chain) if parameters.added_mass_reaction.any() else None
         self._speed, self._phase = 2 * np.pi * frequency_hz[:, None], phase_rad[:, None]
         p = parameters
-        self._hinge_stiffness = _between_links(p.hinge_stiffness_n_m + p.extra_implicit_stiffness_n_m)
-        self._hinge_damping = _between_links(p.hinge_damping_n_m_s + p.extra_implicit_damping_n_m_s)
+        self._hinge_stiffness = _couple_links(p.hinge_stiffness_n_m + p.extra_implicit_stiffness_n_m)
+        self._hinge_damping = _couple_links(p.hinge_damping_n_m_s + p.extra_implicit_damping_n_m_s)
 
     def commanded(self, time_s: np.ndarray) -> Turn:
         """Return how the cranks are asked to turn at times (n, 1): evenly."""
@@ -78,7 +78,7 @@ class Motion:
     def start_states(self, time_s: np.ndarray, position: np.ndarray, velocity: np.ndarray) -> list[np.ndarray]:
         """Return the own state of each group of mechanisms; the crank is as commanded here."""
         even = self.commanded(time_s)
-        now = self._instant(time_s, position, velocity, even, even, 1.0)
+        now = self._build_instant(time_s, position, velocity, even, even, 1.0)
         return [group.mechanism.start(group.seen(now)) for group in self.groups]
 
     def advanced(self, at: Equations, states: list[np.ndarray], step_s: float) -> list[np.ndarray]:
@@ -92,27 +92,27 @@ class Motion:
         self, time_s: np.ndarray, position: np.ndarray, velocity: np.ndarray, states: list[np.ndarray], step_s: float
     ) -> Equations:
         """Build the equations at times (n, 1), coordinates and rates (n, N), force rates taken over a step."""
-        now = self._instant(
+        now = self._build_instant(
             time_s, position, velocity, self.turn(time_s, states), self.turn(time_s + step_s, states), step_s
         )
         pose, pull = now.pose, now.pull
         mass, force = self.chain.inertia(pose)
-        force += now.bend(self._hinge_torque(pose)) + now.tighten(pull.tension_n)
+        force += now.bend(self._compute_hinge_torque(pose)) + now.tighten(pull.tension_n)
         water = now.water
         seen_by_all = [group.seen(now) if group.acts else now for group in self.groups]
         for group, seen, state in zip(self.groups, seen_by_all, states, strict=True):
             if group.overrides("water"):
-                water = _replaced(water, group, group.mechanism.water(seen, rows_of(water, group.rows), state))
+                water = _replace_rows(water, group, group.mechanism.water(seen, rows_of(water, group.rows), state))
             if group.overrides("force"):
                 force[group.rows] += group.mechanism.force(seen, state)
         force += self._water.on_links(pose, water)
         if self._reactive is not None:
             mass += self._reactive.inertia(pose)
             force += self._reactive.force(pose, now.flow)
-        stiffness, damping = self._implicit(now, pull)
+        stiffness, damping = self._linearise(now, pull)
         return Equations(mass, force, stiffness, damping, now.tighten(pull.tension_rate_n_s), now, seen_by_all)
 
-    def _instant(
+    def _build_instant(
         self, time_s: np.ndarray, position: np.ndarray, velocity: np.ndarray, turn: Turn, later: Turn, step_s: float
     ) -> Instant:
         pose = self.chain.pose(position, velocity)
@@ -129,12 +129,12 @@ class Motion:
             chain=self.chain,
         )
 
-    def _hinge_torque(self, pose: Pose) -> np.ndarray:
+    def _compute_hinge_torque(self, pose: Pose) -> np.ndarray:
         p = self.parameters
         bent = pose.hinge_rad - p.hinge_rest_rad
         return -p.hinge_stiffness_n_m * bent - p.hinge_damping_n_m_s * pose.hinge_rate_rad_s
 
-    def _implicit(self, now: Instant, pull: Pull) -> tuple[np.ndarray, np.ndarray]:
+    def _linearise(self, now: Instant, pull: Pull) -> tuple[np.ndarray, np.ndarray]:
         """Return (n, N, N) stiffness and damping of hinges and tendons, and of the water against motion."""
         gradient = pull.gradient_m
         along, p = np.swapaxes(gradient, 1, 2), self.parameters
@@ -143,14 +143,14 @@ class Motion:
         return stiffness, damping + self._water.resistance(now.pose, now.flow)
 
 
-def _replaced(forces: StripForces, group: Group, by: StripForces) -> StripForces:
+def _replace_rows(forces: StripForces, group: Group, by: StripForces) -> StripForces:
     """Return the forces on all strips, those in the group's rows exchanged."""
     along, across, torque = forces.along_n.copy(), forces.across_n.copy(), forces.torque_n_m.copy()
     along[group.rows], across[group.rows], torque[group.rows] = by.along_n, by.across_n, by.torque_n_m
     return StripForces(along, across, torque)
 
 
-def _between_links(values: np.ndarray) -> np.ndarray:
+def _couple_links(values: np.ndarray) -> np.ndarray:
     """Return the (n, N, N) matrix of springs or dampers (n, h) between neighbouring links."""
     hinges = values.shape[1]
     apart = np.diff(np.eye(hinges + 1), axis=0)  # (h, l)

@@ -21,9 +21,9 @@ class PixelNoise:
         a = exp(-dt / correlation), begun in its stationary distribution.
         """
         offset = self.placement_sd_px * random.standard_normal(position_px.shape[1:])
-        return self._seen(time_s, position_px + offset, random.standard_normal(position_px.shape))
+        return self._add_errors(time_s, position_px + offset, random.standard_normal(position_px.shape))
 
-    def _seen(self, time_s: np.ndarray, placed_px: np.ndarray, error: np.ndarray) -> np.ndarray:
+    def _add_errors(self, time_s: np.ndarray, placed_px: np.ndarray, error: np.ndarray) -> np.ndarray:
         """Return (f, m, 2) px of boxes as they were placed, with errors (f, m, 2) of sd 1 that are made to last."""
         kept = np.exp(-np.diff(time_s) / self.correlation_s) if self.correlation_s > 0 else np.zeros(len(time_s) - 1)
         for k, a in enumerate(kept, start=1):

@@ -42,7 +42,7 @@ def simulate(
     """
     robot = load_robot()
     layout, names = lay_out(robot, hinges_per_gap), markers or tuple(robot.markers)
-    order = sorted(range(len(trials)), key=lambda i: _company(*trials[i]))
+    order = sorted(range(len(trials)), key=lambda i: _compute_order(*trials[i]))
     recordings: dict[int, Recording] = {}
     for first in range(0, len(trials), _BATCH):
         rows = order[first : first + _BATCH]
@@ -53,7 +53,7 @@ def simulate(
     return [recordings[i] for i in range(len(trials))]
 
 
-def _company(world: World, trial: Trial) -> tuple[int, list[str]]:
+def _compute_order(world: World, trial: Trial) -> tuple[int, list[str]]:
     """Return a key that sorts trials into batches: similar in length and mechanisms, so that a batch costs less."""
     return -int(np.ceil(trial.lead_s + trial.duration_s)), sorted(type(m).__qualname__ for m in world.mechanisms)
 

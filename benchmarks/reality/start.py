@@ -28,14 +28,14 @@ def balanced_hinges(layout: Layout, parameters: Parameters, turn: Turn) -> tuple
     angle, upright = turn.angle_rad, np.pi * np.round(turn.angle_rad / np.pi)
     for share in np.linspace(0.0, 1.0, _STAGES):
         at = upright + share * (angle - _NUDGE_RAD - upright)
-        hinges = _settled(chain, tendons, parameters, hinges, at, _PER_STAGE if share < 1 else _LAST)
-    ahead = _settled(chain, tendons, parameters, hinges, angle, _LAST)
+        hinges = _settle(chain, tendons, parameters, hinges, at, _PER_STAGE if share < 1 else _LAST)
+    ahead = _settle(chain, tendons, parameters, hinges, angle, _LAST)
     slope = (ahead - hinges) / _NUDGE_RAD
     slope = np.where(np.abs(slope).max(axis=1, keepdims=True) < _SNAPS, slope, 0.0)
     return ahead, slope * turn.speed_rad_s
 
 
-def _settled(
+def _settle(
     chain: Chain,
     tendons: Tendons,
     parameters: Parameters,

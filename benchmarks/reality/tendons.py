@@ -51,7 +51,7 @@ class Tendons:
         straight = np.concatenate([[0.0], layout.origin_m[layout.guide_link]]) + 0j
         guides = np.broadcast_to(straight[1:] + self._guide_m, (len(parameters), *self._guide_m.shape))
         upright = Turn(np.zeros((len(parameters), 1)), np.zeros((len(parameters), 1)))
-        first = self._first_span(guides[:, :, 0], upright)[0]
+        first = self._measure_first_span(guides[:, :, 0], upright)[0]
         self._free_m = first + np.abs(np.diff(guides)).sum(axis=2) + parameters.tendon_extra_m
 
     def pull(self, pose: Pose, turn: Turn, later: Turn, step_s: float) -> Pull:
@@ -61,13 +61,13 @@ class Tendons:
         guide = pose.origin_m[:, None, self._links[1:]] + arm
         head = pose.direction[:, :1]
         seen = (guide[:, :, 0] - pose.origin_m[:, :1]) * head.conj()  # first guide in the head's axes
-        first, unit, per_turn = self._first_span(seen, turn)
+        first, unit, per_turn = self._measure_first_span(seen, turn)
         span = np.diff(guide)
         length = np.abs(span)
         stretch = first + length.sum(axis=2) - self._free_m
         units = np.concatenate([(unit * head)[:, :, None], span / length], axis=2)  # (n, 2, g) along each span
-        gradient = self._gradient(pose, units, arm, turn)
-        later_first, _, later_per_turn = self._first_span(seen, later)
+        gradient = self._compute_gradient(pose, units, arm, turn)
+        later_first, _, later_per_turn = self._measure_first_span(seen, later)
         speed = pose.velocity_m_s[:, :1]
         moved = (gradient @ np.concatenate([speed.real, speed.imag, pose.rate_rad_s], axis=1)[:, :, None])[..., 0]
         rate = moved + per_turn * turn.speed_rad_s
@@ -81,7 +81,7 @@ class Tendons:
             tension_rate_n_s=(self._stiffness * (later_first - first) + self._damping * growth) / step_s,
         )
 
-    def _first_span(self, guide: np.ndarray, turn: Turn) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def _measure_first_span(self, guide: np.ndarray, turn: Turn) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return (n, 2) lengths from anchor to first guide (n, 2; head's axes), unit vectors, slopes over the angle.
 
         The anchors circle in the plane of x and z; the guides stay at z = 0, so the unit vector is shorter than one.
@@ -93,7 +93,7 @@ class Tendons:
         slope = -(span.real * self._radius_m * cos + height * self._radius_m * sin) / length
         return length, span / length, slope
 
-    def _gradient(self, pose: Pose, units: np.ndarray, arm: np.ndarray, turn: Turn) -> np.ndarray:
+    def _compute_gradient(self, pose: Pose, units: np.ndarray, arm: np.ndarray, turn: Turn) -> np.ndarray:
         """Return the (n, 2, N) gradient of lengths: a tendon grows as guides move along the spans that end there."""
         links = pose.direction.shape[1]
         force = np.zeros((*units.shape[:2], links), complex)

@@ -72,13 +72,13 @@ class Trial:
 def prepared_parameters(world: World, trial: Trial, layout: Layout, markers: tuple[str, ...]) -> Parameters:
     """Return one row: the world's robot in the scene of a trial, changed by every mechanism."""
     nominal = nominal_parameters(layout, markers, world.coefficients)
-    parameters = _in_scene(_with_nuisances(nominal, world, markers), trial)
+    parameters = _set_scene(_add_nuisances(nominal, world, markers), trial)
     for mechanism in world.mechanisms:
         parameters = mechanism.prepare(parameters, layout)
     return parameters
 
 
-def _with_nuisances(nominal: Parameters, world: World, markers: tuple[str, ...]) -> Parameters:
+def _add_nuisances(nominal: Parameters, world: World, markers: tuple[str, ...]) -> Parameters:
     its = world.nuisances
     mass = np.full(nominal.link_mass_kg.shape[1], its.tail_mass)
     mass[0] = its.head_mass
@@ -92,7 +92,7 @@ def _with_nuisances(nominal: Parameters, world: World, markers: tuple[str, ...])
     )
 
 
-def _in_scene(parameters: Parameters, trial: Trial) -> Parameters:
+def _set_scene(parameters: Parameters, trial: Trial) -> Parameters:
     if trial.kind == "swim":
         return parameters
     tendons = 1.0 if trial.kind == "dry" else 0.0

@@ -86,7 +86,7 @@ class OddFile:
         """Pack pictures (h, w, 3), RGB, and do the damage; return the file."""
         container, random = CONTAINERS[self.container], np.random.default_rng(self.seed)
         path = folder / f"film{container.suffix}"
-        shown = self._shown(len(pictures), random)
+        shown = self._list_shown(len(pictures), random)
         with av.open(str(path), "w", format=container.format) as out:
             added = out.add_stream(container.codec, rate=round(PLAN.optics.fps), options={"g": "12"})
             stream = cast(av.VideoStream, added)
@@ -106,7 +106,7 @@ class OddFile:
                 frame.pts, frame.time_base = round(time_s / _TICK), _TICK
                 out.mux(stream.encode(frame))
             out.mux(stream.encode(None))
-        path.write_bytes(self._harmed(path.read_bytes(), random))
+        path.write_bytes(self._harm(path.read_bytes(), random))
         return path
 
     @property
@@ -115,7 +115,7 @@ class OddFile:
             return "gray" if "gray" in self.faults else "rgb8"
         return "gray" if "gray" in self.faults and CONTAINERS[self.container].codec == "libx264" else "yuv420p"
 
-    def _shown(self, frames: int, random: np.random.Generator) -> list[tuple[int, float]]:
+    def _list_shown(self, frames: int, random: np.random.Generator) -> list[tuple[int, float]]:
         """List the pictures of the file, by number, with the time each is stamped with, s."""
         numbers, spacing_s = np.arange(frames), 1 / PLAN.optics.fps
         time_s = numbers * spacing_s
@@ -138,7 +138,7 @@ class OddFile:
                 time_s = 2 * time_s
         return list(zip(numbers.tolist(), time_s.tolist(), strict=True))
 
-    def _harmed(self, data: bytes, random: np.random.Generator) -> bytes:
+    def _harm(self, data: bytes, random: np.random.Generator) -> bytes:
         harmed = bytearray(data)
         if "cut off" in self.faults:
             return data[: int(random.uniform(0.05, 0.98) * len(data))]
@@ -218,7 +218,7 @@ def track_file(file: OddFile, filmed: Filmed, folder: Path) -> Outcome:
     except Exception:
         return Outcome(traceback=traceback.format_exc())
     counts, place = tracked.weight.values > 0, pixels_of(tracked)
-    wrong = counts & (_off_px(place, counts, tracked.time.values, filmed.truth) > WRONG_PX)
+    wrong = counts & (_measure_off_px(place, counts, tracked.time.values, filmed.truth) > WRONG_PX)
     flagged = np.zeros(len(counts), bool)
     for flag in tracked.flags:
         if flag.frames is not None:
@@ -226,7 +226,7 @@ def track_file(file: OddFile, filmed: Filmed, folder: Path) -> Outcome:
     return Outcome(samples=int(counts.sum()), wrong=int(wrong.sum()), unflagged=int((wrong & ~flagged[:, None]).sum()))
 
 
-def _off_px(place: np.ndarray, counts: np.ndarray, time_s: np.ndarray, truth: ClipTruth) -> np.ndarray:
+def _measure_off_px(place: np.ndarray, counts: np.ndarray, time_s: np.ndarray, truth: ClipTruth) -> np.ndarray:
     """Measure how far samples (n, m, 2) are from the truth at their times, from whichever frame the file begins at."""
     best = np.full(counts.shape, np.inf)
     for start_s in truth.time_s:
@@ -256,13 +256,13 @@ def damaged_table(folder: Path, count: int, progress: Progress) -> Table:
     """Build a row a fault and one a container, over files drawn at random; a file of two faults is in both rows."""
     files = draw_files(seed=0, count=count)
     outcomes = dict(zip(files, follow_files(files, film_clip(), folder, progress), strict=True))
-    rows = [_row(fault, outcomes, fault) for faults in FAULTS.values() for fault in faults]
-    rows += [_row(name, outcomes, name) for name in CONTAINERS]
+    rows = [_build_row(fault, outcomes, fault) for faults in FAULTS.values() for fault in faults]
+    rows += [_build_row(name, outcomes, name) for name in CONTAINERS]
     columns = ("files", "number", "refused", "tracebacks", "samples", "10 px off", "of these not flagged")
-    return Table("Damaged and odd files", columns, (*rows, _row("all", outcomes, "")))
+    return Table("Damaged and odd files", columns, (*rows, _build_row("all", outcomes, "")))
 
 
-def _row(name: str, outcomes: Mapping[OddFile, Outcome], having: str) -> tuple[str, ...]:
+def _build_row(name: str, outcomes: Mapping[OddFile, Outcome], having: str) -> tuple[str, ...]:
     own = [each for file, each in outcomes.items() if not having or having in (*file.faults, file.container)]
     numbers = (
         len(own),

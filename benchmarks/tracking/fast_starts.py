@@ -98,7 +98,7 @@ class FastStart:
         tiles = cv2.GaussianBlur(random.normal(0, 1, (height, width)), (0, 0), 9.0)
         ground = (water + 5 * tiles / tiles.std()).astype(np.float32)
         for k in range(stop):
-            exposed = [self._drawn(ground, self.at(k + moment), body, dot) for moment in self._moments]
+            exposed = [self._draw_frame(ground, self.at(k + moment), body, dot) for moment in self._moments]
             picture = cv2.GaussianBlur(np.mean(exposed, axis=0), (0, 0), self.blur_px)
             noisy = picture + random.standard_normal(picture.shape, np.float32) * self.noise
             yield np.clip(np.rint(noisy), 0, 255).astype(np.uint8)
@@ -112,7 +112,7 @@ class FastStart:
     def _moments(self) -> np.ndarray:
         return self.exposure * np.linspace(-0.5, 0.5, _MOMENTS)
 
-    def _drawn(self, ground: np.ndarray, at_px: np.ndarray, body: float, dot: float) -> np.ndarray:
+    def _draw_frame(self, ground: np.ndarray, at_px: np.ndarray, body: float, dot: float) -> np.ndarray:
         picture, fine = ground.copy(), 1 << _FINE_BITS
         points = np.rint(fine * at_px).astype(np.int32)
         wide = round(2.2 * self.dot_px)
@@ -190,13 +190,13 @@ def follow_clips(clips: Sequence[FastStart], frames: int = 60, joined: bool = Tr
 
     Where the markers are not joined, each takes the nearest dot: what a student would try.
     """
-    scores = [_followed(clip, frames, joined) for clip in clips]
+    scores = [_follow(clip, frames, joined) for clip in clips]
     identity, lost, squares, right = (np.array(part) for part in zip(*scores, strict=True))
     rms = float(np.sqrt(squares.sum() / max(2 * right.sum(), 1)))
     return Followed(len(clips), len(clips) * frames * MARKERS, float(identity.mean()), float(lost.mean()), rms)
 
 
-def _followed(clip: FastStart, frames: int, joined: bool) -> tuple[float, float, float, int]:
+def _follow(clip: FastStart, frames: int, joined: bool) -> tuple[float, float, float, int]:
     truth = clip.truth(frames)
     pictures = clip.frames(frames)
     tracker, first = MarkerTracker.begin(next(pictures), *clip.boxes(), threads=1)

@@ -36,7 +36,7 @@ def cost_table(folder: Path, crf: float, trackers: tuple[TrackerName, ...], prog
         make_session(filmed, plan, SessionVideo(crf=crf), lambda name, i, of: progress(f"filming {name}", i / of))
     if not perfect.exists():
         make_session(perfect, plan.model_copy(update={"noise": NOISELESS}))
-    rows = [_fitted(perfect, None, progress), *(_fitted(filmed, tracker, progress) for tracker in trackers)]
+    rows = [_fit(perfect, None, progress), *(_fit(filmed, tracker, progress) for tracker in trackers)]
     caption = f"A known swimmer, filmed at {', '.join(map(str, SPEEDS_HZ))} Hz and fitted: error of each coefficient"
     return Table(caption, ("fitted from", "rms px", "marker mm", *FluidCoefficients._fields), tuple(rows))
 
@@ -57,7 +57,7 @@ def _plan() -> SyntheticPlan:
     return SyntheticPlan(trials=trials, seed=_SEED, camera=SyntheticCamera(width_px=1920, height_px=1080))
 
 
-def _fitted(folder: Path, tracker: TrackerName | None, progress: Progress) -> tuple[str, ...]:
+def _fit(folder: Path, tracker: TrackerName | None, progress: Progress) -> tuple[str, ...]:
     """Return the origin of the tracks, their error an axis, the mean marker distance, and each coefficient's error."""
     name = tracker or "perfect tracks"
 
@@ -70,11 +70,11 @@ def _fitted(folder: Path, tracker: TrackerName | None, progress: Progress) -> tu
     summary = calibration.summary("fit")
     assert summary is not None
     marker_mm = summary.marker_error_mm
-    track_px = _track_rms(pipeline) if tracker else 0.0
+    track_px = _measure_rms(pipeline) if tracker else 0.0
     return name, f"{track_px:.3f}", f"{marker_mm:.2f}", *(f"{error:+.1%}" for error in errors)
 
 
-def _track_rms(pipeline: Pipeline) -> float:
+def _measure_rms(pipeline: Pipeline) -> float:
     """Return the error an axis of the samples that count, over all trials, px."""
     session, squares = pipeline.session, []
     for spec in session.trials:

@@ -30,7 +30,7 @@ def clip_robot() -> RobotSpec:
     return robot.model_copy(update={"markers": robot.markers | {"dorsal_fin": moved}})
 
 
-def _clip(
+def _plan(
     frequency_hz: float = FASTEST_PUBLIC_HZ,
     *,
     swim: dict[str, Any] | None = None,
@@ -46,35 +46,35 @@ def _clip(
     return ClipPlan(**settings | others)
 
 
-def _spaced(pixels: float) -> dict[str, Any]:
+def _space_markers(pixels: float) -> dict[str, Any]:
     """Return optics whose closest neighbours are so many px apart."""
     return {"px_per_m": pixels / _TAIL_M}
 
 
 BENCHMARK_CLIPS: dict[str, ClipPlan] = {
-    "slow": _clip(0.6, seed=1),
-    "clean_2_25hz": _clip(
+    "slow": _plan(0.6, seed=1),
+    "clean_2_25hz": _plan(
         2.25,
-        optics=_spaced(18.65),  # 18.0 where the tail bends most
+        optics=_space_markers(18.65),  # 18.0 where the tail bends most
         seed=2,
         marker_look=MarkerLook(diameter_px=14.0),
         glints_per_s=0.0,
         water=WaterLook(ripple_mm=1.0),
     ),
-    "motion_2x": _clip(swim={"pace": 2.0}, seed=3),
-    "motion_3x": _clip(swim={"pace": 3.0}, seed=4),
-    "neighbours_14px": _clip(optics=_spaced(14.4), seed=5, marker_look=MarkerLook(diameter_px=11.0)),
-    "occlusion_15": _clip(occlusions=(Occlusion(marker="tail_2", first=100, frames=15),), seed=6),
-    "leaves_picture": _clip(1.0, swim={"drift_m_s": (0.09, 0.0), "off_centre_px": (-370.0, 60.0)}, seed=7),
-    "comes_and_goes": _clip(swim={"heading_deg": 188.0, "off_centre_px": (0.0, -270.0)}, seed=16),
-    "glints": _clip(glints_per_s=45.0, seed=8),
-    "ripple": _clip(water=WaterLook(ripple_mm=5.0, caustics=0.6, sheen=45.0), marker_look=MarkerLook(glow=0.2), seed=9),
-    "blur": _clip(2.25, optics={"exposure_s": 1 / 66}, seed=10),
-    "dark_markers": _clip(marker_look=MarkerLook(gray=24, base_gray=225, body_gray=170), seed=11),
-    "low_contrast": _clip(marker_look=MarkerLook(gray=118, base_gray=66, body_gray=60), optics={"noise": 4.0}, seed=12),
-    "lens": _clip(optics={"distortion": (-0.12, 0.03, 0.0, 0.0, 0.0), "readout_s": 0.012, "height_m": 1.2}, seed=13),
-    "variable_rate": _clip(skipped=(40, 41, 97, 150), seed=14),
-    "speed_4k": _clip(
+    "motion_2x": _plan(swim={"pace": 2.0}, seed=3),
+    "motion_3x": _plan(swim={"pace": 3.0}, seed=4),
+    "neighbours_14px": _plan(optics=_space_markers(14.4), seed=5, marker_look=MarkerLook(diameter_px=11.0)),
+    "occlusion_15": _plan(occlusions=(Occlusion(marker="tail_2", first=100, frames=15),), seed=6),
+    "leaves_picture": _plan(1.0, swim={"drift_m_s": (0.09, 0.0), "off_centre_px": (-370.0, 60.0)}, seed=7),
+    "comes_and_goes": _plan(swim={"heading_deg": 188.0, "off_centre_px": (0.0, -270.0)}, seed=16),
+    "glints": _plan(glints_per_s=45.0, seed=8),
+    "ripple": _plan(water=WaterLook(ripple_mm=5.0, caustics=0.6, sheen=45.0), marker_look=MarkerLook(glow=0.2), seed=9),
+    "blur": _plan(2.25, optics={"exposure_s": 1 / 66}, seed=10),
+    "dark_markers": _plan(marker_look=MarkerLook(gray=24, base_gray=225, body_gray=170), seed=11),
+    "low_contrast": _plan(marker_look=MarkerLook(gray=118, base_gray=66, body_gray=60), optics={"noise": 4.0}, seed=12),
+    "lens": _plan(optics={"distortion": (-0.12, 0.03, 0.0, 0.0, 0.0), "readout_s": 0.012, "height_m": 1.2}, seed=13),
+    "variable_rate": _plan(skipped=(40, 41, 97, 150), seed=14),
+    "speed_4k": _plan(
         frames=600,
         seed=15,
         optics={"width_px": 3840, "height_px": 2160, "px_per_m": PX_PER_M},

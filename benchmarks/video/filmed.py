@@ -73,12 +73,12 @@ def film_scene(swim: TrueRun, plan: SyntheticPlan, video: SessionVideo, number: 
         robot=plan.robot,
     )
     inset_px = (np.array([plan.camera.width_px - optics.width_px, plan.camera.height_px - optics.height_px])) / 2
-    motion = _placed(swim, robot, plan.markers, optics, swim.position_px[0] - inset_px)
+    motion = _place(swim, robot, plan.markers, optics, swim.position_px[0] - inset_px)
     stage = staged(motion, robot, plan.markers, optics, swim.time_s)
     return PoolScene(clip, stage)
 
 
-def _placed(swim: TrueRun, robot: RobotSpec, markers: tuple[str, ...], optics: Optics, first_px: np.ndarray) -> Motion:
+def _place(swim: TrueRun, robot: RobotSpec, markers: tuple[str, ...], optics: Optics, first_px: np.ndarray) -> Motion:
     """Return the swim in the camera's pool, from where its markers (m, 2) are in the first frame, px without lens."""
     raw = Motion(swim.time_s, swim.head, swim.hinges_rad)
     points = RobotPoints(robot, [robot.markers[name] for name in markers])

@@ -91,7 +91,7 @@ def twin_motion(robot: RobotSpec, frequency_hz: float, seconds: float) -> Motion
         seconds: from the first frame to the last.
 
     Raises:
-        session.SimulationDiverged: the motion is unstable.
+        swimcal.errors.SimulationDiverged: the motion is unstable.
     """
     time_s = np.arange(-_MARGIN_S, seconds + _MARGIN_S + _STEP_S, _STEP_S)
     runs = Runs(

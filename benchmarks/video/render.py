@@ -35,8 +35,8 @@ def render_encodings(plan: ClipPlan, videos: Mapping[Path, Encoding], progress: 
         progress: called with the number of frames done.
 
     Raises:
-        session.ResultsNotWritable: a file cannot be written.
-        session.SimulationDiverged: the planned motion is unstable.
+        swimcal.errors.ResultsNotWritable: a file cannot be written.
+        swimcal.errors.SimulationDiverged: the planned motion is unstable.
     """
     scene = PoolScene(plan)
     write_scene(scene, videos, progress)

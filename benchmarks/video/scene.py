@@ -48,7 +48,7 @@ class PoolScene:
     @cached_property
     def truth(self) -> ClipTruth:
         """Truth of the clip."""
-        share = np.array([self._visible_share(number) for number in range(len(self))])
+        share = np.array([self._measure_visible_share(number) for number in range(len(self))])
         return ClipTruth(
             markers=self.plan.markers,
             time_s=self.stage.time_s,
@@ -62,13 +62,13 @@ class PoolScene:
         """Paint a frame."""
         picture = Picture(*self._size)
         time_s = float(self.stage.time_s[number])
-        poses = self._poses(number)
+        poses = self._sample_poses(number)
         camera = self.stage.camera
-        self._water.paint(picture, time_s, self._shadow(poses))
+        self._water.paint(picture, time_s, self._cast_shadow(poses))
         self._body.paint(picture, camera, poses)
         self._glints.paint(picture, time_s)
         self._paint_markers(picture, number)
-        for occlusion, tip_px in self._tips(number):
+        for occlusion, tip_px in self._list_tips(number):
             occlusion.paint(picture, tip_px)
         self._add_noise(picture, number)
         return picture
@@ -92,7 +92,7 @@ class PoolScene:
         for centre_px, radius_px, level in zip(exposed_px, self._radius_px, gray, strict=True):
             picture.paint_discs(centre_px, radius_px, colour_of(level, level, 0.97 * level), blur_px)
 
-    def _poses(self, number: int) -> Pose:
+    def _sample_poses(self, number: int) -> Pose:
         """Return poses of the body at the moments of an exposure; one where it hardly moves."""
         exposed_px = self.stage.exposed_px[number]  # (s, m, 2)
         moved_px = np.linalg.norm(exposed_px[-1] - exposed_px[0], axis=1).max()
@@ -101,19 +101,19 @@ class PoolScene:
         delay_s = self.stage.camera.delay_s(exposed_px[..., 1].mean())
         return self.stage.motion.at(self.stage.time_s[number] + delay_s + within_s)
 
-    def _shadow(self, poses: Pose) -> np.ndarray:
+    def _cast_shadow(self, poses: Pose) -> np.ndarray:
         outline_px = self._body.outline_px(self.stage.camera, Pose(poses.head[0], poses.hinges_rad[0]))
         return outline_px + self.stage.camera.px_per_m * np.array(_SHADOW_M) * (1, -1)
 
-    def _tips(self, number: int) -> list[tuple]:
+    def _list_tips(self, number: int) -> list[tuple]:
         """List the occlusions, each with where its tip is in a frame."""
         places = self.stage.shown_px[number]
         plan = self.plan
         return [(each, each.tip_px(number, places[plan.markers.index(each.marker)])) for each in plan.occlusions]
 
-    def _visible_share(self, number: int) -> np.ndarray:
+    def _measure_visible_share(self, number: int) -> np.ndarray:
         """Return the (m,) visible share of each disc's area."""
-        tips, exposed_px = self._tips(number), self.stage.exposed_px[number]
+        tips, exposed_px = self._list_tips(number), self.stage.exposed_px[number]
         reach = self._radius_px + 4
         low, high = exposed_px.min(axis=0) - reach[:, None], exposed_px.max(axis=0) + reach[:, None]
         inside = (low >= 0).all(axis=1) & (high <= np.array(self._size) - 1).all(axis=1)

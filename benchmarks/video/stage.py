@@ -47,16 +47,16 @@ def staged(
     path_px = exposure_s * float(np.max(pace_px_s))
     moments = int(np.clip(np.ceil(path_px), _FEWEST_MOMENTS, _MOST_MOMENTS)) if exposure_s else 1
     within_s = exposure_s * ((np.arange(moments) + 0.5) / moments - 0.5)
-    row_px = _rows_px(motion, points, camera, time_s, position_px[..., 1])
+    row_px = _find_rows_px(motion, points, camera, time_s, position_px[..., 1])
     seen_s = time_s[:, None, None] + within_s[:, None] + camera.delay_s(row_px)[:, None]  # (n, s, m)
-    return Stage(motion, camera, time_s, position_px, _each_at(motion, points, camera, seen_s))
+    return Stage(motion, camera, time_s, position_px, _project_each(motion, points, camera, seen_s))
 
 
 def stage_of(plan: ClipPlan) -> Stage:
     """Place the markers of a planned clip, the middle of whose swim is in the middle of the picture.
 
     Raises:
-        session.SimulationDiverged: the planned motion is unstable.
+        swimcal.errors.SimulationDiverged: the planned motion is unstable.
     """
     swim, optics, robot, time_s = plan.swim, plan.optics, plan.swimmer, plan.time_s
     motion = twin_motion(robot, swim.frequency_hz, swim.pace * float(time_s[-1])).paced(swim.pace)
@@ -77,16 +77,18 @@ def centred(motion: Motion, robot: RobotSpec, markers: tuple[str, ...], time_s: 
     return motion.moved(0.0, -(low + high) / 2)
 
 
-def _rows_px(motion: Motion, points: RobotPoints, camera: Optics, time_s: np.ndarray, row_px: np.ndarray) -> np.ndarray:
+def _find_rows_px(
+    motion: Motion, points: RobotPoints, camera: Optics, time_s: np.ndarray, row_px: np.ndarray
+) -> np.ndarray:
     """Return the (n, m) row in which a shutter meets each marker: the fixed point of row = y(time + delay(row))."""
     if not camera.readout_s:
         return row_px
     for _ in range(4):  # each round gains the factor of marker speed over readout speed, below 0.05
-        row_px = _each_at(motion, points, camera, time_s[:, None] + camera.delay_s(row_px))[..., 1]
+        row_px = _project_each(motion, points, camera, time_s[:, None] + camera.delay_s(row_px))[..., 1]
     return row_px
 
 
-def _each_at(motion: Motion, points: RobotPoints, camera: Optics, time_s: np.ndarray) -> np.ndarray:
+def _project_each(motion: Motion, points: RobotPoints, camera: Optics, time_s: np.ndarray) -> np.ndarray:
     """Return (..., m, 2) px of each marker at a time of its own, (..., m) s."""
     if np.ptp(time_s, axis=-1).max() == 0:
         return camera.project(points(motion.at(time_s[..., 0])))

@@ -47,7 +47,7 @@ class ClipTruth:
         """Write the truth as .npz.
 
         Raises:
-            session.ResultsNotWritable: the file cannot be written.
+            swimcal.errors.ResultsNotWritable: the file cannot be written.
         """
         with writing_whole(path) as part, part.open("wb") as stream:
             np.savez_compressed(stream, **vars(self))

@@ -49,7 +49,7 @@ class Water:
         step_px = _COARSE_PX * self._halved
         self._size = (width_px // self._halved, height_px // self._halved)
         self._make_waves(random, np.arange(0, width_px, step_px), np.arange(0, height_px, step_px))
-        self._floor = _floor(*self._size, px_per_m / self._halved, random)
+        self._floor = _paint_floor(*self._size, px_per_m / self._halved, random)
         x, y = np.meshgrid(*(np.arange(n, dtype=np.float32) for n in self._size))
         self._place = np.stack([x, y], axis=-1)
 
@@ -61,7 +61,7 @@ class Water:
             time_s: of the waves.
             shadow: (k, c, 2) px of convex shapes that keep the light from the floor.
         """
-        slope, light, sheen = self._surface(time_s)
+        slope, light, sheen = self._compute_surface(time_s)
         light *= self._shade(shadow, light.shape)
         width, height = self._size
         shift_px = slope * np.float32(_DEPTH_M * _REFRACTION * self._px_per_m / self._halved)
@@ -86,12 +86,12 @@ class Water:
         self._along_x = np.vstack([np.cos(along_x), np.sin(along_x)]).astype(np.float32)  # (2 waves, w)
         self._along_y = np.exp(1j * along_y).T  # (h, waves)
 
-    def _surface(self, time_s: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def _compute_surface(self, time_s: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return (h, w, 2) slope, (h, w) light on the floor and (h, w) luma of the sky's reflection."""
         now = self._height * np.exp(1j * (self._phase - self._turn * time_s))
         kx, ky = self._kx, self._ky
         factors = np.array([1j * kx, 1j * ky, -kx * kx, -ky * ky, -kx * ky])
-        slope_x, slope_y, bend_x, bend_y, twist = self._sums(factors * now)
+        slope_x, slope_y, bend_x, bend_y, twist = self._sum_waves(factors * now)
         reach = np.float32(_DEPTH_M * _REFRACTION * 1.6)
         spread = (1 + reach * bend_x) * (1 + reach * bend_y) - (reach * twist) ** 2
         gathered = 1 / (np.abs(spread) + np.float32(0.25))
@@ -99,7 +99,7 @@ class Water:
         sheen = np.float32(self._look.sheen) * np.maximum(8 * (0.8 * slope_x + 0.6 * slope_y), -0.3)
         return np.stack([slope_x, slope_y], axis=-1), light, sheen
 
-    def _sums(self, amplitude: np.ndarray) -> np.ndarray:
+    def _sum_waves(self, amplitude: np.ndarray) -> np.ndarray:
         """Return (c, h, w) float32 real parts of sums of amplitude (c, waves) * exp(i (kx x + ky y)): one product."""
         turned = amplitude[:, None] * self._along_y  # (c, h, waves)
         flat = turned.reshape(-1, turned.shape[-1])
@@ -115,7 +115,7 @@ class Water:
         return cv2.GaussianBlur(mask, (0, 0), 0.012 * self._px_per_m / step_px)
 
 
-def _floor(width: int, height: int, px_per_m: float, random: np.random.Generator) -> np.ndarray:
+def _paint_floor(width: int, height: int, px_per_m: float, random: np.random.Generator) -> np.ndarray:
     """Return (h, w) float32 luma of the floor: a slow gradient, tiles each a little different, a lane, a vignette."""
     scale = px_per_m * 0.8  # the floor is further away than the water
     turn = 0.12  # of the tiles against the picture, rad

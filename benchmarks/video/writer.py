@@ -36,7 +36,7 @@ class VideoWriter:
         preset: speed of H.264 and HEVC, as their encoders name it.
 
     Raises:
-        session.ResultsNotWritable: the file cannot be written.
+        swimcal.errors.ResultsNotWritable: the file cannot be written.
     """
 
     def __init__(

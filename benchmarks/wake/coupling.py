@@ -105,7 +105,7 @@ class WakeMotion(Motion):
         jacobian = self._nodes.jacobian(pose)
         surface = self._nodes.surface(self._panels, pose)
         viscous = self._viscous.force(surface, self._outside)
-        force = dry.force + self._held_force + _on_coordinates(_middles(jacobian), viscous)
+        force = dry.force + self._held_force + _project_on_coordinates(_average_middles(jacobian), viscous)
         return replace(dry, mass=dry.mass + self._held_mass, force=force)
 
     def renew(self, position: np.ndarray, velocity: np.ndarray) -> None:
@@ -119,14 +119,14 @@ class WakeMotion(Motion):
         wake = self.wake.followed(edge)
         bound = Bound(surface, wake, water)
         across = 1j * surface.along
-        middles = (_middles(jacobian) * across.conj()[:, :, None]).real
+        middles = (_average_middles(jacobian) * across.conj()[:, :, None]).real
         share = self._panels.collocation[:, None]
         collocated = jacobian[:, :-1] + share * (jacobian[:, 1:] - jacobian[:, :-1])
         passes = (collocated * across.conj()[:, :, None]).real
         weight = bound.weight_kg_m(self._viscous.density_kg_m3)
         at_once = weight[:, :, None] * (bound.response @ passes)  # (n, m, N) momentum over the rates
         momentum = weight * bound.circulation_m2_s
-        carried = _on_coordinates(
+        carried = _project_on_coordinates(
             jacobian[:, :-1], bound.steady_force(self._viscous.density_kg_m3, self._viscous.suction)
         )
         before = self._before or (momentum, velocity, carried)
@@ -139,10 +139,10 @@ class WakeMotion(Motion):
         self.wake = wake.moved(h * bound.carried(wake, water))
 
 
-def _middles(jacobian: np.ndarray) -> np.ndarray:
+def _average_middles(jacobian: np.ndarray) -> np.ndarray:
     return (jacobian[:, 1:] + jacobian[:, :-1]) / 2
 
 
-def _on_coordinates(jacobian: np.ndarray, force_n: np.ndarray) -> np.ndarray:
+def _project_on_coordinates(jacobian: np.ndarray, force_n: np.ndarray) -> np.ndarray:
     """Return the (n, N) generalised force of forces (n, k), complex, at places of a Jacobian (n, k, N)."""
     return np.asarray((jacobian.conj() * force_n[:, :, None]).real.sum(axis=1))

@@ -157,10 +157,10 @@ class Bound:
         speed = self.along_m_s
         at_front = np.concatenate([speed[:, :1], (speed[:, 1:] + speed[:, :-1]) / 2], axis=1)
         force = -2j * density_kg_m3 * at_front * step * along
-        force[:, :1] -= self._sucked_n(density_kg_m3, critical) * along[:, :1]
+        force[:, :1] -= self._compute_suction_n(density_kg_m3, critical) * along[:, :1]
         return np.asarray(force)
 
-    def _sucked_n(self, density_kg_m3: float, critical: np.ndarray | float) -> np.ndarray:
+    def _compute_suction_n(self, density_kg_m3: float, critical: np.ndarray | float) -> np.ndarray:
         """Return (n, 1) N ahead at the nose: of a first vortex G on a panel d long rho G^2 / 4 d a height.
 
         Such is the strength sqrt(pi d) g of vortices whose sheet begins as g / sqrt(x) (James 1972, Comp. Meth. Appl.

@@ -46,7 +46,7 @@ def simulate(
     alike: dict[tuple[int, bool], list[int]] = {}
     for i, (world, trial) in enumerate(trials):
         if trial.kind == "swim":
-            alike.setdefault((_substeps(trial, step_s, fineness), wall_of(world) is not None), []).append(i)
+            alike.setdefault((_count_substeps(trial, step_s, fineness), wall_of(world) is not None), []).append(i)
     for (substeps, _), rows in alike.items():
         rows.sort(key=lambda i: (-trials[i][1].duration_s, [type(m).__qualname__ for m in trials[i][0].mechanisms]))
         for first in range(0, len(rows), _BATCH):
@@ -57,7 +57,7 @@ def simulate(
     return [recordings[i] for i in range(len(trials))]
 
 
-def _substeps(trial: Trial, step_s: float, fineness: int) -> int:
+def _count_substeps(trial: Trial, step_s: float, fineness: int) -> int:
     """Return the steps of the integrator for one of the wake, in few classes so that trials find company."""
     most = min(1 / (trial.frequency_hz * _STEPS_A_BEAT), _LONGEST_S) / (fineness * step_s)
     return max((each for each in _CLASSES if each <= most + 1e-9), default=1)
@@ -81,8 +81,8 @@ def _simulate_batch(
         cranks(trials),
         [world.mechanisms for world in worlds],
         panels,
-        _viscous(worlds, layout, panels, fineness),
-        _water(trials, parameters),
+        _build_viscous(worlds, layout, panels, fineness),
+        _build_water(trials, parameters),
         substeps * step_s,
     )
 
@@ -93,7 +93,7 @@ def _simulate_batch(
     return filmed(motion, trials, markers, step_s, allow_divergence, renew)
 
 
-def _viscous(worlds: Sequence[World], layout: Layout, panels: Panels, fineness: int) -> Viscous:
+def _build_viscous(worlds: Sequence[World], layout: Layout, panels: Panels, fineness: int) -> Viscous:
     own = [world if isinstance(world, WakeWorld) else WakeWorld() for world in worlds]
     water, length = layout.robot.water, float(panels.node_m[-1] - panels.node_m[0])
     columns = ((w.drag_area_m2, w.cross_drag, w.roughness * roughness_of(w), w.suction) for w in own)
@@ -107,7 +107,7 @@ def _viscous(worlds: Sequence[World], layout: Layout, panels: Panels, fineness: 
     )
 
 
-def _water(trials: Sequence[tuple[World, Trial]], parameters: Parameters) -> Water:
+def _build_water(trials: Sequence[tuple[World, Trial]], parameters: Parameters) -> Water:
     walls = [wall_of(world) for world, _ in trials]
     if walls[0] is None:
         return Water(parameters.current_m_s)

@@ -19,10 +19,10 @@ def command_line() -> str:
     overview = re.sub(r"^\* `(.+?)`:", r"* [`\1`](#\1):", overview, flags=re.M)
     commands = re.sub(r"^Example: (.+)$", r"```sh\n\1\n```", f"## {commands}", flags=re.M)
     commands = re.sub(r"^##+ `calib (.+)`$", r"### \1", commands, flags=re.M)
-    return "\n".join([overview, commands, *_capture(capture._parser("calib capture"))])
+    return "\n".join([overview, commands, *_list_motor_commands(capture._parser("calib capture"))])
 
 
-def _capture(parser: argparse.ArgumentParser) -> Iterator[str]:
+def _list_motor_commands(parser: argparse.ArgumentParser) -> Iterator[str]:
     """Yield the commands of the motor, which need nothing but the standard library and so have another parser."""
     (group,) = (each for each in parser._actions if isinstance(each, argparse._SubParsersAction))
     for word, one in group.choices.items():

@@ -16,10 +16,10 @@ _MARK = re.compile(r"<!-- generated: (?:(catalogue|command line|messages|scores|
 
 def filled(page: str) -> str:
     """Return a page with what is generated in the place of its marks."""
-    return _MARK.sub(_text, page)
+    return _MARK.sub(_generate, page)
 
 
-def _text(mark: re.Match[str]) -> str:
+def _generate(mark: re.Match[str]) -> str:
     return _WHOLE[mark[1]]() if mark[1] else record(mark[2])
 
 

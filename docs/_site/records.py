@@ -12,7 +12,7 @@ def record(place: str) -> str:
     module, name = place.split(":")
     made = getattr(import_module(module), name)
     about, _, attributes = (inspect.getdoc(made) or "").partition("Attributes:\n")
-    told = dict(_attributes(inspect.cleandoc(attributes)))
+    told = dict(_list_attributes(inspect.cleandoc(attributes)))
     head, keys = [f"### {name}\n", about.strip() + "\n"], written_keys(made)
     if not told:
         return "\n".join([*head, f"Keys: {', '.join(f'`{key}`' for key in keys)}.", ""])
@@ -27,7 +27,7 @@ def written_keys(made: type) -> list[str]:
     return list(made._fields)  # type: ignore[attr-defined]
 
 
-def _attributes(text: str) -> Iterator[tuple[str, str]]:
+def _list_attributes(text: str) -> Iterator[tuple[str, str]]:
     """Yield names with what is said of them, from a section of a docstring; names before one colon share it."""
     joined = re.sub(r"\n +", " ", text)
     for line in joined.splitlines():

@@ -27,21 +27,21 @@ def none_at_zero(draw: Drawn) -> Drawn:
     return drawn
 
 
-def _in(module: ModuleType) -> dict[str, Drawn]:
+def _list_draws(module: ModuleType) -> dict[str, Drawn]:
     """Return how each mechanism of a module is drawn, in their order; at strength 0 there is none."""
     own = {name: each for name, each in vars(module).items() if isfunction(each) and each.__module__ == module.__name__}
     return {name: none_at_zero(draw) for name, draw in own.items() if not name.startswith("_")}
 
 
 FAMILIES: Mapping[str, Mapping[str, Drawn]] = {
-    "measurement": _in(measurement),
-    "drive": _in(drive),
-    "tendons": _in(tendons),
-    "structure": _in(structure),
-    "fluid": _in(fluid),
+    "measurement": _list_draws(measurement),
+    "drive": _list_draws(drive),
+    "tendons": _list_draws(tendons),
+    "structure": _list_draws(structure),
+    "fluid": _list_draws(fluid),
 }
 """Each effect of the catalogue, by its family and its name."""
 CATALOGUED: Mapping[str, Drawn] = {name: drawn for family in FAMILIES.values() for name, drawn in family.items()}
-OUTSIDE: Mapping[str, Drawn] = _in(outside)
+OUTSIDE: Mapping[str, Drawn] = _list_draws(outside)
 """What the catalogue does not hold."""
 EVERY: Mapping[str, Drawn] = {**CATALOGUED, **OUTSIDE}

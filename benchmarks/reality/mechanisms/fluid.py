@@ -104,31 +104,31 @@ class FluidMemory(Mechanism):
 
     def start(self, now: Instant) -> np.ndarray:
         """Return (n, 6 s + 1) forces as each of the two wakes holds them, no motion having changed yet; a step, s."""
-        return np.concatenate([_stacked(now.water)] * len(_WAGNER) + [np.zeros((len(now.time_s), 1))], axis=1)
+        return np.concatenate([_stack(now.water)] * len(_WAGNER) + [np.zeros((len(now.time_s), 1))], axis=1)
 
     def advance(self, now: Instant, state: np.ndarray, step_s: float) -> np.ndarray:
         """Replace what the wakes held by the forces of now."""
-        late = self._late(now, state, step_s)
+        late = self._compute_late(now, state, step_s)
         step = np.full((len(state), 1), step_s)
-        return np.concatenate([np.tile(_stacked(now.water), len(_WAGNER)) - late, step], axis=1)
+        return np.concatenate([np.tile(_stack(now.water), len(_WAGNER)) - late, step], axis=1)
 
     def water(self, now: Instant, forces: StripForces, state: np.ndarray) -> StripForces:
         """Subtract what the wakes hold back, a step after they were left."""
-        late = np.split(self._late(now, state, state[:, -1:]), len(_WAGNER), axis=1)
+        late = np.split(self._compute_late(now, state, state[:, -1:]), len(_WAGNER), axis=1)
         held = np.asarray(sum(share * each for (share, _), each in zip(_WAGNER, late, strict=True)))
         return forces.plus(*np.split(-held, 3, axis=1))
 
-    def _late(self, now: Instant, state: np.ndarray, step_s: float | np.ndarray) -> np.ndarray:
+    def _compute_late(self, now: Instant, state: np.ndarray, step_s: float | np.ndarray) -> np.ndarray:
         """Return (n, 6 s) forces less those in the wakes after a step; exact for forces and speeds that last."""
         area = now.layout.strips.half_height_m * now.layout.strips.length_m
         speed = np.hypot(now.flow.along_m_s, now.flow.across_m_s) @ area / area.sum()
         travelled = speed[:, None] * step_s / self.semichord_m
-        held = _stacked(now.water).shape
+        held = _stack(now.water).shape
         remaining = np.concatenate([np.broadcast_to(np.exp(-f * travelled), held) for _, f in _WAGNER], axis=1)
-        return np.asarray(remaining * (np.tile(_stacked(now.water), len(_WAGNER)) - state[:, :-1]))
+        return np.asarray(remaining * (np.tile(_stack(now.water), len(_WAGNER)) - state[:, :-1]))
 
 
-def _stacked(forces: StripForces) -> np.ndarray:
+def _stack(forces: StripForces) -> np.ndarray:
     return np.concatenate([forces.along_n, forces.across_n, forces.torque_n_m], axis=1)
 
 

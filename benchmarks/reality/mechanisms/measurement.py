@@ -297,13 +297,13 @@ class MarkerSwap(Wearing):
     def picture(self, picture: Picture) -> Picture:
         """Exchange markers in some frames, leave the others untouched."""
         front, rear = picture.names.index(self.front), picture.names.index(self.rear)
-        frames = self._exchanged(picture.time_s)
+        frames = self._mark_exchanged(picture.time_s)
         position_px = picture.position_px.copy()
         position_px[frames, front] = picture.position_px[frames, rear]
         position_px[frames, rear] = picture.position_px[frames, front]
         return replace(picture, position_px=position_px)
 
-    def _exchanged(self, time_s: np.ndarray) -> np.ndarray:
+    def _mark_exchanged(self, time_s: np.ndarray) -> np.ndarray:
         """Return (f,) whether they are exchanged: in the last `share` of each stretch from one recovery to the next."""
         random = np.random.default_rng(self.seed)
         in_use_s = self.before_s + time_s

@@ -166,24 +166,24 @@ class WaterInHull(Mechanism):
 
     def start(self, now: Instant) -> np.ndarray:
         """Return (n, 2) place and velocity, complex: it moves with the hull."""
-        return np.concatenate(self._hull(now), axis=1)
+        return np.concatenate(self._locate_hull(now), axis=1)
 
     def advance(self, now: Instant, state: np.ndarray, step_s: float) -> np.ndarray:
         """Take a leapfrog step."""
-        faster = state[:, 1:] + self._pull(now, state) / self.mass_kg * step_s
+        faster = state[:, 1:] + self._compute_pull(now, state) / self.mass_kg * step_s
         return np.concatenate([state[:, :1] + faster * step_s, faster], axis=1)
 
     def force(self, now: Instant, state: np.ndarray) -> np.ndarray:
         """Return the force on the hull."""
-        return now.push(0, self.place_m, -self._pull(now, state))
+        return now.push(0, self.place_m, -self._compute_pull(now, state))
 
-    def _hull(self, now: Instant) -> tuple[np.ndarray, np.ndarray]:
+    def _locate_hull(self, now: Instant) -> tuple[np.ndarray, np.ndarray]:
         arm = self.place_m * now.pose.direction[:, :1]
         return now.pose.origin_m[:, :1] + arm, now.pose.velocity_m_s[:, :1] + 1j * now.pose.rate_rad_s[:, :1] * arm
 
-    def _pull(self, now: Instant, state: np.ndarray) -> np.ndarray:
+    def _compute_pull(self, now: Instant, state: np.ndarray) -> np.ndarray:
         """Return the (n, 1) force on the water, complex."""
-        place, velocity = self._hull(now)
+        place, velocity = self._locate_hull(now)
         rate = 2 * np.pi * self.slosh_hz
         off, faster = state[:, :1] - place, state[:, 1:] - velocity
         return np.asarray(-self.mass_kg * (rate**2 * off + 2 * self.damping * rate * faster))
@@ -237,19 +237,19 @@ class VortexBuffeting(Mechanism):
 
     def advance(self, now: Instant, state: np.ndarray, step_s: float) -> np.ndarray:
         """Advance the widths travelled with the head."""
-        return np.asarray(state + self._speed(now) * step_s / self.width_m)
+        return np.asarray(state + self._measure_speed(now) * step_s / self.width_m)
 
     def force(self, now: Instant, state: np.ndarray) -> np.ndarray:
         """Return the force across the fin, at its middle."""
         robot, direction = now.layout.robot, now.pose.direction[:, -1:]
         fin = robot.caudal_fin
         phase = 2 * np.pi * (_STROUHAL * (1 + _LINES) * state + 100 * self.luck * _SPREAD)
-        pressed = 0.5 * now.parameters.density_kg_m3 * fin.chord_m * fin.span_m * self._speed(now) ** 2
+        pressed = 0.5 * now.parameters.density_kg_m3 * fin.chord_m * fin.span_m * self._measure_speed(now) ** 2
         side = self.lift * pressed * np.cos(phase).sum(axis=1, keepdims=True) * np.sqrt(2 / len(_LINES))
         behind = robot.fin_root_x_m + fin.centre_m - now.layout.origin_m[-1]
         return now.push(now.layout.hinges, behind, 1j * side * direction)
 
-    def _speed(self, now: Instant) -> np.ndarray:
+    def _measure_speed(self, now: Instant) -> np.ndarray:
         return np.hypot(np.abs(now.pose.velocity_m_s[:, :1] - now.parameters.current_m_s), _LEAST_M_S)
 
 

@@ -142,19 +142,19 @@ class TendonFriction(Mechanism):
 
     def prepare(self, parameters: Parameters, layout: Layout) -> Parameters:
         """Take more than the bristles' stiffness implicitly at each hinge (Gershgorin's rows)."""
-        arms = np.abs(_straight_arms_m(layout))
+        arms = np.abs(_measure_straight_arms_m(layout))
         stiffness = np.zeros(layout.hinges)
-        for behind in _behind(layout):
+        for behind in _mark_behind(layout):
             stiffness += 2 * arms * behind * (arms @ behind)
-        return parameters.taken_implicitly(_MARGIN * self.level_n / _BRISTLE_M * stiffness * _strung(parameters))
+        return parameters.taken_implicitly(_MARGIN * self.level_n / _BRISTLE_M * stiffness * _mark_strung(parameters))
 
     def start(self, now: Instant) -> np.ndarray:
         """Return (n, 2 g) bristles, unbent, m."""
-        return np.zeros((len(now.time_s), 2 * len(_behind(now.layout))))
+        return np.zeros((len(now.time_s), 2 * len(_mark_behind(now.layout))))
 
     def advance(self, now: Instant, state: np.ndarray, step_s: float) -> np.ndarray:
         """Return the bristles a step later, exact at constant speed."""
-        speed = (_arms_m(now) * now.pose.hinge_rate_rad_s[:, None]) @ _behind(now.layout).T  # (n, 2, g)
+        speed = (_measure_arms_m(now) * now.pose.hinge_rate_rad_s[:, None]) @ _mark_behind(now.layout).T  # (n, 2, g)
         sticking = 1 + (_STICKING - 1) * np.exp(-((speed / _STRIBECK_M_S) ** 2))
         load = 1 - self.loaded + self.loaded * np.abs(now.pull.tension_n) / _TENSION_N  # (n, 2)
         most = _BRISTLE_M * sticking * load[:, :, None]
@@ -164,28 +164,28 @@ class TendonFriction(Mechanism):
 
     def force(self, now: Instant, state: np.ndarray) -> np.ndarray:
         """Return the friction against the hinges behind each guide."""
-        friction = np.reshape(self.level_n / _BRISTLE_M * _strung(now.parameters) * state, (len(state), 2, -1))
-        along = friction @ _behind(now.layout)  # (n, 2, h) summed over the guides before each hinge
-        return now.bend(-(along * _arms_m(now)).sum(axis=1))
+        friction = np.reshape(self.level_n / _BRISTLE_M * _mark_strung(now.parameters) * state, (len(state), 2, -1))
+        along = friction @ _mark_behind(now.layout)  # (n, 2, h) summed over the guides before each hinge
+        return now.bend(-(along * _measure_arms_m(now)).sum(axis=1))
 
 
-def _strung(parameters: Parameters) -> np.ndarray:
+def _mark_strung(parameters: Parameters) -> np.ndarray:
     """Return (n, 1): 1 where there are tendons, 0 where not."""
     return np.asarray((parameters.tendon_stiffness_n_m > 0).all(axis=1, keepdims=True), float)
 
 
-def _behind(layout: Layout) -> np.ndarray:
+def _mark_behind(layout: Layout) -> np.ndarray:
     """Return (g, h): 1 where a hinge is behind a guide; the last guide, where the lines end, is none."""
     return (layout.gap_of_hinge > np.arange(layout.gap_of_hinge[-1])[:, None]).astype(float)
 
 
-def _arms_m(now: Instant) -> np.ndarray:
+def _measure_arms_m(now: Instant) -> np.ndarray:
     """Return (n, 2, h) by how much each tendon grows with the angle of each hinge."""
     by_link = now.pull.gradient_m[:, :, 3:]
     return np.asarray(np.cumsum(by_link[:, :, ::-1], axis=2)[:, :, ::-1])
 
 
-def _straight_arms_m(layout: Layout) -> np.ndarray:
+def _measure_straight_arms_m(layout: Layout) -> np.ndarray:
     """Return (h,) the largest distance of the tendons from the hinges of the straight tail."""
     offset = np.abs(layout.guide_offset_m[0])
     before = np.append(layout.robot.crank.anchor_offset_m, offset[:-1])
