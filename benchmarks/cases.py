@@ -49,10 +49,11 @@ def run_cases(
     """Work off all cases; a failure in one stops no other.
 
     Args:
-        work: on a case; it can be pickled. It may write files: workers elsewhere then need to see the same folder.
-        cases: by name, those that are still to be done.
-        run: how.
-        keep: is given each name and record as it comes, in this process.
+        work: makes the record of a case; it can be pickled. Where it writes files, workers elsewhere need to see the
+            same folder.
+        cases: cases that are still to be done, by name.
+        run: way to work off the cases.
+        keep: takes each name and record as it comes, in this process.
 
     Returns:
         What failed; the next run tries it again.
@@ -146,9 +147,9 @@ def read_lines(path: Path, kind: type[Record], name_of: Callable[[Record], str])
     """Read what `write_lines` wrote, whichever code made it.
 
     Args:
-        path: of the file.
-        kind: of the records.
-        name_of: identifies a record.
+        path: the file.
+        kind: class of the records.
+        name_of: returns the name that identifies a record.
 
     Raises:
         InputError: it cannot be read, holds one case twice, or something that is no record; all faults at once.

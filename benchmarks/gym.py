@@ -9,7 +9,9 @@ from typing import Any
 import gymnasium
 import numpy as np
 
-_NAME, _SECONDS, _ROUNDS = "swimgym:swimgym/Target-v0", 2.0, 3
+_NAME = "swimgym:swimgym/Target-v0"
+_SECONDS = 2.0  # Each rate is measured for this long.
+_ROUNDS = 3
 RATIO = "best batch over best processes"
 
 
@@ -17,7 +19,7 @@ def measure_gym(**options: Any) -> dict[str, float]:
     """Measure steps a second of one environment of each kind, median of rounds by turns, and the ratio of the best.
 
     Args:
-        options: of the environments, for instance `session`.
+        options: options of the environments, for instance `session`.
     """
     cores = os.cpu_count() or 1
     single, many = partial(gymnasium.make, _NAME, **options), partial(gymnasium.make_vec, _NAME, **options)

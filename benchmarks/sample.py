@@ -37,7 +37,8 @@ from synthetic.simulate import DrivenMotor, TrueRun, save_commands, save_motor_l
 from tracking.head_frame import to_head_frame
 
 SAMPLE_SEED = 0
-CARD_FILE, TRUTH_FILE = "CARD.md", "truth.json"
+CARD_FILE = "CARD.md"
+TRUTH_FILE = "truth.json"
 WITHHELD = BackgroundCurrent(right_m_s=0.0057, up_m_s=0.0019, turning_rad_s=0.0008)
 """The effect that the twin lacks: the pool's pump is on, and its water drifts by 6 mm/s, in a wide eddy."""
 WORLD = World(
@@ -49,14 +50,19 @@ WORLD = World(
 """A robot within its maker's tolerances, and a camera of 965 px per metre, as in the published videos."""
 VIDEO_NAME = "f1_00_video"
 VIDEO = SessionVideo(trials=(VIDEO_NAME,), width_px=1280, height_px=720, crf=21)
-SPEEDS_HZ, FIT_HZ = (0.6, 0.7, 0.8, 1.0, 1.3), (0.6, 0.8, 1.3)
+SPEEDS_HZ = (0.6, 0.7, 0.8, 1.0, 1.3)
+FIT_HZ = (0.6, 0.8, 1.3)
 """Commanded turns of the crank a second; the held-out swims lie within the range of the fitted ones."""
-_WAYS_RAD = (np.pi, 0.0, 0.0, np.pi, 0.0)  # either way along the current
-_FEWEST_S, _FEWEST_BEATS = 5.0, 4.2
-_VIDEO_HZ, _VIDEO_S, _VIDEO_HEADING_RAD = 1.0, 3.5, 3.0
-_RUN_IN_S, _WARMUP_S = 3.0, 1.0
-_HEADING_RAD = 0.35  # off the picture's long side, at most
-_TABLE = "|---|---|\n"  # that the checksums end the card with
+_WAYS_RAD = (np.pi, 0.0, 0.0, np.pi, 0.0)  # The swims go either way along the current.
+_FEWEST_S = 5.0  # A swim lasts at least this long.
+_FEWEST_BEATS = 4.2  # A swim has at least this many beats.
+_VIDEO_HZ = 1.0
+_VIDEO_S = 3.5
+_VIDEO_HEADING_RAD = 3.0
+_RUN_IN_S = 3.0
+_WARMUP_S = 1.0
+_HEADING_RAD = 0.35  # Headings are at most this far off the picture's long side.
+_TABLE = "|---|---|\n"  # This begins the table of checksums, with which the card ends.
 
 
 class DrivenCrank(Mechanism):
@@ -78,7 +84,7 @@ def make_sample(folder: Path) -> Path:
 
 
 def _make(folder: Path) -> Path:
-    plan = default_plan(SAMPLE_SEED)  # of the dry experiments, which start and stop as `calib capture` drives them
+    plan = default_plan(SAMPLE_SEED)  # Its dry experiments start and stop as `calib capture` drives them.
     driven = {run.name: run for run in plan.dry_runs}
     motors = {
         name: DrivenMotor.of(run, run.motor, np.random.default_rng([SAMPLE_SEED, number]))

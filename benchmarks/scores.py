@@ -15,8 +15,10 @@ from scipy.stats import binomtest
 from swimcal.results import from_plain, plain_json, to_plain
 
 T = TypeVar("T")
-_FEWEST, _DRAWS, _SEED = 5, 400, 0  # of an interval by resampling
-_WIDTH = 120  # characters of a line
+_FEWEST = 5  # An interval by resampling needs at least this many values.
+_DRAWS = 400
+_SEED = 0
+_MAX_CHARACTERS = 120  # A table with a longer line becomes a list.
 
 
 class Share(NamedTuple):
@@ -109,7 +111,7 @@ class Table(NamedTuple):
         """Return Markdown: a table, or a list where a row is longer than a line."""
         rule = ("---",) * len(self.columns)
         lines = [f"| {' | '.join(cells)} |" for cells in (self.columns, rule, *self.rows)]
-        if max(map(len, lines)) <= _WIDTH:
+        if max(map(len, lines)) <= _MAX_CHARACTERS:
             return "\n".join([self.caption, "", *lines])
         named = [zip(self.columns[1:], row[1:], strict=True) for row in self.rows]
         found = ["; ".join(f"{column} {cell}" for column, cell in row if cell) for row in named]
@@ -148,5 +150,5 @@ class Scores:
 
 
 def _format_items(texts: Iterable[str]) -> str:
-    whole = TextWrapper(_WIDTH, subsequent_indent="  ", break_long_words=False, break_on_hyphens=False)
+    whole = TextWrapper(_MAX_CHARACTERS, subsequent_indent="  ", break_long_words=False, break_on_hyphens=False)
     return "\n".join(whole.fill(f"- {text}".replace(" %", "\u00a0%")) for text in texts)

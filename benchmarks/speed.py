@@ -39,8 +39,9 @@ class StepError:
     Attributes:
         name: name of the set.
         coefficients: the coefficients.
-        marker_mean_mm, marker_rms_mm, marker_max_mm: mean, root mean square and largest distance of markers relative to
-            the nose, in the head frame; each at its worst frequency.
+        marker_mean_mm: mean distance of markers relative to the nose, in the head frame, at its worst frequency.
+        marker_rms_mm: root mean square of the same distance, at its worst frequency.
+        marker_max_mm: largest such distance, at its worst frequency.
         speed: largest relative difference in mean forward speed over the frequencies.
         worst_hz: the frequency of that difference.
     """

@@ -9,7 +9,7 @@ from scipy.optimize import lsq_linear
 
 from fitting.signatures import Piece, Signature, Whitened, pieces
 
-_TOLD_APART = 2  # parameters of an effect
+_MAX_FREE_PARAMETERS = 2  # An effect of more parameters would have too many choices of pieces.
 
 
 class ClosestFit(NamedTuple):
@@ -58,7 +58,7 @@ def _list_choices(signature: Signature) -> list[dict[int, Piece]]:
     """
     every = {number: pieces(signature, number) for number in range(signature.values.shape[1])}
     every = {number: own for number, own in every.items() if own}
-    if len(every) <= _TOLD_APART:
+    if len(every) <= _MAX_FREE_PARAMETERS:
         return [dict(zip(every, chosen, strict=True)) for chosen in product(*every.values())]
     return [{number: _merge_pieces(own, size) for number, own in every.items()} for size in (min, max)]
 

@@ -56,9 +56,9 @@ def diagnose_suite(suite: SuiteFolder, program: Program, run: Run) -> tuple[Fail
     """Diagnose the sessions that have no diagnosis yet; each is written into its session's folder.
 
     Args:
-        suite: that was made.
-        program: that diagnoses; it can be pickled.
-        run: how; workers elsewhere need to see the same folder.
+        suite: folder of a suite that was made.
+        program: program that diagnoses; it can be pickled.
+        run: way to work off the sessions; workers elsewhere need to see the same folder.
 
     Returns:
         Sessions that gave no diagnosis; the next run tries them again.
@@ -75,7 +75,13 @@ def diagnose_without(suite: SuiteFolder, program: Program, run: Run) -> tuple[Fa
     This opens the answers, of sessions that are diagnosed; but the program gets only the name that its catalogue is to
     lack.
 
-    Args, Returns: as of `diagnose_suite`.
+    Args:
+        suite: folder of a suite that was diagnosed.
+        program: program that diagnoses; it can be pickled.
+        run: way to work off the sessions; workers elsewhere need to see the same folder.
+
+    Returns:
+        Sessions that gave no diagnosis; the next run tries them again.
 
     Raises:
         InputError: as of `diagnose_suite`, or a session is not diagnosed yet.

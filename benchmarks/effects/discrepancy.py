@@ -30,17 +30,20 @@ from swimcal.create_session import FISHSIM_MARKERS
 from swimcal.effects.catalogue import catalogue
 from swimcal.robot import load_robot
 
-LENGTH = 127  # features of nine markers
-SEEDS, WITH_EFFECTS = range(9000, 9200), 25  # of sessions; how many of them are asked what effects would do
-_STARTED_M = 2e-4  # standard deviation that refits start from, m and m/s
-_TOGETHER = 5  # sessions that are simulated at a time
-_SIZES = np.geomspace(0.35, 1.4, 9)  # of a twin's error against its mean square over sessions
-_ROBUST = 6  # rounds
-_GAIN = 0.2  # of log likelihood, from which a strength counts: one session of 25 that calls for it is a false alarm
-_LITTLE = 0.5  # of an effect at most: what is more is no twin's error that only looks like it
-_FIRST = 0.1  # strength that is tried first
-_HELD_BACK = 5.0  # pairs of swims that have nothing in common, for all that is known before
-_MOST = 0.97  # of a direction's variance that two swims have in common
+LENGTH = 127  # Nine markers have this many features.
+SEEDS = range(9000, 9200)  # Each seed makes one session.
+WITH_EFFECTS = 25  # The responses to effects are simulated for this many sessions.
+_START_SD_M = 2e-4  # Refits start from this standard deviation of the discrepancy, m and m/s.
+_TOGETHER = 5  # This many sessions are simulated at a time.
+_SIZES = np.geomspace(0.35, 1.4, 9)  # A twin's error may have these sizes, against its mean square over sessions.
+_ROBUST_ROUNDS = 6
+# A strength counts from this gain of log likelihood on: one session of 25 that calls for it is a false alarm.
+_MIN_GAIN = 0.2
+# Only a smaller strength counts: what is more is no twin's error that only looks like the effect.
+_MAX_STRENGTH = 0.5
+_START_STRENGTH = 0.1  # The search for a strength starts here.
+_PRIOR_PAIRS = 5.0  # As many pairs of swims that have nothing in common are added, for all that is known before.
+_MAX_COMMON_SHARE = 0.97  # Two swims have at most this share of a direction's variance in common.
 HEAVY = {"segment_coefficients": (3.0, 0.1)}
 """By effect, so many times as much of it the twin's own error looks like in a few sessions, and in what share.
 
@@ -49,7 +52,8 @@ for none: e^4.5 times as probable as if all had alike much. Of stiffness, dampin
 of the kind shows; of a current across as much does, but of that the course tells.
 """
 _TAIL = tail_markers(load_robot(), FISHSIM_MARKERS)
-_NEVER = "measurement"  # family of effects of which a twin's error shows nothing: reality sees as it is
+# A twin's error shows nothing of the effects of this family, as reality sees as it is.
+_EXCLUDED_FAMILY = "measurement"
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,12 +96,12 @@ def _build_session(seed: int, with_effects: bool) -> Filming[BaseSession]:
     plan = SessionPlan(f"base-{seed}", seed, recorded_by(np.random.default_rng([seed, 1])), "null")
     drawn = yield from draw_world(plan)
     drawn = replace(drawn, world=replace(drawn.world, nuisances=Nuisances()))
-    plain = Discrepancy.independent(_STARTED_M**2 * np.eye(LENGTH))
+    plain = Discrepancy.independent(_START_SD_M**2 * np.eye(LENGTH))
     rows = SessionRows.of(drawn, (yield from drawn.recorded()), plain)
     residual = rows.residual_features
     columns: dict[tuple[str, int], np.ndarray] = {}
     if with_effects:
-        every = {name: effect for name, effect in catalogue().items() if effect.family != _NEVER}
+        every = {name: effect for name, effect in catalogue().items() if effect.family != _EXCLUDED_FAMILY}
         for signature in rows.signatures(every):
             for number, parameter in enumerate(signature.effect.parameters):
                 slope = little(signature, number)
@@ -150,9 +154,9 @@ def in_common(sessions: Sequence[BaseSession], covariance: np.ndarray) -> Discre
         products += list((along[:, one] * along[:, other]).T)
         squares.append((along**2).mean(axis=1))
     variance = np.mean(squares, axis=0)  # shrinking has made the large ones too small
-    design = np.vstack([np.column_stack([np.ones(len(near)), near]), np.sqrt(_HELD_BACK) * np.eye(2)])
+    design = np.vstack([np.column_stack([np.ones(len(near)), near]), np.sqrt(_PRIOR_PAIRS) * np.eye(2)])
     common = np.array([nnls(design, np.append(own, [0.0, 0.0]))[0] for own in np.transpose(products / variance)])
-    common *= np.minimum(1.0, _MOST / np.maximum(common.sum(axis=1), _MOST))[:, None]
+    common *= np.minimum(1.0, _MAX_COMMON_SHARE / np.maximum(common.sum(axis=1), _MAX_COMMON_SHARE))[:, None]
     beats = [advanced(session.measured, -session.phase_rad) for session in sessions]
     beat = np.mean(np.concatenate([harmonics_of(features)[:, :, 1, 0] for features in beats]), axis=0)
     return Discrepancy(directions * np.sqrt(variance), common, beat=beat)
@@ -165,7 +169,7 @@ def robust_covariance(residual: Sequence[np.ndarray]) -> np.ndarray:
     directions, not by its size (Tyler 1987), so that a few in which the twin is far off do not say how all are.
     """
     found = _shrink(residual)
-    for _ in range(_ROBUST):
+    for _ in range(_ROBUST_ROUNDS):
         root = np.linalg.cholesky(found)
         sizes = np.array([np.sqrt((solve_triangular(root, own.T, lower=True) ** 2).mean()) for own in residual])
         sizes /= np.exp(np.log(sizes).mean())
@@ -189,14 +193,16 @@ def _find_strengths(rows: Mapping[float, Sequence["_Row"]]) -> dict[tuple[str, i
     without = _compute_cost(rows)
     found = {
         one: minimize(
-            lambda log, one=one: _compute_cost(rows, one, np.exp(log[0])), [np.log(_FIRST)], method="Nelder-Mead"
+            lambda log, one=one: _compute_cost(rows, one, np.exp(log[0])),
+            [np.log(_START_STRENGTH)],
+            method="Nelder-Mead",
         )
         for one in every
     }
     return {
         one: float(np.exp(best.x[0]))
         for one, best in found.items()
-        if without - best.fun > _GAIN and np.exp(best.x[0]) < _LITTLE
+        if without - best.fun > _MIN_GAIN and np.exp(best.x[0]) < _MAX_STRENGTH
     }
 
 

@@ -15,16 +15,17 @@ from synthetic.plan import trial_name
 
 KNOWN_TO = {"hinge_stiffness": 0.02, "hinge_damping": 0.05, "mass": 0.02}
 """Relative standard deviation of a robot from its description: that of dry experiments."""
-GLUED_SD_M = 0.001  # of a marker from its place on the body, each way
-FLOATS_SD_M = 0.002
+GLUED_SD_M = 0.001  # A marker is off its place on the body by this, each way.
+FLOATS_SD_M = 0.002  # A robot floats higher or deeper by this.
 """Of how deep a robot floats, as it was trimmed that day; of its tail 8 to 10 cm are under water."""
-_COEFFICIENTS = ((0.2, 1.5), (1.0, 6.0), (3.0, 9.0), (2.5, 6.0), (0.2, 3.0))  # robots that swim forward, mostly
-_HEADING_RAD = 0.35  # off the picture's long side, so that no swim leaves the picture
-_TRIES = 12
-_SLOWEST_M_S = 0.01  # that a swim of the base state must make
-_TAIL_BENT_RAD = 0.2  # at each hinge, in which a free decay is held
-_RELEASED_S = 0.4
-_DRY_S, _DECAY_S = 5.0, 4.0
+_COEFFICIENTS = ((0.2, 1.5), (1.0, 6.0), (3.0, 9.0), (2.5, 6.0), (0.2, 3.0))  # Most such robots swim forward.
+_HEADING_RAD = 0.35  # Headings are at most this far off the picture's long side, so that no swim leaves it.
+_TRIES = 12  # At most this many robots are drawn for a session.
+_SLOWEST_M_S = 0.01  # A swim of the base state is at least this fast.
+_TAIL_BENT_RAD = 0.2  # A free decay is held with this bend at each hinge.
+_RELEASED_S = 0.4  # A free decay is let go at this time.
+_DRY_S = 5.0  # A dry run lasts this long.
+_DECAY_S = 4.0  # The film of a free decay lasts this long.
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,8 +60,8 @@ class DrawnWorld:
         """Film trials, and end with them by name, without any error of a tracker.
 
         Args:
-            mechanisms: that act.
-            trials: some of them; default all.
+            mechanisms: mechanisms that act.
+            trials: some of the session's trials; default all.
 
         Raises:
             SimulationDiverged: the mechanisms are too strong.

@@ -15,7 +15,7 @@ from swimcal.create_session import FISHSIM_MARKERS
 T = TypeVar("T")
 Wanted = Sequence[tuple[World, Trial]]
 Filming = Generator[Wanted, list[Recording], T]
-Simulate = Callable[..., list[Recording]]  # called as `reality.simulate` is
+Simulate = Callable[..., list[Recording]]  # called as `benchmarks.reality.simulate` is
 
 
 def film_together(works: Iterable[Filming[T]], at_once: int | None = None, by: Simulate | None = None) -> list[T]:
@@ -25,9 +25,9 @@ def film_together(works: Iterable[Filming[T]], at_once: int | None = None, by: S
     that asked for it: `SimulationDiverged`, or the `ValueError` of a trial that is impossible.
 
     Args:
-        works: begun as there is room for them.
-        at_once: pieces that are under way, at least one; where one ends, the next begins. Default: all.
-        by: what simulates; default: the second simulator.
+        works: pieces of work, begun as there is room for them.
+        at_once: number of pieces under way, at least one; where one ends, the next begins. Default: all.
+        by: function that simulates; default: the second simulator.
     """
     assert at_once is None or at_once > 0
     begun = iter(enumerate(works))

@@ -29,12 +29,17 @@ from swimcal.session import load_session
 from swimcal.tracks import save_tracks
 from synthetic.simulate import CURRENT_A, in_steps, save_motor_log
 
-_READING_S, _CLOCK_S = 0.02, 1000.0  # between readings of the motor; latest start of its clock
-_FILED = 946_684_800  # seconds since 1970: every file has the time stamp of 2000-01-01
-_TRACKS_BYTES = 32_768  # that every file of tracks is filled up to: its packed size would depend on the motion
-_CURRENT_A, _AMPERE_PER_N_M, _VOLT, _WARM_C = 0.25, 0.6, 12.1, 31.0
-_ROUNDS = 8  # of a refit with the true effects
-_SHOWS = 1.0  # squared standard deviations that the plain twin must leave of all held-out trials
+_READING_S = 0.02  # The motor is read at this interval.
+_CLOCK_S = 1000.0  # The clock of the motor starts at most this late.
+_FILED_S = 946_684_800  # Every file has the time stamp of 2000-01-01, in seconds since 1970.
+# Every file of tracks is filled up to this size, since its packed size would depend on the motion.
+_TRACKS_BYTES = 32_768
+_IDLE_A = 0.25  # current without load
+_AMPERE_PER_N_M = 0.6  # slope of the current over the torque
+_VOLT = 12.1  # voltage
+_WARM_C = 31.0  # temperature
+_ROUNDS = 8  # A refit with the true effects takes this many steps.
+_MIN_RESIDUAL = 1.0  # A gap shows where the plain twin leaves this many squared standard deviations of held-out trials.
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,7 +121,7 @@ def oracle_shrinkage(
         )
     except (np.linalg.LinAlgError, ValueError):  # a twin diverged, and what it leaves is not finite
         return None
-    return 1 - rest / plain if plain > _SHOWS else None
+    return 1 - rest / plain if plain > _MIN_RESIDUAL else None
 
 
 def write_session(folder: Path, drawn: DrawnWorld, recordings: Mapping[str, Recording]) -> None:
@@ -150,7 +155,7 @@ def write_session(folder: Path, drawn: DrawnWorld, recordings: Mapping[str, Reco
         )
         load_session(part)
     for path in [*folder.rglob("*"), folder]:  # the time to make it would depend on what is in it
-        os.utime(path, (_FILED, _FILED))
+        os.utime(path, (_FILED_S, _FILED_S))
 
 
 def _pack(plain: bytes) -> bytes:
@@ -176,7 +181,7 @@ def _read_motor(drive: Drive, duration_s: float, offset_s: float, random: np.ran
     time_s = np.arange(0.0, duration_s + 1e-9, _READING_S)
     crank = CubicSpline(drive.time_s, drive.angle_rad)
     load_a = _AMPERE_PER_N_M * np.interp(time_s, drive.time_s, drive.torque_n_m)
-    current_a = _CURRENT_A + load_a + CURRENT_A * random.standard_normal(len(time_s))
+    current_a = _IDLE_A + load_a + CURRENT_A * random.standard_normal(len(time_s))
     zero_rad = 2 * np.pi * random.random()
     even = np.ones(len(time_s))
     return in_steps(

@@ -42,8 +42,9 @@ from swimcal.session_file import CameraSpec
 from swimcal.tracks import as_tracks
 from swimcal.twin import Twin
 
-_ROUNDS, _GAIN = 7, 0.8  # share of a step that is taken: the twin is not linear
-_STILL = 0.1  # whitened length of a step after which none is taken
+_ROUNDS = 7  # A refit takes at most this many steps.
+_DAMPING = 0.8  # Only this share of a step is taken, as the twin is not linear.
+_STEP_TOLERANCE = 0.1  # A shorter step is the last, in whitened length.
 
 
 class Change(NamedTuple):
@@ -73,17 +74,17 @@ def nearest(model: SessionModel, start: np.ndarray, covariance: np.ndarray) -> n
 
     Args:
         model: the swims.
-        start: (5,).
-        covariance: (k + b, k + b) of the row.
+        start: (5,) coefficients to start from.
+        covariance: (k + b, k + b) covariance of the row.
     """
     at = np.array(start, float)
     residual, slopes = residual_row(model, at), row_slopes(model, at)
     for _ in range(_ROUNDS):
         space = Whitened.of(covariance, slopes, PRIOR_SD)
-        before, at = at, np.clip(at + _GAIN * space.coefficients(residual), *COEFFICIENT_BOUNDS)
+        before, at = at, np.clip(at + _DAMPING * space.coefficients(residual), *COEFFICIENT_BOUNDS)
         step = at - before
         length = moved(space, step)
-        if length < _STILL:
+        if length < _STEP_TOLERANCE:
             break
         before_step, residual = residual, residual_row(model, at)
         slopes = (
@@ -199,7 +200,7 @@ class SessionRows:
         markers would follow that too.
 
         Args:
-            recordings: by name.
+            recordings: recordings of the trials, by name.
             at: (5,) coefficients of the plain twin.
         """
         model = self._subtract_base(self._build_model(recordings), with_course=True)

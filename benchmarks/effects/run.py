@@ -17,18 +17,20 @@ from diagnosis.discrepancy import Discrepancy
 from swimcal.effects.catalogue import catalogue
 from swimcal.errors import Fault, InputError, SwimcalError
 
-_TOGETHER = 32  # sessions under way at a time: as many are lost when a worker dies
-_PIECES = 2  # as many sessions as that a piece of work has: the last of them are made with ever less company
+_TOGETHER = 32  # This many sessions are under way at a time, and as many are lost when a worker dies.
+# A piece of work has at most this many times as many sessions: its last ones are made with ever less company.
+_ROUNDS_PER_PIECE = 2
 
 
 def make_suite(suite: SuiteFolder, seed: int, size: SuiteSize, run: Run, shard: slice = WHOLE) -> tuple[Failure, ...]:
     """Make the sessions that are missing; after an interruption go on from there.
 
     Args:
-        suite: where.
-        seed, size: of the suite.
-        run: how; workers elsewhere need to see the same folder.
-        shard: which of its sessions; others of the same suite may be there already.
+        suite: the folder to fill.
+        seed: seed of the suite.
+        size: size of the suite.
+        run: way to work off the pieces; workers elsewhere need to see the same folder.
+        shard: the sessions to make; others of the same suite may be there already.
 
     Returns:
         What could not be made; the next run tries it again.
@@ -50,7 +52,7 @@ def make_suite(suite: SuiteFolder, seed: int, size: SuiteSize, run: Run, shard: 
 def _split_batches(plans: Sequence[SessionPlan], workers: int) -> list[tuple[SessionPlan, ...]]:
     """Split sessions into pieces for one worker, in order: large enough to save time, equally many for each worker."""
     workers = workers or os.cpu_count() or 1
-    rounds = max(-(-len(plans) // (workers * _PIECES * _TOGETHER)), 1)
+    rounds = max(-(-len(plans) // (workers * _ROUNDS_PER_PIECE * _TOGETHER)), 1)
     each = max(-(-len(plans) // (rounds * workers)), 1)
     return [tuple(plans[first : first + each]) for first in range(0, len(plans), each)]
 

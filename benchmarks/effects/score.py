@@ -14,15 +14,15 @@ from benchmarks.effects.scored_diagnosis import Diagnosis, Gap
 from benchmarks.effects.suite import DETECTABILITIES
 from benchmarks.scores import Estimate, Measure, Share, median, resampled
 
-CONFIDENT = 0.9
-CLEAR = 5.0  # detectability from which a name is asked for
-_SET = 3
-_FALSE_ALARMS = 0.01
-_ALMOST = 0.9  # of a level that counts as reached
-_WORTH_TELLING = 0.01  # probabilities below do not count for calibration: there are thirty of them in each session
-_SUSPECT = 0.1
+CONFIDENT = 0.9  # A probability above this is a confident name.
+CLEAR = 5.0  # A name is asked for from this detectability on.
+_MAX_NAMES = 3  # A useful set names at most this many effects or groups.
+_FALSE_ALARM_RATE = 0.01
+_REACHED_SHARE = 0.9  # A level counts as reached from this share of it on.
+_MIN_PROBABILITY = 0.01  # Calibration leaves out smaller ones, of which each session has thirty.
+_SUSPECT = 0.1  # An effect of at least this probability is a suspect.
 _BINS = np.linspace(0.0, 1.0, 11)
-_DRAWS = 400
+_DRAWS = 400  # The error by chance is simulated this many times.
 Measures = dict[str, Measure]
 
 
@@ -36,7 +36,9 @@ class Case:
     @property
     def level(self) -> float:
         """Detectability that the session was made for, as far as it reached that; 0 below the lowest."""
-        return max((level for level in DETECTABILITIES if self.answer.detectability >= _ALMOST * level), default=0.0)
+        return max(
+            (level for level in DETECTABILITIES if self.answer.detectability >= _REACHED_SHARE * level), default=0.0
+        )
 
     @property
     def clear(self) -> bool:
@@ -51,13 +53,13 @@ class Case:
     @property
     def in_set(self) -> bool:
         """Whether at most three effects are named, all present effects among them."""
-        return len(self.diagnosis.names) <= _SET and set(self.answer.effects) <= self.diagnosis.names
+        return len(self.diagnosis.names) <= _MAX_NAMES and set(self.answer.effects) <= self.diagnosis.names
 
     @property
     def in_groups(self) -> bool:
         """Whether at most three groups are named, and each present effect is in another of them."""
         effects, groups = self.answer.effects, self.diagnosis.named_groups
-        return len(groups) <= _SET and any(
+        return len(groups) <= _MAX_NAMES and any(
             all(effect in group for effect, group in zip(effects, chosen, strict=True))
             for chosen in permutations(groups, len(effects))
         )
@@ -206,7 +208,7 @@ def reachable(cases: Sequence[Case], counts: Callable[[Case], bool]) -> float:
     there is no session.
     """
     d = np.array([case.answer.detectability for case in cases if counts(case)])
-    return float(norm.sf(norm.isf(_FALSE_ALARMS) - d).mean()) if d.size else float("nan")
+    return float(norm.sf(norm.isf(_FALSE_ALARM_RATE) - d).mean()) if d.size else float("nan")
 
 
 def calibration_error(predicted: np.ndarray, true: np.ndarray) -> float:
@@ -237,7 +239,7 @@ def _measure_calibration(cases: Sequence[Case]) -> Measures:
     """Measure the calibration, and apart that from 10 % on: most probabilities are small, and so is their error."""
     by_chance = error_by_chance(np.array([p for p, _ in _list_probabilities(cases, _SUSPECT)]))
     return {
-        "calibration": Measure("calibration error", resampled(cases, lambda c: _score(c, _WORTH_TELLING)), "≤ 0.05"),
+        "calibration": Measure("calibration error", resampled(cases, lambda c: _score(c, _MIN_PROBABILITY)), "≤ 0.05"),
         "of_suspects": Measure("… of probabilities ≥ 10 %", resampled(cases, lambda c: _score(c, _SUSPECT)), "≤ 0.05"),
         "by_chance": Measure("… by chance, were these right", by_chance),
     }

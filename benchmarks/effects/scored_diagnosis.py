@@ -9,8 +9,8 @@ from pydantic import Field, FiniteFloat, TypeAdapter, ValidationError
 from swimcal.errors import Fault, FaultCollector, InputError
 
 NONE = "none_of_these"
-_CAUSES = ("camera", "drive", "body", "tail")  # stages that an effect can act at
-_SHOWN = 120  # characters of what is wrong
+_CAUSES = ("camera", "drive", "body", "tail")  # An effect acts at one of these stages.
+_SHOWN_CHARACTERS = 120  # A fault is shown up to this length.
 
 
 @dataclass(frozen=True)
@@ -100,8 +100,8 @@ def read_diagnosis(path: Path, lacking: frozenset[str] = frozenset()) -> Diagnos
     """Read a diagnosis.
 
     Args:
-        path: of the file.
-        lacking: effects that the catalogue which it was made with must have lacked, and no others.
+        path: the file.
+        lacking: effects that the catalogue must have lacked with which it was made, and no others.
 
     Raises:
         InputError: it is not there, not by the contract, or made with another catalogue; all faults at once.
@@ -116,7 +116,7 @@ def read_diagnosis(path: Path, lacking: frozenset[str] = frozenset()) -> Diagnos
     except ValidationError as error:
         for fault in error.errors():
             key, expected = ".".join(map(str, fault["loc"])), fault["msg"].removeprefix("Input should be ")
-            found_there = "nothing" if fault["type"] == "missing" else repr(fault["input"])[:_SHOWN]
+            found_there = "nothing" if fault["type"] == "missing" else repr(fault["input"])[:_SHOWN_CHARACTERS]
             faults.add(key, "not by the contract", found=found_there, expected=expected, next_step=again)
         faults.raise_if_any()
         raise

@@ -17,13 +17,16 @@ from benchmarks.reality import Mechanism
 from fitting.signatures import Signature
 from swimcal.errors import NotEnoughData, SimulationDiverged
 
-SEPARATE = 3.3  # distance from which two effects are confused in at most 5 % of cases
-_CLEARLY = 0.9  # share of it below which they cannot be separated: 3.3 itself is asked, and reached to 5 %
+SEPARATE = 3.3  # From this distance on two effects are confused in at most 5 % of cases.
+# Effects below this share of it cannot be separated: 3.3 itself is asked for, and reached to 5 %.
+_ALIKE_SHARE = 0.9
 Strong = Callable[[float], tuple[Mechanism, ...]]
-_FIRST, _MOST, _ROUNDS = 1.0, 30.0, 6
-_GROWTH = 4.0  # of a strength from one try to the next
-_CLOSE = 0.05  # relative, of the distance that is asked
-_FALLEN = 1.1  # times as far with less strength
+_START_STRENGTH = 1.0  # The search for a strength starts here.
+_MAX_STRENGTH = 30.0
+_ROUNDS = 6  # At most this many strengths are tried.
+_MAX_GROWTH = 4.0  # A strength changes by at most this factor from one try to the next.
+_TOLERANCE = 0.05  # A distance counts as reached within this share of it.
+_FALL_FACTOR = 1.1  # The distance has fallen where a weaker effect reached more than this many times as much.
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,7 +41,7 @@ class Strength:
     @property
     def alike(self) -> tuple[str, ...]:
         """Rivals that these data cannot separate from the effect."""
-        return tuple(name for name, distance in self.rivals.items() if distance < _CLEARLY * SEPARATE)
+        return tuple(name for name, distance in self.rivals.items() if distance < _ALIKE_SHARE * SEPARATE)
 
 
 def strength_for(
@@ -55,12 +58,12 @@ def strength_for(
     rivals = [signature for signature in signatures if signature.effect.name != own]
     itself = next((signature for signature in signatures if signature.effect.name == own), None)
     tries: dict[float, Strength] = {}
-    value = _FIRST
+    value = _START_STRENGTH
     for _ in range(_ROUNDS):
         found = yield from _try_strength(value, strong(value), drawn, rows, rivals, itself)
         if found is not None:
             tries[value] = found
-        if found is not None and abs(found.detectability / asked - 1) < _CLOSE:
+        if found is not None and abs(found.detectability / asked - 1) < _TOLERANCE:
             break
         following = _choose_next(asked, value, tries)
         if following in tries:
@@ -81,10 +84,10 @@ def _choose_next(asked: float, value: float, tries: Mapping[float, Strength]) ->
         return value / 2
     found = tries[value].detectability
     weaker = [each for each in tries if each < value]
-    fallen = found == 0.0 or any(tries[each].detectability > _FALLEN * found for each in weaker)
+    fallen = found == 0.0 or any(tries[each].detectability > _FALL_FACTOR * found for each in weaker)
     if found < asked and fallen:
-        return float(np.sqrt(value * max(weaker))) if weaker else value / _GROWTH
-    grown = float(np.clip(value * asked / max(found, asked / _GROWTH), value / 10, _MOST))
+        return float(np.sqrt(value * max(weaker))) if weaker else value / _MAX_GROWTH
+    grown = float(np.clip(value * asked / max(found, asked / _MAX_GROWTH), value / 10, _MAX_STRENGTH))
     beyond = [each for each in tries if each > value]
     return min(grown, float(np.sqrt(value * min(beyond)))) if beyond and grown > value else grown
 

@@ -13,12 +13,20 @@ import numpy as np
 
 from benchmarks.effects.folder import Kind
 
-DETECTABILITIES = (1.0, 2.0, 3.3, 5.0, 10.0)
-SLOWEST_HZ, FASTEST_HZ, APART_HZ = 0.4, 1.4, 0.08
-_SINGLE, _DOUBLE = 0.6, 0.2  # of the sessions with something in them; the rest is outside the catalogue
-BEATS = 3.0  # that the slowest swim makes after warm-up: its first half is what a held-out trial may be looked at
+DETECTABILITIES = (1.0, 2.0, 3.3, 5.0, 10.0)  # An effect is made as strong as one of these asks for.
+SLOWEST_HZ = 0.4
+FASTEST_HZ = 1.4
+APART_HZ = 0.08  # Commanded speeds differ by at least this much.
+# Shares of the sessions with something in them; the remaining ones hold what is outside the catalogue.
+_SINGLE_SHARE = 0.6
+_DOUBLE_SHARE = 0.2
+# The slowest swim makes this many beats after warm-up, as the first half of a held-out trial may be looked at.
+BEATS = 3.0
 WARMUP_S = 1.0
-_DRY_SHARE, _DECAY_SHARE, _LOG_SHARE = 0.4, 0.4, 0.4
+# Shares of the sessions with a dry run, with a free decay, with a log of the motor.
+_DRY_SHARE = 0.4
+_DECAY_SHARE = 0.4
+_LOG_SHARE = 0.4
 Present = tuple[Kind, tuple[str, ...], float]
 """Kind, effects and detectability of a session."""
 
@@ -140,7 +148,7 @@ def _draw_present(
 ) -> list[Present]:
     """Draw what is in each session, in no order."""
     something = size.sessions - size.null - size.many
-    single, double = round(_SINGLE * something), round(_DOUBLE * something)
+    single, double = round(_SINGLE_SHARE * something), round(_DOUBLE_SHARE * something)
     levels = cycle(random.permutation(DETECTABILITIES))
     found: list[Present] = [("null", (), 0.0)] * size.null
     found += [("single", (name,), float(next(levels))) for name in in_turn(catalogued, single, random)]

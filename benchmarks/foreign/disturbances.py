@@ -11,8 +11,9 @@ from swimcal.motor_log import MotorCommands, MotorLog
 
 Change = Callable[[Recordings, Recording, np.random.Generator], str]
 """Disturbs a session, mostly one trial of it; says how in words."""
-FASTER_HZ, FAST_S = (5.0, 8.0), 5.0
-MOST = 3  # in one session
+FASTER_HZ = (5.0, 8.0)
+FAST_S = 5.0
+MOST = 3  # One session has at most this many disturbances.
 
 
 class Disturbance(NamedTuple):

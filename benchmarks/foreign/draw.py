@@ -17,12 +17,18 @@ from synthetic.plan import PLAUSIBLE_COEFFICIENTS, SyntheticCamera, SyntheticPla
 from synthetic.simulate import simulate_decays, simulate_dry_runs, simulate_swims
 
 FPS = (20.0, 24.0, 25.0, 29.97, 30.0, 50.0, 59.94, 60.0, 90.0, 100.0, 120.0, 240.0)
-SLOWEST_HZ, FASTEST_HZ, SHORTEST_S, LONGEST_S = 0.3, 3.0, 3.0, 20.0
-REALLY_LONGEST_S = 7.0  # the second simulator is slow
-COUNTS = (1, 2, 2, 2, 3, 3, 3, 4, 5, 6)  # of swim trials
-FINEST_FPS = 240.0  # at least as many instants a second are kept of what truly happens
-SLOWEST_M_S = 0.01  # a robot that does not swim is no session
-_TIMESTEP_S, _RUN_IN_S, _REAL_RUN_IN_S, _TRIES = 0.0005, 6.0, 3.0, 40
+SLOWEST_HZ = 0.3
+FASTEST_HZ = 3.0
+SHORTEST_S = 3.0
+LONGEST_S = 20.0
+REALLY_LONGEST_S = 7.0  # The second simulator, which is slow, makes no longer trials.
+COUNTS = (1, 2, 2, 2, 3, 3, 3, 4, 5, 6)  # The number of swim trials is one of these.
+FINEST_FPS = 240.0  # At least as many instants a second are kept of what truly happens.
+SLOWEST_M_S = 0.01  # A slower robot is no swimmer, and is drawn anew.
+_TIMESTEP_S = 0.0005
+_RUN_IN_S = 6.0
+_REAL_RUN_IN_S = 3.0  # run-in of the second simulator
+_TRIES = 40  # At most this many sessions are drawn for one.
 _ROBOTS = Path(__file__).parents[2] / "tests" / "swimcal" / "robots"
 
 

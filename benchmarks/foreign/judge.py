@@ -20,8 +20,9 @@ from scipy.ndimage import uniform_filter1d
 from benchmarks.foreign.recordings import Recording, Recordings
 
 ROOT = Path(__file__).parents[2]
-FAR_SD, LIMIT_S = 4.0, 900
-HALF_WIDTH_SD = 1.6449  # standard deviations in half of a 90 % interval
+FAR_SD = 4.0  # A number is wrong where it is further off, in its standard errors.
+LIMIT_S = 900
+HALF_WIDTH_SD = 1.6449  # Half of a 90 % interval has this many standard deviations.
 OF_TRACKS = frozenset(
     {"merged_markers", "frozen_marker", "jump", "segment_length", "gap", "lost_marker", "drift", "size", "swap"}
 )
@@ -32,8 +33,11 @@ INSIDE_WORDS = re.compile(
     r"Traceback|LinAlgError|\b\w*(Value|Type|Key|Index|Runtime|ZeroDivision|Attribute)Error|\barray\b|shape mismatch|"
     r"broadcast|ingular matrix|numpy|scipy|SVD|[Ii]nternal error|diverged from every start|RuntimeWarning"
 )
-_RELATIVE, _LEAST_M_S = 0.01, 3e-4  # of a speed that states no error: what always may be off
-_FEW_MM, _FEW_INSIDE = 300.0, 0.3  # markers farther off, bands that hold fewer: no forecast
+# A speed that states no error may always be off by the larger of the two.
+_FREE_SHARE = 0.01
+_FREE_M_S = 3e-4
+_MAX_OFF_MM = 300.0  # A forecast whose markers are further off is none.
+_MIN_INSIDE = 0.3  # A forecast whose bands hold a smaller share is none.
 _ORDER = ("blunt_drag", "slender_drag", "angular_drag", "kutta_lift", "magnus_lift")
 
 
@@ -267,7 +271,7 @@ class _Judgement:
         )
         low, high, length_s = true_speeds(self.session, swim)
         near = float(np.clip(found["speed_measured"] if found["speed_measured"] is not None else low, low, high))
-        by_noise = speed_error(self.session, length_s, high) + max(_RELATIVE * abs(near), _LEAST_M_S) / FAR_SD
+        by_noise = speed_error(self.session, length_s, high) + max(_FREE_SHARE * abs(near), _FREE_M_S) / FAR_SD
         error = found.get("speed_measured_se") or by_noise
         self._judge_number(f"{swim.name} measured speed", found["speed_measured"], near, error, flags)
         for name in ("speed_ebt", "speed_ebt_large", "speed_ebt_smoothed", "speed_twin"):
@@ -290,9 +294,9 @@ class _Judgement:
                 self._judge_number(f"{what} speed", forecast["speed"], near, sd, flags)
             if forecast["inside"] is not None:
                 within = f"{100 * forecast['inside']:.0f} % of markers within 90 % bands"
-                self._count(f"{what} bands", within, forecast["inside"] < _FEW_INSIDE, flags)
+                self._count(f"{what} bands", within, forecast["inside"] < _MIN_INSIDE, flags)
             if far_mm is not None:
-                self._count(f"{what} markers", f"{far_mm:.0f} mm off", far_mm > _FEW_MM, flags)
+                self._count(f"{what} markers", f"{far_mm:.0f} mm off", far_mm > _MAX_OFF_MM, flags)
 
     def _judge_coefficients(self) -> None:
         fitted = [swim for swim in self.session.swims if swim.role == "fit"]

@@ -20,7 +20,7 @@ from benchmarks.scores import Measure, Scores, Share, Table
 from swimcal.results import plain_json, to_plain
 
 LINES = "sessions.jsonl"
-MOST_FLAGGED = 0.02  # of clean sessions
+MOST_FLAGGED = 0.02  # At most this share of clean sessions may be flagged.
 
 
 @dataclass(frozen=True)
@@ -91,11 +91,11 @@ def measure_foreign(
     """Judge the sessions of these numbers that the folder lacks, and return all that it then holds.
 
     Args:
-        folder: of `sessions.jsonl`; a new version of the program needs a new one.
-        seed: of all draws.
-        numbers: of the sessions.
-        run: how.
-        keep: where sessions, results and `terminal.txt` are kept; default: nowhere.
+        folder: folder of `sessions.jsonl`; a new version of the program needs a new one.
+        seed: seed of all draws.
+        numbers: numbers of the sessions.
+        run: way to work off the sessions.
+        keep: folder in which sessions, results and `terminal.txt` are kept; default: nowhere.
     """
     folder.mkdir(parents=True, exist_ok=True)
     lines = folder / LINES

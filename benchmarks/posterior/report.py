@@ -21,8 +21,8 @@ from benchmarks.posterior.score import PosteriorScore, score_session
 from benchmarks.scores import Estimate, Measure, Scores, Share, Table, median, resampled
 from fitting.calibration import NAMES
 
-FAR_SD = 4.0  # a truth farther off than this is no chance
-_FEWEST = 50  # sessions, to test for uniformity
+FAR_SD = 4.0  # A truth that is further off is no chance.
+_FEWEST = 50  # The test for uniformity needs at least this many sessions.
 
 
 @dataclass(frozen=True)
@@ -85,10 +85,10 @@ def measure_posterior(folder: Path, seeds: Sequence[int], run: Run) -> Posterior
     """Score the sessions asked for that the folder lacks, and judge all that it then holds.
 
     Args:
-        folder: where scores are kept; several machines may fill it with a shard each. Of a file of scores (.jsonl) the
-            table is made as they are, whichever code made them, and nothing is run.
-        seeds: of the sessions.
-        run: how.
+        folder: folder in which scores are kept; several machines may fill it with a shard each. Of a file of scores
+            (.jsonl) the table is made as they are, whichever code made them, and nothing is run.
+        seeds: seeds of the sessions.
+        run: way to work off the sessions.
 
     Raises:
         InputError: no scheduler answers, or the file holds something else.

@@ -16,7 +16,8 @@ from fitting.posterior.posterior import MISFIT_P, Posterior, sample_posterior
 from fitting.trial_model import SessionModel
 from swimcal.errors import Flag
 
-EFFECTIVE, STARTS = 100, 3
+EFFECTIVE = 100  # effective sample size asked for
+STARTS = 3  # number of starts of the search for the mode
 WARNINGS = (
     "model_discrepancy",
     "robot_off",
@@ -69,7 +70,7 @@ def score_session(seed: int) -> PosteriorScore:
     """Draw a session, sample its posterior and compare it with the truth, on one core.
 
     Args:
-        seed: of the session and of the sampler; the trials of every other one vary.
+        seed: seed of the session and of the sampler; the trials of every other one vary.
     """
     drawn = draw_session(seed, workers=1, varied=seed % 2 == 1)
     began = time.perf_counter()

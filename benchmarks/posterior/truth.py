@@ -22,19 +22,26 @@ from synthetic.plan import SyntheticCamera, SyntheticPlan, SyntheticTrial, trial
 from synthetic.session import tracked
 from synthetic.simulate import simulate_swims
 
-SLOWEST_HZ, FASTEST_HZ, APART_HZ = 0.5, 1.4, 0.3
+SLOWEST_HZ = 0.5
+FASTEST_HZ = 1.4
+APART_HZ = 0.3  # The two frequencies differ by at least this much.
 SECONDS = 5.0
-LEAST_M_S = 0.01  # from rest: a robot that does not swim is not informative
-GLUED_SD_M = 0.001  # of a marker from its place on the body, each way
-CAMERA = SyntheticCamera(width_px=8000, height_px=8000)  # the scale of the published videos, and room for any course
+LEAST_M_S = 0.01  # A robot that is slower from rest is not informative.
+GLUED_SD_M = 0.001  # A marker is off its place on the body by this, each way.
+# It has the scale of the published videos, and room for any course.
+CAMERA = SyntheticCamera(width_px=8000, height_px=8000)
 NOISE = TrackingNoise()
-MOST_SHARED = 0.8  # of the tracks' errors, by neighbours
-STEP = 1 / 128  # of the twin's own time step: with a sixteenth, Kutta lift was still 0.3 standard deviations off
-TURNING, SIDEWAYS, REGISTRATION, FASTER = 0.03, 0.005, 0.02, 0.03
-"""Standard deviations between the trials of a varied session: rad/s, m/s, rad of the head frame, share of the speed."""
-_COURSE_DEGREE = 3  # of the smooth path that turns and drifts
-_FITTED = 2  # trials
-_TRIES = 16  # coefficients that are tried at once
+MOST_SHARED = 0.8  # Neighbours share at most this part of the tracks' errors.
+# In time steps of the twin: with a sixteenth, Kutta lift was still 0.3 standard deviations off.
+STEP = 1 / 128
+# Standard deviations between the trials of a varied session.
+TURNING_RAD_S = 0.03
+SIDEWAYS_M_S = 0.005
+REGISTRATION_RAD = 0.02  # registration of the head frame
+FASTER_SHARE = 0.03
+_COURSE_DEGREE = 3  # degree of the smooth path that turns and drifts
+_FITTED = 2  # number of fitted trials
+_TRIES = 16  # This many coefficients are tried at once.
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,11 +76,11 @@ def draw_session(
     are simulated with steps so fine that they no longer matter.
 
     Args:
-        seed: of all draws.
-        workers: threads; 0 for all cores.
-        seconds: of each trial.
-        held_out_hz: of further swims.
-        step: of the simulation of the truth, in steps of the twin.
+        seed: seed of all draws.
+        workers: number of threads; 0 for all cores.
+        seconds: duration of each trial.
+        held_out_hz: frequencies of further swims.
+        step: step of the simulation of the truth, in steps of the twin.
         varied: whether trials differ in trim, registration of the head frame and speed.
     """
     random = np.random.default_rng([seed, 6])
@@ -174,7 +181,8 @@ def _vary(position_px: np.ndarray, time_s: np.ndarray, px_per_m: float, random: 
 
     The smooth path of the fish is laid anew; what it does about that path stays, but turns along.
     """
-    turning, sideways, registration, faster = (TURNING, SIDEWAYS, REGISTRATION, FASTER) * random.standard_normal(4)
+    sd = (TURNING_RAD_S, SIDEWAYS_M_S, REGISTRATION_RAD, FASTER_SHARE)
+    turning, sideways, registration, faster = sd * random.standard_normal(4)
     place = position_px[..., 0] + 1j * position_px[..., 1]  # (n, m)
     nose, neck = (FISHSIM_MARKERS.index(name) for name in ("nose", "neck"))
     place[:, nose] = place[:, neck] + np.exp(1j * registration) * (place[:, nose] - place[:, neck])

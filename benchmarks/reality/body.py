@@ -109,9 +109,9 @@ class Chain:
         """Generalise forces (..., l) at the links' origins and torques (..., l) about them: (..., N).
 
         Args:
-            pose: of the links; broadcast against leading axes of the forces after the first, as (n, 1, l).
-            force: (n, ..., l) complex, pool axes, N.
-            torque: (n, ..., l) N m.
+            pose: pose of the links; broadcast against leading axes of the forces after the first, as (n, 1, l).
+            force: (n, ..., l) forces, complex, pool axes, N.
+            torque: (n, ..., l) torques, N m.
         """
         direction = pose.direction.reshape(len(force), *(1,) * (force.ndim - 2), -1)
         total = force.sum(axis=-1, keepdims=True)

@@ -28,7 +28,7 @@ from benchmarks.reality.body import Chain, Pose
 from benchmarks.reality.layout import Layout
 from benchmarks.reality.parameters import Parameters
 
-_STILL_M_S = 1e-6  # regularises speeds against division by zero
+_STILL_M_S = 1e-6  # This is added to speeds against division by zero.
 
 
 @dataclass(frozen=True, eq=False)

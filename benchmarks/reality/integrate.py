@@ -29,10 +29,11 @@ def step(
 
     Args:
         motion: the equations.
-        time_s: (n, 1) s.
-        position, velocity: (n, N).
-        states: of the mechanisms, which are constant during the step.
-        step_s: h.
+        time_s: (n, 1) times, s.
+        position: (n, N) coordinates.
+        velocity: (n, N) rates of the coordinates.
+        states: own states of the mechanisms, which are constant during the step.
+        step_s: length h of the step, s.
     """
     h, g = step_s, GAMMA * step_s
     held = motion.parameters.head_clamped

@@ -17,7 +17,7 @@ FLEXIBLE_SHARE = 0.4
 """Of every gap the middle part that bends; its ends are held stiff by the segments they are glued into. (Bending spread
 over whole gaps lets the pulled tendon fold the second one at once.)"""
 _HEAD_STRIPS = 10
-_TAIL_STRIP_M = 0.008  # longest strip of tail and fin
+_TAIL_STRIP_M = 0.008  # No strip of tail and fin is longer.
 
 
 @dataclass(frozen=True, eq=False)

@@ -34,11 +34,11 @@ class Motion:
     """n simulations of one layout: parameters, commanded cranks, mechanisms.
 
     Args:
-        layout: of the fish.
+        layout: layout of the fish.
         parameters: n rows, already prepared by the mechanisms.
         frequency_hz: (n,) turns of the crank a second.
-        phase_rad: (n,) its angle at time 0.
-        mechanisms: n tuples.
+        phase_rad: (n,) angles of the crank at time 0.
+        mechanisms: n tuples of the mechanisms that act.
     """
 
     def __init__(

@@ -29,7 +29,7 @@ class Parameters:
     # (n, 1) by how much more of the height of every strip is wet; mechanisms with heights in them keep to the described
     # ones, as their strengths do
     sunk_m: np.ndarray
-    # (n, s) share at each strip, 0 to 1, of elongated body theory's reactive force; see `reality.fluid`
+    # (n, s) share at each strip, 0 to 1, of elongated body theory's reactive force; see `benchmarks.reality.fluid`
     added_mass_reaction: np.ndarray
     current_m_s: np.ndarray  # (n, 1) velocity of the water in the pool, complex
     head_clamped: np.ndarray  # (n, 1) whether the head is held where it is

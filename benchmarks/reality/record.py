@@ -6,8 +6,10 @@ import numpy as np
 
 from benchmarks.reality.instant import Instant
 
-_KEEP_S = 0.004  # between kept instants
-_PLAUSIBLE_RAD, _PLAUSIBLE_M = np.pi, 20.0  # of a hinge, of the head's way: beyond, a simulation has blown up
+_KEEP_S = 0.004  # Instants are kept at this interval.
+# A simulation has blown up where a hinge bends further, or the head gets further.
+_PLAUSIBLE_RAD = np.pi
+_PLAUSIBLE_M = 20.0
 
 
 @dataclass(frozen=True, eq=False)

@@ -17,7 +17,8 @@ from swimcal.robot import load_robot
 
 STEP_S = 0.001
 _BATCH = 256
-_SPARE_S = 0.01  # simulated beyond a trial's end and last frame, which must be between two kept instants
+# A batch goes on for this long after a trial's end and last frame, which must be between two kept instants.
+_SPARE_S = 0.01
 
 
 def simulate(
@@ -33,8 +34,8 @@ def simulate(
     Args:
         trials: worlds and what is done in them, in any mix.
         markers: names of the markers wanted; default all of the robot's.
-        step_s: of the integrator.
-        hinges_per_gap: hinges for each of the robot's.
+        step_s: step of the integrator, s.
+        hinges_per_gap: number of hinges for each of the robot's.
         allow_divergence: what blows up becomes nan instead of an error.
 
     Raises:
@@ -74,12 +75,12 @@ def filmed(
     """Run a batch until every trial's end and last frame, and film each by the camera of its world.
 
     Args:
-        motion: of the trials, in their order.
-        trials: n of them.
-        markers: names of those wanted.
-        step_s: of the integrator.
+        motion: equations of motion of the trials, in their order.
+        trials: n worlds, each with its trial.
+        markers: names of the markers wanted.
+        step_s: step of the integrator, s.
         allow_divergence: what blows up becomes nan instead of an error.
-        before_step: is shown the number of each step, and coordinates and rates (n, N) then.
+        before_step: called with the number of each step, and coordinates and rates (n, N) then.
     """
     made = [trial for _, trial in trials]
     start_s = -np.array([[trial.lead_s] for trial in made])

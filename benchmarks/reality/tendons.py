@@ -8,7 +8,7 @@ from benchmarks.reality.body import Chain, Pose
 from benchmarks.reality.layout import Layout
 from benchmarks.reality.parameters import Parameters
 
-_SIDES = np.array([-1.0, 1.0])  # left is -y, as the robot heads for -x
+_SIDES = np.array([-1.0, 1.0])  # Left is -y, as the robot heads for -x.
 
 
 @dataclass(frozen=True, eq=False)

@@ -33,7 +33,7 @@ class Nuisances:
 class World:
     """State that is the same in all trials of a session."""
 
-    # blunt, slender and angular drag, Kutta and Magnus lift; see `reality.fluid`
+    # blunt, slender and angular drag, Kutta and Magnus lift; see `benchmarks.reality.fluid`
     coefficients: tuple[float, float, float, float, float]
     nuisances: Nuisances = field(default_factory=Nuisances)  # of the robot
     mechanisms: tuple[Mechanism, ...] = ()  # that act; none in the base state

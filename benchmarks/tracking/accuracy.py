@@ -22,9 +22,9 @@ from tracking.follow_video import follow_video
 from tracking.tracked import SampleState
 from tracking.video import Video
 
-WRONG = 0.5  # diameters from its marker, from which on a measured sample is on something else
+WRONG = 0.5  # A sample is on something else from this many diameters from its marker on.
 SPEED_CLIP = "speed_4k"
-METHODS = ("hybrid", "spots", "csrt")  # the tracker, without CSRT, plain CSRT
+METHODS = ("hybrid", "spots", "csrt")  # the tracker, the tracker without CSRT, plain CSRT
 COMPARED = Encoding("h264", 23)
 """All trackers are compared on videos of this quality; the tracker itself is measured on all."""
 
@@ -85,8 +85,8 @@ def measure_accuracy(todo: Sequence[Clip], folder: Path, progress: Progress) -> 
     """Track every clip from the boxes that a person would draw.
 
     Args:
-        todo: what to track; rendered before.
-        folder: where the videos are; scores are kept there as they come, and taken from there the next time.
+        todo: rendered clips to track.
+        folder: folder of the videos; scores are kept there as they come, and taken from there the next time.
         progress: called with a message and the share done.
     """
     here = Path(tracking.__file__).parent

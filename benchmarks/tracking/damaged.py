@@ -43,9 +43,9 @@ FAULTS = {
     "bytes": ("zeroed", "overwritten", "cut off"),
 }
 """The kinds of faults of a file, one of each at most, and the faults of each kind."""
-_SECOND = 0.4  # probability of a second fault
+_SECOND_SHARE = 0.4  # probability of a second fault
 _TURN_DEG = 90
-_TICK = Fraction(1, 50_000)  # s, unit of the stamps
+_TICK_S = Fraction(1, 50_000)  # unit of the stamps
 _LATE_S = 3.2
 
 
@@ -73,9 +73,9 @@ class OddFile:
     """One file.
 
     Attributes:
-        container: a key of `CONTAINERS`.
-        faults: of different kinds of `FAULTS`.
-        seed: of what is drawn at random in them.
+        container: key of `CONTAINERS`.
+        faults: keys of `FAULTS`, of different kinds.
+        seed: seed of what is drawn at random in them.
     """
 
     container: str
@@ -94,7 +94,7 @@ class OddFile:
             height, width = pictures[0].shape[:2]
             stream.width, stream.height = (height, width) if turned else (width, height)
             stream.pix_fmt = self._pixels
-            stream.codec_context.time_base = _TICK
+            stream.codec_context.time_base = _TICK_S
             if turned:
                 stream.set_display_rotation(_TURN_DEG)
             for number, time_s in shown:
@@ -103,7 +103,7 @@ class OddFile:
                 if "gray" in self.faults:
                     frame = frame.reformat(format="gray")
                 frame = frame.reformat(format=self._pixels)
-                frame.pts, frame.time_base = round(time_s / _TICK), _TICK
+                frame.pts, frame.time_base = round(time_s / _TICK_S), _TICK_S
                 out.mux(stream.encode(frame))
             out.mux(stream.encode(None))
         path.write_bytes(self._harm(path.read_bytes(), random))
@@ -159,7 +159,7 @@ def draw_files(seed: int, count: int) -> list[OddFile]:
 
 def _draw(random: np.random.Generator, kind: str, fault: str) -> OddFile:
     faults = [fault]
-    if kind != "packed" and random.random() < _SECOND:
+    if kind != "packed" and random.random() < _SECOND_SHARE:
         others = [second for other, names in FAULTS.items() if other not in (kind, "packed") for second in names]
         faults.append(str(random.choice(others)))
     names = [name for name, each in CONTAINERS.items() if not set(faults) & set(each.cannot)]
@@ -171,11 +171,11 @@ class Outcome:
     """Outcome of one file.
 
     Attributes:
-        refused: what is said where it is not tracked; empty where it is.
-        traceback: of an error that is no sentence for the user; empty without.
-        samples: that count.
-        wrong: of these, more than 10 px off.
-        unflagged: of these, in no frame that is flagged.
+        refused: message where it is not tracked; empty where it is.
+        traceback: traceback of an error that is no sentence for the user; empty without.
+        samples: number of samples that count.
+        wrong: number of these that are more than 10 px off.
+        unflagged: number of the wrong ones that are in no flagged frame.
     """
 
     refused: str = ""

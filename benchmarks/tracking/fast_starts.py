@@ -17,12 +17,14 @@ from benchmarks.scores import Table
 from tracking.identities import Spacing
 from tracking.tracker import MarkerTracker
 
-LINKS = np.array([4.8, 7.3, 0.9, 1.1, 1.1, 1.15, 1.0, 2.4])  # from nose to caudal fin, over the distance in the tail
+LINKS = np.array([4.8, 7.3, 0.9, 1.1, 1.1, 1.15, 1.0, 2.4])  # lengths from nose to fin, over the distance in the tail
 MARKERS = len(LINKS) + 1
-WRONG_PX, OTHER_PX = 6.0, 4.0  # from its own place, and to another's, from and up to which an identity is wrong
+# An identity is wrong from this distance to its own place on, and up to that distance to another's.
+WRONG_PX = 6.0
+OTHER_PX = 4.0
 TABLE_FRAMES = 40
-_MOMENTS = 5  # drawn within each exposure
-_FINE_BITS = 4  # circles are drawn in sixteenths of a pixel
+_EXPOSURE_MOMENTS = 5  # Each exposure is drawn at this many moments.
+_FINE_BITS = 4  # Circles are drawn in sixteenths of a pixel.
 LOOKS = {
     "red on white": (215.0, 110.0, 190.0),
     "white on black": (25.0, 235.0, 60.0),
@@ -110,7 +112,7 @@ class FastStart:
 
     @property
     def _moments(self) -> np.ndarray:
-        return self.exposure * np.linspace(-0.5, 0.5, _MOMENTS)
+        return self.exposure * np.linspace(-0.5, 0.5, _EXPOSURE_MOMENTS)
 
     def _draw_frame(self, ground: np.ndarray, at_px: np.ndarray, body: float, dot: float) -> np.ndarray:
         picture, fine = ground.copy(), 1 << _FINE_BITS
@@ -172,10 +174,11 @@ class Followed:
     """Scores of the tracker on some clips, as shares of all samples.
 
     Attributes:
-        clips, samples: how many.
-        identity: the place of another marker.
-        lost: not seen, or more than 6 px off.
-        rms_px: an axis, of the others.
+        clips: number of clips.
+        samples: number of samples.
+        identity: share at the place of another marker.
+        lost: share not seen, or more than 6 px off.
+        rms_px: error an axis of the others.
     """
 
     clips: int

@@ -22,8 +22,9 @@ from synthetic.session import make_session
 from tracking.follow_video import TrackerName
 from tracking.tracked import counting
 
-SPEEDS_HZ, SECONDS = (0.6, 1.0, 1.4), 5.5
-_SEED = 0  # of the crank phases and the pictures
+SPEEDS_HZ = (0.6, 1.0, 1.4)
+SECONDS = 5.5  # duration of each swim
+_SEED = 0  # It draws the crank phases and the pictures.
 
 
 def cost_table(folder: Path, crf: float, trackers: tuple[TrackerName, ...], progress: Progress) -> Table:

@@ -19,7 +19,7 @@ from tracking.follow_video import follow_video
 from tracking.video import Video
 
 ROUNDS = 5
-_CSRT_FRAMES = 20  # that plain CSRT is given
+_CSRT_FRAMES = 20  # Plain CSRT is given only this many frames.
 
 
 def speed_table(videos: Sequence[Path]) -> Table:

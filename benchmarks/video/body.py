@@ -13,9 +13,9 @@ from benchmarks.video.motion import WATER_LINE_M, Pose, RobotPoints
 from benchmarks.video.picture import Colour, Picture, colour_of
 from swimcal.robot import Marker, RobotSpec
 
-_SKIN_M = 0.006  # of the flexible cover, on either side of a tail segment
-_DRY_M = 0.004  # by which the tail's tops are above the water
-_CLEAR = ("plate", "fin")  # parts of acrylic by their names, which let the water shine through
+_SKIN_M = 0.006  # thickness of the flexible cover on either side of a tail segment
+_DRY_M = 0.004  # The tail's tops are this much above the water.
+_CLEAR = ("plate", "fin")  # These parts are of acrylic, which lets the water shine through.
 
 
 class Solid(NamedTuple):
@@ -32,8 +32,8 @@ class Body:
     """Painter of a robot, without its markers.
 
     Args:
-        robot: the robot.
-        tint: what the water adds to what is under it.
+        robot: robot to paint.
+        tint: colour that the water adds to what is under it.
         tone: gray of the body, 0 (black) to 255.
     """
 

@@ -11,8 +11,8 @@ from swimcal.robot import NonNegative, Positive
 from swimcal.session_file import Distortion
 from swimcal.toml import Table
 
-PX_PER_M = 965.0  # on the water, in the published videos at 3840 x 2160
-_NOMINAL_HEIGHT_M = 2.3  # gives the focal length where the height is left open
+PX_PER_M = 965.0  # scale on the water, in the published videos at 3840 x 2160
+_NOMINAL_HEIGHT_M = 2.3  # It gives the focal length where the height is left open.
 
 
 class Optics(Table):

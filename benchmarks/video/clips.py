@@ -17,8 +17,8 @@ FASTEST_PUBLIC_HZ = 1.75
 """Crank turns a second of the fastest public trial, whose markers move up to 10 px a frame."""
 DORSAL_M = 0.253
 """Where the public videos show the dorsal fin's marker: 40 to 55 px before tail_1, not 19 as in the description."""
-_TAIL_M = 0.021  # between tail_4 and tail_5, the closest neighbours
-_HOVER = (0.03, 0.0)  # m/s: the swim stays in the picture
+_TAIL_M = 0.021  # distance between tail_4 and tail_5, the closest neighbours
+_HOVER_M_S = (0.03, 0.0)  # With this mean velocity the swim stays in the picture.
 
 
 def clip_robot() -> RobotSpec:
@@ -37,7 +37,9 @@ def _plan(
     optics: dict[str, Any] | None = None,
     **others: Any,
 ) -> ClipPlan:
-    swimming: dict[str, Any] = {"frequency_hz": frequency_hz, "drift_m_s": _HOVER, "heading_deg": 172.0} | (swim or {})
+    swimming: dict[str, Any] = {"frequency_hz": frequency_hz, "drift_m_s": _HOVER_M_S, "heading_deg": 172.0} | (
+        swim or {}
+    )
     settings: dict[str, Any] = {
         "robot": clip_robot(),
         "swim": Swim(**swimming),

@@ -17,9 +17,9 @@ class Glints:
     """A fixed set of glints over a clip.
 
     Args:
-        per_s: how many appear in a second.
-        time_s: (n,) of the frames.
-        path_px: (n, m, 2) of the markers; most glints appear near one of them.
+        per_s: number of glints that appear in a second.
+        time_s: (n,) times of the frames.
+        path_px: (n, m, 2) places of the markers; most glints appear near one of them.
         size_px: width and height of the picture.
         random: source of the draws.
     """

@@ -18,8 +18,12 @@ from synthetic.plan import PLAUSIBLE_COEFFICIENTS
 
 WATER_LINE_M = 0.05
 """Height of the water in the robot's frame: where nose and neck are, whose distance gives the scale."""
-_STEP_S, _MARGIN_S, _TIMESTEP_S = 1 / 240, 0.1, 0.0015
-_RUN_IN_S, _START_M_S = 8.0, -0.15  # as in a synthetic session: a developed swim, towards -x
+_STEP_S = 1 / 240  # interval between samples
+_MARGIN_S = 0.1  # The motion is known for this long before the first and after the last frame.
+_TIMESTEP_S = 0.0015
+# As in a synthetic session these make a developed swim, towards -x.
+_RUN_IN_S = 8.0
+_START_M_S = -0.15
 
 
 class Pose(NamedTuple):
@@ -67,7 +71,7 @@ class RobotPoints:
     """Points fixed to the links of a robot, from its pose to places in the pool.
 
     Args:
-        robot: the robot.
+        robot: robot that carries the points.
         points: the k points: the link that carries each, and its place on the straight robot (robot frame, m).
     """
 
@@ -86,9 +90,9 @@ def twin_motion(robot: RobotSpec, frequency_hz: float, seconds: float) -> Motion
     """Simulate a developed swim of the twin with plausible coefficients, towards -x from about the origin.
 
     Args:
-        robot: the robot.
+        robot: robot that swims.
         frequency_hz: turns of the crank a second.
-        seconds: from the first frame to the last.
+        seconds: time from the first frame to the last.
 
     Raises:
         swimcal.errors.SimulationDiverged: the motion is unstable.

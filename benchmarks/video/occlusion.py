@@ -10,11 +10,12 @@ from pydantic import Field
 from benchmarks.video.picture import Picture, Region, colour_of
 from swimcal.toml import Table
 
-_COLOUR, _SHINE = colour_of(120, 96, 70), colour_of(182, 156, 122)  # of wood
-_SWEEP_PX = 60.0  # a frame, coming and going
+_COLOUR = colour_of(120, 96, 70)  # wood
+_SHINE = colour_of(182, 156, 122)  # the lit side of the wood
+_SWEEP_PX = 60.0  # The tip comes and goes by this a frame.
 _LONG_PX = 4000.0
-_RADIUS_PX = 24.0  # neighbours within it are covered too
-_DIRECTION = np.array([np.cos(np.radians(70.0)), -np.sin(np.radians(70.0))])  # from the tip along the pole, y down
+_RADIUS_PX = 24.0  # Neighbours within it are covered too.
+_DIRECTION = np.array([np.cos(np.radians(70.0)), -np.sin(np.radians(70.0))])  # unit vector along the pole, y down
 
 
 class Occlusion(Table):

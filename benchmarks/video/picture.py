@@ -9,7 +9,10 @@ import numpy as np
 from scipy.special import erf
 
 # ITU-R BT.709, limited range: luma weights of red, green, blue.
-_KR, _KG, _KB = 0.2126, 0.7152, 0.0722
+# Weights of red, green and blue in the luma (BT.709).
+_KR = 0.2126
+_KG = 0.7152
+_KB = 0.0722
 _MARGIN_PX = 3.0
 
 
@@ -54,13 +57,14 @@ class Picture:
     """A picture: luma for each pixel, colour for each 2 x 2 of them.
 
     Args:
-        width_px: a multiple of 2.
-        height_px: a multiple of 4.
+        width_px: width, a multiple of 2.
+        height_px: height, a multiple of 4.
 
     Attributes:
         data: (3 h / 2, w) uint8, the planes after one another as FFmpeg's yuv420p has them.
-        luma: (h, w) view of it.
-        blue, red: (h / 2, w / 2) views of it.
+        luma: (h, w) view of its luma.
+        blue: (h / 2, w / 2) view of its blue difference.
+        red: (h / 2, w / 2) view of its red difference.
     """
 
     def __init__(self, width_px: int, height_px: int) -> None:
@@ -81,9 +85,9 @@ class Picture:
         """Paint a colour over a region.
 
         Args:
-            region: where.
-            cover: (h, w) float32 of the region, 0 (leaves the picture) to 1 (hides it).
-            colour: the colour.
+            region: region to paint.
+            cover: (h, w) float32 cover of the region, 0 (leaves the picture) to 1 (hides it).
+            colour: colour to paint.
         """
         left, top, right, bottom = region
         _mix(self.luma[top:bottom, left:right], cover, colour.luma)
@@ -96,9 +100,9 @@ class Picture:
         """Paint the mean of convex polygons, which are one shape at several moments of an exposure.
 
         Args:
-            polygons: (s, k, 2) px.
-            colour: the colour.
-            opacity: 1 hides what was there.
+            polygons: (s, k, 2) corners, px.
+            colour: colour to paint.
+            opacity: share that is hidden of what was there, 0 to 1.
         """
         region = self.region(polygons.min(axis=(0, 1)), polygons.max(axis=(0, 1)))
         if region.empty:
@@ -115,9 +119,9 @@ class Picture:
         """Paint the mean of discs, which are one disc at s moments of an exposure.
 
         Args:
-            centre_px: (s, 2).
-            radius_px: of the disc.
-            colour: the colour.
+            centre_px: (s, 2) centres.
+            radius_px: radius of the disc.
+            colour: colour to paint.
             blur_px: standard deviation of the lens' blur.
         """
         reach = radius_px + 4 * blur_px

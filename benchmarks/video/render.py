@@ -30,8 +30,8 @@ def render_encodings(plan: ClipPlan, videos: Mapping[Path, Encoding], progress: 
     """Render a clip once and pack it in several ways, each with its truth and start boxes next to it.
 
     Args:
-        plan: of the clip.
-        videos: how to pack each video, by its file.
+        plan: plan of the clip.
+        videos: encoding of each video, by its file.
         progress: called with the number of frames done.
 
     Raises:

@@ -18,8 +18,9 @@ from benchmarks.video.water import TINT, Water
 
 _BASE_WIDER_PX = 3.0
 _NOISE_PLACES = 64
-_BODY_MOMENTS, _STILL_PX = 4, 1.5  # a body that moves less in an exposure is painted once
-_SHADOW_M = (0.10, -0.07)  # of the lamp off the vertical, on the floor
+_BODY_MOMENTS = 4
+_STILL_PX = 1.5  # A body that moves less in an exposure is painted once.
+_SHADOW_M = (0.10, -0.07)  # shift of the shadow on the floor, as the lamp is off the vertical
 _GLOW_HZ = 1.3
 
 
@@ -27,8 +28,8 @@ class PoolScene:
     """A clip ready to be painted, frame by frame in any order; the same plan gives the same pixels.
 
     Args:
-        plan: of the clip.
-        stage: its markers; default: those of the plan's own swim.
+        plan: plan of the clip.
+        stage: places of its markers; default: those of the plan's own swim.
     """
 
     def __init__(self, plan: ClipPlan, stage: Stage | None = None) -> None:

@@ -11,7 +11,8 @@ from benchmarks.video.motion import Motion, RobotPoints, twin_motion
 from benchmarks.video.plan import ClipPlan
 from swimcal.robot import RobotSpec
 
-_FEWEST_MOMENTS, _MOST_MOMENTS = 3, 24
+_FEWEST_MOMENTS = 3
+_MOST_MOMENTS = 24
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,11 +13,15 @@ TINT = colour_of(78, 152, 186)
 """The floor's blue under water."""
 
 _WAVES = 48
-_GRAVITY, _TENSION = 9.81, 7.3e-5  # m/s^2; surface tension of water over its density, m^3/s^2
+_GRAVITY_M_S2 = 9.81
+_TENSION_M3_S2 = 7.3e-5  # surface tension of water over its density
 _DEPTH_M = 0.5
-_REFRACTION = 0.25  # a ray leaves the water's normal by 1 - 1/n of the slope
-_COARSE_PX, _WIDE_PX = 4, 2000  # step of the grid of waves; twice that in pictures wider than this
-_TILE_M, _GROUT_M, _LANE_M = 0.15, 0.004, 0.12
+_REFRACTION = 0.25  # A ray leaves the water's normal by 1 - 1/n of the slope.
+_COARSE_PX = 4  # step of the grid of waves
+_WIDE_PX = 2000  # In wider pictures the step is twice that.
+_TILE_M = 0.15
+_GROUT_M = 0.004
+_LANE_M = 0.12  # width of the lane
 
 
 class WaterLook(Table):
@@ -36,10 +40,11 @@ class Water:
     spreads the light: 1 / |det(1 - d hessian)|.
 
     Args:
-        look: of the water.
-        width_px, height_px: of the picture.
-        px_per_m: its scale.
-        seed: of waves and tiles.
+        look: look of the water.
+        width_px: width of the picture.
+        height_px: height of the picture.
+        px_per_m: scale of the picture.
+        seed: seed of waves and tiles.
     """
 
     def __init__(self, look: WaterLook, width_px: int, height_px: int, px_per_m: float, seed: int) -> None:
@@ -57,9 +62,9 @@ class Water:
         """Fill a picture with the pool.
 
         Args:
-            picture: to be painted.
-            time_s: of the waves.
-            shadow: (k, c, 2) px of convex shapes that keep the light from the floor.
+            picture: picture to fill.
+            time_s: time of the waves.
+            shadow: (k, c, 2) corners of convex shapes that keep the light from the floor, px.
         """
         slope, light, sheen = self._compute_surface(time_s)
         light *= self._shade(shadow, light.shape)
@@ -80,7 +85,7 @@ class Water:
         number = 2 * np.pi / length_m
         height = length_m**1.5 * random.uniform(0.5, 1.0, _WAVES)
         self._height = 1e-3 * self._look.ripple_mm * height * np.sqrt(2 / np.sum(height**2))
-        self._turn = np.sqrt(_GRAVITY * number + _TENSION * number**3)  # rad/s
+        self._turn = np.sqrt(_GRAVITY_M_S2 * number + _TENSION_M3_S2 * number**3)  # rad/s
         self._kx, self._ky = number * np.cos(angle), number * np.sin(angle)
         along_x, along_y = (np.outer(k, place) / self._px_per_m for k, place in ((self._kx, x_px), (self._ky, y_px)))
         self._along_x = np.vstack([np.cos(along_x), np.sin(along_x)]).astype(np.float32)  # (2 waves, w)

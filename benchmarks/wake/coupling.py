@@ -19,9 +19,11 @@ from benchmarks.reality.parameters import Parameters
 from benchmarks.wake.lattice import Bound, Panels, Surface, Wake, Water
 from benchmarks.wake.viscous import Viscous
 
-HEAD_PANELS, _TAIL_PANELS, _FIN_PANELS = 8, 7, 3
-CORE_M = 0.012  # of wake vortices
-_KEPT = 90  # rings of a wake
+HEAD_PANELS = 8
+_TAIL_PANELS = 7
+_FIN_PANELS = 3
+CORE_M = 0.012  # core of the wake's vortices
+_KEPT_RINGS = 90  # A wake keeps this many rings.
 
 
 def panels_of(layout: Layout, fineness: int = 1) -> Panels:
@@ -67,12 +69,14 @@ class WakeMotion(Motion):
     """n simulations of one layout in water that holds their wakes.
 
     Args:
-        layout, parameters, mechanisms: as of `Motion`; by the parameters' density of water there would be strips.
-        crank: (n,) turns a second, and (n,) angle at time 0.
-        panels: of the fish.
-        viscous: what the water does besides.
-        water: what moves it besides.
-        step_s: of the wake.
+        layout: layout of the fish.
+        parameters: n rows, already prepared by the mechanisms; by their density of water there would be strips.
+        mechanisms: n tuples of the mechanisms that act.
+        crank: (n,) turns a second, and (n,) angles at time 0.
+        panels: panels of the fish.
+        viscous: viscous forces of the water.
+        water: motion of the water besides the fish's.
+        step_s: step of the wake, s.
     """
 
     def __init__(
@@ -135,7 +139,7 @@ class WakeMotion(Motion):
         self._held_mass = turned @ at_once
         self._held_force = 1.5 * carried - 0.5 * before[2] - (turned @ growth[:, :, None])[..., 0]
         self._before = (momentum, velocity.copy(), carried)
-        wake = wake.shed(edge, bound.circulation_m2_s[:, -1:], _KEPT)
+        wake = wake.shed(edge, bound.circulation_m2_s[:, -1:], _KEPT_RINGS)
         self.wake = wake.moved(h * bound.carried(wake, water))
 
 

@@ -113,8 +113,8 @@ class Bound:
     """Circulation about the rings of the body, so that no water passes at an instant.
 
     Args:
-        surface: the body.
-        wake: what was shed before.
+        surface: surface of the body.
+        wake: wake that was shed before.
         water: everything else that moves the water.
     """
 
@@ -147,7 +147,7 @@ class Bound:
         """Return (n, m) N on the fronts of the rings, complex, were circulations to last.
 
         Args:
-            density_kg_m3: of the water.
+            density_kg_m3: density of the water.
             critical: (n, 1) leading-edge parameter up to which the front is sucked ahead.
         """
         height, along = self.surface.panels.half_height_m, self.surface.along

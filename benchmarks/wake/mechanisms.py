@@ -77,7 +77,8 @@ def roughness_of(world: World) -> float:
     return 1.0 + sum(each.more for each in world.mechanisms if isinstance(each, RoughSkin))
 
 
-_GRAVITY_M_S2, _DENSITY_KG_M3 = 9.81, 1000.0
+_GRAVITY_M_S2 = 9.81
+_DENSITY_KG_M3 = 1000.0
 
 
 class WaveResistance(Mechanism):
@@ -113,7 +114,8 @@ _OWN: Mapping[str, Drawn] = {
     "wave_drag": _wave_drag,
     "skin_friction": _skin_friction,
 }
-_OF_NO_STRIPS = ("linear_drag", "surface_motion", "hull_roll")  # pulled by a cable, or seen so
+# These pull by a cable, or change what is seen, so they need no strips.
+_OF_NO_STRIPS = ("linear_drag", "surface_motion", "hull_roll")
 _DRY = ("measurement", "drive", "tendons", "structure")
 CATALOGUED: Mapping[str, Drawn] = {
     **{name: draw for family in _DRY for name, draw in FAMILIES[family].items()},

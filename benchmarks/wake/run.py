@@ -19,7 +19,7 @@ from swimcal.robot import load_robot
 
 STEP_S = 0.004
 _STEPS_A_BEAT = 60
-_LONGEST_S = 0.03  # step of a wake
+_LONGEST_S = 0.03  # No step of a wake is longer.
 _CLASSES = (1, 2, 4, 7)
 _BATCH = 96
 
@@ -32,11 +32,14 @@ def simulate(
     *,
     allow_divergence: bool = False,
 ) -> list[Recording]:
-    """Simulate the trials, as `reality.simulate` does, which also makes those out of water.
+    """Simulate the trials, as `benchmarks.reality.simulate` does, which also makes those out of water.
 
     Args:
-        trials, markers, step_s, allow_divergence: as there.
-        fineness: how many times as many panels, and as many steps of the wake.
+        trials: worlds and what is done in them, in any mix.
+        markers: names of the markers wanted; default all of the robot's.
+        step_s: step of the integrator, s.
+        fineness: factor on the number of panels, and on that of the steps of the wake.
+        allow_divergence: what blows up becomes nan instead of an error.
     """
     robot = load_robot()
     layout, names = lay_out(robot), markers or tuple(robot.markers)

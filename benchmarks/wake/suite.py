@@ -14,12 +14,18 @@ from synthetic.plan import trial_name
 
 DETECTABILITIES = (2.0, 5.0, 10.0)
 """Fewer levels than of a large suite, so that there are some sessions of each."""
-SLOWEST_HZ, FASTEST_HZ = 0.4, 1.7
-_HELD_OUT = 2
-_BEATS = {"fit": (1.4, 4.0), "holdout": (2.6, 4.0)}  # after warm-up; of a held-out swim half may be looked at
-_TILT_SD_RAD, _TRIM_SD_RAD = 0.02, 0.015
-_TRIES = 12
-_SLOWEST_M_S, _FASTEST_M_S, _FOLDED_RAD = 0.015, 0.3, 0.75  # of swims in the base state: else another robot is drawn
+SLOWEST_HZ = 0.4
+FASTEST_HZ = 1.7
+_HELD_OUT = 2  # number of held-out swims
+# Swims have so many beats after warm-up; of a held-out swim half may be looked at.
+_BEATS = {"fit": (1.4, 4.0), "holdout": (2.6, 4.0)}
+_TILT_SD_RAD = 0.02  # standard deviation of the camera's tilt
+_TRIM_SD_RAD = 0.015  # standard deviation of the bend of a hinge at rest
+_TRIES = 12  # At most this many robots are drawn for a session.
+# Another robot is drawn where a swim of the base state leaves these bounds.
+_SLOWEST_M_S = 0.015
+_FASTEST_M_S = 0.3
+_FOLDED_RAD = 0.75
 
 
 def plan_wake_suite(seed: int, size: SuiteSize) -> tuple[SessionPlan, ...]:

@@ -16,7 +16,7 @@ NO_STRIPS = (0.0, 0.0, 0.0, 0.0, 0.0)
 
 @dataclass(frozen=True)
 class WakeWorld(World):
-    """State that is the same in all trials of a session; see `wake.viscous` for what the numbers do."""
+    """State that is the same in all trials of a session; see `benchmarks.wake.viscous` for what the numbers do."""
 
     coefficients: tuple[float, float, float, float, float] = NO_STRIPS
     drag_area_m2: float = 0.01

@@ -14,7 +14,7 @@ _TITLES = {
     "fluid": "Fluid and surroundings",
 }
 _TRIALS = {"swim": "swim trials", "dry": "dry runs", "free_decay": "free decays"}
-_MANY = 8  # parameters: one for each marker or pair
+_MANY = 8  # An effect of so many parameters has one for each marker or pair.
 
 
 def catalogue() -> str:

@@ -48,7 +48,7 @@ RAISED = (
     "NoAnswer",
 )
 _ORDER = ("file", "where", "what", "found", "expected", "choices", "next_step")  # of `swimcal.errors.Fault`
-_LONGEST = 70  # characters of a heading
+_LONGEST = 70  # A heading has at most this many characters.
 
 
 class Message(NamedTuple):

@@ -34,8 +34,9 @@ def drive_ratio_error(random: np.random.Generator) -> AtStrength:
     return lambda strength: (DriveRatioError(sign * typical * strength, runout * (typical * strength)),)
 
 
-_LOAD_N_M = 0.45  # mean size of the torque that the tendons ask for
-_AVERAGED_S, _WARMED_S = 0.5, 5.0
+_LOAD_N_M = 0.45  # The tendons ask for a torque of this mean size.
+_AVERAGED_S = 0.5  # time constant of the averaged load
+_WARMED_S = 5.0  # time constant of the winding's heat
 
 
 class LateCrank(Mechanism):
@@ -87,8 +88,8 @@ def motor_speed_sag(random: np.random.Generator) -> AtStrength:
     return lambda strength: (MotorSpeedSag(typical * strength, exponent, warmth),)
 
 
-_INERTIA_KG_M2 = 0.01
-_CAUGHT_UP_S = 2.0
+_INERTIA_KG_M2 = 0.01  # inertia of the rotor, at the crank
+_CAUGHT_UP_S = 2.0  # time constant of the loop's integral
 
 
 class MotorSpeedRipple(LateCrank):
@@ -120,7 +121,7 @@ def motor_speed_ripple(random: np.random.Generator) -> AtStrength:
     return lambda strength: (MotorSpeedRipple(typical_n_m_s * (1 / strength + 1 / most), back),)
 
 
-_STOPS_S = 0.1
+_STOPS_S = 0.1  # The crank comes to rest within at most this time.
 
 
 class MotorStartDelay(Mechanism):

@@ -35,9 +35,9 @@ class MovingWater(Mechanism):
 class AddedMassReaction(Mechanism):
     """Elongated body theory's reactive force, of strips with pi rho h^2 a length but for the ends of the body.
 
-    See `reality.reactive`. The theory takes the body for endless. Around an end water escapes, and less of it is
-    accelerated: the loss falls off over a half height (Newman, Marine Hydrodynamics, 1977, on slender bodies: strips
-    hold some diameters from the ends).
+    See `benchmarks.reality.reactive`. The theory takes the body for endless. Around an end water escapes, and less of
+    it is accelerated: the loss falls off over a half height (Newman, Marine Hydrodynamics, 1977, on slender bodies:
+    strips hold some diameters from the ends).
     """
 
     share: float  # of the theory, 0 to 1
@@ -165,9 +165,9 @@ def background_current(random: np.random.Generator) -> AtStrength:
     return lambda strength: ((BackgroundCurrent(strength * right, strength * up, strength * turning),))
 
 
-_PLATE_DRAG = 1.2  # broadside; Hoerner, Fluid-Dynamic Drag (1965), chapter 3
-_COURSE_S = 1.0
-_FENDER_N_M2 = 2000.0  # of a strip that touches, per length and depth of touch
+_PLATE_DRAG = 1.2  # drag coefficient of a plate held broadside (Hoerner, Fluid-Dynamic Drag, 1965, chapter 3)
+_COURSE_S = 1.0  # time constant of the mean heading
+_FENDER_N_M2 = 2000.0  # force on a strip that touches the wall, per length and depth of touch
 
 
 class WallProximity(Mechanism):
@@ -218,7 +218,7 @@ def wall_proximity(random: np.random.Generator) -> AtStrength:
 
 
 _GRAVITY_M_S2 = 9.81
-_WATERLINE_M = 0.1  # behind the head's origin, where the hull is widest
+_WATERLINE_M = 0.1  # The hull is widest this far behind the head's origin.
 
 
 class WaveDrag(Mechanism):

@@ -141,7 +141,7 @@ def lens_distortion(random: np.random.Generator) -> AtStrength:
     return at
 
 
-_SWAY_S = 3.0
+_SWAY_S = 3.0  # period of the clock's sway
 
 
 class TimeBaseError(Mechanism):
@@ -234,7 +234,7 @@ def marker_offset(random: np.random.Generator) -> AtStrength:
     return at
 
 
-_HELD_M = 0.04  # a box that slid this far holds on to something else
+_HELD_M = 0.04  # A box that slid this far holds on to something else.
 
 
 class TrackerDrift(Wearing):

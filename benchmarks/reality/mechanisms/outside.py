@@ -46,7 +46,8 @@ def loosening_marker(random: np.random.Generator) -> AtStrength:
     )
 
 
-_RATE_HZ, _MEAN_FRAMES = 0.4, 1.5
+_RATE_HZ = 0.4  # Glitches come at this mean rate at strength 1.
+_MEAN_FRAMES = 1.5  # A glitch lasts this many frames on the mean.
 
 
 class TimingGlitch(Mechanism):
@@ -218,8 +219,9 @@ def cambered_fin(random: np.random.Generator) -> AtStrength:
 
 
 _STROUHAL = 0.2  # Roshko, NACA report 1191 (1954)
-_LINES = np.array([-0.31, -0.17, -0.06, 0.04, 0.15, 0.33])  # of the spectrum, about the Strouhal frequency
-_SPREAD = np.sqrt([2.0, 3.0, 5.0, 7.0, 11.0, 13.0])  # turns one drawn number into phases that look drawn each
+_LINES = np.array([-0.31, -0.17, -0.06, 0.04, 0.15, 0.33])  # lines of the spectrum about the Strouhal frequency
+# These turn one drawn number into phases that look drawn each.
+_PHASE_FACTORS = np.sqrt([2.0, 3.0, 5.0, 7.0, 11.0, 13.0])
 _LEAST_M_S = 0.02
 
 
@@ -243,7 +245,7 @@ class VortexBuffeting(Mechanism):
         """Return the force across the fin, at its middle."""
         robot, direction = now.layout.robot, now.pose.direction[:, -1:]
         fin = robot.caudal_fin
-        phase = 2 * np.pi * (_STROUHAL * (1 + _LINES) * state + 100 * self.luck * _SPREAD)
+        phase = 2 * np.pi * (_STROUHAL * (1 + _LINES) * state + 100 * self.luck * _PHASE_FACTORS)
         pressed = 0.5 * now.parameters.density_kg_m3 * fin.chord_m * fin.span_m * self._measure_speed(now) ** 2
         side = self.lift * pressed * np.cos(phase).sum(axis=1, keepdims=True) * np.sqrt(2 / len(_LINES))
         behind = robot.fin_root_x_m + fin.centre_m - now.layout.origin_m[-1]
@@ -260,7 +262,7 @@ def vortex_buffeting(random: np.random.Generator) -> AtStrength:
     return lambda strength: (VortexBuffeting(lift * strength, width, luck),)
 
 
-_SOFT = 8.0  # how sharply it comes and goes
+_SHARPNESS = 8.0  # A larger number makes the bubble come and go more abruptly.
 
 
 class TrappedBubble(Mechanism):
@@ -276,7 +278,7 @@ class TrappedBubble(Mechanism):
         """Return the drag on the head, in water."""
         swing = np.cos(2 * np.pi * (now.time_s / self.period_s - self.begins)) - np.cos(np.pi * self.part)
         wet = now.parameters.density_kg_m3 > 0
-        drag = self.drag_kg_m * wet * 0.5 * (1 + np.tanh(_SOFT * swing))
+        drag = self.drag_kg_m * wet * 0.5 * (1 + np.tanh(_SHARPNESS * swing))
         arm = self.place_m * now.pose.direction[:, :1]
         velocity = now.pose.velocity_m_s[:, :1] + 1j * now.pose.rate_rad_s[:, :1] * arm - now.parameters.current_m_s
         return now.push(0, self.place_m, -drag * np.abs(velocity) * velocity)
@@ -316,7 +318,7 @@ def propwash(random: np.random.Generator) -> AtStrength:
     return lambda strength: (Propwash(speed_m_s * strength, heading, offset, width),)
 
 
-_STRAIGHT = 0.05  # sag over span of a cable that is all paid out
+_STRAIGHT = 0.05  # A cable that is all paid out has this sag over span.
 
 
 class Tether(Mechanism):

@@ -107,7 +107,7 @@ def joint_damping(random: np.random.Generator) -> AtStrength:
     return lambda strength: (JointDamping(share(strength), thinning),)
 
 
-_BRISTLE_RAD = 0.005  # bend of the bristles of a hinge where they slip
+_BRISTLE_RAD = 0.005  # The bristles of a hinge slip at this bend.
 
 
 class JointFriction(Mechanism):

@@ -33,7 +33,7 @@ def crank_arm_error(random: np.random.Generator) -> AtStrength:
     return lambda strength: (CrankArmError(*(most * np.tanh(typical / abs(most) * strength) * shares)),)
 
 
-_YIELDS_M = 0.001  # stretch over which the knots give
+_YIELDS_M = 0.001  # The knots give over this stretch.
 
 
 class TendonCompliance(Mechanism):
@@ -85,7 +85,7 @@ def tendon_compliance(random: np.random.Generator) -> AtStrength:
     return at
 
 
-_KNEE = 0.15  # of the slack: over how much of its length a line comes tight
+_KNEE = 0.15  # A line comes tight over this share of the slack.
 
 
 class TendonSlack(Mechanism):
@@ -121,11 +121,11 @@ def tendon_slack(random: np.random.Generator) -> AtStrength:
     return lambda strength: (TendonSlack(*(most_m * np.tanh(typical_m / most_m * strength) * shares)),)
 
 
-_TENSION_N = 50.0  # of tendons in use
-_BRISTLE_M = 0.0002  # that a line gives before it slides
+_TENSION_N = 50.0  # Tendons in use have this tension.
+_BRISTLE_M = 0.0002  # A line gives by this before it slides.
 _STRIBECK_M_S = 0.01
-_STICKING = 1.1  # of the friction at rest over that in sliding
-_MARGIN = 2.0  # by which the implicit stiffness exceeds that of the bristles, for stability
+_STICKING = 1.1  # ratio of the friction at rest to that in sliding
+_MARGIN = 2.0  # The implicit stiffness exceeds that of the bristles by this factor, for stability.
 
 
 class TendonFriction(Mechanism):
