@@ -94,8 +94,8 @@ def _try_case(work: Callable[[Case], Record], named: tuple[str, Case]) -> tuple[
 class Records(Generic[Record]):
     """A folder of records, a file each."""
 
-    folder: Path  # that several machines may share
-    kind: type[Record]  # of the records
+    folder: Path  # folder, which several machines may share
+    kind: type[Record]  # class of the records
     made_by: str = ""  # fingerprint of the code that makes them; records of other code do not count
 
     def read(self, name: str, inputs: str = "") -> Record | None:

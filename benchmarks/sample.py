@@ -68,8 +68,8 @@ _TABLE = "|---|---|\n"  # This begins the table of checksums, with which the car
 class DrivenCrank(Mechanism):
     """Crank that turns as its motor drives it, from rest to rest, whatever pulls at it."""
 
-    driven: CrankTurn  # since the first frame
-    phase_rad: float  # in the first frame
+    driven: CrankTurn  # turn of the crank since the first frame
+    phase_rad: float  # phase in the first frame
 
     def turn(self, time_s: np.ndarray, turn: Turn, state: np.ndarray) -> Turn:  # noqa: ARG002
         """Follow the motor."""

@@ -85,9 +85,9 @@ def resampled(of: Sequence[T], estimate: Callable[[Sequence[T]], float]) -> Esti
 class Measure(NamedTuple):
     """One row of a table."""
 
-    label: str  # what is counted
-    found: Share | Estimate  # the number
-    asked: str = ""  # what it should be; empty where nothing is asked
+    label: str  # words for what is counted
+    found: Share | Estimate  # number that was found
+    asked: str = ""  # required value; empty where nothing is asked
 
 
 class Table(NamedTuple):
@@ -123,11 +123,11 @@ class Table(NamedTuple):
 class Scores:
     """Scores of one benchmark, as a JSON file or as Markdown."""
 
-    title: str  # of the benchmark
-    data: str  # what it was measured on, and whether that is synthetic
-    command: str  # that measures it again
-    tables: tuple[Table, ...]  # the numbers
-    notes: tuple[str, ...] = ()  # what a reader must know of them
+    title: str  # title of the benchmark
+    data: str  # data that it was measured on, and whether they are synthetic
+    command: str  # command that measures it again
+    tables: tuple[Table, ...]  # tables of the numbers
+    notes: tuple[str, ...] = ()  # notes that a reader must know
 
     def text(self) -> str:
         """Return Markdown, without the title."""

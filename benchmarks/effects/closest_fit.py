@@ -15,9 +15,9 @@ _MAX_FREE_PARAMETERS = 2  # An effect of more parameters would have too many cho
 class ClosestFit(NamedTuple):
     """Closest fit of several effects, or of none."""
 
-    values: list[np.ndarray]  # (p,) of the parameters of each
+    values: list[np.ndarray]  # (p,) parameters of each effect
     distance: float  # whitened, coefficients refitted; d in the two-way error Phi(-d / 2)
-    residual: np.ndarray  # (k,) of the row without them, coefficients as they were
+    residual: np.ndarray  # (k,) residual of the row without the effects, coefficients as they were
 
 
 def closest_fit_of(space: Whitened, row: np.ndarray, signatures: Sequence[Signature]) -> ClosestFit:

@@ -60,13 +60,13 @@ _EXCLUDED_FAMILY = "measurement"
 class BaseSession:
     """A robot that is as described, in water of some kind, with the twin refitted to it; without noise."""
 
-    seed: int  # of the session
-    frequency_hz: np.ndarray  # (t,) of each swim
-    measured: np.ndarray  # (t, 127) their features, m and m/s
-    residual: np.ndarray  # (t, 127) of the twin
-    slopes: np.ndarray  # (k, 5) of these with the coefficients
-    noise: np.ndarray  # (k, k) that a tracker would add
-    # by effect and parameter, (k,) what one standard deviation of its prior does; empty where not asked
+    seed: int  # seed of the session
+    frequency_hz: np.ndarray  # (t,) frequency of each swim
+    measured: np.ndarray  # (t, 127) features of the swims, m and m/s
+    residual: np.ndarray  # (t, 127) residual of the twin
+    slopes: np.ndarray  # (k, 5) slopes of the features with the coefficients
+    noise: np.ndarray  # (k, k) covariance that a tracker would add
+    # (k,) change by one standard deviation of the prior, by effect and parameter; empty where it is not asked for
     columns: Mapping[tuple[str, int], np.ndarray]
 
     @property

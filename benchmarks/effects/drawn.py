@@ -32,9 +32,9 @@ _DECAY_S = 4.0  # The film of a free decay lasts this long.
 class DrawnTrial:
     """One trial of a session."""
 
-    name: str  # of the trial
+    name: str  # name of the trial
     role: str  # "fit" or "holdout"
-    trial: Trial  # as reality makes it
+    trial: Trial  # trial as the second simulator makes it
 
     @property
     def commanded_hz(self) -> float | None:
@@ -46,9 +46,9 @@ class DrawnTrial:
 class DrawnWorld:
     """A session before anything acts in it."""
 
-    plan: SessionPlan  # what it is to hold
-    world: World  # in its base state
-    trials: tuple[DrawnTrial, ...]  # that are made in it
+    plan: SessionPlan  # plan of what the session is to hold
+    world: World  # world in its base state
+    trials: tuple[DrawnTrial, ...]  # trials that are made in it
 
     def swims(self, role: str) -> tuple[DrawnTrial, ...]:
         """Return the swims that are fitted, or held out."""

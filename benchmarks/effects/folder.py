@@ -21,20 +21,20 @@ Kind = Literal["null", "single", "double", "many", "outside"]
 class Answer:
     """Answer of one session."""
 
-    session: str  # its name
+    session: str  # name of the session
     kind: Kind  # no effect, one, two or many of the catalogue, or one that the catalogue does not hold
     effects: tuple[str, ...] = ()  # names of the catalogue that are present
     outside: str | None = None  # name of what is present and not in the catalogue; None where all is
-    # for each of the effects, those that these data cannot separate from it (two-way error above 5 %)
+    # rivals of each effect that these data cannot separate from it (two-way error above 5 %)
     alike: tuple[tuple[str, ...], ...] = ()
     # whitened distance from the nearest rival, each refitted; of the weakest of several, 0 of null
     detectability: float = 0.0
-    stage: str | None = None  # where the effect acts; None for null and for effects at several stages
-    # share by which the twin's own form of the true effects, refitted on the fit trials, shrinks the gap of the held-
-    # out ones, both without noise: what can be reached, and what an interval should hold; None for null and outside
+    stage: str | None = None  # stage at which the effect acts; None for null and for effects at several stages
+    # Share by which the twin's own form of the true effects, refitted on the fit trials, shrinks the gap of the held-
+    # out ones, both without noise. It can be reached, and an interval should hold it. None for null and outside.
     oracle_shrinkage: float | None = None
-    seed: int = 0  # of all that was drawn for the session
-    strengths: tuple[float, ...] = ()  # that each of what is present was made with
+    seed: int = 0  # seed of all that was drawn for the session
+    strengths: tuple[float, ...] = ()  # strength with which each of what is present was made
 
     @classmethod
     def read(cls, path: Path) -> Self:
@@ -60,9 +60,9 @@ class SuiteFolder:
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
-        self.sessions = folder / "sessions"  # a folder a session
-        self.answers = folder / "answers"  # a file a session; nothing but the scorer opens them
-        self.without = folder / "without"  # copies of sessions, for a catalogue that lacks the effect that is there
+        self.sessions = folder / "sessions"  # This holds a folder a session.
+        self.answers = folder / "answers"  # This holds a file a session; nothing but the scorer opens them.
+        self.without = folder / "without"  # This holds copies of sessions, for a catalogue that lacks the effect.
 
     @property
     def discrepancy(self) -> Path:

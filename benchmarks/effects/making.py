@@ -46,9 +46,9 @@ _MIN_RESIDUAL = 1.0  # A gap shows where the plain twin leaves this many squared
 class Making:
     """Sources that sessions are made from."""
 
-    generator: Generator  # of what is filmed
-    discrepancy: Discrepancy  # what the refitted twin leaves in the base state of the second simulator
-    effects: Mapping[str, Effect]  # the catalogue's own forms
+    generator: Generator  # generator of what is filmed
+    discrepancy: Discrepancy  # residual of the refitted twin in the base state of the second simulator
+    effects: Mapping[str, Effect]  # effects in the catalogue's own forms
 
     def make(self, plan: SessionPlan, folder: Path) -> Filming[Answer]:
         """Make `folder/<name>` and end with what is in it.

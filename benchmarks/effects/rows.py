@@ -50,11 +50,11 @@ _STEP_TOLERANCE = 0.1  # A shorter step is the last, in whitened length.
 class Change(NamedTuple):
     """Change of a session's row by something in the water, seen from some coefficients."""
 
-    # (k,) the residual there minus that of the base state, brought back along the Jacobian of `space` to the
-    # coefficients of the base state
+    # (k,) The residual there minus that of the base state, brought back along the Jacobian of `space` to the
+    # coefficients of the base state.
     row: np.ndarray
-    space: Whitened  # with slopes there; all that disturbs the row has unit size
-    step: np.ndarray  # (5,) from the coefficients of the base state to these
+    space: Whitened  # whitened space with slopes there; all that disturbs the row has unit size
+    step: np.ndarray  # (5,) step from the coefficients of the base state to these
 
     def strays(self, row: np.ndarray) -> float:
         """Return how far from these coefficients, whitened, those are that best make up for a row (k,)."""
@@ -109,10 +109,10 @@ def closest_fit(changes: Sequence[Change], signatures: Sequence[Signature]) -> t
 class SessionRows:
     """Swims of one role of a session in its base state, with the twin."""
 
-    drawn: DrawnWorld  # the session
-    role: str  # of the swims that are in the rows
-    model: SessionModel  # these swims, without noise, with the plain twin
-    discrepancy: Discrepancy  # what the refitted twin leaves in the base state
+    drawn: DrawnWorld  # session of the rows
+    role: str  # role of the swims that are in the rows
+    model: SessionModel  # model of these swims, without noise, with the plain twin
+    discrepancy: Discrepancy  # residual of the refitted twin in the base state
     given: np.ndarray | None = None  # (5,) coefficients that other swims gave; None where these give them
 
     @classmethod
@@ -282,7 +282,7 @@ class SessionRows:
 class _Changed(TrialModel):
     """Swim without its residual in the base state."""
 
-    base: np.ndarray = field(kw_only=True)  # (k,) that, at the phase of this swim
+    base: np.ndarray = field(kw_only=True)  # (k,) residual in the base state, at the phase of this swim
 
     @cached_property
     def measured(self) -> np.ndarray:

@@ -17,7 +17,7 @@ _SHOWN_CHARACTERS = 120  # A fault is shown up to this length.
 class Gap:
     """Gap of held-out swims, by a twin that was fitted to others; None is what does not apply."""
 
-    # shrinkage, shrinkage_ci95: by which the gap is smaller than that of the plain twin, and its 95 % interval
+    # shrinkage, shrinkage_ci95: share by which the gap is smaller than the plain twin's, and its 95 % interval
     shrinkage: FiniteFloat | None = None
     shrinkage_ci95: tuple[FiniteFloat | None, FiniteFloat | None] | None = None
     # speed_mae_before, speed_mae_after: mean error of the speeds of the plain twin and of this one, m/s
@@ -43,15 +43,15 @@ class AllAtOnce:
 class Diagnosis:
     """A diagnosis by the public contract; what else the contract has stays unread."""
 
-    verdict: Literal["named", "inseparable", "unexplained", "no_gap"]  # one of four
-    # alternatives (inner) that act together (outer)
+    verdict: Literal["named", "inseparable", "unexplained", "no_gap"]
+    # groups that act together (outer) of alternatives (inner)
     groups: tuple[Annotated[tuple[str, ...], Field(min_length=1, max_length=3)], ...]
-    probabilities: dict[str, Annotated[float, Field(ge=0, le=1)]]  # that an effect is present, by name
+    probabilities: dict[str, Annotated[float, Field(ge=0, le=1)]]  # probability that an effect is present, by name
     where: Where | None = None  # shares of the gap
-    gap: Gap | None = None  # with the effects that are named
-    everything: AllAtOnce | None = None  # all effects at once; None where that is not called for, or was not asked
-    seconds: FiniteFloat | None = None  # that it took; None where it is not given
-    effort: str | None = None  # with which it was made; None where it is not given
+    gap: Gap | None = None  # gap with the effects that are named
+    everything: AllAtOnce | None = None  # twin with all effects; None where that is not called for, or was not asked
+    seconds: FiniteFloat | None = None  # duration of the diagnosis; None where it is not given
+    effort: str | None = None  # effort of the diagnosis; None where it is not given
     withheld_from_catalogue: tuple[str, ...] | None = None  # effects that the catalogue lacked
 
     @property

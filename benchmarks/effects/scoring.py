@@ -32,8 +32,8 @@ _NOTES = (
 class Outcome:
     """Scored cases of a suite."""
 
-    cases: Sequence[Case]  # of the program
-    without: Sequence[Case] = ()  # of the program whose catalogue lacked the effect that is there
+    cases: Sequence[Case]  # cases of the program
+    without: Sequence[Case] = ()  # cases of the program whose catalogue lacked the effect that is there
 
     def scores(self, command: str) -> Scores:
         """Build all tables, with the command that made them."""

@@ -33,10 +33,10 @@ _FALL_FACTOR = 1.1  # The distance has fallen where a weaker effect reached more
 class Strength:
     """Effect in a session, at one strength."""
 
-    value: float  # that its mechanism is made with
-    mechanisms: tuple[Mechanism, ...]  # at that strength
-    detectability: float  # by how much its own form is nearer than the nearest rival, the plain twin among them
-    rivals: Mapping[str, float]  # by how much it is nearer than each other one, by name, the nearest first
+    value: float  # strength that its mechanism is made with
+    mechanisms: tuple[Mechanism, ...]  # mechanisms at that strength
+    detectability: float  # margin by which its own form is nearer than the nearest rival, the plain twin among them
+    rivals: Mapping[str, float]  # margin by which it is nearer than each other one, by name, the nearest first
 
     @property
     def alike(self) -> tuple[str, ...]:

@@ -38,34 +38,34 @@ class Recorded:
     # fit_hz, holdout_hz: commanded speeds of its swims, turns a second
     fit_hz: tuple[float, ...]
     holdout_hz: tuple[float, ...]
-    seconds: float  # of each swim
-    dry_hz: float | None  # of its dry run; None without one
-    free_decay: bool  # whether there is one
-    logged: bool  # whether the motor's log is there
+    seconds: float  # duration of each swim
+    dry_hz: float | None  # speed of the dry run; None without one
+    free_decay: bool  # whether a free decay is recorded
+    logged: bool  # whether the motor is logged
 
 
 @dataclass(frozen=True)
 class SessionPlan:
     """One session of a suite."""
 
-    name: str  # carries no information
-    seed: int  # of all that is drawn for it: robot, water, markers, camera, noise
-    recorded: Recorded  # what it holds
-    kind: Kind  # what is present
+    name: str  # name, which carries no information
+    seed: int  # seed of all that is drawn for it: robot, water, markers, camera, noise
+    recorded: Recorded  # recordings that it holds
+    kind: Kind  # kind of what is present
     effects: tuple[str, ...] = ()  # names, of the catalogue or, for kind "outside", of something else
-    detectability: float = 0.0  # that each effect is made as strong for; 0 of null
+    detectability: float = 0.0  # detectability that each effect is made as strong for; 0 of null
 
 
 @dataclass(frozen=True)
 class SuiteSize:
     """Number of sessions, and what is in them."""
 
-    sessions: int  # in all
-    null: int  # of them, with nothing in them
-    many: int = 0  # of them, with many effects
-    at_once: int = 0  # how many these have
+    sessions: int  # number of sessions
+    null: int  # number of them with nothing in them
+    many: int = 0  # number of them with many effects
+    at_once: int = 0  # number of effects in each of these
     asked: float = 0.0  # detectability that each of these has by itself
-    generator: Literal["reality", "wake"] = "reality"  # that makes them; see `generators`
+    generator: Literal["reality", "wake"] = "reality"  # generator that makes them; see `generators`
     without: tuple[str, ...] = ()  # effects of the catalogue that are in none of them
 
 

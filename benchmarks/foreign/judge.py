@@ -52,12 +52,12 @@ class Verdict:
     commands: tuple[str, ...]
     code: int
     seconds: float
-    broken: str = ""  # a traceback, words of the inside, a time limit: its last line
-    refusal: str = ""  # a clear error
+    broken: str = ""  # sign of a failure, in one line: a traceback, words of the inside, a time limit
+    refusal: str = ""  # clear error
     wrong: tuple[str, ...] = ()
     unsaid: tuple[str, ...] = ()
     excused: tuple[str, ...] = ()  # numbers that are off, with the kinds of the flags that say so
-    judged: int = 0  # numbers
+    judged: int = 0  # number of numbers that were judged
     flags: tuple[str, ...] = ()  # about trials that nothing is wrong with
 
     @property

@@ -39,17 +39,17 @@ class Recording:
     name: str
     kind: str
     role: str
-    hz: float  # of the crank
+    hz: float  # frequency of the crank
     commanded_hz: float | None
     pool_s: np.ndarray
     pool_px: np.ndarray
     log: tuple[MotorLog, MotorCommands] | None = None
-    steady_s: tuple[float, float] | None = None  # of a drive from rest to rest
-    like_twin: bool = True  # the robot described swam so, so that the true coefficients are right for it
-    steady: bool = True  # it swims all the time, so that it has one speed
-    said: str = ""  # what the program has to say of it, or to leave it out
-    growth: float = 0.0  # of its picture from the first frame to the last
-    touched: bool = False  # by any disturbance
+    steady_s: tuple[float, float] | None = None  # steady time of a drive from rest to rest
+    like_twin: bool = True  # whether the robot described swam so, so that the true coefficients are right for it
+    steady: bool = True  # whether it swims all the time, so that it has one speed
+    said: str = ""  # words that the program has to say of it, or to leave it out
+    growth: float = 0.0  # growth of its picture from the first frame to the last
+    touched: bool = False  # whether any disturbance has befallen it
     time_s: np.ndarray = field(default_factory=lambda: np.zeros(0))
     xy: np.ndarray = field(default_factory=lambda: np.zeros((0, 0, 2)))
     sure: np.ndarray = field(default_factory=lambda: np.zeros((0, 0)))
@@ -86,12 +86,12 @@ class Recordings:
     px_per_m: float
     warmup_s: float
     tracker: Tracker
-    coefficients: tuple[float, ...] | None  # the true five; None where another simulator swam
+    coefficients: tuple[float, ...] | None  # true coefficients; None where another simulator swam
     trials: list[Recording]
-    varied: float = 0.0  # of the camera's frame times
-    scale_factor: float = 1.0  # of the scale length as written, over the true one
-    refusable: bool = False  # an error that says what is wrong with it is right
-    refused: bool = False  # nothing but such an error is right
+    varied: float = 0.0  # share by which the camera's frame times vary
+    scale_factor: float = 1.0  # ratio of the scale length as written to the true one
+    refusable: bool = False  # whether an error that says what is wrong with it is right
+    refused: bool = False  # whether nothing but such an error is right
     disturbances: list[str] = field(default_factory=list)
 
     @property

@@ -29,7 +29,7 @@ _FEWEST = 50  # The test for uniformity needs at least this many sessions.
 class PosteriorOutcome:
     """Scores that `python -m benchmarks posterior` found in one set of sessions."""
 
-    sessions: tuple[PosteriorScore, ...]  # their scores, of all shards in the folder
+    sessions: tuple[PosteriorScore, ...]  # scores of all shards in the folder
     failures: tuple[Failure, ...] = ()  # sessions that gave no posterior in this run
     others: int = 0  # files in the folder that other code made; they are left out
 

@@ -34,19 +34,19 @@ Five = tuple[float, ...]
 class PosteriorScore:
     """The posterior of one drawn session against its truth; fives are in the order of `FluidCoefficients`."""
 
-    seed: int  # that it was drawn with
+    seed: int  # seed that the session was drawn with
     varied: bool  # whether its trials differ in trim, registration and speed
-    truth: Five  # the coefficients
+    truth: Five  # true coefficients
     below: Five  # share of all draws below the truth
-    # q05, q95, mean, sd: of the draws
+    # q05, q95, mean, sd: quantiles, mean and standard deviation of the draws
     q05: Five
     q95: Five
     mean: Five
     sd: Five
-    r_hat: Five  # of the draws
-    misfit_p: float  # how often noise and nuisances alone would misfit as much
-    flags: tuple[str, ...]  # kinds
-    seconds: float  # that fit and posterior took, with whatever else ran
+    r_hat: Five  # R-hat of the draws
+    misfit_p: float  # probability that noise and nuisances alone would misfit as much
+    flags: tuple[str, ...]  # kinds of the flags
+    seconds: float  # duration of fit and posterior, with whatever else ran
 
     @property
     def warnings(self) -> frozenset[str]:

@@ -48,13 +48,13 @@ _TRIES = 16  # This many coefficients are tried at once.
 class DrawnSession:
     """A session and its truth."""
 
-    seed: int  # it was drawn with
-    truth: FluidCoefficients  # the coefficients
+    seed: int  # seed that it was drawn with
+    truth: FluidCoefficients  # true coefficients
     trials: list[MeasuredTrial]  # two swims as measured, by a session that believes every marker to be in its place
     held_out: list[MeasuredTrial]  # further swims
-    twin: Twin  # of the robot as the session believes it to be
-    robot: RobotSpec  # that swam
-    noise: TrackingNoise  # that its tracks were made with
+    twin: Twin  # twin of the robot as the session believes it to be
+    robot: RobotSpec  # robot that swam
+    noise: TrackingNoise  # noise that its tracks were made with
     varied: bool = False  # whether trials differ in trim, registration of the head frame and speed
 
 

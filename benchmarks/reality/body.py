@@ -23,11 +23,11 @@ from benchmarks.reality.parameters import Parameters
 class Pose:
     """Places of the links and how they move."""
 
-    angle_rad: np.ndarray  # (n, l) psi of each link in the pool
-    rate_rad_s: np.ndarray  # (n, l) its rate
+    angle_rad: np.ndarray  # (n, l) angle psi of each link in the pool
+    rate_rad_s: np.ndarray  # (n, l) rate of that angle
     direction: np.ndarray  # (n, l) unit vectors along the links, complex
-    origin_m: np.ndarray  # (n, l) of the links, complex, m
-    velocity_m_s: np.ndarray  # (n, l) of the origins, complex, m/s
+    origin_m: np.ndarray  # (n, l) origins of the links, complex, m
+    velocity_m_s: np.ndarray  # (n, l) velocities of the origins, complex, m/s
 
     @cached_property
     def relative(self) -> np.ndarray:
@@ -49,7 +49,7 @@ class Pose:
 class Form:
     """The constants of a quadratic form in the velocities of all that the links carry, such as the kinetic energy."""
 
-    total: np.ndarray  # (n,) all weights (masses)
+    total: np.ndarray  # (n,) sum of all weights (masses)
     moment: np.ndarray  # (n, l) G_a
     coupling: np.ndarray  # (n, l, l) C_ab
 

@@ -15,15 +15,15 @@ from benchmarks.reality.world import Trial, World
 class Recording:
     """One trial in truth and in the picture, without any error of a tracker (f frames, m markers, g hinges)."""
 
-    trial: Trial  # that was made
-    markers: tuple[str, ...]  # their names
-    time_s: np.ndarray  # (f,) the time stamps of the frames, s
-    position_px: np.ndarray  # (f, m, 2) in the picture, x to the right and y down
-    marker_m: np.ndarray  # (f, m, 2) in the pool when the frames were exposed, x and y (up in the picture), m
+    trial: Trial  # trial that was made
+    markers: tuple[str, ...]  # names of the markers
+    time_s: np.ndarray  # (f,) time stamps of the frames, s
+    position_px: np.ndarray  # (f, m, 2) places in the picture, x to the right and y down
+    marker_m: np.ndarray  # (f, m, 2) places in the pool at the exposures, x and y (up in the picture), m
     # (f, 3) x, y (m) and angle (rad) of the head's frame in the pool, whose x axis runs from nose to tail
     head: np.ndarray
     hinges_rad: np.ndarray  # (f, g) bend at each hinge of the robot's description
-    drive: Drive  # what turned its crank
+    drive: Drive  # motion of the crank
 
 
 def exposed_s(world: World, trial: Trial) -> np.ndarray:

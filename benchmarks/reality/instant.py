@@ -19,15 +19,15 @@ _Rows = TypeVar("_Rows")
 class Instant:
     """State that is known before the mechanisms add their part."""
 
-    time_s: np.ndarray  # (n, 1) since the first frame, s; negative in the run-in
-    pose: Pose  # of the links, and how they move
-    turn: Turn  # of the crank
-    pull: Pull  # of the tendons
-    flow: Flow  # how the strips move through the water
+    time_s: np.ndarray  # (n, 1) time since the first frame, s; negative in the run-in
+    pose: Pose  # places of the links, and how they move
+    turn: Turn  # angle and speed of the crank
+    pull: Pull  # stretch and tension of the tendons
+    flow: Flow  # motion of the strips through the water
     water: StripForces  # quasi-steady forces on the strips
-    layout: Layout  # of the fish, common to all
-    chain: Chain  # of its links
-    parameters: Parameters  # of these simulations
+    layout: Layout  # layout of the fish, common to all
+    chain: Chain  # dynamics of its links
+    parameters: Parameters  # parameters of these simulations
 
     def bend(self, torque_n_m: np.ndarray) -> np.ndarray:
         """Return the (n, N) generalised force of torques (n, h) that bend the hinges."""

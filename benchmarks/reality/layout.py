@@ -26,8 +26,8 @@ class Strips:
 
     link: np.ndarray  # (s,) index of the link that carries the strip
     plate: np.ndarray  # (s,) index of the rigid plate that it is part of: of one link, and of keel, tail or fin
-    place_m: np.ndarray  # (s,) of its middle, from the link's origin, m
-    length_m: np.ndarray  # (s,) along the link, m
+    place_m: np.ndarray  # (s,) place of its middle, from the link's origin, m
+    length_m: np.ndarray  # (s,) length along the link, m
     half_height_m: np.ndarray  # (s,) m
     half_thickness_m: np.ndarray  # (s,) m
     half_chord_m: np.ndarray  # (s,) half the length of the plate that the strip is part of, m
@@ -37,18 +37,18 @@ class Strips:
 class Layout:
     """Links (l: the head, then one behind every hinge), strips (s) and tendon guides (g) of the straight fish."""
 
-    robot: RobotSpec  # that is cut
+    robot: RobotSpec  # robot that is cut
     hinges_per_gap: int  # hinges that represent one of the robot's
     origin_m: np.ndarray  # (l,) x of each link's origin, the head's at 0, the others' at their hinge, m
-    reach_m: np.ndarray  # (l,) from each link's origin to the next one's, m; 0 for the last
+    reach_m: np.ndarray  # (l,) distance from each link's origin to the next one's, m; 0 for the last
     # mass_kg, moment_kg_m, inertia_kg_m2: (l,) of each link, moment and inertia about its origin
     mass_kg: np.ndarray
     moment_kg_m: np.ndarray
     inertia_kg_m2: np.ndarray
-    strips: Strips  # of the surface
+    strips: Strips  # strips of the surface
     guide_link: np.ndarray  # (g,) link of each pair of tendon guides
-    guide_place_m: np.ndarray  # (g,) their distance behind the link's origin, m
-    guide_offset_m: np.ndarray  # (2, g) of either tendon's guide across the link, m
+    guide_place_m: np.ndarray  # (g,) distance of the guides behind the link's origin, m
+    guide_offset_m: np.ndarray  # (2, g) place of either tendon's guide across the link, m
 
     @property
     def hinges(self) -> int:

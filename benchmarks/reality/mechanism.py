@@ -78,7 +78,7 @@ AtStrength = Callable[[float], tuple[Mechanism, ...]]
 class Wearing(Mechanism, kw_only=True):
     """Mechanism that begins where the trials before left it: what slackens, slips or breaks does not mend."""
 
-    before_s: float = 0.0  # that the robot has been in use in this session before the first frame
+    before_s: float = 0.0  # time that the robot has been in use in this session before the first frame
 
 
 def worn(mechanisms: Iterable[Mechanism], before_s: float) -> tuple[Mechanism, ...]:
@@ -90,10 +90,10 @@ def worn(mechanisms: Iterable[Mechanism], before_s: float) -> tuple[Mechanism, .
 class Group:
     """One class of mechanism in the rows of a batch that have it."""
 
-    mechanism: Mechanism  # with a field (r, 1) for each of its numbers
-    # (r,) of the batch; a slice where they are side by side, whose part of an array costs nothing
+    mechanism: Mechanism  # mechanism with a field (r, 1) for each of its numbers
+    # (r,) rows of the batch; a slice where they are side by side, whose part of an array costs nothing
     rows: np.ndarray | slice
-    parameters: Parameters  # of these rows
+    parameters: Parameters  # parameters of these rows
 
     def overrides(self, hook: str) -> bool:
         """Return whether this class does anything there."""

@@ -25,8 +25,8 @@ class Equations:
     stiffness: np.ndarray
     damping: np.ndarray
     force_rate: np.ndarray  # (n, N) slope of the force over time where the fish does not move
-    now: Instant  # what they hold for
-    # the same for each group of mechanisms that acts while it swims, its rows alone; the whole for others
+    now: Instant  # instant that they hold for
+    # the same instant for each group of mechanisms that acts while it swims, its rows alone; the whole for others
     seen: list[Instant]
 
 

@@ -9,9 +9,9 @@ import numpy as np
 class PixelNoise:
     """Errors of tracked boxes, independent between markers and axes."""
 
-    sd_px: float = 0.5  # of the error that wanders with time
-    correlation_s: float = 0.1  # time in which its correlation falls to 1/e; 0: white
-    placement_sd_px: float = 2.0  # of a box's offset from its marker, constant in a trial, another in the next
+    sd_px: float = 0.5  # standard deviation of the error that wanders with time
+    correlation_s: float = 0.1  # time in which the correlation of that falls to 1/e; 0: white
+    placement_sd_px: float = 2.0  # standard deviation of a box's offset from its marker, constant in a trial
     grid_px: float = 0.5  # positions are multiples of it; 0: any
 
     def tracked(self, time_s: np.ndarray, position_px: np.ndarray, random: np.random.Generator) -> np.ndarray:

@@ -16,9 +16,9 @@ _PLAUSIBLE_M = 20.0
 class Drive:
     """The crank as a motor's log might show it, every 4 ms from the run-in to the end of its trial."""
 
-    time_s: np.ndarray  # (k,) since the first frame, s
+    time_s: np.ndarray  # (k,) times since the first frame, s
     angle_rad: np.ndarray  # (k,)
-    torque_n_m: np.ndarray  # (k,) that the tendons ask of the motor
+    torque_n_m: np.ndarray  # (k,) torques that the tendons ask of the motor
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,7 +26,7 @@ class Record:
     """n simulations at k instants, evenly apart."""
 
     start_s: np.ndarray  # (n, 1) time of the first instant
-    step_s: float  # between instants
+    step_s: float  # interval between instants
     # position, velocity: (n, k, N) coordinates and their rates
     position: np.ndarray
     velocity: np.ndarray

@@ -24,10 +24,10 @@ class Pull:
     """Tendons at an instant."""
 
     stretch_m: np.ndarray  # (n, 2) length beyond the free length
-    rate_m_s: np.ndarray  # (n, 2) at which it grows
+    rate_m_s: np.ndarray  # (n, 2) rate at which the stretch grows
     tension_n: np.ndarray  # (n, 2)
-    gradient_m: np.ndarray  # (n, 2, N) of the length to the coordinates
-    per_turn_m: np.ndarray  # (n, 2) of the length to the crank's angle, per rad
+    gradient_m: np.ndarray  # (n, 2, N) gradient of the length to the coordinates
+    per_turn_m: np.ndarray  # (n, 2) slope of the length to the crank's angle, per rad
     tension_rate_n_s: np.ndarray  # (n, 2) growth of the tension by the crank's turning alone
 
     @property

@@ -51,12 +51,11 @@ class Clip(NamedTuple):
 class TrackingScore:
     """Score of one tracker on one clip."""
 
-    # clip, encoding, method: which
     clip: str
     encoding: str
     method: str
     rms_px: float = float("nan")  # error an axis of the samples that are measured and on their marker
-    bias_px: float = float("nan")  # the larger of the two mean errors of the same
+    bias_px: float = float("nan")  # larger of the two mean errors of the same
     lost: float = 1.0  # share of the visible samples that are not measured, or not on their marker
 
 

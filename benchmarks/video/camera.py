@@ -22,16 +22,16 @@ class Optics(Table):
     water is seen along straight rays: only the robot's body is, and no marker.
     """
 
-    # width_px, height_px: of the picture; multiples of 2 and 4
+    # width_px, height_px: size of the picture; multiples of 2 and 4
     width_px: Annotated[int, Field(ge=32, multiple_of=2)] = 1280
     height_px: Annotated[int, Field(ge=32, multiple_of=4)] = 720
     fps: Positive = 60.0  # frames a second
     px_per_m: Positive = PX_PER_M  # scale on the water
-    # of the camera above the water; None for no parallax: everything is seen as if it lay on the water
+    # height of the camera above the water; None for no parallax: everything is seen as if it lay on the water
     height_m: Positive | None = 2.3
     distortion: Distortion = (0.0, 0.0, 0.0, 0.0, 0.0)  # k1, k2, p1, p2, k3 of OpenCV
-    readout_s: NonNegative = 0.0  # of the rolling shutter, from the first row to the last; 0 for a global one
-    exposure_s: NonNegative = 1 / 240  # of each row
+    readout_s: NonNegative = 0.0  # time of the rolling shutter from the first row to the last; 0 for a global one
+    exposure_s: NonNegative = 1 / 240  # exposure of each row
     blur_px: Annotated[float, Field(ge=0.5, le=5)] = 0.8  # standard deviation of the lens' blur
     noise: NonNegative = 2.0  # standard deviation of the sensor's noise, gray levels
 

@@ -27,9 +27,9 @@ from tracking.boxes import save_boxes
 class SessionVideo(Table):
     """Plan of how the swim trials of a session are filmed; its clock and scale are those of the plan's camera."""
 
-    # names of the filmed swim trials; None for all of them. Dry runs and free decays, in air, are tracked
+    # names of the filmed swim trials; None for all of them. Dry runs and free decays, in air, are tracked.
     trials: tuple[str, ...] | None = None
-    # width_px, height_px: of the videos, multiples of 2 and 4, the middle of the camera's image; None for all of it
+    # width_px, height_px: size of the videos, multiples of 2 and 4, the middle of the camera's image; None for all
     width_px: int | None = None
     height_px: int | None = None
     crf: Annotated[float, Field(ge=0, le=51)] = 23.0  # quality of the files, H.264

@@ -21,9 +21,9 @@ _DIRECTION = np.array([np.cos(np.radians(70.0)), -np.sin(np.radians(70.0))])  # 
 class Occlusion(Table):
     """A pole, with a round tip, that covers a marker."""
 
-    marker: str  # over which the tip is held, following it
-    first: Annotated[int, Field(ge=0)]  # the first frame in which the marker is wholly covered
-    frames: Annotated[int, Field(ge=1)]  # how many in a row
+    marker: str  # marker over which the tip is held, following it
+    first: Annotated[int, Field(ge=0)]  # first frame in which the marker is wholly covered
+    frames: Annotated[int, Field(ge=1)]  # number of such frames in a row
 
     def tip_px(self, frame: int, target_px: np.ndarray) -> np.ndarray:
         """Return the (2,) middle of the tip in a frame, for a marker at (2,): beyond it while it is covered."""

@@ -19,11 +19,11 @@ _MOST_MOMENTS = 24
 class Stage:
     """Markers of a clip of n frames."""
 
-    motion: Motion  # of the robot
-    camera: Optics  # that looks on
+    motion: Motion  # motion of the robot
+    camera: Optics  # camera that looks on
     time_s: np.ndarray  # (n,) middle of the exposure of the image's middle row, s
-    position_px: np.ndarray  # (n, m, 2) where each marker would be seen in an instant, at `time_s`
-    exposed_px: np.ndarray  # (n, s, m, 2) where it is seen at s moments, evenly over the exposure of its own row
+    position_px: np.ndarray  # (n, m, 2) place at which each marker would be seen in an instant, at `time_s`
+    exposed_px: np.ndarray  # (n, s, m, 2) places at s moments, evenly over the exposure of its own row
 
     @property
     def shown_px(self) -> np.ndarray:
@@ -63,7 +63,7 @@ def stage_of(plan: ClipPlan) -> Stage:
     motion = twin_motion(robot, swim.frequency_hz, swim.pace * float(time_s[-1])).paced(swim.pace)
     if swim.drift_m_s is not None:
         forward, left = swim.drift_m_s
-        motion = motion.steadied([-forward, -left])  # in the robot's frame, nose along -x
+        motion = motion.steadied([-forward, -left])  # The way is in the robot's frame, nose along -x.
     turn = np.radians(swim.heading_deg - 180.0) - float(motion.at(np.zeros(1)).head[0, 2])
     motion = centred(motion.moved(turn, (0.0, 0.0)), robot, plan.markers, time_s)
     x, y = swim.off_centre_px

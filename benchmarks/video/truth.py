@@ -22,12 +22,12 @@ class ClipTruth:
     where the path bends within an exposure, by motion blur.
     """
 
-    markers: tuple[str, ...]  # names
-    time_s: np.ndarray  # (n,) of the frames, the middle of the exposure of the middle row, s
+    markers: tuple[str, ...]
+    time_s: np.ndarray  # (n,) times of the frames, the middle of the exposure of the middle row, s
     position_px: np.ndarray  # (n, m, 2) centre of each disc in the distorted image, in an instant at `time_s`
-    shown_px: np.ndarray  # (n, m, 2) its mean over the exposure of the marker's own row
-    visible_share: np.ndarray  # (n, m) of each disc's area that is in the picture with nothing above it, 0 to 1
-    diameter_px: np.ndarray  # (m,) of the discs
+    shown_px: np.ndarray  # (n, m, 2) mean of that over the exposure of the marker's own row
+    visible_share: np.ndarray  # (n, m) share of each disc that is in the picture with nothing above it, 0 to 1
+    diameter_px: np.ndarray  # (m,) diameters of the discs
 
     @property
     def visible(self) -> np.ndarray:

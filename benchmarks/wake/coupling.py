@@ -70,7 +70,7 @@ class WakeMotion(Motion):
 
     Args:
         layout: layout of the fish.
-        parameters: n rows, already prepared by the mechanisms; by their density of water there would be strips.
+        parameters: n rows, already prepared by the mechanisms; their density is set to 0, which takes out the strips.
         mechanisms: n tuples of the mechanisms that act.
         crank: (n,) turns a second, and (n,) angles at time 0.
         panels: panels of the fish.

@@ -32,9 +32,9 @@ _BEHIND = 0.3
 class Panels:
     """m panels of the straight body, from nose to tail."""
 
-    node_m: np.ndarray  # (m + 1,) where rings begin, and the trailing edge
-    collocation: np.ndarray  # (m,) where in its ring no water passes, as a share of its length
-    half_height_m: np.ndarray  # (m,) of the rings
+    node_m: np.ndarray  # (m + 1,) places where rings begin, and the trailing edge
+    collocation: np.ndarray  # (m,) place in its ring where no water passes, as a share of its length
+    half_height_m: np.ndarray  # (m,) half heights of the rings
 
     @classmethod
     def between(cls, edge_m: np.ndarray, half_height_m: np.ndarray) -> "Panels":
@@ -182,7 +182,7 @@ class Water:
     """Motion of the water besides the fish's: a stream, and a wall that mirrors all else."""
 
     stream_m_s: np.ndarray  # (n, 1) complex
-    wall_m: np.ndarray | None = None  # (n, 1) a place on it, complex
+    wall_m: np.ndarray | None = None  # (n, 1) place on the wall, complex
     normal: np.ndarray | None = None  # (n, 1) unit vector, complex
 
     def velocity(self, place_m: np.ndarray) -> np.ndarray:

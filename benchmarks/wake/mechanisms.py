@@ -20,7 +20,7 @@ from benchmarks.reality.world import Trial, World
 class UniformStream(Mechanism):
     """The water moves as one."""
 
-    # right_m_s, up_m_s: in the picture
+    # right_m_s, up_m_s: velocity in the picture
     right_m_s: float
     up_m_s: float
 
@@ -39,8 +39,8 @@ class MirrorWall(Mechanism):
     """A plane wall: the lattice and its wake have images behind it, so that no water passes (method of images)."""
 
     side: float  # +1 left, -1 right
-    distance_m: float  # from the head's origin at the start
-    slant_rad: float  # of the wall to the fish's heading then, away from it
+    distance_m: float  # distance from the head's origin at the start
+    slant_rad: float  # angle of the wall to the fish's heading then, away from it
 
     def plane(self, trial: Trial) -> tuple[complex, complex]:
         """Return a place on the wall, m, and its unit normal towards the fish, in the pool."""

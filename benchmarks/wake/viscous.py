@@ -25,8 +25,8 @@ class Viscous:
 
     density_kg_m3: float
     viscosity_m2_s: float
-    length_m: float  # of the fish
-    half_height_m: np.ndarray  # (m,) of the body at the panels
+    length_m: float  # length of the fish
+    half_height_m: np.ndarray  # (m,) half heights of the body at the panels
     hull: int  # k
     drag_area_m2: np.ndarray  # (n, 1) A
     cross_drag: np.ndarray  # (n, 1) c_d

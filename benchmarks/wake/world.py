@@ -51,7 +51,7 @@ class TiltedCamera(Camera):
     pool's origin.
     """
 
-    # about_x_rad, about_y_rad: by which the axis leans up and to the right in the picture
+    # about_x_rad, about_y_rad: angles by which the axis leans up and to the right in the picture
     about_x_rad: float = 0.0
     about_y_rad: float = 0.0
 

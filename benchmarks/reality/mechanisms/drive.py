@@ -60,9 +60,9 @@ class MotorSpeedSag(LateCrank):
     lost at 1 Hz is `loss` where it is small, and grows with f^p.
     """
 
-    loss: float  # at 1 Hz under the usual load, cold
+    loss: float  # share lost at 1 Hz under the usual load, cold
     exponent: float  # p
-    warmth: float  # more of it in a warm winding
+    warmth: float  # growth of the loss in a warm winding
 
     def start(self, now: Instant) -> np.ndarray:
         """Return (n, 5) with load and heat, both relative to what is usual; cold."""
@@ -99,7 +99,7 @@ class MotorSpeedRipple(LateCrank):
     torque that drives the motor than of one that holds it.
     """
 
-    gain_n_m_s: float  # of the loop
+    gain_n_m_s: float  # gain of the loop
     back: float  # share of a driving torque that reaches the motor
 
     def advance(self, now: Instant, state: np.ndarray, step_s: float) -> np.ndarray:
@@ -130,7 +130,7 @@ class MotorStartDelay(Mechanism):
     In the run-in it turns as commanded and comes to rest just at the first frame, at the angle commanded for then.
     """
 
-    rest_s: float  # for which it does not move
+    rest_s: float  # time for which it does not move
     spin_up_s: float  # time constant; in the end it is late by the sum of both
 
     def turn(self, time_s: np.ndarray, turn: Turn, state: np.ndarray) -> Turn:  # noqa: ARG002

@@ -40,7 +40,7 @@ class AddedMassReaction(Mechanism):
     strips hold some diameters from the ends).
     """
 
-    share: float  # of the theory, 0 to 1
+    share: float  # share of the theory, 0 to 1
     lost: float = 0.0  # share of that which is lost at the very ends
 
     def prepare(self, parameters: Parameters, layout: Layout) -> Parameters:
@@ -181,7 +181,7 @@ class WallProximity(Mechanism):
     """
 
     side: float  # +1 left, -1 right
-    distance_m: float  # from the head's origin at the start
+    distance_m: float  # distance from the head's origin at the start
 
     def start(self, now: Instant) -> np.ndarray:
         """Return (n, 2): where the head is, and which way the wall is, complex."""
@@ -313,8 +313,8 @@ class SurfaceMotion(Mechanism):
     roll_hz: float
     pitch_hz: float
     damping: float  # z
-    draught_m: float  # of the axis below the nose's marker
-    robot: RobotSpec = field(default_factory=load_robot)  # whose markers these are
+    draught_m: float  # depth of the axis below the nose's marker
+    robot: RobotSpec = field(default_factory=load_robot)  # robot whose markers these are
 
     def place(self, sight: Sight) -> Sight:
         """Swing the markers."""

@@ -20,7 +20,7 @@ class HeadFrameMisalignment(Mechanism):
     """
 
     follows_s: float  # memory of the template
-    # nose_m, neck_m: towards the fish's right side in the first frame
+    # nose_m, neck_m: shifts towards the fish's right side in the first frame
     nose_m: float
     neck_m: float
 
@@ -51,7 +51,7 @@ def head_frame_misalignment(random: np.random.Generator) -> AtStrength:
 class ScaleError(Mechanism):
     """The box of nose or neck, or both, sits too far along the line between them, and stays so in the picture."""
 
-    # nose_m, neck_m: tailwards along the first frame's line from nose to neck
+    # nose_m, neck_m: shifts tailwards along the first frame's line from nose to neck
     nose_m: float
     neck_m: float
 
@@ -80,8 +80,8 @@ class CameraParallax(Mechanism):
     scale.
     """
 
-    nearness: float  # of the camera; 1 is one at the height that the scale was made for
-    height_m: tuple[tuple[str, float], ...]  # by name of marker, above the nose
+    nearness: float  # nearness of the camera; 1 is one at the height that the scale was made for
+    height_m: tuple[tuple[str, float], ...]  # height above the nose, by name of marker
 
     def place(self, sight: Sight) -> Sight:
         """Move markers up or down, nowhere else."""
@@ -113,7 +113,7 @@ class LensDistortion(Mechanism):
     # k1, k2: coefficients
     k1: float
     k2: float
-    # right_px, down_px: from the picture's middle to the centre of distortion
+    # right_px, down_px: way from the picture's middle to the centre of distortion
     right_px: float
     down_px: float
 
@@ -150,9 +150,9 @@ class TimeBaseError(Mechanism):
     The clock's oscillator sways about its mean by the share `sway` of the error, with a period of three seconds.
     """
 
-    relative: float  # of a second on the camera's clock, how much longer it lasts; more than -1 / (1 + sway)
-    sway: float  # 0 to 1
-    phase_rad: float  # of the sway at the first frame
+    relative: float  # growth of a second on the camera's clock; more than -1 / (1 + sway)
+    sway: float  # share of the error that sways, 0 to 1
+    phase_rad: float  # phase of the sway at the first frame
 
     def expose(self, time_s: np.ndarray) -> np.ndarray:
         """Return the true times: the integral of 1 + relative (1 + sway cos(w t + phase))."""
@@ -178,7 +178,7 @@ class RollingShutter(Mechanism):
     rolling-shutter cameras.
     """
 
-    readout_s: float  # from the first line to the last
+    readout_s: float  # time from the first line to the last
     stamped: float  # share of the lines that are read before the time stamp of the frame
 
     def picture(self, picture: Picture) -> Picture:
@@ -207,7 +207,7 @@ class MarkerOffset(Mechanism):
     What is glued turns with its link; a box keeps its offset as it was in the first frame.
     """
 
-    # by name of marker, in the axes of its link: along (tailwards) and across
+    # offset by name of marker, in the axes of its link: along (tailwards) and across
     offset_m: tuple[tuple[str, complex], ...]
     glued: float  # share of it that turns with the link
 
@@ -244,9 +244,9 @@ class TrackerDrift(Wearing):
     The trend is a matter of the marker, the same in every trial; the walk is another at every time in use.
     """
 
-    pace_m_s: tuple[tuple[str, float], ...]  # by name of marker, tailwards
-    walk_m: float  # by which the walk spreads in a second
-    seed: int  # of the walk
+    pace_m_s: tuple[tuple[str, float], ...]  # pace tailwards, by name of marker
+    walk_m: float  # spread of the walk in a second
+    seed: int  # seed of the walk
 
     def place(self, sight: Sight) -> Sight:
         """Slide boxes further along the link from frame to frame."""
@@ -266,7 +266,7 @@ class TrackerDrift(Wearing):
 def tracker_drift(random: np.random.Generator) -> AtStrength:
     """Draw which boxes slide, at what pace, and how they waver. Each saturates where it has slid by 4 cm."""
     typical_m_s = 0.001
-    walk_m = 0.0001  # in a second, at strength 1
+    walk_m = 0.0001  # spread in a second, at strength 1
     others = [name for name in FISHSIM_MARKERS if name not in {"nose", "neck"}]
     sliding = random.choice(others, size=random.integers(1, len(others) + 1), replace=False)
     pace = random.standard_normal(len(sliding))
@@ -288,11 +288,11 @@ class MarkerSwap(Wearing):
     Identity switches: Milan et al. (2016), MOT16. The bursts go on from one trial to the next, by the time in use.
     """
 
-    # front, rear: names of the two
+    # front, rear: names of the two markers
     front: str
     rear: str
-    share: float  # of the time
-    seed: int  # of when the bursts begin
+    share: float  # share of the time
+    seed: int  # seed of the bursts' beginnings
 
     def picture(self, picture: Picture) -> Picture:
         """Exchange markers in some frames, leave the others untouched."""

@@ -18,9 +18,9 @@ class LooseningMarker(Wearing):
     """Marker that slides tailwards out of its socket, ever more slowly, and lags in it when the tail sweeps."""
 
     which: float  # 0 to 1, of all markers but nose and neck
-    slide_m: float  # in the end
-    slide_s: float  # in which two thirds of it are done
-    wobble_m: float  # most that it lags
+    slide_m: float  # distance slid in the end
+    slide_s: float  # time in which two thirds of it are done
+    wobble_m: float  # largest lag
 
     def place(self, sight: Sight) -> Sight:
         """Move the one marker."""
@@ -53,9 +53,9 @@ _MEAN_FRAMES = 1.5  # A glitch lasts this many frames on the mean.
 class TimingGlitch(Mechanism):
     """Picture that now and then freezes for some frames, or skips some; all that follows is late, or early."""
 
-    rate_hz: float  # of glitches
-    # of when they come and how long they last, others in trials of another length; those at a low rate come at a higher
-    # one too
+    rate_hz: float  # rate of glitches
+    # Seed of when they come and how long they last. They are others in trials of another length; those at a low rate
+    # come at a higher one too.
     seed: int
 
     def expose(self, time_s: np.ndarray) -> np.ndarray:
@@ -136,8 +136,8 @@ class CrackedSegment(Wearing):
 
     gap: float  # index of the robot's hinge
     lost: float  # share of its stiffness
-    cracks_s: float  # when half of that is lost; in use, counted from the session's beginning
-    runs_s: float  # how long the crack takes to run, over 4
+    cracks_s: float  # time in use, from the session's beginning, when half of that is lost
+    runs_s: float  # time that the crack takes to run, over 4
 
     def force(self, now: Instant, state: np.ndarray) -> np.ndarray:  # noqa: ARG002
         """Take back what the spring no longer exerts."""
@@ -160,10 +160,10 @@ class WaterInHull(Mechanism):
     Its weight comes on top of the robot's.
     """
 
-    mass_kg: float  # that takes part
-    slosh_hz: float  # in a hull at rest
-    damping: float  # ratio
-    place_m: float  # of the hull's middle in the head's axes
+    mass_kg: float  # mass that takes part
+    slosh_hz: float  # frequency in a hull at rest
+    damping: float  # damping ratio
+    place_m: float  # place of the hull's middle in the head's axes
 
     def start(self, now: Instant) -> np.ndarray:
         """Return (n, 2) place and velocity, complex: it moves with the hull."""
@@ -200,8 +200,8 @@ def water_in_hull(random: np.random.Generator) -> AtStrength:
 class CamberedFin(Mechanism):
     """Lift 1/2 rho S C |v|^2 across the fin's way through water, at any angle of attack: a thin aerofoil's camber."""
 
-    # C, 4 pi times the camber over the chord (Anderson, Fundamentals of Aerodynamics, section 4.8); positive pushes to
-    # the right a fin that moves ahead
+    # C, 4 pi times the camber over the chord (Anderson, Fundamentals of Aerodynamics, section 4.8). A positive one
+    # pushes a fin that moves ahead to the right.
     lift: float
 
     def water(self, now: Instant, forces: StripForces, state: np.ndarray) -> StripForces:  # noqa: ARG002
@@ -228,9 +228,9 @@ _LEAST_M_S = 0.02
 class VortexBuffeting(Mechanism):
     """A side force on the fin with lines about f = 0.2 U / D, so that it beats irregularly; no two trials alike."""
 
-    lift: float  # its root mean square over 1/2 rho S U^2, S the fin's area
-    width_m: float  # D, of what sheds
-    luck: float  # 0 to 1, sets the phases of the lines
+    lift: float  # root mean square of the force over 1/2 rho S U^2, S the fin's area
+    width_m: float  # D, width of what sheds
+    luck: float  # number of 0 to 1 that sets the phases of the lines
 
     def start(self, now: Instant) -> np.ndarray:
         """Return (n, 1) widths travelled, from a beginning that another place or crank changes."""
@@ -269,10 +269,10 @@ class TrappedBubble(Mechanism):
     """Drag k |v| v at one place on the keel for part of every stretch of a swim: it grows, tears off, grows again."""
 
     drag_kg_m: float  # k
-    period_s: float  # between two bubbles
-    part: float  # of the period in which there is one
-    begins: float  # 0 to 1, of the first period
-    place_m: float  # on the keel, in the head's axes
+    period_s: float  # time between two bubbles
+    part: float  # share of the period in which there is one
+    begins: float  # share of the first period after which it begins
+    place_m: float  # place on the keel, in the head's axes
 
     def force(self, now: Instant, state: np.ndarray) -> np.ndarray:  # noqa: ARG002
         """Return the drag on the head, in water."""
@@ -299,8 +299,8 @@ class Propwash(MovingWater):
     """
 
     speed_m_s: float  # U, on the line
-    heading_rad: float  # of the jet in the pool
-    offset_m: float  # of its line from the pool's origin, to its left
+    heading_rad: float  # heading of the jet in the pool
+    offset_m: float  # distance of its line from the pool's origin, to its left
     width_m: float  # b
 
     def velocity(self, place_m: np.ndarray) -> np.ndarray:
@@ -328,7 +328,7 @@ class Tether(Mechanism):
     1981, section 2.2), with w its weight in water per length.
     """
 
-    # post_x_m, post_y_m: in the pool
+    # post_x_m, post_y_m: place of the post in the pool
     post_x_m: float
     post_y_m: float
     length_m: float  # l

@@ -14,7 +14,7 @@ from swimcal.robot import load_robot
 class StiffnessError(Mechanism):
     """Each gap of the tail is stiffer by its own factor: one print's error of thickness, nearly the same everywhere."""
 
-    ln_factor: tuple[float, ...]  # (gaps,) of each gap of the robot, from the head on
+    ln_factor: tuple[float, ...]  # (gaps,) ln of the factor on each gap of the robot, from the head on
 
     def prepare(self, parameters: Parameters, layout: Layout) -> Parameters:
         """Set other springs."""
@@ -32,7 +32,7 @@ def stiffness_error(random: np.random.Generator) -> AtStrength:
 class StiffnessGradient(Mechanism):
     """Stiffness grows, or falls, exponentially along the tail, as with a taper of thickness; its mean stays."""
 
-    ln_ratio: float  # of the rearmost hinge to one half-way
+    ln_ratio: float  # ln of the ratio of the rearmost hinge to one half-way
     power: float  # 1 for an even taper; more where the ends differ most, less where the middle does
 
     def prepare(self, parameters: Parameters, layout: Layout) -> Parameters:
@@ -82,7 +82,7 @@ class JointDamping(Mechanism):
     """A damper parallel to the hinge's own whose fluid thins with shear: torque c r w / (1 + |w| / w_0), w the rate."""
 
     share: float  # r, of the damping c of the described robot; negative: some of that is missing
-    thinning_rad_s: float  # w_0, of a gap
+    thinning_rad_s: float  # w_0 of a gap
 
     def prepare(self, parameters: Parameters, layout: Layout) -> Parameters:  # noqa: ARG002
         """Take its derivative where slow implicitly."""
@@ -118,8 +118,8 @@ class JointFriction(Mechanism):
     is where the bristles' roots are, q - z, so that within a step they are a spring.
     """
 
-    torque_n_m: float  # T, when sliding
-    excess: float  # e, of the break-away torque
+    torque_n_m: float  # T, torque in sliding
+    excess: float  # e, excess of the break-away torque
     stribeck_rad_s: float  # w_s
 
     def prepare(self, parameters: Parameters, layout: Layout) -> Parameters:  # noqa: ARG002
@@ -157,7 +157,7 @@ class BendOffset(Mechanism):
     The tendons keep the lengths at which they hold the tail straight.
     """
 
-    mean_rad: float  # over the gaps
+    mean_rad: float  # mean over the gaps
     rearward: float  # 0 for an even curvature; 1 if it grows from nothing at the first gap
 
     def prepare(self, parameters: Parameters, layout: Layout) -> Parameters:
@@ -178,8 +178,8 @@ def bend_offset(random: np.random.Generator) -> AtStrength:
 class MassDistribution(Mechanism):
     """Lumps at the tendon guides, of glue and markers, that were weighed with the head; the total stays."""
 
-    share: float  # of the head's mass
-    at_guide: tuple[float, ...]  # (g,) how the lumps share it, from the first guide to the last; they add up to 1
+    share: float  # share of the head's mass
+    at_guide: tuple[float, ...]  # (g,) share of each guide in the lumps, from the first to the last; they add up to 1
 
     def prepare(self, parameters: Parameters, layout: Layout) -> Parameters:
         """Move masses and their moments."""

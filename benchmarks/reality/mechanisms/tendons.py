@@ -137,7 +137,7 @@ class TendonFriction(Mechanism):
     each.
     """
 
-    level_n: float  # in sliding, at 50 N of tension
+    level_n: float  # friction in sliding, at 50 N of tension
     loaded: float  # share of it that is in proportion to the tension
 
     def prepare(self, parameters: Parameters, layout: Layout) -> Parameters:
