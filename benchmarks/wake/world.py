@@ -77,4 +77,4 @@ class SharedNoise(PixelNoise):
         mixed = np.linalg.cholesky(self.shared ** np.abs(place[:, None] - place))
         error = np.einsum("ij,fjk->fik", mixed, random.standard_normal(position_px.shape))
         offset = self.placement_sd_px * random.standard_normal(position_px.shape[1:])
-        return self._seen(time_s, position_px + offset, error)
+        return self._add_errors(time_s, position_px + offset, error)
