@@ -26,7 +26,7 @@ Record = TypeVar("Record")
 
 
 class Failure(NamedTuple):
-    """A case that came to nothing, and why."""
+    """Case that came to nothing, and why."""
 
     name: str
     message: str

@@ -23,7 +23,7 @@ Program = Callable[[Path, Discrepancy, frozenset[str]], None]
 
 
 class ProgramFailed(RuntimeError):
-    """A program ended with an error; its last words are the message."""
+    """Failure of a program that ended with an error; its last words are the message."""
 
 
 def diagnose(session: Path, discrepancy: Discrepancy, without: frozenset[str]) -> None:

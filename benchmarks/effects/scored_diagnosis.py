@@ -41,7 +41,7 @@ class AllAtOnce:
 
 @dataclass(frozen=True)
 class Diagnosis:
-    """A diagnosis by the public contract; what else the contract has stays unread."""
+    """Diagnosis by the public contract; what else the contract has stays unread."""
 
     verdict: Literal["named", "inseparable", "unexplained", "no_gap"]
     # groups that act together (outer) of alternatives (inner)

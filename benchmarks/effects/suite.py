@@ -58,7 +58,7 @@ class SessionPlan:
 
 @dataclass(frozen=True)
 class SuiteSize:
-    """Number of sessions, and what is in them."""
+    """Size of a suite: the number of sessions, and what is in them."""
 
     sessions: int  # number of sessions
     null: int  # number of them with nothing in them

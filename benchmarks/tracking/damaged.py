@@ -70,7 +70,7 @@ CONTAINERS = {
 
 @dataclass(frozen=True)
 class OddFile:
-    """One file.
+    """Damaged or odd file.
 
     Attributes:
         container: key of `CONTAINERS`.
@@ -186,7 +186,7 @@ class Outcome:
 
 
 class Filmed(NamedTuple):
-    """The clip: its pictures (h, w, 3), RGB, and its truth."""
+    """Clip on film: its pictures (h, w, 3), RGB, and its truth."""
 
     pictures: Sequence[np.ndarray]
     truth: ClipTruth

@@ -35,7 +35,7 @@ LOOKS = {
 
 @dataclass(frozen=True)
 class FastStart:
-    """One clip.
+    """Clip that begins in full beat.
 
     Attributes:
         look: a key of `LOOKS`.

@@ -18,7 +18,7 @@ from benchmarks.reality.world import Trial, World
 
 
 class UniformStream(Mechanism):
-    """The water moves as one."""
+    """Water that moves as one."""
 
     # right_m_s, up_m_s: velocity in the picture
     right_m_s: float

@@ -8,7 +8,7 @@ from benchmarks.reality.tendons import Turn
 
 
 class DriveRatioError(Mechanism):
-    """Since the start of the run-in the crank turns (1 + relative) times as far as commanded.
+    """Crank that turns (1 + relative) times as far as commanded, since the start of the run-in.
 
     The wheel that is wrong also runs out of true: angles e ahead of and behind the mean, once a turn.
     """
@@ -53,7 +53,7 @@ class LateCrank(Mechanism):
 
 
 class MotorSpeedSag(LateCrank):
-    """A commanded speed approaches the motor's limit: w = commanded (1 + x^p)^(-1/p), x = commanded / limit.
+    """Approach of a commanded speed to the motor's limit: w = commanded (1 + x^p)^(-1/p), x = commanded / limit.
 
     The limit falls with the load, a torque averaged over half a second, and with the heat that its square leaves in the
     winding (0.39 % more resistance a kelvin): x^p = p loss f^p load (1 + warmth heat), f in turns a second. The share
@@ -125,7 +125,7 @@ _STOPS_S = 0.1  # The crank comes to rest within at most this time.
 
 
 class MotorStartDelay(Mechanism):
-    """From the first frame the crank rests for a while, then spins up to its speed as a first-order lag.
+    """Crank that rests for a while from the first frame, then spins up to its speed as a first-order lag.
 
     In the run-in it turns as commanded and comes to rest just at the first frame, at the angle commanded for then.
     """

@@ -14,7 +14,7 @@ from swimcal.robot import RobotSpec, load_robot
 
 
 class MovingWater(Mechanism):
-    """The strips' quasi-steady forces are those of their motion relative to the water around them."""
+    """Base of moving water: quasi-steady forces are those of the strips' motion relative to the water around them."""
 
     def velocity(self, place_m: np.ndarray) -> np.ndarray:
         """Return the (n, s) velocity at places in the pool, over the current everywhere; complex, m/s and m."""
@@ -171,7 +171,7 @@ _FENDER_N_M2 = 2000.0  # force on a strip that touches the wall, per length and 
 
 
 class WallProximity(Mechanism):
-    """The fish's image behind the wall speeds the water up in the gap: suction along it and more drag across.
+    """Image of the fish behind the wall, which speeds the water up in the gap: suction along it, more drag across.
 
     The image of a strip of half height h at clearance c is a doublet 2 c away, so the water is faster by a share that
     goes as (h / c)^2; here b = h^2 / (2 c^2 + h^2 / 2), of the size that foils near the ground show (Quinn, Lauder and
@@ -299,7 +299,7 @@ _MOST_RAD = 0.4
 
 
 class SurfaceMotion(Mechanism):
-    """Roll and pitch are damped oscillators, as of any floating body, driven by the nose's acceleration as it is seen.
+    """Roll and pitch as damped oscillators, as of any floating body, driven by the nose's acceleration as it is seen.
 
     roll'' + 2 z w roll' + w^2 roll = g a, a the acceleration across the head; pitch alike with that along it. Before
     the film they are driven by its mirror image. Markers swing about an axis below them, and come nearer to the camera

@@ -12,7 +12,7 @@ from swimcal.robot import load_robot
 
 
 class HeadFrameMisalignment(Mechanism):
-    """Either box is placed to one side in the first frame, and its offset turns after the head as the template learns.
+    """Box placed to one side in the first frame, whose offset turns after the head as the template learns.
 
     A template that is renewed a little in every frame keeps its offset in the picture at first and takes over how the
     head has turned within its memory: slow turns it follows as if it were glued, a fast beat hardly (Bolme et al.
@@ -49,7 +49,7 @@ def head_frame_misalignment(random: np.random.Generator) -> AtStrength:
 
 
 class ScaleError(Mechanism):
-    """The box of nose or neck, or both, sits too far along the line between them, and stays so in the picture."""
+    """Box of nose or neck, or both, too far along the line between them; it stays so in the picture."""
 
     # nose_m, neck_m: shifts tailwards along the first frame's line from nose to neck
     nose_m: float
@@ -74,7 +74,7 @@ def scale_error(random: np.random.Generator) -> AtStrength:
 
 
 class CameraParallax(Mechanism):
-    """Markers are at their heights above the plane of the scale, times `nearness`; the pinhole does the rest.
+    """Markers at their heights above the plane of the scale, times `nearness`; the pinhole does the rest.
 
     Heights n times as large under a camera of height H are seen exactly as the true ones are from H / n, at the same
     scale.
@@ -105,7 +105,7 @@ def camera_parallax(random: np.random.Generator) -> AtStrength:
 
 
 class LensDistortion(Mechanism):
-    """A radius r about the lens's own centre is drawn at r (1 + k1 r^2 + k2 r^4); r = 1 at the picture's lower edge.
+    """Lens that draws a radius r about its own centre at r (1 + k1 r^2 + k2 r^4); r = 1 at the picture's lower edge.
 
     Brown (1966), Photogrammetric Engineering 32: two radial terms, and a centre that is not the picture's.
     """
@@ -145,7 +145,7 @@ _SWAY_S = 3.0  # period of the clock's sway
 
 
 class TimeBaseError(Mechanism):
-    """Frames are further apart than their stamps: by the share `relative` in the long run, now more and now less.
+    """Frames further apart than their stamps: by the share `relative` in the long run, now more and now less.
 
     The clock's oscillator sways about its mean by the share `sway` of the error, with a period of three seconds.
     """
@@ -172,7 +172,7 @@ _ROUNDS = 6
 
 
 class RollingShutter(Mechanism):
-    """Each marker is drawn where it is when the line it is drawn on is read.
+    """Shutter that draws each marker where it is when the line it is drawn on is read.
 
     The instant is solved for, not taken to first order. Meingast, Geyer and Sastry (2005), Geometric models of
     rolling-shutter cameras.
@@ -202,7 +202,7 @@ def rolling_shutter(random: np.random.Generator) -> AtStrength:
 
 
 class MarkerOffset(Mechanism):
-    """Markers are glued off their places, and their boxes placed off them.
+    """Markers glued off their places, and boxes placed off their markers.
 
     What is glued turns with its link; a box keeps its offset as it was in the first frame.
     """
@@ -238,7 +238,7 @@ _HELD_M = 0.04  # A box that slid this far holds on to something else.
 
 
 class TrackerDrift(Wearing):
-    """Each box slides along the body as a random walk with a trend, bounded by the size of a box.
+    """Slide of each box along the body: a random walk with a trend, bounded by the size of a box.
 
     Matthews, Ishikawa and Baker (2004), The template update problem: small errors of a template that is renewed add up.
     The trend is a matter of the marker, the same in every trial; the walk is another at every time in use.
@@ -283,7 +283,7 @@ _APART_S = 0.7  # mean time from one exchange to the next
 
 
 class MarkerSwap(Wearing):
-    """Two tracks truly exchange their markers, in bursts that begin at random and are longer the larger their share.
+    """True exchange of two tracks' markers, in bursts that begin at random and are longer the larger their share.
 
     Identity switches: Milan et al. (2016), MOT16. The bursts go on from one trial to the next, by the time in use.
     """

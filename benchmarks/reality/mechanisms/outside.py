@@ -83,7 +83,7 @@ _LAG_S = 0.02
 
 
 class SlippingCoupling(LateCrank):
-    """The crank turns back against the motor wherever the torque through the coupling is more than that holds.
+    """Crank that turns back against the motor wherever the torque through the coupling is more than that holds.
 
     The rate at which it loses angle lags a little behind the torque.
     """
@@ -132,7 +132,7 @@ def creeping_tendon(random: np.random.Generator) -> AtStrength:
 
 
 class CrackedSegment(Wearing):
-    """From one moment on a gap loses a share of its stiffness, within a few beats, as a crack runs through it."""
+    """Gap that loses a share of its stiffness from one moment on, within a few beats, as a crack runs through it."""
 
     gap: float  # index of the robot's hinge
     lost: float  # share of its stiffness
@@ -322,7 +322,7 @@ _STRAIGHT = 0.05  # A cable that is all paid out has this sag over span.
 
 
 class Tether(Mechanism):
-    """A sagging cable pulls harder the further off its post is, and is dragged along sideways through the water.
+    """Sagging cable that pulls harder the further off its post is, and is dragged along sideways through the water.
 
     A parabola of span d and length l sags by f^2 = 3 d (l - d) / 8 and pulls by w d^2 / 8 f (Irvine, Cable Structures,
     1981, section 2.2), with w its weight in water per length.

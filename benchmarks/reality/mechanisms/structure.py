@@ -12,7 +12,7 @@ from swimcal.robot import load_robot
 
 
 class StiffnessError(Mechanism):
-    """Each gap of the tail is stiffer by its own factor: one print's error of thickness, nearly the same everywhere."""
+    """Factor on the stiffness of each gap of the tail: one print's error of thickness, nearly the same everywhere."""
 
     ln_factor: tuple[float, ...]  # (gaps,) ln of the factor on each gap of the robot, from the head on
 
@@ -30,7 +30,7 @@ def stiffness_error(random: np.random.Generator) -> AtStrength:
 
 
 class StiffnessGradient(Mechanism):
-    """Stiffness grows, or falls, exponentially along the tail, as with a taper of thickness; its mean stays."""
+    """Stiffness that grows, or falls, exponentially along the tail, as with a taper of thickness; its mean stays."""
 
     ln_ratio: float  # ln of the ratio of the rearmost hinge to one half-way
     power: float  # 1 for an even taper; more where the ends differ most, less where the middle does
@@ -111,7 +111,7 @@ _BRISTLE_RAD = 0.005  # The bristles of a hinge slip at this bend.
 
 
 class JointFriction(Mechanism):
-    """The LuGre model: bristles bend before they slip, with a higher torque to break away than to keep sliding.
+    """LuGre's friction: bristles bend before they slip, with a higher torque to break away than to keep sliding.
 
     Canudas de Wit, Olsson, Astrom and Lischinsky, IEEE Trans. Automatic Control 40 (1995): z' = w - |w| z s_0 / g(w),
     torque s_0 z, g(w) = T (1 + e exp(-(w / w_s)^2)); the hinge's own damper replaces that of the bristles. The state
@@ -152,7 +152,7 @@ def joint_friction(random: np.random.Generator) -> AtStrength:
 
 
 class BendOffset(Mechanism):
-    """Curved where it is flexible: each gap rests at an angle in proportion to its length, and more towards one end.
+    """Tail curved where it is flexible: each gap rests at an angle in proportion to its length, more towards one end.
 
     The tendons keep the lengths at which they hold the tail straight.
     """

@@ -11,7 +11,7 @@ from benchmarks.reality.parameters import Parameters
 
 
 class CrankArmError(Mechanism):
-    """Either tendon's anchor is further from the shaft than described, by a share."""
+    """Anchor of either tendon further from the shaft than described, by a share."""
 
     left: float
     right: float
@@ -37,7 +37,7 @@ _YIELDS_M = 0.001  # The knots give over this stretch.
 
 
 class TendonCompliance(Mechanism):
-    """Fittings are springs in series with the lines, and their knots rub as they stretch.
+    """Fittings that are springs in series with the lines, and whose knots rub as they stretch.
 
     The friction is a bristle of Dahl's in parallel: z' = s' - |s'| z / 1 mm, tension `loss` k z, with k the spring of
     the whole and s its stretch; a loop of force over stretch that does not depend on speed.
@@ -89,7 +89,7 @@ _KNEE = 0.15  # A line comes tight over this share of the slack.
 
 
 class TendonSlack(Mechanism):
-    """Line and rod ends have play: a tendon pulls when stretched by more than its slack, and pushes beyond its play.
+    """Play of line and rod ends: a tendon pulls when stretched by more than its slack, and pushes beyond its play.
 
     The tendons of the base state push more than they pull, so both ends of the play matter. Each end comes tight over a
     smooth knee of width w: T = k (soft(s - slack) - soft(-s - play)), soft(u) = w log(1 + exp(u / w)), and the damper
@@ -129,7 +129,7 @@ _MARGIN = 2.0  # The implicit stiffness exceeds that of the bristles by this fac
 
 
 class TendonFriction(Mechanism):
-    """Each line rubs at each guide it slides through, by LuGre's bristles (Canudas de Wit et al. 1995).
+    """Friction of each line at each guide it slides through, by LuGre's bristles (Canudas de Wit et al. 1995).
 
     z' = v - |v| z k / level(v), and friction k z; in sliding it has its level at z = 0.2 mm. A share of the level grows
     with the line's tension (Euler's capstan), the rest is there always; at rest it is a tenth more. A line slides
@@ -200,7 +200,7 @@ def tendon_friction(random: np.random.Generator) -> AtStrength:
 
 
 class TendonAsymmetry(Mechanism):
-    """Either tendon's free length is more than that of the straight tail."""
+    """Free length of either tendon beyond that of the straight tail."""
 
     left_m: float
     right_m: float
