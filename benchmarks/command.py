@@ -194,4 +194,4 @@ COMMANDS: dict[Callable[..., None], str] = {
     foreign: "foreign --folder foreign --count 300",
     gym: "gym --session pool",
 }
-"""Each with an example, for help."""
+"""Commands, each with an example for its help."""

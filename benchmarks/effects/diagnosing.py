@@ -19,7 +19,7 @@ from diagnosis.discrepancy import Discrepancy
 from swimcal.results import write_whole
 
 Program = Callable[[Path, Discrepancy, frozenset[str]], None]
-"""Diagnoses a session's folder, given the discrepancy and the names that its catalogue is to lack."""
+"""Function that diagnoses a session's folder, given the discrepancy and the names that its catalogue is to lack."""
 
 
 class ProgramFailed(RuntimeError):
@@ -49,7 +49,7 @@ def _run_command(words: tuple[str, ...], session: Path, _discrepancy: Discrepanc
 
 
 Piece = tuple[Path, frozenset[str]]
-"""A session, and the effects that the catalogue is to lack."""
+"""Folder of a session, and the effects that the catalogue is to lack."""
 
 
 def diagnose_suite(suite: SuiteFolder, program: Program, run: Run) -> tuple[Failure, ...]:
@@ -86,7 +86,7 @@ def diagnose_without(suite: SuiteFolder, program: Program, run: Run) -> tuple[Fa
     Raises:
         InputError: as of `diagnose_suite`, or a session is not diagnosed yet.
     """
-    suite.check_diagnosed()  # the name of the true effect is in a folder from now on
+    suite.check_diagnosed()  # From here on the name of the true effect is in a folder.
     pieces = [(suite.without / name, frozenset(answer.effects)) for name, answer in suite.singles.items()]
     for copy, _ in pieces:
         _copy(suite.sessions / copy.name, copy)

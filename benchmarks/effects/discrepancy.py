@@ -45,7 +45,7 @@ _START_STRENGTH = 0.1  # The search for a strength starts here.
 _PRIOR_PAIRS = 5.0  # As many pairs of swims that have nothing in common are added, for all that is known before.
 _MAX_COMMON_SHARE = 0.97  # Two swims have at most this share of a direction's variance in common.
 HEAVY = {"segment_coefficients": (3.0, 0.1)}
-"""By effect, so many times as much of it the twin's own error looks like in a few sessions, and in what share.
+"""Factor and share by effect: in a share of sessions the twin's own error looks like so many times as much of it.
 
 Of 30 base sessions three call for 0.3 to 0.4 standard deviations of how coefficients change along the body, and most
 for none: e^4.5 times as probable as if all had alike much. Of stiffness, damping, tendons and a current ahead nothing

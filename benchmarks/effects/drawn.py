@@ -16,8 +16,8 @@ from synthetic.plan import trial_name
 KNOWN_TO = {"hinge_stiffness": 0.02, "hinge_damping": 0.05, "mass": 0.02}
 """Relative standard deviation of a robot from its description: that of dry experiments."""
 GLUED_SD_M = 0.001  # A marker is off its place on the body by this, each way.
-FLOATS_SD_M = 0.002  # A robot floats higher or deeper by this.
-"""Of how deep a robot floats, as it was trimmed that day; of its tail 8 to 10 cm are under water."""
+FLOATS_SD_M = 0.002
+"""Standard deviation of how deep a robot floats, as trimmed that day; 8 to 10 cm of its tail are under water."""
 _COEFFICIENTS = ((0.2, 1.5), (1.0, 6.0), (3.0, 9.0), (2.5, 6.0), (0.2, 3.0))  # Most such robots swim forward.
 _HEADING_RAD = 0.35  # Headings are at most this far off the picture's long side, so that no swim leaves it.
 _TRIES = 12  # At most this many robots are drawn for a session.
@@ -126,7 +126,7 @@ def _draw_trials(recorded: Recorded, random: np.random.Generator) -> tuple[Drawn
     if (hz := recorded.dry_hz) is not None:
         dry = Trial("dry", _DRY_S, hz, phase_rad=float(random.uniform(0, 2 * np.pi)))
         others.append(DrawnTrial(trial_name("dry", hz), "fit", dry))
-    if recorded.free_decay:  # all hinges bent equally, to either side
+    if recorded.free_decay:  # All hinges are bent equally, to either side.
         bent = (float(random.choice([-1.0, 1.0]) * _TAIL_BENT_RAD),) * len(load_robot().hinges)
         others.append(DrawnTrial("decay", "fit", Trial("free_decay", _DECAY_S, bent_rad=bent, release_s=_RELEASED_S)))
     return (*swims, *others)

@@ -11,7 +11,7 @@ from swimcal.results import from_plain, plain_json, to_plain, write_whole
 
 DIAGNOSIS = Path("results") / "diagnosis.json"
 SECONDS = Path("results") / "diagnosis.seconds"
-"""How long it took, where this benchmark ran the program."""
+"""File with the duration, where this benchmark ran the program."""
 
 
 Kind = Literal["null", "single", "double", "many", "outside"]

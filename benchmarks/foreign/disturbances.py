@@ -10,7 +10,7 @@ from benchmarks.foreign.recordings import Recording, Recordings
 from swimcal.motor_log import MotorCommands, MotorLog
 
 Change = Callable[[Recordings, Recording, np.random.Generator], str]
-"""Disturbs a session, mostly one trial of it; says how in words."""
+"""Function that disturbs a session, mostly one trial of it, and returns in words how."""
 FASTER_HZ = (5.0, 8.0)
 FAST_S = 5.0
 MOST = 3  # One session has at most this many disturbances.
@@ -445,4 +445,3 @@ KINDS = (
     Disturbance(blank_once_held_out, of=_is_held_out),
     Disturbance(tail_swapped, of=_has_long_tail),
 )
-"""All kinds."""

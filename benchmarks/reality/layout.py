@@ -14,8 +14,10 @@ from swimcal.robot import RobotSpec
 
 HINGES_PER_GAP = 2
 FLEXIBLE_SHARE = 0.4
-"""Of every gap the middle part that bends; its ends are held stiff by the segments they are glued into. (Bending spread
-over whole gaps lets the pulled tendon fold the second one at once.)"""
+"""Share of every gap that bends, in its middle; its ends are held stiff by the segments they are glued into.
+
+Bending that is spread over whole gaps would let the pulled tendon fold the second one at once.
+"""
 _HEAD_STRIPS = 10
 _TAIL_STRIP_M = 0.008  # No strip of tail and fin is longer.
 

@@ -35,7 +35,7 @@ PLAN = ClipPlan(
     optics=Optics(width_px=640, height_px=360, px_per_m=600.0, fps=50.0),
 )
 WRONG_PX = 10.0
-"""From its place at the time that the file says, from which on a sample is wrong."""
+"""Distance from its place at the time that the file says, from which on a sample is wrong."""
 FAULTS = {
     "packed": ("as it is",),
     "picture": ("gray", "turned"),

@@ -16,7 +16,7 @@ from swimcal.robot import RobotSpec, load_robot
 FASTEST_PUBLIC_HZ = 1.75
 """Crank turns a second of the fastest public trial, whose markers move up to 10 px a frame."""
 DORSAL_M = 0.253
-"""Where the public videos show the dorsal fin's marker: 40 to 55 px before tail_1, not 19 as in the description."""
+"""Place of the dorsal fin's marker in the public videos: 40 to 55 px before tail_1, not 19 as in the description."""
 _TAIL_M = 0.021  # distance between tail_4 and tail_5, the closest neighbours
 _HOVER_M_S = (0.03, 0.0)  # With this mean velocity the swim stays in the picture.
 
@@ -84,7 +84,7 @@ BENCHMARK_CLIPS: dict[str, ClipPlan] = {
         markers=tuple(load_robot().markers),
     ),
 }
-"""By name. Clips have 240 frames at 60 a second, `speed_4k` 600 with all 11 markers.
+"""Plans of clips by name. They have 240 frames at 60 a second, `speed_4k` 600 with all 11 markers.
 
 In `leaves_picture` the nose leaves for good, in `comes_and_goes` the tail's end with each beat. `clean_2_25hz` has
 neighbours at 18 px and no glints; `neighbours_14px` is smaller, and so are its markers, which could not be so close.

@@ -27,7 +27,7 @@ DIAMETER_M = {
     "tail_5": 0.0148,
     "caudal_fin": 0.022,
 }
-"""Of the markers by name, m: 14 to 27 px in the published videos."""
+"""Diameters of the markers by name, m: 14 to 27 px in the published videos."""
 
 Gray = Annotated[float, Field(ge=0, le=255)]
 

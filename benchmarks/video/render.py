@@ -23,7 +23,7 @@ class Encoding(NamedTuple):
 
 
 ENCODINGS = (Encoding("ffv1"), Encoding("h264", 18), Encoding("h264", 23), Encoding("h264", 28), Encoding("hevc", 28))
-"""What a tracker is measured at, lossless first."""
+"""Encodings that a tracker is measured at, lossless first."""
 
 
 def render_encodings(plan: ClipPlan, videos: Mapping[Path, Encoding], progress: Callable[[int], None]) -> ClipTruth:

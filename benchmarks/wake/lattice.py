@@ -25,7 +25,7 @@ from benchmarks.wake.filaments import Rings, of_rings, of_sheet
 SLENDER = np.sqrt(0.5)
 """Half height of a ring over that of its panel."""
 _BEHIND = 0.3
-"""Of the trailing edge's way in a step, how far behind it the newest vortex is (Katz and Plotkin: 0.2 to 0.3)."""
+"""Distance of the newest vortex behind the trailing edge, over its way in a step (Katz and Plotkin: 0.2 to 0.3)."""
 
 
 @dataclass(frozen=True, eq=False)

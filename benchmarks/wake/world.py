@@ -11,7 +11,7 @@ from benchmarks.reality.parameters import Parameters
 from benchmarks.reality.world import Trial, World, prepared_parameters
 
 NO_STRIPS = (0.0, 0.0, 0.0, 0.0, 0.0)
-"""Forces by strips, of which there are none."""
+"""Coefficients of forces by strips, of which there are none."""
 
 
 @dataclass(frozen=True)

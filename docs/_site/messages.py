@@ -35,7 +35,7 @@ TOPICS = {
     "The motor": ("calib/capture/",),
     "Options and results": ("calib/",),
 }
-"""Where messages come from; the first that fits."""
+"""Beginnings of the files that messages come from, by topic; the first that fits counts."""
 RAISED = (
     "NotEnoughData",
     "NotConverged",

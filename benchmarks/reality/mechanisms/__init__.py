@@ -43,5 +43,5 @@ FAMILIES: Mapping[str, Mapping[str, Drawn]] = {
 """Each effect of the catalogue, by its family and its name."""
 CATALOGUED: Mapping[str, Drawn] = {name: drawn for family in FAMILIES.values() for name, drawn in family.items()}
 OUTSIDE: Mapping[str, Drawn] = _list_draws(outside)
-"""What the catalogue does not hold."""
+"""Mechanisms that the catalogue does not hold, by name."""
 EVERY: Mapping[str, Drawn] = {**CATALOGUED, **OUTSIDE}
