@@ -1,1 +1,1 @@
-"""For development only, not installed: what measures the toolkit on recordings whose truth is known."""
+"""Benchmarks, for development only and not installed: they measure the toolkit on recordings whose truth is known."""

@@ -1,4 +1,4 @@
-"""One machinery for all benchmarks: cases are worked off side by side, and what is done is not done again.
+"""Loop of all benchmarks: it works off cases side by side, and does not repeat what is done.
 
 Each case has a name. What comes of it is a record: a frozen dataclass (`swimcal.results`), kept as a file of its own,
 so that several machines may fill one folder, or as a line of a file with many.
@@ -26,14 +26,14 @@ Record = TypeVar("Record")
 
 
 class Failure(NamedTuple):
-    """A case that came to nothing, and why."""
+    """Case that came to nothing, and why."""
 
     name: str
     message: str
 
 
 class Run(NamedTuple):
-    """How cases are worked off."""
+    """Way to work off cases."""
 
     workers: int = 0  # cases at a time, each in a process of its own; 0 for one on each core
     scheduler: str | None = None  # address of a dask scheduler whose workers do it instead
@@ -46,13 +46,14 @@ def run_cases(
     run: Run,
     keep: Callable[[str, Record], None] = lambda _name, _record: None,
 ) -> tuple[Failure, ...]:
-    """Works off all cases; whatever fails in one stops no other.
+    """Work off all cases; a failure in one stops no other.
 
     Args:
-        work: on a case; it can be pickled. It may write files: workers elsewhere then need to see the same folder.
-        cases: by name, those that are still to be done.
-        run: how.
-        keep: is given each name and record as it comes, in this process.
+        work: makes the record of a case; it can be pickled. Where it writes files, workers elsewhere need to see the
+            same folder.
+        cases: cases that are still to be done, by name.
+        run: way to work off the cases.
+        keep: takes each name and record as it comes, in this process.
 
     Returns:
         What failed; the next run tries it again.
@@ -61,12 +62,12 @@ def run_cases(
         InputError: no scheduler answers.
     """
     failures = []
-    tried, named = partial(_tried, work), list(cases.items())
+    tried, named = partial(_try_case, work), list(cases.items())
     processes = min(run.workers or os.cpu_count() or 1, len(cases))
     if processes <= 1 and run.scheduler is None:
         outcomes: Iterable[tuple[str, Record | Failure]] = map(tried, named)
     else:
-        outcomes = spread(tried, named, _lost, processes, run.scheduler)
+        outcomes = spread(tried, named, _report_lost, processes, run.scheduler)
     for done, (name, outcome) in enumerate(outcomes, 1):
         if isinstance(outcome, Failure):
             failures.append(outcome)
@@ -77,11 +78,11 @@ def run_cases(
     return tuple(failures)
 
 
-def _lost(named: tuple[str, Case], why: str) -> tuple[str, Failure]:
+def _report_lost(named: tuple[str, Case], why: str) -> tuple[str, Failure]:
     return named[0], Failure(named[0], why)
 
 
-def _tried(work: Callable[[Case], Record], named: tuple[str, Case]) -> tuple[str, Record | Failure]:
+def _try_case(work: Callable[[Case], Record], named: tuple[str, Case]) -> tuple[str, Record | Failure]:
     name, case = named
     try:
         return name, work(case)
@@ -93,12 +94,12 @@ def _tried(work: Callable[[Case], Record], named: tuple[str, Case]) -> tuple[str
 class Records(Generic[Record]):
     """A folder of records, a file each."""
 
-    folder: Path  # that several machines may share
-    kind: type[Record]  # of the records
+    folder: Path  # folder, which several machines may share
+    kind: type[Record]  # class of the records
     made_by: str = ""  # fingerprint of the code that makes them; records of other code do not count
 
     def read(self, name: str, inputs: str = "") -> Record | None:
-        """The record of a case; None where there is none, or one of other inputs or other code."""
+        """Return the record of a case; None where there is none, or one of other inputs or other code."""
         with suppress(OSError, ValueError, KeyError, TypeError):
             written = json.loads(self._file(name).read_bytes())
             if written["made_by"] == self.made_by and written["inputs"] == inputs:
@@ -107,7 +108,7 @@ class Records(Generic[Record]):
         return None
 
     def keep(self, name: str, record: Record, inputs: str = "") -> None:
-        """Writes a record, or writes it anew.
+        """Write a record, or write it anew.
 
         Raises:
             ResultsNotWritable: the folder is not writable.
@@ -116,17 +117,17 @@ class Records(Generic[Record]):
         write_whole(self._file(name), json.dumps(plain_json(whole)) + "\n")
 
     def missing(self, names: Sequence[str]) -> list[str]:
-        """Those of which no record counts."""
+        """Return the names without a record that counts."""
         return [name for name in names if self.read(name) is None]
 
     def every(self) -> dict[str, Record]:
-        """All that count, by name, shorter names first."""
+        """Return all records that count, by name, shorter names first."""
         names = sorted((path.stem for path in self.folder.glob("*.json")), key=lambda name: (len(name), name))
         return {name: record for name in names if (record := self.read(name)) is not None}
 
     @property
     def others(self) -> int:
-        """How many there are that do not count."""
+        """Number of records that do not count."""
         return len(list(self.folder.glob("*.json"))) - len(self.every())
 
     def _file(self, name: str) -> Path:
@@ -134,7 +135,7 @@ class Records(Generic[Record]):
 
 
 def write_lines(path: Path, records: Sequence[Any]) -> None:
-    """Writes records, a line each: files of several shards, one after the other, are a file as well.
+    """Write records, a line each: files of several shards, one after the other, are a file as well.
 
     Raises:
         ResultsNotWritable: it cannot be written.
@@ -143,12 +144,12 @@ def write_lines(path: Path, records: Sequence[Any]) -> None:
 
 
 def read_lines(path: Path, kind: type[Record], name_of: Callable[[Record], str]) -> tuple[Record, ...]:
-    """Reads what `write_lines` wrote, whichever code made it.
+    """Read what `write_lines` wrote, whichever code made it.
 
     Args:
-        path: of the file.
-        kind: of the records.
-        name_of: identifies a record.
+        path: the file.
+        kind: class of the records.
+        name_of: returns the name that identifies a record.
 
     Raises:
         InputError: it cannot be read, holds one case twice, or something that is no record; all faults at once.
@@ -175,7 +176,7 @@ def read_lines(path: Path, kind: type[Record], name_of: Callable[[Record], str])
 
 
 def code_of(*roots: Path, libraries: Mapping[str, str] | None = None) -> str:
-    """Fingerprint of all code and tables in some files and folders, and of the versions of libraries."""
+    """Return a fingerprint of all code and tables in some files and folders, and of the versions of libraries."""
     files = {
         file for root in roots for file in ([root] if root.is_file() else [*root.rglob("*.py"), *root.rglob("*.toml")])
     }

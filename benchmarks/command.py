@@ -42,7 +42,7 @@ def tracking(
     ] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Tracks rendered videos with known truth: the tracker, the tracker without CSRT, plain CSRT."""
+    """Track rendered videos with known truth: the tracker, the tracker without CSRT, plain CSRT."""
     from benchmarks.tracking.report import measure_tracking
     from calib.options import progress_bar
 
@@ -63,7 +63,7 @@ def posterior(
     scheduler: Scheduler = None,
     as_json: AsJson = False,
 ) -> None:
-    """Draws sessions from the prior; measures how often posteriors hold the truth (simulation-based calibration)."""
+    """Draw sessions from the prior; measure how often posteriors hold the truth (simulation-based calibration)."""
     from benchmarks.cases import Run
     from benchmarks.posterior.report import measure_posterior
     from calib.options import progress_bar
@@ -101,7 +101,7 @@ def effects(
     scheduler: Scheduler = None,
     as_json: AsJson = False,
 ) -> None:
-    """Makes sessions whose effect is withheld from what diagnoses them, has them diagnosed, and scores that."""
+    """Make sessions whose effect is withheld from what diagnoses them, have them diagnosed, and score that."""
     if part == "score":
         _score_effects(folder, as_json)
         return
@@ -138,7 +138,7 @@ def foreign(
     workers: Annotated[int, typer.Option(min=0, help="sessions at a time; 0: one on each core")] = 0,
     as_json: AsJson = False,
 ) -> None:
-    """Fits random sessions, two thirds of them disturbed: right or flagged? Exit status 1 when one falls short."""
+    """Fit random sessions, two thirds of them disturbed: right or flagged? Exit status 1 when one falls short."""
     from benchmarks.cases import Run
     from benchmarks.foreign.report import measure_foreign
     from calib.options import progress_bar
@@ -157,7 +157,7 @@ def gym(
     ] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Steps a second: the vector environment against a process for each environment, in one run."""
+    """Measure steps a second: the vector environment against a process for each environment, in one run."""
     from benchmarks.gym import measure_gym
 
     found = measure_gym(**({} if session is None else {"session": str(session)}))
@@ -165,7 +165,7 @@ def gym(
 
 
 def _score_effects(folder: Path, as_json: bool) -> None:
-    """Of a suite, or of its cases in a file."""
+    """Score a suite, or its cases in a file."""
     from benchmarks.cases import write_lines
     from benchmarks.effects.folder import SuiteFolder
     from benchmarks.effects.scoring import score_all, score_file
@@ -194,4 +194,4 @@ COMMANDS: dict[Callable[..., None], str] = {
     foreign: "foreign --folder foreign --count 300",
     gym: "gym --session pool",
 }
-"""Each with an example, for help."""
+"""Commands, each with an example for its help."""

@@ -1,4 +1,4 @@
-"""The tables of all benchmarks as Markdown, from the files in `docs/scores`; the site shows them on one page.
+"""Markdown tables of all benchmarks, from the files in `docs/scores`; the site shows them on one page.
 
 `python -m benchmarks … --json > docs/scores/NAME.json` writes such a file.
 """

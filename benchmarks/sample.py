@@ -1,4 +1,4 @@
-"""Makes `datasets/sample` again, with the checksums of its card: `python -m benchmarks.sample datasets/sample`.
+"""Maker of `datasets/sample`, with the checksums of its card: `python -m benchmarks.sample datasets/sample`.
 
 The session is made by the second simulator with one effect that the twin lacks: so its fit is not checked by the model
 that made the data, and its diagnosis has something to find. The card and `truth.json` tell what was put in; the program
@@ -37,7 +37,8 @@ from synthetic.simulate import DrivenMotor, TrueRun, save_commands, save_motor_l
 from tracking.head_frame import to_head_frame
 
 SAMPLE_SEED = 0
-CARD_FILE, TRUTH_FILE = "CARD.md", "truth.json"
+CARD_FILE = "CARD.md"
+TRUTH_FILE = "truth.json"
 WITHHELD = BackgroundCurrent(right_m_s=0.0057, up_m_s=0.0019, turning_rad_s=0.0008)
 """The effect that the twin lacks: the pool's pump is on, and its water drifts by 6 mm/s, in a wide eddy."""
 WORLD = World(
@@ -49,21 +50,26 @@ WORLD = World(
 """A robot within its maker's tolerances, and a camera of 965 px per metre, as in the published videos."""
 VIDEO_NAME = "f1_00_video"
 VIDEO = SessionVideo(trials=(VIDEO_NAME,), width_px=1280, height_px=720, crf=21)
-SPEEDS_HZ, FIT_HZ = (0.6, 0.7, 0.8, 1.0, 1.3), (0.6, 0.8, 1.3)
+SPEEDS_HZ = (0.6, 0.7, 0.8, 1.0, 1.3)
+FIT_HZ = (0.6, 0.8, 1.3)
 """Commanded turns of the crank a second; the held-out swims lie within the range of the fitted ones."""
-_WAYS_RAD = (np.pi, 0.0, 0.0, np.pi, 0.0)  # either way along the current
-_FEWEST_S, _FEWEST_BEATS = 5.0, 4.2
-_VIDEO_HZ, _VIDEO_S, _VIDEO_HEADING_RAD = 1.0, 3.5, 3.0
-_RUN_IN_S, _WARMUP_S = 3.0, 1.0
-_HEADING_RAD = 0.35  # off the picture's long side, at most
-_TABLE = "|---|---|\n"  # that the checksums end the card with
+_WAYS_RAD = (np.pi, 0.0, 0.0, np.pi, 0.0)  # The swims go either way along the current.
+_FEWEST_S = 5.0  # A swim lasts at least this long.
+_FEWEST_BEATS = 4.2  # A swim has at least this many beats.
+_VIDEO_HZ = 1.0
+_VIDEO_S = 3.5
+_VIDEO_HEADING_RAD = 3.0
+_RUN_IN_S = 3.0
+_WARMUP_S = 1.0
+_HEADING_RAD = 0.35  # Headings are at most this far off the picture's long side.
+_TABLE = "|---|---|\n"  # This begins the table of checksums, with which the card ends.
 
 
 class DrivenCrank(Mechanism):
-    """Turn the crank as its motor drives it, from rest to rest, whatever pulls at it."""
+    """Crank that turns as its motor drives it, from rest to rest, whatever pulls at it."""
 
-    driven: CrankTurn  # since the first frame
-    phase_rad: float  # in the first frame
+    driven: CrankTurn  # turn of the crank since the first frame
+    phase_rad: float  # phase in the first frame
 
     def turn(self, time_s: np.ndarray, turn: Turn, state: np.ndarray) -> Turn:  # noqa: ARG002
         """Follow the motor."""
@@ -73,26 +79,26 @@ class DrivenCrank(Mechanism):
 def make_sample(folder: Path) -> Path:
     """Make the sample; files of the same names are replaced, no others are touched."""
     with tempfile.TemporaryDirectory() as scratch:
-        shutil.copytree(_made(Path(scratch) / "sample"), folder, dirs_exist_ok=True)
+        shutil.copytree(_make(Path(scratch) / "sample"), folder, dirs_exist_ok=True)
     return folder
 
 
-def _made(folder: Path) -> Path:
-    plan = default_plan(SAMPLE_SEED)  # of the dry experiments, which start and stop as `calib capture` drives them
+def _make(folder: Path) -> Path:
+    plan = default_plan(SAMPLE_SEED)  # Its dry experiments start and stop as `calib capture` drives them.
     driven = {run.name: run for run in plan.dry_runs}
     motors = {
         name: DrivenMotor.of(run, run.motor, np.random.default_rng([SAMPLE_SEED, number]))
         for number, (name, run) in enumerate(driven.items())
         if run.motor is not None
     }
-    recordings = _recorded(_trials(plan), motors)
+    recordings = _simulate(_plan_trials(plan), motors)
     with new_folder(folder) as part:
         tables = []
         for number, (name, recording) in enumerate(recordings.items()):
-            files = _film(part, name, recording) if VIDEO.films(name) else _track(part, name, recording, number)
+            files = _film(part, name, recording) if VIDEO.films(name) else _write_tracks(part, name, recording, number)
             hz = driven[name].commanded_hz if name in driven else recording.trial.frequency_hz or None
             if name in motors:
-                _log(part, name, motors[name], recording)
+                _write_log(part, name, motors[name], recording)
                 files["motor"] = motor_file(driven[name])
             held_out = recording.trial.kind == "swim" and (hz not in FIT_HZ or VIDEO.films(name))
             role = "holdout" if held_out else "fit"
@@ -105,15 +111,15 @@ def _made(folder: Path) -> Path:
             trials=tables,
             fit={"warmup_s": _WARMUP_S},
         )
-        write_whole(part / TRUTH_FILE, json.dumps(_truth(recordings), indent=1) + "\n")
+        write_whole(part / TRUTH_FILE, json.dumps(_collect_truth(recordings), indent=1) + "\n")
         load_session(part)
     return folder
 
 
-def _trials(plan: SyntheticPlan) -> dict[str, Trial]:
+def _plan_trials(plan: SyntheticPlan) -> dict[str, Trial]:
     random = np.random.default_rng(SAMPLE_SEED)
     ways = zip(SPEEDS_HZ, _WAYS_RAD, strict=True)
-    swims = {trial_name("f", hz): _swim(hz, way_rad, random) for hz, way_rad in ways}
+    swims = {trial_name("f", hz): _plan_swim(hz, way_rad, random) for hz, way_rad in ways}
     swims[VIDEO_NAME] = swim_past_middle(_VIDEO_HZ, _VIDEO_S, _VIDEO_HEADING_RAD, 0.2, random)
     dry = {run.name: Trial("dry", run.seconds, phase_rad=run.phase_rad) for run in plan.dry_runs}
     decays = {
@@ -123,7 +129,7 @@ def _trials(plan: SyntheticPlan) -> dict[str, Trial]:
     return {name: replace(trial, run_in_s=_RUN_IN_S) for name, trial in swims.items()} | dry | decays
 
 
-def _recorded(trials: Mapping[str, Trial], motors: Mapping[str, DrivenMotor]) -> dict[str, Recording]:
+def _simulate(trials: Mapping[str, Trial], motors: Mapping[str, DrivenMotor]) -> dict[str, Recording]:
     """Simulate all trials in one batch; a crank that a motor is logged of turns as that drives it."""
     worlds = dict.fromkeys(trials, WORLD)
     for name, motor in motors.items():
@@ -133,12 +139,12 @@ def _recorded(trials: Mapping[str, Trial], motors: Mapping[str, DrivenMotor]) ->
     return dict(zip(trials, filmed, strict=True))
 
 
-def _swim(hz: float, way_rad: float, random: np.random.Generator) -> Trial:
+def _plan_swim(hz: float, way_rad: float, random: np.random.Generator) -> Trial:
     heading = float(random.uniform(-_HEADING_RAD, _HEADING_RAD) + way_rad)
     return swim_past_middle(hz, max(_FEWEST_S, round(_FEWEST_BEATS / hz, 1)), heading, 0.2, random)
 
 
-def _track(folder: Path, name: str, recording: Recording, number: int) -> dict[str, str]:
+def _write_tracks(folder: Path, name: str, recording: Recording, number: int) -> dict[str, str]:
     """Write the tracks that a tracker with faults gives; return the keys of its `[[trial]]`."""
     random = np.random.default_rng([SAMPLE_SEED, 4, number])
     file = f"trials/{name}.csv.gz"
@@ -147,7 +153,7 @@ def _track(folder: Path, name: str, recording: Recording, number: int) -> dict[s
     return {"tracks": file}
 
 
-def _log(folder: Path, name: str, motor: DrivenMotor, recording: Recording) -> None:
+def _write_log(folder: Path, name: str, motor: DrivenMotor, recording: Recording) -> None:
     """Write what the motor's computer logs, on a clock of its own."""
     crank = CubicSpline(recording.drive.time_s, recording.drive.angle_rad)
     last_s = recording.drive.time_s[-1]
@@ -159,7 +165,7 @@ def _log(folder: Path, name: str, motor: DrivenMotor, recording: Recording) -> N
 def _film(folder: Path, name: str, recording: Recording) -> dict[str, str]:
     """Render the video of a swim in the middle of the picture, with start boxes and exact tracks; return its keys."""
     camera = SyntheticCamera(px_per_m=WORLD.camera.focal_px / WORLD.camera.height_m)
-    plan = SyntheticPlan(trials=(_planned(name, recording),), camera=camera, seed=SAMPLE_SEED)
+    plan = SyntheticPlan(trials=(_describe_trial(name, recording),), camera=camera, seed=SAMPLE_SEED)
     middle = (recording.position_px.max(axis=(0, 1)) + recording.position_px.min(axis=(0, 1))) / 2
     swim = TrueRun(
         trial=plan.trials[0],
@@ -169,12 +175,12 @@ def _film(folder: Path, name: str, recording: Recording) -> dict[str, str]:
         hinges_rad=recording.hinges_rad,
         frequency_hz=recording.trial.frequency_hz,
         phase_rad=recording.trial.phase_rad,
-        speed_m_s=_speed(recording),
+        speed_m_s=_measure_speed(recording),
     )
     return VIDEO.film(folder, 0, swim, plan, lambda *_: None)
 
 
-def _planned(name: str, recording: Recording) -> SyntheticTrial:
+def _describe_trial(name: str, recording: Recording) -> SyntheticTrial:
     trial = recording.trial
     hz = trial.frequency_hz
     return SyntheticTrial(
@@ -182,7 +188,7 @@ def _planned(name: str, recording: Recording) -> SyntheticTrial:
     )
 
 
-def _speed(recording: Recording) -> float:
+def _measure_speed(recording: Recording) -> float:
     """Return the forward speed after the warm-up without noise, m/s, as `forward_speed` defines it."""
     nose, neck = (recording.markers.index(marker) for marker in ("nose", "neck"))
     head = to_head_frame(recording.marker_m, nose, neck)
@@ -190,7 +196,7 @@ def _speed(recording: Recording) -> float:
     return float(forward_speed(recording.time_s, head, kept, recording.trial.frequency_hz))
 
 
-def _truth(recordings: Mapping[str, Recording]) -> dict[str, Any]:
+def _collect_truth(recordings: Mapping[str, Recording]) -> dict[str, Any]:
     swims = {name: each for name, each in recordings.items() if each.trial.kind == "swim"}
     return {
         "withheld": {"effect": "background_current", **asdict(WITHHELD)},
@@ -200,7 +206,7 @@ def _truth(recordings: Mapping[str, Recording]) -> dict[str, Any]:
             name: {
                 "frequency_hz": each.trial.frequency_hz,
                 "phase_rad": round(each.trial.phase_rad, 4),
-                "speed_m_s": round(_speed(each), 5),
+                "speed_m_s": round(_measure_speed(each), 5),
             }
             for name, each in swims.items()
         },
@@ -208,14 +214,14 @@ def _truth(recordings: Mapping[str, Recording]) -> dict[str, Any]:
 
 
 def checksums(folder: Path) -> dict[str, str]:
-    """The sha256 of every file of a dataset by its name in the folder, without results and the card."""
+    """Return the sha256 of every file of a dataset by its name in the folder, without results and the card."""
     files = {path.relative_to(folder): path for path in sorted(folder.rglob("*")) if path.is_file()}
     own = {name: path for name, path in files.items() if "results" not in name.parts and name.name[0] != "."}
     return {name.as_posix(): sha256_of(path) for name, path in own.items() if name != Path(CARD_FILE)}
 
 
 def write_checksums(folder: Path) -> None:
-    """Write them into the card, whose text is written by hand."""
+    """Write the checksums into the card, whose text is written by hand."""
     text, _, _ = (folder / CARD_FILE).read_text(encoding="utf-8").rpartition(_TABLE)
     rows = "".join(f"| `{name}` | `{digest}` |\n" for name, digest in checksums(folder).items())
     write_whole(folder / CARD_FILE, text + _TABLE + rows)

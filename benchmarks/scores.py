@@ -1,4 +1,4 @@
-"""What a benchmark found: shares and numbers with their intervals, in tables that a terminal and a page can show."""
+"""Shares and numbers that a benchmark found, with their intervals, in tables that a terminal and a page can show."""
 
 from __future__ import annotations
 
@@ -15,12 +15,14 @@ from scipy.stats import binomtest
 from swimcal.results import from_plain, plain_json, to_plain
 
 T = TypeVar("T")
-_FEWEST, _DRAWS, _SEED = 5, 400, 0  # of an interval by resampling
-_WIDTH = 120  # characters of a line
+_FEWEST = 5  # An interval by resampling needs at least this many values.
+_DRAWS = 400
+_SEED = 0
+_MAX_CHARACTERS = 120  # A table with a longer line becomes a list.
 
 
 class Share(NamedTuple):
-    """How many of how many, with a 95 % interval (Wilson 1927)."""
+    """Number of cases out of a total, with a 95 % interval (Wilson 1927)."""
 
     hits: int
     of: int
@@ -29,18 +31,18 @@ class Share(NamedTuple):
     def among(
         cls, cases: Sequence[T], right: Callable[[T], bool], counts: Callable[[T], bool] = lambda _: True
     ) -> Share:
-        """Of the cases that count, those of which something holds."""
+        """Count, of the cases that count, those of which something holds."""
         chosen = [case for case in cases if counts(case)]
         return cls(sum(right(case) for case in chosen), len(chosen))
 
     @property
     def value(self) -> float:
-        """nan of none."""
+        """Share of cases; nan of none."""
         return self.hits / self.of if self.of else float("nan")
 
     @property
     def interval(self) -> tuple[float, float]:
-        """nan of none."""
+        """95 % interval of the share; nan of none."""
         if not self.of:
             return float("nan"), float("nan")
         found = binomtest(self.hits, self.of).proportion_ci(0.95, method="wilson")
@@ -65,12 +67,12 @@ class Estimate(NamedTuple):
 
 
 def median(values: Sequence[float]) -> Estimate:
-    """Of a few numbers."""
+    """Return the median of a few numbers."""
     return resampled(values, lambda drawn: float(np.median(drawn)) if len(drawn) else float("nan"))
 
 
 def resampled(of: Sequence[T], estimate: Callable[[Sequence[T]], float]) -> Estimate:
-    """What is estimated, with the interval that drawing as many anew gives (percentiles; Efron 1979)."""
+    """Estimate with the interval that drawing as many anew gives (percentiles; Efron 1979)."""
     value = estimate(of)
     if len(of) < _FEWEST or np.isnan(value):
         return Estimate(value, (float("nan"),) * 2)
@@ -83,9 +85,9 @@ def resampled(of: Sequence[T], estimate: Callable[[Sequence[T]], float]) -> Esti
 class Measure(NamedTuple):
     """One row of a table."""
 
-    label: str  # what is counted
-    found: Share | Estimate  # the number
-    asked: str = ""  # what it should be; empty where nothing is asked
+    label: str  # words for what is counted
+    found: Share | Estimate  # number that was found
+    asked: str = ""  # required value; empty where nothing is asked
 
 
 class Table(NamedTuple):
@@ -97,7 +99,7 @@ class Table(NamedTuple):
 
     @classmethod
     def of(cls, caption: str, measured: Mapping[str, Mapping[str, Measure]]) -> Table:
-        """A row for each measure, a column for each subject; the first column gives what is required."""
+        """Build a row for each measure, a column for each subject; the first column gives what is required."""
         first, *others = measured.values()
         rows = [
             (row.label, row.asked, str(row.found), *(str(each[name].found) for each in others))
@@ -106,39 +108,39 @@ class Table(NamedTuple):
         return cls(caption, ("", "required", *measured), tuple(rows))
 
     def text(self) -> str:
-        """As Markdown: a table, or a list where a row is longer than a line."""
+        """Return Markdown: a table, or a list where a row is longer than a line."""
         rule = ("---",) * len(self.columns)
         lines = [f"| {' | '.join(cells)} |" for cells in (self.columns, rule, *self.rows)]
-        if max(map(len, lines)) <= _WIDTH:
+        if max(map(len, lines)) <= _MAX_CHARACTERS:
             return "\n".join([self.caption, "", *lines])
         named = [zip(self.columns[1:], row[1:], strict=True) for row in self.rows]
         found = ["; ".join(f"{column} {cell}" for column, cell in row if cell) for row in named]
-        items = _items(f"{row[0]}: {values}" for row, values in zip(self.rows, found, strict=True))
+        items = _format_items(f"{row[0]}: {values}" for row, values in zip(self.rows, found, strict=True))
         return f"{self.caption}\n\n{items}"
 
 
 @dataclass(frozen=True)
 class Scores:
-    """Of one benchmark, as a JSON file or as Markdown."""
+    """Scores of one benchmark, as a JSON file or as Markdown."""
 
-    title: str  # of the benchmark
-    data: str  # what it was measured on, and whether that is synthetic
-    command: str  # that measures it again
-    tables: tuple[Table, ...]  # the numbers
-    notes: tuple[str, ...] = ()  # what a reader must know of them
+    title: str  # title of the benchmark
+    data: str  # data that it was measured on, and whether they are synthetic
+    command: str  # command that measures it again
+    tables: tuple[Table, ...]  # tables of the numbers
+    notes: tuple[str, ...] = ()  # notes that a reader must know
 
     def text(self) -> str:
-        """As Markdown, without the title."""
+        """Return Markdown, without the title."""
         parts = [f"Data: {self.data}  \nCommand: `{self.command}`", *(table.text() for table in self.tables)]
-        return "\n\n".join([*parts, *([_items(self.notes)] if self.notes else [])])
+        return "\n\n".join([*parts, *([_format_items(self.notes)] if self.notes else [])])
 
     def json(self) -> str:
-        """As text for a file."""
+        """Return the text for a JSON file."""
         return json.dumps(plain_json(to_plain(self)), indent=1, ensure_ascii=False) + "\n"
 
     @classmethod
     def read(cls, path: Path) -> Scores:
-        """From a file.
+        """Read scores from a file.
 
         Raises:
             OSError, KeyError, TypeError, ValueError: it holds none.
@@ -147,6 +149,6 @@ class Scores:
         return scores
 
 
-def _items(texts: Iterable[str]) -> str:
-    whole = TextWrapper(_WIDTH, subsequent_indent="  ", break_long_words=False, break_on_hyphens=False)
+def _format_items(texts: Iterable[str]) -> str:
+    whole = TextWrapper(_MAX_CHARACTERS, subsequent_indent="  ", break_long_words=False, break_on_hyphens=False)
     return "\n".join(whole.fill(f"- {text}".replace(" %", "\u00a0%")) for text in texts)

@@ -1,4 +1,4 @@
-"""The speed of the twin, and the error that its time step costs; ratios count, as absolute times vary with machines."""
+"""Speed of the twin, and the error that its time step costs; ratios count, as absolute times vary with machines."""
 
 import time
 from dataclasses import dataclass, replace
@@ -39,8 +39,9 @@ class StepError:
     Attributes:
         name: name of the set.
         coefficients: the coefficients.
-        marker_mean_mm, marker_rms_mm, marker_max_mm: mean, root mean square and largest distance of markers relative to
-            the nose, in the head frame; each at its worst frequency.
+        marker_mean_mm: mean distance of markers relative to the nose, in the head frame, at its worst frequency.
+        marker_rms_mm: root mean square of the same distance, at its worst frequency.
+        marker_max_mm: largest such distance, at its worst frequency.
         speed: largest relative difference in mean forward speed over the frequencies.
         worst_hz: the frequency of that difference.
     """
@@ -98,8 +99,8 @@ def measure_speed(session: Path | None = None) -> SpeedOutcome:
         with working(session, quiet=True) as pipeline:
             sets["of the session"] = pipeline.the_fit().result().coefficients
     wet = _export(FITTED, water=True)
-    everything, cores = _real_time_batch(wet)
-    one, bare = _real_time(wet), _real_time(_export(FITTED, water=False))
+    everything, cores = _measure_real_time_batch(wet)
+    one, bare = _measure_real_time(wet), _measure_real_time(_export(FITTED, water=False))
     return SpeedOutcome(
         timestep_s=float(wet.opt.timestep),
         real_time_one_core=one,
@@ -108,7 +109,7 @@ def measure_speed(session: Path | None = None) -> SpeedOutcome:
         cores=cores,
         fluid_cost=bare / one,
         scaling=everything / one,
-        step_errors=tuple(_step_error(name, values) for name, values in sets.items()),
+        step_errors=tuple(_measure_step_error(name, values) for name, values in sets.items()),
     )
 
 
@@ -139,7 +140,7 @@ def _export(coefficients: FluidCoefficients, water: bool) -> mujoco.MjModel:
     return mujoco.MjModel.from_xml_string(spec.to_xml())
 
 
-def _real_time(model: mujoco.MjModel) -> float:
+def _measure_real_time(model: mujoco.MjModel) -> float:
     """Measure the simulated seconds a second, the best of some runs of 10 s."""
     data, steps, best = mujoco.MjData(model), round(10.0 / model.opt.timestep), np.inf
     for _ in range(_REPEATS):
@@ -151,7 +152,7 @@ def _real_time(model: mujoco.MjModel) -> float:
     return float(steps * model.opt.timestep / best)
 
 
-def _real_time_batch(model: mujoco.MjModel, simulations: int = 32) -> tuple[float, int]:
+def _measure_real_time_batch(model: mujoco.MjModel, simulations: int = 32) -> tuple[float, int]:
     batch = Batch(model, simulations)
     steps, best = round(5.0 / model.opt.timestep), np.inf
     crank = model.joint("crank")
@@ -165,7 +166,7 @@ def _real_time_batch(model: mujoco.MjModel, simulations: int = 32) -> tuple[floa
     return float(simulations * steps * model.opt.timestep / best), int(batch.nthread)
 
 
-def _step_error(name: str, coefficients: FluidCoefficients) -> StepError:
+def _measure_step_error(name: str, coefficients: FluidCoefficients) -> StepError:
     coarse, fine = _sweep(coefficients, SWIM.timestep_s), _sweep(coefficients, SWIM.timestep_s / FINER)
     kept = TIME_S >= WARMUP_S
     distance = 1000 * np.linalg.norm(coarse.shape_m - fine.shape_m, axis=-1)[:, kept]  # (f, k, m)

@@ -1,4 +1,4 @@
-"""The site of `make docs`: the pages of `docs/` and the notebooks, as one offline folder.
+"""Configuration of the site of `make docs`: the pages of `docs/` and the notebooks, as one offline folder.
 
 The sources lie in the root of the repository, so that links between pages, notebooks and files are the same here, in a
 checkout and on a code host.

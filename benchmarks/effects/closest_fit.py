@@ -1,4 +1,4 @@
-"""How close several effects together come to a change of a row, within their bounds."""
+"""Fit of several effects together to a change of a row: how close they come within their bounds."""
 
 from collections.abc import Callable, Sequence
 from itertools import product
@@ -9,26 +9,26 @@ from scipy.optimize import lsq_linear
 
 from fitting.signatures import Piece, Signature, Whitened, pieces
 
-_TOLD_APART = 2  # parameters of an effect
+_MAX_FREE_PARAMETERS = 2  # An effect of more parameters would have too many choices of pieces.
 
 
 class ClosestFit(NamedTuple):
-    """Several effects, or none, at their best."""
+    """Closest fit of several effects, or of none."""
 
-    values: list[np.ndarray]  # (p,) of the parameters of each
+    values: list[np.ndarray]  # (p,) parameters of each effect
     distance: float  # whitened, coefficients refitted; d in the two-way error Phi(-d / 2)
-    residual: np.ndarray  # (k,) of the row without them, coefficients as they were
+    residual: np.ndarray  # (k,) residual of the row without the effects, coefficients as they were
 
 
 def closest_fit_of(space: Whitened, row: np.ndarray, signatures: Sequence[Signature]) -> ClosestFit:
-    """Parameters of effects that together come nearest to a change (k,), within their bounds.
+    """Fit the parameters of effects that together come nearest to a change (k,), within their bounds.
 
     Each parameter is linear over each of its pieces; those of all effects that come nearest are taken.
     """
     target = space.projected(row)
     best, residual = [np.zeros(len(each.effect.parameters)) for each in signatures], row
     nearest = float(np.linalg.norm(target))
-    choices = [chosen for chosen in product(*map(_ways, signatures)) if any(chosen)]
+    choices = [chosen for chosen in product(*map(_list_choices, signatures)) if any(chosen)]
     every = {id(piece): piece for chosen in choices for way in chosen for piece in way.values()}
     if not every:
         return ClosestFit(best, nearest, residual)
@@ -50,20 +50,20 @@ def closest_fit_of(space: Whitened, row: np.ndarray, signatures: Sequence[Signat
     return ClosestFit(best, nearest, residual)
 
 
-def _ways(signature: Signature) -> list[dict[int, Piece]]:
-    """All choices of one piece of each parameter that shows, by its number.
+def _list_choices(signature: Signature) -> list[dict[int, Piece]]:
+    """List all choices of one piece of each parameter that shows, by its number.
 
     Of an effect of more than two parameters, of which there would be too many, two: for all strengths the slopes of the
     least, and of the largest that were tried.
     """
     every = {number: pieces(signature, number) for number in range(signature.values.shape[1])}
     every = {number: own for number, own in every.items() if own}
-    if len(every) <= _TOLD_APART:
+    if len(every) <= _MAX_FREE_PARAMETERS:
         return [dict(zip(every, chosen, strict=True)) for chosen in product(*every.values())]
-    return [{number: _whole(own, size) for number, own in every.items()} for size in (min, max)]
+    return [{number: _merge_pieces(own, size) for number, own in every.items()} for size in (min, max)]
 
 
-def _whole(own: Sequence[Piece], size: Callable[..., Piece]) -> Piece:
-    """All strengths with the slope of the least or the largest."""
+def _merge_pieces(own: Sequence[Piece], size: Callable[..., Piece]) -> Piece:
+    """Return one piece for all strengths, with the slope of the least or the largest."""
     like = size(own, key=lambda piece: max(piece.low, -piece.high))
     return Piece(own[0].low, own[-1].high, like.slope)

@@ -1,4 +1,4 @@
-"""Runs a program over the sessions of a suite: with all it knows, and once more without the effect that is there.
+"""Runs of a program over the sessions of a suite: with all it knows, and once more without the effect that is there.
 
 The one place where the benchmark meets the programs that it scores: each writes a session's `diagnosis.json`.
 """
@@ -19,20 +19,20 @@ from diagnosis.discrepancy import Discrepancy
 from swimcal.results import write_whole
 
 Program = Callable[[Path, Discrepancy, frozenset[str]], None]
-"""Diagnoses a session's folder, given the discrepancy and the names that its catalogue is to lack."""
+"""Function that diagnoses a session's folder, given the discrepancy and the names that its catalogue is to lack."""
 
 
 class ProgramFailed(RuntimeError):
-    """A program ended with an error; its last words are the message."""
+    """Failure of a program that ended with an error; its last words are the message."""
 
 
 def diagnose(session: Path, discrepancy: Discrepancy, without: frozenset[str]) -> None:
-    """Diagnoses as `calib diagnose --effort quick` does, on one core."""
+    """Diagnose as `calib diagnose --effort quick` does, on one core."""
     Pipeline(open_session(session), Options("quick", workers=1)).diagnosis(without, discrepancy)
 
 
 def program_of(command: str) -> Program:
-    """The program that a command line names; the toolkit's own for an empty one.
+    """Return the program that a command line names; the toolkit's own for an empty one.
 
     A session's folder is appended, and `--exclude EFFECT[,EFFECT]`, as `calib diagnose` takes them. Such a program
     is not given the discrepancy.
@@ -49,16 +49,16 @@ def _run_command(words: tuple[str, ...], session: Path, _discrepancy: Discrepanc
 
 
 Piece = tuple[Path, frozenset[str]]
-"""A session, and the effects that the catalogue is to lack."""
+"""Folder of a session, and the effects that the catalogue is to lack."""
 
 
 def diagnose_suite(suite: SuiteFolder, program: Program, run: Run) -> tuple[Failure, ...]:
-    """Diagnoses the sessions that have no diagnosis yet; each is written into its session's folder.
+    """Diagnose the sessions that have no diagnosis yet; each is written into its session's folder.
 
     Args:
-        suite: that was made.
-        program: that diagnoses; it can be pickled.
-        run: how; workers elsewhere need to see the same folder.
+        suite: folder of a suite that was made.
+        program: program that diagnoses; it can be pickled.
+        run: way to work off the sessions; workers elsewhere need to see the same folder.
 
     Returns:
         Sessions that gave no diagnosis; the next run tries them again.
@@ -66,29 +66,35 @@ def diagnose_suite(suite: SuiteFolder, program: Program, run: Run) -> tuple[Fail
     Raises:
         InputError: no scheduler answers.
     """
-    return _diagnosed(suite, program, [(suite.sessions / name, frozenset()) for name in suite.names], run)
+    return _diagnose_pieces(suite, program, [(suite.sessions / name, frozenset()) for name in suite.names], run)
 
 
 def diagnose_without(suite: SuiteFolder, program: Program, run: Run) -> tuple[Failure, ...]:
-    """Diagnoses each session with one effect once more, by a catalogue that lacks it, in a copy in `F/without`.
+    """Diagnose each session with one effect once more, by a catalogue that lacks it, in a copy in `F/without`.
 
     This opens the answers, of sessions that are diagnosed; but the program gets only the name that its catalogue is to
     lack.
 
-    Args, Returns: as of `diagnose_suite`.
+    Args:
+        suite: folder of a suite that was diagnosed.
+        program: program that diagnoses; it can be pickled.
+        run: way to work off the sessions; workers elsewhere need to see the same folder.
+
+    Returns:
+        Sessions that gave no diagnosis; the next run tries them again.
 
     Raises:
         InputError: as of `diagnose_suite`, or a session is not diagnosed yet.
     """
-    suite.check_diagnosed()  # the name of the true effect is in a folder from now on
+    suite.check_diagnosed()  # From here on the name of the true effect is in a folder.
     pieces = [(suite.without / name, frozenset(answer.effects)) for name, answer in suite.singles.items()]
     for copy, _ in pieces:
         _copy(suite.sessions / copy.name, copy)
-    return _diagnosed(suite, program, pieces, run)
+    return _diagnose_pieces(suite, program, pieces, run)
 
 
 def _copy(session: Path, folder: Path) -> None:
-    """With what was already fitted in it, which does not depend on the catalogue; but not with its diagnosis."""
+    """Copy what was already fitted in a session, which does not depend on the catalogue; but not its diagnosis."""
     if not folder.exists():
         part = folder.with_name(f".{folder.name}")
         shutil.rmtree(part, ignore_errors=True)
@@ -96,13 +102,13 @@ def _copy(session: Path, folder: Path) -> None:
         part.rename(folder)
 
 
-def _diagnosed(suite: SuiteFolder, program: Program, pieces: list[Piece], run: Run) -> tuple[Failure, ...]:
+def _diagnose_pieces(suite: SuiteFolder, program: Program, pieces: list[Piece], run: Run) -> tuple[Failure, ...]:
     todo = {piece[0].name: piece for piece in pieces if not (piece[0] / DIAGNOSIS).exists()}
     return run_cases(partial(diagnose_one, program, suite.discrepancy), todo, run)
 
 
 def diagnose_one(program: Program, discrepancy: Path, piece: Piece) -> None:
-    """Diagnoses one session, and notes how long that took.
+    """Diagnose one session, and note how long that took.
 
     Raises:
         FileNotFoundError: the program wrote no diagnosis.

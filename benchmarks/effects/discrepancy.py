@@ -1,4 +1,4 @@
-"""What remains between reality in its base state and the refitted twin, which every diagnosis may know.
+"""Residual between the second simulator in its base state and the refitted twin, which every diagnosis may know.
 
 `python -m benchmarks.effects.discrepancy diagnosis/discrepancy.npz` measures it anew, on all cores.
 """
@@ -30,44 +30,48 @@ from swimcal.create_session import FISHSIM_MARKERS
 from swimcal.effects.catalogue import catalogue
 from swimcal.robot import load_robot
 
-LENGTH = 127  # features of nine markers
-SEEDS, WITH_EFFECTS = range(9000, 9200), 25  # of sessions; how many of them are asked what effects would do
-_STARTED_M = 2e-4  # standard deviation that refits start from, m and m/s
-_TOGETHER = 5  # sessions that are simulated at a time
-_SIZES = np.geomspace(0.35, 1.4, 9)  # of a twin's error against its mean square over sessions
-_ROBUST = 6  # rounds
-_GAIN = 0.2  # of log likelihood, from which a strength counts: one session of 25 that calls for it is a false alarm
-_LITTLE = 0.5  # of an effect at most: what is more is no twin's error that only looks like it
-_FIRST = 0.1  # strength that is tried first
-_HELD_BACK = 5.0  # pairs of swims that have nothing in common, for all that is known before
-_MOST = 0.97  # of a direction's variance that two swims have in common
+LENGTH = 127  # Nine markers have this many features.
+SEEDS = range(9000, 9200)  # Each seed makes one session.
+WITH_EFFECTS = 25  # The responses to effects are simulated for this many sessions.
+_START_SD_M = 2e-4  # Refits start from this standard deviation of the discrepancy, m and m/s.
+_TOGETHER = 5  # This many sessions are simulated at a time.
+_SIZES = np.geomspace(0.35, 1.4, 9)  # A twin's error may have these sizes, against its mean square over sessions.
+_ROBUST_ROUNDS = 6
+# A strength counts from this gain of log likelihood on: one session of 25 that calls for it is a false alarm.
+_MIN_GAIN = 0.2
+# Only a smaller strength counts: what is more is no twin's error that only looks like the effect.
+_MAX_STRENGTH = 0.5
+_START_STRENGTH = 0.1  # The search for a strength starts here.
+_PRIOR_PAIRS = 5.0  # As many pairs of swims that have nothing in common are added, for all that is known before.
+_MAX_COMMON_SHARE = 0.97  # Two swims have at most this share of a direction's variance in common.
 HEAVY = {"segment_coefficients": (3.0, 0.1)}
-"""By effect, so many times as much of it the twin's own error looks like in a few sessions, and in what share.
+"""Factor and share by effect: in a share of sessions the twin's own error looks like so many times as much of it.
 
 Of 30 base sessions three call for 0.3 to 0.4 standard deviations of how coefficients change along the body, and most
 for none: e^4.5 times as probable as if all had alike much. Of stiffness, damping, tendons and a current ahead nothing
 of the kind shows; of a current across as much does, but of that the course tells.
 """
 _TAIL = tail_markers(load_robot(), FISHSIM_MARKERS)
-_NEVER = "measurement"  # family of effects of which a twin's error shows nothing: reality sees as it is
+# A twin's error shows nothing of the effects of this family, as reality sees as it is.
+_EXCLUDED_FAMILY = "measurement"
 
 
 @dataclass(frozen=True, eq=False)
 class BaseSession:
     """A robot that is as described, in water of some kind, with the twin refitted to it; without noise."""
 
-    seed: int  # of the session
-    frequency_hz: np.ndarray  # (t,) of each swim
-    measured: np.ndarray  # (t, 127) their features, m and m/s
-    residual: np.ndarray  # (t, 127) of the twin
-    slopes: np.ndarray  # (k, 5) of these with the coefficients
-    noise: np.ndarray  # (k, k) that a tracker would add
-    # by effect and parameter, (k,) what one standard deviation of its prior does; empty where not asked
+    seed: int  # seed of the session
+    frequency_hz: np.ndarray  # (t,) frequency of each swim
+    measured: np.ndarray  # (t, 127) features of the swims, m and m/s
+    residual: np.ndarray  # (t, 127) residual of the twin
+    slopes: np.ndarray  # (k, 5) slopes of the features with the coefficients
+    noise: np.ndarray  # (k, k) covariance that a tracker would add
+    # (k,) change by one standard deviation of the prior, by effect and parameter; empty where it is not asked for
     columns: Mapping[tuple[str, int], np.ndarray]
 
     @property
     def phase_rad(self) -> np.ndarray:
-        """(t,) at which their tails begin."""
+        """(t,) phases at which the tails begin."""
         return beat_phase(self.measured, _TAIL)
 
     @property
@@ -84,20 +88,20 @@ class BaseSession:
 
 
 def base_sessions(seeds: Sequence[int], with_effects: bool) -> list[BaseSession]:
-    """Simulated together, in this order."""
-    return film_together([_session(seed, with_effects) for seed in seeds])
+    """Simulate base sessions together, in the order of their seeds."""
+    return film_together([_build_session(seed, with_effects) for seed in seeds])
 
 
-def _session(seed: int, with_effects: bool) -> Filming[BaseSession]:
+def _build_session(seed: int, with_effects: bool) -> Filming[BaseSession]:
     plan = SessionPlan(f"base-{seed}", seed, recorded_by(np.random.default_rng([seed, 1])), "null")
     drawn = yield from draw_world(plan)
     drawn = replace(drawn, world=replace(drawn.world, nuisances=Nuisances()))
-    plain = Discrepancy.independent(_STARTED_M**2 * np.eye(LENGTH))
+    plain = Discrepancy.independent(_START_SD_M**2 * np.eye(LENGTH))
     rows = SessionRows.of(drawn, (yield from drawn.recorded()), plain)
     residual = rows.residual_features
     columns: dict[tuple[str, int], np.ndarray] = {}
     if with_effects:
-        every = {name: effect for name, effect in catalogue().items() if effect.family != _NEVER}
+        every = {name: effect for name, effect in catalogue().items() if effect.family != _EXCLUDED_FAMILY}
         for signature in rows.signatures(every):
             for number, parameter in enumerate(signature.effect.parameters):
                 slope = little(signature, number)
@@ -111,7 +115,7 @@ def _session(seed: int, with_effects: bool) -> Filming[BaseSession]:
 
 
 def discrepancy_of(sessions: Sequence[BaseSession]) -> Discrepancy:
-    """Of many sessions: the residual of each trial, its correlation between two, and among all trials of a session.
+    """Estimate the discrepancy from many sessions: per trial, between two trials, and among all of a session.
 
     Its size maximises the likelihood of all sessions, each with a factor of its own; so does the strength of each
     effect that it resembles, alone, in the sessions with responses of effects.
@@ -119,11 +123,11 @@ def discrepancy_of(sessions: Sequence[BaseSession]) -> Discrepancy:
     found = in_common(sessions, robust_covariance([session.in_phase for session in sessions]))
     sizes = {size * scale for size in _SIZES for scale in SCALES}
     rows = {size: [_Row.of(session, found, size) for session in sessions] for size in sizes}
-    by_size = [_unlikely(_sized(rows, size)) for size in _SIZES]
+    by_size = [_compute_cost(_scale_rows(rows, size)) for size in _SIZES]
     size = _SIZES[int(np.argmin(by_size))]
     asked = [number for number, session in enumerate(sessions) if session.columns]
     rows = {each: [own[number] for number in asked] for each, own in rows.items()}
-    strengths = _strengths(_sized(rows, size))
+    strengths = _find_strengths(_scale_rows(rows, size))
     names = dict.fromkeys(name for name, _ in strengths)
     counts = {name: len(catalogue()[name].parameters) for name in names}
     by_name = {name: tuple(strengths.get((name, i), 0.0) for i in range(counts[name])) for name in names}
@@ -131,7 +135,7 @@ def discrepancy_of(sessions: Sequence[BaseSession]) -> Discrepancy:
 
 
 def in_common(sessions: Sequence[BaseSession], covariance: np.ndarray) -> Discrepancy:
-    """What swims of one session have in common, by directions in which the residual is independent.
+    """Estimate what swims of one session have in common, by directions in which the residual is independent.
 
     Directions are those of a covariance (127, 127) against the noise of the tracks. In each of them both shares come
     from products of the residuals of two trials, by least squares with some pairs added that have nothing in common.
@@ -150,51 +154,55 @@ def in_common(sessions: Sequence[BaseSession], covariance: np.ndarray) -> Discre
         products += list((along[:, one] * along[:, other]).T)
         squares.append((along**2).mean(axis=1))
     variance = np.mean(squares, axis=0)  # shrinking has made the large ones too small
-    design = np.vstack([np.column_stack([np.ones(len(near)), near]), np.sqrt(_HELD_BACK) * np.eye(2)])
+    design = np.vstack([np.column_stack([np.ones(len(near)), near]), np.sqrt(_PRIOR_PAIRS) * np.eye(2)])
     common = np.array([nnls(design, np.append(own, [0.0, 0.0]))[0] for own in np.transpose(products / variance)])
-    common *= np.minimum(1.0, _MOST / np.maximum(common.sum(axis=1), _MOST))[:, None]
+    common *= np.minimum(1.0, _MAX_COMMON_SHARE / np.maximum(common.sum(axis=1), _MAX_COMMON_SHARE))[:, None]
     beats = [advanced(session.measured, -session.phase_rad) for session in sessions]
     beat = np.mean(np.concatenate([harmonics_of(features)[:, :, 1, 0] for features in beats]), axis=0)
     return Discrepancy(directions * np.sqrt(variance), common, beat=beat)
 
 
 def robust_covariance(residual: Sequence[np.ndarray]) -> np.ndarray:
-    """(127, 127) second moments of the residual (t, 127) in many sessions, shrunk (Ledoit and Wolf 2004).
+    """Return the (127, 127) second moments of the residual (t, 127) in many sessions, shrunk (Ledoit and Wolf 2004).
 
     About zero, not about their mean: what the twin leaves of every swim alike is its error too. A session counts by its
     directions, not by its size (Tyler 1987), so that a few in which the twin is far off do not say how all are.
     """
-    found = _shrunk(residual)
-    for _ in range(_ROBUST):
+    found = _shrink(residual)
+    for _ in range(_ROBUST_ROUNDS):
         root = np.linalg.cholesky(found)
         sizes = np.array([np.sqrt((solve_triangular(root, own.T, lower=True) ** 2).mean()) for own in residual])
         sizes /= np.exp(np.log(sizes).mean())
-        found = _shrunk([own / size for own, size in zip(residual, sizes, strict=True)])
+        found = _shrink([own / size for own, size in zip(residual, sizes, strict=True)])
     return found
 
 
-def _shrunk(residual: Sequence[np.ndarray]) -> np.ndarray:
+def _shrink(residual: Sequence[np.ndarray]) -> np.ndarray:
     pooled = np.vstack(residual)
     scale = np.sqrt((pooled**2).mean(axis=0))
     shrunk, _ = ledoit_wolf(pooled / scale, assume_centered=True)
     return np.asarray(shrunk * np.outer(scale, scale))
 
 
-def _strengths(rows: Mapping[float, Sequence["_Row"]]) -> dict[tuple[str, int], float]:
-    """Of each parameter the likeliest when there is no other: so much of it these sessions look like by themselves.
+def _find_strengths(rows: Mapping[float, Sequence["_Row"]]) -> dict[tuple[str, int], float]:
+    """Find the likeliest strength of each parameter when there is no other: how much of it these sessions look like.
 
     Of those that make the residual likelier.
     """
     every = sorted(set.intersection(*(set(row.across) for own in rows.values() for row in own)))
-    without = _unlikely(rows)
+    without = _compute_cost(rows)
     found = {
-        one: minimize(lambda log, one=one: _unlikely(rows, one, np.exp(log[0])), [np.log(_FIRST)], method="Nelder-Mead")
+        one: minimize(
+            lambda log, one=one: _compute_cost(rows, one, np.exp(log[0])),
+            [np.log(_START_STRENGTH)],
+            method="Nelder-Mead",
+        )
         for one in every
     }
     return {
         one: float(np.exp(best.x[0]))
         for one, best in found.items()
-        if without - best.fun > _GAIN and np.exp(best.x[0]) < _LITTLE
+        if without - best.fun > _MIN_GAIN and np.exp(best.x[0]) < _MAX_STRENGTH
     }
 
 
@@ -222,7 +230,7 @@ class _Row:
         )
 
     def log_density(self, one: tuple[str, int] | None, strength: float) -> float:
-        """With so much of one parameter's column, or with none, but for a constant."""
+        """Return the log density, up to a constant, with so much of one parameter's column, or with none."""
         alone = self.volume - 0.5 * self.square
         if one is None:
             return alone
@@ -230,19 +238,21 @@ class _Row:
         return float(alone + 0.5 * (strength * self.across[one]) ** 2 / freed - 0.5 * np.log(freed))
 
 
-def _sized(rows: Mapping[float, Sequence[_Row]], size: float) -> dict[float, Sequence[_Row]]:
-    """Rows by the size that a session may have relative to most."""
+def _scale_rows(rows: Mapping[float, Sequence[_Row]], size: float) -> dict[float, Sequence[_Row]]:
+    """Return rows by the size that a session may have relative to most."""
     return {scale: rows[size * scale] for scale in SCALES}
 
 
-def _unlikely(rows: Mapping[float, Sequence[_Row]], one: tuple[str, int] | None = None, strength: float = 0.0) -> float:
-    """-ln of the likelihood of so much of one parameter, or of none; each session has one of the sizes."""
+def _compute_cost(
+    rows: Mapping[float, Sequence[_Row]], one: tuple[str, int] | None = None, strength: float = 0.0
+) -> float:
+    """Return -ln of the likelihood of so much of one parameter, or of none; each session has one of the sizes."""
     of_sizes = [[row.log_density(one, strength) + np.log(SCALES[scale]) for row in own] for scale, own in rows.items()]
     return -float(logsumexp(of_sizes, axis=0).sum())
 
 
 def save(found: Discrepancy, path: Path, seeds: Sequence[int]) -> None:
-    """Writes it, for `Discrepancy.load`, with the seeds of the sessions that it was found from."""
+    """Write the discrepancy, for `Discrepancy.load`, with the seeds of the sessions that it was found from."""
     path.parent.mkdir(parents=True, exist_ok=True)
     np.savez_compressed(
         path,
@@ -258,7 +268,7 @@ def save(found: Discrepancy, path: Path, seeds: Sequence[int]) -> None:
 
 
 def measure(path: Path, workers: int = 0) -> None:
-    """Simulates the sessions, and writes what is found."""
+    """Simulate the sessions, and write the discrepancy that they show."""
     asked, others = SEEDS[:WITH_EFFECTS], SEEDS[WITH_EFFECTS:]
     found: list[BaseSession] = []
     for seeds, with_effects in ((asked, True), (others, False)):

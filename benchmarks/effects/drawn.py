@@ -1,4 +1,4 @@
-"""A withheld session before anything acts in it: a robot, its water, a camera, and the trials that were made."""
+"""Withheld session before anything acts in it: a robot, its water, a camera, and the trials that were made."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -15,29 +15,30 @@ from synthetic.plan import trial_name
 
 KNOWN_TO = {"hinge_stiffness": 0.02, "hinge_damping": 0.05, "mass": 0.02}
 """Relative standard deviation of a robot from its description: that of dry experiments."""
-GLUED_SD_M = 0.001  # of a marker from its place on the body, each way
+GLUED_SD_M = 0.001  # A marker is off its place on the body by this, each way.
 FLOATS_SD_M = 0.002
-"""Of how deep a robot floats, as it was trimmed that day; of its tail 8 to 10 cm are under water."""
-_COEFFICIENTS = ((0.2, 1.5), (1.0, 6.0), (3.0, 9.0), (2.5, 6.0), (0.2, 3.0))  # robots that swim forward, mostly
-_HEADING_RAD = 0.35  # off the picture's long side, so that no swim leaves the picture
-_TRIES = 12
-_SLOWEST_M_S = 0.01  # that a swim of the base state must make
-_TAIL_BENT_RAD = 0.2  # at each hinge, in which a free decay is held
-_RELEASED_S = 0.4
-_DRY_S, _DECAY_S = 5.0, 4.0
+"""Standard deviation of how deep a robot floats, as trimmed that day; 8 to 10 cm of its tail are under water."""
+_COEFFICIENTS = ((0.2, 1.5), (1.0, 6.0), (3.0, 9.0), (2.5, 6.0), (0.2, 3.0))  # Most such robots swim forward.
+_HEADING_RAD = 0.35  # Headings are at most this far off the picture's long side, so that no swim leaves it.
+_TRIES = 12  # At most this many robots are drawn for a session.
+_SLOWEST_M_S = 0.01  # A swim of the base state is at least this fast.
+_TAIL_BENT_RAD = 0.2  # A free decay is held with this bend at each hinge.
+_RELEASED_S = 0.4  # A free decay is let go at this time.
+_DRY_S = 5.0  # A dry run lasts this long.
+_DECAY_S = 4.0  # The film of a free decay lasts this long.
 
 
 @dataclass(frozen=True, eq=False)
 class DrawnTrial:
     """One trial of a session."""
 
-    name: str  # of the trial
+    name: str  # name of the trial
     role: str  # "fit" or "holdout"
-    trial: Trial  # as reality makes it
+    trial: Trial  # trial as the second simulator makes it
 
     @property
     def commanded_hz(self) -> float | None:
-        """Of the crank; None where it does not turn."""
+        """Commanded speed of the crank; None where it does not turn."""
         return self.trial.frequency_hz or None
 
 
@@ -45,38 +46,38 @@ class DrawnTrial:
 class DrawnWorld:
     """A session before anything acts in it."""
 
-    plan: SessionPlan  # what it is to hold
-    world: World  # in its base state
-    trials: tuple[DrawnTrial, ...]  # that are made in it
+    plan: SessionPlan  # plan of what the session is to hold
+    world: World  # world in its base state
+    trials: tuple[DrawnTrial, ...]  # trials that are made in it
 
     def swims(self, role: str) -> tuple[DrawnTrial, ...]:
-        """Those that are fitted, or held out."""
+        """Return the swims that are fitted, or held out."""
         return tuple(each for each in self.trials if each.trial.kind == "swim" and each.role == role)
 
     def recorded(
         self, mechanisms: tuple[Mechanism, ...] = (), trials: Sequence[DrawnTrial] | None = None
     ) -> Filming[dict[str, Recording]]:
-        """Films trials, and ends with them by name, without any error of a tracker.
+        """Film trials, and end with them by name, without any error of a tracker.
 
         Args:
-            mechanisms: that act.
-            trials: some of them; default all.
+            mechanisms: mechanisms that act.
+            trials: some of the session's trials; default all.
 
         Raises:
             SimulationDiverged: the mechanisms are too strong.
         """
         trials = self.trials if trials is None else trials
-        worlds = [replace(self.world, mechanisms=worn(mechanisms, self._before_s(each))) for each in trials]
+        worlds = [replace(self.world, mechanisms=worn(mechanisms, self._sum_use_s(each))) for each in trials]
         recordings = yield [(world, each.trial) for world, each in zip(worlds, trials, strict=True)]
         return {each.name: recording for each, recording in zip(trials, recordings, strict=True)}
 
-    def _before_s(self, trial: DrawnTrial) -> float:
-        """That the robot was in use before a trial, s."""
+    def _sum_use_s(self, trial: DrawnTrial) -> float:
+        """Return the time that the robot was in use before a trial, s."""
         return float(sum(each.trial.duration_s for each in self.trials[: self.trials.index(trial)]))
 
 
 def draw_world(plan: SessionPlan) -> Filming[DrawnWorld]:
-    """Draws robot, water and trials until every swim of the base state goes forward.
+    """Draw robot, water and trials until every swim of the base state goes forward.
 
     Raises:
         ValueError: no draw swims forward.
@@ -84,15 +85,15 @@ def draw_world(plan: SessionPlan) -> Filming[DrawnWorld]:
     random = np.random.default_rng([plan.seed, 2])
     sunk_m = FLOATS_SD_M * float(np.random.default_rng([plan.seed, 6]).standard_normal())
     for _ in range(_TRIES):
-        drawn = DrawnWorld(plan, _world(random, sunk_m), _trials(plan.recorded, random))
+        drawn = DrawnWorld(plan, _sample_world(random, sunk_m), _draw_trials(plan.recorded, random))
         recordings = yield [(drawn.world, each.trial) for each in drawn.trials if each.trial.kind == "swim"]
-        if all(_forward_m_s(recording) > _SLOWEST_M_S for recording in recordings):
+        if all(_measure_speed(recording) > _SLOWEST_M_S for recording in recordings):
             return drawn
     raise ValueError(f"session {plan.name}: found no robot that swims forward in {_TRIES} draws, expected one in two")
 
 
 def drawn_nuisances(random: np.random.Generator, sunk_m: float = 0.0) -> Nuisances:
-    """How a robot departs from its description."""
+    """Draw how a robot departs from its description."""
 
     def about_one(quantity: str) -> float:
         return float(1 + KNOWN_TO[quantity] * random.standard_normal())
@@ -108,15 +109,15 @@ def drawn_nuisances(random: np.random.Generator, sunk_m: float = 0.0) -> Nuisanc
     )
 
 
-def _world(random: np.random.Generator, sunk_m: float) -> World:
+def _sample_world(random: np.random.Generator, sunk_m: float) -> World:
     nuisances, (low, high) = drawn_nuisances(random, sunk_m), np.transpose(_COEFFICIENTS)
     blunt, slender, angular, kutta, magnus = map(float, random.uniform(low, high))
     return World(coefficients=(blunt, slender, angular, kutta, magnus), nuisances=nuisances)
 
 
-def _trials(recorded: Recorded, random: np.random.Generator) -> tuple[DrawnTrial, ...]:
+def _draw_trials(recorded: Recorded, random: np.random.Generator) -> tuple[DrawnTrial, ...]:
     swims = [
-        DrawnTrial(trial_name("f", hz), role, _swim(hz, recorded.seconds, random))
+        DrawnTrial(trial_name("f", hz), role, _draw_swim(hz, recorded.seconds, random))
         for hz, role in sorted(
             [*((hz, "fit") for hz in recorded.fit_hz), *((hz, "holdout") for hz in recorded.holdout_hz)]
         )
@@ -125,20 +126,20 @@ def _trials(recorded: Recorded, random: np.random.Generator) -> tuple[DrawnTrial
     if (hz := recorded.dry_hz) is not None:
         dry = Trial("dry", _DRY_S, hz, phase_rad=float(random.uniform(0, 2 * np.pi)))
         others.append(DrawnTrial(trial_name("dry", hz), "fit", dry))
-    if recorded.free_decay:  # all hinges bent equally, to either side
+    if recorded.free_decay:  # All hinges are bent equally, to either side.
         bent = (float(random.choice([-1.0, 1.0]) * _TAIL_BENT_RAD),) * len(load_robot().hinges)
         others.append(DrawnTrial("decay", "fit", Trial("free_decay", _DECAY_S, bent_rad=bent, release_s=_RELEASED_S)))
     return (*swims, *others)
 
 
-def _swim(hz: float, seconds: float, random: np.random.Generator) -> Trial:
-    """Along the picture; and half a fish."""
+def _draw_swim(hz: float, seconds: float, random: np.random.Generator) -> Trial:
+    """Draw a swim along the picture, half a fish longer than its course."""
     heading = float(random.uniform(-_HEADING_RAD, _HEADING_RAD) + np.pi * random.integers(2))
     return swim_past_middle(hz, seconds, heading, 0.2, random)
 
 
 def swim_past_middle(hz: float, seconds: float, heading: float, more_m: float, random: np.random.Generator) -> Trial:
-    """Begun so that its middle, a little before or behind, is about the middle of the picture."""
+    """Place a swim so that its middle, a little before or behind, is about the middle of the picture."""
     start_speed = 0.1 * hz
     way = start_speed * (seconds + 1.0) / 2 + more_m
     place = -way * np.exp(1j * heading) + complex(*random.uniform(-0.1, 0.1, 2))
@@ -153,8 +154,8 @@ def swim_past_middle(hz: float, seconds: float, heading: float, more_m: float, r
     )
 
 
-def _forward_m_s(recording: Recording) -> float:
-    """Mean speed of the second half, in the direction in which the swim began."""
+def _measure_speed(recording: Recording) -> float:
+    """Return the mean speed of the second half, in the direction in which the swim began."""
     half = recording.head[len(recording.head) // 2 :]
     way = np.exp(1j * recording.trial.heading_rad)
     moved = complex(*(half[-1, :2] - half[0, :2]))

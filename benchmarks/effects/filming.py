@@ -1,4 +1,4 @@
-"""Reality for many sessions at once: one of its steps takes hardly longer for a hundred trials than for eight.
+"""The second simulator for many sessions at once: one of its steps takes hardly longer for a hundred trials than for 8.
 
 Work on a session is a generator: it yields the trials that it wants to see and is sent their recordings.
 """
@@ -15,19 +15,19 @@ from swimcal.create_session import FISHSIM_MARKERS
 T = TypeVar("T")
 Wanted = Sequence[tuple[World, Trial]]
 Filming = Generator[Wanted, list[Recording], T]
-Simulate = Callable[..., list[Recording]]  # called as `reality.simulate` is
+Simulate = Callable[..., list[Recording]]  # called as `benchmarks.reality.simulate` is
 
 
 def film_together(works: Iterable[Filming[T]], at_once: int | None = None, by: Simulate | None = None) -> list[T]:
-    """What pieces of work end with, in their order; whatever they want to see is simulated in common.
+    """Return what pieces of work end with, in their order; simulate in common whatever they want to see.
 
     A recording does not depend on its company (to some 1e-7 px). What cannot be simulated is raised within the work
     that asked for it: `SimulationDiverged`, or the `ValueError` of a trial that is impossible.
 
     Args:
-        works: begun as there is room for them.
-        at_once: pieces that are under way, at least one; where one ends, the next begins. Default: all.
-        by: what simulates; default: the second simulator.
+        works: pieces of work, begun as there is room for them.
+        at_once: number of pieces under way, at least one; where one ends, the next begins. Default: all.
+        by: function that simulates; default: the second simulator.
     """
     assert at_once is None or at_once > 0
     begun = iter(enumerate(works))
@@ -52,22 +52,22 @@ def film_together(works: Iterable[Filming[T]], at_once: int | None = None, by: S
             go_on(number, None)
         if not waiting:
             return [ended[number] for number in sorted(ended)]
-        for number, filmed in _filmed(dict(waiting), by or simulate).items():
+        for number, filmed in _film(dict(waiting), by or simulate).items():
             go_on(number, filmed)
 
 
-def _filmed(wanted: dict[int, Wanted], by: Simulate) -> dict[int, list[Recording] | Exception]:
+def _film(wanted: dict[int, Wanted], by: Simulate) -> dict[int, list[Recording] | Exception]:
     trials = [trial for each in wanted.values() for trial in each]
     try:
         recordings = iter(by(trials, FISHSIM_MARKERS, allow_divergence=True))
     except ValueError as error:
         if len(wanted) == 1:
             return dict.fromkeys(wanted, error)
-        return {number: filmed for own in wanted.items() for number, filmed in _filmed(dict([own]), by).items()}
+        return {number: filmed for own in wanted.items() for number, filmed in _film(dict([own]), by).items()}
     of_each = {number: [next(recordings) for _ in each] for number, each in wanted.items()}
-    return {number: _or_lost(own) for number, own in of_each.items()}
+    return {number: _check_divergence(own) for number, own in of_each.items()}
 
 
-def _or_lost(recordings: list[Recording]) -> list[Recording] | Exception:
+def _check_divergence(recordings: list[Recording]) -> list[Recording] | Exception:
     lost = np.array([not np.isfinite(recording.head).all() for recording in recordings])
     return divergence([recording.trial for recording in recordings], lost) if lost.any() else recordings

@@ -1,4 +1,4 @@
-"""A suite as a folder: sessions that anybody may diagnose, answers apart from them, and what came of it."""
+"""Suite as a folder: sessions that anybody may diagnose, answers apart from them, and what came of it."""
 
 import json
 from dataclasses import dataclass
@@ -11,7 +11,7 @@ from swimcal.results import from_plain, plain_json, to_plain, write_whole
 
 DIAGNOSIS = Path("results") / "diagnosis.json"
 SECONDS = Path("results") / "diagnosis.seconds"
-"""How long it took, where this benchmark ran the program."""
+"""File with the duration, where this benchmark ran the program."""
 
 
 Kind = Literal["null", "single", "double", "many", "outside"]
@@ -19,26 +19,26 @@ Kind = Literal["null", "single", "double", "many", "outside"]
 
 @dataclass(frozen=True)
 class Answer:
-    """Of one session."""
+    """Answer of one session."""
 
-    session: str  # its name
+    session: str  # name of the session
     kind: Kind  # no effect, one, two or many of the catalogue, or one that the catalogue does not hold
     effects: tuple[str, ...] = ()  # names of the catalogue that are present
     outside: str | None = None  # name of what is present and not in the catalogue; None where all is
-    # for each of the effects, those that these data cannot separate from it (two-way error above 5 %)
+    # rivals of each effect that these data cannot separate from it (two-way error above 5 %)
     alike: tuple[tuple[str, ...], ...] = ()
     # whitened distance from the nearest rival, each refitted; of the weakest of several, 0 of null
     detectability: float = 0.0
-    stage: str | None = None  # where the effect acts; None for null and for effects at several stages
-    # share by which the twin's own form of the true effects, refitted on the fit trials, shrinks the gap of the held-
-    # out ones, both without noise: what can be reached, and what an interval should hold; None for null and outside
+    stage: str | None = None  # stage at which the effect acts; None for null and for effects at several stages
+    # Share by which the twin's own form of the true effects, refitted on the fit trials, shrinks the gap of the held-
+    # out ones, both without noise. It can be reached, and an interval should hold it. None for null and outside.
     oracle_shrinkage: float | None = None
-    seed: int = 0  # of all that was drawn for the session
-    strengths: tuple[float, ...] = ()  # that each of what is present was made with
+    seed: int = 0  # seed of all that was drawn for the session
+    strengths: tuple[float, ...] = ()  # strength with which each of what is present was made
 
     @classmethod
     def read(cls, path: Path) -> Self:
-        """The answer in a file.
+        """Read the answer in a file.
 
         Raises:
             KeyError, TypeError, ValueError: it holds none.
@@ -47,7 +47,7 @@ class Answer:
         return answer
 
     def write(self, path: Path) -> None:
-        """As plain JSON: nothing that diagnoses imports this package or looks into the folder of answers.
+        """Write the answer as plain JSON: what diagnoses imports nothing of this package and never opens the answers.
 
         Raises:
             ResultsNotWritable: the folder is not writable.
@@ -56,23 +56,23 @@ class Answer:
 
 
 class SuiteFolder:
-    """Where a suite is."""
+    """Folders of a suite."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
-        self.sessions = folder / "sessions"  # a folder a session
-        self.answers = folder / "answers"  # a file a session; nothing but the scorer opens them
-        self.without = folder / "without"  # copies of sessions, for a catalogue that lacks the effect that is there
+        self.sessions = folder / "sessions"  # This holds a folder a session.
+        self.answers = folder / "answers"  # This holds a file a session; nothing but the scorer opens them.
+        self.without = folder / "without"  # This holds copies of sessions, for a catalogue that lacks the effect.
 
     @property
     def discrepancy(self) -> Path:
-        """What every diagnosis may know of reality's base state: a file of the suite, else that of `diagnosis`."""
+        """File of what every diagnosis may know of the base state: one of the suite, else that of `diagnosis`."""
         own = self.folder / "discrepancy.npz"
         return own if own.is_file() else Path(str(shipped_discrepancy()))
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Of the sessions, in order.
+        """Names of the sessions, in order.
 
         Raises:
             InputError: there is no whole suite.
@@ -92,7 +92,7 @@ class SuiteFolder:
         return tuple(names)
 
     def check_diagnosed(self) -> None:
-        """That every session is diagnosed, without which no answer is to be opened.
+        """Check that every session is diagnosed, without which no answer is to be opened.
 
         Raises:
             InputError: one is not, or there is no whole suite.
@@ -104,7 +104,7 @@ class SuiteFolder:
             raise InputError([Fault(str(self.folder), "", what, found, expected, next_step=step)])
 
     def true(self) -> tuple[Answer, ...]:
-        """All answers, in the order of the names.
+        """Read all answers, in the order of the names.
 
         Raises:
             InputError: there is no whole suite.
@@ -113,13 +113,13 @@ class SuiteFolder:
 
     @property
     def singles(self) -> dict[str, Answer]:
-        """The answers of the sessions that hold one effect of the catalogue, by name."""
+        """Answers of the sessions that hold one effect of the catalogue, by name."""
         return {answer.session: answer for answer in self.true() if answer.kind == "single"}
 
     def answer(self, name: str) -> Path:
-        """The answer of a session."""
+        """Return the file of a session's answer."""
         return self.answers / f"{name}.json"
 
     def made(self, name: str) -> bool:
-        """Whether a session is there, and its answer."""
+        """Return whether a session is there, and its answer."""
         return (self.sessions / name / "session.toml").exists() and self.answer(name).exists()

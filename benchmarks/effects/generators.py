@@ -1,4 +1,4 @@
-"""What can make the sessions of a suite: the second simulator, or the one whose swimmer sheds a wake."""
+"""Generators of the sessions of a suite: the second simulator, or the one whose swimmer sheds its wake."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -17,12 +17,12 @@ from benchmarks.wake.suite import draw_wake_world, plan_wake_suite
 
 @dataclass(frozen=True)
 class Generator:
-    """How sessions come about."""
+    """Way in which sessions come about."""
 
-    plan: Callable[[int, SuiteSize], tuple[SessionPlan, ...]]  # of a seed
-    draw: Callable[[SessionPlan], Filming[DrawnWorld]]  # before anything acts
+    plan: Callable[[int, SuiteSize], tuple[SessionPlan, ...]]  # plans the sessions of a seed
+    draw: Callable[[SessionPlan], Filming[DrawnWorld]]  # draws a session before anything acts
     simulate: Simulate
-    mechanisms: Mapping[str, Callable[[np.random.Generator], Strong]]  # of the catalogue and others, by name
+    mechanisms: Mapping[str, Callable[[np.random.Generator], Strong]]  # mechanisms of the catalogue and others, by name
 
 
 def _plan_reality(seed: int, size: SuiteSize) -> tuple[SessionPlan, ...]:

@@ -29,24 +29,29 @@ from swimcal.session import load_session
 from swimcal.tracks import save_tracks
 from synthetic.simulate import CURRENT_A, in_steps, save_motor_log
 
-_READING_S, _CLOCK_S = 0.02, 1000.0  # between readings of the motor; latest start of its clock
-_FILED = 946_684_800  # seconds since 1970: every file has the time stamp of 2000-01-01
-_TRACKS_BYTES = 32_768  # that every file of tracks is filled up to: its packed size would depend on the motion
-_CURRENT_A, _AMPERE_PER_N_M, _VOLT, _WARM_C = 0.25, 0.6, 12.1, 31.0
-_ROUNDS = 8  # of a refit with the true effects
-_SHOWS = 1.0  # squared standard deviations that the plain twin must leave of all held-out trials
+_READING_S = 0.02  # The motor is read at this interval.
+_CLOCK_S = 1000.0  # The clock of the motor starts at most this late.
+_FILED_S = 946_684_800  # Every file has the time stamp of 2000-01-01, in seconds since 1970.
+# Every file of tracks is filled up to this size, since its packed size would depend on the motion.
+_TRACKS_BYTES = 32_768
+_IDLE_A = 0.25  # current without load
+_AMPERE_PER_N_M = 0.6  # slope of the current over the torque
+_VOLT = 12.1  # voltage
+_WARM_C = 31.0  # temperature
+_ROUNDS = 8  # A refit with the true effects takes this many steps.
+_MIN_RESIDUAL = 1.0  # A gap shows where the plain twin leaves this many squared standard deviations of held-out trials.
 
 
 @dataclass(frozen=True, eq=False)
 class Making:
-    """What sessions are made from."""
+    """Sources that sessions are made from."""
 
-    generator: Generator  # of what is filmed
-    discrepancy: Discrepancy  # what the refitted twin leaves in the base state of the second simulator
-    effects: Mapping[str, Effect]  # the catalogue's own forms
+    generator: Generator  # generator of what is filmed
+    discrepancy: Discrepancy  # residual of the refitted twin in the base state of the second simulator
+    effects: Mapping[str, Effect]  # effects in the catalogue's own forms
 
     def make(self, plan: SessionPlan, folder: Path) -> Filming[Answer]:
-        """Makes `folder/<name>` and ends with what is in it.
+        """Make `folder/<name>` and end with what is in it.
 
         Raises:
             InputError: the folder of the session is there and not empty.
@@ -54,11 +59,11 @@ class Making:
             ValueError: no robot was drawn that swims forward.
         """
         drawn = yield from self.generator.draw(plan)
-        present, answer = yield from self._present(drawn)
+        present, answer = yield from self._choose_effects(drawn)
         write_session(folder / plan.name, drawn, (yield from drawn.recorded(present)))
         return answer
 
-    def _present(self, drawn: DrawnWorld) -> Filming[tuple[tuple[Mechanism, ...], Answer]]:
+    def _choose_effects(self, drawn: DrawnWorld) -> Filming[tuple[tuple[Mechanism, ...], Answer]]:
         plan = drawn.plan
         if plan.kind == "null":
             return (), Answer(plan.name, "null", seed=plan.seed)
@@ -96,7 +101,7 @@ class Making:
 def oracle_shrinkage(
     effects: Sequence[Effect], fitted: SessionRows, held_out: SessionRows, recordings: Mapping[str, Recording]
 ) -> float | None:
-    """S = 1 - L_with / L_plain of held-out trials, both twins refitted on the fitted ones with the simulation.
+    """Return S = 1 - L_with / L_plain of held-out trials, both twins refitted on the fitted ones with the simulation.
 
     Of all features that a diagnosis uses, course and sliding too. Nothing has noise, and the residual of the base state
     is subtracted, so there is no floor. None where a twin diverges, or the effects do not change held-out trials.
@@ -116,11 +121,11 @@ def oracle_shrinkage(
         )
     except (np.linalg.LinAlgError, ValueError):  # a twin diverged, and what it leaves is not finite
         return None
-    return 1 - rest / plain if plain > _SHOWS else None
+    return 1 - rest / plain if plain > _MIN_RESIDUAL else None
 
 
 def write_session(folder: Path, drawn: DrawnWorld, recordings: Mapping[str, Recording]) -> None:
-    """Writes what a user would have of these recordings: tracks with a tracker's errors, motor logs, the description.
+    """Write what a user would have of these recordings: tracks with a tracker's errors, motor logs, the description.
 
     Raises:
         InputError: the folder is there and not empty.
@@ -134,11 +139,11 @@ def write_session(folder: Path, drawn: DrawnWorld, recordings: Mapping[str, Reco
             tracks = tracks_of(recording, drawn.world.noise.tracked(recording.time_s, recording.position_px, random))
             plain = part / "trials" / f"{each.name}.csv"
             save_tracks(plain, tracks)
-            write_whole(plain.with_suffix(".csv.gz"), _packed(plain.read_bytes()))
+            write_whole(plain.with_suffix(".csv.gz"), _pack(plain.read_bytes()))
             plain.unlink()
             table = {"name": each.name, "kind": each.trial.kind, "tracks": f"trials/{each.name}.csv.gz"}
             asked = {"commanded_hz": each.commanded_hz, "role": each.role}
-            tables.append(table | asked | _logged(part, drawn, each, recording, random))
+            tables.append(table | asked | _write_log(part, drawn, each, recording, random))
         camera = camera_of(drawn)
         write_session_toml(
             part,
@@ -150,33 +155,33 @@ def write_session(folder: Path, drawn: DrawnWorld, recordings: Mapping[str, Reco
         )
         load_session(part)
     for path in [*folder.rglob("*"), folder]:  # the time to make it would depend on what is in it
-        os.utime(path, (_FILED, _FILED))
+        os.utime(path, (_FILED_S, _FILED_S))
 
 
-def _packed(plain: bytes) -> bytes:
-    """Compressed, then filled up with the zeros that readers of the format skip (gzip, RFC 1952)."""
+def _pack(plain: bytes) -> bytes:
+    """Compress bytes, then fill them up with the zeros that readers of the format skip (gzip, RFC 1952)."""
     packed = gzip.compress(plain, mtime=0)
     return packed + bytes(-len(packed) % _TRACKS_BYTES)
 
 
-def _logged(
+def _write_log(
     folder: Path, drawn: DrawnWorld, each: DrawnTrial, recording: Recording, random: np.random.Generator
 ) -> dict[str, Any]:
-    """Writes the log of a motor, where there is one; its clock offset is given by hand."""
+    """Write the log of a motor, where there is one; its clock offset is given by hand."""
     if not drawn.plan.recorded.logged or each.trial.kind == "free_decay":
         return {}
     offset_s = float(np.round(random.uniform(0.0, _CLOCK_S), 3))
     file = f"trials/{each.name}.motor.csv"
-    save_motor_log(folder / file, _log(recording.drive, each.trial.duration_s, offset_s, random))
+    save_motor_log(folder / file, _read_motor(recording.drive, each.trial.duration_s, offset_s, random))
     return {"motor": file, "motor_offset_s": offset_s}
 
 
-def _log(drive: Drive, duration_s: float, offset_s: float, random: np.random.Generator) -> MotorLog:
-    """Readings of the motor at even times on a clock of its own, in its own steps, while its trial is filmed."""
+def _read_motor(drive: Drive, duration_s: float, offset_s: float, random: np.random.Generator) -> MotorLog:
+    """Read the motor at even times on a clock of its own, in its own steps, while its trial is filmed."""
     time_s = np.arange(0.0, duration_s + 1e-9, _READING_S)
     crank = CubicSpline(drive.time_s, drive.angle_rad)
     load_a = _AMPERE_PER_N_M * np.interp(time_s, drive.time_s, drive.torque_n_m)
-    current_a = _CURRENT_A + load_a + CURRENT_A * random.standard_normal(len(time_s))
+    current_a = _IDLE_A + load_a + CURRENT_A * random.standard_normal(len(time_s))
     zero_rad = 2 * np.pi * random.random()
     even = np.ones(len(time_s))
     return in_steps(

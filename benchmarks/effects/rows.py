@@ -1,4 +1,4 @@
-"""A withheld session without noise, as a diagnosis would see it: rows of features, and all that disturbs them."""
+"""Withheld session without noise, as a diagnosis would see it: rows of features, and all that disturbs them."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -42,48 +42,49 @@ from swimcal.session_file import CameraSpec
 from swimcal.tracks import as_tracks
 from swimcal.twin import Twin
 
-_ROUNDS, _GAIN = 7, 0.8  # share of a step that is taken: the twin is not linear
-_STILL = 0.1  # whitened length of a step after which none is taken
+_ROUNDS = 7  # A refit takes at most this many steps.
+_DAMPING = 0.8  # Only this share of a step is taken, as the twin is not linear.
+_STEP_TOLERANCE = 0.1  # A shorter step is the last, in whitened length.
 
 
 class Change(NamedTuple):
-    """What something in the water changes of a session's row, seen from some coefficients."""
+    """Change of a session's row by something in the water, seen from some coefficients."""
 
-    # (k,) the residual there minus that of the base state, brought back along the Jacobian of `space` to the
-    # coefficients of the base state
+    # (k,) The residual there minus that of the base state, brought back along the Jacobian of `space` to the
+    # coefficients of the base state.
     row: np.ndarray
-    space: Whitened  # with slopes there; all that disturbs the row has unit size
-    step: np.ndarray  # (5,) from the coefficients of the base state to these
+    space: Whitened  # whitened space with slopes there; all that disturbs the row has unit size
+    step: np.ndarray  # (5,) step from the coefficients of the base state to these
 
     def strays(self, row: np.ndarray) -> float:
-        """How far from these coefficients, whitened, those are that best make up for a row (k,)."""
+        """Return how far from these coefficients, whitened, those are that best make up for a row (k,)."""
         return moved(self.space, self.space.coefficients(row) - self.step)
 
 
 def moved(space: Whitened, change: np.ndarray) -> float:
-    """By how much a change (5,) of the coefficients moves the row, with the prior's distance."""
+    """Return by how much a change (5,) of the coefficients moves the row, with the prior's distance."""
     white = solve_triangular(space.root, space.slopes @ change, lower=True)
     return float(np.sqrt(white @ white + space.precision @ change**2))
 
 
 def nearest(model: SessionModel, start: np.ndarray, covariance: np.ndarray) -> np.ndarray:
-    """(5,) coefficients of the best fitting twin, by Gauss-Newton.
+    """Fit the (5,) coefficients of the nearest twin, by Gauss-Newton.
 
     The Jacobian is simulated at the start and after long steps, and updated (Broyden) after short ones.
 
     Args:
         model: the swims.
-        start: (5,).
-        covariance: (k + b, k + b) of the row.
+        start: (5,) coefficients to start from.
+        covariance: (k + b, k + b) covariance of the row.
     """
     at = np.array(start, float)
     residual, slopes = residual_row(model, at), row_slopes(model, at)
     for _ in range(_ROUNDS):
         space = Whitened.of(covariance, slopes, PRIOR_SD)
-        before, at = at, np.clip(at + _GAIN * space.coefficients(residual), *COEFFICIENT_BOUNDS)
+        before, at = at, np.clip(at + _DAMPING * space.coefficients(residual), *COEFFICIENT_BOUNDS)
         step = at - before
         length = moved(space, step)
-        if length < _STILL:
+        if length < _STEP_TOLERANCE:
             break
         before_step, residual = residual, residual_row(model, at)
         slopes = (
@@ -95,7 +96,7 @@ def nearest(model: SessionModel, start: np.ndarray, covariance: np.ndarray) -> n
 
 
 def closest_fit(changes: Sequence[Change], signatures: Sequence[Signature]) -> tuple[int, ClosestFit]:
-    """The closest fit of some effects, or of none, to what is changed, and the number of the change that gives it.
+    """Return the number of the change to which some effects, or none, come closest, and that closest fit.
 
     Seen from where coefficients end nearest to those that they are seen from: farther off the twin is not linear.
     """
@@ -106,12 +107,12 @@ def closest_fit(changes: Sequence[Change], signatures: Sequence[Signature]) -> t
 
 @dataclass(frozen=True, eq=False)
 class SessionRows:
-    """The swims of one role of a session in its base state, with the twin."""
+    """Swims of one role of a session in its base state, with the twin."""
 
-    drawn: DrawnWorld  # the session
-    role: str  # of the swims that are in the rows
-    model: SessionModel  # these swims, without noise, with the plain twin
-    discrepancy: Discrepancy  # what the refitted twin leaves in the base state
+    drawn: DrawnWorld  # session of the rows
+    role: str  # role of the swims that are in the rows
+    model: SessionModel  # model of these swims, without noise, with the plain twin
+    discrepancy: Discrepancy  # residual of the refitted twin in the base state
     given: np.ndarray | None = None  # (5,) coefficients that other swims gave; None where these give them
 
     @classmethod
@@ -123,7 +124,7 @@ class SessionRows:
         role: str = "fit",
         given: np.ndarray | None = None,
     ) -> "SessionRows":
-        """From recordings of the base state of all trials, without noise."""
+        """Build the rows from recordings of the base state of all trials, without noise."""
         twin = Twin(load_robot(), FISHSIM_MARKERS, workers=1)
         doubted = perturbed_robots(twin)
         trials = (TrialModel(twin, trial, START_PHASE_RAD, doubted) for trial in measured(drawn, base, role))
@@ -131,84 +132,86 @@ class SessionRows:
 
     @cached_property
     def coefficients(self) -> np.ndarray:
-        """(5,) of the twin that comes nearest to the base state, by Gauss and Newton."""
+        """(5,) coefficients of the twin that comes nearest to the base state, by Gauss and Newton."""
         if self.given is not None:
             return self.given
         start = np.array(self.drawn.world.coefficients, float)
-        return nearest(self.model, start, self._covariance(start))
+        return nearest(self.model, start, self._compute_covariance(start))
 
     @cached_property
     def residual(self) -> np.ndarray:
-        """(k,) of the refitted twin in the base state."""
+        """(k,) residual of the refitted twin in the base state."""
         return residual_row(self.model, self.coefficients)
 
     @property
     def residual_features(self) -> np.ndarray:
-        """(t, 127) of the features of each swim."""
+        """(t, 127) residual of the features of each swim."""
         count = len(self.model.trials)
         return self.residual[:-count].reshape(count, -1)
 
     @cached_property
     def tracking(self) -> np.ndarray:
         """(k, k) covariance of the features with the noise of the tracker as it is."""
-        return block_diag(*[_noise(model, self.drawn.world.noise) for model in self.model.trials])
+        return block_diag(*[_compute_noise(model, self.drawn.world.noise) for model in self.model.trials])
 
     @cached_property
     def space(self) -> Whitened:
-        """In which all that disturbs the row has unit size."""
+        """Space in which all that disturbs the row has unit size."""
         looks_like = {name: effect for name, effect in catalogue().items() if name in self.discrepancy.strengths}
         common = self.discrepancy.common_columns(self.signatures(looks_like))
-        return Whitened.of(self._disturbing + common @ common.T, row_slopes(self.model, self.coefficients), PRIOR_SD)
+        return Whitened.of(
+            self._base_covariance + common @ common.T, row_slopes(self.model, self.coefficients), PRIOR_SD
+        )
 
     def changes(self, recordings: Mapping[str, Recording]) -> tuple[Change, ...]:
-        """What other recordings of the same trials change, seen from the coefficients of the base state.
+        """Return what other recordings of the same trials change, seen from the coefficients of the base state.
 
         Where coefficients would have to go far to follow it, which they do not in a straight line, also from those of
         the twin that is refitted to these recordings in truth.
         """
-        others = self._seen_by_twin(recordings)
-        from_base = self._change(others, self.coefficients)
+        others = self._build_model(recordings)
+        from_base = self._compute_change(others, self.coefficients)
         if not np.isfinite(from_base.row).all() or from_base.strays(from_base.row) <= LONG:
             return (from_base,)
         try:
-            refitted = self._change(others, self._nearest(others, self._turns(others)))
+            refitted = self._compute_change(others, self._find_nearest(others, self._compute_turns(others)))
         except (np.linalg.LinAlgError, ValueError):  # a twin diverged on the way, and what it leaves is not finite
             return (from_base,)
         return (from_base, refitted) if np.isfinite(refitted.row).all() else (from_base,)
 
     def refitted(self, recordings: Mapping[str, Recording]) -> np.ndarray:
-        """(5,) coefficients of the plain twin that comes nearest to other recordings of the same trials.
+        """Return (5,) coefficients of the plain twin that comes nearest to other recordings of the same trials.
 
         The residual of the base state is subtracted first.
 
         Raises:
             ValueError, LinAlgError: a twin diverged on the way.
         """
-        others = self._seen_by_twin(recordings)
-        return self._nearest(self._changed(others, with_course=False), self._turns(others))
+        others = self._build_model(recordings)
+        return self._find_nearest(self._subtract_base(others, with_course=False), self._compute_turns(others))
 
-    def _nearest(self, others: SessionModel, turns: np.ndarray) -> np.ndarray:
-        return nearest(others, self.coefficients, turns.T @ self._disturbing @ turns)
+    def _find_nearest(self, others: SessionModel, turns: np.ndarray) -> np.ndarray:
+        return nearest(others, self.coefficients, turns.T @ self._base_covariance @ turns)
 
     def linear(self, recordings: Mapping[str, Recording], at: np.ndarray) -> LinearModel:
-        """Other recordings of the same trials, without noise, as a diagnosis sees its swims.
+        """Linearise other recordings of the same trials, without noise, as a diagnosis sees its swims.
 
         The residual of the base state is subtracted: where markers are glued, a form that moves
         markers would follow that too.
 
         Args:
-            recordings: by name.
+            recordings: recordings of the trials, by name.
             at: (5,) coefficients of the plain twin.
         """
-        model = self._changed(self._seen_by_twin(recordings), with_course=True)
-        noise = block_diag(*[_noise(each, self.drawn.world.noise) for each in model.trials])
+        model = self._subtract_base(self._build_model(recordings), with_course=True)
+        noise = block_diag(*[_compute_noise(each, self.drawn.world.noise) for each in model.trials])
         camera = camera_of(self.drawn)
-        return LinearModel(model, camera, at, self.discrepancy, self._off, model.disturbances(at, noise))
+        return LinearModel(model, camera, at, self.discrepancy, self._placement, model.disturbances(at, noise))
 
-    def _changed(self, others: SessionModel, *, with_course: bool) -> SessionModel:
-        """Other recordings without the residual of the base state, at their own phases of the beat."""
+    def _subtract_base(self, others: SessionModel, *, with_course: bool) -> SessionModel:
+        """Return other recordings without the residual of the base state, at their own phases of the beat."""
         residual = self._residual_with_course if with_course else self.residual_features
-        base = [advanced(own, ahead) for own, ahead in zip(residual, self._ahead(others), strict=True)]
+        base = [advanced(own, ahead) for own, ahead in zip(residual, self._compute_leads(others), strict=True)]
         trials = (
             _Changed(each.twin, each.trial, each.phase_rad, each.doubted, with_course=with_course, base=own)
             for each, own in zip(others.trials, base, strict=True)
@@ -221,36 +224,36 @@ class SessionRows:
         trials = tuple(replace(each, with_course=True) for each in self.model.trials)
         return residual_row(SessionModel(trials), self.coefficients)[: -len(trials)].reshape(len(trials), -1)
 
-    def _change(self, others: SessionModel, at: np.ndarray) -> Change:
-        """The twin beats at the frequency of either; how far that is from the base state comes after the features.
+    def _compute_change(self, others: SessionModel, at: np.ndarray) -> Change:
+        """Return the change with each twin at its own beat; the difference in frequency comes after the features.
 
         Rows are compared at one phase of the beat: what the twin leaves turns with it, and that is no effect.
         """
         step = at - self.coefficients
         space = self.space if not step.any() else replace(self.space, slopes=row_slopes(self.model, at))
-        residual = self._turns(others) @ residual_row(others, at)
+        residual = self._compute_turns(others) @ residual_row(others, at)
         return Change(residual - self.residual + space.slopes @ step, space, step)
 
-    def _seen_by_twin(self, recordings: Mapping[str, Recording]) -> SessionModel:
-        """Other recordings of the same trials with the same twin."""
+    def _build_model(self, recordings: Mapping[str, Recording]) -> SessionModel:
+        """Return other recordings of the same trials with the same twin."""
         others = measured(self.drawn, recordings, self.role)
         return SessionModel(
             tuple(replace(model, trial=trial) for model, trial in zip(self.model.trials, others, strict=True))
         )
 
-    def _turns(self, others: SessionModel) -> np.ndarray:
-        """(k, k) brings features of other recordings to the phase of the base state."""
-        pairs = zip(self.model.trials, self._ahead(others), strict=True)
+    def _compute_turns(self, others: SessionModel) -> np.ndarray:
+        """Return the (k, k) matrix that brings features of other recordings to the phase of the base state."""
+        pairs = zip(self.model.trials, self._compute_leads(others), strict=True)
         turns = [advanced(np.eye(len(base.measured)), -ahead).T for base, ahead in pairs]
         return np.asarray(block_diag(*turns, np.eye(len(turns))))
 
-    def _ahead(self, others: SessionModel) -> list[float]:
-        """By how much the beat of other recordings is ahead of that of the base state, rad."""
+    def _compute_leads(self, others: SessionModel) -> list[float]:
+        """Return by how much the beat of other recordings is ahead of that of the base state, rad."""
         pairs = zip(self.model.trials, others.trials, strict=True)
         return [float(phase_between(base.measured, other.measured, list(base.trial.tail))) for base, other in pairs]
 
     def signatures(self, effects: Mapping[str, Effect]) -> list[Signature]:
-        """What every effect does to the refitted twin; asked again, an effect of the same name is not simulated."""
+        """Return what every effect does to the refitted twin; an effect is simulated once for its name."""
         camera = camera_of(self.drawn)
         for name in effects.keys() - self._signatures.keys():
             self._signatures[name] = signature_of(effects[name], self.model, camera, self.coefficients)
@@ -261,34 +264,34 @@ class SessionRows:
         return {}
 
     @property
-    def _off(self) -> PlacementUncertainty:
+    def _placement(self) -> PlacementUncertainty:
         scale = float(np.mean([model.trial.metres_per_px for model in self.model.trials]))
         return PlacementUncertainty(self.drawn.world.noise.placement_sd_px * scale, GLUED_SD_M)
 
     @cached_property
-    def _disturbing(self) -> np.ndarray:
-        return self._covariance(self.coefficients)
+    def _base_covariance(self) -> np.ndarray:
+        return self._compute_covariance(self.coefficients)
 
-    def _covariance(self, at: np.ndarray) -> np.ndarray:
-        """(k, k) of tracking noise, boxes, nuisances and the discrepancy of the base state."""
-        disturbed = self.model.disturbances(at, self.tracking).of(self._off)
+    def _compute_covariance(self, at: np.ndarray) -> np.ndarray:
+        """Return the (k, k) covariance of tracking noise, boxes, nuisances and the discrepancy of the base state."""
+        disturbed = self.model.disturbances(at, self.tracking).of(self._placement)
         return row_covariance(self.model, disturbed + self.discrepancy.over(self.model))
 
 
 @dataclass(frozen=True, eq=False)
 class _Changed(TrialModel):
-    """A swim without its residual in the base state."""
+    """Swim without its residual in the base state."""
 
-    base: np.ndarray = field(kw_only=True)  # (k,) that, at the phase of this swim
+    base: np.ndarray = field(kw_only=True)  # (k,) residual in the base state, at the phase of this swim
 
     @cached_property
     def measured(self) -> np.ndarray:
-        """(k,) the features minus that."""
+        """(k,) features minus that residual."""
         return np.asarray(super().measured - self.base)
 
 
 def measured(drawn: DrawnWorld, recordings: Mapping[str, Recording], role: str) -> list[MeasuredTrial]:
-    """The swims of a role, from recordings by name, as they are, without noise."""
+    """Measure the swims of a role, from recordings by name, as they are, without noise."""
     camera, measured_trials = camera_of(drawn), []
     for each in drawn.swims(role):
         spec = TrialSpec(name=each.name, kind="swim", commanded_hz=each.commanded_hz, role=each.role)  # type: ignore[arg-type]
@@ -298,18 +301,18 @@ def measured(drawn: DrawnWorld, recordings: Mapping[str, Recording], role: str) 
 
 
 def tracks_of(recording: Recording, position_px: np.ndarray) -> xr.Dataset:
-    """Tracks with every marker seen."""
+    """Build tracks with every marker seen."""
     return as_tracks(recording.markers, recording.time_s, position_px, np.ones(position_px.shape[:2]))
 
 
 def camera_of(drawn: DrawnWorld) -> CameraSpec:
-    """The camera as the session describes it."""
+    """Return the camera as the session describes it."""
     fps = drawn.trials[0].trial.fps
     return CameraSpec(fps=fps, scale_length_m=load_robot().scale_length_m)
 
 
-def _noise(model: TrialModel, noise: PixelNoise) -> np.ndarray:
-    """(127, 127) covariance of features with the noise of the tracker as it is; rounding counts as white."""
+def _compute_noise(model: TrialModel, noise: PixelNoise) -> np.ndarray:
+    """Return the (127, 127) covariance of features with the tracker's noise as it is; rounding counts as white."""
     lasting, rounding = noise.sd_px**2, noise.grid_px**2 / 12
     white = rounding / (lasting + rounding)
     lag_s = np.abs(model.reader.time_s[:, None] - model.reader.time_s)

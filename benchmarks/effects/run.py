@@ -1,4 +1,4 @@
-"""Makes the sessions of a suite, and their answers; broken off, it goes on where it was."""
+"""Maker of the sessions of a suite, and of their answers; after an interruption it goes on where it was."""
 
 import os
 import shutil
@@ -17,18 +17,20 @@ from diagnosis.discrepancy import Discrepancy
 from swimcal.effects.catalogue import catalogue
 from swimcal.errors import Fault, InputError, SwimcalError
 
-_TOGETHER = 32  # sessions under way at a time: as many are lost when a worker dies
-_PIECES = 2  # as many sessions as that a piece of work has: the last of them are made with ever less company
+_TOGETHER = 32  # This many sessions are under way at a time, and as many are lost when a worker dies.
+# A piece of work has at most this many times as many sessions: its last ones are made with ever less company.
+_ROUNDS_PER_PIECE = 2
 
 
 def make_suite(suite: SuiteFolder, seed: int, size: SuiteSize, run: Run, shard: slice = WHOLE) -> tuple[Failure, ...]:
-    """Makes the sessions that are missing; broken off, it goes on where it was.
+    """Make the sessions that are missing; after an interruption go on from there.
 
     Args:
-        suite: where.
-        seed, size: of the suite.
-        run: how; workers elsewhere need to see the same folder.
-        shard: which of its sessions; others of the same suite may be there already.
+        suite: the folder to fill.
+        seed: seed of the suite.
+        size: size of the suite.
+        run: way to work off the pieces; workers elsewhere need to see the same folder.
+        shard: the sessions to make; others of the same suite may be there already.
 
     Returns:
         What could not be made; the next run tries it again.
@@ -40,30 +42,30 @@ def make_suite(suite: SuiteFolder, seed: int, size: SuiteSize, run: Run, shard: 
     _check_same(suite, plans)
     todo = [plan for plan in plans[shard] if not suite.made(plan.name)]
     failures: list[Failure] = []
-    batches = {batch[0].name: batch for batch in _batches(todo, run.workers)}
+    batches = {batch[0].name: batch for batch in _split_batches(todo, run.workers)}
     lost = run_cases(
-        partial(_made_together, suite, size.generator), batches, run, lambda _name, failed: failures.extend(failed)
+        partial(_make_together, suite, size.generator), batches, run, lambda _name, failed: failures.extend(failed)
     )
     return (*failures, *lost)
 
 
-def _batches(plans: Sequence[SessionPlan], workers: int) -> list[tuple[SessionPlan, ...]]:
-    """Sessions that one worker makes, in their order: as many as save time, and every worker as many pieces."""
+def _split_batches(plans: Sequence[SessionPlan], workers: int) -> list[tuple[SessionPlan, ...]]:
+    """Split sessions into pieces for one worker, in order: large enough to save time, equally many for each worker."""
     workers = workers or os.cpu_count() or 1
-    rounds = max(-(-len(plans) // (workers * _PIECES * _TOGETHER)), 1)
+    rounds = max(-(-len(plans) // (workers * _ROUNDS_PER_PIECE * _TOGETHER)), 1)
     each = max(-(-len(plans) // (rounds * workers)), 1)
     return [tuple(plans[first : first + each]) for first in range(0, len(plans), each)]
 
 
 @threadpool_limits.wrap(limits=1, user_api="blas")  # small matrices, for which threads only wait
-def _made_together(suite: SuiteFolder, by: str, plans: tuple[SessionPlan, ...]) -> list[Failure]:
+def _make_together(suite: SuiteFolder, by: str, plans: tuple[SessionPlan, ...]) -> list[Failure]:
     generator = GENERATORS[by]
-    works = (_made(suite, generator, plan) for plan in plans)
+    works = (_make(suite, generator, plan) for plan in plans)
     outcomes = film_together(works, _TOGETHER, generator.simulate)
     return [outcome for outcome in outcomes if outcome is not None]
 
 
-def _made(suite: SuiteFolder, generator: Generator, plan: SessionPlan) -> Filming[Failure | None]:
+def _make(suite: SuiteFolder, generator: Generator, plan: SessionPlan) -> Filming[Failure | None]:
     if suite.made(plan.name):  # a cluster does again what a worker had done that then died
         return None
     for broken_off in (suite.sessions / plan.name, *suite.sessions.glob(f".{plan.name}.*")):

@@ -1,4 +1,4 @@
-"""How right diagnoses are of sessions whose effect was withheld from what wrote them."""
+"""Scores of diagnoses of sessions whose effect was withheld from what wrote them."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -14,29 +14,31 @@ from benchmarks.effects.scored_diagnosis import Diagnosis, Gap
 from benchmarks.effects.suite import DETECTABILITIES
 from benchmarks.scores import Estimate, Measure, Share, median, resampled
 
-CONFIDENT = 0.9
-CLEAR = 5.0  # detectability from which a name is asked for
-_SET = 3
-_FALSE_ALARMS = 0.01
-_ALMOST = 0.9  # of a level that counts as reached
-_WORTH_TELLING = 0.01  # probabilities below do not count for calibration: there are thirty of them in each session
-_SUSPECT = 0.1
+CONFIDENT = 0.9  # A probability above this is a confident name.
+CLEAR = 5.0  # A name is asked for from this detectability on.
+_MAX_NAMES = 3  # A useful set names at most this many effects or groups.
+_FALSE_ALARM_RATE = 0.01
+_REACHED_SHARE = 0.9  # A level counts as reached from this share of it on.
+_MIN_PROBABILITY = 0.01  # Calibration leaves out smaller ones, of which each session has thirty.
+_SUSPECT = 0.1  # An effect of at least this probability is a suspect.
 _BINS = np.linspace(0.0, 1.0, 11)
-_DRAWS = 400
+_DRAWS = 400  # The error by chance is simulated this many times.
 Measures = dict[str, Measure]
 
 
 @dataclass(frozen=True)
 class Case:
-    """A session: its answer and its diagnosis."""
+    """Answer and diagnosis of a session."""
 
     answer: Answer
     diagnosis: Diagnosis
 
     @property
     def level(self) -> float:
-        """The detectability that it was made for, as far as it reached that; 0 below the lowest."""
-        return max((level for level in DETECTABILITIES if self.answer.detectability >= _ALMOST * level), default=0.0)
+        """Detectability that the session was made for, as far as it reached that; 0 below the lowest."""
+        return max(
+            (level for level in DETECTABILITIES if self.answer.detectability >= _REACHED_SHARE * level), default=0.0
+        )
 
     @property
     def clear(self) -> bool:
@@ -51,13 +53,13 @@ class Case:
     @property
     def in_set(self) -> bool:
         """Whether at most three effects are named, all present effects among them."""
-        return len(self.diagnosis.names) <= _SET and set(self.answer.effects) <= self.diagnosis.names
+        return len(self.diagnosis.names) <= _MAX_NAMES and set(self.answer.effects) <= self.diagnosis.names
 
     @property
     def in_groups(self) -> bool:
         """Whether at most three groups are named, and each present effect is in another of them."""
         effects, groups = self.answer.effects, self.diagnosis.named_groups
-        return len(groups) <= _SET and any(
+        return len(groups) <= _MAX_NAMES and any(
             all(effect in group for effect, group in zip(effects, chosen, strict=True))
             for chosen in permutations(groups, len(effects))
         )
@@ -70,7 +72,7 @@ class Case:
 
     @property
     def unexplained(self) -> bool:
-        """Whether that is the verdict."""
+        """Whether the verdict is `unexplained`."""
         return self.diagnosis.verdict == "unexplained"
 
     @property
@@ -90,23 +92,23 @@ class Case:
 
     @property
     def interval_holds(self) -> bool:
-        """Whether it does."""
+        """Whether the interval holds the oracle's shrinkage."""
         (low, high), true = self.diagnosis.interval or (np.nan, np.nan), self.answer.oracle_shrinkage
         return true is not None and low <= true <= high
 
 
 def of_kind(kind: str) -> Callable[[Case], bool]:
-    """Sessions with so much in them."""
+    """Return the test for sessions of a kind."""
     return lambda case: case.answer.kind == kind
 
 
 def clear(counts: Callable[[Case], bool]) -> Callable[[Case], bool]:
-    """The clear ones of some sessions."""
+    """Return the test for the clear ones of some sessions."""
     return lambda case: case.clear and counts(case)
 
 
 def has_stage(case: Case) -> bool:
-    """Whether what is there acts at one stage."""
+    """Return whether what is there acts at one stage."""
     return case.answer.stage is not None
 
 
@@ -114,8 +116,8 @@ CLEAR_SINGLE = clear(of_kind("single"))
 
 
 def measures(cases: Sequence[Case]) -> Measures:
-    """The required measures of a diagnosis, and others, of all sessions of a suite."""
-    share = partial(_share, cases)
+    """Compute the required measures of a diagnosis, and others, of all sessions of a suite."""
+    share = partial(_measure_share, cases)
     null, outside, two = of_kind("null"), of_kind("outside"), of_kind("double")
     interval = "interval holds the oracle's, d ≥ 5"
     seconds = median([case.diagnosis.seconds for case in cases if case.diagnosis.seconds is not None])
@@ -129,10 +131,10 @@ def measures(cases: Sequence[Case]) -> Measures:
         "doubles_in_groups": share("two: each in its group", lambda c: c.in_groups, two, "≥ 70 %"),
         "stage_right": share("most of the gap on its stage", lambda c: c.stage_right, has_stage, "≥ 80 %"),
         "interval_holds": share(interval, lambda c: c.interval_holds, lambda c: c.interval_counts, "92 to 98 %"),
-        **_calibration(cases),
-        "shrinkage": Measure("shrinkage over the oracle's, d ≥ 5, median", _shrinkage_over_oracle(cases), "≥ 0.9"),
-        "groups_right": Measure("named groups with a present effect", _groups_right(cases)),
-        "only_wrong": share("only wrong names, at any probability", _only_wrong),
+        **_measure_calibration(cases),
+        "shrinkage": Measure("shrinkage over the oracle's, d ≥ 5, median", _compare_shrinkages(cases), "≥ 0.9"),
+        "groups_right": Measure("named groups with a present effect", _count_right_groups(cases)),
+        "only_wrong": share("only wrong names, at any probability", _is_only_wrong),
         "unexplained_clear": share("outside: unexplained, d ≥ 5", lambda c: c.unexplained, clear(outside)),
         "doubles_clear": share("two: each in its group, d ≥ 5", lambda c: c.in_groups, clear(two)),
         "stage_clear": share("most of the gap on its stage, d ≥ 5", lambda c: c.stage_right, clear(has_stage)),
@@ -142,10 +144,10 @@ def measures(cases: Sequence[Case]) -> Measures:
 
 
 def by_detectability(cases: Sequence[Case]) -> Measures:
-    """The right name first, of single effects, by how detectable they are."""
+    """Compute how often the right name comes first, of single effects, by how detectable they are."""
     levels = (0.0, *DETECTABILITIES)
     return {
-        f"first_at_{level:g}": _share(
+        f"first_at_{level:g}": _measure_share(
             cases,
             f"right name first, d = {level:g}" if level else "right name first, d < 1",
             lambda c: c.named_right,
@@ -156,11 +158,11 @@ def by_detectability(cases: Sequence[Case]) -> Measures:
 
 
 def measures_without(cases: Sequence[Case]) -> Measures:
-    """Of sessions with one effect, diagnosed by a catalogue that lacked it: no name can be right.
+    """Score sessions with one effect, diagnosed by a catalogue that lacked it: no name can be right.
 
     From a detectability of five on no other effect follows it: from there `unexplained` is asked for, and the stage.
     """
-    share, stage = partial(_share, cases), "most of the gap on its stage, d ≥ 5"
+    share, stage = partial(_measure_share, cases), "most of the gap on its stage, d ≥ 5"
     return {
         "unexplained": share("unexplained, d ≥ 5", lambda c: c.unexplained, CLEAR_SINGLE, "≥ 80 %"),
         "stage_right": share(stage, lambda c: c.stage_right, CLEAR_SINGLE, "≥ 80 %"),
@@ -169,12 +171,12 @@ def measures_without(cases: Sequence[Case]) -> Measures:
 
 
 def measures_together(cases: Sequence[Case]) -> Measures:
-    """What all effects at once are worth, of sessions whose diagnosis may ask for them.
+    """Score all effects at once, over sessions whose diagnosis may ask for them.
 
     Speeds are those of held-out swims, which no twin was fitted to; they count where all at once are called for.
     """
     found = {
-        f"called_for_{kind}": _share(
+        f"called_for_{kind}": _measure_share(
             cases, f"called for, {kind}", lambda c: c.diagnosis.everything is not None, of_kind(kind)
         )
         for kind in get_args(Kind)
@@ -200,17 +202,17 @@ def measures_together(cases: Sequence[Case]) -> Measures:
 
 
 def reachable(cases: Sequence[Case], counts: Callable[[Case], bool]) -> float:
-    """What of these, weak ones with them, a matched filter would see with one false alarm in a hundred.
+    """Return the share that a matched filter would detect with one false alarm in a hundred, weak effects included.
 
     Such a filter knows beforehand what to look for, and the weaker of two decides (Neyman and Pearson 1933); nan where
     there is no session.
     """
     d = np.array([case.answer.detectability for case in cases if counts(case)])
-    return float(norm.sf(norm.isf(_FALSE_ALARMS) - d).mean()) if d.size else float("nan")
+    return float(norm.sf(norm.isf(_FALSE_ALARM_RATE) - d).mean()) if d.size else float("nan")
 
 
 def calibration_error(predicted: np.ndarray, true: np.ndarray) -> float:
-    """Mean difference between probabilities (k,) and how often they came true (k,), over ten bins.
+    """Return the mean difference between probabilities (k,) and how often they came true (k,), over ten bins.
 
     Expected calibration error (Naeini et al. 2015); nan of none.
     """
@@ -223,7 +225,7 @@ def calibration_error(predicted: np.ndarray, true: np.ndarray) -> float:
 
 
 def error_by_chance(predicted: np.ndarray) -> Estimate:
-    """The error of as many probabilities (k,) that come true exactly as often as predicted; nan of none.
+    """Estimate the error of as many probabilities (k,) that come true exactly as often as predicted; nan of none.
 
     The interval holds 95 % of such errors.
     """
@@ -233,23 +235,23 @@ def error_by_chance(predicted: np.ndarray) -> Estimate:
     return Estimate(float(np.mean(errors)), (float(low), float(high)))
 
 
-def _calibration(cases: Sequence[Case]) -> Measures:
-    """Most probabilities are small, and the error is small where all are: those from 10 % on apart."""
-    by_chance = error_by_chance(np.array([p for p, _ in _probabilities(cases, _SUSPECT)]))
+def _measure_calibration(cases: Sequence[Case]) -> Measures:
+    """Measure the calibration, and apart that from 10 % on: most probabilities are small, and so is their error."""
+    by_chance = error_by_chance(np.array([p for p, _ in _list_probabilities(cases, _SUSPECT)]))
     return {
-        "calibration": Measure("calibration error", resampled(cases, lambda c: _error(c, _WORTH_TELLING)), "≤ 0.05"),
-        "of_suspects": Measure("… of probabilities ≥ 10 %", resampled(cases, lambda c: _error(c, _SUSPECT)), "≤ 0.05"),
+        "calibration": Measure("calibration error", resampled(cases, lambda c: _score(c, _MIN_PROBABILITY)), "≤ 0.05"),
+        "of_suspects": Measure("… of probabilities ≥ 10 %", resampled(cases, lambda c: _score(c, _SUSPECT)), "≤ 0.05"),
         "by_chance": Measure("… by chance, were these right", by_chance),
     }
 
 
-def _error(cases: Sequence[Case], least: float) -> float:
-    found = _probabilities(cases, least)
+def _score(cases: Sequence[Case], least: float) -> float:
+    found = _list_probabilities(cases, least)
     return calibration_error(np.array([p for p, _ in found]), np.array([true for _, true in found], bool))
 
 
-def _probabilities(cases: Sequence[Case], least: float) -> list[tuple[float, bool]]:
-    """All from some size on, and whether each came true."""
+def _list_probabilities(cases: Sequence[Case], least: float) -> list[tuple[float, bool]]:
+    """List all probabilities from some size on, and whether each came true."""
     return [
         (p, name in case.answer.effects)
         for case in cases
@@ -258,7 +260,7 @@ def _probabilities(cases: Sequence[Case], least: float) -> list[tuple[float, boo
     ]
 
 
-def _share(
+def _measure_share(
     cases: Sequence[Case],
     label: str,
     right: Callable[[Case], bool],
@@ -268,18 +270,18 @@ def _share(
     return Measure(label, Share.among(cases, right, counts), asked)
 
 
-def _groups_right(cases: Sequence[Case]) -> Share:
-    """Of all named groups, in any session, those that hold an effect which is present."""
+def _count_right_groups(cases: Sequence[Case]) -> Share:
+    """Count, of all named groups in any session, those that hold an effect which is present."""
     groups = [(case.answer, group) for case in cases for group in case.diagnosis.named_groups]
     return Share.among(groups, lambda named: bool(set(named[0].effects) & set(named[1])))
 
 
-def _only_wrong(case: Case) -> bool:
+def _is_only_wrong(case: Case) -> bool:
     return bool(case.diagnosis.names) and not case.diagnosis.names & set(case.answer.effects)
 
 
-def _shrinkage_over_oracle(cases: Sequence[Case]) -> Estimate:
-    """Over clear sessions whose effects are all named: what weak effects shrink by is mostly noise.
+def _compare_shrinkages(cases: Sequence[Case]) -> Estimate:
+    """Compare shrinkages over clear sessions whose effects are all named: that by weak effects is mostly noise.
 
     And where the true effects, in the twin's form, shrink the gap at all.
     """

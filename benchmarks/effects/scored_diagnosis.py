@@ -1,4 +1,4 @@
-"""The diagnosis of a session by any program: of its `diagnosis.json` what the scores need."""
+"""Diagnosis of a session by any program: what the scores need of its `diagnosis.json`."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -9,15 +9,15 @@ from pydantic import Field, FiniteFloat, TypeAdapter, ValidationError
 from swimcal.errors import Fault, FaultCollector, InputError
 
 NONE = "none_of_these"
-_CAUSES = ("camera", "drive", "body", "tail")  # stages that an effect can act at
-_SHOWN = 120  # characters of what is wrong
+_CAUSES = ("camera", "drive", "body", "tail")  # An effect acts at one of these stages.
+_SHOWN_CHARACTERS = 120  # A fault is shown up to this length.
 
 
 @dataclass(frozen=True)
 class Gap:
-    """Of held-out swims, by a twin that was fitted to others; None is what does not apply."""
+    """Gap of held-out swims, by a twin that was fitted to others; None is what does not apply."""
 
-    # shrinkage, shrinkage_ci95: by which the gap is smaller than that of the plain twin, and its 95 % interval
+    # shrinkage, shrinkage_ci95: share by which the gap is smaller than the plain twin's, and its 95 % interval
     shrinkage: FiniteFloat | None = None
     shrinkage_ci95: tuple[FiniteFloat | None, FiniteFloat | None] | None = None
     # speed_mae_before, speed_mae_after: mean error of the speeds of the plain twin and of this one, m/s
@@ -34,39 +34,39 @@ class Where:
 
 @dataclass(frozen=True)
 class AllAtOnce:
-    """The twin with all effects at once."""
+    """Result of the twin with all effects at once."""
 
     gap: Gap | None = None
 
 
 @dataclass(frozen=True)
 class Diagnosis:
-    """A diagnosis by the public contract; what else the contract has stays unread."""
+    """Diagnosis by the public contract; what else the contract has stays unread."""
 
-    verdict: Literal["named", "inseparable", "unexplained", "no_gap"]  # one of four
-    # alternatives (inner) that act together (outer)
+    verdict: Literal["named", "inseparable", "unexplained", "no_gap"]
+    # groups that act together (outer) of alternatives (inner)
     groups: tuple[Annotated[tuple[str, ...], Field(min_length=1, max_length=3)], ...]
-    probabilities: dict[str, Annotated[float, Field(ge=0, le=1)]]  # that an effect is present, by name
+    probabilities: dict[str, Annotated[float, Field(ge=0, le=1)]]  # probability that an effect is present, by name
     where: Where | None = None  # shares of the gap
-    gap: Gap | None = None  # with the effects that are named
-    everything: AllAtOnce | None = None  # all effects at once; None where that is not called for, or was not asked
-    seconds: FiniteFloat | None = None  # that it took; None where it is not given
-    effort: str | None = None  # with which it was made; None where it is not given
+    gap: Gap | None = None  # gap with the effects that are named
+    everything: AllAtOnce | None = None  # twin with all effects; None where that is not called for, or was not asked
+    seconds: FiniteFloat | None = None  # duration of the diagnosis; None where it is not given
+    effort: str | None = None  # effort of the diagnosis; None where it is not given
     withheld_from_catalogue: tuple[str, ...] | None = None  # effects that the catalogue lacked
 
     @property
     def named_groups(self) -> tuple[tuple[str, ...], ...]:
-        """The groups, of a verdict that names some."""
+        """Groups of a verdict that names some."""
         return self.groups if self.verdict in ("named", "inseparable") else ()
 
     @property
     def names(self) -> frozenset[str]:
-        """All that it names."""
+        """All names in the groups."""
         return frozenset(name for group in self.named_groups for name in group)
 
     @property
     def first(self) -> str | None:
-        """The most probable of what it names."""
+        """Most probable of the names."""
         return max(sorted(self.names), key=lambda name: self.probabilities.get(name, 0.0), default=None)
 
     @property
@@ -76,19 +76,19 @@ class Diagnosis:
 
     @property
     def stage(self) -> str | None:
-        """The stage that it puts most of the gap on."""
+        """Stage that most of the gap is put on."""
         by_stage = (self.where or Where()).by_stage or {}
         shares = {stage: share for stage in _CAUSES if (share := by_stage.get(stage)) is not None}
         return max(shares, key=lambda stage: shares[stage]) if shares else None
 
     @property
     def shrinkage(self) -> float | None:
-        """Of the gap on held-out trials."""
+        """Shrinkage of the gap on held-out trials."""
         return (self.gap or Gap()).shrinkage
 
     @property
     def interval(self) -> tuple[float, float] | None:
-        """The 95 % interval of that."""
+        """95 % interval of the shrinkage."""
         low, high = (self.gap or Gap()).shrinkage_ci95 or (None, None)
         return None if low is None or high is None else (low, high)
 
@@ -97,11 +97,11 @@ _CONTRACT = TypeAdapter(Diagnosis)
 
 
 def read_diagnosis(path: Path, lacking: frozenset[str] = frozenset()) -> Diagnosis:
-    """Reads a diagnosis.
+    """Read a diagnosis.
 
     Args:
-        path: of the file.
-        lacking: effects that the catalogue which it was made with must have lacked, and no others.
+        path: the file.
+        lacking: effects that the catalogue must have lacked with which it was made, and no others.
 
     Raises:
         InputError: it is not there, not by the contract, or made with another catalogue; all faults at once.
@@ -116,7 +116,7 @@ def read_diagnosis(path: Path, lacking: frozenset[str] = frozenset()) -> Diagnos
     except ValidationError as error:
         for fault in error.errors():
             key, expected = ".".join(map(str, fault["loc"])), fault["msg"].removeprefix("Input should be ")
-            found_there = "nothing" if fault["type"] == "missing" else repr(fault["input"])[:_SHOWN]
+            found_there = "nothing" if fault["type"] == "missing" else repr(fault["input"])[:_SHOWN_CHARACTERS]
             faults.add(key, "not by the contract", found=found_there, expected=expected, next_step=again)
         faults.raise_if_any()
         raise

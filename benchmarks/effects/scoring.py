@@ -1,4 +1,4 @@
-"""Opens the answers of a suite and scores the diagnoses of its sessions."""
+"""Scorer of a suite: it opens the answers and compares the diagnoses of the sessions with them."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -30,13 +30,13 @@ _NOTES = (
 
 @dataclass(frozen=True)
 class Outcome:
-    """What came of a suite."""
+    """Scored cases of a suite."""
 
-    cases: Sequence[Case]  # of the program
-    without: Sequence[Case] = ()  # of the program whose catalogue lacked the effect that is there
+    cases: Sequence[Case]  # cases of the program
+    without: Sequence[Case] = ()  # cases of the program whose catalogue lacked the effect that is there
 
     def scores(self, command: str) -> Scores:
-        """All tables, with the command that made them."""
+        """Build all tables, with the command that made them."""
         kinds = [case.answer.kind for case in self.cases]
         counts = ", ".join(f"{kinds.count(kind)} {kind}" for kind in dict.fromkeys(sorted(kinds)))
         asked = [case for case in self.cases if case.diagnosis.effort in ALL_AT_ONCE]
@@ -47,7 +47,7 @@ class Outcome:
             tables.append(Table.of(caption, {PROGRAM: measures_without(self.without)}))
         if asked:
             tables.append(Table.of("All effects at once", {PROGRAM: measures_together(asked)}))
-        tables.append(_reachable(self.cases))
+        tables.append(_build_reachable_table(self.cases))
         return Scores(
             title="Withheld effects",
             data="synthetic: sessions of a second simulator, the effect withheld from what diagnoses them",
@@ -58,7 +58,7 @@ class Outcome:
 
 
 def score_all(suite: SuiteFolder) -> Outcome:
-    """Scores the diagnoses in the folder of a suite, also those by a catalogue that lacks the effect.
+    """Score the diagnoses in the folder of a suite, also those by a catalogue that lacks the effect.
 
     Raises:
         InputError: not every session is diagnosed.
@@ -68,7 +68,7 @@ def score_all(suite: SuiteFolder) -> Outcome:
 
 
 def score_file(path: Path) -> Outcome:
-    """Scores cases in a file, of one shard or of several, one after the other.
+    """Score cases in a file, of one shard or of several, one after the other.
 
     Raises:
         InputError: it holds no cases.
@@ -77,29 +77,29 @@ def score_file(path: Path) -> Outcome:
 
 
 def score_suite(suite: SuiteFolder) -> tuple[Case, ...]:
-    """The diagnoses in the folders of the sessions, of any program, with the answers.
+    """Read the diagnoses in the folders of the sessions, of any program, with the answers.
 
     Raises:
         InputError: a diagnosis is missing or not by the contract; all at once.
     """
-    found = _diagnoses(suite.sessions, dict.fromkeys(suite.names, frozenset[str]()))
+    found = _read_diagnoses(suite.sessions, dict.fromkeys(suite.names, frozenset[str]()))
     true = suite.true()  # opened last: a diagnosis that is still to come could have seen them
     return tuple(Case(answer, found[answer.session]) for answer in true)
 
 
 def score_without(suite: SuiteFolder) -> tuple[Case, ...]:
-    """The diagnoses whose catalogue lacked the effect that is there, with the answers.
+    """Read the diagnoses whose catalogue lacked the effect that is there, with the answers.
 
     Raises:
         InputError: as of `score_suite`, or a diagnosis was made by another catalogue.
     """
     answers = suite.singles
-    found = _diagnoses(suite.without, {name: frozenset(answer.effects) for name, answer in answers.items()})
+    found = _read_diagnoses(suite.without, {name: frozenset(answer.effects) for name, answer in answers.items()})
     return tuple(Case(answer, found[name]) for name, answer in answers.items())
 
 
-def _diagnoses(folder: Path, lacking: Mapping[str, frozenset[str]]) -> dict[str, Diagnosis]:
-    """Of sessions, by name, with what their catalogue is to lack; with the time, where only the benchmark knows."""
+def _read_diagnoses(folder: Path, lacking: Mapping[str, frozenset[str]]) -> dict[str, Diagnosis]:
+    """Read diagnoses by session and by what their catalogue lacks; add the time, where only the benchmark knows it."""
     faults, diagnoses = FaultCollector(str(folder.parent)), {}
     for name, effects in lacking.items():
         clock = folder / name / SECONDS
@@ -113,7 +113,7 @@ def _diagnoses(folder: Path, lacking: Mapping[str, frozenset[str]]) -> dict[str,
     return diagnoses
 
 
-def _reachable(cases: Sequence[Case]) -> Table:
+def _build_reachable_table(cases: Sequence[Case]) -> Table:
     chosen = {"unexplained outside": of_kind("outside"), "two": of_kind("double"), "stage": has_stage}
     shares = {label: reachable(cases, counts) for label, counts in chosen.items()}
     rows = tuple((label, f"{100 * share:.0f} %") for label, share in shares.items() if share == share)

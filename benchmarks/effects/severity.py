@@ -1,4 +1,4 @@
-"""How strong an effect must be to be as detectable as is asked, every rival refitted, the plain twin first of all.
+"""Strength at which an effect is as detectable as is asked, every rival refitted, the plain twin first of all.
 
 The effect's own form in the catalogue is refitted too, and does not follow it exactly either: a form that stays o away
 from the truth is separated from a rival that stays r away as if they were sqrt(r^2 - o^2) apart (their expected log
@@ -17,34 +17,37 @@ from benchmarks.reality import Mechanism
 from fitting.signatures import Signature
 from swimcal.errors import NotEnoughData, SimulationDiverged
 
-SEPARATE = 3.3  # distance from which two effects are confused in at most 5 % of cases
-_CLEARLY = 0.9  # share of it below which they cannot be separated: 3.3 itself is asked, and reached to 5 %
+SEPARATE = 3.3  # From this distance on two effects are confused in at most 5 % of cases.
+# Effects below this share of it cannot be separated: 3.3 itself is asked for, and reached to 5 %.
+_ALIKE_SHARE = 0.9
 Strong = Callable[[float], tuple[Mechanism, ...]]
-_FIRST, _MOST, _ROUNDS = 1.0, 30.0, 6
-_GROWTH = 4.0  # of a strength from one try to the next
-_CLOSE = 0.05  # relative, of the distance that is asked
-_FALLEN = 1.1  # times as far with less strength
+_START_STRENGTH = 1.0  # The search for a strength starts here.
+_MAX_STRENGTH = 30.0
+_ROUNDS = 6  # At most this many strengths are tried.
+_MAX_GROWTH = 4.0  # A strength changes by at most this factor from one try to the next.
+_TOLERANCE = 0.05  # A distance counts as reached within this share of it.
+_FALL_FACTOR = 1.1  # The distance has fallen where a weaker effect reached more than this many times as much.
 
 
 @dataclass(frozen=True, eq=False)
 class Strength:
-    """An effect in a session."""
+    """Effect in a session, at one strength."""
 
-    value: float  # that its mechanism is made with
-    mechanisms: tuple[Mechanism, ...]  # at that strength
-    detectability: float  # by how much its own form is nearer than the nearest rival, the plain twin among them
-    rivals: Mapping[str, float]  # by how much it is nearer than each other one, by name, the nearest first
+    value: float  # strength that its mechanism is made with
+    mechanisms: tuple[Mechanism, ...]  # mechanisms at that strength
+    detectability: float  # margin by which its own form is nearer than the nearest rival, the plain twin among them
+    rivals: Mapping[str, float]  # margin by which it is nearer than each other one, by name, the nearest first
 
     @property
     def alike(self) -> tuple[str, ...]:
-        """Rivals that these data cannot separate from it."""
-        return tuple(name for name, distance in self.rivals.items() if distance < _CLEARLY * SEPARATE)
+        """Rivals that these data cannot separate from the effect."""
+        return tuple(name for name, distance in self.rivals.items() if distance < _ALIKE_SHARE * SEPARATE)
 
 
 def strength_for(
     asked: float, strong: Strong, own: str | None, drawn: DrawnWorld, rows: SessionRows, signatures: Sequence[Signature]
 ) -> Filming[Strength]:
-    """The strength at which the nearest rival is as far as asked, as near as it gets; of several alike the least.
+    """Find the strength at which the nearest rival is as far as asked, as near as it gets; of several alike the least.
 
     Some effects never get there: a rival follows them however strong they are, or the effect's own form fails first.
     Rivals are all signatures but the effect's own, by its name; one outside the catalogue has none.
@@ -55,14 +58,14 @@ def strength_for(
     rivals = [signature for signature in signatures if signature.effect.name != own]
     itself = next((signature for signature in signatures if signature.effect.name == own), None)
     tries: dict[float, Strength] = {}
-    value = _FIRST
+    value = _START_STRENGTH
     for _ in range(_ROUNDS):
-        found = yield from _tried(value, strong(value), drawn, rows, rivals, itself)
+        found = yield from _try_strength(value, strong(value), drawn, rows, rivals, itself)
         if found is not None:
             tries[value] = found
-        if found is not None and abs(found.detectability / asked - 1) < _CLOSE:
+        if found is not None and abs(found.detectability / asked - 1) < _TOLERANCE:
             break
-        following = _next(asked, value, tries)
+        following = _choose_next(asked, value, tries)
         if following in tries:
             break
         value = following
@@ -71,8 +74,8 @@ def strength_for(
     return min(tries.values(), key=lambda found: (abs(found.detectability - asked), found.value))
 
 
-def _next(asked: float, value: float, tries: Mapping[float, Strength]) -> float:
-    """The strength to try after one that was tried last, which was not to be simulated if it is not among the tries.
+def _choose_next(asked: float, value: float, tries: Mapping[float, Strength]) -> float:
+    """Return the strength to try after the last one, which could not be simulated if it is not among the tries.
 
     Up to some strength the distance grows. Beyond, where there is such a strength, the effect's own form fails before
     a rival does, and the distance falls, down to 0.
@@ -81,15 +84,15 @@ def _next(asked: float, value: float, tries: Mapping[float, Strength]) -> float:
         return value / 2
     found = tries[value].detectability
     weaker = [each for each in tries if each < value]
-    fallen = found == 0.0 or any(tries[each].detectability > _FALLEN * found for each in weaker)
+    fallen = found == 0.0 or any(tries[each].detectability > _FALL_FACTOR * found for each in weaker)
     if found < asked and fallen:
-        return float(np.sqrt(value * max(weaker))) if weaker else value / _GROWTH
-    grown = float(np.clip(value * asked / max(found, asked / _GROWTH), value / 10, _MOST))
+        return float(np.sqrt(value * max(weaker))) if weaker else value / _MAX_GROWTH
+    grown = float(np.clip(value * asked / max(found, asked / _MAX_GROWTH), value / 10, _MAX_STRENGTH))
     beyond = [each for each in tries if each > value]
     return min(grown, float(np.sqrt(value * min(beyond)))) if beyond and grown > value else grown
 
 
-def _tried(
+def _try_strength(
     value: float,
     mechanisms: tuple[Mechanism, ...],
     drawn: DrawnWorld,
@@ -97,7 +100,7 @@ def _tried(
     rivals: Sequence[Signature],
     itself: Signature | None,
 ) -> Filming[Strength | None]:
-    """What the mechanisms do to the fitted swims; None where they cannot be simulated or measured."""
+    """Measure what the mechanisms do to the fitted swims; None where they cannot be simulated or measured."""
     try:
         changes = rows.changes((yield from drawn.recorded(mechanisms, drawn.swims(rows.role))))
     except (SimulationDiverged, NotEnoughData):
@@ -106,11 +109,13 @@ def _tried(
         return None
 
     own = 0.0 if itself is None else closest_fit(changes, [itself])[1].distance
-    apart = sorted((_apart(closest_fit(changes, [each])[1].distance, own), each.effect.name) for each in rivals)
-    plain = _apart(closest_fit(changes, [])[1].distance, own)
+    apart = sorted(
+        (_compute_separation(closest_fit(changes, [each])[1].distance, own), each.effect.name) for each in rivals
+    )
+    plain = _compute_separation(closest_fit(changes, [])[1].distance, own)
     return Strength(value, mechanisms, min([plain, *(d for d, _ in apart)]), {name: d for d, name in apart})
 
 
-def _apart(rival: float, own: float) -> float:
-    """Separation of a rival at one distance from a form at another; 0 where it is nearer."""
+def _compute_separation(rival: float, own: float) -> float:
+    """Return the separation of a rival at one distance from a form at another; 0 where it is nearer."""
     return float(np.sqrt(max(rival**2 - own**2, 0.0)))

@@ -1,4 +1,4 @@
-"""The small suite that is shipped: `python -m benchmarks.effects.shipped datasets/withheld` makes it.
+"""Small suite that is shipped: `python -m benchmarks.effects.shipped datasets/withheld` makes it.
 
 Existing sessions stay; to make all anew, remove `small/sessions` and `small/answers` first.
 """
@@ -19,7 +19,7 @@ SEED = 1
 
 
 def ship(folder: Path) -> None:
-    """Makes `small/` in a folder, and writes the checksum of its sessions into the card next to it.
+    """Make `small/` in a folder, and write the checksum of its sessions into the card next to it.
 
     Raises:
         InputError: `small/` holds another suite.
@@ -35,7 +35,7 @@ def ship(folder: Path) -> None:
 
 
 def checksum_of_sessions(suite: SuiteFolder) -> str:
-    """Of the lines `<sha256>  sessions/<file>` of all files, but for results, in the order of the paths."""
+    """Return the sha256 of the lines `<sha256>  sessions/<file>` of all files but results, in order of the paths."""
     lines = [f"{digest}  sessions/{name}\n" for name, digest in checksums(suite.sessions).items()]
     return sha256("".join(lines).encode()).hexdigest()
 

@@ -1,4 +1,4 @@
-"""Which sessions a suite holds: what is present in each, how strong, and what was recorded; nothing is simulated here.
+"""Plan of a suite: what is present in each session, how strong, and what was recorded; nothing is simulated here.
 
 What was recorded is drawn before, and independently of, what is present: only the tracks contain information on it.
 """
@@ -13,51 +13,59 @@ import numpy as np
 
 from benchmarks.effects.folder import Kind
 
-DETECTABILITIES = (1.0, 2.0, 3.3, 5.0, 10.0)
-SLOWEST_HZ, FASTEST_HZ, APART_HZ = 0.4, 1.4, 0.08
-_SINGLE, _DOUBLE = 0.6, 0.2  # of the sessions with something in them; the rest is outside the catalogue
-BEATS = 3.0  # that the slowest swim makes after warm-up: its first half is what a held-out trial may be looked at
+DETECTABILITIES = (1.0, 2.0, 3.3, 5.0, 10.0)  # An effect is made as strong as one of these asks for.
+SLOWEST_HZ = 0.4
+FASTEST_HZ = 1.4
+APART_HZ = 0.08  # Commanded speeds differ by at least this much.
+# Shares of the sessions with something in them; the remaining ones hold what is outside the catalogue.
+_SINGLE_SHARE = 0.6
+_DOUBLE_SHARE = 0.2
+# The slowest swim makes this many beats after warm-up, as the first half of a held-out trial may be looked at.
+BEATS = 3.0
 WARMUP_S = 1.0
-_DRY_SHARE, _DECAY_SHARE, _LOG_SHARE = 0.4, 0.4, 0.4
+# Shares of the sessions with a dry run, with a free decay, with a log of the motor.
+_DRY_SHARE = 0.4
+_DECAY_SHARE = 0.4
+_LOG_SHARE = 0.4
 Present = tuple[Kind, tuple[str, ...], float]
 """Kind, effects and detectability of a session."""
 
 
 @dataclass(frozen=True)
 class Recorded:
-    """What a session recorded."""
+    """Recordings that a session holds."""
 
     # fit_hz, holdout_hz: commanded speeds of its swims, turns a second
     fit_hz: tuple[float, ...]
     holdout_hz: tuple[float, ...]
-    seconds: float  # of each swim
-    dry_hz: float | None  # of its dry run; None without one
-    free_decay: bool  # whether there is one
-    logged: bool  # whether the motor's log is there
+    seconds: float  # duration of each swim
+    dry_hz: float | None  # speed of the dry run; None without one
+    free_decay: bool  # whether a free decay is recorded
+    logged: bool  # whether the motor is logged
 
 
 @dataclass(frozen=True)
 class SessionPlan:
     """One session of a suite."""
 
-    name: str  # carries no information
-    seed: int  # of all that is drawn for it: robot, water, markers, camera, noise
-    recorded: Recorded  # what it holds
-    kind: Kind  # what is present
+    name: str  # name, which carries no information
+    seed: int  # seed of all that is drawn for it: robot, water, markers, camera, noise
+    recorded: Recorded  # recordings that it holds
+    kind: Kind  # kind of what is present
     effects: tuple[str, ...] = ()  # names, of the catalogue or, for kind "outside", of something else
-    detectability: float = 0.0  # that each effect is made as strong for; 0 of null
+    detectability: float = 0.0  # detectability that each effect is made as strong for; 0 of null
 
 
 @dataclass(frozen=True)
 class SuiteSize:
-    """How many sessions, and what is in them."""
+    """Size of a suite: the number of sessions, and what is in them."""
 
-    sessions: int  # in all
-    null: int  # of them, with nothing in them
-    many: int = 0  # of them, with many effects
-    at_once: int = 0  # how many these have
+    sessions: int  # number of sessions
+    null: int  # number of them with nothing in them
+    many: int = 0  # number of them with many effects
+    at_once: int = 0  # number of effects in each of these
     asked: float = 0.0  # detectability that each of these has by itself
-    generator: Literal["reality", "wake"] = "reality"  # that makes them; see `generators`
+    generator: Literal["reality", "wake"] = "reality"  # generator that makes them; see `generators`
     without: tuple[str, ...] = ()  # effects of the catalogue that are in none of them
 
 
@@ -72,7 +80,7 @@ WHOLE = slice(None)
 
 
 def suite_named(text: str) -> tuple[SuiteSize, slice]:
-    """A size of `SIZES`, and which part of its sessions: all, or of "large:2/10" the second tenth.
+    """Return a size of `SIZES`, and which part of its sessions: all, or of "large:2/10" the second tenth.
 
     A part is as good a sample as any other, since their order is drawn.
 
@@ -89,19 +97,19 @@ def suite_named(text: str) -> tuple[SuiteSize, slice]:
 def plan_suite(
     seed: int, size: SuiteSize, catalogued: Sequence[str], outside: Sequence[str]
 ) -> tuple[SessionPlan, ...]:
-    """The sessions of a suite, in the order of their names.
+    """Plan the sessions of a suite, in the order of their names.
 
     Each effect, and each detectability, comes about equally often; the two of a double are drawn at random. Names are
     those of effects of the catalogue that reality can make, and of what else it can make.
     """
     random = np.random.default_rng([seed, 7])
-    return plans_of(_present(size, catalogued, outside, random), recorded_by, random)
+    return plans_of(_draw_present(size, catalogued, outside, random), recorded_by, random)
 
 
 def plans_of(
     present: Sequence[Present], record: Callable[[np.random.Generator], Recorded], random: np.random.Generator
 ) -> tuple[SessionPlan, ...]:
-    """Sessions with these in them, in the order of names that carry no information; `record` draws what is recorded."""
+    """Plan sessions with these in them, under names that carry no information; `record` draws what is recorded."""
     names, seeds = drawn_names(len(present), random), random.integers(2**31, size=len(present))
     plans = [
         SessionPlan(name, int(own), record(np.random.default_rng([int(own), 1])), *what)
@@ -111,7 +119,7 @@ def plans_of(
 
 
 def recorded_by(random: np.random.Generator) -> Recorded:
-    """What somebody with this robot recorded."""
+    """Draw what somebody with this robot recorded."""
     swims = int(random.integers(4, 9))
     speeds = apart(swims, SLOWEST_HZ, FASTEST_HZ, random)
     fit = sorted(random.choice(swims, max(2, swims // 2), replace=False))
@@ -128,19 +136,19 @@ def recorded_by(random: np.random.Generator) -> Recorded:
 
 
 def apart(count: int, slowest_hz: float, fastest_hz: float, random: np.random.Generator) -> np.ndarray:
-    """(count,) speeds to a hundredth of a turn a second, each some way from the next."""
+    """Draw (count,) speeds to a hundredth of a turn a second, each some way from the next."""
     while True:
         speeds = np.sort(np.round(random.uniform(slowest_hz, fastest_hz, count), 2))
         if (np.diff(speeds) >= APART_HZ).all():
             return speeds
 
 
-def _present(
+def _draw_present(
     size: SuiteSize, catalogued: Sequence[str], outside: Sequence[str], random: np.random.Generator
 ) -> list[Present]:
-    """What is in each session, in no order."""
+    """Draw what is in each session, in no order."""
     something = size.sessions - size.null - size.many
-    single, double = round(_SINGLE * something), round(_DOUBLE * something)
+    single, double = round(_SINGLE_SHARE * something), round(_DOUBLE_SHARE * something)
     levels = cycle(random.permutation(DETECTABILITIES))
     found: list[Present] = [("null", (), 0.0)] * size.null
     found += [("single", (name,), float(next(levels))) for name in in_turn(catalogued, single, random)]
@@ -157,12 +165,12 @@ def _present(
 
 
 def in_turn(names: Sequence[str], count: int, random: np.random.Generator) -> list[str]:
-    """As many as asked, each about equally often; which ones come once more is drawn."""
+    """Return as many names as asked, each about equally often; which ones come once more is drawn."""
     return list(islice(cycle([names[i] for i in random.permutation(len(names))]), count))
 
 
 def drawn_names(count: int, random: np.random.Generator) -> list[str]:
-    """Of sessions, in no order."""
+    """Draw names of sessions, in no order."""
     drawn: set[str] = set()
     while len(drawn) < count:
         drawn.add(f"w{random.integers(16**8):08x}")

@@ -1,4 +1,4 @@
-"""What happens to sessions in laboratories: in the pool, before the camera, in the tracker, and in the file of it."""
+"""Disturbances that happen in laboratories: in the pool, before the camera, in the tracker, and in its file."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -10,13 +10,14 @@ from benchmarks.foreign.recordings import Recording, Recordings
 from swimcal.motor_log import MotorCommands, MotorLog
 
 Change = Callable[[Recordings, Recording, np.random.Generator], str]
-"""Disturbs a session, mostly one trial of it; says how in words."""
-FASTER_HZ, FAST_S = (5.0, 8.0), 5.0
-MOST = 3  # in one session
+"""Function that disturbs a session, mostly one trial of it, and returns in words how."""
+FASTER_HZ = (5.0, 8.0)
+FAST_S = 5.0
+MOST = 3  # One session has at most this many disturbances.
 
 
 class Disturbance(NamedTuple):
-    """A kind of disturbance; `of` says which trials it can befall."""
+    """Kind of disturbance; `of` says which trials it can befall."""
 
     change: Change
     in_pool: bool = False  # it happens before the camera films
@@ -24,12 +25,12 @@ class Disturbance(NamedTuple):
 
     @property
     def name(self) -> str:
-        """As tables have it."""
+        """Name as tables have it."""
         return self.change.__name__
 
 
 def disturb(session: Recordings, number: int, random: np.random.Generator) -> None:
-    """Disturbs the session of this number and films it; every third stays clean, the others go round all kinds."""
+    """Disturb the session of this number and film it; every third stays clean, the others go round all kinds."""
     chosen: list[Disturbance] = []
     if number % 3:
         more = random.choice(len(KINDS), int(random.integers(0, MOST)), replace=False)
@@ -43,7 +44,7 @@ def disturb(session: Recordings, number: int, random: np.random.Generator) -> No
 
 
 def apply(session: Recordings, kind: Disturbance, random: np.random.Generator) -> None:
-    """One disturbance, of a trial that it can befall; nothing where there is none."""
+    """Apply one disturbance to a trial that it can befall; do nothing where there is none."""
     able = [trial for trial in session.trials if kind.of(session, trial)]
     if able:
         trial = able[int(random.integers(len(able)))]
@@ -56,7 +57,7 @@ def apply(session: Recordings, kind: Disturbance, random: np.random.Generator) -
 
 
 def rests_first(session: Recordings, trial: Recording, random: np.random.Generator) -> str:  # noqa: ARG001
-    """The robot lies still, then swims."""
+    """Let the robot lie still, then swim."""
     seconds = float(random.uniform(1.0, 3.0))
     _pause(trial, 0.0, seconds)
     trial.said = trial.said or "it rests at first"
@@ -64,15 +65,15 @@ def rests_first(session: Recordings, trial: Recording, random: np.random.Generat
 
 
 def rests(session: Recordings, trial: Recording, random: np.random.Generator) -> str:  # noqa: ARG001
-    """The motor was off."""
+    """Leave the motor off."""
     trial.pool_px = np.repeat(trial.pool_px[:1], len(trial.pool_px), axis=0)
     trial.like_twin, trial.steady, trial.said = False, False, "it rests"
-    _sole(session, trial)
+    _allow_refusal(session, trial)
     return "rests throughout"
 
 
 def stops(session: Recordings, trial: Recording, random: np.random.Generator) -> str:  # noqa: ARG001
-    """The robot stands still for a while in the middle."""
+    """Stop the robot for a while in the middle."""
     seconds, at = float(random.uniform(1.0, 3.0)), float(random.uniform(0.3, 0.7)) * trial.pool_s[-1]
     _pause(trial, at, seconds)
     trial.said = trial.said or "it stops"
@@ -80,7 +81,7 @@ def stops(session: Recordings, trial: Recording, random: np.random.Generator) ->
 
 
 def current(session: Recordings, trial: Recording, random: np.random.Generator) -> str:
-    """Water carries the robot: the net velocity times a factor. -1: backwards, 0: it beats on the spot."""
+    """Carry the robot with the water: the net velocity times a factor. -1: backwards, 0: it beats on the spot."""
     factor = float(random.choice([-1.0, 0.0, 0.5, 1.5]))
     nose, _ = session.head
     velocity = np.polyfit(trial.pool_s, trial.pool_px[:, nose], 1)[0]
@@ -92,7 +93,7 @@ def current(session: Recordings, trial: Recording, random: np.random.Generator) 
 
 
 def turns(session: Recordings, trial: Recording, random: np.random.Generator) -> str:
-    """The whole swim bends to one side."""
+    """Bend the whole swim to one side."""
     rate = np.radians(float(random.choice([-1, 1]) * random.uniform(5.0, 40.0)))
     nose, _ = session.head
     turned = np.exp(1j * rate * trial.pool_s)
@@ -105,13 +106,13 @@ def turns(session: Recordings, trial: Recording, random: np.random.Generator) ->
 
 
 def scale_drifts(session: Recordings, trial: Recording, random: np.random.Generator) -> str:  # noqa: ARG001
-    """The robot nears the camera or sinks: the picture grows or shrinks."""
+    """Let the robot near the camera or sink: the picture grows or shrinks."""
     trial.growth = float(random.choice([-1, 1]) * random.uniform(0.01, 0.08))
     return f"the picture grows by {100 * trial.growth:.1f} %"
 
 
 def beats_fast(session: Recordings, trial: Recording, random: np.random.Generator) -> str:  # noqa: ARG001
-    """The same motion, at several times the speed, again and again, as far per beat."""
+    """Repeat the same motion at several times the speed, as far per beat."""
     factor, step = float(random.uniform(*FASTER_HZ)) / trial.hz, trial.pool_s[1] - trial.pool_s[0]
     beats = int(np.ptp(trial.pool_s) * trial.hz)
     whole = round(beats / trial.hz / step)
@@ -125,7 +126,7 @@ def beats_fast(session: Recordings, trial: Recording, random: np.random.Generato
 
 
 def frames_uneven(session: Recordings, trial: Recording, random: np.random.Generator) -> str:  # noqa: ARG001
-    """The frame rate varies, and the time stamps say so."""
+    """Vary the frame rate; the time stamps say so."""
     session.varied = float(random.uniform(0.05, 0.4))
     return f"in all trials frames are up to {100 * session.varied:.0f} % early or late, as stamped"
 
@@ -134,31 +135,31 @@ def frames_uneven(session: Recordings, trial: Recording, random: np.random.Gener
 
 
 def tail_gap(session: Recordings, trial: Recording, random: np.random.Generator) -> str:
-    """A tail marker is unseen for a while."""
-    return _unseen(session, trial, [int(random.choice(session.tail))], *_stretch(trial, 0.2, 0.6, random))
+    """Hide a tail marker for a while."""
+    return _hide(session, trial, [int(random.choice(session.tail))], *_draw_stretch(trial, 0.2, 0.6, random))
 
 
 def tail_never_compared(session: Recordings, trial: Recording, random: np.random.Generator) -> str:
-    """A tail marker is seen in the warm-up alone."""
+    """Show a tail marker in the warm-up alone."""
     marker = int(random.choice(session.tail))
     if len(session.tail) == 1:
-        _sole(session, trial)
-    return _unseen(session, trial, [marker], 0.8 * session.warmup_s, np.inf)
+        _allow_refusal(session, trial)
+    return _hide(session, trial, [marker], 0.8 * session.warmup_s, np.inf)
 
 
 def tail_in_few_frames(session: Recordings, trial: Recording, random: np.random.Generator) -> str:
-    """A tail marker is seen in a few frames in a row."""
+    """Show a tail marker in a few frames in a row."""
     marker, frames = int(random.choice(session.tail)), int(random.integers(2, 13))
     first = int(random.integers(0, max(len(trial.time_s) - frames, 1)))
     numbers = np.arange(len(trial.time_s))
     trial.empty([marker], (numbers < first) | (numbers >= first + frames))
     if len(session.tail) == 1:
-        _sole(session, trial)
+        _allow_refusal(session, trial)
     return f"{session.markers[marker]} seen in {frames} frames from {first}"
 
 
 def tail_on_one_side(session: Recordings, trial: Recording, random: np.random.Generator) -> str:
-    """A tail marker is hidden whenever it is to the left of the body."""
+    """Hide a tail marker whenever it is to the left of the body."""
     marker, (nose, neck) = int(random.choice(session.tail)), session.head
     axis, arm = trial.xy[:, neck] - trial.xy[:, nose], trial.xy[:, marker] - trial.xy[:, nose]
     trial.empty([marker], axis[:, 0] * arm[:, 1] > axis[:, 1] * arm[:, 0])
@@ -166,25 +167,25 @@ def tail_on_one_side(session: Recordings, trial: Recording, random: np.random.Ge
 
 
 def head_gap(session: Recordings, trial: Recording, random: np.random.Generator) -> str:
-    """Nose or neck is unseen for a while."""
-    return _unseen(session, trial, [int(random.choice(session.head))], *_stretch(trial, 0.2, 0.5, random))
+    """Hide nose or neck for a while."""
+    return _hide(session, trial, [int(random.choice(session.head))], *_draw_stretch(trial, 0.2, 0.5, random))
 
 
 def head_in_first_beats(session: Recordings, trial: Recording, random: np.random.Generator) -> str:
-    """Nose or neck is unseen in the first two beats, but for the first frame."""
+    """Hide nose or neck in the first two beats, but for the first frame."""
     if trial.role == "holdout":
-        _sole(session, trial)
-    return _unseen(session, trial, [int(random.choice(session.head))], 1e-9, 2.05 / trial.hz)
+        _allow_refusal(session, trial)
+    return _hide(session, trial, [int(random.choice(session.head))], 1e-9, 2.05 / trial.hz)
 
 
 def all_gap(session: Recordings, trial: Recording, random: np.random.Generator) -> str:
-    """Nothing is seen for a second."""
+    """Hide everything for a second."""
     start = float(random.uniform(0.3, 0.6)) * trial.time_s[-1]
-    return _unseen(session, trial, range(len(session.markers)), start, start + 1.0)
+    return _hide(session, trial, range(len(session.markers)), start, start + 1.0)
 
 
 def leaves(session: Recordings, trial: Recording, random: np.random.Generator) -> str:
-    """The robot leaves the picture, marker by marker: rows are empty from then on."""
+    """Let the robot leave the picture, marker by marker: rows are empty from then on."""
     end, (nose, _) = float(random.uniform(0.6, 0.9)), session.head
     way = trial.xy[int(end * len(trial.xy)), nose] - trial.xy[0, nose]
     gone = (trial.xy - trial.xy[int(end * len(trial.xy)), nose]) @ way > 0.0
@@ -193,31 +194,31 @@ def leaves(session: Recordings, trial: Recording, random: np.random.Generator) -
 
 
 def blank_once_held_out(session: Recordings, trial: Recording, random: np.random.Generator) -> str:  # noqa: ARG001
-    """Nothing of a held-out trial is seen after its first two beats."""
+    """Hide all of a held-out trial after its first two beats."""
     trial.steady, trial.said = False, "nothing of it is compared"
-    _sole(session, trial)
-    return _unseen(session, trial, range(len(session.markers)), max(2.0 / trial.hz, session.warmup_s), np.inf)
+    _allow_refusal(session, trial)
+    return _hide(session, trial, range(len(session.markers)), max(2.0 / trial.hz, session.warmup_s), np.inf)
 
 
 # Wrong in the tracker
 
 
 def confidence_low(session: Recordings, trial: Recording, random: np.random.Generator) -> str:  # noqa: ARG001
-    """The tracker trusts nothing much."""
+    """Lower the tracker's confidence everywhere."""
     trial.sure = random.uniform(0.02, 0.6, trial.sure.shape)
     return "confidences of 0.02 to 0.6"
 
 
 def confidence_empty(session: Recordings, trial: Recording, random: np.random.Generator) -> str:
-    """Cells of confidence are empty."""
+    """Empty cells of confidence."""
     trial.sure[random.random(trial.sure.shape) < float(random.choice([0.1, 1.1]))] = np.nan
     session.refusable = True
     return f"{np.isnan(trial.sure).sum()} confidences empty"
 
 
 def tail_swapped(session: Recordings, trial: Recording, random: np.random.Generator) -> str:
-    """Two neighbours of the tail are exchanged for a while."""
-    start, end = _stretch(trial, 0.05, 0.25, random)
+    """Exchange two neighbours of the tail for a while."""
+    start, end = _draw_stretch(trial, 0.05, 0.25, random)
     place = int(random.integers(len(session.tail) - 1))
     one, two = session.tail[place : place + 2]
     _exchange(trial, one, two, (trial.time_s >= start) & (trial.time_s < end))
@@ -225,7 +226,7 @@ def tail_swapped(session: Recordings, trial: Recording, random: np.random.Genera
 
 
 def tail_misplaced(session: Recordings, trial: Recording, random: np.random.Generator) -> str:
-    """The box of a tail marker sits 30 mm off it."""
+    """Place the box of a tail marker 30 mm off it."""
     marker, angle = int(random.choice(session.tail)), float(random.uniform(0.0, 2 * np.pi))
     axis = trial.xy[:, session.head[1]] - trial.xy[:, session.head[0]]
     along = axis / np.linalg.norm(axis, axis=1, keepdims=True)
@@ -235,16 +236,16 @@ def tail_misplaced(session: Recordings, trial: Recording, random: np.random.Gene
 
 
 def head_exchanged(session: Recordings, trial: Recording, random: np.random.Generator) -> str:  # noqa: ARG001
-    """Nose and neck are exchanged throughout."""
+    """Exchange nose and neck throughout."""
     _exchange(trial, *session.head, np.ones(len(trial.time_s), bool))
     trial.like_twin = False
-    _sole(session, trial)
+    _allow_refusal(session, trial)
     return "nose and neck exchanged"
 
 
 def frozen(session: Recordings, trial: Recording, random: np.random.Generator) -> str:
-    """A marker stays where it is for a while."""
-    marker, (start, end) = int(random.integers(len(session.markers))), _stretch(trial, 0.1, 0.4, random)
+    """Freeze a marker where it is for a while."""
+    marker, (start, end) = int(random.integers(len(session.markers))), _draw_stretch(trial, 0.1, 0.4, random)
     frames = np.flatnonzero((trial.time_s >= start) & (trial.time_s < end))
     trial.xy[frames, marker] = trial.xy[frames[0], marker]
     return f"{session.markers[marker]} frozen from {start:.1f} to {end:.1f} s"
@@ -254,7 +255,7 @@ def frozen(session: Recordings, trial: Recording, random: np.random.Generator) -
 
 
 def stamps_jitter(session: Recordings, trial: Recording, random: np.random.Generator) -> str:
-    """Time stamps are off by up to 40 % of a frame; the frames are not."""
+    """Put time stamps off by up to 40 % of a frame; the frames are not."""
     off = float(random.uniform(0.05, 0.4))
     trial.time_s = trial.time_s + off / session.fps * random.uniform(-1.0, 1.0, len(trial.time_s))
     trial.time_s = trial.time_s - min(trial.time_s[0], 0.0)
@@ -262,21 +263,21 @@ def stamps_jitter(session: Recordings, trial: Recording, random: np.random.Gener
 
 
 def frames_dropped(session: Recordings, trial: Recording, random: np.random.Generator) -> str:  # noqa: ARG001
-    """Frames are missing, and the time stamps of the others are right."""
+    """Drop frames; the time stamps of the others are right."""
     share = float(random.uniform(0.02, 0.25))
     trial.keep(random.random(len(trial.time_s)) >= share)
     return f"{100 * share:.0f} % of the frames dropped"
 
 
 def frames_doubled(session: Recordings, trial: Recording, random: np.random.Generator) -> str:  # noqa: ARG001
-    """The camera gives some pictures twice, in place of the next."""
+    """Repeat some pictures in place of the next."""
     twice = 1 + np.flatnonzero(random.random(len(trial.time_s) - 1) < float(random.uniform(0.02, 0.2)))
     trial.xy[twice] = trial.xy[twice - 1]
     return f"{len(twice)} pictures twice"
 
 
 def stamps_repeated(session: Recordings, trial: Recording, random: np.random.Generator) -> str:
-    """Some time stamps are those of the frame before."""
+    """Give some frames the time stamp of the frame before."""
     twice = 1 + np.flatnonzero(random.random(len(trial.time_s) - 1) < 0.05)
     trial.time_s = trial.time_s.copy()
     trial.time_s[twice] = trial.time_s[twice - 1]
@@ -285,14 +286,14 @@ def stamps_repeated(session: Recordings, trial: Recording, random: np.random.Gen
 
 
 def other_origin(session: Recordings, trial: Recording, random: np.random.Generator) -> str:  # noqa: ARG001
-    """Time starts anywhere."""
+    """Start time anywhere."""
     start = float(random.choice([-3.0, 1000.0, 1.7e9]))
     trial.time_s = trial.time_s + start
     return f"time starts at {start:g} s"
 
 
 def milliseconds(session: Recordings, trial: Recording, random: np.random.Generator) -> str:  # noqa: ARG001
-    """Time stamps in ms."""
+    """Write time stamps in ms."""
     trial.time_s = 1000.0 * trial.time_s
     session.refused = True
     return "time stamps in ms"
@@ -302,43 +303,43 @@ def milliseconds(session: Recordings, trial: Recording, random: np.random.Genera
 
 
 def scale_in_other_unit(session: Recordings, trial: Recording, random: np.random.Generator) -> str:  # noqa: ARG001
-    """The scale length is in another unit."""
+    """Write the scale length in another unit."""
     session.scale_factor, session.refused = float(random.choice([0.1, 10.0, 100.0, 1000.0])), True
     return f"scale length times {session.scale_factor:g}"
 
 
 def command_missing(session: Recordings, trial: Recording, random: np.random.Generator) -> str:  # noqa: ARG001
-    """Nobody wrote down the command."""
+    """Leave out the command."""
     trial.commanded_hz, session.refusable = None, True
     return "no commanded_hz"
 
 
 def command_wrong(session: Recordings, trial: Recording, random: np.random.Generator) -> str:  # noqa: ARG001
-    """The command as written is off by 10 %."""
+    """Write a command that is off by 10 %."""
     trial.commanded_hz = trial.hz * float(random.choice([0.9, 1.1]))
     return f"commanded_hz {trial.commanded_hz:.3f}, beat {trial.hz:.3f} Hz"
 
 
 def log_misread(session: Recordings, trial: Recording, random: np.random.Generator) -> str:  # noqa: ARG001
-    """Single readings of the motor are a turn off."""
-    log = _log(trial)
+    """Put single readings of the motor a turn off."""
+    log = _require_log(trial)
     rows = random.choice(len(log.time_s), int(random.integers(1, 9)), replace=False)
     off = log.position_rad.copy()
     off[rows] += 2 * np.pi * random.choice([-1.0, 1.0], len(rows))
-    trial.log = replace(log, position_rad=off), _commands(trial)
+    trial.log = replace(log, position_rad=off), _require_commands(trial)
     return f"{len(rows)} readings a turn off"
 
 
 def log_modulo(session: Recordings, trial: Recording, random: np.random.Generator) -> str:  # noqa: ARG001
-    """The motor counts within one turn."""
-    log = _log(trial)
-    trial.log = replace(log, position_rad=log.position_rad % (2 * np.pi)), _commands(trial)
+    """Count the motor within one turn."""
+    log = _require_log(trial)
+    trial.log = replace(log, position_rad=log.position_rad % (2 * np.pi)), _require_commands(trial)
     session.refusable = True
     return "readings modulo one turn"
 
 
 def unusable_beside(session: Recordings, trial: Recording, random: np.random.Generator) -> str:
-    """One trial more, that holds nothing of use."""
+    """Add one trial that holds nothing of use."""
     what, name = str(random.choice(["empty", "five frames", "noise"])), "swim_bad"
     frames = 5 if what == "five frames" else len(trial.time_s)
     bad = replace(trial, name=name, role=str(random.choice(["fit", "holdout"])), log=None, touched=True)
@@ -353,7 +354,7 @@ def unusable_beside(session: Recordings, trial: Recording, random: np.random.Gen
 
 
 def nothing_to_fit(session: Recordings, trial: Recording, random: np.random.Generator) -> str:  # noqa: ARG001
-    """All trials are held out."""
+    """Hold out all trials."""
     session.refused = True
     for each in session.swims:
         each.role = "holdout"
@@ -361,7 +362,7 @@ def nothing_to_fit(session: Recordings, trial: Recording, random: np.random.Gene
 
 
 def _pause(trial: Recording, at_s: float, seconds: float) -> None:
-    """The robot stands still from a time on, so long."""
+    """Stop the robot from a time on, so long."""
     step = trial.pool_s[1] - trial.pool_s[0]
     place, frames = round(at_s / step), round(seconds / step)
     still = np.repeat(trial.pool_px[place : place + 1], frames, axis=0)
@@ -370,14 +371,14 @@ def _pause(trial: Recording, at_s: float, seconds: float) -> None:
     trial.like_twin, trial.steady = False, False
 
 
-def _stretch(trial: Recording, least: float, most: float, random: np.random.Generator) -> tuple[float, float]:
-    """From when to when, s: a share of the trial somewhere in it."""
+def _draw_stretch(trial: Recording, least: float, most: float, random: np.random.Generator) -> tuple[float, float]:
+    """Draw from when to when, s: a share of the trial somewhere in it."""
     length, end = float(random.uniform(least, most)), float(trial.time_s[-1])
     start = float(random.uniform(0.0, 1.0 - length))
     return start * end, (start + length) * end
 
 
-def _unseen(session: Recordings, trial: Recording, markers: "range | list[int]", start: float, end: float) -> str:
+def _hide(session: Recordings, trial: Recording, markers: "range | list[int]", start: float, end: float) -> str:
     since = trial.time_s - trial.time_s[0]
     trial.empty(markers, (since >= start) & (since < end))
     whose = "all" if len(markers) == len(session.markers) else " ".join(session.markers[i] for i in markers)
@@ -389,35 +390,35 @@ def _exchange(trial: Recording, one: int, two: int, frames: np.ndarray) -> None:
     trial.xy[np.ix_(rows, np.array([one, two]))] = trial.xy[np.ix_(rows, np.array([two, one]))]
 
 
-def _sole(session: Recordings, trial: Recording) -> None:
-    """A session whose only fit trial is lost may be refused."""
+def _allow_refusal(session: Recordings, trial: Recording) -> None:
+    """Let a session be refused whose only fit trial is lost."""
     fitted = [each for each in session.swims if each.role == "fit"]
     session.refusable = session.refusable or fitted == [trial]
 
 
-def _log(trial: Recording) -> MotorLog:
+def _require_log(trial: Recording) -> MotorLog:
     assert trial.log is not None
     return trial.log[0]
 
 
-def _commands(trial: Recording) -> MotorCommands:
+def _require_commands(trial: Recording) -> MotorCommands:
     assert trial.log is not None
     return trial.log[1]
 
 
-def _logged(_session: Recordings, trial: Recording) -> bool:
+def _is_logged(_session: Recordings, trial: Recording) -> bool:
     return trial.log is not None
 
 
-def _held_out(_session: Recordings, trial: Recording) -> bool:
+def _is_held_out(_session: Recordings, trial: Recording) -> bool:
     return trial.kind == "swim" and trial.role == "holdout"
 
 
-def _long_tail(session: Recordings, trial: Recording) -> bool:
+def _has_long_tail(session: Recordings, trial: Recording) -> bool:
     return trial.kind == "swim" and len(session.tail) > 1
 
 
-def _without_log(_session: Recordings, trial: Recording) -> bool:
+def _has_no_log(_session: Recordings, trial: Recording) -> bool:
     return trial.kind == "swim" and trial.log is None
 
 
@@ -438,10 +439,9 @@ OTHERS = (
     *(scale_in_other_unit, command_missing, command_wrong, unusable_beside, nothing_to_fit),
 )
 KINDS = (
-    *(Disturbance(change, in_pool=True, of=_without_log) for change in POOL),
+    *(Disturbance(change, in_pool=True, of=_has_no_log) for change in POOL),
     *(Disturbance(change) for change in (*UNSEEN, *OTHERS)),
-    *(Disturbance(change, of=_logged) for change in (log_misread, log_modulo)),
-    Disturbance(blank_once_held_out, of=_held_out),
-    Disturbance(tail_swapped, of=_long_tail),
+    *(Disturbance(change, of=_is_logged) for change in (log_misread, log_modulo)),
+    Disturbance(blank_once_held_out, of=_is_held_out),
+    Disturbance(tail_swapped, of=_has_long_tail),
 )
-"""All kinds."""

@@ -1,4 +1,4 @@
-"""Runs the program on a session by its command line, and holds what it says against what truly happened.
+"""Judge of the program on a session: it runs its command line, and holds what it says against what truly happened.
 
 Nothing of the program is imported: results are read as files, and true speeds are computed here from true positions.
 """
@@ -20,8 +20,9 @@ from scipy.ndimage import uniform_filter1d
 from benchmarks.foreign.recordings import Recording, Recordings
 
 ROOT = Path(__file__).parents[2]
-FAR_SD, LIMIT_S = 4.0, 900
-HALF_WIDTH_SD = 1.6449  # standard deviations in half of a 90 % interval
+FAR_SD = 4.0  # A number is wrong where it is further off, in its standard errors.
+LIMIT_S = 900
+HALF_WIDTH_SD = 1.6449  # Half of a 90 % interval has this many standard deviations.
 OF_TRACKS = frozenset(
     {"merged_markers", "frozen_marker", "jump", "segment_length", "gap", "lost_marker", "drift", "size", "swap"}
 )
@@ -32,14 +33,17 @@ INSIDE_WORDS = re.compile(
     r"Traceback|LinAlgError|\b\w*(Value|Type|Key|Index|Runtime|ZeroDivision|Attribute)Error|\barray\b|shape mismatch|"
     r"broadcast|ingular matrix|numpy|scipy|SVD|[Ii]nternal error|diverged from every start|RuntimeWarning"
 )
-_RELATIVE, _LEAST_M_S = 0.01, 3e-4  # of a speed that states no error: what always may be off
-_FEW_MM, _FEW_INSIDE = 300.0, 0.3  # markers farther off, bands that hold fewer: no forecast
+# A speed that states no error may always be off by the larger of the two.
+_FREE_SHARE = 0.01
+_FREE_M_S = 3e-4
+_MAX_OFF_MM = 300.0  # A forecast whose markers are further off is none.
+_MIN_INSIDE = 0.3  # A forecast whose bands hold a smaller share is none.
 _ORDER = ("blunt_drag", "slender_drag", "angular_drag", "kutta_lift", "magnus_lift")
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """What came of one session; `wrong` are numbers, `unsaid` what no flag says."""
+    """Judgement of one session; `wrong` are numbers, `unsaid` what no flag says."""
 
     seed: int
     number: int
@@ -48,12 +52,12 @@ class Verdict:
     commands: tuple[str, ...]
     code: int
     seconds: float
-    broken: str = ""  # a traceback, words of the inside, a time limit: its last line
-    refusal: str = ""  # a clear error
+    broken: str = ""  # sign of a failure, in one line: a traceback, words of the inside, a time limit
+    refusal: str = ""  # clear error
     wrong: tuple[str, ...] = ()
     unsaid: tuple[str, ...] = ()
     excused: tuple[str, ...] = ()  # numbers that are off, with the kinds of the flags that say so
-    judged: int = 0  # numbers
+    judged: int = 0  # number of numbers that were judged
     flags: tuple[str, ...] = ()  # about trials that nothing is wrong with
 
     @property
@@ -68,7 +72,7 @@ class Verdict:
 
 
 def run_program(folder: Path, commands: tuple[str, ...]) -> tuple[int, str]:
-    """The exit status and all text of the commands; 124 past the time limit. The text is kept beside the session."""
+    """Run the commands; return the exit status, 124 past the time limit, and all text, which is kept in a file."""
     text, code = "", 0
     one = dict.fromkeys(("SWIMCAL_WORKERS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"), "1")
     for command in commands:
@@ -95,7 +99,7 @@ def run_program(folder: Path, commands: tuple[str, ...]) -> tuple[int, str]:
 
 
 def judge(session: Recordings, folder: Path, seed: int, number: int, commands: tuple[str, ...]) -> Verdict:
-    """Runs the program on a session that lies in a folder, and judges it."""
+    """Run the program on a session that lies in a folder, and judge it."""
     began = time.perf_counter()
     code, text = run_program(folder, commands)
     hz = ", ".join(
@@ -109,42 +113,42 @@ def judge(session: Recordings, folder: Path, seed: int, number: int, commands: t
 
 
 def judge_results(session: Recordings, folder: Path, run: Verdict, text: str) -> Verdict:
-    """What a finished run wrote and said, judged."""
+    """Judge what a finished run wrote and said."""
     last = next((line.strip() for line in reversed(text.splitlines()) if line.strip()), "")
     inside = INSIDE_WORDS.search(text)
     if run.code not in (0, 2) or inside is not None:
         worst = last if inside is None else text[max(inside.start() - 60, 0) : inside.end() + 100]
-        return _with(run, broken=f"exit {run.code}: {' '.join(worst.split())[:240]}")
-    refusal = "" if run.code == 0 else _without_progress(text)[-300:]
+        return _update_verdict(run, broken=f"exit {run.code}: {' '.join(worst.split())[:240]}")
+    refusal = "" if run.code == 0 else _strip_progress(text)[-300:]
     if run.code == 2 and not (folder / "results" / "calibration.json").is_file():
         right = session.refused or session.refusable
-        return _with(run, refusal=refusal, unsaid=() if right else ("refused, though the rest is of use",))
+        return _update_verdict(run, refusal=refusal, unsaid=() if right else ("refused, though the rest is of use",))
     judgement = _Judgement(session, Results(folder))
     judgement.everything()
     judged, wrong, excused = judgement.judged, tuple(judgement.wrong), tuple(judgement.excused)
     found = {"wrong": wrong, "excused": excused, "judged": judged, "flags": tuple(judgement.needless())}
     unsaid = (*judgement.unsaid, *(("not refused",) if session.refused else ()))
-    return _with(run, refusal=refusal, unsaid=unsaid, **found)
+    return _update_verdict(run, refusal=refusal, unsaid=unsaid, **found)
 
 
-def _without_progress(text: str) -> str:
-    """In one line."""
+def _strip_progress(text: str) -> str:
+    """Return the text in one line, without the progress."""
     told = (line.strip() for line in text.splitlines())
     return " ".join(line for line in told if not re.match(r"calib: (reading|fitting|sampling)|.*(left|done)$", line))
 
 
 class Results:
-    """The files in `results/`, and the flags in them."""
+    """Files in `results/`, and the flags in them."""
 
     def __init__(self, folder: Path) -> None:
         names = ("calibration", "structure", "posterior", "diagnosis")
         files = {name: folder / "results" / f"{name}.json" for name in names}
         self.files = {name: json.loads(path.read_text()) if path.is_file() else {} for name, path in files.items()}
         self.fit: dict[str, Any] = self.files["calibration"]
-        self.every = list({(place, flag["kind"], flag["message"]) for place, flag in _flags(self.files, "")})
+        self.every = list({(place, flag["kind"], flag["message"]) for place, flag in _find_flags(self.files, "")})
 
     def flags(self, trial: str | None, without: frozenset[str] = frozenset()) -> list[tuple[str, str]]:
-        """Kinds and messages of flags that stand at or name a trial; with None, of those that stand at no trial."""
+        """List kinds and messages of flags at or about a trial; with None, of those that stand at no trial."""
         ignored = OF_TRACKS | OF_NO_NUMBER | without
 
         def about(place: str, message: str) -> bool:
@@ -155,16 +159,16 @@ class Results:
         return sorted({(k, message) for place, k, message in self.every if k not in ignored and about(place, message)})
 
 
-def _flags(tree: object, place: str) -> Iterator[tuple[str, dict]]:
+def _find_flags(tree: object, place: str) -> Iterator[tuple[str, dict]]:
     if isinstance(tree, dict) and {"kind", "message"} <= tree.keys():
         yield place, tree
     elif isinstance(tree, dict | list):
         for key, branch in tree.items() if isinstance(tree, dict) else enumerate(tree):
-            yield from _flags(branch, f"{place}/{key}")
+            yield from _find_flags(branch, f"{place}/{key}")
 
 
 def true_speeds(session: Recordings, swim: Recording) -> tuple[float, float, float]:
-    """Lowest and highest of what can be called the true speed of the compared frames, m/s, and how long these are, s.
+    """Return the lowest and highest true speed of the compared frames, m/s, and how long these are, s.
 
     Slopes over whole beats of the way along the head, and of that along the head's mean direction over a beat, over all
     compared frames and without the first or the last whole beat.
@@ -193,7 +197,7 @@ def true_speeds(session: Recordings, swim: Recording) -> tuple[float, float, flo
 
 
 def speed_error(session: Recordings, length_s: float, speed: float) -> float:
-    """Standard error of a speed by noise and placement of boxes alone, m/s."""
+    """Return the standard error of a speed by noise and placement of boxes alone, m/s."""
     lasting = session.tracker.lasting
     grid_px = 0.5 / np.sqrt(12.0) if lasting.half_pixel_grid else 0.0
     white = np.hypot(session.tracker.white_px, grid_px) ** 2 / session.fps
@@ -205,7 +209,7 @@ def speed_error(session: Recordings, length_s: float, speed: float) -> float:
 
 
 class _Judgement:
-    """Collects what is wrong, and what is off but flagged."""
+    """Collector of what is wrong, and of what is off but flagged."""
 
     def __init__(self, session: Recordings, results: Results) -> None:
         self.session, self.results = session, results
@@ -215,21 +219,21 @@ class _Judgement:
         self.unsaid: list[str] = []
 
     def everything(self) -> None:
-        """Judges all that is there."""
+        """Judge all that is there."""
         for swim in self.session.swims:
             if swim.name in self.results.fit["trials"]:
-                self._trial(swim)
+                self._judge_trial(swim)
             elif not self.results.flags(swim.name):
                 self.unsaid.append(f"{swim.name} is left out, and nothing says why")
             if swim.said and not self.results.flags(swim.name, frozenset({"extrapolated"})):
                 self.unsaid.append(f"{swim.name}: nothing says that {swim.said}")
-        self._coefficients()
-        self._structure()
+        self._judge_coefficients()
+        self._judge_structure()
         if self.session.disturbances == [] and self.results.files["diagnosis"].get("verdict") == "named":
-            self._count("diagnosis", "named effects of a clean session", True, self._of_fit())
+            self._count("diagnosis", "named effects of a clean session", True, self._list_fit_flags())
 
     def needless(self) -> Iterator[str]:
-        """Flags about trials that nothing is wrong with, but for those that are true of them."""
+        """Yield flags about trials that nothing is wrong with, but for those that are true of them."""
         fitted = [swim.hz for swim in self.session.swims if swim.role == "fit"]
         for swim in (swim for swim in self.session.swims if not swim.touched):
             outside = not min(fitted) <= swim.hz <= max(fitted) or len(fitted) == 1
@@ -237,8 +241,8 @@ class _Judgement:
                 if not (kind == "extrapolated" and outside):
                     yield f"{swim.name}: {kind}: {message[:120]}"
 
-    def _of_fit(self, without: frozenset[str] = frozenset()) -> list[tuple[str, str]]:
-        """Flags of the fit as a whole and of its trials."""
+    def _list_fit_flags(self, without: frozenset[str] = frozenset()) -> list[tuple[str, str]]:
+        """List flags of the fit as a whole and of its trials."""
         fitted = [swim.name for swim in self.session.swims if swim.role == "fit"]
         return self.results.flags(None, without) + [
             flag for name in fitted for flag in self.results.flags(name, without)
@@ -251,48 +255,50 @@ class _Judgement:
         elif off:
             self.wrong.append(f"{what}: {figure}")
 
-    def _number(self, what: str, found: object, true: float, sd: float, flags: list[tuple[str, str]]) -> None:
-        """Holds one number against the truth; one that is null says nothing."""
+    def _judge_number(self, what: str, found: object, true: float, sd: float, flags: list[tuple[str, str]]) -> None:
+        """Hold one number against the truth; one that is null says nothing."""
         if found is None:
             return
         far = abs(float(found) - true) / sd if sd > 0 else np.inf  # type: ignore[arg-type]
         self._count(what, f"{found:.4g}, truly {true:.4g}, {far:.1f} of its standard errors", not far <= FAR_SD, flags)
 
-    def _trial(self, swim: Recording) -> None:
+    def _judge_trial(self, swim: Recording) -> None:
         found, flags = self.results.fit["trials"][swim.name], self.results.flags(swim.name, frozenset({"extrapolated"}))
         if swim.said:
             return  # its numbers need the flag that is asked for above
-        self._number(f"{swim.name} frequency", found["frequency_hz"], swim.hz, found["frequency_se_hz"] or 0.0, flags)
+        self._judge_number(
+            f"{swim.name} frequency", found["frequency_hz"], swim.hz, found["frequency_se_hz"] or 0.0, flags
+        )
         low, high, length_s = true_speeds(self.session, swim)
         near = float(np.clip(found["speed_measured"] if found["speed_measured"] is not None else low, low, high))
-        by_noise = speed_error(self.session, length_s, high) + max(_RELATIVE * abs(near), _LEAST_M_S) / FAR_SD
+        by_noise = speed_error(self.session, length_s, high) + max(_FREE_SHARE * abs(near), _FREE_M_S) / FAR_SD
         error = found.get("speed_measured_se") or by_noise
-        self._number(f"{swim.name} measured speed", found["speed_measured"], near, error, flags)
+        self._judge_number(f"{swim.name} measured speed", found["speed_measured"], near, error, flags)
         for name in ("speed_ebt", "speed_ebt_large", "speed_ebt_smoothed", "speed_twin"):
             if found[name] is not None:
                 self._count(f"{swim.name} {name}", f"{found[name]:.4g} m/s", abs(found[name]) > 3.0, flags)
-        self._forecasts(swim, low, high)
+        self._judge_forecasts(swim, low, high)
 
-    def _forecasts(self, swim: Recording, low: float, high: float) -> None:
-        """Forecasts of swims like the twin's, from fit trials that are like it."""
+    def _judge_forecasts(self, swim: Recording, low: float, high: float) -> None:
+        """Judge forecasts of swims like the twin's, from fit trials that are like it."""
         among = [each for each in self.session.swims if each.role == "fit"]
         if not all(each.like_twin for each in (*among, swim)):
             return
         told = (self.results.fit["forecasts"]["trials"].get(swim.name) or {}).get("forecasts", {})
-        flags = self.results.flags(swim.name) + self._of_fit(frozenset({"extrapolated", "unidentifiable"}))
+        flags = self.results.flags(swim.name) + self._list_fit_flags(frozenset({"extrapolated", "unidentifiable"}))
         for name, forecast in told.items():
             what, far_mm = f"{swim.name} {name}", forecast["marker_error_mm"]
             if forecast["speed_ci90"] is not None and None not in forecast["speed_ci90"]:
                 sd = (forecast["speed_ci90"][1] - forecast["speed_ci90"][0]) / 2.0 / HALF_WIDTH_SD
                 near = float(np.clip(forecast["speed"], low, high))
-                self._number(f"{what} speed", forecast["speed"], near, sd, flags)
+                self._judge_number(f"{what} speed", forecast["speed"], near, sd, flags)
             if forecast["inside"] is not None:
                 within = f"{100 * forecast['inside']:.0f} % of markers within 90 % bands"
-                self._count(f"{what} bands", within, forecast["inside"] < _FEW_INSIDE, flags)
+                self._count(f"{what} bands", within, forecast["inside"] < _MIN_INSIDE, flags)
             if far_mm is not None:
-                self._count(f"{what} markers", f"{far_mm:.0f} mm off", far_mm > _FEW_MM, flags)
+                self._count(f"{what} markers", f"{far_mm:.0f} mm off", far_mm > _MAX_OFF_MM, flags)
 
-    def _coefficients(self) -> None:
+    def _judge_coefficients(self) -> None:
         fitted = [swim for swim in self.session.swims if swim.role == "fit"]
         if self.session.coefficients is None or not all(swim.like_twin for swim in fitted):
             return
@@ -300,22 +306,24 @@ class _Judgement:
         for name, true, (low, high) in zip(_ORDER, self.session.coefficients, fit["interval"], strict=True):
             value = fit["coefficients"][name]
             flags = [
-                flag for flag in self._of_fit() if flag[0] not in ("unidentifiable", "at_bound") or name in flag[1]
+                flag
+                for flag in self._list_fit_flags()
+                if flag[0] not in ("unidentifiable", "at_bound") or name in flag[1]
             ]
             reach = high - value if true > value else value - low
-            self._number(f"coefficient {name}", value, true, reach / HALF_WIDTH_SD, flags)
+            self._judge_number(f"coefficient {name}", value, true, reach / HALF_WIDTH_SD, flags)
             if name in drawn:
-                self._number(f"posterior of {name}", drawn[name]["mean"], true, drawn[name]["sd"], flags)
+                self._judge_number(f"posterior of {name}", drawn[name]["mean"], true, drawn[name]["sd"], flags)
 
-    def _structure(self) -> None:
+    def _judge_structure(self) -> None:
         robot, structure = self.session.robot, self.results.fit["structure"]
         true = {"hinge_stiffness": robot.tail.hinge_stiffness_n_m, "hinge_damping": robot.tail.hinge_damping_n_m_s}
         for quantity, value in (true | {"crank_arm": robot.crank.arm_m}).items():
             source = structure[quantity]
             if source["se"] is not None:
                 flags = self.results.flags(None) + [f for name in source["trials"] for f in self.results.flags(name)]
-                self._number(quantity, source["value"], value, source["se"], flags)
+                self._judge_number(quantity, source["value"], value, source["se"], flags)
 
 
-def _with(run: Verdict, **found: Any) -> Verdict:
+def _update_verdict(run: Verdict, **found: Any) -> Verdict:
     return Verdict(**(vars(run) | found))

@@ -20,7 +20,7 @@ from benchmarks.scores import Measure, Scores, Share, Table
 from swimcal.results import plain_json, to_plain
 
 LINES = "sessions.jsonl"
-MOST_FLAGGED = 0.02  # of clean sessions
+MOST_FLAGGED = 0.02  # At most this share of clean sessions may be flagged.
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,7 @@ class ForeignOutcome:
         return bool(flagged or self.failures or any(each.short for each in self.sessions))
 
     def scores(self, command: str) -> Scores:
-        """The tables."""
+        """Build the tables."""
         share, sessions = Share.among, self.sessions
         found = {
             "broken": Measure(
@@ -68,7 +68,7 @@ class ForeignOutcome:
             if sessions
             else []
         )
-        rows = tuple((str(s.number), kind, text) for s in sessions for kind, text in _shortcomings(s))
+        rows = tuple((str(s.number), kind, text) for s in sessions for kind, text in _list_shortcomings(s))
         tables += [Table("What falls short", ("session", "", "what"), rows)] if rows else []
         befell = Counter(each.split(":")[0] for s in sessions for each in s.disturbances)
         short = Counter(each.split(":")[0] for s in sessions if s.short for each in s.disturbances)
@@ -79,7 +79,7 @@ class ForeignOutcome:
         return Scores("Foreign sessions", data, command, tuple(tables), notes)
 
 
-def _shortcomings(session: Verdict) -> list[tuple[str, str]]:
+def _list_shortcomings(session: Verdict) -> list[tuple[str, str]]:
     said = [("broken", session.broken)] if session.broken else []
     said += [("wrong", each) for each in session.wrong] + [("not said", each) for each in session.unsaid]
     return said + [("needless flag", each) for each in session.flags if session.clean]
@@ -88,14 +88,14 @@ def _shortcomings(session: Verdict) -> list[tuple[str, str]]:
 def measure_foreign(
     folder: Path, seed: int, numbers: Sequence[int], run: Run, keep: Path | None = None
 ) -> ForeignOutcome:
-    """Judges the sessions of these numbers that the folder lacks, and gives all that it then holds.
+    """Judge the sessions of these numbers that the folder lacks, and return all that it then holds.
 
     Args:
-        folder: of `sessions.jsonl`; a new version of the program needs a new one.
-        seed: of all draws.
-        numbers: of the sessions.
-        run: how.
-        keep: where sessions, results and `terminal.txt` are kept; default: nowhere.
+        folder: folder of `sessions.jsonl`; a new version of the program needs a new one.
+        seed: seed of all draws.
+        numbers: numbers of the sessions.
+        run: way to work off the sessions.
+        keep: folder in which sessions, results and `terminal.txt` are kept; default: nowhere.
     """
     folder.mkdir(parents=True, exist_ok=True)
     lines = folder / LINES
@@ -111,14 +111,14 @@ def measure_foreign(
 
 
 def session_of(seed: int, number: int) -> Recordings:
-    """The session of a number, disturbed and filmed."""
+    """Make the session of a number, disturbed and filmed."""
     session = draw(seed, number)
     disturb(session, number, np.random.default_rng([seed, number, 1_000_000]))
     return session
 
 
 def score_session(seed: int, keep: Path | None, number: int) -> Verdict:
-    """Makes a session, runs the program on it, and judges that; every fourth is also sampled or diagnosed."""
+    """Make a session, run the program on it, and judge that; every fourth is also sampled or diagnosed."""
     session, more = session_of(seed, number), {1: ("posterior",), 3: ("diagnose",)}.get(number % 8, ())
     with TemporaryDirectory() as scratch:
         folder = (keep or Path(scratch)) / f"session_{seed}_{number}"

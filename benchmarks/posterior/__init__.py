@@ -1,1 +1,1 @@
-"""How often the posterior holds the truth, over sessions drawn from the prior."""
+"""Coverage of the posterior: how often it holds the truth, over sessions drawn from the prior."""

@@ -21,15 +21,15 @@ from benchmarks.posterior.score import PosteriorScore, score_session
 from benchmarks.scores import Estimate, Measure, Scores, Share, Table, median, resampled
 from fitting.calibration import NAMES
 
-FAR_SD = 4.0  # a truth farther off than this is no chance
-_FEWEST = 50  # sessions, to test for uniformity
+FAR_SD = 4.0  # A truth that is further off is no chance.
+_FEWEST = 50  # The test for uniformity needs at least this many sessions.
 
 
 @dataclass(frozen=True)
 class PosteriorOutcome:
-    """What `python -m benchmarks posterior` found in one set of sessions."""
+    """Scores that `python -m benchmarks posterior` found in one set of sessions."""
 
-    sessions: tuple[PosteriorScore, ...]  # their scores, of all shards in the folder
+    sessions: tuple[PosteriorScore, ...]  # scores of all shards in the folder
     failures: tuple[Failure, ...] = ()  # sessions that gave no posterior in this run
     others: int = 0  # files in the folder that other code made; they are left out
 
@@ -41,14 +41,14 @@ class PosteriorOutcome:
 
     @property
     def calibrations(self) -> dict[str, dict[str, Measure]]:
-        """How well the posterior of each coefficient is calibrated."""
+        """Calibration of the posterior of each coefficient."""
         below = np.array([score.below for score in self.sessions])  # (s, 5)
         p = holm(np.array([uniform_p(below[:, i]) for i in range(len(NAMES))]))  # (5,)
-        return {name: _calibration(i, self.sessions, p[i]) for i, name in enumerate(NAMES)}
+        return {name: _measure_calibration(i, self.sessions, p[i]) for i, name in enumerate(NAMES)}
 
     @property
     def warnings(self) -> dict[str, Measure]:
-        """How often sessions warn, and what they miss in silence."""
+        """Measures of how often sessions warn, and what they miss in silence."""
         kinds = Counter(kind for score in self.sessions for kind in score.warnings)
         share = partial(Share.among, self.sessions)
         missed = share(lambda score: not (score.warnings or score.covered.all()))
@@ -67,7 +67,7 @@ class PosteriorOutcome:
         }
 
     def scores(self, command: str) -> Scores:
-        """All tables, with the command that made them."""
+        """Build all tables, with the command that made them."""
         tables, notes = [], []
         if self.sessions:
             count = f"{len(self.sessions)} sessions drawn from the prior, made by the twin itself"
@@ -82,13 +82,13 @@ class PosteriorOutcome:
 
 
 def measure_posterior(folder: Path, seeds: Sequence[int], run: Run) -> PosteriorOutcome:
-    """Scores the sessions asked for that the folder lacks, and judges all that it then holds.
+    """Score the sessions asked for that the folder lacks, and judge all that it then holds.
 
     Args:
-        folder: where scores are kept; several machines may fill it with a shard each. Of a file of scores (.jsonl) the
-            table is made as they are, whichever code made them, and nothing is run.
-        seeds: of the sessions.
-        run: how.
+        folder: folder in which scores are kept; several machines may fill it with a shard each. Of a file of scores
+            (.jsonl) the table is made as they are, whichever code made them, and nothing is run.
+        seeds: seeds of the sessions.
+        run: way to work off the sessions.
 
     Raises:
         InputError: no scheduler answers, or the file holds something else.
@@ -96,14 +96,14 @@ def measure_posterior(folder: Path, seeds: Sequence[int], run: Run) -> Posterior
     """
     if folder.suffix == ".jsonl":
         return PosteriorOutcome(read_lines(folder, PosteriorScore, lambda score: str(score.seed)))
-    records = Records(folder / "sessions", PosteriorScore, _code())
+    records = Records(folder / "sessions", PosteriorScore, _compute_code())
     cases = {seed: int(seed) for seed in records.missing([str(seed) for seed in seeds])}
     failures = run_cases(score_session, cases, run, records.keep)
     return PosteriorOutcome(tuple(records.every().values()), failures, records.others)
 
 
-def _code() -> str:
-    """What a score depends on: the twin, the inference, how sessions are drawn and scored, and MuJoCo."""
+def _compute_code() -> str:
+    """Return the fingerprint of what a score depends on: twin, inference, drawing and scoring of sessions, MuJoCo."""
     libraries = {"mujoco": mujoco.__version__, "emcee": emcee.__version__, "arviz": version("arviz")}
     packages = [Path(str(package.__file__)).parent for package in (fitting, swimcal, synthetic)]
     scoring = [path for path in Path(__file__).parent.glob("*.py") if path != Path(__file__)]
@@ -111,12 +111,12 @@ def _code() -> str:
 
 
 def uniform_p(below: np.ndarray) -> float:
-    """p-value of uniform shares (s,); nan for too few."""
+    """Return the p-value of uniform shares (s,); nan for too few."""
     return float(kstest(below, "uniform").pvalue) if len(below) >= _FEWEST else nan
 
 
 def holm(p: np.ndarray) -> np.ndarray:
-    """p-values of any shape, corrected for their number (Holm 1979)."""
+    """Correct p-values of any shape for their number (Holm 1979)."""
     order = np.argsort(p, axis=None)
     stepped = np.maximum.accumulate(np.arange(p.size, 0, -1) * p.ravel()[order])
     corrected = np.empty(p.size)
@@ -124,15 +124,17 @@ def holm(p: np.ndarray) -> np.ndarray:
     return corrected.reshape(p.shape)
 
 
-def _calibration(i: int, scores: Sequence[PosteriorScore], p: float) -> dict[str, Measure]:
+def _measure_calibration(i: int, scores: Sequence[PosteriorScore], p: float) -> dict[str, Measure]:
     spread = resampled([score.off_sd[i] for score in scores], lambda off: float(np.sqrt(np.mean(np.square(off)))))
     width = median([score.q95[i] - score.q05[i] for score in scores])
     split = {
-        name: Measure(f"… of sessions {words}", _covered([score for score in scores if score.varied == varied], i))
+        name: Measure(
+            f"… of sessions {words}", _count_covered([score for score in scores if score.varied == varied], i)
+        )
         for varied, name, words in ((True, "varied", "whose trials vary"), (False, "alike", "whose trials do not"))
     }
     return {
-        "covered": Measure("truths inside the 90 % interval", _covered(scores, i), "86 to 94 %"),
+        "covered": Measure("truths inside the 90 % interval", _count_covered(scores, i), "86 to 94 %"),
         **split,
         "spread": Measure("rms of (truth - mean) / sd", spread),
         "ks_p": Measure("uniform ranks, p (Kolmogorov and Smirnov)", Estimate(float(p), (nan, nan)), "≥ 0.05"),
@@ -140,5 +142,5 @@ def _calibration(i: int, scores: Sequence[PosteriorScore], p: float) -> dict[str
     }
 
 
-def _covered(scores: Sequence[PosteriorScore], i: int) -> Share:
+def _count_covered(scores: Sequence[PosteriorScore], i: int) -> Share:
     return Share.among(scores, lambda score: bool(score.covered[i]))

@@ -16,7 +16,8 @@ from fitting.posterior.posterior import MISFIT_P, Posterior, sample_posterior
 from fitting.trial_model import SessionModel
 from swimcal.errors import Flag
 
-EFFECTIVE, STARTS = 100, 3
+EFFECTIVE = 100  # effective sample size asked for
+STARTS = 3  # number of starts of the search for the mode
 WARNINGS = (
     "model_discrepancy",
     "robot_off",
@@ -33,19 +34,19 @@ Five = tuple[float, ...]
 class PosteriorScore:
     """The posterior of one drawn session against its truth; fives are in the order of `FluidCoefficients`."""
 
-    seed: int  # that it was drawn with
+    seed: int  # seed that the session was drawn with
     varied: bool  # whether its trials differ in trim, registration and speed
-    truth: Five  # the coefficients
+    truth: Five  # true coefficients
     below: Five  # share of all draws below the truth
-    # q05, q95, mean, sd: of the draws
+    # q05, q95, mean, sd: quantiles, mean and standard deviation of the draws
     q05: Five
     q95: Five
     mean: Five
     sd: Five
-    r_hat: Five  # of the draws
-    misfit_p: float  # how often noise and nuisances alone would misfit as much
-    flags: tuple[str, ...]  # kinds
-    seconds: float  # that fit and posterior took, with whatever else ran
+    r_hat: Five  # R-hat of the draws
+    misfit_p: float  # probability that noise and nuisances alone would misfit as much
+    flags: tuple[str, ...]  # kinds of the flags
+    seconds: float  # duration of fit and posterior, with whatever else ran
 
     @property
     def warnings(self) -> frozenset[str]:
@@ -66,10 +67,10 @@ class PosteriorScore:
 
 
 def score_session(seed: int) -> PosteriorScore:
-    """Draws a session, samples its posterior and compares it with the truth, on one core.
+    """Draw a session, sample its posterior and compare it with the truth, on one core.
 
     Args:
-        seed: of the session and of the sampler; the trials of every other one vary.
+        seed: seed of the session and of the sampler; the trials of every other one vary.
     """
     drawn = draw_session(seed, workers=1, varied=seed % 2 == 1)
     began = time.perf_counter()
@@ -84,18 +85,18 @@ def _score(drawn: DrawnSession, posterior: Posterior, flags: Sequence[Flag], sec
     return PosteriorScore(
         seed=drawn.seed,
         varied=drawn.varied,
-        truth=_five(truth),
-        below=_five((draws < truth).mean(axis=0)),
-        q05=_five(q05),
-        q95=_five(q95),
-        mean=_five(draws.mean(axis=0)),
-        sd=_five(draws.std(axis=0, ddof=1)),
-        r_hat=_five(posterior.draws.r_hat[:5]),
+        truth=_pack_five(truth),
+        below=_pack_five((draws < truth).mean(axis=0)),
+        q05=_pack_five(q05),
+        q95=_pack_five(q95),
+        mean=_pack_five(draws.mean(axis=0)),
+        sd=_pack_five(draws.std(axis=0, ddof=1)),
+        r_hat=_pack_five(posterior.draws.r_hat[:5]),
         misfit_p=posterior.misfit_p,
         flags=tuple(flag.kind for flag in flags),
         seconds=seconds,
     )
 
 
-def _five(values: np.ndarray) -> Five:
+def _pack_five(values: np.ndarray) -> Five:
     return tuple(float(value) for value in values)

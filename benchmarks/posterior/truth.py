@@ -22,32 +22,39 @@ from synthetic.plan import SyntheticCamera, SyntheticPlan, SyntheticTrial, trial
 from synthetic.session import tracked
 from synthetic.simulate import simulate_swims
 
-SLOWEST_HZ, FASTEST_HZ, APART_HZ = 0.5, 1.4, 0.3
+SLOWEST_HZ = 0.5
+FASTEST_HZ = 1.4
+APART_HZ = 0.3  # The two frequencies differ by at least this much.
 SECONDS = 5.0
-LEAST_M_S = 0.01  # from rest: a robot that does not swim is not informative
-GLUED_SD_M = 0.001  # of a marker from its place on the body, each way
-CAMERA = SyntheticCamera(width_px=8000, height_px=8000)  # the scale of the published videos, and room for any course
+LEAST_M_S = 0.01  # A robot that is slower from rest is not informative.
+GLUED_SD_M = 0.001  # A marker is off its place on the body by this, each way.
+# It has the scale of the published videos, and room for any course.
+CAMERA = SyntheticCamera(width_px=8000, height_px=8000)
 NOISE = TrackingNoise()
-MOST_SHARED = 0.8  # of the tracks' errors, by neighbours
-STEP = 1 / 128  # of the twin's own time step: with a sixteenth, Kutta lift was still 0.3 standard deviations off
-TURNING, SIDEWAYS, REGISTRATION, FASTER = 0.03, 0.005, 0.02, 0.03
-"""Standard deviations between the trials of a varied session: rad/s, m/s, rad of the head frame, share of the speed."""
-_COURSE_DEGREE = 3  # of the smooth path that turns and drifts
-_FITTED = 2  # trials
-_TRIES = 16  # coefficients that are tried at once
+MOST_SHARED = 0.8  # Neighbours share at most this part of the tracks' errors.
+# In time steps of the twin: with a sixteenth, Kutta lift was still 0.3 standard deviations off.
+STEP = 1 / 128
+# Standard deviations between the trials of a varied session.
+TURNING_RAD_S = 0.03
+SIDEWAYS_M_S = 0.005
+REGISTRATION_RAD = 0.02  # registration of the head frame
+FASTER_SHARE = 0.03
+_COURSE_DEGREE = 3  # degree of the smooth path that turns and drifts
+_FITTED = 2  # number of fitted trials
+_TRIES = 16  # This many coefficients are tried at once.
 
 
 @dataclass(frozen=True, eq=False)
 class DrawnSession:
     """A session and its truth."""
 
-    seed: int  # it was drawn with
-    truth: FluidCoefficients  # the coefficients
+    seed: int  # seed that it was drawn with
+    truth: FluidCoefficients  # true coefficients
     trials: list[MeasuredTrial]  # two swims as measured, by a session that believes every marker to be in its place
     held_out: list[MeasuredTrial]  # further swims
-    twin: Twin  # of the robot as the session believes it to be
-    robot: RobotSpec  # that swam
-    noise: TrackingNoise  # that its tracks were made with
+    twin: Twin  # twin of the robot as the session believes it to be
+    robot: RobotSpec  # robot that swam
+    noise: TrackingNoise  # noise that its tracks were made with
     varied: bool = False  # whether trials differ in trim, registration of the head frame and speed
 
 
@@ -59,7 +66,7 @@ def draw_session(
     step: float = STEP,
     varied: bool = False,
 ) -> DrawnSession:
-    """Draws a session from the prior of the posterior and of its nuisances.
+    """Draw a session from the prior of the posterior and of its nuisances.
 
     Coefficients are uniform over the box, of those with which the robot swims forward from rest: by at least 1 cm/s at
     both frequencies, and at all at half the slower, as the posterior takes for granted. Frequencies are uniform from
@@ -69,22 +76,22 @@ def draw_session(
     are simulated with steps so fine that they no longer matter.
 
     Args:
-        seed: of all draws.
-        workers: threads; 0 for all cores.
-        seconds: of each trial.
-        held_out_hz: of further swims.
-        step: of the simulation of the truth, in steps of the twin.
+        seed: seed of all draws.
+        workers: number of threads; 0 for all cores.
+        seconds: duration of each trial.
+        held_out_hz: frequencies of further swims.
+        step: step of the simulation of the truth, in steps of the twin.
         varied: whether trials differ in trim, registration of the head frame and speed.
     """
     random = np.random.default_rng([seed, 6])
     nominal = load_robot()
     twin = Twin(nominal, FISHSIM_MARKERS, workers=workers)
-    frequency_hz = _frequencies(random)
+    frequency_hz = _draw_frequencies(random)
     truth = forward_swimmer(twin, frequency_hz, random)
-    robot = _reglued(_built(nominal, seed), random)
+    robot = _reglue(_build(nominal, seed), random)
     noise = NOISE.model_copy(update={"shared": float(random.uniform(0.0, MOST_SHARED))})
     plan = SyntheticPlan(
-        trials=tuple(_trial(float(hz), seconds, random) for hz in (*frequency_hz, *held_out_hz)),
+        trials=tuple(_plan_trial(float(hz), seconds, random) for hz in (*frequency_hz, *held_out_hz)),
         seed=seed,
         robot=robot,
         timestep_s=step * SWIM.timestep_s,
@@ -93,7 +100,7 @@ def draw_session(
         camera=CAMERA,
     )
     camera = CameraSpec(fps=plan.camera.fps, scale_length_m=nominal.scale_length_m)
-    swims = _measured(plan, camera, nominal, varied)
+    swims = _measure(plan, camera, nominal, varied)
     return DrawnSession(
         seed=seed,
         truth=truth,
@@ -106,8 +113,8 @@ def draw_session(
     )
 
 
-def _frequencies(random: np.random.Generator) -> np.ndarray:
-    """(2,), one a fitted trial, uniform over all pairs that are far enough apart, Hz."""
+def _draw_frequencies(random: np.random.Generator) -> np.ndarray:
+    """Draw (2,) frequencies, one a fitted trial, uniform over all pairs that are far enough apart, Hz."""
     while True:
         pair = random.uniform(SLOWEST_HZ, FASTEST_HZ, 2)
         if abs(pair[1] - pair[0]) >= APART_HZ:
@@ -115,7 +122,7 @@ def _frequencies(random: np.random.Generator) -> np.ndarray:
 
 
 def forward_swimmer(twin: Twin, frequency_hz: np.ndarray, random: np.random.Generator) -> FluidCoefficients:
-    """Coefficients uniform over the box, of those with which the robot swims forward from rest at (2,) frequencies."""
+    """Draw coefficients, uniform over the box, with which the robot swims forward from rest at (2,) frequencies."""
     asked_hz, least_m_s = np.append(frequency_hz, 0.5 * frequency_hz.min()), np.array([LEAST_M_S, LEAST_M_S, 0.0])
     while True:
         drawn = random.uniform(*COEFFICIENT_BOUNDS, (_TRIES, 5))
@@ -125,16 +132,16 @@ def forward_swimmer(twin: Twin, frequency_hz: np.ndarray, random: np.random.Gene
             return FluidCoefficients(*map(float, drawn[forward[0]]))
 
 
-def _built(robot: RobotSpec, seed: int) -> RobotSpec:
-    """The robot as it was built: off in what nobody measured."""
+def _build(robot: RobotSpec, seed: int) -> RobotSpec:
+    """Draw the robot as it was built: off in what nobody measured."""
     random = np.random.default_rng([seed, 9])
     for doubt in uncertainties_of(assumed(robot).sources):
         robot = doubt.robot(robot, doubt.sd * float(random.standard_normal()))
     return robot
 
 
-def _reglued(robot: RobotSpec, random: np.random.Generator) -> RobotSpec:
-    """The robot with its markers off their places, along and across the body."""
+def _reglue(robot: RobotSpec, random: np.random.Generator) -> RobotSpec:
+    """Draw the robot with its markers off their places, along and across the body."""
     markers = {}
     for name, marker in robot.markers.items():
         x, y, z = marker.position_m
@@ -143,7 +150,7 @@ def _reglued(robot: RobotSpec, random: np.random.Generator) -> RobotSpec:
     return robot.model_copy(update={"markers": markers})
 
 
-def _trial(hz: float, seconds: float, random: np.random.Generator) -> SyntheticTrial:
+def _plan_trial(hz: float, seconds: float, random: np.random.Generator) -> SyntheticTrial:
     phase_rad, heading_rad = random.uniform(0.0, 2 * np.pi, 2)
     return SyntheticTrial(
         name=trial_name("f", hz),
@@ -155,26 +162,27 @@ def _trial(hz: float, seconds: float, random: np.random.Generator) -> SyntheticT
     )
 
 
-def _measured(plan: SyntheticPlan, camera: CameraSpec, nominal: RobotSpec, varied: bool) -> list[MeasuredTrial]:
-    """The trials of a plan as a session that knows the nominal robot alone measures them."""
+def _measure(plan: SyntheticPlan, camera: CameraSpec, nominal: RobotSpec, varied: bool) -> list[MeasuredTrial]:
+    """Measure the trials of a plan as a session that knows the nominal robot alone does."""
     trials = []
     for number, swim in enumerate(simulate_swims(plan)):
         position_px = swim.position_px
         if varied:
             random = np.random.default_rng([plan.seed, 11, number])
-            position_px = _varied(position_px, swim.time_s, plan.camera.px_per_m, random)
+            position_px = _vary(position_px, swim.time_s, plan.camera.px_per_m, random)
         tracks, _ = tracked(swim.trial, position_px, plan, Stream.SWIM_TRACKER.of(plan.seed, number))
         trial = TrialSpec(name=swim.trial.name, kind="swim", commanded_hz=swim.trial.commanded_hz)
         trials.append(measure_trial(trial, tracks, camera, nominal, plan.warmup_s))
     return trials
 
 
-def _varied(position_px: np.ndarray, time_s: np.ndarray, px_per_m: float, random: np.random.Generator) -> np.ndarray:
-    """(n, m, 2) markers of a trial that also turns, slips sideways and swims faster, its nose off the body's line.
+def _vary(position_px: np.ndarray, time_s: np.ndarray, px_per_m: float, random: np.random.Generator) -> np.ndarray:
+    """Return (n, m, 2) markers of a trial that also turns, slips and swims faster, its nose off the body's line.
 
     The smooth path of the fish is laid anew; what it does about that path stays, but turns along.
     """
-    turning, sideways, registration, faster = (TURNING, SIDEWAYS, REGISTRATION, FASTER) * random.standard_normal(4)
+    sd = (TURNING_RAD_S, SIDEWAYS_M_S, REGISTRATION_RAD, FASTER_SHARE)
+    turning, sideways, registration, faster = sd * random.standard_normal(4)
     place = position_px[..., 0] + 1j * position_px[..., 1]  # (n, m)
     nose, neck = (FISHSIM_MARKERS.index(name) for name in ("nose", "neck"))
     place[:, nose] = place[:, neck] + np.exp(1j * registration) * (place[:, nose] - place[:, neck])

@@ -1,4 +1,4 @@
-"""The planar chain: kinematics, mass matrix and inertial forces in closed form.
+"""Planar chain: kinematics, mass matrix and inertial forces in closed form.
 
 Coordinates q of a simulation are (x, y) of the head's origin and the angle psi_a of every link in the pool:
 N = 2 + l numbers. In absolute angles the kinetic energy is
@@ -21,13 +21,13 @@ from benchmarks.reality.parameters import Parameters
 
 @dataclass(frozen=True, eq=False)
 class Pose:
-    """Where the links are and how they move."""
+    """Places of the links and how they move."""
 
-    angle_rad: np.ndarray  # (n, l) psi of each link in the pool
-    rate_rad_s: np.ndarray  # (n, l) its rate
+    angle_rad: np.ndarray  # (n, l) angle psi of each link in the pool
+    rate_rad_s: np.ndarray  # (n, l) rate of that angle
     direction: np.ndarray  # (n, l) unit vectors along the links, complex
-    origin_m: np.ndarray  # (n, l) of the links, complex, m
-    velocity_m_s: np.ndarray  # (n, l) of the origins, complex, m/s
+    origin_m: np.ndarray  # (n, l) origins of the links, complex, m
+    velocity_m_s: np.ndarray  # (n, l) velocities of the origins, complex, m/s
 
     @cached_property
     def relative(self) -> np.ndarray:
@@ -49,12 +49,12 @@ class Pose:
 class Form:
     """The constants of a quadratic form in the velocities of all that the links carry, such as the kinetic energy."""
 
-    total: np.ndarray  # (n,) all weights (masses)
+    total: np.ndarray  # (n,) sum of all weights (masses)
     moment: np.ndarray  # (n, l) G_a
     coupling: np.ndarray  # (n, l, l) C_ab
 
     def matrix(self, pose: Pose) -> np.ndarray:
-        """(n, N, N) of the form in the coordinates' rates: for masses the mass matrix."""
+        """Return the (n, N, N) matrix of the form in the coordinates' rates: for masses the mass matrix."""
         size = 2 + self.moment.shape[1]
         matrix = np.empty((len(self.total), size, size))
         matrix[:, 0, 0] = matrix[:, 1, 1] = self.total
@@ -76,7 +76,7 @@ class Chain:
         self._bodies = self.form(p.link_mass_kg, p.link_moment_kg_m, p.link_inertia_kg_m2)
 
     def form(self, weight: np.ndarray, moment: np.ndarray, second_moment: np.ndarray) -> Form:
-        """Of weights on the links (n, l), and their first and second moments about the links' origins."""
+        """Build the form of weights on the links (n, l), with their first and second moments about the origins."""
         beyond = _sum_beyond(weight)
         whole = moment + self.reach_m * beyond
         upper = self._ahead * whole[:, None, :]
@@ -86,7 +86,7 @@ class Chain:
         return Form(weight.sum(axis=1), whole, coupling)
 
     def pose(self, position: np.ndarray, velocity: np.ndarray) -> Pose:
-        """Kinematics at coordinates (n, N) and their rates (n, N)."""
+        """Compute the kinematics at coordinates (n, N) and their rates (n, N)."""
         angle, rate = position[:, 2:], velocity[:, 2:]
         direction = np.cos(angle) + 1j * np.sin(angle)
         step = self.reach_m * direction
@@ -99,19 +99,19 @@ class Chain:
         )
 
     def inertia(self, pose: Pose) -> tuple[np.ndarray, np.ndarray]:
-        """(n, N, N) mass matrix and (n, N) generalised inertial force, minus all terms in the rates squared."""
+        """Return the (n, N, N) mass matrix and (n, N) inertial force, minus all terms in the rates squared."""
         squared = pose.rate_rad_s**2
         pulled = (self._bodies.moment * pose.direction * squared).sum(axis=1, keepdims=True)
         turned = -((self._bodies.coupling * pose.relative.imag) @ squared[:, :, None])[..., 0]
         return self._bodies.matrix(pose), np.concatenate([pulled.real, pulled.imag, turned], axis=1)
 
     def generalised(self, pose: Pose, force: np.ndarray, torque: np.ndarray) -> np.ndarray:
-        """(..., N) generalised force of forces (..., l) at the links' origins and torques (..., l) about them.
+        """Generalise forces (..., l) at the links' origins and torques (..., l) about them: (..., N).
 
         Args:
-            pose: of the links; broadcast against leading axes of the forces after the first, as (n, 1, l).
-            force: (n, ..., l) complex, pool axes, N.
-            torque: (n, ..., l) N m.
+            pose: pose of the links; broadcast against leading axes of the forces after the first, as (n, 1, l).
+            force: (n, ..., l) forces, complex, pool axes, N.
+            torque: (n, ..., l) torques, N m.
         """
         direction = pose.direction.reshape(len(force), *(1,) * (force.ndim - 2), -1)
         total = force.sum(axis=-1, keepdims=True)
@@ -120,7 +120,7 @@ class Chain:
         return np.concatenate([total.real, total.imag, turned], axis=-1)
 
     def across(self, pose: Pose) -> np.ndarray:
-        """(n, N, l) gradient of the velocity across each link, at its origin, to the coordinates' rates."""
+        """Return the (n, N, l) gradient of the velocity across each link, at its origin, to the coordinates' rates."""
         count, links = pose.direction.shape
         gradient = np.empty((count, 2 + links, links))
         gradient[:, 0], gradient[:, 1] = -pose.direction.imag, pose.direction.real
@@ -128,15 +128,15 @@ class Chain:
         return gradient
 
     def centripetal(self, pose: Pose) -> np.ndarray:
-        """(n, l) acceleration of the links' origins, complex, where no coordinate accelerates."""
+        """Return the (n, l) acceleration of the links' origins, complex, where no coordinate accelerates."""
         return -_sum_before(self.reach_m * pose.direction * pose.rate_rad_s**2)
 
 
 def _sum_beyond(values: np.ndarray) -> np.ndarray:
-    """(..., l) sums over all later links."""
+    """Return (..., l) sums over all later links."""
     return np.cumsum(values[..., ::-1], axis=-1)[..., ::-1] - values
 
 
 def _sum_before(values: np.ndarray) -> np.ndarray:
-    """(..., l) sums over all earlier links."""
+    """Return (..., l) sums over all earlier links."""
     return np.cumsum(values, axis=-1) - values

@@ -1,4 +1,4 @@
-"""A pinhole camera above the pool: places in metres become pixels, x to the right and y down."""
+"""Pinhole camera above the pool: places in metres become pixels, x to the right and y down."""
 
 from dataclasses import dataclass
 
@@ -9,9 +9,9 @@ import numpy as np
 class Camera:
     """A pinhole camera whose foot is the pool's origin, the pool's x to the right and its y up in the picture."""
 
-    height_m: float = 2.5  # of the lens above the plane of the picture's scale
-    focal_px: float = 2700.0  # focal length
-    # width_px, height_px: of the picture; the principal point is its centre
+    height_m: float = 2.5  # height of the lens above the plane of the picture's scale
+    focal_px: float = 2700.0
+    # width_px, height_px: size of the picture; the principal point is its centre
     width_px: int = 3840
     height_px: int = 2160
 
@@ -21,7 +21,7 @@ class Camera:
         return (np.array([self.width_px, self.height_px]) - 1) / 2
 
     def project(self, place_m: np.ndarray, height_m: np.ndarray) -> np.ndarray:
-        """(..., 2) pixels of places (...) in the pool, complex, m, at heights (...) above the plane of the scale, m."""
+        """Return (..., 2) px of pool places (...), complex, m, at heights (...) above the plane of the scale, m."""
         below = self.height_m - height_m
         return self.centre_px + self.focal_px * np.stack([place_m.real / below, -place_m.imag / below], axis=-1)
 
@@ -30,18 +30,18 @@ class Camera:
 class Sight:
     """One simulation at the moments its frames were exposed (f frames, m markers)."""
 
-    names: tuple[str, ...]  # of the markers
-    time_s: np.ndarray  # (f,) the moments, s
+    names: tuple[str, ...]  # names of the markers
+    time_s: np.ndarray  # (f,) times, s
     marker_m: np.ndarray  # (f, m) places in the pool, complex, m
     axis: np.ndarray  # (f, m) unit vectors along the links that carry the markers, complex
-    height_m: np.ndarray  # (f, m) above the plane of the scale
+    height_m: np.ndarray  # (f, m) height above the plane of the scale
 
 
 @dataclass(frozen=True, eq=False)
 class Picture:
-    """What a camera made of a sight, before any error of a tracker."""
+    """Picture that a camera made of a sight, before any error of a tracker."""
 
-    names: tuple[str, ...]  # of the markers
+    names: tuple[str, ...]  # names of the markers
     time_s: np.ndarray  # (f,) time stamps of the frames, s
     position_px: np.ndarray  # (f, m, 2) x to the right and y down
-    camera: Camera  # that looked
+    camera: Camera  # camera that looked

@@ -1,4 +1,4 @@
-"""From coordinates to pictures: where the markers are when a frame is exposed, and where the camera sees them."""
+"""Way from coordinates to pictures: where the markers are when a frame is exposed, and where the camera sees them."""
 
 from dataclasses import dataclass
 
@@ -15,19 +15,19 @@ from benchmarks.reality.world import Trial, World
 class Recording:
     """One trial in truth and in the picture, without any error of a tracker (f frames, m markers, g hinges)."""
 
-    trial: Trial  # that was made
-    markers: tuple[str, ...]  # their names
-    time_s: np.ndarray  # (f,) the time stamps of the frames, s
-    position_px: np.ndarray  # (f, m, 2) in the picture, x to the right and y down
-    marker_m: np.ndarray  # (f, m, 2) in the pool when the frames were exposed, x and y (up in the picture), m
+    trial: Trial  # trial that was made
+    markers: tuple[str, ...]  # names of the markers
+    time_s: np.ndarray  # (f,) time stamps of the frames, s
+    position_px: np.ndarray  # (f, m, 2) places in the picture, x to the right and y down
+    marker_m: np.ndarray  # (f, m, 2) places in the pool at the exposures, x and y (up in the picture), m
     # (f, 3) x, y (m) and angle (rad) of the head's frame in the pool, whose x axis runs from nose to tail
     head: np.ndarray
     hinges_rad: np.ndarray  # (f, g) bend at each hinge of the robot's description
-    drive: Drive  # what turned its crank
+    drive: Drive  # motion of the crank
 
 
 def exposed_s(world: World, trial: Trial) -> np.ndarray:
-    """(f,) when light falls on the frames of a trial, s.
+    """Return (f,) times at which light falls on the frames of a trial, s.
 
     Raises:
         ValueError: before the simulation starts.
@@ -51,10 +51,10 @@ def film(
     parameters: Parameters,
     markers: tuple[str, ...],
 ) -> Recording:
-    """One row of a record as the camera of its world saw it."""
+    """Film one row of a record by the camera of its world."""
     time_s = exposed_s(world, trial)
     coordinates = record.coordinates(row, time_s)
-    sight = _sight(coordinates, time_s, row, layout, parameters, markers)
+    sight = _locate_markers(coordinates, time_s, row, layout, parameters, markers)
     for mechanism in world.mechanisms:
         sight = mechanism.place(sight)
     picture = Picture(markers, trial.time_s, world.camera.project(sight.marker_m, sight.height_m), world.camera)
@@ -73,7 +73,7 @@ def film(
     )
 
 
-def _sight(
+def _locate_markers(
     coordinates: np.ndarray,
     time_s: np.ndarray,
     row: int,

@@ -28,12 +28,12 @@ from benchmarks.reality.body import Chain, Pose
 from benchmarks.reality.layout import Layout
 from benchmarks.reality.parameters import Parameters
 
-_STILL_M_S = 1e-6  # regularises speeds against division by zero
+_STILL_M_S = 1e-6  # This is added to speeds against division by zero.
 
 
 @dataclass(frozen=True, eq=False)
 class Flow:
-    """How the strips move through the water, in their links' axes: (n, s) m/s, m/s, rad/s."""
+    """Motion of the strips through the water, in their links' axes: (n, s) m/s, m/s, rad/s."""
 
     along_m_s: np.ndarray
     across_m_s: np.ndarray
@@ -42,24 +42,24 @@ class Flow:
 
 @dataclass(frozen=True, eq=False)
 class StripForces:
-    """What the water does to the strips, in their links' axes, at their middles: (n, s) N, N, N m."""
+    """Forces of the water on the strips, in their links' axes, at their middles: (n, s) N, N, N m."""
 
     along_n: np.ndarray
     across_n: np.ndarray
     torque_n_m: np.ndarray
 
     def plus(self, along_n: np.ndarray, across_n: np.ndarray, torque_n_m: np.ndarray | float = 0.0) -> "StripForces":
-        """With others on top."""
+        """Add other forces."""
         return StripForces(self.along_n + along_n, self.across_n + across_n, self.torque_n_m + torque_n_m)
 
 
 def wet_half_height_m(layout: Layout, parameters: Parameters) -> np.ndarray:
-    """(n, s) of each strip, m: of a fish that floats deeper, more of every strip is under water."""
+    """Return (n, s) half heights of the strips, m: of a fish that floats deeper, more of each is under water."""
     return layout.strips.half_height_m + parameters.sunk_m / 2
 
 
 class Water:
-    """The water around n simulations."""
+    """Water around n simulations."""
 
     def __init__(self, layout: Layout, parameters: Parameters, chain: Chain) -> None:
         strips, density = layout.strips, parameters.density_kg_m3
@@ -82,24 +82,24 @@ class Water:
         self._added = density * length * plate * (1 - parameters.added_mass_reaction)
 
     def flow(self, pose: Pose) -> Flow:
-        """How the strips move through the water in a pose."""
+        """Return how the strips move through the water in a pose."""
         link = self.strips.link
         own = (pose.velocity_m_s - self._current) * pose.direction.conj()
         rate = pose.rate_rad_s[:, link]
         return Flow(own.real[:, link], own.imag[:, link] + self.strips.place_m * rate, rate)
 
     def forces(self, flow: Flow) -> StripForces:
-        """Quasi-steady forces on the strips."""
+        """Return the quasi-steady forces on the strips."""
         along, across, rate = flow.along_m_s, flow.across_m_s, flow.rate_rad_s
-        drag, lift, mean = self._strength(flow)
+        drag, lift, mean = self._compute_strength(flow)
         return StripForces(
             along_n=lift * along * mean**2 + (self._added - self._magnus) * rate * across - drag * along,
             across_n=self._magnus * rate * along - lift * along**2 * mean - drag * across,
             torque_n_m=-self._turning * np.abs(rate) * rate - self._added * along * across,
         )
 
-    def _strength(self, flow: Flow) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """(n, s) drag over speed; lift over v_x^2 u; u, the mean over the strip's plate."""
+    def _compute_strength(self, flow: Flow) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return (n, s) drag over speed; lift over v_x^2 u; u, the mean over the strip's plate."""
         along, across = flow.along_m_s, flow.across_m_s
         mean = across @ self._over_plate
         broadside = np.abs(mean) / np.sqrt(mean**2 + (self._edge * along) ** 2 + _STILL_M_S**2)
@@ -108,14 +108,14 @@ class Water:
         return drag, self._kutta * share / np.sqrt(along**2 + mean**2 + _STILL_M_S**2), mean
 
     def on_links(self, pose: Pose, forces: StripForces) -> np.ndarray:
-        """(n, N) generalised force of the strips' forces."""
+        """Return the (n, N) generalised force of the strips' forces."""
         force = (forces.along_n + 1j * forces.across_n) @ self._of_link * pose.direction
         torque = (forces.torque_n_m + self.strips.place_m * forces.across_n) @ self._of_link
         return self._chain.generalised(pose, force, torque)
 
     def resistance(self, pose: Pose, flow: Flow) -> np.ndarray:
-        """(n, N, N) about how fast drag, torque and lift grow with the rates; symmetric, never negative."""
-        drag, lift, _ = self._strength(flow)
+        """Estimate how fast drag, torque and lift grow with the rates, (n, N, N); symmetric, never negative."""
+        drag, lift, _ = self._compute_strength(flow)
         grows, place = 2 * drag + lift * flow.along_m_s**2, self.strips.place_m
         turning = 2 * self._turning * np.abs(flow.rate_rad_s)
         columns = (grows, grows * place, grows * place**2 + turning)

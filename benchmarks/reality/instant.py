@@ -17,31 +17,31 @@ _Rows = TypeVar("_Rows")
 
 @dataclass(frozen=True, eq=False)
 class Instant:
-    """What is known before the mechanisms add their part."""
+    """State that is known before the mechanisms add their part."""
 
-    time_s: np.ndarray  # (n, 1) since the first frame, s; negative in the run-in
-    pose: Pose  # of the links, and how they move
-    turn: Turn  # of the crank
-    pull: Pull  # of the tendons
-    flow: Flow  # how the strips move through the water
+    time_s: np.ndarray  # (n, 1) time since the first frame, s; negative in the run-in
+    pose: Pose  # places of the links, and how they move
+    turn: Turn  # angle and speed of the crank
+    pull: Pull  # stretch and tension of the tendons
+    flow: Flow  # motion of the strips through the water
     water: StripForces  # quasi-steady forces on the strips
-    layout: Layout  # of the fish, common to all
-    chain: Chain  # of its links
-    parameters: Parameters  # of these simulations
+    layout: Layout  # layout of the fish, common to all
+    chain: Chain  # dynamics of its links
+    parameters: Parameters  # parameters of these simulations
 
     def bend(self, torque_n_m: np.ndarray) -> np.ndarray:
-        """(n, N) generalised force of torques (n, h) that bend the hinges."""
+        """Return the (n, N) generalised force of torques (n, h) that bend the hinges."""
         torque = np.zeros_like(self.pose.angle_rad)
         torque[:, 1:] += torque_n_m
         torque[:, :-1] -= torque_n_m
         return np.concatenate([np.zeros((len(torque), 2)), torque], axis=1)
 
     def tighten(self, tension_n: np.ndarray) -> np.ndarray:
-        """(n, N) generalised force of tension (n, 2) added to that of the tendons."""
+        """Return the (n, N) generalised force of tension (n, 2) added to that of the tendons."""
         return -(tension_n[:, None] @ self.pull.gradient_m)[:, 0]
 
     def push(self, link: int, place: complex | np.ndarray, force_n: np.ndarray) -> np.ndarray:
-        """(n, N) generalised force of a force (n,) in pool axes, complex, on a link at a place in its axes, m."""
+        """Return the (n, N) generalised force of forces (n,), complex, pool axes, at a place in a link's axes, m."""
         force_n = np.reshape(force_n, (-1, 1))
         force, torque = np.zeros(self.pose.direction.shape, complex), np.zeros(self.pose.direction.shape)
         force[:, [link]] = force_n
@@ -50,23 +50,23 @@ class Instant:
 
 
 def rows_of(record: _Rows, index: np.ndarray | slice, **known: Any) -> _Rows:
-    """Some rows of a dataclass of arrays, and of the dataclasses in it, but for fields known; what has none stays.
+    """Return some rows of a dataclass of arrays, and of those in it, but for fields known; what has none stays.
 
     Of rows side by side it is a view: nobody writes into what is shown.
     """
     kind: Any = type(record)
-    names = _field_names(kind)
-    return kind(**{n: known[n] if n in known else _rows_of_field(getattr(record, n), index) for n in names})
+    names = _list_field_names(kind)
+    return kind(**{n: known[n] if n in known else _select_rows(getattr(record, n), index) for n in names})
 
 
-def _rows_of_field(value: Any, index: np.ndarray | slice) -> Any:
+def _select_rows(value: Any, index: np.ndarray | slice) -> Any:
     if isinstance(value, np.ndarray):
         return value[index]
     kind: Any = type(value)
-    return rows_of(value, index) if _field_names(kind) and not isinstance(value, Layout) else value
+    return rows_of(value, index) if _list_field_names(kind) and not isinstance(value, Layout) else value
 
 
 @cache
-def _field_names(kind: type) -> tuple[str, ...]:
-    """Of a dataclass; none of anything else."""
+def _list_field_names(kind: type) -> tuple[str, ...]:
+    """Return the names of a dataclass's fields; none of anything else."""
     return tuple(each.name for each in fields(kind)) if is_dataclass(kind) else ()

@@ -1,4 +1,4 @@
-"""The integrator: a linearly implicit Rosenbrock-W method of second order for mass q'' = force.
+"""Integrator: a linearly implicit Rosenbrock-W method of second order for mass q'' = force.
 
 ROS2 of Verwer, Spee, Blom and Hundsdorfer (SIAM J. Sci. Comput. 20, 1999) with gamma = 1 - 1/sqrt(2): L-stable, and of
 second order whatever matrix replaces the Jacobian. Here that matrix holds springs, dampers and tendons, whose rates
@@ -25,32 +25,33 @@ def step(
     states: list[np.ndarray],
     step_s: float,
 ) -> tuple[np.ndarray, np.ndarray, Equations]:
-    """Coordinates and rates (n, N) a step later; and the equations from which the step began.
+    """Return coordinates and rates (n, N) a step later; and the equations from which the step began.
 
     Args:
         motion: the equations.
-        time_s: (n, 1) s.
-        position, velocity: (n, N).
-        states: of the mechanisms, which are constant during the step.
-        step_s: h.
+        time_s: (n, 1) times, s.
+        position: (n, N) coordinates.
+        velocity: (n, N) rates of the coordinates.
+        states: own states of the mechanisms, which are constant during the step.
+        step_s: length h of the step, s.
     """
     h, g = step_s, GAMMA * step_s
     held = motion.parameters.head_clamped
     first = motion.equations(time_s, position, velocity, states, h)
     drift = g * h * first.force_rate
-    speed_1 = _solve(first, g, h * first.force - g * h * _times(first.stiffness, velocity) + drift, held)
+    speed_1 = _solve(first, g, h * first.force - g * h * _multiply(first.stiffness, velocity) + drift, held)
     place_1 = h * velocity + g * speed_1
 
     second = motion.equations(time_s + h, position + place_1, velocity + speed_1, states, h)
     ahead = h * (velocity + speed_1) - 2 * place_1
-    right = h * second.force - 2 * _times(second.mass, speed_1) - g * _times(second.stiffness, ahead) - drift
+    right = h * second.force - 2 * _multiply(second.mass, speed_1) - g * _multiply(second.stiffness, ahead) - drift
     speed_2 = _solve(second, g, right, held)
     place_2 = ahead + g * speed_2
     return position + 1.5 * place_1 + 0.5 * place_2, velocity + 1.5 * speed_1 + 0.5 * speed_2, first
 
 
 def _solve(at: Equations, g: float, right: np.ndarray, held: np.ndarray) -> np.ndarray:
-    """(n, N) solution with M + g D + g^2 K; the head's three coordinates stay 0 where it is held, (n, 1)."""
+    """Return the (n, N) solution with M + g D + g^2 K; the head's three coordinates stay 0 where it is held, (n, 1)."""
     matrix = at.mass + g * at.damping + g**2 * at.stiffness
     clamped = np.flatnonzero(held)
     if len(clamped):
@@ -60,5 +61,5 @@ def _solve(at: Equations, g: float, right: np.ndarray, held: np.ndarray) -> np.n
     return np.linalg.solve(matrix, right[:, :, None])[..., 0]
 
 
-def _times(matrix: np.ndarray, vector: np.ndarray) -> np.ndarray:
+def _multiply(matrix: np.ndarray, vector: np.ndarray) -> np.ndarray:
     return (matrix @ vector[:, :, None])[..., 0]

@@ -1,4 +1,4 @@
-"""The straight fish cut into links and strips: what does not differ between simulations of one robot.
+"""Straight fish cut into links and strips: what does not differ between simulations of one robot.
 
 Planar vectors are complex numbers throughout the package, x + i y; a link's own axes are x along it, tailwards, and y
 across it. Every flexible gap of the tail bends at several hinges, evenly spread over its middle, each stiffer in
@@ -14,20 +14,22 @@ from swimcal.robot import RobotSpec
 
 HINGES_PER_GAP = 2
 FLEXIBLE_SHARE = 0.4
-"""Of every gap the middle part that bends; its ends are held stiff by the segments they are glued into. (Bending spread
-over whole gaps lets the pulled tendon fold the second one at once.)"""
+"""Share of every gap that bends, in its middle; its ends are held stiff by the segments they are glued into.
+
+Bending that is spread over whole gaps would let the pulled tendon fold the second one at once.
+"""
 _HEAD_STRIPS = 10
-_TAIL_STRIP_M = 0.008  # longest strip of tail and fin
+_TAIL_STRIP_M = 0.008  # No strip of tail and fin is longer.
 
 
 @dataclass(frozen=True, eq=False)
 class Strips:
-    """The wetted surface cut across: keel, tail, caudal fin, from nose to tail."""
+    """Wetted surface cut across: keel, tail, caudal fin, from nose to tail."""
 
     link: np.ndarray  # (s,) index of the link that carries the strip
     plate: np.ndarray  # (s,) index of the rigid plate that it is part of: of one link, and of keel, tail or fin
-    place_m: np.ndarray  # (s,) of its middle, from the link's origin, m
-    length_m: np.ndarray  # (s,) along the link, m
+    place_m: np.ndarray  # (s,) place of its middle, from the link's origin, m
+    length_m: np.ndarray  # (s,) length along the link, m
     half_height_m: np.ndarray  # (s,) m
     half_thickness_m: np.ndarray  # (s,) m
     half_chord_m: np.ndarray  # (s,) half the length of the plate that the strip is part of, m
@@ -37,43 +39,43 @@ class Strips:
 class Layout:
     """Links (l: the head, then one behind every hinge), strips (s) and tendon guides (g) of the straight fish."""
 
-    robot: RobotSpec  # that is cut
+    robot: RobotSpec  # robot that is cut
     hinges_per_gap: int  # hinges that represent one of the robot's
     origin_m: np.ndarray  # (l,) x of each link's origin, the head's at 0, the others' at their hinge, m
-    reach_m: np.ndarray  # (l,) from each link's origin to the next one's, m; 0 for the last
+    reach_m: np.ndarray  # (l,) distance from each link's origin to the next one's, m; 0 for the last
     # mass_kg, moment_kg_m, inertia_kg_m2: (l,) of each link, moment and inertia about its origin
     mass_kg: np.ndarray
     moment_kg_m: np.ndarray
     inertia_kg_m2: np.ndarray
-    strips: Strips  # of the surface
+    strips: Strips  # strips of the surface
     guide_link: np.ndarray  # (g,) link of each pair of tendon guides
-    guide_place_m: np.ndarray  # (g,) their distance behind the link's origin, m
-    guide_offset_m: np.ndarray  # (2, g) of either tendon's guide across the link, m
+    guide_place_m: np.ndarray  # (g,) distance of the guides behind the link's origin, m
+    guide_offset_m: np.ndarray  # (2, g) place of either tendon's guide across the link, m
 
     @property
     def hinges(self) -> int:
-        """How many."""
+        """Number of hinges."""
         return len(self.origin_m) - 1
 
     @property
     def gap_of_hinge(self) -> np.ndarray:
-        """(h,) which of the robot's hinges each one belongs to."""
+        """(h,) index of the robot's hinge that each one belongs to."""
         return np.arange(self.hinges) // self.hinges_per_gap
 
     def on_links(self, link: np.ndarray, kg: np.ndarray, place_m: np.ndarray) -> np.ndarray:
-        """(3, l) mass, first and second moment of masses that hang on links at places from their origins."""
+        """Return (3, l) mass, first and second moment of masses that hang on links at places from their origins."""
         added = np.zeros((3, self.hinges + 1))
         for order in range(3):
             np.add.at(added[order], link, kg * place_m**order)
         return added
 
     def link_of(self, body: str) -> int:
-        """Index of the link that represents one of the robot's rigid bodies."""
+        """Return the index of the link that represents one of the robot's rigid bodies."""
         return self.robot.links.index(body) * self.hinges_per_gap
 
 
 def lay_out(robot: RobotSpec, hinges_per_gap: int = HINGES_PER_GAP) -> Layout:
-    """Cuts a robot into links and strips."""
+    """Cut a robot into links and strips."""
     tail = robot.tail
     gaps = np.array([segment.gap_m for segment in tail.segment])
     spread = FLEXIBLE_SHARE * ((np.arange(hinges_per_gap) + 0.5) / hinges_per_gap - 0.5)
@@ -81,7 +83,7 @@ def lay_out(robot: RobotSpec, hinges_per_gap: int = HINGES_PER_GAP) -> Layout:
     guide_link = hinges_per_gap * (1 + np.arange(len(gaps)))
     guide_x = robot.segment_x_m[:, 1] - tail.guide_inset_m
     offset = np.array([s.guide_offset_m * (-1 if s.tendon_crosses else 1) for s in tail.segment])
-    mass, moment, inertia = _masses(robot, origin)
+    mass, moment, inertia = _sum_masses(robot, origin)
     return Layout(
         robot=robot,
         hinges_per_gap=hinges_per_gap,
@@ -90,15 +92,15 @@ def lay_out(robot: RobotSpec, hinges_per_gap: int = HINGES_PER_GAP) -> Layout:
         mass_kg=mass,
         moment_kg_m=moment,
         inertia_kg_m2=inertia,
-        strips=_strips(robot, origin),
+        strips=_cut_strips(robot, origin),
         guide_link=guide_link,
         guide_place_m=guide_x - origin[guide_link],
         guide_offset_m=np.stack([-offset, offset]),
     )
 
 
-def _masses(robot: RobotSpec, origin: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """(l,) mass, first and second moment of each link about its origin.
+def _sum_masses(robot: RobotSpec, origin: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return (l,) mass, first and second moment of each link about its origin.
 
     A segment's mass is spread evenly from the middle of the gap before it to the middle of the one behind, that of a
     flexible strip over its half of a gap.
@@ -117,7 +119,7 @@ def _masses(robot: RobotSpec, origin: np.ndarray) -> tuple[np.ndarray, np.ndarra
         inner = origin[(origin > start) & (origin < end)]
         for a, b in pairwise([start, *inner, end]):
             part_kg = kg * (b - a) / (end - start)
-            add(_link_at(origin, (a + b) / 2), part_kg, (a + b) / 2, part_kg * ((b - a) ** 2 + thickness**2) / 12)
+            add(_find_link(origin, (a + b) / 2), part_kg, (a + b) / 2, part_kg * ((b - a) ** 2 + thickness**2) / 12)
 
     for part in robot.head.part:
         (x, y, _), (half_x, half_y, _) = part.centre_m, part.half_size_m
@@ -132,15 +134,15 @@ def _masses(robot: RobotSpec, origin: np.ndarray) -> tuple[np.ndarray, np.ndarra
         (_, rear), width = robot.segment_x_m[i], segment.guide_plate_width_m
         plates_kg, across = 2 * robot.guide_plate_mass_kg(i), (segment.thickness_m + width) / 2
         own = (tail.guide_plate_length_m**2 + width**2) / 12 + across**2
-        add(_link_at(origin, rear), plates_kg, rear - tail.guide_inset_m, plates_kg * own)
+        add(_find_link(origin, rear), plates_kg, rear - tail.guide_inset_m, plates_kg * own)
     spread(fin.strip_mass_kg, robot.segment_x_m[-1, 1], robot.fin_root_x_m, 0.0)
     own = fin.mass_kg * (fin.chord_m**2 + fin.thickness_m**2) / 12
     add(len(origin) - 1, fin.mass_kg, robot.fin_root_x_m + fin.centre_m, own)
     return mass, moment, inertia
 
 
-def _strips(robot: RobotSpec, origin: np.ndarray) -> Strips:
-    """Keel and fin as plates of their own; of the tail, each piece between the middles of two gaps."""
+def _cut_strips(robot: RobotSpec, origin: np.ndarray) -> Strips:
+    """Cut keel and fin as plates of their own; of the tail, each piece between the middles of two gaps."""
     rows: list[tuple[float, ...]] = []
     plates = 0
 
@@ -151,7 +153,7 @@ def _strips(robot: RobotSpec, origin: np.ndarray) -> Strips:
         for low, high in pairwise(knots):
             edges = np.linspace(low, high, max(int(np.ceil((high - low) / longest - 1e-9)), 1) + 1)
             for a, b in pairwise(edges):
-                link = _link_at(origin, (a + b) / 2)
+                link = _find_link(origin, (a + b) / 2)
                 rows.append((link, plates, (a + b) / 2 - origin[link], b - a, *plate))
             plates += 1
 
@@ -169,6 +171,6 @@ def _strips(robot: RobotSpec, origin: np.ndarray) -> Strips:
     return Strips(link.astype(int), number.astype(int), *columns)
 
 
-def _link_at(origin: np.ndarray, x: float) -> int:
-    """The link that holds a place x on the straight fish; whatever is before the first hinge is the head's."""
+def _find_link(origin: np.ndarray, x: float) -> int:
+    """Return the link that holds a place x on the straight fish; whatever is before the first hinge is the head's."""
     return 0 if x < origin[1] else int(np.searchsorted(origin, x, side="right")) - 1

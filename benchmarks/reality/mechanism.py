@@ -1,4 +1,4 @@
-"""Where a mechanism enters: the five places at which the second simulator can be made to differ from its base state.
+"""Mechanism: the five places at which the second simulator can be made to differ from its base state.
 
 A mechanism is a frozen dataclass of numbers whose class overrides what it needs of `Mechanism`. All simulations of a
 batch with the same mechanism are handled together: in the hooks of a running simulation (start, advance, force, turn,
@@ -26,7 +26,7 @@ from benchmarks.reality.tendons import Turn
 @dataclass_transform(frozen_default=True)
 @dataclass(frozen=True)
 class Mechanism:
-    """Does nothing: the base of all mechanisms, frozen dataclasses by that. Its own state is (n, k), here with k = 0.
+    """Base of all mechanisms, frozen dataclasses by that; it does nothing. Its own state is (n, k), here with k = 0.
 
     What the hooks of a running simulation are shown is that of all: they answer with arrays of their own.
     """
@@ -35,39 +35,39 @@ class Mechanism:
         dataclass(frozen=True, kw_only=kw_only)(cls)
 
     def prepare(self, parameters: Parameters, layout: Layout) -> Parameters:  # noqa: ARG002
-        """(1) Changes the parameters (one row) of a simulation before it starts."""
+        """Change the parameters (one row) of a simulation before it starts: place 1."""
         return parameters
 
     def start(self, now: Instant) -> np.ndarray:
-        """(n, k) own state at the start."""
+        """Return the (n, k) own state at the start."""
         return np.zeros((len(now.time_s), 0))
 
     def advance(self, now: Instant, state: np.ndarray, step_s: float) -> np.ndarray:  # noqa: ARG002
-        """(n, k) own state a step later; in between it is constant."""
+        """Return the (n, k) own state a step later; in between it is constant."""
         return state
 
     def force(self, now: Instant, state: np.ndarray) -> np.ndarray:
-        """(2) (n, N) generalised force that comes on top."""
+        """Return the (n, N) generalised force that comes on top: place 2."""
         raise NotImplementedError
 
     def turn(self, time_s: np.ndarray, turn: Turn, state: np.ndarray) -> Turn:
-        """(3) How the crank turns at times (n, 1), in place of what was asked of it."""
+        """Return how the crank turns at times (n, 1), in place of what was asked of it: place 3."""
         raise NotImplementedError
 
     def water(self, now: Instant, forces: StripForces, state: np.ndarray) -> StripForces:
-        """(4) Forces of the water on the strips, in place of the quasi-steady ones."""
+        """Return the forces of the water on the strips, in place of the quasi-steady ones: place 4."""
         raise NotImplementedError
 
     def expose(self, time_s: np.ndarray) -> np.ndarray:
-        """(5a) (f,) when light fell on the frames that are stamped with times (f,), s; not before the start."""
+        """Return (f,) when light fell on frames stamped with times (f,), s; not before the start: place 5a."""
         return time_s
 
     def place(self, sight: Sight) -> Sight:
-        """(5b) Moves the markers of one simulation in the pool before they are seen."""
+        """Move the markers of one simulation in the pool before they are seen: place 5b."""
         return sight
 
     def picture(self, picture: Picture) -> Picture:
-        """(5c) Changes what the camera made of them: times and pixels."""
+        """Change what the camera made of them, times and pixels: place 5c."""
         return picture
 
 
@@ -76,13 +76,13 @@ AtStrength = Callable[[float], tuple[Mechanism, ...]]
 
 
 class Wearing(Mechanism, kw_only=True):
-    """Begins where the trials of a session before left it: what slackens, slips or breaks does not mend."""
+    """Mechanism that begins where the trials before left it: what slackens, slips or breaks does not mend."""
 
-    before_s: float = 0.0  # that the robot has been in use in this session before the first frame
+    before_s: float = 0.0  # time that the robot has been in use in this session before the first frame
 
 
 def worn(mechanisms: Iterable[Mechanism], before_s: float) -> tuple[Mechanism, ...]:
-    """The same after a time in use, s; those that do not wear stay as they are."""
+    """Return the mechanisms after a time in use, s; those that do not wear stay as they are."""
     return tuple(replace(each, before_s=before_s) if isinstance(each, Wearing) else each for each in mechanisms)
 
 
@@ -90,13 +90,13 @@ def worn(mechanisms: Iterable[Mechanism], before_s: float) -> tuple[Mechanism, .
 class Group:
     """One class of mechanism in the rows of a batch that have it."""
 
-    mechanism: Mechanism  # with a field (r, 1) for each of its numbers
-    # (r,) of the batch; a slice where they are side by side, whose part of an array costs nothing
+    mechanism: Mechanism  # mechanism with a field (r, 1) for each of its numbers
+    # (r,) rows of the batch; a slice where they are side by side, whose part of an array costs nothing
     rows: np.ndarray | slice
-    parameters: Parameters  # of these rows
+    parameters: Parameters  # parameters of these rows
 
     def overrides(self, hook: str) -> bool:
-        """Whether this class does anything there."""
+        """Return whether this class does anything there."""
         return getattr(type(self.mechanism), hook) is not getattr(Mechanism, hook)
 
     @cached_property
@@ -105,39 +105,39 @@ class Group:
         return any(map(self.overrides, ("force", "water", "advance")))
 
     def seen(self, now: Instant) -> Instant:
-        """The instant, its own rows alone."""
+        """Return the instant, its own rows alone."""
         whole = len(self.parameters) == len(now.time_s)
         return now if whole else rows_of(now, self.rows, parameters=self.parameters)
 
 
 def grouped(mechanisms: Sequence[Sequence[Mechanism]], parameters: Parameters) -> list[Group]:
-    """Mechanisms of n simulations by class and what is no number in them; a second alike in a group of its own."""
+    """Group mechanisms of n simulations by class and what is no number in them; a second alike gets another group."""
     members: dict[tuple[str, ...], list[tuple[int, Mechanism]]] = {}
     for row, each in enumerate(mechanisms):
         count: Counter[tuple[str, ...]] = Counter()
         for mechanism in each:
-            kind = _kind(mechanism)
+            kind = _describe_kind(mechanism)
             members.setdefault((*kind, str(count[kind])), []).append((row, mechanism))
             count[kind] += 1
     groups = []
     for listed in members.values():
-        rows = _side_by_side([row for row, _ in listed])
-        groups.append(Group(_together([mechanism for _, mechanism in listed]), rows, rows_of(parameters, rows)))
+        rows = _merge_rows([row for row, _ in listed])
+        groups.append(Group(_join([mechanism for _, mechanism in listed]), rows, rows_of(parameters, rows)))
     return groups
 
 
-def _side_by_side(rows: list[int]) -> np.ndarray | slice:
-    """Rows in rising order, as a slice where none is left out."""
+def _merge_rows(rows: list[int]) -> np.ndarray | slice:
+    """Return rows in rising order, as a slice where none is left out."""
     first, beyond = rows[0], rows[-1] + 1
     return slice(first, beyond) if beyond - first == len(rows) else np.array(rows)
 
 
-def _kind(mechanism: Mechanism) -> tuple[str, ...]:
+def _describe_kind(mechanism: Mechanism) -> tuple[str, ...]:
     others = [getattr(mechanism, f.name) for f in fields(mechanism) if not _is_number(getattr(mechanism, f.name))]
     return (type(mechanism).__module__, type(mechanism).__qualname__, *map(repr, others))
 
 
-def _together(mechanisms: list[Mechanism]) -> Mechanism:
+def _join(mechanisms: list[Mechanism]) -> Mechanism:
     numbers = [f.name for f in fields(mechanisms[0]) if _is_number(getattr(mechanisms[0], f.name))]
     columns = {name: np.array([getattr(mechanism, name) for mechanism in mechanisms])[:, None] for name in numbers}
     return replace(mechanisms[0], **columns)

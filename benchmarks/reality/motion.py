@@ -1,4 +1,4 @@
-"""The equations of motion of n simulations at an instant, ready for the integrator."""
+"""Equations of motion of n simulations at an instant, ready for the integrator."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -25,8 +25,8 @@ class Equations:
     stiffness: np.ndarray
     damping: np.ndarray
     force_rate: np.ndarray  # (n, N) slope of the force over time where the fish does not move
-    now: Instant  # what they hold for
-    # the same for each group of mechanisms that acts while it swims, its rows alone; the whole for others
+    now: Instant  # instant that they hold for
+    # the same instant for each group of mechanisms that acts while it swims, its rows alone; the whole for others
     seen: list[Instant]
 
 
@@ -34,11 +34,11 @@ class Motion:
     """n simulations of one layout: parameters, commanded cranks, mechanisms.
 
     Args:
-        layout: of the fish.
+        layout: layout of the fish.
         parameters: n rows, already prepared by the mechanisms.
         frequency_hz: (n,) turns of the crank a second.
-        phase_rad: (n,) its angle at time 0.
-        mechanisms: n tuples.
+        phase_rad: (n,) angles of the crank at time 0.
+        mechanisms: n tuples of the mechanisms that act.
     """
 
     def __init__(
@@ -57,15 +57,15 @@ class Motion:
         self._reactive = ReactiveWater(layout, parameters, self.chain) if parameters.added_mass_reaction.any() else None
         self._speed, self._phase = 2 * np.pi * frequency_hz[:, None], phase_rad[:, None]
         p = parameters
-        self._hinge_stiffness = _between_links(p.hinge_stiffness_n_m + p.extra_implicit_stiffness_n_m)
-        self._hinge_damping = _between_links(p.hinge_damping_n_m_s + p.extra_implicit_damping_n_m_s)
+        self._hinge_stiffness = _couple_links(p.hinge_stiffness_n_m + p.extra_implicit_stiffness_n_m)
+        self._hinge_damping = _couple_links(p.hinge_damping_n_m_s + p.extra_implicit_damping_n_m_s)
 
     def commanded(self, time_s: np.ndarray) -> Turn:
-        """How the cranks are asked to turn at times (n, 1): evenly."""
+        """Return how the cranks are asked to turn at times (n, 1): evenly."""
         return Turn(self._phase + self._speed * time_s, self._speed)
 
     def turn(self, time_s: np.ndarray, states: list[np.ndarray]) -> Turn:
-        """How the cranks turn at times (n, 1)."""
+        """Return how the cranks turn at times (n, 1)."""
         even = self.commanded(time_s)
         angle, speed = even.angle_rad, even.speed_rad_s.copy()
         for group, state in zip(self.groups, states, strict=True):
@@ -76,13 +76,13 @@ class Motion:
         return Turn(angle, speed)
 
     def start_states(self, time_s: np.ndarray, position: np.ndarray, velocity: np.ndarray) -> list[np.ndarray]:
-        """Own state of each group of mechanisms; the crank is as commanded here."""
+        """Return the own state of each group of mechanisms; the crank is as commanded here."""
         even = self.commanded(time_s)
-        now = self._instant(time_s, position, velocity, even, even, 1.0)
+        now = self._build_instant(time_s, position, velocity, even, even, 1.0)
         return [group.mechanism.start(group.seen(now)) for group in self.groups]
 
     def advanced(self, at: Equations, states: list[np.ndarray], step_s: float) -> list[np.ndarray]:
-        """The mechanisms' own states a step later."""
+        """Return the mechanisms' own states a step later."""
         return [
             group.mechanism.advance(seen, state, step_s) if group.overrides("advance") else state
             for group, seen, state in zip(self.groups, at.seen, states, strict=True)
@@ -91,28 +91,28 @@ class Motion:
     def equations(
         self, time_s: np.ndarray, position: np.ndarray, velocity: np.ndarray, states: list[np.ndarray], step_s: float
     ) -> Equations:
-        """At times (n, 1), coordinates (n, N) and rates (n, N); the step sets how far the force's rate looks."""
-        now = self._instant(
+        """Build the equations at times (n, 1), coordinates and rates (n, N), force rates taken over a step."""
+        now = self._build_instant(
             time_s, position, velocity, self.turn(time_s, states), self.turn(time_s + step_s, states), step_s
         )
         pose, pull = now.pose, now.pull
         mass, force = self.chain.inertia(pose)
-        force += now.bend(self._hinge_torque(pose)) + now.tighten(pull.tension_n)
+        force += now.bend(self._compute_hinge_torque(pose)) + now.tighten(pull.tension_n)
         water = now.water
         seen_by_all = [group.seen(now) if group.acts else now for group in self.groups]
         for group, seen, state in zip(self.groups, seen_by_all, states, strict=True):
             if group.overrides("water"):
-                water = _replaced(water, group, group.mechanism.water(seen, rows_of(water, group.rows), state))
+                water = _replace_rows(water, group, group.mechanism.water(seen, rows_of(water, group.rows), state))
             if group.overrides("force"):
                 force[group.rows] += group.mechanism.force(seen, state)
         force += self._water.on_links(pose, water)
         if self._reactive is not None:
             mass += self._reactive.inertia(pose)
             force += self._reactive.force(pose, now.flow)
-        stiffness, damping = self._implicit(now, pull)
+        stiffness, damping = self._linearise(now, pull)
         return Equations(mass, force, stiffness, damping, now.tighten(pull.tension_rate_n_s), now, seen_by_all)
 
-    def _instant(
+    def _build_instant(
         self, time_s: np.ndarray, position: np.ndarray, velocity: np.ndarray, turn: Turn, later: Turn, step_s: float
     ) -> Instant:
         pose = self.chain.pose(position, velocity)
@@ -129,13 +129,13 @@ class Motion:
             chain=self.chain,
         )
 
-    def _hinge_torque(self, pose: Pose) -> np.ndarray:
+    def _compute_hinge_torque(self, pose: Pose) -> np.ndarray:
         p = self.parameters
         bent = pose.hinge_rad - p.hinge_rest_rad
         return -p.hinge_stiffness_n_m * bent - p.hinge_damping_n_m_s * pose.hinge_rate_rad_s
 
-    def _implicit(self, now: Instant, pull: Pull) -> tuple[np.ndarray, np.ndarray]:
-        """(n, N, N) stiffness and damping of hinges and tendons, and of the water against motion."""
+    def _linearise(self, now: Instant, pull: Pull) -> tuple[np.ndarray, np.ndarray]:
+        """Return (n, N, N) stiffness and damping of hinges and tendons, and of the water against motion."""
         gradient = pull.gradient_m
         along, p = np.swapaxes(gradient, 1, 2), self.parameters
         stiffness = self._hinge_stiffness + (along * p.tendon_stiffness_n_m[:, None]) @ gradient
@@ -143,15 +143,15 @@ class Motion:
         return stiffness, damping + self._water.resistance(now.pose, now.flow)
 
 
-def _replaced(forces: StripForces, group: Group, by: StripForces) -> StripForces:
-    """The forces on all strips, those in the group's rows exchanged."""
+def _replace_rows(forces: StripForces, group: Group, by: StripForces) -> StripForces:
+    """Return the forces on all strips, those in the group's rows exchanged."""
     along, across, torque = forces.along_n.copy(), forces.across_n.copy(), forces.torque_n_m.copy()
     along[group.rows], across[group.rows], torque[group.rows] = by.along_n, by.across_n, by.torque_n_m
     return StripForces(along, across, torque)
 
 
-def _between_links(values: np.ndarray) -> np.ndarray:
-    """(n, N, N) matrix of springs or dampers (n, h) between neighbouring links."""
+def _couple_links(values: np.ndarray) -> np.ndarray:
+    """Return the (n, N, N) matrix of springs or dampers (n, h) between neighbouring links."""
     hinges = values.shape[1]
     apart = np.diff(np.eye(hinges + 1), axis=0)  # (h, l)
     matrix = np.zeros((len(values), hinges + 3, hinges + 3))

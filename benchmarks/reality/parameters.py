@@ -1,4 +1,4 @@
-"""The numbers that differ between simulations: one row each, made from the layout, then changed by whoever likes."""
+"""Numbers that differ between simulations: one row each, made from the layout, then changed by whoever likes."""
 
 from dataclasses import dataclass, fields, replace
 from typing import Self
@@ -16,26 +16,26 @@ class Parameters:
     link_mass_kg: np.ndarray
     link_moment_kg_m: np.ndarray
     link_inertia_kg_m2: np.ndarray
-    hinge_stiffness_n_m: np.ndarray  # (n, h) per rad
-    hinge_damping_n_m_s: np.ndarray  # (n, h) per rad
+    hinge_stiffness_n_m: np.ndarray  # (n, h) stiffness, per rad
+    hinge_damping_n_m_s: np.ndarray  # (n, h) damping, per rad
     hinge_rest_rad: np.ndarray  # (n, h) angle at which a hinge's spring is at rest
     # tendon_stiffness_n_m, tendon_damping_n_s_m: (n, 2), left and right
     tendon_stiffness_n_m: np.ndarray
     tendon_damping_n_s_m: np.ndarray
     tendon_extra_m: np.ndarray  # (n, 2) free length beyond that of the straight fish
-    anchor_radius_m: np.ndarray  # (n, 2) from the shaft to each tendon's anchor
+    anchor_radius_m: np.ndarray  # (n, 2) distance from the shaft to each tendon's anchor
     coefficients: np.ndarray  # (n, 5, s) blunt, slender and angular drag, Kutta and Magnus lift, on each strip
-    density_kg_m3: np.ndarray  # (n, 1) of the fluid; 0 in air
-    # (n, 1) by how much more of the height of every strip is wet; mechanisms with heights in them keep to the described
-    # ones, as their strengths do
+    density_kg_m3: np.ndarray  # (n, 1) density of the fluid; 0 in air
+    # (n, 1) additional wet height of every strip, m. Mechanisms with heights in them keep to the described ones, as
+    # their strengths do.
     sunk_m: np.ndarray
-    # (n, s) share at each strip, 0 to 1, of elongated body theory's reactive force; see `reality.fluid`
+    # (n, s) share at each strip, 0 to 1, of elongated body theory's reactive force; see `benchmarks.reality.fluid`
     added_mass_reaction: np.ndarray
     current_m_s: np.ndarray  # (n, 1) velocity of the water in the pool, complex
     head_clamped: np.ndarray  # (n, 1) whether the head is held where it is
     marker_m: np.ndarray  # (n, m) places from the origin of their link, in its axes, complex
-    # extra_implicit_stiffness_n_m, extra_implicit_damping_n_m_s: (n, h) what a mechanism's own torques add at the
-    # hinges at most, so that the integrator stays stable; they exert nothing themselves
+    # extra_implicit_stiffness_n_m, extra_implicit_damping_n_m_s: (n, h) largest additions by a mechanism's own torques
+    # at the hinges, so that the integrator stays stable. They exert nothing themselves.
     extra_implicit_stiffness_n_m: np.ndarray
     extra_implicit_damping_n_m_s: np.ndarray
 
@@ -43,7 +43,7 @@ class Parameters:
         return len(self.link_mass_kg)
 
     def reweighed(self, factor: np.ndarray | float, added: np.ndarray) -> Self:
-        """All masses times a factor (l,), with mass, first and second moment (3, l) of more on the links."""
+        """Scale all masses by a factor (l,), and add mass, first and second moment (3, l) of more on the links."""
         return replace(
             self,
             link_mass_kg=self.link_mass_kg * factor + added[0],
@@ -52,7 +52,7 @@ class Parameters:
         )
 
     def taken_implicitly(self, stiffness: np.ndarray | float = 0.0, damping: np.ndarray | float = 0.0) -> Self:
-        """With what more of a mechanism's torques at the hinges the integrator is to take implicitly."""
+        """Add what more of a mechanism's torques at the hinges the integrator is to take implicitly."""
         return replace(
             self,
             extra_implicit_stiffness_n_m=self.extra_implicit_stiffness_n_m + stiffness,
@@ -61,12 +61,12 @@ class Parameters:
 
     @classmethod
     def stacked(cls, parts: list[Self]) -> Self:
-        """All rows of all parts, in order."""
+        """Stack all rows of all parts, in order."""
         return cls(**{f.name: np.concatenate([getattr(part, f.name) for part in parts]) for f in fields(cls)})
 
 
 def nominal_parameters(layout: Layout, markers: tuple[str, ...], coefficients: tuple[float, ...]) -> Parameters:
-    """One row: the robot as described, swimming in still water, its markers in the plane of the scale."""
+    """Build one row: the robot as described, swimming in still water, its markers in the plane of the scale."""
     robot, hinges = layout.robot, layout.hinges
     each = layout.hinges_per_gap  # hinges in series: each stiffer by their number
     link = np.array([layout.link_of(robot.markers[name].body) for name in markers])

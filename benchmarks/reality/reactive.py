@@ -1,4 +1,4 @@
-"""The reactive force of elongated bodies, with the water's reaction to acceleration: an effect, off in the base state.
+"""Reactive force of elongated bodies, with the water's reaction to acceleration: an effect, off in the base state.
 
 Lighthill, "Large-amplitude elongated-body theory of fish locomotion", Proc. R. Soc. B 179 (1971): a slice of water at
 a strip holds the momentum m w n across it, m = pi rho h^2 per unit of length, w the strip's velocity across its link.
@@ -31,7 +31,7 @@ class ReactiveWater:
         self._moments = [(mass * strips.place_m**k) @ self._of_link for k in (0, 1, 2)]  # (n, l)
 
     def inertia(self, pose: Pose) -> np.ndarray:
-        """(n, N, N) added mass matrix."""
+        """Return the (n, N, N) added mass matrix."""
         mass, first, second = self._moments
         gradient = self._chain.across(pose)  # (n, N, l)
         added = (gradient * mass[:, None]) @ np.swapaxes(gradient, 1, 2)
@@ -43,7 +43,7 @@ class ReactiveWater:
         return added
 
     def force(self, pose: Pose, flow: Flow) -> np.ndarray:
-        """(n, N) generalised force, less what `inertia` times the coordinates' acceleration gives."""
+        """Return the (n, N) generalised force, less what `inertia` times the coordinates' acceleration gives."""
         link, length = self._strips.link, self._strips.length_m
         m, along, across, rate = self._per_length, flow.along_m_s, flow.across_m_s, flow.rate_rad_s
         direction = pose.direction[:, link]

@@ -1,4 +1,4 @@
-"""What is kept of a running batch, and read off between the kept instants."""
+"""Record of a running batch, which is read off between the kept instants."""
 
 from dataclasses import dataclass
 
@@ -6,17 +6,19 @@ import numpy as np
 
 from benchmarks.reality.instant import Instant
 
-_KEEP_S = 0.004  # between kept instants
-_PLAUSIBLE_RAD, _PLAUSIBLE_M = np.pi, 20.0  # of a hinge, of the head's way: beyond, a simulation has blown up
+_KEEP_S = 0.004  # Instants are kept at this interval.
+# A simulation has blown up where a hinge bends further, or the head gets further.
+_PLAUSIBLE_RAD = np.pi
+_PLAUSIBLE_M = 20.0
 
 
 @dataclass(frozen=True, eq=False)
 class Drive:
     """The crank as a motor's log might show it, every 4 ms from the run-in to the end of its trial."""
 
-    time_s: np.ndarray  # (k,) since the first frame, s
+    time_s: np.ndarray  # (k,) times since the first frame, s
     angle_rad: np.ndarray  # (k,)
-    torque_n_m: np.ndarray  # (k,) that the tendons ask of the motor
+    torque_n_m: np.ndarray  # (k,) torques that the tendons ask of the motor
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,7 +26,7 @@ class Record:
     """n simulations at k instants, evenly apart."""
 
     start_s: np.ndarray  # (n, 1) time of the first instant
-    step_s: float  # between instants
+    step_s: float  # interval between instants
     # position, velocity: (n, k, N) coordinates and their rates
     position: np.ndarray
     velocity: np.ndarray
@@ -41,7 +43,7 @@ class Record:
         return ~bounded
 
     def coordinates(self, row: int, time_s: np.ndarray) -> np.ndarray:
-        """(f, N) coordinates at times (f,): cubic Hermite polynomials, through places and rates."""
+        """Return (f, N) coordinates at times (f,): cubic Hermite polynomials, through places and rates."""
         where = (time_s - self.start_s[row, 0]) / self.step_s
         low = np.clip(np.floor(where).astype(int), 0, self.position.shape[1] - 2)
         t = (where - low)[:, None]
@@ -54,26 +56,26 @@ class Record:
         )
 
     def drive(self, row: int, end_s: float) -> Drive:
-        """The crank of one simulation until just after `end_s`, however long the others of its batch go on."""
+        """Return the crank of one simulation until just after `end_s`, however long the others of its batch go on."""
         time_s = self.start_s[row, 0] + self.step_s * np.arange(self.crank_rad.shape[1])
         own = time_s < end_s + self.step_s
         return Drive(time_s[own], self.crank_rad[row, own], self.crank_torque_n_m[row, own])
 
 
 class Recorder:
-    """Keeps every few steps of a batch, by the integrator's step."""
+    """Recorder of every few steps of a batch, by the integrator's step."""
 
     def __init__(self, step_s: float) -> None:
         self._every, self._step_s = max(int(_KEEP_S / step_s + 1e-9), 1), step_s
         self._kept: list[tuple[np.ndarray, ...]] = []
 
     def add(self, k: int, now: Instant, position: np.ndarray, velocity: np.ndarray) -> None:
-        """The state at step k, and the instant it belongs to."""
+        """Add the state at step k, and the instant it belongs to."""
         if k % self._every == 0:
             turn, torque = now.turn.angle_rad[:, 0], now.pull.crank_torque_n_m[:, 0]
             self._kept.append((position, velocity, turn, torque))
 
     def finished(self, start_s: np.ndarray) -> Record:
-        """All that was kept, since times (n, 1)."""
+        """Return all that was kept, since times (n, 1)."""
         series = (np.stack(values, axis=1) for values in zip(*self._kept, strict=True))
         return Record(start_s, self._every * self._step_s, *series)

@@ -1,4 +1,4 @@
-"""Simulates trials: batches of them at once, filmed by their worlds' cameras."""
+"""Simulation of trials: batches of them at once, filmed by their worlds' cameras."""
 
 from collections.abc import Callable, Sequence
 
@@ -17,7 +17,8 @@ from swimcal.robot import load_robot
 
 STEP_S = 0.001
 _BATCH = 256
-_SPARE_S = 0.01  # simulated beyond a trial's end and last frame, which must be between two kept instants
+# A batch goes on for this long after a trial's end and last frame, which must be between two kept instants.
+_SPARE_S = 0.01
 
 
 def simulate(
@@ -28,13 +29,13 @@ def simulate(
     *,
     allow_divergence: bool = False,
 ) -> list[Recording]:
-    """Recordings of the trials, in their order, each in its world.
+    """Simulate trials, each in its world; return their recordings in the same order.
 
     Args:
         trials: worlds and what is done in them, in any mix.
         markers: names of the markers wanted; default all of the robot's.
-        step_s: of the integrator.
-        hinges_per_gap: hinges for each of the robot's.
+        step_s: step of the integrator, s.
+        hinges_per_gap: number of hinges for each of the robot's.
         allow_divergence: what blows up becomes nan instead of an error.
 
     Raises:
@@ -42,7 +43,7 @@ def simulate(
     """
     robot = load_robot()
     layout, names = lay_out(robot, hinges_per_gap), markers or tuple(robot.markers)
-    order = sorted(range(len(trials)), key=lambda i: _company(*trials[i]))
+    order = sorted(range(len(trials)), key=lambda i: _compute_order(*trials[i]))
     recordings: dict[int, Recording] = {}
     for first in range(0, len(trials), _BATCH):
         rows = order[first : first + _BATCH]
@@ -53,13 +54,13 @@ def simulate(
     return [recordings[i] for i in range(len(trials))]
 
 
-def _company(world: World, trial: Trial) -> tuple[int, list[str]]:
-    """Order in which trials go into batches: similar in length and mechanisms, so that a batch costs less."""
+def _compute_order(world: World, trial: Trial) -> tuple[int, list[str]]:
+    """Return a key that sorts trials into batches: similar in length and mechanisms, so that a batch costs less."""
     return -int(np.ceil(trial.lead_s + trial.duration_s)), sorted(type(m).__qualname__ for m in world.mechanisms)
 
 
 def cranks(trials: Sequence[tuple[World, Trial]]) -> tuple[np.ndarray, np.ndarray]:
-    """(n,) turns a second of each trial's crank, as commanded, and its angle at time 0."""
+    """Return (n,) turns a second of each trial's crank, as commanded, and its angle at time 0."""
     return np.array([trial.frequency_hz for _, trial in trials]), np.array([trial.phase_rad for _, trial in trials])
 
 
@@ -71,15 +72,15 @@ def filmed(
     allow_divergence: bool,
     before_step: Callable[[int, np.ndarray, np.ndarray], None] = lambda *_: None,
 ) -> list[Recording]:
-    """Runs a batch until every trial's end and last frame, and films each by the camera of its world.
+    """Run a batch until every trial's end and last frame, and film each by the camera of its world.
 
     Args:
-        motion: of the trials, in their order.
-        trials: n of them.
-        markers: names of those wanted.
-        step_s: of the integrator.
+        motion: equations of motion of the trials, in their order.
+        trials: n worlds, each with its trial.
+        markers: names of the markers wanted.
+        step_s: step of the integrator, s.
         allow_divergence: what blows up becomes nan instead of an error.
-        before_step: is shown the number of each step, and coordinates and rates (n, N) then.
+        before_step: called with the number of each step, and coordinates and rates (n, N) then.
     """
     made = [trial for _, trial in trials]
     start_s = -np.array([[trial.lead_s] for trial in made])
@@ -105,7 +106,7 @@ def filmed(
 
 
 def divergence(trials: Sequence[Trial], lost: np.ndarray, step_s: float = STEP_S) -> SimulationDiverged:
-    """What to raise of trials of which some, (n,) marked, blew up."""
+    """Return the error to raise of trials of which some, (n,) marked, blew up."""
     first = trials[int(np.flatnonzero(lost)[0])]
     return SimulationDiverged(
         f"{int(lost.sum())} of {len(trials)} reference simulations diverged; the first a {first.kind} at "
@@ -114,7 +115,7 @@ def divergence(trials: Sequence[Trial], lost: np.ndarray, step_s: float = STEP_S
 
 
 def start_of(motion: Motion, trials: Sequence[Trial], time_s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """(n, N) coordinates and rates at times (n, 1): the tail in balance with its tendons, or held bent."""
+    """Return (n, N) coordinates and rates at times (n, 1): the tail in balance with its tendons, or held bent."""
     layout, each = motion.layout, motion.layout.hinges_per_gap
     hinges, hinge_rates = balanced_hinges(layout, motion.parameters, motion.commanded(time_s))
     position, velocity = np.zeros((2, len(trials), layout.hinges + 3))

@@ -1,4 +1,4 @@
-"""The two tendons: from the crank's anchors through the guides, springs and dampers along their path, both ways."""
+"""Two tendons: from the crank's anchors through the guides, springs and dampers along their path, both ways."""
 
 from dataclasses import dataclass
 
@@ -8,12 +8,12 @@ from benchmarks.reality.body import Chain, Pose
 from benchmarks.reality.layout import Layout
 from benchmarks.reality.parameters import Parameters
 
-_SIDES = np.array([-1.0, 1.0])  # left is -y, as the robot heads for -x
+_SIDES = np.array([-1.0, 1.0])  # Left is -y, as the robot heads for -x.
 
 
 @dataclass(frozen=True, eq=False)
 class Turn:
-    """The crank at an instant: angle (n, 1) rad, 0 with its arms upright, and speed (n, 1) rad/s."""
+    """Crank at an instant: angle (n, 1) rad, 0 with its arms upright, and speed (n, 1) rad/s."""
 
     angle_rad: np.ndarray
     speed_rad_s: np.ndarray
@@ -21,13 +21,13 @@ class Turn:
 
 @dataclass(frozen=True, eq=False)
 class Pull:
-    """The tendons at an instant."""
+    """Tendons at an instant."""
 
     stretch_m: np.ndarray  # (n, 2) length beyond the free length
-    rate_m_s: np.ndarray  # (n, 2) at which it grows
+    rate_m_s: np.ndarray  # (n, 2) rate at which the stretch grows
     tension_n: np.ndarray  # (n, 2)
-    gradient_m: np.ndarray  # (n, 2, N) of the length to the coordinates
-    per_turn_m: np.ndarray  # (n, 2) of the length to the crank's angle, per rad
+    gradient_m: np.ndarray  # (n, 2, N) gradient of the length to the coordinates
+    per_turn_m: np.ndarray  # (n, 2) slope of the length to the crank's angle, per rad
     tension_rate_n_s: np.ndarray  # (n, 2) growth of the tension by the crank's turning alone
 
     @property
@@ -51,23 +51,23 @@ class Tendons:
         straight = np.concatenate([[0.0], layout.origin_m[layout.guide_link]]) + 0j
         guides = np.broadcast_to(straight[1:] + self._guide_m, (len(parameters), *self._guide_m.shape))
         upright = Turn(np.zeros((len(parameters), 1)), np.zeros((len(parameters), 1)))
-        first = self._first_span(guides[:, :, 0], upright)[0]
+        first = self._measure_first_span(guides[:, :, 0], upright)[0]
         self._free_m = first + np.abs(np.diff(guides)).sum(axis=2) + parameters.tendon_extra_m
 
     def pull(self, pose: Pose, turn: Turn, later: Turn, step_s: float) -> Pull:
-        """The tendons in a pose, with the crank now and a step later."""
+        """Return the tendons in a pose, with the crank now and a step later."""
         direction = pose.direction[:, None, self._links[1:]]
         arm = direction * self._guide_m  # (n, 2, g) pool axes, from the links' origins
         guide = pose.origin_m[:, None, self._links[1:]] + arm
         head = pose.direction[:, :1]
         seen = (guide[:, :, 0] - pose.origin_m[:, :1]) * head.conj()  # first guide in the head's axes
-        first, unit, per_turn = self._first_span(seen, turn)
+        first, unit, per_turn = self._measure_first_span(seen, turn)
         span = np.diff(guide)
         length = np.abs(span)
         stretch = first + length.sum(axis=2) - self._free_m
         units = np.concatenate([(unit * head)[:, :, None], span / length], axis=2)  # (n, 2, g) along each span
-        gradient = self._gradient(pose, units, arm, turn)
-        later_first, _, later_per_turn = self._first_span(seen, later)
+        gradient = self._compute_gradient(pose, units, arm, turn)
+        later_first, _, later_per_turn = self._measure_first_span(seen, later)
         speed = pose.velocity_m_s[:, :1]
         moved = (gradient @ np.concatenate([speed.real, speed.imag, pose.rate_rad_s], axis=1)[:, :, None])[..., 0]
         rate = moved + per_turn * turn.speed_rad_s
@@ -81,8 +81,8 @@ class Tendons:
             tension_rate_n_s=(self._stiffness * (later_first - first) + self._damping * growth) / step_s,
         )
 
-    def _first_span(self, guide: np.ndarray, turn: Turn) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """(n, 2) length from anchor to the first guide (n, 2; head's axes), its unit vector, its slope over the angle.
+    def _measure_first_span(self, guide: np.ndarray, turn: Turn) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return (n, 2) lengths from anchor to first guide (n, 2; head's axes), unit vectors, slopes over the angle.
 
         The anchors circle in the plane of x and z; the guides stay at z = 0, so the unit vector is shorter than one.
         """
@@ -93,8 +93,8 @@ class Tendons:
         slope = -(span.real * self._radius_m * cos + height * self._radius_m * sin) / length
         return length, span / length, slope
 
-    def _gradient(self, pose: Pose, units: np.ndarray, arm: np.ndarray, turn: Turn) -> np.ndarray:
-        """(n, 2, N) of the lengths: a tendon grows where its guides move along the spans that end there."""
+    def _compute_gradient(self, pose: Pose, units: np.ndarray, arm: np.ndarray, turn: Turn) -> np.ndarray:
+        """Return the (n, 2, N) gradient of lengths: a tendon grows as guides move along the spans that end there."""
         links = pose.direction.shape[1]
         force = np.zeros((*units.shape[:2], links), complex)
         torque = np.zeros(force.shape)

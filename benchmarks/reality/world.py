@@ -16,7 +16,7 @@ TrialKind = Literal["swim", "dry", "free_decay"]
 
 @dataclass(frozen=True)
 class Nuisances:
-    """How this robot departs from its description, within the tolerance of its maker."""
+    """Departures of this robot from its description, within the tolerance of its maker."""
 
     # head_mass, tail_mass: factors of mass, moment and inertia
     head_mass: float = 1.0
@@ -24,21 +24,21 @@ class Nuisances:
     # hinge_stiffness, hinge_damping: factors, common to all hinges
     hinge_stiffness: float = 1.0
     hinge_damping: float = 1.0
-    sunk_m: float = 0.0  # how much deeper it floats, m
-    # by marker, where it sits off its published place, along and across its link, m
+    sunk_m: float = 0.0  # depth by which it floats deeper, m
+    # offset of each marker from its published place, along and across its link, m
     marker_shift_m: dict[str, tuple[float, float]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
 class World:
-    """What is the same in all trials of a session."""
+    """State that is the same in all trials of a session."""
 
-    # blunt, slender and angular drag, Kutta and Magnus lift; see `reality.fluid`
+    # blunt, slender and angular drag, Kutta and Magnus lift; see `benchmarks.reality.fluid`
     coefficients: tuple[float, float, float, float, float]
-    nuisances: Nuisances = field(default_factory=Nuisances)  # of the robot
-    mechanisms: tuple[Mechanism, ...] = ()  # that act; none in the base state
-    camera: Camera = field(default_factory=Camera)  # above the pool
-    noise: PixelNoise = field(default_factory=PixelNoise)  # of the tracker
+    nuisances: Nuisances = field(default_factory=Nuisances)  # nuisances of the robot
+    mechanisms: tuple[Mechanism, ...] = ()  # mechanisms that act; none in the base state
+    camera: Camera = field(default_factory=Camera)  # camera above the pool
+    noise: PixelNoise = field(default_factory=PixelNoise)  # noise of the tracker
 
 
 @dataclass(frozen=True)
@@ -46,39 +46,39 @@ class Trial:
     """One recording."""
 
     kind: TrialKind  # "swim"; "dry": head clamped, in air; "free_decay": the same without tendons, from a bent tail
-    duration_s: float  # filmed
+    duration_s: float  # duration of the film
     frequency_hz: float = 0.0  # turns of the crank a second, as commanded
-    # of the crank in the first frame; the tail is straight at 0 and pulled to the left at pi / 2
+    # phase of the crank in the first frame; the tail is straight at 0 and pulled to the left at pi / 2
     phase_rad: float = 0.0
-    fps: float = 60.0  # frames a second
-    run_in_s: float = 1.0  # simulated before the first frame, in which what the start left behind fades
-    start_speed_m_s: float = 0.1  # forward, at the start of the run-in
-    place_m: complex = 0.0  # of the head's origin in the pool then, m
-    heading_rad: float = np.pi  # which way the fish heads then, from the pool's +x counter-clockwise
-    bent_rad: tuple[float, ...] = ()  # by hinge of the robot, in which a free decay is held until it is let go
-    release_s: float = 0.0  # when
+    fps: float = 60.0
+    run_in_s: float = 1.0  # time simulated before the first frame, in which what the start left behind fades
+    start_speed_m_s: float = 0.1  # forward speed at the start of the run-in
+    place_m: complex = 0.0  # place of the head's origin in the pool then, m
+    heading_rad: float = np.pi  # heading of the fish then, from the pool's +x counter-clockwise
+    bent_rad: tuple[float, ...] = ()  # bend in which a free decay is held, by hinge of the robot
+    release_s: float = 0.0  # time at which it is let go
 
     @property
     def lead_s(self) -> float:
-        """What is simulated before the first frame, s: the run-in, but for a free decay."""
+        """Time that is simulated before the first frame, s: the run-in, but for a free decay."""
         return 0.0 if self.kind == "free_decay" else self.run_in_s
 
     @property
     def time_s(self) -> np.ndarray:
-        """(f,) of the frames, s."""
+        """(f,) times of the frames, s."""
         return np.arange(int(np.floor(self.duration_s * self.fps + 1e-9)) + 1) / self.fps
 
 
 def prepared_parameters(world: World, trial: Trial, layout: Layout, markers: tuple[str, ...]) -> Parameters:
-    """One row: the world's robot in the scene of a trial, changed by every mechanism."""
+    """Return one row: the world's robot in the scene of a trial, changed by every mechanism."""
     nominal = nominal_parameters(layout, markers, world.coefficients)
-    parameters = _in_scene(_with_nuisances(nominal, world, markers), trial)
+    parameters = _set_scene(_add_nuisances(nominal, world, markers), trial)
     for mechanism in world.mechanisms:
         parameters = mechanism.prepare(parameters, layout)
     return parameters
 
 
-def _with_nuisances(nominal: Parameters, world: World, markers: tuple[str, ...]) -> Parameters:
+def _add_nuisances(nominal: Parameters, world: World, markers: tuple[str, ...]) -> Parameters:
     its = world.nuisances
     mass = np.full(nominal.link_mass_kg.shape[1], its.tail_mass)
     mass[0] = its.head_mass
@@ -92,7 +92,7 @@ def _with_nuisances(nominal: Parameters, world: World, markers: tuple[str, ...])
     )
 
 
-def _in_scene(parameters: Parameters, trial: Trial) -> Parameters:
+def _set_scene(parameters: Parameters, trial: Trial) -> Parameters:
     if trial.kind == "swim":
         return parameters
     tendons = 1.0 if trial.kind == "dry" else 0.0

@@ -1,1 +1,1 @@
-"""How well and how fast markers are tracked in rendered videos with known truth."""
+"""Accuracy and speed with which markers are tracked in rendered videos with known truth."""

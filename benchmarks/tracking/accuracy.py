@@ -1,4 +1,4 @@
-"""How well markers are tracked in rendered pool videos with known truth. Only tried on synthetic video."""
+"""Accuracy of tracked markers in rendered pool videos with known truth. Only tried on synthetic video."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -22,9 +22,9 @@ from tracking.follow_video import follow_video
 from tracking.tracked import SampleState
 from tracking.video import Video
 
-WRONG = 0.5  # diameters from its marker, from which on a measured sample is on something else
+WRONG = 0.5  # A sample is on something else from this many diameters from its marker on.
 SPEED_CLIP = "speed_4k"
-METHODS = ("hybrid", "spots", "csrt")  # the tracker, without CSRT, plain CSRT
+METHODS = ("hybrid", "spots", "csrt")  # the tracker, the tracker without CSRT, plain CSRT
 COMPARED = Encoding("h264", 23)
 """All trackers are compared on videos of this quality; the tracker itself is measured on all."""
 
@@ -38,37 +38,36 @@ class Clip(NamedTuple):
 
     @property
     def quality(self) -> str:
-        """Of the encoding, for a table and for the file."""
+        """Quality of the encoding, for a table and for the file."""
         codec, crf = self.encoding
         return codec if codec == "ffv1" else f"{codec} crf {crf:g}"
 
     def file(self, folder: Path) -> Path:
-        """Where the clip is kept."""
+        """Return the file in which the clip is kept."""
         return folder / f"{self.clip}-{self.quality.replace(' ', '')}.mp4"
 
 
 @dataclass(frozen=True)
 class TrackingScore:
-    """How one tracker did on one clip."""
+    """Score of one tracker on one clip."""
 
-    # clip, encoding, method: which
     clip: str
     encoding: str
     method: str
     rms_px: float = float("nan")  # error an axis of the samples that are measured and on their marker
-    bias_px: float = float("nan")  # the larger of the two mean errors of the same
+    bias_px: float = float("nan")  # larger of the two mean errors of the same
     lost: float = 1.0  # share of the visible samples that are not measured, or not on their marker
 
 
 def clips_of(names: Sequence[str] = ()) -> list[Clip]:
-    """All that accuracy is measured on, or that of some clips: the tracker on every encoding, the others on one."""
+    """List what accuracy is measured on, for all or some clips: the tracker on every encoding, the others on one."""
     chosen = [name for name in BENCHMARK_CLIPS if name != SPEED_CLIP and (not names or name in names)]
     own = [Clip(name, encoding) for name in chosen for encoding in ENCODINGS]
     return own + [Clip(name, COMPARED, method) for name in chosen for method in METHODS[1:]]
 
 
 def render_clips(todo: Sequence[Clip], folder: Path, progress: Progress) -> None:
-    """Renders what is not in the folder yet, each clip once for all its encodings."""
+    """Render what is not in the folder yet, each clip once for all its encodings."""
     for name in dict.fromkeys(each.clip for each in todo):
         videos = {each.file(folder): each.encoding for each in todo if each.clip == name}
         missing = {path: encoding for path, encoding in videos.items() if not truth_file(path).exists()}
@@ -82,11 +81,11 @@ def render_clips(todo: Sequence[Clip], folder: Path, progress: Progress) -> None
 
 
 def measure_accuracy(todo: Sequence[Clip], folder: Path, progress: Progress) -> list[TrackingScore]:
-    """Tracks every clip from the boxes that a person would draw.
+    """Track every clip from the boxes that a person would draw.
 
     Args:
-        todo: what to track; rendered before.
-        folder: where the videos are; scores are kept there as they come, and taken from there the next time.
+        todo: rendered clips to track.
+        folder: folder of the videos; scores are kept there as they come, and taken from there the next time.
         progress: called with a message and the share done.
     """
     here = Path(tracking.__file__).parent
@@ -104,7 +103,7 @@ def measure_accuracy(todo: Sequence[Clip], folder: Path, progress: Progress) -> 
 
 
 def score_clip(clip: Clip, folder: Path) -> TrackingScore:
-    """Tracks one clip with one method and compares it with the truth; a tracker that refuses the boxes loses all."""
+    """Track one clip with one method and compare it with the truth; a tracker that refuses the boxes loses all."""
     path = clip.file(folder)
     truth = load_truth(truth_file(path))
     try:
@@ -127,7 +126,7 @@ def score_clip(clip: Clip, folder: Path) -> TrackingScore:
 
 
 def accuracy_table(scores: Sequence[TrackingScore]) -> Table:
-    """A row a clip: the tracker in every encoding, then what each method loses, and plain CSRT, in the compared one."""
+    """Build a row a clip: the tracker in every encoding; each method's losses, and plain CSRT, in the compared one."""
     found = {(score.clip, score.encoding, score.method): score for score in scores}
     own = [score for score in scores if score.method == "hybrid"]
     clips, encodings = (list(dict.fromkeys(getattr(score, key) for score in own)) for key in ("clip", "encoding"))

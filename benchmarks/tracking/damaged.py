@@ -35,7 +35,7 @@ PLAN = ClipPlan(
     optics=Optics(width_px=640, height_px=360, px_per_m=600.0, fps=50.0),
 )
 WRONG_PX = 10.0
-"""From its place at the time that the file says, from which on a sample is wrong."""
+"""Distance from its place at the time that the file says, from which on a sample is wrong."""
 FAULTS = {
     "packed": ("as it is",),
     "picture": ("gray", "turned"),
@@ -43,14 +43,14 @@ FAULTS = {
     "bytes": ("zeroed", "overwritten", "cut off"),
 }
 """The kinds of faults of a file, one of each at most, and the faults of each kind."""
-_SECOND = 0.4  # probability of a second fault
+_SECOND_SHARE = 0.4  # probability of a second fault
 _TURN_DEG = 90
-_TICK = Fraction(1, 50_000)  # s, unit of the stamps
+_TICK_S = Fraction(1, 50_000)  # unit of the stamps
 _LATE_S = 3.2
 
 
 class Container(NamedTuple):
-    """How a file is packed: its suffix, its codec, and what it cannot hold."""
+    """Way to pack a file: its suffix, its codec, and what it cannot hold."""
 
     suffix: str
     codec: str = "libx264"
@@ -70,12 +70,12 @@ CONTAINERS = {
 
 @dataclass(frozen=True)
 class OddFile:
-    """One file.
+    """Damaged or odd file.
 
     Attributes:
-        container: a key of `CONTAINERS`.
-        faults: of different kinds of `FAULTS`.
-        seed: of what is drawn at random in them.
+        container: key of `CONTAINERS`.
+        faults: keys of `FAULTS`, of different kinds.
+        seed: seed of what is drawn at random in them.
     """
 
     container: str
@@ -86,7 +86,7 @@ class OddFile:
         """Pack pictures (h, w, 3), RGB, and do the damage; return the file."""
         container, random = CONTAINERS[self.container], np.random.default_rng(self.seed)
         path = folder / f"film{container.suffix}"
-        shown = self._shown(len(pictures), random)
+        shown = self._list_shown(len(pictures), random)
         with av.open(str(path), "w", format=container.format) as out:
             added = out.add_stream(container.codec, rate=round(PLAN.optics.fps), options={"g": "12"})
             stream = cast(av.VideoStream, added)
@@ -94,7 +94,7 @@ class OddFile:
             height, width = pictures[0].shape[:2]
             stream.width, stream.height = (height, width) if turned else (width, height)
             stream.pix_fmt = self._pixels
-            stream.codec_context.time_base = _TICK
+            stream.codec_context.time_base = _TICK_S
             if turned:
                 stream.set_display_rotation(_TURN_DEG)
             for number, time_s in shown:
@@ -103,10 +103,10 @@ class OddFile:
                 if "gray" in self.faults:
                     frame = frame.reformat(format="gray")
                 frame = frame.reformat(format=self._pixels)
-                frame.pts, frame.time_base = round(time_s / _TICK), _TICK
+                frame.pts, frame.time_base = round(time_s / _TICK_S), _TICK_S
                 out.mux(stream.encode(frame))
             out.mux(stream.encode(None))
-        path.write_bytes(self._harmed(path.read_bytes(), random))
+        path.write_bytes(self._harm(path.read_bytes(), random))
         return path
 
     @property
@@ -115,7 +115,7 @@ class OddFile:
             return "gray" if "gray" in self.faults else "rgb8"
         return "gray" if "gray" in self.faults and CONTAINERS[self.container].codec == "libx264" else "yuv420p"
 
-    def _shown(self, frames: int, random: np.random.Generator) -> list[tuple[int, float]]:
+    def _list_shown(self, frames: int, random: np.random.Generator) -> list[tuple[int, float]]:
         """List the pictures of the file, by number, with the time each is stamped with, s."""
         numbers, spacing_s = np.arange(frames), 1 / PLAN.optics.fps
         time_s = numbers * spacing_s
@@ -138,7 +138,7 @@ class OddFile:
                 time_s = 2 * time_s
         return list(zip(numbers.tolist(), time_s.tolist(), strict=True))
 
-    def _harmed(self, data: bytes, random: np.random.Generator) -> bytes:
+    def _harm(self, data: bytes, random: np.random.Generator) -> bytes:
         harmed = bytearray(data)
         if "cut off" in self.faults:
             return data[: int(random.uniform(0.05, 0.98) * len(data))]
@@ -159,7 +159,7 @@ def draw_files(seed: int, count: int) -> list[OddFile]:
 
 def _draw(random: np.random.Generator, kind: str, fault: str) -> OddFile:
     faults = [fault]
-    if kind != "packed" and random.random() < _SECOND:
+    if kind != "packed" and random.random() < _SECOND_SHARE:
         others = [second for other, names in FAULTS.items() if other not in (kind, "packed") for second in names]
         faults.append(str(random.choice(others)))
     names = [name for name, each in CONTAINERS.items() if not set(faults) & set(each.cannot)]
@@ -168,14 +168,14 @@ def _draw(random: np.random.Generator, kind: str, fault: str) -> OddFile:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What became of one file.
+    """Outcome of one file.
 
     Attributes:
-        refused: what is said where it is not tracked; empty where it is.
-        traceback: of an error that is no sentence for the user; empty without.
-        samples: that count.
-        wrong: of these, more than 10 px off.
-        unflagged: of these, in no frame that is flagged.
+        refused: message where it is not tracked; empty where it is.
+        traceback: traceback of an error that is no sentence for the user; empty without.
+        samples: number of samples that count.
+        wrong: number of these that are more than 10 px off.
+        unflagged: number of the wrong ones that are in no flagged frame.
     """
 
     refused: str = ""
@@ -186,7 +186,7 @@ class Outcome:
 
 
 class Filmed(NamedTuple):
-    """The clip: its pictures (h, w, 3), RGB, and its truth."""
+    """Clip on film: its pictures (h, w, 3), RGB, and its truth."""
 
     pictures: Sequence[np.ndarray]
     truth: ClipTruth
@@ -218,7 +218,7 @@ def track_file(file: OddFile, filmed: Filmed, folder: Path) -> Outcome:
     except Exception:
         return Outcome(traceback=traceback.format_exc())
     counts, place = tracked.weight.values > 0, pixels_of(tracked)
-    wrong = counts & (_off_px(place, counts, tracked.time.values, filmed.truth) > WRONG_PX)
+    wrong = counts & (_measure_off_px(place, counts, tracked.time.values, filmed.truth) > WRONG_PX)
     flagged = np.zeros(len(counts), bool)
     for flag in tracked.flags:
         if flag.frames is not None:
@@ -226,7 +226,7 @@ def track_file(file: OddFile, filmed: Filmed, folder: Path) -> Outcome:
     return Outcome(samples=int(counts.sum()), wrong=int(wrong.sum()), unflagged=int((wrong & ~flagged[:, None]).sum()))
 
 
-def _off_px(place: np.ndarray, counts: np.ndarray, time_s: np.ndarray, truth: ClipTruth) -> np.ndarray:
+def _measure_off_px(place: np.ndarray, counts: np.ndarray, time_s: np.ndarray, truth: ClipTruth) -> np.ndarray:
     """Measure how far samples (n, m, 2) are from the truth at their times, from whichever frame the file begins at."""
     best = np.full(counts.shape, np.inf)
     for start_s in truth.time_s:
@@ -253,16 +253,16 @@ def follow_files(files: Sequence[OddFile], filmed: Filmed, folder: Path, progres
 
 
 def damaged_table(folder: Path, count: int, progress: Progress) -> Table:
-    """A row a fault and one a container, over files drawn at random; a file of two faults is in both rows."""
+    """Build a row a fault and one a container, over files drawn at random; a file of two faults is in both rows."""
     files = draw_files(seed=0, count=count)
     outcomes = dict(zip(files, follow_files(files, film_clip(), folder, progress), strict=True))
-    rows = [_row(fault, outcomes, fault) for faults in FAULTS.values() for fault in faults]
-    rows += [_row(name, outcomes, name) for name in CONTAINERS]
+    rows = [_build_row(fault, outcomes, fault) for faults in FAULTS.values() for fault in faults]
+    rows += [_build_row(name, outcomes, name) for name in CONTAINERS]
     columns = ("files", "number", "refused", "tracebacks", "samples", "10 px off", "of these not flagged")
-    return Table("Damaged and odd files", columns, (*rows, _row("all", outcomes, "")))
+    return Table("Damaged and odd files", columns, (*rows, _build_row("all", outcomes, "")))
 
 
-def _row(name: str, outcomes: Mapping[OddFile, Outcome], having: str) -> tuple[str, ...]:
+def _build_row(name: str, outcomes: Mapping[OddFile, Outcome], having: str) -> tuple[str, ...]:
     own = [each for file, each in outcomes.items() if not having or having in (*file.faults, file.container)]
     numbers = (
         len(own),

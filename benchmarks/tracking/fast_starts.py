@@ -17,12 +17,14 @@ from benchmarks.scores import Table
 from tracking.identities import Spacing
 from tracking.tracker import MarkerTracker
 
-LINKS = np.array([4.8, 7.3, 0.9, 1.1, 1.1, 1.15, 1.0, 2.4])  # from nose to caudal fin, over the distance in the tail
+LINKS = np.array([4.8, 7.3, 0.9, 1.1, 1.1, 1.15, 1.0, 2.4])  # lengths from nose to fin, over the distance in the tail
 MARKERS = len(LINKS) + 1
-WRONG_PX, OTHER_PX = 6.0, 4.0  # from its own place, and to another's, from and up to which an identity is wrong
+# An identity is wrong from this distance to its own place on, and up to that distance to another's.
+WRONG_PX = 6.0
+OTHER_PX = 4.0
 TABLE_FRAMES = 40
-_MOMENTS = 5  # drawn within each exposure
-_FINE_BITS = 4  # circles are drawn in sixteenths of a pixel
+_EXPOSURE_MOMENTS = 5  # Each exposure is drawn at this many moments.
+_FINE_BITS = 4  # Circles are drawn in sixteenths of a pixel.
 LOOKS = {
     "red on white": (215.0, 110.0, 190.0),
     "white on black": (25.0, 235.0, 60.0),
@@ -33,7 +35,7 @@ LOOKS = {
 
 @dataclass(frozen=True)
 class FastStart:
-    """One clip.
+    """Clip that begins in full beat.
 
     Attributes:
         look: a key of `LOOKS`.
@@ -70,7 +72,7 @@ class FastStart:
     seed: int
 
     def at(self, frame: float) -> np.ndarray:
-        """(m, 2) places of the dots, px."""
+        """Return (m, 2) places of the dots, px."""
         beat = self.phase_rad + 2 * np.pi * self.beat_hz * frame / self.fps
         chain = self.shapes(np.array([beat]))[0]
         straight = self.link_px.sum() * np.exp(1j * self.heading_rad)
@@ -79,7 +81,7 @@ class FastStart:
         )
 
     def shapes(self, beat_rad: np.ndarray) -> np.ndarray:
-        """(b, m) complex places of the dots from the nose at these angles of the beat, px."""
+        """Return (b, m) complex places of the dots from the nose at these angles of the beat, px."""
         beat = beat_rad[:, None]
         yaw = -0.25 * self.swing_rad.max() * np.sin(beat)
         direction = self.heading_rad + yaw + self.swing_rad * np.sin(beat - self.lag_rad)
@@ -87,32 +89,32 @@ class FastStart:
         return np.hstack([np.zeros((len(beat), 1)), np.cumsum(links, axis=1)])
 
     def truth(self, frames: int) -> np.ndarray:
-        """(n, m, 2) mean places while each frame is exposed, px."""
+        """Return (n, m, 2) mean places while each frame is exposed, px."""
         return np.stack([np.mean([self.at(k + moment) for moment in self._moments], axis=0) for k in range(frames)])
 
     def frames(self, stop: int) -> Iterator[np.ndarray]:
-        """(h, w) uint8 each."""
+        """Yield the frames, (h, w) uint8 each."""
         body, dot, water = LOOKS[self.look]
         width, height = self.size_px
         random = np.random.default_rng(self.seed)
         tiles = cv2.GaussianBlur(random.normal(0, 1, (height, width)), (0, 0), 9.0)
         ground = (water + 5 * tiles / tiles.std()).astype(np.float32)
         for k in range(stop):
-            exposed = [self._drawn(ground, self.at(k + moment), body, dot) for moment in self._moments]
+            exposed = [self._draw_frame(ground, self.at(k + moment), body, dot) for moment in self._moments]
             picture = cv2.GaussianBlur(np.mean(exposed, axis=0), (0, 0), self.blur_px)
             noisy = picture + random.standard_normal(picture.shape, np.float32) * self.noise
             yield np.clip(np.rint(noisy), 0, 255).astype(np.uint8)
 
     def boxes(self) -> tuple[np.ndarray, np.ndarray]:
-        """(m, 2) centres, each up to 1 px off, and (m,) sides of the start boxes."""
+        """Return (m, 2) centres, each up to 1 px off, and (m,) sides of the start boxes."""
         off = np.random.default_rng([self.seed, 1]).uniform(-1, 1, (len(self.link_px) + 1, 2))
         return self.truth(1)[0] + off, np.full(len(off), 1.3 * self.dot_px)
 
     @property
     def _moments(self) -> np.ndarray:
-        return self.exposure * np.linspace(-0.5, 0.5, _MOMENTS)
+        return self.exposure * np.linspace(-0.5, 0.5, _EXPOSURE_MOMENTS)
 
-    def _drawn(self, ground: np.ndarray, at_px: np.ndarray, body: float, dot: float) -> np.ndarray:
+    def _draw_frame(self, ground: np.ndarray, at_px: np.ndarray, body: float, dot: float) -> np.ndarray:
         picture, fine = ground.copy(), 1 << _FINE_BITS
         points = np.rint(fine * at_px).astype(np.int32)
         wide = round(2.2 * self.dot_px)
@@ -123,7 +125,7 @@ class FastStart:
 
 
 def draw_clips(seed: int, count: int) -> list[FastStart]:
-    """Clips in which the fastest dot moves by 0.3 to 1 of the usual distance of neighbours from a frame to the next.
+    """Draw clips in which the fastest dot moves by 0.3 to 1 of the usual distance of neighbours in a frame.
 
     In every second one another dot comes about as near to a dot's old place as the dot itself.
     """
@@ -172,10 +174,11 @@ class Followed:
     """Scores of the tracker on some clips, as shares of all samples.
 
     Attributes:
-        clips, samples: how many.
-        identity: the place of another marker.
-        lost: not seen, or more than 6 px off.
-        rms_px: an axis, of the others.
+        clips: number of clips.
+        samples: number of samples.
+        identity: share at the place of another marker.
+        lost: share not seen, or more than 6 px off.
+        rms_px: error an axis of the others.
     """
 
     clips: int
@@ -186,17 +189,17 @@ class Followed:
 
 
 def follow_clips(clips: Sequence[FastStart], frames: int = 60, joined: bool = True) -> Followed:
-    """Tracks the clips frame by frame, from boxes up to 1 px off, without the judgement that comes after.
+    """Track the clips frame by frame, from boxes up to 1 px off, without the judgement that comes after.
 
     Where the markers are not joined, each takes the nearest dot: what a student would try.
     """
-    scores = [_followed(clip, frames, joined) for clip in clips]
+    scores = [_follow(clip, frames, joined) for clip in clips]
     identity, lost, squares, right = (np.array(part) for part in zip(*scores, strict=True))
     rms = float(np.sqrt(squares.sum() / max(2 * right.sum(), 1)))
     return Followed(len(clips), len(clips) * frames * MARKERS, float(identity.mean()), float(lost.mean()), rms)
 
 
-def _followed(clip: FastStart, frames: int, joined: bool) -> tuple[float, float, float, int]:
+def _follow(clip: FastStart, frames: int, joined: bool) -> tuple[float, float, float, int]:
     truth = clip.truth(frames)
     pictures = clip.frames(frames)
     tracker, first = MarkerTracker.begin(next(pictures), *clip.boxes(), threads=1)
@@ -214,7 +217,7 @@ def _followed(clip: FastStart, frames: int, joined: bool) -> tuple[float, float,
 
 
 def fast_starts_table(count: int, progress: Progress) -> Table:
-    """The tracker on clips of 40 frames, and on a fifth of them one in which each marker takes the nearest dot."""
+    """Score the tracker on clips of 40 frames, and on a fifth of them one whose markers take the nearest dot."""
     clips = draw_clips(seed=0, count=count)
     fewer = clips[: max(count // 5, 1)]
     rows = []

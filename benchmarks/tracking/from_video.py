@@ -1,4 +1,4 @@
-"""What the tracker's error costs in each coefficient: a known swimmer filmed, tracked and fitted.
+"""Cost of the tracker's error in each coefficient: a known swimmer filmed, tracked and fitted.
 
 It is fitted on perfect tracks for comparison. The swimmer is the twin at a finer step, so what the twin leaves out of
 real water costs nothing here.
@@ -22,12 +22,13 @@ from synthetic.session import make_session
 from tracking.follow_video import TrackerName
 from tracking.tracked import counting
 
-SPEEDS_HZ, SECONDS = (0.6, 1.0, 1.4), 5.5
-_SEED = 0  # of the crank phases and the pictures
+SPEEDS_HZ = (0.6, 1.0, 1.4)
+SECONDS = 5.5  # duration of each swim
+_SEED = 0  # It draws the crank phases and the pictures.
 
 
 def cost_table(folder: Path, crf: float, trackers: tuple[TrackerName, ...], progress: Progress) -> Table:
-    """Films a swimmer at three speeds, and fits it from perfect tracks and from each tracker's.
+    """Film a swimmer at three speeds, and fit it from perfect tracks and from each tracker's.
 
     Sessions that are in the folder are used again. The videos are H.264 of quality `crf`.
     """
@@ -36,7 +37,7 @@ def cost_table(folder: Path, crf: float, trackers: tuple[TrackerName, ...], prog
         make_session(filmed, plan, SessionVideo(crf=crf), lambda name, i, of: progress(f"filming {name}", i / of))
     if not perfect.exists():
         make_session(perfect, plan.model_copy(update={"noise": NOISELESS}))
-    rows = [_fitted(perfect, None, progress), *(_fitted(filmed, tracker, progress) for tracker in trackers)]
+    rows = [_fit(perfect, None, progress), *(_fit(filmed, tracker, progress) for tracker in trackers)]
     caption = f"A known swimmer, filmed at {', '.join(map(str, SPEEDS_HZ))} Hz and fitted: error of each coefficient"
     return Table(caption, ("fitted from", "rms px", "marker mm", *FluidCoefficients._fields), tuple(rows))
 
@@ -57,8 +58,8 @@ def _plan() -> SyntheticPlan:
     return SyntheticPlan(trials=trials, seed=_SEED, camera=SyntheticCamera(width_px=1920, height_px=1080))
 
 
-def _fitted(folder: Path, tracker: TrackerName | None, progress: Progress) -> tuple[str, ...]:
-    """Where the tracks came from, their error an axis, the mean marker distance, and the error of each coefficient."""
+def _fit(folder: Path, tracker: TrackerName | None, progress: Progress) -> tuple[str, ...]:
+    """Return the origin of the tracks, their error an axis, the mean marker distance, and each coefficient's error."""
     name = tracker or "perfect tracks"
 
     def report(message: str, share: float | None) -> None:
@@ -70,12 +71,12 @@ def _fitted(folder: Path, tracker: TrackerName | None, progress: Progress) -> tu
     summary = calibration.summary("fit")
     assert summary is not None
     marker_mm = summary.marker_error_mm
-    track_px = _track_rms(pipeline) if tracker else 0.0
+    track_px = _measure_rms(pipeline) if tracker else 0.0
     return name, f"{track_px:.3f}", f"{marker_mm:.2f}", *(f"{error:+.1%}" for error in errors)
 
 
-def _track_rms(pipeline: Pipeline) -> float:
-    """Error an axis of the samples that count, over all trials, px."""
+def _measure_rms(pipeline: Pipeline) -> float:
+    """Return the error an axis of the samples that count, over all trials, px."""
     session, squares = pipeline.session, []
     for spec in session.trials:
         seen = pipeline.recordings.videos.tracks(spec)

@@ -17,14 +17,15 @@ from swimcal.errors import Fault, InputError
 
 SPEED_ENCODINGS = (Encoding("h264", 23), Encoding("hevc", 23))
 FIT_CRF = 23.0
-STARTS, DAMAGED = 200, 100
+STARTS = 200  # number of clips that begin in full beat
+DAMAGED = 100  # number of damaged files
 
 
 def measure_tracking(folder: Path, part: str, clips: Sequence[str], progress: Progress) -> Scores:
-    """Measures accuracy, speed and the cost in the coefficients ("fit"), or one part of that.
+    """Measure accuracy, speed and the cost in the coefficients ("fit"), or one part of that.
 
     Args:
-        folder: where rendered videos go and are found again, and scores of clips.
+        folder: folder in which rendered videos and scores of clips are kept and found again.
         part: "accuracy", "starts", "damaged", "speed", "fit" or "all".
         clips: names of clips, none for all of them.
         progress: called with a message and the share done.

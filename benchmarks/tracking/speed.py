@@ -1,4 +1,4 @@
-"""How fast a 4K video is tracked, compared to decoding alone, and how much memory that takes. Ratios count."""
+"""Speed at which a 4K video is tracked, compared to decoding alone, and its memory. Ratios count."""
 
 import resource
 import time
@@ -19,11 +19,11 @@ from tracking.follow_video import follow_video
 from tracking.video import Video
 
 ROUNDS = 5
-_CSRT_FRAMES = 20  # that plain CSRT is given
+_CSRT_FRAMES = 20  # Plain CSRT is given only this many frames.
 
 
 def speed_table(videos: Sequence[Path]) -> Table:
-    """Frames a second of rendered clips: reading alone and tracking by turns, each in a fresh process.
+    """Measure frames a second of rendered clips: reading alone and tracking by turns, each in a fresh process.
 
     Opening the file is included, but for plain CSRT, which is slow and given the first frames alone. The ratios are of
     the two in one round, which a machine that is slow for a while disturbs less: of the time by the clock, and of what
@@ -31,12 +31,12 @@ def speed_table(videos: Sequence[Path]) -> Table:
     videos is next to them.
     """
     columns = ("frames a second", "reading alone", "tracking", "ratio", "ratio of CPU time", "plain CSRT", "memory")
-    return Table(f"Speed, the median of {ROUNDS} rounds", columns, tuple(_row(path) for path in videos))
+    return Table(f"Speed, the median of {ROUNDS} rounds", columns, tuple(_build_row(path) for path in videos))
 
 
-def _row(path: Path) -> tuple[str, ...]:
+def _build_row(path: Path) -> tuple[str, ...]:
     truth = load_truth(truth_file(path))
-    rounds = [(_alone(_read, path), _alone(_track, path)) for _ in range(ROUNDS)]
+    rounds = [(_run_alone(_read, path), _run_alone(_track, path)) for _ in range(ROUNDS)]
     frames, markers = len(truth.time_s), len(truth.markers)
     with Video(path) as video:
         info = video.info
@@ -46,32 +46,32 @@ def _row(path: Path) -> tuple[str, ...]:
         f"{frames / median(tracked.wall_s for _, tracked in rounds):.0f}",
         f"{median(read.wall_s / tracked.wall_s for read, tracked in rounds):.2f}",
         f"{median(read.cpu_s / tracked.cpu_s for read, tracked in rounds):.2f}",
-        f"{_alone(_track_csrt, path):.1f}",
+        f"{_run_alone(_track_csrt, path):.1f}",
         f"{max(tracked.most_mb for _, tracked in rounds):.0f} MB",
     )
 
 
-def _alone(work: Callable[..., Any], *arguments: Any) -> Any:
-    """Runs in a process of its own, so that nothing is warm and memory is its own."""
+def _run_alone(work: Callable[..., Any], *arguments: Any) -> Any:
+    """Run in a process of its own, so that nothing is warm and memory is its own."""
     with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as pool:
-        pool.submit(_ready).result()
+        pool.submit(_import_all).result()
         return pool.submit(work, *arguments).result()
 
 
-def _ready() -> None:
-    """The imports are paid for before the clock runs, for both; xarray puts some off until it is used."""
+def _import_all() -> None:
+    """Import before the clock runs, for both; xarray puts some imports off until it is used."""
     as_tracks(("nose",), np.zeros(1), np.zeros((1, 1, 2)), np.zeros((1, 1)))
 
 
 class _Cost(NamedTuple):
-    """What a piece of work takes: seconds by the clock, seconds of all cores, and the most memory of its process."""
+    """Cost of a piece of work: seconds by the clock, seconds of all cores, and the most memory of its process."""
 
     wall_s: float
     cpu_s: float
     most_mb: float
 
 
-def _cost_of(work: Callable[[], object]) -> _Cost:
+def _measure_cost(work: Callable[[], object]) -> _Cost:
     before, began = resource.getrusage(resource.RUSAGE_SELF), time.perf_counter()
     work()
     wall_s, after = time.perf_counter() - began, resource.getrusage(resource.RUSAGE_SELF)
@@ -85,7 +85,7 @@ def _read(path: Path) -> _Cost:
             for frame in video.frames():
                 _ = frame.luma[0, 0]
 
-    return _cost_of(work)
+    return _measure_cost(work)
 
 
 def _track(path: Path) -> _Cost:
@@ -95,11 +95,11 @@ def _track(path: Path) -> _Cost:
         with Video(path) as video:
             follow_video(video, truth.start_boxes(), truth.markers)
 
-    return _cost_of(work)
+    return _measure_cost(work)
 
 
 def _track_csrt(path: Path) -> float:
-    """Frames a second, from the first frame that is done on."""
+    """Return frames a second, from the first frame that is done on."""
     truth = load_truth(truth_file(path))
     ticks: list[tuple[int, float]] = []
 

@@ -25,21 +25,21 @@ from tracking.boxes import save_boxes
 
 
 class SessionVideo(Table):
-    """How the swim trials of a session are filmed; its clock and scale are those of the plan's camera."""
+    """Plan of how the swim trials of a session are filmed; its clock and scale are those of the plan's camera."""
 
-    # names of the filmed swim trials; None for all of them. Dry runs and free decays, in air, are tracked
+    # names of the filmed swim trials; None for all of them. Dry runs and free decays, in air, are tracked.
     trials: tuple[str, ...] | None = None
-    # width_px, height_px: of the videos, multiples of 2 and 4, the middle of the camera's image; None for all of it
+    # width_px, height_px: size of the videos, multiples of 2 and 4, the middle of the camera's image; None for all
     width_px: int | None = None
     height_px: int | None = None
     crf: Annotated[float, Field(ge=0, le=51)] = 23.0  # quality of the files, H.264
 
     def films(self, trial: str) -> bool:
-        """Whether a trial is filmed."""
+        """Return whether a trial is filmed."""
         return self.trials is None or trial in self.trials
 
     def film(self, folder: Path, number: int, swim: TrueRun, plan: SyntheticPlan, progress: Progress) -> dict[str, str]:
-        """Writes ``trials/<name>.mp4``, start boxes next to it, and ``truth/<name>.csv``, where the markers are."""
+        """Write ``trials/<name>.mp4``, start boxes next to it, and ``truth/<name>.csv``, where the markers are."""
         name, frames = swim.trial.name, len(swim.time_s)
         video = Path("trials") / f"{name}.mp4"
         scene = film_scene(swim, plan, self, number)
@@ -51,7 +51,7 @@ class SessionVideo(Table):
         return {"video": video.as_posix(), "boxes": boxes_file(video).as_posix()}
 
     def optics(self, plan: SyntheticPlan) -> Optics:
-        """The camera of the videos."""
+        """Return the camera of the videos."""
         camera = plan.camera
         return Optics(
             width_px=self.width_px or camera.width_px,
@@ -63,7 +63,7 @@ class SessionVideo(Table):
 
 
 def film_scene(swim: TrueRun, plan: SyntheticPlan, video: SessionVideo, number: int) -> PoolScene:
-    """The scene of a swim, where the plan has it in the image; waves, glints and noise by the number of the trial."""
+    """Return the scene of a swim, where the plan has it; the trial's number seeds waves, glints and noise."""
     optics, robot = video.optics(plan), plan.swimmer
     clip = ClipPlan(
         frames=len(swim.time_s),
@@ -73,13 +73,13 @@ def film_scene(swim: TrueRun, plan: SyntheticPlan, video: SessionVideo, number: 
         robot=plan.robot,
     )
     inset_px = (np.array([plan.camera.width_px - optics.width_px, plan.camera.height_px - optics.height_px])) / 2
-    motion = _placed(swim, robot, plan.markers, optics, swim.position_px[0] - inset_px)
+    motion = _place(swim, robot, plan.markers, optics, swim.position_px[0] - inset_px)
     stage = staged(motion, robot, plan.markers, optics, swim.time_s)
     return PoolScene(clip, stage)
 
 
-def _placed(swim: TrueRun, robot: RobotSpec, markers: tuple[str, ...], optics: Optics, first_px: np.ndarray) -> Motion:
-    """The swim in the camera's pool, from where its markers (m, 2) are in the first frame, px without lens."""
+def _place(swim: TrueRun, robot: RobotSpec, markers: tuple[str, ...], optics: Optics, first_px: np.ndarray) -> Motion:
+    """Return the swim in the camera's pool, from where its markers (m, 2) are in the first frame, px without lens."""
     raw = Motion(swim.time_s, swim.head, swim.hinges_rad)
     points = RobotPoints(robot, [robot.markers[name] for name in markers])
     before_m = points(raw.at(swim.time_s[:1]))[0, :, :2]  # (m, 2)

@@ -17,9 +17,9 @@ class Glints:
     """A fixed set of glints over a clip.
 
     Args:
-        per_s: how many appear in a second.
-        time_s: (n,) of the frames.
-        path_px: (n, m, 2) of the markers; most glints appear near one of them.
+        per_s: number of glints that appear in a second.
+        time_s: (n,) times of the frames.
+        path_px: (n, m, 2) places of the markers; most glints appear near one of them.
         size_px: width and height of the picture.
         random: source of the draws.
     """
@@ -48,7 +48,7 @@ class Glints:
         self._turn = np.pi * random.random(count)
 
     def paint(self, picture: Picture, time_s: float) -> None:
-        """Paints those that shine at a time."""
+        """Paint those that shine at a time."""
         age_s = time_s - self._middle_s
         fade = np.clip(1 - np.abs(age_s) / self._life_s, 0, 1)
         shine = np.minimum(1.0, 2.0 * fade) * (0.65 + 0.35 * np.sin(2 * np.pi * self._flicker_hz * age_s))

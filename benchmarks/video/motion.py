@@ -1,4 +1,4 @@
-"""How the robot moves through a clip: a smooth function of time, from the twin or from a travelling wave."""
+"""Motion of the robot through a clip: a smooth function of time, from the twin or from a travelling wave."""
 
 from __future__ import annotations
 
@@ -18,8 +18,12 @@ from synthetic.plan import PLAUSIBLE_COEFFICIENTS
 
 WATER_LINE_M = 0.05
 """Height of the water in the robot's frame: where nose and neck are, whose distance gives the scale."""
-_STEP_S, _MARGIN_S, _TIMESTEP_S = 1 / 240, 0.1, 0.0015
-_RUN_IN_S, _START_M_S = 8.0, -0.15  # as in a synthetic session: a developed swim, towards -x
+_STEP_S = 1 / 240  # interval between samples
+_MARGIN_S = 0.1  # The motion is known for this long before the first and after the last frame.
+_TIMESTEP_S = 0.0015
+# As in a synthetic session these make a developed swim, towards -x.
+_RUN_IN_S = 8.0
+_START_M_S = -0.15
 
 
 class Pose(NamedTuple):
@@ -38,22 +42,22 @@ class Motion:
     hinges_rad: np.ndarray  # (k, h)
 
     def at(self, time_s: np.ndarray) -> Pose:
-        """Poses at times of any shape, s."""
+        """Return poses at times of any shape, s."""
         both = self._spline(time_s)
         return Pose(both[..., :3], both[..., 3:])
 
     def paced(self, factor: float) -> Motion:
-        """The same motion, `factor` times as fast."""
+        """Return the same motion, `factor` times as fast."""
         return replace(self, time_s=self.time_s / factor)
 
     def steadied(self, velocity_m_s: Sequence[float]) -> Motion:
-        """The same motion with another mean velocity (x, y) and no mean turning, as if it swam in a current."""
+        """Return the same motion with another mean velocity (x, y) and no mean turning, as if it swam in a current."""
         trend = np.polynomial.polynomial.polyfit(self.time_s, self.head, 1)  # (2, 3)
         steady = self.time_s[:, None] * ([*velocity_m_s, 0.0] - trend[1])
         return replace(self, head=self.head + steady)
 
     def moved(self, turn_rad: float, shift_m: Sequence[float]) -> Motion:
-        """The motion turned about the pool's origin, counter-clockwise, then shifted by (x, y)."""
+        """Return the motion turned about the pool's origin, counter-clockwise, then shifted by (x, y)."""
         cos, sin = np.cos(turn_rad), np.sin(turn_rad)
         place = self.head[:, :2] @ np.array([[cos, sin], [-sin, cos]]) + np.asarray(shift_m)
         return replace(self, head=np.column_stack([place, self.head[:, 2] + turn_rad]))
@@ -67,7 +71,7 @@ class RobotPoints:
     """Points fixed to the links of a robot, from its pose to places in the pool.
 
     Args:
-        robot: the robot.
+        robot: robot that carries the points.
         points: the k points: the link that carries each, and its place on the straight robot (robot frame, m).
     """
 
@@ -77,21 +81,21 @@ class RobotPoints:
         self.height_m = np.array([point.position_m[2] for point in points]) - WATER_LINE_M  # (k,)
 
     def __call__(self, pose: Pose) -> np.ndarray:
-        """(..., k, 3) in the pool, z from the water, m."""
+        """Return the (..., k, 3) places in the pool, z from the water, m."""
         flat = self._kinematics(*pose)
         return np.concatenate([flat, np.broadcast_to(self.height_m[:, None], (*flat.shape[:-1], 1))], axis=-1)
 
 
 def twin_motion(robot: RobotSpec, frequency_hz: float, seconds: float) -> Motion:
-    """A developed swim of the twin with plausible coefficients, towards -x from about the origin.
+    """Simulate a developed swim of the twin with plausible coefficients, towards -x from about the origin.
 
     Args:
-        robot: the robot.
+        robot: robot that swims.
         frequency_hz: turns of the crank a second.
-        seconds: from the first frame to the last.
+        seconds: time from the first frame to the last.
 
     Raises:
-        session.SimulationDiverged: the motion is unstable.
+        swimcal.errors.SimulationDiverged: the motion is unstable.
     """
     time_s = np.arange(-_MARGIN_S, seconds + _MARGIN_S + _STEP_S, _STEP_S)
     runs = Runs(

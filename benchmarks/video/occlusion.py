@@ -10,27 +10,28 @@ from pydantic import Field
 from benchmarks.video.picture import Picture, Region, colour_of
 from swimcal.toml import Table
 
-_COLOUR, _SHINE = colour_of(120, 96, 70), colour_of(182, 156, 122)  # of wood
-_SWEEP_PX = 60.0  # a frame, coming and going
+_COLOUR = colour_of(120, 96, 70)  # wood
+_SHINE = colour_of(182, 156, 122)  # the lit side of the wood
+_SWEEP_PX = 60.0  # The tip comes and goes by this a frame.
 _LONG_PX = 4000.0
-_RADIUS_PX = 24.0  # neighbours within it are covered too
-_DIRECTION = np.array([np.cos(np.radians(70.0)), -np.sin(np.radians(70.0))])  # from the tip along the pole, y down
+_RADIUS_PX = 24.0  # Neighbours within it are covered too.
+_DIRECTION = np.array([np.cos(np.radians(70.0)), -np.sin(np.radians(70.0))])  # unit vector along the pole, y down
 
 
 class Occlusion(Table):
     """A pole, with a round tip, that covers a marker."""
 
-    marker: str  # over which the tip is held, following it
-    first: Annotated[int, Field(ge=0)]  # the first frame in which the marker is wholly covered
-    frames: Annotated[int, Field(ge=1)]  # how many in a row
+    marker: str  # marker over which the tip is held, following it
+    first: Annotated[int, Field(ge=0)]  # first frame in which the marker is wholly covered
+    frames: Annotated[int, Field(ge=1)]  # number of such frames in a row
 
     def tip_px(self, frame: int, target_px: np.ndarray) -> np.ndarray:
-        """(2,) of the tip's middle in a frame, for a marker at (2,): beyond it while it is covered."""
+        """Return the (2,) middle of the tip in a frame, for a marker at (2,): beyond it while it is covered."""
         away = max(self.first - frame, frame - (self.first + self.frames - 1), 0)
         return target_px + _DIRECTION * (_SWEEP_PX * away - 0.25 * _RADIUS_PX)
 
     def cover(self, region: Region, tip_px: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """(h, w) float32 cover of a region's pixels, and where across the pole each is, -1 to 1."""
+        """Return (h, w) float32 cover of a region's pixels, and where across the pole each is, -1 to 1."""
         x, y = region.grid()
         dx, dy = x - tip_px[0], y - tip_px[1]
         along = np.clip(dx * _DIRECTION[0] + dy * _DIRECTION[1], 0, _LONG_PX)
@@ -40,7 +41,7 @@ class Occlusion(Table):
         return cover.astype(np.float32), across.astype(np.float32)
 
     def paint(self, picture: Picture, tip_px: np.ndarray) -> None:
-        """Paints the pole where its tip is in the picture or near it."""
+        """Paint the pole where its tip is in the picture or near it."""
         size = np.array([picture.width_px, picture.height_px])
         if (tip_px < -_RADIUS_PX).any() or (tip_px > size + _RADIUS_PX).any():
             return

@@ -1,4 +1,4 @@
-"""A picture in the pixels of a video, 4:2:0, and how to paint shapes into it exactly."""
+"""Picture in the pixels of a video, 4:2:0, and how to paint shapes into it exactly."""
 
 from __future__ import annotations
 
@@ -9,7 +9,10 @@ import numpy as np
 from scipy.special import erf
 
 # ITU-R BT.709, limited range: luma weights of red, green, blue.
-_KR, _KG, _KB = 0.2126, 0.7152, 0.0722
+# Weights of red, green and blue in the luma (BT.709).
+_KR = 0.2126
+_KG = 0.7152
+_KB = 0.0722
 _MARGIN_PX = 3.0
 
 
@@ -22,7 +25,7 @@ class Colour(NamedTuple):
 
 
 def colour_of(red: float, green: float, blue: float) -> Colour:
-    """A colour from red, green and blue of 0 to 255 (BT.709, limited range)."""
+    """Return a colour from red, green and blue of 0 to 255 (BT.709, limited range)."""
     bright = _KR * red + _KG * green + _KB * blue
     return Colour(
         16 + bright * 219 / 255,
@@ -41,11 +44,11 @@ class Region(NamedTuple):
 
     @property
     def empty(self) -> bool:
-        """True where no pixel is in it."""
+        """Whether no pixel is in it."""
         return self.left >= self.right or self.top >= self.bottom
 
     def grid(self) -> tuple[np.ndarray, np.ndarray]:
-        """(1, w) x and (h, 1) y of the pixels' centres."""
+        """Return (1, w) x and (h, 1) y of the pixels' centres."""
         x = np.arange(self.left, self.right, dtype=np.float32)
         return x[None], np.arange(self.top, self.bottom, dtype=np.float32)[:, None]
 
@@ -54,13 +57,14 @@ class Picture:
     """A picture: luma for each pixel, colour for each 2 x 2 of them.
 
     Args:
-        width_px: a multiple of 2.
-        height_px: a multiple of 4.
+        width_px: width, a multiple of 2.
+        height_px: height, a multiple of 4.
 
     Attributes:
         data: (3 h / 2, w) uint8, the planes after one another as FFmpeg's yuv420p has them.
-        luma: (h, w) view of it.
-        blue, red: (h / 2, w / 2) views of it.
+        luma: (h, w) view of its luma.
+        blue: (h / 2, w / 2) view of its blue difference.
+        red: (h / 2, w / 2) view of its red difference.
     """
 
     def __init__(self, width_px: int, height_px: int) -> None:
@@ -72,18 +76,18 @@ class Picture:
         self.red = self.data[height_px * 5 // 4 :].reshape(half)
 
     def region(self, low: np.ndarray, high: np.ndarray) -> Region:
-        """The part of the picture around a box from corner (x, y) `low` to `high`, px."""
+        """Return the part of the picture around a box from corner (x, y) `low` to `high`, px."""
         left, top = (max(0, int(c - _MARGIN_PX) // 2 * 2) for c in low)
         right = min(self.width_px, int(high[0] + _MARGIN_PX + 2) // 2 * 2)
         return Region(left, top, right, min(self.height_px, int(high[1] + _MARGIN_PX + 2) // 2 * 2))
 
     def blend(self, region: Region, cover: np.ndarray, colour: Colour) -> None:
-        """Paints a colour over a region.
+        """Paint a colour over a region.
 
         Args:
-            region: where.
-            cover: (h, w) float32 of the region, 0 (leaves the picture) to 1 (hides it).
-            colour: the colour.
+            region: region to paint.
+            cover: (h, w) float32 cover of the region, 0 (leaves the picture) to 1 (hides it).
+            colour: colour to paint.
         """
         left, top, right, bottom = region
         _mix(self.luma[top:bottom, left:right], cover, colour.luma)
@@ -93,12 +97,12 @@ class Picture:
         _mix(self.red[half], coarse, colour.red)
 
     def paint_polygons(self, polygons: np.ndarray, colour: Colour, opacity: float = 1.0) -> None:
-        """Paints the mean of convex polygons, which are one shape at several moments of an exposure.
+        """Paint the mean of convex polygons, which are one shape at several moments of an exposure.
 
         Args:
-            polygons: (s, k, 2) px.
-            colour: the colour.
-            opacity: 1 hides what was there.
+            polygons: (s, k, 2) corners, px.
+            colour: colour to paint.
+            opacity: share that is hidden of what was there, 0 to 1.
         """
         region = self.region(polygons.min(axis=(0, 1)), polygons.max(axis=(0, 1)))
         if region.empty:
@@ -112,12 +116,12 @@ class Picture:
         self.blend(region, total * (opacity / 255 / len(polygons)), colour)
 
     def paint_discs(self, centre_px: np.ndarray, radius_px: float, colour: Colour, blur_px: float) -> None:
-        """Paints the mean of discs, which are one disc at s moments of an exposure.
+        """Paint the mean of discs, which are one disc at s moments of an exposure.
 
         Args:
-            centre_px: (s, 2).
-            radius_px: of the disc.
-            colour: the colour.
+            centre_px: (s, 2) centres.
+            radius_px: radius of the disc.
+            colour: colour to paint.
             blur_px: standard deviation of the lens' blur.
         """
         reach = radius_px + 4 * blur_px
@@ -127,7 +131,7 @@ class Picture:
 
 
 def disc_cover(region: Region, centre_px: np.ndarray, radius_px: float, blur_px: float) -> np.ndarray:
-    """(h, w) float32 mean cover of a region's pixels by blurred discs at s centres (s, 2), px.
+    """Return (h, w) float32 mean cover of a region's pixels by blurred discs at s centres (s, 2), px.
 
     The edge of a disc of a radius well above the blur is that of a straight edge under a Gaussian blur. It spans
     several pixels, so sampling at their centres keeps the disc's centre.

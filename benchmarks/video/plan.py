@@ -1,4 +1,4 @@
-"""The plan of a clip: everything that decides its pixels, validated when it is made."""
+"""Plan of a clip: everything that decides its pixels, validated when it is made."""
 
 from __future__ import annotations
 
@@ -27,51 +27,51 @@ DIAMETER_M = {
     "tail_5": 0.0148,
     "caudal_fin": 0.022,
 }
-"""Of the markers by name, m: 14 to 27 px in the published videos."""
+"""Diameters of the markers by name, m: 14 to 27 px in the published videos."""
 
 Gray = Annotated[float, Field(ge=0, le=255)]
 
 
 class Swim(Table):
-    """How the robot swims in a clip."""
+    """Swim of the robot in a clip."""
 
     frequency_hz: Positive = 1.0  # turns of the twin's crank a second
-    pace: Positive = 1.0  # the simulated swim is shown so many times as fast
+    pace: Positive = 1.0  # factor on the speed at which the simulated swim is shown
     # mean velocity in the image, forward and to the robot's left; None keeps the twin's own
     drift_m_s: tuple[float, float] | None = None
-    heading_deg: float = 180.0  # where the nose points, counter-clockwise from the right of the image
-    off_centre_px: tuple[float, float] = (0.0, 0.0)  # of the middle of the swim, x to the right and y down
+    heading_deg: float = 180.0  # direction of the nose, counter-clockwise from the right of the image
+    off_centre_px: tuple[float, float] = (0.0, 0.0)  # place of the middle of the swim, x to the right and y down
 
 
 class MarkerLook(Table):
-    """How the markers look."""
+    """Look of the markers."""
 
-    diameter_px: Positive | None = None  # of every marker; None for the usual ones, scaled with the picture
-    gray: Gray = 236.0  # of the discs, 0 (black) to 255
-    base_gray: Gray = 30.0  # of the wider discs below them
-    body_gray: Gray = 42.0  # of the robot
+    diameter_px: Positive | None = None  # diameter of every marker; None for the usual ones, scaled with the picture
+    gray: Gray = 236.0  # gray of the discs, 0 (black) to 255
+    base_gray: Gray = 30.0  # gray of the wider discs below them
+    body_gray: Gray = 42.0  # gray of the robot
     # share by which the light on a marker comes and goes with the waves
     glow: Annotated[float, Field(ge=0, le=0.5)] = 0.04
 
 
 class ClipPlan(Table):
-    """A clip to be rendered."""
+    """Clip to be rendered."""
 
-    frames: Annotated[int, Field(ge=1)] = 240  # how many
-    seed: Annotated[int, Field(ge=0)] = 0  # of every random draw
-    markers: tuple[str, ...] = FISHSIM_MARKERS  # the visible ones
-    swim: Swim = Swim()  # the motion
-    optics: Optics = Optics()  # the camera
-    marker_look: MarkerLook = MarkerLook()  # of the markers
-    water: WaterLook = WaterLook()  # the pool
-    glints_per_s: NonNegative = 6.0  # how many appear in a second
+    frames: Annotated[int, Field(ge=1)] = 240  # number of frames
+    seed: Annotated[int, Field(ge=0)] = 0  # seed of every random draw
+    markers: tuple[str, ...] = FISHSIM_MARKERS  # visible markers
+    swim: Swim = Swim()
+    optics: Optics = Optics()
+    marker_look: MarkerLook = MarkerLook()
+    water: WaterLook = WaterLook()
+    glints_per_s: NonNegative = 6.0  # number of glints that appear in a second
     occlusions: tuple[Occlusion, ...] = ()  # poles over markers
     skipped: tuple[int, ...] = ()  # frames that the camera dropped: the clock runs on, so the rate varies
     robot: RobotSpec | None = None  # None for the built-in fish
 
     @property
     def swimmer(self) -> RobotSpec:
-        """The robot that swims."""
+        """Robot that swims."""
         return self.robot or load_robot()
 
     @property

@@ -1,4 +1,4 @@
-"""Rendering: a plan becomes a video, in one or more encodings, with its truth next to it."""
+"""Rendering of a clip: a plan becomes a video, in one or more encodings, with its truth next to it."""
 
 from __future__ import annotations
 
@@ -16,27 +16,27 @@ from tracking.boxes import save_boxes
 
 
 class Encoding(NamedTuple):
-    """How a video is packed."""
+    """Way to pack a video."""
 
     codec: Codec = "h264"  # "h264", "hevc" or "ffv1" (lossless)
     crf: float = 23  # quality of H.264 and HEVC, 0 (best) to 51; FFV1 takes none
 
 
 ENCODINGS = (Encoding("ffv1"), Encoding("h264", 18), Encoding("h264", 23), Encoding("h264", 28), Encoding("hevc", 28))
-"""What a tracker is measured at, lossless first."""
+"""Encodings that a tracker is measured at, lossless first."""
 
 
 def render_encodings(plan: ClipPlan, videos: Mapping[Path, Encoding], progress: Callable[[int], None]) -> ClipTruth:
-    """Renders a clip once and packs it in several ways, each with its truth and start boxes next to it.
+    """Render a clip once and pack it in several ways, each with its truth and start boxes next to it.
 
     Args:
-        plan: of the clip.
-        videos: how to pack each video, by its file.
+        plan: plan of the clip.
+        videos: encoding of each video, by its file.
         progress: called with the number of frames done.
 
     Raises:
-        session.ResultsNotWritable: a file cannot be written.
-        session.SimulationDiverged: the planned motion is unstable.
+        swimcal.errors.ResultsNotWritable: a file cannot be written.
+        swimcal.errors.SimulationDiverged: the planned motion is unstable.
     """
     scene = PoolScene(plan)
     write_scene(scene, videos, progress)
@@ -47,7 +47,7 @@ def render_encodings(plan: ClipPlan, videos: Mapping[Path, Encoding], progress: 
 
 
 def write_scene(scene: PoolScene, videos: Mapping[Path, Encoding], progress: Callable[[int], None]) -> None:
-    """Paints a scene once and writes its videos, without truth; arguments as of `render_encodings`."""
+    """Paint a scene once and write its videos, without truth; arguments as of `render_encodings`."""
     optics = scene.plan.optics
     fps = Fraction(optics.fps).limit_denominator(1001)
     with ExitStack() as files:

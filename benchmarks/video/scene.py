@@ -1,4 +1,4 @@
-"""The pictures of a clip, any frame at a time: pool, body, glints, markers, poles, noise."""
+"""Pictures of a clip, any frame at a time: pool, body, glints, markers, poles, noise."""
 
 from __future__ import annotations
 
@@ -18,8 +18,9 @@ from benchmarks.video.water import TINT, Water
 
 _BASE_WIDER_PX = 3.0
 _NOISE_PLACES = 64
-_BODY_MOMENTS, _STILL_PX = 4, 1.5  # a body that moves less in an exposure is painted once
-_SHADOW_M = (0.10, -0.07)  # of the lamp off the vertical, on the floor
+_BODY_MOMENTS = 4
+_STILL_PX = 1.5  # A body that moves less in an exposure is painted once.
+_SHADOW_M = (0.10, -0.07)  # shift of the shadow on the floor, as the lamp is off the vertical
 _GLOW_HZ = 1.3
 
 
@@ -27,8 +28,8 @@ class PoolScene:
     """A clip ready to be painted, frame by frame in any order; the same plan gives the same pixels.
 
     Args:
-        plan: of the clip.
-        stage: its markers; default: those of the plan's own swim.
+        plan: plan of the clip.
+        stage: places of its markers; default: those of the plan's own swim.
     """
 
     def __init__(self, plan: ClipPlan, stage: Stage | None = None) -> None:
@@ -47,8 +48,8 @@ class PoolScene:
 
     @cached_property
     def truth(self) -> ClipTruth:
-        """What is known of the clip."""
-        share = np.array([self._visible_share(number) for number in range(len(self))])
+        """Truth of the clip."""
+        share = np.array([self._measure_visible_share(number) for number in range(len(self))])
         return ClipTruth(
             markers=self.plan.markers,
             time_s=self.stage.time_s,
@@ -59,29 +60,29 @@ class PoolScene:
         )
 
     def picture(self, number: int) -> Picture:
-        """Paints a frame."""
+        """Paint a frame."""
         picture = Picture(*self._size)
         time_s = float(self.stage.time_s[number])
-        poses = self._poses(number)
+        poses = self._sample_poses(number)
         camera = self.stage.camera
-        self._water.paint(picture, time_s, self._shadow(poses))
+        self._water.paint(picture, time_s, self._cast_shadow(poses))
         self._body.paint(picture, camera, poses)
         self._glints.paint(picture, time_s)
         self._paint_markers(picture, number)
-        for occlusion, tip_px in self._tips(number):
+        for occlusion, tip_px in self._list_tips(number):
             occlusion.paint(picture, tip_px)
         self._add_noise(picture, number)
         return picture
 
     @cached_property
     def _radius_px(self) -> np.ndarray:
-        """(m,) as the camera sees them, higher ones larger."""
+        """(m,) radii as the camera sees them, higher ones larger."""
         robot, camera = self.plan.swimmer, self.stage.camera
         height_m = robot.marker_positions_m(self.plan.markers)[:, 2] - robot.marker_positions_m(("nose",))[0, 2]
         return self.plan.diameter_px / 2 * camera.scale_at(height_m) / camera.px_per_m
 
     def _paint_markers(self, picture: Picture, number: int) -> None:
-        """All bases first, so that none covers the marker next to it."""
+        """Paint all bases first, so that none covers the marker next to it."""
         look, blur_px = self.plan.marker_look, self.plan.optics.blur_px
         exposed_px = np.moveaxis(self.stage.exposed_px[number], 1, 0)  # (m, s, 2)
         base = colour_of(*3 * (look.base_gray,))
@@ -92,8 +93,8 @@ class PoolScene:
         for centre_px, radius_px, level in zip(exposed_px, self._radius_px, gray, strict=True):
             picture.paint_discs(centre_px, radius_px, colour_of(level, level, 0.97 * level), blur_px)
 
-    def _poses(self, number: int) -> Pose:
-        """Poses of the body at the moments of an exposure; one where it hardly moves."""
+    def _sample_poses(self, number: int) -> Pose:
+        """Return poses of the body at the moments of an exposure; one where it hardly moves."""
         exposed_px = self.stage.exposed_px[number]  # (s, m, 2)
         moved_px = np.linalg.norm(exposed_px[-1] - exposed_px[0], axis=1).max()
         moments = 1 if moved_px < _STILL_PX else _BODY_MOMENTS
@@ -101,19 +102,19 @@ class PoolScene:
         delay_s = self.stage.camera.delay_s(exposed_px[..., 1].mean())
         return self.stage.motion.at(self.stage.time_s[number] + delay_s + within_s)
 
-    def _shadow(self, poses: Pose) -> np.ndarray:
+    def _cast_shadow(self, poses: Pose) -> np.ndarray:
         outline_px = self._body.outline_px(self.stage.camera, Pose(poses.head[0], poses.hinges_rad[0]))
         return outline_px + self.stage.camera.px_per_m * np.array(_SHADOW_M) * (1, -1)
 
-    def _tips(self, number: int) -> list[tuple]:
-        """The occlusions, each with where its tip is in a frame."""
+    def _list_tips(self, number: int) -> list[tuple]:
+        """List the occlusions, each with where its tip is in a frame."""
         places = self.stage.shown_px[number]
         plan = self.plan
         return [(each, each.tip_px(number, places[plan.markers.index(each.marker)])) for each in plan.occlusions]
 
-    def _visible_share(self, number: int) -> np.ndarray:
-        """(m,) of each disc's area."""
-        tips, exposed_px = self._tips(number), self.stage.exposed_px[number]
+    def _measure_visible_share(self, number: int) -> np.ndarray:
+        """Return the (m,) visible share of each disc's area."""
+        tips, exposed_px = self._list_tips(number), self.stage.exposed_px[number]
         reach = self._radius_px + 4
         low, high = exposed_px.min(axis=0) - reach[:, None], exposed_px.max(axis=0) + reach[:, None]
         inside = (low >= 0).all(axis=1) & (high <= np.array(self._size) - 1).all(axis=1)
@@ -130,7 +131,7 @@ class PoolScene:
 
     @cached_property
     def _noise(self) -> np.ndarray:
-        """(h, w) uint8 about 128, larger than the picture: each frame takes another part of it."""
+        """(h, w) uint8 noise about 128, larger than the picture: each frame takes another part of it."""
         random = np.random.default_rng([self.plan.seed, 3])
         shape = (self._size[1] + _NOISE_PLACES, self._size[0] + _NOISE_PLACES)
         levels = 128 + self.plan.optics.noise * random.standard_normal(shape, dtype=np.float32)

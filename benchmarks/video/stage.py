@@ -1,4 +1,4 @@
-"""Where the markers are in every frame, before anything is painted."""
+"""Places of the markers in every frame, before anything is painted."""
 
 from __future__ import annotations
 
@@ -11,18 +11,19 @@ from benchmarks.video.motion import Motion, RobotPoints, twin_motion
 from benchmarks.video.plan import ClipPlan
 from swimcal.robot import RobotSpec
 
-_FEWEST_MOMENTS, _MOST_MOMENTS = 3, 24
+_FEWEST_MOMENTS = 3
+_MOST_MOMENTS = 24
 
 
 @dataclass(frozen=True, eq=False)
 class Stage:
-    """The markers of a clip of n frames."""
+    """Markers of a clip of n frames."""
 
-    motion: Motion  # of the robot
-    camera: Optics  # that looks on
+    motion: Motion  # motion of the robot
+    camera: Optics  # camera that looks on
     time_s: np.ndarray  # (n,) middle of the exposure of the image's middle row, s
-    position_px: np.ndarray  # (n, m, 2) where each marker would be seen in an instant, at `time_s`
-    exposed_px: np.ndarray  # (n, s, m, 2) where it is seen at s moments, evenly over the exposure of its own row
+    position_px: np.ndarray  # (n, m, 2) place at which each marker would be seen in an instant, at `time_s`
+    exposed_px: np.ndarray  # (n, s, m, 2) places at s moments, evenly over the exposure of its own row
 
     @property
     def shown_px(self) -> np.ndarray:
@@ -37,7 +38,7 @@ def staged(
     camera: Optics,
     time_s: np.ndarray,
 ) -> Stage:
-    """Looks through a camera at a motion in its pool, at the times (n,) of the frames."""
+    """Look through a camera at a motion in its pool, at the times (n,) of the frames."""
     points = RobotPoints(robot, [robot.markers[name] for name in markers])
     position_px = camera.project(points(motion.at(time_s)))  # (n, m, 2)
     pace_px_s = (
@@ -47,22 +48,22 @@ def staged(
     path_px = exposure_s * float(np.max(pace_px_s))
     moments = int(np.clip(np.ceil(path_px), _FEWEST_MOMENTS, _MOST_MOMENTS)) if exposure_s else 1
     within_s = exposure_s * ((np.arange(moments) + 0.5) / moments - 0.5)
-    row_px = _rows_px(motion, points, camera, time_s, position_px[..., 1])
+    row_px = _find_rows_px(motion, points, camera, time_s, position_px[..., 1])
     seen_s = time_s[:, None, None] + within_s[:, None] + camera.delay_s(row_px)[:, None]  # (n, s, m)
-    return Stage(motion, camera, time_s, position_px, _each_at(motion, points, camera, seen_s))
+    return Stage(motion, camera, time_s, position_px, _project_each(motion, points, camera, seen_s))
 
 
 def stage_of(plan: ClipPlan) -> Stage:
-    """The markers of a planned clip, the middle of whose swim is in the middle of the picture.
+    """Place the markers of a planned clip, the middle of whose swim is in the middle of the picture.
 
     Raises:
-        session.SimulationDiverged: the planned motion is unstable.
+        swimcal.errors.SimulationDiverged: the planned motion is unstable.
     """
     swim, optics, robot, time_s = plan.swim, plan.optics, plan.swimmer, plan.time_s
     motion = twin_motion(robot, swim.frequency_hz, swim.pace * float(time_s[-1])).paced(swim.pace)
     if swim.drift_m_s is not None:
         forward, left = swim.drift_m_s
-        motion = motion.steadied([-forward, -left])  # in the robot's frame, nose along -x
+        motion = motion.steadied([-forward, -left])  # The way is in the robot's frame, nose along -x.
     turn = np.radians(swim.heading_deg - 180.0) - float(motion.at(np.zeros(1)).head[0, 2])
     motion = centred(motion.moved(turn, (0.0, 0.0)), robot, plan.markers, time_s)
     x, y = swim.off_centre_px
@@ -71,23 +72,25 @@ def stage_of(plan: ClipPlan) -> Stage:
 
 
 def centred(motion: Motion, robot: RobotSpec, markers: tuple[str, ...], time_s: np.ndarray) -> Motion:
-    """The motion shifted so that the box around all places of its markers has its middle at the origin."""
+    """Shift the motion so that the box around all places of its markers has its middle at the origin."""
     place = RobotPoints(robot, [robot.markers[name] for name in markers])(motion.at(time_s))[..., :2]
     low, high = place.min(axis=(0, 1)), place.max(axis=(0, 1))
     return motion.moved(0.0, -(low + high) / 2)
 
 
-def _rows_px(motion: Motion, points: RobotPoints, camera: Optics, time_s: np.ndarray, row_px: np.ndarray) -> np.ndarray:
-    """(n, m) row in which a rolling shutter meets each marker: the fixed point of row = y(time + delay(row))."""
+def _find_rows_px(
+    motion: Motion, points: RobotPoints, camera: Optics, time_s: np.ndarray, row_px: np.ndarray
+) -> np.ndarray:
+    """Return the (n, m) row in which a shutter meets each marker: the fixed point of row = y(time + delay(row))."""
     if not camera.readout_s:
         return row_px
     for _ in range(4):  # each round gains the factor of marker speed over readout speed, below 0.05
-        row_px = _each_at(motion, points, camera, time_s[:, None] + camera.delay_s(row_px))[..., 1]
+        row_px = _project_each(motion, points, camera, time_s[:, None] + camera.delay_s(row_px))[..., 1]
     return row_px
 
 
-def _each_at(motion: Motion, points: RobotPoints, camera: Optics, time_s: np.ndarray) -> np.ndarray:
-    """(..., m, 2) px of each marker at a time of its own, (..., m) s."""
+def _project_each(motion: Motion, points: RobotPoints, camera: Optics, time_s: np.ndarray) -> np.ndarray:
+    """Return (..., m, 2) px of each marker at a time of its own, (..., m) s."""
     if np.ptp(time_s, axis=-1).max() == 0:
         return camera.project(points(motion.at(time_s[..., 0])))
     seen_px = camera.project(points(motion.at(time_s)))  # (..., m times, m markers, 2)

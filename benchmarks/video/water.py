@@ -1,4 +1,4 @@
-"""The pool: a tiled floor seen through moving water, with the caustics of the same waves."""
+"""Pool: a tiled floor seen through moving water, with the caustics of the same waves."""
 
 from __future__ import annotations
 
@@ -13,15 +13,19 @@ TINT = colour_of(78, 152, 186)
 """The floor's blue under water."""
 
 _WAVES = 48
-_GRAVITY, _TENSION = 9.81, 7.3e-5  # m/s^2; surface tension of water over its density, m^3/s^2
+_GRAVITY_M_S2 = 9.81
+_TENSION_M3_S2 = 7.3e-5  # surface tension of water over its density
 _DEPTH_M = 0.5
-_REFRACTION = 0.25  # a ray leaves the water's normal by 1 - 1/n of the slope
-_COARSE_PX, _WIDE_PX = 4, 2000  # step of the grid of waves; twice that in pictures wider than this
-_TILE_M, _GROUT_M, _LANE_M = 0.15, 0.004, 0.12
+_REFRACTION = 0.25  # A ray leaves the water's normal by 1 - 1/n of the slope.
+_COARSE_PX = 4  # step of the grid of waves
+_WIDE_PX = 2000  # In wider pictures the step is twice that.
+_TILE_M = 0.15
+_GROUT_M = 0.004
+_LANE_M = 0.12  # width of the lane
 
 
 class WaterLook(Table):
-    """How the water looks."""
+    """Look of the water."""
 
     ripple_mm: NonNegative = 2.0  # standard deviation of the surface
     caustics: NonNegative = 0.3  # brightness of the light that the waves gather on the floor; 0 for none
@@ -29,17 +33,18 @@ class WaterLook(Table):
 
 
 class Water:
-    """Paints the pool at any time.
+    """Painter of the pool at any time.
 
     The surface is a sum of plane waves with the dispersion of deep water, w^2 = g k + (sigma / rho) k^3 (Lighthill
     1978, Waves in Fluids, sec. 3.4). The floor shows displaced by the slope, and lit by the inverse of how the slope
     spreads the light: 1 / |det(1 - d hessian)|.
 
     Args:
-        look: of the water.
-        width_px, height_px: of the picture.
-        px_per_m: its scale.
-        seed: of waves and tiles.
+        look: look of the water.
+        width_px: width of the picture.
+        height_px: height of the picture.
+        px_per_m: scale of the picture.
+        seed: seed of waves and tiles.
     """
 
     def __init__(self, look: WaterLook, width_px: int, height_px: int, px_per_m: float, seed: int) -> None:
@@ -49,19 +54,19 @@ class Water:
         step_px = _COARSE_PX * self._halved
         self._size = (width_px // self._halved, height_px // self._halved)
         self._make_waves(random, np.arange(0, width_px, step_px), np.arange(0, height_px, step_px))
-        self._floor = _floor(*self._size, px_per_m / self._halved, random)
+        self._floor = _paint_floor(*self._size, px_per_m / self._halved, random)
         x, y = np.meshgrid(*(np.arange(n, dtype=np.float32) for n in self._size))
         self._place = np.stack([x, y], axis=-1)
 
     def paint(self, picture: Picture, time_s: float, shadow: np.ndarray) -> None:
-        """Fills a picture with the pool.
+        """Fill a picture with the pool.
 
         Args:
-            picture: to be painted.
-            time_s: of the waves.
-            shadow: (k, c, 2) px of convex shapes that keep the light from the floor.
+            picture: picture to fill.
+            time_s: time of the waves.
+            shadow: (k, c, 2) corners of convex shapes that keep the light from the floor, px.
         """
-        slope, light, sheen = self._surface(time_s)
+        slope, light, sheen = self._compute_surface(time_s)
         light *= self._shade(shadow, light.shape)
         width, height = self._size
         shift_px = slope * np.float32(_DEPTH_M * _REFRACTION * self._px_per_m / self._halved)
@@ -74,24 +79,24 @@ class Water:
         picture.blue[:], picture.red[:] = round(TINT.blue), round(TINT.red)
 
     def _make_waves(self, random: np.random.Generator, x_px: np.ndarray, y_px: np.ndarray) -> None:
-        """Plane waves of 7 to 60 cm, from all sides, the longer the higher."""
+        """Draw plane waves of 7 to 60 cm, from all sides, the longer the higher."""
         length_m = np.exp(random.uniform(np.log(0.07), np.log(0.6), _WAVES))
         angle, self._phase = 2 * np.pi * random.random((2, _WAVES))
         number = 2 * np.pi / length_m
         height = length_m**1.5 * random.uniform(0.5, 1.0, _WAVES)
         self._height = 1e-3 * self._look.ripple_mm * height * np.sqrt(2 / np.sum(height**2))
-        self._turn = np.sqrt(_GRAVITY * number + _TENSION * number**3)  # rad/s
+        self._turn = np.sqrt(_GRAVITY_M_S2 * number + _TENSION_M3_S2 * number**3)  # rad/s
         self._kx, self._ky = number * np.cos(angle), number * np.sin(angle)
         along_x, along_y = (np.outer(k, place) / self._px_per_m for k, place in ((self._kx, x_px), (self._ky, y_px)))
         self._along_x = np.vstack([np.cos(along_x), np.sin(along_x)]).astype(np.float32)  # (2 waves, w)
         self._along_y = np.exp(1j * along_y).T  # (h, waves)
 
-    def _surface(self, time_s: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """(h, w, 2) slope, (h, w) light on the floor and (h, w) luma of the sky's reflection."""
+    def _compute_surface(self, time_s: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return (h, w, 2) slope, (h, w) light on the floor and (h, w) luma of the sky's reflection."""
         now = self._height * np.exp(1j * (self._phase - self._turn * time_s))
         kx, ky = self._kx, self._ky
         factors = np.array([1j * kx, 1j * ky, -kx * kx, -ky * ky, -kx * ky])
-        slope_x, slope_y, bend_x, bend_y, twist = self._sums(factors * now)
+        slope_x, slope_y, bend_x, bend_y, twist = self._sum_waves(factors * now)
         reach = np.float32(_DEPTH_M * _REFRACTION * 1.6)
         spread = (1 + reach * bend_x) * (1 + reach * bend_y) - (reach * twist) ** 2
         gathered = 1 / (np.abs(spread) + np.float32(0.25))
@@ -99,15 +104,15 @@ class Water:
         sheen = np.float32(self._look.sheen) * np.maximum(8 * (0.8 * slope_x + 0.6 * slope_y), -0.3)
         return np.stack([slope_x, slope_y], axis=-1), light, sheen
 
-    def _sums(self, amplitude: np.ndarray) -> np.ndarray:
-        """(c, h, w) float32 real parts of the sums of amplitude (c, waves) * exp(i (kx x + ky y)): one product."""
+    def _sum_waves(self, amplitude: np.ndarray) -> np.ndarray:
+        """Return (c, h, w) float32 real parts of sums of amplitude (c, waves) * exp(i (kx x + ky y)): one product."""
         turned = amplitude[:, None] * self._along_y  # (c, h, waves)
         flat = turned.reshape(-1, turned.shape[-1])
         both = np.hstack([flat.real, -flat.imag]).astype(np.float32)
         return (both @ self._along_x).reshape(*turned.shape[:2], -1)
 
     def _shade(self, shadow: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
-        """(h, w) what a soft shadow leaves of the light."""
+        """Return (h, w) what a soft shadow leaves of the light."""
         mask = np.ones(shape, np.float32)
         step_px = _COARSE_PX * self._halved
         for outline in shadow:
@@ -115,8 +120,8 @@ class Water:
         return cv2.GaussianBlur(mask, (0, 0), 0.012 * self._px_per_m / step_px)
 
 
-def _floor(width: int, height: int, px_per_m: float, random: np.random.Generator) -> np.ndarray:
-    """(h, w) float32 luma of the floor: a slow gradient, tiles each a little different, a lane, a vignette."""
+def _paint_floor(width: int, height: int, px_per_m: float, random: np.random.Generator) -> np.ndarray:
+    """Return (h, w) float32 luma of the floor: a slow gradient, tiles each a little different, a lane, a vignette."""
     scale = px_per_m * 0.8  # the floor is further away than the water
     turn = 0.12  # of the tiles against the picture, rad
     x, y = np.meshgrid((np.arange(width) - width / 2) / scale, (np.arange(height) - height / 2) / scale)

@@ -1,4 +1,4 @@
-"""Videos written frame by frame, with time stamps of one's own and nothing half-written."""
+"""Writer of videos, frame by frame, with time stamps of one's own and nothing half-written."""
 
 from __future__ import annotations
 
@@ -16,27 +16,29 @@ from swimcal.results import writing_whole
 
 Codec = Literal["h264", "hevc", "ffv1"]
 _ENCODERS = {"h264": "libx264", "hevc": "libx265", "ffv1": "ffv1"}
-_KEPT_AS = {"rgb24": "bgr0"}  # in FFV1
-_BT709, _LIMITED_RANGE = 1, 1  # FFmpeg's AVCOL_SPC_BT709 and AVCOL_RANGE_MPEG
-_TICKS_HZ = 60_000  # the coarsest clock of a video: at least so many ticks a second
+_KEPT_AS = {"rgb24": "bgr0"}  # FFV1 keeps such pixels in this form.
+_BT709 = 1  # FFmpeg's AVCOL_SPC_BT709
+_LIMITED_RANGE = 1  # FFmpeg's AVCOL_RANGE_MPEG
+_TICKS_HZ = 60_000  # The coarsest clock of a video has at least so many ticks a second.
 
 
 class VideoWriter:
-    """Writes a video, as a context manager; the file appears under its name when the block ends well.
+    """Writer of a video, as a context manager; the file appears under its name when the block ends well.
 
     H.264 and HEVC hold 4:2:0 colour (BT.709, limited range); FFV1 keeps every bit. In MP4 a
     time stamp is exact to 1/60000 s or better, in Matroska to 1 ms.
 
     Args:
-        path: of the file; its suffix names the container, such as .mp4 (which also takes FFV1) or .mkv.
-        width_px, height_px: of every picture; even for H.264 and HEVC.
+        path: file to write; its suffix names the container, such as .mp4 (which also takes FFV1) or .mkv.
+        width_px: width of every picture; even for H.264 and HEVC.
+        height_px: height of every picture; even for H.264 and HEVC.
         fps: nominal frames a second, exact where a `Fraction` such as 60000/1001.
         codec: "h264", "hevc" or "ffv1".
         crf: quality of H.264 and HEVC, 0 (best) to 51; FFV1 takes none.
         preset: speed of H.264 and HEVC, as their encoders name it.
 
     Raises:
-        session.ResultsNotWritable: the file cannot be written.
+        swimcal.errors.ResultsNotWritable: the file cannot be written.
     """
 
     def __init__(
@@ -64,11 +66,11 @@ class VideoWriter:
         return self
 
     def write(self, image: np.ndarray, time_s: float | None = None) -> None:
-        """Appends a picture.
+        """Append a picture.
 
         Args:
             image: (h, w, 3) RGB, (h, w) gray or (3 h / 2, w) planes of yuv420p, uint8; all pictures of one kind.
-            time_s: when it is shown, later than the picture before; default: its number over `fps`.
+            time_s: time at which it is shown, later than the picture before; default: its number over `fps`.
         """
         w, h = self._size
         pixels = {(h, w, 3): "rgb24", (h, w): "gray", (3 * h // 2, w): "yuv420p"}[image.shape]

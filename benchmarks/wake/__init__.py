@@ -1,4 +1,4 @@
-"""A third generator of sessions: its thrust comes from a vortex wake that is shed, not from forces by strips.
+"""Third generator of sessions: its thrust comes from a vortex wake that is shed, not from forces by strips.
 
 It shares robot, tendons, integrator, camera and recording with `benchmarks.reality`; the water is its own.
 """

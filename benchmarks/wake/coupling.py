@@ -19,13 +19,15 @@ from benchmarks.reality.parameters import Parameters
 from benchmarks.wake.lattice import Bound, Panels, Surface, Wake, Water
 from benchmarks.wake.viscous import Viscous
 
-HEAD_PANELS, _TAIL_PANELS, _FIN_PANELS = 8, 7, 3
-CORE_M = 0.012  # of wake vortices
-_KEPT = 90  # rings of a wake
+HEAD_PANELS = 8
+_TAIL_PANELS = 7
+_FIN_PANELS = 3
+CORE_M = 0.012  # core of the wake's vortices
+_KEPT_RINGS = 90  # A wake keeps this many rings.
 
 
 def panels_of(layout: Layout, fineness: int = 1) -> Panels:
-    """The straight fish: head, tail and fin in even panels each, as high as the strip in the middle of a panel."""
+    """Return the straight fish: head, tail and fin in even panels, each as high as the strip in its middle."""
     strips, robot = layout.strips, layout.robot
     middle = layout.origin_m[strips.link] + strips.place_m
     fin = robot.fin_root_x_m + robot.caudal_fin.centre_m + np.array([-0.5, 0.5]) * robot.caudal_fin.chord_m
@@ -51,13 +53,13 @@ class _Nodes:
         self._lever = ahead + (links == self.link[:, None]) * self.place_m[:, None]  # (m + 1, l)
 
     def surface(self, panels: Panels, pose: Pose) -> Surface:
-        """Where they are."""
+        """Return where the nodes are and how they move."""
         arm = self.place_m * pose.direction[:, self.link]
         velocity = pose.velocity_m_s[:, self.link] + 1j * pose.rate_rad_s[:, self.link] * arm
         return Surface(panels, pose.origin_m[:, self.link] + arm, velocity)
 
     def jacobian(self, pose: Pose) -> np.ndarray:
-        """(n, m + 1, N) their velocity over the rates of the coordinates, complex."""
+        """Return the (n, m + 1, N) velocity of the nodes over the rates of the coordinates, complex."""
         turned = 1j * self._lever * pose.direction[:, None]
         moved = np.broadcast_to(np.array([1.0, 1j]), (*turned.shape[:2], 2))
         return np.concatenate([moved, turned], axis=2)
@@ -67,12 +69,14 @@ class WakeMotion(Motion):
     """n simulations of one layout in water that holds their wakes.
 
     Args:
-        layout, parameters, mechanisms: as of `Motion`; by the parameters' density of water there would be strips.
-        crank: (n,) turns a second, and (n,) angle at time 0.
-        panels: of the fish.
-        viscous: what the water does besides.
-        water: what moves it besides.
-        step_s: of the wake.
+        layout: layout of the fish.
+        parameters: n rows, already prepared by the mechanisms; their density is set to 0, which takes out the strips.
+        mechanisms: n tuples of the mechanisms that act.
+        crank: (n,) turns a second, and (n,) angles at time 0.
+        panels: panels of the fish.
+        viscous: viscous forces of the water.
+        water: motion of the water besides the fish's.
+        step_s: step of the wake, s.
     """
 
     def __init__(
@@ -99,17 +103,17 @@ class WakeMotion(Motion):
     def equations(
         self, time_s: np.ndarray, position: np.ndarray, velocity: np.ndarray, states: list[np.ndarray], step_s: float
     ) -> Equations:
-        """Those of the chain in the water as it is held during a step of the wake."""
+        """Build the equations of the chain in the water as it is held during a step of the wake."""
         dry = super().equations(time_s, position, velocity, states, step_s)
         pose = dry.now.pose
         jacobian = self._nodes.jacobian(pose)
         surface = self._nodes.surface(self._panels, pose)
         viscous = self._viscous.force(surface, self._outside)
-        force = dry.force + self._held_force + _on_coordinates(_middles(jacobian), viscous)
+        force = dry.force + self._held_force + _project_on_coordinates(_average_middles(jacobian), viscous)
         return replace(dry, mass=dry.mass + self._held_mass, force=force)
 
     def renew(self, position: np.ndarray, velocity: np.ndarray) -> None:
-        """Solves for the circulations, sheds, carries the wake along, and holds the force for the step to come."""
+        """Solve for the circulations, shed, carry the wake along, and hold the force for the step to come."""
         pose, h = self.chain.pose(position, velocity), self._wake_step_s
         surface, jacobian = self._nodes.surface(self._panels, pose), self._nodes.jacobian(pose)
         edge, water = surface.node_m[:, -1:], self._outside
@@ -119,14 +123,14 @@ class WakeMotion(Motion):
         wake = self.wake.followed(edge)
         bound = Bound(surface, wake, water)
         across = 1j * surface.along
-        middles = (_middles(jacobian) * across.conj()[:, :, None]).real
+        middles = (_average_middles(jacobian) * across.conj()[:, :, None]).real
         share = self._panels.collocation[:, None]
         collocated = jacobian[:, :-1] + share * (jacobian[:, 1:] - jacobian[:, :-1])
         passes = (collocated * across.conj()[:, :, None]).real
         weight = bound.weight_kg_m(self._viscous.density_kg_m3)
         at_once = weight[:, :, None] * (bound.response @ passes)  # (n, m, N) momentum over the rates
         momentum = weight * bound.circulation_m2_s
-        carried = _on_coordinates(
+        carried = _project_on_coordinates(
             jacobian[:, :-1], bound.steady_force(self._viscous.density_kg_m3, self._viscous.suction)
         )
         before = self._before or (momentum, velocity, carried)
@@ -135,14 +139,14 @@ class WakeMotion(Motion):
         self._held_mass = turned @ at_once
         self._held_force = 1.5 * carried - 0.5 * before[2] - (turned @ growth[:, :, None])[..., 0]
         self._before = (momentum, velocity.copy(), carried)
-        wake = wake.shed(edge, bound.circulation_m2_s[:, -1:], _KEPT)
+        wake = wake.shed(edge, bound.circulation_m2_s[:, -1:], _KEPT_RINGS)
         self.wake = wake.moved(h * bound.carried(wake, water))
 
 
-def _middles(jacobian: np.ndarray) -> np.ndarray:
+def _average_middles(jacobian: np.ndarray) -> np.ndarray:
     return (jacobian[:, 1:] + jacobian[:, :-1]) / 2
 
 
-def _on_coordinates(jacobian: np.ndarray, force_n: np.ndarray) -> np.ndarray:
-    """(n, N) generalised force of forces (n, k), complex, at places of a Jacobian (n, k, N)."""
+def _project_on_coordinates(jacobian: np.ndarray, force_n: np.ndarray) -> np.ndarray:
+    """Return the (n, N) generalised force of forces (n, k), complex, at places of a Jacobian (n, k, N)."""
     return np.asarray((jacobian.conj() * force_n[:, :, None]).real.sum(axis=1))

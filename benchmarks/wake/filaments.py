@@ -28,19 +28,19 @@ class Rings(NamedTuple):
 
 
 def of_rings(place_m: np.ndarray, rings: Rings) -> np.ndarray:
-    """(n, p, k) m/s at places (n, p) of each ring of unit circulation."""
+    """Return (n, p, k) m/s at places (n, p) of each ring of unit circulation."""
     place, height = place_m[:, :, None], rings.half_height_m
     a, b = rings.a_m[:, None], rings.b_m[:, None]
-    columns = _column(place - a, height, rings.core_a_m) - _column(place - b, height, rings.core_b_m)
-    return columns + _caps(place, a, b, height)
+    columns = _compute_column(place - a, height, rings.core_a_m) - _compute_column(place - b, height, rings.core_b_m)
+    return columns + _compute_caps(place, a, b, height)
 
 
-def _column(away: np.ndarray, height: np.ndarray, core_m: np.ndarray) -> np.ndarray:
+def _compute_column(away: np.ndarray, height: np.ndarray, core_m: np.ndarray) -> np.ndarray:
     square = away.real**2 + away.imag**2
     return np.asarray(1j * away * height / (2 * np.pi * (square + core_m**2) * np.sqrt(square + height**2)))
 
 
-def _caps(place: np.ndarray, a: np.ndarray, b: np.ndarray, height: np.ndarray) -> np.ndarray:
+def _compute_caps(place: np.ndarray, a: np.ndarray, b: np.ndarray, height: np.ndarray) -> np.ndarray:
     length = np.abs(b - a)
     along = (b - a) / np.where(length > 0, length, 1.0)
     first = (a - place) * along.conj()
@@ -53,23 +53,23 @@ def _caps(place: np.ndarray, a: np.ndarray, b: np.ndarray, height: np.ndarray) -
 def of_sheet(
     place_m: np.ndarray, node_m: np.ndarray, circulation_m2_s: np.ndarray, half_height_m: float, core_m: float
 ) -> np.ndarray:
-    """(n, p) m/s at places (n, p) of a sheet of rings of one height, through nodes (n, k + 1), of circulations (n, k).
+    """Return (n, p) m/s at places (n, p) of a sheet of rings of one height, nodes (n, k + 1), circulations (n, k).
 
     Its rings are short against their height, so their caps count as one element in the middle of each.
     """
     column = np.diff(circulation_m2_s, prepend=0.0, append=0.0)  # (n, k + 1)
     cap = 1j * circulation_m2_s * np.diff(node_m)
-    square = _squares(place_m, node_m)
+    square = _square_distances(place_m, node_m)
     width = np.sqrt(square + half_height_m**2)
     near = column[:, None] * (half_height_m / (2 * np.pi)) / ((square + core_m**2) * width)
     columns = place_m * near.sum(axis=2) - (near @ node_m[:, :, None])[..., 0]
     middle = (node_m[:, 1:] + node_m[:, :-1]) / 2
-    far = (half_height_m / (2 * np.pi)) / (_squares(place_m, middle) + half_height_m**2) ** 1.5
+    far = (half_height_m / (2 * np.pi)) / (_square_distances(place_m, middle) + half_height_m**2) ** 1.5
     return np.asarray(1j * columns + (far @ cap[:, :, None])[..., 0])
 
 
-def _squares(place_m: np.ndarray, node_m: np.ndarray) -> np.ndarray:
-    """(n, p, k) distances squared."""
+def _square_distances(place_m: np.ndarray, node_m: np.ndarray) -> np.ndarray:
+    """Return (n, p, k) distances squared."""
     x = place_m.real[:, :, None] - node_m.real[:, None]
     y = place_m.imag[:, :, None] - node_m.imag[:, None]
     return np.asarray(x * x + y * y)

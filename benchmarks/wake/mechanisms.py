@@ -1,4 +1,4 @@
-"""What can be switched on in the third generator: what is no matter of the water as in reality, the rest by own forms.
+"""Mechanisms of the third generator: what is no matter of the water as in reality, the rest by own forms.
 
 The base state has added mass, a memory of the water and another load on fin and hull than any twin already: of these
 effects there is none to switch on.
@@ -18,19 +18,19 @@ from benchmarks.reality.world import Trial, World
 
 
 class UniformStream(Mechanism):
-    """The water moves as one."""
+    """Water that moves as one."""
 
-    # right_m_s, up_m_s: in the picture
+    # right_m_s, up_m_s: velocity in the picture
     right_m_s: float
     up_m_s: float
 
     def prepare(self, parameters: Parameters, layout: Layout) -> Parameters:  # noqa: ARG002
-        """It carries wakes along too."""
+        """Let the stream carry wakes along too."""
         return replace(parameters, current_m_s=parameters.current_m_s + self.right_m_s + 1j * self.up_m_s)
 
 
 def _background_current(random: np.random.Generator) -> AtStrength:
-    """0.015 m/s at strength 1, to anywhere; linear."""
+    """Draw 0.015 m/s at strength 1, to anywhere; linear."""
     way = 0.015 * np.exp(1j * random.uniform(0.0, 2 * np.pi))
     return lambda strength: (UniformStream(float(strength * way.real), float(strength * way.imag)),)
 
@@ -39,24 +39,24 @@ class MirrorWall(Mechanism):
     """A plane wall: the lattice and its wake have images behind it, so that no water passes (method of images)."""
 
     side: float  # +1 left, -1 right
-    distance_m: float  # from the head's origin at the start
-    slant_rad: float  # of the wall to the fish's heading then, away from it
+    distance_m: float  # distance from the head's origin at the start
+    slant_rad: float  # angle of the wall to the fish's heading then, away from it
 
     def plane(self, trial: Trial) -> tuple[complex, complex]:
-        """A place on it, m, and its unit normal towards the fish, in the pool."""
+        """Return a place on the wall, m, and its unit normal towards the fish, in the pool."""
         outward = 1j * self.side * np.exp(1j * (trial.heading_rad + self.side * self.slant_rad))
         return complex(trial.place_m + self.distance_m * outward), complex(-outward)
 
 
 def _wall_proximity(random: np.random.Generator) -> AtStrength:
-    """Left or right, 0.35 m off at strength 1, nearer with more; never nearer than 0.15 m."""
+    """Draw left or right, 0.35 m off at strength 1, nearer with more; never nearer than 0.15 m."""
     nearest_m, further_m = 0.15, 0.2 * random.uniform(0.8, 1.25)
     side, slant = random.choice([-1.0, 1.0]), random.uniform(0.0, 0.05)
     return lambda strength: (MirrorWall(side, nearest_m + further_m / strength, slant),)
 
 
 def wall_of(world: World) -> MirrorWall | None:
-    """The wall in a world, if there is one."""
+    """Return the wall in a world, if there is one."""
     return next((each for each in world.mechanisms if isinstance(each, MirrorWall)), None)
 
 
@@ -67,17 +67,18 @@ class RoughSkin(Mechanism):
 
 
 def _skin_friction(random: np.random.Generator) -> AtStrength:
-    """Twice as much again at strength 1, linear."""
+    """Draw twice as much again at strength 1, linear."""
     more = 2.0 * random.uniform(0.8, 1.25)
     return lambda strength: (RoughSkin(more * strength),)
 
 
 def roughness_of(world: World) -> float:
-    """Factor on a smooth plate's friction that mechanisms make."""
+    """Return the factor on a smooth plate's friction that mechanisms make."""
     return 1.0 + sum(each.more for each in world.mechanisms if isinstance(each, RoughSkin))
 
 
-_GRAVITY_M_S2, _DENSITY_KG_M3 = 9.81, 1000.0
+_GRAVITY_M_S2 = 9.81
+_DENSITY_KG_M3 = 1000.0
 
 
 class WaveResistance(Mechanism):
@@ -91,7 +92,7 @@ class WaveResistance(Mechanism):
     fades: float  # b
 
     def force(self, now: Instant, state: np.ndarray) -> np.ndarray:  # noqa: ARG002
-        """Against the head's way through the water."""
+        """Return the resistance against the head's way through the water."""
         robot, direction = now.layout.robot, now.pose.direction[:, :1]
         way = now.pose.velocity_m_s[:, :1] - now.parameters.current_m_s
         speed = (way * direction.conj()).real
@@ -102,7 +103,7 @@ class WaveResistance(Mechanism):
 
 
 def _wave_drag(random: np.random.Generator) -> AtStrength:
-    """1 at strength 1, linear; fades below 0.05 to 0.08 m/s."""
+    """Draw 1 at strength 1, linear; fades below 0.05 to 0.08 m/s."""
     fades = random.uniform(0.001, 0.002)
     return lambda strength: (WaveResistance(strength, fades),)
 
@@ -113,7 +114,8 @@ _OWN: Mapping[str, Drawn] = {
     "wave_drag": _wave_drag,
     "skin_friction": _skin_friction,
 }
-_OF_NO_STRIPS = ("linear_drag", "surface_motion", "hull_roll")  # pulled by a cable, or seen so
+# These pull by a cable, or change what is seen, so they need no strips.
+_OF_NO_STRIPS = ("linear_drag", "surface_motion", "hull_roll")
 _DRY = ("measurement", "drive", "tendons", "structure")
 CATALOGUED: Mapping[str, Drawn] = {
     **{name: draw for family in _DRY for name, draw in FAMILIES[family].items()},

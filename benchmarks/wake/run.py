@@ -1,4 +1,4 @@
-"""Simulates trials in water that holds their wakes, filmed by their worlds' cameras."""
+"""Simulation of trials in water that holds their wakes, filmed by their worlds' cameras."""
 
 from collections.abc import Sequence
 
@@ -19,7 +19,7 @@ from swimcal.robot import load_robot
 
 STEP_S = 0.004
 _STEPS_A_BEAT = 60
-_LONGEST_S = 0.03  # step of a wake
+_LONGEST_S = 0.03  # No step of a wake is longer.
 _CLASSES = (1, 2, 4, 7)
 _BATCH = 96
 
@@ -32,11 +32,14 @@ def simulate(
     *,
     allow_divergence: bool = False,
 ) -> list[Recording]:
-    """Recordings of the trials, as of `reality.simulate`; those out of water are reality's.
+    """Simulate the trials, as `benchmarks.reality.simulate` does, which also makes those out of water.
 
     Args:
-        trials, markers, step_s, allow_divergence: as there.
-        fineness: how many times as many panels, and as many steps of the wake.
+        trials: worlds and what is done in them, in any mix.
+        markers: names of the markers wanted; default all of the robot's.
+        step_s: step of the integrator, s.
+        fineness: factor on the number of panels, and on that of the steps of the wake.
+        allow_divergence: what blows up becomes nan instead of an error.
     """
     robot = load_robot()
     layout, names = lay_out(robot), markers or tuple(robot.markers)
@@ -46,7 +49,7 @@ def simulate(
     alike: dict[tuple[int, bool], list[int]] = {}
     for i, (world, trial) in enumerate(trials):
         if trial.kind == "swim":
-            alike.setdefault((_substeps(trial, step_s, fineness), wall_of(world) is not None), []).append(i)
+            alike.setdefault((_count_substeps(trial, step_s, fineness), wall_of(world) is not None), []).append(i)
     for (substeps, _), rows in alike.items():
         rows.sort(key=lambda i: (-trials[i][1].duration_s, [type(m).__qualname__ for m in trials[i][0].mechanisms]))
         for first in range(0, len(rows), _BATCH):
@@ -57,8 +60,8 @@ def simulate(
     return [recordings[i] for i in range(len(trials))]
 
 
-def _substeps(trial: Trial, step_s: float, fineness: int) -> int:
-    """Steps of the integrator for one of the wake, in few classes so that trials find company."""
+def _count_substeps(trial: Trial, step_s: float, fineness: int) -> int:
+    """Return the steps of the integrator for one of the wake, in few classes so that trials find company."""
     most = min(1 / (trial.frequency_hz * _STEPS_A_BEAT), _LONGEST_S) / (fineness * step_s)
     return max((each for each in _CLASSES if each <= most + 1e-9), default=1)
 
@@ -81,8 +84,8 @@ def _simulate_batch(
         cranks(trials),
         [world.mechanisms for world in worlds],
         panels,
-        _viscous(worlds, layout, panels, fineness),
-        _water(trials, parameters),
+        _build_viscous(worlds, layout, panels, fineness),
+        _build_water(trials, parameters),
         substeps * step_s,
     )
 
@@ -93,7 +96,7 @@ def _simulate_batch(
     return filmed(motion, trials, markers, step_s, allow_divergence, renew)
 
 
-def _viscous(worlds: Sequence[World], layout: Layout, panels: Panels, fineness: int) -> Viscous:
+def _build_viscous(worlds: Sequence[World], layout: Layout, panels: Panels, fineness: int) -> Viscous:
     own = [world if isinstance(world, WakeWorld) else WakeWorld() for world in worlds]
     water, length = layout.robot.water, float(panels.node_m[-1] - panels.node_m[0])
     columns = ((w.drag_area_m2, w.cross_drag, w.roughness * roughness_of(w), w.suction) for w in own)
@@ -107,7 +110,7 @@ def _viscous(worlds: Sequence[World], layout: Layout, panels: Panels, fineness: 
     )
 
 
-def _water(trials: Sequence[tuple[World, Trial]], parameters: Parameters) -> Water:
+def _build_water(trials: Sequence[tuple[World, Trial]], parameters: Parameters) -> Water:
     walls = [wall_of(world) for world, _ in trials]
     if walls[0] is None:
         return Water(parameters.current_m_s)

@@ -1,4 +1,4 @@
-"""Which sessions a suite of this generator holds, and how robot, water, camera and trials are drawn for one of them."""
+"""Suite of this generator: which sessions it holds, and how robot, water, camera and trials are drawn for one."""
 
 from itertools import cycle
 
@@ -14,26 +14,32 @@ from synthetic.plan import trial_name
 
 DETECTABILITIES = (2.0, 5.0, 10.0)
 """Fewer levels than of a large suite, so that there are some sessions of each."""
-SLOWEST_HZ, FASTEST_HZ = 0.4, 1.7
-_HELD_OUT = 2
-_BEATS = {"fit": (1.4, 4.0), "holdout": (2.6, 4.0)}  # after warm-up; of a held-out swim half may be looked at
-_TILT_SD_RAD, _TRIM_SD_RAD = 0.02, 0.015
-_TRIES = 12
-_SLOWEST_M_S, _FASTEST_M_S, _FOLDED_RAD = 0.015, 0.3, 0.75  # of swims in the base state: else another robot is drawn
+SLOWEST_HZ = 0.4
+FASTEST_HZ = 1.7
+_HELD_OUT = 2  # number of held-out swims
+# Swims have so many beats after warm-up; of a held-out swim half may be looked at.
+_BEATS = {"fit": (1.4, 4.0), "holdout": (2.6, 4.0)}
+_TILT_SD_RAD = 0.02  # standard deviation of the camera's tilt
+_TRIM_SD_RAD = 0.015  # standard deviation of the bend of a hinge at rest
+_TRIES = 12  # At most this many robots are drawn for a session.
+# Another robot is drawn where a swim of the base state leaves these bounds.
+_SLOWEST_M_S = 0.015
+_FASTEST_M_S = 0.3
+_FOLDED_RAD = 0.75
 
 
 def plan_wake_suite(seed: int, size: SuiteSize) -> tuple[SessionPlan, ...]:
-    """The sessions, in the order of their names: some with nothing in them, all others with one effect."""
+    """Plan the sessions, in the order of their names: some with nothing in them, all others with one effect."""
     random = np.random.default_rng([seed, 8])
     levels = cycle(random.permutation(DETECTABILITIES))
     present: list[Present] = [("null", (), 0.0)] * size.null
     singles = in_turn(tuple(CATALOGUED), size.sessions - size.null, random)
     present += [("single", (name,), float(next(levels))) for name in singles]
-    return plans_of(present, _recorded, random)
+    return plans_of(present, _draw_recorded, random)
 
 
-def _recorded(random: np.random.Generator) -> Recorded:
-    """Five or six swims, two of them held out; how long each is, is drawn with it."""
+def _draw_recorded(random: np.random.Generator) -> Recorded:
+    """Draw five or six swims, two of them held out; how long each is, is drawn with it."""
     swims = int(random.integers(5, 7))
     speeds = apart(swims, SLOWEST_HZ, FASTEST_HZ, random)
     held_out = set(random.choice(swims, _HELD_OUT, replace=False).tolist())
@@ -42,21 +48,21 @@ def _recorded(random: np.random.Generator) -> Recorded:
 
 
 def draw_wake_world(plan: SessionPlan) -> Filming[DrawnWorld]:
-    """Draws robot, water and trials until every swim of the base state is plausible.
+    """Draw robot, water and trials until every swim of the base state is plausible.
 
     Raises:
         ValueError: no draw is.
     """
     random = np.random.default_rng([plan.seed, 2])
     for _ in range(_TRIES):
-        drawn = DrawnWorld(plan, _world(random), _trials(plan.recorded, random))
+        drawn = DrawnWorld(plan, _sample_world(random), _draw_trials(plan.recorded, random))
         recordings = yield [(drawn.world, each.trial) for each in drawn.trials]
-        if all(map(_plausible, recordings)):
+        if all(map(_is_plausible, recordings)):
             return drawn
     raise ValueError(f"session {plan.name}: found no robot that swims as fish do in {_TRIES} draws, expected most to")
 
 
-def _world(random: np.random.Generator) -> WakeWorld:
+def _sample_world(random: np.random.Generator) -> WakeWorld:
     tilt = _TILT_SD_RAD * random.standard_normal(2)
     return WakeWorld(
         nuisances=drawn_nuisances(random),
@@ -69,20 +75,22 @@ def _world(random: np.random.Generator) -> WakeWorld:
     )
 
 
-def _trials(recorded: Recorded, random: np.random.Generator) -> tuple[DrawnTrial, ...]:
+def _draw_trials(recorded: Recorded, random: np.random.Generator) -> tuple[DrawnTrial, ...]:
     roles = [*((hz, "fit") for hz in recorded.fit_hz), *((hz, "holdout") for hz in recorded.holdout_hz)]
-    return tuple(DrawnTrial(trial_name("f", hz), role, _swim(hz, _BEATS[role], random)) for hz, role in sorted(roles))
+    return tuple(
+        DrawnTrial(trial_name("f", hz), role, _draw_swim(hz, _BEATS[role], random)) for hz, role in sorted(roles)
+    )
 
 
-def _swim(hz: float, beats: tuple[float, float], random: np.random.Generator) -> TrimmedTrial:
-    """To anywhere; less half a fish, whose origin is near its nose."""
+def _draw_swim(hz: float, beats: tuple[float, float], random: np.random.Generator) -> TrimmedTrial:
+    """Draw a swim to anywhere; less half a fish, whose origin is near its nose."""
     seconds = float(np.round(WARMUP_S + random.uniform(*beats) / hz, 1))
     swim = swim_past_middle(hz, seconds, float(random.uniform(0.0, 2 * np.pi)), -0.2, random)
     return TrimmedTrial(**vars(swim), trim_rad=_TRIM_SD_RAD * float(random.standard_normal()))
 
 
-def _plausible(recording: Recording) -> bool:
-    """Whether it goes forward, no faster than fish of this size, and its tail does not fold."""
+def _is_plausible(recording: Recording) -> bool:
+    """Return whether it goes forward, no faster than fish of this size, and its tail does not fold."""
     half = recording.head[len(recording.head) // 2 :]
     moved = complex(*(half[-1, :2] - half[0, :2]))
     speed = (moved * np.exp(-1j * (half[:, 2].mean() + np.pi))).real / (len(half) / recording.trial.fps)

@@ -1,4 +1,4 @@
-"""What a potential flow has not: skin friction, form drag of what sticks out of the hull, separation from its edges.
+"""Viscous forces, which a potential flow lacks: skin friction, form drag of the hull, separation from its edges.
 
 - Friction -1/2 rho c_f |u| u on both sides of every panel, u along it, c_f of a flat plate at the Reynolds number of
   the whole fish: 1.328 / sqrt(Re) where laminar, 0.074 / Re^0.2 where turbulent, whichever is larger (Schlichting,
@@ -21,12 +21,12 @@ _SLOW_M_S = 1e-4
 
 @dataclass(frozen=True, eq=False)
 class Viscous:
-    """Of n simulations; k panels of the hull come first, of m in all."""
+    """Viscous forces of n simulations; k panels of the hull come first, of m in all."""
 
     density_kg_m3: float
     viscosity_m2_s: float
-    length_m: float  # of the fish
-    half_height_m: np.ndarray  # (m,) of the body at the panels
+    length_m: float  # length of the fish
+    half_height_m: np.ndarray  # (m,) half heights of the body at the panels
     hull: int  # k
     drag_area_m2: np.ndarray  # (n, 1) A
     cross_drag: np.ndarray  # (n, 1) c_d
@@ -34,7 +34,7 @@ class Viscous:
     suction: np.ndarray  # (n, 1) critical leading-edge parameter
 
     def force(self, surface: Surface, water: Water) -> np.ndarray:
-        """(n, m) N on the middles of the rings, complex."""
+        """Return (n, m) N on the middles of the rings, complex."""
         middle = (surface.node_m[:, 1:] + surface.node_m[:, :-1]) / 2
         moving = (surface.velocity_m_s[:, 1:] + surface.velocity_m_s[:, :-1]) / 2 - water.velocity(middle)
         own = moving * surface.along.conj()

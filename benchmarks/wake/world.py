@@ -1,4 +1,4 @@
-"""A world whose water holds wakes, and trials as they are made on a real pool."""
+"""World whose water holds wakes, and trials as they are made on a real pool."""
 
 from dataclasses import dataclass, replace
 
@@ -11,12 +11,12 @@ from benchmarks.reality.parameters import Parameters
 from benchmarks.reality.world import Trial, World, prepared_parameters
 
 NO_STRIPS = (0.0, 0.0, 0.0, 0.0, 0.0)
-"""Forces by strips, of which there are none."""
+"""Coefficients of forces by strips, of which there are none."""
 
 
 @dataclass(frozen=True)
 class WakeWorld(World):
-    """What is the same in all trials of a session; see `wake.viscous` for what the numbers do."""
+    """State that is the same in all trials of a session; see `benchmarks.wake.viscous` for what the numbers do."""
 
     coefficients: tuple[float, float, float, float, float] = NO_STRIPS
     drag_area_m2: float = 0.01
@@ -32,13 +32,13 @@ class TrimmedTrial(Trial):
     trim_rad: float = 0.0  # bend of each of the robot's hinges at rest
 
     def trimmed(self, parameters: Parameters, layout: Layout) -> Parameters:
-        """With that bend, shared by the hinges of a gap."""
+        """Add that bend, shared by the hinges of a gap."""
         rest = parameters.hinge_rest_rad + self.trim_rad / layout.hinges_per_gap
         return replace(parameters, hinge_rest_rad=rest)
 
 
 def trial_parameters(world: World, trial: Trial, layout: Layout, markers: tuple[str, ...]) -> Parameters:
-    """One row: the world's robot in the scene of a trial, changed by every mechanism and by the trial's trim."""
+    """Return one row: the world's robot in the scene of a trial, changed by every mechanism and by the trial's trim."""
     parameters = prepared_parameters(world, trial, layout, markers)
     return trial.trimmed(parameters, layout) if isinstance(trial, TrimmedTrial) else parameters
 
@@ -51,12 +51,12 @@ class TiltedCamera(Camera):
     pool's origin.
     """
 
-    # about_x_rad, about_y_rad: by which the axis leans up and to the right in the picture
+    # about_x_rad, about_y_rad: angles by which the axis leans up and to the right in the picture
     about_x_rad: float = 0.0
     about_y_rad: float = 0.0
 
     def project(self, place_m: np.ndarray, height_m: np.ndarray) -> np.ndarray:
-        """(..., 2) pixels, as of `Camera`."""
+        """Return (..., 2) pixels, as of `Camera`."""
         x, y, z = place_m.real, place_m.imag, height_m
         up, right = self.about_x_rad, self.about_y_rad
         leaned_y, z = y * np.cos(up) + z * np.sin(up), z * np.cos(up) - y * np.sin(up)
@@ -72,9 +72,9 @@ class SharedNoise(PixelNoise):
     shared: float = 0.75  # correlation of the errors of two neighbours
 
     def tracked(self, time_s: np.ndarray, position_px: np.ndarray, random: np.random.Generator) -> np.ndarray:
-        """(f, m, 2) pixels that a tracker gives, as of `PixelNoise`; markers are in the order of the body."""
+        """Return (f, m, 2) pixels that a tracker gives, as of `PixelNoise`; markers are in the order of the body."""
         place = np.arange(position_px.shape[1])
         mixed = np.linalg.cholesky(self.shared ** np.abs(place[:, None] - place))
         error = np.einsum("ij,fjk->fik", mixed, random.standard_normal(position_px.shape))
         offset = self.placement_sd_px * random.standard_normal(position_px.shape[1:])
-        return self._seen(time_s, position_px + offset, error)
+        return self._add_errors(time_s, position_px + offset, error)

@@ -1,4 +1,4 @@
-"""The command line as Markdown, from the commands themselves."""
+"""Markdown of the command line, from the commands themselves."""
 
 import argparse
 import re
@@ -9,7 +9,7 @@ from typer.cli import get_docs_for_click
 
 
 def command_line() -> str:
-    """Every command with its arguments, options and example; a heading each."""
+    """Return every command with its arguments, options and example, a heading each."""
     from calib.capture import functions as capture
     from calib.cli import app
 
@@ -19,11 +19,11 @@ def command_line() -> str:
     overview = re.sub(r"^\* `(.+?)`:", r"* [`\1`](#\1):", overview, flags=re.M)
     commands = re.sub(r"^Example: (.+)$", r"```sh\n\1\n```", f"## {commands}", flags=re.M)
     commands = re.sub(r"^##+ `calib (.+)`$", r"### \1", commands, flags=re.M)
-    return "\n".join([overview, commands, *_capture(capture._parser("calib capture"))])
+    return "\n".join([overview, commands, *_list_motor_commands(capture._parser("calib capture"))])
 
 
-def _capture(parser: argparse.ArgumentParser) -> Iterator[str]:
-    """The commands of the motor, which need nothing but the standard library and so have another parser."""
+def _list_motor_commands(parser: argparse.ArgumentParser) -> Iterator[str]:
+    """Yield the commands of the motor, which need nothing but the standard library and so have another parser."""
     (group,) = (each for each in parser._actions if isinstance(each, argparse._SubParsersAction))
     for word, one in group.choices.items():
         yield f"### capture {word}\n\n```text\n{one.format_help()}```\n"

@@ -1,4 +1,4 @@
-"""What is generated in pages: it stands on the site where the page has a mark."""
+"""Generated parts of pages: each stands on the site where its page has a mark."""
 
 import json
 import re
@@ -15,30 +15,30 @@ _MARK = re.compile(r"<!-- generated: (?:(catalogue|command line|messages|scores|
 
 
 def filled(page: str) -> str:
-    """A page with what is generated in the place of its marks."""
-    return _MARK.sub(_text, page)
+    """Return a page with what is generated in the place of its marks."""
+    return _MARK.sub(_generate, page)
 
 
-def _text(mark: re.Match[str]) -> str:
+def _generate(mark: re.Match[str]) -> str:
     return _WHOLE[mark[1]]() if mark[1] else record(mark[2])
 
 
 def words() -> str:
-    """The words of a report as its last section explains them, a heading for each."""
+    """Return the words of a report as its last section explains them, a heading for each."""
     from reports.report import TERMS
 
     return "\n".join(f"### {term}\n\n{meaning}\n" for term, meaning in TERMS.items())
 
 
 def scores() -> str:
-    """The tables of all benchmarks."""
+    """Return the tables of all benchmarks."""
     from benchmarks.page import score_tables
 
     return score_tables()
 
 
 def tutorials() -> Iterator[str]:
-    """A numbered list of the notebooks: of each its title, with a link, and how it begins."""
+    """Yield a numbered list of the notebooks: of each its title, with a link, and how it begins."""
     for number, file in enumerate(sorted(NOTEBOOKS.glob("*.ipynb")), 1):
         cells = json.loads(file.read_text())["cells"]
         text = "".join(next(cell["source"] for cell in cells if cell["cell_type"] == "markdown"))

@@ -1,4 +1,4 @@
-"""Every message of an error as Markdown, from the code that raises it: what is wrong, what is expected, what to do."""
+"""Markdown of every error message, from the code that raises it: what is wrong, what is expected, what to do."""
 
 import ast
 import re
@@ -35,7 +35,7 @@ TOPICS = {
     "The motor": ("calib/capture/",),
     "Options and results": ("calib/",),
 }
-"""Where messages come from; the first that fits."""
+"""Beginnings of the files that messages come from, by topic; the first that fits counts."""
 RAISED = (
     "NotEnoughData",
     "NotConverged",
@@ -48,11 +48,11 @@ RAISED = (
     "NoAnswer",
 )
 _ORDER = ("file", "where", "what", "found", "expected", "choices", "next_step")  # of `swimcal.errors.Fault`
-_LONGEST = 70  # characters of a heading
+_LONGEST = 70  # A heading has at most this many characters.
 
 
 class Message(NamedTuple):
-    """What a user may read; parts that differ from case to case are "…"."""
+    """Message that a user may read; parts that differ from case to case are "…"."""
 
     error: str
     what: str
@@ -61,7 +61,7 @@ class Message(NamedTuple):
 
 
 def messages() -> str:
-    """A heading for each topic, and below it one for each message."""
+    """Return a heading for each topic, and below it one for each message."""
     told: dict[str, dict[str, Message]] = {topic: {} for topic in TOPICS}
     for path in sorted(
         path
@@ -70,45 +70,47 @@ def messages() -> str:
     ):
         name = path.relative_to(ROOT).as_posix()
         topic = next((topic for topic, places in TOPICS.items() if name.startswith(places)), None)
-        for message in _messages_in(path) if topic else ():
+        for message in _find_messages(path) if topic else ():
             told[topic or ""].setdefault(message.what, message)
-    return "\n".join(line for topic, found in told.items() for line in (f"## {topic}\n", *map(_entry, found.values())))
+    return "\n".join(
+        line for topic, found in told.items() for line in (f"## {topic}\n", *map(_format_entry, found.values()))
+    )
 
 
-def _entry(message: Message) -> str:
-    """A heading, the rest of the message, and which error it is."""
+def _format_entry(message: Message) -> str:
+    """Return a heading, the rest of the message, and which error it is."""
     head = re.split(r"; |: | \(|, but |\. ", message.what)[0]
     head = head if len(head) <= _LONGEST else head[:_LONGEST].rsplit(" ", 1)[0] + " …"
-    body = [_sentence(message.what)] if head != message.what else []
-    body += [f"*Expected:* {_sentence(message.expected)}"] if message.expected.strip("… ") else []
-    body += [f"*Do:* {_sentence(message.step)}"] if message.step.strip("… ") else []
+    body = [_format_sentence(message.what)] if head != message.what else []
+    body += [f"*Expected:* {_format_sentence(message.expected)}"] if message.expected.strip("… ") else []
+    body += [f"*Do:* {_format_sentence(message.step)}"] if message.step.strip("… ") else []
     error = f"[{message.error}](errors.md#{message.error.lower()})"
-    return f"### {_plain(head)}\n\n{' '.join([*map(_plain, body), error])}\n"
+    return f"### {_escape(head)}\n\n{' '.join([*map(_escape, body), error])}\n"
 
 
-def _sentence(text: str) -> str:
+def _format_sentence(text: str) -> str:
     return text if text.endswith((".", "?", "!", "…")) else f"{text}."
 
 
-def _plain(text: str) -> str:
+def _escape(text: str) -> str:
     return text.replace("<", "\\<").replace("[", "\\[").replace("]", "\\]")
 
 
-def _messages_in(path: Path) -> Iterator[Message]:
+def _find_messages(path: Path) -> Iterator[Message]:
     tree = ast.parse(path.read_text())
     functions = [node for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)]
-    returned = {function.name: list(_returned(function)) for function in functions}
+    returned = {function.name: list(_list_returned(function)) for function in functions}
     for function in functions:
-        names = returned | dict(_assigned(function))
+        names = returned | dict(_list_assigned(function))
         for call in [node for node in ast.walk(function) if isinstance(node, ast.Call)]:
-            yield from _message(call, names)
+            yield from _build_messages(call, names)
 
 
-def _message(call: ast.Call, names: dict[str, list[ast.expr]]) -> Iterator[Message]:
+def _build_messages(call: ast.Call, names: dict[str, list[ast.expr]]) -> Iterator[Message]:
     name = ast.unparse(call.func).rsplit(".", 1)[-1]
     given = {each.arg: each.value for each in call.keywords if each.arg}
     if name in RAISED and call.args:
-        for text in _texts(call.args[0], names):
+        for text in _list_texts(call.args[0], names):
             yield Message(name, text.removeprefix("…: ").removeprefix("trial …: "))
         return
     if name == "Fault":
@@ -120,14 +122,14 @@ def _message(call: ast.Call, names: dict[str, list[ast.expr]]) -> Iterator[Messa
     else:
         return
     parts = {
-        key: " ".join(_texts(value, names)[:1]) for key, value in given.items() if key in ("expected", "next_step")
+        key: " ".join(_list_texts(value, names)[:1]) for key, value in given.items() if key in ("expected", "next_step")
     }
-    for what in _texts(given["what"], names) if "what" in given else ():
+    for what in _list_texts(given["what"], names) if "what" in given else ():
         yield Message("InputError", what, parts.get("expected", ""), parts.get("next_step", ""))
 
 
-def _assigned(function: ast.FunctionDef) -> Iterator[tuple[str, list[ast.expr]]]:
-    """Names of a function with what they are given."""
+def _list_assigned(function: ast.FunctionDef) -> Iterator[tuple[str, list[ast.expr]]]:
+    """Yield the names of a function with what they are given."""
     found: dict[str, list[ast.expr]] = {}
     for node in ast.walk(function):
         if isinstance(node, ast.Assign):
@@ -140,29 +142,29 @@ def _assigned(function: ast.FunctionDef) -> Iterator[tuple[str, list[ast.expr]]]
     yield from found.items()
 
 
-def _returned(function: ast.FunctionDef) -> Iterator[ast.expr]:
+def _list_returned(function: ast.FunctionDef) -> Iterator[ast.expr]:
     for node in ast.walk(function):
         if isinstance(node, ast.Return) and node.value is not None:
             yield node.value
 
 
-def _texts(node: ast.expr, names: dict[str, list[ast.expr]], depth: int = 2) -> list[str]:
-    """The texts that an expression may be, with "…" for what is not known; none where nothing is."""
+def _list_texts(node: ast.expr, names: dict[str, list[ast.expr]], depth: int = 2) -> list[str]:
+    """List the texts that an expression may be, with "…" for what is not known; none where nothing is."""
     if isinstance(node, ast.Name) and depth:
-        return [text for given in names.get(node.id, []) for text in _texts(given, names, depth - 1)]
+        return [text for given in names.get(node.id, []) for text in _list_texts(given, names, depth - 1)]
     if isinstance(node, ast.Call) and (name := ast.unparse(node.func).removeprefix("self.")) in names and depth:
-        return [text for given in names[name] for text in _texts(given, names, depth - 1)]
+        return [text for given in names[name] for text in _list_texts(given, names, depth - 1)]
     if isinstance(node, ast.IfExp):
-        return _texts(node.body, names, depth) + _texts(node.orelse, names, depth)
-    text = _text(node)
+        return _list_texts(node.body, names, depth) + _list_texts(node.orelse, names, depth)
+    text = _join_text(node)
     return [" ".join(text.split())] if any(letter.isalpha() for letter in text) else []
 
 
-def _text(node: ast.expr) -> str:
+def _join_text(node: ast.expr) -> str:
     if isinstance(node, ast.Constant):
         return node.value if isinstance(node.value, str) else ""
     if isinstance(node, ast.JoinedStr):
         return "".join(each.value if isinstance(each, ast.Constant) else "…" for each in node.values)
     if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Add):
-        return _text(node.left) + _text(node.right)
+        return _join_text(node.left) + _join_text(node.right)
     return ""

@@ -1,4 +1,4 @@
-"""That a site loads nothing from the network."""
+"""Check that a site loads nothing from the network."""
 
 import re
 from collections.abc import Iterator
@@ -13,7 +13,7 @@ _LOADS = re.compile(
 
 
 def network_loads(site: Path) -> Iterator[tuple[str, str]]:
-    """Pages and style sheets with what they would load from the network."""
+    """Yield pages and style sheets with what they would load from the network."""
     for page in sorted([*site.rglob("*.html"), *site.rglob("*.css")]):
         for found in _LOADS.finditer(page.read_text()):
             yield str(page.relative_to(site)), found[0]

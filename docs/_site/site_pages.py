@@ -1,4 +1,4 @@
-"""What the site has beyond its pages: what is generated, GitHub's anchors, and a check that it loads nothing."""
+"""Additions to the site beyond its pages: what is generated, GitHub's anchors, and a check that it loads nothing."""
 
 from pathlib import Path
 from typing import Any
@@ -14,12 +14,12 @@ _log = logging.getLogger(__name__)
 
 
 def fill(_app: Sphinx, _page: str, source: list[str]) -> None:
-    """Writes what is generated into a page that has been read."""
+    """Write what is generated into a page that has been read."""
     source[0] = filled(source[0])
 
 
 def add_anchors(_app: Sphinx, document: nodes.document) -> None:
-    """Gives headings the anchors that code hosts give them, underscores kept: `flags.html#at_bound`."""
+    """Give headings the anchors that code hosts give them, underscores kept: `flags.html#at_bound`."""
     for section in document.findall(nodes.section):
         slug = section.get("slug")
         if slug and slug not in section["ids"]:
@@ -27,7 +27,7 @@ def add_anchors(_app: Sphinx, document: nodes.document) -> None:
 
 
 def unlink_folders(_app: Sphinx, document: nodes.document) -> None:
-    """Leaves of links to folders of the repository their text: the site has none."""
+    """Replace links to folders of the repository by their text: the site has no such pages."""
     here = Path(document["source"]).parent
     for link in list(document.findall(addnodes.pending_xref)):
         if (here / link.get("reftarget", "")).is_dir():
@@ -35,7 +35,7 @@ def unlink_folders(_app: Sphinx, document: nodes.document) -> None:
 
 
 def add_dashes(_app: Sphinx, document: nodes.document) -> None:
-    """Writes the dashes of lists of parameters as such; elsewhere two hyphens begin an option."""
+    """Write the dashes of lists of parameters as such; elsewhere two hyphens begin an option."""
     for field in document.findall(nodes.field):
         for text in list(field.findall(nodes.Text)):
             if text.startswith(" -- "):
@@ -43,13 +43,13 @@ def add_dashes(_app: Sphinx, document: nodes.document) -> None:
 
 
 def check_offline(app: Sphinx, failure: Exception | None) -> None:
-    """Warns, and so fails, where a page would load something from the network."""
+    """Warn, and so fail, where a page would load something from the network."""
     for page, loaded in () if failure else network_loads(Path(app.outdir)):
         _log.warning("%s loads %s from the network", page, loaded)
 
 
 def setup(app: Sphinx) -> dict[str, Any]:
-    """As Sphinx asks of an extension."""
+    """Register the extension's hooks with Sphinx."""
     app.connect("source-read", fill)
     app.connect("doctree-read", add_anchors)
     app.connect("doctree-read", add_dashes)

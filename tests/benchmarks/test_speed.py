@@ -11,7 +11,7 @@ from tests.calib.door import Front
 
 @pytest.mark.long
 def test_the_step_costs_next_to_nothing_in_accuracy() -> None:
-    error = speed._step_error("a twin that swims like the robot", speed.FITTED)
+    error = speed._measure_step_error("a twin that swims like the robot", speed.FITTED)
 
     assert error.marker_mean_mm <= 0.2
     assert error.marker_mean_mm <= error.marker_rms_mm <= error.marker_max_mm

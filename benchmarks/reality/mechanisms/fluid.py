@@ -14,14 +14,14 @@ from swimcal.robot import RobotSpec, load_robot
 
 
 class MovingWater(Mechanism):
-    """The strips' quasi-steady forces are those of their motion relative to the water around them."""
+    """Base of moving water: quasi-steady forces are those of the strips' motion relative to the water around them."""
 
     def velocity(self, place_m: np.ndarray) -> np.ndarray:
-        """(n, s) of the water at places in the pool, over the current everywhere; complex, m/s and m."""
+        """Return the (n, s) velocity at places in the pool, over the current everywhere; complex, m/s and m."""
         raise NotImplementedError
 
     def water(self, now: Instant, forces: StripForces, state: np.ndarray) -> StripForces:  # noqa: ARG002
-        """What changes in the quasi-steady forces comes on top."""
+        """Add what changes in the quasi-steady forces."""
         strips, pose = now.layout.strips, now.pose
         direction = pose.direction[:, strips.link]
         relative = self.velocity(pose.origin_m[:, strips.link] + strips.place_m * direction) * direction.conj()
@@ -35,16 +35,16 @@ class MovingWater(Mechanism):
 class AddedMassReaction(Mechanism):
     """Elongated body theory's reactive force, of strips with pi rho h^2 a length but for the ends of the body.
 
-    See `reality.reactive`. The theory takes the body for endless. Around an end water escapes, and less of it is
-    accelerated: the loss falls off over a half height (Newman, Marine Hydrodynamics, 1977, on slender bodies: strips
-    hold some diameters from the ends).
+    See `benchmarks.reality.reactive`. The theory takes the body for endless. Around an end water escapes, and less of
+    it is accelerated: the loss falls off over a half height (Newman, Marine Hydrodynamics, 1977, on slender bodies:
+    strips hold some diameters from the ends).
     """
 
-    share: float  # of the theory, 0 to 1
+    share: float  # share of the theory, 0 to 1
     lost: float = 0.0  # share of that which is lost at the very ends
 
     def prepare(self, parameters: Parameters, layout: Layout) -> Parameters:
-        """Another share, less at the ends."""
+        """Set another share, less at the ends."""
         strips = layout.strips
         along_m = np.cumsum(strips.length_m) - strips.length_m / 2
         from_end_m = np.minimum(along_m, strips.length_m.sum() - along_m)
@@ -53,7 +53,7 @@ class AddedMassReaction(Mechanism):
 
 
 def added_mass_reaction(random: np.random.Generator) -> AtStrength:
-    """A fifth of the theory at strength 1, so that the speed stays about what it is; saturates at all of it.
+    """Draw a loss at the ends; a fifth of the theory at strength 1, at which the speed stays; saturates at all of it.
 
     Draws how much is lost at the ends.
     """
@@ -70,14 +70,14 @@ class SegmentCoefficients(Mechanism):
     ln_fin: tuple[float, ...]
 
     def prepare(self, parameters: Parameters, layout: Layout) -> Parameters:
-        """On the first plate and the last."""
+        """Scale the coefficients of the first plate and the last."""
         plate = layout.strips.plate
         ln = np.outer(self.ln_head, plate == plate[0]) + np.outer(self.ln_fin, plate == plate[-1])
         return replace(parameters, coefficients=parameters.coefficients * np.exp(ln))
 
 
 def segment_coefficients(random: np.random.Generator) -> AtStrength:
-    """Any mix of head and fin, more or less of either, by e^0.3 at strength 1; saturates at e^2."""
+    """Draw any mix of head and fin, more or less of either, by e^0.3 at strength 1; saturates at e^2."""
     ln, most_ln, uneven = 0.3, 2.0, 0.07
     angle = random.uniform(0.0, 2 * np.pi)
     head, fin = np.outer([np.cos(angle), np.sin(angle)], np.ones(5)) * (1 + uneven * random.standard_normal((2, 5)))
@@ -103,37 +103,37 @@ class FluidMemory(Mechanism):
     semichord_m: float  # unit of that way
 
     def start(self, now: Instant) -> np.ndarray:
-        """(n, 6 s + 1) forces as each of the two wakes holds them, no motion having changed yet; a step, s."""
-        return np.concatenate([_stacked(now.water)] * len(_WAGNER) + [np.zeros((len(now.time_s), 1))], axis=1)
+        """Return (n, 6 s + 1) forces as each of the two wakes holds them, no motion having changed yet; a step, s."""
+        return np.concatenate([_stack(now.water)] * len(_WAGNER) + [np.zeros((len(now.time_s), 1))], axis=1)
 
     def advance(self, now: Instant, state: np.ndarray, step_s: float) -> np.ndarray:
-        """What the wakes held gives way to the forces of now."""
-        late = self._late(now, state, step_s)
+        """Replace what the wakes held by the forces of now."""
+        late = self._compute_late(now, state, step_s)
         step = np.full((len(state), 1), step_s)
-        return np.concatenate([np.tile(_stacked(now.water), len(_WAGNER)) - late, step], axis=1)
+        return np.concatenate([np.tile(_stack(now.water), len(_WAGNER)) - late, step], axis=1)
 
     def water(self, now: Instant, forces: StripForces, state: np.ndarray) -> StripForces:
-        """Less what the wakes hold back, a step after they were left."""
-        late = np.split(self._late(now, state, state[:, -1:]), len(_WAGNER), axis=1)
+        """Subtract what the wakes hold back, a step after they were left."""
+        late = np.split(self._compute_late(now, state, state[:, -1:]), len(_WAGNER), axis=1)
         held = np.asarray(sum(share * each for (share, _), each in zip(_WAGNER, late, strict=True)))
         return forces.plus(*np.split(-held, 3, axis=1))
 
-    def _late(self, now: Instant, state: np.ndarray, step_s: float | np.ndarray) -> np.ndarray:
-        """(n, 6 s) forces less those in the wakes after a step; exact for forces and speeds that last."""
+    def _compute_late(self, now: Instant, state: np.ndarray, step_s: float | np.ndarray) -> np.ndarray:
+        """Return (n, 6 s) forces less those in the wakes after a step; exact for forces and speeds that last."""
         area = now.layout.strips.half_height_m * now.layout.strips.length_m
         speed = np.hypot(now.flow.along_m_s, now.flow.across_m_s) @ area / area.sum()
         travelled = speed[:, None] * step_s / self.semichord_m
-        held = _stacked(now.water).shape
+        held = _stack(now.water).shape
         remaining = np.concatenate([np.broadcast_to(np.exp(-f * travelled), held) for _, f in _WAGNER], axis=1)
-        return np.asarray(remaining * (np.tile(_stacked(now.water), len(_WAGNER)) - state[:, :-1]))
+        return np.asarray(remaining * (np.tile(_stack(now.water), len(_WAGNER)) - state[:, :-1]))
 
 
-def _stacked(forces: StripForces) -> np.ndarray:
+def _stack(forces: StripForces) -> np.ndarray:
     return np.concatenate([forces.along_n, forces.across_n, forces.torque_n_m], axis=1)
 
 
 def fluid_memory(random: np.random.Generator) -> AtStrength:
-    """The way is such that at 0.25 m/s and strength 1 as much comes late as with half of it 0.05 s late; linear."""
+    """Draw the way: at 0.25 m/s and strength 1 as much comes late as with half of it 0.05 s late; linear."""
     semichord_m = 0.0012
     semichord = semichord_m * random.uniform(0.8, 1.25)
     return lambda strength: (FluidMemory(semichord * strength),)
@@ -148,16 +148,16 @@ class BackgroundCurrent(MovingWater):
     turning_rad_s: float  # w
 
     def prepare(self, parameters: Parameters, layout: Layout) -> Parameters:  # noqa: ARG002
-        """What is the same everywhere."""
+        """Add the velocity that is the same everywhere."""
         return replace(parameters, current_m_s=parameters.current_m_s + self.right_m_s + 1j * self.up_m_s)
 
     def velocity(self, place_m: np.ndarray) -> np.ndarray:
-        """What is not."""
+        """Return the velocity that differs from place to place."""
         return np.asarray(1j * self.turning_rad_s * place_m)
 
 
 def background_current(random: np.random.Generator) -> AtStrength:
-    """0.015 m/s at the origin at strength 1, to anywhere; the eddy's middle 4 to 10 m away; linear."""
+    """Draw 0.015 m/s at the origin at strength 1, to anywhere; the eddy's middle 4 to 10 m away; linear."""
     speed_m_s = 0.015
     angle = random.uniform(0.0, 2 * np.pi)
     right, up = speed_m_s * np.cos(angle), speed_m_s * np.sin(angle)
@@ -165,13 +165,13 @@ def background_current(random: np.random.Generator) -> AtStrength:
     return lambda strength: ((BackgroundCurrent(strength * right, strength * up, strength * turning),))
 
 
-_PLATE_DRAG = 1.2  # broadside; Hoerner, Fluid-Dynamic Drag (1965), chapter 3
-_COURSE_S = 1.0
-_FENDER_N_M2 = 2000.0  # of a strip that touches, per length and depth of touch
+_PLATE_DRAG = 1.2  # drag coefficient of a plate held broadside (Hoerner, Fluid-Dynamic Drag, 1965, chapter 3)
+_COURSE_S = 1.0  # time constant of the mean heading
+_FENDER_N_M2 = 2000.0  # force on a strip that touches the wall, per length and depth of touch
 
 
 class WallProximity(Mechanism):
-    """The fish's image behind the wall speeds the water up in the gap: suction along it and more drag across.
+    """Image of the fish behind the wall, which speeds the water up in the gap: suction along it, more drag across.
 
     The image of a strip of half height h at clearance c is a doublet 2 c away, so the water is faster by a share that
     goes as (h / c)^2; here b = h^2 / (2 c^2 + h^2 / 2), of the size that foils near the ground show (Quinn, Lauder and
@@ -181,20 +181,20 @@ class WallProximity(Mechanism):
     """
 
     side: float  # +1 left, -1 right
-    distance_m: float  # from the head's origin at the start
+    distance_m: float  # distance from the head's origin at the start
 
     def start(self, now: Instant) -> np.ndarray:
-        """(n, 2) where the head is, and which way the wall is, complex."""
+        """Return (n, 2): where the head is, and which way the wall is, complex."""
         return np.concatenate([now.pose.origin_m[:, :1], -1j * self.side * now.pose.direction[:, :1]], axis=1)
 
     def advance(self, now: Instant, state: np.ndarray, step_s: float) -> np.ndarray:
-        """The course a step later: the heading, forgotten exponentially."""
+        """Return the course a step later: the heading, forgotten exponentially."""
         across = -1j * self.side * now.pose.direction[:, :1]
         normal = state[:, 1:] + -np.expm1(-step_s / _COURSE_S) * (across - state[:, 1:])
         return np.concatenate([state[:, :1], normal / np.abs(normal)], axis=1)
 
     def water(self, now: Instant, forces: StripForces, state: np.ndarray) -> StripForces:
-        """On every strip by its own clearance."""
+        """Change the forces on every strip by its own clearance."""
         strips = now.layout.strips
         origin, normal = np.split(state, 2, axis=1)
         direction = now.pose.direction[:, strips.link]
@@ -211,14 +211,14 @@ class WallProximity(Mechanism):
 
 
 def wall_proximity(random: np.random.Generator) -> AtStrength:
-    """Left or right, at about 0.65 m at strength 1, coming nearer with more; never nearer than 0.12 m."""
+    """Draw left or right, at about 0.65 m at strength 1, coming nearer with more; never nearer than 0.12 m."""
     nearest_m, at_one_m = 0.12, 0.65
     side, further_m = random.choice([-1.0, 1.0]), (at_one_m - nearest_m) * random.uniform(0.8, 1.25)
     return lambda strength: (WallProximity(side, nearest_m + further_m / strength),)
 
 
 _GRAVITY_M_S2 = 9.81
-_WATERLINE_M = 0.1  # behind the head's origin, where the hull is widest
+_WATERLINE_M = 0.1  # The hull is widest this far behind the head's origin.
 
 
 class WaveDrag(Mechanism):
@@ -233,7 +233,7 @@ class WaveDrag(Mechanism):
     width: float  # s
 
     def force(self, now: Instant, state: np.ndarray) -> np.ndarray:  # noqa: ARG002
-        """Against the head's way through the water."""
+        """Return the drag against the head's way through the water."""
         robot, direction = now.layout.robot, now.pose.direction[:, :1]
         still = now.parameters.current_m_s
         speed = ((now.pose.velocity_m_s[:, :1] - still) * direction.conj()).real
@@ -245,7 +245,7 @@ class WaveDrag(Mechanism):
 
 
 def wave_drag(random: np.random.Generator) -> AtStrength:
-    """0.5 on the hump at strength 1, linear; the hump at Fr 0.48 to 0.52, more or less wide."""
+    """Draw 0.5 on the hump at strength 1, linear; the hump at Fr 0.48 to 0.52, more or less wide."""
     on_hump = 0.5
     hump, width = random.uniform(0.48, 0.52), random.uniform(0.41, 0.45)
     return lambda strength: (WaveDrag(on_hump * strength, hump, width),)
@@ -257,14 +257,14 @@ class LinearDrag(Mechanism):
     drag_n_s_m: float
 
     def force(self, now: Instant, state: np.ndarray) -> np.ndarray:  # noqa: ARG002
-        """Against the head's way through the water."""
+        """Return the drag against the head's way through the water."""
         direction = now.pose.direction[:, :1]
         speed = ((now.pose.velocity_m_s[:, :1] - now.parameters.current_m_s) * direction.conj()).real
         return now.push(0, _WATERLINE_M, -self.drag_n_s_m * speed * direction)
 
 
 def linear_drag(random: np.random.Generator) -> AtStrength:
-    """0.2 N s/m at strength 1, linear."""
+    """Draw 0.2 N s/m at strength 1, linear."""
     drag_n_s_m = 0.2 * random.uniform(0.8, 1.25)
     return lambda strength: (LinearDrag(drag_n_s_m * strength),)
 
@@ -279,7 +279,7 @@ class SkinFriction(Mechanism):
     times: float
 
     def water(self, now: Instant, forces: StripForces, state: np.ndarray) -> StripForces:  # noqa: ARG002
-        """Along each strip."""
+        """Add friction along each strip."""
         strips, water = now.layout.strips, now.layout.robot.water
         behind_m = np.cumsum(strips.length_m) - strips.length_m / 2
         speed = np.hypot(now.flow.along_m_s, now.flow.across_m_s)
@@ -290,7 +290,7 @@ class SkinFriction(Mechanism):
 
 
 def skin_friction(random: np.random.Generator) -> AtStrength:
-    """Twice that of a smooth plate at strength 1, linear."""
+    """Draw twice the friction of a smooth plate at strength 1, linear."""
     times = 2.0 * random.uniform(0.8, 1.25)
     return lambda strength: (SkinFriction(times * strength),)
 
@@ -299,7 +299,7 @@ _MOST_RAD = 0.4
 
 
 class SurfaceMotion(Mechanism):
-    """Roll and pitch are damped oscillators, as of any floating body, driven by the nose's acceleration as it is seen.
+    """Roll and pitch as damped oscillators, as of any floating body, driven by the nose's acceleration as it is seen.
 
     roll'' + 2 z w roll' + w^2 roll = g a, a the acceleration across the head; pitch alike with that along it. Before
     the film they are driven by its mirror image. Markers swing about an axis below them, and come nearer to the camera
@@ -313,11 +313,11 @@ class SurfaceMotion(Mechanism):
     roll_hz: float
     pitch_hz: float
     damping: float  # z
-    draught_m: float  # of the axis below the nose's marker
-    robot: RobotSpec = field(default_factory=load_robot)  # whose markers these are
+    draught_m: float  # depth of the axis below the nose's marker
+    robot: RobotSpec = field(default_factory=load_robot)  # robot whose markers these are
 
     def place(self, sight: Sight) -> Sight:
-        """Swings the markers."""
+        """Swing the markers."""
         place_m = self.robot.marker_positions_m(sight.names)
         nose = self.robot.markers["nose"]
         head = [self.robot.markers[name].body == "head" for name in sight.names].index(True)
@@ -344,7 +344,7 @@ class SurfaceMotion(Mechanism):
         )
 
     def _swing(self, time_s: np.ndarray, driven: np.ndarray, hz: float) -> np.ndarray:
-        """(f,) angle at times (f,), by Newmark's method of mean acceleration; from rest a film's length before."""
+        """Return (f,) angles at times (f,), by Newmark's mean acceleration; from rest a film's length before."""
         frames = len(time_s)
         time_s = np.concatenate([2 * time_s[0] - time_s[:0:-1], time_s])
         driven = np.concatenate([driven[:0:-1], driven])
@@ -358,7 +358,7 @@ class SurfaceMotion(Mechanism):
 
 
 def surface_motion(random: np.random.Generator) -> AtStrength:
-    """Some 0.05 rad of either at 1 Hz at strength 1; saturates at 0.4 rad."""
+    """Draw some 0.05 rad of either at 1 Hz at strength 1; saturates at 0.4 rad."""
     roll_per_m, pitch_per_m = 3.5, 6.0  # angular acceleration over the nose's, 1/m
     roll = roll_per_m * random.choice([-1.0, 1.0]) * random.uniform(0.7, 1.4)
     pitch = pitch_per_m * random.choice([-1.0, 1.0]) * random.uniform(0.7, 1.4)
@@ -368,7 +368,7 @@ def surface_motion(random: np.random.Generator) -> AtStrength:
 
 
 def hull_roll(random: np.random.Generator) -> AtStrength:
-    """A soft roll about an axis well below the markers, its natural frequency near the beat; saturates at 0.4 rad."""
+    """Draw a soft roll about an axis well below the markers, its frequency near the beat; saturates at 0.4 rad."""
     roll_per_m = 5.0 * random.choice([-1.0, 1.0]) * random.uniform(0.7, 1.4)
     roll_hz, damping, axis_m = random.uniform(0.42, 0.8), random.uniform(0.16, 0.25), random.uniform(0.035, 0.065)
     return lambda strength: (SurfaceMotion(strength * roll_per_m, 0.0, roll_hz, 1.6, damping, axis_m),)

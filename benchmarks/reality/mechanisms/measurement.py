@@ -1,4 +1,4 @@
-"""Camera, markers and tracker."""
+"""Mechanisms of camera, markers and tracker."""
 
 from dataclasses import replace
 
@@ -12,7 +12,7 @@ from swimcal.robot import load_robot
 
 
 class HeadFrameMisalignment(Mechanism):
-    """Either box is placed to one side in the first frame, and its offset turns after the head as the template learns.
+    """Box placed to one side in the first frame, whose offset turns after the head as the template learns.
 
     A template that is renewed a little in every frame keeps its offset in the picture at first and takes over how the
     head has turned within its memory: slow turns it follows as if it were glued, a fast beat hardly (Bolme et al.
@@ -20,12 +20,12 @@ class HeadFrameMisalignment(Mechanism):
     """
 
     follows_s: float  # memory of the template
-    # nose_m, neck_m: towards the fish's right side in the first frame
+    # nose_m, neck_m: shifts towards the fish's right side in the first frame
     nose_m: float
     neck_m: float
 
     def place(self, sight: Sight) -> Sight:
-        """Two markers, shifted to the side as the head lay a while ago."""
+        """Shift two markers to the side as the head lay a while ago."""
         nose, neck = sight.names.index("nose"), sight.names.index("neck")
         line = sight.marker_m[:, neck] - sight.marker_m[:, nose]
         line = line / np.abs(line)
@@ -39,7 +39,7 @@ class HeadFrameMisalignment(Mechanism):
 
 
 def head_frame_misalignment(random: np.random.Generator) -> AtStrength:
-    """Draws how the error is shared between the two boxes, to which sides, and for how long a template remembers."""
+    """Draw how the error is shared between the two boxes, to which sides, and for how long a template remembers."""
     typical_m = 0.003
     least_s, most_s = 0.05, 2.0
     angle = random.uniform(0, 2 * np.pi)
@@ -49,14 +49,14 @@ def head_frame_misalignment(random: np.random.Generator) -> AtStrength:
 
 
 class ScaleError(Mechanism):
-    """The box of nose or neck, or both, sits too far along the line between them, and stays so in the picture."""
+    """Box of nose or neck, or both, too far along the line between them; it stays so in the picture."""
 
-    # nose_m, neck_m: tailwards along the first frame's line from nose to neck
+    # nose_m, neck_m: shifts tailwards along the first frame's line from nose to neck
     nose_m: float
     neck_m: float
 
     def place(self, sight: Sight) -> Sight:
-        """Two markers, shifted by a constant."""
+        """Shift two markers by a constant."""
         nose, neck = sight.names.index("nose"), sight.names.index("neck")
         line = sight.marker_m[0, neck] - sight.marker_m[0, nose]
         marker_m = sight.marker_m.copy()
@@ -65,7 +65,7 @@ class ScaleError(Mechanism):
 
 
 def scale_error(random: np.random.Generator) -> AtStrength:
-    """Draws whether the two are too far apart or too close, and the nose's share of it (mostly it is the neck's)."""
+    """Draw whether the two are too far apart or too close, and the nose's share of it (mostly it is the neck's)."""
     typical = 0.02
     nose_to_neck_m = 0.142
     sign, nose_share = random.choice([-1.0, 1.0]), random.uniform(0.0, 0.3)
@@ -74,24 +74,24 @@ def scale_error(random: np.random.Generator) -> AtStrength:
 
 
 class CameraParallax(Mechanism):
-    """Markers are at their heights above the plane of the scale, times `nearness`; the pinhole does the rest.
+    """Markers at their heights above the plane of the scale, times `nearness`; the pinhole does the rest.
 
     Heights n times as large under a camera of height H are seen exactly as the true ones are from H / n, at the same
     scale.
     """
 
-    nearness: float  # of the camera; 1 is one at the height that the scale was made for
-    height_m: tuple[tuple[str, float], ...]  # by name of marker, above the nose
+    nearness: float  # nearness of the camera; 1 is one at the height that the scale was made for
+    height_m: tuple[tuple[str, float], ...]  # height above the nose, by name of marker
 
     def place(self, sight: Sight) -> Sight:
-        """Up or down, nowhere else."""
+        """Move markers up or down, nowhere else."""
         height = dict(self.height_m)
         own = np.array([height.get(name, 0.0) for name in sight.names])
         return replace(sight, height_m=sight.height_m + self.nearness * own)
 
 
 def camera_parallax(random: np.random.Generator) -> AtStrength:
-    """Draws how the fish is trimmed in pitch, and how far each marker is from its published height.
+    """Draw how the fish is trimmed in pitch, and how far each marker is from its published height.
 
     The nearness saturates at 10, as from 0.25 m above the fish instead of 2.5 m.
     """
@@ -105,7 +105,7 @@ def camera_parallax(random: np.random.Generator) -> AtStrength:
 
 
 class LensDistortion(Mechanism):
-    """A radius r about the lens's own centre is drawn at r (1 + k1 r^2 + k2 r^4); r = 1 at the picture's lower edge.
+    """Lens that draws a radius r about its own centre at r (1 + k1 r^2 + k2 r^4); r = 1 at the picture's lower edge.
 
     Brown (1966), Photogrammetric Engineering 32: two radial terms, and a centre that is not the picture's.
     """
@@ -113,12 +113,12 @@ class LensDistortion(Mechanism):
     # k1, k2: coefficients
     k1: float
     k2: float
-    # right_px, down_px: from the picture's middle to the centre of distortion
+    # right_px, down_px: way from the picture's middle to the centre of distortion
     right_px: float
     down_px: float
 
     def picture(self, picture: Picture) -> Picture:
-        """Each position along its radius."""
+        """Move each position along its radius."""
         centre = picture.camera.centre_px + np.array([self.right_px, self.down_px])
         off = picture.position_px - centre
         square = (off**2).sum(axis=-1, keepdims=True) / (picture.camera.height_px / 2) ** 2
@@ -126,7 +126,7 @@ class LensDistortion(Mechanism):
 
 
 def lens_distortion(random: np.random.Generator) -> AtStrength:
-    """Draws barrel or cushion, how much of it the second term takes back, and the centre.
+    """Draw barrel or cushion, how much of it the second term takes back, and the centre.
 
     Saturates at k1 = 0.25, where a barrel would begin to fold the picture's corners over.
     """
@@ -141,28 +141,28 @@ def lens_distortion(random: np.random.Generator) -> AtStrength:
     return at
 
 
-_SWAY_S = 3.0
+_SWAY_S = 3.0  # period of the clock's sway
 
 
 class TimeBaseError(Mechanism):
-    """Frames are further apart than their stamps: by the share `relative` in the long run, now more and now less.
+    """Frames further apart than their stamps: by the share `relative` in the long run, now more and now less.
 
     The clock's oscillator sways about its mean by the share `sway` of the error, with a period of three seconds.
     """
 
-    relative: float  # of a second on the camera's clock, how much longer it lasts; more than -1 / (1 + sway)
-    sway: float  # 0 to 1
-    phase_rad: float  # of the sway at the first frame
+    relative: float  # growth of a second on the camera's clock; more than -1 / (1 + sway)
+    sway: float  # share of the error that sways, 0 to 1
+    phase_rad: float  # phase of the sway at the first frame
 
     def expose(self, time_s: np.ndarray) -> np.ndarray:
-        """True times: the integral of 1 + relative (1 + sway cos(w t + phase))."""
+        """Return the true times: the integral of 1 + relative (1 + sway cos(w t + phase))."""
         w = 2 * np.pi / _SWAY_S
         swayed = (np.sin(w * time_s + self.phase_rad) - np.sin(self.phase_rad)) / w
         return np.asarray(time_s + self.relative * (time_s + self.sway * swayed))
 
 
 def time_base_error(random: np.random.Generator) -> AtStrength:
-    """Draws a clock that is fast or slow, and how it sways; the error saturates at a half."""
+    """Draw a clock that is fast or slow, and how it sways; the error saturates at a half."""
     typical, most = 0.02, 0.5
     sign, sway, phase = random.choice([-1.0, 1.0]), random.uniform(0.0, 0.1), random.uniform(0, 2 * np.pi)
     return lambda strength: (TimeBaseError(sign * most * np.tanh(typical / most * strength), sway, phase),)
@@ -172,17 +172,17 @@ _ROUNDS = 6
 
 
 class RollingShutter(Mechanism):
-    """Each marker is drawn where it is when the line it is drawn on is read.
+    """Shutter that draws each marker where it is when the line it is drawn on is read.
 
     The instant is solved for, not taken to first order. Meingast, Geyer and Sastry (2005), Geometric models of
     rolling-shutter cameras.
     """
 
-    readout_s: float  # from the first line to the last
+    readout_s: float  # time from the first line to the last
     stamped: float  # share of the lines that are read before the time stamp of the frame
 
     def picture(self, picture: Picture) -> Picture:
-        """From the paths through all frames; fixed points of x(t + readout (line / lines - stamped))."""
+        """Read places off the paths through all frames: fixed points of x(t + readout (line / lines - stamped))."""
         time_s, lines = picture.time_s, picture.camera.height_px
         found = picture.position_px.copy()
         for marker in range(found.shape[1]):
@@ -195,24 +195,24 @@ class RollingShutter(Mechanism):
 
 
 def rolling_shutter(random: np.random.Generator) -> AtStrength:
-    """Draws which line a frame's stamp belongs to; the readout saturates at 40 ms."""
+    """Draw which line a frame's stamp belongs to; the readout saturates at 40 ms."""
     typical_s, most_s = 0.01, 0.04
     stamped = random.uniform(0.3, 0.7)
     return lambda strength: (RollingShutter(most_s * np.tanh(typical_s / most_s * strength), stamped),)
 
 
 class MarkerOffset(Mechanism):
-    """Markers are glued off their places, and their boxes placed off them.
+    """Markers glued off their places, and boxes placed off their markers.
 
     What is glued turns with its link; a box keeps its offset as it was in the first frame.
     """
 
-    # by name of marker, in the axes of its link: along (tailwards) and across
+    # offset by name of marker, in the axes of its link: along (tailwards) and across
     offset_m: tuple[tuple[str, complex], ...]
     glued: float  # share of it that turns with the link
 
     def place(self, sight: Sight) -> Sight:
-        """Shifted by both."""
+        """Shift markers by both."""
         offset = dict(self.offset_m)
         own = np.array([offset.get(name, 0j) for name in sight.names])
         turned = self.glued * sight.axis + (1 - self.glued) * sight.axis[:1]
@@ -220,7 +220,7 @@ class MarkerOffset(Mechanism):
 
 
 def marker_offset(random: np.random.Generator) -> AtStrength:
-    """Draws how many markers are off, which ones, where to, and whether by their glue or by their boxes."""
+    """Draw how many markers are off, which ones, where to, and whether by their glue or by their boxes."""
     typical_m = 0.004
     others = [name for name in FISHSIM_MARKERS if name not in {"nose", "neck"}]
     off = random.choice(others, size=random.integers(1, len(others) + 1), replace=False)
@@ -234,22 +234,22 @@ def marker_offset(random: np.random.Generator) -> AtStrength:
     return at
 
 
-_HELD_M = 0.04  # a box that slid this far holds on to something else
+_HELD_M = 0.04  # A box that slid this far holds on to something else.
 
 
 class TrackerDrift(Wearing):
-    """Each box slides along the body as a random walk with a trend, bounded by the size of a box.
+    """Slide of each box along the body: a random walk with a trend, bounded by the size of a box.
 
     Matthews, Ishikawa and Baker (2004), The template update problem: small errors of a template that is renewed add up.
     The trend is a matter of the marker, the same in every trial; the walk is another at every time in use.
     """
 
-    pace_m_s: tuple[tuple[str, float], ...]  # by name of marker, tailwards
-    walk_m: float  # by which the walk spreads in a second
-    seed: int  # of the walk
+    pace_m_s: tuple[tuple[str, float], ...]  # pace tailwards, by name of marker
+    walk_m: float  # spread of the walk in a second
+    seed: int  # seed of the walk
 
     def place(self, sight: Sight) -> Sight:
-        """Further along the link from frame to frame."""
+        """Slide boxes further along the link from frame to frame."""
         marker_m = sight.marker_m.copy()
         elapsed_s = sight.time_s - sight.time_s[0]
         steps_s = np.diff(sight.time_s)
@@ -264,9 +264,9 @@ class TrackerDrift(Wearing):
 
 
 def tracker_drift(random: np.random.Generator) -> AtStrength:
-    """Draws which boxes slide, at what pace, and how they waver. Each saturates where it has slid by 4 cm."""
+    """Draw which boxes slide, at what pace, and how they waver. Each saturates where it has slid by 4 cm."""
     typical_m_s = 0.001
-    walk_m = 0.0001  # in a second, at strength 1
+    walk_m = 0.0001  # spread in a second, at strength 1
     others = [name for name in FISHSIM_MARKERS if name not in {"nose", "neck"}]
     sliding = random.choice(others, size=random.integers(1, len(others) + 1), replace=False)
     pace = random.standard_normal(len(sliding))
@@ -283,28 +283,28 @@ _APART_S = 0.7  # mean time from one exchange to the next
 
 
 class MarkerSwap(Wearing):
-    """Two tracks truly exchange their markers, in bursts that begin at random and are longer the larger their share.
+    """True exchange of two tracks' markers, in bursts that begin at random and are longer the larger their share.
 
     Identity switches: Milan et al. (2016), MOT16. The bursts go on from one trial to the next, by the time in use.
     """
 
-    # front, rear: names of the two
+    # front, rear: names of the two markers
     front: str
     rear: str
-    share: float  # of the time
-    seed: int  # of when the bursts begin
+    share: float  # share of the time
+    seed: int  # seed of the bursts' beginnings
 
     def picture(self, picture: Picture) -> Picture:
-        """Exchanged in some frames, untouched in the others."""
+        """Exchange markers in some frames, leave the others untouched."""
         front, rear = picture.names.index(self.front), picture.names.index(self.rear)
-        frames = self._exchanged(picture.time_s)
+        frames = self._mark_exchanged(picture.time_s)
         position_px = picture.position_px.copy()
         position_px[frames, front] = picture.position_px[frames, rear]
         position_px[frames, rear] = picture.position_px[frames, front]
         return replace(picture, position_px=position_px)
 
-    def _exchanged(self, time_s: np.ndarray) -> np.ndarray:
-        """(f,) whether: in the last `share` of each stretch from one recovery to the next."""
+    def _mark_exchanged(self, time_s: np.ndarray) -> np.ndarray:
+        """Return (f,) whether they are exchanged: in the last `share` of each stretch from one recovery to the next."""
         random = np.random.default_rng(self.seed)
         in_use_s = self.before_s + time_s
         ends = np.cumsum(random.exponential(_APART_S, int(4 * (in_use_s[-1] / _APART_S + 4))))
@@ -314,7 +314,7 @@ class MarkerSwap(Wearing):
 
 
 def marker_swap(random: np.random.Generator) -> AtStrength:
-    """Draws one pair of neighbours on the tail, or two; their share saturates at 90 % of the time."""
+    """Draw one pair of neighbours on the tail, or two; their share saturates at 90 % of the time."""
     typical, most = 0.1, 0.9
     tail = FISHSIM_MARKERS[FISHSIM_MARKERS.index("tail_1") :]
     first = random.permutation(len(tail) - 1)[: random.integers(1, 3)]

@@ -1,4 +1,4 @@
-"""Hinges and masses of the tail."""
+"""Mechanisms of hinges and masses of the tail."""
 
 from dataclasses import replace
 
@@ -12,31 +12,31 @@ from swimcal.robot import load_robot
 
 
 class StiffnessError(Mechanism):
-    """Each gap of the tail is stiffer by its own factor: one print's error of thickness, nearly the same everywhere."""
+    """Factor on the stiffness of each gap of the tail: one print's error of thickness, nearly the same everywhere."""
 
-    ln_factor: tuple[float, ...]  # (gaps,) of each gap of the robot, from the head on
+    ln_factor: tuple[float, ...]  # (gaps,) ln of the factor on each gap of the robot, from the head on
 
     def prepare(self, parameters: Parameters, layout: Layout) -> Parameters:
-        """Other springs."""
+        """Set other springs."""
         factor = np.exp(np.array(self.ln_factor)[layout.gap_of_hinge])
         return replace(parameters, hinge_stiffness_n_m=parameters.hinge_stiffness_n_m * factor)
 
 
 def stiffness_error(random: np.random.Generator) -> AtStrength:
-    """All stiffer, or all softer, by 10 % at strength 1, uneven by a twentieth of that; exponential in the strength."""
+    """Draw all stiffer, or all softer, by 10 % at strength 1, uneven by a twentieth of that; exponential."""
     ln, uneven = 0.1, 0.05
     ln_factor = ln * random.choice([-1.0, 1.0]) * (1 + uneven * random.standard_normal(5))
     return lambda strength: (StiffnessError(tuple(strength * ln_factor)),)
 
 
 class StiffnessGradient(Mechanism):
-    """Stiffness grows, or falls, exponentially along the tail, as with a taper of thickness; its mean stays."""
+    """Stiffness that grows, or falls, exponentially along the tail, as with a taper of thickness; its mean stays."""
 
-    ln_ratio: float  # of the rearmost hinge to one half-way
+    ln_ratio: float  # ln of the ratio of the rearmost hinge to one half-way
     power: float  # 1 for an even taper; more where the ends differ most, less where the middle does
 
     def prepare(self, parameters: Parameters, layout: Layout) -> Parameters:
-        """Other springs."""
+        """Set other springs."""
         x = layout.origin_m[1:]
         rear = np.interp(x, [x[0], x[-1]], [-1.0, 1.0])
         factor = np.exp(self.ln_ratio * np.sign(rear) * np.abs(rear) ** self.power)
@@ -44,7 +44,7 @@ class StiffnessGradient(Mechanism):
 
 
 def stiffness_gradient(random: np.random.Generator) -> AtStrength:
-    """Either end stiffer, by 20 % against the middle at strength 1; saturates at a factor of e^1.5."""
+    """Draw either end stiffer, by 20 % against the middle at strength 1; saturates at a factor of e^1.5."""
     ln, most_ln = 0.2, 1.5
     sign, power = random.choice([-1.0, 1.0]), random.uniform(0.7, 1.5)
     return lambda strength: ((StiffnessGradient(sign * most_ln * float(np.tanh(ln * strength / most_ln)), power),))
@@ -61,18 +61,18 @@ class StiffnessHardening(Mechanism):
     toe_rad: float  # a
 
     def prepare(self, parameters: Parameters, layout: Layout) -> Parameters:  # noqa: ARG002
-        """The steepest derivative is taken implicitly."""
+        """Take the steepest derivative implicitly."""
         return parameters.taken_implicitly(self.ratio * parameters.hinge_stiffness_n_m)
 
     def force(self, now: Instant, state: np.ndarray) -> np.ndarray:  # noqa: ARG002
-        """What comes on top of Hooke's law; hinges in series share the bend of their gap."""
+        """Return what comes on top of Hooke's law; hinges in series share the bend of their gap."""
         toe = self.toe_rad / now.layout.hinges_per_gap
         bent = now.pose.hinge_rad - now.parameters.hinge_rest_rad
         return now.bend(-self.ratio * now.parameters.hinge_stiffness_n_m * (bent - toe * np.arctan(bent / toe)))
 
 
 def stiffness_hardening(random: np.random.Generator) -> AtStrength:
-    """At strength 1 the torque of a slight bend is k q (1 + 2 q^2); the slope at a large one is linear in strength."""
+    """Draw k q (1 + 2 q^2) for a slight bend at strength 1; the slope at a large one is linear in strength."""
     cubic = 2.0  # 1/rad^2, where the bend is small
     toe = random.uniform(0.15, 0.3)
     return lambda strength: (StiffnessHardening(3 * toe**2 * cubic * strength, toe),)
@@ -82,21 +82,21 @@ class JointDamping(Mechanism):
     """A damper parallel to the hinge's own whose fluid thins with shear: torque c r w / (1 + |w| / w_0), w the rate."""
 
     share: float  # r, of the damping c of the described robot; negative: some of that is missing
-    thinning_rad_s: float  # w_0, of a gap
+    thinning_rad_s: float  # w_0 of a gap
 
     def prepare(self, parameters: Parameters, layout: Layout) -> Parameters:  # noqa: ARG002
-        """Its derivative where slow is taken implicitly."""
+        """Take its derivative where slow implicitly."""
         return parameters.taken_implicitly(damping=max(self.share, 0.0) * parameters.hinge_damping_n_m_s)
 
     def force(self, now: Instant, state: np.ndarray) -> np.ndarray:  # noqa: ARG002
-        """What comes on top of the hinge's own damper."""
+        """Return what comes on top of the hinge's own damper."""
         rate = now.pose.hinge_rate_rad_s
         thinned = rate / (1 + np.abs(rate) * now.layout.hinges_per_gap / self.thinning_rad_s)
         return now.bend(-self.share * now.parameters.hinge_damping_n_m_s * thinned)
 
 
 def joint_damping(random: np.random.Generator) -> AtStrength:
-    """Mostly more: by half at 1 rad/s at strength 1, linear; else less, saturating short of none at all."""
+    """Draw mostly more: by half at 1 rad/s at strength 1, linear; else less, saturating short of none at all."""
     typical, least, more_often = 0.5, 0.9, 0.75
     more, thinning = random.random() < more_often, random.uniform(2.0, 6.0)
 
@@ -107,43 +107,43 @@ def joint_damping(random: np.random.Generator) -> AtStrength:
     return lambda strength: (JointDamping(share(strength), thinning),)
 
 
-_BRISTLE_RAD = 0.005  # bend of the bristles of a hinge where they slip
+_BRISTLE_RAD = 0.005  # The bristles of a hinge slip at this bend.
 
 
 class JointFriction(Mechanism):
-    """The LuGre model: bristles bend before they slip, with a higher torque to break away than to keep sliding.
+    """LuGre's friction: bristles bend before they slip, with a higher torque to break away than to keep sliding.
 
     Canudas de Wit, Olsson, Astrom and Lischinsky, IEEE Trans. Automatic Control 40 (1995): z' = w - |w| z s_0 / g(w),
     torque s_0 z, g(w) = T (1 + e exp(-(w / w_s)^2)); the hinge's own damper replaces that of the bristles. The state
     is where the bristles' roots are, q - z, so that within a step they are a spring.
     """
 
-    torque_n_m: float  # T, when sliding
-    excess: float  # e, of the break-away torque
+    torque_n_m: float  # T, torque in sliding
+    excess: float  # e, excess of the break-away torque
     stribeck_rad_s: float  # w_s
 
     def prepare(self, parameters: Parameters, layout: Layout) -> Parameters:  # noqa: ARG002
-        """The bristles are taken implicitly."""
+        """Take the bristles implicitly."""
         return parameters.taken_implicitly(self.torque_n_m / _BRISTLE_RAD)
 
     def start(self, now: Instant) -> np.ndarray:
-        """(n, h) roots, the bristles upright."""
+        """Return (n, h) roots, the bristles upright."""
         return now.pose.hinge_rad
 
     def advance(self, now: Instant, state: np.ndarray, step_s: float) -> np.ndarray:
-        """The roots follow where the bristles slip: exact at an even rate, for the mean bend over a step."""
+        """Move the roots where the bristles slip: exact at an even rate, for the mean bend over a step."""
         rate = now.pose.hinge_rate_rad_s
         slipping = _BRISTLE_RAD * (1 + self.excess * np.exp(-((rate / self.stribeck_rad_s) ** 2)))
         beyond = now.pose.hinge_rad - state + rate * step_s / 2 - np.sign(rate) * slipping
         return np.asarray(state + rate * step_s - beyond * np.expm1(-np.abs(rate) * step_s / slipping))
 
     def force(self, now: Instant, state: np.ndarray) -> np.ndarray:
-        """Of the bristles on the hinges."""
+        """Return the force of the bristles on the hinges."""
         return now.bend(-self.torque_n_m / _BRISTLE_RAD * (now.pose.hinge_rad - state))
 
 
 def joint_friction(random: np.random.Generator) -> AtStrength:
-    """0.03 N m in each gap at strength 1; saturates at 0.3 N m, which holds a gap bent by half a radian."""
+    """Draw 0.03 N m in each gap at strength 1; saturates at 0.3 N m, which holds a gap bent by half a radian."""
     torque_n_m, most_n_m = 0.03, 0.3
     excess, stribeck = random.uniform(0.05, 0.2), random.uniform(0.02, 0.1)
     return lambda strength: (
@@ -152,16 +152,16 @@ def joint_friction(random: np.random.Generator) -> AtStrength:
 
 
 class BendOffset(Mechanism):
-    """Curved where it is flexible: each gap rests at an angle in proportion to its length, and more towards one end.
+    """Tail curved where it is flexible: each gap rests at an angle in proportion to its length, more towards one end.
 
     The tendons keep the lengths at which they hold the tail straight.
     """
 
-    mean_rad: float  # over the gaps
+    mean_rad: float  # mean over the gaps
     rearward: float  # 0 for an even curvature; 1 if it grows from nothing at the first gap
 
     def prepare(self, parameters: Parameters, layout: Layout) -> Parameters:
-        """Another rest."""
+        """Set another rest."""
         gap_m = np.array([segment.gap_m for segment in layout.robot.tail.segment])
         curved = gap_m * (1 + self.rearward * np.linspace(-1.0, 1.0, len(gap_m)))
         rest = self.mean_rad * curved / curved.mean() / layout.hinges_per_gap
@@ -169,7 +169,7 @@ class BendOffset(Mechanism):
 
 
 def bend_offset(random: np.random.Generator) -> AtStrength:
-    """To either side, 0.03 rad a gap at strength 1; saturates at 0.5 rad."""
+    """Draw either side, 0.03 rad a gap at strength 1; saturates at 0.5 rad."""
     mean_rad, most_rad = 0.03, 0.5
     sign, rearward = random.choice([-1.0, 1.0]), random.uniform(-0.4, 0.4)
     return lambda strength: ((BendOffset(sign * most_rad * float(np.tanh(mean_rad * strength / most_rad)), rearward),))
@@ -178,18 +178,18 @@ def bend_offset(random: np.random.Generator) -> AtStrength:
 class MassDistribution(Mechanism):
     """Lumps at the tendon guides, of glue and markers, that were weighed with the head; the total stays."""
 
-    share: float  # of the head's mass
-    at_guide: tuple[float, ...]  # (g,) how the lumps share it, from the first guide to the last; they add up to 1
+    share: float  # share of the head's mass
+    at_guide: tuple[float, ...]  # (g,) share of each guide in the lumps, from the first to the last; they add up to 1
 
     def prepare(self, parameters: Parameters, layout: Layout) -> Parameters:
-        """Masses and their moments."""
+        """Move masses and their moments."""
         head = np.where(np.arange(layout.hinges + 1) == 0, 1 - self.share, 1.0)
         lump = self.share * parameters.link_mass_kg[0, 0] * np.array(self.at_guide)
         return parameters.reweighed(head, layout.on_links(layout.guide_link, lump, layout.guide_place_m))
 
 
 def mass_distribution(random: np.random.Generator) -> AtStrength:
-    """A hundredth of the head's mass at strength 1, shared by the guides nearly as the tail's own mass is.
+    """Draw a hundredth of the head's mass at strength 1, shared by the guides nearly as the tail's own mass is.
 
     Saturates at 8 hundredths.
     """
@@ -210,7 +210,7 @@ class EntrainedWater(Mechanism):
     power: float  # p
 
     def prepare(self, parameters: Parameters, layout: Layout) -> Parameters:
-        """Heavier links behind the head, the water on either side hanging on their surface."""
+        """Make the links behind the head heavier, the water on either side hanging on their surface."""
         strips = layout.strips
         x = layout.origin_m[strips.link] + strips.place_m
         along = np.clip((x - layout.origin_m[1]) / (x[-1] + strips.length_m[-1] / 2 - layout.origin_m[1]), 0.0, 1.0)
@@ -223,7 +223,7 @@ class EntrainedWater(Mechanism):
 
 
 def entrained_water(random: np.random.Generator) -> AtStrength:
-    """2 mm on the mean at strength 1, deepening with the power 0.3 to 0.8; saturates at 20 mm."""
+    """Draw 2 mm on the mean at strength 1, deepening with the power 0.3 to 0.8; saturates at 20 mm."""
     mean_m, most_m = 0.002, 0.02
     power = random.uniform(0.3, 0.8)
     return lambda strength: ((EntrainedWater(most_m * float(-np.expm1(-mean_m * strength / most_m)), power),))

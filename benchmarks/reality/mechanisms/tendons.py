@@ -1,4 +1,4 @@
-"""Crank arms and tendons."""
+"""Mechanisms of crank arms and tendons."""
 
 from dataclasses import replace
 
@@ -11,18 +11,18 @@ from benchmarks.reality.parameters import Parameters
 
 
 class CrankArmError(Mechanism):
-    """Either tendon's anchor is further from the shaft than described, by a share."""
+    """Anchor of either tendon further from the shaft than described, by a share."""
 
     left: float
     right: float
 
     def prepare(self, parameters: Parameters, layout: Layout) -> Parameters:  # noqa: ARG002
-        """Other radii."""
+        """Set other radii."""
         return replace(parameters, anchor_radius_m=parameters.anchor_radius_m * (1 + np.array([self.left, self.right])))
 
 
 def crank_arm_error(random: np.random.Generator) -> AtStrength:
-    """Draws longer or shorter, which arm is the more wrong, and by how much less the other: each is drilled by itself.
+    """Draw longer or shorter, which arm is the more wrong, and by how much less the other: each is drilled by itself.
 
     Arms become at most a half shorter, and 1.8 % longer: at 2.3 to 6 % the tail of the base state folds in its
     second gap, at once when at rest.
@@ -33,11 +33,11 @@ def crank_arm_error(random: np.random.Generator) -> AtStrength:
     return lambda strength: (CrankArmError(*(most * np.tanh(typical / abs(most) * strength) * shares)),)
 
 
-_YIELDS_M = 0.001  # stretch over which the knots give
+_YIELDS_M = 0.001  # The knots give over this stretch.
 
 
 class TendonCompliance(Mechanism):
-    """Fittings are springs in series with the lines, and their knots rub as they stretch.
+    """Fittings that are springs in series with the lines, and whose knots rub as they stretch.
 
     The friction is a bristle of Dahl's in parallel: z' = s' - |s'| z / 1 mm, tension `loss` k z, with k the spring of
     the whole and s its stretch; a loop of force over stretch that does not depend on speed.
@@ -49,7 +49,7 @@ class TendonCompliance(Mechanism):
     loss: float  # height of the loop, in a millimetre of stretch
 
     def prepare(self, parameters: Parameters, layout: Layout) -> Parameters:  # noqa: ARG002
-        """Softer springs with the same time constant."""
+        """Set softer springs with the same time constant."""
         softer = 1 / (1 + np.array([self.left, self.right]))
         return replace(
             parameters,
@@ -58,22 +58,22 @@ class TendonCompliance(Mechanism):
         )
 
     def start(self, now: Instant) -> np.ndarray:
-        """(n, 2) the bristles, unbent, m."""
+        """Return (n, 2) bristles, unbent, m."""
         return np.zeros_like(now.pull.stretch_m)
 
     def advance(self, now: Instant, state: np.ndarray, step_s: float) -> np.ndarray:
-        """The bristles a step later, exact at constant speed."""
+        """Return the bristles a step later, exact at constant speed."""
         moved = now.pull.rate_m_s * step_s
         end = _YIELDS_M * np.sign(moved)
         return np.asarray(end + (state - end) * np.exp(-np.abs(moved) / _YIELDS_M))
 
     def force(self, now: Instant, state: np.ndarray) -> np.ndarray:
-        """Of the bristles."""
+        """Return the force of the bristles."""
         return now.tighten(self.loss * now.parameters.tendon_stiffness_n_m * state)
 
 
 def tendon_compliance(random: np.random.Generator) -> AtStrength:
-    """Draws how differently the two lines are held, and how much the knots rub."""
+    """Draw how differently the two lines are held, and how much the knots rub."""
     typical = 2.0
     uneven, loss = random.uniform(-0.05, 0.05), random.uniform(0.05, 0.15)
 
@@ -85,11 +85,11 @@ def tendon_compliance(random: np.random.Generator) -> AtStrength:
     return at
 
 
-_KNEE = 0.15  # of the slack: over how much of its length a line comes tight
+_KNEE = 0.15  # A line comes tight over this share of the slack.
 
 
 class TendonSlack(Mechanism):
-    """Line and rod ends have play: a tendon pulls when stretched by more than its slack, and pushes beyond its play.
+    """Play of line and rod ends: a tendon pulls when stretched by more than its slack, and pushes beyond its play.
 
     The tendons of the base state push more than they pull, so both ends of the play matter. Each end comes tight over a
     smooth knee of width w: T = k (soft(s - slack) - soft(-s - play)), soft(u) = w log(1 + exp(u / w)), and the damper
@@ -102,7 +102,7 @@ class TendonSlack(Mechanism):
     push_m: float  # play
 
     def force(self, now: Instant, state: np.ndarray) -> np.ndarray:  # noqa: ARG002
-        """What the tension is more than that of tight tendons."""
+        """Return what the tension is more than that of tight tendons."""
         pull_m = np.concatenate(np.broadcast_arrays(self.pull_left_m, self.pull_right_m), axis=1)
         width = _KNEE * (pull_m + self.push_m) / 2
         stretch, p = now.pull.stretch_m, now.parameters
@@ -114,22 +114,22 @@ class TendonSlack(Mechanism):
 
 
 def tendon_slack(random: np.random.Generator) -> AtStrength:
-    """Draws how differently long the two lines are, and how much play there is to the slack. Saturates at 12 mm."""
+    """Draw how differently long the two lines are, and how much play there is to the slack. Saturates at 12 mm."""
     typical_m, most_m = 0.002, 0.012
     uneven, play = random.uniform(-0.05, 0.05), random.uniform(0.9, 1.1)
     shares = np.array([1 + uneven, 1 - uneven, play])
     return lambda strength: (TendonSlack(*(most_m * np.tanh(typical_m / most_m * strength) * shares)),)
 
 
-_TENSION_N = 50.0  # of tendons in use
-_BRISTLE_M = 0.0002  # that a line gives before it slides
+_TENSION_N = 50.0  # Tendons in use have this tension.
+_BRISTLE_M = 0.0002  # A line gives by this before it slides.
 _STRIBECK_M_S = 0.01
-_STICKING = 1.1  # of the friction at rest over that in sliding
-_MARGIN = 2.0  # by which the implicit stiffness exceeds that of the bristles, for stability
+_STICKING = 1.1  # ratio of the friction at rest to that in sliding
+_MARGIN = 2.0  # The implicit stiffness exceeds that of the bristles by this factor, for stability.
 
 
 class TendonFriction(Mechanism):
-    """Each line rubs at each guide it slides through, by LuGre's bristles (Canudas de Wit et al. 1995).
+    """Friction of each line at each guide it slides through, by LuGre's bristles (Canudas de Wit et al. 1995).
 
     z' = v - |v| z k / level(v), and friction k z; in sliding it has its level at z = 0.2 mm. A share of the level grows
     with the line's tension (Euler's capstan), the rest is there always; at rest it is a tenth more. A line slides
@@ -137,24 +137,24 @@ class TendonFriction(Mechanism):
     each.
     """
 
-    level_n: float  # in sliding, at 50 N of tension
+    level_n: float  # friction in sliding, at 50 N of tension
     loaded: float  # share of it that is in proportion to the tension
 
     def prepare(self, parameters: Parameters, layout: Layout) -> Parameters:
-        """What the integrator takes implicitly: more than the bristles' stiffness at each hinge (Gershgorin's rows)."""
-        arms = np.abs(_straight_arms_m(layout))
+        """Take more than the bristles' stiffness implicitly at each hinge (Gershgorin's rows)."""
+        arms = np.abs(_measure_straight_arms_m(layout))
         stiffness = np.zeros(layout.hinges)
-        for behind in _behind(layout):
+        for behind in _mark_behind(layout):
             stiffness += 2 * arms * behind * (arms @ behind)
-        return parameters.taken_implicitly(_MARGIN * self.level_n / _BRISTLE_M * stiffness * _strung(parameters))
+        return parameters.taken_implicitly(_MARGIN * self.level_n / _BRISTLE_M * stiffness * _mark_strung(parameters))
 
     def start(self, now: Instant) -> np.ndarray:
-        """(n, 2 g) bristles, unbent, m."""
-        return np.zeros((len(now.time_s), 2 * len(_behind(now.layout))))
+        """Return (n, 2 g) bristles, unbent, m."""
+        return np.zeros((len(now.time_s), 2 * len(_mark_behind(now.layout))))
 
     def advance(self, now: Instant, state: np.ndarray, step_s: float) -> np.ndarray:
-        """The bristles a step later, exact at constant speed."""
-        speed = (_arms_m(now) * now.pose.hinge_rate_rad_s[:, None]) @ _behind(now.layout).T  # (n, 2, g)
+        """Return the bristles a step later, exact at constant speed."""
+        speed = (_measure_arms_m(now) * now.pose.hinge_rate_rad_s[:, None]) @ _mark_behind(now.layout).T  # (n, 2, g)
         sticking = 1 + (_STICKING - 1) * np.exp(-((speed / _STRIBECK_M_S) ** 2))
         load = 1 - self.loaded + self.loaded * np.abs(now.pull.tension_n) / _TENSION_N  # (n, 2)
         most = _BRISTLE_M * sticking * load[:, :, None]
@@ -163,56 +163,56 @@ class TendonFriction(Mechanism):
         return np.asarray(bent.reshape(state.shape))
 
     def force(self, now: Instant, state: np.ndarray) -> np.ndarray:
-        """Against the hinges behind each guide."""
-        friction = np.reshape(self.level_n / _BRISTLE_M * _strung(now.parameters) * state, (len(state), 2, -1))
-        along = friction @ _behind(now.layout)  # (n, 2, h) summed over the guides before each hinge
-        return now.bend(-(along * _arms_m(now)).sum(axis=1))
+        """Return the friction against the hinges behind each guide."""
+        friction = np.reshape(self.level_n / _BRISTLE_M * _mark_strung(now.parameters) * state, (len(state), 2, -1))
+        along = friction @ _mark_behind(now.layout)  # (n, 2, h) summed over the guides before each hinge
+        return now.bend(-(along * _measure_arms_m(now)).sum(axis=1))
 
 
-def _strung(parameters: Parameters) -> np.ndarray:
-    """(n, 1) 1 where there are tendons, 0 where not."""
+def _mark_strung(parameters: Parameters) -> np.ndarray:
+    """Return (n, 1): 1 where there are tendons, 0 where not."""
     return np.asarray((parameters.tendon_stiffness_n_m > 0).all(axis=1, keepdims=True), float)
 
 
-def _behind(layout: Layout) -> np.ndarray:
-    """(g, h) 1 where a hinge is behind a guide; the last guide, where the lines end, is none."""
+def _mark_behind(layout: Layout) -> np.ndarray:
+    """Return (g, h): 1 where a hinge is behind a guide; the last guide, where the lines end, is none."""
     return (layout.gap_of_hinge > np.arange(layout.gap_of_hinge[-1])[:, None]).astype(float)
 
 
-def _arms_m(now: Instant) -> np.ndarray:
-    """(n, 2, h) by how much each tendon grows with the angle of each hinge."""
+def _measure_arms_m(now: Instant) -> np.ndarray:
+    """Return (n, 2, h) by how much each tendon grows with the angle of each hinge."""
     by_link = now.pull.gradient_m[:, :, 3:]
     return np.asarray(np.cumsum(by_link[:, :, ::-1], axis=2)[:, :, ::-1])
 
 
-def _straight_arms_m(layout: Layout) -> np.ndarray:
-    """(h,) distance of the tendons from the hinges of the straight tail, at most."""
+def _measure_straight_arms_m(layout: Layout) -> np.ndarray:
+    """Return (h,) the largest distance of the tendons from the hinges of the straight tail."""
     offset = np.abs(layout.guide_offset_m[0])
     before = np.append(layout.robot.crank.anchor_offset_m, offset[:-1])
     return np.maximum(before, offset)[layout.gap_of_hinge]
 
 
 def tendon_friction(random: np.random.Generator) -> AtStrength:
-    """Draws how much of the friction is by the lines' own tension. The level saturates at 5 N."""
+    """Draw how much of the friction is by the lines' own tension. The level saturates at 5 N."""
     typical_n, most_n = 0.5, 5.0
     loaded = random.uniform(0.0, 0.1)
     return lambda strength: (TendonFriction(most_n * np.tanh(typical_n / most_n * strength), loaded),)
 
 
 class TendonAsymmetry(Mechanism):
-    """Either tendon's free length is more than that of the straight tail."""
+    """Free length of either tendon beyond that of the straight tail."""
 
     left_m: float
     right_m: float
 
     def prepare(self, parameters: Parameters, layout: Layout) -> Parameters:  # noqa: ARG002
-        """Other lengths."""
+        """Set other lengths."""
         extra_m = parameters.tendon_extra_m + np.array([self.left_m, self.right_m])
         return replace(parameters, tendon_extra_m=extra_m)
 
 
 def tendon_asymmetry(random: np.random.Generator) -> AtStrength:
-    """Draws which side is short, which tendon is the more wrong, and by how much less the other: each has its knot.
+    """Draw which side is short, which tendon is the more wrong, and by how much less the other: each has its knot.
 
     Saturates at 12 mm each.
     """

@@ -104,7 +104,7 @@ def test_a_suite_may_be_made_in_shards(monkeypatch: pytest.MonkeyPatch, tmp_path
             Answer(plan.name, "null").write(suite.answer(plan.name))
         return []
 
-    monkeypatch.setattr(run, "_made_together", made)
+    monkeypatch.setattr(run, "_make_together", made)
     suite = empty_suite(tmp_path)
     suite.answers.mkdir()
     assert make_suite(suite, 4, SIZE, ALONE, slice(1, None, 5)) == ()

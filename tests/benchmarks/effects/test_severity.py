@@ -46,8 +46,8 @@ def in_truth(rows: SessionRows, recordings: Mapping[str, Recording], effects: Se
     """
     changes = rows.changes(recordings)
     number, reported = closest_fit(changes, rows.signatures({effect.name: effect for effect in effects}))
-    others = rows._seen_by_twin(recordings)
-    seen, turns = rows._changed(others, with_course=False), rows._turns(others)
+    others = rows._build_model(recordings)
+    seen, turns = rows._subtract_base(others, with_course=False), rows._compute_turns(others)
     session = AffectedSession.of(effects, seen, camera_of(rows.drawn), rows.coefficients)
     parameters = [parameter for effect in session.effects for parameter in effect.parameters]
     plain_hz = session.hertz(np.zeros((1, len(parameters))))
@@ -77,7 +77,7 @@ def searched(monkeypatch: pytest.MonkeyPatch, asked: float, distance: Callable[[
         return None if found is None else Strength(value, (), found, ())
         yield []
 
-    monkeypatch.setattr(severity, "_tried", tried)
+    monkeypatch.setattr(severity, "_try_strength", tried)
     (found,) = film_together([strength_for(asked, lambda _: (), None, None, None, ())])  # type: ignore[arg-type]
     return found
 

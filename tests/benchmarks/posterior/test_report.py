@@ -70,7 +70,7 @@ def test_scores_of_other_code_are_made_anew_but_a_file_of_scores_is_judged(
 ) -> None:
     before = measure_posterior(tmp_path, range(2), ALONE)
     write_lines(tmp_path / "scores.jsonl", before.sessions)
-    monkeypatch.setattr(report, "_code", lambda: "changed")
+    monkeypatch.setattr(report, "_compute_code", lambda: "changed")
     outcome = measure_posterior(tmp_path, (), ALONE)
     assert (outcome.sessions, outcome.others) == ((), 2)
     assert "2 files in the folder are of other code" in outcome.scores("").text()
