@@ -1,4 +1,10 @@
-"""The fit of a session: coefficients, trials and their scores."""
+"""Calibration of a session: the fit of the coefficients, every trial beside the calibrated twin, and their scores.
+
+`fit_coefficients` finds the posterior mode of the coefficients (`fitting.mode`) and says which of them the trials
+determine. `calibrate` does so on the fit trials, fits elongated body theory to the same trials, compares every trial
+with the twin and forecasts it; `assemble` makes a `Calibration` from coefficients that are known.
+`calibrate_as_published` runs the published search instead (`fitting.published`), for comparison.
+"""
 
 import time
 from collections.abc import Mapping, Sequence

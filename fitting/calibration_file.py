@@ -1,8 +1,9 @@
-"""`results/calibration.json`: a calibration in the form of the public contract, with forecasts from the command alone.
+"""Records of a calibration: `results/calibration.json`, in the form of the public contract, and `published.json`.
 
-For these the beat is the command times the mean ratio of beat to command over the fit trials; the speed is the one at
-which the calibrated twin settles at that beat (see `fitting.baselines`). The forecast of `fitting.phase` knows more: a
-held-out trial's frequency, phase and start from its own first beats.
+Beside the fit, `calibration.json` holds forecasts from the command alone (`forecast_from_command`). For these the beat
+is the command times the mean ratio of beat to command over the fit trials; the speed is the one at which the calibrated
+twin settles at that beat (see `fitting.baselines`). The forecast of `fitting.phase` knows more: a held-out trial's
+frequency, phase and start from its own first beats.
 """
 
 from collections.abc import Mapping

@@ -1,4 +1,8 @@
-"""The crank arm, and the speed and phase of every dry run: the published search, then one fit of all runs together."""
+"""Fit of a robot's crank arm to its dry runs, with the speed and phase of every run.
+
+`crank_response` simulates the tail over the arms and speeds that the runs ask for. `fit_crank` then does the published
+search for each run alone, and fits one arm to all runs together from where these end (`fitting.crank_surface`).
+"""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -100,6 +104,118 @@ class CrankFit:
         return float(np.mean(self.arm_per_trial_m))
 
 
+def crank_response(
+    trials: Sequence[DryTrial], robot: RobotSpec, grid: CrankGrid = PUBLISHED_GRID, workers: int = 0
+) -> DryResponse:
+    """Simulate what `fit_crank` needs: the grid's arms about that of the robot, at the speeds of these trials.
+
+    Where the trials ask for an arm beyond the grid, it is widened by as much again, twice at most.
+
+    Args:
+        trials: the dry runs.
+        robot: the robot whose arm is sought.
+        grid: grid of the published search.
+        workers: threads; 0 for all cores.
+
+    Raises:
+        NotEnoughData: no smooth motion of the tail over four neighbouring arms.
+    """
+    own = robot.crank.arm_m
+    step = 2 * ARM_SPAN * own / (grid.arms - 1)
+    arms = _on_the_crank((1 - ARM_SPAN) * own + step * np.arange(grid.arms), robot)
+    simulate = partial(simulate_response, robot, tuple(robot.markers), range_hz=speed_range(trials), workers=workers)
+    response = simulate(arm_m=arms)
+    for _ in range(_WIDENINGS):
+        beyond = step * np.arange(1, grid.arms // 2 + 1)
+        side = _asked_beyond(trials, response, workers)
+        more = response.arm_m[-1] + beyond if side > 0 else response.arm_m[0] - beyond[::-1]
+        arms = _on_the_crank(more, robot)
+        if not side or not len(arms):
+            break
+        response = simulate(arm_m=np.sort(np.concatenate([response.arm_m, arms])))
+    return response
+
+
+def _on_the_crank(arm_m: np.ndarray, robot: RobotSpec) -> np.ndarray:
+    """Return those of the arms that are long enough to hold the anchors."""
+    return arm_m[arm_m > 1.05 * robot.crank.anchor_inset_m]
+
+
+def _asked_beyond(trials: Sequence[DryTrial], response: DryResponse, workers: int) -> int:
+    """Return -1 if the trials ask for an arm below those simulated, 1 above, 0 within; beyond a snap there is none."""
+    low, high = response.arm_m[[0, -1]]
+    with threadpool_limits(1, user_api="blas"):
+        starts = [error_surface(trial, response, _GLANCE, workers).valleys(1)[0] for trial in trials]
+        arm_m = fit_joint(trials, response, starts).arm_m
+    margin = (high - low) / len(response.arm_m)
+    return int(arm_m > high - margin) - int(arm_m < low + margin)
+
+
+def fit_crank(
+    trials: Sequence[DryTrial],
+    robot: RobotSpec,
+    response: DryResponse,
+    grid: CrankGrid = PUBLISHED_GRID,
+    workers: int = 0,
+) -> CrankFit:
+    """Find the crank arm of a robot from its dry runs.
+
+    Args:
+        trials: the runs, from `measure_dry_run`.
+        robot: the robot whose arm is sought.
+        response: its response to these trials or more of them (`crank_response`).
+        grid: grid of the published search, for each trial.
+        workers: threads; 0 for all cores.
+
+    Raises:
+        NotEnoughData: no trial.
+        SimulationDiverged: the fitted motion does not stay bounded.
+    """
+    if not trials:
+        raise NotEnoughData('no dry run: the crank needs at least one trial with kind = "dry"')
+    with threadpool_limits(1, user_api="blas"):  # small matrices, for which threads only wait
+        surfaces = [error_surface(trial, response, grid, workers) for trial in trials]
+        lowest = [lowest_point(t, response, surface) for t, surface in zip(trials, surfaces, strict=True)]
+        joint = fit_joint(trials, response, lowest)
+        return _assemble(trials, with_arm(robot, joint.arm_m), response, surfaces, lowest, joint, workers)
+
+
+def _assemble(
+    trials: Sequence[DryTrial],
+    robot: RobotSpec,
+    response: DryResponse,
+    surfaces: list[ErrorSurface],
+    lowest: list[Cell],
+    joint: JointFit,
+    workers: int,
+) -> CrankFit:
+    hz = np.array([trial.hz for trial in joint.trials])
+    uses = tendon_use(robot, hz, workers)
+    smooth = response.range_of(joint.branch)
+    found = []
+    for i, (trial, own) in enumerate(zip(trials, joint.trials, strict=True)):
+        turn = response.turn(joint.arm_m, own.hz, joint.branch)
+        one = CrankTrial(
+            measured=trial,
+            speed_hz=own.hz,
+            speed_se_hz=own.hz_se,
+            phase_rad=turn.crank_rad(own.phase_rad),
+            phase_se_rad=own.phase_se_rad,
+            marker_error_m=distance_at(trial, response.select(trial.markers), joint.arm_m, own.hz, own.phase_rad),
+            scale=own.scale,
+            motion_error_m=own.motion_error_m,
+            published=lowest[i],
+            surface=surfaces[i],
+            tendons=uses[i],
+            flags=trial.flags,
+        )
+        flags = trial_flags(one, smooth)
+        found.append(replace(one, flags=(*trial.flags, *flags)))
+    alone_m = [fit_joint([trial], response, [cell]).arm_m for trial, cell in zip(trials, lowest, strict=True)]
+    flags = fit_flags(joint, response, alone_m)
+    return CrankFit(joint.arm_m, joint.arm_se_m, smooth, tuple(found), tuple(flags))
+
+
 def trial_flags(found: CrankTrial, smooth_m: tuple[float, float]) -> Iterator[Flag]:
     """Return the flags of one trial's speed, phase and distance.
 
@@ -182,115 +298,3 @@ def fit_flags(joint: JointFit, response: DryResponse, arm_per_trial_m: Sequence[
 
 def _inside(value: float, low: float, high: float) -> bool:
     return bool(low + _EDGE * (high - low) < value < high - _EDGE * (high - low))
-
-
-def fit_crank(
-    trials: Sequence[DryTrial],
-    robot: RobotSpec,
-    response: DryResponse,
-    grid: CrankGrid = PUBLISHED_GRID,
-    workers: int = 0,
-) -> CrankFit:
-    """Find the crank arm of a robot from its dry runs.
-
-    Args:
-        trials: the runs, from `measure_dry_run`.
-        robot: the robot whose arm is sought.
-        response: its response to these trials or more of them (`crank_response`).
-        grid: grid of the published search, for each trial.
-        workers: threads; 0 for all cores.
-
-    Raises:
-        NotEnoughData: no trial.
-        SimulationDiverged: the fitted motion does not stay bounded.
-    """
-    if not trials:
-        raise NotEnoughData('no dry run: the crank needs at least one trial with kind = "dry"')
-    with threadpool_limits(1, user_api="blas"):  # small matrices, for which threads only wait
-        surfaces = [error_surface(trial, response, grid, workers) for trial in trials]
-        lowest = [lowest_point(t, response, surface) for t, surface in zip(trials, surfaces, strict=True)]
-        joint = fit_joint(trials, response, lowest)
-        return _assemble(trials, with_arm(robot, joint.arm_m), response, surfaces, lowest, joint, workers)
-
-
-def crank_response(
-    trials: Sequence[DryTrial], robot: RobotSpec, grid: CrankGrid = PUBLISHED_GRID, workers: int = 0
-) -> DryResponse:
-    """Simulate what `fit_crank` needs: the grid's arms about that of the robot, at the speeds of these trials.
-
-    Where the trials ask for an arm beyond the grid, it is widened by as much again, twice at most.
-
-    Args:
-        trials: the dry runs.
-        robot: the robot whose arm is sought.
-        grid: grid of the published search.
-        workers: threads; 0 for all cores.
-
-    Raises:
-        NotEnoughData: no smooth motion of the tail over four neighbouring arms.
-    """
-    own = robot.crank.arm_m
-    step = 2 * ARM_SPAN * own / (grid.arms - 1)
-    arms = _on_the_crank((1 - ARM_SPAN) * own + step * np.arange(grid.arms), robot)
-    simulate = partial(simulate_response, robot, tuple(robot.markers), range_hz=speed_range(trials), workers=workers)
-    response = simulate(arm_m=arms)
-    for _ in range(_WIDENINGS):
-        beyond = step * np.arange(1, grid.arms // 2 + 1)
-        side = _asked_beyond(trials, response, workers)
-        more = response.arm_m[-1] + beyond if side > 0 else response.arm_m[0] - beyond[::-1]
-        arms = _on_the_crank(more, robot)
-        if not side or not len(arms):
-            break
-        response = simulate(arm_m=np.sort(np.concatenate([response.arm_m, arms])))
-    return response
-
-
-def _on_the_crank(arm_m: np.ndarray, robot: RobotSpec) -> np.ndarray:
-    """Return those of the arms that are long enough to hold the anchors."""
-    return arm_m[arm_m > 1.05 * robot.crank.anchor_inset_m]
-
-
-def _asked_beyond(trials: Sequence[DryTrial], response: DryResponse, workers: int) -> int:
-    """Return -1 if the trials ask for an arm below those simulated, 1 above, 0 within; beyond a snap there is none."""
-    low, high = response.arm_m[[0, -1]]
-    with threadpool_limits(1, user_api="blas"):
-        starts = [error_surface(trial, response, _GLANCE, workers).valleys(1)[0] for trial in trials]
-        arm_m = fit_joint(trials, response, starts).arm_m
-    margin = (high - low) / len(response.arm_m)
-    return int(arm_m > high - margin) - int(arm_m < low + margin)
-
-
-def _assemble(
-    trials: Sequence[DryTrial],
-    robot: RobotSpec,
-    response: DryResponse,
-    surfaces: list[ErrorSurface],
-    lowest: list[Cell],
-    joint: JointFit,
-    workers: int,
-) -> CrankFit:
-    hz = np.array([trial.hz for trial in joint.trials])
-    uses = tendon_use(robot, hz, workers)
-    smooth = response.range_of(joint.branch)
-    found = []
-    for i, (trial, own) in enumerate(zip(trials, joint.trials, strict=True)):
-        turn = response.turn(joint.arm_m, own.hz, joint.branch)
-        one = CrankTrial(
-            measured=trial,
-            speed_hz=own.hz,
-            speed_se_hz=own.hz_se,
-            phase_rad=turn.crank_rad(own.phase_rad),
-            phase_se_rad=own.phase_se_rad,
-            marker_error_m=distance_at(trial, response.select(trial.markers), joint.arm_m, own.hz, own.phase_rad),
-            scale=own.scale,
-            motion_error_m=own.motion_error_m,
-            published=lowest[i],
-            surface=surfaces[i],
-            tendons=uses[i],
-            flags=trial.flags,
-        )
-        flags = trial_flags(one, smooth)
-        found.append(replace(one, flags=(*trial.flags, *flags)))
-    alone_m = [fit_joint([trial], response, [cell]).arm_m for trial, cell in zip(trials, lowest, strict=True)]
-    flags = fit_flags(joint, response, alone_m)
-    return CrankFit(joint.arm_m, joint.arm_se_m, smooth, tuple(found), tuple(flags))

@@ -1,17 +1,16 @@
-"""The error of a dry run over crank arm and phase, and the joint search over all runs.
+"""Error of dry runs over crank arm, speed and phase: the published search for each run, and the joint fit of all.
 
-The published search: mean marker distance on a grid of crank arm, speed and phase, its best cells refined.
+Published search (`error_surface`, `lowest_point`): mean marker distance on a grid of crank arm, speed and phase, its
+best cells refined. "Simple Models, Real Swimming" (2026), identification of the dry robot: of all simulations on the
+grid, the one whose markers stay closest to the measured ones over a fixed 4 s, head clamped, in the head frame. Here
+phase costs no simulation (a shift in time of a turn that repeats) and speed hardly one (`fitting.dry_run`).
 
-"Simple Models, Real Swimming" (2026), identification of the dry robot: of all simulations on the grid, the one whose
-markers stay closest to the measured ones over a fixed 4 s, head clamped, in the head frame. Here phase costs no
-simulation (a shift in time of a turn that repeats) and speed hardly one (`fitting.dry_run`).
-
-Joint fit of one crank arm to all dry runs, each with its own speed and phase, by generalised least squares.
-
-The published distance takes nose and neck as they were marked. A box two pixels off its marker turns and scales the
-head frame, and two per cent of scale are two per cent of the arm. Here every marker has an offset of its own that lasts
-for the trial, drawn from one spread (a random effect; Patterson and Thompson 1971), and each trial has a place, a
-heading and a scale of its own: the layout of all markers gives the scale, the motion about their means the arm.
+Joint fit (`fit_joint`): one crank arm for all dry runs, each with its own speed and phase, by generalised least
+squares. The published distance takes nose and neck as they were marked. A box two pixels off its marker turns and
+scales the head frame, and two per cent of scale are two per cent of the arm. Here every marker has an offset of its own
+that lasts for the trial, drawn from one spread (a random effect; Patterson and Thompson 1971), and each trial has a
+place, a heading and a scale of its own: the layout of all markers gives the scale, the motion about their means the
+arm.
 """
 
 import os
@@ -31,11 +30,19 @@ from fitting.dry_run import ANGLES, DryResponse, DryTrial
 from fitting.frequency import standard_error
 from swimcal.runs import workers_of
 
+# The published search
 ARM_SPAN = 0.25  # grid on either side of the robot's own arm, relative
 SPEED_SPAN = 0.15  # grid on either side of the command, relative
 FAR_FROM_BEAT = 0.3  # relative difference from which a command does not count
 _VALLEYS = 3  # valleys that are followed to their floors
 _EVALUATIONS = 250  # evaluations in each, at most
+
+# The joint fit
+_ROUNDS = 3  # rounds of fit and noise level
+_OWN = 6  # numbers a trial has to itself: speed, phase, place (2), turned scale (2)
+_BLOCKS_PER_BEAT = 4.0  # blocks over which errors are summed to see how long they last
+_DIFFERENCE = (2e-5, 1e-4, 1e-4)  # finite differences of arm (m), speed (Hz) and phase (rad)
+OFFSET_M = (1e-4, 5e-3)  # a box is put on the marker it is for: more is the model's, and may not loosen the scale
 
 
 @dataclass(frozen=True)
@@ -248,13 +255,6 @@ def _refine(trial: DryTrial, response: DryResponse, surface: ErrorSurface, cell:
     )
     arm_m, hz, phase_rad = map(float, point(found.x))
     return Cell(arm_m, hz, phase_rad % (2 * np.pi), float(found.fun))
-
-
-_ROUNDS = 3  # rounds of fit and noise level
-_OWN = 6  # numbers a trial has to itself: speed, phase, place (2), turned scale (2)
-_BLOCKS_PER_BEAT = 4.0  # blocks over which errors are summed to see how long they last
-_DIFFERENCE = (2e-5, 1e-4, 1e-4)  # finite differences of arm (m), speed (Hz) and phase (rad)
-OFFSET_M = (1e-4, 5e-3)  # a box is put on the marker it is for: more is the model's, and may not loosen the scale
 
 
 class Spread(NamedTuple):

@@ -1,5 +1,4 @@
-"""Features: a trial in few numbers that hold what it says of the fluid, its cruising speed and the beat of every
-marker.
+"""Features of a trial: its cruising speed and the beat of every marker, the few numbers that tell of the fluid.
 
 Place and heading of the fish and the bend of its course are nuisances of a trial: they are taken out as a smooth pose
 (a heading quadratic in time, a path cubic in time), in the same way from tracks and from simulations. The rest is the

@@ -1,9 +1,9 @@
-"""Forecasts of swims with their bands.
-
-The model's forecast of a trial: conditional normals of its features, and the marker tracks that they make.
+"""Forecasts of swims with their bands: conditional normals of features, the tracks they make, and their scores.
 
 Fitted trials tell of a new one what all trials share: coefficients, marker places, the common discrepancy. Its own
-first beats tell what is its own: trim, registration of the head frame, boxes (Rasmussen and Williams 2006, A.6).
+first beats tell what is its own: trim, registration of the head frame, boxes. `forecast_of` conditions on both
+(Rasmussen and Williams 2006, A.6); `repeated` forecasts another trial like a fitted one. `forecast_session` makes and
+scores the forecasts of every trial, beside simple baselines.
 """
 
 from collections.abc import Mapping, Sequence
@@ -27,9 +27,21 @@ from fitting.trial_model import Sensitivities, TrialModel, sensitivities_togethe
 from swimcal.errors import NotEnoughData
 from tracking.head_frame import HeadFrame
 
+# The model's forecast of one window
 NORMAL_90 = 1.645
 _FEWEST_FRAMES = 24  # least frames of a window
 _DRAWS = 200  # draws of tracks, for their bands
+_MEDIAN_OF_SQUARE = 0.4549  # median square of a standard normal number
+_MM = 1000.0
+_FEWEST_TRIALS = 2  # trials that an interval over trials needs
+
+# Models that forecast a session, by the name in results
+TWIN = "twin"
+GIVEN = "given_frequency"
+BEATS = "after_two_beats"
+REPEAT = "repeat"
+CONTINUED = "continued"
+DRAWN = "posterior"
 
 
 @dataclass(frozen=True, eq=False)
@@ -239,9 +251,6 @@ def scatter_of(mode: Mode) -> Scatter:
     return Scatter(max(1.0, float(np.mean(noise))) if noise else 1.0, float(np.sqrt(np.mean(speed))))
 
 
-_MEDIAN_OF_SQUARE = 0.4549  # median square of a standard normal number
-
-
 def block_of(mode: Mode, window: TrialModel, scatter: Scatter) -> Block:
     """Return the block of a window of a new trial; its features are what the twin simulates.
 
@@ -314,16 +323,6 @@ def _align(head: HeadFrame, frames: np.ndarray) -> np.ndarray:
     first = int(np.flatnonzero(frames)[0])
     path = head.path_m[..., frames, :] - head.path_m[..., first : first + 1, :]
     return np.asarray(head.shape_m[..., frames, :, :] + path[..., None, :])
-
-
-TWIN = "twin"
-GIVEN = "given_frequency"
-BEATS = "after_two_beats"
-REPEAT = "repeat"
-CONTINUED = "continued"
-DRAWN = "posterior"
-_MM = 1000.0
-_FEWEST_TRIALS = 2  # trials that an interval over trials needs
 
 
 @dataclass(frozen=True)

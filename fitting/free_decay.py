@@ -1,4 +1,8 @@
-"""A free decay as measured: its release and its spectrum."""
+"""A free decay as measured: its release, the doubts about its clamp, and its spectrum.
+
+`measure_decay_trial` checks and scales the tracks, finds the release (`find_release`) and asks whether the head moved
+(`clamp_flags`). `measure_decay` computes the spectrum of what follows. The fit by the twin is in `fitting.decay_fit`.
+"""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -16,6 +20,7 @@ from swimcal.session_file import CameraSpec
 from swimcal.tracks import markers_of
 from tracking.head_frame import to_head_frame
 
+# Release and clamp
 LEAST_SWING_M = 0.005  # least swing from side to side of a tail that was released
 SLOW = 0.25  # share of the fastest speed below which the tail is still held
 FADED = 0.02  # share of the first swing below which the tail is at rest
@@ -32,6 +37,14 @@ SURE_SE = 2.5  # standard errors from which a share is no tracking error
 # bent look wrong to it. Only gross faults are left to it; the twin judges the others (`fitting.decay_fit`).
 FAR_OUT_PX = 75.0
 FEWEST_FRAMES = 12
+
+# The spectrum
+HIGHEST_HZ = 15.0
+FEWEST_PERIODS = 2.0  # least number of periods recorded after the release
+SECOND_PEAK = 0.5  # least height of a second peak, relative to the highest
+PEAK_PROMINENCE = 0.3  # least prominence of a peak over the valley before it, relative to the highest
+AT_REST = 2 / 3  # share of the recording after which the tail is taken to rest
+_FINER = 16  # factor by which the spectrum has more bins than the record
 
 
 @dataclass(frozen=True)
@@ -264,14 +277,6 @@ def _within(flags: tuple[Flag, ...], release: Release) -> tuple[Flag, ...]:
     return tuple(
         flag for flag, (first, last) in zip(flags, spans, strict=True) if last > release.first and first <= release.last
     )
-
-
-HIGHEST_HZ = 15.0
-FEWEST_PERIODS = 2.0  # least number of periods recorded after the release
-SECOND_PEAK = 0.5  # least height of a second peak, relative to the highest
-PEAK_PROMINENCE = 0.3  # least prominence of a peak over the valley before it, relative to the highest
-AT_REST = 2 / 3  # share of the recording after which the tail is taken to rest
-_FINER = 16  # factor by which the spectrum has more bins than the record
 
 
 @dataclass(frozen=True, eq=False)

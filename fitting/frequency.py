@@ -1,9 +1,8 @@
-"""The frequency of a beat, and whether it lasts over the trial.
+"""Frequency of a beat, with an honest standard error, and the part of a trial in which the tail beats.
 
-The swim frequency: harmonic regression of the tail markers, with an honest standard error.
-
-All tail markers share one frequency; each has its own mean, drift and harmonics. The standard error allows for
-residuals that are correlated in time and across markers.
+`estimate_frequency` does harmonic regression of the tail markers. All share one frequency; each has its own mean, drift
+and harmonics. The standard error allows for residuals that are correlated in time and across markers. `beating_part`
+finds the longest stretch in which the beat lasts.
 """
 
 from dataclasses import dataclass
@@ -17,6 +16,7 @@ from scipy.stats import median_abs_deviation
 from fitting.pool import design, weighted_fit
 from swimcal.errors import Flag, NotEnoughData
 
+# The frequency
 BLOCKS_PER_BEAT = 16.0
 CORRELATIONS = np.append(0.0, 1 - np.geomspace(0.7, 0.005, 24))  # those tried between neighbouring blocks
 HARMONICS = 3
@@ -30,6 +30,13 @@ _TURNS = 3.0  # least number of beats that tell
 _REWEIGHTINGS = 3
 _AT_ONCE = 64  # frequencies that are tried at once
 _HUBER = 2.0  # residuals beyond this many robust standard deviations count less
+
+# The beating part
+_HOP = 0.25  # part of a beat between windows of one beat
+_BEATING = 0.4  # least share of the usual amplitude; a window that is half at rest has about half of it
+_USUAL = 80.0  # percentile of the windows that counts as usual
+_LEAST_SEEN = 0.5  # share of a window's frames in which a marker has to be seen
+_JUDGED = 3.0  # least number of beats, so that one can be at rest without being most of them
 
 
 def standard_error(
@@ -329,13 +336,6 @@ def _flags(hz: float, commanded_hz: float | None, beats: float, explained: float
             )
         )
     return tuple(flags)
-
-
-_HOP = 0.25  # part of a beat between windows of one beat
-_BEATING = 0.4  # least share of the usual amplitude; a window that is half at rest has about half of it
-_USUAL = 80.0  # percentile of the windows that counts as usual
-_LEAST_SEEN = 0.5  # share of a window's frames in which a marker has to be seen
-_JUDGED = 3.0  # least number of beats, so that one can be at rest without being most of them
 
 
 def beating_part(time_s: np.ndarray, lateral_m: np.ndarray, weight: np.ndarray, hz: float) -> slice:

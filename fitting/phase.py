@@ -1,6 +1,7 @@
-"""The twin's forecast of a trial from known coefficients, its errors, and whether such a twin swims from rest.
+"""Simulations of a trial at known coefficients: the crank's phase, the forecast and its errors, starts from rest.
 
-The crank's phase is that of the trial's first beats. Distances are as the public contract defines them.
+`fit_phase` sets the crank's phase by the first beats of the trial, `forecast` simulates it, and `score` takes the
+distances as the public contract defines them. `swims_forward` tells whether a twin swims forward from rest.
 """
 
 from typing import NamedTuple

@@ -1,4 +1,10 @@
-"""A swim in the pool: series of poses, forward speed and turning rate."""
+"""A swim in the pool: its markers from the tracks, regressions over its beats, and its forward speed.
+
+`in_pool` checks the tracks of any trial and lays them on the pool; `head_frame` turns them, or a simulation, into the
+frame of the head. `smooth_swim` and `design` give the regressors of a swim, and `determined` tells which series have
+the samples for them. `forward_speed` is the speed that every forecast is compared with; `BASELINES` are the simple
+rules, in frequency alone, that a forecast has to beat.
+"""
 
 from collections.abc import Sequence
 
@@ -13,6 +19,16 @@ from swimcal.tracks import markers_of
 from tracking.camera import to_pool
 from tracking.head_frame import HeadFrame, to_head_frame
 from tracking.quality import FLOOR_PX, TrackQuality, check_tracks
+
+# Samples that a regression needs
+
+# Largest variance inflation: that of a marker seen in 1 frame of 100 over all phases, or on 2/3 of each beat.
+_LARGEST_INFLATION = 100.0
+_FRAMES_A_COLUMN = 2  # least frames for each regressor
+
+# Whole beats and forward speed
+_HARMONICS = 3
+_LEAST_BEATS = 1.0  # below this number of beats a drift cannot be told from the beat
 
 
 def in_pool(
@@ -158,11 +174,6 @@ def weighted_fit(columns: np.ndarray, series: np.ndarray, weight: np.ndarray) ->
     return np.linalg.solve(normal + ridge * np.eye(count), moment[..., None])[..., 0].T
 
 
-# Largest variance inflation: that of a marker seen in 1 frame of 100 over all phases, or on 2/3 of each beat.
-_LARGEST_INFLATION = 100.0
-_FRAMES_A_COLUMN = 2  # least frames for each regressor
-
-
 def determined(columns: np.ndarray, usable: np.ndarray, worst: float = _LARGEST_INFLATION) -> np.ndarray:
     """Tell which series have the samples that a regression needs.
 
@@ -185,10 +196,6 @@ def determined(columns: np.ndarray, usable: np.ndarray, worst: float = _LARGEST_
             if values[0] > 1e-12:
                 good[number] = bool(((vectors**2 / values).sum(axis=1) <= worst).all())
     return good[which.ravel()]
-
-
-_HARMONICS = 3
-_LEAST_BEATS = 1.0  # below this number of beats a drift cannot be told from the beat
 
 
 def whole_beats(time_s: np.ndarray, kept: np.ndarray, frequency_hz: float) -> np.ndarray:

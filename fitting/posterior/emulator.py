@@ -1,12 +1,12 @@
-"""Likelihood of the measured features about the emulated twin, in the covariance of the mode.
+"""Emulator of the twin about the mode, and the likelihood of the measured features about it.
 
-The emulator: polynomials in the roots of the coefficients, near the mode, with their error. Kutta lift roughens the
-twin by some hundredths of a millimetre. What polynomials miss is counted as a further error of the model, with its
+`Emulator`: polynomials in the roots of the coefficients, near the mode, with their error. Kutta lift roughens the twin
+by some hundredths of a millimetre. What polynomials miss is counted as a further error of the model, with its
 covariance (a nugget; Gramacy and Lee 2012), so that a sampler neither meets the roughness nor mistakes it for
-knowledge. Whether a twin swims forward from rest is emulated too.
+knowledge. Whether a twin swims forward from rest is emulated too (`ForwardSwimming`).
 
-Of the variance components those of the wave's discrepancy share one factor and those of the speed's another, which are
-sampled with the coefficients; all others stay as large as at the mode.
+`Likelihood`: in the covariance of the mode. Of the variance components those of the wave's discrepancy share one factor
+and those of the speed's another, which are sampled with the coefficients; all others stay as large as at the mode.
 """
 
 from dataclasses import dataclass
