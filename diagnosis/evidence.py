@@ -1,17 +1,16 @@
-"""The evidence for each effect, from its response at several sizes.
+"""Evidence for effects: the marginal likelihood of the residual under each hypothesis, in one Gaussian linear model.
 
-Marginal likelihood of the residual under each hypothesis: one Gaussian linear model.
-
-In the whitened residual space the residual is normal with covariance
+An effect enters by its `EffectResponse`, linear over each range of its strengths, made from its signature
+(`effect_responses`). In the whitened residual space the residual is then normal with covariance
 
     I + sum_k s_k^2 D_k D_k' + (e^2 |D|^2 + s^2) G
 
 D_k: columns of effect k, whose strengths are normal about zero; s_k: its size. |D|: the norm of all effects of the
 hypothesis, of which a share e, the form error, is in no response. s: the size of an unknown effect, with covariance G
 of mean variance 1: a random mixture of all effects, or one that only neighbouring markers share. Sizes and form errors
-are averaged over a grid, sizes log-uniform from just detectable to what bounds allow; strengths stay within the range
-of their linear response (Rasmussen and Williams 2006, chapter 5). An unknown effect may instead act at one place, by
-columns of its own.
+are averaged over a grid (`gaussian_evidence`), sizes log-uniform from just detectable to what bounds allow; strengths
+stay within the range of their linear response (Rasmussen and Williams 2006, chapter 5). An unknown effect may instead
+act at one place, by columns of its own (`Hypotheses.at_places`).
 """
 
 from collections.abc import Sequence
@@ -29,8 +28,12 @@ from scipy.special import log_ndtr
 from diagnosis.constants import IN_FEATURES, LOOSE, MOST_WRONG, SHOWS, SIZES
 from fitting.signatures import Signature, Whitened, pieces
 
+# Responses
 _SAME = 0.1  # relative difference up to which two slopes count as one
 _SILENT = 1e-6  # norm of one standard deviation below which an effect does nothing
+
+# Evidence
+_TINY = 1e-12
 
 
 @dataclass(frozen=True, eq=False)
@@ -158,9 +161,6 @@ def _response(signature: Signature, chosen: dict[int, _Range], every: Sequence[S
         size=size,
         before_refit=float(np.linalg.norm([one.before_refit for one in whole])) / size,
     )
-
-
-_TINY = 1e-12
 
 
 @dataclass(frozen=True)

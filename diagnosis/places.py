@@ -1,9 +1,9 @@
-"""Places and forces: where along the body something is missing.
+"""Localised discrepancies: forces missing on the head and in every hinge, and an unknown effect at one place.
 
-Localised discrepancies: forces missing on the head and in every hinge, and an unknown effect at one place.
-
-A fault at one place (at a marker, on the head, in a hinge, across the tail) takes few numbers: so it shows where a gap
-of no particular cause of the same norm would not. It may be the same in all trials, or another in each.
+`responses` gives what each force alone changes, linear about the twin; `local_discrepancies` lists the places where an
+unknown effect may act. A fault at one place (at a marker, on the head, in a hinge, across the tail) takes few numbers:
+so it shows where a gap of no particular cause of the same norm would not. It may be the same in all trials, or another
+in each.
 """
 
 from collections.abc import Iterator, Sequence
