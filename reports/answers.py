@@ -38,13 +38,14 @@ from reports.words import (
 if TYPE_CHECKING:
     from fitting.posterior.summary import PosteriorSummary
 
-
 EBT = "ebt_published"
 BESIDE = ("line", "constant_stride", EBT)
 """The models that the twin is compared with where there is room for only a few."""
 
 _AS_GOOD = 0.25
 """Largest relative difference of two mean speed errors between models that are about as good as each other."""
+_LIKELY = 3  # number of effects whose probability is shown even if they are not named
+_SHOWN = 0.005  # smallest probability of no gap that is shown; a smaller one would be printed as 0.00
 
 
 class TwinErrors(NamedTuple):
@@ -312,10 +313,6 @@ def _how_sure(found: CalibrationResult, posterior: PosteriorSummary | None, dama
     of = posterior.marginals
     intervals = {name: Interval(values[name], of[name].q05, of[name].q95, of[name].determined) for name in values}
     return HowSure(intervals, True, posterior.inside("holdout")[:2])
-
-
-_LIKELY = 3  # number of effects whose probability is shown even if they are not named
-_SHOWN = 0.005  # smallest probability of no gap that is shown; a smaller one would be printed as 0.00
 
 
 def _what_is_missing(found: DiagnosisResult) -> WhatIsMissing:

@@ -1,4 +1,8 @@
-"""What the sections of a report are built from: results, logs and swims of a policy."""
+"""What the sections of a report are built from: results of a session, motor logs, and swims of its policies.
+
+`ReportContext` holds all of it; the motor log of a trial is a `LoggedTrial`, the episodes of a policy are
+`PolicySwims`.
+"""
 
 from __future__ import annotations
 
@@ -26,9 +30,14 @@ from swimcal.session import Session
 if TYPE_CHECKING:
     from fitting.posterior.summary import PosteriorSummary
 
-
+# Motor logs
 TURN = 2 * np.pi
 BINS = 72  # bins of a turn
+
+# Policies
+TASKS = ("target", "circle")
+SWIMS = ".swims.npz"
+"""Ending of the file that `calib policy train` writes next to a policy."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,11 +111,6 @@ class LoggedTrial:
 
     def _on_video(self, motor_s: np.ndarray) -> np.ndarray:
         return (motor_s - self.motor.clock.offset_s) / self.motor.clock.rate
-
-
-TASKS = ("target", "circle")
-SWIMS = ".swims.npz"
-"""Ending of the file that `calib policy train` writes next to a policy."""
 
 
 @dataclass(frozen=True, eq=False)

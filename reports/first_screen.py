@@ -1,4 +1,8 @@
-"""The first screen of the report: a hero figure and three answers."""
+"""First screen of the report: a swim from above, and three answers.
+
+`swim_from_above` draws the robot and its twin in one pool, of the trial that `representative` chooses. `build_summary`
+sets it above the answers of `reports.answers`.
+"""
 
 from __future__ import annotations
 

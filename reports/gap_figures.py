@@ -1,4 +1,7 @@
-"""Figures of the sim-to-real gap: where it lies, which effect causes it, how far it shrinks."""
+"""Figures of the sim-to-real gap: where it lies, which effect causes it, how far it shrinks.
+
+`likenesses` finds the motion of the twin that a missing force goes with, for the words beside the figures.
+"""
 
 from collections.abc import Mapping, Sequence
 from math import isnan
@@ -39,6 +42,7 @@ from reports.style import (
 from reports.words import MM, in_words, of_its_size, shortened, shown, whole_percent
 from swimcal.robot import RobotSpec
 
+# What a missing force goes with
 HEAD = ("head_along", "head_across", "head_moment")
 FORCES = HEAD[:2]  # forces in N; all others are torques in N m
 LEAST_LIKE = 0.7  # smallest correlation with which a force goes with a motion
@@ -48,6 +52,47 @@ _LEAST_SHOWN = 5e-6  # smallest size, N or N m, that is not printed as 0.00 mN o
 _LEVEL = 0.03  # correlations that differ by less than this are level
 _ON_MIDDLE_M = 0.005  # largest distance from the middle plane of a marker on the midline
 _BESIDE_M = 0.02  # distance from the outer hinges to where the direction of their links is read
+
+# The robot with the gap on it
+_MARGINS = Margins(left=0.05, right=0.05, bottom=0.05, top=0.05)
+_UP = 235.0  # height shown above the middle, mm
+_DOWN = 225.0  # height shown below the middle, mm
+_LARGEST = 21.0  # radius of the disc of a share of 1, mm
+_FULLEST = 0.9  # opacity of a share of 1
+_HALF_WIDTH = 62.0  # half width of the painted body, mm
+_APART = 31.0  # distance between names of markers, mm
+_STAGES = {
+    "camera": ("camera", "the picture’s frame"),
+    "body": ("body", "forces on the whole fish"),
+    "drive": ("drive", "clock, motor, gearing"),
+    "tail": ("tail", "hinges and tendons"),
+    "floor": ("noise", "chance alone"),
+}
+
+# Missing forces over the beat
+COLOURS = (TWIN, EBT, EBT_SMOOTHED, EBT_LARGE, WARN, GAP, *(INKS[n].light for n in ("flag-merged", "flag-frozen")))
+MILLI = 1000.0
+_FINEST = 1.0  # every panel reaches at least this far, mN or mN m
+_ANGLES = np.linspace(0.0, 2 * np.pi, 73)
+_COLUMNS = 4
+
+# Held-out swims
+_FLOOR = 1.0  # mean squared whitened residual of noise alone
+
+# Shares of the gap
+_ROW_IN = 0.2
+_LEFT_IN = 0.62
+_TOP_IN = 0.52
+_BOTTOM_IN = 0.34
+_LABEL_IN = 0.82
+_GAP_IN = 0.3
+_NAMES = {"floor": "noise"}
+
+# Effects
+HELD = 0.5  # the same as in `diagnosis.constants`, which is not imported because it loads the twin
+_MOST = 9  # largest number of effects that are shown
+_LEAST = 0.005  # smallest probability that is shown of an effect that is not named
+_OTHERS = {"none_of_these": "none of these", "nothing": "nothing at all"}
 
 
 def force_name(joint: str) -> str:
@@ -150,22 +195,6 @@ def _likest(parts: Sequence[tuple[np.ndarray, Mapping[str, np.ndarray]]], free: 
     best = max(correlations, key=lambda name: abs(correlations[name]))
     level = [name for name, r in correlations.items() if abs(r) > abs(correlations[best]) - _LEVEL]
     return Likeness(tuple(sorted(level, key=lambda name: -abs(correlations[name]))), correlations[best])
-
-
-_MARGINS = Margins(left=0.05, right=0.05, bottom=0.05, top=0.05)
-_UP = 235.0  # height shown above the middle, mm
-_DOWN = 225.0  # height shown below the middle, mm
-_LARGEST = 21.0  # radius of the disc of a share of 1, mm
-_FULLEST = 0.9  # opacity of a share of 1
-_HALF_WIDTH = 62.0  # half width of the painted body, mm
-_APART = 31.0  # distance between names of markers, mm
-_STAGES = {
-    "camera": ("camera", "the picture’s frame"),
-    "body": ("body", "forces on the whole fish"),
-    "drive": ("drive", "clock, motor, gearing"),
-    "tail": ("tail", "hinges and tendons"),
-    "floor": ("noise", "chance alone"),
-}
 
 
 @styled
@@ -279,13 +308,6 @@ def _draw_discs(axes: Axes, robot: RobotSpec, markers: tuple[str, ...], shares: 
         axes.text(*place, text, rotation=45, fontsize=8.5, ha="left", va="bottom", zorder=5, fontweight=weight)
 
 
-COLOURS = (TWIN, EBT, EBT_SMOOTHED, EBT_LARGE, WARN, GAP, *(INKS[n].light for n in ("flag-merged", "flag-frozen")))
-MILLI = 1000.0
-_FINEST = 1.0  # every panel reaches at least this far, mN or mN m
-_ANGLES = np.linspace(0.0, 2 * np.pi, 73)
-_COLUMNS = 4
-
-
 @styled
 def gap_forces_figure(forces: MissingForces) -> Figure:
     """Draw a panel for each force or moment, a line for each swim with two standard deviations on either side."""
@@ -319,9 +341,6 @@ def _line(axes: Axes, mean: np.ndarray, sd: np.ndarray, colour: str, label: str)
     degrees = np.rad2deg(_ANGLES)
     axes.fill_between(degrees, MILLI * (mean - 2 * sd), MILLI * (mean + 2 * sd), color=colour, alpha=0.18, linewidth=0)
     axes.plot(degrees, MILLI * mean, color=colour, label=label)
-
-
-_FLOOR = 1.0  # mean squared whitened residual of noise alone
 
 
 @styled
@@ -410,15 +429,6 @@ def _rows(axes: Axes, before: np.ndarray, after: np.ndarray, changed: bool) -> N
     axes.locator_params(axis="x", nbins=4)
 
 
-_ROW_IN = 0.2
-_LEFT_IN = 0.62
-_TOP_IN = 0.52
-_BOTTOM_IN = 0.34
-_LABEL_IN = 0.82
-_GAP_IN = 0.3
-_NAMES = {"floor": "noise"}
-
-
 @styled
 def gap_shares_figure(found: DiagnosisResult) -> Figure:
     """Draw the shares in four panels, all from 0 to 100 %."""
@@ -470,12 +480,6 @@ def _range(share: float, alone: float) -> str:
     """Format two shares as a range, `3 to 10 %`, or as one number where both are the same."""
     ends = [whole_percent(value) for value in sorted((share, alone))]
     return ends[0] if ends[0] == ends[1] else f"{ends[0][:-2]} to {ends[1]}"
-
-
-HELD = 0.5  # the same as in `diagnosis.verdict`, which is not imported because it loads the twin
-_MOST = 9  # largest number of effects that are shown
-_LEAST = 0.005  # smallest probability that is shown of an effect that is not named
-_OTHERS = {"none_of_these": "none of these", "nothing": "nothing at all"}
 
 
 @styled

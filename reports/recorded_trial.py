@@ -1,4 +1,8 @@
-"""A trial in the Rerun viewer: layers, series over time, and what is missing."""
+"""A trial in the Rerun viewer: its data, the layers that show them over time, and what is missing on the head.
+
+A `Layer` is one entity of a recording. `series_layers` makes those next to the picture, `missing_layers` those of the
+missing forces; the layers in the picture are in `reports.recording`.
+"""
 
 from __future__ import annotations
 
@@ -20,15 +24,29 @@ from swimcal.errors import Flag
 from swimcal.tracks import markers_of, pixels_of
 from tracking.tracked import SampleState
 
+# Timelines and colours
 FRAME = "frame"
 """The timeline of the number of the frame, from 0."""
 TIME = "time"
 """The timeline of the time in the trial's own video."""
 
-
 Rgb = tuple[int, int, int]
 
 GOLDEN_RATIO = 0.618034
+
+# Missing forces
+MISSING_FORCE = "missing_force_mN"
+MISSING_TORQUE = "missing_torque_mN_m"
+ARROW = "missing_force"
+LONGEST = 2.0  # length of the longest arrow, in distances from nose to neck
+_MILLI = 1000.0
+
+# Series
+CONFIDENCE = "confidence"
+RESIDUAL = "residual_mm"
+STATES = "states"
+FLAGS = "flags"
+SUMMARY = "summary"
 
 
 def rgb(hexadecimal: str) -> Rgb:
@@ -98,13 +116,6 @@ def marker_colour(index: int) -> Rgb:
     """Choose a colour for the marker of this index; neighbours differ by 0.618 of the colour wheel."""
     red, green, blue = (round(255 * part) for part in hsv_to_rgb((0.08 + index * GOLDEN_RATIO) % 1.0, 0.55, 1.0))
     return red, green, blue
-
-
-MISSING_FORCE = "missing_force_mN"
-MISSING_TORQUE = "missing_torque_mN_m"
-ARROW = "missing_force"
-LONGEST = 2.0  # length of the longest arrow, in distances from nose to neck
-_MILLI = 1000.0
 
 
 class MissingOverTime(NamedTuple):
@@ -226,13 +237,6 @@ class RecordedTrial:
     def present(self) -> np.ndarray:
         """Mask (n, m) of the samples that have a position."""
         return np.isfinite(pixels_of(self.tracked)).all(axis=2)
-
-
-CONFIDENCE = "confidence"
-RESIDUAL = "residual_mm"
-STATES = "states"
-FLAGS = "flags"
-SUMMARY = "summary"
 
 
 def series_layers(trial: RecordedTrial) -> list[Layer]:

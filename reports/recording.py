@@ -1,4 +1,8 @@
-"""The recording of a session for the Rerun viewer."""
+"""Recording of a session for the Rerun viewer: a small copy of the video, the layers in its picture, and the layout.
+
+`write_recording` writes and checks the file, with the layers of every trial (`reports.recorded_trial`) and the layout
+of `blueprint_of`. `make_proxy` makes the copy of a video that it embeds.
+"""
 
 import os
 import warnings
@@ -41,6 +45,7 @@ from swimcal.results import writing_whole
 from swimcal.tracks import pixels_of
 from tracking.video import Video
 
+# The copy of the video
 CODEC = "libsvtav1"
 # Preset 9 kept moving markers within 0.15 px of their place, 10 within 0.7; no filter that mixes pictures.
 OPTIONS = {"preset": "9", "crf": "30", "svtav1-params": "enable-tf=0"}
@@ -50,6 +55,18 @@ STEP_PX = 4
 TICKS = 90_000  # ticks of the time stamps in a second
 
 Progress = Callable[[int], None]
+
+# Layers of the picture
+PICTURE = "picture"
+# Negative radii are in points of the screen, whatever the zoom.
+LINE = -1.5
+FINE = -0.75
+DOT = -3.0
+RING = -4.5
+
+# The recording
+TRAIL_S = 0.5
+APPLICATION = "swimcal"
 
 
 def make_proxy(video: Path, out: Path, max_height_px: int = 720, progress: Progress | None = None) -> int:
@@ -103,14 +120,6 @@ def _yield_the_machine() -> None:
         with suppress(OSError):  # a thread that has ended
             if os.sched_getscheduler(int(task.name)) == os.SCHED_FIFO:
                 os.sched_setscheduler(int(task.name), os.SCHED_OTHER, os.sched_param(0))
-
-
-PICTURE = "picture"
-# Negative radii are in points of the screen, whatever the zoom.
-LINE = -1.5
-FINE = -0.75
-DOT = -3.0
-RING = -4.5
 
 
 def picture_layers(trial: RecordedTrial) -> list[Layer]:
@@ -240,9 +249,6 @@ def _all_rows(trial: RecordedTrial) -> np.ndarray:
     return np.arange(len(trial.time_s))
 
 
-TRAIL_S = 0.5
-
-
 def blueprint_of(trials: Sequence[RecordedTrial]) -> rrb.Blueprint:
     """Make the layout for these trials, with the time of the video as the timeline."""
     tabs = [rrb.Horizontal(_picture(trial), _series(trial), column_shares=[3, 2], name=trial.name) for trial in trials]
@@ -301,9 +307,6 @@ def _last(seconds: float, frames: int) -> rrb.VisibleTimeRanges:
             rr.encodings.VisibleTimeRange(FRAME, start=boundary.cursor_relative(seq=-frames), end=now),
         ]
     )
-
-
-APPLICATION = "swimcal"
 
 
 def write_recording(path: Path, trials: Sequence[RecordedTrial], name: str = "swimcal") -> None:

@@ -1,9 +1,8 @@
-"""Colours and style of every figure.
+"""Colours and style of every figure, and the layout of its panels.
 
-The colours of figures and pages, for light and for dark ground.
-
-Figures are drawn in the light colours, so that they can be used in a notebook or a talk; in a page each becomes
-a CSS variable (`reports.page`), and the page chooses.
+`INKS` are the colours of figures and pages, for light and for dark ground. Figures are drawn in the light colours, so
+that they can be used in a notebook or a talk; in a page each becomes a CSS variable (`reports.page`), and the page
+chooses.
 """
 
 from collections.abc import Callable, Sequence
@@ -58,7 +57,6 @@ EBT = INKS["ebt"].light
 EBT_LARGE = INKS["ebt-large"].light
 EBT_SMOOTHED = INKS["ebt-smoothed"].light
 GAP = INKS["gap"].light
-
 
 HALF_WIDTH_IN = 4.2  # width of figures that share a row
 FULL_WIDTH_IN = 8.7  # width of figures that fill a row

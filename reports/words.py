@@ -1,4 +1,8 @@
-"""Numbers and sentences of the report: one quantity in one unit everywhere."""
+"""Numbers and sentences of the report: one quantity in one unit everywhere.
+
+First numbers and names as printed, then the names of models and sentences on their forecasts, then sentences on a
+diagnosis.
+"""
 
 import math
 from collections.abc import Callable, Sequence
@@ -10,8 +14,30 @@ from fitting.ebt import FORMS
 from fitting.forecast import BEATS, CONTINUED, DRAWN, GIVEN, TWIN, SessionForecast
 from fitting.pool import BASELINES
 
+# Numbers
 MISSING = "–"
 MM = 1000.0  # millimetres in a metre
+
+# Models and their forecasts
+_LABELS = {
+    "twin": "twin",
+    "published": "EBT, published",
+    "smoothed": "EBT, smoothed",
+    "large": "EBT, large amplitude",
+}
+
+_MISSED = 0.1
+"""Largest relative error of a fit trial's speed with which the twin still describes the robot."""
+
+# A diagnosis
+MORE_THAN_NOISE = 0.01
+"""Smallest probability that noise alone leaves as much.
+
+Below it, something is missing in addition to the named effects.
+"""
+
+SEPARATES = 0.2
+"""Expected error below which an experiment separates two effects."""
 
 
 def shown(value: float | None, decimals: int = 1, *, signed: bool = False) -> str:
@@ -98,14 +124,6 @@ def sentence(text: str) -> str:
     return start + text[1:] + ("" if text.endswith((".", "!", "?")) else ".")
 
 
-_LABELS = {
-    "twin": "twin",
-    "published": "EBT, published",
-    "smoothed": "EBT, smoothed",
-    "large": "EBT, large amplitude",
-}
-
-
 def model_label(name: str) -> str:
     """Return the label of a key of `CalibratedTrial.speeds`: `EBT, large amplitude (twin's tail)`."""
     form, _, tail = name.partition(", ")
@@ -126,10 +144,6 @@ MODELS = {
     "ebt_published": "elongated body theory",
 }
 """The models of `ForecastTrial.forecasts` as the reader meets them, in their order."""
-
-
-_MISSED = 0.1
-"""Largest relative error of a fit trial's speed with which the twin still describes the robot."""
 
 
 def misses(forecasts: SessionForecast) -> str:
@@ -225,13 +239,6 @@ def gap_sentences(found: DiagnosisResult) -> tuple[str, str, str]:
     return where(found), which(found), f"How far: {how_far(found)}"
 
 
-MORE_THAN_NOISE = 0.01
-"""Smallest probability that noise alone leaves as much.
-
-Below it, something is missing in addition to the named effects.
-"""
-
-
 def effect_size(parameters: EffectParameters, effect: str) -> str:
     """Say how strong an effect was fitted to be: its three clearest parameters, each with its 95 % interval."""
     found = parameters_of(parameters, effect).items()
@@ -307,10 +314,6 @@ def _how_surely(gap: GapSize) -> str:
     if gap.shrinkage <= 0:
         return "with the effects the twin is no closer"
     return f"with the effects the twin is closer{'' if gap.improves else ', but not significantly'}"
-
-
-SEPARATES = 0.2
-"""Expected error below which an experiment separates two effects."""
 
 
 def next_experiment(found: DiagnosisResult) -> str:
