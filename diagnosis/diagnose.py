@@ -227,6 +227,9 @@ def _remainder(weighed: Weighed, best: Refit) -> Remainder:
     return Remainder(share, max(stages, key=lambda stage: stages[stage]), float(chi2.sf(residual @ residual, freedom)))
 
 
+# The test of effects that a user names.
+
+
 @dataclass(frozen=True, eq=False)
 class EffectTest:
     """Test of effects: the twin with them against the plain one, both refitted to the same swims.

@@ -52,6 +52,9 @@ _SIZES_TRIED = 60
 _OF_A_MARKER = 2 * OF_A_MARKER
 
 
+# A gap of no particular cause.
+
+
 def generic_covariance(along_m: np.ndarray, trials: int, frequencies: int, rings: int = 0) -> np.ndarray:
     """Return the covariance (k, k) of a gap with displacements of one metre.
 
@@ -134,6 +137,9 @@ class _KnownAndGeneric(NamedTuple):
         sizes = np.geomspace(*ends_m, _SIZES_TRIED)
         variance = 1 + np.outer(sizes**2, self.values)
         return float(sizes[np.argmin((seen / variance + np.log(variance)).sum(axis=1))])
+
+
+# The discrepancy of a twin where nothing is wrong.
 
 
 @dataclass(frozen=True, eq=False)

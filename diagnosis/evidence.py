@@ -36,6 +36,9 @@ _SILENT = 1e-6  # norm of one standard deviation below which an effect does noth
 _TINY = 1e-12
 
 
+# Responses: what an effect does, linear over each range of its strengths.
+
+
 @dataclass(frozen=True, eq=False)
 class LinearResponse:
     """Response to an effect over one range of its strengths.
@@ -161,6 +164,9 @@ def _response(signature: Signature, chosen: dict[int, _Range], every: Sequence[S
         size=size,
         before_refit=float(np.linalg.norm([one.before_refit for one in whole])) / size,
     )
+
+
+# Evidence: how likely the residual is under a hypothesis.
 
 
 @dataclass(frozen=True)
@@ -293,6 +299,13 @@ def gaussian_evidence(
     return GaussianEvidence(_mean(logs), columns * sizes[best], variance[best])
 
 
+def log_mass(low: np.ndarray, high: np.ndarray) -> np.ndarray:
+    """Return the log of the probability of a standard normal number between two ends, however far out they lie."""
+    left, right = np.where(low > 0, -high, low), np.where(low > 0, -low, high)  # the tail that does not round to 1
+    most = log_ndtr(right)
+    return np.asarray(most + np.log1p(-np.exp(np.minimum(log_ndtr(left) - most, -_TINY))))
+
+
 def _sizes(response: LinearResponse) -> np.ndarray:
     """Return the sizes that an effect may have within its bounds."""
     reach = float(np.abs(response.bounds).max()) * response.size
@@ -317,13 +330,6 @@ def _norms(
     same = np.equal.outer(whose, whose) * before
     squares = (same * gram * (mean[:, :, None] * mean[:, None] + covariance)).sum(axis=(1, 2))
     return np.minimum(np.sqrt(squares), MOST_WRONG)
-
-
-def log_mass(low: np.ndarray, high: np.ndarray) -> np.ndarray:
-    """Return the log of the probability of a standard normal number between two ends, however far out they lie."""
-    left, right = np.where(low > 0, -high, low), np.where(low > 0, -low, high)  # the tail that does not round to 1
-    most = log_ndtr(right)
-    return np.asarray(most + np.log1p(-np.exp(np.minimum(log_ndtr(left) - most, -_TINY))))
 
 
 def _mean(logs: Sequence[float] | np.ndarray) -> float:

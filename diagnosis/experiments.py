@@ -48,27 +48,6 @@ _LEAST = 1e-9  # probability and distance below which they count as zero
 _DECAY = "Film a free decay: the head clamped in air, tendons off, the tail bent and let go"
 
 
-class _Pair(NamedTuple):
-    """Two effects that a session confuses."""
-
-    effects: tuple[Effect, Effect]
-    strengths: tuple[np.ndarray, np.ndarray]  # (p,) strengths of each in the session
-    log_odds: float  # log odds of the one against the other if one of the two is present
-
-    def experiment(self, describe: str, distance: float, trial: ProposedTrial | None) -> Experiment:
-        """Return an experiment that adds a distance between the two."""
-        first, second = (effect.name for effect in self.effects)
-        return Experiment(describe, (first, second), error_residual(distance, self.log_odds), trial)
-
-    def apart(self, linear: LinearModel) -> float:
-        """Return the distance between the two effects in the trials of a linear model, coefficients refitted."""
-        one, other = (
-            signature_of(effect, linear.model, linear.camera, linear.at, strength[None]).rows[0]
-            for effect, strength in zip(self.effects, self.strengths, strict=True)
-        )
-        return linear.space.length(one - other)
-
-
 def next_experiments(
     linear: LinearModel,
     hypotheses: Hypotheses,
@@ -111,14 +90,6 @@ def next_experiments(
     return tuple(sorted(found, key=lambda experiment: experiment.expected_error))
 
 
-def _odds(found: Probabilities, pair: tuple[str, str]) -> float | None:
-    """Return the log odds of one effect against the other if one of the two is present; None if both probably are."""
-    one, other, both = found.either_or(*pair)
-    if both > one + other:
-        return None
-    return float(np.log(max(one, _LEAST)) - np.log(max(other, _LEAST)))
-
-
 def borne_out(apart: float, log_odds: float) -> float:
     """Return the ratio of the log odds of two effects to those expected from their distance; 1 at most.
 
@@ -128,6 +99,52 @@ def borne_out(apart: float, log_odds: float) -> float:
     """
     found, expected = abs(log_odds) + apart, apart**2 / 2
     return 1.0 if found >= expected else found / expected
+
+
+def error_residual(distance: float, log_odds: float) -> float:
+    """Return the probability of taking one of two normal hypotheses for the other when choosing the likelier.
+
+    Args:
+        distance: distance of the two, in standard deviations.
+        log_odds: log prior odds of the one against the other.
+
+    Returns:
+        0.5 is a coin toss.
+    """
+    chance = float(expit(log_odds))
+    if distance < _LEAST:
+        return min(chance, 1 - chance)
+    shift = log_odds / distance
+    return float(chance * norm.cdf(-distance / 2 - shift) + (1 - chance) * norm.cdf(-distance / 2 + shift))
+
+
+class _Pair(NamedTuple):
+    """Two effects that a session confuses."""
+
+    effects: tuple[Effect, Effect]
+    strengths: tuple[np.ndarray, np.ndarray]  # (p,) strengths of each in the session
+    log_odds: float  # log odds of the one against the other if one of the two is present
+
+    def experiment(self, describe: str, distance: float, trial: ProposedTrial | None) -> Experiment:
+        """Return an experiment that adds a distance between the two."""
+        first, second = (effect.name for effect in self.effects)
+        return Experiment(describe, (first, second), error_residual(distance, self.log_odds), trial)
+
+    def apart(self, linear: LinearModel) -> float:
+        """Return the distance between the two effects in the trials of a linear model, coefficients refitted."""
+        one, other = (
+            signature_of(effect, linear.model, linear.camera, linear.at, strength[None]).rows[0]
+            for effect, strength in zip(self.effects, self.strengths, strict=True)
+        )
+        return linear.space.length(one - other)
+
+
+def _odds(found: Probabilities, pair: tuple[str, str]) -> float | None:
+    """Return the log odds of one effect against the other if one of the two is present; None if both probably are."""
+    one, other, both = found.either_or(*pair)
+    if both > one + other:
+        return None
+    return float(np.log(max(one, _LEAST)) - np.log(max(other, _LEAST)))
 
 
 def _likeliest(hypotheses: Hypotheses, probabilities: Probabilities) -> tuple[str, ...]:
@@ -214,20 +231,3 @@ def _simulate(linear: LinearModel, twin: Twin, proposed: ProposedTrial, seed: in
     middle_px = np.array(picture_px(linear.trials, linear.camera)) / 2
     drawn = partial(noise.drawn, random=np.random.default_rng(random))
     return imagined(twin, like, linear.at, hz, _START_M_S * hz, _SECONDS, drawn, middle_px)
-
-
-def error_residual(distance: float, log_odds: float) -> float:
-    """Return the probability of taking one of two normal hypotheses for the other when choosing the likelier.
-
-    Args:
-        distance: distance of the two, in standard deviations.
-        log_odds: log prior odds of the one against the other.
-
-    Returns:
-        0.5 is a coin toss.
-    """
-    chance = float(expit(log_odds))
-    if distance < _LEAST:
-        return min(chance, 1 - chance)
-    shift = log_odds / distance
-    return float(chance * norm.cdf(-distance / 2 - shift) + (1 - chance) * norm.cdf(-distance / 2 + shift))

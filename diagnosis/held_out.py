@@ -118,6 +118,9 @@ def noise_floor_m(linear: LinearModel, number: int, seed: int = 0) -> float:
     return float(np.mean(found))
 
 
+# How far the gap shrinks.
+
+
 @dataclass(frozen=True)
 class SkillScore:
     """Skill score on one held-out gap.
@@ -204,6 +207,9 @@ def _noise(before: np.ndarray, after: np.ndarray, seed: int) -> tuple[np.ndarray
     size = np.exp(FLOOR_SD * random.standard_normal(_NOISE_DRAWS) / 2)
     own = size**2 * random.chisquare(count, _NOISE_DRAWS) - count
     return 2 * size * along[:, 0] + own, 2 * size * along[:, 1] + own
+
+
+# The gap of a session.
 
 
 @dataclass(frozen=True, eq=False)

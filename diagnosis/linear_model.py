@@ -262,6 +262,9 @@ def _model_session(twin: Twin, trials: Sequence[MeasuredTrial]) -> SessionModel:
     return SessionModel(tuple(TrialModel(twin, trial, START_PHASE_RAD, doubted, with_course=True) for trial in trials))
 
 
+# The recordings that the model is made of.
+
+
 @dataclass(frozen=True, eq=False)
 class SessionData:
     """The recordings of a session, and what was known before.

@@ -275,6 +275,9 @@ class _Joint:
         return np.asarray(solve_triangular(self._root, rows, lower=True))
 
 
+# All effects at once.
+
+
 class RidgeFit(NamedTuple):
     """Ridge fit: the twin with all effects, the likeliest share of the priors' widths, and the log evidence gained."""
 

@@ -97,6 +97,14 @@ class Component(NamedTuple):
     what: str
 
 
+def rippled(features: np.ndarray) -> np.ndarray:
+    """Return the changes (g, 4) of features (g,), per rad, if the crank runs ahead.
+
+    It runs ahead by a cosine or sine of one or two turns.
+    """
+    return np.column_stack([_ahead(features, order, sine) for order in (1, 2) for sine in (False, True)])
+
+
 def _components(
     linear: LinearModel,
     responses: ForceResponses,
@@ -182,14 +190,6 @@ def _other_frequencies(linear: LinearModel) -> np.ndarray:
     columns = np.zeros((len(linear.residual), hertz.shape[1]))
     columns[len(linear.model.measured) :][: len(hertz)] = hertz
     return columns
-
-
-def rippled(features: np.ndarray) -> np.ndarray:
-    """Return the changes (g, 4) of features (g,), per rad, if the crank runs ahead.
-
-    It runs ahead by a cosine or sine of one or two turns.
-    """
-    return np.column_stack([_ahead(features, order, sine) for order in (1, 2) for sine in (False, True)])
 
 
 def _ahead(features: np.ndarray, order: int, sine: bool) -> np.ndarray:

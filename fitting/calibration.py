@@ -40,6 +40,9 @@ NAMES = FluidCoefficients._fields
 _AT_BOUND = 1e-3  # share of the range from a bound within which a coefficient is at it
 
 
+# The coefficients.
+
+
 class Marginal(NamedTuple):
     """The marginal posterior of one coefficient.
 
@@ -176,6 +179,9 @@ def _flags(mode: Mode, interval: np.ndarray) -> tuple[Flag, ...]:
         if b > _WIDE * a and b - a > _WIDE_BY
     ]
     return tuple(flags)
+
+
+# The trials beside the calibrated twin.
 
 
 @dataclass(frozen=True, eq=False)
@@ -344,13 +350,6 @@ def calibrate(
     return replace(found, forecasts=forecasts, sways=sways(mode, compared))
 
 
-def _alone(trial: CalibratedTrial) -> dict[str, Forecast]:
-    """Return the forecasts of a trial by the twin, and by elongated body theory from the trial's measured tail."""
-    mm = 1000.0
-    twin = Forecast(trial.speed_twin, None, mm * trial.scores.marker_error_m, mm * trial.scores.shape_error_m)
-    return {TWIN: twin} | {f"ebt_{form.name}": Forecast(trial.speeds[form.name]) for form in FORMS}
-
-
 def calibrate_as_published(
     trials: Sequence[MeasuredTrial],
     structure: Structure,
@@ -383,11 +382,6 @@ def calibrate_as_published(
     fit = published_search(Swims(twin, fitted), budget_s, seed, report)
     phases = dict(zip([trial.name for trial in fitted], fit.phase_rad, strict=True))
     return fit, compare_trials(trials, twin, fit.coefficients, phases, fit_every_form(fitted, structure.robot))[0]
-
-
-def _check_fit_trials(trials: Sequence[MeasuredTrial]) -> None:
-    if not any(trial.role == "fit" for trial in trials):
-        raise NotEnoughData('no swim has role = "fit"; give at least one trial of session.toml that role')
 
 
 def assemble(
@@ -468,19 +462,6 @@ def compare_trials(
     return _flag_suspicious(compared), lost
 
 
-def _flag_suspicious(trials: Sequence[CalibratedTrial]) -> tuple[CalibratedTrial, ...]:
-    """Flag each trial whose own twin is far from it."""
-    errors_m = [trial.scores.marker_error_m for trial in trials]
-    others = [[*errors_m[:number], *errors_m[number + 1 :]] for number in range(len(trials))]
-    flags = [suspicion(trial, fellows) for trial, fellows in zip(trials, others, strict=True)]
-    return tuple(replace(t, flags=(*t.flags, *own)) for t, own in zip(trials, flags, strict=True))
-
-
-def _fitted_hz(fitted: Sequence[MeasuredTrial]) -> tuple[float, float]:
-    hz = [trial.frequency.hz for trial in fitted]
-    return min(hz), max(hz)
-
-
 def compare_trial(
     twin: Twin,
     trial: MeasuredTrial,
@@ -515,6 +496,31 @@ def compare_trial(
         speeds=model_speeds(trial, simulated, ebts, twin.robot),
         flags=(*trial.flags, *_flag_extrapolation(trial, fitted_hz)),
     )
+
+
+def _alone(trial: CalibratedTrial) -> dict[str, Forecast]:
+    """Return the forecasts of a trial by the twin, and by elongated body theory from the trial's measured tail."""
+    mm = 1000.0
+    twin = Forecast(trial.speed_twin, None, mm * trial.scores.marker_error_m, mm * trial.scores.shape_error_m)
+    return {TWIN: twin} | {f"ebt_{form.name}": Forecast(trial.speeds[form.name]) for form in FORMS}
+
+
+def _check_fit_trials(trials: Sequence[MeasuredTrial]) -> None:
+    if not any(trial.role == "fit" for trial in trials):
+        raise NotEnoughData('no swim has role = "fit"; give at least one trial of session.toml that role')
+
+
+def _flag_suspicious(trials: Sequence[CalibratedTrial]) -> tuple[CalibratedTrial, ...]:
+    """Flag each trial whose own twin is far from it."""
+    errors_m = [trial.scores.marker_error_m for trial in trials]
+    others = [[*errors_m[:number], *errors_m[number + 1 :]] for number in range(len(trials))]
+    flags = [suspicion(trial, fellows) for trial, fellows in zip(trials, others, strict=True)]
+    return tuple(replace(t, flags=(*t.flags, *own)) for t, own in zip(trials, flags, strict=True))
+
+
+def _fitted_hz(fitted: Sequence[MeasuredTrial]) -> tuple[float, float]:
+    hz = [trial.frequency.hz for trial in fitted]
+    return min(hz), max(hz)
 
 
 def _flag_extrapolation(trial: MeasuredTrial, fitted_hz: tuple[float, float]) -> tuple[Flag, ...]:

@@ -27,6 +27,9 @@ from swimcal.results import ResultFile
 _PER_M = 1000.0  # mm
 
 
+# Forecasts from the command alone.
+
+
 class CommandForecast(NamedTuple):
     """Forecast of one held-out trial from its command.
 
@@ -71,6 +74,9 @@ def _flags(swept_hz: np.ndarray, ratio: float, hz: float) -> tuple[Flag, ...]:
         return ()
     message = f"{hz:.3f} Hz, forecast from the command, is outside the {low:.3f} to {high:.3f} Hz of the sweep"
     return (Flag("extrapolated", message=message),)
+
+
+# The records.
 
 
 @dataclass(frozen=True)

@@ -232,6 +232,38 @@ def apart(covariance: np.ndarray, observed: np.ndarray, variance: float = 1e-6) 
     return np.where(np.outer(observed, observed), covariance, np.diag(np.where(observed, 0.0, variance)))
 
 
+def wave_discrepancy(measured: np.ndarray, position_m: np.ndarray) -> np.ndarray:
+    """Return the covariance (k, k) of a wave that is off by 100 %.
+
+    The first harmonic of each marker is off by its own size, higher ones by half of the one before, correlated between
+    neighbours along the body. Means do not count: they are those of the boxes.
+
+    Args:
+        measured: (k,) features of m markers.
+        position_m: (m,) places of the markers along the body.
+    """
+    first = np.sqrt((np.abs(harmonics_of(measured)[..., 0]) ** 2).sum(axis=-1) / 2)  # (m,)
+    size = np.maximum(first, 0.1 * first.max())
+    of_column = np.append(0.0, harmonic_decay()) ** 2  # (7,)
+    total = np.zeros((len(measured),) * 2)
+    total[1:, 1:] = np.kron(np.outer(size, size) * along_body(position_m), np.diag(np.tile(of_column, 2)))
+    return total
+
+
+def along_body(position_m: np.ndarray) -> np.ndarray:
+    """Return the correlation (m, m) of displacements of markers at (m,) along the body.
+
+    Each marker has a share of its own.
+    """
+    smooth = np.exp(-0.5 * ((position_m[:, None] - position_m) / _LENGTH_M) ** 2)
+    return np.asarray((1 - _OF_ITS_OWN) * smooth + _OF_ITS_OWN * np.eye(len(position_m)))
+
+
+def harmonic_decay() -> np.ndarray:
+    """Return the size (6,) of cosine and sine of each harmonic of a displacement, against the first."""
+    return np.repeat(_OF_HARMONIC ** np.arange(HARMONICS), 2)
+
+
 _LN_MEDIAN = np.log([component.median for component in COMPONENTS])
 _LN_SD = np.array([component.ln_sd for component in COMPONENTS])
 MEDIANS: Mapping[str, float] = {component.name: component.median for component in COMPONENTS}
@@ -275,38 +307,6 @@ def _wave_roots(blocks: Sequence[Block]) -> list[np.ndarray]:
     root[markers] = vectors * np.sqrt(np.maximum(values, 0.0))
     phases = [float(beat_phase(block.features, list(block.model.trial.tail))) for block in blocks]
     return [advanced(root.T, np.full(root.shape[1], phase)).T for phase in phases]
-
-
-def wave_discrepancy(measured: np.ndarray, position_m: np.ndarray) -> np.ndarray:
-    """Return the covariance (k, k) of a wave that is off by 100 %.
-
-    The first harmonic of each marker is off by its own size, higher ones by half of the one before, correlated between
-    neighbours along the body. Means do not count: they are those of the boxes.
-
-    Args:
-        measured: (k,) features of m markers.
-        position_m: (m,) places of the markers along the body.
-    """
-    first = np.sqrt((np.abs(harmonics_of(measured)[..., 0]) ** 2).sum(axis=-1) / 2)  # (m,)
-    size = np.maximum(first, 0.1 * first.max())
-    of_column = np.append(0.0, harmonic_decay()) ** 2  # (7,)
-    total = np.zeros((len(measured),) * 2)
-    total[1:, 1:] = np.kron(np.outer(size, size) * along_body(position_m), np.diag(np.tile(of_column, 2)))
-    return total
-
-
-def along_body(position_m: np.ndarray) -> np.ndarray:
-    """Return the correlation (m, m) of displacements of markers at (m,) along the body.
-
-    Each marker has a share of its own.
-    """
-    smooth = np.exp(-0.5 * ((position_m[:, None] - position_m) / _LENGTH_M) ** 2)
-    return np.asarray((1 - _OF_ITS_OWN) * smooth + _OF_ITS_OWN * np.eye(len(position_m)))
-
-
-def harmonic_decay() -> np.ndarray:
-    """Return the size (6,) of cosine and sine of each harmonic of a displacement, against the first."""
-    return np.repeat(_OF_HARMONIC ** np.arange(HARMONICS), 2)
 
 
 def _nearness(blocks: Sequence[Block]) -> np.ndarray:

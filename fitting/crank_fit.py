@@ -245,6 +245,28 @@ def trial_flags(found: CrankTrial, smooth_m: tuple[float, float]) -> Iterator[Fl
     yield from _of_motion(found)
 
 
+def fit_flags(joint: JointFit, response: DryResponse, arm_per_trial_m: Sequence[float]) -> Iterator[Flag]:
+    """Flag an arm at the end of its range, one that is poorly known, and runs that disagree.
+
+    Args:
+        joint: the fit of all runs.
+        response: the simulated motion of the tail.
+        arm_per_trial_m: arm of each run alone, by the same fit.
+    """
+    low, high = response.range_of(joint.branch)
+    if not _inside(joint.arm_m, low, high):
+        snaps = joint.arm_m > (low + high) / 2 and high < response.arm_m[-1]
+        why = "; with a longer one the twin's tail snaps over" if snaps else ", the edge of the grid"
+        yield Flag("at_bound", message=f"the arm, {1000 * joint.arm_m:.2f} mm, is at the end of its range{why}")
+    if joint.arm_se_m > ARM_POOR * joint.arm_m:
+        error = f"{1000 * joint.arm_se_m:.1f} mm (standard error)"
+        yield Flag("unidentifiable", message=f"the arm is only known to {error}: the runs do not determine it")
+    if max(arm_per_trial_m) - min(arm_per_trial_m) > ARM_POOR * float(np.mean(arm_per_trial_m)):
+        arms = ", ".join(f"{1000 * arm:.1f}" for arm in arm_per_trial_m)
+        message = f"each run alone gives another arm: {arms} mm; the one reported is a compromise"
+        yield Flag("trials_disagree", message=message)
+
+
 def _of_motion(found: CrankTrial) -> Iterator[Flag]:
     swing = found.measured.frequency.amplitude_m / np.sqrt(2)
     if found.motion_error_m > POOR_MOTION * swing:
@@ -272,28 +294,6 @@ def _of_motion(found: CrankTrial) -> Iterator[Flag]:
             f"{100 * PUBLISHED_STRETCH:.0f} %"
         )
         yield Flag("tendon_stretch", message=message)
-
-
-def fit_flags(joint: JointFit, response: DryResponse, arm_per_trial_m: Sequence[float]) -> Iterator[Flag]:
-    """Flag an arm at the end of its range, one that is poorly known, and runs that disagree.
-
-    Args:
-        joint: the fit of all runs.
-        response: the simulated motion of the tail.
-        arm_per_trial_m: arm of each run alone, by the same fit.
-    """
-    low, high = response.range_of(joint.branch)
-    if not _inside(joint.arm_m, low, high):
-        snaps = joint.arm_m > (low + high) / 2 and high < response.arm_m[-1]
-        why = "; with a longer one the twin's tail snaps over" if snaps else ", the edge of the grid"
-        yield Flag("at_bound", message=f"the arm, {1000 * joint.arm_m:.2f} mm, is at the end of its range{why}")
-    if joint.arm_se_m > ARM_POOR * joint.arm_m:
-        error = f"{1000 * joint.arm_se_m:.1f} mm (standard error)"
-        yield Flag("unidentifiable", message=f"the arm is only known to {error}: the runs do not determine it")
-    if max(arm_per_trial_m) - min(arm_per_trial_m) > ARM_POOR * float(np.mean(arm_per_trial_m)):
-        arms = ", ".join(f"{1000 * arm:.1f}" for arm in arm_per_trial_m)
-        message = f"each run alone gives another arm: {arms} mm; the one reported is a compromise"
-        yield Flag("trials_disagree", message=message)
 
 
 def _inside(value: float, low: float, high: float) -> bool:

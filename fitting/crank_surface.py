@@ -45,6 +45,9 @@ _DIFFERENCE = (2e-5, 1e-4, 1e-4)  # finite differences of arm (m), speed (Hz) an
 OFFSET_M = (1e-4, 5e-3)  # a box is put on the marker it is for: more is the model's, and may not loosen the scale
 
 
+# The published search, one run at a time.
+
+
 @dataclass(frozen=True)
 class CrankGrid:
     """Grid of the published search, by numbers of points.
@@ -158,6 +161,37 @@ def in_head_frame(marker_m: np.ndarray, markers: tuple[str, ...]) -> np.ndarray:
     return marker_m - marker_m[..., nose : nose + 1]
 
 
+def lowest_point(trial: DryTrial, response: DryResponse, surface: ErrorSurface) -> Cell:
+    """Find the lowest point of a surface by following its deepest valleys to their floors (Nelder and Mead 1965).
+
+    A valley beyond a snap of the tail, where nothing is interpolated, stays at its cell.
+
+    Args:
+        trial: the dry run.
+        response: the simulated motion of the tail.
+        surface: the published distance on the grid.
+    """
+    own = response.select(trial.markers)
+    return min(
+        (_refine(trial, own, surface, cell) for cell in surface.valleys(_VALLEYS)), key=lambda cell: cell.distance_m
+    )
+
+
+def distance_at(trial: DryTrial, response: DryResponse, arm_m: float, hz: float, phase_rad: float) -> float:
+    """Return the published distance at a point between those of the grid, m.
+
+    Args:
+        trial: the dry run.
+        response: the simulated motion of the trial's markers.
+        arm_m: crank arm, m.
+        hz: turns a second.
+        phase_rad: phase of the turn at time 0.
+    """
+    turn = response.turn(arm_m, hz, response.branch_at(arm_m))
+    model = in_head_frame(turn.at(phase_rad + 2 * np.pi * hz * trial.even_s), trial.markers)
+    return published_distance(trial, model)
+
+
 @dataclass(frozen=True, eq=False)
 class _ScoredTrial:
     """The part of a trial that the distance needs: k frames of the t markers behind the head, in single precision."""
@@ -197,37 +231,6 @@ class _ScoredTrial:
         return self.head_m + np.einsum("kt,kpt->p", self.weight, np.sqrt(off[0] ** 2 + off[1] ** 2), optimize=True)
 
 
-def lowest_point(trial: DryTrial, response: DryResponse, surface: ErrorSurface) -> Cell:
-    """Find the lowest point of a surface by following its deepest valleys to their floors (Nelder and Mead 1965).
-
-    A valley beyond a snap of the tail, where nothing is interpolated, stays at its cell.
-
-    Args:
-        trial: the dry run.
-        response: the simulated motion of the tail.
-        surface: the published distance on the grid.
-    """
-    own = response.select(trial.markers)
-    return min(
-        (_refine(trial, own, surface, cell) for cell in surface.valleys(_VALLEYS)), key=lambda cell: cell.distance_m
-    )
-
-
-def distance_at(trial: DryTrial, response: DryResponse, arm_m: float, hz: float, phase_rad: float) -> float:
-    """Return the published distance at a point between those of the grid, m.
-
-    Args:
-        trial: the dry run.
-        response: the simulated motion of the trial's markers.
-        arm_m: crank arm, m.
-        hz: turns a second.
-        phase_rad: phase of the turn at time 0.
-    """
-    turn = response.turn(arm_m, hz, response.branch_at(arm_m))
-    model = in_head_frame(turn.at(phase_rad + 2 * np.pi * hz * trial.even_s), trial.markers)
-    return published_distance(trial, model)
-
-
 def _refine(trial: DryTrial, response: DryResponse, surface: ErrorSurface, cell: Cell) -> Cell:
     low, high = response.range_of(response.branch_at(cell.arm_m))
     if not low <= cell.arm_m <= high:
@@ -255,6 +258,9 @@ def _refine(trial: DryTrial, response: DryResponse, surface: ErrorSurface, cell:
     )
     arm_m, hz, phase_rad = map(float, point(found.x))
     return Cell(arm_m, hz, phase_rad % (2 * np.pi), float(found.fun))
+
+
+# The joint fit of one arm to all runs.
 
 
 class Spread(NamedTuple):

@@ -75,6 +75,9 @@ _LASTS_S = 1.5  # length of a decay to come
 _BENT_RAD = 0.2  # first angle of its hinges
 
 
+# The fit of the whole decay.
+
+
 def fit_decay(trial: DecayTrial, robot: RobotSpec, workers: int = 0) -> DecayFit:
     """Fit one stiffness and one damping for all hinges such that the twin decays like the robot.
 
@@ -277,6 +280,9 @@ def _assemble(problem: _Problem, descent: _Descent, matched_stiffness_n_m: float
     )
     flags = decay_flags(trial, found, problem.seen & ~problem.used)
     return replace(found, flags=(*found.flags, *flags))
+
+
+# The decay as two numbers.
 
 
 @dataclass(frozen=True, eq=False)

@@ -51,6 +51,9 @@ SLACK = 1e-3  # a tendon shorter than at rest by more than this share is slack
 _TENDON_ANGLES = 60  # angles of a turn at which the tendons are looked at
 
 
+# The measured run.
+
+
 @dataclass(frozen=True, eq=False)
 class DryTrial:
     """One dry run: head clamped in air, the crank turning steadily.
@@ -176,6 +179,9 @@ def _moving_head(position_m: np.ndarray, markers: tuple[str, ...]) -> tuple[Flag
 
 def _as_complex(position_m: np.ndarray) -> np.ndarray:
     return position_m[..., 0] + 1j * position_m[..., 1]
+
+
+# The twin's response to a turn of the crank.
 
 
 class Turn(NamedTuple):
@@ -352,6 +358,9 @@ def _periodic(table: np.ndarray) -> CubicSpline:
     """Interpolate a table (angles, ...) of one turn periodically."""
     angle = np.linspace(0.0, 2 * np.pi, len(table) + 1)
     return CubicSpline(angle, np.concatenate([table, table[:1]]), bc_type="periodic")
+
+
+# What the tendons do meanwhile.
 
 
 class TendonUse(NamedTuple):

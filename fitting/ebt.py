@@ -37,6 +37,9 @@ EBT_RATIO_ONLY = "ebt_ratio_only"
 FROM_TWIN = ", twin's tail"  # after the name of a form that predicts from the tail of the twin
 
 
+# The wave of the body.
+
+
 class BodyWave(NamedTuple):
     """First harmonic of the lateral motion of each tail marker, in the head frame.
 
@@ -189,6 +192,9 @@ def _wave(harmonic: complex, reference: complex) -> Wave:
     return Wave(float(abs(harmonic)), float(phase))
 
 
+# The motion of the tail, as the theory reads it.
+
+
 @dataclass(frozen=True, eq=False)
 class TailSwim:
     """Motion of one swim's tail, as elongated body theory needs it.
@@ -328,6 +334,9 @@ def _mean_squares(rate: np.ndarray, rate_good: np.ndarray, slope: np.ndarray, sl
         return np.array((values**2).mean() if len(values) else np.nan)
 
     return TailMotion(mean_square(rate[rate_good]), mean_square(slope[slope_good]))
+
+
+# The forms of the theory, and their fit.
 
 
 @dataclass(frozen=True)

@@ -44,6 +44,9 @@ CONTINUED = "continued"
 DRAWN = "posterior"
 
 
+# Forecasts of features, and their tracks.
+
+
 @dataclass(frozen=True, eq=False)
 class FeatureForecast:
     """Normal forecast of the features of a window.
@@ -142,6 +145,9 @@ def tracks_of(features: np.ndarray, window: TrialModel) -> np.ndarray:
     path = np.concatenate([np.zeros((len(features), 1)), np.cumsum(steps, axis=1)], axis=1)
     position = path[..., None] + place * heading[..., None]
     return np.stack([position.real, position.imag], axis=-1)
+
+
+# Forecasts of a window, given the fitted trials and its own first beats.
 
 
 @dataclass(frozen=True, eq=False)
@@ -325,6 +331,9 @@ def _align(head: HeadFrame, frames: np.ndarray) -> np.ndarray:
     return np.asarray(head.shape_m[..., frames, :, :] + path[..., None, :])
 
 
+# Forecasts of a session, and their scores.
+
+
 @dataclass(frozen=True)
 class Forecast:
     """Forecast of one trial by one model.
@@ -474,26 +483,6 @@ def forecast_session(mode: Mode, trials: Sequence[MeasuredTrial], seed: int = 0)
     return SessionForecast(scatter, {trial.name: found[trial.name] for trial in trials})
 
 
-def _forecast_fitted(mode: Mode, number: int, seed: int) -> ForecastTrial:
-    trial = mode.blocks[number].model.trial
-    return ForecastTrial(
-        trial.role, trial.frequency.hz, trial.speed, {REPEAT: scored(trial, repeated(mode, number), seed)}
-    )
-
-
-def _forecast_held_out(mode: Mode, trial: MeasuredTrial, scatter: Scatter, seed: int) -> ForecastTrial:
-    windows, fitted = Windows.of(mode, trial), [block.model.trial for block in mode.blocks]
-    late = NewWindow.of(mode, windows.late, scatter)
-    found = {GIVEN: scored(trial, forecast_of(mode, late), seed)}
-    if windows.early is not None:
-        found[BEATS] = scored(trial, forecast_of(mode, late, windows.early), seed)
-        goes_on = _score_distances(trial, trial.seen_head(tracks_of(windows.early.measured[None], windows.late)[0]))
-        shown = windows.early.reader.read | ~windows.late.reader.read
-        found[CONTINUED] = goes_on if shown.all() else Forecast(goes_on.speed)
-    at = trial.start_frequency.hz
-    return ForecastTrial(trial.role, at, trial.speed, found | simple_rules(fitted, at))
-
-
 def simple_rules(fitted: Sequence[MeasuredTrial], hz: float) -> dict[str, Forecast]:
     """Return the baselines in frequency through fitted trials, for a trial at `hz`."""
     known = [trial.frequency.hz for trial in fitted], [trial.speed for trial in fitted]
@@ -517,6 +506,26 @@ def scored(trial: MeasuredTrial, forecast: FeatureForecast, seed: int) -> Foreca
         plain.shape_error_mm,
         forecast.inside(trial.scored, seed),
     )
+
+
+def _forecast_fitted(mode: Mode, number: int, seed: int) -> ForecastTrial:
+    trial = mode.blocks[number].model.trial
+    return ForecastTrial(
+        trial.role, trial.frequency.hz, trial.speed, {REPEAT: scored(trial, repeated(mode, number), seed)}
+    )
+
+
+def _forecast_held_out(mode: Mode, trial: MeasuredTrial, scatter: Scatter, seed: int) -> ForecastTrial:
+    windows, fitted = Windows.of(mode, trial), [block.model.trial for block in mode.blocks]
+    late = NewWindow.of(mode, windows.late, scatter)
+    found = {GIVEN: scored(trial, forecast_of(mode, late), seed)}
+    if windows.early is not None:
+        found[BEATS] = scored(trial, forecast_of(mode, late, windows.early), seed)
+        goes_on = _score_distances(trial, trial.seen_head(tracks_of(windows.early.measured[None], windows.late)[0]))
+        shown = windows.early.reader.read | ~windows.late.reader.read
+        found[CONTINUED] = goes_on if shown.all() else Forecast(goes_on.speed)
+    at = trial.start_frequency.hz
+    return ForecastTrial(trial.role, at, trial.speed, found | simple_rules(fitted, at))
 
 
 def _score_distances(trial: MeasuredTrial, head: HeadFrame) -> Forecast:

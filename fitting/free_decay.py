@@ -47,6 +47,9 @@ AT_REST = 2 / 3  # share of the recording after which the tail is taken to rest
 _FINER = 16  # factor by which the spectrum has more bins than the record
 
 
+# The release and the clamp.
+
+
 @dataclass(frozen=True)
 class Release:
     """The frames of a free decay, first and last included, with flags."""
@@ -171,6 +174,9 @@ def _lag_one(series: np.ndarray) -> float:
     return float(series[1:] @ series[:-1]) / max(float(series @ series), 1e-300)
 
 
+# The measured decay.
+
+
 @dataclass(frozen=True, eq=False)
 class DecayTrial:
     """The tail of a clamped robot swinging freely, n frames of k tail markers from the release on.
@@ -277,6 +283,9 @@ def _within(flags: tuple[Flag, ...], release: Release) -> tuple[Flag, ...]:
     return tuple(
         flag for flag, (first, last) in zip(flags, spans, strict=True) if last > release.first and first <= release.last
     )
+
+
+# The spectrum.
 
 
 @dataclass(frozen=True, eq=False)

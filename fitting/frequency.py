@@ -338,6 +338,9 @@ def _flags(hz: float, commanded_hz: float | None, beats: float, explained: float
     return tuple(flags)
 
 
+# The part of a trial in which the tail beats.
+
+
 def beating_part(time_s: np.ndarray, lateral_m: np.ndarray, weight: np.ndarray, hz: float) -> slice:
     """Return the frames of the longest stretch in which the tail beats throughout.
 

@@ -138,6 +138,9 @@ def start_pose(twin: DecayTwin, lateral_m: np.ndarray, rest_m: np.ndarray) -> np
     return np.clip(least_squares(misfit, np.zeros(twin.hinges)).x, -1.5, 1.5)
 
 
+# The hinges of a robot, as described and as fitted.
+
+
 def hinges_of(robot: RobotSpec) -> np.ndarray:
     """Return stiffness (N m/rad) and damping (N m s/rad) of a robot's hinges, (2,)."""
     return np.array([robot.tail.hinge_stiffness_n_m, robot.tail.hinge_damping_n_m_s])

@@ -58,6 +58,9 @@ _STIFF = 0.15  # the mean shape of a beat bends by this share of what a shape in
 _SLIP = 0.06  # standard deviation of a marker's place, relative to the distance from nose to neck
 
 
+# Trials.
+
+
 def left_out_flags(left_out: Mapping[str, str]) -> tuple[Flag, ...]:
     """Flag the trials that are left out, by name and why."""
     return tuple(Flag("left_out", message=f"{name} is left out: {why}") for name, why in left_out.items())
@@ -138,6 +141,9 @@ def suspicion(trial: "CalibratedTrial", fellows_m: Sequence[float]) -> tuple[Fla
         message = f"the twin misses the speed it was fitted to by {100 * (twin / measured - 1):+.0f} %: {speeds}"
         flags.append(Flag(MISSED, message=message))
     return tuple(flags)
+
+
+# Markers.
 
 
 def odd_markers(trials: Sequence[MeasuredTrial], robot: RobotSpec) -> dict[str, Flag]:

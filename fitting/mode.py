@@ -66,6 +66,9 @@ _STILL = 0.2  # a step shorter than this, in standard deviations of the coeffici
 _SHORT = 1.0  # after a step shorter than this the Jacobian is updated instead of simulated anew
 
 
+# The mode, and the normal approximation about it.
+
+
 class SearchEnd(NamedTuple):
     """End of one start of the search.
 
@@ -237,6 +240,9 @@ def broyden(slopes: np.ndarray, step: np.ndarray, change: np.ndarray, along: np.
         along: (p,) the step times the matrix by which lengths of steps are measured.
     """
     return np.asarray(slopes + np.outer(change - slopes @ step, along) / (along @ step))
+
+
+# The search.
 
 
 def find_mode(

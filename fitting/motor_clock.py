@@ -62,6 +62,9 @@ FEWEST_FRAMES = 12
 _FEWEST_READINGS = 5
 
 
+# The clock.
+
+
 @dataclass(frozen=True)
 class MotorClock:
     """The clock of a motor log: motor time = rate * video time + offset.
@@ -175,6 +178,9 @@ def _flag_implausible(rate: float, rate_se: float) -> tuple[Flag, ...]:
     return (Flag("clock_rate", message=message),)
 
 
+# The log.
+
+
 def log_flags(log: MotorLog, drive_s: tuple[float, float], measured_hz: float, commanded_hz: float) -> Iterator[Flag]:
     """Return the doubts about a log with its steady drive.
 
@@ -225,6 +231,9 @@ def steady_stretch(turn: CrankTurn) -> tuple[float, float]:
         return turn.start_s, turn.end_s
     longest = int(np.argmax(ends - begins))
     return float(middle_s[begins[longest]] - period_s / 2), float(middle_s[ends[longest] - 1] + period_s / 2)
+
+
+# The record of a trial.
 
 
 @dataclass(frozen=True, eq=False)

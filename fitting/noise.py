@@ -30,6 +30,9 @@ _WORST = 1e4  # variance of drift and harmonics, see `determined`: they are only
 _LEAST_EIGENVALUE = 0.02  # least eigenvalue of correlations between markers
 
 
+# Parts of the noise, and how they go from marker to marker.
+
+
 @dataclass(frozen=True, eq=False)
 class NoisePart:
     """A part of the noise of every marker.
@@ -144,6 +147,9 @@ def _remove_chance(found: np.ndarray, chance: float, square: float | None = None
     """Shrink an estimate by the share of its mean square (default: its own square) that chance would give."""
     square = float(found**2) if square is None else square
     return max(1.0 - chance / max(square, 1e-12), 0.0) * found
+
+
+# The noise of a trial's tracks.
 
 
 @dataclass(frozen=True, eq=False)

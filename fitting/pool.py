@@ -31,6 +31,9 @@ _HARMONICS = 3
 _LEAST_BEATS = 1.0  # below this number of beats a drift cannot be told from the beat
 
 
+# The markers on the pool.
+
+
 def in_pool(
     tracks: xr.Dataset, camera: CameraSpec, robot: RobotSpec, whose: str, floor_px: float = FLOOR_PX
 ) -> tuple[np.ndarray, float, TrackQuality, list[int]]:
@@ -89,6 +92,9 @@ def head_is_trusted(markers: tuple[str, ...], weight: np.ndarray) -> np.ndarray:
         weight: (n, m) weights of the samples.
     """
     return (weight[:, markers.index("nose")] > 0) & (weight[:, markers.index("neck")] > 0)
+
+
+# Regressions over the beats of a swim.
 
 
 def bridged(time_s: np.ndarray, series: np.ndarray, at_s: np.ndarray | None = None) -> np.ndarray:
@@ -198,6 +204,9 @@ def determined(columns: np.ndarray, usable: np.ndarray, worst: float = _LARGEST_
     return good[which.ravel()]
 
 
+# The forward speed.
+
+
 def whole_beats(time_s: np.ndarray, kept: np.ndarray, frequency_hz: float) -> np.ndarray:
     """Return the mask (n,) of the longest run of whole beats from the first kept frame; all kept frames if none fits.
 
@@ -249,6 +258,9 @@ def forward_speed(time_s: np.ndarray, head: HeadFrame, kept: np.ndarray, frequen
     direction = heading[standing][:, used] @ read[0]
     found[standing] = -(velocity[:, 0] * np.cos(direction) + velocity[:, 1] * np.sin(direction))
     return found.reshape(head.heading_rad.shape[:-1])
+
+
+# Simple rules for the speed.
 
 
 def speed_line(fitted_hz: Sequence[float], fitted_speed: Sequence[float], hz: Sequence[float]) -> list[float]:

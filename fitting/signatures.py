@@ -65,6 +65,9 @@ STRENGTHS = (-3.0, -1.0, 1.0, 3.0)  # standard deviations of a parameter's prior
 _LITTLE = 0.3  # share of the least strength tried at which the slope of small strengths is taken
 
 
+# The camera that films the twin.
+
+
 def picture_px(trials: Iterable[MeasuredTrial], camera: CameraSpec) -> tuple[float, float]:
     """Return the width and height of the picture: as calibrated, else the least common size that holds all tracks."""
     if (lens := camera.calibration) is not None:
@@ -163,6 +166,9 @@ def imagined(
     spec = TrialSpec(f"{hz:.2f} Hz", "swim", commanded_hz=hz, role="fit")
     later = tracks.isel(time=slice(int(np.searchsorted(time_s, run_in_s)), None))
     return measure_trial(spec, later, CameraSpec(1 / frame_s, twin.robot.scale_length_m), twin.robot, like.warmup_s)
+
+
+# Trials swum by a twin with effects.
 
 
 @dataclass(frozen=True, eq=False)
@@ -307,6 +313,9 @@ def plain_features(model: SessionModel, camera: CameraSpec, coefficients: tuple[
     return AffectedSession.of((), model, camera, at[0]).features(at, np.zeros((1, 0)))[0]
 
 
+# The row, and the space in which its disturbances have unit size.
+
+
 def residual_row(model: SessionModel, at: np.ndarray) -> np.ndarray:
     """Return the residual (k + b,) of the features, and of the numbers after them.
 
@@ -322,12 +331,6 @@ def residual_row(model: SessionModel, at: np.ndarray) -> np.ndarray:
     hertz = [0.0 if trial.commanded_hz is None else trial.filmed_hz - trial.commanded_hz for trial in trials]
     logged = [_off_command(trials[number]) for number in model.logged]
     return np.concatenate([residual, hertz, logged, model.ring_residuals])
-
-
-def _off_command(trial: MeasuredTrial) -> float:
-    assert trial.logged_hz is not None
-    assert trial.commanded_hz is not None
-    return trial.logged_hz - trial.commanded_hz
 
 
 def row_slopes(model: SessionModel, at: np.ndarray) -> np.ndarray:
@@ -422,6 +425,15 @@ class Whitened:
     def length(self, row: np.ndarray) -> float:
         """Return the norm of a change (k,) of the row after coefficients are refitted."""
         return float(np.linalg.norm(self.projected(row)))
+
+
+def _off_command(trial: MeasuredTrial) -> float:
+    assert trial.logged_hz is not None
+    assert trial.commanded_hz is not None
+    return trial.logged_hz - trial.commanded_hz
+
+
+# The signature of an effect.
 
 
 @dataclass(frozen=True, eq=False)

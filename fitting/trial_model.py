@@ -53,6 +53,9 @@ _START_STEP = (0.01, 0.01, 0.1)
 _FREQUENCY_STEP = 0.005
 
 
+# The roll of the hull.
+
+
 class Roll(NamedTuple):
     """Roll of a hull, as the effect `hull_roll` of the catalogue describes it.
 
@@ -105,6 +108,9 @@ class Roll(NamedTuple):
 
 
 NO_ROLL = Roll()
+
+
+# One trial.
 
 
 @dataclass(frozen=True, eq=False)
@@ -397,6 +403,9 @@ def _of_place(length: int) -> list[np.ndarray]:
         column[places_of_markers(length)].reshape(-1, 2, OF_A_MARKER)[:, axis, 0] = PLACE_SD_M
         columns.append(column)
     return columns
+
+
+# All trials.
 
 
 class PlacementUncertainty(NamedTuple):

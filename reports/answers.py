@@ -273,10 +273,6 @@ def answers_of(
     )
 
 
-def _unreadable(file: str) -> str:
-    return f"results/{file} is damaged or cut short." if file else ""
-
-
 def how_far_off(forecasts: SessionForecast) -> HowFarOff:
     """Compare the errors of the exported twin with those of simple rules, all over the same trials."""
     compared = forecasts.compared if forecasts.compared.held_out else forecasts
@@ -290,6 +286,22 @@ def how_far_off(forecasts: SessionForecast) -> HowFarOff:
         compared_with_best(compared),
         misses(forecasts),
     )
+
+
+def film_next(posterior: PosteriorSummary | None, diagnosed: DiagnosisResult | None) -> str:
+    """Name the trial or experiment that would tell most, in a sentence; empty where the results call for none."""
+    if diagnosed is not None and (experiment := next_experiment(diagnosed)):
+        return sentence(experiment)
+    loose = [] if posterior is None else [in_words(n) for n, one in posterior.marginals.items() if not one.determined]
+    if posterior is None or not loose:
+        return ""
+    sweep = posterior.sweep
+    best = float(sweep.frequency_hz[sweep.shrinkage(posterior.wanted).argmin()])
+    return f"One more swim, with the tail beating at {shown(best, 1)} Hz: it narrows {listed(loose)} most."
+
+
+def _unreadable(file: str) -> str:
+    return f"results/{file} is damaged or cut short." if file else ""
 
 
 def _errors(compared: SessionForecast, everything: SessionForecast, role: str) -> TwinErrors | None:
@@ -354,15 +366,3 @@ def _next_step(
         named = listed([in_words(name) for name in diagnosed.effect_parameters])
         return f"Check {named} by hand; if it is there, simulate with results/{diagnosed.models[0]}."
     return "Use the twin: calib mjcf writes it, calib.load_twin simulates with it."
-
-
-def film_next(posterior: PosteriorSummary | None, diagnosed: DiagnosisResult | None) -> str:
-    """Name the trial or experiment that would tell most, in a sentence; empty where the results call for none."""
-    if diagnosed is not None and (experiment := next_experiment(diagnosed)):
-        return sentence(experiment)
-    loose = [] if posterior is None else [in_words(n) for n, one in posterior.marginals.items() if not one.determined]
-    if posterior is None or not loose:
-        return ""
-    sweep = posterior.sweep
-    best = float(sweep.frequency_hz[sweep.shrinkage(posterior.wanted).argmin()])
-    return f"One more swim, with the tail beating at {shown(best, 1)} Hz: it narrows {listed(loose)} most."

@@ -40,6 +40,9 @@ SWIMS = ".swims.npz"
 """Ending of the file that `calib policy train` writes next to a policy."""
 
 
+# Motor logs.
+
+
 @dataclass(frozen=True, eq=False)
 class LoggedTrial:
     """One dry run or swim with a motor log of n rows."""
@@ -111,6 +114,9 @@ class LoggedTrial:
 
     def _on_video(self, motor_s: np.ndarray) -> np.ndarray:
         return (motor_s - self.motor.clock.offset_s) / self.motor.clock.rate
+
+
+# Policies.
 
 
 @dataclass(frozen=True, eq=False)
@@ -187,6 +193,9 @@ def _read(file: Path, fit: str) -> PolicySwims:
             arrays["path"],
             radius_m=1.0 if card["task"] == "circle" else np.nan,
         )
+
+
+# The session.
 
 
 class NoSwims(NamedTuple):

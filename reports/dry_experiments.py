@@ -76,6 +76,9 @@ DRY_RUN_COLUMNS = table_head(
 OFF_COMMAND = 3
 
 
+# Free decays.
+
+
 @styled
 def decay_curve_figure(fit: DecayFit) -> Figure:
     """Draw the measured samples as dots and the twin as lines, about the straight tail."""
@@ -201,6 +204,9 @@ def _plots(fit: DecayFit, number: int) -> tuple[Plot, Plot]:
             label=f"{fit.name}: curve.",
         ),
     )
+
+
+# Dry runs.
 
 
 @styled

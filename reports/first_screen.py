@@ -231,6 +231,9 @@ def _legend(scale: float, height: float) -> str:
     )
 
 
+# The first screen.
+
+
 def build_summary(context: ReportContext) -> Section:
     """Build the first screen; for what was not computed it names the command."""
     answers = context.answers

@@ -95,6 +95,9 @@ _LEAST = 0.005  # smallest probability that is shown of an effect that is not na
 _OTHERS = {"none_of_these": "none of these", "nothing": "nothing at all"}
 
 
+# What a missing force goes with.
+
+
 def force_name(joint: str) -> str:
     """Name the missing force of a joint, in words."""
     names = {HEAD[0]: "force along the head", HEAD[1]: "force across the head", HEAD[2]: "moment on the head"}
@@ -195,6 +198,9 @@ def _likest(parts: Sequence[tuple[np.ndarray, Mapping[str, np.ndarray]]], free: 
     best = max(correlations, key=lambda name: abs(correlations[name]))
     level = [name for name, r in correlations.items() if abs(r) > abs(correlations[best]) - _LEVEL]
     return Likeness(tuple(sorted(level, key=lambda name: -abs(correlations[name]))), correlations[best])
+
+
+# The robot with the gap on it.
 
 
 @styled
@@ -308,6 +314,9 @@ def _draw_discs(axes: Axes, robot: RobotSpec, markers: tuple[str, ...], shares: 
         axes.text(*place, text, rotation=45, fontsize=8.5, ha="left", va="bottom", zorder=5, fontweight=weight)
 
 
+# Missing forces over the beat.
+
+
 @styled
 def gap_forces_figure(forces: MissingForces) -> Figure:
     """Draw a panel for each force or moment, a line for each swim with two standard deviations on either side."""
@@ -341,6 +350,9 @@ def _line(axes: Axes, mean: np.ndarray, sd: np.ndarray, colour: str, label: str)
     degrees = np.rad2deg(_ANGLES)
     axes.fill_between(degrees, MILLI * (mean - 2 * sd), MILLI * (mean + 2 * sd), color=colour, alpha=0.18, linewidth=0)
     axes.plot(degrees, MILLI * mean, color=colour, label=label)
+
+
+# Held-out swims.
 
 
 @styled
@@ -429,6 +441,9 @@ def _rows(axes: Axes, before: np.ndarray, after: np.ndarray, changed: bool) -> N
     axes.locator_params(axis="x", nbins=4)
 
 
+# Shares of the gap.
+
+
 @styled
 def gap_shares_figure(found: DiagnosisResult) -> Figure:
     """Draw the shares in four panels, all from 0 to 100 %."""
@@ -480,6 +495,9 @@ def _range(share: float, alone: float) -> str:
     """Format two shares as a range, `3 to 10 %`, or as one number where both are the same."""
     ends = [whole_percent(value) for value in sorted((share, alone))]
     return ends[0] if ends[0] == ends[1] else f"{ends[0][:-2]} to {ends[1]}"
+
+
+# Effects.
 
 
 @styled

@@ -27,6 +27,9 @@ HIGHEST_IN = 3.5  # largest height of a figure that shares a row on paper
 NOTEBOOK_DOTS_PER_INCH = 110.0
 
 
+# Figures as SVG.
+
+
 def page_colour(light: str) -> str:
     """Return a light colour of `reports.style.INKS` as a CSS variable that a page may redefine."""
     return _VARIABLE[light]
@@ -74,6 +77,9 @@ def _round(number: re.Match[str]) -> str:
     """
     value = float(number[0])
     return f"{value:.1f}" if abs(value) >= 10 else f"{value:.2f}"
+
+
+# Blocks.
 
 
 @dataclass(frozen=True)
@@ -275,6 +281,9 @@ class Section:
         """The figures of the section and of its parts."""
         own = [plot for block in self.blocks if isinstance(block, Plots | FirstScreen) for plot in block.plots]
         return (*own, *(plot for part in self.parts for plot in part.plots))
+
+
+# Pages.
 
 
 def render_page(template: str, **values: Any) -> str:

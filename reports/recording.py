@@ -69,6 +69,9 @@ TRAIL_S = 0.5
 APPLICATION = "swimcal"
 
 
+# The copy of the video.
+
+
 def make_proxy(video: Path, out: Path, max_height_px: int = 720, progress: Progress | None = None) -> int:
     """Make a small AV1 copy of a video in MP4, upright, for `RecordedTrial.video_proxy`.
 
@@ -122,6 +125,9 @@ def _yield_the_machine() -> None:
                 os.sched_setscheduler(int(task.name), os.SCHED_OTHER, os.sched_param(0))
 
 
+# The layers of the picture.
+
+
 def picture_layers(trial: RecordedTrial) -> list[Layer]:
     """Make the layers of the picture, in pixels of the trial's video; what the trial has no data for is left out."""
     layers = [_context(trial)]
@@ -138,6 +144,13 @@ def picture_layers(trial: RecordedTrial) -> list[Layer]:
 def picture_entity(trial: RecordedTrial, *parts: str) -> str:
     """Return the path of a part of the picture."""
     return entity_of(trial.name, PICTURE, *parts)
+
+
+def nearest(stamps: np.ndarray, times: np.ndarray) -> np.ndarray:
+    """Find the (n,) index of the stamp nearest each of the n times; both increase."""
+    right = np.searchsorted(stamps, times).clip(1, max(len(stamps) - 1, 1))
+    left_is_nearer = times - stamps[right - 1] <= stamps[right.clip(max=len(stamps) - 1)] - times
+    return np.where(left_is_nearer, right - 1, right).clip(max=len(stamps) - 1)
 
 
 def _context(trial: RecordedTrial) -> Layer:
@@ -179,13 +192,6 @@ def _open_proxy(file: Path) -> _Proxy:
         again = "Make it again with `calib view`."
         fault = Fault(str(file), "", "no video to show", str(error), "an MP4 made by `make_proxy`", next_step=again)
         raise InputError([fault]) from error
-
-
-def nearest(stamps: np.ndarray, times: np.ndarray) -> np.ndarray:
-    """Find the (n,) index of the stamp nearest each of the n times; both increase."""
-    right = np.searchsorted(stamps, times).clip(1, max(len(stamps) - 1, 1))
-    left_is_nearer = times - stamps[right - 1] <= stamps[right.clip(max=len(stamps) - 1)] - times
-    return np.where(left_is_nearer, right - 1, right).clip(max=len(stamps) - 1)
 
 
 def _boxes(trial: RecordedTrial) -> Layer:
@@ -249,6 +255,9 @@ def _all_rows(trial: RecordedTrial) -> np.ndarray:
     return np.arange(len(trial.time_s))
 
 
+# The layout.
+
+
 def blueprint_of(trials: Sequence[RecordedTrial]) -> rrb.Blueprint:
     """Make the layout for these trials, with the time of the video as the timeline."""
     tabs = [rrb.Horizontal(_picture(trial), _series(trial), column_shares=[3, 2], name=trial.name) for trial in trials]
@@ -307,6 +316,9 @@ def _last(seconds: float, frames: int) -> rrb.VisibleTimeRanges:
             rr.encodings.VisibleTimeRange(FRAME, start=boundary.cursor_relative(seq=-frames), end=now),
         ]
     )
+
+
+# The file.
 
 
 def write_recording(path: Path, trials: Sequence[RecordedTrial], name: str = "swimcal") -> None:

@@ -75,6 +75,9 @@ SUPPLY = table_head(
 )
 
 
+# The robot.
+
+
 @styled
 def planform_figure(robot: RobotSpec, markers: tuple[str, ...]) -> Figure:
     """Draw head parts, crank, segments, tendons and fin as described; the markers in use are named."""
@@ -217,6 +220,9 @@ def _turns(context: ReportContext) -> list[tuple[str, ...]]:
     if even:
         rows.append(("crank angle", "even", "", f"assumed: turns evenly at the tail’s own beat in {listed(even)}"))
     return rows
+
+
+# The motor.
 
 
 @styled

@@ -215,11 +215,6 @@ def legend_above(axes: Axes, columns: int, **options: Any) -> None:
     axes.legend(handles=handles, loc="lower left", bbox_to_anchor=(0.0, 1.01), ncols=columns, **options)
 
 
-def _collect_labels(drawn: Sequence[Axes]) -> list[Any]:
-    found = [pair for axes in drawn for pair in zip(*axes.get_legend_handles_labels(), strict=True)]
-    return list({label: handle for handle, label in found}.values())
-
-
 def role_marker(colour: str, role: str) -> Look:
     """Return the plot options of a role: filled circles were fitted, open diamonds were held out."""
     fit = role == "fit"
@@ -238,3 +233,8 @@ def role_handles(colour: str) -> list[Line2D]:
     """Make the handles for a legend of roles."""
     names = {"fit": "fit trial", "holdout": "held-out trial"}
     return [Line2D([], [], label=label, **role_marker(colour, role)) for role, label in names.items()]
+
+
+def _collect_labels(drawn: Sequence[Axes]) -> list[Any]:
+    found = [pair for axes in drawn for pair in zip(*axes.get_legend_handles_labels(), strict=True)]
+    return list({label: handle for handle, label in found}.values())

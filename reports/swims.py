@@ -62,6 +62,9 @@ LEAST_SEEN = 0.7  # share of a marker's samples needed for its beat; gaps come b
 Waves = tuple[BodyWave, BodyWave]
 
 
+# The motion of each trial.
+
+
 @styled
 def tail_envelope_figure(trial: CalibratedTrial, robot: RobotSpec) -> Figure:
     """Draw midlines at sixteen phases of the beat, to scale; dotted in both panels, the measured envelope."""
@@ -276,6 +279,9 @@ def _sweep(midlines_m: np.ndarray) -> str:
     return MISSING if np.isnan(tip).all() else in_mm(float(np.nanmax(tip) - np.nanmin(tip)), 0)
 
 
+# Its residuals by marker.
+
+
 @styled
 def marker_residuals_figure(trials: Sequence[CalibratedTrial]) -> Figure:
     """Draw the mean distance by marker over the scored window, and that of the shape alone, a panel a trial."""
@@ -381,6 +387,9 @@ def _residual_caveats(trials: tuple[CalibratedTrial, ...]) -> tuple[str, ...]:
         if share < 0.5
     ]
     return (f"Less than half of the scored samples count for {listed(lost)}.",) if lost else ()
+
+
+# The beat of its tail.
 
 
 @styled

@@ -40,6 +40,9 @@ SEPARATES = 0.2
 """Expected error below which an experiment separates two effects."""
 
 
+# Numbers and names.
+
+
 def shown(value: float | None, decimals: int = 1, *, signed: bool = False) -> str:
     """Format a number with this many decimals; a dash for None, nan and infinity."""
     if value is None or not math.isfinite(value):
@@ -122,6 +125,9 @@ def sentence(text: str) -> str:
     text = text.strip()
     start = text[:1].upper() if text.split(" ")[0].isalpha() else text[:1]
     return start + text[1:] + ("" if text.endswith((".", "!", "?")) else ".")
+
+
+# Models and their forecasts.
 
 
 def model_label(name: str) -> str:
@@ -227,6 +233,9 @@ def mean_speed_errors(forecasts: SessionForecast) -> dict[str, float]:
 def is_baseline(model: str) -> bool:
     """Return whether a model is a simple baseline, which a first-year student would try."""
     return model in BASELINES or model == CONTINUED
+
+
+# A diagnosis.
 
 
 def gap_sentences(found: DiagnosisResult) -> tuple[str, str, str]:

@@ -140,6 +140,9 @@ class ForwardSwimming(NamedTuple):
         return np.asarray(log_expit(terms(coefficients, _POWERS) @ self.weights))
 
 
+# The likelihood.
+
+
 @dataclass(frozen=True, eq=False)
 class Likelihood:
     """Likelihood of coefficients and the sizes of the twin's two discrepancies, for features in one row of length k.

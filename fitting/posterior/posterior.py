@@ -195,6 +195,9 @@ def _round_p(p_value: float) -> str:
     return "< 0.001" if p_value < 0.001 else f"= {p_value:.2g}"
 
 
+# The draws on disk.
+
+
 def save_draws(path: Path, posterior: Posterior, stamp: Mapping[str, str | int]) -> None:
     """Write an ArviZ `InferenceData` as netCDF, with the groups posterior, sample_stats and observed_data.
 
@@ -264,6 +267,9 @@ def _observed_data(posterior: Posterior) -> xarray.Dataset:
             "term": list(_TERMS),
         },
     )
+
+
+# What the trials determine.
 
 
 @dataclass(frozen=True, eq=False)

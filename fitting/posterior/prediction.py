@@ -48,6 +48,9 @@ _NOISES = 20  # draws of everything else for each draw of the coefficients
 _FEWEST_INSIDE = 0.8  # share of marker coordinates within 90 % bands: chance leaves 0.83 and more in 19 of 20 trials
 
 
+# The test of the noise model.
+
+
 @dataclass(frozen=True, eq=False)
 class Whiteness:
     """Correlation of the residuals of one trial's tracks about a smooth swim, before and after the noise model.
@@ -234,6 +237,9 @@ def _chance(pair: np.ndarray, weight: np.ndarray) -> float:
 
 def _rms(correlations: np.ndarray) -> np.ndarray:
     return np.asarray(np.sqrt((correlations**2).sum(axis=1) / max(correlations.shape[1], 1)))
+
+
+# Predictions.
 
 
 @dataclass(frozen=True, eq=False)

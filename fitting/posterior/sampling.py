@@ -41,6 +41,9 @@ _GOOD_ENOUGH = 1.0  # sd of emulated minus simulated ln likelihood below which n
 _STABLE_SD = 0.4  # largest move of medians and interval ends between rounds, in standard deviations
 
 
+# The ensemble.
+
+
 @dataclass(frozen=True, eq=False)
 class Draws:
     """Draws of an ensemble.
@@ -174,6 +177,9 @@ def _unsampled_flag(ess: np.ndarray, r_hat: np.ndarray, effective: int) -> Flag:
         f"(wanted {R_HAT:g} at most) after the longest run; do not report these intervals"
     )
     return Flag("not_converged", message=message)
+
+
+# The surrogate that it samples.
 
 
 class Surrogate(NamedTuple):
