@@ -115,7 +115,7 @@ TAKEN = PlacementUncertainty(box_m=0.003, marker_m=0.001)
 """Prior errors: boxes are off by a few pixels, markers by as much as a ruler allows."""
 
 _LN_SD = 0.7  # prior standard deviation of the logarithm of either size
-_ENDS_M = (1e-4, 0.05)
+_ENDS_M = (1e-4, 0.05)  # ends of the search for either size
 _STARTS = ((1.0, 1.0), (3.0, 1.0), (1.0, 10.0))  # starts of the search, relative to the prior's centre
 _STEP = 0.05  # relative step of a mass, either way
 

@@ -36,13 +36,13 @@ from swimcal.errors import NotEnoughData
 
 # The diagnosis
 Refitting = Callable[[Sequence[str]], Refit]
-_ROUNDS = {"quick": 2, "full": 5}
+_ROUNDS = {"quick": 2, "full": 5}  # steps of a refit, by effort
 _ROUNDS_OF_ALL = 3  # steps with all effects: in later ones the misfit only fluctuates
 ALL_AT_ONCE = ("full",)
 """Efforts with which all effects are also fitted at once."""
 
 # The test of named effects
-_ROUNDS_OF_TEST = {"quick": 3, "full": 8}
+_ROUNDS_OF_TEST = {"quick": 3, "full": 8}  # steps of a refit, by effort
 
 
 @dataclass(frozen=True)

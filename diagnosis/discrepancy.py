@@ -46,10 +46,10 @@ from swimcal.robot import RobotSpec
 # A gap of no particular cause
 _SIZES_M = (1e-6, 0.05)  # ends of the sizes tried for features and free decays
 _HERTZ_SIZES_M = (1e-6, 1.0)  # ends of the sizes tried for frequencies
-_SIZES_TRIED = 60
+_SIZES_TRIED = 60  # sizes on the grid between these ends
 
 # A twin where nothing is wrong
-_OF_A_MARKER = 2 * OF_A_MARKER
+_OF_A_MARKER = 2 * OF_A_MARKER  # numbers of a marker in features: along and across
 
 
 # A gap of no particular cause.

@@ -33,7 +33,7 @@ _SAME = 0.1  # relative difference up to which two slopes count as one
 _SILENT = 1e-6  # norm of one standard deviation below which an effect does nothing
 
 # Evidence
-_TINY = 1e-12
+_TINY = 1e-12  # keeps logarithms and quotients finite
 
 
 # Responses: what an effect does, linear over each range of its strengths.

@@ -38,8 +38,8 @@ from swimcal.effects.effect import Effect
 from swimcal.errors import NotEnoughData, SimulationDiverged
 from swimcal.twin import Twin
 
-SPEEDS_HZ = (0.5, 0.8, 1.1, 1.4)
-_DRY_HZ = 1.0
+SPEEDS_HZ = (0.5, 0.8, 1.1, 1.4)  # frequencies of the swims that may be proposed
+_DRY_HZ = 1.0  # frequency of the dry run that may be proposed
 _NEW_HZ = 0.12  # least distance of a new frequency from those that were swum
 _SECONDS = 6.0  # length of a simulated trial
 _START_M_S = 0.1  # start speed of a simulated trial at 1 Hz

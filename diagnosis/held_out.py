@@ -33,8 +33,8 @@ from swimcal.effects.effect import Effect, View
 from swimcal.mjcf import FluidCoefficients
 from swimcal.runs import Runs, Trajectories
 
-_SWIMS_DRAWN = 8
-_NOISE_DRAWS = 4000
+_SWIMS_DRAWN = 8  # swims with drawn noise behind a noise floor
+_NOISE_DRAWS = 4000  # draws of trials and of noise behind an interval
 _DRAWS = 400  # draws of coefficients and strengths as they might have been fitted
 _PER_M = 1000.0  # mm in a metre
 

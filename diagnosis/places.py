@@ -23,8 +23,8 @@ from swimcal.mjcf import Scene
 from swimcal.robot import RobotSpec
 from swimcal.session_file import TrialKind
 
-HEAD = ("head_along", "head_across", "head_moment")
-PER_JOINT = 1 + 2 * HARMONICS
+HEAD = ("head_along", "head_across", "head_moment")  # forces and the moment on the head
+PER_JOINT = 1 + 2 * HARMONICS  # numbers of a force: mean, then cosine and sine of each harmonic
 # Responses are measured with these forces on the head, moment on it and torques in the hinges.
 FORCE_N = 0.02
 MOMENT_N_M = 0.004

@@ -32,7 +32,7 @@ from swimcal.mjcf import COEFFICIENT_BOUNDS
 _ROOT_STEP = 0.02  # finite difference of the square root of a coefficient
 _STEP_SD = 0.25  # finite difference of a parameter, in standard deviations of its prior
 _HALVINGS = (1.0, 0.5, 0.2)  # shares of a step that are tried
-_TINY = 1e-9
+_TINY = 1e-9  # values of effects below this count as none
 _MANY = 50  # numbers from which one step says too little to update the Jacobian
 _RIDGE = 0.2  # ridge on the first strengths: slopes of strong effects are rough
 

@@ -20,7 +20,7 @@ from swimcal.twin import Twin
 from tracking.head_frame import one_of
 
 # The law of the speed
-LEVEL = 0.9
+LEVEL = 0.9  # level of the interval of a slope
 _FEWEST = 3  # trials that tell a slope with its interval
 
 # The sweep
@@ -28,7 +28,7 @@ BEATS = 14.0  # length of a swim in beats
 SETTLING_BEATS = 6.0  # beats in which it settles
 LEAST_S = 8.0  # least length of a swim
 START_SPEED_M_S = 0.10  # at low frequency the twin has two steady states; started forward it finds the forward one
-FRAME_S = 1 / 60
+FRAME_S = 1 / 60  # time between two frames
 
 
 class Slope(NamedTuple):

@@ -38,7 +38,7 @@ _HEAD_MARKER_M = 0.0015
 _HEAD_BOX_M = 0.002
 """Standard deviation of their boxes from them in a trial."""
 _SLOPE = 3.0  # slope of the line: an error of a tenth in the middle goes with one of a third in the exponent
-_ITERATIONS = 60
+_ITERATIONS = 60  # largest number of iterations of the search for the components
 _FARTHEST = 5.0
 """Largest distance of a component from its median, in prior standard deviations.
 

@@ -29,7 +29,7 @@ from fitting.trial_checks import SCALE_OFF
 from swimcal.errors import Flag, NotEnoughData
 from swimcal.robot import RobotSpec
 
-FEWEST_TURNS = 2.0
+FEWEST_TURNS = 2.0  # least turns in which speed and phase are told apart
 SLACK_SHARE = 0.9  # largest slack share of the turn; tendons of the built-in robot are slack for 0.78 to 0.85
 STRETCH_OFF = 0.01  # largest excess over the published stretch; the built-in robot has 0.0001
 POOR_MOTION = 0.1  # largest error relative to the last marker's sideways motion, root mean square

@@ -37,13 +37,13 @@ from swimcal.twin import Twin
 # The measured run
 WARMUP_S = 1.0  # time in which the motor comes up to speed
 HEAD_MOVES_M = 0.005  # motion of nose and neck together; a clamped head and a tracker's noise stay below
-_FEWEST_FRAMES = 12
+_FEWEST_FRAMES = 12  # least number of frames of a run
 
 # The twin's response
 ANGLES = 180  # angles of a turn in the table
 TIMESTEP_S = 0.0015  # a third of the twin's own: the markers are then within 0.05 mm of those at 0.5 ms, at 1.2 Hz
 FEWEST_ARMS = 4  # least number of arms of a branch that is interpolated
-_SETTLING_TURNS = 1
+_SETTLING_TURNS = 1  # turns in which the motion settles
 _SPEEDS = 6  # speeds of a range that are simulated
 _JUMP = 3.0  # a jump exceeds the median change between neighbouring arms by this factor
 PUBLISHED_STRETCH = 0.03  # "Simple Models, Real Swimming" (2026): about 3 % in use

@@ -28,11 +28,11 @@ from swimcal.errors import NotEnoughData
 from tracking.head_frame import HeadFrame
 
 # The model's forecast of one window
-NORMAL_90 = 1.645
+NORMAL_90 = 1.645  # half the 90 % interval of a standard normal number
 _FEWEST_FRAMES = 24  # least frames of a window
 _DRAWS = 200  # draws of tracks, for their bands
 _MEDIAN_OF_SQUARE = 0.4549  # median square of a standard normal number
-_MM = 1000.0
+_MM = 1000.0  # mm in a metre
 _FEWEST_TRIALS = 2  # trials that an interval over trials needs
 
 # Models that forecast a session, by the name in results

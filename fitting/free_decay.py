@@ -36,10 +36,10 @@ SURE_SE = 2.5  # standard errors from which a share is no tracking error
 # The shape that `check_tracks` learns from a trial is that of its many frames at rest: the few in which the tail is
 # bent look wrong to it. Only gross faults are left to it; the twin judges the others (`fitting.decay_fit`).
 FAR_OUT_PX = 75.0
-FEWEST_FRAMES = 12
+FEWEST_FRAMES = 12  # least number of frames of a decay
 
 # The spectrum
-HIGHEST_HZ = 15.0
+HIGHEST_HZ = 15.0  # highest frequency at which a peak is looked for
 FEWEST_PERIODS = 2.0  # least number of periods recorded after the release
 SECOND_PEAK = 0.5  # least height of a second peak, relative to the highest
 PEAK_PROMINENCE = 0.3  # least prominence of a peak over the valley before it, relative to the highest

@@ -17,9 +17,9 @@ from fitting.pool import design, weighted_fit
 from swimcal.errors import Flag, NotEnoughData
 
 # The frequency
-BLOCKS_PER_BEAT = 16.0
+BLOCKS_PER_BEAT = 16.0  # blocks over which residuals are summed
 CORRELATIONS = np.append(0.0, 1 - np.geomspace(0.7, 0.005, 24))  # those tried between neighbouring blocks
-HARMONICS = 3
+HARMONICS = 3  # harmonics of the beat that are fitted
 SEARCH_HZ = (0.1, 15.0)  # range of the search, as session.toml allows
 STILL_M = 1e-3  # a tail that moves by less does not move at all: trackers err by as much
 OFF_COMMAND = 0.05  # relative difference to the command that is worth a flag
@@ -27,7 +27,7 @@ LEAST_EXPLAINED = 0.5  # share of the tail's motion below which something else t
 _PHASES = 16  # phases of a beat
 _SHOWN = 0.75  # share of them that must be seen
 _TURNS = 3.0  # least number of beats that tell
-_REWEIGHTINGS = 3
+_REWEIGHTINGS = 3  # rounds in which outliers lose weight
 _AT_ONCE = 64  # frequencies that are tried at once
 _HUBER = 2.0  # residuals beyond this many robust standard deviations count less
 

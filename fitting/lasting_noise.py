@@ -12,8 +12,8 @@ import numpy as np
 from scipy.linalg import cho_solve, cholesky, solve_triangular
 from scipy.special import softmax
 
-DURATIONS_S = (0.0, 0.02, 0.04, 0.07, 0.1, 0.15, 0.25, 0.5)
-WHITE_SHARES = (0.03, 0.12, 0.3)
+DURATIONS_S = (0.0, 0.02, 0.04, 0.07, 0.1, 0.15, 0.25, 0.5)  # durations that are tried
+WHITE_SHARES = (0.03, 0.12, 0.3)  # white shares that are tried with each but 0
 
 
 @dataclass(frozen=True)

@@ -26,7 +26,7 @@ from swimcal.session_file import CameraSpec
 FoundBy = Literal["code", "start code", "end code", "given"]
 
 # The clock
-CODES = {"start_code": "start code", "end_code": "end code"}
+CODES = {"start_code": "start code", "end_code": "end code"}  # parts of the commands, in words
 LEAST_EXPLAINED = 0.3  # least share of the tail's motion over a code that the crank's explains
 OUTSIDE_S = 0.1  # time of a code that a log may leave out: the last reading precedes the last command's end
 CLEARLY = 1.2  # least ratio of the gain to that at any other offset
@@ -46,7 +46,7 @@ ERRORS = {0: "input voltage", 2: "overheating", 3: "encoder", 4: "electrical sho
 
 # The steady drive
 STEADY = 0.05  # largest relative difference of the mean over a turn from that of the drive
-_STEP_S = 0.02
+_STEP_S = 0.02  # step of the search for the steady drive
 _FASTEST = 98  # percentile of the speed that counts as the highest
 
 # The record
@@ -58,8 +58,8 @@ BEAT_OFF_CRANK = 0.01
 OTHER_COMMAND_KIND = "other_command"
 OFF_CRANK_KIND = "beat_off_crank"
 OTHER_COMMAND = 0.02  # relative difference of another command; a servo's speeds have steps of 0.004 turns a second
-FEWEST_FRAMES = 12
-_FEWEST_READINGS = 5
+FEWEST_FRAMES = 12  # least number of frames of a drive
+_FEWEST_READINGS = 5  # least number of readings of the shaft in a log
 
 
 # The clock.

@@ -23,12 +23,12 @@ from swimcal.session_file import CameraSpec
 from swimcal.tracks import markers_of
 
 APART_S = 0.25  # least difference of two different offsets: one chip of the code
-_STILL_M = 1e-5
+_STILL_M = 1e-5  # motion that keeps the share of a tail at rest at 0
 FARTHEST_S = 0.06  # largest shift from the common offset; beyond it the tail hardly moved in this code
 COMPLETE = 0.8  # share of the code's frames that a marker must be seen in to count
 _STEPS = 5  # Gauss-Newton steps
 _STEP_S = 0.03  # longest step of the offset
-_START_NOISE = LastingNoise(duration_s=0.1, white_share=0.3, sd_m=1e-3)
+_START_NOISE = LastingNoise(duration_s=0.1, white_share=0.3, sd_m=1e-3)  # first guess
 _MAP = 4  # numbers for each marker: constant, drift, cosine, sine
 
 

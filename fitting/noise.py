@@ -22,10 +22,10 @@ _DRIFT = 3  # degree of the drift that is taken out
 _START = (np.log(0.08), -1.5)  # ln seconds, logit of the white share
 _WITH_SWAY = (np.log(0.06), -1.5, np.log(0.25), 0.5)  # also ln seconds of a sway, logit of its share of the rest
 _STEP = 0.8  # step of each of these in the first simplex
-_PRIOR_SD = 1.5
+_PRIOR_SD = 1.5  # prior standard deviation of each of these
 _WORTH = 10.0  # fall of -2 ln likelihood that supports a sway: chance makes it in fewer than 1 of 100 trials
-_LEAST_M = 1e-6
-_JITTER = 1e-9
+_LEAST_M = 1e-6  # least standard deviation of a marker
+_JITTER = 1e-9  # added to a diagonal so that roots exist
 _WORST = 1e4  # variance of drift and harmonics, see `determined`: they are only taken out
 _LEAST_EIGENVALUE = 0.02  # least eigenvalue of correlations between markers
 

@@ -22,7 +22,7 @@ _REACH_RAD = 0.6  # largest error of the harmonic phase
 _TRIES = (7, 5)  # phases tried in each round
 _NEXT = 0.6  # reach of the second round, relative to the steps of the first
 BEATS = 4.0  # beats simulated, of which the second half counts; 6 would classify 4 of 512 twins otherwise
-FRAME_S = 1 / 30
+FRAME_S = 1 / 30  # time between two frames of a start from rest
 
 
 def swim(

@@ -27,7 +27,7 @@ _LARGEST_INFLATION = 100.0
 _FRAMES_A_COLUMN = 2  # least frames for each regressor
 
 # Whole beats and forward speed
-_HARMONICS = 3
+_HARMONICS = 3  # harmonics of the nose's path and of the heading
 _LEAST_BEATS = 1.0  # below this number of beats a drift cannot be told from the beat
 
 

@@ -40,7 +40,7 @@ ROLL_STEP = 0.1
 """Step of finite differences, in standard deviations."""
 
 # One trial
-_OF_TRACKS = ("reader", "measured", "noise", "noise_covariance")
+_OF_TRACKS = ("reader", "measured", "noise", "noise_covariance")  # what a roll of the hull does not change
 START_PHASE_RAD = 1.0  # crank phase of simulations; features are put in step afterwards
 START_SD = (0.01, 0.02, 0.2)  # sd of the head's velocity at time 0: along, across (m/s), yaw (rad/s)
 PHASE_SD_RAD = 0.5  # sd of the crank's phase about the one that puts the tail in step

@@ -38,14 +38,14 @@ from swimcal.mjcf import COEFFICIENT_BOUNDS, PUBLISHED_COEFFICIENTS, FluidCoeffi
 NAMES = tuple(map(in_words, FluidCoefficients._fields))
 _LOW = float(np.sqrt(COEFFICIENT_BOUNDS[0]))
 _HIGH = float(np.sqrt(COEFFICIENT_BOUNDS[1]))
-_TICKS = (0.0, 0.1, 0.5, 1.0, 2.0, 4.0, 7.0, 10.0)
+_TICKS = (0.0, 0.1, 0.5, 1.0, 2.0, 4.0, 7.0, 10.0)  # ticks of the square-root scale
 
 # Tables
 _COLUMNS = table_head("coefficient | value [] | 90 % interval [] | published search [] | authors' values [] | caveats")
 _ERRORS = table_head("over | quantity | recommended fit | published search")
 _COMPONENTS = table_head("component | level | standard deviation | meaning")
 _AS_LIKELY = 2.0  # largest difference of log density between ends that are about as likely
-_LEAST_ROLL_DEG = 2.0
+_LEAST_ROLL_DEG = 2.0  # least amplitude of a roll that is mentioned
 
 
 @styled

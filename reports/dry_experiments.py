@@ -62,7 +62,7 @@ DECAY_COLUMNS = table_head(
     "free decay | peak [Hz] | first match [N m/rad] | stiffness [N m/rad] | damping [mN m s/rad] | "
     "distance [mm, rms] | explained [] | counts"
 )
-MILLI = 1000.0
+MILLI = 1000.0  # mN m s in one N m s
 
 # Dry runs
 ABOVE_MM = (0.5, 1.0, 2.0, 4.0, 8.0, 16.0)  # heights of the contours above the lowest point
@@ -73,7 +73,7 @@ DRY_RUN_COLUMNS = table_head(
     "dry run | commanded [Hz] | speed [Hz, ± standard error] | off command [%] | phase [°] | distance [mm] | "
     "lowest alone [mm] | arm alone [mm]"
 )
-OFF_COMMAND = 3
+OFF_COMMAND = 3  # index of the column about the command
 
 
 # Free decays.

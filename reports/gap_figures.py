@@ -71,10 +71,10 @@ _STAGES = {
 
 # Missing forces over the beat
 COLOURS = (TWIN, EBT, EBT_SMOOTHED, EBT_LARGE, WARN, GAP, *(INKS[n].light for n in ("flag-merged", "flag-frozen")))
-MILLI = 1000.0
+MILLI = 1000.0  # mN in a newton
 _FINEST = 1.0  # every panel reaches at least this far, mN or mN m
-_ANGLES = np.linspace(0.0, 2 * np.pi, 73)
-_COLUMNS = 4
+_ANGLES = np.linspace(0.0, 2 * np.pi, 73)  # angles of the crank that are drawn
+_COLUMNS = 4  # panels in a row
 
 # Held-out swims
 _FLOOR = 1.0  # mean squared whitened residual of noise alone

@@ -21,8 +21,9 @@ from reports.words import MISSING, MODELS, counted, in_mm, in_words, of_its_size
 from swimcal.mjcf import FluidCoefficients
 from swimcal.results import write_whole
 
-# Sparklines
 _DATE = re.compile(r"\d{4}-\d{2}-\d{2}")  # a date in the name of a session
+
+# Sparklines
 _WIDE = 64  # width of a sparkline, px
 _HIGH = 26  # height of a sparkline, px
 Points = Sequence[tuple[float, float]]

@@ -24,7 +24,7 @@ _NO_METADATA = {"Date": None, "Creator": None, "Format": None, "Type": None}
 
 # Figures among blocks
 HIGHEST_IN = 3.5  # largest height of a figure that shares a row on paper
-NOTEBOOK_DOTS_PER_INCH = 110.0
+NOTEBOOK_DOTS_PER_INCH = 110.0  # resolution of a figure in a notebook
 
 
 # Figures as SVG.

@@ -65,7 +65,7 @@ DOT = -3.0
 RING = -4.5
 
 # The recording
-TRAIL_S = 0.5
+TRAIL_S = 0.5  # time up to now of which trails are shown
 APPLICATION = "swimcal"
 
 

@@ -50,7 +50,7 @@ from reports.words import (
 from swimcal.robot import RobotSpec
 
 # The robot
-_NAMES_APART_MM = 27.0
+_NAMES_APART_MM = 27.0  # least distance of two slanted names
 _ROUNDS = 50  # iterations that move the names apart
 _MARGINS = Margins(left=0.15, right=0.15, bottom=0.05, top=0.05)
 
@@ -64,7 +64,7 @@ _TALL_IN = 2.2  # height of all panels together where there are one or two rows
 _ROW_IN = 1.4  # height of each row where there are more
 _LEAST_REACH = 1.0  # every panel reaches at least this far from the mean speed, per cent
 
-MILLION = 1e6
+MILLION = 1e6  # parts per million
 TURNING = table_head(
     "trial | kind | commanded [turns/s] | measured [turns/s] | off command [%] | ripple [%] | clock [ahead by, s] | "
     "rate [fast by, ppm] | found by"

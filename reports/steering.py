@@ -29,8 +29,8 @@ from reports.style import (
 from reports.words import MM, counted, percent, shown, spanned
 
 # Figures
-RINGS_M = (0.0, 0.75, 1.5, 2.25, 3.0, 4.5)
-SIDES_RAD = tuple(np.radians((0.0, 30.0, 60.0, 90.0)))
+RINGS_M = (0.0, 0.75, 1.5, 2.25, 3.0, 4.5)  # edges of the cells by distance
+SIDES_RAD = tuple(np.radians((0.0, 30.0, 60.0, 90.0)))  # edges of the cells by angle, to either side
 _HEIGHT_IN = 3.5
 _EDGE_M = 0.12  # margin about targets and start
 _LEAST = 3  # a cell with fewer targets has no numbers

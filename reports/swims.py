@@ -40,7 +40,7 @@ from swimcal.robot import RobotSpec
 from tracking.harmed_frames import stretches
 
 # Motion
-PHASES = 16
+PHASES = 16  # phases of a beat at which midlines are drawn
 _MOST_ROWS = 6  # largest number of markers that are drawn
 
 # Residuals

@@ -15,7 +15,7 @@ from fitting.forecast import BEATS, CONTINUED, DRAWN, GIVEN, TWIN, SessionForeca
 from fitting.pool import BASELINES
 
 # Numbers
-MISSING = "–"
+MISSING = "–"  # printed where a number is not known
 MM = 1000.0  # millimetres in a metre
 
 # Models and their forecasts

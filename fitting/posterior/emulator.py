@@ -25,13 +25,13 @@ from fitting.mode import Mode
 from swimcal.mjcf import COEFFICIENT_BOUNDS
 
 _RIDGE = 1e-8  # share of the terms' mean moment that is added, so that these can be inverted
-_DEGREES = (1, 2, 3, 4)
+_DEGREES = (1, 2, 3, 4)  # degrees of polynomials to choose from
 _SPARE = 2.5  # least ratio of points to terms: 1.6 cut the long tail of Magnus lift on the real robot short
 _FARTHEST = 2.0  # largest trusted leverage; a point that the polynomials must meet has 1
 # Penalty on half the squared weights: of 64 draws on the real robot none is on the wrong side; with 1e-2, two are.
 _PENALTY = 1e-4
-WAVE = ("wave_common", "wave_own")
-SPEEDS = ("speed_common", "speed_own")
+WAVE = ("wave_common", "wave_own")  # components of the wave's discrepancy
+SPEEDS = ("speed_common", "speed_own")  # components of the speed's discrepancy
 _JITTER = 1e-18  # m²
 
 

@@ -28,7 +28,7 @@ from swimcal.mjcf import COEFFICIENT_BOUNDS, FluidCoefficients
 from swimcal.results import check_whole
 
 # The posterior
-EFFECTIVE = 400
+EFFECTIVE = 400  # number of effective draws that a posterior takes by default
 MISFIT_P = 0.01  # least probability with which noise and nuisances alone explain a misfit
 _MARKERS_OFF_M = 0.005  # placement error of markers that is worth a flag
 _DISCREPANT = 0.02  # relative error of the twin's wave that is worth a flag

@@ -37,12 +37,12 @@ _BY_CHANCE = 0.99  # share of trials with white noise that stay below the limit 
 _SAMPLES = 2400  # samples that are freed of correlation at once
 _DIFFUSE = 1e10  # variance of each number of the smooth swim, against that of a sample
 _DETERMINED = 1e3  # standard deviation of a forecast, against that of a sample, below which the swim is determined
-_RATES = ("", ", up to the third harmonic")
+_RATES = ("", ", up to the third harmonic")  # the two rows of correlations between neighbours, in words
 
 # Predictions
-QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
-DRAWS = 40
-_SWEEP_DRAWS = 24
+QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)  # those of every band
+DRAWS = 40  # draws of the coefficients for a trial
+_SWEEP_DRAWS = 24  # draws of the coefficients for the sweep
 SECONDS = 5.0  # length of a further trial
 _NOISES = 20  # draws of everything else for each draw of the coefficients
 _FEWEST_INSIDE = 0.8  # share of marker coordinates within 90 % bands: chance leaves 0.83 and more in 19 of 20 trials

@@ -23,8 +23,8 @@ from swimcal.mjcf import COEFFICIENT_BOUNDS
 
 # The ensemble
 VARIABLES = (*NAMES, "ln_wave_discrepancy", "ln_speed_discrepancy")
-WALKERS = 64
-R_HAT = 1.01
+WALKERS = 64  # walkers of the ensemble
+R_HAT = 1.01  # largest R-hat of a coefficient that has converged
 _MOVES = ((emcee.moves.DEMove(), 0.6), (emcee.moves.DESnookerMove(), 0.2), (emcee.moves.KDEMove(), 0.2))
 _CHUNK = 1000  # steps at once: some 10 autocorrelation times at least
 _LONGEST = 40_000  # steps at most, a few minutes
