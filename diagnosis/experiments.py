@@ -1,15 +1,16 @@
 """Experimental design: experiments that would separate two effects that a session confuses.
 
-A swim trial at another speed or a dry run is simulated with either effect, as strong as the session has it. Their
-difference, coefficients refitted, in standard deviations of the disturbances of such a trial is the distance d that it
-adds. A free decay adds two numbers, a motor's log or a clock in view one. The result is the probability that one effect
-is still taken for the other, if one of the two is present: of choosing the likelier of two normal hypotheses at
-distance d, at the odds that the session leaves (at even odds Phi(-d / 2)).
+`next_experiments` proposes them and tells how sure each would make it. A swim trial at another speed or a dry run is
+simulated with either effect, as strong as the session has it. Their difference, coefficients refitted, in standard
+deviations of the disturbances of such a trial is the distance d that it adds. A free decay adds two numbers, a motor's
+log or a clock in view one. The result (`error_residual`) is the probability that one effect is still taken for the
+other, if one of the two is present: of choosing the likelier of two normal hypotheses at distance d, at the odds that
+the session leaves (at even odds Phi(-d/2)).
 
-For further swim trials the distance counts only as far as the existing trials bear it out: two effects that these
-should separate by a distance a and do not will hardly be separated by one more. It counts by the ratio of the log odds
-of the two to those expected, a^2 / 2, within one standard deviation a (of a log likelihood ratio between two normal
-hypotheses).
+For further swim trials the distance counts only as far as the existing trials bear it out (`borne_out`): two effects
+that these should separate by a distance a and do not will hardly be separated by one more. It counts by the ratio of
+the log odds of the two to those expected, a^2 / 2, within one standard deviation a (of a log likelihood ratio between
+two normal hypotheses).
 """
 
 from collections.abc import Mapping

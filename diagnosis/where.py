@@ -1,10 +1,10 @@
 """Variance decomposition of the gap: shares by stage, and by trial, marker, axis and band.
 
-By stage, the residual is the sum of missing forces on the head (body), missing torques in the hinges (tail), a crank
-that turns otherwise (drive), displaced markers (camera), and noise (floor); and of the named effects, and unknown ones
-at one place, each at its stage. Each of these components has an unknown size, which is found by maximum likelihood
-(variance components; Patterson and Thompson 1971); the shares are those of the expected parts in the squared norm, and
-add up exactly.
+`decompose`: by stage, the residual is the sum of missing forces on the head (body), missing torques in the hinges
+(tail), a crank that turns otherwise (drive), displaced markers (camera), and noise (floor); and of the named effects,
+and unknown ones at one place, each at its stage. Each of these components has an unknown size, which is found by
+maximum likelihood (variance components; Patterson and Thompson 1971); the shares are those of the expected parts in the
+squared norm, and add up exactly.
 """
 
 from collections.abc import Callable, Collection, Mapping, Sequence

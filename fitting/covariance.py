@@ -1,8 +1,9 @@
 """Covariance of a session's features: variance components with priors, found by restricted maximum likelihood.
 
-The effect of a component of unit size on the features of all trials is a matrix; the covariance is their sum, each
+The effect of a component of unit size on the features of all trials is a matrix; the `Covariance` is their sum, each
 times the square of its standard deviation (a linear mixed model; Patterson and Thompson 1971; Pinheiro and Bates 2000).
-Lognormal priors let two trials suffice: where these say nothing of a component, it keeps its prior median.
+Lognormal priors (`COMPONENTS`) let two trials suffice: where these say nothing of a component, it keeps its prior
+median.
 """
 
 from collections.abc import Mapping, Sequence

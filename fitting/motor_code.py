@@ -2,10 +2,10 @@
 
 The tail's place is a smooth function of the crank's angle, and the code spans a fifth of a turn of it. Over the code a
 marker's lateral place is therefore close to a + b cos(angle) + c sin(angle), whatever the crank's zero and the robot.
-Every offset is tried first; then the exact moment of each code is found, with a standard error that allows for tracking
-errors that last. All markers have equal weight. Weights by the covariance of their errors, mostly those of nose and
-neck, would be four times as exact in air; in water the markers lag each by another time, and it then trusts the wrong
-differences.
+Every offset is tried first (`search`); then the exact moment of each code is found (`code_delay`), with a standard
+error that allows for tracking errors that last. All markers have equal weight. Weights by the covariance of their
+errors, mostly those of nose and neck, would be four times as exact in air; in water the markers lag each by another
+time, and it then trusts the wrong differences.
 """
 
 from dataclasses import dataclass

@@ -2,8 +2,9 @@
 
 Errors of a box stay for several frames, so a trial holds far fewer independent samples than frames. The noise of each
 marker is taken as an Ornstein-Uhlenbeck process with a share of white noise (the tracker's grid); where the tracks ask
-for it a slow smooth process is added, as real fish sway besides their beat, and neighbours do so together. All is found
-by restricted maximum likelihood (Patterson and Thompson 1971) in the residual after drift and harmonics.
+for it a slow smooth process is added, as real fish sway besides their beat, and neighbours do so together. `noise_of`
+finds all of it by restricted maximum likelihood (Patterson and Thompson 1971) in the residual after drift and
+harmonics.
 """
 
 from collections.abc import Callable, Sequence

@@ -1,4 +1,10 @@
-"""A measured swim, ready to be compared with the twin: head frame, weights, frequency, start, scored frames."""
+"""A measured swim, ready to be compared with the twin: head frame, weights, frequency, start, scored frames.
+
+`measure_trial` checks, scales and normalises the tracks, and finds frequency, start and speed. The role of a
+`MeasuredTrial` decides what may be known of it and what is scored: all of a fit trial, after its warm-up; of a held-out
+trial only what follows its first two beats. `ExperimentsInAir` holds the dry runs of a session, measured as swims are,
+and its free decays.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The index of several sessions: a page that sorts and filters, and the same numbers as CSV."""
+"""Index of several sessions: a page that sorts and filters (`write_index`), and the same numbers as CSV."""
 
 import os
 import re

@@ -1,4 +1,4 @@
-"""Section on the posterior: how sure the coefficients are."""
+"""Section on the posterior: how sure the coefficients are, what is predicted with them, and the checks of the draws."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Section on steering with a policy."""
+"""Section on steering with a policy: which targets are reached, and how closely circles are followed."""
 
 from itertools import pairwise
 

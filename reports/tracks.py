@@ -1,4 +1,4 @@
-"""Section on the quality of the tracks."""
+"""Section on the quality of the tracks: which samples do not count, and why."""
 
 from collections import Counter
 from collections.abc import Iterator
