@@ -1,6 +1,6 @@
 """Experimental design: experiments that would separate two effects that a session confuses.
 
-`next_experiments` proposes them and tells how sure each would make it. A swim trial at another speed or a dry run is
+`next_experiments` proposes them, with the error that each would leave. A swim trial at another speed or a dry run is
 simulated with either effect, as strong as the session has it. Their difference, coefficients refitted, in standard
 deviations of the disturbances of such a trial is the distance d that it adds. A free decay adds two numbers, a motor's
 log or a clock in view one. The result (`error_residual`) is the probability that one effect is still taken for the
