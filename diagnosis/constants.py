@@ -1,8 +1,9 @@
-"""Constants of the diagnosis, with their source.
-
-Priors and thresholds of a diagnosis, each with its origin.
+"""Priors and thresholds of a diagnosis, each with its origin, and how far robot and markers may be off.
 
 *Development*: fitted to synthetic sessions of development, see docs/benchmarks.md. *Convention*: a usual level.
+
+`placement_uncertainty` finds the errors of boxes and markers in a session, within their priors; `perturbed_robots`
+gives the twins of robots that are still as described.
 """
 
 import numpy as np
@@ -109,12 +110,12 @@ SHARES = (0.1, 0.2, 0.35, 0.5, 0.7, 1.0)
 CALLED_FOR = 10.0
 """Log evidence that all effects must gain over the named ones: in 15 null sessions it was -12 at most."""
 
-
+# Errors of boxes and markers, and of masses
 TAKEN = PlacementUncertainty(box_m=0.003, marker_m=0.001)
 """Prior errors: boxes are off by a few pixels, markers by as much as a ruler allows."""
 
 _LN_SD = 0.7  # prior standard deviation of the logarithm of either size
-_ENDS_M = (1e-4, 0.05)
+_ENDS_M = (1e-4, 0.05)  # ends of the search for either size
 _STARTS = ((1.0, 1.0), (3.0, 1.0), (1.0, 10.0))  # starts of the search, relative to the prior's centre
 _STEP = 0.05  # relative step of a mass, either way
 

@@ -1,11 +1,12 @@
-"""The diagnosis of a session from evidence to verdict, and the test of named effects.
+"""Diagnosis of a session from evidence to verdict, and the test of effects that a user names.
 
-Test of effects that a user names, whatever else may be wrong.
+`diagnose` weighs all hypotheses, names the effects that the fitted trials support, scores the twin with these on
+held-out swims, and says where the gap lies and what to measure next.
 
-A diagnosis names an effect only where the evidence leaves nothing else. A user who has a reason to suspect one, or
-several, can ask what the data determine about just these: how much more likely they make the twin, each in addition to
-the others, and how far the gap shrinks with them. Whatever they do not explain counts as a gap of no particular cause,
-of a size that suits it.
+`weigh_effects` tests named effects, whatever else may be wrong. A diagnosis names an effect only where the evidence
+leaves nothing else. A user who has a reason to suspect one, or several, can ask what the data determine about just
+these: how much more likely they make the twin, each in addition to the others, and how far the gap shrinks with them.
+Whatever they do not explain counts as a gap of no particular cause, of a size that suits it.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -33,11 +34,15 @@ from fitting.signatures import Signature, signature_of
 from swimcal.effects.effect import Effect
 from swimcal.errors import NotEnoughData
 
+# The diagnosis
 Refitting = Callable[[Sequence[str]], Refit]
-_ROUNDS = {"quick": 2, "full": 5}
+_ROUNDS = {"quick": 2, "full": 5}  # steps of a refit, by effort
 _ROUNDS_OF_ALL = 3  # steps with all effects: in later ones the misfit only fluctuates
 ALL_AT_ONCE = ("full",)
 """Efforts with which all effects are also fitted at once."""
+
+# The test of named effects
+_ROUNDS_OF_TEST = {"quick": 3, "full": 8}  # steps of a refit, by effort
 
 
 @dataclass(frozen=True)
@@ -222,7 +227,7 @@ def _remainder(weighed: Weighed, best: Refit) -> Remainder:
     return Remainder(share, max(stages, key=lambda stage: stages[stage]), float(chi2.sf(residual @ residual, freedom)))
 
 
-_ROUNDS_OF_TEST = {"quick": 3, "full": 8}
+# The test of effects that a user names.
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,4 +1,7 @@
-"""Conversion of a diagnosis to the record that `diagnosis.json` holds."""
+"""Conversion of a diagnosis, and of a test of effects, to the records that result files hold (`diagnosis.result`).
+
+`beside_exported_twin` then counts the gap from the twin that a user exports.
+"""
 
 from collections.abc import Sequence
 from dataclasses import replace

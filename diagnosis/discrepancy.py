@@ -1,17 +1,15 @@
-"""Model discrepancy: what no effect of the catalogue explains, shipped or estimated.
+"""Model discrepancy, what no effect of the catalogue explains: of a gap of unknown size, and of a twin that is right.
 
-Gaussian-process discrepancy: how features would differ under a gap of no particular cause, of unknown size.
+`GaussianProcessDiscrepancy`: how features would differ under a gap of no particular cause. Displacements of a marker
+are correlated with those of its neighbours along the body, less so the further they are, and the higher a harmonic is
+the smaller they are; each trial has its own. The differences of frequencies from their commands have their own size,
+and so have free decays: a clock that is wrong says nothing of how the fish swims.
 
-Displacements of a marker are correlated with those of its neighbours along the body, less so the further they are, and
-the higher a harmonic is the smaller they are; each trial has its own. The differences of frequencies from their
-commands have their own size, and so have free decays: a clock that is wrong says nothing of how the fish swims.
-
-Discrepancy of a refitted twin where nothing is wrong: how two simulators of one robot differ in features.
-
-Measured between the twin and a second simulator over sessions of drawn water (`benchmarks/effects`), for the nine
-published markers; for other markers it is taken from the nearest of these along the body, each by itself. How straight
-a fish goes, and whether its markers stay in place, is not among the numbers that the benchmark compares; the residual
-of these is `COURSE_SD` and `SLIDE_SD_M_S`.
+`Discrepancy`: how a refitted twin differs in features where nothing is wrong, as two simulators of one robot do. It was
+measured between the twin and a second simulator over sessions of drawn water (`benchmarks/effects`), for the nine
+published markers (`shipped_discrepancy`); for other markers it is taken from the nearest of these along the body, each
+by itself (`discrepancy_for`). How straight a fish goes, and whether its markers stay in place, is not among the numbers
+that the benchmark compares; the residual of these is `COURSE_SD` and `SLIDE_SD_M_S`.
 """
 
 from collections.abc import Iterable, Mapping
@@ -45,9 +43,16 @@ from swimcal.create_session import FISHSIM_MARKERS
 from swimcal.errors import Fault, InputError
 from swimcal.robot import RobotSpec
 
+# A gap of no particular cause
 _SIZES_M = (1e-6, 0.05)  # ends of the sizes tried for features and free decays
 _HERTZ_SIZES_M = (1e-6, 1.0)  # ends of the sizes tried for frequencies
-_SIZES_TRIED = 60
+_SIZES_TRIED = 60  # sizes on the grid between these ends
+
+# A twin where nothing is wrong
+_OF_A_MARKER = 2 * OF_A_MARKER  # numbers of a marker in features: along and across
+
+
+# A gap of no particular cause.
 
 
 def generic_covariance(along_m: np.ndarray, trials: int, frequencies: int, rings: int = 0) -> np.ndarray:
@@ -134,7 +139,7 @@ class _KnownAndGeneric(NamedTuple):
         return float(sizes[np.argmin((seen / variance + np.log(variance)).sum(axis=1))])
 
 
-_OF_A_MARKER = 2 * OF_A_MARKER
+# The discrepancy of a twin where nothing is wrong.
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,17 +1,16 @@
-"""The evidence for each effect, from its response at several sizes.
+"""Evidence for effects: the marginal likelihood of the residual under each hypothesis, in one Gaussian linear model.
 
-Marginal likelihood of the residual under each hypothesis: one Gaussian linear model.
-
-In the whitened residual space the residual is normal with covariance
+An effect enters by its `EffectResponse`, linear over each range of its strengths, made from its signature
+(`effect_responses`). In the whitened residual space the residual is then normal with covariance
 
     I + sum_k s_k^2 D_k D_k' + (e^2 |D|^2 + s^2) G
 
 D_k: columns of effect k, whose strengths are normal about zero; s_k: its size. |D|: the norm of all effects of the
 hypothesis, of which a share e, the form error, is in no response. s: the size of an unknown effect, with covariance G
 of mean variance 1: a random mixture of all effects, or one that only neighbouring markers share. Sizes and form errors
-are averaged over a grid, sizes log-uniform from just detectable to what bounds allow; strengths stay within the range
-of their linear response (Rasmussen and Williams 2006, chapter 5). An unknown effect may instead act at one place, by
-columns of its own.
+are averaged over a grid (`gaussian_evidence`), sizes log-uniform from just detectable to what bounds allow; strengths
+stay within the range of their linear response (Rasmussen and Williams 2006, chapter 5). An unknown effect may instead
+act at one place, by columns of its own (`Hypotheses.at_places`).
 """
 
 from collections.abc import Sequence
@@ -29,8 +28,15 @@ from scipy.special import log_ndtr
 from diagnosis.constants import IN_FEATURES, LOOSE, MOST_WRONG, SHOWS, SIZES
 from fitting.signatures import Signature, Whitened, pieces
 
+# Responses
 _SAME = 0.1  # relative difference up to which two slopes count as one
 _SILENT = 1e-6  # norm of one standard deviation below which an effect does nothing
+
+# Evidence
+_TINY = 1e-12  # keeps logarithms and quotients finite
+
+
+# Responses: what an effect does, linear over each range of its strengths.
 
 
 @dataclass(frozen=True, eq=False)
@@ -160,7 +166,7 @@ def _response(signature: Signature, chosen: dict[int, _Range], every: Sequence[S
     )
 
 
-_TINY = 1e-12
+# Evidence: how likely the residual is under a hypothesis.
 
 
 @dataclass(frozen=True)
@@ -293,6 +299,13 @@ def gaussian_evidence(
     return GaussianEvidence(_mean(logs), columns * sizes[best], variance[best])
 
 
+def log_mass(low: np.ndarray, high: np.ndarray) -> np.ndarray:
+    """Return the log of the probability of a standard normal number between two ends, however far out they lie."""
+    left, right = np.where(low > 0, -high, low), np.where(low > 0, -low, high)  # the tail that does not round to 1
+    most = log_ndtr(right)
+    return np.asarray(most + np.log1p(-np.exp(np.minimum(log_ndtr(left) - most, -_TINY))))
+
+
 def _sizes(response: LinearResponse) -> np.ndarray:
     """Return the sizes that an effect may have within its bounds."""
     reach = float(np.abs(response.bounds).max()) * response.size
@@ -317,13 +330,6 @@ def _norms(
     same = np.equal.outer(whose, whose) * before
     squares = (same * gram * (mean[:, :, None] * mean[:, None] + covariance)).sum(axis=(1, 2))
     return np.minimum(np.sqrt(squares), MOST_WRONG)
-
-
-def log_mass(low: np.ndarray, high: np.ndarray) -> np.ndarray:
-    """Return the log of the probability of a standard normal number between two ends, however far out they lie."""
-    left, right = np.where(low > 0, -high, low), np.where(low > 0, -low, high)  # the tail that does not round to 1
-    most = log_ndtr(right)
-    return np.asarray(most + np.log1p(-np.exp(np.minimum(log_ndtr(left) - most, -_TINY))))
 
 
 def _mean(logs: Sequence[float] | np.ndarray) -> float:

@@ -1,15 +1,16 @@
 """Experimental design: experiments that would separate two effects that a session confuses.
 
-A swim trial at another speed or a dry run is simulated with either effect, as strong as the session has it. Their
-difference, coefficients refitted, in standard deviations of the disturbances of such a trial is the distance d that it
-adds. A free decay adds two numbers, a motor's log or a clock in view one. The result is the probability that one effect
-is still taken for the other, if one of the two is present: of choosing the likelier of two normal hypotheses at
-distance d, at the odds that the session leaves (at even odds Phi(-d / 2)).
+`next_experiments` proposes them, with the error that each would leave. A swim trial at another speed or a dry run is
+simulated with either effect, as strong as the session has it. Their difference, coefficients refitted, in standard
+deviations of the disturbances of such a trial is the distance d that it adds. A free decay adds two numbers, a motor's
+log or a clock in view one. The result (`error_residual`) is the probability that one effect is still taken for the
+other, if one of the two is present: of choosing the likelier of two normal hypotheses at distance d, at the odds that
+the session leaves (at even odds Phi(-d/2)).
 
-For further swim trials the distance counts only as far as the existing trials bear it out: two effects that these
-should separate by a distance a and do not will hardly be separated by one more. It counts by the ratio of the log odds
-of the two to those expected, a^2 / 2, within one standard deviation a (of a log likelihood ratio between two normal
-hypotheses).
+For further swim trials the distance counts only as far as the existing trials bear it out (`borne_out`): two effects
+that these should separate by a distance a and do not will hardly be separated by one more. It counts by the ratio of
+the log odds of the two to those expected, a^2 / 2, within one standard deviation a (of a log likelihood ratio between
+two normal hypotheses).
 """
 
 from collections.abc import Mapping
@@ -38,35 +39,14 @@ from swimcal.effects.effect import Effect
 from swimcal.errors import NotEnoughData, SimulationDiverged
 from swimcal.twin import Twin
 
-SPEEDS_HZ = (0.5, 0.8, 1.1, 1.4)
-_DRY_HZ = 1.0
+SPEEDS_HZ = (0.5, 0.8, 1.1, 1.4)  # frequencies of the swims that may be proposed
+_DRY_HZ = 1.0  # frequency of the dry run that may be proposed
 _NEW_HZ = 0.12  # least distance of a new frequency from those that were swum
 _SECONDS = 6.0  # length of a simulated trial
 _START_M_S = 0.1  # start speed of a simulated trial at 1 Hz
 _TOLD_TO = 0.001  # relative standard deviation of a motor's speed by its log, and of a clock in view
 _LEAST = 1e-9  # probability and distance below which they count as zero
 _DECAY = "Film a free decay: the head clamped in air, tendons off, the tail bent and let go"
-
-
-class _Pair(NamedTuple):
-    """Two effects that a session confuses."""
-
-    effects: tuple[Effect, Effect]
-    strengths: tuple[np.ndarray, np.ndarray]  # (p,) strengths of each in the session
-    log_odds: float  # log odds of the one against the other if one of the two is present
-
-    def experiment(self, describe: str, distance: float, trial: ProposedTrial | None) -> Experiment:
-        """Return an experiment that adds a distance between the two."""
-        first, second = (effect.name for effect in self.effects)
-        return Experiment(describe, (first, second), error_residual(distance, self.log_odds), trial)
-
-    def apart(self, linear: LinearModel) -> float:
-        """Return the distance between the two effects in the trials of a linear model, coefficients refitted."""
-        one, other = (
-            signature_of(effect, linear.model, linear.camera, linear.at, strength[None]).rows[0]
-            for effect, strength in zip(self.effects, self.strengths, strict=True)
-        )
-        return linear.space.length(one - other)
 
 
 def next_experiments(
@@ -111,14 +91,6 @@ def next_experiments(
     return tuple(sorted(found, key=lambda experiment: experiment.expected_error))
 
 
-def _odds(found: Probabilities, pair: tuple[str, str]) -> float | None:
-    """Return the log odds of one effect against the other if one of the two is present; None if both probably are."""
-    one, other, both = found.either_or(*pair)
-    if both > one + other:
-        return None
-    return float(np.log(max(one, _LEAST)) - np.log(max(other, _LEAST)))
-
-
 def borne_out(apart: float, log_odds: float) -> float:
     """Return the ratio of the log odds of two effects to those expected from their distance; 1 at most.
 
@@ -128,6 +100,52 @@ def borne_out(apart: float, log_odds: float) -> float:
     """
     found, expected = abs(log_odds) + apart, apart**2 / 2
     return 1.0 if found >= expected else found / expected
+
+
+def error_residual(distance: float, log_odds: float) -> float:
+    """Return the probability of taking one of two normal hypotheses for the other when choosing the likelier.
+
+    Args:
+        distance: distance of the two, in standard deviations.
+        log_odds: log prior odds of the one against the other.
+
+    Returns:
+        0.5 is a coin toss.
+    """
+    chance = float(expit(log_odds))
+    if distance < _LEAST:
+        return min(chance, 1 - chance)
+    shift = log_odds / distance
+    return float(chance * norm.cdf(-distance / 2 - shift) + (1 - chance) * norm.cdf(-distance / 2 + shift))
+
+
+class _Pair(NamedTuple):
+    """Two effects that a session confuses."""
+
+    effects: tuple[Effect, Effect]
+    strengths: tuple[np.ndarray, np.ndarray]  # (p,) strengths of each in the session
+    log_odds: float  # log odds of the one against the other if one of the two is present
+
+    def experiment(self, describe: str, distance: float, trial: ProposedTrial | None) -> Experiment:
+        """Return an experiment that adds a distance between the two."""
+        first, second = (effect.name for effect in self.effects)
+        return Experiment(describe, (first, second), error_residual(distance, self.log_odds), trial)
+
+    def apart(self, linear: LinearModel) -> float:
+        """Return the distance between the two effects in the trials of a linear model, coefficients refitted."""
+        one, other = (
+            signature_of(effect, linear.model, linear.camera, linear.at, strength[None]).rows[0]
+            for effect, strength in zip(self.effects, self.strengths, strict=True)
+        )
+        return linear.space.length(one - other)
+
+
+def _odds(found: Probabilities, pair: tuple[str, str]) -> float | None:
+    """Return the log odds of one effect against the other if one of the two is present; None if both probably are."""
+    one, other, both = found.either_or(*pair)
+    if both > one + other:
+        return None
+    return float(np.log(max(one, _LEAST)) - np.log(max(other, _LEAST)))
 
 
 def _likeliest(hypotheses: Hypotheses, probabilities: Probabilities) -> tuple[str, ...]:
@@ -214,20 +232,3 @@ def _simulate(linear: LinearModel, twin: Twin, proposed: ProposedTrial, seed: in
     middle_px = np.array(picture_px(linear.trials, linear.camera)) / 2
     drawn = partial(noise.drawn, random=np.random.default_rng(random))
     return imagined(twin, like, linear.at, hz, _START_M_S * hz, _SECONDS, drawn, middle_px)
-
-
-def error_residual(distance: float, log_odds: float) -> float:
-    """Return the probability of taking one of two normal hypotheses for the other when choosing the likelier.
-
-    Args:
-        distance: distance of the two, in standard deviations.
-        log_odds: log prior odds of the one against the other.
-
-    Returns:
-        0.5 is a coin toss.
-    """
-    chance = float(expit(log_odds))
-    if distance < _LEAST:
-        return min(chance, 1 - chance)
-    shift = log_odds / distance
-    return float(chance * norm.cdf(-distance / 2 - shift) + (1 - chance) * norm.cdf(-distance / 2 + shift))

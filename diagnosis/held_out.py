@@ -1,14 +1,15 @@
-"""Held-out swims with and without the named effects.
+"""Held-out swims without and with effects: the gap before and after, and how surely it shrinks.
 
-The gap on held-out trials, before and after effects are added: nothing was fitted to these, and nothing chosen.
+Nothing was fitted to these swims, and nothing chosen by them. `forecast_scores` lets a twin run ahead on its own and
+takes its errors; `HeldOut.gap` compares the plain twin with the one with effects.
 
-S = 1 - (L_with - F) / (L_plain - F), with L the mean squared whitened residual and F what noise alone would leave,
-tells how far it shrinks. Its interval is that of the S which the true coefficients and strengths would have on these
-swims without noise. Noise is taken off as a normal draw, whose size is known no better than it shows where nothing is
-wrong: the twin's own error counts as noise here, and is not the same in every session. And coefficients and strengths
-that were fitted are moved as far as they may be off. Whatever moves them makes a held-out gap larger, more often than
-not, and the truth made it smaller: so their draws are reflected about what was found (Davison and Hinkley 1997, section
-5.2).
+`skill_score`: S = 1 - (L_with - F) / (L_plain - F), with L the mean squared whitened residual and F what noise alone
+would leave, tells how far the gap shrinks. Its interval is that of the S which the true coefficients and strengths
+would have on these swims without noise. Noise is taken off as a normal draw, whose size is known no better than it
+shows where nothing is wrong: the twin's own error counts as noise here, and is not the same in every session. And
+coefficients and strengths that were fitted are moved as far as they may be off. Whatever moves them makes a held-out
+gap larger, more often than not, and the truth made it smaller: so their draws are reflected about what was found
+(Davison and Hinkley 1997, section 5.2).
 """
 
 from collections.abc import Mapping, Sequence
@@ -32,7 +33,10 @@ from swimcal.effects.effect import Effect, View
 from swimcal.mjcf import FluidCoefficients
 from swimcal.runs import Runs, Trajectories
 
-_SWIMS_DRAWN = 8
+_SWIMS_DRAWN = 8  # swims with drawn noise behind a noise floor
+_NOISE_DRAWS = 4000  # draws of trials and of noise behind an interval
+_DRAWS = 400  # draws of coefficients and strengths as they might have been fitted
+_PER_M = 1000.0  # mm in a metre
 
 
 class ForecastScore(NamedTuple):
@@ -114,9 +118,7 @@ def noise_floor_m(linear: LinearModel, number: int, seed: int = 0) -> float:
     return float(np.mean(found))
 
 
-_NOISE_DRAWS = 4000
-_PER_M = 1000.0  # mm in a metre
-_DRAWS = 400  # draws of coefficients and strengths as they might have been fitted
+# How far the gap shrinks.
 
 
 @dataclass(frozen=True)
@@ -205,6 +207,9 @@ def _noise(before: np.ndarray, after: np.ndarray, seed: int) -> tuple[np.ndarray
     size = np.exp(FLOOR_SD * random.standard_normal(_NOISE_DRAWS) / 2)
     own = size**2 * random.chisquare(count, _NOISE_DRAWS) - count
     return 2 * size * along[:, 0] + own, 2 * size * along[:, 1] + own
+
+
+# The gap of a session.
 
 
 @dataclass(frozen=True, eq=False)

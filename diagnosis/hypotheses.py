@@ -1,6 +1,7 @@
 """Probabilities by Bayes' rule: of no gap, of sets of effects, and of an unknown effect.
 
-They are averaged over the size of the fitted twin's own discrepancy in this session.
+`explained` weighs every hypothesis by its evidence (`diagnosis.evidence`) and prior. The probabilities are averaged
+over the size of the fitted twin's own discrepancy in this session.
 """
 
 from collections.abc import Collection, Sequence

@@ -1,4 +1,8 @@
-"""The linear model of a session's features about the fitted twin."""
+"""Linear model of a session's features about the fitted twin, and the recordings that it is made of.
+
+`SessionData` holds the recordings, with the free decays that are believed; `SessionData.linear` makes the
+`LinearModel`: residual, Jacobian by the coefficients, covariance of all that disturbs them, and the whitened space.
+"""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -256,6 +260,9 @@ def _clamp(twin: Twin) -> Twin:
 def _model_session(twin: Twin, trials: Sequence[MeasuredTrial]) -> SessionModel:
     doubted = perturbed_robots(twin)
     return SessionModel(tuple(TrialModel(twin, trial, START_PHASE_RAD, doubted, with_course=True) for trial in trials))
+
+
+# The recordings that the model is made of.
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,9 +1,9 @@
-"""Places and forces: where along the body something is missing.
+"""Localised discrepancies: forces missing on the head and in every hinge, and an unknown effect at one place.
 
-Localised discrepancies: forces missing on the head and in every hinge, and an unknown effect at one place.
-
-A fault at one place (at a marker, on the head, in a hinge, across the tail) takes few numbers: so it shows where a gap
-of no particular cause of the same norm would not. It may be the same in all trials, or another in each.
+`responses` gives what each force alone changes, linear about the twin; `local_discrepancies` lists the places where an
+unknown effect may act. A fault at one place (at a marker, on the head, in a hinge, across the tail) takes few numbers:
+so it shows where a gap of no particular cause of the same norm would not. It may be the same in all trials, or another
+in each.
 """
 
 from collections.abc import Iterator, Sequence
@@ -23,8 +23,8 @@ from swimcal.mjcf import Scene
 from swimcal.robot import RobotSpec
 from swimcal.session_file import TrialKind
 
-HEAD = ("head_along", "head_across", "head_moment")
-PER_JOINT = 1 + 2 * HARMONICS
+HEAD = ("head_along", "head_across", "head_moment")  # forces and the moment on the head
+PER_JOINT = 1 + 2 * HARMONICS  # numbers of a force: mean, then cosine and sine of each harmonic
 # Responses are measured with these forces on the head, moment on it and torques in the hinges.
 FORCE_N = 0.02
 MOMENT_N_M = 0.004

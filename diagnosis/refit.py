@@ -1,13 +1,15 @@
-"""The twin refitted with an effect: ridge steps and the joint fit.
+"""Refit of the twin with effects: with named ones by Gauss-Newton, with all at once by ridge regression.
 
-Ridge over all effects: the twin of a robot with many small effects at once.
+`refitted` starts from the strengths at which the linear responses of named effects fit the residual, and `refit` steps
+on from there.
 
-Two swims seldom say which of many small effects there are; their sum may be determined all the same, and it is this
-that moves the fish. So no effect is named here: every parameter of the catalogue is normal about zero, as wide as its
-prior or narrower, all by one share, which the evidence of the fitted swims chooses in addition to a gap of no
-particular cause (ridge regression, Hoerl and Kennard 1970; its width by evidence, MacKay 1992); effects that are named
-keep their freedom about their fitted values. The evidence is linear about the twin with these, from features alone: how
-often a tail beats is a datum of its own. Held-out swims tell whether all that forecasts better.
+`ridge_fit` is for the twin of a robot with many small effects at once. Two swims seldom say which of many small effects
+there are; their sum may be determined all the same, and it is this that moves the fish. So no effect is named here:
+every parameter of the catalogue is normal about zero, as wide as its prior or narrower, all by one share, which the
+evidence of the fitted swims chooses in addition to a gap of no particular cause (ridge regression, Hoerl and Kennard
+1970; its width by evidence, MacKay 1992); effects that are named keep their freedom about their fitted values. The
+evidence is linear about the twin with these, from features alone: how often a tail beats is a datum of its own.
+Held-out swims tell whether all that forecasts better.
 """
 
 from collections.abc import Mapping, Sequence
@@ -26,12 +28,18 @@ from fitting.signatures import LONG, PRIOR_SD, AffectedSession, Signature, littl
 from swimcal.effects.effect import Effect, Parameter
 from swimcal.mjcf import COEFFICIENT_BOUNDS
 
+# Refit
 _ROOT_STEP = 0.02  # finite difference of the square root of a coefficient
 _STEP_SD = 0.25  # finite difference of a parameter, in standard deviations of its prior
 _HALVINGS = (1.0, 0.5, 0.2)  # shares of a step that are tried
-_TINY = 1e-9
+_TINY = 1e-9  # values of effects below this count as none
 _MANY = 50  # numbers from which one step says too little to update the Jacobian
 _RIDGE = 0.2  # ridge on the first strengths: slopes of strong effects are rough
+
+# Ridge over all effects
+_NONE = 1e-3  # share of the priors' widths that stands for no effect but the named ones
+_LOOKS = 4  # rounds in which parameters with the wrong sign are set to zero
+_GAPS_M = np.geomspace(1e-4, 0.03, 12)  # sizes of the gap of no particular cause
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,6 +86,31 @@ class Refit:
         ends = np.cumsum([len(effect.parameters) for effect in self.effects])[:-1]
         parts = np.split(self.values, ends) if self.effects else []
         return {e.name: part for e, part in zip(self.effects, parts, strict=True)}
+
+
+def refitted(linear: LinearModel, hypotheses: Hypotheses, effects: Sequence[Effect], rounds: int) -> Refit:
+    """Refit the twin with effects, from the strengths at which their linear responses fit the residual.
+
+    Args:
+        linear: the linearised model of the fitted swims.
+        hypotheses: its hypotheses, with the responses.
+        effects: the effects.
+        rounds: steps at most.
+    """
+    names = [each.name for each in hypotheses.effects]
+    chosen = [hypotheses.best[names.index(effect.name)] for effect in effects]
+    forms = [form for form in chosen if form is not None]
+    assert len(forms) == len(effects), "an effect that does nothing explains nothing"
+    columns = np.hstack([form.columns for form in forms])
+    held = _RIDGE * np.eye(columns.shape[1])
+    target = np.append(linear.space.projected(linear.residual), np.zeros(len(held)))
+    strength = np.linalg.lstsq(np.vstack([columns, held]), target, rcond=None)[0]
+    ends, start = np.cumsum([len(form.sd) for form in forms])[:-1], []
+    for effect, form, own in zip(effects, forms, np.split(strength, ends), strict=True):
+        values = np.zeros(len(effect.suited(linear.twin.robot, linear.trials[0].markers).parameters))
+        values[list(form.parameters)] = np.clip(own, form.low, form.high) * form.sd
+        start.append(values)
+    return refit(linear, effects, np.concatenate(start), rounds)
 
 
 def refit(
@@ -242,34 +275,7 @@ class _Joint:
         return np.asarray(solve_triangular(self._root, rows, lower=True))
 
 
-def refitted(linear: LinearModel, hypotheses: Hypotheses, effects: Sequence[Effect], rounds: int) -> Refit:
-    """Refit the twin with effects, from the strengths at which their linear responses fit the residual.
-
-    Args:
-        linear: the linearised model of the fitted swims.
-        hypotheses: its hypotheses, with the responses.
-        effects: the effects.
-        rounds: steps at most.
-    """
-    names = [each.name for each in hypotheses.effects]
-    chosen = [hypotheses.best[names.index(effect.name)] for effect in effects]
-    forms = [form for form in chosen if form is not None]
-    assert len(forms) == len(effects), "an effect that does nothing explains nothing"
-    columns = np.hstack([form.columns for form in forms])
-    held = _RIDGE * np.eye(columns.shape[1])
-    target = np.append(linear.space.projected(linear.residual), np.zeros(len(held)))
-    strength = np.linalg.lstsq(np.vstack([columns, held]), target, rcond=None)[0]
-    ends, start = np.cumsum([len(form.sd) for form in forms])[:-1], []
-    for effect, form, own in zip(effects, forms, np.split(strength, ends), strict=True):
-        values = np.zeros(len(effect.suited(linear.twin.robot, linear.trials[0].markers).parameters))
-        values[list(form.parameters)] = np.clip(own, form.low, form.high) * form.sd
-        start.append(values)
-    return refit(linear, effects, np.concatenate(start), rounds)
-
-
-_NONE = 1e-3  # share of the priors' widths that stands for no effect but the named ones
-_LOOKS = 4  # rounds in which parameters with the wrong sign are set to zero
-_GAPS_M = np.geomspace(1e-4, 0.03, 12)  # sizes of the gap of no particular cause
+# All effects at once.
 
 
 class RidgeFit(NamedTuple):

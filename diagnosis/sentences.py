@@ -1,4 +1,4 @@
-"""A diagnosis in sentences: where the gap lies, and which effect makes it."""
+"""Sentences on a diagnosis: where the gap lies (`where`), and which effect makes it (`which`)."""
 
 from collections.abc import Mapping, Sequence
 

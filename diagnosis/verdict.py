@@ -1,11 +1,12 @@
 """Verdict of a diagnosis: one name, a few inseparable names, something unknown, or no gap.
 
-Among several named effects those stay that the fitted trials support, and that carry over between them. Backward
-elimination: the twin is refitted without each in turn, so that each must improve the real simulation, not only the
-linear model; the weakest is removed until all that stay are likely enough to be named (Laplace's approximation of the
-evidence; MacKay 2003, chapter 28). Leave-one-trial-out cross-validation: each fitted swim trial is forecast by twins
-that are refitted to all other data, linear about the fit to all; where the whole 95 % interval of the skill lies below
-zero, the least probable effect is withdrawn. Held-out trials are not looked at: they are opened once, to score.
+`verdict_of` names effects by their probabilities. Among several named effects those stay that the fitted trials
+support, and that carry over between them. `backward_elimination`: the twin is refitted without each in turn, so that
+each must improve the real simulation, not only the linear model; the weakest is removed until all that stay are likely
+enough to be named (Laplace's approximation of the evidence; MacKay 2003, chapter 28). `validated`, leave-one-trial-out
+cross-validation: each fitted swim trial is forecast by twins that are refitted to all other data, linear about the fit
+to all; where the whole 95 % interval of the skill lies below zero, the least probable effect is withdrawn. Held-out
+trials are not looked at: they are opened once, to score.
 """
 
 from collections.abc import Callable, Collection, Sequence

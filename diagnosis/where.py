@@ -1,10 +1,10 @@
 """Variance decomposition of the gap: shares by stage, and by trial, marker, axis and band.
 
-By stage, the residual is the sum of missing forces on the head (body), missing torques in the hinges (tail), a crank
-that turns otherwise (drive), displaced markers (camera), and noise (floor); and of the named effects, and unknown ones
-at one place, each at its stage. Each of these components has an unknown size, which is found by maximum likelihood
-(variance components; Patterson and Thompson 1971); the shares are those of the expected parts in the squared norm, and
-add up exactly.
+`decompose`: by stage, the residual is the sum of missing forces on the head (body), missing torques in the hinges
+(tail), a crank that turns otherwise (drive), displaced markers (camera), and noise (floor); and of the named effects,
+and unknown ones at one place, each at its stage. Each of these components has an unknown size, which is found by
+maximum likelihood (variance components; Patterson and Thompson 1971); the shares are those of the expected parts in the
+squared norm, and add up exactly.
 """
 
 from collections.abc import Callable, Collection, Mapping, Sequence
@@ -97,6 +97,14 @@ class Component(NamedTuple):
     what: str
 
 
+def rippled(features: np.ndarray) -> np.ndarray:
+    """Return the changes (g, 4) of features (g,), per rad, if the crank runs ahead.
+
+    It runs ahead by a cosine or sine of one or two turns.
+    """
+    return np.column_stack([_ahead(features, order, sine) for order in (1, 2) for sine in (False, True)])
+
+
 def _components(
     linear: LinearModel,
     responses: ForceResponses,
@@ -182,14 +190,6 @@ def _other_frequencies(linear: LinearModel) -> np.ndarray:
     columns = np.zeros((len(linear.residual), hertz.shape[1]))
     columns[len(linear.model.measured) :][: len(hertz)] = hertz
     return columns
-
-
-def rippled(features: np.ndarray) -> np.ndarray:
-    """Return the changes (g, 4) of features (g,), per rad, if the crank runs ahead.
-
-    It runs ahead by a cosine or sine of one or two turns.
-    """
-    return np.column_stack([_ahead(features, order, sine) for order in (1, 2) for sine in (False, True)])
 
 
 def _ahead(features: np.ndarray, order: int, sine: bool) -> np.ndarray:

@@ -1,4 +1,8 @@
-"""Baselines of speed over frequency, and the sweep they are shown on."""
+"""Law of the speed over frequency, and the sweep on which it is shown.
+
+`speed_law` fits a power of the frequency to the measured speeds of a session and to those of every model. `sweep_speed`
+simulates the calibrated twin at evenly spaced frequencies, settled, beside elongated body theory.
+"""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -15,8 +19,16 @@ from swimcal.runs import Runs
 from swimcal.twin import Twin
 from tracking.head_frame import one_of
 
-LEVEL = 0.9
+# The law of the speed
+LEVEL = 0.9  # level of the interval of a slope
 _FEWEST = 3  # trials that tell a slope with its interval
+
+# The sweep
+BEATS = 14.0  # length of a swim in beats
+SETTLING_BEATS = 6.0  # beats in which it settles
+LEAST_S = 8.0  # least length of a swim
+START_SPEED_M_S = 0.10  # at low frequency the twin has two steady states; started forward it finds the forward one
+FRAME_S = 1 / 60  # time between two frames
 
 
 class Slope(NamedTuple):
@@ -93,13 +105,6 @@ def slope(x: np.ndarray, y: np.ndarray) -> Slope:
     freedom = len(x) - 2
     reach = float(student.ppf(0.5 + LEVEL / 2, freedom) * np.sqrt(residual @ residual / freedom / (off @ off)))
     return Slope(value, (value - reach, value + reach))
-
-
-BEATS = 14.0  # length of a swim in beats
-SETTLING_BEATS = 6.0  # beats in which it settles
-LEAST_S = 8.0  # least length of a swim
-START_SPEED_M_S = 0.10  # at low frequency the twin has two steady states; started forward it finds the forward one
-FRAME_S = 1 / 60
 
 
 @dataclass(frozen=True, eq=False)

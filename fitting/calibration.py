@@ -1,4 +1,10 @@
-"""The fit of a session: coefficients, trials and their scores."""
+"""Calibration of a session: the fit of the coefficients, every trial beside the calibrated twin, and their scores.
+
+`fit_coefficients` finds the posterior mode of the coefficients (`fitting.mode`) and says which of them the trials
+determine. `calibrate` does so on the fit trials, fits elongated body theory to the same trials, compares every trial
+with the twin and forecasts it; `assemble` makes a `Calibration` from coefficients that are known.
+`calibrate_as_published` runs the published search instead (`fitting.published`), for comparison.
+"""
 
 import time
 from collections.abc import Mapping, Sequence
@@ -32,6 +38,9 @@ _WIDE_BY = 0.5
 _NEAR_BOUND = 0.02  # share of the range from a bound within which an interval reaches it
 NAMES = FluidCoefficients._fields
 _AT_BOUND = 1e-3  # share of the range from a bound within which a coefficient is at it
+
+
+# The coefficients.
 
 
 class Marginal(NamedTuple):
@@ -170,6 +179,9 @@ def _flags(mode: Mode, interval: np.ndarray) -> tuple[Flag, ...]:
         if b > _WIDE * a and b - a > _WIDE_BY
     ]
     return tuple(flags)
+
+
+# The trials beside the calibrated twin.
 
 
 @dataclass(frozen=True, eq=False)
@@ -338,13 +350,6 @@ def calibrate(
     return replace(found, forecasts=forecasts, sways=sways(mode, compared))
 
 
-def _alone(trial: CalibratedTrial) -> dict[str, Forecast]:
-    """Return the forecasts of a trial by the twin, and by elongated body theory from the trial's measured tail."""
-    mm = 1000.0
-    twin = Forecast(trial.speed_twin, None, mm * trial.scores.marker_error_m, mm * trial.scores.shape_error_m)
-    return {TWIN: twin} | {f"ebt_{form.name}": Forecast(trial.speeds[form.name]) for form in FORMS}
-
-
 def calibrate_as_published(
     trials: Sequence[MeasuredTrial],
     structure: Structure,
@@ -377,11 +382,6 @@ def calibrate_as_published(
     fit = published_search(Swims(twin, fitted), budget_s, seed, report)
     phases = dict(zip([trial.name for trial in fitted], fit.phase_rad, strict=True))
     return fit, compare_trials(trials, twin, fit.coefficients, phases, fit_every_form(fitted, structure.robot))[0]
-
-
-def _check_fit_trials(trials: Sequence[MeasuredTrial]) -> None:
-    if not any(trial.role == "fit" for trial in trials):
-        raise NotEnoughData('no swim has role = "fit"; give at least one trial of session.toml that role')
 
 
 def assemble(
@@ -462,19 +462,6 @@ def compare_trials(
     return _flag_suspicious(compared), lost
 
 
-def _flag_suspicious(trials: Sequence[CalibratedTrial]) -> tuple[CalibratedTrial, ...]:
-    """Flag each trial whose own twin is far from it."""
-    errors_m = [trial.scores.marker_error_m for trial in trials]
-    others = [[*errors_m[:number], *errors_m[number + 1 :]] for number in range(len(trials))]
-    flags = [suspicion(trial, fellows) for trial, fellows in zip(trials, others, strict=True)]
-    return tuple(replace(t, flags=(*t.flags, *own)) for t, own in zip(trials, flags, strict=True))
-
-
-def _fitted_hz(fitted: Sequence[MeasuredTrial]) -> tuple[float, float]:
-    hz = [trial.frequency.hz for trial in fitted]
-    return min(hz), max(hz)
-
-
 def compare_trial(
     twin: Twin,
     trial: MeasuredTrial,
@@ -509,6 +496,31 @@ def compare_trial(
         speeds=model_speeds(trial, simulated, ebts, twin.robot),
         flags=(*trial.flags, *_flag_extrapolation(trial, fitted_hz)),
     )
+
+
+def _alone(trial: CalibratedTrial) -> dict[str, Forecast]:
+    """Return the forecasts of a trial by the twin, and by elongated body theory from the trial's measured tail."""
+    mm = 1000.0
+    twin = Forecast(trial.speed_twin, None, mm * trial.scores.marker_error_m, mm * trial.scores.shape_error_m)
+    return {TWIN: twin} | {f"ebt_{form.name}": Forecast(trial.speeds[form.name]) for form in FORMS}
+
+
+def _check_fit_trials(trials: Sequence[MeasuredTrial]) -> None:
+    if not any(trial.role == "fit" for trial in trials):
+        raise NotEnoughData('no swim has role = "fit"; give at least one trial of session.toml that role')
+
+
+def _flag_suspicious(trials: Sequence[CalibratedTrial]) -> tuple[CalibratedTrial, ...]:
+    """Flag each trial whose own twin is far from it."""
+    errors_m = [trial.scores.marker_error_m for trial in trials]
+    others = [[*errors_m[:number], *errors_m[number + 1 :]] for number in range(len(trials))]
+    flags = [suspicion(trial, fellows) for trial, fellows in zip(trials, others, strict=True)]
+    return tuple(replace(t, flags=(*t.flags, *own)) for t, own in zip(trials, flags, strict=True))
+
+
+def _fitted_hz(fitted: Sequence[MeasuredTrial]) -> tuple[float, float]:
+    hz = [trial.frequency.hz for trial in fitted]
+    return min(hz), max(hz)
 
 
 def _flag_extrapolation(trial: MeasuredTrial, fitted_hz: tuple[float, float]) -> tuple[Flag, ...]:

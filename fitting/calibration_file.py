@@ -1,8 +1,9 @@
-"""`results/calibration.json`: a calibration in the form of the public contract, with forecasts from the command alone.
+"""Records of a calibration: `results/calibration.json`, in the form of the public contract, and `published.json`.
 
-For these the beat is the command times the mean ratio of beat to command over the fit trials; the speed is the one at
-which the calibrated twin settles at that beat (see `fitting.baselines`). The forecast of `fitting.phase` knows more: a
-held-out trial's frequency, phase and start from its own first beats.
+Beside the fit, `calibration.json` holds forecasts from the command alone (`forecast_from_command`). For these the beat
+is the command times the mean ratio of beat to command over the fit trials; the speed is the one at which the calibrated
+twin settles at that beat (see `fitting.baselines`). The forecast of `fitting.phase` knows more: a held-out trial's
+frequency, phase and start from its own first beats.
 """
 
 from collections.abc import Mapping
@@ -24,6 +25,9 @@ from swimcal.mjcf import FluidCoefficients
 from swimcal.results import ResultFile
 
 _PER_M = 1000.0  # mm
+
+
+# Forecasts from the command alone.
 
 
 class CommandForecast(NamedTuple):
@@ -70,6 +74,9 @@ def _flags(swept_hz: np.ndarray, ratio: float, hz: float) -> tuple[Flag, ...]:
         return ()
     message = f"{hz:.3f} Hz, forecast from the command, is outside the {low:.3f} to {high:.3f} Hz of the sweep"
     return (Flag("extrapolated", message=message),)
+
+
+# The records.
 
 
 @dataclass(frozen=True)

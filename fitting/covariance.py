@@ -1,8 +1,9 @@
 """Covariance of a session's features: variance components with priors, found by restricted maximum likelihood.
 
-The effect of a component of unit size on the features of all trials is a matrix; the covariance is their sum, each
+The effect of a component of unit size on the features of all trials is a matrix; the `Covariance` is their sum, each
 times the square of its standard deviation (a linear mixed model; Patterson and Thompson 1971; Pinheiro and Bates 2000).
-Lognormal priors let two trials suffice: where these say nothing of a component, it keeps its prior median.
+Lognormal priors (`COMPONENTS`) let two trials suffice: where these say nothing of a component, it keeps its prior
+median.
 """
 
 from collections.abc import Mapping, Sequence
@@ -38,7 +39,7 @@ _HEAD_MARKER_M = 0.0015
 _HEAD_BOX_M = 0.002
 """Standard deviation of their boxes from them in a trial."""
 _SLOPE = 3.0  # slope of the line: an error of a tenth in the middle goes with one of a third in the exponent
-_ITERATIONS = 60
+_ITERATIONS = 60  # largest number of iterations of the search for the components
 _FARTHEST = 5.0
 """Largest distance of a component from its median, in prior standard deviations.
 
@@ -232,6 +233,38 @@ def apart(covariance: np.ndarray, observed: np.ndarray, variance: float = 1e-6) 
     return np.where(np.outer(observed, observed), covariance, np.diag(np.where(observed, 0.0, variance)))
 
 
+def wave_discrepancy(measured: np.ndarray, position_m: np.ndarray) -> np.ndarray:
+    """Return the covariance (k, k) of a wave that is off by 100 %.
+
+    The first harmonic of each marker is off by its own size, higher ones by half of the one before, correlated between
+    neighbours along the body. Means do not count: they are those of the boxes.
+
+    Args:
+        measured: (k,) features of m markers.
+        position_m: (m,) places of the markers along the body.
+    """
+    first = np.sqrt((np.abs(harmonics_of(measured)[..., 0]) ** 2).sum(axis=-1) / 2)  # (m,)
+    size = np.maximum(first, 0.1 * first.max())
+    of_column = np.append(0.0, harmonic_decay()) ** 2  # (7,)
+    total = np.zeros((len(measured),) * 2)
+    total[1:, 1:] = np.kron(np.outer(size, size) * along_body(position_m), np.diag(np.tile(of_column, 2)))
+    return total
+
+
+def along_body(position_m: np.ndarray) -> np.ndarray:
+    """Return the correlation (m, m) of displacements of markers at (m,) along the body.
+
+    Each marker has a share of its own.
+    """
+    smooth = np.exp(-0.5 * ((position_m[:, None] - position_m) / _LENGTH_M) ** 2)
+    return np.asarray((1 - _OF_ITS_OWN) * smooth + _OF_ITS_OWN * np.eye(len(position_m)))
+
+
+def harmonic_decay() -> np.ndarray:
+    """Return the size (6,) of cosine and sine of each harmonic of a displacement, against the first."""
+    return np.repeat(_OF_HARMONIC ** np.arange(HARMONICS), 2)
+
+
 _LN_MEDIAN = np.log([component.median for component in COMPONENTS])
 _LN_SD = np.array([component.ln_sd for component in COMPONENTS])
 MEDIANS: Mapping[str, float] = {component.name: component.median for component in COMPONENTS}
@@ -275,38 +308,6 @@ def _wave_roots(blocks: Sequence[Block]) -> list[np.ndarray]:
     root[markers] = vectors * np.sqrt(np.maximum(values, 0.0))
     phases = [float(beat_phase(block.features, list(block.model.trial.tail))) for block in blocks]
     return [advanced(root.T, np.full(root.shape[1], phase)).T for phase in phases]
-
-
-def wave_discrepancy(measured: np.ndarray, position_m: np.ndarray) -> np.ndarray:
-    """Return the covariance (k, k) of a wave that is off by 100 %.
-
-    The first harmonic of each marker is off by its own size, higher ones by half of the one before, correlated between
-    neighbours along the body. Means do not count: they are those of the boxes.
-
-    Args:
-        measured: (k,) features of m markers.
-        position_m: (m,) places of the markers along the body.
-    """
-    first = np.sqrt((np.abs(harmonics_of(measured)[..., 0]) ** 2).sum(axis=-1) / 2)  # (m,)
-    size = np.maximum(first, 0.1 * first.max())
-    of_column = np.append(0.0, harmonic_decay()) ** 2  # (7,)
-    total = np.zeros((len(measured),) * 2)
-    total[1:, 1:] = np.kron(np.outer(size, size) * along_body(position_m), np.diag(np.tile(of_column, 2)))
-    return total
-
-
-def along_body(position_m: np.ndarray) -> np.ndarray:
-    """Return the correlation (m, m) of displacements of markers at (m,) along the body.
-
-    Each marker has a share of its own.
-    """
-    smooth = np.exp(-0.5 * ((position_m[:, None] - position_m) / _LENGTH_M) ** 2)
-    return np.asarray((1 - _OF_ITS_OWN) * smooth + _OF_ITS_OWN * np.eye(len(position_m)))
-
-
-def harmonic_decay() -> np.ndarray:
-    """Return the size (6,) of cosine and sine of each harmonic of a displacement, against the first."""
-    return np.repeat(_OF_HARMONIC ** np.arange(HARMONICS), 2)
 
 
 def _nearness(blocks: Sequence[Block]) -> np.ndarray:

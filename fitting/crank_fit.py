@@ -1,4 +1,8 @@
-"""The crank arm, and the speed and phase of every dry run: the published search, then one fit of all runs together."""
+"""Fit of a robot's crank arm to its dry runs, with the speed and phase of every run.
+
+`crank_response` simulates the tail over the arms and speeds that the runs ask for. `fit_crank` then does the published
+search for each run alone, and fits one arm to all runs together from where these end (`fitting.crank_surface`).
+"""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -25,7 +29,7 @@ from fitting.trial_checks import SCALE_OFF
 from swimcal.errors import Flag, NotEnoughData
 from swimcal.robot import RobotSpec
 
-FEWEST_TURNS = 2.0
+FEWEST_TURNS = 2.0  # least turns in which speed and phase are told apart
 SLACK_SHARE = 0.9  # largest slack share of the turn; tendons of the built-in robot are slack for 0.78 to 0.85
 STRETCH_OFF = 0.01  # largest excess over the published stretch; the built-in robot has 0.0001
 POOR_MOTION = 0.1  # largest error relative to the last marker's sideways motion, root mean square
@@ -100,119 +104,6 @@ class CrankFit:
         return float(np.mean(self.arm_per_trial_m))
 
 
-def trial_flags(found: CrankTrial, smooth_m: tuple[float, float]) -> Iterator[Flag]:
-    """Return the flags of one trial's speed, phase and distance.
-
-    Args:
-        found: the trial.
-        smooth_m: smallest and largest arm over which the tail moves smoothly, m.
-    """
-    run, hz, arm_m = found.measured, found.surface.hz, found.published.arm_m
-    seconds, scored_s = float(np.ptp(run.time_s)), float(np.ptp(run.time_s[run.scored]))
-    turns = seconds * found.speed_hz
-    if turns < FEWEST_TURNS or scored_s <= 0.95 * SCORED_S:
-        message = (
-            f"only {seconds:.1f} s, {turns:.1f} turns of the crank, after the warm-up; the published distance asks for "
-            f"{SCORED_S:g} s, and fewer than {FEWEST_TURNS:g} turns separate speed from phase poorly"
-        )
-        yield Flag("too_short", message=message)
-    if not _inside(found.speed_hz, hz[0], hz[-1]):
-        message = f"the speed, {found.speed_hz:.3f} Hz, sits at the edge of the grid, {hz[0]:.3f} to {hz[-1]:.3f} Hz"
-        yield Flag("at_bound", message=message)
-    if not _inside(arm_m, *smooth_m):
-        smoothly = f"{1000 * smooth_m[0]:.1f} to {1000 * smooth_m[1]:.1f} mm"
-        message = (
-            f"the lowest published distance of this run alone is at {1000 * arm_m:.1f} mm, at or beyond the "
-            f"end of the arms with which the tail moves smoothly, {smoothly}"
-        )
-        yield Flag("at_bound", message=message)
-    yield from _of_motion(found)
-
-
-def _of_motion(found: CrankTrial) -> Iterator[Flag]:
-    swing = found.measured.frequency.amplitude_m / np.sqrt(2)
-    if found.motion_error_m > POOR_MOTION * swing:
-        message = (
-            f"whatever its crank, the twin's tail moves otherwise than the measured one: "
-            f"{1000 * found.motion_error_m:.1f} mm apart (root mean square), where the last marker moves by "
-            f"{1000 * swing:.0f} mm; arm and standard error may be off"
-        )
-        yield Flag("poor_fit", message=message)
-    if abs(found.scale - 1) > SCALE_OFF:
-        message = (
-            f"all markers together give a scale {100 * (found.scale - 1):+.0f} % off that of nose and neck: a box "
-            "off its marker, parallax, or a robot that differs from its description"
-        )
-        yield Flag("scale_off_robot", message=message)
-    if found.tendons.slack_share > SLACK_SHARE:
-        message = (
-            f"for {100 * found.tendons.slack_share:.0f} % of the turn a tendon is shorter than at rest, by up to "
-            f"{100 * found.tendons.shortening:.1f} %: a string would be slack there, the twin's springs push"
-        )
-        yield Flag("tendon_pushes", message=message)
-    if found.tendons.stretch - PUBLISHED_STRETCH > STRETCH_OFF:
-        message = (
-            f"the twin's tendons stretch by up to {100 * found.tendons.stretch:.1f} %, published are about "
-            f"{100 * PUBLISHED_STRETCH:.0f} %"
-        )
-        yield Flag("tendon_stretch", message=message)
-
-
-def fit_flags(joint: JointFit, response: DryResponse, arm_per_trial_m: Sequence[float]) -> Iterator[Flag]:
-    """Flag an arm at the end of its range, one that is poorly known, and runs that disagree.
-
-    Args:
-        joint: the fit of all runs.
-        response: the simulated motion of the tail.
-        arm_per_trial_m: arm of each run alone, by the same fit.
-    """
-    low, high = response.range_of(joint.branch)
-    if not _inside(joint.arm_m, low, high):
-        snaps = joint.arm_m > (low + high) / 2 and high < response.arm_m[-1]
-        why = "; with a longer one the twin's tail snaps over" if snaps else ", the edge of the grid"
-        yield Flag("at_bound", message=f"the arm, {1000 * joint.arm_m:.2f} mm, is at the end of its range{why}")
-    if joint.arm_se_m > ARM_POOR * joint.arm_m:
-        error = f"{1000 * joint.arm_se_m:.1f} mm (standard error)"
-        yield Flag("unidentifiable", message=f"the arm is only known to {error}: the runs do not determine it")
-    if max(arm_per_trial_m) - min(arm_per_trial_m) > ARM_POOR * float(np.mean(arm_per_trial_m)):
-        arms = ", ".join(f"{1000 * arm:.1f}" for arm in arm_per_trial_m)
-        message = f"each run alone gives another arm: {arms} mm; the one reported is a compromise"
-        yield Flag("trials_disagree", message=message)
-
-
-def _inside(value: float, low: float, high: float) -> bool:
-    return bool(low + _EDGE * (high - low) < value < high - _EDGE * (high - low))
-
-
-def fit_crank(
-    trials: Sequence[DryTrial],
-    robot: RobotSpec,
-    response: DryResponse,
-    grid: CrankGrid = PUBLISHED_GRID,
-    workers: int = 0,
-) -> CrankFit:
-    """Find the crank arm of a robot from its dry runs.
-
-    Args:
-        trials: the runs, from `measure_dry_run`.
-        robot: the robot whose arm is sought.
-        response: its response to these trials or more of them (`crank_response`).
-        grid: grid of the published search, for each trial.
-        workers: threads; 0 for all cores.
-
-    Raises:
-        NotEnoughData: no trial.
-        SimulationDiverged: the fitted motion does not stay bounded.
-    """
-    if not trials:
-        raise NotEnoughData('no dry run: the crank needs at least one trial with kind = "dry"')
-    with threadpool_limits(1, user_api="blas"):  # small matrices, for which threads only wait
-        surfaces = [error_surface(trial, response, grid, workers) for trial in trials]
-        lowest = [lowest_point(t, response, surface) for t, surface in zip(trials, surfaces, strict=True)]
-        joint = fit_joint(trials, response, lowest)
-        return _assemble(trials, with_arm(robot, joint.arm_m), response, surfaces, lowest, joint, workers)
-
-
 def crank_response(
     trials: Sequence[DryTrial], robot: RobotSpec, grid: CrankGrid = PUBLISHED_GRID, workers: int = 0
 ) -> DryResponse:
@@ -260,6 +151,35 @@ def _asked_beyond(trials: Sequence[DryTrial], response: DryResponse, workers: in
     return int(arm_m > high - margin) - int(arm_m < low + margin)
 
 
+def fit_crank(
+    trials: Sequence[DryTrial],
+    robot: RobotSpec,
+    response: DryResponse,
+    grid: CrankGrid = PUBLISHED_GRID,
+    workers: int = 0,
+) -> CrankFit:
+    """Find the crank arm of a robot from its dry runs.
+
+    Args:
+        trials: the runs, from `measure_dry_run`.
+        robot: the robot whose arm is sought.
+        response: its response to these trials or more of them (`crank_response`).
+        grid: grid of the published search, for each trial.
+        workers: threads; 0 for all cores.
+
+    Raises:
+        NotEnoughData: no trial.
+        SimulationDiverged: the fitted motion does not stay bounded.
+    """
+    if not trials:
+        raise NotEnoughData('no dry run: the crank needs at least one trial with kind = "dry"')
+    with threadpool_limits(1, user_api="blas"):  # small matrices, for which threads only wait
+        surfaces = [error_surface(trial, response, grid, workers) for trial in trials]
+        lowest = [lowest_point(t, response, surface) for t, surface in zip(trials, surfaces, strict=True)]
+        joint = fit_joint(trials, response, lowest)
+        return _assemble(trials, with_arm(robot, joint.arm_m), response, surfaces, lowest, joint, workers)
+
+
 def _assemble(
     trials: Sequence[DryTrial],
     robot: RobotSpec,
@@ -294,3 +214,87 @@ def _assemble(
     alone_m = [fit_joint([trial], response, [cell]).arm_m for trial, cell in zip(trials, lowest, strict=True)]
     flags = fit_flags(joint, response, alone_m)
     return CrankFit(joint.arm_m, joint.arm_se_m, smooth, tuple(found), tuple(flags))
+
+
+def trial_flags(found: CrankTrial, smooth_m: tuple[float, float]) -> Iterator[Flag]:
+    """Return the flags of one trial's speed, phase and distance.
+
+    Args:
+        found: the trial.
+        smooth_m: smallest and largest arm over which the tail moves smoothly, m.
+    """
+    run, hz, arm_m = found.measured, found.surface.hz, found.published.arm_m
+    seconds, scored_s = float(np.ptp(run.time_s)), float(np.ptp(run.time_s[run.scored]))
+    turns = seconds * found.speed_hz
+    if turns < FEWEST_TURNS or scored_s <= 0.95 * SCORED_S:
+        message = (
+            f"only {seconds:.1f} s, {turns:.1f} turns of the crank, after the warm-up; the published distance asks for "
+            f"{SCORED_S:g} s, and fewer than {FEWEST_TURNS:g} turns separate speed from phase poorly"
+        )
+        yield Flag("too_short", message=message)
+    if not _inside(found.speed_hz, hz[0], hz[-1]):
+        message = f"the speed, {found.speed_hz:.3f} Hz, sits at the edge of the grid, {hz[0]:.3f} to {hz[-1]:.3f} Hz"
+        yield Flag("at_bound", message=message)
+    if not _inside(arm_m, *smooth_m):
+        smoothly = f"{1000 * smooth_m[0]:.1f} to {1000 * smooth_m[1]:.1f} mm"
+        message = (
+            f"the lowest published distance of this run alone is at {1000 * arm_m:.1f} mm, at or beyond the "
+            f"end of the arms with which the tail moves smoothly, {smoothly}"
+        )
+        yield Flag("at_bound", message=message)
+    yield from _of_motion(found)
+
+
+def fit_flags(joint: JointFit, response: DryResponse, arm_per_trial_m: Sequence[float]) -> Iterator[Flag]:
+    """Flag an arm at the end of its range, one that is poorly known, and runs that disagree.
+
+    Args:
+        joint: the fit of all runs.
+        response: the simulated motion of the tail.
+        arm_per_trial_m: arm of each run alone, by the same fit.
+    """
+    low, high = response.range_of(joint.branch)
+    if not _inside(joint.arm_m, low, high):
+        snaps = joint.arm_m > (low + high) / 2 and high < response.arm_m[-1]
+        why = "; with a longer one the twin's tail snaps over" if snaps else ", the edge of the grid"
+        yield Flag("at_bound", message=f"the arm, {1000 * joint.arm_m:.2f} mm, is at the end of its range{why}")
+    if joint.arm_se_m > ARM_POOR * joint.arm_m:
+        error = f"{1000 * joint.arm_se_m:.1f} mm (standard error)"
+        yield Flag("unidentifiable", message=f"the arm is only known to {error}: the runs do not determine it")
+    if max(arm_per_trial_m) - min(arm_per_trial_m) > ARM_POOR * float(np.mean(arm_per_trial_m)):
+        arms = ", ".join(f"{1000 * arm:.1f}" for arm in arm_per_trial_m)
+        message = f"each run alone gives another arm: {arms} mm; the one reported is a compromise"
+        yield Flag("trials_disagree", message=message)
+
+
+def _of_motion(found: CrankTrial) -> Iterator[Flag]:
+    swing = found.measured.frequency.amplitude_m / np.sqrt(2)
+    if found.motion_error_m > POOR_MOTION * swing:
+        message = (
+            f"whatever its crank, the twin's tail moves otherwise than the measured one: "
+            f"{1000 * found.motion_error_m:.1f} mm apart (root mean square), where the last marker moves by "
+            f"{1000 * swing:.0f} mm; arm and standard error may be off"
+        )
+        yield Flag("poor_fit", message=message)
+    if abs(found.scale - 1) > SCALE_OFF:
+        message = (
+            f"all markers together give a scale {100 * (found.scale - 1):+.0f} % off that of nose and neck: a box "
+            "off its marker, parallax, or a robot that differs from its description"
+        )
+        yield Flag("scale_off_robot", message=message)
+    if found.tendons.slack_share > SLACK_SHARE:
+        message = (
+            f"for {100 * found.tendons.slack_share:.0f} % of the turn a tendon is shorter than at rest, by up to "
+            f"{100 * found.tendons.shortening:.1f} %: a string would be slack there, the twin's springs push"
+        )
+        yield Flag("tendon_pushes", message=message)
+    if found.tendons.stretch - PUBLISHED_STRETCH > STRETCH_OFF:
+        message = (
+            f"the twin's tendons stretch by up to {100 * found.tendons.stretch:.1f} %, published are about "
+            f"{100 * PUBLISHED_STRETCH:.0f} %"
+        )
+        yield Flag("tendon_stretch", message=message)
+
+
+def _inside(value: float, low: float, high: float) -> bool:
+    return bool(low + _EDGE * (high - low) < value < high - _EDGE * (high - low))

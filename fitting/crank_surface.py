@@ -1,17 +1,16 @@
-"""The error of a dry run over crank arm and phase, and the joint search over all runs.
+"""Error of dry runs over crank arm, speed and phase: the published search for each run, and the joint fit of all.
 
-The published search: mean marker distance on a grid of crank arm, speed and phase, its best cells refined.
+Published search (`error_surface`, `lowest_point`): mean marker distance on a grid of crank arm, speed and phase, its
+best cells refined. "Simple Models, Real Swimming" (2026), identification of the dry robot: of all simulations on the
+grid, the one whose markers stay closest to the measured ones over a fixed 4 s, head clamped, in the head frame. Here
+phase costs no simulation (a shift in time of a turn that repeats) and speed hardly one (`fitting.dry_run`).
 
-"Simple Models, Real Swimming" (2026), identification of the dry robot: of all simulations on the grid, the one whose
-markers stay closest to the measured ones over a fixed 4 s, head clamped, in the head frame. Here phase costs no
-simulation (a shift in time of a turn that repeats) and speed hardly one (`fitting.dry_run`).
-
-Joint fit of one crank arm to all dry runs, each with its own speed and phase, by generalised least squares.
-
-The published distance takes nose and neck as they were marked. A box two pixels off its marker turns and scales the
-head frame, and two per cent of scale are two per cent of the arm. Here every marker has an offset of its own that lasts
-for the trial, drawn from one spread (a random effect; Patterson and Thompson 1971), and each trial has a place, a
-heading and a scale of its own: the layout of all markers gives the scale, the motion about their means the arm.
+Joint fit (`fit_joint`): one crank arm for all dry runs, each with its own speed and phase, by generalised least
+squares. The published distance takes nose and neck as they were marked. A box two pixels off its marker turns and
+scales the head frame, and two per cent of scale are two per cent of the arm. Here every marker has an offset of its own
+that lasts for the trial, drawn from one spread (a random effect; Patterson and Thompson 1971), and each trial has a
+place, a heading and a scale of its own: the layout of all markers gives the scale, the motion about their means the
+arm.
 """
 
 import os
@@ -31,11 +30,22 @@ from fitting.dry_run import ANGLES, DryResponse, DryTrial
 from fitting.frequency import standard_error
 from swimcal.runs import workers_of
 
+# The published search
 ARM_SPAN = 0.25  # grid on either side of the robot's own arm, relative
 SPEED_SPAN = 0.15  # grid on either side of the command, relative
 FAR_FROM_BEAT = 0.3  # relative difference from which a command does not count
 _VALLEYS = 3  # valleys that are followed to their floors
 _EVALUATIONS = 250  # evaluations in each, at most
+
+# The joint fit
+_ROUNDS = 3  # rounds of fit and noise level
+_OWN = 6  # numbers a trial has to itself: speed, phase, place (2), turned scale (2)
+_BLOCKS_PER_BEAT = 4.0  # blocks over which errors are summed to see how long they last
+_DIFFERENCE = (2e-5, 1e-4, 1e-4)  # finite differences of arm (m), speed (Hz) and phase (rad)
+OFFSET_M = (1e-4, 5e-3)  # a box is put on the marker it is for: more is the model's, and may not loosen the scale
+
+
+# The published search, one run at a time.
 
 
 @dataclass(frozen=True)
@@ -151,6 +161,37 @@ def in_head_frame(marker_m: np.ndarray, markers: tuple[str, ...]) -> np.ndarray:
     return marker_m - marker_m[..., nose : nose + 1]
 
 
+def lowest_point(trial: DryTrial, response: DryResponse, surface: ErrorSurface) -> Cell:
+    """Find the lowest point of a surface by following its deepest valleys to their floors (Nelder and Mead 1965).
+
+    A valley beyond a snap of the tail, where nothing is interpolated, stays at its cell.
+
+    Args:
+        trial: the dry run.
+        response: the simulated motion of the tail.
+        surface: the published distance on the grid.
+    """
+    own = response.select(trial.markers)
+    return min(
+        (_refine(trial, own, surface, cell) for cell in surface.valleys(_VALLEYS)), key=lambda cell: cell.distance_m
+    )
+
+
+def distance_at(trial: DryTrial, response: DryResponse, arm_m: float, hz: float, phase_rad: float) -> float:
+    """Return the published distance at a point between those of the grid, m.
+
+    Args:
+        trial: the dry run.
+        response: the simulated motion of the trial's markers.
+        arm_m: crank arm, m.
+        hz: turns a second.
+        phase_rad: phase of the turn at time 0.
+    """
+    turn = response.turn(arm_m, hz, response.branch_at(arm_m))
+    model = in_head_frame(turn.at(phase_rad + 2 * np.pi * hz * trial.even_s), trial.markers)
+    return published_distance(trial, model)
+
+
 @dataclass(frozen=True, eq=False)
 class _ScoredTrial:
     """The part of a trial that the distance needs: k frames of the t markers behind the head, in single precision."""
@@ -190,37 +231,6 @@ class _ScoredTrial:
         return self.head_m + np.einsum("kt,kpt->p", self.weight, np.sqrt(off[0] ** 2 + off[1] ** 2), optimize=True)
 
 
-def lowest_point(trial: DryTrial, response: DryResponse, surface: ErrorSurface) -> Cell:
-    """Find the lowest point of a surface by following its deepest valleys to their floors (Nelder and Mead 1965).
-
-    A valley beyond a snap of the tail, where nothing is interpolated, stays at its cell.
-
-    Args:
-        trial: the dry run.
-        response: the simulated motion of the tail.
-        surface: the published distance on the grid.
-    """
-    own = response.select(trial.markers)
-    return min(
-        (_refine(trial, own, surface, cell) for cell in surface.valleys(_VALLEYS)), key=lambda cell: cell.distance_m
-    )
-
-
-def distance_at(trial: DryTrial, response: DryResponse, arm_m: float, hz: float, phase_rad: float) -> float:
-    """Return the published distance at a point between those of the grid, m.
-
-    Args:
-        trial: the dry run.
-        response: the simulated motion of the trial's markers.
-        arm_m: crank arm, m.
-        hz: turns a second.
-        phase_rad: phase of the turn at time 0.
-    """
-    turn = response.turn(arm_m, hz, response.branch_at(arm_m))
-    model = in_head_frame(turn.at(phase_rad + 2 * np.pi * hz * trial.even_s), trial.markers)
-    return published_distance(trial, model)
-
-
 def _refine(trial: DryTrial, response: DryResponse, surface: ErrorSurface, cell: Cell) -> Cell:
     low, high = response.range_of(response.branch_at(cell.arm_m))
     if not low <= cell.arm_m <= high:
@@ -250,11 +260,7 @@ def _refine(trial: DryTrial, response: DryResponse, surface: ErrorSurface, cell:
     return Cell(arm_m, hz, phase_rad % (2 * np.pi), float(found.fun))
 
 
-_ROUNDS = 3  # rounds of fit and noise level
-_OWN = 6  # numbers a trial has to itself: speed, phase, place (2), turned scale (2)
-_BLOCKS_PER_BEAT = 4.0  # blocks over which errors are summed to see how long they last
-_DIFFERENCE = (2e-5, 1e-4, 1e-4)  # finite differences of arm (m), speed (Hz) and phase (rad)
-OFFSET_M = (1e-4, 5e-3)  # a box is put on the marker it is for: more is the model's, and may not loosen the scale
+# The joint fit of one arm to all runs.
 
 
 class Spread(NamedTuple):

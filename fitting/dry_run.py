@@ -1,11 +1,12 @@
-"""A dry run: its measured motion, and the response of the twin to a crank.
+"""Dry runs: the measured motion of a tail whose crank turns in air, and the twin's response to such a turn.
 
-Response of the tail to a steadily turning crank in air: simulated on a few arms and speeds, interpolated in between.
+`measure_dry_run` checks and scales the tracks of a run and finds its beat.
 
-In air and with the head clamped the tail follows the crank: one turn after the start its motion repeats to within 1e-4
-mm. One turn per arm and speed therefore holds every phase and every duration. It is not quite quasi-static: at 1.2
-turns a second a marker is up to 0.9 mm away from where it is at 0.2, but it changes smoothly, so that a few speeds and
-a polynomial through them give the rest. Along the arm it is smooth between snaps: where the tendons buckle the tail
+`simulate_response` simulates the tail on a few crank arms and speeds, and `DryResponse` interpolates in between. In air
+and with the head clamped the tail follows the crank: one turn after the start its motion repeats to within 1e-4 mm. One
+turn per arm and speed therefore holds every phase and every duration. It is not quite quasi-static: at 1.2 turns a
+second a marker is up to 0.9 mm away from where it is at 0.2, but it changes smoothly, so that a few speeds and a
+polynomial through them give the rest. Along the arm it is smooth between snaps: where the tendons buckle the tail
 (beyond 41.5 mm on the published robot) the motion jumps, and nothing is interpolated across a jump.
 """
 
@@ -33,9 +34,24 @@ from swimcal.session_file import CameraSpec
 from swimcal.tracks import markers_of
 from swimcal.twin import Twin
 
+# The measured run
 WARMUP_S = 1.0  # time in which the motor comes up to speed
 HEAD_MOVES_M = 0.005  # motion of nose and neck together; a clamped head and a tracker's noise stay below
-_FEWEST_FRAMES = 12
+_FEWEST_FRAMES = 12  # least number of frames of a run
+
+# The twin's response
+ANGLES = 180  # angles of a turn in the table
+TIMESTEP_S = 0.0015  # a third of the twin's own: the markers are then within 0.05 mm of those at 0.5 ms, at 1.2 Hz
+FEWEST_ARMS = 4  # least number of arms of a branch that is interpolated
+_SETTLING_TURNS = 1  # turns in which the motion settles
+_SPEEDS = 6  # speeds of a range that are simulated
+_JUMP = 3.0  # a jump exceeds the median change between neighbouring arms by this factor
+PUBLISHED_STRETCH = 0.03  # "Simple Models, Real Swimming" (2026): about 3 % in use
+SLACK = 1e-3  # a tendon shorter than at rest by more than this share is slack
+_TENDON_ANGLES = 60  # angles of a turn at which the tendons are looked at
+
+
+# The measured run.
 
 
 @dataclass(frozen=True, eq=False)
@@ -165,15 +181,7 @@ def _as_complex(position_m: np.ndarray) -> np.ndarray:
     return position_m[..., 0] + 1j * position_m[..., 1]
 
 
-ANGLES = 180  # angles of a turn in the table
-TIMESTEP_S = 0.0015  # a third of the twin's own: the markers are then within 0.05 mm of those at 0.5 ms, at 1.2 Hz
-FEWEST_ARMS = 4  # least number of arms of a branch that is interpolated
-_SETTLING_TURNS = 1
-_SPEEDS = 6  # speeds of a range that are simulated
-_JUMP = 3.0  # a jump exceeds the median change between neighbouring arms by this factor
-PUBLISHED_STRETCH = 0.03  # "Simple Models, Real Swimming" (2026): about 3 % in use
-SLACK = 1e-3  # a tendon shorter than at rest by more than this share is slack
-_TENDON_ANGLES = 60  # angles of a turn at which the tendons are looked at
+# The twin's response to a turn of the crank.
 
 
 class Turn(NamedTuple):
@@ -350,6 +358,9 @@ def _periodic(table: np.ndarray) -> CubicSpline:
     """Interpolate a table (angles, ...) of one turn periodically."""
     angle = np.linspace(0.0, 2 * np.pi, len(table) + 1)
     return CubicSpline(angle, np.concatenate([table, table[:1]]), bc_type="periodic")
+
+
+# What the tendons do meanwhile.
 
 
 class TendonUse(NamedTuple):

@@ -1,10 +1,13 @@
-"""Elongated body theory with the measured wave of the body.
+"""Elongated body theory of a swim, and the wave of the body that it rests on.
 
-Elongated body theory in three forms, each fitted to the fit trials by the same search over its one free number.
+`body_wave`, `swim_numbers` and `sways` describe how the body moves, measured and simulated: the first harmonic of every
+tail marker, dimensionless numbers, and the sway of the neck.
 
-The forms differ in what they take from the motion of the tail tip, measured or simulated: derivatives are either the
-published finite difference between neighbouring frames of 60 a second, which half-pixel tracks inflate (<h_t^2> by up
-to 80 % at low speed), or those of a Savitzky-Golay filter (quadratic over a sixth of a second).
+Elongated body theory comes in three forms (`FORMS`), each fitted to the fit trials by the same search over its one free
+number (`fit_ebt`). The forms differ in what they take from the motion of the tail tip, measured or simulated:
+derivatives are either the published finite difference between neighbouring frames of 60 a second, which half-pixel
+tracks inflate (<h_t^2> by up to 80 % at low speed), or those of a Savitzky-Golay filter (quadratic over a sixth of a
+second).
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -24,6 +27,17 @@ from swimcal.ebt import BETA_BOUNDS, DRAG_BOUNDS, TailMotion, TipMotion, steady_
 from swimcal.errors import Flag
 from swimcal.robot import RobotSpec
 from tracking.head_frame import HeadFrame, from_head_frame
+
+PUBLISHED_STEP_S = 1 / 60
+"""Time between two frames of the published videos."""
+WINDOW_S = 10 / 60  # length of the Savitzky-Golay filter: 11 frames of the published videos
+ORDER = 2  # degree of the filter
+EBT_RATIO_ONLY = "ebt_ratio_only"
+"""The flag that names what is not identifiable in elongated body theory; every fit of it has it."""
+FROM_TWIN = ", twin's tail"  # after the name of a form that predicts from the tail of the twin
+
+
+# The wave of the body.
 
 
 class BodyWave(NamedTuple):
@@ -178,13 +192,7 @@ def _wave(harmonic: complex, reference: complex) -> Wave:
     return Wave(float(abs(harmonic)), float(phase))
 
 
-PUBLISHED_STEP_S = 1 / 60
-"""Time between two frames of the published videos."""
-WINDOW_S = 10 / 60  # length of the Savitzky-Golay filter: 11 frames of the published videos
-ORDER = 2  # degree of the filter
-EBT_RATIO_ONLY = "ebt_ratio_only"
-"""The flag that names what is not identifiable in elongated body theory; every fit of it has it."""
-FROM_TWIN = ", twin's tail"  # after the name of a form that predicts from the tail of the twin
+# The motion of the tail, as the theory reads it.
 
 
 @dataclass(frozen=True, eq=False)
@@ -326,6 +334,9 @@ def _mean_squares(rate: np.ndarray, rate_good: np.ndarray, slope: np.ndarray, sl
         return np.array((values**2).mean() if len(values) else np.nan)
 
     return TailMotion(mean_square(rate[rate_good]), mean_square(slope[slope_good]))
+
+
+# The forms of the theory, and their fit.
 
 
 @dataclass(frozen=True)

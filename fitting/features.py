@@ -1,11 +1,10 @@
-"""Features: a trial in few numbers that hold what it says of the fluid, its cruising speed and the beat of every
-marker.
+"""Features of a trial: its cruising speed and the beat of every marker, the few numbers that tell of the fluid.
 
 Place and heading of the fish and the bend of its course are nuisances of a trial: they are taken out as a smooth pose
-(a heading quadratic in time, a path cubic in time), in the same way from tracks and from simulations. The rest is the
-forward speed, and each marker's mean and first harmonics in the frame that cruises with the fish. To tell whether the
-fish goes straight at all, and whether its markers stay where they are, the course is read too: the mean of what was
-taken out, and how fast each marker slides along the fish.
+(a heading quadratic in time, a path cubic in time), in the same way from tracks and from simulations (`FeatureReader`).
+The rest is the forward speed, and each marker's mean and first harmonics in the frame that cruises with the fish. To
+tell whether the fish goes straight at all, and whether its markers stay where they are, the course is read too: the
+mean of what was taken out, and how fast each marker slides along the fish.
 """
 
 from dataclasses import dataclass, replace

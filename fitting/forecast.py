@@ -1,9 +1,9 @@
-"""Forecasts of swims with their bands.
-
-The model's forecast of a trial: conditional normals of its features, and the marker tracks that they make.
+"""Forecasts of swims with their bands: conditional normals of features, the tracks they make, and their scores.
 
 Fitted trials tell of a new one what all trials share: coefficients, marker places, the common discrepancy. Its own
-first beats tell what is its own: trim, registration of the head frame, boxes (Rasmussen and Williams 2006, A.6).
+first beats tell what is its own: trim, registration of the head frame, boxes. `forecast_of` conditions on both
+(Rasmussen and Williams 2006, A.6); `repeated` forecasts another trial like a fitted one. `forecast_session` makes and
+scores the forecasts of every trial, beside simple baselines.
 """
 
 from collections.abc import Mapping, Sequence
@@ -27,9 +27,24 @@ from fitting.trial_model import Sensitivities, TrialModel, sensitivities_togethe
 from swimcal.errors import NotEnoughData
 from tracking.head_frame import HeadFrame
 
-NORMAL_90 = 1.645
+# The model's forecast of one window
+NORMAL_90 = 1.645  # half the 90 % interval of a standard normal number
 _FEWEST_FRAMES = 24  # least frames of a window
 _DRAWS = 200  # draws of tracks, for their bands
+_MEDIAN_OF_SQUARE = 0.4549  # median square of a standard normal number
+_MM = 1000.0  # mm in a metre
+_FEWEST_TRIALS = 2  # trials that an interval over trials needs
+
+# Models that forecast a session, by the name in results
+TWIN = "twin"
+GIVEN = "given_frequency"
+BEATS = "after_two_beats"
+REPEAT = "repeat"
+CONTINUED = "continued"
+DRAWN = "posterior"
+
+
+# Forecasts of features, and their tracks.
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,6 +145,9 @@ def tracks_of(features: np.ndarray, window: TrialModel) -> np.ndarray:
     path = np.concatenate([np.zeros((len(features), 1)), np.cumsum(steps, axis=1)], axis=1)
     position = path[..., None] + place * heading[..., None]
     return np.stack([position.real, position.imag], axis=-1)
+
+
+# Forecasts of a window, given the fitted trials and its own first beats.
 
 
 @dataclass(frozen=True, eq=False)
@@ -239,9 +257,6 @@ def scatter_of(mode: Mode) -> Scatter:
     return Scatter(max(1.0, float(np.mean(noise))) if noise else 1.0, float(np.sqrt(np.mean(speed))))
 
 
-_MEDIAN_OF_SQUARE = 0.4549  # median square of a standard normal number
-
-
 def block_of(mode: Mode, window: TrialModel, scatter: Scatter) -> Block:
     """Return the block of a window of a new trial; its features are what the twin simulates.
 
@@ -316,14 +331,7 @@ def _align(head: HeadFrame, frames: np.ndarray) -> np.ndarray:
     return np.asarray(head.shape_m[..., frames, :, :] + path[..., None, :])
 
 
-TWIN = "twin"
-GIVEN = "given_frequency"
-BEATS = "after_two_beats"
-REPEAT = "repeat"
-CONTINUED = "continued"
-DRAWN = "posterior"
-_MM = 1000.0
-_FEWEST_TRIALS = 2  # trials that an interval over trials needs
+# Forecasts of a session, and their scores.
 
 
 @dataclass(frozen=True)
@@ -475,26 +483,6 @@ def forecast_session(mode: Mode, trials: Sequence[MeasuredTrial], seed: int = 0)
     return SessionForecast(scatter, {trial.name: found[trial.name] for trial in trials})
 
 
-def _forecast_fitted(mode: Mode, number: int, seed: int) -> ForecastTrial:
-    trial = mode.blocks[number].model.trial
-    return ForecastTrial(
-        trial.role, trial.frequency.hz, trial.speed, {REPEAT: scored(trial, repeated(mode, number), seed)}
-    )
-
-
-def _forecast_held_out(mode: Mode, trial: MeasuredTrial, scatter: Scatter, seed: int) -> ForecastTrial:
-    windows, fitted = Windows.of(mode, trial), [block.model.trial for block in mode.blocks]
-    late = NewWindow.of(mode, windows.late, scatter)
-    found = {GIVEN: scored(trial, forecast_of(mode, late), seed)}
-    if windows.early is not None:
-        found[BEATS] = scored(trial, forecast_of(mode, late, windows.early), seed)
-        goes_on = _score_distances(trial, trial.seen_head(tracks_of(windows.early.measured[None], windows.late)[0]))
-        shown = windows.early.reader.read | ~windows.late.reader.read
-        found[CONTINUED] = goes_on if shown.all() else Forecast(goes_on.speed)
-    at = trial.start_frequency.hz
-    return ForecastTrial(trial.role, at, trial.speed, found | simple_rules(fitted, at))
-
-
 def simple_rules(fitted: Sequence[MeasuredTrial], hz: float) -> dict[str, Forecast]:
     """Return the baselines in frequency through fitted trials, for a trial at `hz`."""
     known = [trial.frequency.hz for trial in fitted], [trial.speed for trial in fitted]
@@ -518,6 +506,26 @@ def scored(trial: MeasuredTrial, forecast: FeatureForecast, seed: int) -> Foreca
         plain.shape_error_mm,
         forecast.inside(trial.scored, seed),
     )
+
+
+def _forecast_fitted(mode: Mode, number: int, seed: int) -> ForecastTrial:
+    trial = mode.blocks[number].model.trial
+    return ForecastTrial(
+        trial.role, trial.frequency.hz, trial.speed, {REPEAT: scored(trial, repeated(mode, number), seed)}
+    )
+
+
+def _forecast_held_out(mode: Mode, trial: MeasuredTrial, scatter: Scatter, seed: int) -> ForecastTrial:
+    windows, fitted = Windows.of(mode, trial), [block.model.trial for block in mode.blocks]
+    late = NewWindow.of(mode, windows.late, scatter)
+    found = {GIVEN: scored(trial, forecast_of(mode, late), seed)}
+    if windows.early is not None:
+        found[BEATS] = scored(trial, forecast_of(mode, late, windows.early), seed)
+        goes_on = _score_distances(trial, trial.seen_head(tracks_of(windows.early.measured[None], windows.late)[0]))
+        shown = windows.early.reader.read | ~windows.late.reader.read
+        found[CONTINUED] = goes_on if shown.all() else Forecast(goes_on.speed)
+    at = trial.start_frequency.hz
+    return ForecastTrial(trial.role, at, trial.speed, found | simple_rules(fitted, at))
 
 
 def _score_distances(trial: MeasuredTrial, head: HeadFrame) -> Forecast:

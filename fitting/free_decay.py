@@ -1,4 +1,8 @@
-"""A free decay as measured: its release and its spectrum."""
+"""A free decay as measured: its release, the doubts about its clamp, and its spectrum.
+
+`measure_decay_trial` checks and scales the tracks, finds the release (`find_release`) and asks whether the head moved
+(`clamp_flags`). `measure_decay` computes the spectrum of what follows. The fit by the twin is in `fitting.decay_fit`.
+"""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -16,6 +20,7 @@ from swimcal.session_file import CameraSpec
 from swimcal.tracks import markers_of
 from tracking.head_frame import to_head_frame
 
+# Release and clamp
 LEAST_SWING_M = 0.005  # least swing from side to side of a tail that was released
 SLOW = 0.25  # share of the fastest speed below which the tail is still held
 FADED = 0.02  # share of the first swing below which the tail is at rest
@@ -31,7 +36,18 @@ SURE_SE = 2.5  # standard errors from which a share is no tracking error
 # The shape that `check_tracks` learns from a trial is that of its many frames at rest: the few in which the tail is
 # bent look wrong to it. Only gross faults are left to it; the twin judges the others (`fitting.decay_fit`).
 FAR_OUT_PX = 75.0
-FEWEST_FRAMES = 12
+FEWEST_FRAMES = 12  # least number of frames of a decay
+
+# The spectrum
+HIGHEST_HZ = 15.0  # highest frequency at which a peak is looked for
+FEWEST_PERIODS = 2.0  # least number of periods recorded after the release
+SECOND_PEAK = 0.5  # least height of a second peak, relative to the highest
+PEAK_PROMINENCE = 0.3  # least prominence of a peak over the valley before it, relative to the highest
+AT_REST = 2 / 3  # share of the recording after which the tail is taken to rest
+_FINER = 16  # factor by which the spectrum has more bins than the record
+
+
+# The release and the clamp.
 
 
 @dataclass(frozen=True)
@@ -158,6 +174,9 @@ def _lag_one(series: np.ndarray) -> float:
     return float(series[1:] @ series[:-1]) / max(float(series @ series), 1e-300)
 
 
+# The measured decay.
+
+
 @dataclass(frozen=True, eq=False)
 class DecayTrial:
     """The tail of a clamped robot swinging freely, n frames of k tail markers from the release on.
@@ -266,12 +285,7 @@ def _within(flags: tuple[Flag, ...], release: Release) -> tuple[Flag, ...]:
     )
 
 
-HIGHEST_HZ = 15.0
-FEWEST_PERIODS = 2.0  # least number of periods recorded after the release
-SECOND_PEAK = 0.5  # least height of a second peak, relative to the highest
-PEAK_PROMINENCE = 0.3  # least prominence of a peak over the valley before it, relative to the highest
-AT_REST = 2 / 3  # share of the recording after which the tail is taken to rest
-_FINER = 16  # factor by which the spectrum has more bins than the record
+# The spectrum.
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,9 +1,8 @@
-"""The frequency of a beat, and whether it lasts over the trial.
+"""Frequency of a beat, with an honest standard error, and the part of a trial in which the tail beats.
 
-The swim frequency: harmonic regression of the tail markers, with an honest standard error.
-
-All tail markers share one frequency; each has its own mean, drift and harmonics. The standard error allows for
-residuals that are correlated in time and across markers.
+`estimate_frequency` does harmonic regression of the tail markers. All share one frequency; each has its own mean, drift
+and harmonics. The standard error allows for residuals that are correlated in time and across markers. `beating_part`
+finds the longest stretch in which the beat lasts.
 """
 
 from dataclasses import dataclass
@@ -17,9 +16,10 @@ from scipy.stats import median_abs_deviation
 from fitting.pool import design, weighted_fit
 from swimcal.errors import Flag, NotEnoughData
 
-BLOCKS_PER_BEAT = 16.0
+# The frequency
+BLOCKS_PER_BEAT = 16.0  # blocks over which residuals are summed
 CORRELATIONS = np.append(0.0, 1 - np.geomspace(0.7, 0.005, 24))  # those tried between neighbouring blocks
-HARMONICS = 3
+HARMONICS = 3  # harmonics of the beat that are fitted
 SEARCH_HZ = (0.1, 15.0)  # range of the search, as session.toml allows
 STILL_M = 1e-3  # a tail that moves by less does not move at all: trackers err by as much
 OFF_COMMAND = 0.05  # relative difference to the command that is worth a flag
@@ -27,9 +27,16 @@ LEAST_EXPLAINED = 0.5  # share of the tail's motion below which something else t
 _PHASES = 16  # phases of a beat
 _SHOWN = 0.75  # share of them that must be seen
 _TURNS = 3.0  # least number of beats that tell
-_REWEIGHTINGS = 3
+_REWEIGHTINGS = 3  # rounds in which outliers lose weight
 _AT_ONCE = 64  # frequencies that are tried at once
 _HUBER = 2.0  # residuals beyond this many robust standard deviations count less
+
+# The beating part
+_HOP = 0.25  # part of a beat between windows of one beat
+_BEATING = 0.4  # least share of the usual amplitude; a window that is half at rest has about half of it
+_USUAL = 80.0  # percentile of the windows that counts as usual
+_LEAST_SEEN = 0.5  # share of a window's frames in which a marker has to be seen
+_JUDGED = 3.0  # least number of beats, so that one can be at rest without being most of them
 
 
 def standard_error(
@@ -331,11 +338,7 @@ def _flags(hz: float, commanded_hz: float | None, beats: float, explained: float
     return tuple(flags)
 
 
-_HOP = 0.25  # part of a beat between windows of one beat
-_BEATING = 0.4  # least share of the usual amplitude; a window that is half at rest has about half of it
-_USUAL = 80.0  # percentile of the windows that counts as usual
-_LEAST_SEEN = 0.5  # share of a window's frames in which a marker has to be seen
-_JUDGED = 3.0  # least number of beats, so that one can be at rest without being most of them
+# The part of a trial in which the tail beats.
 
 
 def beating_part(time_s: np.ndarray, lateral_m: np.ndarray, weight: np.ndarray, hz: float) -> slice:

@@ -1,4 +1,8 @@
-"""Stiffness and damping of the hinges, and the twin of a free decay."""
+"""Stiffness and damping of the hinges: the twin that rings with them, their fit to one decay, their mean over several.
+
+`DecayTwin` simulates many free decays at once; `fitting.decay_fit` fits it and makes a `DecayFit`. `combine_decays`
+averages the fits of several decays, `fault_of_decay` says which of them is not believed.
+"""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -18,10 +22,20 @@ from swimcal.robot import RobotSpec
 from swimcal.runs import MarkerKinematics, quiet_engine, workers_of
 from swimcal.twin import PLAUSIBLE_HINGE_RAD
 
+# The twin of a free decay
 STEPS_S = (0.003, 0.0015, 0.00075, 0.000375)  # time steps to choose from
 ANGLE_SD_RAD = 0.3  # prior sd of a hinge's angle in a pose: neighbours hold each other back
 MARKER_SD_M = 0.003  # boxes sit some millimetres off their markers
 DECAY = replace(FREE_DECAY, timestep_s=STEPS_S[0])
+
+# The fit and its flags
+LEAST_CHANCE = 0.01  # decays disagree if those of one robot are so far apart with less probability
+LEAST_EXPLAINED = 0.98  # share of the motion; a tail that decays like the twin leaves tracking errors only
+LEAST_SEEN = 0.9  # share of a marker's samples; one that leaves or merges is missing where it swings widest
+FARTHEST_RAD = 1.2  # largest angle of a hinge; the published model stops it at 80 degrees (1.4 rad)
+MISFIT_M = 0.0015  # rms distance that tracking errors explain, however small the swing
+WRONG = ("head_moves", "poor_fit", "not_converged")  # flags of a decay that must not reach the swims
+WORST_SE = (0.03, 0.3)  # relative standard errors of stiffness and damping that are worth a flag
 
 
 def stable_scene(damping_over_stiffness_s: float) -> Scene:
@@ -124,13 +138,7 @@ def start_pose(twin: DecayTwin, lateral_m: np.ndarray, rest_m: np.ndarray) -> np
     return np.clip(least_squares(misfit, np.zeros(twin.hinges)).x, -1.5, 1.5)
 
 
-LEAST_CHANCE = 0.01  # decays disagree if those of one robot are so far apart with less probability
-LEAST_EXPLAINED = 0.98  # share of the motion; a tail that decays like the twin leaves tracking errors only
-LEAST_SEEN = 0.9  # share of a marker's samples; one that leaves or merges is missing where it swings widest
-FARTHEST_RAD = 1.2  # largest angle of a hinge; the published model stops it at 80 degrees (1.4 rad)
-MISFIT_M = 0.0015  # rms distance that tracking errors explain, however small the swing
-WRONG = ("head_moves", "poor_fit", "not_converged")  # flags of a decay that must not reach the swims
-WORST_SE = (0.03, 0.3)  # relative standard errors of stiffness and damping that are worth a flag
+# The hinges of a robot, as described and as fitted.
 
 
 def hinges_of(robot: RobotSpec) -> np.ndarray:

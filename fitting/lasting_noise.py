@@ -2,8 +2,9 @@
 
 The errors of a marker are taken as a first-order autoregressive part (an Ornstein-Uhlenbeck process at the frames) and
 a white one, such as rounding to half pixels. Restricted likelihood (Patterson and Thompson 1971) allows for what the
-regression has eaten of them; the result is averaged over all durations and shares tried, by their likelihood. Errors
-that markers share in a frame widen the intervals (the "sandwich" of Liang and Zeger 1986 over markers).
+regression has eaten of them; the result of `regress` is averaged over all durations and shares tried, by their
+likelihood; `descend` steps under noise that is known. Errors that markers share in a frame widen the intervals (the
+"sandwich" of Liang and Zeger 1986 over markers).
 """
 
 from dataclasses import dataclass
@@ -12,8 +13,8 @@ import numpy as np
 from scipy.linalg import cho_solve, cholesky, solve_triangular
 from scipy.special import softmax
 
-DURATIONS_S = (0.0, 0.02, 0.04, 0.07, 0.1, 0.15, 0.25, 0.5)
-WHITE_SHARES = (0.03, 0.12, 0.3)
+DURATIONS_S = (0.0, 0.02, 0.04, 0.07, 0.1, 0.15, 0.25, 0.5)  # durations that are tried
+WHITE_SHARES = (0.03, 0.12, 0.3)  # white shares that are tried with each but 0
 
 
 @dataclass(frozen=True)

@@ -1,10 +1,11 @@
-"""The mode of the posterior density, and the search that finds it.
+"""Mode of the posterior density of a session's coefficients, and the search that finds it.
 
-The search for the mode: coefficients by Gauss-Newton, variance components by restricted likelihood.
+`find_mode` searches: coefficients by Gauss-Newton, variance components by restricted likelihood. The two take turns.
+Each step of the coefficients is that of generalised least squares in the covariance so far, within the bounds (Stark
+and Parker 1995, by `scipy.optimize.lsq_linear`), halved until it gains. Many starts, the likeliest of points all over
+the box, race against each other; the winner hops about in what the trials allow, for the twin is rough.
 
-The two take turns. Each step of the coefficients is that of generalised least squares in the covariance so far, within
-the bounds (Stark and Parker 1995, by `scipy.optimize.lsq_linear`), halved until it gains. Many starts, the likeliest of
-points all over the box, race against each other; the winner hops about in what the trials allow, for the twin is rough.
+`Mode` holds the result, with the normal approximation about it; `mode_at` makes one of coefficients that are known.
 """
 
 from collections.abc import Mapping, Sequence
@@ -35,9 +36,37 @@ from swimcal.errors import SimulationDiverged
 from swimcal.mjcf import COEFFICIENT_BOUNDS, PUBLISHED_COEFFICIENTS
 from swimcal.runs import Trajectories
 
+# The mode
 _ROOT_STEP = 0.08  # finite difference in roots of coefficients: Kutta lift roughens the twin below that
 _ENDS_APART = 1.0  # root mean square distance, in standard deviations, from which two ends differ
 _AS_LIKELY = 2.0  # log density within which two ends are as likely
+
+# The search
+_SCREENED = 128  # points that are simulated to begin with
+_SCREENING = 0.3  # share of the time of a search until its descents begin
+_TRIED = 4  # candidates for each start whose twins are simulated from rest
+_ROUNDS = 14  # largest number of rounds of a descent
+_RACES = ((2, 1.0), (6, 0.5))
+"""Rounds after which descents are dropped, and how many for each start then go on."""
+_BEGUN = 2  # descents at first, for each start
+_STARTS_APART = 0.25  # least distance of two starts in the root of one coefficient, as a share of the box
+_HOPS = 2  # hops from the end of the best descent
+_HOPPED = 32  # points of each hop
+_WIDE = (1.5, 3.0)  # scatter of either half of these points, in standard deviations
+_RENEWED = (2, 5)  # rounds in which nuisances are simulated anew at the present coefficients
+_NATURALS = tuple(np.linspace(-0.8, 0.8, 9))  # natural frequencies of the first rolls, see `Roll.natural`
+_SHARES = (1.0, 0.5, 0.25, 0.1)  # shares of a step that are tried
+_ALONG = 8  # rounds along the boundary of twins that swim forward from rest
+_CLEARLY = 0.5  # least gain in log density that is not the twin's roughness
+_REACHES = (1.0, 0.3)  # shares of a step and of the coefficients' scatter within which points are drawn
+_DRAWN = 64  # points drawn along the boundary
+_ASKED = 16  # points of these that are simulated from rest
+_LOOKED_AT = 4  # points of these that are simulated in the trials
+_STILL = 0.2  # a step shorter than this, in standard deviations of the coefficients, is the last
+_SHORT = 1.0  # after a step shorter than this the Jacobian is updated instead of simulated anew
+
+
+# The mode, and the normal approximation about it.
 
 
 class SearchEnd(NamedTuple):
@@ -213,28 +242,7 @@ def broyden(slopes: np.ndarray, step: np.ndarray, change: np.ndarray, along: np.
     return np.asarray(slopes + np.outer(change - slopes @ step, along) / (along @ step))
 
 
-_SCREENED = 128  # points that are simulated to begin with
-_SCREENING = 0.3  # share of the time of a search until its descents begin
-_TRIED = 4  # candidates for each start whose twins are simulated from rest
-_ROUNDS = 14  # largest number of rounds of a descent
-_RACES = ((2, 1.0), (6, 0.5))
-"""Rounds after which descents are dropped, and how many for each start then go on."""
-_BEGUN = 2  # descents at first, for each start
-_STARTS_APART = 0.25  # least distance of two starts in the root of one coefficient, as a share of the box
-_HOPS = 2  # hops from the end of the best descent
-_HOPPED = 32  # points of each hop
-_WIDE = (1.5, 3.0)  # scatter of either half of these points, in standard deviations
-_RENEWED = (2, 5)  # rounds in which nuisances are simulated anew at the present coefficients
-_NATURALS = tuple(np.linspace(-0.8, 0.8, 9))  # natural frequencies of the first rolls, see `Roll.natural`
-_SHARES = (1.0, 0.5, 0.25, 0.1)  # shares of a step that are tried
-_ALONG = 8  # rounds along the boundary of twins that swim forward from rest
-_CLEARLY = 0.5  # least gain in log density that is not the twin's roughness
-_REACHES = (1.0, 0.3)  # shares of a step and of the coefficients' scatter within which points are drawn
-_DRAWN = 64  # points drawn along the boundary
-_ASKED = 16  # points of these that are simulated from rest
-_LOOKED_AT = 4  # points of these that are simulated in the trials
-_STILL = 0.2  # a step shorter than this, in standard deviations of the coefficients, is the last
-_SHORT = 1.0  # after a step shorter than this the Jacobian is updated instead of simulated anew
+# The search.
 
 
 def find_mode(

@@ -1,4 +1,9 @@
-"""The motor's log on the clock of the video, found by the codes that both have seen."""
+"""Record of the motor in a trial: its log on the clock of the video, its steady drive, and the doubts about both.
+
+`find_clock` lays the log on the video by the codes that both have seen (`fitting.motor_code`). `steady_stretch` finds
+the steady drive by the log alone, where the commands do not tell it. `read_motor` does all this for a trial, and the
+`MotorRecord` says whether the measured turn of the crank may drive the twin.
+"""
 
 from __future__ import annotations
 
@@ -20,7 +25,8 @@ from swimcal.session_file import CameraSpec
 
 FoundBy = Literal["code", "start code", "end code", "given"]
 
-CODES = {"start_code": "start code", "end_code": "end code"}
+# The clock
+CODES = {"start_code": "start code", "end_code": "end code"}  # parts of the commands, in words
 LEAST_EXPLAINED = 0.3  # least share of the tail's motion over a code that the crank's explains
 OUTSIDE_S = 0.1  # time of a code that a log may leave out: the last reading precedes the last command's end
 CLEARLY = 1.2  # least ratio of the gain to that at any other offset
@@ -29,6 +35,34 @@ PLAUSIBLE_RATE = 1e-3
 QUARTZ = 1e-4  # relative standard error of two clocks against each other, before any code is seen
 LAG_SPREAD_S = {"dry": 0.0003, "swim": 0.0035}  # standard deviation of the tail's lag over the crank's angle
 CONTRADICTS = 3.0  # standard errors beyond which the codes overrule the tolerance of quartz
+
+# Flags of a log
+OFF_COMMAND = 0.05  # relative difference beyond which the motor did not follow its command
+HOLE_S = 0.1  # time without a reading in which the crank may do anything
+SAG = 0.1  # relative fall of the supply voltage that is worth a flag
+
+ERRORS = {0: "input voltage", 2: "overheating", 3: "encoder", 4: "electrical shock", 5: "overload"}
+"""Bits of the hardware error status (ROBOTIS e-Manual, XW540-T140-R)."""
+
+# The steady drive
+STEADY = 0.05  # largest relative difference of the mean over a turn from that of the drive
+_STEP_S = 0.02  # step of the search for the steady drive
+_FASTEST = 98  # percentile of the speed that counts as the highest
+
+# The record
+RISE_S = 1.0  # time after the drive's command in which the motor comes up to speed; as in `calib capture`
+COVERED = 0.5  # share of the frames that a log on a given clock must cover to be believed to belong to them
+# Relative difference, besides three standard errors, of tail and crank if the log is another trial's: all trials have
+# the same codes.
+BEAT_OFF_CRANK = 0.01
+OTHER_COMMAND_KIND = "other_command"
+OFF_CRANK_KIND = "beat_off_crank"
+OTHER_COMMAND = 0.02  # relative difference of another command; a servo's speeds have steps of 0.004 turns a second
+FEWEST_FRAMES = 12  # least number of frames of a drive
+_FEWEST_READINGS = 5  # least number of readings of the shaft in a log
+
+
+# The clock.
 
 
 @dataclass(frozen=True)
@@ -144,12 +178,7 @@ def _flag_implausible(rate: float, rate_se: float) -> tuple[Flag, ...]:
     return (Flag("clock_rate", message=message),)
 
 
-OFF_COMMAND = 0.05  # relative difference beyond which the motor did not follow its command
-HOLE_S = 0.1  # time without a reading in which the crank may do anything
-SAG = 0.1  # relative fall of the supply voltage that is worth a flag
-
-ERRORS = {0: "input voltage", 2: "overheating", 3: "encoder", 4: "electrical shock", 5: "overload"}
-"""Bits of the hardware error status (ROBOTIS e-Manual, XW540-T140-R)."""
+# The log.
 
 
 def log_flags(log: MotorLog, drive_s: tuple[float, float], measured_hz: float, commanded_hz: float) -> Iterator[Flag]:
@@ -183,11 +212,6 @@ def log_flags(log: MotorLog, drive_s: tuple[float, float], measured_hz: float, c
         yield Flag("supply_sags", message=message)
 
 
-STEADY = 0.05  # largest relative difference of the mean over a turn from that of the drive
-_STEP_S = 0.02
-_FASTEST = 98  # percentile of the speed that counts as the highest
-
-
 def steady_stretch(turn: CrankTurn) -> tuple[float, float]:
     """Return the first and last instant of the steady drive, on the clock of `turn`; the whole log where there is none.
 
@@ -209,16 +233,7 @@ def steady_stretch(turn: CrankTurn) -> tuple[float, float]:
     return float(middle_s[begins[longest]] - period_s / 2), float(middle_s[ends[longest] - 1] + period_s / 2)
 
 
-RISE_S = 1.0  # time after the drive's command in which the motor comes up to speed; as in `calib capture`
-COVERED = 0.5  # share of the frames that a log on a given clock must cover to be believed to belong to them
-# Relative difference, besides three standard errors, of tail and crank if the log is another trial's: all trials have
-# the same codes.
-BEAT_OFF_CRANK = 0.01
-OTHER_COMMAND_KIND = "other_command"
-OFF_CRANK_KIND = "beat_off_crank"
-OTHER_COMMAND = 0.02  # relative difference of another command; a servo's speeds have steps of 0.004 turns a second
-FEWEST_FRAMES = 12
-_FEWEST_READINGS = 5
+# The record of a trial.
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,10 +2,10 @@
 
 The tail's place is a smooth function of the crank's angle, and the code spans a fifth of a turn of it. Over the code a
 marker's lateral place is therefore close to a + b cos(angle) + c sin(angle), whatever the crank's zero and the robot.
-Every offset is tried first; then the exact moment of each code is found, with a standard error that allows for tracking
-errors that last. All markers have equal weight. Weights by the covariance of their errors, mostly those of nose and
-neck, would be four times as exact in air; in water the markers lag each by another time, and it then trusts the wrong
-differences.
+Every offset is tried first (`search`); then the exact moment of each code is found (`code_delay`), with a standard
+error that allows for tracking errors that last. All markers have equal weight. Weights by the covariance of their
+errors, mostly those of nose and neck, would be four times as exact in air; in water the markers lag each by another
+time, and it then trusts the wrong differences.
 """
 
 from dataclasses import dataclass
@@ -23,12 +23,12 @@ from swimcal.session_file import CameraSpec
 from swimcal.tracks import markers_of
 
 APART_S = 0.25  # least difference of two different offsets: one chip of the code
-_STILL_M = 1e-5
+_STILL_M = 1e-5  # motion that keeps the share of a tail at rest at 0
 FARTHEST_S = 0.06  # largest shift from the common offset; beyond it the tail hardly moved in this code
 COMPLETE = 0.8  # share of the code's frames that a marker must be seen in to count
 _STEPS = 5  # Gauss-Newton steps
 _STEP_S = 0.03  # longest step of the offset
-_START_NOISE = LastingNoise(duration_s=0.1, white_share=0.3, sd_m=1e-3)
+_START_NOISE = LastingNoise(duration_s=0.1, white_share=0.3, sd_m=1e-3)  # first guess
 _MAP = 4  # numbers for each marker: constant, drift, cosine, sine
 
 

@@ -2,8 +2,9 @@
 
 Errors of a box stay for several frames, so a trial holds far fewer independent samples than frames. The noise of each
 marker is taken as an Ornstein-Uhlenbeck process with a share of white noise (the tracker's grid); where the tracks ask
-for it a slow smooth process is added, as real fish sway besides their beat, and neighbours do so together. All is found
-by restricted maximum likelihood (Patterson and Thompson 1971) in the residual after drift and harmonics.
+for it a slow smooth process is added, as real fish sway besides their beat, and neighbours do so together. `noise_of`
+finds all of it by restricted maximum likelihood (Patterson and Thompson 1971) in the residual after drift and
+harmonics.
 """
 
 from collections.abc import Callable, Sequence
@@ -22,12 +23,15 @@ _DRIFT = 3  # degree of the drift that is taken out
 _START = (np.log(0.08), -1.5)  # ln seconds, logit of the white share
 _WITH_SWAY = (np.log(0.06), -1.5, np.log(0.25), 0.5)  # also ln seconds of a sway, logit of its share of the rest
 _STEP = 0.8  # step of each of these in the first simplex
-_PRIOR_SD = 1.5
+_PRIOR_SD = 1.5  # prior standard deviation of each of these
 _WORTH = 10.0  # fall of -2 ln likelihood that supports a sway: chance makes it in fewer than 1 of 100 trials
-_LEAST_M = 1e-6
-_JITTER = 1e-9
+_LEAST_M = 1e-6  # least standard deviation of a marker
+_JITTER = 1e-9  # added to a diagonal so that roots exist
 _WORST = 1e4  # variance of drift and harmonics, see `determined`: they are only taken out
 _LEAST_EIGENVALUE = 0.02  # least eigenvalue of correlations between markers
+
+
+# Parts of the noise, and how they go from marker to marker.
 
 
 @dataclass(frozen=True, eq=False)
@@ -144,6 +148,9 @@ def _remove_chance(found: np.ndarray, chance: float, square: float | None = None
     """Shrink an estimate by the share of its mean square (default: its own square) that chance would give."""
     square = float(found**2) if square is None else square
     return max(1.0 - chance / max(square, 1e-12), 0.0) * found
+
+
+# The noise of a trial's tracks.
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,6 +1,7 @@
-"""The twin's forecast of a trial from known coefficients, its errors, and whether such a twin swims from rest.
+"""Simulations of a trial at known coefficients: the crank's phase, the forecast and its errors, starts from rest.
 
-The crank's phase is that of the trial's first beats. Distances are as the public contract defines them.
+`fit_phase` sets the crank's phase by the first beats of the trial, `forecast` simulates it, and `score` takes the
+distances as the public contract defines them. `swims_forward` tells whether a twin swims forward from rest.
 """
 
 from typing import NamedTuple
@@ -21,7 +22,7 @@ _REACH_RAD = 0.6  # largest error of the harmonic phase
 _TRIES = (7, 5)  # phases tried in each round
 _NEXT = 0.6  # reach of the second round, relative to the steps of the first
 BEATS = 4.0  # beats simulated, of which the second half counts; 6 would classify 4 of 512 twins otherwise
-FRAME_S = 1 / 30
+FRAME_S = 1 / 30  # time between two frames of a start from rest
 
 
 def swim(
@@ -117,19 +118,6 @@ def fit_phase(twin: Twin, trial: MeasuredTrial, coefficients: FluidCoefficients)
     return _lowest(tries, misfit)
 
 
-def _lowest(tries: np.ndarray, misfit: np.ndarray) -> float:
-    """Return the minimum of the parabola through the least of misfits (s,) at even steps and its neighbours.
-
-    It is the place of the least misfit itself where a neighbour diverged or is no larger.
-    """
-    best = int(np.clip(np.argmin(misfit), 1, len(tries) - 2))
-    before, least, after = misfit[best - 1 : best + 2]
-    if not np.isfinite(before + least + after) or before - 2 * least + after <= 0:
-        return float(tries[np.argmin(misfit)])
-    off = np.clip(0.5 * (before - after) / (before - 2 * least + after), -1.0, 1.0)
-    return float(tries[best] + off * (tries[1] - tries[0]))
-
-
 def forecast(twin: Twin, trial: MeasuredTrial, coefficients: FluidCoefficients, phase_rad: float) -> HeadFrame:
     """Simulate one trial at the frequency of its known part, and return the twin's head frame (n, m, 2).
 
@@ -141,6 +129,19 @@ def forecast(twin: Twin, trial: MeasuredTrial, coefficients: FluidCoefficients, 
     """
     values = np.array([coefficients], float)
     return one_of(swim(twin, trial, values, np.array([phase_rad]), trial.start_frequency.hz), 0)
+
+
+def _lowest(tries: np.ndarray, misfit: np.ndarray) -> float:
+    """Return the minimum of the parabola through the least of misfits (s,) at even steps and its neighbours.
+
+    It is the place of the least misfit itself where a neighbour diverged or is no larger.
+    """
+    best = int(np.clip(np.argmin(misfit), 1, len(tries) - 2))
+    before, least, after = misfit[best - 1 : best + 2]
+    if not np.isfinite(before + least + after) or before - 2 * least + after <= 0:
+        return float(tries[np.argmin(misfit)])
+    off = np.clip(0.5 * (before - after) / (before - 2 * least + after), -1.0, 1.0)
+    return float(tries[best] + off * (tries[1] - tries[0]))
 
 
 def _shape_misfit(trial: MeasuredTrial, simulated: HeadFrame, frames: slice) -> np.ndarray:
@@ -159,54 +160,7 @@ def _shape_misfit(trial: MeasuredTrial, simulated: HeadFrame, frames: slice) -> 
     return np.asarray(np.where(lost, np.inf, found))
 
 
-def probed_hz(trials: tuple[MeasuredTrial, ...]) -> float:
-    """Return half the slowest frequency of the trials, at which twins are checked from rest.
-
-    Of 512 twins all over the box, those that swim forward at it do at all faster ones.
-    """
-    return 0.5 * min(trial.frequency.hz for trial in trials)
-
-
-def seconds_from_rest(trials: tuple[MeasuredTrial, ...]) -> float:
-    """Return the seconds that are simulated to check one set of coefficients."""
-    return BEATS / probed_hz(trials)
-
-
-def speed_from_rest(twin: Twin, coefficients: np.ndarray, frequency_hz: np.ndarray) -> np.ndarray:
-    """Return the forward speed (s, f) after half of some beats from rest, m/s, for s sets of coefficients (s, 5).
-
-    Args:
-        twin: the twin.
-        coefficients: (s, 5).
-        frequency_hz: (f,) frequencies of the crank.
-    """
-    count, times = len(coefficients), [np.arange(0.0, BEATS / hz, FRAME_S) for hz in frequency_hz]
-    runs = [Runs(np.asarray(coefficients, float), np.full(count, hz), np.zeros(count)) for hz in frequency_hz]
-    speeds = np.zeros((count, len(times)))
-    for i, swum in enumerate(simulate_together([twin] * len(runs), runs, times)):
-        time_s, hz, head = times[i], frequency_hz[i], head_frame(twin.markers, swum.marker_m)
-        speeds[:, i] = forward_speed(time_s, head, time_s >= BEATS / 2 / hz, hz)
-    return speeds
-
-
-def swims_forward(twin: Twin, coefficients: np.ndarray, trials: tuple[MeasuredTrial, ...]) -> np.ndarray:
-    """Tell whether each set of coefficients (s, 5) swims forward from rest at the frequencies of the trials, (s,).
-
-    MuJoCo's fluid model has two steady states for many sets of coefficients: started at the measured speed such a twin
-    follows the trials, started from rest it settles swimming backward. No trial that begins mid-swim can separate them,
-    but the robot itself does: it starts from rest.
-
-    It is always True when a trial itself was measured swimming backward.
-
-    Args:
-        twin: the twin.
-        coefficients: (s, 5).
-        trials: the trials.
-    """
-    if any(trial.speed <= 0 for trial in trials):
-        return np.ones(len(coefficients), bool)
-    with np.errstate(invalid="ignore"):
-        return np.asarray((speed_from_rest(twin, coefficients, np.array([probed_hz(trials)])) > 0)[:, 0])
+# Distances between robot and twin.
 
 
 class Scores(NamedTuple):
@@ -265,3 +219,56 @@ def score(trial: MeasuredTrial, simulated: HeadFrame) -> Scores:
 
 def _mean(values: np.ndarray, good: np.ndarray) -> float:
     return float(values[good].mean()) if good.any() else float("nan")
+
+
+# Starts from rest.
+
+
+def probed_hz(trials: tuple[MeasuredTrial, ...]) -> float:
+    """Return half the slowest frequency of the trials, at which twins are checked from rest.
+
+    Of 512 twins all over the box, those that swim forward at it do at all faster ones.
+    """
+    return 0.5 * min(trial.frequency.hz for trial in trials)
+
+
+def seconds_from_rest(trials: tuple[MeasuredTrial, ...]) -> float:
+    """Return the seconds that are simulated to check one set of coefficients."""
+    return BEATS / probed_hz(trials)
+
+
+def speed_from_rest(twin: Twin, coefficients: np.ndarray, frequency_hz: np.ndarray) -> np.ndarray:
+    """Return the forward speed (s, f) after half of some beats from rest, m/s, for s sets of coefficients (s, 5).
+
+    Args:
+        twin: the twin.
+        coefficients: (s, 5).
+        frequency_hz: (f,) frequencies of the crank.
+    """
+    count, times = len(coefficients), [np.arange(0.0, BEATS / hz, FRAME_S) for hz in frequency_hz]
+    runs = [Runs(np.asarray(coefficients, float), np.full(count, hz), np.zeros(count)) for hz in frequency_hz]
+    speeds = np.zeros((count, len(times)))
+    for i, swum in enumerate(simulate_together([twin] * len(runs), runs, times)):
+        time_s, hz, head = times[i], frequency_hz[i], head_frame(twin.markers, swum.marker_m)
+        speeds[:, i] = forward_speed(time_s, head, time_s >= BEATS / 2 / hz, hz)
+    return speeds
+
+
+def swims_forward(twin: Twin, coefficients: np.ndarray, trials: tuple[MeasuredTrial, ...]) -> np.ndarray:
+    """Tell whether each set of coefficients (s, 5) swims forward from rest at the frequencies of the trials, (s,).
+
+    MuJoCo's fluid model has two steady states for many sets of coefficients: started at the measured speed such a twin
+    follows the trials, started from rest it settles swimming backward. No trial that begins mid-swim can separate them,
+    but the robot itself does: it starts from rest.
+
+    It is always True when a trial itself was measured swimming backward.
+
+    Args:
+        twin: the twin.
+        coefficients: (s, 5).
+        trials: the trials.
+    """
+    if any(trial.speed <= 0 for trial in trials):
+        return np.ones(len(coefficients), bool)
+    with np.errstate(invalid="ignore"):
+        return np.asarray((speed_from_rest(twin, coefficients, np.array([probed_hz(trials)])) > 0)[:, 0])

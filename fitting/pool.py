@@ -1,4 +1,10 @@
-"""A swim in the pool: series of poses, forward speed and turning rate."""
+"""A swim in the pool: its markers from the tracks, regressions over its beats, and its forward speed.
+
+`in_pool` checks the tracks of any trial and lays them on the pool; `head_frame` turns them, or a simulation, into the
+frame of the head. `smooth_swim` and `design` give the regressors of a swim, and `determined` tells which series have
+the samples for them. `forward_speed` is the speed that every forecast is compared with; `BASELINES` are the simple
+rules, in frequency alone, that a forecast has to beat.
+"""
 
 from collections.abc import Sequence
 
@@ -13,6 +19,19 @@ from swimcal.tracks import markers_of
 from tracking.camera import to_pool
 from tracking.head_frame import HeadFrame, to_head_frame
 from tracking.quality import FLOOR_PX, TrackQuality, check_tracks
+
+# Samples that a regression needs
+
+# Largest variance inflation: that of a marker seen in 1 frame of 100 over all phases, or on 2/3 of each beat.
+_LARGEST_INFLATION = 100.0
+_FRAMES_A_COLUMN = 2  # least frames for each regressor
+
+# Whole beats and forward speed
+_HARMONICS = 3  # harmonics of the nose's path and of the heading
+_LEAST_BEATS = 1.0  # below this number of beats a drift cannot be told from the beat
+
+
+# The markers on the pool.
 
 
 def in_pool(
@@ -73,6 +92,9 @@ def head_is_trusted(markers: tuple[str, ...], weight: np.ndarray) -> np.ndarray:
         weight: (n, m) weights of the samples.
     """
     return (weight[:, markers.index("nose")] > 0) & (weight[:, markers.index("neck")] > 0)
+
+
+# Regressions over the beats of a swim.
 
 
 def bridged(time_s: np.ndarray, series: np.ndarray, at_s: np.ndarray | None = None) -> np.ndarray:
@@ -158,11 +180,6 @@ def weighted_fit(columns: np.ndarray, series: np.ndarray, weight: np.ndarray) ->
     return np.linalg.solve(normal + ridge * np.eye(count), moment[..., None])[..., 0].T
 
 
-# Largest variance inflation: that of a marker seen in 1 frame of 100 over all phases, or on 2/3 of each beat.
-_LARGEST_INFLATION = 100.0
-_FRAMES_A_COLUMN = 2  # least frames for each regressor
-
-
 def determined(columns: np.ndarray, usable: np.ndarray, worst: float = _LARGEST_INFLATION) -> np.ndarray:
     """Tell which series have the samples that a regression needs.
 
@@ -187,8 +204,7 @@ def determined(columns: np.ndarray, usable: np.ndarray, worst: float = _LARGEST_
     return good[which.ravel()]
 
 
-_HARMONICS = 3
-_LEAST_BEATS = 1.0  # below this number of beats a drift cannot be told from the beat
+# The forward speed.
 
 
 def whole_beats(time_s: np.ndarray, kept: np.ndarray, frequency_hz: float) -> np.ndarray:
@@ -242,6 +258,9 @@ def forward_speed(time_s: np.ndarray, head: HeadFrame, kept: np.ndarray, frequen
     direction = heading[standing][:, used] @ read[0]
     found[standing] = -(velocity[:, 0] * np.cos(direction) + velocity[:, 1] * np.sin(direction))
     return found.reshape(head.heading_rad.shape[:-1])
+
+
+# Simple rules for the speed.
 
 
 def speed_line(fitted_hz: Sequence[float], fitted_speed: Sequence[float], hz: Sequence[float]) -> list[float]:

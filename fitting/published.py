@@ -1,11 +1,11 @@
 """The published objective and search, for comparison.
 
-"Simple Models, Real Swimming" (2026) finds its five coefficients so: Bayesian optimisation of the coefficients, then
-Nelder-Mead with the crank phase of each trial, on the mean marker distance in the head frame after warm-up, over all
-fit trials jointly. Each trial's crank makes its measured turn, or turns evenly at the measured frequency. The
-proposals of the Bayesian optimisation come in batches (constant liar) so that all cores are used; its Gaussian
-process runs on one BLAS thread, which is several times faster at this size. A point counts as a new best only if its
-twin swims forward from rest (see `fitting.phase`).
+"Simple Models, Real Swimming" (2026) finds its five coefficients so (`published_search`): Bayesian optimisation of the
+coefficients, then Nelder-Mead with the crank phase of each trial, on the mean marker distance in the head frame after
+warm-up, over all fit trials jointly. Each trial's crank makes its measured turn, or turns evenly at the measured
+frequency. The proposals of the Bayesian optimisation come in batches (constant liar) so that all cores are used; its
+Gaussian process runs on one BLAS thread, which is several times faster at this size. A point counts as a new best only
+if its twin swims forward from rest (see `fitting.phase`).
 """
 
 import time

@@ -1,19 +1,17 @@
-"""Signatures of effects: how a trial's features would change with an effect.
+"""Signatures of effects: how what a session measured would change with an effect.
 
-Trials of a session with twins that have effects, simulated together and seen by the camera that filmed them.
+A twin with effects swims the trials of a session, all simulated together (`AffectedSession`), and is seen by the camera
+that filmed them (`view_of`). A step with forces that no model holds costs by the step, hardly by the simulation.
+`imagined` films a trial that could still be swum.
 
-A step with forces that no model holds costs by the step, hardly by the simulation.
+What a session measured is one row: the features of all swims, then the differences of their frequencies from the
+commands, and then the numbers of free decays (`residual_row`, `row_slopes`, `row_covariance`). In the space `Whitened`
+all that disturbs a row has unit size.
 
-A session as one row, and the whitened space in which all that disturbs it has unit size.
-
-A row holds the features of all swims, then the differences of their frequencies from the commands, and then the numbers
-of free decays.
-
-Signature of an effect: how much it moves what a session measured, and how that changes with one parameter.
-
-An effect was tried at a few strengths, and its change of the row over its strength, the slope of a chord, is taken to
-be right about that strength. Nearer to zero the slope goes on as it changes from the other side of zero, or, for a
-parameter with one sign, as it changes beyond; where it changes only across zero it has a kink there, and stays.
+A `Signature` is the change of the row at a few strengths of an effect. The change over the strength, the slope of a
+chord, is taken to be right about that strength (`pieces`). Nearer to zero the slope goes on as it changes from the
+other side of zero, or, for a parameter with one sign, as it changes beyond; where it changes only across zero it has a
+kink there, and stays.
 """
 
 from collections.abc import Callable, Iterable, Sequence
@@ -38,6 +36,7 @@ from swimcal.session_file import CameraCalibration, CameraSpec
 from swimcal.tracks import as_tracks
 from swimcal.twin import Twin, simulate_together
 
+# Pictures
 COMMON_PX = (
     (640, 480),
     (1280, 720),
@@ -52,6 +51,22 @@ COMMON_PX = (
 _RUN_IN_BEATS = 4.0  # beats of an imagined trial in which the speed settles
 TO_PX = np.array([1.0, -1.0])  # the pool's y points up in the picture
 
+# Rows
+PRIOR_SD = np.full(5, (COEFFICIENT_BOUNDS[1] - COEFFICIENT_BOUNDS[0]) / np.sqrt(12.0))
+TOLD_TO = 0.002  # relative standard deviation of a measured frequency about the commanded one
+_ALIKE = 0.8  # correlation of the errors of tail and motor's log: both do what the motor does
+_LEAST = 0.01  # least coefficient for the Jacobian: nearer to 0 steps are lost in the twin's roughness
+_STEP = 0.02  # finite difference of the root of a coefficient, either way
+LONG = 10.0
+"""Whitened norm of a step after which the Jacobian is simulated anew."""
+
+# Signatures
+STRENGTHS = (-3.0, -1.0, 1.0, 3.0)  # standard deviations of a parameter's prior
+_LITTLE = 0.3  # share of the least strength tried at which the slope of small strengths is taken
+
+
+# The camera that films the twin.
+
 
 def picture_px(trials: Iterable[MeasuredTrial], camera: CameraSpec) -> tuple[float, float]:
     """Return the width and height of the picture: as calibrated, else the least common size that holds all tracks."""
@@ -60,39 +75,6 @@ def picture_px(trials: Iterable[MeasuredTrial], camera: CameraSpec) -> tuple[flo
     reached = np.max([np.nanmax(TO_PX * each.position_m / each.metres_per_px, axis=(0, 1)) for each in trials], axis=0)
     holding = [size for size in COMMON_PX if (reached < size).all()]
     return holding[0] if holding else (float(reached[0]), float(reached[1]))
-
-
-def imagined(
-    twin: Twin,
-    like: MeasuredTrial,
-    coefficients: np.ndarray,
-    hz: float,
-    start_m_s: float,
-    seconds: float,
-    noise: Callable[[np.ndarray], np.ndarray | float] = lambda _time_s: 0.0,
-    middle_px: np.ndarray | float = 0.0,
-) -> MeasuredTrial:
-    """Simulate a trial that could be swum, settled at a frequency, filmed like another of the same markers.
-
-    Args:
-        twin: the twin that swims it.
-        like: the other trial.
-        coefficients: (5,) of the twin.
-        hz: turns of the crank a second.
-        start_m_s: forward speed that it begins with.
-        seconds: time that is filmed.
-        noise: (n, m, 2) of the tracks at times (n,), m; default: none.
-        middle_px: (2,) middle of the picture.
-    """
-    frame_s, run_in_s = float(np.median(np.diff(like.time_s))), _RUN_IN_BEATS / hz
-    time_s = np.arange(0.0, run_in_s + seconds, frame_s)
-    runs = Runs(coefficients[None], np.array([hz]), np.zeros(1), np.array([[-start_m_s, 0.0, 0.0]]))
-    marker_m = twin.simulate(runs, time_s).marker_m[0]
-    position_px = (marker_m - marker_m.mean(axis=(0, 1)) + noise(time_s)) / like.metres_per_px * TO_PX + middle_px
-    tracks = as_tracks(like.markers, time_s, position_px, np.ones(position_px.shape[:2]))
-    spec = TrialSpec(f"{hz:.2f} Hz", "swim", commanded_hz=hz, role="fit")
-    later = tracks.isel(time=slice(int(np.searchsorted(time_s, run_in_s)), None))
-    return measure_trial(spec, later, CameraSpec(1 / frame_s, twin.robot.scale_length_m), twin.robot, like.warmup_s)
 
 
 def with_picture(camera: CameraSpec, trials: Iterable[MeasuredTrial]) -> CameraSpec:
@@ -151,6 +133,42 @@ def _mean_head(position_m: np.ndarray, markers: tuple[str, ...]) -> tuple[comple
     line = (neck - nose) / np.linalg.norm(neck - nose, axis=-1, keepdims=True)
     along, across = np.nanmean(line, axis=0)
     return complex(along, across), np.asarray(np.nanmean(nose, axis=0))
+
+
+def imagined(
+    twin: Twin,
+    like: MeasuredTrial,
+    coefficients: np.ndarray,
+    hz: float,
+    start_m_s: float,
+    seconds: float,
+    noise: Callable[[np.ndarray], np.ndarray | float] = lambda _time_s: 0.0,
+    middle_px: np.ndarray | float = 0.0,
+) -> MeasuredTrial:
+    """Simulate a trial that could be swum, settled at a frequency, filmed like another of the same markers.
+
+    Args:
+        twin: the twin that swims it.
+        like: the other trial.
+        coefficients: (5,) of the twin.
+        hz: turns of the crank a second.
+        start_m_s: forward speed that it begins with.
+        seconds: time that is filmed.
+        noise: (n, m, 2) of the tracks at times (n,), m; default: none.
+        middle_px: (2,) middle of the picture.
+    """
+    frame_s, run_in_s = float(np.median(np.diff(like.time_s))), _RUN_IN_BEATS / hz
+    time_s = np.arange(0.0, run_in_s + seconds, frame_s)
+    runs = Runs(coefficients[None], np.array([hz]), np.zeros(1), np.array([[-start_m_s, 0.0, 0.0]]))
+    marker_m = twin.simulate(runs, time_s).marker_m[0]
+    position_px = (marker_m - marker_m.mean(axis=(0, 1)) + noise(time_s)) / like.metres_per_px * TO_PX + middle_px
+    tracks = as_tracks(like.markers, time_s, position_px, np.ones(position_px.shape[:2]))
+    spec = TrialSpec(f"{hz:.2f} Hz", "swim", commanded_hz=hz, role="fit")
+    later = tracks.isel(time=slice(int(np.searchsorted(time_s, run_in_s)), None))
+    return measure_trial(spec, later, CameraSpec(1 / frame_s, twin.robot.scale_length_m), twin.robot, like.warmup_s)
+
+
+# Trials swum by a twin with effects.
 
 
 @dataclass(frozen=True, eq=False)
@@ -295,13 +313,7 @@ def plain_features(model: SessionModel, camera: CameraSpec, coefficients: tuple[
     return AffectedSession.of((), model, camera, at[0]).features(at, np.zeros((1, 0)))[0]
 
 
-PRIOR_SD = np.full(5, (COEFFICIENT_BOUNDS[1] - COEFFICIENT_BOUNDS[0]) / np.sqrt(12.0))
-TOLD_TO = 0.002  # relative standard deviation of a measured frequency about the commanded one
-_ALIKE = 0.8  # correlation of the errors of tail and motor's log: both do what the motor does
-_LEAST = 0.01  # least coefficient for the Jacobian: nearer to 0 steps are lost in the twin's roughness
-_STEP = 0.02  # finite difference of the root of a coefficient, either way
-LONG = 10.0
-"""Whitened norm of a step after which the Jacobian is simulated anew."""
+# The row, and the space in which its disturbances have unit size.
 
 
 def residual_row(model: SessionModel, at: np.ndarray) -> np.ndarray:
@@ -319,12 +331,6 @@ def residual_row(model: SessionModel, at: np.ndarray) -> np.ndarray:
     hertz = [0.0 if trial.commanded_hz is None else trial.filmed_hz - trial.commanded_hz for trial in trials]
     logged = [_off_command(trials[number]) for number in model.logged]
     return np.concatenate([residual, hertz, logged, model.ring_residuals])
-
-
-def _off_command(trial: MeasuredTrial) -> float:
-    assert trial.logged_hz is not None
-    assert trial.commanded_hz is not None
-    return trial.logged_hz - trial.commanded_hz
 
 
 def row_slopes(model: SessionModel, at: np.ndarray) -> np.ndarray:
@@ -421,8 +427,13 @@ class Whitened:
         return float(np.linalg.norm(self.projected(row)))
 
 
-STRENGTHS = (-3.0, -1.0, 1.0, 3.0)  # standard deviations of a parameter's prior
-_LITTLE = 0.3  # share of the least strength tried at which the slope of small strengths is taken
+def _off_command(trial: MeasuredTrial) -> float:
+    assert trial.logged_hz is not None
+    assert trial.commanded_hz is not None
+    return trial.logged_hz - trial.commanded_hz
+
+
+# The signature of an effect.
 
 
 @dataclass(frozen=True, eq=False)

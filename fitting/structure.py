@@ -1,8 +1,9 @@
 """Structure of the robot with which the swims are fitted, the sources of its numbers, and their uncertainty.
 
-The chain of the dry experiments: free decays -> hinges -> dry runs with these hinges -> crank arm. Other coefficients
-compensate hinges that are a little stiffer so well that swims alone do not determine these. What the dry experiments
-did not measure is therefore free by a stated share; what they did, by its standard error.
+The chain of the dry experiments (`identify_structure`): free decays -> hinges -> dry runs with these hinges -> crank
+arm. Other coefficients compensate hinges that are a little stiffer so well that swims alone do not determine these.
+What the dry experiments did not measure is therefore free by a stated share; what they did, by its standard error
+(`uncertainties_of`).
 """
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence

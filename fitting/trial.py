@@ -1,4 +1,10 @@
-"""A measured swim, ready to be compared with the twin: head frame, weights, frequency, start, scored frames."""
+"""A measured swim, ready to be compared with the twin: head frame, weights, frequency, start, scored frames.
+
+`measure_trial` checks, scales and normalises the tracks, and finds frequency, start and speed. The role of a
+`MeasuredTrial` decides what may be known of it and what is scored: all of a fit trial, after its warm-up; of a held-out
+trial only what follows its first two beats. `ExperimentsInAir` holds the dry runs of a session, measured as swims are,
+and its free decays.
+"""
 
 from __future__ import annotations
 
@@ -308,6 +314,14 @@ def laid_on_pool(
     return tracks.assign(variables).assign_attrs(metres_per_px=metres_per_px)
 
 
+def degrees_of(turn_rad: np.ndarray) -> tuple[int, int]:
+    """Return the degrees in time of the smooth path and heading over a crank's turn (n,), rad.
+
+    Those of a short window are 1: a cubic cannot be told from a single beat.
+    """
+    return _DEGREES if np.ptp(turn_rad) >= 2 * np.pi * _SHORT_BEATS else _OF_SHORT
+
+
 def _of_crank(
     beat: SwimFrequency, turn: CrankTurn | None, motor: MotorRecord | None, time_s: np.ndarray
 ) -> SwimFrequency:
@@ -375,14 +389,6 @@ def _find_known(role: str, commanded_hz: float | None, time_s: np.ndarray, beat:
             break
         end = min(needed, half)
     return time_s < end + 1e-9
-
-
-def degrees_of(turn_rad: np.ndarray) -> tuple[int, int]:
-    """Return the degrees in time of the smooth path and heading over a crank's turn (n,), rad.
-
-    Those of a short window are 1: a cubic cannot be told from a single beat.
-    """
-    return _DEGREES if np.ptp(turn_rad) >= 2 * np.pi * _SHORT_BEATS else _OF_SHORT
 
 
 def _find_kept(role: str, trial: MeasuredTrial, known: np.ndarray) -> np.ndarray:

@@ -1,14 +1,14 @@
-"""The model of one trial and of a session: features, nuisances, discrepancy and their covariance.
+"""Hierarchical model of swim trials, which fit, posterior and forecasts share.
 
-One hierarchical model of swim trials, y_i = g(theta; f_i) + B_i b_i + delta_i + e_i: fit, posterior and forecasts.
+    y_i = g(theta; f_i) + B_i b_i + delta_i + e_i
 
 theta: the five coefficients, common to all trials. b_i: nuisances that differ from trial to trial (start, boxes,
 registration of the head frame, trim). delta_i: model discrepancy, a Gaussian process over frequency with a part common
 to all trials and one of each trial. e_i: tracking noise. All but theta enter linearly, so they join one covariance.
 
-The features of one trial as a function of the coefficients, and the nuisances that may have moved them.
-
-For several trials it is faster to ask for all at once than for one after the other: the cores share their simulations.
+`TrialModel` gives g and B of one trial, with the `Roll` of its hull; `SessionModel` stacks the trials to one row, with
+a `NuisanceModel` of b and e. The discrepancy is in `fitting.covariance`. For several trials it is faster to ask for all
+at once (`simulated_together`) than for one after the other: the cores share their simulations.
 """
 
 from collections.abc import Sequence
@@ -31,12 +31,29 @@ from swimcal.robot import RobotSpec
 from swimcal.runs import MarkerKinematics, Runs, Trajectories
 from swimcal.twin import Twin, simulate_together
 
+# Roll of the hull
 ROLL_SD = np.array([parameter.sd for parameter in HullRoll.parameters])
 """Prior standard deviation of each number, (2,), normal about 0."""
 _LOW = np.array([parameter.low for parameter in HullRoll.parameters])
 _HIGH = np.array([parameter.high for parameter in HullRoll.parameters])
 ROLL_STEP = 0.1
 """Step of finite differences, in standard deviations."""
+
+# One trial
+_OF_TRACKS = ("reader", "measured", "noise", "noise_covariance")  # what a roll of the hull does not change
+START_PHASE_RAD = 1.0  # crank phase of simulations; features are put in step afterwards
+START_SD = (0.01, 0.02, 0.2)  # sd of the head's velocity at time 0: along, across (m/s), yaw (rad/s)
+PHASE_SD_RAD = 0.5  # sd of the crank's phase about the one that puts the tail in step
+PLACE_SD_M = 0.05  # sd of the whole fish about its smooth path
+LEAST_FREQUENCY_SE = 1e-4  # least relative standard error of a frequency
+_THROWN = 10.0  # m, m/s and rad/s; no fish beats or swims beyond these
+# Finite differences: of markers, of the velocity at time 0 (m/s, m/s, rad/s) and of the frequency (relative).
+_SHIFT_M = 1e-3
+_START_STEP = (0.01, 0.01, 0.1)
+_FREQUENCY_STEP = 0.005
+
+
+# The roll of the hull.
 
 
 class Roll(NamedTuple):
@@ -93,16 +110,7 @@ class Roll(NamedTuple):
 NO_ROLL = Roll()
 
 
-_OF_TRACKS = ("reader", "measured", "noise", "noise_covariance")
-START_SD = (0.01, 0.02, 0.2)  # sd of the head's velocity at time 0: along, across (m/s), yaw (rad/s)
-PHASE_SD_RAD = 0.5  # sd of the crank's phase about the one that puts the tail in step
-PLACE_SD_M = 0.05  # sd of the whole fish about its smooth path
-LEAST_FREQUENCY_SE = 1e-4  # least relative standard error of a frequency
-_THROWN = 10.0  # m, m/s and rad/s; no fish beats or swims beyond these
-# Finite differences: of markers, of the velocity at time 0 (m/s, m/s, rad/s) and of the frequency (relative).
-_SHIFT_M = 1e-3
-_START_STEP = (0.01, 0.01, 0.1)
-_FREQUENCY_STEP = 0.005
+# One trial.
 
 
 @dataclass(frozen=True, eq=False)
@@ -397,7 +405,7 @@ def _of_place(length: int) -> list[np.ndarray]:
     return columns
 
 
-START_PHASE_RAD = 1.0  # crank phase of simulations; features are put in step afterwards
+# All trials.
 
 
 class PlacementUncertainty(NamedTuple):

@@ -38,13 +38,14 @@ from reports.words import (
 if TYPE_CHECKING:
     from fitting.posterior.summary import PosteriorSummary
 
-
 EBT = "ebt_published"
 BESIDE = ("line", "constant_stride", EBT)
 """The models that the twin is compared with where there is room for only a few."""
 
 _AS_GOOD = 0.25
 """Largest relative difference of two mean speed errors between models that are about as good as each other."""
+_LIKELY = 3  # number of effects whose probability is shown even if they are not named
+_SHOWN = 0.005  # smallest probability of no gap that is shown; a smaller one would be printed as 0.00
 
 
 class TwinErrors(NamedTuple):
@@ -272,10 +273,6 @@ def answers_of(
     )
 
 
-def _unreadable(file: str) -> str:
-    return f"results/{file} is damaged or cut short." if file else ""
-
-
 def how_far_off(forecasts: SessionForecast) -> HowFarOff:
     """Compare the errors of the exported twin with those of simple rules, all over the same trials."""
     compared = forecasts.compared if forecasts.compared.held_out else forecasts
@@ -289,6 +286,22 @@ def how_far_off(forecasts: SessionForecast) -> HowFarOff:
         compared_with_best(compared),
         misses(forecasts),
     )
+
+
+def film_next(posterior: PosteriorSummary | None, diagnosed: DiagnosisResult | None) -> str:
+    """Name the trial or experiment that would tell most, in a sentence; empty where the results call for none."""
+    if diagnosed is not None and (experiment := next_experiment(diagnosed)):
+        return sentence(experiment)
+    loose = [] if posterior is None else [in_words(n) for n, one in posterior.marginals.items() if not one.determined]
+    if posterior is None or not loose:
+        return ""
+    sweep = posterior.sweep
+    best = float(sweep.frequency_hz[sweep.shrinkage(posterior.wanted).argmin()])
+    return f"One more swim, with the tail beating at {shown(best, 1)} Hz: it narrows {listed(loose)} most."
+
+
+def _unreadable(file: str) -> str:
+    return f"results/{file} is damaged or cut short." if file else ""
 
 
 def _errors(compared: SessionForecast, everything: SessionForecast, role: str) -> TwinErrors | None:
@@ -312,10 +325,6 @@ def _how_sure(found: CalibrationResult, posterior: PosteriorSummary | None, dama
     of = posterior.marginals
     intervals = {name: Interval(values[name], of[name].q05, of[name].q95, of[name].determined) for name in values}
     return HowSure(intervals, True, posterior.inside("holdout")[:2])
-
-
-_LIKELY = 3  # number of effects whose probability is shown even if they are not named
-_SHOWN = 0.005  # smallest probability of no gap that is shown; a smaller one would be printed as 0.00
 
 
 def _what_is_missing(found: DiagnosisResult) -> WhatIsMissing:
@@ -357,15 +366,3 @@ def _next_step(
         named = listed([in_words(name) for name in diagnosed.effect_parameters])
         return f"Check {named} by hand; if it is there, simulate with results/{diagnosed.models[0]}."
     return "Use the twin: calib mjcf writes it, calib.load_twin simulates with it."
-
-
-def film_next(posterior: PosteriorSummary | None, diagnosed: DiagnosisResult | None) -> str:
-    """Name the trial or experiment that would tell most, in a sentence; empty where the results call for none."""
-    if diagnosed is not None and (experiment := next_experiment(diagnosed)):
-        return sentence(experiment)
-    loose = [] if posterior is None else [in_words(n) for n, one in posterior.marginals.items() if not one.determined]
-    if posterior is None or not loose:
-        return ""
-    sweep = posterior.sweep
-    best = float(sweep.frequency_hz[sweep.shrinkage(posterior.wanted).argmin()])
-    return f"One more swim, with the tail beating at {shown(best, 1)} Hz: it narrows {listed(loose)} most."

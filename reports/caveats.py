@@ -19,8 +19,8 @@ if TYPE_CHECKING:
     from fitting.posterior.summary import PosteriorSummary
 
 
-LITTLE_USED = 0.9
-FEW_BEATS = 2
+LITTLE_USED = 0.9  # share of the samples that count, below which a trial has a caveat
+FEW_BEATS = 2  # whole beats compared, below which a trial has a caveat
 
 
 # From this relative difference of beat and command, numbers of the session are to be checked.

@@ -1,4 +1,8 @@
-"""Section on the fitted coefficients, and the hull's roll."""
+"""Section on the fitted coefficients, and on the roll of the hull that the fit allows for.
+
+`build_coefficients` gives the values with their intervals, the variance components, and the published search for
+comparison.
+"""
 
 from collections.abc import Mapping
 
@@ -30,10 +34,18 @@ from reports.style import (
 from reports.words import MISSING, MM, counted, in_mm, in_words, shown, significant
 from swimcal.mjcf import COEFFICIENT_BOUNDS, PUBLISHED_COEFFICIENTS, FluidCoefficients
 
+# Figures
 NAMES = tuple(map(in_words, FluidCoefficients._fields))
 _LOW = float(np.sqrt(COEFFICIENT_BOUNDS[0]))
 _HIGH = float(np.sqrt(COEFFICIENT_BOUNDS[1]))
-_TICKS = (0.0, 0.1, 0.5, 1.0, 2.0, 4.0, 7.0, 10.0)
+_TICKS = (0.0, 0.1, 0.5, 1.0, 2.0, 4.0, 7.0, 10.0)  # ticks of the square-root scale
+
+# Tables
+_COLUMNS = table_head("coefficient | value [] | 90 % interval [] | published search [] | authors' values [] | caveats")
+_ERRORS = table_head("over | quantity | recommended fit | published search")
+_COMPONENTS = table_head("component | level | standard deviation | meaning")
+_AS_LIKELY = 2.0  # largest difference of log density between ends that are about as likely
+_LEAST_ROLL_DEG = 2.0  # least amplitude of a roll that is mentioned
 
 
 @styled
@@ -96,12 +108,6 @@ def hull_roll_figure(sways: Mapping[str, Sway]) -> Figure:
     return figure
 
 
-_COLUMNS = table_head("coefficient | value [] | 90 % interval [] | published search [] | authors' values [] | caveats")
-_ERRORS = table_head("over | quantity | recommended fit | published search")
-_COMPONENTS = table_head("component | level | standard deviation | meaning")
-_AS_LIKELY = 2.0  # largest difference of log density between ends that are about as likely
-
-
 def build_coefficients(context: ReportContext) -> Section:
     """Build the section: values with intervals, variance components, and the published search for comparison."""
     fit, published = context.calibration.fit, context.published
@@ -127,9 +133,6 @@ def build_coefficients(context: ReportContext) -> Section:
         *([] if sampled else [Prose(text)]),
     )
     return Section("The fit", "coefficients", (*blocks, _components(fit)))
-
-
-_LEAST_ROLL_DEG = 2.0
 
 
 def _table(fit: CoefficientFit, published: PublishedResult | None, folded: bool) -> Table:

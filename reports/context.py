@@ -1,4 +1,8 @@
-"""What the sections of a report are built from: results, logs and swims of a policy."""
+"""What the sections of a report are built from: results of a session, motor logs, and swims of its policies.
+
+`ReportContext` holds all of it; the motor log of a trial is a `LoggedTrial`, the episodes of a policy are
+`PolicySwims`.
+"""
 
 from __future__ import annotations
 
@@ -26,9 +30,17 @@ from swimcal.session import Session
 if TYPE_CHECKING:
     from fitting.posterior.summary import PosteriorSummary
 
-
+# Motor logs
 TURN = 2 * np.pi
 BINS = 72  # bins of a turn
+
+# Policies
+TASKS = ("target", "circle")
+SWIMS = ".swims.npz"
+"""Ending of the file that `calib policy train` writes next to a policy."""
+
+
+# Motor logs.
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,9 +116,7 @@ class LoggedTrial:
         return (motor_s - self.motor.clock.offset_s) / self.motor.clock.rate
 
 
-TASKS = ("target", "circle")
-SWIMS = ".swims.npz"
-"""Ending of the file that `calib policy train` writes next to a policy."""
+# Policies.
 
 
 @dataclass(frozen=True, eq=False)
@@ -183,6 +193,9 @@ def _read(file: Path, fit: str) -> PolicySwims:
             arrays["path"],
             radius_m=1.0 if card["task"] == "circle" else np.nan,
         )
+
+
+# The session.
 
 
 class NoSwims(NamedTuple):

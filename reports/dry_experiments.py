@@ -1,4 +1,4 @@
-"""Sections on experiments in air: dry runs and free decays."""
+"""Sections on the experiments in air, with their figures: free decays and dry runs."""
 
 from dataclasses import replace
 from itertools import pairwise
@@ -47,8 +47,166 @@ from reports.words import (
     with_error,
 )
 
+T = TypeVar("T")
+
+# Free decays
+_LABEL_GAP = 0.074  # least distance between two names, as a share of the height
+_CLOSE = 0.24  # room for the names before time 0, as a share of the time shown
+_STEP_S = 0.1  # the time axis ends at a multiple of this, so that similar decays get the same axis
+_FADED = 0.02  # a swing below this share of the first one cannot be seen
+_SHOWN = 2.6  # the spectrum is drawn up to this many times the frequency, rounded to a whole Hz
+
+PUBLISHED_HZ = 3.5  # "Simple Models, Real Swimming" (2026)
+METHOD = f"Published peak of the spectrum for this kind of robot: {PUBLISHED_HZ:g} Hz."
+DECAY_COLUMNS = table_head(
+    "free decay | peak [Hz] | first match [N m/rad] | stiffness [N m/rad] | damping [mN m s/rad] | "
+    "distance [mm, rms] | explained [] | counts"
+)
+MILLI = 1000.0  # mN m s in one N m s
+
+# Dry runs
 ABOVE_MM = (0.5, 1.0, 2.0, 4.0, 8.0, 16.0)  # heights of the contours above the lowest point
 _SHADE = 0.11  # opacity of each level; levels overlap
+
+NOT_USED = "The arm below is not used: the swim trials were fitted with the assumed one."
+DRY_RUN_COLUMNS = table_head(
+    "dry run | commanded [Hz] | speed [Hz, ± standard error] | off command [%] | phase [°] | distance [mm] | "
+    "lowest alone [mm] | arm alone [mm]"
+)
+OFF_COMMAND = 3  # index of the column about the command
+
+
+# Free decays.
+
+
+@styled
+def decay_curve_figure(fit: DecayFit) -> Figure:
+    """Draw the measured samples as dots and the twin as lines, about the straight tail."""
+    figure, axes = panel(HALF_WIDTH_IN, 2.9, Margins(top=0.5))
+    for k in range(len(fit.markers)):
+        axes.plot(fit.time_s, fit.measured_m[:, k] * MM, ".", color=INK, markersize=2.2, label="measured", zorder=2.1)
+        axes.plot(fit.time_s, fit.simulated_m[:, k] * MM, color=TWIN, linewidth=1.1, label="twin")
+    end_s = _end_s(fit.time_s, np.abs(fit.simulated_m).max(axis=1))
+    axes.set_xlim(-_CLOSE * end_s, end_s)
+    axes.set_xticks([tick for tick in axes.get_xticks() if 0.0 <= tick <= end_s])
+    _name_curves(axes, fit)
+    axes.set(xlabel="time after the release (s)", ylabel="lateral position (mm)")
+    legend_above(axes, 2)
+    return figure
+
+
+def _end_s(time_s: np.ndarray, swing: np.ndarray) -> float:
+    """Find the end of the time axis: when the swing (n,) has faded, or the end of the decay."""
+    swinging = np.flatnonzero(swing > _FADED * swing[0])
+    faded_s = float(time_s[min(int(swinging[-1]) + 1, len(time_s) - 1)])
+    return min(_STEP_S * float(np.ceil(faded_s / _STEP_S)), float(time_s[-1]))
+
+
+def _name_curves(axes: Axes, fit: DecayFit) -> None:
+    start = fit.simulated_m[0] * MM
+    low, high = axes.get_ylim()
+    order, place = np.argsort(start), start.copy()
+    for before, k in pairwise(order):
+        place[k] = max(place[k], place[before] + _LABEL_GAP * (high - low))
+    place -= (place - start).mean()
+    for name, at in zip(fit.markers, place, strict=True):
+        text = shortened(name, 12)
+        axes.annotate(text, (0.0, at), (-4, 0), textcoords="offset points", ha="right", va="center", fontsize=7.0)
+
+
+@styled
+def decay_spectrum_figure(spectrum: DecaySpectrum) -> Figure:
+    """Draw amplitude over frequency for every tail marker, their rms, and its peak."""
+    figure, axes = panel(HALF_WIDTH_IN, 2.9, Margins(top=0.5))
+    end_hz = min(max(round(_SHOWN * (spectrum.peak_hz or 0.0)), 8), spectrum.bins_hz[-1])
+    shown = spectrum.bins_hz <= end_hz
+    bins_hz = spectrum.bins_hz[shown]
+    axes.plot(bins_hz, spectrum.amplitude_m[shown] * MM, color=MUTED, linewidth=0.6, alpha=0.7, label="markers")
+    axes.plot(bins_hz, spectrum.rms_m[shown] * MM, color=INK, linewidth=1.6, label="rms of markers")
+    if spectrum.peak_hz is not None:
+        height = float(np.interp(spectrum.peak_hz, spectrum.bins_hz, spectrum.rms_m)) * MM
+        label = f"peak at {spectrum.peak_hz:.2f} Hz"
+        axes.plot(spectrum.peak_hz, height, "o", color=INK, markerfacecolor=FAINT, markersize=5, label=label)
+    axes.set_xlim(0.0, end_hz)
+    axes.set_ylim(bottom=0.0)
+    axes.set(xlabel="frequency (Hz)", ylabel="lateral amplitude (mm)")
+    legend_above(axes, 2)
+    return figure
+
+
+def build_free_decay(context: ReportContext) -> Section | None:
+    """Build the section; None where there is no free decay."""
+    structure = context.calibration.structure
+    return free_decay_section(structure) if structure.decays else None
+
+
+def free_decay_section(structure: Structure) -> Section:
+    """Build the section from a structure: the common fit, a table of the decays, their spectra and curves."""
+    plots = [plot for number, fit in enumerate(structure.decays, start=1) for plot in _plots(fit, number)]
+    caveats = [sentence(f"{fit.name}: {flag.message}") for fit in structure.decays for flag in fit.flags]
+    caveats += [sentence(flag.message) for flag in (structure.hinges.flags if structure.hinges else ())]
+    curves = Plots(tuple(plots), "Spectrum and curve of each decay: markers (dots), twin (lines).", folded=True)
+    blocks = (Prose(f"{_result(structure.hinges)} {METHOD}"), _decay_table(structure), curves)
+    return Section("Free decays", "free-decay", blocks, tuple(caveats))
+
+
+def _result(hinges: HingeEstimate | None) -> str:
+    if hinges is None:
+        return "No free decay can be believed: stiffness and damping of the hinges are assumed."
+    stiffness = with_error(hinges.stiffness_n_m, hinges.stiffness_se_n_m)
+    damping = with_error(MILLI * hinges.damping_n_m_s, MILLI * hinges.damping_se_n_m_s)
+    several = f"The {counted(hinges.decays, 'free decay')} together give"
+    source = "The free decay gives" if hinges.decays == 1 else several
+    return (
+        f"{source} a stiffness of {stiffness} N m/rad and a damping of {damping} mN m s/rad for every hinge (± "
+        "standard error)."
+    )
+
+
+def _decay_table(structure: Structure) -> Table:
+    caption = (
+        "Each free decay with standard errors: the peak of its spectrum, the stiffness whose twin peaks there too, and "
+        "the hinges by the whole curve."
+    )
+    used = {name for source in structure.sources if source.quantity == "hinge_stiffness" for name in source.trials}
+    return Table(
+        caption, DECAY_COLUMNS, tuple(_decay_row(fit, fit.name in used) for fit in structure.decays), folded=True
+    )
+
+
+def _decay_row(fit: DecayFit, used: bool) -> tuple[str, ...]:
+    return (
+        fit.name,
+        shown(fit.spectrum.peak_hz, 2),
+        significant(fit.matched_stiffness_n_m),
+        with_error(fit.stiffness_n_m, fit.stiffness_se_n_m),
+        with_error(MILLI * fit.damping_n_m_s, MILLI * fit.damping_se_n_m_s),
+        in_mm(fit.rms_m, 2),
+        percent(fit.explained),
+        "yes" if used else "no",
+    )
+
+
+def _plots(fit: DecayFit, number: int) -> tuple[Plot, Plot]:
+    spectrum, curve = f"decay-spectrum-{number}", f"decay-{number}"
+    return (
+        Plot(
+            decay_spectrum_figure(fit.spectrum),
+            spectrum,
+            f"{fit.name}: amplitude of the tail markers under the falling half of a Hann window, and the peak.",
+            label=f"{fit.name}: spectrum.",
+        ),
+        Plot(
+            decay_curve_figure(fit),
+            curve,
+            f"{fit.name}: tail markers after the release (dots) and the twin with the fitted hinges (lines), about the "
+            "straight tail.",
+            label=f"{fit.name}: curve.",
+        ),
+    )
+
+
+# Dry runs.
 
 
 @styled
@@ -116,78 +274,6 @@ def _centre(trial: CrankTrial) -> tuple[np.ndarray, np.ndarray]:
 def _shift_into_axis(phase_rad: float, phase_deg: np.ndarray) -> float:
     """Shift a phase by whole turns into the range of the axis, in degrees."""
     return float((np.degrees(phase_rad) - phase_deg[0]) % 360.0 + phase_deg[0])
-
-
-_LABEL_GAP = 0.074  # least distance between two names, as a share of the height
-_CLOSE = 0.24  # room for the names before time 0, as a share of the time shown
-_STEP_S = 0.1  # the time axis ends at a multiple of this, so that similar decays get the same axis
-_FADED = 0.02  # a swing below this share of the first one cannot be seen
-_SHOWN = 2.6  # the spectrum is drawn up to this many times the frequency, rounded to a whole Hz
-
-
-@styled
-def decay_curve_figure(fit: DecayFit) -> Figure:
-    """Draw the measured samples as dots and the twin as lines, about the straight tail."""
-    figure, axes = panel(HALF_WIDTH_IN, 2.9, Margins(top=0.5))
-    for k in range(len(fit.markers)):
-        axes.plot(fit.time_s, fit.measured_m[:, k] * MM, ".", color=INK, markersize=2.2, label="measured", zorder=2.1)
-        axes.plot(fit.time_s, fit.simulated_m[:, k] * MM, color=TWIN, linewidth=1.1, label="twin")
-    end_s = _end_s(fit.time_s, np.abs(fit.simulated_m).max(axis=1))
-    axes.set_xlim(-_CLOSE * end_s, end_s)
-    axes.set_xticks([tick for tick in axes.get_xticks() if 0.0 <= tick <= end_s])
-    _name_curves(axes, fit)
-    axes.set(xlabel="time after the release (s)", ylabel="lateral position (mm)")
-    legend_above(axes, 2)
-    return figure
-
-
-def _end_s(time_s: np.ndarray, swing: np.ndarray) -> float:
-    """Find the end of the time axis: when the swing (n,) has faded, or the end of the decay."""
-    swinging = np.flatnonzero(swing > _FADED * swing[0])
-    faded_s = float(time_s[min(int(swinging[-1]) + 1, len(time_s) - 1)])
-    return min(_STEP_S * float(np.ceil(faded_s / _STEP_S)), float(time_s[-1]))
-
-
-def _name_curves(axes: Axes, fit: DecayFit) -> None:
-    start = fit.simulated_m[0] * MM
-    low, high = axes.get_ylim()
-    order, place = np.argsort(start), start.copy()
-    for before, k in pairwise(order):
-        place[k] = max(place[k], place[before] + _LABEL_GAP * (high - low))
-    place -= (place - start).mean()
-    for name, at in zip(fit.markers, place, strict=True):
-        text = shortened(name, 12)
-        axes.annotate(text, (0.0, at), (-4, 0), textcoords="offset points", ha="right", va="center", fontsize=7.0)
-
-
-@styled
-def decay_spectrum_figure(spectrum: DecaySpectrum) -> Figure:
-    """Draw amplitude over frequency for every tail marker, their rms, and its peak."""
-    figure, axes = panel(HALF_WIDTH_IN, 2.9, Margins(top=0.5))
-    end_hz = min(max(round(_SHOWN * (spectrum.peak_hz or 0.0)), 8), spectrum.bins_hz[-1])
-    shown = spectrum.bins_hz <= end_hz
-    bins_hz = spectrum.bins_hz[shown]
-    axes.plot(bins_hz, spectrum.amplitude_m[shown] * MM, color=MUTED, linewidth=0.6, alpha=0.7, label="markers")
-    axes.plot(bins_hz, spectrum.rms_m[shown] * MM, color=INK, linewidth=1.6, label="rms of markers")
-    if spectrum.peak_hz is not None:
-        height = float(np.interp(spectrum.peak_hz, spectrum.bins_hz, spectrum.rms_m)) * MM
-        label = f"peak at {spectrum.peak_hz:.2f} Hz"
-        axes.plot(spectrum.peak_hz, height, "o", color=INK, markerfacecolor=FAINT, markersize=5, label=label)
-    axes.set_xlim(0.0, end_hz)
-    axes.set_ylim(bottom=0.0)
-    axes.set(xlabel="frequency (Hz)", ylabel="lateral amplitude (mm)")
-    legend_above(axes, 2)
-    return figure
-
-
-T = TypeVar("T")
-
-NOT_USED = "The arm below is not used: the swim trials were fitted with the assumed one."
-DRY_RUN_COLUMNS = table_head(
-    "dry run | commanded [Hz] | speed [Hz, ± standard error] | off command [%] | phase [°] | distance [mm] | "
-    "lowest alone [mm] | arm alone [mm]"
-)
-OFF_COMMAND = 3
 
 
 def build_dry_runs(context: ReportContext) -> Section | None:
@@ -289,84 +375,3 @@ def _caveats(fit: CrankFit) -> tuple[str, ...]:
             printed.add(flag.kind)
             texts.append(sentence(f"{trial.name}{others if shared else ''}: {flag.message}"))
     return tuple(texts)
-
-
-PUBLISHED_HZ = 3.5  # "Simple Models, Real Swimming" (2026)
-METHOD = f"Published peak of the spectrum for this kind of robot: {PUBLISHED_HZ:g} Hz."
-DECAY_COLUMNS = table_head(
-    "free decay | peak [Hz] | first match [N m/rad] | stiffness [N m/rad] | damping [mN m s/rad] | "
-    "distance [mm, rms] | explained [] | counts"
-)
-MILLI = 1000.0
-
-
-def build_free_decay(context: ReportContext) -> Section | None:
-    """Build the section; None where there is no free decay."""
-    structure = context.calibration.structure
-    return free_decay_section(structure) if structure.decays else None
-
-
-def free_decay_section(structure: Structure) -> Section:
-    """Build the section from a structure: the common fit, a table of the decays, their spectra and curves."""
-    plots = [plot for number, fit in enumerate(structure.decays, start=1) for plot in _plots(fit, number)]
-    caveats = [sentence(f"{fit.name}: {flag.message}") for fit in structure.decays for flag in fit.flags]
-    caveats += [sentence(flag.message) for flag in (structure.hinges.flags if structure.hinges else ())]
-    curves = Plots(tuple(plots), "Spectrum and curve of each decay: markers (dots), twin (lines).", folded=True)
-    blocks = (Prose(f"{_result(structure.hinges)} {METHOD}"), _decay_table(structure), curves)
-    return Section("Free decays", "free-decay", blocks, tuple(caveats))
-
-
-def _result(hinges: HingeEstimate | None) -> str:
-    if hinges is None:
-        return "No free decay can be believed: stiffness and damping of the hinges are assumed."
-    stiffness = with_error(hinges.stiffness_n_m, hinges.stiffness_se_n_m)
-    damping = with_error(MILLI * hinges.damping_n_m_s, MILLI * hinges.damping_se_n_m_s)
-    several = f"The {counted(hinges.decays, 'free decay')} together give"
-    source = "The free decay gives" if hinges.decays == 1 else several
-    return (
-        f"{source} a stiffness of {stiffness} N m/rad and a damping of {damping} mN m s/rad for every hinge (± "
-        "standard error)."
-    )
-
-
-def _decay_table(structure: Structure) -> Table:
-    caption = (
-        "Each free decay with standard errors: the peak of its spectrum, the stiffness whose twin peaks there too, and "
-        "the hinges by the whole curve."
-    )
-    used = {name for source in structure.sources if source.quantity == "hinge_stiffness" for name in source.trials}
-    return Table(
-        caption, DECAY_COLUMNS, tuple(_decay_row(fit, fit.name in used) for fit in structure.decays), folded=True
-    )
-
-
-def _decay_row(fit: DecayFit, used: bool) -> tuple[str, ...]:
-    return (
-        fit.name,
-        shown(fit.spectrum.peak_hz, 2),
-        significant(fit.matched_stiffness_n_m),
-        with_error(fit.stiffness_n_m, fit.stiffness_se_n_m),
-        with_error(MILLI * fit.damping_n_m_s, MILLI * fit.damping_se_n_m_s),
-        in_mm(fit.rms_m, 2),
-        percent(fit.explained),
-        "yes" if used else "no",
-    )
-
-
-def _plots(fit: DecayFit, number: int) -> tuple[Plot, Plot]:
-    spectrum, curve = f"decay-spectrum-{number}", f"decay-{number}"
-    return (
-        Plot(
-            decay_spectrum_figure(fit.spectrum),
-            spectrum,
-            f"{fit.name}: amplitude of the tail markers under the falling half of a Hann window, and the peak.",
-            label=f"{fit.name}: spectrum.",
-        ),
-        Plot(
-            decay_curve_figure(fit),
-            curve,
-            f"{fit.name}: tail markers after the release (dots) and the twin with the fitted hinges (lines), about the "
-            "straight tail.",
-            label=f"{fit.name}: curve.",
-        ),
-    )

@@ -1,4 +1,8 @@
-"""The first screen of the report: a hero figure and three answers."""
+"""First screen of the report: a swim from above, and three answers.
+
+`swim_from_above` draws the robot and its twin in one pool, of the trial that `representative` chooses. `build_summary`
+sets it above the answers of `reports.answers`.
+"""
 
 from __future__ import annotations
 
@@ -25,15 +29,15 @@ _LABEL = 28.0  # half the width of a label in large letters, px
 _HIGHEST = 300.0  # largest height of the drawn paths, px
 _STATIONS = 22  # points along the body
 _FRAMES_A_SECOND = 14.0
-_MOST_FRAMES = 64
+_MOST_FRAMES = 64  # largest number of frames that are drawn
 _LEAST_SEEN = 0.5  # share of the frames in which a marker must be seen to be drawn
 _FEWEST = 3  # smallest number of markers, and of frames
 _FINE = 200  # points of the outline
 _NOSE = 0.14  # share of the length over which the nose widens
 _TAPER = 0.3  # share of the length over which the tail narrows
-_THINNEST_M = 0.004
+_THINNEST_M = 0.004  # least half width of the outline
 _APART = 0.62  # distance between snapshots, body lengths
-_MOST_SNAPSHOTS = 4
+_MOST_SNAPSHOTS = 4  # largest number of snapshots on paper
 
 _FILMED = f'fill="{page_colour(INK)}" fill-opacity=".16" stroke="{page_colour(INK)}" stroke-opacity=".6"'
 _SIMULATED = f'fill="none" stroke="{page_colour(TWIN)}" stroke-width="1.8"'
@@ -225,6 +229,9 @@ def _legend(scale: float, height: float) -> str:
         f'<rect x="600" y="{y - 6}" width="18" height="12" rx="4" {_SIMULATED}/>'
         f'<text x="625" y="{y + 4}" {_TEXT}>exported twin</text>'
     )
+
+
+# The first screen.
 
 
 def build_summary(context: ReportContext) -> Section:

@@ -1,4 +1,4 @@
-"""Section on forecasts: speed over frequency beside elongated body theory and baselines."""
+"""Section on forecasts: every held-out trial by every model, and speed over frequency beside elongated body theory."""
 
 from __future__ import annotations
 
@@ -54,8 +54,26 @@ from reports.words import (
 if TYPE_CHECKING:
     from fitting.posterior.prediction import PredictedSweep
 
-
+# Forecasts of the trials
 _SHIFT = 0.17  # distance of a model from the middle of its row, in rows
+
+# The sweep of the speed
+WIDTH_IN = 6.3
+_HEIGHT_IN = 3.6
+_BELOW_IN = 0.9  # height of the lower panel
+_BOTTOM_IN = 0.42
+_LEFT_IN = 0.66
+_RULES: dict[str, Look] = {
+    "line": {"linestyle": (0, (1, 1.6))},
+    "constant_stride": {"linestyle": (0, (6, 2, 1, 2))},
+}
+
+# Tables
+_MODELS = table_head("model | speed error [mm/s] | markers [mm] | shape alone [mm] | coordinates in 90 % band [%]")
+_TRIALS = table_head(
+    "trial | beat [Hz] | measured [mm/s] | twin [error] | EBT [error] | from command [error] | markers [mm] | "
+    "shape alone [mm] | samples used [%] | caveats"
+)
 
 
 @styled
@@ -86,17 +104,6 @@ def forecasts_figure(forecasts: SessionForecast) -> Figure:
     axes.set(ylim=(-0.6, len(names) - 0.4), xlabel="forward speed (mm/s)")
     legend_above(axes, 2)
     return figure
-
-
-WIDTH_IN = 6.3
-_HEIGHT_IN = 3.6
-_BELOW_IN = 0.9  # height of the lower panel
-_BOTTOM_IN = 0.42
-_LEFT_IN = 0.66
-_RULES: dict[str, Look] = {
-    "line": {"linestyle": (0, (1, 1.6))},
-    "constant_stride": {"linestyle": (0, (6, 2, 1, 2))},
-}
 
 
 @styled
@@ -151,13 +158,6 @@ def _shade_extrapolated(axes: Axes, calibration: Calibration) -> None:
     for start, end in ((first, low), (high, last)):
         if start < end:
             axes.axvspan(start, end, facecolor=SHADE, linewidth=0)
-
-
-_MODELS = table_head("model | speed error [mm/s] | markers [mm] | shape alone [mm] | coordinates in 90 % band [%]")
-_TRIALS = table_head(
-    "trial | beat [Hz] | measured [mm/s] | twin [error] | EBT [error] | from command [error] | markers [mm] | "
-    "shape alone [mm] | samples used [%] | caveats"
-)
 
 
 def build_forecasts(context: ReportContext) -> Section:

@@ -1,4 +1,4 @@
-"""Section on the sim-to-real gap and the evidence behind it."""
+"""Section on the sim-to-real gap: where it lies, which effect makes it, how far it shrinks, and the evidence for it."""
 
 from collections.abc import Mapping, Sequence
 from math import isnan
@@ -49,6 +49,7 @@ from reports.words import (
 from swimcal.effects.catalogue import catalogue
 from swimcal.robot import RobotSpec
 
+# Figures
 _CAPTIONS = {
     "gap-fish": "Red: parts where the gap comes from. Blue: where it shows; the size of a disc is the share of that "
     "marker, of the speed, of the course or of the beat frequency.",
@@ -63,6 +64,28 @@ _CAPTIONS = {
     "gap-forces": "Forces and torques that the plain twin lacks over a beat, a line a trial, with bands of two "
     "standard deviations.",
 }
+
+# Tables of the evidence
+FORCE = table_head("missing | root mean square [] | significant [% of beat] | goes with | correlation []")
+SET = table_head("hypothesis | probability []")
+PLACE = table_head("place | in all trials | probability []")
+DECAY = table_head("free decay | stiffness over mass [%] | damping over mass [%] | used")
+_PLACES = 5  # number of places that are shown, the likeliest
+PARAMETER = table_head("effect | parameter | value [] | 95 % interval [] | unit")
+NEXT = table_head("what to do | separates | error after it [%]")
+
+# The section
+_VERDICTS = {
+    "named": "Verdict: named. No other effect of the catalogue explains the data.",
+    "inseparable": "Verdict: inseparable. These trials cannot separate the effects of a group; one of each is enough.",
+    "unexplained": "Verdict: unexplained. There is a gap, and no effect of the catalogue explains it.",
+    "no_gap": "Verdict: no gap. Noise, misplaced boxes and the twin’s own error are enough to explain the residual.",
+}
+_NOT_HELD_OUT = (
+    "No trial is held out, so how far the gap shrinks on trials that were not fitted is not known. Give one or more "
+    'trials the role "holdout" in session.toml and diagnose again.'
+)
+_STRONGEST = 4  # number of parameters that are listed
 
 
 def gap_plots(found: DiagnosisResult, robot: RobotSpec, markers: tuple[str, ...]) -> dict[str, Plot]:
@@ -84,15 +107,6 @@ def gap_plots(found: DiagnosisResult, robot: RobotSpec, markers: tuple[str, ...]
     if seen(found.missing_forces):
         figures["gap-forces"] = gap_forces_figure(found.missing_forces)
     return {name: Plot(figure, name, _CAPTIONS[name]) for name, figure in figures.items()}
-
-
-FORCE = table_head("missing | root mean square [] | significant [% of beat] | goes with | correlation []")
-SET = table_head("hypothesis | probability []")
-PLACE = table_head("place | in all trials | probability []")
-DECAY = table_head("free decay | stiffness over mass [%] | damping over mass [%] | used")
-_PLACES = 5  # number of places that are shown, the likeliest
-PARAMETER = table_head("effect | parameter | value [] | 95 % interval [] | unit")
-NEXT = table_head("what to do | separates | error after it [%]")
 
 
 def missing(found: DiagnosisResult, context: ReportContext) -> tuple[Prose, tuple[Table, ...]]:
@@ -236,19 +250,6 @@ def next_experiments(found: DiagnosisResult) -> tuple[Block, ...]:
         "for the other afterwards."
     )
     return (Table(caption, NEXT, rows),)
-
-
-_VERDICTS = {
-    "named": "Verdict: named. No other effect of the catalogue explains the data.",
-    "inseparable": "Verdict: inseparable. These trials cannot separate the effects of a group; one of each is enough.",
-    "unexplained": "Verdict: unexplained. There is a gap, and no effect of the catalogue explains it.",
-    "no_gap": "Verdict: no gap. Noise, misplaced boxes and the twin’s own error are enough to explain the residual.",
-}
-_NOT_HELD_OUT = (
-    "No trial is held out, so how far the gap shrinks on trials that were not fitted is not known. Give one or more "
-    'trials the role "holdout" in session.toml and diagnose again.'
-)
-_STRONGEST = 4  # number of parameters that are listed
 
 
 def build_gap(context: ReportContext) -> Section:

@@ -1,4 +1,7 @@
-"""Figures of the sim-to-real gap: where it lies, which effect causes it, how far it shrinks."""
+"""Figures of the sim-to-real gap: where it lies, which effect causes it, how far it shrinks.
+
+`likenesses` finds the motion of the twin that a missing force goes with, for the words beside the figures.
+"""
 
 from collections.abc import Mapping, Sequence
 from math import isnan
@@ -39,6 +42,7 @@ from reports.style import (
 from reports.words import MM, in_words, of_its_size, shortened, shown, whole_percent
 from swimcal.robot import RobotSpec
 
+# What a missing force goes with
 HEAD = ("head_along", "head_across", "head_moment")
 FORCES = HEAD[:2]  # forces in N; all others are torques in N m
 LEAST_LIKE = 0.7  # smallest correlation with which a force goes with a motion
@@ -48,6 +52,50 @@ _LEAST_SHOWN = 5e-6  # smallest size, N or N m, that is not printed as 0.00 mN o
 _LEVEL = 0.03  # correlations that differ by less than this are level
 _ON_MIDDLE_M = 0.005  # largest distance from the middle plane of a marker on the midline
 _BESIDE_M = 0.02  # distance from the outer hinges to where the direction of their links is read
+
+# The robot with the gap on it
+_MARGINS = Margins(left=0.05, right=0.05, bottom=0.05, top=0.05)
+_UP = 235.0  # height shown above the middle, mm
+_DOWN = 225.0  # height shown below the middle, mm
+_LARGEST = 21.0  # radius of the disc of a share of 1, mm
+_FULLEST = 0.9  # opacity of a share of 1
+_HALF_WIDTH = 62.0  # half width of the painted body, mm
+_APART = 31.0  # distance between names of markers, mm
+_STAGES = {
+    "camera": ("camera", "the picture’s frame"),
+    "body": ("body", "forces on the whole fish"),
+    "drive": ("drive", "clock, motor, gearing"),
+    "tail": ("tail", "hinges and tendons"),
+    "floor": ("noise", "chance alone"),
+}
+
+# Missing forces over the beat
+COLOURS = (TWIN, EBT, EBT_SMOOTHED, EBT_LARGE, WARN, GAP, *(INKS[n].light for n in ("flag-merged", "flag-frozen")))
+MILLI = 1000.0  # mN in a newton
+_FINEST = 1.0  # every panel reaches at least this far, mN or mN m
+_ANGLES = np.linspace(0.0, 2 * np.pi, 73)  # angles of the crank that are drawn
+_COLUMNS = 4  # panels in a row
+
+# Held-out swims
+_FLOOR = 1.0  # mean squared whitened residual of noise alone
+
+# Shares of the gap
+_ROW_IN = 0.2
+_LEFT_IN = 0.62
+_TOP_IN = 0.52
+_BOTTOM_IN = 0.34
+_LABEL_IN = 0.82
+_GAP_IN = 0.3
+_NAMES = {"floor": "noise"}
+
+# Effects
+HELD = 0.5  # the same as in `diagnosis.constants`, which is not imported because it loads the twin
+_MOST = 9  # largest number of effects that are shown
+_LEAST = 0.005  # smallest probability that is shown of an effect that is not named
+_OTHERS = {"none_of_these": "none of these", "nothing": "nothing at all"}
+
+
+# What a missing force goes with.
 
 
 def force_name(joint: str) -> str:
@@ -152,20 +200,7 @@ def _likest(parts: Sequence[tuple[np.ndarray, Mapping[str, np.ndarray]]], free: 
     return Likeness(tuple(sorted(level, key=lambda name: -abs(correlations[name]))), correlations[best])
 
 
-_MARGINS = Margins(left=0.05, right=0.05, bottom=0.05, top=0.05)
-_UP = 235.0  # height shown above the middle, mm
-_DOWN = 225.0  # height shown below the middle, mm
-_LARGEST = 21.0  # radius of the disc of a share of 1, mm
-_FULLEST = 0.9  # opacity of a share of 1
-_HALF_WIDTH = 62.0  # half width of the painted body, mm
-_APART = 31.0  # distance between names of markers, mm
-_STAGES = {
-    "camera": ("camera", "the picture’s frame"),
-    "body": ("body", "forces on the whole fish"),
-    "drive": ("drive", "clock, motor, gearing"),
-    "tail": ("tail", "hinges and tendons"),
-    "floor": ("noise", "chance alone"),
-}
+# The robot with the gap on it.
 
 
 @styled
@@ -279,11 +314,7 @@ def _draw_discs(axes: Axes, robot: RobotSpec, markers: tuple[str, ...], shares: 
         axes.text(*place, text, rotation=45, fontsize=8.5, ha="left", va="bottom", zorder=5, fontweight=weight)
 
 
-COLOURS = (TWIN, EBT, EBT_SMOOTHED, EBT_LARGE, WARN, GAP, *(INKS[n].light for n in ("flag-merged", "flag-frozen")))
-MILLI = 1000.0
-_FINEST = 1.0  # every panel reaches at least this far, mN or mN m
-_ANGLES = np.linspace(0.0, 2 * np.pi, 73)
-_COLUMNS = 4
+# Missing forces over the beat.
 
 
 @styled
@@ -321,7 +352,7 @@ def _line(axes: Axes, mean: np.ndarray, sd: np.ndarray, colour: str, label: str)
     axes.plot(degrees, MILLI * mean, color=colour, label=label)
 
 
-_FLOOR = 1.0  # mean squared whitened residual of noise alone
+# Held-out swims.
 
 
 @styled
@@ -410,13 +441,7 @@ def _rows(axes: Axes, before: np.ndarray, after: np.ndarray, changed: bool) -> N
     axes.locator_params(axis="x", nbins=4)
 
 
-_ROW_IN = 0.2
-_LEFT_IN = 0.62
-_TOP_IN = 0.52
-_BOTTOM_IN = 0.34
-_LABEL_IN = 0.82
-_GAP_IN = 0.3
-_NAMES = {"floor": "noise"}
+# Shares of the gap.
 
 
 @styled
@@ -472,10 +497,7 @@ def _range(share: float, alone: float) -> str:
     return ends[0] if ends[0] == ends[1] else f"{ends[0][:-2]} to {ends[1]}"
 
 
-HELD = 0.5  # the same as in `diagnosis.verdict`, which is not imported because it loads the twin
-_MOST = 9  # largest number of effects that are shown
-_LEAST = 0.005  # smallest probability that is shown of an effect that is not named
-_OTHERS = {"none_of_these": "none of these", "nothing": "nothing at all"}
+# Effects.
 
 
 @styled

@@ -1,4 +1,4 @@
-"""The index of several sessions: a page that sorts and filters, and the same numbers as CSV."""
+"""Index of several sessions: a page that sorts and filters (`write_index`), and the same numbers as CSV."""
 
 import os
 import re
@@ -22,8 +22,18 @@ from swimcal.mjcf import FluidCoefficients
 from swimcal.results import write_whole
 
 _DATE = re.compile(r"\d{4}-\d{2}-\d{2}")  # a date in the name of a session
+
+# Sparklines
 _WIDE = 64  # width of a sparkline, px
 _HIGH = 26  # height of a sparkline, px
+Points = Sequence[tuple[float, float]]
+_Range = tuple[tuple[float, float], tuple[float, float]]
+
+# Columns of the CSV
+_TWIN = "twin_speed_error_m_s"
+_BASELINE = "baseline_error_m_s"
+_EBT = "ebt_speed_error_m_s"
+_ALWAYS = ("session", "folder")
 
 
 @dataclass(frozen=True, eq=False)
@@ -198,10 +208,6 @@ def _diagnosis(row: Mapping[str, Any]) -> _Cell:
     return _cell(f"{in_words(str(row['diagnosis']))}{': ' if effects else ''}{effects}")
 
 
-_TWIN = "twin_speed_error_m_s"
-_BASELINE = "baseline_error_m_s"
-_EBT = "ebt_speed_error_m_s"
-_ALWAYS = ("session", "folder")
 _COLUMNS = (
     _Column("verdict", "", ("verdict",), lambda row: _cell(in_words(row["verdict"]))),
     _Column(
@@ -243,10 +249,6 @@ def _href(report: Path, folder: Path) -> str:
         return quote(Path(os.path.relpath(report, folder)).as_posix())
     except ValueError:  # another drive on Windows
         return report.absolute().as_uri()
-
-
-Points = Sequence[tuple[float, float]]
-_Range = tuple[tuple[float, float], tuple[float, float]]
 
 
 def _speeds(entry: IndexEntry) -> tuple[Points, Points]:

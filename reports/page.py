@@ -1,10 +1,7 @@
-"""Blocks of a page, its template and small drawings in SVG.
+"""Blocks of a page, the template that prints them, and figures as SVG in the page's colours.
 
-The blocks of a report, and the sections that hold them.
-
-`templates/blocks.html.j2` has the look of each, one macro a kind.
-
-Text is escaped when it is rendered; only `markupsafe.Markup` goes in as it is.
+A section holds blocks; `templates/blocks.html.j2` has the look of each, one macro a kind. Text is escaped when it is
+rendered; only `markupsafe.Markup` goes in as it is.
 """
 
 import io
@@ -20,9 +17,17 @@ from matplotlib.figure import Figure
 from reports.style import HALF_WIDTH_IN, INKS, SURFACE, Look, applied
 from reports.words import MISSING
 
+# Figures as SVG
 _VARIABLE = {ink.light: f"var(--{name}, {ink.light})" for name, ink in INKS.items()}
 POINTS = 72.0  # points in an inch
 _NO_METADATA = {"Date": None, "Creator": None, "Format": None, "Type": None}
+
+# Figures among blocks
+HIGHEST_IN = 3.5  # largest height of a figure that shares a row on paper
+NOTEBOOK_DOTS_PER_INCH = 110.0  # resolution of a figure in a notebook
+
+
+# Figures as SVG.
 
 
 def page_colour(light: str) -> str:
@@ -74,8 +79,7 @@ def _round(number: re.Match[str]) -> str:
     return f"{value:.1f}" if abs(value) >= 10 else f"{value:.2f}"
 
 
-HIGHEST_IN = 3.5  # largest height of a figure that shares a row on paper
-NOTEBOOK_DOTS_PER_INCH = 110.0
+# Blocks.
 
 
 @dataclass(frozen=True)
@@ -277,6 +281,9 @@ class Section:
         """The figures of the section and of its parts."""
         own = [plot for block in self.blocks if isinstance(block, Plots | FirstScreen) for plot in block.plots]
         return (*own, *(plot for part in self.parts for plot in part.plots))
+
+
+# Pages.
 
 
 def render_page(template: str, **values: Any) -> str:

@@ -1,4 +1,4 @@
-"""Section on the posterior: how sure the coefficients are."""
+"""Section on the posterior: how sure the coefficients are, what is predicted with them, and the checks of the draws."""
 
 from __future__ import annotations
 
@@ -48,11 +48,30 @@ if TYPE_CHECKING:
     from fitting.posterior.summary import PosteriorSummary
     from swimcal.mjcf import FluidCoefficients
 
-
+# Figures of the checks
 _POINTS = 120  # number of points drawn of a trace
 _GROUPS = 4  # number of groups of walkers
 _RANK_BINS = 10  # bins of the ranks
 _QUARTER_COLOURS = (TWIN, EBT, EBT_LARGE, INK)
+
+# Figures of the draws
+_DENSITY_BINS = 36  # bins of the densities
+_SMOOTH = 1.3  # standard deviation of the filter that smooths them, bins
+_HELD = (0.9, 0.5)  # shares of the draws within the contours
+_COEFFICIENT_COLOURS = (TWIN, EBT, EBT_LARGE, INK, WARN)
+
+# Tables
+COLUMNS = table_head("coefficient | fit [] | mean ± sd [] | 90 % interval [] | sd / prior’s [%] | determined")
+DIRECTIONS = table_head("combination | sd / prior’s [%]")
+TRIALS = table_head(
+    "trial | role | measured [mm/s] | coefficients, 90 % [mm/s] | all, 90 % [mm/s] | speed inside | "
+    "marker coordinates inside [%]"
+)
+ROBOT = table_head("quantity | prior sd [%] | from | posterior offset [%]")
+NOISE = table_head(
+    "trial | frames [] | effective [] | lasts [s] | white share [%] | size [mm] | neighbours [] | "
+    "after the model [] | white after the model"
+)
 
 
 @styled
@@ -131,12 +150,6 @@ def posterior_whiteness_figure(found: PosteriorSummary) -> Figure:
     drawn[-1].set_xlabel("lag (s)")
     legend_on_top(figure, 4 if wide else 2)
     return figure
-
-
-_DENSITY_BINS = 36  # bins of the densities
-_SMOOTH = 1.3  # standard deviation of the filter that smooths them, bins
-_HELD = (0.9, 0.5)  # shares of the draws within the contours
-_COEFFICIENT_COLOURS = (TWIN, EBT, EBT_LARGE, INK, WARN)
 
 
 @styled
@@ -286,19 +299,6 @@ def _draw_swings(axes: Axes, trial: PredictedTrial) -> None:
     mark = role_marker(INK, trial.role) | {"markersize": 3.2, "markeredgewidth": 0.9}
     axes.plot(place, trial.swing_m[order] * MM, **mark)
     axes.locator_params(axis="x", nbins=4)
-
-
-COLUMNS = table_head("coefficient | fit [] | mean ± sd [] | 90 % interval [] | sd / prior’s [%] | determined")
-DIRECTIONS = table_head("combination | sd / prior’s [%]")
-TRIALS = table_head(
-    "trial | role | measured [mm/s] | coefficients, 90 % [mm/s] | all, 90 % [mm/s] | speed inside | "
-    "marker coordinates inside [%]"
-)
-ROBOT = table_head("quantity | prior sd [%] | from | posterior offset [%]")
-NOISE = table_head(
-    "trial | frames [] | effective [] | lasts [s] | white share [%] | size [mm] | neighbours [] | "
-    "after the model [] | white after the model"
-)
 
 
 def build_posterior(context: ReportContext) -> Section:

@@ -1,4 +1,8 @@
-"""A trial in the Rerun viewer: layers, series over time, and what is missing."""
+"""A trial in the Rerun viewer: its data, the layers that show them over time, and what is missing on the head.
+
+A `Layer` is one entity of a recording. `series_layers` makes those next to the picture, `missing_layers` those of the
+missing forces; the layers in the picture are in `reports.recording`.
+"""
 
 from __future__ import annotations
 
@@ -20,15 +24,29 @@ from swimcal.errors import Flag
 from swimcal.tracks import markers_of, pixels_of
 from tracking.tracked import SampleState
 
+# Timelines and colours
 FRAME = "frame"
 """The timeline of the number of the frame, from 0."""
 TIME = "time"
 """The timeline of the time in the trial's own video."""
 
-
 Rgb = tuple[int, int, int]
 
 GOLDEN_RATIO = 0.618034
+
+# Series
+CONFIDENCE = "confidence"
+RESIDUAL = "residual_mm"
+STATES = "states"
+FLAGS = "flags"
+SUMMARY = "summary"
+
+# Missing forces
+MISSING_FORCE = "missing_force_mN"
+MISSING_TORQUE = "missing_torque_mN_m"
+ARROW = "missing_force"
+LONGEST = 2.0  # length of the longest arrow, in distances from nose to neck
+_MILLI = 1000.0
 
 
 def rgb(hexadecimal: str) -> Rgb:
@@ -100,11 +118,104 @@ def marker_colour(index: int) -> Rgb:
     return red, green, blue
 
 
-MISSING_FORCE = "missing_force_mN"
-MISSING_TORQUE = "missing_torque_mN_m"
-ARROW = "missing_force"
-LONGEST = 2.0  # length of the longest arrow, in distances from nose to neck
-_MILLI = 1000.0
+# The trial and the layers next to its picture.
+
+
+@dataclass(frozen=True, eq=False)
+class RecordedTrial:
+    """One trial of a recording: n frames of m markers.
+
+    Attributes:
+        name: name of the trial; unique in a recording.
+        tracked: tracks, states, sizes and flags; `tracking.tracked.as_tracked` makes them of bare tracks.
+        video_proxy: a small video with the time stamps of the trial's own (`make_proxy`), or None.
+        picture_px: width and height of the pictures that `tracked` is in, px; needed with a proxy, which is stretched
+            to it.
+        twin_px: (n, m, 2) where the fitted twin's markers are in the picture, in the frame of the tracks, px; nan where
+            unknown. None before there is a fit.
+        residual_mm: (n, m) distance between measured and simulated marker, mm; nan where it does not count.
+        metrics: numbers about the trial, shown as they are, such as {"marker_error_mm": 3.1}.
+        missing: forces that a diagnosis finds missing, over the n frames; None before there is a diagnosis.
+    """
+
+    name: str
+    tracked: xr.Dataset
+    video_proxy: Path | None = None
+    picture_px: tuple[int, int] | None = None
+    twin_px: np.ndarray | None = None
+    residual_mm: np.ndarray | None = None
+    metrics: Mapping[str, float | str] = field(default_factory=dict)
+    missing: MissingOverTime | None = None
+
+    @property
+    def markers(self) -> tuple[str, ...]:
+        """Names of the m markers."""
+        return markers_of(self.tracked)
+
+    @property
+    def time_s(self) -> np.ndarray:
+        """Times (n,) of the frames, s."""
+        return self.tracked.time.values
+
+    @property
+    def present(self) -> np.ndarray:
+        """Mask (n, m) of the samples that have a position."""
+        return np.isfinite(pixels_of(self.tracked)).all(axis=2)
+
+
+def series_layers(trial: RecordedTrial) -> list[Layer]:
+    """Make the layers next to the picture; what the trial has no data for is left out."""
+    layers = [lines(entity_of(trial.name, CONFIDENCE), trial.markers, trial.tracked.confidence.values)]
+    if trial.residual_mm is not None:
+        layers.append(lines(entity_of(trial.name, RESIDUAL), trial.markers, trial.residual_mm))
+    layers += [_states(trial, k) for k in range(len(trial.markers))]
+    if trial.tracked.flags:
+        layers.append(_flags(trial))
+    return [*layers, _summary(trial)]
+
+
+def _states(trial: RecordedTrial, k: int) -> Layer:
+    """Make the layer of the frames at which the state of marker k changes."""
+    state = trial.tracked.state.values[:, k]
+    rows = np.flatnonzero(np.concatenate([[True], state[1:] != state[:-1]]))
+    columns = rr.StateChange.columns(state=[SampleState(value).word for value in state[rows].tolist()])
+    words = [value.word for value in STATE_COLOURS]
+    style = rr.StateConfiguration(
+        values=words, labels=[word.replace("_", " ") for word in words], colors=list(STATE_COLOURS.values())
+    )
+    lane = f"{k + 1:02d}_{trial.markers[k]}"  # numbered, since the viewer orders lanes by their paths
+    return Layer(entity_of(trial.name, STATES, lane), (style,), rows, tuple(columns))
+
+
+def _flags(trial: RecordedTrial) -> Layer:
+    last = len(trial.time_s) - 1
+    first = [0 if flag.frames is None else min(max(flag.frames[0], 0), last) for flag in trial.tracked.flags]
+    order = np.argsort(first, kind="stable")
+    texts = [_flag_text(trial.tracked.flags[i]) for i in order]
+    columns = rr.TextLog.columns(text=texts, level=[rr.TextLogLevel.WARN] * len(texts), color=[WARN] * len(texts))
+    return Layer(entity_of(trial.name, FLAGS), (), np.array(first)[order], tuple(columns))
+
+
+def _flag_text(flag: Flag) -> str:
+    frames = "whole trial" if flag.frames is None else f"frames {flag.frames[0]} to {flag.frames[1]}"
+    return " · ".join(part for part in (flag.kind, frames, ", ".join(flag.markers), flag.message) if part)
+
+
+def _summary(trial: RecordedTrial) -> Layer:
+    count = np.bincount(trial.tracked.state.values.ravel(), minlength=len(SampleState))
+    rows = {
+        "frames": len(trial.time_s),
+        "duration_s": float(trial.time_s[-1] - trial.time_s[0]),
+        **{f"samples_{state.word}": int(count[state]) for state in SampleState},
+        **trial.metrics,
+    }
+    shown = {name: f"{value:.4g}" if isinstance(value, float) else value for name, value in rows.items()}
+    table = [f"| {name} | {value} |" for name, value in shown.items()]
+    text = "\n".join([f"# {trial.name}", "", "| | |", "|---|---|", *table, ""])
+    return Layer(entity_of(trial.name, SUMMARY), (rr.TextDocument(text, media_type=rr.MediaType.MARKDOWN),))
+
+
+# What is missing on the head.
 
 
 class MissingOverTime(NamedTuple):
@@ -184,104 +295,3 @@ def _arrow(trial: str, missing: MissingOverTime, nose_px: np.ndarray, neck_px: n
     columns = rr.Arrows2D.columns(vectors=arrows[good], origins=neck_px[good]).partition(good.astype(int))
     style = rr.Arrows2D.from_fields(colors=[GAP], radii=-2.0, draw_order=30.0)
     return Layer(entity_of(trial, "picture", ARROW), (style,), np.arange(len(arrows)), tuple(columns))
-
-
-@dataclass(frozen=True, eq=False)
-class RecordedTrial:
-    """One trial of a recording: n frames of m markers.
-
-    Attributes:
-        name: name of the trial; unique in a recording.
-        tracked: tracks, states, sizes and flags; `tracking.tracked.as_tracked` makes them of bare tracks.
-        video_proxy: a small video with the time stamps of the trial's own (`make_proxy`), or None.
-        picture_px: width and height of the pictures that `tracked` is in, px; needed with a proxy, which is stretched
-            to it.
-        twin_px: (n, m, 2) where the fitted twin's markers are in the picture, in the frame of the tracks, px; nan where
-            unknown. None before there is a fit.
-        residual_mm: (n, m) distance between measured and simulated marker, mm; nan where it does not count.
-        metrics: numbers about the trial, shown as they are, such as {"marker_error_mm": 3.1}.
-        missing: forces that a diagnosis finds missing, over the n frames; None before there is a diagnosis.
-    """
-
-    name: str
-    tracked: xr.Dataset
-    video_proxy: Path | None = None
-    picture_px: tuple[int, int] | None = None
-    twin_px: np.ndarray | None = None
-    residual_mm: np.ndarray | None = None
-    metrics: Mapping[str, float | str] = field(default_factory=dict)
-    missing: MissingOverTime | None = None
-
-    @property
-    def markers(self) -> tuple[str, ...]:
-        """Names of the m markers."""
-        return markers_of(self.tracked)
-
-    @property
-    def time_s(self) -> np.ndarray:
-        """Times (n,) of the frames, s."""
-        return self.tracked.time.values
-
-    @property
-    def present(self) -> np.ndarray:
-        """Mask (n, m) of the samples that have a position."""
-        return np.isfinite(pixels_of(self.tracked)).all(axis=2)
-
-
-CONFIDENCE = "confidence"
-RESIDUAL = "residual_mm"
-STATES = "states"
-FLAGS = "flags"
-SUMMARY = "summary"
-
-
-def series_layers(trial: RecordedTrial) -> list[Layer]:
-    """Make the layers next to the picture; what the trial has no data for is left out."""
-    layers = [lines(entity_of(trial.name, CONFIDENCE), trial.markers, trial.tracked.confidence.values)]
-    if trial.residual_mm is not None:
-        layers.append(lines(entity_of(trial.name, RESIDUAL), trial.markers, trial.residual_mm))
-    layers += [_states(trial, k) for k in range(len(trial.markers))]
-    if trial.tracked.flags:
-        layers.append(_flags(trial))
-    return [*layers, _summary(trial)]
-
-
-def _states(trial: RecordedTrial, k: int) -> Layer:
-    """Make the layer of the frames at which the state of marker k changes."""
-    state = trial.tracked.state.values[:, k]
-    rows = np.flatnonzero(np.concatenate([[True], state[1:] != state[:-1]]))
-    columns = rr.StateChange.columns(state=[SampleState(value).word for value in state[rows].tolist()])
-    words = [value.word for value in STATE_COLOURS]
-    style = rr.StateConfiguration(
-        values=words, labels=[word.replace("_", " ") for word in words], colors=list(STATE_COLOURS.values())
-    )
-    lane = f"{k + 1:02d}_{trial.markers[k]}"  # numbered, since the viewer orders lanes by their paths
-    return Layer(entity_of(trial.name, STATES, lane), (style,), rows, tuple(columns))
-
-
-def _flags(trial: RecordedTrial) -> Layer:
-    last = len(trial.time_s) - 1
-    first = [0 if flag.frames is None else min(max(flag.frames[0], 0), last) for flag in trial.tracked.flags]
-    order = np.argsort(first, kind="stable")
-    texts = [_flag_text(trial.tracked.flags[i]) for i in order]
-    columns = rr.TextLog.columns(text=texts, level=[rr.TextLogLevel.WARN] * len(texts), color=[WARN] * len(texts))
-    return Layer(entity_of(trial.name, FLAGS), (), np.array(first)[order], tuple(columns))
-
-
-def _flag_text(flag: Flag) -> str:
-    frames = "whole trial" if flag.frames is None else f"frames {flag.frames[0]} to {flag.frames[1]}"
-    return " · ".join(part for part in (flag.kind, frames, ", ".join(flag.markers), flag.message) if part)
-
-
-def _summary(trial: RecordedTrial) -> Layer:
-    count = np.bincount(trial.tracked.state.values.ravel(), minlength=len(SampleState))
-    rows = {
-        "frames": len(trial.time_s),
-        "duration_s": float(trial.time_s[-1] - trial.time_s[0]),
-        **{f"samples_{state.word}": int(count[state]) for state in SampleState},
-        **trial.metrics,
-    }
-    shown = {name: f"{value:.4g}" if isinstance(value, float) else value for name, value in rows.items()}
-    table = [f"| {name} | {value} |" for name, value in shown.items()]
-    text = "\n".join([f"# {trial.name}", "", "| | |", "|---|---|", *table, ""])
-    return Layer(entity_of(trial.name, SUMMARY), (rr.TextDocument(text, media_type=rr.MediaType.MARKDOWN),))

@@ -1,4 +1,8 @@
-"""The recording of a session for the Rerun viewer."""
+"""Recording of a session for the Rerun viewer: a small copy of the video, the layers in its picture, and the layout.
+
+`write_recording` writes and checks the file, with the layers of every trial (`reports.recorded_trial`) and the layout
+of `blueprint_of`. `make_proxy` makes the copy of a video that it embeds.
+"""
 
 import os
 import warnings
@@ -41,6 +45,7 @@ from swimcal.results import writing_whole
 from swimcal.tracks import pixels_of
 from tracking.video import Video
 
+# The copy of the video
 CODEC = "libsvtav1"
 # Preset 9 kept moving markers within 0.15 px of their place, 10 within 0.7; no filter that mixes pictures.
 OPTIONS = {"preset": "9", "crf": "30", "svtav1-params": "enable-tf=0"}
@@ -50,6 +55,21 @@ STEP_PX = 4
 TICKS = 90_000  # ticks of the time stamps in a second
 
 Progress = Callable[[int], None]
+
+# Layers of the picture
+PICTURE = "picture"
+# Negative radii are in points of the screen, whatever the zoom.
+LINE = -1.5
+FINE = -0.75
+DOT = -3.0
+RING = -4.5
+
+# The recording
+TRAIL_S = 0.5  # time up to now of which trails are shown
+APPLICATION = "swimcal"
+
+
+# The copy of the video.
 
 
 def make_proxy(video: Path, out: Path, max_height_px: int = 720, progress: Progress | None = None) -> int:
@@ -105,12 +125,7 @@ def _yield_the_machine() -> None:
                 os.sched_setscheduler(int(task.name), os.SCHED_OTHER, os.sched_param(0))
 
 
-PICTURE = "picture"
-# Negative radii are in points of the screen, whatever the zoom.
-LINE = -1.5
-FINE = -0.75
-DOT = -3.0
-RING = -4.5
+# The layers of the picture.
 
 
 def picture_layers(trial: RecordedTrial) -> list[Layer]:
@@ -129,6 +144,13 @@ def picture_layers(trial: RecordedTrial) -> list[Layer]:
 def picture_entity(trial: RecordedTrial, *parts: str) -> str:
     """Return the path of a part of the picture."""
     return entity_of(trial.name, PICTURE, *parts)
+
+
+def nearest(stamps: np.ndarray, times: np.ndarray) -> np.ndarray:
+    """Find the (n,) index of the stamp nearest each of the n times; both increase."""
+    right = np.searchsorted(stamps, times).clip(1, max(len(stamps) - 1, 1))
+    left_is_nearer = times - stamps[right - 1] <= stamps[right.clip(max=len(stamps) - 1)] - times
+    return np.where(left_is_nearer, right - 1, right).clip(max=len(stamps) - 1)
 
 
 def _context(trial: RecordedTrial) -> Layer:
@@ -170,13 +192,6 @@ def _open_proxy(file: Path) -> _Proxy:
         again = "Make it again with `calib view`."
         fault = Fault(str(file), "", "no video to show", str(error), "an MP4 made by `make_proxy`", next_step=again)
         raise InputError([fault]) from error
-
-
-def nearest(stamps: np.ndarray, times: np.ndarray) -> np.ndarray:
-    """Find the (n,) index of the stamp nearest each of the n times; both increase."""
-    right = np.searchsorted(stamps, times).clip(1, max(len(stamps) - 1, 1))
-    left_is_nearer = times - stamps[right - 1] <= stamps[right.clip(max=len(stamps) - 1)] - times
-    return np.where(left_is_nearer, right - 1, right).clip(max=len(stamps) - 1)
 
 
 def _boxes(trial: RecordedTrial) -> Layer:
@@ -240,7 +255,7 @@ def _all_rows(trial: RecordedTrial) -> np.ndarray:
     return np.arange(len(trial.time_s))
 
 
-TRAIL_S = 0.5
+# The layout.
 
 
 def blueprint_of(trials: Sequence[RecordedTrial]) -> rrb.Blueprint:
@@ -303,7 +318,7 @@ def _last(seconds: float, frames: int) -> rrb.VisibleTimeRanges:
     )
 
 
-APPLICATION = "swimcal"
+# The file.
 
 
 def write_recording(path: Path, trials: Sequence[RecordedTrial], name: str = "swimcal") -> None:

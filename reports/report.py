@@ -1,8 +1,7 @@
-"""The report of a session: the order of its sections, their definitions and provenance.
+"""Report of a session: its sections in their order, the page they make, and the sections on terms and provenance.
 
-The sections of the report, one a file, in the order they are printed.
-
-A new section is a file here with `build(context) -> Section | None` and its place below; None leaves it out.
+A section is made by a `build_…(context) -> Section | None` in this folder; None leaves it out. A new one needs a place
+in `QUESTIONS`.
 """
 
 from collections.abc import Callable, Sequence
@@ -23,6 +22,26 @@ from reports.swims import build_motions, build_residuals, build_tail_beat, build
 from reports.tracks import build_track_quality
 from reports.words import MISSING, counted, sentence, shown, significant
 from swimcal.results import write_whole
+
+TERMS = {
+    "head frame": "In every frame all markers are rotated so that nose → neck is +x, with the nose as origin; each "
+    "frame adds the head's displacement since the frame before. Forward is −x; the robot's right is +y.",
+    "marker distance": "Mean distance between measured and simulated marker in the head frame, over unflagged samples "
+    f"of the first {SCORED_S:g} s after warm-up (held-out trials: of what follows their known part), aligned at the "
+    "first of these frames. “Shape alone”: relative to the nose in every frame.",
+    "speed": "Net displacement in the pool along the mean heading for each second: the slope of the nose's path over "
+    "the whole beats of the compared frames; forward is positive.",
+    "held out": "A held-out trial took no part in any fit. Its frequency, phase and start come from its own first "
+    f"{KNOWN_BEATS:g} beats, at most its first half; only the rest is compared.",
+    "EBT": "Elongated body theory as published: mean thrust ½ m (⟨hₜ²⟩ − U²⟨hₓ²⟩) with m = ¼ ρ π β d² balances drag "
+    "½ ρ c_D S U². “Smoothed” takes the lateral speed hₜ from a smoothing filter; “large amplitude” keeps the angle "
+    "of the tail tip.",
+    "simple rules": "A line and a power law in frequency, and a constant stride (speed in proportion to frequency), "
+    "through the speeds of the fit trials.",
+    "determined": "The upper end of a coefficient’s 90 % interval is at most 2.5 times the lower, or the interval no "
+    "wider than 0.5, and it does not lie at a bound.",
+    "extrapolated": "The trial beats slower or faster than every trial that was fitted.",
+}
 
 
 def build_provenance(context: ReportContext) -> Section:
@@ -86,27 +105,6 @@ def _robot(context: ReportContext) -> tuple[tuple[str, str], ...]:
         ("water", f"{robot.water.density_kg_m3:g} kg/m³, {robot.water.viscosity_pa_s:g} Pa s"),
         ("markers", ", ".join(context.session.markers) or MISSING),
     )
-
-
-TERMS = {
-    "head frame": "In every frame all markers are rotated so that nose → neck is +x, with the nose as origin; each "
-    "frame adds the head's displacement since the frame before. Forward is −x; the robot's right is +y.",
-    "marker distance": "Mean distance between measured and simulated marker in the head frame, over unflagged samples "
-    f"of the first {SCORED_S:g} s after warm-up (held-out trials: of what follows their known part), aligned at the "
-    "first of these frames. “Shape alone”: relative to the nose in every frame.",
-    "speed": "Net displacement in the pool along the mean heading for each second: the slope of the nose's path over "
-    "the whole beats of the compared frames; forward is positive.",
-    "held out": "A held-out trial took no part in any fit. Its frequency, phase and start come from its own first "
-    f"{KNOWN_BEATS:g} beats, at most its first half; only the rest is compared.",
-    "EBT": "Elongated body theory as published: mean thrust ½ m (⟨hₜ²⟩ − U²⟨hₓ²⟩) with m = ¼ ρ π β d² balances drag "
-    "½ ρ c_D S U². “Smoothed” takes the lateral speed hₜ from a smoothing filter; “large amplitude” keeps the angle "
-    "of the tail tip.",
-    "simple rules": "A line and a power law in frequency, and a constant stride (speed in proportion to frequency), "
-    "through the speeds of the fit trials.",
-    "determined": "The upper end of a coefficient’s 90 % interval is at most 2.5 times the lower, or the interval no "
-    "wider than 0.5, and it does not lie at a bound.",
-    "extrapolated": "The trial beats slower or faster than every trial that was fitted.",
-}
 
 
 def build_definitions(context: ReportContext) -> Section:  # noqa: ARG001

@@ -1,7 +1,7 @@
-"""Sections on robot and motor: planform, structure, log of the motor.
+"""Sections on robot and motor, with their figures.
 
-The section on the motor: commanded against measured speed, how evenly it turns, its clock, supply and
-temperature.
+`build_robot` draws the robot from above and `build_structure` gives the numbers of its structure with their sources.
+`build_motor` shows commanded against measured speed, how evenly the motor turns, its clock, supply and temperature.
 """
 
 from collections.abc import Callable, Sequence
@@ -49,9 +49,33 @@ from reports.words import (
 )
 from swimcal.robot import RobotSpec
 
-_NAMES_APART_MM = 27.0
+# The robot
+_NAMES_APART_MM = 27.0  # least distance of two slanted names
 _ROUNDS = 50  # iterations that move the names apart
 _MARGINS = Margins(left=0.15, right=0.15, bottom=0.05, top=0.05)
+
+WORDS = {"hinge_stiffness": "hinge stiffness", "hinge_damping": "hinge damping", "crank_arm": "crank arm"}
+SHOWN_UNITS = {"m": ("mm", MM), "N m s/rad": ("mN m s/rad", 1000.0)}
+COLUMNS = table_head("number | value [± standard error] | unit | taken from")
+
+# The motor
+_MOST_TURNS = 40  # number of turns drawn of each trial
+_TALL_IN = 2.2  # height of all panels together where there are one or two rows
+_ROW_IN = 1.4  # height of each row where there are more
+_LEAST_REACH = 1.0  # every panel reaches at least this far from the mean speed, per cent
+
+MILLION = 1e6  # parts per million
+TURNING = table_head(
+    "trial | kind | commanded [turns/s] | measured [turns/s] | off command [%] | ripple [%] | clock [ahead by, s] | "
+    "rate [fast by, ppm] | found by"
+)
+SUPPLY = table_head(
+    "trial | rows [a second] | current [A, mean] | current [A, highest] | voltage [V, mean] | voltage [V, lowest] | "
+    "temperature [°C, first to last] | hardware errors"
+)
+
+
+# The robot.
 
 
 @styled
@@ -144,10 +168,61 @@ def _draw_scale(axes: Axes, left: float, right: float, half_width: float) -> Non
     axes.text(left + 74, base, "swims this way", va="center", fontsize=8, color=MUTED)
 
 
-_MOST_TURNS = 40  # number of turns drawn of each trial
-_TALL_IN = 2.2  # height of all panels together where there are one or two rows
-_ROW_IN = 1.4  # height of each row where there are more
-_LEAST_REACH = 1.0  # every panel reaches at least this far from the mean speed, per cent
+def build_robot(context: ReportContext) -> Section:
+    """Build the section with a sketch of the robot to scale."""
+    robot = context.calibration.robot
+    planform = Plot(
+        planform_figure(robot, context.session.markers),
+        "robot",
+        f"The robot from above, to scale ({in_mm(robot.length_m, 0)} mm long): rings are the tracked markers, dots the "
+        "hinges, the orange lines the tendons.",
+    )
+    return Section("Robot", "robot-sketch", (Plots((planform,)),))
+
+
+def build_structure(context: ReportContext) -> Section:
+    """Build the section: a row for each number of the structure, then how the crank turns."""
+    structure = context.calibration.structure
+    rows = (*map(_row, structure.sources), *_turns(context))
+    return Section(
+        "What the twin is built from",
+        "structure",
+        (Table(_describe_sources(structure.sources), COLUMNS, rows),),
+        tuple(sentence(flag.message) for flag in structure.flags if flag.kind == "not_used"),
+    )
+
+
+def _describe_sources(sources: tuple[Source, ...]) -> str:
+    chain = "Free decays give the hinges, dry runs the crank arm, then the swims the fluid coefficients. "
+    missing = [WORDS.get(source.quantity, source.quantity) for source in sources if source.assumed]
+    if not missing:
+        return chain + "All of it was measured in this session."
+    return chain + (
+        f"{sentence(listed(missing)).removesuffix('.')} {'was' if len(missing) == 1 else 'were'} not measured in this "
+        "session. The fluid coefficients absorb errors of assumed values, as far as they can."
+    )
+
+
+def _row(source: Source) -> tuple[str, ...]:
+    unit, scale = SHOWN_UNITS.get(source.unit, (source.unit, 1.0))
+    value = scale * source.value
+    shown = significant(value) if source.se is None else with_error(value, scale * source.se)
+    origin = f"assumed; {source.sentence}" if source.assumed else listed(source.trials)
+    return WORDS.get(source.quantity, source.quantity), shown, unit, origin
+
+
+def _turns(context: ReportContext) -> list[tuple[str, ...]]:
+    """Make rows on how the crank turns: as the motor's log has it, evenly elsewhere."""
+    logged, even = [trial.name for trial in context.logged if trial.motor.usable], context.even
+    rows: list[tuple[str, ...]] = []
+    if logged:
+        rows.append(("crank angle", "as logged", "", f"motor log of {listed(logged)}"))
+    if even:
+        rows.append(("crank angle", "even", "", f"assumed: turns evenly at the tail’s own beat in {listed(even)}"))
+    return rows
+
+
+# The motor.
 
 
 @styled
@@ -238,76 +313,6 @@ def _draw_turns(axes: Axes, percent: np.ndarray) -> None:
         axes.plot(angle_deg, closed.mean(axis=0), color=INK, linewidth=1.6, label="mean of the turns")
     axes.set_xlim(0, 360)
     axes.set_xticks([0, 180, 360], ["0°", "180°", "360°"])
-
-
-WORDS = {"hinge_stiffness": "hinge stiffness", "hinge_damping": "hinge damping", "crank_arm": "crank arm"}
-SHOWN_UNITS = {"m": ("mm", MM), "N m s/rad": ("mN m s/rad", 1000.0)}
-COLUMNS = table_head("number | value [± standard error] | unit | taken from")
-
-
-def build_robot(context: ReportContext) -> Section:
-    """Build the section with a sketch of the robot to scale."""
-    robot = context.calibration.robot
-    planform = Plot(
-        planform_figure(robot, context.session.markers),
-        "robot",
-        f"The robot from above, to scale ({in_mm(robot.length_m, 0)} mm long): rings are the tracked markers, dots the "
-        "hinges, the orange lines the tendons.",
-    )
-    return Section("Robot", "robot-sketch", (Plots((planform,)),))
-
-
-def build_structure(context: ReportContext) -> Section:
-    """Build the section: a row for each number of the structure, then how the crank turns."""
-    structure = context.calibration.structure
-    rows = (*map(_row, structure.sources), *_turns(context))
-    return Section(
-        "What the twin is built from",
-        "structure",
-        (Table(_describe_sources(structure.sources), COLUMNS, rows),),
-        tuple(sentence(flag.message) for flag in structure.flags if flag.kind == "not_used"),
-    )
-
-
-def _describe_sources(sources: tuple[Source, ...]) -> str:
-    chain = "Free decays give the hinges, dry runs the crank arm, then the swims the fluid coefficients. "
-    missing = [WORDS.get(source.quantity, source.quantity) for source in sources if source.assumed]
-    if not missing:
-        return chain + "All of it was measured in this session."
-    return chain + (
-        f"{sentence(listed(missing)).removesuffix('.')} {'was' if len(missing) == 1 else 'were'} not measured in this "
-        "session. The fluid coefficients absorb errors of assumed values, as far as they can."
-    )
-
-
-def _row(source: Source) -> tuple[str, ...]:
-    unit, scale = SHOWN_UNITS.get(source.unit, (source.unit, 1.0))
-    value = scale * source.value
-    shown = significant(value) if source.se is None else with_error(value, scale * source.se)
-    origin = f"assumed; {source.sentence}" if source.assumed else listed(source.trials)
-    return WORDS.get(source.quantity, source.quantity), shown, unit, origin
-
-
-def _turns(context: ReportContext) -> list[tuple[str, ...]]:
-    """Make rows on how the crank turns: as the motor's log has it, evenly elsewhere."""
-    logged, even = [trial.name for trial in context.logged if trial.motor.usable], context.even
-    rows: list[tuple[str, ...]] = []
-    if logged:
-        rows.append(("crank angle", "as logged", "", f"motor log of {listed(logged)}"))
-    if even:
-        rows.append(("crank angle", "even", "", f"assumed: turns evenly at the tail’s own beat in {listed(even)}"))
-    return rows
-
-
-MILLION = 1e6
-TURNING = table_head(
-    "trial | kind | commanded [turns/s] | measured [turns/s] | off command [%] | ripple [%] | clock [ahead by, s] | "
-    "rate [fast by, ppm] | found by"
-)
-SUPPLY = table_head(
-    "trial | rows [a second] | current [A, mean] | current [A, highest] | voltage [V, mean] | voltage [V, lowest] | "
-    "temperature [°C, first to last] | hardware errors"
-)
 
 
 def build_motor(context: ReportContext) -> Section | None:

@@ -1,4 +1,4 @@
-"""Section on steering with a policy."""
+"""Section on steering with a policy: which targets are reached, and how closely circles are followed."""
 
 from itertools import pairwise
 
@@ -28,12 +28,22 @@ from reports.style import (
 )
 from reports.words import MM, counted, percent, shown, spanned
 
-RINGS_M = (0.0, 0.75, 1.5, 2.25, 3.0, 4.5)
-SIDES_RAD = tuple(np.radians((0.0, 30.0, 60.0, 90.0)))
+# Figures
+RINGS_M = (0.0, 0.75, 1.5, 2.25, 3.0, 4.5)  # edges of the cells by distance
+SIDES_RAD = tuple(np.radians((0.0, 30.0, 60.0, 90.0)))  # edges of the cells by angle, to either side
 _HEIGHT_IN = 3.5
 _EDGE_M = 0.12  # margin about targets and start
 _LEAST = 3  # a cell with fewer targets has no numbers
 _MARGINS = Margins(left=0.52, right=0.08, bottom=0.42, top=0.36)
+
+# Words and tables
+METHODS = {"search": "A steering law of a few numbers, searched", "sac": "A network, trained with soft actor-critic"}
+REACH = table_head("targets | episodes [] | reached [] | 95 % interval [] | median time [s] | slowest tenth from [s]")
+CIRCLE = table_head("circle | lap [s] | mean distance [mm] | largest [mm]")
+ON_THE_TWIN = (
+    "These swims are the twin’s own, on which the policy was made. On the robot it does no better than the twin is "
+    "right; docs/policies.md has what was measured of that on a second simulator."
+)
 
 
 @styled
@@ -131,15 +141,6 @@ def circle_figure(swims: PolicySwims) -> Figure:
     along.set_xticks(range(0, 361, 60))
     legend_above(along, 2)
     return figure
-
-
-METHODS = {"search": "A steering law of a few numbers, searched", "sac": "A network, trained with soft actor-critic"}
-REACH = table_head("targets | episodes [] | reached [] | 95 % interval [] | median time [s] | slowest tenth from [s]")
-CIRCLE = table_head("circle | lap [s] | mean distance [mm] | largest [mm]")
-ON_THE_TWIN = (
-    "These swims are the twin’s own, on which the policy was made. On the robot it does no better than the twin is "
-    "right; docs/policies.md has what was measured of that on a second simulator."
-)
 
 
 def build_steering(context: ReportContext) -> Section | None:

@@ -1,9 +1,8 @@
-"""Colours and style of every figure.
+"""Colours and style of every figure, and the layout of its panels.
 
-The colours of figures and pages, for light and for dark ground.
-
-Figures are drawn in the light colours, so that they can be used in a notebook or a talk; in a page each becomes
-a CSS variable (`reports.page`), and the page chooses.
+`INKS` are the colours of figures and pages, for light and for dark ground. Figures are drawn in the light colours, so
+that they can be used in a notebook or a talk; in a page each becomes a CSS variable (`reports.page`), and the page
+chooses.
 """
 
 from collections.abc import Callable, Sequence
@@ -58,7 +57,6 @@ EBT = INKS["ebt"].light
 EBT_LARGE = INKS["ebt-large"].light
 EBT_SMOOTHED = INKS["ebt-smoothed"].light
 GAP = INKS["gap"].light
-
 
 HALF_WIDTH_IN = 4.2  # width of figures that share a row
 FULL_WIDTH_IN = 8.7  # width of figures that fill a row
@@ -217,11 +215,6 @@ def legend_above(axes: Axes, columns: int, **options: Any) -> None:
     axes.legend(handles=handles, loc="lower left", bbox_to_anchor=(0.0, 1.01), ncols=columns, **options)
 
 
-def _collect_labels(drawn: Sequence[Axes]) -> list[Any]:
-    found = [pair for axes in drawn for pair in zip(*axes.get_legend_handles_labels(), strict=True)]
-    return list({label: handle for handle, label in found}.values())
-
-
 def role_marker(colour: str, role: str) -> Look:
     """Return the plot options of a role: filled circles were fitted, open diamonds were held out."""
     fit = role == "fit"
@@ -240,3 +233,8 @@ def role_handles(colour: str) -> list[Line2D]:
     """Make the handles for a legend of roles."""
     names = {"fit": "fit trial", "holdout": "held-out trial"}
     return [Line2D([], [], label=label, **role_marker(colour, role)) for role, label in names.items()]
+
+
+def _collect_labels(drawn: Sequence[Axes]) -> list[Any]:
+    found = [pair for axes in drawn for pair in zip(*axes.get_legend_handles_labels(), strict=True)]
+    return list({label: handle for handle, label in found}.values())

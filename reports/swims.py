@@ -1,4 +1,4 @@
-"""Sections on swims: each trial, its residuals and the beat of its tail."""
+"""Sections on swims, with their figures: the motion of each trial, its residuals by marker, the beat of its tail."""
 
 from collections.abc import Sequence
 
@@ -39,8 +39,30 @@ from reports.words import MISSING, MM, counted, in_mm, in_words, listed, percent
 from swimcal.robot import RobotSpec
 from tracking.harmed_frames import stretches
 
-PHASES = 16
+# Motion
+PHASES = 16  # phases of a beat at which midlines are drawn
 _MOST_ROWS = 6  # largest number of markers that are drawn
+
+# Residuals
+_MOST_COLUMNS = 6  # panels in a row of the page
+_IN_HALF = 3  # panels in a row of half the page
+TRUSTED = 0.9  # share of a marker's samples below which its bar is marked
+
+# A trial drifts if its marker distance is more than this many times that of the shape alone.
+DRIFTING = 2.0
+
+# The beat of the tail
+_STEPS = (200, 100, 50, 20, 10, 5, 2, 1)  # mm, of ticks
+
+COLUMNS = table_head(
+    "trial | swimming number [measured, 10³] | twin [10³] | Reynolds [measured, 10³] | twin [10³] | "
+    "Strouhal [measured] | twin [] | lag of the fin [measured, °] | twin [°]"
+)
+LEAST_SEEN = 0.7  # share of a marker's samples needed for its beat; gaps come back at one phase of the beat
+Waves = tuple[BodyWave, BodyWave]
+
+
+# The motion of each trial.
 
 
 @styled
@@ -195,100 +217,6 @@ def mark_scored(axes: Axes, trial: MeasuredTrial, zero_s: float, height: float =
         axes.plot(ends, [height, height], color=MUTED, linewidth=2.5, transform=across, label="scored window")
 
 
-_MOST_COLUMNS = 6  # panels in a row of the page
-_IN_HALF = 3  # panels in a row of half the page
-TRUSTED = 0.9  # share of a marker's samples below which its bar is marked
-
-
-@styled
-def marker_residuals_figure(trials: Sequence[CalibratedTrial]) -> Figure:
-    """Draw the mean distance by marker over the scored window, and that of the shape alone, a panel a trial."""
-    rows = max(len(trial.measured.markers) for trial in trials)
-    columns = min(len(trials), _MOST_COLUMNS)
-    width = HALF_WIDTH_IN if columns <= _IN_HALF else FULL_WIDTH_IN
-    figure, drawn = panels(len(trials), Grid(columns, 0.15 + 0.135 * rows), width, Margins(left=0.78, top=0.5))
-    distances = [marker_distances(trial) for trial in trials]
-    reach = np.nanmax([*(np.nan_to_num(distance).max() for distance, *_ in distances), 1e-3]) * MM
-    for axes, trial, columns_of in zip(drawn, trials, distances, strict=True):
-        _draw(axes, trial.measured.markers, *columns_of, reach)
-        axes.tick_params(length=0, labelsize=6.5)
-    name_panels(drawn, [shortened(trial.measured.name, 16) for trial in trials], columns, "mm")
-    legend_on_top(figure, 2)
-    return figure
-
-
-def marker_distances(trial: CalibratedTrial) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Compute the mean distances by marker over the scored frames of (n, m) samples, flagged ones left out.
-
-    Returns:
-        The mean distance in the head frame (m,), m, that of the shape alone (m,), m, and the share of samples that
-            count (m,). Means are nan for a marker of which nothing counts.
-    """
-    measured, simulated, scored = trial.measured, trial.simulated, trial.measured.scored
-    distance = np.linalg.norm(residuals(measured, simulated, scored), axis=-1)  # (k, m)
-    shape = np.linalg.norm(simulated.shape_m[scored] - measured.head.shape_m[scored], axis=-1)
-    good = (measured.weight[scored] > 0) & np.isfinite(distance)
-    count = good.sum(axis=0)
-    known = np.where(count > 0, count, np.nan)
-    means = (np.where(good, values, 0.0).sum(axis=0) / known for values in (distance, shape))
-    return (*means, count / max(scored.sum(), 1))
-
-
-def _draw(
-    axes: Axes, markers: tuple[str, ...], distance: np.ndarray, shape: np.ndarray, share: np.ndarray, reach: float
-) -> None:
-    rows = -np.arange(len(markers))
-    axes.barh(rows, 1.3 * reach, height=0.7, color=SHADE)
-    axes.barh(rows, distance * MM, height=0.7, color=TWIN, label="mean distance")
-    axes.plot(shape * MM, rows, "|", color=INK, markersize=6, markeredgewidth=1.4, label="shape alone")
-    for row, used in zip(rows.tolist(), share, strict=True):
-        if used < TRUSTED:
-            text = f"{used:.0%}".replace("%", " %")
-            axes.text(1.28 * reach, row, text, color=WARN, fontsize=6.5, va="center_baseline", ha="right")
-    axes.set(xlim=(0.0, 1.3 * reach), ylim=(-len(markers) + 0.4, 0.6))
-    axes.set_yticks(rows, [shortened(in_words(name), 11) for name in markers])
-    axes.grid(visible=False, axis="y")
-    axes.locator_params(axis="x", nbins=3)
-
-
-_STEPS = (200, 100, 50, 20, 10, 5, 2, 1)  # mm, of ticks
-
-
-@styled
-def body_wave_figure(names: Sequence[str], waves: Sequence[tuple[BodyWave, BodyWave]]) -> Figure:
-    """Draw a polar panel for each trial: angle is the lag behind the first tail marker, radius the amplitude.
-
-    Markers whose amplitude is nan are left out.
-    """
-    width, columns = small_multiples(len(names))
-    grid, margins = Grid(columns, None, gap_in=(0.34, 0.5)), Margins(left=0.12, right=0.3, bottom=0.12, top=0.7)
-    figure, drawn = panels(len(names), grid, width, margins, projection="polar")
-    reach = 1.1 * max([float(np.nanmax(wave.amplitude_m, initial=0.0)) for pair in waves for wave in pair] + [0.005])
-    for axes, name, pair in zip(drawn, names, waves, strict=True):
-        for wave, colour, face, name_of in zip(pair, (INK, TWIN), ("none", TWIN), ("measured", "twin"), strict=True):
-            known = np.isfinite(wave.amplitude_m)
-            lag, amplitude = wave.lag_rad[known], wave.amplitude_m[known] * MM
-            axes.plot(lag, amplitude, "-o", color=colour, linewidth=1.1, markersize=2.4, label=name_of)
-            if len(known) and known[-1]:
-                axes.plot(lag[-1:], amplitude[-1:], "o", color=colour, markerfacecolor=face)
-        _dress(axes, reach * MM)
-        axes.set_title(shortened(name, 16), loc="left", fontweight="bold", pad=6, x=0.0)
-    drawn[-1].plot([], [], "o", color=INK, markerfacecolor="none", label="last marker")
-    legend_on_top(figure, 3)
-    return figure
-
-
-def _dress(axes: Axes, reach: float) -> None:
-    step = next(size for size in _STEPS if size < 0.75 * reach or size == 1)
-    axes.set_ylim(0.0, reach)
-    rings = np.arange(step, reach, step)
-    axes.set_yticks(rings, [*[""] * (len(rings) - 1), f"{rings[-1]:.0f} mm"], fontsize=6.5, color=MUTED)
-    axes.set_rlabel_position(247)  # type: ignore[attr-defined]
-    axes.set_xticks(np.radians([0, 90, 180, 270]), ["0°", "90°", "", ""], fontsize=6.5)
-    axes.tick_params(axis="x", pad=-3)
-    axes.spines["polar"].set_visible(False)
-
-
 def build_trials(context: ReportContext) -> Section:
     """Build the section: envelopes of all trials; over time only the trial of the first screen."""
     robot, trials = context.calibration.robot, context.calibration.trials
@@ -351,8 +279,58 @@ def _sweep(midlines_m: np.ndarray) -> str:
     return MISSING if np.isnan(tip).all() else in_mm(float(np.nanmax(tip) - np.nanmin(tip)), 0)
 
 
-# A trial drifts if its marker distance is more than this many times that of the shape alone.
-DRIFTING = 2.0
+# Its residuals by marker.
+
+
+@styled
+def marker_residuals_figure(trials: Sequence[CalibratedTrial]) -> Figure:
+    """Draw the mean distance by marker over the scored window, and that of the shape alone, a panel a trial."""
+    rows = max(len(trial.measured.markers) for trial in trials)
+    columns = min(len(trials), _MOST_COLUMNS)
+    width = HALF_WIDTH_IN if columns <= _IN_HALF else FULL_WIDTH_IN
+    figure, drawn = panels(len(trials), Grid(columns, 0.15 + 0.135 * rows), width, Margins(left=0.78, top=0.5))
+    distances = [marker_distances(trial) for trial in trials]
+    reach = np.nanmax([*(np.nan_to_num(distance).max() for distance, *_ in distances), 1e-3]) * MM
+    for axes, trial, columns_of in zip(drawn, trials, distances, strict=True):
+        _draw(axes, trial.measured.markers, *columns_of, reach)
+        axes.tick_params(length=0, labelsize=6.5)
+    name_panels(drawn, [shortened(trial.measured.name, 16) for trial in trials], columns, "mm")
+    legend_on_top(figure, 2)
+    return figure
+
+
+def marker_distances(trial: CalibratedTrial) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Compute the mean distances by marker over the scored frames of (n, m) samples, flagged ones left out.
+
+    Returns:
+        The mean distance in the head frame (m,), m, that of the shape alone (m,), m, and the share of samples that
+            count (m,). Means are nan for a marker of which nothing counts.
+    """
+    measured, simulated, scored = trial.measured, trial.simulated, trial.measured.scored
+    distance = np.linalg.norm(residuals(measured, simulated, scored), axis=-1)  # (k, m)
+    shape = np.linalg.norm(simulated.shape_m[scored] - measured.head.shape_m[scored], axis=-1)
+    good = (measured.weight[scored] > 0) & np.isfinite(distance)
+    count = good.sum(axis=0)
+    known = np.where(count > 0, count, np.nan)
+    means = (np.where(good, values, 0.0).sum(axis=0) / known for values in (distance, shape))
+    return (*means, count / max(scored.sum(), 1))
+
+
+def _draw(
+    axes: Axes, markers: tuple[str, ...], distance: np.ndarray, shape: np.ndarray, share: np.ndarray, reach: float
+) -> None:
+    rows = -np.arange(len(markers))
+    axes.barh(rows, 1.3 * reach, height=0.7, color=SHADE)
+    axes.barh(rows, distance * MM, height=0.7, color=TWIN, label="mean distance")
+    axes.plot(shape * MM, rows, "|", color=INK, markersize=6, markeredgewidth=1.4, label="shape alone")
+    for row, used in zip(rows.tolist(), share, strict=True):
+        if used < TRUSTED:
+            text = f"{used:.0%}".replace("%", " %")
+            axes.text(1.28 * reach, row, text, color=WARN, fontsize=6.5, va="center_baseline", ha="right")
+    axes.set(xlim=(0.0, 1.3 * reach), ylim=(-len(markers) + 0.4, 0.6))
+    axes.set_yticks(rows, [shortened(in_words(name), 11) for name in markers])
+    axes.grid(visible=False, axis="y")
+    axes.locator_params(axis="x", nbins=3)
 
 
 def build_residuals(context: ReportContext) -> Section:
@@ -411,12 +389,42 @@ def _residual_caveats(trials: tuple[CalibratedTrial, ...]) -> tuple[str, ...]:
     return (f"Less than half of the scored samples count for {listed(lost)}.",) if lost else ()
 
 
-COLUMNS = table_head(
-    "trial | swimming number [measured, 10³] | twin [10³] | Reynolds [measured, 10³] | twin [10³] | "
-    "Strouhal [measured] | twin [] | lag of the fin [measured, °] | twin [°]"
-)
-LEAST_SEEN = 0.7  # share of a marker's samples needed for its beat; gaps come back at one phase of the beat
-Waves = tuple[BodyWave, BodyWave]
+# The beat of its tail.
+
+
+@styled
+def body_wave_figure(names: Sequence[str], waves: Sequence[tuple[BodyWave, BodyWave]]) -> Figure:
+    """Draw a polar panel for each trial: angle is the lag behind the first tail marker, radius the amplitude.
+
+    Markers whose amplitude is nan are left out.
+    """
+    width, columns = small_multiples(len(names))
+    grid, margins = Grid(columns, None, gap_in=(0.34, 0.5)), Margins(left=0.12, right=0.3, bottom=0.12, top=0.7)
+    figure, drawn = panels(len(names), grid, width, margins, projection="polar")
+    reach = 1.1 * max([float(np.nanmax(wave.amplitude_m, initial=0.0)) for pair in waves for wave in pair] + [0.005])
+    for axes, name, pair in zip(drawn, names, waves, strict=True):
+        for wave, colour, face, name_of in zip(pair, (INK, TWIN), ("none", TWIN), ("measured", "twin"), strict=True):
+            known = np.isfinite(wave.amplitude_m)
+            lag, amplitude = wave.lag_rad[known], wave.amplitude_m[known] * MM
+            axes.plot(lag, amplitude, "-o", color=colour, linewidth=1.1, markersize=2.4, label=name_of)
+            if len(known) and known[-1]:
+                axes.plot(lag[-1:], amplitude[-1:], "o", color=colour, markerfacecolor=face)
+        _dress(axes, reach * MM)
+        axes.set_title(shortened(name, 16), loc="left", fontweight="bold", pad=6, x=0.0)
+    drawn[-1].plot([], [], "o", color=INK, markerfacecolor="none", label="last marker")
+    legend_on_top(figure, 3)
+    return figure
+
+
+def _dress(axes: Axes, reach: float) -> None:
+    step = next(size for size in _STEPS if size < 0.75 * reach or size == 1)
+    axes.set_ylim(0.0, reach)
+    rings = np.arange(step, reach, step)
+    axes.set_yticks(rings, [*[""] * (len(rings) - 1), f"{rings[-1]:.0f} mm"], fontsize=6.5, color=MUTED)
+    axes.set_rlabel_position(247)  # type: ignore[attr-defined]
+    axes.set_xticks(np.radians([0, 90, 180, 270]), ["0°", "90°", "", ""], fontsize=6.5)
+    axes.tick_params(axis="x", pad=-3)
+    axes.spines["polar"].set_visible(False)
 
 
 def build_tail_beat(context: ReportContext) -> Section:

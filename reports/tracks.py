@@ -1,4 +1,4 @@
-"""Section on the quality of the tracks."""
+"""Section on the quality of the tracks: which samples do not count, and why."""
 
 from collections import Counter
 from collections.abc import Iterator
@@ -17,6 +17,7 @@ from reports.words import counted, in_words, listed, percent, sentence, shortene
 from swimcal.errors import FLAG_KINDS
 from tracking.harmed_frames import stretches
 
+# Kinds of flags
 _HEAD = "head not trusted"
 _OTHER = "other"
 _INK_OF_KIND = {
@@ -27,6 +28,10 @@ _INK_OF_KIND = {
     "gap": "flag-gap",
     _HEAD: "muted",
 }
+
+# Tables
+COLUMNS = table_head("trial | what was seen | stretches [] | longest [frames] | markers")
+STRETCHES = table_head("trial | flag | frames [] | time [s] | what was seen")
 
 
 @styled
@@ -70,10 +75,6 @@ def flagged_kinds(trial: MeasuredTrial) -> np.ndarray:
 
 def _colour(kind: str) -> str:
     return INKS[_INK_OF_KIND.get(kind, "flag-other")].light
-
-
-COLUMNS = table_head("trial | what was seen | stretches [] | longest [frames] | markers")
-STRETCHES = table_head("trial | flag | frames [] | time [s] | what was seen")
 
 
 def build_track_quality(context: ReportContext) -> Section:

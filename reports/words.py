@@ -1,4 +1,8 @@
-"""Numbers and sentences of the report: one quantity in one unit everywhere."""
+"""Numbers and sentences of the report: one quantity in one unit everywhere.
+
+First numbers and names as printed, then the names of models and sentences on their forecasts, then sentences on a
+diagnosis.
+"""
 
 import math
 from collections.abc import Callable, Sequence
@@ -10,8 +14,33 @@ from fitting.ebt import FORMS
 from fitting.forecast import BEATS, CONTINUED, DRAWN, GIVEN, TWIN, SessionForecast
 from fitting.pool import BASELINES
 
-MISSING = "–"
+# Numbers
+MISSING = "–"  # printed where a number is not known
 MM = 1000.0  # millimetres in a metre
+
+# Models and their forecasts
+_LABELS = {
+    "twin": "twin",
+    "published": "EBT, published",
+    "smoothed": "EBT, smoothed",
+    "large": "EBT, large amplitude",
+}
+
+_MISSED = 0.1
+"""Largest relative error of a fit trial's speed with which the twin still describes the robot."""
+
+# A diagnosis
+MORE_THAN_NOISE = 0.01
+"""Smallest probability that noise alone leaves as much.
+
+Below it, something is missing in addition to the named effects.
+"""
+
+SEPARATES = 0.2
+"""Expected error below which an experiment separates two effects."""
+
+
+# Numbers and names.
 
 
 def shown(value: float | None, decimals: int = 1, *, signed: bool = False) -> str:
@@ -98,12 +127,7 @@ def sentence(text: str) -> str:
     return start + text[1:] + ("" if text.endswith((".", "!", "?")) else ".")
 
 
-_LABELS = {
-    "twin": "twin",
-    "published": "EBT, published",
-    "smoothed": "EBT, smoothed",
-    "large": "EBT, large amplitude",
-}
+# Models and their forecasts.
 
 
 def model_label(name: str) -> str:
@@ -126,10 +150,6 @@ MODELS = {
     "ebt_published": "elongated body theory",
 }
 """The models of `ForecastTrial.forecasts` as the reader meets them, in their order."""
-
-
-_MISSED = 0.1
-"""Largest relative error of a fit trial's speed with which the twin still describes the robot."""
 
 
 def misses(forecasts: SessionForecast) -> str:
@@ -215,6 +235,9 @@ def is_baseline(model: str) -> bool:
     return model in BASELINES or model == CONTINUED
 
 
+# A diagnosis.
+
+
 def gap_sentences(found: DiagnosisResult) -> tuple[str, str, str]:
     """Write the three sentences, each after its question."""
     from diagnosis.sentences import (
@@ -223,13 +246,6 @@ def gap_sentences(found: DiagnosisResult) -> tuple[str, str, str]:
     )
 
     return where(found), which(found), f"How far: {how_far(found)}"
-
-
-MORE_THAN_NOISE = 0.01
-"""Smallest probability that noise alone leaves as much.
-
-Below it, something is missing in addition to the named effects.
-"""
 
 
 def effect_size(parameters: EffectParameters, effect: str) -> str:
@@ -307,10 +323,6 @@ def _how_surely(gap: GapSize) -> str:
     if gap.shrinkage <= 0:
         return "with the effects the twin is no closer"
     return f"with the effects the twin is closer{'' if gap.improves else ', but not significantly'}"
-
-
-SEPARATES = 0.2
-"""Expected error below which an experiment separates two effects."""
 
 
 def next_experiment(found: DiagnosisResult) -> str:

@@ -1,3 +1,1 @@
-"""Posterior: draws of the model whose mode is the fit, by an emulator of the twin about the mode and an ensemble
-sampler.
-"""
+"""Posterior of the coefficients: draws of the model whose mode is the fit, by a surrogate of the twin."""

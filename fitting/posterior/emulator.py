@@ -1,12 +1,12 @@
-"""Likelihood of the measured features about the emulated twin, in the covariance of the mode.
+"""Emulator of the twin about the mode, and the likelihood of the measured features about it.
 
-The emulator: polynomials in the roots of the coefficients, near the mode, with their error. Kutta lift roughens the
-twin by some hundredths of a millimetre. What polynomials miss is counted as a further error of the model, with its
+`Emulator`: polynomials in the roots of the coefficients, near the mode, with their error. Kutta lift roughens the twin
+by some hundredths of a millimetre. What polynomials miss is counted as a further error of the model, with its
 covariance (a nugget; Gramacy and Lee 2012), so that a sampler neither meets the roughness nor mistakes it for
-knowledge. Whether a twin swims forward from rest is emulated too.
+knowledge. Whether a twin swims forward from rest is emulated too (`ForwardSwimming`).
 
-Of the variance components those of the wave's discrepancy share one factor and those of the speed's another, which are
-sampled with the coefficients; all others stay as large as at the mode.
+`Likelihood`: in the covariance of the mode. Of the variance components those of the wave's discrepancy share one factor
+and those of the speed's another, which are sampled with the coefficients; all others stay as large as at the mode.
 """
 
 from dataclasses import dataclass
@@ -25,13 +25,13 @@ from fitting.mode import Mode
 from swimcal.mjcf import COEFFICIENT_BOUNDS
 
 _RIDGE = 1e-8  # share of the terms' mean moment that is added, so that these can be inverted
-_DEGREES = (1, 2, 3, 4)
+_DEGREES = (1, 2, 3, 4)  # degrees of polynomials to choose from
 _SPARE = 2.5  # least ratio of points to terms: 1.6 cut the long tail of Magnus lift on the real robot short
 _FARTHEST = 2.0  # largest trusted leverage; a point that the polynomials must meet has 1
 # Penalty on half the squared weights: of 64 draws on the real robot none is on the wrong side; with 1e-2, two are.
 _PENALTY = 1e-4
-WAVE = ("wave_common", "wave_own")
-SPEEDS = ("speed_common", "speed_own")
+WAVE = ("wave_common", "wave_own")  # components of the wave's discrepancy
+SPEEDS = ("speed_common", "speed_own")  # components of the speed's discrepancy
 _JITTER = 1e-18  # m²
 
 
@@ -138,6 +138,9 @@ class ForwardSwimming(NamedTuple):
         if not len(self.weights):
             return np.zeros(len(coefficients))
         return np.asarray(log_expit(terms(coefficients, _POWERS) @ self.weights))
+
+
+# The likelihood.
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,4 +1,8 @@
-"""The posterior of the coefficients, and what the data cannot tell apart."""
+"""Posterior of the coefficients, its draws on disk, and what the trials determine of the coefficients and of the robot.
+
+`sample_posterior` draws, `save_draws` writes the draws for ArviZ. `identifiability` tells which coefficients, and which
+combinations of them, the trials determine; `robot_parts` how far they ask the robot's own numbers to move.
+"""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -23,7 +27,8 @@ from swimcal.errors import Flag
 from swimcal.mjcf import COEFFICIENT_BOUNDS, FluidCoefficients
 from swimcal.results import check_whole
 
-EFFECTIVE = 400
+# The posterior
+EFFECTIVE = 400  # number of effective draws that a posterior takes by default
 MISFIT_P = 0.01  # least probability with which noise and nuisances alone explain a misfit
 _MARKERS_OFF_M = 0.005  # placement error of markers that is worth a flag
 _DISCREPANT = 0.02  # relative error of the twin's wave that is worth a flag
@@ -34,6 +39,10 @@ PRIOR = (
     "them, which are integrated out; other variance components as at the mode"
 )
 _TERMS = ("mean", *(f"{wave}_{h}" for h in range(1, HARMONICS + 1) for wave in ("cos", "sin")))
+
+# What the trials determine
+_WORTH_NAMING = 0.25  # least part of a direction that is named
+_ASKED_SD = 2.0  # error of the robot, in standard deviations, that is worth a flag
 
 
 @dataclass(frozen=True, eq=False)
@@ -186,6 +195,9 @@ def _round_p(p_value: float) -> str:
     return "< 0.001" if p_value < 0.001 else f"= {p_value:.2g}"
 
 
+# The draws on disk.
+
+
 def save_draws(path: Path, posterior: Posterior, stamp: Mapping[str, str | int]) -> None:
     """Write an ArviZ `InferenceData` as netCDF, with the groups posterior, sample_stats and observed_data.
 
@@ -257,8 +269,7 @@ def _observed_data(posterior: Posterior) -> xarray.Dataset:
     )
 
 
-_WORTH_NAMING = 0.25  # least part of a direction that is named
-_ASKED_SD = 2.0  # error of the robot, in standard deviations, that is worth a flag
+# What the trials determine.
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,14 +1,12 @@
-"""What the posterior predicts, and whether its residuals are white.
+"""Predictions of the posterior with their bands, and the test of the noise model on which the bands rest.
 
-Test of the noise model: its residual must be white, in time and between neighbours.
+`whiteness` tests the noise model: its residual must be white, in time and between neighbours. All samples of a trial
+are freed at once of what the noise model correlates, and of a smooth swim.
 
-All samples of a trial are freed at once of what the noise model correlates, and of a smooth swim.
-
-Predictions of the draws for each trial, and for trials that could still be swum, with bands.
-
-Given coefficients all else is normal, as in every forecast of the model: what all trials share is known from those that
-were fitted, what is a trial's own is drawn anew. Inner bands are those of the means, by what the draws leave open;
-outer ones include everything that differs between the twin and a trial. Features are compared in step with the tail.
+`predict_trials` predicts each trial by the draws, `predict_sweep` trials that could still be swum. Given coefficients
+all else is normal, as in every forecast of the model: what all trials share is known from those that were fitted, what
+is a trial's own is drawn anew. Inner bands are those of the means, by what the draws leave open; outer ones include
+everything that differs between the twin and a trial. Features are compared in step with the tail.
 """
 
 from collections.abc import Sequence
@@ -31,6 +29,7 @@ from fitting.trial import HARMONICS, MeasuredTrial
 from fitting.trial_model import TrialModel
 from swimcal.errors import Flag
 
+# The test of the noise
 _LAGS = 20  # largest number of lags
 _ENOUGH = 40  # least frames in which a marker, or two neighbours, must be seen
 _OUTSIDE = 0.2  # share of the lags that may lie outside their 95 % band
@@ -38,7 +37,18 @@ _BY_CHANCE = 0.99  # share of trials with white noise that stay below the limit 
 _SAMPLES = 2400  # samples that are freed of correlation at once
 _DIFFUSE = 1e10  # variance of each number of the smooth swim, against that of a sample
 _DETERMINED = 1e3  # standard deviation of a forecast, against that of a sample, below which the swim is determined
-_RATES = ("", ", up to the third harmonic")
+_RATES = ("", ", up to the third harmonic")  # the two rows of correlations between neighbours, in words
+
+# Predictions
+QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)  # those of every band
+DRAWS = 40  # draws of the coefficients for a trial
+_SWEEP_DRAWS = 24  # draws of the coefficients for the sweep
+SECONDS = 5.0  # length of a further trial
+_NOISES = 20  # draws of everything else for each draw of the coefficients
+_FEWEST_INSIDE = 0.8  # share of marker coordinates within 90 % bands: chance leaves 0.83 and more in 19 of 20 trials
+
+
+# The test of the noise model.
 
 
 @dataclass(frozen=True, eq=False)
@@ -229,12 +239,7 @@ def _rms(correlations: np.ndarray) -> np.ndarray:
     return np.asarray(np.sqrt((correlations**2).sum(axis=1) / max(correlations.shape[1], 1)))
 
 
-QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
-DRAWS = 40
-_SWEEP_DRAWS = 24
-SECONDS = 5.0  # length of a further trial
-_NOISES = 20  # draws of everything else for each draw of the coefficients
-_FEWEST_INSIDE = 0.8  # share of marker coordinates within 90 % bands: chance leaves 0.83 and more in 19 of 20 trials
+# Predictions.
 
 
 @dataclass(frozen=True, eq=False)

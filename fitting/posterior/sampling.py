@@ -1,8 +1,9 @@
-"""Sampling of the posterior, its diagnostics, and the surrogate of the twin that is sampled.
+"""Sampling of the posterior by an ensemble, with its diagnostics, and the surrogate of the twin that is sampled.
 
-The first simulations are draws of the normal approximation about the mode, wider by a factor. Then the twin is
-simulated at draws from the posterior by the emulator so far, half of them moved outward, and the emulator is made anew,
-until it predicts fresh draws. What it misses counts as an error of the model, so that early rounds look widely.
+`sample` runs until the draws suffice. `fit_surrogate` makes what it samples: the first simulations are draws of the
+normal approximation about the mode, wider by a factor. Then the twin is simulated at draws from the posterior by the
+emulator so far, half of them moved outward, and the emulator is made anew, until it predicts fresh draws. What it
+misses counts as an error of the model, so that early rounds look widely.
 """
 
 from dataclasses import dataclass
@@ -20,14 +21,17 @@ from fitting.progress import Progress
 from swimcal.errors import Flag
 from swimcal.mjcf import COEFFICIENT_BOUNDS
 
+# The ensemble
 VARIABLES = (*NAMES, "ln_wave_discrepancy", "ln_speed_discrepancy")
-WALKERS = 64
-R_HAT = 1.01
+WALKERS = 64  # walkers of the ensemble
+R_HAT = 1.01  # largest R-hat of a coefficient that has converged
 _MOVES = ((emcee.moves.DEMove(), 0.6), (emcee.moves.DESnookerMove(), 0.2), (emcee.moves.KDEMove(), 0.2))
 _CHUNK = 1000  # steps at once: some 10 autocorrelation times at least
 _LONGEST = 40_000  # steps at most, a few minutes
 _BURN_IN = 0.2  # share of the steps, though walkers begin within the posterior
 _APART = 1e-6  # relative difference of copied walkers: a snooker move from one to its double is undefined
+
+# The surrogate
 _FIRST = 144  # simulations of the first round: enough for cubics (56 terms)
 _ROUND = 64  # simulations of each further round
 _ROUNDS = 10  # largest number of rounds
@@ -35,6 +39,9 @@ _STEPS = 500  # steps of the walkers in each round
 _OUTWARD = 1.7  # factor by which draws are moved from their middle, beyond where walkers will go
 _GOOD_ENOUGH = 1.0  # sd of emulated minus simulated ln likelihood below which no round follows
 _STABLE_SD = 0.4  # largest move of medians and interval ends between rounds, in standard deviations
+
+
+# The ensemble.
 
 
 @dataclass(frozen=True, eq=False)
@@ -170,6 +177,9 @@ def _unsampled_flag(ess: np.ndarray, r_hat: np.ndarray, effective: int) -> Flag:
         f"(wanted {R_HAT:g} at most) after the longest run; do not report these intervals"
     )
     return Flag("not_converged", message=message)
+
+
+# The surrogate that it samples.
 
 
 class Surrogate(NamedTuple):

@@ -1,4 +1,8 @@
-"""Summary of a posterior: what is determined, what it predicts, and whether to believe it."""
+"""Summary of a posterior: what is determined, what it predicts, and whether to believe it.
+
+`summarise` makes the record of `posterior.json`; `read_summary` reads it, with the draws of `posterior.nc` if they are
+needed.
+"""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
