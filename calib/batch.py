@@ -33,9 +33,6 @@ from swimcal.runs import ENGINE
 if TYPE_CHECKING:
     from distributed import Client
 
-
-Piece = TypeVar("Piece")
-Outcome = TypeVar("Outcome")
 _PATIENCE_S = 10.0  # time to wait for a scheduler
 _DIED = "its process died (killed, or out of memory?); the same command goes on from there"
 _CHILD = """
@@ -46,6 +43,12 @@ sys.path[:] = pickle.load(sys.stdin.buffer)
 work, piece = pickle.load(sys.stdin.buffer)
 pickle.dump(work(piece), answer)
 """
+
+Work = Callable[[Pipeline], object]
+
+
+Piece = TypeVar("Piece")
+Outcome = TypeVar("Outcome")
 
 
 class Versions(NamedTuple):
@@ -159,9 +162,6 @@ def _check_workers(client: Client, scheduler: str) -> None:
         faults.append(Fault("--scheduler", "", "no workers", scheduler, "one or more", (), step))
     if faults:
         raise InputError(faults)
-
-
-Work = Callable[[Pipeline], object]
 
 
 def run_pipeline(pipeline: Pipeline, until: LastStepName = "diagnosis") -> None:

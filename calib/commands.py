@@ -33,6 +33,22 @@ from calib.terminal import (
 
 TRACKER_HELP = "hybrid: spots, and CSRT where none answers; spots: without CSRT; csrt: plain CSRT, the baseline"
 
+_MANY = ("--videos", "--tracks")
+
+BoardFile = Annotated[
+    Path | None, typer.Option(help="TOML with a table [board]; default: the board that `calib camera board` draws")
+]
+
+TaskName = Annotated[Literal["target", "circle"], typer.Option(help="reach random targets, or follow a circle of 1 m")]
+PolicyFile = Annotated[
+    Path | None, typer.Option("--policy", help="the policy's npz; default: the one trained for this session and task")
+]
+Seed = Annotated[int, typer.Option(min=0, help="seed of all draws")]
+_TEST_SEED = 1_000_003  # seed of goals that no training sees
+policy = typer.Typer(
+    rich_markup_mode=None, no_args_is_help=True, help="Policies that steer the twin: trained, scored and shown."
+)
+
 
 def track(
     session: SessionFolder,
@@ -107,9 +123,6 @@ def convert(
     """Convert tracks between this program, DeepLabCut, movement and the authors' CSV."""
     names = () if markers is None else tuple(name.strip() for name in markers.split(","))
     print(calib.convert_tracks(tracks, out, to, markers=names, fps=fps, rename=renaming(rename)))
-
-
-_MANY = ("--videos", "--tracks")
 
 
 class SeveralFiles(TyperCommand):
@@ -344,11 +357,6 @@ def doctor(
         raise typer.Exit(2)
 
 
-BoardFile = Annotated[
-    Path | None, typer.Option(help="TOML with a table [board]; default: the board that `calib camera board` draws")
-]
-
-
 def board(
     out: Annotated[Path, typer.Option(help="the file to write: .pdf, .svg or .png")] = Path("board.pdf"),
     description: BoardFile = None,
@@ -391,17 +399,6 @@ def scale(
         height, tilt = found.camera_height_m, found.tilt_deg
         print(f"camera {height:.3f} m above the water (height_above_water_m), tilted by {tilt:.1f} degrees")
     print("scale_length_m of the session: this times the nose-neck distance in pixels")
-
-
-TaskName = Annotated[Literal["target", "circle"], typer.Option(help="reach random targets, or follow a circle of 1 m")]
-PolicyFile = Annotated[
-    Path | None, typer.Option("--policy", help="the policy's npz; default: the one trained for this session and task")
-]
-Seed = Annotated[int, typer.Option(min=0, help="seed of all draws")]
-_TEST_SEED = 1_000_003  # seed of goals that no training sees
-policy = typer.Typer(
-    rich_markup_mode=None, no_args_is_help=True, help="Policies that steer the twin: trained, scored and shown."
-)
 
 
 def train(
@@ -497,6 +494,8 @@ _EXAMPLES: dict[Callable[..., None], str] = {
     evaluate: "calib policy evaluate pool --task circle",
     play: "calib policy play pool --target=-2,0.5 --out reach.mp4",
 }
+
+
 for command, example in _EXAMPLES.items():
     policy.command(epilog=f"Example: {example}")(command)
 

@@ -66,7 +66,6 @@ from tracking.follow_video import TrackerName
 if TYPE_CHECKING:
     import xarray as xr
 
-
 __all__ = [
     "Effect",
     "EffectTest",

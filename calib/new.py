@@ -32,6 +32,11 @@ DEEPEST = 3
 """Largest number of folders that are put before a name."""
 LONGEST = 80
 
+FEWEST_FRAMES = 2
+UNIT_OFF = 0.01
+"""Places may not be pixels if nose to neck is as many as it is millimetres or centimetres, to this relative error."""
+_HZ = (r"(?:^|_)f(\d+)[_.p](\d+)(?:_|$)", r"(\d+)[_.p](\d+) ?_?hz")  # commands in names: f1_25, 1.25hz
+
 
 def without_copies(videos: Sequence[Path]) -> tuple[list[Path], list[str]]:
     """Drop a camera's small copies of other videos, and write a note for each that is left out.
@@ -123,12 +128,6 @@ def _number_names(names: Sequence[str]) -> list[str]:
         taken.add(free.casefold())
         found.append(free)
     return found
-
-
-FEWEST_FRAMES = 2
-UNIT_OFF = 0.01
-"""Places may not be pixels if nose to neck is as many as it is millimetres or centimetres, to this relative error."""
-_HZ = (r"(?:^|_)f(\d+)[_.p](\d+)(?:_|$)", r"(\d+)[_.p](\d+) ?_?hz")  # commands in names: f1_25, 1.25hz
 
 
 @dataclass

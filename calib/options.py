@@ -27,6 +27,15 @@ EVERY_S = 10.0
 _SETTLED_S = 3.0  # no time left is shown before this, because a stage's first steps are slower than the others
 _NEWS = 0.3  # smallest relative change of the time left that is worth a line
 
+EffortName = Literal["quick", "full"]
+LastStepName = Literal["fit", "posterior", "diagnosis"]
+"""The last step of a run before its report."""
+ObjectiveName = Literal["likelihood", "published"]
+STARTS = {"quick": 2, "full": 4}
+"""Number of starts of the search for the coefficients, by effort."""
+PUBLISHED_S = {"quick": 3_000.0, "full": 18_000.0}
+"""Seconds that the published search may simulate, by effort."""
+
 
 @contextmanager
 def progress_bar(quiet: bool) -> Iterator[Progress]:
@@ -197,16 +206,6 @@ def _in_notebook() -> Iterator[Progress]:
         yield lines
     finally:
         handle.update(HTML(""))
-
-
-EffortName = Literal["quick", "full"]
-LastStepName = Literal["fit", "posterior", "diagnosis"]
-"""The last step of a run before its report."""
-ObjectiveName = Literal["likelihood", "published"]
-STARTS = {"quick": 2, "full": 4}
-"""Number of starts of the search for the coefficients, by effort."""
-PUBLISHED_S = {"quick": 3_000.0, "full": 18_000.0}
-"""Seconds that the published search may simulate, by effort."""
 
 
 @dataclass(frozen=True)

@@ -19,6 +19,28 @@ import typer
 if TYPE_CHECKING:
     from calib.results.result import Export, Result
 
+EffortOption = Literal["quick", "full"]
+LastStep = Literal["fit", "posterior", "diagnosis"]
+ObjectiveOption = Literal["likelihood", "published"]
+TrackerOption = Literal["hybrid", "spots", "csrt"]
+FORMS = ("swimcal", "deeplabcut", "movement", "fishsim")
+"""Forms of tracks, for help; what is given is compared with `tracking.formats.FORMATS`."""
+
+SessionFolder = Annotated[Path, typer.Argument(metavar="SESSION", help="a session folder, with its session.toml")]
+SessionFolders = Annotated[list[Path], typer.Argument(metavar="SESSION...", help="one or more session folders")]
+Effort = Annotated[
+    EffortOption | None,
+    typer.Option(help="how hard to search; default: that of the current results, else full", show_default=False),
+]
+PolicyEffort = Annotated[EffortOption, typer.Option(help="how hard to search, and on how many targets it is scored")]
+Rename = Annotated[
+    str, typer.Option(help="names of the file, and which markers they are, comma-separated: snout=nose,…")
+]
+Workers = Annotated[int, typer.Option(min=0, help="threads; 0: all cores, or SWIMCAL_WORKERS")]
+Scheduler = Annotated[str | None, typer.Option(help="address of a dask scheduler, whose workers do it; default: here")]
+Verbose = Annotated[bool, typer.Option("--verbose", "-v", help="every number and every flag, not the summary alone")]
+AsJson = Annotated[bool, typer.Option("--json", help="print the outcome as JSON on standard output")]
+
 
 def print_result(result: Result, as_json: bool, verbose: bool, main: Path | None = None) -> None:
     """Print the outcome: JSON, numbers and verdict (`verbose`) or the summary; the path of `main` last.
@@ -76,29 +98,6 @@ def print_export(made: Export, as_json: bool = False) -> None:
             print(f"calib: {name} failed: {why}", file=sys.stderr)
     if made.failures:
         raise typer.Exit(2)
-
-
-EffortOption = Literal["quick", "full"]
-LastStep = Literal["fit", "posterior", "diagnosis"]
-ObjectiveOption = Literal["likelihood", "published"]
-TrackerOption = Literal["hybrid", "spots", "csrt"]
-FORMS = ("swimcal", "deeplabcut", "movement", "fishsim")
-"""Forms of tracks, for help; what is given is compared with `tracking.formats.FORMATS`."""
-
-SessionFolder = Annotated[Path, typer.Argument(metavar="SESSION", help="a session folder, with its session.toml")]
-SessionFolders = Annotated[list[Path], typer.Argument(metavar="SESSION...", help="one or more session folders")]
-Effort = Annotated[
-    EffortOption | None,
-    typer.Option(help="how hard to search; default: that of the current results, else full", show_default=False),
-]
-PolicyEffort = Annotated[EffortOption, typer.Option(help="how hard to search, and on how many targets it is scored")]
-Rename = Annotated[
-    str, typer.Option(help="names of the file, and which markers they are, comma-separated: snout=nose,…")
-]
-Workers = Annotated[int, typer.Option(min=0, help="threads; 0: all cores, or SWIMCAL_WORKERS")]
-Scheduler = Annotated[str | None, typer.Option(help="address of a dask scheduler, whose workers do it; default: here")]
-Verbose = Annotated[bool, typer.Option("--verbose", "-v", help="every number and every flag, not the summary alone")]
-AsJson = Annotated[bool, typer.Option("--json", help="print the outcome as JSON on standard output")]
 
 
 def renaming(text: str) -> dict[str, str]:

@@ -25,6 +25,8 @@ from tracking.lens import lens_flags
 from tracking.tracked import counting
 from tracking.video import Video
 
+_SUFFIX = {"swimcal": ".csv", "deeplabcut": ".dlc.csv", "fishsim": ".fishsim.csv"}
+
 
 def camera_flags(found: Iterable[xr.Dataset], camera: CameraSpec, robot: RobotSpec) -> tuple[Flag, ...]:
     """Collect the flags of lens, size and height, of each kind the first: the videos share one camera."""
@@ -44,9 +46,6 @@ def _metres_per_px(found: xr.Dataset, camera: CameraSpec, robot: RobotSpec) -> f
         return to_pool(tracks, camera, tracks.confidence.values, heights_m)[1]
     except NotEnoughData:
         return None
-
-
-_SUFFIX = {"swimcal": ".csv", "deeplabcut": ".dlc.csv", "fishsim": ".fishsim.csv"}
 
 
 def check_form(form: str, option: str) -> None:

@@ -27,6 +27,30 @@ from scipy.special import elliprd
 
 from swimcal.robot import Point, RobotSpec, Segment
 
+COEFFICIENT_BOUNDS = (0.0, 10.0)
+"""Bounds within which each coefficient is fitted, as published."""
+
+FASTEST_TURNS_PER_S = 15.0
+"""Range of the crank's control; as fast as tails are driven (Zhu et al., Sci. Robot. 4, 2019)."""
+
+_FLOOR_M = -0.4
+_WATER = (0.80, 0.91, 0.95)
+_DEEP = (0.28, 0.52, 0.62)
+_TILE = (0.30, 0.52, 0.60)
+_JOINT = (0.45, 0.66, 0.72)
+
+TIMESTEP_S = 0.0045
+SIDES = (("left", -1.0), ("right", +1.0))  # heading is -x and z is up, so left is -y
+
+_PLASTIC = (0.33, 0.55, 0.78, 1.0)
+_FRAME = (0.62, 0.65, 0.70, 1.0)
+_FIN = (0.90, 0.45, 0.25, 1.0)
+_MARKER = (0.95, 0.60, 0.10, 1.0)
+_SPECK_M = 1e-4
+_SPECK_KG = 1e-3
+_ARM_HALF_WIDTH_M = 0.005  # only seen, without mass
+_STRIP_HALF_THICKNESS_M = 0.0005
+
 
 class FluidCoefficients(NamedTuple):
     """The five dimensionless coefficients, in the engine's order."""
@@ -38,8 +62,6 @@ class FluidCoefficients(NamedTuple):
     magnus_lift: float
 
 
-COEFFICIENT_BOUNDS = (0.0, 10.0)
-"""Bounds within which each coefficient is fitted, as published."""
 PUBLISHED_COEFFICIENTS = FluidCoefficients(0.40, 7.79, 2.81, 3.84, 0.27)
 
 
@@ -52,16 +74,6 @@ def added_volumes(semi_axes_m: np.ndarray) -> np.ndarray:
     r = semi_axes_m
     alpha = np.array([2 / 3 * np.prod(r) * elliprd(r[i - 2] ** 2, r[i - 1] ** 2, r[i] ** 2) for i in range(3)])
     return np.asarray(float(4 / 3 * np.pi * np.prod(r)) * alpha / (2 - alpha))
-
-
-FASTEST_TURNS_PER_S = 15.0
-"""Range of the crank's control; as fast as tails are driven (Zhu et al., Sci. Robot. 4, 2019)."""
-
-_FLOOR_M = -0.4
-_WATER = (0.80, 0.91, 0.95)
-_DEEP = (0.28, 0.52, 0.62)
-_TILE = (0.30, 0.52, 0.60)
-_JOINT = (0.45, 0.66, 0.72)
 
 
 def add_scenery(spec: mujoco.MjSpec, robot: RobotSpec) -> mujoco.MjSpec:
@@ -132,19 +144,6 @@ def _add_sensors(spec: mujoco.MjSpec, robot: RobotSpec) -> None:
     ]
     for name, type_, object_type, object_name in sensors:
         spec.add_sensor(name=name, type=type_, objtype=object_type, objname=object_name)
-
-
-TIMESTEP_S = 0.0045
-SIDES = (("left", -1.0), ("right", +1.0))  # heading is -x and z is up, so left is -y
-
-_PLASTIC = (0.33, 0.55, 0.78, 1.0)
-_FRAME = (0.62, 0.65, 0.70, 1.0)
-_FIN = (0.90, 0.45, 0.25, 1.0)
-_MARKER = (0.95, 0.60, 0.10, 1.0)
-_SPECK_M = 1e-4
-_SPECK_KG = 1e-3
-_ARM_HALF_WIDTH_M = 0.005  # only seen, without mass
-_STRIP_HALF_THICKNESS_M = 0.0005
 
 
 @dataclass(frozen=True)

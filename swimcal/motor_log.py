@@ -24,6 +24,38 @@ COMMAND_COLUMNS = ("time_s", "part", "velocity_rad_s")
 PARTS = ("rest", "start_code", "drive", "end_code")
 """Parts of a trial that a command can belong to."""
 
+TURN = 2 * np.pi
+
+# Readings of a running median: up to four misread ones in a row are recognised.
+_WINDOW = 9
+# A reading may be away from its neighbours by this, turns, in addition to what the shaft turns meanwhile.
+_OFF_TURNS = 0.1
+# A position that stays within this range, turns, and jumps is logged as 0 to 1 or -1/2 to 1/2 turn.
+_ONE_TURN = 1.01
+# Share of steps beyond half a turn: above it, the shaft itself makes them between two readings.
+_SPARSE_SHARE = 0.3
+# Readings count as missing where two are further apart than this many times the usual spacing.
+_GAP = 3.0
+
+_FEWEST_ROWS = 2
+TICKS = 4096
+"""Encoder ticks in one turn of the shaft (ROBOTIS e-Manual, XW540-T140-R)."""
+
+_PER_TURN = {"rad": TURN, "deg": 360.0, "ticks": float(TICKS), "counts": float(TICKS), "turns": 1.0}
+POSITIONS = {f"position_{unit}": TURN / of_turn for unit, of_turn in _PER_TURN.items()}
+"""Names that the position may have in the header, and the size of each unit in rad."""
+VELOCITIES = {f"velocity_{unit}_s": TURN / of_turn for unit, of_turn in _PER_TURN.items()} | {"velocity_rpm": TURN / 60}
+"""Names that the velocity may have in the header, and the size of each unit in rad/s."""
+
+# Registers of 32 and 16 bits are signed; read as unsigned, negative values appear above half of their range.
+_RANGE = {
+    "position_rad": 2.0**32 / TICKS * TURN,
+    "velocity_rad_s": 2.0**32 * 0.229 * TURN / 60,
+    "current_a": 2.0**16 * 2.69e-3,
+}
+# Position and velocity count as off by the ratio of two units where they agree with it to this relative difference.
+_SAME = 0.03
+
 
 @dataclass(frozen=True, eq=False)
 class MotorCommands:
@@ -88,20 +120,6 @@ def _number_parts(table: RawTable) -> RawTable:
     """Replace the names of the parts, which have been checked, by numbers, so that the whole table can be converted."""
     rows = [Row(row.line, [*row.cells[:1], *("0" for _ in row.cells[1:2]), *row.cells[2:]]) for row in table.rows]
     return replace(table, rows=rows)
-
-
-TURN = 2 * np.pi
-
-# Readings of a running median: up to four misread ones in a row are recognised.
-_WINDOW = 9
-# A reading may be away from its neighbours by this, turns, in addition to what the shaft turns meanwhile.
-_OFF_TURNS = 0.1
-# A position that stays within this range, turns, and jumps is logged as 0 to 1 or -1/2 to 1/2 turn.
-_ONE_TURN = 1.01
-# Share of steps beyond half a turn: above it, the shaft itself makes them between two readings.
-_SPARSE_SHARE = 0.3
-# Readings count as missing where two are further apart than this many times the usual spacing.
-_GAP = 3.0
 
 
 class ShaftPosition(NamedTuple):
@@ -221,11 +239,6 @@ def _list_lines(lines: np.ndarray) -> str:
     return shown if len(lines) <= 6 else f"{shown} ... {lines[-1]}"
 
 
-_FEWEST_ROWS = 2
-TICKS = 4096
-"""Encoder ticks in one turn of the shaft (ROBOTIS e-Manual, XW540-T140-R)."""
-
-
 @dataclass(frozen=True, eq=False)
 class MotorLog:
     """A motor log of n rows; every array is (n,), nan where a value is missing, in the unit of its name.
@@ -247,21 +260,6 @@ class MotorLog:
 
 MOTOR_COLUMNS = tuple(field.name for field in fields(MotorLog) if field.name != "flags")
 """The header of a motor log."""
-
-_PER_TURN = {"rad": TURN, "deg": 360.0, "ticks": float(TICKS), "counts": float(TICKS), "turns": 1.0}
-POSITIONS = {f"position_{unit}": TURN / of_turn for unit, of_turn in _PER_TURN.items()}
-"""Names that the position may have in the header, and the size of each unit in rad."""
-VELOCITIES = {f"velocity_{unit}_s": TURN / of_turn for unit, of_turn in _PER_TURN.items()} | {"velocity_rpm": TURN / 60}
-"""Names that the velocity may have in the header, and the size of each unit in rad/s."""
-
-# Registers of 32 and 16 bits are signed; read as unsigned, negative values appear above half of their range.
-_RANGE = {
-    "position_rad": 2.0**32 / TICKS * TURN,
-    "velocity_rad_s": 2.0**32 * 0.229 * TURN / 60,
-    "current_a": 2.0**16 * 2.69e-3,
-}
-# Position and velocity count as off by the ratio of two units where they agree with it to this relative difference.
-_SAME = 0.03
 
 
 def load_motor(path: Path) -> MotorLog:

@@ -38,6 +38,15 @@ of which only names are written, by name.
 
 Arrays = dict[str, np.ndarray]
 
+SCHEMA = 1
+"""The version of the JSON results' form."""
+
+PROVENANCE = ("schema", "program", "mujoco", "model_sha256", "inputs", "seed", "effort")
+"""Keys of every JSON result, in this order, which come before its own."""
+
+PARTS = ".*.part.*"
+"""Pattern of the temporary files of `writing_whole`."""
+
 
 def to_plain(record: Any, named: tuple[type, ...] = (), arrays: Arrays | None = None, key: str = "") -> Any:
     """Convert a record to what JSON can hold.
@@ -158,9 +167,6 @@ def _plain(kind: Any, data: Any) -> Any:
 
 T = TypeVar("T")
 
-SCHEMA = 1
-"""The version of the JSON results' form."""
-
 
 def program_version() -> str:
     """Return name and version of this program, as results record it."""
@@ -188,14 +194,6 @@ class Provenance:
     def to_json(self) -> dict[str, Any]:
         """Return the provenance in the order of the public contract."""
         return {key: getattr(self, key) for key in PROVENANCE}
-
-
-PROVENANCE = ("schema", "program", "mujoco", "model_sha256", "inputs", "seed", "effort")
-"""Keys of every JSON result, in this order, which come before its own."""
-
-
-PARTS = ".*.part.*"
-"""Pattern of the temporary files of `writing_whole`."""
 
 
 @contextmanager

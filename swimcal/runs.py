@@ -27,6 +27,8 @@ from swimcal.robot import RobotSpec
 
 VARIABLE = "SWIMCAL_WORKERS"
 
+ENGINE = mujoco.__version__
+
 
 def workers_of(wanted: int) -> int:
     """Return the number of threads: `wanted`, or if that is 0 the value of ``SWIMCAL_WORKERS``; 0 means all cores.
@@ -40,9 +42,6 @@ def workers_of(wanted: int) -> int:
     if not setting.isdecimal():
         raise ValueError(f"{VARIABLE}: found {setting!r}, expected a number of threads, or 0 for all cores")
     return wanted or int(setting)
-
-
-ENGINE = mujoco.__version__
 
 
 @contextmanager

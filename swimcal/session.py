@@ -48,6 +48,13 @@ _CLEAR = 0.5
 # Nose and neck count as exchanged from this share of samples on the wrong side.
 _MOSTLY = 0.8
 
+SESSION_FILE = "session.toml"
+MOTOR_SUFFIX = ".motor.csv"
+COMMANDS_SUFFIX = ".commands.csv"
+
+RobotOf = Callable[[Path | None], DescribedRobot]
+"""A function that reads the robot in a file, or the built-in robot for None; it may raise `InputError`."""
+
 
 def wrong_side_share(tracks: xr.Dataset, place_m: np.ndarray) -> float | None:
     """Compute the share of samples that are nearer to the wrong end of the head, nose or neck.
@@ -77,14 +84,6 @@ def _nearer_nose(place: np.ndarray, nose: int, neck: int) -> np.ndarray:
     """Compute (n, m) by how much each marker at (n, m, 2) is nearer to the nose than to the neck."""
     from_nose, from_neck = (np.linalg.norm(place - place[:, [head]], axis=2) for head in (nose, neck))
     return from_neck - from_nose
-
-
-SESSION_FILE = "session.toml"
-MOTOR_SUFFIX = ".motor.csv"
-COMMANDS_SUFFIX = ".commands.csv"
-
-RobotOf = Callable[[Path | None], DescribedRobot]
-"""A function that reads the robot in a file, or the built-in robot for None; it may raise `InputError`."""
 
 
 @dataclass(frozen=True)

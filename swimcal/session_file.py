@@ -23,6 +23,28 @@ from swimcal.toml import Key, Table, TomlSource, key_error, load_toml
 Positive = Annotated[float, Field(gt=0)]
 Distortion = tuple[float, float, float, float, float]
 
+TrialKind = Literal["free_decay", "dry", "swim"]
+TrialRole = Literal["fit", "holdout"]
+
+HEAD_MARKERS = ("nose", "neck")
+"""The markers that make the head frame; every session needs them."""
+
+FEWEST_MARKERS = 3
+FASTEST_HZ = 15.0
+"""Fastest crank, turns a second, as fast as Tunabot beats (Zhu et al., Sci. Robot. 4, 2019).
+
+Larger numbers are taken for turns a minute.
+"""
+
+FileName = Annotated[str, StringConstraints(min_length=1)]
+
+RECORDINGS = ("tracks", "video", "motor")
+TRIAL_FILES = (*RECORDINGS, "boxes")
+# A scale that is off by this factor is a mistake of unit.
+OTHER_UNIT = 2.5
+# Largest relative difference of frame rates. Missing frames move the mean spacing alone, a coarse clock the median.
+RATE_OFF = 0.05
+
 
 class CameraCalibration(Table):
     """A pinhole camera with OpenCV's lens distortion (`calibrateCamera`), looking down on the pool.
@@ -71,20 +93,6 @@ def load_camera(path: Path) -> CameraCalibration:
     return load_toml(path, _CameraFile).camera
 
 
-TrialKind = Literal["free_decay", "dry", "swim"]
-TrialRole = Literal["fit", "holdout"]
-
-HEAD_MARKERS = ("nose", "neck")
-"""The markers that make the head frame; every session needs them."""
-
-FEWEST_MARKERS = 3
-FASTEST_HZ = 15.0
-"""Fastest crank, turns a second, as fast as Tunabot beats (Zhu et al., Sci. Robot. 4, 2019).
-
-Larger numbers are taken for turns a minute.
-"""
-
-
 def _safe_name(name: str) -> str:
     """Check that a name can be part of a file's name on any system, and return it."""
     if len(name) > 100 or not re.fullmatch(r"[A-Za-z0-9_]([A-Za-z0-9_.-]*[A-Za-z0-9_-])?", name):
@@ -100,7 +108,6 @@ def _turns_a_second(hz: float) -> float:
     return hz
 
 
-FileName = Annotated[str, StringConstraints(min_length=1)]
 Name = Annotated[str, AfterValidator(_safe_name)]
 
 
@@ -161,14 +168,6 @@ class SessionFile(Table):
     markers: MarkersTable
     fit: FitTable = FitTable()
     trial: Annotated[tuple[TrialTable, ...], Field(min_length=1)]
-
-
-RECORDINGS = ("tracks", "video", "motor")
-TRIAL_FILES = (*RECORDINGS, "boxes")
-# A scale that is off by this factor is a mistake of unit.
-OTHER_UNIT = 2.5
-# Largest relative difference of frame rates. Missing frames move the mean spacing alone, a coarse clock the median.
-RATE_OFF = 0.05
 
 
 class DescribedRobot(Protocol):

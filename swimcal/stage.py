@@ -30,6 +30,9 @@ KEPT = "kept"
 """Folder of results that were replaced by others."""
 _SHORT = 8  # characters of a fingerprint that name the folder of results kept aside
 
+LOCK = ".swimcal.lock"
+HOLDER = ".holder.json"
+
 
 class HasFingerprint(Protocol):
     """Anything that results may depend on."""
@@ -165,10 +168,6 @@ def _read(results: Path) -> dict[str, Any]:
     except (OSError, ValueError, RecursionError):
         return {}
     return stamps if isinstance(stamps, dict) else {}
-
-
-LOCK = ".swimcal.lock"
-HOLDER = ".holder.json"
 
 
 @contextmanager

@@ -19,6 +19,8 @@ from swimcal.tables import read_text
 Key = tuple[str | int, ...]
 """The place of a value: table names, keys and positions, counted from 0, in arrays."""
 
+NAMES_OF_TYPES = {float: "a number", int: "a whole number", str: "a text", bool: "true or false", tuple: "a list"}
+
 
 def lines_of_keys(text: str) -> dict[Key, int]:
     """Find the line on which the statement of each key of a valid TOML text starts."""
@@ -133,9 +135,6 @@ def choices_of(annotation: Any) -> tuple[str, ...]:
     """Return the values that a `Literal` allows; empty for every other annotation."""
     literals = (get_args(option) for option in _options(annotation) if get_origin(option) is Literal)
     return tuple(str(choice) for choices in literals for choice in choices)
-
-
-NAMES_OF_TYPES = {float: "a number", int: "a whole number", str: "a text", bool: "true or false", tuple: "a list"}
 
 
 def expectation_of(annotation: Any) -> str:

@@ -26,7 +26,6 @@ from swimcal.tables import EMPTY, FILL, RawTable, check_time, read_table, to_num
 if TYPE_CHECKING:
     import xarray as xr
 
-
 TIME = "time_s"
 FARTHEST_PX = 1e6
 SUFFIXES = ("_x", "_y", "_confidence")

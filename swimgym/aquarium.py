@@ -24,6 +24,15 @@ COLOURS = (WATER, FISH, HEAD, TARGET)
 PIXELS = 480
 _ROUND_M = 0.006  # half the width of a swimmer's line
 
+FPS = 25
+KINDS = (".rrd", ".mp4", ".gif")
+_PIXELS = 960
+_MARGIN_M = 0.6
+_SLOWEST_HZ = 0.5  # slowest beat without a policy
+_FASTEST_HZ = 2.0  # fastest beat without a policy
+_M2_EACH = 0.5  # area of the pool for each swimmer
+_GAIN = 1.5  # how much a beat without a policy is to one side, per rad of bearing
+
 
 def outline(swimmers: Swimmers) -> np.ndarray:
     """Compute the outline of each swimmer in the pool: (n, l + 1, 2) nose, hinges and tip, m."""
@@ -74,16 +83,6 @@ def view_from_above(course: Any) -> np.ndarray:
     seen = seen[np.isfinite(seen).all(axis=1)]
     corners = np.array([np.minimum(low, seen.min(axis=0) - 0.1), np.maximum(high, seen.max(axis=0) + 0.1)])
     return draw(lines, targets, corners, PIXELS)
-
-
-FPS = 25
-KINDS = (".rrd", ".mp4", ".gif")
-_PIXELS = 960
-_MARGIN_M = 0.6
-_SLOWEST_HZ = 0.5  # slowest beat without a policy
-_FASTEST_HZ = 2.0  # fastest beat without a policy
-_M2_EACH = 0.5  # area of the pool for each swimmer
-_GAIN = 1.5  # how much a beat without a policy is to one side, per rad of bearing
 
 
 class Roaming(Targets):

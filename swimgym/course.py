@@ -40,6 +40,11 @@ from swimgym.swimmers import Swimmers, turned
 SEEN = ("crank_cos", "crank_sin", "crank_speed", "roll_rate", "pitch_rate", "yaw_rate")
 AHEAD = ("distance", "target_x", "target_y", "target_x_rate", "target_y_rate", "last_action")
 
+MOST_ASIDE = 0.95
+
+GAINS = ("bearing", "bearing_sign", "yaw_rate", "crank_cos", "crank_sin", "drift")
+_SIGN_RAD = 0.1  # width of the soft sign of the bearing
+
 
 @dataclass(frozen=True)
 class Rules:
@@ -254,9 +259,6 @@ class Course:
         return Moment(np.where(diverged[:, None], 0.0, seen), reward, reached, diverged, timed_out, distance, off_path)
 
 
-MOST_ASIDE = 0.95
-
-
 def beat_action(rules: Rules, seen: np.ndarray, hz: np.ndarray, aside: np.ndarray) -> np.ndarray:
     """Compute the (n,) accelerations in [-1, 1] that keep up a beat.
 
@@ -333,10 +335,6 @@ def _numbers(name: str, value: Any, expected: str) -> np.ndarray:
         return np.asarray(value, float)
     except (TypeError, ValueError):
         raise ValueError(f"{name}: found {value!r}, expected {expected}") from None
-
-
-GAINS = ("bearing", "bearing_sign", "yaw_rate", "crank_cos", "crank_sin", "drift")
-_SIGN_RAD = 0.1  # width of the soft sign of the bearing
 
 
 def numbers_of(hinges: int) -> tuple[str, ...]:

@@ -18,6 +18,8 @@ from swimgym.swimmers import Fish, Swimmers, load_fish
 
 TASKS: dict[str, Any] = {"target": Targets, "circle": Circle}
 
+RULES = tuple(Rules.__dataclass_fields__)
+
 
 def make_course(
     task: str,
@@ -51,9 +53,6 @@ def make_course(
     fish = fish or load_fish(session, mjcf=mjcf)
     swimmers = Swimmers(fish.models, count, interval_s=rules.interval_s, workers=workers)
     return Course(swimmers, TASKS[task](count, **options), rules)
-
-
-RULES = tuple(Rules.__dataclass_fields__)
 
 
 def spaces_of(course: Course) -> tuple[Box, Box]:

@@ -19,6 +19,12 @@ SCHEMA = 1
 SHIPPED = Path(__file__).parent / "policies"
 """Policies `target` and `circle` that were trained on `datasets/sample`, fitted at quick effort."""
 
+FARTHEST_M = 50.0
+_DRAWN = 48  # episodes whose paths are kept
+_EVERY = 5  # actions from one point of a kept path to the next
+Controller = Callable[[np.ndarray], np.ndarray]
+"""A function from what n swimmers see (n, o) to what they do (n,)."""
+
 
 @dataclass(frozen=True)
 class Card:
@@ -151,13 +157,6 @@ def load_policy(file: Path) -> Policy:
     except (OSError, ValueError, KeyError, TypeError) as error:
         expected = f"a policy with a card of schema {SCHEMA}"
         raise InputError([Fault(str(file), "", "it cannot be read", str(error), expected, (), step)]) from error
-
-
-FARTHEST_M = 50.0
-_DRAWN = 48  # episodes whose paths are kept
-_EVERY = 5  # actions from one point of a kept path to the next
-Controller = Callable[[np.ndarray], np.ndarray]
-"""A function from what n swimmers see (n, o) to what they do (n,)."""
 
 
 @dataclass(frozen=True, eq=False)

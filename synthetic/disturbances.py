@@ -20,6 +20,18 @@ from swimcal.motor_log import MotorCommands
 from swimcal.robot import NonNegative, Positive
 from swimcal.toml import Table
 
+START_CODE = (1, 1, 1, -1, 1, -1, 1, -1, -1, 1, -1, -1, 1, 1, -1, -1)
+CHIP_S = 0.25
+CHIP_TURNS_PER_S = 0.25
+REST_S = 0.5
+RUN_OUT_S = 1.0
+
+COMMAND_DELAY_S = 0.0015  # mean time from when a speed is due until the motor has it
+RISE_S = 1.0  # time after the drive's command before its speed counts as steady; as in `calib capture`
+_GRID_S = 0.002
+
+Share = Annotated[float, Field(ge=0, lt=0.3)]
+
 
 class Stream(Enum):
     """The kinds of random streams; the value is the last entry of their seeds, where it is not 0."""
@@ -105,13 +117,6 @@ def on_grid(position_px: np.ndarray, noise: TrackingNoise) -> np.ndarray:
     return np.round(2.0 * position_px) / 2.0 if noise.half_pixel_grid else position_px
 
 
-START_CODE = (1, 1, 1, -1, 1, -1, 1, -1, -1, 1, -1, -1, 1, 1, -1, -1)
-CHIP_S = 0.25
-CHIP_TURNS_PER_S = 0.25
-REST_S = 0.5
-RUN_OUT_S = 1.0
-
-
 class Step(NamedTuple):
     """A speed that is held for a time; `part` is "rest", "start_code", "drive" or "end_code"."""
 
@@ -133,13 +138,6 @@ def schedule(hz: float, seconds: float) -> tuple[Step, ...]:
         for part, chips in (("start_code", START_CODE), ("end_code", START_CODE[::-1]))
     )
     return (rest, *start, rest, Step("drive", hz, seconds), Step("rest", 0.0, RUN_OUT_S), *end, rest)
-
-
-COMMAND_DELAY_S = 0.0015  # mean time from when a speed is due until the motor has it
-RISE_S = 1.0  # time after the drive's command before its speed counts as steady; as in `calib capture`
-_GRID_S = 0.002
-
-Share = Annotated[float, Field(ge=0, lt=0.3)]
 
 
 class SyntheticMotor(Table):

@@ -38,6 +38,13 @@ from synthetic.simulate import (
 
 TRUTH_FILE = "truth.json"
 
+Progress = Callable[[str, int, int], None]
+"""A function that is called with a trial's name, the number of frames done, and the number of all."""
+_DECIMALS_PX = 2
+_DECIMALS_S = 6
+
+ROBOT_FILE = "robot.toml"
+
 
 class DryTruth(Table):
     """The outcome of one planned dry run.
@@ -130,12 +137,6 @@ def _natural_hz(robot: RobotSpec) -> float:
     stiffness = robot.tail.hinge_stiffness_n_m * np.eye(len(tail))
     squared = eigh(stiffness, mass[np.ix_(tail, tail)], eigvals_only=True)
     return float(np.sqrt(squared[0]) / (2 * np.pi))
-
-
-Progress = Callable[[str, int, int], None]
-"""A function that is called with a trial's name, the number of frames done, and the number of all."""
-_DECIMALS_PX = 2
-_DECIMALS_S = 6
 
 
 class Filming(Protocol):
@@ -250,9 +251,6 @@ def save_packed_tracks(path: Path, tracks: xr.Dataset) -> None:
     save_tracks(plain, tracks)
     write_whole(path, gzip.compress(plain.read_bytes(), mtime=0))
     plain.unlink()
-
-
-ROBOT_FILE = "robot.toml"
 
 
 def make_session(

@@ -10,6 +10,23 @@ import numpy as np
 from tracking.boxes import StartBoxes
 from tracking.video import Frame
 
+ENOUGH = 15.0
+"""Grey levels by which each marker must stand out from most of what is around it for brightness to be used as it is."""
+_BETTER = 1.5  # times that the colours must separate the worst marker more than brightness does
+_ALONE, _CLEAR = 0.5, 0.7  # shares from which a marker is as far off all around it, by brightness and by colour
+_LARGE_PX = 30.0  # sides of boxes from which on half the resolution costs less than two brightnesses around a marker
+_CORE, _RING = 0.5, (1.2, 1.8)  # radii in half sides of a box: its middle, and its surroundings
+_COVERED = 1.1  # half sides of a box within which its own marker is seen
+_SPAN = 10.0, 90.0  # percentiles of the colours around the markers that count as these
+_MOST = 15.0, 85.0  # percentiles of what is around a marker: it may touch others
+_FULL = 180.0  # grey levels of a pixel as far off in colour as the markers are in the median
+
+_KEEP_SIZE, _KEEP_CONTRAST = 0.9, 0.8  # weight that the known look keeps with every frame
+_SIZES, _CONTRASTS = (0.4, 3.0), (0.1, 5.0)  # how far the look may wander from that in the start boxes
+_SURROUND = (0.85, 1.2)  # of the box' half side: the ring at its rim
+_WIDER, _CLEARER = 1.7, 2.0  # sides of a box that may be too small, and times the contrast that then tells
+_SMALLEST_PX = 4.0
+
 
 def window(luma: np.ndarray, column: int, row: int, reach: int) -> np.ndarray:
     """(2 reach + 1, 2 reach + 1) uint8 of the (h, w) picture, centred on one of its pixels."""
@@ -28,18 +45,6 @@ def windows(luma: np.ndarray, centre_px: np.ndarray, reach: int) -> tuple[np.nda
     cut = [window(luma, column, row, reach) for column, row in middle.tolist()]
     side = 2 * reach + 1
     return np.array(cut, dtype=np.float32).reshape(-1, side, side), middle
-
-
-ENOUGH = 15.0
-"""Grey levels by which each marker must stand out from most of what is around it for brightness to be used as it is."""
-_BETTER = 1.5  # times that the colours must separate the worst marker more than brightness does
-_ALONE, _CLEAR = 0.5, 0.7  # shares from which a marker is as far off all around it, by brightness and by colour
-_LARGE_PX = 30.0  # sides of boxes from which on half the resolution costs less than two brightnesses around a marker
-_CORE, _RING = 0.5, (1.2, 1.8)  # radii in half sides of a box: its middle, and its surroundings
-_COVERED = 1.1  # half sides of a box within which its own marker is seen
-_SPAN = 10.0, 90.0  # percentiles of the colours around the markers that count as these
-_MOST = 15.0, 85.0  # percentiles of what is around a marker: it may touch others
-_FULL = 180.0  # grey levels of a pixel as far off in colour as the markers are in the median
 
 
 @dataclass(frozen=True)
@@ -161,13 +166,6 @@ def _separation(grey: np.ndarray, centre_px: np.ndarray, side_px: np.ndarray) ->
         found.append((margin, margin / max(abs(middle - high), abs(low - middle), 1.0)))
     margins, shares = zip(*found, strict=True)
     return _Separation(min(margins), min(shares))
-
-
-_KEEP_SIZE, _KEEP_CONTRAST = 0.9, 0.8  # weight that the known look keeps with every frame
-_SIZES, _CONTRASTS = (0.4, 3.0), (0.1, 5.0)  # how far the look may wander from that in the start boxes
-_SURROUND = (0.85, 1.2)  # of the box' half side: the ring at its rim
-_WIDER, _CLEARER = 1.7, 2.0  # sides of a box that may be too small, and times the contrast that then tells
-_SMALLEST_PX = 4.0
 
 
 @dataclass(frozen=True, eq=False)

@@ -21,6 +21,25 @@ SquareSize = Annotated[float, Field(ge=1e-3, le=2.0)]
 MARKER_SHARE = 0.7
 """Side of a marker over that of its square, where nothing else is given."""
 
+CLEAR_SHARE = 0.7
+"""Half width of the window in which a corner is refined, over its distance to the nearest edge that is not its own:
+that of a marker, or of the next square. Windows that reach such an edge move corners by whole pixels."""
+WINDOW_PX = (3, 12)
+"""Bounds of that half width: less holds too few pixels, more gains nothing and bends with the lens."""
+
+SEARCHED_PX = 1600
+"""Longest side of the picture that a chessboard is searched in: larger ones take ten seconds, and are full of false
+boards. The corners are then refined in the whole picture."""
+
+HIGHEST_M = 100.0
+"""Largest height of a camera above a pool."""
+
+SUFFIXES = (".pdf", ".svg", ".png")
+PNG_DPI = 300
+MM = 1000.0
+MM_PER_INCH = 25.4
+RULER_MM = 100.0
+
 
 class BoardSpec(Table):
     """A board of dark and light squares, the corner square at its top left dark.
@@ -174,17 +193,6 @@ def video_pictures(path: Path, count: int = 40) -> Iterator[np.ndarray]:
             yield np.ascontiguousarray(video.frame(number).luma)
 
 
-CLEAR_SHARE = 0.7
-"""Half width of the window in which a corner is refined, over its distance to the nearest edge that is not its own:
-that of a marker, or of the next square. Windows that reach such an edge move corners by whole pixels."""
-WINDOW_PX = (3, 12)
-"""Bounds of that half width: less holds too few pixels, more gains nothing and bends with the lens."""
-
-SEARCHED_PX = 1600
-"""Longest side of the picture that a chessboard is searched in: larger ones take ten seconds, and are full of false
-boards. The corners are then refined in the whole picture."""
-
-
 class Corners(NamedTuple):
     """Corners of one board in one picture."""
 
@@ -244,10 +252,6 @@ def _refine(gray: np.ndarray, image_px: np.ndarray, clear: float) -> np.ndarray:
 
 
 _NONE = Corners(np.zeros((0, 3)), np.zeros((0, 2)))
-
-
-HIGHEST_M = 100.0
-"""Largest height of a camera above a pool."""
 
 
 @dataclass(frozen=True)
@@ -363,13 +367,6 @@ def _similarity(source: np.ndarray, target: np.ndarray) -> _Similarity:
     squares = (np.abs(b - turn * a) ** 2).sum()
     variance = squares / max(2 * len(a) - 4, 1)  # per axis
     return _Similarity(float(np.abs(turn)), float(np.sqrt(variance / size)), float(np.sqrt(squares / len(a))))
-
-
-SUFFIXES = (".pdf", ".svg", ".png")
-PNG_DPI = 300
-MM = 1000.0
-MM_PER_INCH = 25.4
-RULER_MM = 100.0
 
 
 class Rectangle(NamedTuple):

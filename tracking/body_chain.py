@@ -54,6 +54,23 @@ SOFTEST_SHRINK = 0.75
 LEVELS = (0.5, 0.65, 0.8)
 """Thresholds between surroundings (0) and middle (1); the higher ones part neighbours that touch."""
 
+CANDIDATES = 110
+"""Largest number of blobs that take part, those of the most contrast."""
+BEAM = 4000
+"""Largest number of partial bodies that are carried on."""
+LATERAL_M = 0.01
+"""Distance from the axis beyond which the head holds a marker."""
+DIAMETERS_APART = (3.0, 40.0)
+"""Bounds of the distance between the head's two front markers, in marker diameters."""
+SIZE_SD = 0.25
+"""Spread of the logarithm of a marker's diameter about that of the one before it: a robot's markers may differ."""
+LEVEL_SD = 0.12
+"""Spread of the logarithm of a marker's grey level about that of the head's two; its contrast depends on the water."""
+ELONGATION_SD = 0.15
+"""Spread of the logarithm of a marker's elongation about that of the head's two: motion blur of a few pixels."""
+GATE = 3.0
+"""Largest departure from the layout, in standard deviations."""
+
 
 class Blob(NamedTuple):
     """One blob of a picture."""
@@ -176,24 +193,6 @@ def _each_once(blobs: list[Blob]) -> list[Blob]:
         if number not in covered:
             covered.update(near for near in tree.query_ball_point(blob[:2], blob.diameter_px / 2) if near > number)
     return [blob for number, blob in enumerate(blobs) if number not in covered]
-
-
-CANDIDATES = 110
-"""Largest number of blobs that take part, those of the most contrast."""
-BEAM = 4000
-"""Largest number of partial bodies that are carried on."""
-LATERAL_M = 0.01
-"""Distance from the axis beyond which the head holds a marker."""
-DIAMETERS_APART = (3.0, 40.0)
-"""Bounds of the distance between the head's two front markers, in marker diameters."""
-SIZE_SD = 0.25
-"""Spread of the logarithm of a marker's diameter about that of the one before it: a robot's markers may differ."""
-LEVEL_SD = 0.12
-"""Spread of the logarithm of a marker's grey level about that of the head's two; its contrast depends on the water."""
-ELONGATION_SD = 0.15
-"""Spread of the logarithm of a marker's elongation about that of the head's two: motion blur of a few pixels."""
-GATE = 3.0
-"""Largest departure from the layout, in standard deviations."""
 
 
 @dataclass(frozen=True)

@@ -37,6 +37,15 @@ IMPOSSIBLE = 6.0
 LIKELY = 3.0
 """Standard deviations to which an exchange must bring every step to be suggested."""
 
+SMALLEST_SIDE_PX = 3.0
+"""A box with a shorter side holds no marker."""
+BEYOND = 0.25
+"""A box may reach beyond the picture by this share of its side; it is clipped."""
+ONE_SPOT = 0.25
+"""Two centres closer than this share of the smaller box are on one spot."""
+FORM = '{"frame": 0, "boxes": {"nose": [x, y, width, height], …}}'
+AGAIN = "Click the markers again with `calib track SESSION --click`."
+
 
 def check_layout(names: Sequence[str], centre_px: np.ndarray, layout_m: np.ndarray, faults: FaultCollector) -> None:
     """Add a fault for every step along the body that the robot cannot take; scale, heading and bend are free.
@@ -87,16 +96,6 @@ def _exchange(names: Sequence[str], centre_px: np.ndarray, layout_m: np.ndarray)
         worst[one, other] = max(each.off for each in found_steps(centre_px[order], layout_m))
     (one, other), off = min(worst.items(), key=lambda item: item[1])
     return f"Exchange {names[one]} and {names[other]}: then they would fit." if off <= LIKELY else ""
-
-
-SMALLEST_SIDE_PX = 3.0
-"""A box with a shorter side holds no marker."""
-BEYOND = 0.25
-"""A box may reach beyond the picture by this share of its side; it is clipped."""
-ONE_SPOT = 0.25
-"""Two centres closer than this share of the smaller box are on one spot."""
-FORM = '{"frame": 0, "boxes": {"nose": [x, y, width, height], …}}'
-AGAIN = "Click the markers again with `calib track SESSION --click`."
 
 
 class Box(NamedTuple):

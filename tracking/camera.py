@@ -26,6 +26,9 @@ from swimcal.tracks import markers_of, pixels_of
 STOP = (cv2.TERM_CRITERIA_COUNT + cv2.TERM_CRITERIA_EPS, 100, 1e-12)
 """Stop of the iterations: OpenCV's own five leave whole pixels at the edge of a wide-angle picture."""
 
+WATER_INDEX = 1.333
+"""Refractive index of water for visible light, 20 degrees Celsius (CRC Handbook of Chemistry and Physics)."""
+
 
 def camera_matrix(lens: CameraCalibration) -> np.ndarray:
     """Return the (3, 3) matrix of the pinhole camera, px."""
@@ -64,10 +67,6 @@ def folds(lens: CameraCalibration) -> bool:
         return False
     r = np.sqrt(real[real > 0].min())
     return bool(r * (1 + k1 * r**2 + k2 * r**4 + k3 * r**6) < farthest)
-
-
-WATER_INDEX = 1.333
-"""Refractive index of water for visible light, 20 degrees Celsius (CRC Handbook of Chemistry and Physics)."""
 
 
 def true_over_apparent(ray: np.ndarray, height_m: np.ndarray, camera_height_m: float) -> np.ndarray:

@@ -27,6 +27,12 @@ from tracking.appearance import window
 CROP = 80  # half the side of the crop, pixels
 _FASTEST_PX = CROP // 4  # by which a crop that moves does so in a frame at most
 
+_FRAMES = 4  # after a loss in which CSRT is asked; then the marker counts as hidden
+_LIKENESS = 0.6  # normalised correlation with the marker's last good look that an answer must reach
+_CLEAR = 0.6  # diameters around another marker in which an answer is not believed
+_TEMPLATE = 0.75  # half side of what is compared, in diameters
+_BOX, _SMALLEST_BOX_PX = 1.5, 21  # side of the box that CSRT starts on, in diameters; smaller boxes cost double
+
 
 class Crop(NamedTuple):
     """A marker in its surroundings."""
@@ -101,13 +107,6 @@ class FaintMarkers:
             places = list(pool.map(lambda tracker: tracker.step(luma), self._trackers))
         seen = zip(np.flatnonzero(self.which).tolist(), places, strict=True)
         return {marker: place for marker, place in seen if np.isfinite(place).all()}
-
-
-_FRAMES = 4  # after a loss in which CSRT is asked; then the marker counts as hidden
-_LIKENESS = 0.6  # normalised correlation with the marker's last good look that an answer must reach
-_CLEAR = 0.6  # diameters around another marker in which an answer is not believed
-_TEMPLATE = 0.75  # half side of what is compared, in diameters
-_BOX, _SMALLEST_BOX_PX = 1.5, 21  # side of the box that CSRT starts on, in diameters; smaller boxes cost double
 
 
 class SecondOpinion:

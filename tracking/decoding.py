@@ -26,6 +26,14 @@ NO_TIME_OF_PRESENTATION = (AVI,)
 STEPS_BACK = (1, 2, 4, 8)
 """Which key frames before a frame to start decoding from, should the nearest one not lead to it."""
 
+EXPECTED = "a video file (MP4, MOV, MKV, AVI, WebM, ...)"
+MP4_BOXES = (b"ftyp", b"moov", b"mdat", b"wide", b"free", b"skip")
+"""Names of boxes an MP4 or MOV file begins with (ISO/IEC 14496-12, table 1)."""
+REPAIR = (
+    "If the recording was cut short, put the card back into the camera, which may repair it (GoPro: SOS), or copy the "
+    "file again; a repair tool with an intact video of the same camera can rebuild the index."
+)
+
 
 class TimeSource(StrEnum):
     """Where the times of the frames come from."""
@@ -181,15 +189,6 @@ def _by_order(read: Packets, shown: Sequence[Packet], stream: av.VideoStream) ->
         time_s, source = np.arange(len(shown)) / float(stream.guessed_rate or 25), TimeSource.FRAME_RATE
     no_keys = np.empty(0, dtype=np.int64)
     return FrameIndex(time_s, source, None, {}, no_keys, frozenset(), True, read.total, read.broke_off)
-
-
-EXPECTED = "a video file (MP4, MOV, MKV, AVI, WebM, ...)"
-MP4_BOXES = (b"ftyp", b"moov", b"mdat", b"wide", b"free", b"skip")
-"""Names of boxes an MP4 or MOV file begins with (ISO/IEC 14496-12, table 1)."""
-REPAIR = (
-    "If the recording was cut short, put the card back into the camera, which may repair it (GoPro: SOS), or copy the "
-    "file again; a repair tool with an intact video of the same camera can rebuild the index."
-)
 
 
 class NumberedPicture(NamedTuple):

@@ -37,6 +37,8 @@ FrameNumber = Annotated[int, Field(ge=0)]
 Side = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 Coordinate = Annotated[float, Field(allow_inf_nan=False)]
 
+EXAMPLE = 'one edit, as {"op": "drop", "markers": ["nose"], "frames": [50, 61]}'
+
 
 class _Edit(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
@@ -139,9 +141,6 @@ class Undo(_Edit):
 Edit = Swap | Drop | Relabel | SetBox | Undo
 EDITS: dict[str, type[Edit]] = {"swap": Swap, "drop": Drop, "relabel": Relabel, "box": SetBox, "undo": Undo}
 """The kinds of edit by the name of their operation."""
-
-
-EXAMPLE = 'one edit, as {"op": "drop", "markers": ["nose"], "frames": [50, 61]}'
 
 
 class LoggedEdit(NamedTuple):

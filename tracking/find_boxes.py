@@ -35,6 +35,20 @@ SMALLEST_BOX_PX = 9.0
 LONGER = 1.12
 """A marker longer than wide by this factor more than those before and behind it runs into what is next to it."""
 
+SIZE_IN = (14.0, 7.875)
+DPI = 110
+PAPER = "#10151a"
+INK = "#e4ebf1"
+CROWDED = 3.5
+"""Markers whose nearest neighbour is within so many times the least distance make up the crowded part."""
+OFF_LINE = 0.12
+"""A marker farther off the line through all of them, in lengths of the robot, is named on its own side."""
+SHOWN_PX = 1600
+"""The whole frame is shown with at most about so many columns."""
+
+JPEG_QUALITY = 92
+USUAL_SIDE_PX = 25.0
+
 
 @dataclass(frozen=True)
 class _PolarityBlobs:
@@ -134,18 +148,6 @@ def _refusal(file: str, frame: int, what: str, found: str, expected: str) -> Inp
         "Or choose another frame, in which no marker is hidden."
     )
     return InputError([Fault(file, f"frame {frame}", what, found, expected, next_step=step)])
-
-
-SIZE_IN = (14.0, 7.875)
-DPI = 110
-PAPER = "#10151a"
-INK = "#e4ebf1"
-CROWDED = 3.5
-"""Markers whose nearest neighbour is within so many times the least distance make up the crowded part."""
-OFF_LINE = 0.12
-"""A marker farther off the line through all of them, in lengths of the robot, is named on its own side."""
-SHOWN_PX = 1600
-"""The whole frame is shown with at most about so many columns."""
 
 
 class View(NamedTuple):
@@ -298,10 +300,6 @@ def _beside(centre_px: np.ndarray, view: View, along: int, side: int) -> float:
     body = (across.min(), across.max())[side]
     wanted = body + (0.45 * (edge - body))
     return float(max(wanted, edge + inset) if side == 0 else min(wanted, edge - inset))
-
-
-JPEG_QUALITY = 92
-USUAL_SIDE_PX = 25.0
 
 
 @dataclass(frozen=True, eq=False)

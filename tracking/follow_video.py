@@ -32,6 +32,39 @@ from tracking.tracked import NO_SAMPLE, REPEATED, SampleState, as_tracked, only_
 from tracking.tracker import MarkerTracker, Sighting
 from tracking.video import Frame, Video, VideoInfo, backward
 
+PLACES = 400
+"""Places of the picture, drawn at random, that a box is compared with."""
+FEWEST = 100
+"""With fewer, in a picture full of boxes, nothing is reported."""
+COMMON = 0.01
+"""Share of the places that may answer as strongly as a marker does. In rendered pools with ripple and glints no marker
+had one such place, markers as bright as the water up to 4 %; of 864 boxes put on the water, 10 had 1 % or less.
+"""
+CLEAR = 1.5
+"""Boxes' sides from any box within which nothing is compared."""
+LEAST_CONTRAST = 6.0
+"""Steps of brightness by which a marker must stand out in its start box."""
+LEAST_CONTRAST_FAINT = 25.0
+"""The same where the detector hardly answers, so that only CSRT can follow it."""
+
+TrackerName = Literal["hybrid", "spots", "csrt"]
+TRACKERS: tuple[TrackerName, ...] = get_args(TrackerName)
+"""hybrid: spots, and CSRT where none answers; spots: without CSRT; csrt: plain CSRT, the baseline."""
+
+ANEW, _TRY_EVERY = 30, 3
+"""Frames behind damage in which tracking starts anew where the markers are found; of these every third is tried."""
+_IN_VIEW, _GONE_FOR = 0.5, 5  # going back, the robot is out of view where so few markers are seen for so many frames
+PREDICTED_FOR = 12
+"""Frames for which the position of an unseen marker is carried on; after that it is missing."""
+_SNAPSHOT_EVERY = 30  # frames at least; from the last of these interrupted work goes on
+_KEEP_EVERY = 600  # frames at least; the snapshot is written then, and when the work is interrupted
+_REPORT_EVERY_S = 0.2
+
+Progress = Callable[[int, int, float], None]
+"""Called with frames done, frames in all, and frames a second."""
+Find = Callable[[Frame], StartBoxes | None]
+"""Finds the boxes in a frame; None where they are not certain."""
+
 
 @dataclass(frozen=True)
 class Partial:
@@ -91,22 +124,6 @@ class PlainCsrt:
         return Sighting(centre, seen, seen.astype(float), unknown, unknown, np.zeros_like(seen))
 
 
-PLACES = 400
-"""Places of the picture, drawn at random, that a box is compared with."""
-FEWEST = 100
-"""With fewer, in a picture full of boxes, nothing is reported."""
-COMMON = 0.01
-"""Share of the places that may answer as strongly as a marker does. In rendered pools with ripple and glints no marker
-had one such place, markers as bright as the water up to 4 %; of 864 boxes put on the water, 10 had 1 % or less.
-"""
-CLEAR = 1.5
-"""Boxes' sides from any box within which nothing is compared."""
-LEAST_CONTRAST = 6.0
-"""Steps of brightness by which a marker must stand out in its start box."""
-LEAST_CONTRAST_FAINT = 25.0
-"""The same where the detector hardly answers, so that only CSRT can follow it."""
-
-
 def without_marker(tracker: MarkerTracker, first: Sighting) -> np.ndarray:
     """(m,) bool, the boxes without a marker, of a tracker that was just begun, and what it saw first."""
     faint = tracker.faint.which if tracker.faint is not None else ~first.seen
@@ -147,26 +164,6 @@ def _elsewhere(luma: np.ndarray, centre_px: np.ndarray, clear_px: float) -> np.n
     height, width = luma.shape
     drawn = np.random.default_rng(0).uniform(0, [width - 1, height - 1], (PLACES, 2))
     return drawn[np.linalg.norm(drawn[:, None] - centre_px[None], axis=2).min(axis=1) > clear_px]
-
-
-TrackerName = Literal["hybrid", "spots", "csrt"]
-TRACKERS: tuple[TrackerName, ...] = get_args(TrackerName)
-"""hybrid: spots, and CSRT where none answers; spots: without CSRT; csrt: plain CSRT, the baseline."""
-
-ANEW, _TRY_EVERY = 30, 3
-"""Frames behind damage in which tracking starts anew where the markers are found; of these every third is tried."""
-_IN_VIEW, _GONE_FOR = 0.5, 5  # going back, the robot is out of view where so few markers are seen for so many frames
-PREDICTED_FOR = 12
-"""Frames for which the position of an unseen marker is carried on; after that it is missing."""
-_SNAPSHOT_EVERY = 30  # frames at least; from the last of these interrupted work goes on
-_KEEP_EVERY = 600  # frames at least; the snapshot is written then, and when the work is interrupted
-_REPORT_EVERY_S = 0.2
-
-
-Progress = Callable[[int, int, float], None]
-"""Called with frames done, frames in all, and frames a second."""
-Find = Callable[[Frame], StartBoxes | None]
-"""Finds the boxes in a frame; None where they are not certain."""
 
 
 def follow_video(

@@ -35,6 +35,37 @@ AT_MOST_AHEAD = 2.5
 BOX_SD_PX = 1.0
 """Spread of a box about its marker in each coordinate (boxes are whole pixels, their centres half ones)."""
 
+CLEARLY = 1.5
+"""One of two is clearly misplaced if it is this many times as far from its place, in its own spread."""
+
+LEAST_SEEN = 0.2
+"""A jump and its way back belong together if the marker is seen apart in this share of the frames between."""
+LASTING = 3
+"""Frames that a marker is apart at least after a jump, before the model gives in. Where a fast tail turns round it is
+apart for a frame, followed in either direction, before and after the turn: that is no jump, nor a way back."""
+
+LEAST_PX = 6.0
+"""Half of the markers or more are off the smooth motion by this, …"""
+LEAST_LENGTH = 0.01
+"""… and by this share of the body's length in the picture, …"""
+TIMES_USUAL = 4.0
+"""… and by so many times what is usual in the trial, noise and hard beats included."""
+AROUND, STANDS_OUT = 10, 2.0
+"""No step of so many frames before and after is half as large, or the robot was shaken."""
+LONG_STEP = 2.5
+"""A time step this many times the usual one is a gap that the stamps tell of."""
+FEWEST_MARKERS = 3
+EVEN = 0.25
+"""Time steps that differ from the usual one by less than this share of it are even."""
+MOST_MISSING = 12
+"""Frames that are looked for between two; more are a jump."""
+BESIDE, DEGREE = 5, 4
+"""Frames on either side through which smooth motion is laid, and the degree of its polynomial in time."""
+BETTER = 0.5
+"""Frames are missing where the motion is off by this share, at most, of what it is off without them, …"""
+STANDS_OUT_MISSING, LEAST_OFF_PX = 2.5, 0.3
+"""… and without them by so many times what is usual in the trial, and by so many px, rms."""
+
 
 @dataclass(frozen=True)
 class Gate:
@@ -177,16 +208,6 @@ class _Follower:
         return active
 
 
-CLEARLY = 1.5
-"""One of two is clearly misplaced if it is this many times as far from its place, in its own spread."""
-
-LEAST_SEEN = 0.2
-"""A jump and its way back belong together if the marker is seen apart in this share of the frames between."""
-LASTING = 3
-"""Frames that a marker is apart at least after a jump, before the model gives in. Where a fast tail turns round it is
-apart for a frame, followed in either direction, before and after the turn: that is no jump, nor a way back."""
-
-
 def misplaced(
     model: BodyModel,
     time_s: np.ndarray,
@@ -271,29 +292,6 @@ def reaching(mask: np.ndarray, off_px: np.ndarray, least_px: float) -> np.ndarra
         for first, last in stretches(mask[:, k]):
             reach[first : last + 1, k] = off_px[first : last + 1, k].max() >= least_px
     return reach
-
-
-LEAST_PX = 6.0
-"""Half of the markers or more are off the smooth motion by this, …"""
-LEAST_LENGTH = 0.01
-"""… and by this share of the body's length in the picture, …"""
-TIMES_USUAL = 4.0
-"""… and by so many times what is usual in the trial, noise and hard beats included."""
-AROUND, STANDS_OUT = 10, 2.0
-"""No step of so many frames before and after is half as large, or the robot was shaken."""
-LONG_STEP = 2.5
-"""A time step this many times the usual one is a gap that the stamps tell of."""
-FEWEST_MARKERS = 3
-EVEN = 0.25
-"""Time steps that differ from the usual one by less than this share of it are even."""
-MOST_MISSING = 12
-"""Frames that are looked for between two; more are a jump."""
-BESIDE, DEGREE = 5, 4
-"""Frames on either side through which smooth motion is laid, and the degree of its polynomial in time."""
-BETTER = 0.5
-"""Frames are missing where the motion is off by this share, at most, of what it is off without them, …"""
-STANDS_OUT_MISSING, LEAST_OFF_PX = 2.5, 0.3
-"""… and without them by so many times what is usual in the trial, and by so many px, rms."""
 
 
 def body_jumps(time_s: np.ndarray, position_px: np.ndarray) -> list[tuple[int, float]]:

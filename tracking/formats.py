@@ -51,6 +51,25 @@ UNIQUE = "single"
 """The individual under which projects with several animals keep the body parts that are there once."""
 LABELS = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff")
 
+Engine = Literal["h5netcdf", "scipy"]
+"""Engines of xarray: for netCDF 4, which is HDF5, and for netCDF 3."""
+INDIVIDUAL = "fish"
+SINGULAR = {"keypoints": "keypoint", "individuals": "individual"}
+"""The names of dimensions before version 0.17, and since."""
+DIMENSIONS = ("time", "space", "keypoint", "individual")
+
+IN_SECONDS = frozenset({TIME, "time", "t", "time (s)", "time(s)", "time [s]", "t_s", "t (s)", "seconds", "timestamp"})
+IN_MILLISECONDS = frozenset({"time_ms", "t_ms", "time (ms)", "time(ms)", "time [ms]", "t (ms)", "milliseconds"})
+FRAMES = frozenset({"frame", "frames", "frame_idx", "frame_index", "frame_number", "frame_no", "frame_id", "fnum", ""})
+"""Names of the columns that tell when, lower case; without one the rows are the frames."""
+TRACK = "track"
+"""SLEAP's column of the animal's name."""
+
+ANIMAL_SCORE = "instance.score"
+"""SLEAP's column of the animal's score."""
+COORD_PLACES = {"x": 0, "y": 1, "confidence": 2, "likelihood": 2, "score": 2, "conf": 2, "prob": 2}
+"""The place of a column among a marker's numbers, by the end of its name."""
+
 
 def save_deeplabcut(path: Path, tracks: xr.Dataset) -> None:
     """Write tracks in DeepLabCut's form for one animal, whole or not at all; times are lost, frames stay.
@@ -136,14 +155,6 @@ def _samples(values: np.ndarray, columns: list[tuple[str, str]], marker: str, fa
         elif coord != "likelihood":
             faults.add("", f"body part {marker!r} has no {coord}", expected="x and y, and likelihood if there is one")
     return samples
-
-
-Engine = Literal["h5netcdf", "scipy"]
-"""Engines of xarray: for netCDF 4, which is HDF5, and for netCDF 3."""
-INDIVIDUAL = "fish"
-SINGULAR = {"keypoints": "keypoint", "individuals": "individual"}
-"""The names of dimensions before version 0.17, and since."""
-DIMENSIONS = ("time", "space", "keypoint", "individual")
 
 
 def to_movement(tracked: xr.Dataset) -> xr.Dataset:
@@ -247,19 +258,6 @@ def _check_layout(data: xr.Dataset, faults: FaultCollector) -> None:
         faults.add("", "not one individual", found=found, expected="one", next_step=step)
     if data.attrs.get("time_unit", "seconds") not in ("seconds", "frames"):
         faults.add("", "unknown time_unit", found=shown(data.attrs["time_unit"]), choices=("seconds", "frames"))
-
-
-IN_SECONDS = frozenset({TIME, "time", "t", "time (s)", "time(s)", "time [s]", "t_s", "t (s)", "seconds", "timestamp"})
-IN_MILLISECONDS = frozenset({"time_ms", "t_ms", "time (ms)", "time(ms)", "time [ms]", "t (ms)", "milliseconds"})
-FRAMES = frozenset({"frame", "frames", "frame_idx", "frame_index", "frame_number", "frame_no", "frame_id", "fnum", ""})
-"""Names of the columns that tell when, lower case; without one the rows are the frames."""
-TRACK = "track"
-"""SLEAP's column of the animal's name."""
-
-ANIMAL_SCORE = "instance.score"
-"""SLEAP's column of the animal's score."""
-COORD_PLACES = {"x": 0, "y": 1, "confidence": 2, "likelihood": 2, "score": 2, "conf": 2, "prob": 2}
-"""The place of a column among a marker's numbers, by the end of its name."""
 
 
 def read_plain(table: RawTable) -> ForeignTracks:

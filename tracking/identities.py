@@ -28,6 +28,19 @@ _MOVES, _ALIKE = 0.1, 0.25  # both markers swim: one moves so many diameters a f
 _FEWEST, _ZOOM = 3, 1.02  # distances that tell of a common scale, and by how much it may change in a frame
 _KEEP = 0.9  # of where two neighbours put a marker, frame by frame
 
+MISSED = 2.0
+"""The price of leaving a marker without a spot."""
+FAINTER = 1.0
+"""The price of a spot of no strength."""
+_STIFF, _STIFF_PX = 0.06, 1.5  # standard deviation of a link's length: a share of it, and px of the start boxes
+_TURN_RAD = 0.6  # standard deviation of a link's direction about the one predicted
+_LINK = 2.5  # the most that one link can cost: bodies bend more than they did so far
+_UNSEEN = 0.4  # weight of a link to a marker without a spot
+_SHIFT = 0.3  # the price of a shift of the body by the usual distance of its markers
+_SHIFTS = 12  # tried at most, the shortest first
+_SOLVED = 40  # solutions tried at most until no spot is used twice
+_NEVER = 1e6
+
 
 @dataclass(eq=False)
 class Spacing:
@@ -149,20 +162,6 @@ def _between(position_px: np.ndarray, guides: np.ndarray) -> np.ndarray:
     plane = position_px[: len(guides)] @ np.array([1, 1j])
     a, b = plane[guides.T] if len(guides) else (plane, plane)
     return (plane - a) / np.where(a == b, 1, b - a)
-
-
-MISSED = 2.0
-"""The price of leaving a marker without a spot."""
-FAINTER = 1.0
-"""The price of a spot of no strength."""
-_STIFF, _STIFF_PX = 0.06, 1.5  # standard deviation of a link's length: a share of it, and px of the start boxes
-_TURN_RAD = 0.6  # standard deviation of a link's direction about the one predicted
-_LINK = 2.5  # the most that one link can cost: bodies bend more than they did so far
-_UNSEEN = 0.4  # weight of a link to a marker without a spot
-_SHIFT = 0.3  # the price of a shift of the body by the usual distance of its markers
-_SHIFTS = 12  # tried at most, the shortest first
-_SOLVED = 40  # solutions tried at most until no spot is used twice
-_NEVER = 1e6
 
 
 class Assembly(NamedTuple):

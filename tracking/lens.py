@@ -31,6 +31,15 @@ OUTLYING_VIEW = 3.0
 OUTLYING_PX = 0.3
 """A view whose corners are off by less than this is never left out."""
 
+LINEAR_K1 = 0.02
+"""Radial distortion k1 that the "linear" mode of an action camera may leave: our assumption for the size in the
+message, not a measurement of any camera."""
+HALF_WIDTH = 18 / 19
+"""Half the picture's width over the focal length: that of a 19 mm lens on film 36 mm wide, the widest linear field of
+view of the camera that the swim trials were filmed with (87 degrees)."""
+HEIGHT_OFF = 0.05
+"""Relative difference between two ways to the camera's height that is worth a flag."""
+
 
 @dataclass(frozen=True, eq=False)
 class LensCalibration:
@@ -131,16 +140,6 @@ def _as_camera(fit: LensFit, width_px: int, height_px: int) -> CameraCalibration
     fx, fy, cx, cy, k1, k2, p1, p2, k3 = fit.bundle.lens.tolist()
     pinhole = {"fx_px": fx, "fy_px": fy, "cx_px": cx, "cy_px": cy}
     return CameraCalibration(width_px=width_px, height_px=height_px, **pinhole, distortion=(k1, k2, p1, p2, k3))
-
-
-LINEAR_K1 = 0.02
-"""Radial distortion k1 that the "linear" mode of an action camera may leave: our assumption for the size in the
-message, not a measurement of any camera."""
-HALF_WIDTH = 18 / 19
-"""Half the picture's width over the focal length: that of a 19 mm lens on film 36 mm wide, the widest linear field of
-view of the camera that the swim trials were filmed with (87 degrees)."""
-HEIGHT_OFF = 0.05
-"""Relative difference between two ways to the camera's height that is worth a flag."""
 
 
 def lens_flags(

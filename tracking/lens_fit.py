@@ -24,6 +24,36 @@ STEPS = 50
 ENOUGH = 1e-10
 """Relative decrease of the sum of squares at which the fit has arrived."""
 
+MODELS = {
+    "k1": (True, False, False, False, False),
+    "k1 k2": (True, True, False, False, False),
+    "k1 k2 p1 p2": (True, True, True, True, False),
+    "k1 k2 p1 p2 k3": (True, True, True, True, True),
+}
+"""Which of OpenCV's coefficients k1, k2, p1, p2, k3 are free, from the plainest lens on."""
+
+WIDTHS = (0.2, 20.0)
+"""Focal lengths that a start may have, in widths of the picture."""
+
+GRID = (13, 9)
+"""Places across and down the picture at which the shape is judged."""
+
+TILES = (8, 6)
+"""Tiles across and down the picture in which corners are looked for."""
+GOOD_VIEWS = 8
+GOOD_COVERAGE = 0.5
+TILTED_DEG = 15.0
+"""Least angle between two views: errors grow steeply below it (Zhang 2000, section 4 and figure 4)."""
+FOCAL_SD = 0.01
+"""Largest relative standard deviation of the focal length: the lens's height, and so parallax, is known no better."""
+RMS_SHARE = 3e-4
+"""Largest RMS of the corners, as a share of the picture's width.
+
+Good corners of a 3840 px wide picture are off by about 1 px, of a 1920 px one by 0.5 px.
+"""
+BEND_SHARE = 5e-4
+"""Largest uncertainty of the shape, as a share of the picture's width: 1 mm of a pool 2 m wide."""
+
 
 @dataclass(frozen=True, eq=False)
 class Bundle:
@@ -127,18 +157,6 @@ def inverse(normal: np.ndarray) -> np.ndarray:
     return scale[:, None] * np.linalg.pinv(scale[:, None] * normal * scale, rcond=1e-14, hermitian=True) * scale
 
 
-MODELS = {
-    "k1": (True, False, False, False, False),
-    "k1 k2": (True, True, False, False, False),
-    "k1 k2 p1 p2": (True, True, True, True, False),
-    "k1 k2 p1 p2 k3": (True, True, True, True, True),
-}
-"""Which of OpenCV's coefficients k1, k2, p1, p2, k3 are free, from the plainest lens on."""
-
-WIDTHS = (0.2, 20.0)
-"""Focal lengths that a start may have, in widths of the picture."""
-
-
 @dataclass(frozen=True, eq=False)
 class LensFit:
     """A lens and where the board was in each of v views."""
@@ -224,10 +242,6 @@ def _first_matrix(places: list[np.ndarray], images: list[np.ndarray], size: tupl
     return np.array([[focal, 0.0, (size[0] - 1) / 2], [0.0, focal, (size[1] - 1) / 2], [0.0, 0.0, 1.0]])
 
 
-GRID = (13, 9)
-"""Places across and down the picture at which the shape is judged."""
-
-
 @dataclass(frozen=True, eq=False)
 class LensUncertainty:
     """Standard deviations from independent corner errors of equal size, estimated from the residuals.
@@ -279,23 +293,6 @@ def _bend(covariance: np.ndarray, lens: CameraCalibration) -> float:
     modes = lens_modes - basis @ (basis.T @ lens_modes)
     variance = np.einsum("ij,jk,ik->i", modes, covariance, modes).reshape(-1, 2).mean(axis=1)
     return float(np.sqrt(variance.max()))
-
-
-TILES = (8, 6)
-"""Tiles across and down the picture in which corners are looked for."""
-GOOD_VIEWS = 8
-GOOD_COVERAGE = 0.5
-TILTED_DEG = 15.0
-"""Least angle between two views: errors grow steeply below it (Zhang 2000, section 4 and figure 4)."""
-FOCAL_SD = 0.01
-"""Largest relative standard deviation of the focal length: the lens's height, and so parallax, is known no better."""
-RMS_SHARE = 3e-4
-"""Largest RMS of the corners, as a share of the picture's width.
-
-Good corners of a 3840 px wide picture are off by about 1 px, of a 1920 px one by 0.5 px.
-"""
-BEND_SHARE = 5e-4
-"""Largest uncertainty of the shape, as a share of the picture's width: 1 mm of a pool 2 m wide."""
 
 
 def coverage_of(corners: Iterable[Corners], width_px: int, height_px: int) -> float:

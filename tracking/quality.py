@@ -43,6 +43,48 @@ STILL_PX = 1.0
 STILL_MOTION_PX = 6.0
 """… while both its neighbours move by at least this, and four times as much as it, and leave it behind by as much."""
 
+JUMP_FRAMES = 6
+"""A stretch no longer than this is called a jump."""
+FROZEN_FRAMES = 6
+"""The picture is frozen if no marker at all moves for so many frames …"""
+FROZEN_MOTION_PX = 2.0
+"""… and just before or after one moves by this in a frame."""
+
+# When a sample is not believed; the numbers come from five public trials (4K, about 950 px a metre).
+FLOOR_PX = 5.0
+"""Whatever the trial's own spread, a marker may be this far from where the others put it: clean real markers of the
+tail stay within 5 px, and a fault of 8 px must be seen."""
+DEVIATIONS = 4.0
+"""And this many times its spread in the trial."""
+LAYOUT_DEVIATIONS = 2.5
+"""The same against the layout with the trial's own spacing, for the first look."""
+MERGE_FRACTION, MERGE_M = 0.5, 0.012
+"""Two boxes are on one spot when closer than this share of their spacing in the layout, and than about a marker."""
+WIDEN = 0.7
+"""A flagged stretch reaches as far as the marker is off by this share of what is allowed."""
+JOIN_FRAMES = 5
+"""Flagged stretches that are no further apart are one."""
+
+SIZE_OFF = 0.3
+"""Relative departure of the apparent diameter from its median."""
+SIZE_FRAMES = 5
+"""Over which the median of that departure is taken, so that one blurred frame is not flagged."""
+LEAST_CONFIDENCE = 0.35
+"""A marker below it …"""
+DRIFT_FRAMES = 10
+"""… for so many frames on end may have drifted onto something else."""
+EXCHANGE = 0.5
+"""Two neighbours are taken for exchanged when exchanging them shortens the line through the markers by this share of
+their own distance."""
+EXCHANGE_FRAMES = 2
+"""The shortest exchange that is flagged."""
+FAST, FAST_FRAMES = 0.5, 3
+"""A marker that moves between two frames by this share of the distance to its nearest neighbour, once in so many
+frames, is named by the body's distances alone: no motion can be carried on."""
+APART, LEAST_FRAMES = 0.5, 3
+"""In tracks from elsewhere two markers count as exchanged while further apart than this share of what is usual, for so
+many frames: what is nearer is merged."""
+
 
 def touching(position_px: np.ndarray, least_px: np.ndarray) -> np.ndarray:
     """(n, m, m) whether two markers are closer than (m, m) `least_px`; a marker never touches itself."""
@@ -67,14 +109,6 @@ def standing_still(position_px: np.ndarray, order: np.ndarray) -> np.ndarray:
             if min(others) >= max(STILL_MOTION_PX, 4 * own):  # False where a sample is missing
                 still[span, k] = True
     return still
-
-
-JUMP_FRAMES = 6
-"""A stretch no longer than this is called a jump."""
-FROZEN_FRAMES = 6
-"""The picture is frozen if no marker at all moves for so many frames …"""
-FROZEN_MOTION_PX = 2.0
-"""… and just before or after one moves by this in a frame."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -181,22 +215,6 @@ def frozen_flags(frozen: np.ndarray, markers: tuple[str, ...]) -> list[Flag]:
     """Make a flag for each stretch in which a marker is frozen."""
     what = "no marker moves for {} frames: the video stands still or repeats itself"
     return [Flag("frozen_marker", markers, span, what.format(span[1] - span[0] + 1)) for span in stretches(frozen)]
-
-
-# When a sample is not believed; the numbers come from five public trials (4K, about 950 px a metre).
-FLOOR_PX = 5.0
-"""Whatever the trial's own spread, a marker may be this far from where the others put it: clean real markers of the
-tail stay within 5 px, and a fault of 8 px must be seen."""
-DEVIATIONS = 4.0
-"""And this many times its spread in the trial."""
-LAYOUT_DEVIATIONS = 2.5
-"""The same against the layout with the trial's own spacing, for the first look."""
-MERGE_FRACTION, MERGE_M = 0.5, 0.012
-"""Two boxes are on one spot when closer than this share of their spacing in the layout, and than about a marker."""
-WIDEN = 0.7
-"""A flagged stretch reaches as far as the marker is off by this share of what is allowed."""
-JOIN_FRAMES = 5
-"""Flagged stretches that are no further apart are one."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -320,27 +338,6 @@ def _first_look(
         clash = clashing(prior, position_px, present, never_px)
         fitting = fitting_shape(prior, position_px, present & ~clash, fitting, gate)
     return prior, fitting, clash
-
-
-SIZE_OFF = 0.3
-"""Relative departure of the apparent diameter from its median."""
-SIZE_FRAMES = 5
-"""Over which the median of that departure is taken, so that one blurred frame is not flagged."""
-LEAST_CONFIDENCE = 0.35
-"""A marker below it …"""
-DRIFT_FRAMES = 10
-"""… for so many frames on end may have drifted onto something else."""
-EXCHANGE = 0.5
-"""Two neighbours are taken for exchanged when exchanging them shortens the line through the markers by this share of
-their own distance."""
-EXCHANGE_FRAMES = 2
-"""The shortest exchange that is flagged."""
-FAST, FAST_FRAMES = 0.5, 3
-"""A marker that moves between two frames by this share of the distance to its nearest neighbour, once in so many
-frames, is named by the body's distances alone: no motion can be carried on."""
-APART, LEAST_FRAMES = 0.5, 3
-"""In tracks from elsewhere two markers count as exchanged while further apart than this share of what is usual, for so
-many frames: what is nearer is merged."""
 
 
 def trusted(tracked: xr.Dataset, layout: RobotSpec) -> xr.Dataset:

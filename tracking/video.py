@@ -29,6 +29,23 @@ GRAY_16 = ("gray16le", "gray16be")
 HALF_COLOUR = re.compile(r"yuvj?42\dp|nv\d\d|p01[026]")
 """Pixel formats that store colours for every second pixel."""
 
+LONGEST_SPAN = 60
+"""Frames a span for the frame rate has at most: stamps rounded to 1 ms then leave it within 0.1 %."""
+
+SQUARE_WITHIN = 1e-3
+"""Pixels whose sides differ by no more are square."""
+LONG_STEP_S, LONG_STEP = 1.0, 10
+"""A step in time is reported from this length on, if it is also this many times the median one …"""
+STEADY, STEADY_WITHIN, STEADY_STEP = 0.95, 0.25, 2.5
+"""… or, where this share of the steps is the median one to within that, from so many times the median on: part of a
+Matroska file that cannot be read is passed over without a word, and shows in the time stamps only."""
+
+LOOKS = 8
+"""Frames that are looked at for the depth of gray."""
+
+HELD_BYTES = 2e8
+"""Pictures that are held at a time, about."""
+
 
 @dataclass(frozen=True, eq=False)
 class Frame:
@@ -149,18 +166,6 @@ def _upper_bits(deep: np.ndarray, shift: int) -> np.ndarray:
     return np.right_shift(deep, shift, out=np.empty(deep.shape, np.uint8), casting="unsafe")
 
 
-LONGEST_SPAN = 60
-"""Frames a span for the frame rate has at most: stamps rounded to 1 ms then leave it within 0.1 %."""
-
-SQUARE_WITHIN = 1e-3
-"""Pixels whose sides differ by no more are square."""
-LONG_STEP_S, LONG_STEP = 1.0, 10
-"""A step in time is reported from this length on, if it is also this many times the median one …"""
-STEADY, STEADY_WITHIN, STEADY_STEP = 0.95, 0.25, 2.5
-"""… or, where this share of the steps is the median one to within that, from so many times the median on: part of a
-Matroska file that cannot be read is passed over without a word, and shows in the time stamps only."""
-
-
 @dataclass(frozen=True, eq=False)
 class VideoInfo:
     """A video's size, frames and times.
@@ -227,10 +232,6 @@ class VideoInfo:
         if steps_s.max() <= reported_from_s:
             return None
         return f"time jumps by {steps_s.max():.3f} s after frame {steps_s.argmax()}"
-
-
-LOOKS = 8
-"""Frames that are looked at for the depth of gray."""
 
 
 class Video:
@@ -414,10 +415,6 @@ class Video:
     def _no_such_frame(self, found: str) -> InputError:
         last = self.info.frames - 1
         return InputError([Fault(str(self._file), "", "no such frame in this video", found, f"frames 0 to {last}")])
-
-
-HELD_BYTES = 2e8
-"""Pictures that are held at a time, about."""
 
 
 def backward(video: Video, stop: int) -> Iterator[Frame]:

@@ -31,7 +31,6 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Sequence
-from termios import error as TerminalError
 from types import FrameType
 from typing import Any, NamedTuple
 
@@ -39,6 +38,46 @@ from dynamixel_sdk import COMM_RX_CORRUPT, COMM_RX_TIMEOUT, COMM_SUCCESS, Packet
 from dynamixel_sdk.robotis_def import INST_PING, INST_READ, INST_WRITE
 
 from calib.capture.registers import Register
+
+try:
+    from termios import error as TerminalError
+except ImportError:  # Windows
+    TerminalError = OSError  # type: ignore[misc, assignment]
+
+INTERRUPTED = 130
+"""The exit code after Ctrl-C, 128 + SIGINT, as shells and typer have it."""
+
+_IN_ASCII = {
+    "\N{MINUS SIGN}": "-",
+    "\N{EN DASH}": "-",
+    "\N{PLUS-MINUS SIGN}": "+/-",
+    "\N{MULTIPLICATION SIGN}": "x",
+    "\N{HORIZONTAL ELLIPSIS}": "...",
+    "\N{RIGHTWARDS ARROW}": "->",
+    "\N{GREEK SMALL LETTER BETA}": "beta",
+}
+
+BAUD_RATES = (9600, 57600, 115200, 1_000_000, 2_000_000, 3_000_000, 4_000_000)
+"""Baud rates that both the motor and the SDK support."""
+
+TRIES = 9  # each takes 34 ms with the SDK's time-outs, so that all fit into the watchdog's time
+SETTLE_S = 0.01  # pause after a disturbance, in which late answers come in and are thrown away
+ALERT = 0x80  # bit of a status packet's error byte that refers to the hardware error status
+PORT_ERRORS = (OSError, TerminalError)
+BROKEN_ANSWER = (IndexError, TypeError)  # errors that the SDK raises for some damaged packets
+POLL_S = 0.001
+WRITE_TIMEOUT_S = 0.1
+
+REFUSALS = {
+    1: "could not do it",
+    2: "does not know the instruction",
+    3: "got a damaged packet",
+    4: "reports that the value is out of range",
+    5: "reports that the value has the wrong length",
+    6: "reports that the value is beyond a limit",
+    7: "does not allow access",
+}
+"""The error numbers of a status packet (ROBOTIS e-Manual, Protocol 2.0, section 4.3.6)."""
 
 
 class CaptureError(Exception):
@@ -99,10 +138,6 @@ class Interrupted(CaptureError):
         )
 
 
-INTERRUPTED = 130
-"""The exit code after Ctrl-C, 128 + SIGINT, as shells and typer have it."""
-
-
 class Clock(NamedTuple):
     """The source of time, seconds on a clock that never steps; tests use a virtual one."""
 
@@ -142,17 +177,6 @@ class Signals:
             self.caught = number
 
 
-_IN_ASCII = {
-    "\N{MINUS SIGN}": "-",
-    "\N{EN DASH}": "-",
-    "\N{PLUS-MINUS SIGN}": "+/-",
-    "\N{MULTIPLICATION SIGN}": "x",
-    "\N{HORIZONTAL ELLIPSIS}": "...",
-    "\N{RIGHTWARDS ARROW}": "->",
-    "\N{GREEK SMALL LETTER BETA}": "beta",
-}
-
-
 def _in_ascii(error: UnicodeError) -> tuple[str, int]:
     """Handle characters that a terminal's encoding does not have: use another spelling, or the number of each."""
     if not isinstance(error, UnicodeEncodeError):
@@ -176,34 +200,6 @@ def let_go_of_a_lost_terminal() -> None:
             stream.flush()
         except OSError:
             os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
-
-
-try:
-    from termios import error as TerminalError
-except ImportError:  # Windows
-    TerminalError = OSError  # type: ignore[misc, assignment]
-
-BAUD_RATES = (9600, 57600, 115200, 1_000_000, 2_000_000, 3_000_000, 4_000_000)
-"""Baud rates that both the motor and the SDK support."""
-
-TRIES = 9  # each takes 34 ms with the SDK's time-outs, so that all fit into the watchdog's time
-SETTLE_S = 0.01  # pause after a disturbance, in which late answers come in and are thrown away
-ALERT = 0x80  # bit of a status packet's error byte that refers to the hardware error status
-PORT_ERRORS = (OSError, TerminalError)
-BROKEN_ANSWER = (IndexError, TypeError)  # errors that the SDK raises for some damaged packets
-POLL_S = 0.001
-WRITE_TIMEOUT_S = 0.1
-
-REFUSALS = {
-    1: "could not do it",
-    2: "does not know the instruction",
-    3: "got a damaged packet",
-    4: "reports that the value is out of range",
-    5: "reports that the value has the wrong length",
-    6: "reports that the value is beyond a limit",
-    7: "does not allow access",
-}
-"""The error numbers of a status packet (ROBOTIS e-Manual, Protocol 2.0, section 4.3.6)."""
 
 
 class Answer(NamedTuple):

@@ -38,6 +38,36 @@ ALERT = 0x80
 STUFFED = b"\xff\xff\xfd\xfd"
 PLAIN = b"\xff\xff\xfd"
 
+RPM = 2 * math.pi / 60
+NO_LOAD_RAD_S = 72 * RPM
+STALL_NM = 6.9
+STALL_A = 4.9
+UNLIMITED_RAD_S2 = 700.0
+"""Acceleration without a profile (assumed: that of the stall torque on 0.01 kg m^2)."""
+
+VELOCITY_UNIT = 0.229 * RPM
+ACCELERATION_UNIT = 214.577 * 2 * math.pi / 3600
+CURRENT_UNIT = 2.69e-3
+PULSES = 4096
+TICK_WRAP = 32_768
+WATCHDOG_UNIT_S = 0.02
+
+VELOCITY_MODE = 1
+EEPROM_END = 64
+SIZE = 147
+
+FACTORY = {
+    "model_number": 1180,
+    "firmware_version": 46,
+    "operating_mode": 3,
+    "velocity_limit": 304,
+    "present_input_voltage": 120,
+    "present_temperature": 25,
+}
+
+TICK_S = 0.05
+"""Time after which the server lets the motor's own clock act, even if no bytes came."""
+
 
 class Instruction(IntEnum):
     """The instruction of a packet, or `STATUS` for an answer."""
@@ -112,25 +142,6 @@ def _decode(raw: bytes) -> Packet:
     return Packet(raw[4], body[0], body[1:], intact=crc16(raw[:-2]) == int.from_bytes(raw[-2:], "little"))
 
 
-RPM = 2 * math.pi / 60
-NO_LOAD_RAD_S = 72 * RPM
-STALL_NM = 6.9
-STALL_A = 4.9
-UNLIMITED_RAD_S2 = 700.0
-"""Acceleration without a profile (assumed: that of the stall torque on 0.01 kg m^2)."""
-
-VELOCITY_UNIT = 0.229 * RPM
-ACCELERATION_UNIT = 214.577 * 2 * math.pi / 3600
-CURRENT_UNIT = 2.69e-3
-PULSES = 4096
-TICK_WRAP = 32_768
-WATCHDOG_UNIT_S = 0.02
-
-VELOCITY_MODE = 1
-EEPROM_END = 64
-SIZE = 147
-
-
 class Item(NamedTuple):
     """An entry of the control table, little-endian."""
 
@@ -159,14 +170,6 @@ ITEMS = {
     "present_temperature": Item(146, 1, writable=False),
 }
 WRITABLE = {(item.address, item.size): name for name, item in ITEMS.items() if item.writable}
-FACTORY = {
-    "model_number": 1180,
-    "firmware_version": 46,
-    "operating_mode": 3,
-    "velocity_limit": 304,
-    "present_input_voltage": 120,
-    "present_temperature": 25,
-}
 
 
 class Emulator:
@@ -302,10 +305,6 @@ class Emulator:
     def _set(self, name: str, value: int) -> None:
         at, size = ITEMS[name].address, ITEMS[name].size
         self._memory[at : at + size] = (value % 256**size).to_bytes(size, "little")
-
-
-TICK_S = 0.05
-"""Time after which the server lets the motor's own clock act, even if no bytes came."""
 
 
 @contextmanager

@@ -22,6 +22,29 @@ COMMANDS_HEADER = "time_s,part,velocity_rad_s"
 FEWEST_ROWS = 2
 """Number of rows that a log must have: a session takes none with fewer."""
 
+SESSION_FILE = "session.toml"
+
+NEW_SESSION = """\
+[session]
+name = {name}
+
+[camera]
+fps = 60.0               # nominal: set your camera's
+scale_length_m = 0.142   # nose to neck
+
+[markers]
+names = ["nose", "neck", "dorsal_fin", "tail_1", "tail_2", "tail_3", "tail_4", "tail_5", "caudal_fin"]
+"""
+
+TRIAL = """
+[[trial]]
+name = {name}
+kind = {kind}
+motor = {motor}
+commanded_hz = {hz}
+role = {role}
+"""
+
 
 class TrialLog:
     """The log files ``<name>.motor.csv``, what was measured, and ``<name>.commands.csv``, what was commanded and when.
@@ -132,30 +155,6 @@ def _close(file: TextIO) -> None:
         os.fsync(file.fileno())
     with contextlib.suppress(OSError):
         file.close()
-
-
-SESSION_FILE = "session.toml"
-
-NEW_SESSION = """\
-[session]
-name = {name}
-
-[camera]
-fps = 60.0               # nominal: set your camera's
-scale_length_m = 0.142   # nose to neck
-
-[markers]
-names = ["nose", "neck", "dorsal_fin", "tail_1", "tail_2", "tail_3", "tail_4", "tail_5", "caudal_fin"]
-"""
-
-TRIAL = """
-[[trial]]
-name = {name}
-kind = {kind}
-motor = {motor}
-commanded_hz = {hz}
-role = {role}
-"""
 
 
 @dataclass(frozen=True)

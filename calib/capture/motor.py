@@ -18,10 +18,14 @@ ACCELERATION_TURNS_PER_S2 = 4.0
 STOP_TRIES = 8
 BETWEEN_TRIES_S = 0.02
 
-
 TICK_S = 0.001
 SLOW_S = 0.01  # an exchange that takes this much longer than the shortest one has an unsure time
 DRIFT = 0.02  # largest drift between the two clocks, s/s
+
+PATIENCE_S = 0.5  # how long a current too high, or a speed of less than half the command, is tolerated
+CLOCK_TOLERANCE_S = 0.02  # largest jump of the motor's clock, in addition to the duration of two exchanges
+RISE_S = 1.0  # time after a new command before the speed counts
+SLOWEST_WATCHED_TURNS_PER_S = 0.05
 
 
 class Reading(NamedTuple):
@@ -226,12 +230,6 @@ class Limits:
 
     current_a: float = 3.5
     temperature_c: float = 70.0
-
-
-PATIENCE_S = 0.5  # how long a current too high, or a speed of less than half the command, is tolerated
-CLOCK_TOLERANCE_S = 0.02  # largest jump of the motor's clock, in addition to the duration of two exchanges
-RISE_S = 1.0  # time after a new command before the speed counts
-SLOWEST_WATCHED_TURNS_PER_S = 0.05
 
 
 class Guard:

@@ -32,9 +32,24 @@ END_CODE = START_CODE[::-1]
 CHIP_S = 0.25
 CHIP_TURNS_PER_S = 0.25
 
-
 REST_S = 0.5
 RUN_OUT_S = 1.0  # the crank comes to rest before the end code
+
+PORT_PATTERNS = ("/dev/ttyUSB*", "/dev/ttyACM*", "/dev/tty.usbserial*", "/dev/tty.usbmodem*")
+BAUD_ORDER = (57600, 1_000_000, *(baud for baud in BAUD_RATES if baud not in (57600, 1_000_000)))
+"""Baud rates in the order of the search: the factory's first, then the SDK's, then the rest."""
+
+PERIOD_S = 0.01
+SLOWEST_LOG_HZ = 50.0
+RENEWAL_S = 0.2  # time after which the goal is written again, so that a trip of the watchdog is noticed
+NEAR_REACH = 0.9
+
+UNCONFIRMED = (
+    "the motor did not confirm that it stopped. Its own bus watchdog stops it within "
+    f"{SILENCE_S:g} s of the last packet it got; take its power away to be sure."
+)
+
+Report = Callable[[str], None]
 
 
 class Step(NamedTuple):
@@ -89,11 +104,6 @@ def trial_name(hz: float, taken: Sequence[str]) -> str:
 
 def _code(part: str, chips: Sequence[int]) -> Iterator[Step]:
     return (Step(part, chip * CHIP_TURNS_PER_S, CHIP_S) for chip in chips)
-
-
-PORT_PATTERNS = ("/dev/ttyUSB*", "/dev/ttyACM*", "/dev/tty.usbserial*", "/dev/tty.usbmodem*")
-BAUD_ORDER = (57600, 1_000_000, *(baud for baud in BAUD_RATES if baud not in (57600, 1_000_000)))
-"""Baud rates in the order of the search: the factory's first, then the SDK's, then the rest."""
 
 
 class Found(NamedTuple):
@@ -163,19 +173,6 @@ def _motors(port: Any) -> Iterator[tuple[int, int]]:
             yield motor_id, Bus(port, motor_id, Clock()).ping()
         except MotorFault:
             continue
-
-
-PERIOD_S = 0.01
-SLOWEST_LOG_HZ = 50.0
-RENEWAL_S = 0.2  # time after which the goal is written again, so that a trip of the watchdog is noticed
-NEAR_REACH = 0.9
-
-UNCONFIRMED = (
-    "the motor did not confirm that it stopped. Its own bus watchdog stops it within "
-    f"{SILENCE_S:g} s of the last packet it got; take its power away to be sure."
-)
-
-Report = Callable[[str], None]
 
 
 @dataclass(frozen=True)

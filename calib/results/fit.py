@@ -29,6 +29,8 @@ if TYPE_CHECKING:
 
     from fitting.posterior.summary import PosteriorSummary
 
+_HIDDEN = ("flags", "from_command")  # fields of a trial that have no column of their own
+
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class StructureResult(Result):
@@ -80,9 +82,6 @@ class StructureResult(Result):
             for each in self.data.sources
         ]
         return pd.DataFrame(rows).set_index("quantity")
-
-
-_HIDDEN = ("flags", "from_command")  # fields of a trial that have no column of their own
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

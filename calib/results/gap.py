@@ -44,6 +44,9 @@ if TYPE_CHECKING:
     from fitting.forecast import SessionForecast
     from fitting.posterior.summary import PosteriorSummary
 
+_ROWS = 6  # smallest number of effects that are shown
+_NEXT = 3  # number of experiments that are shown
+
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class PosteriorResult(Result):
@@ -164,10 +167,6 @@ def interval_lines(marginals: Mapping[str, Marginal]) -> list[str]:
         f"{'' if one.determined else ': not determined by these trials'}"
         for name, one in marginals.items()
     ]
-
-
-_ROWS = 6  # smallest number of effects that are shown
-_NEXT = 3  # number of experiments that are shown
 
 
 def diagnosis_lines(data: DiagnosisResult) -> list[str]:

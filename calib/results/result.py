@@ -20,6 +20,9 @@ from swimcal.stage import Stage
 if TYPE_CHECKING:
     from fitting.forecast import SessionForecast
 
+_MOTIONS = ("envelope", "path", "lateral")
+"""Figures of a trial that need no other trial."""
+
 
 def check_current(stage: Stage) -> None:
     """Raise an `InputError` where the files are no longer those that a result was read from."""
@@ -76,10 +79,6 @@ def _numbered_figure(name: str, about: str) -> Callable[..., Plot]:
 
     fetch.__doc__ = about
     return fetch
-
-
-_MOTIONS = ("envelope", "path", "lateral")
-"""Figures of a trial that need no other trial."""
 
 
 class StructureFigures(Figures):

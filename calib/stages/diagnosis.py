@@ -40,6 +40,8 @@ if TYPE_CHECKING:
     from diagnosis.discrepancy import Discrepancy
     from diagnosis.result import DiagnosisResult, EffectTestResult
 
+_FORM = 21  # version of the files and of the computation
+
 
 def write_affected_twin(
     results: Path, linear: LinearModel, best: Refit, name: str, robot_file: Path | None
@@ -100,7 +102,6 @@ def write_affected_twin(
 
 
 Found = TypeVar("Found")
-_FORM = 21  # version of the files and of the computation
 
 
 class DiagnosisStage(Stage):

@@ -27,9 +27,11 @@ from tracking.quality import check_tracks, exchanged_apart
 from tracking.tracked import as_tracked, but_repeats, counting
 
 AnyTrial = MeasuredTrial | DryTrial | DecayTrial
-T = TypeVar("T", bound=AnyTrial)
 
 HELD_OUT = 'its role in session.toml is "holdout"'
+
+
+T = TypeVar("T", bound=AnyTrial)
 
 
 class Recordings:

@@ -30,10 +30,11 @@ from tracking.quality import trusted
 from tracking.tracked import TrackedFiles, load_tracked, save_tracked, seen_in
 from tracking.video import Frame, Video, VideoInfo
 
-T = TypeVar("T")
-
 _SEARCHED = (0, 10, 30, 60)  # frames in which the boxes are sought first, …
 _LOOKS = 40  # … and then in so many all over the film, or fewer where these are less than a second apart: a late robot
+
+
+T = TypeVar("T")
 
 
 class Videos:

@@ -28,11 +28,13 @@ from swimcal.robot import RobotSpec
 from swimcal.runs import Runs, Trajectories, quiet_engine
 from swimcal.twin import FOLLOWING_N_M_S, Twin
 
-T = TypeVar("T")
 # A slow turn of the crank brings a tail into its pose: lead before the pose, offsets for its slope, and speed.
 _LEAD_RAD = 0.8
 _ASIDE_RAD = 0.05
 _SLOW_RAD_S = 1.6
+
+
+T = TypeVar("T")
 
 
 @dataclass(frozen=True, eq=False)

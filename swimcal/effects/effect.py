@@ -22,6 +22,15 @@ from swimcal.session_file import TrialKind
 
 _HEAD_JOINTS = 3  # surge, sway, yaw: those of a head that is free
 
+Family = Literal["measurement", "drive", "tendons", "structure", "fluid"]
+Stage = Literal["camera", "drive", "body", "tail"]
+"""Place on the way from command to picture where an effect makes its gap, as in `where.by_stage` of a diagnosis."""
+WAYS = ("in_trial", "robot", "mjcf", "force", "damping", "drive", "turned_hz", "measured_hz", "clock", "observe")
+MODEL_WAYS = ("robot", "mjcf")
+"""Ways that make another model."""
+MOVING_WAYS = (*MODEL_WAYS, "force", "damping")
+"""Ways that move the fish otherwise, whatever its crank does."""
+
 
 class Motion(NamedTuple):
     """Motion of the p plates of n simulations, in the pool.
@@ -114,16 +123,6 @@ class Plates:
             return np.zeros((len(joints), 1), complex), np.cumsum(bends, axis=1)
         bends[:, 0] = joints[:, 2]
         return joints[:, :1] + 1j * joints[:, 1:2], np.cumsum(bends, axis=1)
-
-
-Family = Literal["measurement", "drive", "tendons", "structure", "fluid"]
-Stage = Literal["camera", "drive", "body", "tail"]
-"""Place on the way from command to picture where an effect makes its gap, as in `where.by_stage` of a diagnosis."""
-WAYS = ("in_trial", "robot", "mjcf", "force", "damping", "drive", "turned_hz", "measured_hz", "clock", "observe")
-MODEL_WAYS = ("robot", "mjcf")
-"""Ways that make another model."""
-MOVING_WAYS = (*MODEL_WAYS, "force", "damping")
-"""Ways that move the fish otherwise, whatever its crank does."""
 
 
 @dataclass(frozen=True, eq=False)

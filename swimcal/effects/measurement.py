@@ -10,6 +10,12 @@ from swimcal.robot import RobotSpec, load_robot
 _MAX_HEAD_OFFSET_M = 0.03
 _HEAD_OFFSET_SD_M = 0.003
 
+_MAX_NEARER = 0.1
+_NEARER_SD = 0.01
+
+_MAX_MARKER_OFFSET_M = 0.05
+_MARKER_OFFSET_SD_M = 0.004
+
 
 class CameraEffect(Effect):
     """Effect of camera, markers or tracker; every kind of trial shows it."""
@@ -63,10 +69,6 @@ class ScaleError(CameraEffect):
         line = seen.marker_m[:, neck] - seen.marker_m[:, nose]
         found[:, neck] += values[0] * line + values[1] * line[0]
         return found
-
-
-_MAX_NEARER = 0.1
-_NEARER_SD = 0.01
 
 
 class CameraParallax(CameraEffect):
@@ -149,10 +151,6 @@ class RollingShutter(CameraEffect):
         lines = (seen.marker_m - seen.view.axis_m) @ seen.view.down / (2 * seen.view.half_height_m)  # (f, m)
         velocity = np.gradient(seen.marker_m, seen.time_s, axis=0)
         return np.asarray(seen.marker_m + values[0] * lines[..., None] * velocity)
-
-
-_MAX_MARKER_OFFSET_M = 0.05
-_MARKER_OFFSET_SD_M = 0.004
 
 
 class MarkerOffset(CameraEffect):

@@ -20,6 +20,33 @@ DAMPING = 0.2
 """Damping ratio of a small float in roll and pitch."""
 _HARMONICS = np.arange(1, 4)
 
+NATURAL_ROLL_HZ = 0.6
+"""Natural roll frequency of a hull with little righting moment; `natural` is the logarithm of the ratio to it."""
+
+_PLATES = ("head_fluid", "caudal_fin")
+
+AT_ONCE = 0.5
+"""Share of the force that follows the motion at once: Wagner's function at time 0."""
+SLOW_M_S = 0.02
+"""Speed at which a wake is left behind by a fish at rest."""
+
+_MAX_CURRENT_M_S = 0.15
+_CURRENT_SD_M_S = 0.02
+
+DRAG = 1.2
+"""Drag coefficient of a plate that moves broadside: Hoerner, Fluid-Dynamic Drag (1965), chapter 3.
+
+The wall adds a share of it.
+"""
+LIFT = 1.0
+"""Lift coefficient towards the wall of a plate that moves along it; of order one (Quinn, Lauder and Smits 2014)."""
+COURSE_S = 1.0
+"""Time over which a heading that swings from beat to beat is averaged to a course."""
+
+GRAVITY_M_S2 = 9.81
+HUMP_FROUDE = 0.5
+"""Froude number at which the bow's waves are twice as long as the hull, and their drag is greatest."""
+
 
 def swing(driven: np.ndarray, beat_rad: np.ndarray, time_s: np.ndarray, natural_hz: float) -> np.ndarray:
     """Return the lasting answer x (f,) of x'' + 2 z w x' + w^2 x = w^2 d to a drive d (f,); w = 2 pi natural_hz.
@@ -84,10 +111,6 @@ class SurfaceMotion(FloatingEffect):
         nearer = -values[2] * pitch[:, None] * behind  # relative to the camera's height
         swung = seen.marker_m + seen.above_m[:, None] * lean[:, None]
         return np.asarray(swung + nearer[..., None] * (seen.marker_m - seen.view.axis_m))
-
-
-NATURAL_ROLL_HZ = 0.6
-"""Natural roll frequency of a hull with little righting moment; `natural` is the logarithm of the ratio to it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -263,9 +286,6 @@ class AddedMassReaction(WaterEffect):
         return _Reactive(robot, Plates(robot, scene), values, scene.timestep_s)
 
 
-_PLATES = ("head_fluid", "caudal_fin")
-
-
 class SegmentCoefficients(WaterEffect):
     """All five coefficients of the head, and of the fin, are those of the tail times exp(parameter)."""
 
@@ -278,12 +298,6 @@ class SegmentCoefficients(WaterEffect):
         """Scale the coefficients of head and fin."""
         for name, value in zip(_PLATES, values, strict=True):
             spec.geom(name).fluid_coefs = np.exp(value) * spec.geom(name).fluid_coefs
-
-
-AT_ONCE = 0.5
-"""Share of the force that follows the motion at once: Wagner's function at time 0."""
-SLOW_M_S = 0.02
-"""Speed at which a wake is left behind by a fish at rest."""
 
 
 class _Wake:
@@ -326,10 +340,6 @@ class FluidMemory(WaterEffect):
         return _Wake(Plates(robot, scene), values, scene.timestep_s) if scene.in_water and values.any() else None
 
 
-_MAX_CURRENT_M_S = 0.15
-_CURRENT_SD_M_S = 0.02
-
-
 class BackgroundCurrent(WaterEffect):
     """A uniform, steady current, the same in the pool in all trials.
 
@@ -355,17 +365,6 @@ class BackgroundCurrent(WaterEffect):
         """Set the current as the engine's wind."""
         if scene.in_water and values.any():
             spec.option.wind = (*values, 0.0)
-
-
-DRAG = 1.2
-"""Drag coefficient of a plate that moves broadside: Hoerner, Fluid-Dynamic Drag (1965), chapter 3.
-
-The wall adds a share of it.
-"""
-LIFT = 1.0
-"""Lift coefficient towards the wall of a plate that moves along it; of order one (Quinn, Lauder and Smits 2014)."""
-COURSE_S = 1.0
-"""Time over which a heading that swings from beat to beat is averaged to a course."""
 
 
 class _Wall:
@@ -418,11 +417,6 @@ class WallProximity(WaterEffect):
         return (
             _Wall(robot, Plates(robot, scene), nearness, scene.timestep_s) if scene.in_water and values.any() else None
         )
-
-
-GRAVITY_M_S2 = 9.81
-HUMP_FROUDE = 0.5
-"""Froude number at which the bow's waves are twice as long as the hull, and their drag is greatest."""
 
 
 def hump(froude: np.ndarray) -> np.ndarray:
