@@ -37,6 +37,73 @@ PUBLISHED_S = {"quick": 3_000.0, "full": 18_000.0}
 """Seconds that the published search may simulate, by effort."""
 
 
+@dataclass(frozen=True)
+class Options:
+    """The options of the work on a session.
+
+    Attributes:
+        effort: None for that of the current results, full where there are none.
+        workers: threads, 0 for all cores.
+        tracker: None for that of the existing tracks.
+        progress: called with what is going on.
+    """
+
+    effort: EffortName | None = None
+    workers: int = 0
+    tracker: TrackerName | None = None
+    progress: Progress = lambda _message, _share: None
+
+    def __post_init__(self) -> None:
+        """Refuse an effort that does not exist, before anything is compared with it."""
+        if self.effort is not None and self.effort not in get_args(EffortName):
+            raise InputError([Fault("effort", "", "no such effort", repr(self.effort), "", get_args(EffortName))])
+
+
+def check_last_step(until: str) -> None:
+    """Refuse a last step that no run has.
+
+    Raises:
+        InputError: there is no such step.
+    """
+    if until not in get_args(LastStepName):
+        raise InputError([Fault("until", "", "no such step", repr(until), "", get_args(LastStepName))])
+
+
+@dataclass(frozen=True, eq=False)
+class Job:
+    """The work on one session: the files made, in their order, and notes, sentences for the user."""
+
+    session: Session
+    options: Options
+    made: list[Path] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
+
+    @property
+    def results(self) -> Path:
+        """The folder of the results."""
+        return self.session.results
+
+    @cached_property
+    def robot(self) -> RobotSpec:
+        """The session's robot, as described."""
+        return load_robot(self.session.robot_file)
+
+    @cached_property
+    def provenance(self) -> Provenance:
+        """The provenance with which every result of this work is stamped."""
+        inputs, sha256 = file_hashes(self.session), model_sha256(self.robot)
+        return Provenance(ENGINE, sha256, inputs, self.session.seed, self.options.effort or "full")
+
+    def note_incomplete(self, file: Path | None) -> None:
+        """Note that results are made again because the end of a file was missing; do nothing where none was."""
+        if file is not None:
+            self.notes.append(f"{file.name} was incomplete: its end was missing or damaged. It was made again.")
+
+    def progress(self, message: str, share: float | None = None) -> None:
+        """Report what is going on, and the share done where it is known."""
+        self.options.progress(message, share)
+
+
 @contextmanager
 def progress_bar(quiet: bool) -> Iterator[Progress]:
     """Show what is going on, the share done and the estimated time left, on standard error or in the notebook."""
@@ -206,70 +273,3 @@ def _in_notebook() -> Iterator[Progress]:
         yield lines
     finally:
         handle.update(HTML(""))
-
-
-@dataclass(frozen=True)
-class Options:
-    """The options of the work on a session.
-
-    Attributes:
-        effort: None for that of the current results, full where there are none.
-        workers: threads, 0 for all cores.
-        tracker: None for that of the existing tracks.
-        progress: called with what is going on.
-    """
-
-    effort: EffortName | None = None
-    workers: int = 0
-    tracker: TrackerName | None = None
-    progress: Progress = lambda _message, _share: None
-
-    def __post_init__(self) -> None:
-        """Refuse an effort that does not exist, before anything is compared with it."""
-        if self.effort is not None and self.effort not in get_args(EffortName):
-            raise InputError([Fault("effort", "", "no such effort", repr(self.effort), "", get_args(EffortName))])
-
-
-def check_last_step(until: str) -> None:
-    """Refuse a last step that no run has.
-
-    Raises:
-        InputError: there is no such step.
-    """
-    if until not in get_args(LastStepName):
-        raise InputError([Fault("until", "", "no such step", repr(until), "", get_args(LastStepName))])
-
-
-@dataclass(frozen=True, eq=False)
-class Job:
-    """The work on one session: the files made, in their order, and notes, sentences for the user."""
-
-    session: Session
-    options: Options
-    made: list[Path] = field(default_factory=list)
-    notes: list[str] = field(default_factory=list)
-
-    @property
-    def results(self) -> Path:
-        """The folder of the results."""
-        return self.session.results
-
-    @cached_property
-    def robot(self) -> RobotSpec:
-        """The session's robot, as described."""
-        return load_robot(self.session.robot_file)
-
-    @cached_property
-    def provenance(self) -> Provenance:
-        """The provenance with which every result of this work is stamped."""
-        inputs, sha256 = file_hashes(self.session), model_sha256(self.robot)
-        return Provenance(ENGINE, sha256, inputs, self.session.seed, self.options.effort or "full")
-
-    def note_incomplete(self, file: Path | None) -> None:
-        """Note that results are made again because the end of a file was missing; do nothing where none was."""
-        if file is not None:
-            self.notes.append(f"{file.name} was incomplete: its end was missing or damaged. It was made again.")
-
-    def progress(self, message: str, share: float | None = None) -> None:
-        """Report what is going on, and the share done where it is known."""
-        self.options.progress(message, share)

@@ -314,18 +314,6 @@ def read_provenance(path: Path) -> Provenance:
         raise _unreadable(path, "not a result of this version", str(error), "what `calib run` writes") from error
 
 
-def _read_json(path: Path) -> dict[str, Any]:
-    check_whole(path)
-    try:
-        data = json.loads(path.read_bytes())
-    except (OSError, RecursionError) as error:
-        raise _unreadable(path, "the result cannot be read", str(error), "a JSON object") from error
-    if not isinstance(data, dict) or data.get("schema") != SCHEMA:
-        found = f"schema {data.get('schema')!r}" if isinstance(data, dict) else type(data).__name__
-        raise _unreadable(path, "not a result of this version", found, f"schema {SCHEMA}")
-    return data
-
-
 def is_incomplete(path: Path) -> bool:
     """Return whether a file is cut short or damaged otherwise: JSON, ``.npz`` or netCDF of HDF5."""
     try:
@@ -359,10 +347,6 @@ def check_whole(path: Path, command: str = "calib run") -> None:
         raise _unreadable(path, "the result is incomplete", found, "the whole file as it was written", command)
 
 
-def _unreadable(path: Path, what: str, found: str, expected: str, command: str = "calib run") -> InputError:
-    return InputError([Fault(str(path), "", what, found, expected, (), f"Make it again with `{command}`.")])
-
-
 def plain_json(value: Any) -> Any:
     """Convert a value to JSON's own types: arrays to lists, nan and infinity to None, flags to their contract form.
 
@@ -388,3 +372,19 @@ def sha256_of(path: Path) -> str:
     """Compute the sha256 of a file's content, in hexadecimal digits."""
     with path.open("rb") as stream:
         return hashlib.file_digest(stream, "sha256").hexdigest()
+
+
+def _read_json(path: Path) -> dict[str, Any]:
+    check_whole(path)
+    try:
+        data = json.loads(path.read_bytes())
+    except (OSError, RecursionError) as error:
+        raise _unreadable(path, "the result cannot be read", str(error), "a JSON object") from error
+    if not isinstance(data, dict) or data.get("schema") != SCHEMA:
+        found = f"schema {data.get('schema')!r}" if isinstance(data, dict) else type(data).__name__
+        raise _unreadable(path, "not a result of this version", found, f"schema {SCHEMA}")
+    return data
+
+
+def _unreadable(path: Path, what: str, found: str, expected: str, command: str = "calib run") -> InputError:
+    return InputError([Fault(str(path), "", what, found, expected, (), f"Make it again with `{command}`.")])

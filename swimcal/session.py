@@ -56,36 +56,6 @@ RobotOf = Callable[[Path | None], DescribedRobot]
 """A function that reads the robot in a file, or the built-in robot for None; it may raise `InputError`."""
 
 
-def wrong_side_share(tracks: xr.Dataset, place_m: np.ndarray) -> float | None:
-    """Compute the share of samples that are nearer to the wrong end of the head, nose or neck.
-
-    None where no marker tells, or none is seen together with nose and neck.
-
-    Args:
-        tracks: n frames of m markers.
-        place_m: (m, 2 or 3) places of the markers on the straight robot, m.
-    """
-    markers = markers_of(tracks)
-    nose, neck = (markers.index(name) for name in HEAD_MARKERS)
-    belongs = _nearer_nose(place_m[None, :, :2], nose, neck)[0]  # (m,) m
-    tells = np.abs(belongs) > _CLEAR * np.linalg.norm(place_m[nose, :2] - place_m[neck, :2])
-    tells[[nose, neck]] = False
-    found = _nearer_nose(pixels_of(tracks), nose, neck)[:, tells]
-    wrong = (found * belongs[tells] < 0)[np.isfinite(found)]
-    return float(wrong.mean()) if wrong.size else None
-
-
-def is_exchanged(tracks: xr.Dataset, place_m: np.ndarray) -> bool:
-    """Return whether nose and neck are exchanged in most frames; arguments as for `wrong_side_share`."""
-    return (wrong_side_share(tracks, place_m) or 0.0) > _MOSTLY
-
-
-def _nearer_nose(place: np.ndarray, nose: int, neck: int) -> np.ndarray:
-    """Compute (n, m) by how much each marker at (n, m, 2) is nearer to the nose than to the neck."""
-    from_nose, from_neck = (np.linalg.norm(place - place[:, [head]], axis=2) for head in (nose, neck))
-    return from_neck - from_nose
-
-
 @dataclass(frozen=True)
 class TrialSpec:
     """One recording of the robot, as `session.toml` describes it.
@@ -359,3 +329,33 @@ def _trial(trial: TrialTable, folder: Path) -> TrialSpec:
         usual = usual_boxes(paths["video"], trial.name)
         paths["boxes"] = usual if is_file(usual) else None
     return TrialSpec(**{**trial.model_dump(), **paths})
+
+
+def wrong_side_share(tracks: xr.Dataset, place_m: np.ndarray) -> float | None:
+    """Compute the share of samples that are nearer to the wrong end of the head, nose or neck.
+
+    None where no marker tells, or none is seen together with nose and neck.
+
+    Args:
+        tracks: n frames of m markers.
+        place_m: (m, 2 or 3) places of the markers on the straight robot, m.
+    """
+    markers = markers_of(tracks)
+    nose, neck = (markers.index(name) for name in HEAD_MARKERS)
+    belongs = _nearer_nose(place_m[None, :, :2], nose, neck)[0]  # (m,) m
+    tells = np.abs(belongs) > _CLEAR * np.linalg.norm(place_m[nose, :2] - place_m[neck, :2])
+    tells[[nose, neck]] = False
+    found = _nearer_nose(pixels_of(tracks), nose, neck)[:, tells]
+    wrong = (found * belongs[tells] < 0)[np.isfinite(found)]
+    return float(wrong.mean()) if wrong.size else None
+
+
+def is_exchanged(tracks: xr.Dataset, place_m: np.ndarray) -> bool:
+    """Return whether nose and neck are exchanged in most frames; arguments as for `wrong_side_share`."""
+    return (wrong_side_share(tracks, place_m) or 0.0) > _MOSTLY
+
+
+def _nearer_nose(place: np.ndarray, nose: int, neck: int) -> np.ndarray:
+    """Compute (n, m) by how much each marker at (n, m, 2) is nearer to the nose than to the neck."""
+    from_nose, from_neck = (np.linalg.norm(place - place[:, [head]], axis=2) for head in (nose, neck))
+    return from_neck - from_nose

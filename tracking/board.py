@@ -200,6 +200,9 @@ class Corners(NamedTuple):
     image_px: np.ndarray  # (k, 2) in the picture, the centre of the top left pixel at (0, 0)
 
 
+_NONE = Corners(np.zeros((0, 3)), np.zeros((0, 2)))
+
+
 def find_corners(picture: np.ndarray, board: BoardSpec) -> Corners:
     """Find the visible corners of the board in a picture; none (k = 0) where there is no board.
 
@@ -249,9 +252,6 @@ def _refine(gray: np.ndarray, image_px: np.ndarray, clear: float) -> np.ndarray:
     stop = (cv2.TERM_CRITERIA_EPS + cv2.TERM_CRITERIA_COUNT, 50, 1e-3)
     start = np.array(image_px, dtype=np.float32).reshape(-1, 1, 2)
     return cv2.cornerSubPix(gray, start, (window, window), (-1, -1), stop).reshape(-1, 2).astype(float)
-
-
-_NONE = Corners(np.zeros((0, 3)), np.zeros((0, 2)))
 
 
 @dataclass(frozen=True)

@@ -47,57 +47,6 @@ FORM = '{"frame": 0, "boxes": {"nose": [x, y, width, height], …}}'
 AGAIN = "Click the markers again with `calib track SESSION --click`."
 
 
-def check_layout(names: Sequence[str], centre_px: np.ndarray, layout_m: np.ndarray, faults: FaultCollector) -> None:
-    """Add a fault for every step along the body that the robot cannot take; scale, heading and bend are free.
-
-    Args:
-        names: names of the m markers.
-        centre_px: (m, 2) centres of the boxes, px, no two on one spot.
-        layout_m: (m, 2) marker positions on the straight robot, m.
-        faults: takes the faults.
-    """
-    try:
-        taken = found_steps(centre_px, layout_m)
-    except ValueError:  # too few markers in a row to tell
-        return
-    impossible = [each for each in taken if each.off > IMPOSSIBLE]
-    hint = _exchange(names, centre_px, layout_m) if impossible else ""
-    for each in impossible:
-        before, marker = names[each.step.before], names[each.step.marker]
-        step = hint or "Look at the markers' names, or click them again: `calib track SESSION --click`."
-        what, found, expected = f"no place for {marker} behind {before}", _found(each, names), _expected(each, layout_m)
-        faults.add(f"boxes.{marker}", what, found=found, expected=expected, next_step=step)
-
-
-def _found(taken: FoundStep, names: Sequence[str]) -> str:
-    """Describe the step in mm at the scale of the head, and its direction."""
-    behind, front = (names[k] for k in taken.step.along)
-    degrees = f"{abs(taken.bend_deg):.0f} degrees to the way from {behind} to {front}"
-    return f"{1000 * taken.length_m:.0f} mm from it, at {degrees}"
-
-
-def _expected(taken: FoundStep, layout_m: np.ndarray) -> str:
-    spread = taken.step.spread
-    wanted_m = layout_m[taken.step.marker] - layout_m[taken.step.before]
-    if np.isfinite(spread.place_m):
-        x, y = 1000 * wanted_m
-        return f"{x:.0f} mm behind and {y:.0f} mm beside it, to within {1000 * IMPOSSIBLE * spread.place_m:.0f} mm"
-    usual_mm = 1000 * float(np.linalg.norm(wanted_m)) * spread.stretch
-    low, high = usual_mm * np.exp([-IMPOSSIBLE * spread.length, IMPOSSIBLE * spread.length])
-    return f"{low:.0f} to {high:.0f} mm, at {IMPOSSIBLE * spread.bend_deg:.0f} degrees or less"
-
-
-def _exchange(names: Sequence[str], centre_px: np.ndarray, layout_m: np.ndarray) -> str:
-    """Describe the exchange of two names after which all would fit best; an empty text if none makes it fit."""
-    worst = {}
-    for one, other in combinations(range(len(names)), 2):
-        order = np.arange(len(names))
-        order[[one, other]] = other, one
-        worst[one, other] = max(each.off for each in found_steps(centre_px[order], layout_m))
-    (one, other), off = min(worst.items(), key=lambda item: item[1])
-    return f"Exchange {names[one]} and {names[other]}: then they would fit." if off <= LIKELY else ""
-
-
 class Box(NamedTuple):
     """A box in a picture, px: corner of the least x and y, then its size."""
 
@@ -263,3 +212,54 @@ def _check_apart(boxes: dict[str, Box], faults: FaultCollector) -> None:
             found, least = f"centres {apart:.1f} px apart", f"at least {nearest:.1f} px"
             expected = f"{least}; each marker has a place of its own"
             faults.add(f"boxes.{second}", f"on the same spot as {first}", found=found, expected=expected)
+
+
+def check_layout(names: Sequence[str], centre_px: np.ndarray, layout_m: np.ndarray, faults: FaultCollector) -> None:
+    """Add a fault for every step along the body that the robot cannot take; scale, heading and bend are free.
+
+    Args:
+        names: names of the m markers.
+        centre_px: (m, 2) centres of the boxes, px, no two on one spot.
+        layout_m: (m, 2) marker positions on the straight robot, m.
+        faults: takes the faults.
+    """
+    try:
+        taken = found_steps(centre_px, layout_m)
+    except ValueError:  # too few markers in a row to tell
+        return
+    impossible = [each for each in taken if each.off > IMPOSSIBLE]
+    hint = _exchange(names, centre_px, layout_m) if impossible else ""
+    for each in impossible:
+        before, marker = names[each.step.before], names[each.step.marker]
+        step = hint or "Look at the markers' names, or click them again: `calib track SESSION --click`."
+        what, found, expected = f"no place for {marker} behind {before}", _found(each, names), _expected(each, layout_m)
+        faults.add(f"boxes.{marker}", what, found=found, expected=expected, next_step=step)
+
+
+def _found(taken: FoundStep, names: Sequence[str]) -> str:
+    """Describe the step in mm at the scale of the head, and its direction."""
+    behind, front = (names[k] for k in taken.step.along)
+    degrees = f"{abs(taken.bend_deg):.0f} degrees to the way from {behind} to {front}"
+    return f"{1000 * taken.length_m:.0f} mm from it, at {degrees}"
+
+
+def _expected(taken: FoundStep, layout_m: np.ndarray) -> str:
+    spread = taken.step.spread
+    wanted_m = layout_m[taken.step.marker] - layout_m[taken.step.before]
+    if np.isfinite(spread.place_m):
+        x, y = 1000 * wanted_m
+        return f"{x:.0f} mm behind and {y:.0f} mm beside it, to within {1000 * IMPOSSIBLE * spread.place_m:.0f} mm"
+    usual_mm = 1000 * float(np.linalg.norm(wanted_m)) * spread.stretch
+    low, high = usual_mm * np.exp([-IMPOSSIBLE * spread.length, IMPOSSIBLE * spread.length])
+    return f"{low:.0f} to {high:.0f} mm, at {IMPOSSIBLE * spread.bend_deg:.0f} degrees or less"
+
+
+def _exchange(names: Sequence[str], centre_px: np.ndarray, layout_m: np.ndarray) -> str:
+    """Describe the exchange of two names after which all would fit best; an empty text if none makes it fit."""
+    worst = {}
+    for one, other in combinations(range(len(names)), 2):
+        order = np.arange(len(names))
+        order[[one, other]] = other, one
+        worst[one, other] = max(each.off for each in found_steps(centre_px[order], layout_m))
+    (one, other), off = min(worst.items(), key=lambda item: item[1])
+    return f"Exchange {names[one]} and {names[other]}: then they would fit." if off <= LIKELY else ""

@@ -312,6 +312,11 @@ def is_without_times(file: Path) -> bool:
         return has_no_times(container)
 
 
+def fault(file: Path, what: str, found: str, expected: str, next_step: str = "") -> InputError:
+    """Make an `InputError` with one fault of the whole file."""
+    return InputError([Fault(str(file), "", what, found, expected, next_step=next_step)])
+
+
 def _check_file(file: Path) -> None:
     if not file.exists():
         raise fault(file, "no such file", "", EXPECTED)
@@ -345,8 +350,3 @@ def _picture_stream(file: Path, container: av.container.InputContainer) -> av.Vi
         raise fault(file, "no decoder for this video", "an unknown codec", "H.264, HEVC, VP9, FFV1, ...", next_step)
     assert isinstance(stream, av.VideoStream)
     return stream
-
-
-def fault(file: Path, what: str, found: str, expected: str, next_step: str = "") -> InputError:
-    """Make an `InputError` with one fault of the whole file."""
-    return InputError([Fault(str(file), "", what, found, expected, next_step=next_step)])

@@ -66,106 +66,6 @@ Find = Callable[[Frame], StartBoxes | None]
 """Finds the boxes in a frame; None where they are not certain."""
 
 
-@dataclass(frozen=True)
-class Partial:
-    """A file for what was tracked so far.
-
-    Attributes:
-        path: of the file, an ``.npz``; it is removed once the work is done.
-        fingerprint: of all that the tracks depend on; what was kept under another one is not used.
-    """
-
-    path: Path
-    fingerprint: str
-
-    def read(self) -> dict[str, np.ndarray] | None:
-        """Read what was kept; None when there is nothing, or nothing that can be used."""
-        try:
-            with self.path.open("rb") as raw, np.load(raw, allow_pickle=False) as file:
-                kept = {name: file[name] for name in file.files}
-        except (OSError, ValueError, EOFError, KeyError, RuntimeError, BadZipFile):  # what NumPy and zipfile raise
-            return None
-        return kept if str(kept.pop("fingerprint", "")) == self.fingerprint else None
-
-    def write(self, kept: Mapping[str, np.ndarray]) -> None:
-        """Write what was tracked so far over what was kept before."""
-        with writing_whole(self.path) as part:
-            np.savez(part, allow_pickle=False, fingerprint=np.array(self.fingerprint), **kept)
-
-    def remove(self) -> None:
-        """Forgets it."""
-        self.path.unlink(missing_ok=True)
-
-
-class PlainCsrt:
-    """OpenCV's CSRT on m markers, begun on boxes with top left corners (m, 2), of widths and heights (m, 2)."""
-
-    def __init__(self, luma: np.ndarray, corner_px: np.ndarray, side_px: np.ndarray, threads: int = 0) -> None:
-        self._threads = threads
-        picture = cv2.cvtColor(np.ascontiguousarray(luma), cv2.COLOR_GRAY2BGR)
-        self._trackers = [cv2.TrackerCSRT.create() for _ in corner_px]
-        boxes = np.rint(np.hstack([corner_px, side_px])).astype(int)
-        for tracker, box in zip(self._trackers, boxes.tolist(), strict=True):
-            tracker.init(picture, tuple(box))
-        self.first = self._sighting([(True, box) for box in boxes.tolist()])
-
-    def step(self, luma: np.ndarray, *, frames: float = 1.0) -> Sighting:  # noqa: ARG002  it has no motion model
-        """Follow the markers into the next frame (h, w) uint8."""
-        picture = cv2.cvtColor(np.ascontiguousarray(luma), cv2.COLOR_GRAY2BGR)
-        with ThreadPoolExecutor(self._threads or None) as pool:
-            return self._sighting(list(pool.map(lambda tracker: tracker.update(picture), self._trackers)))
-
-    @staticmethod
-    def _sighting(answers: list[tuple[bool, tuple[int, int, int, int]]]) -> Sighting:
-        seen = np.array([found for found, _ in answers])
-        box = np.array([box for _, box in answers], float)  # (m, 4)
-        unknown = np.full(len(seen), np.nan)
-        centre = box[:, :2] + (box[:, 2:] - 1) / 2
-        return Sighting(centre, seen, seen.astype(float), unknown, unknown, np.zeros_like(seen))
-
-
-def without_marker(tracker: MarkerTracker, first: Sighting) -> np.ndarray:
-    """(m,) bool, the boxes without a marker, of a tracker that was just begun, and what it saw first."""
-    faint = tracker.faint.which if tracker.faint is not None else ~first.seen
-    empty: np.ndarray = tracker.start.contrast < np.where(faint, LEAST_CONTRAST_FAINT, LEAST_CONTRAST)
-    return empty | ~first.seen
-
-
-def doubtful_boxes(grey: np.ndarray, boxes: StartBoxes, markers: Sequence[str]) -> tuple[Flag, ...]:
-    """Flag as ``doubtful_box`` each box in which the detector answers no more than on the water elsewhere.
-
-    The picture (h, w) uint8 is that of the boxes, in the grey that they are tracked in.
-    """
-    centre_px = boxes.centres_px(markers)
-    side_px = np.array([(boxes.boxes[name].width + boxes.boxes[name].height) / 2 for name in markers])
-    places_px = _elsewhere(grey, centre_px, CLEAR * float(np.median(side_px)))
-    if len(places_px) < FEWEST:
-        return ()
-    look = measure_appearance(grey, centre_px, side_px)
-    diameter_px, reach_px = float(np.median(np.minimum(look.diameter_px, side_px))), int(np.median(side_px) / 2)
-    flags = []
-    for sign in sorted(set(look.sign.tolist())):
-        usual = strongest_answer(grey, places_px, reach_px, sign, diameter_px)  # (p,)
-        of_sign = np.flatnonzero(look.sign == sign)
-        answers = strongest_answer(grey, centre_px[of_sign], reach_px, sign, diameter_px)
-        common = (usual[None] >= answers[:, None]).mean(axis=1)
-        for k, share in zip(of_sign.tolist(), common.tolist(), strict=True):
-            if share > COMMON:
-                message = (
-                    f"in its start box {markers[k]} stands out no more than {share:.0%} of the picture elsewhere does: "
-                    "is it the marker? Look at the picture of the boxes"
-                )
-                flags.append(Flag("doubtful_box", (markers[k],), (boxes.frame, boxes.frame), message))
-    return tuple(flags)
-
-
-def _elsewhere(luma: np.ndarray, centre_px: np.ndarray, clear_px: float) -> np.ndarray:
-    """(p, 2) places in the picture, away from all boxes."""
-    height, width = luma.shape
-    drawn = np.random.default_rng(0).uniform(0, [width - 1, height - 1], (PLACES, 2))
-    return drawn[np.linalg.norm(drawn[:, None] - centre_px[None], axis=2).min(axis=1) > clear_px]
-
-
 def follow_video(
     video: Video,
     boxes: StartBoxes,
@@ -425,3 +325,103 @@ def _tracked_on(
             sample = sighting.position_px, sighting.confidence, SampleState.MEASURED, sighting.diameter_px
             samples[frame.number - after] = (*(np.squeeze(part) for part in sample), sighting.by_csrt[0])
     return samples, ()
+
+
+@dataclass(frozen=True)
+class Partial:
+    """A file for what was tracked so far.
+
+    Attributes:
+        path: of the file, an ``.npz``; it is removed once the work is done.
+        fingerprint: of all that the tracks depend on; what was kept under another one is not used.
+    """
+
+    path: Path
+    fingerprint: str
+
+    def read(self) -> dict[str, np.ndarray] | None:
+        """Read what was kept; None when there is nothing, or nothing that can be used."""
+        try:
+            with self.path.open("rb") as raw, np.load(raw, allow_pickle=False) as file:
+                kept = {name: file[name] for name in file.files}
+        except (OSError, ValueError, EOFError, KeyError, RuntimeError, BadZipFile):  # what NumPy and zipfile raise
+            return None
+        return kept if str(kept.pop("fingerprint", "")) == self.fingerprint else None
+
+    def write(self, kept: Mapping[str, np.ndarray]) -> None:
+        """Write what was tracked so far over what was kept before."""
+        with writing_whole(self.path) as part:
+            np.savez(part, allow_pickle=False, fingerprint=np.array(self.fingerprint), **kept)
+
+    def remove(self) -> None:
+        """Forgets it."""
+        self.path.unlink(missing_ok=True)
+
+
+class PlainCsrt:
+    """OpenCV's CSRT on m markers, begun on boxes with top left corners (m, 2), of widths and heights (m, 2)."""
+
+    def __init__(self, luma: np.ndarray, corner_px: np.ndarray, side_px: np.ndarray, threads: int = 0) -> None:
+        self._threads = threads
+        picture = cv2.cvtColor(np.ascontiguousarray(luma), cv2.COLOR_GRAY2BGR)
+        self._trackers = [cv2.TrackerCSRT.create() for _ in corner_px]
+        boxes = np.rint(np.hstack([corner_px, side_px])).astype(int)
+        for tracker, box in zip(self._trackers, boxes.tolist(), strict=True):
+            tracker.init(picture, tuple(box))
+        self.first = self._sighting([(True, box) for box in boxes.tolist()])
+
+    def step(self, luma: np.ndarray, *, frames: float = 1.0) -> Sighting:  # noqa: ARG002  it has no motion model
+        """Follow the markers into the next frame (h, w) uint8."""
+        picture = cv2.cvtColor(np.ascontiguousarray(luma), cv2.COLOR_GRAY2BGR)
+        with ThreadPoolExecutor(self._threads or None) as pool:
+            return self._sighting(list(pool.map(lambda tracker: tracker.update(picture), self._trackers)))
+
+    @staticmethod
+    def _sighting(answers: list[tuple[bool, tuple[int, int, int, int]]]) -> Sighting:
+        seen = np.array([found for found, _ in answers])
+        box = np.array([box for _, box in answers], float)  # (m, 4)
+        unknown = np.full(len(seen), np.nan)
+        centre = box[:, :2] + (box[:, 2:] - 1) / 2
+        return Sighting(centre, seen, seen.astype(float), unknown, unknown, np.zeros_like(seen))
+
+
+def without_marker(tracker: MarkerTracker, first: Sighting) -> np.ndarray:
+    """(m,) bool, the boxes without a marker, of a tracker that was just begun, and what it saw first."""
+    faint = tracker.faint.which if tracker.faint is not None else ~first.seen
+    empty: np.ndarray = tracker.start.contrast < np.where(faint, LEAST_CONTRAST_FAINT, LEAST_CONTRAST)
+    return empty | ~first.seen
+
+
+def doubtful_boxes(grey: np.ndarray, boxes: StartBoxes, markers: Sequence[str]) -> tuple[Flag, ...]:
+    """Flag as ``doubtful_box`` each box in which the detector answers no more than on the water elsewhere.
+
+    The picture (h, w) uint8 is that of the boxes, in the grey that they are tracked in.
+    """
+    centre_px = boxes.centres_px(markers)
+    side_px = np.array([(boxes.boxes[name].width + boxes.boxes[name].height) / 2 for name in markers])
+    places_px = _elsewhere(grey, centre_px, CLEAR * float(np.median(side_px)))
+    if len(places_px) < FEWEST:
+        return ()
+    look = measure_appearance(grey, centre_px, side_px)
+    diameter_px, reach_px = float(np.median(np.minimum(look.diameter_px, side_px))), int(np.median(side_px) / 2)
+    flags = []
+    for sign in sorted(set(look.sign.tolist())):
+        usual = strongest_answer(grey, places_px, reach_px, sign, diameter_px)  # (p,)
+        of_sign = np.flatnonzero(look.sign == sign)
+        answers = strongest_answer(grey, centre_px[of_sign], reach_px, sign, diameter_px)
+        common = (usual[None] >= answers[:, None]).mean(axis=1)
+        for k, share in zip(of_sign.tolist(), common.tolist(), strict=True):
+            if share > COMMON:
+                message = (
+                    f"in its start box {markers[k]} stands out no more than {share:.0%} of the picture elsewhere does: "
+                    "is it the marker? Look at the picture of the boxes"
+                )
+                flags.append(Flag("doubtful_box", (markers[k],), (boxes.frame, boxes.frame), message))
+    return tuple(flags)
+
+
+def _elsewhere(luma: np.ndarray, centre_px: np.ndarray, clear_px: float) -> np.ndarray:
+    """(p, 2) places in the picture, away from all boxes."""
+    height, width = luma.shape
+    drawn = np.random.default_rng(0).uniform(0, [width - 1, height - 1], (PLACES, 2))
+    return drawn[np.linalg.norm(drawn[:, None] - centre_px[None], axis=2).min(axis=1) > clear_px]

@@ -65,12 +65,6 @@ def to_head_frame(position_m: np.ndarray, nose: int, neck: int, seen: np.ndarray
     )
 
 
-def _unit(vector: np.ndarray) -> np.ndarray:
-    """(..., 2) of length 1; nan where there is no direction."""
-    length = np.linalg.norm(vector, axis=-1, keepdims=True)
-    return vector / np.where(length > 0, length, np.nan)
-
-
 def one_of(heads: HeadFrame, index: int) -> HeadFrame:
     """Return one of several trajectories (s, n, m, 2)."""
     return HeadFrame(*(getattr(heads, part.name)[index] for part in fields(heads)))
@@ -83,6 +77,12 @@ def from_head_frame(head: HeadFrame) -> np.ndarray:
     steps = _turn(np.diff(head.path_m, axis=-2), _between(heading) * np.array([1.0, -1.0]))
     place = np.concatenate([np.zeros_like(head.path_m[..., :1, :]), np.cumsum(steps, axis=-2)], axis=-2)
     return _turn(head.shape_m, back[..., None, :]) + place[..., None, :]
+
+
+def _unit(vector: np.ndarray) -> np.ndarray:
+    """(..., 2) of length 1; nan where there is no direction."""
+    length = np.linalg.norm(vector, axis=-1, keepdims=True)
+    return vector / np.where(length > 0, length, np.nan)
 
 
 def _between(heading_rad: np.ndarray) -> np.ndarray:

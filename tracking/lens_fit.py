@@ -141,6 +141,12 @@ def polished(bundle: Bundle, free: np.ndarray) -> Bundle:
     return bundle
 
 
+def inverse(normal: np.ndarray) -> np.ndarray:
+    """Return the inverse of a normal matrix whose unknowns have very different units."""
+    scale = 1 / np.sqrt(np.maximum(np.diag(normal), 1e-30))
+    return scale[:, None] * np.linalg.pinv(scale[:, None] * normal * scale, rcond=1e-14, hermitian=True) * scale
+
+
 def _step(bundle: Bundle, free: np.ndarray, damping: float) -> Bundle:
     normal = normal_equations(bundle, free)
     change = inverse(normal.matrix + damping * np.diag(np.diag(normal.matrix))) @ normal.gradient  # (p,)
@@ -149,12 +155,6 @@ def _step(bundle: Bundle, free: np.ndarray, damping: float) -> Bundle:
     for n, (pose, own) in enumerate(bundle.jacobians(free)):
         poses[n] += np.linalg.lstsq(pose, bundle.residuals_px[n].ravel() - own @ change, rcond=None)[0]
     return replace(bundle, lens=lens, poses=poses)
-
-
-def inverse(normal: np.ndarray) -> np.ndarray:
-    """Return the inverse of a normal matrix whose unknowns have very different units."""
-    scale = 1 / np.sqrt(np.maximum(np.diag(normal), 1e-30))
-    return scale[:, None] * np.linalg.pinv(scale[:, None] * normal * scale, rcond=1e-14, hermitian=True) * scale
 
 
 @dataclass(frozen=True, eq=False)

@@ -92,6 +92,29 @@ def find_spots(
     return _each_once(position[inside], strength[inside], float(np.min(look.diameter_px, initial=np.inf)) / 2)
 
 
+def strongest_answer(
+    luma: np.ndarray, centre_px: np.ndarray, reach_px: int, sign: float, diameter_px: float
+) -> np.ndarray:
+    """(k,) the detector's strongest answer to a marker of that look within reach of each place (k, 2), in luma."""
+    margin = int(np.ceil(diameter_px)) + 1
+    inner = slice(margin, -margin)
+    places = np.rint(centre_px).astype(int).tolist()
+    patches = (window(luma, column, row, reach_px + margin) for column, row in places)
+    return np.array([float(_response(patch, sign, diameter_px)[inner, inner].max()) for patch in patches])
+
+
+def with_answer(luma: np.ndarray, centre_px: np.ndarray, look: Appearance) -> Appearance:
+    """Return the look with the answer of each marker at its place (k, 2), at least a part that noise cannot give."""
+    answers = []
+    for (column, row), sign, diameter in zip(
+        np.rint(centre_px).astype(int).tolist(), look.sign, look.diameter_px, strict=True
+    ):
+        half = int(np.ceil(diameter)) + 1
+        response = _response(window(luma, column, row, half), sign, diameter)
+        answers.append(response[half - 1 : half + 2, half - 1 : half + 2].max())
+    return replace(look, answer=np.clip(np.array(answers) / look.contrast, *_ANSWERS))
+
+
 def _in_window(
     luma: np.ndarray, place: tuple[int, int], reach: float, sign: float, diameter: float, contrast: float
 ) -> np.ndarray:
@@ -131,32 +154,9 @@ def _response(patch: np.ndarray, gain: float, diameter: float) -> np.ndarray:
     return cv2.subtract(inner, outer, dst=inner) * np.float32(gain / _DISC_RESPONSE)
 
 
-def strongest_answer(
-    luma: np.ndarray, centre_px: np.ndarray, reach_px: int, sign: float, diameter_px: float
-) -> np.ndarray:
-    """(k,) the detector's strongest answer to a marker of that look within reach of each place (k, 2), in luma."""
-    margin = int(np.ceil(diameter_px)) + 1
-    inner = slice(margin, -margin)
-    places = np.rint(centre_px).astype(int).tolist()
-    patches = (window(luma, column, row, reach_px + margin) for column, row in places)
-    return np.array([float(_response(patch, sign, diameter_px)[inner, inner].max()) for patch in patches])
-
-
 def _kernel(sigma: float) -> tuple[int, int]:
     side = 2 * ceil(_SIGMAS * sigma) + 1
     return side, side
-
-
-def with_answer(luma: np.ndarray, centre_px: np.ndarray, look: Appearance) -> Appearance:
-    """Return the look with the answer of each marker at its place (k, 2), at least a part that noise cannot give."""
-    answers = []
-    for (column, row), sign, diameter in zip(
-        np.rint(centre_px).astype(int).tolist(), look.sign, look.diameter_px, strict=True
-    ):
-        half = int(np.ceil(diameter)) + 1
-        response = _response(window(luma, column, row, half), sign, diameter)
-        answers.append(response[half - 1 : half + 2, half - 1 : half + 2].max())
-    return replace(look, answer=np.clip(np.array(answers) / look.contrast, *_ANSWERS))
 
 
 def _each_once(position: np.ndarray, strength: np.ndarray, apart_px: float) -> Spots:

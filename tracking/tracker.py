@@ -329,6 +329,23 @@ class MarkerTracker:
         return held
 
 
+def assign(spots: Spots, predicted: Prediction) -> np.ndarray:
+    """(m,) the number of each marker's spot, -1 for none, at the least total cost.
+
+    The cost of a pair is the squared distance in gates plus a price for a spot fainter than the marker; a pair beyond
+    the gate is never made, and a marker may go without.
+    """
+    m, c = len(predicted.gate_px), len(spots.strength)
+    distance = np.linalg.norm(predicted.position_px[:, None] - spots.position_px[None], axis=2)  # (m, c)
+    cost = (distance / predicted.gate_px[:, None]) ** 2 + FAINTER * np.clip(1 - spots.strength, 0, 1)[None]
+    cost = np.where(distance <= predicted.gate_px[:, None], cost, 1e6)
+    alone = np.where(np.eye(m, dtype=bool), MISSED, 1e6)  # each marker's own way out
+    rows, columns = linear_sum_assignment(np.hstack([cost, alone]))
+    chosen = np.full(m, -1)
+    chosen[rows] = np.where(columns < c, columns, -1)
+    return chosen
+
+
 def _open(predicted: Prediction) -> np.ndarray:
     """(m,) bool, the markers that spots are sought for."""
     return predicted.gate_px > _NOWHERE_PX
@@ -348,23 +365,6 @@ def _followed(sighting: Sighting, places: Mapping[int, np.ndarray]) -> Sighting:
         contrast=np.where(which, np.nan, sighting.contrast),
         by_csrt=sighting.by_csrt | which,
     )
-
-
-def assign(spots: Spots, predicted: Prediction) -> np.ndarray:
-    """(m,) the number of each marker's spot, -1 for none, at the least total cost.
-
-    The cost of a pair is the squared distance in gates plus a price for a spot fainter than the marker; a pair beyond
-    the gate is never made, and a marker may go without.
-    """
-    m, c = len(predicted.gate_px), len(spots.strength)
-    distance = np.linalg.norm(predicted.position_px[:, None] - spots.position_px[None], axis=2)  # (m, c)
-    cost = (distance / predicted.gate_px[:, None]) ** 2 + FAINTER * np.clip(1 - spots.strength, 0, 1)[None]
-    cost = np.where(distance <= predicted.gate_px[:, None], cost, 1e6)
-    alone = np.where(np.eye(m, dtype=bool), MISSED, 1e6)  # each marker's own way out
-    rows, columns = linear_sum_assignment(np.hstack([cost, alone]))
-    chosen = np.full(m, -1)
-    chosen[rows] = np.where(columns < c, columns, -1)
-    return chosen
 
 
 def _placed(spots: Spots, chosen: np.ndarray, predicted: Prediction) -> tuple[np.ndarray, np.ndarray]:

@@ -20,15 +20,18 @@ import math
 import os
 import select
 import signal
-import termios
+import sys
 import threading
 import time
-import tty
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from enum import IntEnum
 from random import Random
 from typing import NamedTuple
+
+if sys.platform != "win32":
+    import termios
+    import tty
 
 HEADER = b"\xff\xff\xfd\x00"
 BROADCAST_ID = 0xFE
@@ -325,20 +328,6 @@ def pseudo_terminal(motor: Emulator, baud: int) -> Iterator[str]:
         server.join()
 
 
-def _serve(motor: Emulator, baud: int, master: int, slave: int) -> None:
-    speed = getattr(termios, f"B{baud}", baud)
-    while motor.connected:
-        ready, _, _ = select.select([master], [], [], TICK_S)
-        data = os.read(master, 4096) if ready else b""
-        reply = motor.feed(data if termios.tcgetattr(slave)[5] == speed else b"")
-        if reply:
-            time.sleep(motor.reply_delay_s)
-            with suppress(BlockingIOError):  # answers to a client that never reads are lost
-                os.write(master, reply)
-    os.close(slave)
-    os.close(master)
-
-
 def run_emulator(motor: Emulator, baud: int, report: Callable[[str], None]) -> None:
     """Serve an emulated motor on a pseudo-terminal until Ctrl-C or SIGTERM.
 
@@ -359,3 +348,17 @@ def run_emulator(motor: Emulator, baud: int, report: Callable[[str], None]) -> N
         except KeyboardInterrupt:
             report("")
     report(f"Ended. The motor is {'not driven' if motor.stopped else 'STILL DRIVEN'}.")
+
+
+def _serve(motor: Emulator, baud: int, master: int, slave: int) -> None:
+    speed = getattr(termios, f"B{baud}", baud)
+    while motor.connected:
+        ready, _, _ = select.select([master], [], [], TICK_S)
+        data = os.read(master, 4096) if ready else b""
+        reply = motor.feed(data if termios.tcgetattr(slave)[5] == speed else b"")
+        if reply:
+            time.sleep(motor.reply_delay_s)
+            with suppress(BlockingIOError):  # answers to a client that never reads are lost
+                os.write(master, reply)
+    os.close(slave)
+    os.close(master)
