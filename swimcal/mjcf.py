@@ -1,21 +1,17 @@
 """The robot as an MJCF model: bodies, hinges, tendons, fluid coefficients and scenery.
 
-The five coefficients of MuJoCo's ellipsoid fluid model, and the water that an ellipsoid carries.
+`build_mjcf` builds the model with `MjSpec`, in the names of the public contract. It is planar: `surge`, `sway` and
+`yaw` of the head, the `crank`, and one hinge a tail segment. Every rigid link carries one fluid ellipsoid (the caudal
+fin a second one on the last link), so a step costs a fraction of the published model's. Guide plates and flexible
+strips weigh on it; the water does not feel them. Two spatial tendons run from the crank's arms through the guides of
+the segments.
 
-The model is that of MuJoCo's documentation, chapter Computation, section "Ellipsoid model" (after Andersen, Pesavento
-and Wang, J. Fluid Mech. 541 (2005)), as restated in "Simple Models, Real Swimming" (2026).
+`FluidCoefficients` are those of MuJoCo's ellipsoid fluid model, and `added_volumes` gives the water that an ellipsoid
+carries: MuJoCo's documentation, chapter Computation, section "Ellipsoid model" (after Andersen, Pesavento and Wang, J.
+Fluid Mech. 541 (2005)), as restated in "Simple Models, Real Swimming" (2026).
 
-Additions that make an exported MJCF pleasant to look at and ready to use: light, floor, cameras, sensors, a limited
-control.
-
-Nothing of it touches the dynamics: the model swims the same trajectory to the last digit.
-
-The robot's MJCF, built with `MjSpec` in the names of the public contract.
-
-The model is planar: `surge`, `sway` and `yaw` of the head, the `crank`, and one hinge a tail segment. Every rigid
-link carries one fluid ellipsoid (the caudal fin a second one on the last link), so a step costs a fraction of the
-published model's. Guide plates and flexible strips weigh on it; the water does not feel them. Two spatial tendons run
-from the crank's arms through the guides of the segments.
+`add_scenery` makes an exported MJCF pleasant to look at and ready to use: light, floor, cameras, sensors, a limited
+control. Nothing of it touches the dynamics: the model swims the same trajectory to the last digit.
 """
 
 from dataclasses import dataclass

@@ -1,9 +1,10 @@
 """Logs of the motor: commanded and measured turns of the shaft over time.
 
-The position of a motor's shaft as one continuous angle, whatever counter it was logged from.
+`MotorCommands` are the speeds that the motor was commanded and when, `MotorLog` what it then did; both are on the clock
+of the computer that drove it.
 
-A servo's shaft cannot make half a turn between two readings some 10 ms apart: jumps by whole turns come from the
-counter.
+`continuous_position` makes the position of the shaft one continuous angle, whatever counter it was logged from. A
+servo's shaft cannot make half a turn between two readings some 10 ms apart: jumps by whole turns come from the counter.
 """
 
 from __future__ import annotations

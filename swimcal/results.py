@@ -1,8 +1,10 @@
 """Result files: how records become JSON and back, written whole or not at all.
 
-Results as plain data and back; the types of a record's fields say how it is written and read.
-
 A record is a frozen dataclass or a named tuple of numbers, texts, arrays, flags, mappings, tuples and further records.
+The types of its fields say how `to_plain` writes and `from_plain` reads it.
+
+A `ResultFile` is a record on disk with its `Provenance`: the versions and inputs that it was made from. `writing_whole`
+and `write_whole` leave either the whole file or nothing.
 """
 
 from __future__ import annotations

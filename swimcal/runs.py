@@ -1,12 +1,12 @@
-"""Batched runs of the engine on all cores, and the trajectories they return.
+"""Batched runs of the engine: their inputs, the trajectories they return, and the engine's threads, log and version.
 
-The engine's own log, kept quiet, and the check of which engine and model a calibration was made with.
+`Runs` are the inputs that differ between simulations, `Trajectories` their results. `MarkerKinematics` are the planar
+forward kinematics of the chain, from joint positions to marker positions: faster than asking the engine for its sites
+at every frame, and exact at interpolated times.
 
-Where we look for divergence we report it in our own words. Coefficients fitted with one engine are void with another.
-
-Planar forward kinematics of the chain, vectorised: joint positions -> marker positions.
-
-Faster than asking the engine for its sites at every frame, and exact at interpolated times.
+`quiet_engine` keeps the engine's own log quiet: where we look for divergence we report it in our own words.
+`check_engine` refuses a calibration of another engine or model: coefficients fitted with one engine are void with
+another.
 """
 
 import hashlib

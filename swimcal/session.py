@@ -1,7 +1,9 @@
 """The session folder: its trials, recordings and camera as `session.toml` describes them.
 
-The check whether nose and neck were exchanged: the other markers then lie on the wrong side of the head.
+`load_session` reads and checks `session.toml` and the recordings that it names; the folder ``results`` next to them
+belongs to the program.
 
+`is_exchanged` tells whether nose and neck were exchanged: the other markers then lie on the wrong side of the head.
 Only distances are compared, so that neither a mirrored image nor a bent tail plays a part.
 """
 

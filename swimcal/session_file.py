@@ -1,9 +1,10 @@
-"""The file `session.toml`: its model, with the camera, and its checks.
+"""The file `session.toml`: its tables and keys, with the camera, and its checks.
 
-What `session.toml` must fulfil beyond the range of each value: names, files and what belongs together.
+`SessionFile` and the tables in it give every key with the range of its value. The camera is a `CameraSpec`, its clock
+and scale, with the `CameraCalibration` of its lens where there is one.
 
-Each check works on the values as read and passes over values of the wrong type, so that these faults are reported
-together with those of `session_file`.
+The functions `check_…` are about more than one value: names, files and what belongs together. Each works on the values
+as read and passes over values of the wrong type, so that all faults of the file are reported together.
 """
 
 from __future__ import annotations

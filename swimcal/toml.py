@@ -1,4 +1,8 @@
-"""TOML files read with the place of every value, so that all faults are told at once."""
+"""TOML files read with the place of every value, so that all faults are reported at once.
+
+`load_toml` validates a file by a pydantic model; every fault has its key, its line and the choices. The lines come from
+`lines_of_keys`, because TOML parsers do not give them; what is expected at a place, from the annotations of the model.
+"""
 
 from __future__ import annotations
 

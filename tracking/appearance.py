@@ -1,4 +1,9 @@
-"""How a marker looks: the grey that separates it from its surroundings, and its look over time."""
+"""How a marker looks: the grey that separates it from its surroundings, and its look over time.
+
+`window` and `windows` cut square windows out of a picture; beyond its border the last pixels are repeated. `Grey` is
+the grey that markers are sought in: brightness, or how far a colour is from those around the markers. `Appearance` is
+the look of the markers in it: bright or dark, how wide, how much they stand out.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace

@@ -1,4 +1,10 @@
-"""The calibration board: printed, found in pictures, and its scale."""
+"""The calibration board: printed, found in pictures, and its scale.
+
+A `BoardSpec` describes it: a chessboard, bare or with ArUco markers in its white squares (ChArUco). `draw_board` prints
+it at its true size. `each_picture` and `video_pictures` read pictures of it, from files or a video, and `find_corners`
+finds its inner corners in a picture. `scale_from_board` takes the scale from a board that lies level in the pool: an
+alternative to the nose-neck distance.
+"""
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass

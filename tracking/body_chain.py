@@ -1,19 +1,16 @@
 """Blobs in a picture, and the chain of markers among them.
 
-Blobs that could be markers: round, of one brightness, and set off from what surrounds them.
-
+`find_blobs` finds what could be a marker: round, of one brightness, and set off from what surrounds it.
 Difference-of-Gaussians peaks (Lowe, Distinctive image features, IJCV 60, 2004, section 3) by scikit-image, octave by
 octave on ever smaller pictures, are only the places to look; each is then measured at full resolution.
 
-Assignment of blobs to markers: the layout laid over the blobs, from the head to the tail.
-
-Every ordered pair of blobs is tried as the head's two front markers, which gives scale, heading and place. The other
-markers follow one after another: those off the axis and the first behind the head are held by the head, the tail may
-bend at every marker. Each step costs what it departs from the layout, in squared standard deviations; all partial
-bodies are carried on together and the best are kept (a beam search). The spreads are those of the public tracks, whose
-tail root is up to 78 mm from the dorsal fin where the layout has 20, and whose last step is up to 1.6 times as long.
-
-Positions are complex numbers x - iy: the layout's y points up where the image's points down.
+`complete_bodies` assigns blobs to markers: the layout is laid over the blobs, from the head to the tail. Every ordered
+pair of blobs is tried as the head's two front markers, which gives scale, heading and place. The other markers follow
+one after another: those off the axis and the first behind the head are held by the head, the tail may bend at every
+marker. Each step costs what it departs from the layout, in squared standard deviations; all partial bodies are carried
+on together and the best are kept (a beam search). The spreads are those of the public tracks, whose tail root is up to
+78 mm from the dorsal fin where the layout has 20, and whose last step is up to 1.6 times as long. Positions are complex
+numbers x - iy: the layout's y points up where the image's points down.
 """
 
 from __future__ import annotations

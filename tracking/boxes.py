@@ -1,18 +1,15 @@
-"""Start boxes: read from a file, written, and checked against the robot's layout.
-
-Given boxes against the robot: an order or a spacing that no pose of it can have is a fault.
-
-People place boxes loosely, and the real robot's tail root is at three times the layout's distance from the dorsal
-fin: only what is far beyond that is refused. In the first frames of the public trials the boxes depart by at most 2.5
-standard deviations of `body_chain.Spread`; with two neighbours exchanged, by 9 and more. The dorsal fin and the first
-marker of the tail are the exception: exchanged, they depart by 2 to 7, and may pass.
-
-Start boxes: where each marker is in one frame of a video, as a JSON file.
+"""Start boxes: where each marker is in one frame of a video, as a JSON file checked against the robot's layout.
 
     {"frame": 0, "boxes": {"nose": [x, y, width, height], …}}
 
 Pixels: x to the right, y down, the centre of the top left pixel is (0, 0). A box covers the pixels x … x + width - 1,
 so its centre is x + (width - 1) / 2.
+
+`check_layout` reports an order or a spacing that no pose of the robot can have. People place boxes loosely, and the
+real robot's tail root is at three times the layout's distance from the dorsal fin: only what is far beyond that is
+refused. In the first frames of the public trials the boxes depart by at most 2.5 standard deviations of
+`body_chain.Spread`; with two neighbours exchanged, by 9 and more. The dorsal fin and the first marker of the tail are
+the exception: exchanged, they depart by 2 to 7, and may pass.
 """
 
 from __future__ import annotations

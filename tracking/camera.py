@@ -1,10 +1,12 @@
-"""From pixels to the pool: undistortion, parallax and scale.
+"""The camera's way from pixels to metres on the pool: lens, parallax and scale.
 
-Parallax: markers above or below the reference plane, seen by a camera that looks straight down.
+`to_pool` undoes the lens (`to_rays`) and the parallax (`true_over_apparent`) where they are known, scales, and changes
+to a right-handed frame seen from above.
 
-The reference plane is the plane of the nose and neck markers, which give the picture its scale; it is taken to be the
-surface of the water, for the robot swims at it (the built-in robot's nose and neck are 2.5 mm below the top of its
-submerged part). The camera is H above it, its axis vertical, the robot level.
+Parallax is that of markers above or below the reference plane, seen by a camera that looks straight down. The reference
+plane is the plane of the nose and neck markers, which give the picture its scale; it is taken to be the surface of the
+water, for the robot swims at it (the built-in robot's nose and neck are 2.5 mm below the top of its submerged part).
+The camera is H above it, its axis vertical, the robot level.
 
 A marker z above the plane is in air. It is (H - z) t from the camera's foot, t being the slope of its ray, where on
 the plane one would read H t: it appears too far out by H / (H - z). A marker d below is seen through the surface:

@@ -1,17 +1,16 @@
-"""CSRT of OpenCV, the second opinion where no spot answers.
-
-CSRT, OpenCV's correlation tracker, in a crop around a marker.
+"""CSRT, OpenCV's correlation tracker, as the second opinion where no spot answers.
 
 Lukežič et al., "Discriminative Correlation Filter with Channel and Spatial Reliability", CVPR 2017. Its boxes hold
-whole pixels and it reports neither how sure it is nor when it has lost its marker. `SecondOpinion`
-asks it where no spot answers, and checks its answer; `FaintMarkers` follows with it what no spot ever answers
-for. With every update it converts the whole image, so a crop costs half.
+whole pixels and it reports neither how sure it is nor when it has lost its marker. With every update it converts the
+whole image, so that a crop around the marker (`CropTracker`) costs half.
 
-Markers too faint for the spots: CSRT follows each of them all along, in a crop that moves with it.
+`SecondOpinion` asks CSRT about markers that no spot answers for, because they are faint, half covered or out of shape,
+and checks its answer.
 
-Started anew, CSRT often takes up something else. So it is started once, on the box as it was drawn, and its crop moves
-by no more than the marker does: to CSRT the marker then hardly moves at all. OpenCV cannot write down what CSRT has
-learned, so a video with faint markers that is interrupted is tracked from its beginning again.
+`FaintMarkers` follows with it what no spot ever answers for, each marker in a crop that moves with it. Started anew,
+CSRT often takes up something else. So it is started once, on the box as it was drawn, and its crop moves by no more
+than the marker does: to CSRT the marker then hardly moves at all. OpenCV cannot write down what CSRT has learned, so a
+video with faint markers that is interrupted is tracked from its beginning again.
 """
 
 from collections.abc import Iterator, Mapping, Sequence

@@ -1,4 +1,9 @@
-"""Frames decoded from a video file, in order, at random, and backward."""
+"""Frames decoded from a video file, in order, at random, and backward.
+
+`FrameIndex` says which frames a video has, when each is shown and where decoding can start: from the packets, without
+decoding. `open_video` opens a file, with one clear error for whatever is not a video, and a `Decoder` decodes from its
+start or from a key frame.
+"""
 
 import sys
 from collections.abc import Iterator, Sequence

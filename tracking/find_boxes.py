@@ -1,4 +1,9 @@
-"""Start boxes found in a picture, drawn as a preview, or clicked by a person."""
+"""Start boxes found in a picture, drawn as a preview, or clicked by a person.
+
+`find_boxes` finds them without a click, or reports why they are not certain. `write_preview` draws them before the
+tracking: the robot with names, its crowded tail, its place. `ClickBoxes` is a page on which a person clicks the
+markers: one file that asks for nothing from the network.
+"""
 
 from __future__ import annotations
 

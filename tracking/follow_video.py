@@ -1,8 +1,13 @@
 """All markers of a video followed: forward and backward, resumed after an interruption, tracked again after an edit.
 
-Plain CSRT, the baseline: one tracker a marker on the whole picture, each for itself.
+`follow_video` makes tracks from a video and its start boxes in one pass over the frames; `Partial` keeps on disk what
+was tracked so far. `retracker` tracks one marker on from a box that a person set.
 
-It believes every box it gives, and two boxes may sit on one marker; docs/tracking.md shows the cost.
+`PlainCsrt` is the baseline: one CSRT tracker a marker on the whole picture, each for itself. It believes every box it
+gives, and two boxes may sit on one marker; docs/tracking.md shows the cost.
+
+`doubtful_boxes` finds boxes that hold no marker: what is in them does not stand out, or no more than the water
+elsewhere does.
 """
 
 from __future__ import annotations

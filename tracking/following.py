@@ -1,18 +1,17 @@
 """Markers that follow another dot, rest, lie off their place, or jump with the whole body.
 
-Following the markers from frame to frame: each sample against the body's shape and against its own motion.
+`follow` holds each sample against the body's shape and against its own motion, from frame to frame: the prediction and
+the gate of a Kalman filter in their plainest form. A marker is expected where its last two places carry on to and where
+the other markers put it, combined by their precisions; of the samples of a frame the worst is left out until the rest
+agree. The place of one that is left out is carried on from the others, so that a fault that lasts stays apart. Motion
+decides what shape alone cannot: which of three markers on a rigid line has moved. `misplaced` lists the samples that
+following in both directions of time agrees on.
 
-The prediction and the gate of a Kalman filter in their plainest form. A marker is expected where its last two
-places carry on to and where the other markers put it, combined by their precisions; of the samples of a
-frame the worst is left out until the rest agree. The place of one that is left out is carried on from the
-others, so that a fault that lasts stays apart. Motion decides what shape alone cannot: which of three markers
-on a rigid line has moved.
-
-Jumps of the whole body: a bumped camera, spliced clips, frames that are gone without a trace in the time stamps.
-
-No single marker gives it away, since all of them jump together and keep the body's shape. Smooth motion does: the step
-between two frames is about the mean of the steps before and after it (the difference is of third order in time). A few
-missing frames change less than that; they show where the motion is smooth again once their time is put between.
+`body_jumps` finds jumps of the whole body: a bumped camera, spliced clips, frames that are gone without a trace in the
+time stamps. No single marker gives them away, since all of them jump together and keep the body's shape. Smooth motion
+does: the step between two frames is about the mean of the steps before and after it (the difference is of third order
+in time). A few missing frames change less than that; they show where the motion is smooth again once their time is put
+between.
 """
 
 from __future__ import annotations

@@ -1,4 +1,10 @@
-"""Tracks of other programs: recognised by their content, read with one clock."""
+"""Tracks of other programs: files recognised by their content, read as tables, and checked with an even clock.
+
+`check_readable` names files that hold tracks but cannot be read here, with the way that works. `read_foreign_table`
+reads tables as other programs write them: other separators, comments, an index, words for a missing number.
+`even_times` makes times that were rounded when they were written even again, where that is certain. `checked_tracks`
+checks and converts the samples (`ForeignTracks`); each fault names its place in the file.
+"""
 
 from __future__ import annotations
 

@@ -1,6 +1,8 @@
 """Formats of other programs: DeepLabCut, movement, plain CSV.
 
-DeepLabCut's CSV: three or four header rows, then one row a frame; single-animal as written, both as read.
+`import_tracks` recognises a file by its content, `export_tracks` writes the format that is named.
+
+DeepLabCut's CSV has three or four header rows, then one row a frame; single-animal as written, both as read.
 
     scorer,swimcal,swimcal,swimcal,…
     individuals,fish,fish,fish,…            only in files of multi-animal projects
@@ -9,17 +11,16 @@ DeepLabCut's CSV: three or four header rows, then one row a frame; single-animal
     0,310.5,95.0,0.98,…
 
 The first column is the number of the frame; there is no time in the file. Of several individuals one is read, with the
-body parts of their own ("single"). Labels of single pictures, whose first column is a file, are no tracks. https://deeplabcut.github.io/DeepLabCut/docs/standardDeepLabCut_UserGuide.html
+body parts of their own ("single"). Labels of single pictures, whose first column is a file, are no tracks.
+https://deeplabcut.github.io/DeepLabCut/docs/standardDeepLabCut_UserGuide.html
 
-netCDF in the layout of the `movement` package, its "poses" dataset.
-
-Dimensions time, space, keypoint, individual; variables ``position`` (time, space, keypoint, individual) and
-``confidence`` (time, keypoint, individual); attributes ds_type, source_software, source_file, time_unit, fps.
-Before version 0.17 the last two dimensions were called keypoints and individuals: both names are read. States
-and sizes of samples are further variables, which `movement` keeps.
+The `movement` package's netCDF is its "poses" dataset: dimensions time, space, keypoint, individual; variables
+``position`` (time, space, keypoint, individual) and ``confidence`` (time, keypoint, individual); attributes ds_type,
+source_software, source_file, time_unit, fps. Before version 0.17 the last two dimensions were called keypoints and
+individuals: both names are read. States and sizes of samples are further variables, which `movement` keeps.
 https://movement.neuroinformatics.dev/user_guide/movement_dataset.html
 
-Tables of tracks with a header of names: this program's, SLEAP's, and others with x and y of each marker.
+Plain tables have a header of names: this program's, SLEAP's, and others with x and y of each marker.
 
     time_s,nose_x,nose_y,nose_confidence,…
     track,frame_idx,instance.score,nose.x,nose.y,nose.score,…           SLEAP, File > Export Analysis CSV

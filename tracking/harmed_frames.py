@@ -1,4 +1,9 @@
-"""Frames that the film itself spoils: damaged and repeated ones."""
+"""Frames that the film itself spoils: damaged and repeated ones.
+
+`missing_at_the_end`, `lost_frames` and `suspect_frames` report what of a damaged file is lost. `Repeats` finds pictures
+that repeat the one before: a film stored at a higher frame rate than it was taken at. `stretches` splits such frames
+into runs.
+"""
 
 from __future__ import annotations
 

@@ -1,7 +1,8 @@
-"""Which spot is which marker: distances along the body, and all markers of a frame solved together.
+"""Identities of spots: which spot is which marker, by distances along the body and all markers of a frame together.
 
-Assign the spots of a frame to all markers at once, where the nearest spot need not be the right one.
+`Spacing` knows what a body hardly changes: the distance of a marker to its neighbours, and where they put it.
 
+`assemble` assigns the spots of a frame to all markers at once, where the nearest spot need not be the right one.
 Markers are joined to a tree, each to its nearest. A choice of spots costs the departure of each marker from its
 expected place, the departure of each link of the tree from its length and direction so far, and a price for each marker
 without a spot. The least cost over a tree is found exactly by dynamic programming from its leaves (Felzenszwalb and

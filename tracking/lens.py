@@ -1,4 +1,8 @@
-"""The lens of a camera: calibrated, and flagged where its file does not fit the film."""
+"""The lens of a camera: calibrated, and flagged where its file does not fit the film.
+
+`calibrate_lens` calibrates it from pictures of a board: the lens, how good it is, and which pictures it rests on.
+`lens_flags` lists doubts about a session's camera, for the results and the report.
+"""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass

@@ -1,10 +1,11 @@
 """The fit of a lens to pictures of the board, with its covariance and how far it can be believed.
 
-Bundle adjustment of one camera and a flat board in v poses, by Levenberg and Marquardt with the poses eliminated.
+`fit_lens` fits with as many distortion coefficients as the corners support, by bundle adjustment of one camera and a
+flat board in v poses: Levenberg and Marquardt with the poses eliminated. What of a lens parameter's effect a change of
+pose can mimic is not information; the rest, over all views, gives the reduced normal equations (Triggs and others,
+"Bundle Adjustment: A Modern Synthesis", 2000, section 6.1). They serve the fit and its covariance.
 
-What of a lens parameter's effect a change of pose can mimic is not information; the rest, over all views, gives the
-reduced normal equations (Triggs and others, "Bundle Adjustment: A Modern Synthesis", 2000, section 6.1). They serve the
-fit and its covariance.
+`lens_uncertainty` and `calibration_flags` say whether the result can be believed.
 """
 
 from collections.abc import Iterable, Sequence

@@ -1,7 +1,4 @@
-"""Where a marker is expected in the next frame.
-
-Where each marker should be in the next frame, and how far off that may be.
-"""
+"""The motion of each marker: where it is expected in the next frame, and how far off that may be."""
 
 from dataclasses import dataclass
 

@@ -1,11 +1,13 @@
 """The quality of tracks: which samples can be believed, and a flag for every one that cannot.
 
-Track quality: which samples of a trial to believe, and what is wrong with the others.
-
-The judgement is made before any fit. Every sample is held against the shape of the body, learned from the
+The judgement is made before any fit. `check_tracks` holds every sample against the shape of the body, learned from the
 trial itself (`body_model`), and against its own motion (`following`), in both directions of time. The reference is
 where the boxes sit in this trial; the layout of the robot speaks only where the trial cannot: two boxes never come as
-close as on one spot. What is wrong is flagged in stretches with a name (`naming`), and weighed out.
+close as on one spot (`touching`), and none stands still while the body moves (`standing_still`). What is wrong is
+flagged in stretches with a name (`flags_of`), and weighed out.
+
+`trusted` judges a trial that was tracked here by all there is: markers lost, drifting, of the wrong size or exchanged
+do not count either.
 """
 
 from __future__ import annotations

@@ -1,4 +1,8 @@
-"""Tracked markers of one video, kept on disk, and their stretches."""
+"""Tracked markers of one video: how each sample came about, what of them counts, and the files on disk.
+
+`with_states` adds states and sizes to tracks. `save_tracked` writes them with their flags: the tracks in the form that
+the documentation promises, the states and the flags beside them.
+"""
 
 from __future__ import annotations
 

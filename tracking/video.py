@@ -1,4 +1,9 @@
-"""A video: its frames with their times, its size and rate, and what its file says of itself."""
+"""A video: its frames with their times, its size and rate, and what its file says of itself.
+
+A `Frame` is one decoded picture: its brightness as the codec stored it, its colours only when asked for, in square
+pixels. `VideoInfo` is what is known before the frames are read. `Video` reads them in order or by number, and
+`backward` in the opposite order.
+"""
 
 from __future__ import annotations
 

@@ -1,6 +1,7 @@
-"""All known effects: the built-in ones, and those that users add through the entry point group.
+"""The catalogue of all known effects: the built-in ones, and those that users add.
 
-Each of the latter is checked against the form of an effect.
+Users add theirs through the entry point group `swimcal.effects`; each is checked against the form of an effect when the
+catalogue is made.
 """
 
 import math

@@ -1,4 +1,8 @@
-"""Effects of the motor."""
+"""Effects of the motor: its mean speed, its pace within a trial and within a turn, and its start.
+
+Those that change the pace turn the crank by another `Turn`: `WarpedTurn` passes through the same angles at other times,
+`RippledTurn` speeds up and slows down twice in every turn.
+"""
 
 from dataclasses import dataclass
 

@@ -1,9 +1,12 @@
-"""An effect: its parameters and the hooks by which it changes model, drive, forces and view.
+"""An effect: its parameters and the methods by which it changes model, drive, forces and view.
 
-The robot's plates in the water, for forces that the engine does not know: planar motion and generalised forces.
+`Effect` is the base class of all that the plain twin leaves out; at zero strength the twin with it is the plain twin.
+A subclass overrides one or more of the methods named in `WAYS`. What these receive is defined before it: `View` and
+`Observation` for camera and tracker, `Drive` for the motor, `StepState` for forces at a time step.
 
-Places, velocities and forces in the plane of the pool are complex numbers, x + i y; every plate is that of a fluid
-geom of the model.
+`Plates` are the robot's plates in the water, one for each fluid geom of the model, for forces that the engine does not
+know: their planar `Motion`, and the generalised forces of forces on them. Places, velocities and forces in the plane of
+the pool are complex numbers, x + i y.
 """
 
 from abc import ABC

@@ -1,4 +1,4 @@
-"""Effects of camera, markers and tracker."""
+"""Effects of camera, markers and tracker: they change what is seen of a swim, not the swim."""
 
 from itertools import pairwise
 

@@ -1,4 +1,4 @@
-"""Effects of the tail's hinges and masses."""
+"""Effects of the tail's hinges and masses: stiffness, damping, friction, a bend at rest, mass and entrained water."""
 
 from collections.abc import Sequence
 

@@ -1,4 +1,8 @@
-"""Effects of crank and tendons, and the path of the tendons from the crank through the guides."""
+"""Effects of crank and tendons: arm, compliance, slack, friction and asymmetry.
+
+`TendonPath` is the path of both tendons from the crank through the guides, on which the forces of `LooseTendons` and of
+friction in the guides act.
+"""
 
 from collections.abc import Sequence
 from typing import NamedTuple

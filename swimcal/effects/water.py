@@ -1,4 +1,8 @@
-"""Effects of the water: added mass, wakes, currents, walls, buoyancy."""
+"""Effects of the water: floating, added mass, wakes, currents, walls, waves and drag.
+
+Effects of a body that floats (`SurfaceMotion`, `HullRoll`) come first: it rolls and pitches, and raised markers swing
+with it. All others are forces of the water on the robot's plates.
+"""
 
 from collections.abc import Callable
 from dataclasses import dataclass
