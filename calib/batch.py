@@ -1,8 +1,9 @@
 """Batches: many sessions spread over workers, and the sweep of one command over them.
 
-Pieces of work done in parallel: each in a process of its own here, or as the tasks of a dask cluster.
+`spread` does pieces of work in parallel: each in a process of its own here, or as the tasks of a dask cluster. A
+process that dies costs its own piece only.
 
-A process that dies costs its own piece only.
+`run_all` runs several sessions; a broken one stops no other.
 """
 
 from __future__ import annotations

@@ -1,4 +1,8 @@
-"""New sessions from one's own files, with names for their trials."""
+"""New sessions from one's own files, with names for their trials.
+
+`new_from_files` writes a commented `session.toml` whose first lines list what is missing. `trial_names` makes the names
+of trials from those of files: each its own, fit for a file on any system.
+"""
 
 import json
 import os
@@ -26,16 +30,18 @@ from tracking.foreign import ForeignTracks, check_names
 from tracking.formats import from_movement, read_foreign
 from tracking.video import Video
 
+# The session.
+FEWEST_FRAMES = 2
+UNIT_OFF = 0.01
+"""Places may not be pixels if nose to neck is as many as it is millimetres or centimetres, to this relative error."""
+_HZ = (r"(?:^|_)f(\d+)[_.p](\d+)(?:_|$)", r"(\d+)[_.p](\d+) ?_?hz")  # commands in names: f1_25, 1.25hz
+
+# Names of trials.
 COPIES = (".lrv", ".lrf", ".thm")
 """Suffixes of files that a camera keeps next to a video: a small copy of it (GoPro, Insta360, DJI), a picture."""
 DEEPEST = 3
 """Largest number of folders that are put before a name."""
 LONGEST = 80
-
-FEWEST_FRAMES = 2
-UNIT_OFF = 0.01
-"""Places may not be pixels if nose to neck is as many as it is millimetres or centimetres, to this relative error."""
-_HZ = (r"(?:^|_)f(\d+)[_.p](\d+)(?:_|$)", r"(\d+)[_.p](\d+) ?_?hz")  # commands in names: f1_25, 1.25hz
 
 
 @dataclass

@@ -1,4 +1,8 @@
-"""Options that every command shares, and progress with the time left."""
+"""The options of the work on one session, and the progress that it reports.
+
+`Options` are shared by every command; `Job` is what every stage has to know and reports. `progress_bar` reports
+progress with the time left: a bar on a terminal and in a notebook, elsewhere lines ten seconds apart.
+"""
 
 import sys
 import threading
@@ -23,10 +27,7 @@ from swimcal.runs import ENGINE, model_sha256
 from swimcal.session import Session, file_hashes
 from tracking.follow_video import TrackerName
 
-EVERY_S = 10.0
-_SETTLED_S = 3.0  # no time left is shown before this, because a stage's first steps are slower than the others
-_NEWS = 0.3  # smallest relative change of the time left that is worth a line
-
+# Options.
 EffortName = Literal["quick", "full"]
 LastStepName = Literal["fit", "posterior", "diagnosis"]
 """The last step of a run before its report."""
@@ -35,6 +36,11 @@ STARTS = {"quick": 2, "full": 4}
 """Number of starts of the search for the coefficients, by effort."""
 PUBLISHED_S = {"quick": 3_000.0, "full": 18_000.0}
 """Seconds that the published search may simulate, by effort."""
+
+# Progress.
+EVERY_S = 10.0
+_SETTLED_S = 3.0  # no time left is shown before this, because a stage's first steps are slower than the others
+_NEWS = 0.3  # smallest relative change of the time left that is worth a line
 
 
 @dataclass(frozen=True)

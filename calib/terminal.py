@@ -1,9 +1,7 @@
-"""The terminal: arguments that commands share, and the lines they print.
+"""The terminal: arguments that several commands share, and the lines they print.
 
-The arguments that several commands share.
-
-Each command imports what it works with itself, so that one that only prints its help, or drives the motor, waits for
-none of it.
+`print_result` prints the output of a command when it is done: a few lines, all of it with -v, or JSON. Each command
+imports what it works with itself, so that one that only prints its help, or drives the motor, waits for none of it.
 """
 
 from __future__ import annotations

@@ -26,15 +26,7 @@ from swimcal.robot import Point, RobotSpec, Segment
 COEFFICIENT_BOUNDS = (0.0, 10.0)
 """Bounds within which each coefficient is fitted, as published."""
 
-FASTEST_TURNS_PER_S = 15.0
-"""Range of the crank's control; as fast as tails are driven (Zhu et al., Sci. Robot. 4, 2019)."""
-
-_FLOOR_M = -0.4
-_WATER = (0.80, 0.91, 0.95)
-_DEEP = (0.28, 0.52, 0.62)
-_TILE = (0.30, 0.52, 0.60)
-_JOINT = (0.45, 0.66, 0.72)
-
+# The robot.
 TIMESTEP_S = 0.0045
 SIDES = (("left", -1.0), ("right", +1.0))  # heading is -x and z is up, so left is -y
 
@@ -46,6 +38,16 @@ _SPECK_M = 1e-4
 _SPECK_KG = 1e-3
 _ARM_HALF_WIDTH_M = 0.005  # only seen, without mass
 _STRIP_HALF_THICKNESS_M = 0.0005
+
+# Scenery, and the control of the crank.
+FASTEST_TURNS_PER_S = 15.0
+"""Range of the crank's control; as fast as tails are driven (Zhu et al., Sci. Robot. 4, 2019)."""
+
+_FLOOR_M = -0.4
+_WATER = (0.80, 0.91, 0.95)
+_DEEP = (0.28, 0.52, 0.62)
+_TILE = (0.30, 0.52, 0.60)
+_JOINT = (0.45, 0.66, 0.72)
 
 
 class FluidCoefficients(NamedTuple):

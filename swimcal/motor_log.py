@@ -19,6 +19,7 @@ from scipy.ndimage import median_filter
 from swimcal.errors import Fault, FaultCollector, Flag, did_you_mean, shown
 from swimcal.tables import RawTable, Row, check_time, read_log, to_numbers
 
+# Commands.
 COMMAND_COLUMNS = ("time_s", "part", "velocity_rad_s")
 """The header of a file of commands."""
 

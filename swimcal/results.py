@@ -39,6 +39,7 @@ of which only names are written, by name.
 """
 
 Arrays = dict[str, np.ndarray]
+T = TypeVar("T")
 
 SCHEMA = 1
 """The version of the JSON results' form."""
@@ -165,9 +166,6 @@ def _plain(kind: Any, data: Any) -> Any:
     if isinstance(kind, type) and not isinstance(data, kind):
         raise TypeError(f"found {data!r}, expected a value of type {kind.__name__}")
     return data
-
-
-T = TypeVar("T")
 
 
 def program_version() -> str:

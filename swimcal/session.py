@@ -45,17 +45,17 @@ from swimcal.session_file import (
 from swimcal.toml import Key, TomlSource, read_toml
 from swimcal.tracks import NO_NAMES, load_tracks, markers_of, pixels_of
 
-# A marker counts if it is nearer to one of nose and neck than to the other by this share of the distance between them.
-_CLEAR = 0.5
-# Nose and neck count as exchanged from this share of samples on the wrong side.
-_MOSTLY = 0.8
-
 SESSION_FILE = "session.toml"
 MOTOR_SUFFIX = ".motor.csv"
 COMMANDS_SUFFIX = ".commands.csv"
 
 RobotOf = Callable[[Path | None], DescribedRobot]
 """A function that reads the robot in a file, or the built-in robot for None; it may raise `InputError`."""
+
+# A marker counts if it is nearer to one of nose and neck than to the other by this share of the distance between them.
+_CLEAR = 0.5
+# Nose and neck count as exchanged from this share of samples on the wrong side.
+_MOSTLY = 0.8
 
 
 @dataclass(frozen=True)

@@ -21,9 +21,11 @@ from pydantic import AfterValidator, Field, StringConstraints
 from swimcal.errors import FaultCollector, did_you_mean, shown
 from swimcal.toml import Key, Table, TomlSource, key_error, load_toml
 
+# The camera.
 Positive = Annotated[float, Field(gt=0)]
 Distortion = tuple[float, float, float, float, float]
 
+# The tables of `session.toml`.
 TrialKind = Literal["free_decay", "dry", "swim"]
 TrialRole = Literal["fit", "holdout"]
 
@@ -39,6 +41,7 @@ Larger numbers are taken for turns a minute.
 
 FileName = Annotated[str, StringConstraints(min_length=1)]
 
+# The checks.
 RECORDINGS = ("tracks", "video", "motor")
 TRIAL_FILES = (*RECORDINGS, "boxes")
 # A scale that is off by this factor is a mistake of unit.

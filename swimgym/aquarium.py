@@ -1,4 +1,8 @@
-"""The aquarium: many swimmers rendered in one film."""
+"""The aquarium: many swimmers in one pool, as a Rerun recording or as a film that needs no screen.
+
+`swim_together` lets the `Shoal` swim, each fish on its own way; `write_shoal` writes it, and `draw` draws the pool from
+above.
+"""
 
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -16,14 +20,7 @@ from swimgym.course import Course, Rules, Targets, beat_action
 from swimgym.policy import Controller, Policy, Swum, reach
 from swimgym.swimmers import Fish, Swimmers
 
-WATER = (214, 232, 240)
-FISH = (44, 90, 120)
-HEAD = (225, 120, 60)
-TARGET = (200, 60, 60)
-COLOURS = (WATER, FISH, HEAD, TARGET)
-PIXELS = 480
-_ROUND_M = 0.006  # half the width of a swimmer's line
-
+# The shoal and its film.
 FPS = 25
 KINDS = (".rrd", ".mp4", ".gif")
 _PIXELS = 960
@@ -32,6 +29,15 @@ _SLOWEST_HZ = 0.5  # slowest beat without a policy
 _FASTEST_HZ = 2.0  # fastest beat without a policy
 _M2_EACH = 0.5  # area of the pool for each swimmer
 _GAIN = 1.5  # how much a beat without a policy is to one side, per rad of bearing
+
+# The pool from above.
+WATER = (214, 232, 240)
+FISH = (44, 90, 120)
+HEAD = (225, 120, 60)
+TARGET = (200, 60, 60)
+COLOURS = (WATER, FISH, HEAD, TARGET)
+PIXELS = 480
+_ROUND_M = 0.006  # half the width of a swimmer's line
 
 
 class Roaming(Targets):

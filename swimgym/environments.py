@@ -1,4 +1,9 @@
-"""Gymnasium environments of one swimmer and of many."""
+"""Gymnasium environments of one swimmer and of many.
+
+`SwimEnv` is one swimmer, `swimgym/Target-v0` or `swimgym/Circle-v0`; `SwimVectorEnv` is many of them, all stepped at
+once on all cores. `make_course` makes the course of either from what a user names: a session, an MJCF or the built-in
+robot, a task and its options.
+"""
 
 from collections.abc import Sequence
 from dataclasses import replace

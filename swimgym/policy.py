@@ -1,4 +1,10 @@
-"""A policy: a small network on disk, and its evaluation."""
+"""A policy: a small network on disk, and its evaluation.
+
+A `Policy` is a file of plain arrays (npz) with a `Card` (json). It needs neither torch nor gymnasium.
+
+`swim` lets a controller swim one episode of a course for every swimmer; `Swum` holds the scores: targets reached, with
+an interval (`share`), and distances from a path.
+"""
 
 import json
 from collections.abc import Callable, Mapping

@@ -1,8 +1,12 @@
-"""What disturbs a synthetic recording: tracking noise, motor and random streams.
+"""The disturbances of a synthetic recording: tracking noise, the motor's errors, and the random streams of both.
 
-The motor of a synthetic trial: from the speeds it is commanded, late and ramped, to the turn of its shaft.
+A `Stream` belongs to one trial and to what draws in it, so that changing one trial leaves the others as they are.
 
-Everything here is on the motor's clock, that of the computer which drives and logs it.
+`TrackingNoise` is what a tracker adds to the place of a marker: lasting errors, boxes placed by hand, a half-pixel
+grid.
+
+`drive` takes the motor of a trial from the speeds it is commanded, late and ramped, to the turn of its shaft. All times
+of the motor are on its own clock, that of the computer which drives and logs it.
 """
 
 from dataclasses import dataclass

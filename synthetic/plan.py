@@ -1,4 +1,11 @@
-"""The plan of a synthetic session: robot, trials, camera and truth."""
+"""The plan of a synthetic session: everything that decides its numbers, validated when it is made.
+
+A `SyntheticPlan` holds the robot, the coefficients, the noise, the `SyntheticCamera` and the trials, driven by the
+motor (`SyntheticTrial`) or let go (`SyntheticDecay`). `in_image` gives the place of a trial in the image: placed,
+turned and scaled as planned, and all of it in sight.
+
+`default_plan` is behind `calib new --synthetic` and `datasets/sample`: swim trials, dry runs, free decays.
+"""
 
 from collections.abc import Iterable, Iterator
 from typing import Annotated, Literal

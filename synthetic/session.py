@@ -1,9 +1,11 @@
 """A synthetic session on disk: tracks as a camera sees them, and the truth behind them.
 
-The file `truth.json`: what a synthetic session was made with, next to its `session.toml`.
+`make_session` makes it: the twin moves, a camera and a faulty tracker look on, and the `Recorder` writes what camera,
+tracker and motor record of each trial.
 
-The program never reads it: it is there for whoever judges a result. It holds the plan whole, so that the session can be
-made again from it, and what came of the plan in the simulation.
+The `Truth` is kept in `truth.json`, next to `session.toml`. The program never reads it: it is there for whoever judges
+a result. It holds the plan whole, so that the session can be made again from it, and what came of the plan in the
+simulation.
 """
 
 import gzip
@@ -276,8 +278,8 @@ def make_session(
 
     Raises:
         swimcal.errors.InputError: the folder is not empty, or a trial leaves the image.
-        session.ResultsNotWritable: the folder cannot be written.
-        session.SimulationDiverged: the planned motion is unstable.
+        ResultsNotWritable: the folder cannot be written.
+        SimulationDiverged: the planned motion is unstable.
     """
     if video is not None:
         plan = _remove_tracker(plan, video)

@@ -23,10 +23,12 @@ from swimcal.session_file import CameraCalibration
 from swimcal.toml import Table, key_error, load_toml
 from tracking.camera import camera_matrix, to_rays, true_over_apparent
 
+# The board.
 SquareSize = Annotated[float, Field(ge=1e-3, le=2.0)]
 MARKER_SHARE = 0.7
 """Side of a marker over that of its square, where nothing else is given."""
 
+# Corners.
 CLEAR_SHARE = 0.7
 """Half width of the window in which a corner is refined, over its distance to the nearest edge that is not its own:
 that of a marker, or of the next square. Windows that reach such an edge move corners by whole pixels."""
@@ -37,9 +39,11 @@ SEARCHED_PX = 1600
 """Longest side of the picture that a chessboard is searched in: larger ones take ten seconds, and are full of false
 boards. The corners are then refined in the whole picture."""
 
+# The scale.
 HIGHEST_M = 100.0
 """Largest height of a camera above a pool."""
 
+# The drawn board.
 SUFFIXES = (".pdf", ".svg", ".png")
 PNG_DPI = 300
 MM = 1000.0

@@ -26,6 +26,7 @@ from scipy.spatial import cKDTree
 from skimage.feature import blob_dog
 from skimage.measure import label, regionprops
 
+# Blobs: scales, and what a marker looks like.
 Polarity = Literal["bright", "dark"]
 
 LARGE_PX = 2000
@@ -51,6 +52,7 @@ SOFTEST_SHRINK = 0.75
 LEVELS = (0.5, 0.65, 0.8)
 """Thresholds between surroundings (0) and middle (1); the higher ones part neighbours that touch."""
 
+# The chain: what takes part, and how far a body may depart from the layout.
 CANDIDATES = 110
 """Largest number of blobs that take part, those of the most contrast."""
 BEAM = 4000

@@ -29,11 +29,7 @@ from swimcal.results import write_whole
 from tracking.body_chain import FoundStep, found_steps
 from tracking.video import VideoInfo
 
-IMPOSSIBLE = 6.0
-"""Standard deviations beyond which a step along the body cannot be."""
-LIKELY = 3.0
-"""Standard deviations to which an exchange must bring every step to be suggested."""
-
+# Boxes in the file.
 SMALLEST_SIDE_PX = 3.0
 """A box with a shorter side holds no marker."""
 BEYOND = 0.25
@@ -42,6 +38,12 @@ ONE_SPOT = 0.25
 """Two centres closer than this share of the smaller box are on one spot."""
 FORM = '{"frame": 0, "boxes": {"nose": [x, y, width, height], …}}'
 AGAIN = "Click the markers again with `calib track SESSION --click`."
+
+# Boxes against the layout.
+IMPOSSIBLE = 6.0
+"""Standard deviations beyond which a step along the body cannot be."""
+LIKELY = 3.0
+"""Standard deviations to which an exchange must bring every step to be suggested."""
 
 
 class Box(NamedTuple):

@@ -29,6 +29,7 @@ from swimcal.results import writing_whole
 from tracking.body_chain import Blob, Bodies, Polarity, body_steps, complete_bodies, find_blobs
 from tracking.boxes import Box, StartBoxes
 
+# The search.
 CERTAIN = 0.95
 """Least probability of the body that was found."""
 NO_BODY_COST = 1.75
@@ -40,6 +41,7 @@ SMALLEST_BOX_PX = 9.0
 LONGER = 1.12
 """A marker longer than wide by this factor more than those before and behind it runs into what is next to it."""
 
+# The preview.
 SIZE_IN = (14.0, 7.875)
 DPI = 110
 PAPER = "#10151a"
@@ -51,6 +53,7 @@ OFF_LINE = 0.12
 SHOWN_PX = 1600
 """The whole frame is shown with at most about so many columns."""
 
+# The page to click.
 JPEG_QUALITY = 92
 USUAL_SIDE_PX = 25.0
 

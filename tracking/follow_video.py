@@ -37,21 +37,7 @@ from tracking.tracked import NO_SAMPLE, REPEATED, SampleState, as_tracked, only_
 from tracking.tracker import MarkerTracker, Sighting
 from tracking.video import Frame, Video, VideoInfo, backward
 
-PLACES = 400
-"""Places of the picture, drawn at random, that a box is compared with."""
-FEWEST = 100
-"""With fewer, in a picture full of boxes, nothing is reported."""
-COMMON = 0.01
-"""Share of the places that may answer as strongly as a marker does. In rendered pools with ripple and glints no marker
-had one such place, markers as bright as the water up to 4 %; of 864 boxes put on the water, 10 had 1 % or less.
-"""
-CLEAR = 1.5
-"""Boxes' sides from any box within which nothing is compared."""
-LEAST_CONTRAST = 6.0
-"""Steps of brightness by which a marker must stand out in its start box."""
-LEAST_CONTRAST_FAINT = 25.0
-"""The same where the detector hardly answers, so that only CSRT can follow it."""
-
+# Following.
 TrackerName = Literal["hybrid", "spots", "csrt"]
 TRACKERS: tuple[TrackerName, ...] = get_args(TrackerName)
 """hybrid: spots, and CSRT where none answers; spots: without CSRT; csrt: plain CSRT, the baseline."""
@@ -69,6 +55,22 @@ Progress = Callable[[int, int, float], None]
 """Called with frames done, frames in all, and frames a second."""
 Find = Callable[[Frame], StartBoxes | None]
 """Finds the boxes in a frame; None where they are not certain."""
+
+# Doubtful boxes.
+PLACES = 400
+"""Places of the picture, drawn at random, that a box is compared with."""
+FEWEST = 100
+"""With fewer, in a picture full of boxes, nothing is reported."""
+COMMON = 0.01
+"""Share of the places that may answer as strongly as a marker does. In rendered pools with ripple and glints no marker
+had one such place, markers as bright as the water up to 4 %; of 864 boxes put on the water, 10 had 1 % or less.
+"""
+CLEAR = 1.5
+"""Boxes' sides from any box within which nothing is compared."""
+LEAST_CONTRAST = 6.0
+"""Steps of brightness by which a marker must stand out in its start box."""
+LEAST_CONTRAST_FAINT = 25.0
+"""The same where the detector hardly answers, so that only CSRT can follow it."""
 
 
 def follow_video(

@@ -25,6 +25,7 @@ from swimcal.errors import Flag
 from tracking.body_model import BodyModel, JointGaussian, rows_alike
 from tracking.harmed_frames import stretches
 
+# `follow`: each sample against shape and motion.
 FADE = 0.97
 """What a frame leaves of a left-out marker's last known distance from where the others put it."""
 RAYLEIGH_MEDIAN = np.sqrt(2 * np.log(2))
@@ -34,6 +35,7 @@ AT_MOST_AHEAD = 2.5
 BOX_SD_PX = 1.0
 """Spread of a box about its marker in each coordinate (boxes are whole pixels, their centres half ones)."""
 
+# `misplaced`: what both directions of time agree on.
 CLEARLY = 1.5
 """One of two is clearly misplaced if it is this many times as far from its place, in its own spread."""
 
@@ -43,6 +45,7 @@ LASTING = 3
 """Frames that a marker is apart at least after a jump, before the model gives in. Where a fast tail turns round it is
 apart for a frame, followed in either direction, before and after the turn: that is no jump, nor a way back."""
 
+# `body_jumps`: steps of the whole body off the smooth motion.
 LEAST_PX = 6.0
 """Half of the markers or more are off the smooth motion by this, …"""
 LEAST_LENGTH = 0.01

@@ -31,6 +31,7 @@ from swimcal.tracks import (
     pixels_of,
 )
 
+# Files of other programs.
 HDF5 = b"\x89HDF\r\n\x1a\n"
 NETCDF_3 = b"CDF"
 OWN_CSV = "a CSV with the columns time_s,nose_x,nose_y,… in pixels"
@@ -38,17 +39,20 @@ OWN_CSV = "a CSV with the columns time_s,nose_x,nose_y,… in pixels"
 _SLEAP = "Export the tracks: in SLEAP File > Export Analysis CSV; or load them with `movement` and save netCDF."
 _SHEET = f"Save the sheet as CSV: {OWN_CSV}."
 
+# Times.
 COARSE = 0.25
 """Share of a frame beyond which rounded times no longer give the distance of single frames."""
 SPAN = 60
 """Frames over which the frame rate is first measured."""
 
+# Tables.
 COMMENTS = ("#", "%", "//")
 MISSING = frozenset({"na", "n/a", "#n/a", "<na>", "nan", "null", "none", "nil", "-", ".", "?"})
 """Words for a missing number, lower case."""
 INDEX = frozenset({"", "unnamed: 0", "index", "row"})
 """Names of a column that only counts the rows, lower case."""
 
+# Samples.
 SURE = 1.5
 """Scores of networks go a little beyond 1, which is taken as 1; percent are beyond this."""
 

@@ -46,12 +46,14 @@ from swimcal.tables import RawTable, Row, to_numbers
 from swimcal.tracks import NO_NAMES, TIME, markers_of, pixels_of, save_tracks
 from tracking.foreign import HDF5, NETCDF_3, ForeignTracks, check_readable, read_foreign_table, save_fishsim
 
+# DeepLabCut.
 SCORER = "swimcal"
 COORDS = ("x", "y", "likelihood")
 UNIQUE = "single"
 """The individual under which projects with several animals keep the body parts that are there once."""
 LABELS = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff")
 
+# movement.
 Engine = Literal["h5netcdf", "scipy"]
 """Engines of xarray: for netCDF 4, which is HDF5, and for netCDF 3."""
 INDIVIDUAL = "fish"
@@ -59,6 +61,7 @@ SINGULAR = {"keypoints": "keypoint", "individuals": "individual"}
 """The names of dimensions before version 0.17, and since."""
 DIMENSIONS = ("time", "space", "keypoint", "individual")
 
+# Plain tables: columns by their names.
 IN_SECONDS = frozenset({TIME, "time", "t", "time (s)", "time(s)", "time [s]", "t_s", "t (s)", "seconds", "timestamp"})
 IN_MILLISECONDS = frozenset({"time_ms", "t_ms", "time (ms)", "time(ms)", "time [ms]", "t (ms)", "milliseconds"})
 FRAMES = frozenset({"frame", "frames", "frame_idx", "frame_index", "frame_number", "frame_no", "frame_id", "fnum", ""})

@@ -16,6 +16,7 @@ import numpy as np
 
 from tracking.decoding import AVI, FrameIndex
 
+# Damaged files.
 MP4 = "mov,mp4,m4a,3gp,3g2,mj2"
 MATROSKA = "matroska,webm"
 """Names FFmpeg gives its readers of these containers."""
@@ -28,6 +29,7 @@ TICKS = 1.5
 SHORT_WITH_SOUND_S = 1.0
 """The first in seconds where sound or other streams may be longer than the picture."""
 
+# `Repeats`: pictures that repeat the one before.
 REPEATS = 0.05
 """A picture that differs from the one before by less than this share of what is usual repeats it."""
 MOVING = 4.0

@@ -26,6 +26,7 @@ from tracking.lens_fit import (
     lens_uncertainty,
 )
 
+# The calibration.
 LEAST_CORNERS = 8
 """Least number of corners: fewer determine little more than the pose of the board."""
 LEAST_VIEWS = 3
@@ -35,6 +36,7 @@ OUTLYING_VIEW = 3.0
 OUTLYING_PX = 0.3
 """A view whose corners are off by less than this is never left out."""
 
+# Flags of a session's camera.
 LINEAR_K1 = 0.02
 """Radial distortion k1 that the "linear" mode of an action camera may leave: our assumption for the size in the
 message, not a measurement of any camera."""

@@ -21,10 +21,12 @@ from swimcal.session_file import CameraCalibration
 from tracking.board import Corners
 from tracking.camera import camera_matrix, folds, to_rays
 
+# The bundle adjustment.
 STEPS = 50
 ENOUGH = 1e-10
 """Relative decrease of the sum of squares at which the fit has arrived."""
 
+# The models of a lens.
 MODELS = {
     "k1": (True, False, False, False, False),
     "k1 k2": (True, True, False, False, False),
@@ -36,6 +38,7 @@ MODELS = {
 WIDTHS = (0.2, 20.0)
 """Focal lengths that a start may have, in widths of the picture."""
 
+# The uncertainty, and what of a calibration is good enough.
 GRID = (13, 9)
 """Places across and down the picture at which the shape is judged."""
 

@@ -38,6 +38,7 @@ from tracking.following import (
 from tracking.harmed_frames import stretches
 from tracking.tracked import but_repeats, counting, repeated_frames, seen_in
 
+# Frozen boxes.
 STILL_FRAMES = 5
 """A box is frozen if it stands still for at least this many frames …"""
 STILL_PX = 1.0
@@ -45,6 +46,7 @@ STILL_PX = 1.0
 STILL_MOTION_PX = 6.0
 """… while both its neighbours move by at least this, and four times as much as it, and leave it behind by as much."""
 
+# Names of flagged stretches.
 JUMP_FRAMES = 6
 """A stretch no longer than this is called a jump."""
 FROZEN_FRAMES = 6
@@ -67,6 +69,7 @@ WIDEN = 0.7
 JOIN_FRAMES = 5
 """Flagged stretches that are no further apart are one."""
 
+# The judgement of tracks made here: look, size and order of the markers.
 SIZE_OFF = 0.3
 """Relative departure of the apparent diameter from its median."""
 SIZE_FRAMES = 5
@@ -83,6 +86,8 @@ EXCHANGE_FRAMES = 2
 FAST, FAST_FRAMES = 0.5, 3
 """A marker that moves between two frames by this share of the distance to its nearest neighbour, once in so many
 frames, is named by the body's distances alone: no motion can be carried on."""
+
+# Exchanges.
 APART, LEAST_FRAMES = 0.5, 3
 """In tracks from elsewhere two markers count as exchanged while further apart than this share of what is usual, for so
 many frames: what is nearer is merged."""

@@ -24,6 +24,7 @@ from swimcal.errors import Fault, InputError
 from tracking.decoding import Decoder, NumberedPicture, TimeSource, fault, index_frames, read_packets
 from tracking.harmed_frames import lost_frames, missing_at_the_end, suspect_frames
 
+# Frames.
 BRIGHTNESS_FIRST = re.compile(r"(yuvj?4\d\dp|nv\d\d|gray)")
 """Pixel formats whose first plane is 8-bit brightness, one byte a pixel."""
 DEEP_BRIGHTNESS_FIRST = re.compile(r"(?:yuv4\d\dp|gray)(9|10|12|14|16)(le|be)")
@@ -34,6 +35,7 @@ GRAY_16 = ("gray16le", "gray16be")
 HALF_COLOUR = re.compile(r"yuvj?42\dp|nv\d\d|p01[026]")
 """Pixel formats that store colours for every second pixel."""
 
+# Frame rate, size and steps in time.
 LONGEST_SPAN = 60
 """Frames a span for the frame rate has at most: stamps rounded to 1 ms then leave it within 0.1 %."""
 
@@ -45,6 +47,7 @@ STEADY, STEADY_WITHIN, STEADY_STEP = 0.95, 0.25, 2.5
 """… or, where this share of the steps is the median one to within that, from so many times the median on: part of a
 Matroska file that cannot be read is passed over without a word, and shows in the time stamps only."""
 
+# The reader.
 LOOKS = 8
 """Frames that are looked at for the depth of gray."""
 

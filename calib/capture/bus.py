@@ -1,14 +1,17 @@
-"""The bus of the motor: its faults, and the serial port of the host.
+"""The bus of the motor: its faults, the host's clock, signals and terminal, and its serial port.
 
-The errors that end a capture before its time, drawn once.
+The errors that end a capture before its time:
 
-CaptureError          one message for the user; the command ends with `exit_code`
-├── UserError         2: an option, a port or a folder that the user can mend; nothing was driven for it
-├── MotorFault        3: the motor, its bus or its supply; the motor was commanded to stop
-│   └── NoAnswer      3: the motor did not answer, however often it was asked
-└── Interrupted       128 + signal: Ctrl-C 130, SIGTERM 143, SIGHUP 129
+    CaptureError          one message for the user; the command ends with `exit_code`
+    ├── UserError         2: an option, a port or a folder that the user can mend; nothing was driven for it
+    ├── MotorFault        3: the motor, its bus or its supply; the motor was commanded to stop
+    │   └── NoAnswer      3: the motor did not answer, however often it was asked
+    └── Interrupted       128 + signal: Ctrl-C 130, SIGTERM 143, SIGHUP 129
 
-The questions to one motor and its answers, over `dynamixel_sdk`, whose known faults are worked around here.
+`Clock`, `Signals` and the two functions after them are the time, the signals and the terminal of the computer that
+drives the motor.
+
+`Bus` asks one motor and reads its answers, over `dynamixel_sdk`, whose known faults are worked around here.
 
 - After an exception in the middle of an answer, `port.is_using` stays True and every later packet, a torque-off among
   them, is silently not sent: it is reset before every packet.

@@ -1,19 +1,17 @@
-"""An emulator of the robot's motor, byte for byte, for trying `calib capture` without one.
+"""An emulator of the robot's motor, a DYNAMIXEL XW540-T140-R, for trying `calib capture` without one.
 
-An emulator of the robot's motor, a DYNAMIXEL XW540-T140-R, for trying `calib capture` without one.
+It is written from ROBOTIS' e-manuals without their SDK, so that the two can be tested against each other; it needs the
+standard library only.
 
-It speaks Protocol 2.0 byte for byte, from the manuals and without ROBOTIS' SDK; it needs the standard library only.
+`Packet`, `encode` and `PacketReader` are the packets of DYNAMIXEL Protocol 2.0: header, byte stuffing, CRC-16. Source:
+"Protocol 2.0" (packet fields, processing order, error numbers) and "CRC calculation".
 
-The packets of DYNAMIXEL Protocol 2.0: header, byte stuffing, CRC-16.
+`Emulator` is the motor in velocity mode, as far as `calib capture` meets it: bytes in, bytes out. Source: "Protocol
+2.0" and "XW540-T140-R" (addresses, sizes, units, watchdog, 72 rpm, 6.9 N m and 4.9 A at 12 V). It follows the ramp of
+the profile up to the speed that the speed-torque line leaves it under its load; inertia, supply and temperature are not
+emulated.
 
-Source: ROBOTIS e-manual, "Protocol 2.0" (packet fields, processing order, error numbers) and "CRC calculation". Written
-from that text, without ROBOTIS' SDK, so that the two can be tested against each other.
-
-An emulated XW540-T140-R in velocity mode, as far as `calib capture` meets it: bytes in, bytes out.
-
-Source: ROBOTIS e-manual, "Protocol 2.0" and "XW540-T140-R" (addresses, sizes, units, watchdog, 72 rpm, 6.9 N m and
-4.9 A at 12 V). It follows the ramp of the profile up to the speed that the speed-torque line leaves it under its load;
-inertia, supply and temperature are not emulated.
+`pseudo_terminal` puts it behind a pseudo-terminal: any program that opens a serial port can talk to it (Linux, macOS).
 """
 
 import math
@@ -33,6 +31,7 @@ if sys.platform != "win32":
     import termios
     import tty
 
+# Packets.
 HEADER = b"\xff\xff\xfd\x00"
 BROADCAST_ID = 0xFE
 ALERT = 0x80
@@ -41,6 +40,7 @@ ALERT = 0x80
 STUFFED = b"\xff\xff\xfd\xfd"
 PLAIN = b"\xff\xff\xfd"
 
+# The motor: its speed-torque line and its units.
 RPM = 2 * math.pi / 60
 NO_LOAD_RAD_S = 72 * RPM
 STALL_NM = 6.9
@@ -55,6 +55,7 @@ PULSES = 4096
 TICK_WRAP = 32_768
 WATCHDOG_UNIT_S = 0.02
 
+# The control table.
 VELOCITY_MODE = 1
 EEPROM_END = 64
 SIZE = 147

@@ -1,4 +1,7 @@
-"""Functions and commands that drive the motor."""
+"""The functions `calib.capture.scan`, `run` and `emulate`, and the commands of the same names that call them.
+
+`main` is the commands' parser: ``calib capture scan | run | emulate``, also ``python -m calib.capture``.
+"""
 
 from __future__ import annotations
 

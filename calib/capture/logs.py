@@ -1,4 +1,8 @@
-"""Logs of captured trials, and the text of their session."""
+"""Logs of captured trials, and the text of their session.
+
+A `TrialLog` is written row by row while the motor runs. `SessionText` is the text of `session.toml`: made where there
+is none, and trials appended, all else left as the user wrote it.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,8 @@
-"""The results of a fit and of dry experiments."""
+"""The results of a fit and of dry experiments.
+
+`FitResult` is `results/calibration.json` as attributes, frames, figures and sentences; `StructureResult` is
+`results/structure.json`, that of dry experiments, in which the robot does not swim.
+"""
 
 from __future__ import annotations
 

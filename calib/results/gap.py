@@ -1,4 +1,9 @@
-"""The results of posterior and diagnosis."""
+"""The results of posterior and diagnosis, and their sentences for the terminal.
+
+`PosteriorResult` is `results/posterior.nc` and `posterior.json` as attributes, frames and figures; `GapResult` is
+`results/diagnosis.json`, and `EffectTest` the test of named effects. `diagnosis_lines` says a diagnosis in three
+sentences and a table.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The making of results from a pipeline whose stages are up to date."""
+"""Results made from a pipeline whose stages are up to date."""
 
 from collections.abc import Mapping
 from dataclasses import replace

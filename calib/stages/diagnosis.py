@@ -1,6 +1,7 @@
 """The stage of the diagnosis, and the MJCF of the twin with the named effects.
 
-The stage from measured swims to a diagnosis: ``results/diagnosis.json``, and the twin with the named effects.
+`DiagnosisStage` leads from measured swims to ``results/diagnosis.json``. `write_affected_twin` writes the twin with the
+effects that it fitted: MJCF, and a script for what no MJCF can hold.
 
 The diagnosis takes a second to load: it is imported where it is needed.
 """

@@ -1,4 +1,8 @@
-"""The stages of the structure, of the calibrated twin (``calibration.json``) and of the published fit."""
+"""The stages of the structure, of the calibrated twin (``calibration.json``) and of the published fit.
+
+`StructureStage` evaluates the dry experiments, `FitStage` fits the twin, `PublishedStage` repeats the published
+search. `calibrated_mjcf` and `nominal_mjcf` are the twin as MJCF, fitted and as described.
+"""
 
 from __future__ import annotations
 

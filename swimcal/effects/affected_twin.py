@@ -33,7 +33,6 @@ _LEAD_RAD = 0.8
 _ASIDE_RAD = 0.05
 _SLOW_RAD_S = 1.6
 
-
 T = TypeVar("T")
 
 

@@ -7,12 +7,15 @@ import numpy as np
 from swimcal.effects.effect import Drive, Effect, Observation, Parameter
 from swimcal.robot import RobotSpec, load_robot
 
+# `HeadFrameMisalignment`.
 _MAX_HEAD_OFFSET_M = 0.03
 _HEAD_OFFSET_SD_M = 0.003
 
+# `CameraParallax`.
 _MAX_NEARER = 0.1
 _NEARER_SD = 0.01
 
+# `MarkerOffset`.
 _MAX_MARKER_OFFSET_M = 0.05
 _MARKER_OFFSET_SD_M = 0.004
 

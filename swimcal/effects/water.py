@@ -14,6 +14,7 @@ from swimcal.effects.effect import Effect, Observation, Parameter, Plates, StepF
 from swimcal.mjcf import Scene, added_volumes
 from swimcal.robot import RobotSpec
 
+# `SurfaceMotion`: a small float.
 ROLL_HZ = 2.0
 """Natural frequency of a small float in roll."""
 
@@ -24,19 +25,24 @@ DAMPING = 0.2
 """Damping ratio of a small float in roll and pitch."""
 _HARMONICS = np.arange(1, 4)
 
+# `HullRoll`: a hull that rolls about a long axis.
 NATURAL_ROLL_HZ = 0.6
 """Natural roll frequency of a hull with little righting moment; `natural` is the logarithm of the ratio to it."""
 
+# `SegmentCoefficients`.
 _PLATES = ("head_fluid", "caudal_fin")
 
+# `FluidMemory`: the wake that is left behind.
 AT_ONCE = 0.5
 """Share of the force that follows the motion at once: Wagner's function at time 0."""
 SLOW_M_S = 0.02
 """Speed at which a wake is left behind by a fish at rest."""
 
+# `BackgroundCurrent`.
 _MAX_CURRENT_M_S = 0.15
 _CURRENT_SD_M_S = 0.02
 
+# `WallProximity`: forces of a wall on the plates.
 DRAG = 1.2
 """Drag coefficient of a plate that moves broadside: Hoerner, Fluid-Dynamic Drag (1965), chapter 3.
 
@@ -47,6 +53,7 @@ LIFT = 1.0
 COURSE_S = 1.0
 """Time over which a heading that swings from beat to beat is averaged to a course."""
 
+# `WaveDrag`.
 GRAVITY_M_S2 = 9.81
 HUMP_FROUDE = 0.5
 """Froude number at which the bow's waves are twice as long as the hull, and their drag is greatest."""
