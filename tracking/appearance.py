@@ -34,7 +34,7 @@ _SMALLEST_PX = 4.0
 
 
 def window(luma: np.ndarray, column: int, row: int, reach: int) -> np.ndarray:
-    """(2 reach + 1, 2 reach + 1) uint8 of the (h, w) picture, centred on one of its pixels."""
+    """Cut (2 reach + 1, 2 reach + 1) uint8 out of the (h, w) picture, centred on one of its pixels."""
     height, width = luma.shape
     left, top, right, bottom = column - reach, row - reach, column + reach + 1, row + reach + 1
     if left >= 0 and top >= 0 and right <= width and bottom <= height:
@@ -45,7 +45,7 @@ def window(luma: np.ndarray, column: int, row: int, reach: int) -> np.ndarray:
 
 
 def windows(luma: np.ndarray, centre_px: np.ndarray, reach: int) -> tuple[np.ndarray, np.ndarray]:
-    """(k, 2 reach + 1, 2 reach + 1) float32 windows around places (k, 2), and (k, 2) the pixels they are centred on."""
+    """Cut windows (k, 2 reach + 1, 2 reach + 1) float32 around places (k, 2); return them and their middles (k, 2)."""
     middle = np.rint(centre_px).astype(int)
     cut = [window(luma, column, row, reach) for column, row in middle.tolist()]
     side = 2 * reach + 1
@@ -184,7 +184,7 @@ class Appearance:
     answer: np.ndarray
 
     def as_array(self) -> np.ndarray:
-        """(4, m): sign, diameter, contrast and answer."""
+        """Return (4, m): sign, diameter, contrast and answer."""
         return np.stack([self.sign, self.diameter_px, self.contrast, self.answer])
 
     def of(self, which: np.ndarray) -> "Appearance":
@@ -212,7 +212,7 @@ def _moved(old: np.ndarray, new: np.ndarray, keep: float) -> np.ndarray:
 
 
 def measure_appearance(luma: np.ndarray, centre_px: np.ndarray, box_px: np.ndarray) -> Appearance:
-    """Measures the look of markers in a picture (h, w), in start boxes of (m,) mean sides around (m, 2).
+    """Measure the look of markers in a picture (h, w), in start boxes of (m,) mean sides around (m, 2).
 
     Whether a marker is bright or dark is found from the middle of its box against the darkest and the brightest quarter
     of a ring at the box' rim, since water and body may both be there; its area by how much light the box holds over

@@ -100,7 +100,7 @@ def to_pool(
     weight: np.ndarray | None = None,
     marker_height_m: np.ndarray | None = None,
 ) -> tuple[np.ndarray, float]:
-    """Scales tracks by the median nose-neck distance, after undoing the lens and the parallax where they are known.
+    """Scale tracks by the median nose-neck distance, after undoing the lens and the parallax where they are known.
 
     "Simple Models, Real Swimming" (2026): pixels become metres by the nose-neck distance.
 
@@ -137,7 +137,7 @@ def to_pool(
 
 
 def _on_plane(tracks: xr.Dataset, camera: CameraSpec, marker_height_m: np.ndarray | None) -> np.ndarray:
-    """(n, m, 2) where an ideal camera with square pixels would see each marker's foot on the reference plane, px."""
+    """Return px (n, m, 2) where an ideal camera with square pixels sees each marker's foot on the reference plane."""
     lens = camera.calibration
     if lens is None:
         return pixels_of(tracks)

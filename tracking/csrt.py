@@ -59,7 +59,7 @@ class CropTracker:
         self._tracker.init(_colour(start.picture), (*corner.tolist(), side_px, side_px))
 
     def step(self, luma: np.ndarray) -> np.ndarray:
-        """(2,) where it believes the marker to be in the next picture (h, w); nan when it gives up."""
+        """Return (2,) where it believes the marker to be in the next picture (h, w); nan when it gives up."""
         column, row = (self._corner + CROP).tolist()
         found, (x, y, width, height) = self._tracker.update(_colour(window(luma, column, row, CROP)))
         if not found:
@@ -73,7 +73,7 @@ class CropTracker:
 
 @contextmanager
 def opencv_on_one_thread() -> Iterator[None]:
-    """OpenCV uses no threads of its own within, which would double those on which trackers run side by side.
+    """Keep OpenCV from threads of its own, which would double those on which trackers run side by side.
 
     The setting is the whole process's, and is put back afterwards.
     """
@@ -101,7 +101,7 @@ class FaintMarkers:
         self._trackers = [CropTracker(start, side, moves=True) for start, side in zip(starts, sides, strict=True)]
 
     def step(self, luma: np.ndarray) -> dict[int, np.ndarray]:
-        """Where CSRT sees each of them in the next frame."""
+        """Return where CSRT sees each of them in the next frame."""
         with ThreadPoolExecutor(self._threads or None) as pool:
             places = list(pool.map(lambda tracker: tracker.step(luma), self._trackers))
         seen = zip(np.flatnonzero(self.which).tolist(), places, strict=True)
@@ -160,7 +160,7 @@ class SecondOpinion:
         position_px: np.ndarray,
         taken_px: np.ndarray | None = None,
     ) -> dict[int, np.ndarray]:
-        """Where CSRT sees the lost markers (m,), as far as its answer looks like them and lies on no other marker.
+        """Ask where the lost markers (m,) are, as far as the answer looks like them and lies on no other marker.
 
         Of two answers in one place the one nearer to where its marker was expected, (m, 2), counts; (o, 2) are places
         of further markers.
@@ -180,7 +180,7 @@ class SecondOpinion:
         return found
 
     def _started(self, marker: int, diameter_px: float) -> bool:
-        """Whether CSRT runs on the marker, started now if need be; no longer once it was asked a few times."""
+        """Tell whether CSRT runs on the marker, started now if need be; no longer once it was asked a few times."""
         asked = self._asked[marker] = self._asked.get(marker, 0) + 1
         if asked > _FRAMES:
             self._trackers.pop(marker, None)

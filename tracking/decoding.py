@@ -82,7 +82,7 @@ class FrameIndex:
     broke_off: bool  # reading the packets ended with an error
 
     def starts(self, number: int) -> list[int | None]:
-        """Stamps of key frames to start from to reach a frame, best first; None is the start of the file."""
+        """Yield stamps of key frames to start from to reach a frame, best first; None is the start of the file."""
         if self.pts is None or number == 0:
             return [None]
         before = int(np.searchsorted(self.keys, self.pts[number], side="right"))
@@ -100,7 +100,7 @@ class FrameIndex:
 
 
 def read_packets(container: av.container.InputContainer, stream: av.VideoStream) -> Packets:
-    """Goes through the file once, up to an error of the container, and decodes no more than one picture."""
+    """Go through the file once, up to an error of the container, and decode no more than one picture."""
     packets: list[Packet] = []
     total, broke_off, picture = -1, True, None  # PyAV adds a packet of its own for the end of the stream
     with suppress(av.FFmpegError):
@@ -223,7 +223,7 @@ class Decoder:
         self.container.close()
 
     def decode(self, index: FrameIndex, start: int | None) -> Iterator[NumberedPicture]:
-        """Readable pictures in order of presentation, from the key frame with stamp `start` or from the file's start.
+        """Yield readable pictures in order of presentation, from the key frame with stamp `start` or the file's start.
 
         A seek may land somewhere else; what comes is numbered by its own stamp. Pictures shown before the key frame
         at which decoding began are left out (they may lean on pictures before it), and so are damaged ones.
@@ -237,7 +237,7 @@ class Decoder:
                 yield NumberedPicture(number, picture)
 
     def _pictures_from_start(self) -> Iterator[av.VideoFrame]:
-        """All pictures; a file already read from is opened anew, as not every container can go back to its start."""
+        """Yield all pictures; a file already read from is opened anew: not every container can go back to its start."""
         if not self._at_start:
             self.close()
             self._open()

@@ -82,7 +82,7 @@ def follow_video(
     progress: Progress | None = None,
     find: Find | None = None,
 ) -> xr.Dataset:
-    """Tracks the markers from the frame of their boxes to the end of the video, and back to where they come into view.
+    """Track the markers from the frame of their boxes to the end of the video, and back to where they come into view.
 
     Row k is frame k; frames that cannot be read, or repeat the one before, hold no samples. Interrupted, it leaves what
     was tracked so far in `partial` and goes on from there the next time, with the same result. Behind damage it starts
@@ -121,7 +121,7 @@ class _Pass:
         self._onwards: Iterable[Frame] = ()
 
     def taken_up(self) -> bool:
-        """Whether there is interrupted work, which then goes on."""
+        """Tell whether there is interrupted work, which then goes on."""
         kept = self._partial.read() if self._partial is not None else None
         if kept is None or "samples" not in kept:
             return False
@@ -180,7 +180,7 @@ class _Pass:
             raise InputError([Fault(file, f"frame {frame}", what, names, expected, next_step=step)])
 
     def go_back(self, boxes: StartBoxes, method: TrackerName) -> None:
-        """Backward from the frame of the boxes, to where most markers are out of sight: the robot came into view."""
+        """Go back from the frame of the boxes, to where most markers are out of sight: the robot came into view."""
         if boxes.frame == 0:
             return
         self._begun(self._video.frame(boxes.frame), boxes, method == "hybrid")
@@ -222,7 +222,7 @@ class _Pass:
         return True
 
     def follow(self, progress: Progress | None, find: Find | None = None) -> None:
-        """To the end; what was tracked is kept now and then, and when it is interrupted."""
+        """Follow to the end; what was tracked is kept now and then, and when it is interrupted."""
         began, first, reported = time.perf_counter(), self._end, -np.inf
         info = self._video.info
         since = np.diff(info.time_s, prepend=np.nan) * info.fps  # frames of the usual rate
@@ -265,7 +265,7 @@ class _Pass:
         self._end = number + 1
 
     def result(self) -> xr.Dataset:
-        """Of all frames."""
+        """Return the tracks of all frames."""
         info = self._video.info
         repeats = self._repeats.frames if self._repeats.are_many(info.frames) else []
         for number in sorted(self._repeats.skipped - set(repeats)):  # of a robot that rests: the picture is the same
@@ -361,7 +361,7 @@ class Partial:
             np.savez(part, allow_pickle=False, fingerprint=np.array(self.fingerprint), **kept)
 
     def remove(self) -> None:
-        """Forgets it."""
+        """Forget it."""
         self.path.unlink(missing_ok=True)
 
 
@@ -393,7 +393,7 @@ class PlainCsrt:
 
 
 def without_marker(tracker: MarkerTracker, first: Sighting) -> np.ndarray:
-    """(m,) bool, the boxes without a marker, of a tracker that was just begun, and what it saw first."""
+    """Return (m,) bool, the boxes without a marker, of a tracker that was just begun, and what it saw first."""
     faint = tracker.faint.which if tracker.faint is not None else ~first.seen
     empty: np.ndarray = tracker.start.contrast < np.where(faint, LEAST_CONTRAST_FAINT, LEAST_CONTRAST)
     return empty | ~first.seen
@@ -428,7 +428,7 @@ def doubtful_boxes(grey: np.ndarray, boxes: StartBoxes, markers: Sequence[str]) 
 
 
 def _elsewhere(luma: np.ndarray, centre_px: np.ndarray, clear_px: float) -> np.ndarray:
-    """(p, 2) places in the picture, away from all boxes."""
+    """Return (p, 2) places in the picture, away from all boxes."""
     height, width = luma.shape
     drawn = np.random.default_rng(0).uniform(0, [width - 1, height - 1], (PLACES, 2))
     return drawn[np.linalg.norm(drawn[:, None] - centre_px[None], axis=2).min(axis=1) > clear_px]

@@ -77,13 +77,13 @@ class Gate:
     deviations: float
 
     def score(self, gaussian: JointGaussian, deviation: np.ndarray, active: np.ndarray) -> np.ndarray:
-        """(..., m) distance over what is allowed, 0 where not active; above 1 a sample does not fit."""
+        """Return (..., m) distance over what is allowed, 0 where not active; above 1 a sample does not fit."""
         distance, spread = gaussian.leave_one_out(deviation, active)
         allowed = np.maximum(self.floor_px, self.deviations * spread)
         return np.hypot(distance[..., 0], distance[..., 1]) / allowed
 
     def allowed_px(self, gaussian: JointGaussian, active: np.ndarray) -> np.ndarray:
-        """(n, m) how far each marker may be from where the active ones (n, m) of its frame put it, itself left out."""
+        """Return (n, m) how far each marker may be from where the other active ones (n, m) of its frame put it."""
         allowed = np.empty(active.shape)
         for mask, frames in rows_alike(active):
             _, spread = gaussian.leave_one_out(np.zeros(2 * len(mask)), mask)
@@ -102,7 +102,7 @@ class MotionTrack:
 def fitting_shape(
     model: BodyModel, position_px: np.ndarray, present: np.ndarray, believed: np.ndarray, gate: Gate
 ) -> np.ndarray:
-    """(n, m) the samples that fit the body's shape, of those present, each frame on its own.
+    """Return (n, m) the samples that fit the body's shape, of those present, each frame on its own.
 
     Its heading is taken from the believed ones (n, m).
     """
@@ -120,7 +120,7 @@ def fitting_shape(
 
 
 def motion_spread(position_px: np.ndarray, active: np.ndarray, least_px: float = 1.0) -> np.ndarray:
-    """(m,) how far a marker usually is from where its last two places carry on to, in each coordinate, px."""
+    """Return (m,) how far a marker usually is from where its last two places carry on to, in each coordinate, px."""
     change = np.linalg.norm(np.diff(position_px, n=2, axis=0), axis=2)  # (n - 2, m)
     usable = active[2:] & active[1:-1] & active[:-2]
     spread = np.full(active.shape[1], 3.0 * least_px)
@@ -137,7 +137,7 @@ def follow(
     start: np.ndarray,
     gate: Gate,
 ) -> MotionTrack:
-    """Follows the markers at (n, m, 2) through a trial in the order given; times (n,) may run in either direction.
+    """Follow the markers at (n, m, 2) through a trial in the order given; times (n,) may run in either direction.
 
     Only samples that are present (n, m) are judged; from those in `start` (n, m), which fit the body's shape, it begins
     where there is no motion to go by yet.
@@ -181,7 +181,7 @@ class _Follower:
     def step(
         self, position_px: np.ndarray, carried_px: np.ndarray, present: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        """(m,) the samples that fit and (m, 2) the places of all markers.
+        """Return (m,) the samples that fit and (m, 2) the places of all markers.
 
         `carried_px` (m, 2) is where the places of the last two frames carry on to; those present (m,) are judged.
         """
@@ -218,7 +218,7 @@ def misplaced(
     start: np.ndarray,
     gate: Gate,
 ) -> np.ndarray:
-    """(n, m) the samples that fit in neither direction of time, and stretches that both enclose; as for `follow`."""
+    """Find samples (n, m) that fit in neither direction of time, and stretches that both enclose; as for `follow`."""
     ahead = follow(model, time_s, position_px, present, start, gate)
     back = follow(model, -time_s[::-1], position_px[::-1], present[::-1], start[::-1], gate)
     back = MotionTrack(back.active[::-1], back.place_px[::-1])
@@ -230,7 +230,7 @@ def misplaced(
 
 
 def clashing(model: BodyModel, position_px: np.ndarray, active: np.ndarray, least_px: np.ndarray) -> np.ndarray:
-    """(n, m) of two active markers on one spot the one that is further from its place; both if that is not clear.
+    """Find (n, m) of two active markers on one spot the one that is further from its place; both if that is not clear.
 
     Markers never come closer than (m, m) `least_px`.
     """
@@ -248,7 +248,7 @@ def clashing(model: BodyModel, position_px: np.ndarray, active: np.ndarray, leas
 
 
 def widened(wrong: np.ndarray, off: np.ndarray, join: int) -> np.ndarray:
-    """(n, m) `wrong`, extended along the frames that are `off` and across gaps of up to `join` frames."""
+    """Return (n, m) `wrong`, extended along the frames that are `off` and across gaps of up to `join` frames."""
     wide = wrong.copy()
     for k in range(wrong.shape[1]):
         for first, last in stretches(off[:, k] | wrong[:, k]):
@@ -261,7 +261,7 @@ def widened(wrong: np.ndarray, off: np.ndarray, join: int) -> np.ndarray:
 def _enclosed(
     k: int, position_px: np.ndarray, present: np.ndarray, ahead: MotionTrack, back: MotionTrack
 ) -> list[tuple[int, int]]:
-    """Stretches of marker k that it enters by one jump and leaves by the opposite one.
+    """Find the stretches of marker k that it enters by one jump and leaves by the opposite one.
 
     Followed forwards it is apart from the first frame on until the model gives in, backwards from the last.
     A step without a way back can be wrong on either side; boxes lag and then snap back to their marker, so it
@@ -288,7 +288,7 @@ def _enclosed(
 
 
 def reaching(mask: np.ndarray, off_px: np.ndarray, least_px: float) -> np.ndarray:
-    """(n, m) the stretches of `mask` in which a marker gets this far from where the others put it."""
+    """Return (n, m) the stretches of `mask` in which a marker gets this far from where the others put it."""
     reach = np.zeros_like(mask)
     for k in range(mask.shape[1]):
         for first, last in stretches(mask[:, k]):
@@ -318,7 +318,7 @@ def body_jumps(time_s: np.ndarray, position_px: np.ndarray) -> list[tuple[int, f
 
 
 def _follows_missing(time_s: np.ndarray, position_px: np.ndarray) -> np.ndarray:
-    """(n,) bool, the frames before which others are missing: as much later, the motion would go on smoothly."""
+    """Return (n,) bool, the frames before which others are missing: as much later, the motion would go on smoothly."""
     found, count = np.zeros(len(time_s), bool), len(time_s) - 2 * BESIDE + 1
     if count < 1:
         return found
@@ -356,7 +356,7 @@ def _largest_around_px(position_px: np.ndarray, frame: int) -> float:
 
 
 def _off_motion_px(time_s: np.ndarray, position_px: np.ndarray) -> np.ndarray:
-    """(n,) how far the step to each frame is off the mean of those around it, the median marker; nan where unknown."""
+    """Return how far (n,) each step is off the mean of those around it, of the median marker; nan where unknown."""
     step_s = np.diff(time_s)
     velocity = np.diff(position_px, axis=0) / step_s[:, None, None]  # (n - 1, m, 2)
     around = 0.5 * (velocity[:-2] + velocity[2:])

@@ -53,7 +53,7 @@ AT_LEAST = 3
 
 
 def stretches(mask: np.ndarray, least: int = 1) -> list[tuple[int, int]]:
-    """First and last frame, both included, of each run of at least so many True in (n,)."""
+    """List the first and last frame, both included, of each run of at least so many True in (n,)."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], mask, [False]]).astype(int)))
     return [(int(first), int(last) - 1) for first, last in edges.reshape(-1, 2) if last - first >= least]
 
@@ -83,7 +83,7 @@ def missing_at_the_end(index: FrameIndex, container: av.container.InputContainer
 
 
 def lost_frames(lost: Iterable[int], index: FrameIndex) -> str | None:
-    """Which frames could not be decoded, and how many others that may have harmed; None if none."""
+    """Report which frames could not be decoded, and how many others that may have harmed; None if none."""
     numbers = sorted(lost)
     if not numbers:
         return None
@@ -96,7 +96,7 @@ def lost_frames(lost: Iterable[int], index: FrameIndex) -> str | None:
 
 
 def suspect_frames(lost: Iterable[int], index: FrameIndex) -> np.ndarray:
-    """(n,) bool, the frames that lean on a lost one, directly or not, and the lost ones themselves.
+    """Return (n,) bool, the frames that lean on a lost one, directly or not, and the lost ones themselves.
 
     Frames lean on each other between two key frames only, except that those shown shortly before a key frame may
     lean on it as well (an open group of pictures).

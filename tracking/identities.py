@@ -73,7 +73,7 @@ class Spacing:
         strength: np.ndarray,
         diameter_px: np.ndarray,
     ) -> np.ndarray:
-        """(m,) bool, the markers, of those seen at (m, 2), that broke away from a neighbour.
+        """Return (m,) bool, the markers, of those seen at (m, 2), that broke away from a neighbour.
 
         Of two that are too close or too far apart it is the one without another neighbour to speak for it; if neither
         has one, that of less strength (m,). If both have, it is the body that moved. Two that both swim may be as far
@@ -96,7 +96,7 @@ class Spacing:
         return misplaced
 
     def _rescale(self, length_px: np.ndarray, both: np.ndarray) -> None:
-        """All distances grow or shrink with most of those (e,) that are seen: the robot comes nearer, or dives."""
+        """Scale all distances with most of those (e,) that are seen: the robot comes nearer, or dives."""
         if np.count_nonzero(both) >= _FEWEST:
             beyond = length_px[both] / np.clip(length_px[both], *self.lengths[:, both])
             self.lengths = self.lengths * np.clip(np.median(beyond), 1 / _ZOOM, _ZOOM)
@@ -110,7 +110,7 @@ class Spacing:
         diameter_px: np.ndarray,
         seen: np.ndarray,
     ) -> np.ndarray:
-        """(e,) bool, the pairs too close or too far apart; learns how far those may be that both (e,) are seen."""
+        """Return (e,) bool, the pairs too close or too far apart; learn from those of which both are seen (e,)."""
         larger, (least, most) = diameter_px[self.pairs].max(axis=1), self.lengths
         swim = self._swimming(np.linalg.norm(moved_px, axis=1), larger, both, seen)
         length, foreseen = _lengths(position_px, self.pairs), _lengths(predicted_px, self.pairs)
@@ -122,8 +122,9 @@ class Spacing:
         return off
 
     def _swimming(self, moved_px: np.ndarray, larger_px: np.ndarray, both: np.ndarray, seen: np.ndarray) -> np.ndarray:
-        """(e,) bool, the pairs whose distance may change: both move; one does and the other rests with a third; or one
-        alone moves of all that are seen (m,).
+        """Return (e,) bool, the pairs whose distance may change.
+
+        Both move; one does and the other rests with a third; or one alone moves of all that are seen (m,).
         """
         speeds = moved_px[self.pairs]
         slow, fast = speeds.min(axis=1), speeds.max(axis=1)
@@ -139,7 +140,7 @@ class Spacing:
         return swim
 
     def expected(self, position_px: np.ndarray) -> np.ndarray:
-        """(m, 2) where its two guides put each marker, moved and turned with them since it was last seen well."""
+        """Return (m, 2) where two guides put each marker, moved and turned with them since it was last seen well."""
         if not len(self.guides):
             return position_px.copy()
         plane = position_px @ np.array([1, 1j])
@@ -156,12 +157,12 @@ class Spacing:
 
 
 def _lengths(position_px: np.ndarray, pairs: np.ndarray) -> np.ndarray:
-    """(e,) distances of pairs (e, 2) of markers at (m, 2)."""
+    """Return (e,) distances of pairs (e, 2) of markers at (m, 2)."""
     return np.linalg.norm(position_px[pairs[:, 0]] - position_px[pairs[:, 1]], axis=1)
 
 
 def _between(position_px: np.ndarray, guides: np.ndarray) -> np.ndarray:
-    """(m,) complex place of each marker between its two guides (m, 2)."""
+    """Return (m,) complex place of each marker between its two guides (m, 2)."""
     plane = position_px[: len(guides)] @ np.array([1, 1j])
     a, b = plane[guides.T] if len(guides) else (plane, plane)
     return (plane - a) / np.where(a == b, 1, b - a)

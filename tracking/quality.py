@@ -94,13 +94,13 @@ many frames: what is nearer is merged."""
 
 
 def touching(position_px: np.ndarray, least_px: np.ndarray) -> np.ndarray:
-    """(n, m, m) whether two markers are closer than (m, m) `least_px`; a marker never touches itself."""
+    """Tell for each pair (n, m, m) whether it is closer than (m, m) `least_px`; a marker never touches itself."""
     between = np.linalg.norm(position_px[:, :, None] - position_px[:, None], axis=-1)  # (n, m, m)
     return (between < least_px) & ~np.eye(position_px.shape[1], dtype=bool)
 
 
 def standing_still(position_px: np.ndarray, order: np.ndarray) -> np.ndarray:
-    """(n, m) whether a marker at (n, m, 2) stands still while its two nearest in body order (m,) both move."""
+    """Tell (n, m) whether a marker at (n, m, 2) stands still while its two nearest in body order (m,) both move."""
     n, m, _ = position_px.shape
     still = np.zeros((n, m), dtype=bool)
     if n < STILL_FRAMES or m < 3:
@@ -137,7 +137,7 @@ class TrackQuality:
 
 
 def check_tracks(tracks: xr.Dataset, layout: RobotSpec, floor_px: float = FLOOR_PX) -> TrackQuality:
-    """Judges every sample of a trial.
+    """Judge every sample of a trial.
 
     Of the layout only the markers are used; a marker may always be `floor_px` from where the others put it.
 
@@ -157,7 +157,7 @@ def check_tracks(tracks: xr.Dataset, layout: RobotSpec, floor_px: float = FLOOR_
 
 
 def _body_jumps(tracks: xr.Dataset, frozen: np.ndarray) -> list[tuple[int, float]]:
-    """Jumps of the whole body, but for those out of a picture that stood still, which is flagged already."""
+    """List jumps of the whole body, but for those out of a picture that stood still, which is flagged already."""
     seen = np.where(tracks.confidence.values[..., None] > 0, pixels_of(tracks), np.nan)
     found = body_jumps(tracks.time.values, seen)
     return [(frame, off_px) for frame, off_px in found if not frozen[max(frame - 2, 0) : frame + 2].any()]
@@ -205,7 +205,7 @@ def _findings(tracks: xr.Dataset, layout: RobotSpec, floor_px: float) -> Finding
 
 
 def _on_one_spot(place_m: np.ndarray, unit_m: float) -> tuple[np.ndarray, np.ndarray]:
-    """(m, m) distance below which two markers are on one spot, m; the same with 0 for pairs that may be.
+    """Return (m, m) distance below which two markers are on one spot, m; the same with 0 for pairs that may be.
 
     They are those whose spacing is hardly beyond it, as boxes are placed by hand and seen in perspective.
     """
@@ -216,7 +216,7 @@ def _on_one_spot(place_m: np.ndarray, unit_m: float) -> tuple[np.ndarray, np.nda
 
 
 def _size(position_px: np.ndarray, place_m: np.ndarray) -> float | None:
-    """Pixels a metre, the median over all pairs and frames; None with fewer than three markers."""
+    """Return the pixels a metre, the median over all pairs and frames; None with fewer than three markers."""
     one, other = np.triu_indices(len(place_m), 1)
     apart_px = np.linalg.norm(position_px[:, one] - position_px[:, other], axis=-1)  # (n, pairs)
     ratio = apart_px / np.linalg.norm(place_m[one, :2] - place_m[other, :2], axis=-1)
@@ -255,14 +255,14 @@ class Findings:
 
     @classmethod
     def none(cls, present: np.ndarray, position_px: np.ndarray) -> Findings:
-        """Nothing wrong but what is missing."""
+        """Make findings of nothing wrong but what is missing."""
         n, m = present.shape
         nothing, touch = np.zeros((n, m), dtype=bool), np.zeros((n, m, m), dtype=bool)
         return cls(present, nothing, nothing, touch, position_px, position_px, np.arange(m))
 
 
 def flags_of(findings: Findings, markers: tuple[str, ...]) -> tuple[Flag, ...]:
-    """One flag for each stretch of each marker, by first frame."""
+    """Make one flag for each stretch of each marker, by first frame."""
     flags: list[Flag] = []
     for k, name in enumerate(markers):
         for first, last in stretches(~findings.present[:, k]):
@@ -297,13 +297,13 @@ def _named(findings: Findings, markers: tuple[str, ...], k: int, first: int, las
 
 
 def _says_the_same(flag: Flag, other: Flag) -> bool:
-    """Whether another flag names the same merge from its other side."""
+    """Tell whether another flag names the same merge from its other side."""
     merge = flag.kind == other.kind == "merged_markers"
     return merge and flag.markers == other.markers[::-1] and flag.frames == other.frames
 
 
 def _apart(findings: Findings, k: int, other: int, span: slice) -> str:
-    """Median distance between two markers over a stretch: found, and expected."""
+    """Describe the median distance between two markers over a stretch: found, and expected."""
     found = np.linalg.norm(findings.position_px[span, k] - findings.position_px[span, other], axis=1)
     expected = np.linalg.norm(findings.put_px[span, k] - findings.put_px[span, other], axis=1)
     if np.isnan(found).all():
@@ -324,7 +324,7 @@ def _frames(first: int, last: int) -> str:
 
 
 def frozen_picture(position_px: np.ndarray) -> np.ndarray:
-    """(n,) frames within a long enough stretch in which the markers (n, m, 2) all stay where they are.
+    """Return (n,) frames within a long enough stretch in which the markers (n, m, 2) all stay where they are.
 
     A robot that comes to rest slows down; a picture that freezes does so from one frame to the next. The first frame of
     a stretch is a true picture and stays out. A marker that is missing counts as unmoved.
@@ -348,7 +348,7 @@ def frozen_flags(frozen: np.ndarray, markers: tuple[str, ...]) -> list[Flag]:
 
 
 def trusted(tracked: xr.Dataset, layout: RobotSpec) -> xr.Dataset:
-    """Judges a tracked trial by all there is: states, look, order along the body, shape and motion.
+    """Judge a tracked trial by all there is: states, look, order along the body, shape and motion.
 
     It comes after edits and filled gaps; of the layout only the markers are used. It gets the flags of the tracker, of
     `judge` and of `check_tracks`, each once, and its weights: 0 where a sample does not count, or is not believed.
@@ -414,7 +414,7 @@ def _few_frames(tracked: xr.Dataset) -> list[Flag]:
 
 
 def exchange_flags(tracked: xr.Dataset, layout: RobotSpec) -> list[Flag]:
-    """Pairs of neighbours on the mid line that are the wrong way round, and of left and right markers.
+    """Flag pairs of neighbours on the mid line that are the wrong way round, and of left and right markers.
 
     The markers of the mid line are in one order along the body, however it bends: exchanging two of them back makes
     the line through all of them shorter. A left marker is to the left of the line through the first two of them.
@@ -445,7 +445,7 @@ def exchanged_apart(tracked: xr.Dataset, layout: RobotSpec) -> tuple[Flag, ...]:
 
 
 def _shorter_exchanged(position: np.ndarray, order: list[int], a: int, b: int) -> np.ndarray:
-    """(n,) whether exchanging a and b shortens the line through the markers around them by `EXCHANGE` of |a b|."""
+    """Tell (n,) whether exchanging a and b shortens the line through the markers around by `EXCHANGE` of |a b|."""
     at = order.index(a)
     around = order[max(at - 1, 0) : at + 3]
     exchanged = [b if k == a else a if k == b else k for k in around]
@@ -459,7 +459,7 @@ def _shorter_exchanged(position: np.ndarray, order: list[int], a: int, b: int) -
 
 
 def _sides(place: np.ndarray) -> list[tuple[int, int]]:
-    """Pairs of markers that mirror each other."""
+    """List pairs of markers that mirror each other."""
     return [
         (a, b)
         for a in range(len(place))
@@ -469,7 +469,7 @@ def _sides(place: np.ndarray) -> list[tuple[int, int]]:
 
 
 def _mirrored(position: np.ndarray, order: list[int], left: int, right: int) -> np.ndarray:
-    """(n,) whether a left marker is to the right, seen along the first two of the mid line; image y runs down."""
+    """Tell (n,) whether a left marker is to the right, seen along the first two of the mid line; image y runs down."""
     axis = position[:, order[1]] - position[:, order[0]]
     across = position[:, right] - position[:, left]
     return axis[:, 0] * across[:, 1] - axis[:, 1] * across[:, 0] > 0

@@ -88,7 +88,7 @@ class Frame:
         return luma
 
     def rgb(self) -> np.ndarray:
-        """(h, w, 3) uint8 colours, upright, a copy; costs several times what decoding costs."""
+        """Return (h, w, 3) uint8 colours, upright, a copy; costs several times what decoding costs."""
         if self._picture.format.name in GRAY_16:
             return np.ascontiguousarray(np.repeat(self.luma[..., None], 3, axis=2))
         stored = self._square(self._picture.to_ndarray(format="rgb24"))
@@ -99,7 +99,7 @@ class Frame:
         return stored if self._square_px is None else cv2.resize(np.ascontiguousarray(stored), self._square_px)
 
     def yuv(self) -> np.ndarray:
-        """(h, w, 3) uint8 brightness and the two differences of colour, upright, a copy; a gray video has none: 128.
+        """Return (h, w, 3) uint8 brightness and the two differences of colour, upright, a copy; a gray video has 128.
 
         Colours stored for every second pixel are taken to lie in the middle of those that share them.
         """
@@ -137,7 +137,7 @@ def bits_used(picture: av.VideoFrame) -> int:
 
 
 def brightness(picture: av.VideoFrame, bits: int = 16) -> np.ndarray:
-    """(h, w) uint8 brightness of a picture as it is stored; gray in 16 bits uses so many of them."""
+    """Return (h, w) uint8 brightness of a picture as it is stored; gray in 16 bits uses so many of them."""
     name = picture.format.name
     if BRIGHTNESS_FIRST.fullmatch(name):
         return _first_plane(picture, np.uint8)
@@ -154,12 +154,12 @@ def _two_bytes(name: str) -> np.dtype:
 
 
 def _first_plane(picture: av.VideoFrame, dtype: np.typing.DTypeLike) -> np.ndarray:
-    """(h, w) view of the first plane without the padding of its rows."""
+    """Return (h, w) view of the first plane without the padding of its rows."""
     return _plane(picture, 0, dtype)
 
 
 def _plane(picture: av.VideoFrame, number: int, dtype: np.typing.DTypeLike) -> np.ndarray:
-    """(h, w) view of a plane without the padding of its rows."""
+    """Return (h, w) view of a plane without the padding of its rows."""
     plane = picture.planes[number]
     pixel = np.dtype(dtype)
     shape, row = (plane.height, plane.width), abs(plane.line_size)
@@ -168,7 +168,7 @@ def _plane(picture: av.VideoFrame, number: int, dtype: np.typing.DTypeLike) -> n
 
 
 def _upper_bits(deep: np.ndarray, shift: int) -> np.ndarray:
-    """(h, w) uint8 of the values without their lowest bits; what is beyond 8 bits then is as bright as can be."""
+    """Return (h, w) uint8 values without their lowest bits; what is beyond 8 bits then is as bright as can be."""
     if shift < 8:
         return np.minimum(np.right_shift(deep, shift), 255).astype(np.uint8)
     return np.right_shift(deep, shift, out=np.empty(deep.shape, np.uint8), casting="unsafe")
@@ -356,7 +356,7 @@ class Video:
         self._lost.update(range(wanted, stop))
 
     def _onwards(self, decoder: Decoder, number: int) -> Iterator[NumberedPicture]:
-        """Frame `number`, or the next readable one after it, and all readable ones that follow.
+        """Yield frame `number`, or the next readable one after it, and all readable ones that follow.
 
         A start that overshoots (the container's seek landed too late, or the frame only becomes clean from further
         back) is tried again from earlier key frames. Pictures of another size come from damaged headers.
@@ -376,7 +376,7 @@ class Video:
         return (numbered.picture.width, numbered.picture.height) == self._stored_size_px
 
     def _survey(self, container: av.container.InputContainer, stream: av.VideoStream) -> None:
-        """Goes through the packets and decodes one frame."""
+        """Go through the packets and decode one frame."""
         read = read_packets(container, stream)
         picture = read.picture
         if picture is None:
