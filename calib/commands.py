@@ -55,6 +55,9 @@ policy = typer.Typer(
 )
 
 
+# Videos and tracks.
+
+
 def track(
     session: SessionFolder,
     method: Annotated[
@@ -128,6 +131,9 @@ def convert(
     """Convert tracks between this program, DeepLabCut, movement and the authors' CSV."""
     names = () if markers is None else tuple(name.strip() for name in markers.split(","))
     print(calib.convert_tracks(tracks, out, to, markers=names, fps=fps, rename=renaming(rename)))
+
+
+# A session and its results.
 
 
 class SeveralFiles(TyperCommand):
@@ -362,6 +368,9 @@ def doctor(
         raise typer.Exit(2)
 
 
+# The camera.
+
+
 def board(
     out: Annotated[Path, typer.Option(help="the file to write: .pdf, .svg or .png")] = Path("board.pdf"),
     description: BoardFile = None,
@@ -404,6 +413,9 @@ def scale(
         height, tilt = found.camera_height_m, found.tilt_deg
         print(f"camera {height:.3f} m above the water (height_above_water_m), tilted by {tilt:.1f} degrees")
     print("scale_length_m of the session: this times the nose-neck distance in pixels")
+
+
+# Policies and pools.
 
 
 def train(

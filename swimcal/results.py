@@ -168,6 +168,9 @@ def _plain(kind: Any, data: Any) -> Any:
     return data
 
 
+# Result files.
+
+
 def program_version() -> str:
     """Return name and version of this program, as results record it."""
     try:

@@ -333,6 +333,9 @@ def _trial(trial: TrialTable, folder: Path) -> TrialSpec:
     return TrialSpec(**{**trial.model_dump(), **paths})
 
 
+# The check whether nose and neck were exchanged.
+
+
 def wrong_side_share(tracks: xr.Dataset, place_m: np.ndarray) -> float | None:
     """Compute the share of samples that are nearer to the wrong end of the head, nose or neck.
 

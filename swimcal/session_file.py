@@ -97,6 +97,9 @@ def load_camera(path: Path) -> CameraCalibration:
     return load_toml(path, _CameraFile).camera
 
 
+# The tables.
+
+
 def _safe_name(name: str) -> str:
     """Check that a name can be part of a file's name on any system, and return it."""
     if len(name) > 100 or not re.fullmatch(r"[A-Za-z0-9_]([A-Za-z0-9_.-]*[A-Za-z0-9_-])?", name):
@@ -172,6 +175,9 @@ class SessionFile(Table):
     markers: MarkersTable
     fit: FitTable = FitTable()
     trial: Annotated[tuple[TrialTable, ...], Field(min_length=1)]
+
+
+# The checks.
 
 
 class DescribedRobot(Protocol):

@@ -230,6 +230,9 @@ def _shade(colour: np.ndarray) -> np.ndarray:
     return np.asarray((red >> 5) << 5 | (green >> 5) << 2 | blue >> 6).astype(np.uint8)
 
 
+# The pool from above.
+
+
 def outline(swimmers: Swimmers) -> np.ndarray:
     """Compute the outline of each swimmer in the pool: (n, l + 1, 2) nose, hinges and tip, m."""
     head, hinges = swimmers.head, swimmers.tail[0]

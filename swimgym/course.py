@@ -259,6 +259,9 @@ class Course:
         return Moment(np.where(diverged[:, None], 0.0, seen), reward, reached, diverged, timed_out, distance, off_path)
 
 
+# A beat of the tail.
+
+
 def beat_action(rules: Rules, seen: np.ndarray, hz: np.ndarray, aside: np.ndarray) -> np.ndarray:
     """Compute the (n,) accelerations in [-1, 1] that keep up a beat.
 
@@ -271,6 +274,9 @@ def beat_action(rules: Rules, seen: np.ndarray, hz: np.ndarray, aside: np.ndarra
     sine, speed = seen[:, 1], seen[:, 2]
     wanted = 2 * np.pi * np.minimum(hz, rules.fastest_hz) * (1 - MOST_ASIDE * np.clip(aside, -1.0, 1.0) * sine)
     return np.clip((wanted - speed) / (rules.acceleration_rad_s2 * rules.interval_s), -1.0, 1.0)
+
+
+# Checks of what a caller gives.
 
 
 def checked_action(action: Any, shape: tuple[int, ...]) -> np.ndarray:
@@ -335,6 +341,9 @@ def _numbers(name: str, value: Any, expected: str) -> np.ndarray:
         return np.asarray(value, float)
     except (TypeError, ValueError):
         raise ValueError(f"{name}: found {value!r}, expected {expected}") from None
+
+
+# A steering law.
 
 
 def numbers_of(hinges: int) -> tuple[str, ...]:

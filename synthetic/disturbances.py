@@ -121,6 +121,9 @@ def on_grid(position_px: np.ndarray, noise: TrackingNoise) -> np.ndarray:
     return np.round(2.0 * position_px) / 2.0 if noise.half_pixel_grid else position_px
 
 
+# The motor.
+
+
 class Step(NamedTuple):
     """A speed that is held for a time; `part` is "rest", "start_code", "drive" or "end_code"."""
 

@@ -141,6 +141,9 @@ def _natural_hz(robot: RobotSpec) -> float:
     return float(np.sqrt(squared[0]) / (2 * np.pi))
 
 
+# The recorder.
+
+
 class Filming(Protocol):
     """An object that films swim trials instead of tracking them; a renderer is in `benchmarks.video`."""
 

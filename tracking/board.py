@@ -379,6 +379,9 @@ def _similarity(source: np.ndarray, target: np.ndarray) -> _Similarity:
     return _Similarity(float(np.abs(turn)), float(np.sqrt(variance / size)), float(np.sqrt(squares / len(a))))
 
 
+# The board, drawn.
+
+
 class Rectangle(NamedTuple):
     """A dark rectangle on the board, board frame, m."""
 

@@ -194,6 +194,9 @@ def _each_once(blobs: list[Blob]) -> list[Blob]:
     return [blob for number, blob in enumerate(blobs) if number not in covered]
 
 
+# The chain.
+
+
 @dataclass(frozen=True)
 class Spread:
     """Standard deviations of a step: position across (m), logarithm of its length about `stretch`, and bend."""

@@ -158,6 +158,9 @@ def _refusal(file: str, frame: int, what: str, found: str, expected: str) -> Inp
     return InputError([Fault(file, f"frame {frame}", what, found, expected, next_step=step)])
 
 
+# The preview.
+
+
 class View(NamedTuple):
     """A part of the picture, px: left, top, right, bottom, in corners of pixels."""
 

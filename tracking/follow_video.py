@@ -334,6 +334,9 @@ def _tracked_on(
     return samples, ()
 
 
+# Work that was interrupted, and the baseline.
+
+
 @dataclass(frozen=True)
 class Partial:
     """A file for what was tracked so far.
@@ -390,6 +393,9 @@ class PlainCsrt:
         unknown = np.full(len(seen), np.nan)
         centre = box[:, :2] + (box[:, 2:] - 1) / 2
         return Sighting(centre, seen, seen.astype(float), unknown, unknown, np.zeros_like(seen))
+
+
+# Boxes that hold no marker.
 
 
 def without_marker(tracker: MarkerTracker, first: Sighting) -> np.ndarray:

@@ -210,6 +210,9 @@ class _Follower:
         return active
 
 
+# What both directions of time agree on.
+
+
 def misplaced(
     model: BodyModel,
     time_s: np.ndarray,

@@ -241,6 +241,9 @@ def _first_look(
     return prior, fitting, clash
 
 
+# Names for what is wrong.
+
+
 @dataclass(frozen=True, eq=False)
 class Findings:
     """What was found about each sample."""
@@ -345,6 +348,9 @@ def frozen_flags(frozen: np.ndarray, markers: tuple[str, ...]) -> list[Flag]:
     """Make a flag for each stretch in which a marker is frozen."""
     what = "no marker moves for {} frames: the video stands still or repeats itself"
     return [Flag("frozen_marker", markers, span, what.format(span[1] - span[0] + 1)) for span in stretches(frozen)]
+
+
+# Trials that were tracked here.
 
 
 def trusted(tracked: xr.Dataset, layout: RobotSpec) -> xr.Dataset:

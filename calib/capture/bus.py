@@ -141,6 +141,9 @@ class Interrupted(CaptureError):
         )
 
 
+# Time, signals and terminal of the host.
+
+
 class Clock(NamedTuple):
     """The source of time, seconds on a clock that never steps; tests use a virtual one."""
 
@@ -203,6 +206,9 @@ def let_go_of_a_lost_terminal() -> None:
             stream.flush()
         except OSError:
             os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
+
+
+# The bus.
 
 
 class Answer(NamedTuple):

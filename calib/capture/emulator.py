@@ -146,6 +146,9 @@ def _decode(raw: bytes) -> Packet:
     return Packet(raw[4], body[0], body[1:], intact=crc16(raw[:-2]) == int.from_bytes(raw[-2:], "little"))
 
 
+# The motor.
+
+
 class Item(NamedTuple):
     """An entry of the control table, little-endian."""
 

@@ -114,6 +114,9 @@ def _code(part: str, chips: Sequence[int]) -> Iterator[Step]:
     return (Step(part, chip * CHIP_TURNS_PER_S, CHIP_S) for chip in chips)
 
 
+# The search for a motor.
+
+
 class Found(NamedTuple):
     """A motor that answered.
 
@@ -181,6 +184,9 @@ def _motors(port: Any) -> Iterator[tuple[int, int]]:
             yield motor_id, Bus(port, motor_id, Clock()).ping()
         except MotorFault:
             continue
+
+
+# The run.
 
 
 @dataclass(frozen=True)

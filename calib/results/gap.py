@@ -357,6 +357,9 @@ def _parameters(found: EffectParameters, effect: str) -> Iterator[dict[str, obje
         yield {"parameter": name, "value": each.value, "low": low, "high": high, "unit": each.unit}
 
 
+# Its sentences for the terminal.
+
+
 def diagnosis_lines(data: DiagnosisResult) -> list[str]:
     """Format where, which and how far; then the most probable effects, what to check, and what to measure next."""
     lines = [*gap_sentences(data), ""]

@@ -243,6 +243,9 @@ def _describe_difference(key: str, then: object, now: object) -> str:
     return f"was made with other {key} ({str(then)[:12]}, now {str(now)[:12]})"
 
 
+# The twin as MJCF.
+
+
 def calibrated_mjcf(calibration: Calibration) -> str:
     """Write the text of `results/calibrated.xml`.
 

@@ -204,6 +204,9 @@ class HullRoll(FloatingEffect):
         return np.asarray(seen.marker_m + values[0] * swung)
 
 
+# Forces of the water on the plates.
+
+
 def water_behind_kg(robot: RobotSpec, plates: Plates) -> np.ndarray:
     """Return the mass of the water (p,) that each plate carries when it moves across itself, spread evenly along it.
 
