@@ -44,23 +44,6 @@ DEEPEST = 3
 LONGEST = 80
 
 
-@dataclass
-class _Trial:
-    name: str
-    video: Path | None = None
-    tracks: xr.Dataset | None = None
-    commanded_hz: float | None = None
-    comments: list[str] = field(default_factory=list)
-    notes: list[str] = field(default_factory=list)
-    questions: list[str] = field(default_factory=list)
-    time_s: np.ndarray | None = None  # times of the frames; None where the file has none
-
-    @property
-    def kind(self) -> str:
-        """The kind of the trial, by its name."""
-        return "free_decay" if "decay" in self.name else "dry" if "dry" in self.name else "swim"
-
-
 def new_from_files(
     folder: Path,
     videos: Iterable[str | Path] = (),
@@ -100,6 +83,23 @@ def new_from_files(
             shutil.copyfile(robot, part / "robot.toml")
         notes = [*notes, *of_markers]
         write_whole(part / SESSION_FILE, _text(folder.absolute().name, ordered, rate, markers, spec, robot, fit, notes))
+
+
+@dataclass
+class _Trial:
+    name: str
+    video: Path | None = None
+    tracks: xr.Dataset | None = None
+    commanded_hz: float | None = None
+    comments: list[str] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
+    questions: list[str] = field(default_factory=list)
+    time_s: np.ndarray | None = None  # times of the frames; None where the file has none
+
+    @property
+    def kind(self) -> str:
+        """The kind of the trial, by its name."""
+        return "free_decay" if "decay" in self.name else "dry" if "dry" in self.name else "swim"
 
 
 def _rate(time_s: np.ndarray) -> float:
@@ -311,12 +311,6 @@ def without_copies(videos: Sequence[Path]) -> tuple[list[Path], list[str]]:
     return kept, notes
 
 
-def _is_copy(copy: Path, video: Path) -> bool:
-    number = re.search(r"\d{4,}", copy.stem)
-    same = copy.stem.lower() == video.stem.lower() or (number is not None and copy.stem[2:] == video.stem[2:])
-    return copy.parent == video.parent and same
-
-
 def trial_names(videos: Sequence[Path], tracks: Sequence[Path], are_names: bool) -> tuple[list[str], list[str]]:
     """Name each video and each file of tracks; a video and tracks of one name are one trial.
 
@@ -352,6 +346,12 @@ def trial_names(videos: Sequence[Path], tracks: Sequence[Path], are_names: bool)
                     names[k][i] = name
                 break
     return _number_names(names[0]), _number_names(names[1])
+
+
+def _is_copy(copy: Path, video: Path) -> bool:
+    number = re.search(r"\d{4,}", copy.stem)
+    same = copy.stem.lower() == video.stem.lower() or (number is not None and copy.stem[2:] == video.stem[2:])
+    return copy.parent == video.parent and same
 
 
 def _stem(path: Path) -> str:

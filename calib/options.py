@@ -237,6 +237,15 @@ class Lines:
         self._write(f"calib: {self._message}{taken}{self._done}{left}")
 
 
+def is_kernel() -> bool:
+    """Return whether this process is the kernel of a notebook; other processes may have loaded the module, too."""
+    if "ipykernel" not in sys.modules:
+        return False
+    from IPython.core.getipython import get_ipython
+
+    return getattr(get_ipython(), "kernel", None) is not None
+
+
 def _format_duration(seconds: float) -> str:
     return f"{seconds:.0f} s" if seconds < 90 else f"{seconds / 60:.{1 if seconds < 600 else 0}f} min"
 
@@ -257,15 +266,6 @@ def _ticking(lines: Lines) -> Iterator[Lines]:
     finally:
         ended.set()
         clock.join()
-
-
-def is_kernel() -> bool:
-    """Return whether this process is the kernel of a notebook; other processes may have loaded the module, too."""
-    if "ipykernel" not in sys.modules:
-        return False
-    from IPython.core.getipython import get_ipython
-
-    return getattr(get_ipython(), "kernel", None) is not None
 
 
 @contextmanager

@@ -71,11 +71,6 @@ def result_lines(result: Result, verbose: bool, main: Path | None = None) -> lis
     return [*notes, *lines, str(main or result.file)]
 
 
-def _sort(notes: Iterable[str]) -> list[str]:
-    """Sort notes so that warnings come first."""
-    return sorted(notes, key=lambda note: not note.startswith("!"))
-
-
 def export_lines(notes: Iterable[str], files: Iterable[Path]) -> list[str]:
     """Return the lines of files that were written: what they are, then where they are."""
     return [*notes, *map(str, files)]
@@ -96,6 +91,11 @@ def print_export(made: Export, as_json: bool = False) -> None:
             print(f"calib: {name} failed: {why}", file=sys.stderr)
     if made.failures:
         raise typer.Exit(2)
+
+
+def _sort(notes: Iterable[str]) -> list[str]:
+    """Sort notes so that warnings come first."""
+    return sorted(notes, key=lambda note: not note.startswith("!"))
 
 
 def renaming(text: str) -> dict[str, str]:

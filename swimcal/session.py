@@ -106,13 +106,13 @@ def commands_of(motor: Path) -> Path | None:
     return path if motor.name.endswith(MOTOR_SUFFIX) and is_file(path) else None
 
 
-def _commands_beside(motor: Path) -> Path:
-    return motor.with_name(motor.name.removesuffix(MOTOR_SUFFIX) + COMMANDS_SUFFIX)
-
-
 def usual_boxes(video: Path, trial: str) -> Path:
     """Return the path of the start boxes of a trial that names none; the file need not be there."""
     return video.with_name(f"{trial}.boxes.json")
+
+
+def _commands_beside(motor: Path) -> Path:
+    return motor.with_name(motor.name.removesuffix(MOTOR_SUFFIX) + COMMANDS_SUFFIX)
 
 
 @dataclass(frozen=True)

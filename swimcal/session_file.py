@@ -84,10 +84,6 @@ class CameraSpec:
     file: Path | None = None
 
 
-class _CameraFile(Table):
-    camera: CameraCalibration
-
-
 def load_camera(path: Path) -> CameraCalibration:
     """Read a camera file: one table ``[camera]`` with the keys of `CameraCalibration`.
 
@@ -95,6 +91,10 @@ def load_camera(path: Path) -> CameraCalibration:
         InputError: every fault of the file at once.
     """
     return load_toml(path, _CameraFile).camera
+
+
+class _CameraFile(Table):
+    camera: CameraCalibration
 
 
 # The tables.

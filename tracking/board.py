@@ -118,10 +118,6 @@ class BoardSpec(Table):
         return np.stack([column, row, 0 * row], axis=-1).reshape(-1, 3) * self.square_m
 
 
-class _BoardFile(Table):
-    board: BoardSpec
-
-
 def load_board(path: Path) -> BoardSpec:
     """Read a TOML file with one table ``[board]`` of the keys of `BoardSpec`.
 
@@ -129,6 +125,10 @@ def load_board(path: Path) -> BoardSpec:
         InputError: every fault of the file at once.
     """
     return load_toml(path, _BoardFile).board
+
+
+class _BoardFile(Table):
+    board: BoardSpec
 
 
 def _dictionary(name: str) -> cv2.aruco.Dictionary:

@@ -85,10 +85,6 @@ def opencv_on_one_thread() -> Iterator[None]:
         cv2.setNumThreads(before)
 
 
-def _colour(picture: np.ndarray) -> np.ndarray:
-    return cv2.cvtColor(np.ascontiguousarray(picture), cv2.COLOR_GRAY2BGR)
-
-
 class FaintMarkers:
     """CSRT on some of m markers, each for itself; its answer is checked by nobody but the distances to neighbours.
 
@@ -197,3 +193,7 @@ class SecondOpinion:
         column, row = np.rint(answer).astype(int).tolist()
         found = window(luma, column, row, reach)
         return float(cv2.matchTemplate(found.copy(), template.copy(), cv2.TM_CCOEFF_NORMED)[0, 0]) >= _LIKENESS
+
+
+def _colour(picture: np.ndarray) -> np.ndarray:
+    return cv2.cvtColor(np.ascontiguousarray(picture), cv2.COLOR_GRAY2BGR)

@@ -131,13 +131,6 @@ def stamped_packets(container: av.container.InputContainer, stream: av.VideoStre
         yield packet
 
 
-def _decoded(stream: av.VideoStream, packet: av.Packet | None) -> av.VideoFrame | None:
-    """Return the first sound picture that the decoder gives for a packet, or for None what it still holds."""
-    with suppress(av.FFmpegError):
-        return next((picture for picture in stream.decode(packet) if not picture.is_corrupt), None)
-    return None
-
-
 def index_frames(
     read: Packets, container: av.container.InputContainer, stream: av.VideoStream, fps: float | None = None
 ) -> FrameIndex:
@@ -154,6 +147,13 @@ def has_no_times(container: av.container.InputContainer) -> bool:
     second, or by a rate that is stated somewhere in the pictures.
     """
     return bool(container.format.flags & NO_TIMESTAMPS)
+
+
+def _decoded(stream: av.VideoStream, packet: av.Packet | None) -> av.VideoFrame | None:
+    """Return the first sound picture that the decoder gives for a packet, or for None what it still holds."""
+    with suppress(av.FFmpegError):
+        return next((picture for picture in stream.decode(packet) if not picture.is_corrupt), None)
+    return None
 
 
 def _index_frames(read: Packets, container: av.container.InputContainer, stream: av.VideoStream) -> FrameIndex:

@@ -58,13 +58,6 @@ JPEG_QUALITY = 92
 USUAL_SIDE_PX = 25.0
 
 
-@dataclass(frozen=True)
-class _PolarityBlobs:
-    polarity: Polarity
-    blobs: tuple[Blob, ...]
-    bodies: Bodies
-
-
 def find_boxes(
     luma: np.ndarray, layout_m: np.ndarray, markers: Sequence[str], *, frame: int = 0, file: str = "the video"
 ) -> StartBoxes:
@@ -99,6 +92,13 @@ def find_boxes(
         raise _refusal(file, frame, "a marker runs into something next to it", found, "a disc, set off all around")
     boxes = {name: _box(blob, chosen, luma.shape) for name, blob in zip(markers, chosen, strict=True)}
     return StartBoxes(frame, boxes)
+
+
+@dataclass(frozen=True)
+class _PolarityBlobs:
+    polarity: Polarity
+    blobs: tuple[Blob, ...]
+    bodies: Bodies
 
 
 def _probabilities(seen: Sequence[_PolarityBlobs], count: int) -> tuple[float, float]:
@@ -208,6 +208,34 @@ def marker_colour(number: int) -> tuple[float, float, float]:
     return colorsys.hls_to_rgb((number * 0.381966 + 190 / 360) % 1.0, 0.72, 0.95)
 
 
+def label_spots(centre_px: np.ndarray, view: View) -> np.ndarray:
+    """Place the labels (m, 2) in two rows or columns next to the body, so that they overlap neither it nor each other.
+
+    Markers well off the line through the others are named on their own side, the rest take turns; on each side the
+    labels keep the markers' order, as near to them as their width allows (isotonic regression: the least squares
+    solution under the order).
+
+    Args:
+        centre_px: (m, 2) centres of the markers, px.
+        view: the part of the picture that is shown.
+    """
+    size = np.array(view.size)
+    along = int(np.ptp(centre_px[:, 1]) > np.ptp(centre_px[:, 0]))  # 0: the body lies across the view, 1: upright
+    width, start = size[along], (view.left, view.top)[along]
+    gap = width * (0.155 if along == 0 else 0.06)
+    order = np.argsort(centre_px[:, along], kind="stable")
+    sides = _sides(centre_px[order], along)
+    spots = np.empty_like(centre_px)
+    for side in (0, 1):
+        mine = order[sides == side]
+        room = np.arange(len(mine)) * gap
+        low, high = start + 0.09 * width, start + 0.91 * width - room[-1:].sum()
+        wanted = isotonic_regression(centre_px[mine, along] - room).x if len(mine) else room
+        spots[mine, along] = np.clip(wanted, low, max(low, high)) + room
+        spots[mine, 1 - along] = _beside(centre_px, view, along, side)
+    return spots
+
+
 def _find_crowded(centre_px: np.ndarray) -> np.ndarray:
     apart = np.linalg.norm(centre_px[:, None] - centre_px, axis=2) + np.diag(np.full(len(centre_px), np.inf))
     nearest = apart.min(axis=1, initial=np.inf)
@@ -261,34 +289,6 @@ def _rim(box: Box, towards: np.ndarray) -> np.ndarray:
     """Return the point (2,) where a line from a box's centre leaves the box."""
     half = np.array([box.width, box.height]) / 2
     return np.array(box.centre_px) + towards / max(np.max(np.abs(towards) / half), 1.0)
-
-
-def label_spots(centre_px: np.ndarray, view: View) -> np.ndarray:
-    """Place the labels (m, 2) in two rows or columns next to the body, so that they overlap neither it nor each other.
-
-    Markers well off the line through the others are named on their own side, the rest take turns; on each side the
-    labels keep the markers' order, as near to them as their width allows (isotonic regression: the least squares
-    solution under the order).
-
-    Args:
-        centre_px: (m, 2) centres of the markers, px.
-        view: the part of the picture that is shown.
-    """
-    size = np.array(view.size)
-    along = int(np.ptp(centre_px[:, 1]) > np.ptp(centre_px[:, 0]))  # 0: the body lies across the view, 1: upright
-    width, start = size[along], (view.left, view.top)[along]
-    gap = width * (0.155 if along == 0 else 0.06)
-    order = np.argsort(centre_px[:, along], kind="stable")
-    sides = _sides(centre_px[order], along)
-    spots = np.empty_like(centre_px)
-    for side in (0, 1):
-        mine = order[sides == side]
-        room = np.arange(len(mine)) * gap
-        low, high = start + 0.09 * width, start + 0.91 * width - room[-1:].sum()
-        wanted = isotonic_regression(centre_px[mine, along] - room).x if len(mine) else room
-        spots[mine, along] = np.clip(wanted, low, max(low, high)) + room
-        spots[mine, 1 - along] = _beside(centre_px, view, along, side)
-    return spots
 
 
 def _sides(centre_px: np.ndarray, along: int) -> np.ndarray:

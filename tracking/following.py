@@ -261,6 +261,15 @@ def widened(wrong: np.ndarray, off: np.ndarray, join: int) -> np.ndarray:
     return wide
 
 
+def reaching(mask: np.ndarray, off_px: np.ndarray, least_px: float) -> np.ndarray:
+    """Return (n, m) the stretches of `mask` in which a marker gets this far from where the others put it."""
+    reach = np.zeros_like(mask)
+    for k in range(mask.shape[1]):
+        for first, last in stretches(mask[:, k]):
+            reach[first : last + 1, k] = off_px[first : last + 1, k].max() >= least_px
+    return reach
+
+
 def _enclosed(
     k: int, position_px: np.ndarray, present: np.ndarray, ahead: MotionTrack, back: MotionTrack
 ) -> list[tuple[int, int]]:
@@ -290,15 +299,6 @@ def _enclosed(
     return found
 
 
-def reaching(mask: np.ndarray, off_px: np.ndarray, least_px: float) -> np.ndarray:
-    """Return (n, m) the stretches of `mask` in which a marker gets this far from where the others put it."""
-    reach = np.zeros_like(mask)
-    for k in range(mask.shape[1]):
-        for first, last in stretches(mask[:, k]):
-            reach[first : last + 1, k] = off_px[first : last + 1, k].max() >= least_px
-    return reach
-
-
 def body_jumps(time_s: np.ndarray, position_px: np.ndarray) -> list[tuple[int, float]]:
     """Find the frames to which the whole body of markers (n, m, 2) jumps, with its distance from its motion, px.
 
@@ -318,6 +318,27 @@ def body_jumps(time_s: np.ndarray, position_px: np.ndarray) -> list[tuple[int, f
     jumps = {k for k in peaks if off[k] > STANDS_OUT * _largest_around_px(position_px, k)}
     jumps.update(np.flatnonzero(_follows_missing(time_s, position_px)).tolist())
     return [(k, float(np.nan_to_num(off[k]))) for k in sorted(jumps)]
+
+
+def longest_part(frames: int, jumps: list[int]) -> slice:
+    """Return the longest part between jumps: what is compared of a trial goes on without a break."""
+    edges = [0, *jumps, frames]
+    first, last = max(pairwise(edges), key=lambda part: part[1] - part[0])
+    return slice(first, last)
+
+
+def jump_flags(jumps: list[tuple[int, float]], part: slice, markers: tuple[str, ...]) -> list[Flag]:
+    """Make a flag for each jump of the whole body."""
+    return [
+        Flag(
+            "jump",
+            markers,
+            (frame, frame),
+            f"the whole body jumps by {off_px:.0f} px between frames {frame - 1} and {frame}: the camera was moved, or "
+            f"frames are missing; only frames {part.start} to {part.stop - 1} count",
+        )
+        for frame, off_px in jumps
+    ]
 
 
 def _follows_missing(time_s: np.ndarray, position_px: np.ndarray) -> np.ndarray:
@@ -372,24 +393,3 @@ def _off_motion_px(time_s: np.ndarray, position_px: np.ndarray) -> np.ndarray:
     good = enough & steady
     off[2:-1][good] = np.nanmedian(apart[good], axis=1)
     return off
-
-
-def longest_part(frames: int, jumps: list[int]) -> slice:
-    """Return the longest part between jumps: what is compared of a trial goes on without a break."""
-    edges = [0, *jumps, frames]
-    first, last = max(pairwise(edges), key=lambda part: part[1] - part[0])
-    return slice(first, last)
-
-
-def jump_flags(jumps: list[tuple[int, float]], part: slice, markers: tuple[str, ...]) -> list[Flag]:
-    """Make a flag for each jump of the whole body."""
-    return [
-        Flag(
-            "jump",
-            markers,
-            (frame, frame),
-            f"the whole body jumps by {off_px:.0f} px between frames {frame - 1} and {frame}: the camera was moved, or "
-            f"frames are missing; only frames {part.start} to {part.stop - 1} count",
-        )
-        for frame, off_px in jumps
-    ]

@@ -110,6 +110,11 @@ def read_deeplabcut(table: RawTable) -> ForeignTracks:
     return ForeignTracks(table.file, "body part", parts, samples[..., :2], samples[..., 2], lines, frame=values[:, 0])
 
 
+def is_deeplabcut(table: RawTable) -> bool:
+    """Tell whether a table starts as DeepLabCut's files do."""
+    return table.header is not None and table.header[0].lower() == "scorer"
+
+
 def _check_tracks(rows: RawTable, faults: FaultCollector) -> None:
     """Check that the rows are frames of a video."""
     first = rows.rows[0].cells if rows.rows else []
@@ -122,11 +127,6 @@ def _check_tracks(rows: RawTable, faults: FaultCollector) -> None:
             expected="a row for every frame",
             next_step="Give the CSV that `deeplabcut.analyze_videos(…, save_as_csv=True)` writes beside the video.",
         )
-
-
-def is_deeplabcut(table: RawTable) -> bool:
-    """Tell whether a table starts as DeepLabCut's files do."""
-    return table.header is not None and table.header[0].lower() == "scorer"
 
 
 def _head(table: RawTable, faults: FaultCollector) -> dict[str, list[str]]:
@@ -295,6 +295,34 @@ def read_plain(table: RawTable) -> ForeignTracks:
     return ForeignTracks(table.file, "marker", tuple(markers), samples[..., :2], samples[..., 2], lines, time_s, frame)
 
 
+def read_headerless(table: RawTable, markers: tuple[str, ...]) -> ForeignTracks:
+    """Read rows of x and y of the markers, in their order.
+
+    Args:
+        table: the rows.
+        markers: names of the markers.
+
+    Raises:
+        InputError: every fault of the file at once.
+    """
+    faults = FaultCollector(table.file)
+    widths = {len(row.cells) for row in table.rows}
+    if len(widths) == 1 and widths != {2 * len(markers)}:
+        step = "Give the file a header: time_s,nose_x,nose_y,…"
+        found, wanted = (
+            f"{widths.pop()} in every row",
+            f"{2 * len(markers)}: x and y of the {len(markers)} markers {', '.join(markers)}",
+        )
+        faults.add("", "wrong number of columns", found=found, expected=wanted, next_step=step)
+        faults.raise_if_any()
+    columns = tuple(f"{marker}_{axis}" for marker in markers for axis in "xy")
+    values = to_numbers(table, columns, faults)
+    faults.raise_if_any()
+    position, lines = values.reshape(len(values), len(markers), 2), [f"line {row.line}" for row in table.rows]
+    unknown = np.full(position.shape[:2], np.nan)
+    return ForeignTracks(table.file, "marker", markers, position, unknown, lines, None, np.arange(len(values)))
+
+
 def _markers(header: list[str], faults: FaultCollector) -> dict[str, dict[int, int]]:
     """Return the columns of each marker by coordinate: x, y, and confidence where there is one."""
     found: dict[str, dict[int, int]] = {}
@@ -360,34 +388,6 @@ def _whole_frames(
     for row, line in zip(rows.tolist(), lines, strict=True):
         places[row] = line
     return whole, frame[0] + np.arange(span), places
-
-
-def read_headerless(table: RawTable, markers: tuple[str, ...]) -> ForeignTracks:
-    """Read rows of x and y of the markers, in their order.
-
-    Args:
-        table: the rows.
-        markers: names of the markers.
-
-    Raises:
-        InputError: every fault of the file at once.
-    """
-    faults = FaultCollector(table.file)
-    widths = {len(row.cells) for row in table.rows}
-    if len(widths) == 1 and widths != {2 * len(markers)}:
-        step = "Give the file a header: time_s,nose_x,nose_y,…"
-        found, wanted = (
-            f"{widths.pop()} in every row",
-            f"{2 * len(markers)}: x and y of the {len(markers)} markers {', '.join(markers)}",
-        )
-        faults.add("", "wrong number of columns", found=found, expected=wanted, next_step=step)
-        faults.raise_if_any()
-    columns = tuple(f"{marker}_{axis}" for marker in markers for axis in "xy")
-    values = to_numbers(table, columns, faults)
-    faults.raise_if_any()
-    position, lines = values.reshape(len(values), len(markers), 2), [f"line {row.line}" for row in table.rows]
-    unknown = np.full(position.shape[:2], np.nan)
-    return ForeignTracks(table.file, "marker", markers, position, unknown, lines, None, np.arange(len(values)))
 
 
 FORMATS: dict[str, Callable[[Path, xr.Dataset], None]] = {

@@ -112,6 +112,15 @@ def calibrate_lens(pictures: Iterable[Path | np.ndarray], board: BoardSpec) -> L
     )
 
 
+def save_camera(path: Path, calibration: CameraCalibration) -> None:
+    """Write a camera file, whole or not at all; `swimcal.session_file.load_camera` reads the same numbers back.
+
+    Raises:
+        ResultsNotWritable: the file cannot be written.
+    """
+    write_whole(path, tomlkit.dumps({"camera": calibration.model_dump(mode="json", exclude_none=True)}))
+
+
 def _unusable(corners: Corners, board: BoardSpec) -> str:
     """Return why a picture cannot be used; an empty text where it can."""
     if len(corners.image_px) == 0:
@@ -200,12 +209,3 @@ def _uncalibrated_flag() -> Flag:
         "with a ChArUco board, or swim near the middle"
     )
     return Flag("no_lens", message=message)
-
-
-def save_camera(path: Path, calibration: CameraCalibration) -> None:
-    """Write a camera file, whole or not at all; `swimcal.session_file.load_camera` reads the same numbers back.
-
-    Raises:
-        ResultsNotWritable: the file cannot be written.
-    """
-    write_whole(path, tomlkit.dumps({"camera": calibration.model_dump(mode="json", exclude_none=True)}))

@@ -277,6 +277,30 @@ def flags_of(findings: Findings, markers: tuple[str, ...]) -> tuple[Flag, ...]:
     return tuple(sorted(flags, key=lambda flag: (flag.frames or (0, 0), flag.markers)))
 
 
+def frozen_picture(position_px: np.ndarray) -> np.ndarray:
+    """Return (n,) frames within a long enough stretch in which the markers (n, m, 2) all stay where they are.
+
+    A robot that comes to rest slows down; a picture that freezes does so from one frame to the next. The first frame of
+    a stretch is a true picture and stays out. A marker that is missing counts as unmoved.
+    """
+    step = np.nan_to_num(np.abs(np.diff(position_px, axis=0)))
+    moved_px = step.max(axis=(1, 2), initial=0.0)  # (n - 1,)
+    seen = np.isfinite(position_px).all(axis=2).any(axis=1)  # (n,)
+    same = np.concatenate([[False], (step == 0).all(axis=(1, 2)) & seen[1:]])
+    result = np.zeros(len(same), bool)
+    for first, last in stretches(same):
+        around = np.concatenate([moved_px[max(first - 3, 0) : first - 1], moved_px[last : last + 2]])
+        abrupt = around.max(initial=0.0) >= FROZEN_MOTION_PX
+        result[first : last + 1] = abrupt and last - first + 2 >= FROZEN_FRAMES
+    return result
+
+
+def frozen_flags(frozen: np.ndarray, markers: tuple[str, ...]) -> list[Flag]:
+    """Make a flag for each stretch in which a marker is frozen."""
+    what = "no marker moves for {} frames: the video stands still or repeats itself"
+    return [Flag("frozen_marker", markers, span, what.format(span[1] - span[0] + 1)) for span in stretches(frozen)]
+
+
 def _named(findings: Findings, markers: tuple[str, ...], k: int, first: int, last: int) -> Flag:
     span, long, concerned = slice(first, last + 1), last - first + 1, markers[k : k + 1]
     off_px = np.linalg.norm(findings.position_px[span, k] - findings.put_px[span, k], axis=1).max()
@@ -326,30 +350,6 @@ def _frames(first: int, last: int) -> str:
     return f"frame {first}" if first == last else f"{last - first + 1} frames"
 
 
-def frozen_picture(position_px: np.ndarray) -> np.ndarray:
-    """Return (n,) frames within a long enough stretch in which the markers (n, m, 2) all stay where they are.
-
-    A robot that comes to rest slows down; a picture that freezes does so from one frame to the next. The first frame of
-    a stretch is a true picture and stays out. A marker that is missing counts as unmoved.
-    """
-    step = np.nan_to_num(np.abs(np.diff(position_px, axis=0)))
-    moved_px = step.max(axis=(1, 2), initial=0.0)  # (n - 1,)
-    seen = np.isfinite(position_px).all(axis=2).any(axis=1)  # (n,)
-    same = np.concatenate([[False], (step == 0).all(axis=(1, 2)) & seen[1:]])
-    result = np.zeros(len(same), bool)
-    for first, last in stretches(same):
-        around = np.concatenate([moved_px[max(first - 3, 0) : first - 1], moved_px[last : last + 2]])
-        abrupt = around.max(initial=0.0) >= FROZEN_MOTION_PX
-        result[first : last + 1] = abrupt and last - first + 2 >= FROZEN_FRAMES
-    return result
-
-
-def frozen_flags(frozen: np.ndarray, markers: tuple[str, ...]) -> list[Flag]:
-    """Make a flag for each stretch in which a marker is frozen."""
-    what = "no marker moves for {} frames: the video stands still or repeats itself"
-    return [Flag("frozen_marker", markers, span, what.format(span[1] - span[0] + 1)) for span in stretches(frozen)]
-
-
 # Trials that were tracked here.
 
 
@@ -392,33 +392,6 @@ def judge(tracked: xr.Dataset, layout: RobotSpec) -> tuple[Flag, ...]:
     return tuple(sorted(flags, key=lambda flag: flag.frames or (-1, -1)))
 
 
-def _wrong_size(tracked: xr.Dataset) -> np.ndarray:
-    size = pd.DataFrame(tracked["size"].values)
-    off = (size / size.median() - 1).abs().fillna(0.0)
-    return median_filter(off, size=(SIZE_FRAMES, 1)) > SIZE_OFF
-
-
-def _few_frames(tracked: xr.Dataset) -> list[Flag]:
-    """Flag each stretch in which markers move too far between frames for their motion to be carried on."""
-    position = np.where(seen_in(tracked)[..., None], pixels_of(tracked), np.nan)
-    apart = np.linalg.norm(position[:, :, None] - position[:, None], axis=3)  # (n, m, m)
-    apart[:, np.arange(apart.shape[1]), np.arange(apart.shape[1])] = np.inf
-    nearest = np.nan_to_num(apart, nan=np.inf).min(axis=2)[1:]
-    share = np.nan_to_num(np.linalg.norm(np.diff(position, axis=0), axis=2) / nearest)  # (n - 1, m)
-    fast = maximum_filter1d(np.concatenate([[0.0], share.max(axis=1)]), FAST_FRAMES) > FAST
-    flags = []
-    for first, last in stretches(fast, 2 * FAST_FRAMES):
-        inside = share[max(first - 1, 0) : last]
-        names = tuple(np.array(markers_of(tracked), dtype=object)[(inside > FAST).any(axis=0)].tolist())
-        message = (
-            f"moves by up to {inside.max():.0%} of the distance to its nearest neighbour from one frame to the next: "
-            "too few frames a beat to carry motion on; its name rests on the distances along the body. Film with more "
-            "frames a second"
-        )
-        flags.append(Flag("few_frames", names, (first, last), message))
-    return flags
-
-
 def exchange_flags(tracked: xr.Dataset, layout: RobotSpec) -> list[Flag]:
     """Flag pairs of neighbours on the mid line that are the wrong way round, and of left and right markers.
 
@@ -448,6 +421,33 @@ def exchanged_apart(tracked: xr.Dataset, layout: RobotSpec) -> tuple[Flag, ...]:
         if last - first + 1 >= LEAST_FRAMES and np.nanmedian(apart[first : last + 1]) > APART * np.nanmedian(apart):
             found.append(flag)
     return tuple(found)
+
+
+def _wrong_size(tracked: xr.Dataset) -> np.ndarray:
+    size = pd.DataFrame(tracked["size"].values)
+    off = (size / size.median() - 1).abs().fillna(0.0)
+    return median_filter(off, size=(SIZE_FRAMES, 1)) > SIZE_OFF
+
+
+def _few_frames(tracked: xr.Dataset) -> list[Flag]:
+    """Flag each stretch in which markers move too far between frames for their motion to be carried on."""
+    position = np.where(seen_in(tracked)[..., None], pixels_of(tracked), np.nan)
+    apart = np.linalg.norm(position[:, :, None] - position[:, None], axis=3)  # (n, m, m)
+    apart[:, np.arange(apart.shape[1]), np.arange(apart.shape[1])] = np.inf
+    nearest = np.nan_to_num(apart, nan=np.inf).min(axis=2)[1:]
+    share = np.nan_to_num(np.linalg.norm(np.diff(position, axis=0), axis=2) / nearest)  # (n - 1, m)
+    fast = maximum_filter1d(np.concatenate([[0.0], share.max(axis=1)]), FAST_FRAMES) > FAST
+    flags = []
+    for first, last in stretches(fast, 2 * FAST_FRAMES):
+        inside = share[max(first - 1, 0) : last]
+        names = tuple(np.array(markers_of(tracked), dtype=object)[(inside > FAST).any(axis=0)].tolist())
+        message = (
+            f"moves by up to {inside.max():.0%} of the distance to its nearest neighbour from one frame to the next: "
+            "too few frames a beat to carry motion on; its name rests on the distances along the body. Film with more "
+            "frames a second"
+        )
+        flags.append(Flag("few_frames", names, (first, last), message))
+    return flags
 
 
 def _shorter_exchanged(position: np.ndarray, order: list[int], a: int, b: int) -> np.ndarray:

@@ -381,23 +381,6 @@ def main_caveat(data: DiagnosisResult) -> str:
     return "none was raised."
 
 
-def _next(data: DiagnosisResult) -> list[str]:
-    pairs_of: dict[str, list[str]] = {}
-    for each in data.next_experiments:
-        if each.expected_error < SEPARATES:
-            pair = " from ".join(map(plain, each.separates))
-            pairs_of.setdefault(each.describe, []).append(f"{pair}, expected error {each.expected_error:.0%}")
-    return [f"next: {what} (separates {'; '.join(pairs)})" for what, pairs in list(pairs_of.items())[:_NEXT]]
-
-
-def _models(data: DiagnosisResult) -> list[str]:
-    """List files of twins with effects, and which of several alternatives they contain."""
-    either = [plain(group[0]) for group in data.groups if len(group) > 1]
-    chosen = f"; with {' and '.join(either)}, the most probable of each group" if either else ""
-    names = data.models
-    return [f"model: {name}{'' if name.startswith('calibrated+everything.') else chosen}" for name in names]
-
-
 def test_lines(data: EffectTestResult) -> list[str]:
     """Format the evidence for each tested effect and for all together; then the gap without and with them."""
     lines = [
@@ -418,6 +401,23 @@ def test_lines(data: EffectTestResult) -> list[str]:
     if not isnan(data.gap.shrinkage):
         lines.append(f"The held-out gap {by_how_much(data.gap)}.")
     return lines
+
+
+def _next(data: DiagnosisResult) -> list[str]:
+    pairs_of: dict[str, list[str]] = {}
+    for each in data.next_experiments:
+        if each.expected_error < SEPARATES:
+            pair = " from ".join(map(plain, each.separates))
+            pairs_of.setdefault(each.describe, []).append(f"{pair}, expected error {each.expected_error:.0%}")
+    return [f"next: {what} (separates {'; '.join(pairs)})" for what, pairs in list(pairs_of.items())[:_NEXT]]
+
+
+def _models(data: DiagnosisResult) -> list[str]:
+    """List files of twins with effects, and which of several alternatives they contain."""
+    either = [plain(group[0]) for group in data.groups if len(group) > 1]
+    chosen = f"; with {' and '.join(either)}, the most probable of each group" if either else ""
+    names = data.models
+    return [f"model: {name}{'' if name.startswith('calibrated+everything.') else chosen}" for name in names]
 
 
 def _format_comparison(what: str, before: float, after: float) -> str:

@@ -270,6 +270,14 @@ def nominal_mjcf(robot: RobotSpec) -> str:
     return mjcf_text(spec)
 
 
+def mjcf_text(spec: mujoco.MjSpec) -> str:
+    """Convert a model to text, and check that it loads."""
+    spec.compile()
+    text: str = spec.to_xml()
+    mujoco.MjModel.from_xml_string(text)  # raises if the text does not load
+    return text
+
+
 def _add_keyframe(
     spec: mujoco.MjSpec, robot: RobotSpec, name: str, hz: float, phase_rad: float, velocity: np.ndarray
 ) -> None:
@@ -277,11 +285,3 @@ def _add_keyframe(
     runs = Runs(coefficients, np.array([hz]), np.array([phase_rad]), velocity=velocity[None])
     qpos, qvel = Twin(robot, markers=("nose", "neck")).start(runs)
     spec.add_key(name=name, qpos=qpos[0], qvel=qvel[0], ctrl=[2 * np.pi * hz])
-
-
-def mjcf_text(spec: mujoco.MjSpec) -> str:
-    """Convert a model to text, and check that it loads."""
-    spec.compile()
-    text: str = spec.to_xml()
-    mujoco.MjModel.from_xml_string(text)  # raises if the text does not load
-    return text

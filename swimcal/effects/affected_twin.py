@@ -33,6 +33,7 @@ _LEAD_RAD = 0.8
 _ASIDE_RAD = 0.05
 _SLOW_RAD_S = 1.6
 
+
 T = TypeVar("T")
 
 
@@ -53,13 +54,6 @@ class AffectedRuns(Runs):
 
     def _numbers(self) -> list[np.ndarray]:
         return [*super()._numbers(), self.values]
-
-
-class _EffectColumns(NamedTuple):
-    """An effect and the columns of its parameters among all values."""
-
-    effect: Effect
-    columns: slice
 
 
 class AffectedTwin(Twin):
@@ -343,6 +337,13 @@ class AffectedTwin(Twin):
         if values.shape != (len(runs), self.size):
             raise ValueError(f"values: found shape {values.shape}, expected {(len(runs), self.size)}")
         return values
+
+
+class _EffectColumns(NamedTuple):
+    """An effect and the columns of its parameters among all values."""
+
+    effect: Effect
+    columns: slice
 
 
 def _add(fields: Sequence[np.ndarray], base: np.ndarray, added: Sequence[np.ndarray | float]) -> None:

@@ -221,6 +221,44 @@ def water_behind_kg(robot: RobotSpec, plates: Plates) -> np.ndarray:
     return np.asarray(robot.water.density_kg_m3 * np.pi * half_height**2 * 2 * half_length)
 
 
+class WaterEffect(Effect):
+    """Effect of the water."""
+
+    family = "fluid"
+    stage = "body"
+    seen_in = frozenset({"swim"})
+
+
+class AddedMassReaction(WaterEffect):
+    """Water that must be accelerated with the body, and is left behind with what it has gained.
+
+    Without what is left behind the kinetic energy would be the body's plus 1/2 scale m_A v_y^2, and stay; the wake
+    takes 1/2 m' v_t^2 of it a length of way. At scale 1 all is as in elongated body theory, which makes too much of a
+    fin that is higher than it is long: by itself in the water it would carry an eighth as much.
+    """
+
+    name = "added_mass_reaction"
+    physics = "Reaction -d(m_A v_y)/dt to the acceleration of a plate across itself; its momentum is shed at the tail."
+    source = (
+        "Lighthill, Proc. R. Soc. B 179 (1971), m_A = pi/4 rho d^2 a length; Candelier, Boyer and Leroyer, J. Fluid "
+        "Mech. 673 (2011); Kirchhoff's equations (Lamb, article 124), of which MuJoCo has all but the acceleration."
+    )
+    parameters = (Parameter("scale", "1", 0.0, 1.0, 0.2),)
+
+    def mjcf(self, spec: mujoco.MjSpec, robot: RobotSpec, scene: Scene, values: np.ndarray) -> None:
+        """Add the mass to the plates, so that the engine solves for it together with all other inertia."""
+        if values[0] > 0 and scene.in_water:
+            plates = Plates(robot, scene)
+            for name, mass in zip(plates.names, water_behind_kg(robot, plates), strict=True):
+                spec.geom(name).mass += float(values[0] * mass)
+
+    def force(self, robot: RobotSpec, scene: Scene, values: np.ndarray) -> StepForce | None:
+        """Return the force that frees the plates of that mass along themselves, and sheds momentum at the tail."""
+        if not scene.in_water or not values.any():
+            return None
+        return _Reactive(robot, Plates(robot, scene), values, scene.timestep_s)
+
+
 class _Reactive:
     """Elongated body theory's reactive force, of plates whose model holds the water m behind each as its own mass.
 
@@ -262,44 +300,6 @@ class _Reactive:
         return self.plates.generalised(force * motion.along, motion, torque)
 
 
-class WaterEffect(Effect):
-    """Effect of the water."""
-
-    family = "fluid"
-    stage = "body"
-    seen_in = frozenset({"swim"})
-
-
-class AddedMassReaction(WaterEffect):
-    """Water that must be accelerated with the body, and is left behind with what it has gained.
-
-    Without what is left behind the kinetic energy would be the body's plus 1/2 scale m_A v_y^2, and stay; the wake
-    takes 1/2 m' v_t^2 of it a length of way. At scale 1 all is as in elongated body theory, which makes too much of a
-    fin that is higher than it is long: by itself in the water it would carry an eighth as much.
-    """
-
-    name = "added_mass_reaction"
-    physics = "Reaction -d(m_A v_y)/dt to the acceleration of a plate across itself; its momentum is shed at the tail."
-    source = (
-        "Lighthill, Proc. R. Soc. B 179 (1971), m_A = pi/4 rho d^2 a length; Candelier, Boyer and Leroyer, J. Fluid "
-        "Mech. 673 (2011); Kirchhoff's equations (Lamb, article 124), of which MuJoCo has all but the acceleration."
-    )
-    parameters = (Parameter("scale", "1", 0.0, 1.0, 0.2),)
-
-    def mjcf(self, spec: mujoco.MjSpec, robot: RobotSpec, scene: Scene, values: np.ndarray) -> None:
-        """Add the mass to the plates, so that the engine solves for it together with all other inertia."""
-        if values[0] > 0 and scene.in_water:
-            plates = Plates(robot, scene)
-            for name, mass in zip(plates.names, water_behind_kg(robot, plates), strict=True):
-                spec.geom(name).mass += float(values[0] * mass)
-
-    def force(self, robot: RobotSpec, scene: Scene, values: np.ndarray) -> StepForce | None:
-        """Return the force that frees the plates of that mass along themselves, and sheds momentum at the tail."""
-        if not scene.in_water or not values.any():
-            return None
-        return _Reactive(robot, Plates(robot, scene), values, scene.timestep_s)
-
-
 class SegmentCoefficients(WaterEffect):
     """All five coefficients of the head, and of the fin, are those of the tail times exp(parameter)."""
 
@@ -312,6 +312,22 @@ class SegmentCoefficients(WaterEffect):
         """Scale the coefficients of head and fin."""
         for name, value in zip(_PLATES, values, strict=True):
             spec.geom(name).fluid_coefs = np.exp(value) * spec.geom(name).fluid_coefs
+
+
+class FluidMemory(WaterEffect):
+    """Half of the water's force comes at once, the rest as the wake that it must build up is left behind.
+
+    The lag is that of the whole force on each joint; the engine does not separate drag from lift.
+    """
+
+    name = "fluid_memory"
+    physics = "The vortex shed at a change of circulation holds half of it back until it has been left behind."
+    source = "Wagner (1925); Jones, NACA report 681 (1940), here with one exponential; Theodorsen, report 496 (1935)."
+    parameters = (Parameter("way", "m", 0.0, 0.1, 0.004),)
+
+    def force(self, robot: RobotSpec, scene: Scene, values: np.ndarray) -> StepForce | None:
+        """Return the force of the wake, with a state of its own."""
+        return _Wake(Plates(robot, scene), values, scene.timestep_s) if scene.in_water and values.any() else None
 
 
 class _Wake:
@@ -336,22 +352,6 @@ class _Wake:
         late = kept * self.late + (1 - kept) / steps * (state.fluid - self.before)
         self.late, self.before = late, state.fluid.copy()
         return np.asarray(-(1 - AT_ONCE) * late)
-
-
-class FluidMemory(WaterEffect):
-    """Half of the water's force comes at once, the rest as the wake that it must build up is left behind.
-
-    The lag is that of the whole force on each joint; the engine does not separate drag from lift.
-    """
-
-    name = "fluid_memory"
-    physics = "The vortex shed at a change of circulation holds half of it back until it has been left behind."
-    source = "Wagner (1925); Jones, NACA report 681 (1940), here with one exponential; Theodorsen, report 496 (1935)."
-    parameters = (Parameter("way", "m", 0.0, 0.1, 0.004),)
-
-    def force(self, robot: RobotSpec, scene: Scene, values: np.ndarray) -> StepForce | None:
-        """Return the force of the wake, with a state of its own."""
-        return _Wake(Plates(robot, scene), values, scene.timestep_s) if scene.in_water and values.any() else None
 
 
 class BackgroundCurrent(WaterEffect):
@@ -379,6 +379,28 @@ class BackgroundCurrent(WaterEffect):
         """Set the current as the engine's wind."""
         if scene.in_water and values.any():
             spec.option.wind = (*values, 0.0)
+
+
+class WallProximity(WaterEffect):
+    """A wall parallel to the course, given by its distance from the start, to the power -2: left +, right -.
+
+    In proportion to it is what a distant wall does.
+    """
+
+    name = "wall_proximity"
+    physics = (
+        "A wall at clearance c adds a share (h / c)^2 to the drag across it and draws a passing body of half depth h "
+        "towards it."
+    )
+    source = "Images in a plane (Lamb, Hydrodynamics, article 137); Quinn, Lauder and Smits, J. Fluid Mech. 742 (2014)."
+    parameters = (Parameter("inverse_square", "1/m^2", -64.0, 64.0, 8.0),)
+
+    def force(self, robot: RobotSpec, scene: Scene, values: np.ndarray) -> StepForce | None:
+        """Return the force of the wall."""
+        nearness = np.sign(values) * np.sqrt(np.abs(values))
+        return (
+            _Wall(robot, Plates(robot, scene), nearness, scene.timestep_s) if scene.in_water and values.any() else None
+        )
 
 
 class _Wall:
@@ -411,28 +433,6 @@ class _Wall:
         return self.plates.generalised(1j * self.pressed * (drag + lift) * course, motion)
 
 
-class WallProximity(WaterEffect):
-    """A wall parallel to the course, given by its distance from the start, to the power -2: left +, right -.
-
-    In proportion to it is what a distant wall does.
-    """
-
-    name = "wall_proximity"
-    physics = (
-        "A wall at clearance c adds a share (h / c)^2 to the drag across it and draws a passing body of half depth h "
-        "towards it."
-    )
-    source = "Images in a plane (Lamb, Hydrodynamics, article 137); Quinn, Lauder and Smits, J. Fluid Mech. 742 (2014)."
-    parameters = (Parameter("inverse_square", "1/m^2", -64.0, 64.0, 8.0),)
-
-    def force(self, robot: RobotSpec, scene: Scene, values: np.ndarray) -> StepForce | None:
-        """Return the force of the wall."""
-        nearness = np.sign(values) * np.sqrt(np.abs(values))
-        return (
-            _Wall(robot, Plates(robot, scene), nearness, scene.timestep_s) if scene.in_water and values.any() else None
-        )
-
-
 def hump(froude: np.ndarray) -> np.ndarray:
     """Return the wave drag coefficient relative to that on the hump: 2 x^4 / (1 + x^8) with x = Fr / 0.5.
 
@@ -440,22 +440,6 @@ def hump(froude: np.ndarray) -> np.ndarray:
     """
     x4 = (froude / HUMP_FROUDE) ** 4
     return np.asarray(2 * x4 / (1 + x4**2))
-
-
-class _AlongTheHead:
-    """A resistance along the head's axis: a force in N by the speed there in m/s, of all simulations (n,)."""
-
-    def __init__(self, plates: Plates, resistance: Callable[[np.ndarray], np.ndarray]) -> None:
-        self.plates, self.resistance = plates, resistance
-
-    @np.errstate(over="ignore", invalid="ignore")  # a simulation that blows up is marked later
-    def __call__(self, state: StepState) -> np.ndarray:
-        motion = state.motion
-        head = motion.along[:, 0]
-        speed = np.real(head.conj() * motion.velocity[:, 0])
-        force = np.zeros_like(motion.place)
-        force[:, 0] = -np.sign(speed) * self.resistance(np.abs(speed)) * head
-        return self.plates.generalised(force, motion)
 
 
 class WaveDrag(WaterEffect):
@@ -515,6 +499,22 @@ class SkinFriction(WaterEffect):
         kinematic = water.viscosity_pa_s / water.density_kg_m3
         factor = 0.5 * water.density_kg_m3 * wetted_m2 * 1.328 * np.sqrt(kinematic / length_m)
         return _AlongTheHead(plates, lambda speed: factor * values[:, 0] * speed**1.5)
+
+
+class _AlongTheHead:
+    """A resistance along the head's axis: a force in N by the speed there in m/s, of all simulations (n,)."""
+
+    def __init__(self, plates: Plates, resistance: Callable[[np.ndarray], np.ndarray]) -> None:
+        self.plates, self.resistance = plates, resistance
+
+    @np.errstate(over="ignore", invalid="ignore")  # a simulation that blows up is marked later
+    def __call__(self, state: StepState) -> np.ndarray:
+        motion = state.motion
+        head = motion.along[:, 0]
+        speed = np.real(head.conj() * motion.velocity[:, 0])
+        force = np.zeros_like(motion.place)
+        force[:, 0] = -np.sign(speed) * self.resistance(np.abs(speed)) * head
+        return self.plates.generalised(force, motion)
 
 
 EFFECTS: tuple[Effect, ...] = (
