@@ -183,14 +183,6 @@ class Signals:
             self.caught = number
 
 
-def _in_ascii(error: UnicodeError) -> tuple[str, int]:
-    """Handle characters that a terminal's encoding does not have: use another spelling, or the number of each."""
-    if not isinstance(error, UnicodeEncodeError):
-        raise error
-    missing = error.object[error.start : error.end]
-    return "".join(_IN_ASCII.get(each) or ascii(each)[1:-1] for each in missing), error.end
-
-
 def print_in_any_encoding() -> None:
     """Spell output in what the encoding of a terminal or file has, so that it no longer ends the program."""
     codecs.register_error("in_ascii", _in_ascii)
@@ -206,6 +198,14 @@ def let_go_of_a_lost_terminal() -> None:
             stream.flush()
         except OSError:
             os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
+
+
+def _in_ascii(error: UnicodeError) -> tuple[str, int]:
+    """Handle characters that a terminal's encoding does not have: use another spelling, or the number of each."""
+    if not isinstance(error, UnicodeEncodeError):
+        raise error
+    missing = error.object[error.start : error.end]
+    return "".join(_IN_ASCII.get(each) or ascii(each)[1:-1] for each in missing), error.end
 
 
 # The bus.
