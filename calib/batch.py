@@ -1,8 +1,9 @@
 """Batches: many sessions spread over workers, and the sweep of one command over them.
 
-Pieces of work done in parallel: each in a process of its own here, or as the tasks of a dask cluster.
+`spread` does pieces of work in parallel: each in a process of its own here, or as the tasks of a dask cluster. A
+process that dies costs its own piece only.
 
-A process that dies costs its own piece only.
+`run_all` runs several sessions; a broken one stops no other.
 """
 
 from __future__ import annotations
@@ -33,9 +34,6 @@ from swimcal.runs import ENGINE
 if TYPE_CHECKING:
     from distributed import Client
 
-
-Piece = TypeVar("Piece")
-Outcome = TypeVar("Outcome")
 _PATIENCE_S = 10.0  # time to wait for a scheduler
 _DIED = "its process died (killed, or out of memory?); the same command goes on from there"
 _CHILD = """
@@ -46,6 +44,12 @@ sys.path[:] = pickle.load(sys.stdin.buffer)
 work, piece = pickle.load(sys.stdin.buffer)
 pickle.dump(work(piece), answer)
 """
+
+Work = Callable[[Pipeline], object]
+
+
+Piece = TypeVar("Piece")
+Outcome = TypeVar("Outcome")
 
 
 class Versions(NamedTuple):
@@ -159,9 +163,6 @@ def _check_workers(client: Client, scheduler: str) -> None:
         faults.append(Fault("--scheduler", "", "no workers", scheduler, "one or more", (), step))
     if faults:
         raise InputError(faults)
-
-
-Work = Callable[[Pipeline], object]
 
 
 def run_pipeline(pipeline: Pipeline, until: LastStepName = "diagnosis") -> None:

@@ -18,7 +18,6 @@ if TYPE_CHECKING:
     from tracking.board import BoardScale, BoardSpec
     from tracking.lens import LensCalibration
 
-
 __all__ = ["board", "lens", "scale"]
 
 _PICTURES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".bmp", ".webp")

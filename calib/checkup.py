@@ -1,4 +1,4 @@
-"""The checks whether an installation, a session and a motor are ready, and what to do where they are not."""
+"""Checks whether an installation, a session and a motor are ready, and what to do where they are not."""
 
 import os
 import platform

@@ -1,4 +1,9 @@
-"""The commands of `calib`, by what they work on."""
+"""The commands of `calib`, by what they work on.
+
+Videos and tracks: `track`, `edit`, `view`, `convert`. A session and its results: `new`, `run`, `fit`, `posterior`,
+`diagnose`, `report`, `mjcf`; `doctor` checks it. The camera: `board`, `lens`, `scale`. Policies and pools: `policy`
+with `train`, `evaluate` and `play`, and `aquarium`.
+"""
 
 from __future__ import annotations
 
@@ -32,6 +37,25 @@ from calib.terminal import (
 )
 
 TRACKER_HELP = "hybrid: spots, and CSRT where none answers; spots: without CSRT; csrt: plain CSRT, the baseline"
+
+_MANY = ("--videos", "--tracks")
+
+BoardFile = Annotated[
+    Path | None, typer.Option(help="TOML with a table [board]; default: the board that `calib camera board` draws")
+]
+
+TaskName = Annotated[Literal["target", "circle"], typer.Option(help="reach random targets, or follow a circle of 1 m")]
+PolicyFile = Annotated[
+    Path | None, typer.Option("--policy", help="the policy's npz; default: the one trained for this session and task")
+]
+Seed = Annotated[int, typer.Option(min=0, help="seed of all draws")]
+_TEST_SEED = 1_000_003  # seed of goals that no training sees
+policy = typer.Typer(
+    rich_markup_mode=None, no_args_is_help=True, help="Policies that steer the twin: trained, scored and shown."
+)
+
+
+# Videos and tracks.
 
 
 def track(
@@ -109,7 +133,7 @@ def convert(
     print(calib.convert_tracks(tracks, out, to, markers=names, fps=fps, rename=renaming(rename)))
 
 
-_MANY = ("--videos", "--tracks")
+# A session and its results.
 
 
 class SeveralFiles(TyperCommand):
@@ -344,9 +368,7 @@ def doctor(
         raise typer.Exit(2)
 
 
-BoardFile = Annotated[
-    Path | None, typer.Option(help="TOML with a table [board]; default: the board that `calib camera board` draws")
-]
+# The camera.
 
 
 def board(
@@ -393,15 +415,7 @@ def scale(
     print("scale_length_m of the session: this times the nose-neck distance in pixels")
 
 
-TaskName = Annotated[Literal["target", "circle"], typer.Option(help="reach random targets, or follow a circle of 1 m")]
-PolicyFile = Annotated[
-    Path | None, typer.Option("--policy", help="the policy's npz; default: the one trained for this session and task")
-]
-Seed = Annotated[int, typer.Option(min=0, help="seed of all draws")]
-_TEST_SEED = 1_000_003  # seed of goals that no training sees
-policy = typer.Typer(
-    rich_markup_mode=None, no_args_is_help=True, help="Policies that steer the twin: trained, scored and shown."
-)
+# Policies and pools.
 
 
 def train(
@@ -497,6 +511,8 @@ _EXAMPLES: dict[Callable[..., None], str] = {
     evaluate: "calib policy evaluate pool --task circle",
     play: "calib policy play pool --target=-2,0.5 --out reach.mp4",
 }
+
+
 for command, example in _EXAMPLES.items():
     policy.command(epilog=f"Example: {example}")(command)
 

@@ -28,20 +28,6 @@ def check_shadowing() -> None:
         )
 
 
-def _place(name: str) -> Path | None:
-    """Find where the package of this name comes from, if not from here."""
-    module = sys.modules.get(name)
-    origin = getattr(module, "__file__", None) if module else None
-    if module is None:
-        spec = find_spec(name)
-        origin = None if spec is None else spec.origin or next(iter(spec.submodule_search_locations or ()), None)
-    if origin is None:
-        return None
-    path = Path(origin).resolve()
-    own = path.parent if path.name == "__init__.py" else path
-    return None if own == _HOME / name else path
-
-
 def main() -> None:
     """Run the command line; Ctrl-C ends it with one line and exit code 130 from the first import on."""
     # Figures go into files, and matplotlib cannot be imported if the environment names a backend that is missing.
@@ -61,3 +47,17 @@ def main() -> None:
         print(f"calib: {error}", file=sys.stderr)
         sys.exit(2)
     command_line()
+
+
+def _place(name: str) -> Path | None:
+    """Find where the package of this name comes from, if not from here."""
+    module = sys.modules.get(name)
+    origin = getattr(module, "__file__", None) if module else None
+    if module is None:
+        spec = find_spec(name)
+        origin = None if spec is None else spec.origin or next(iter(spec.submodule_search_locations or ()), None)
+    if origin is None:
+        return None
+    path = Path(origin).resolve()
+    own = path.parent if path.name == "__init__.py" else path
+    return None if own == _HOME / name else path

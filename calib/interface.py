@@ -66,7 +66,6 @@ from tracking.follow_video import TrackerName
 if TYPE_CHECKING:
     import xarray as xr
 
-
 __all__ = [
     "Effect",
     "EffectTest",
@@ -184,15 +183,6 @@ def fit(
         work(pipeline)
         keep_output(pipeline)
         return structure_result(pipeline) if pipeline.only_dry else fit_result(pipeline)
-
-
-def _fit(pipeline: Pipeline, objective: ObjectiveName) -> None:
-    if pipeline.only_dry:
-        pipeline.structured()
-        return
-    pipeline.fit()
-    if objective == "published":
-        pipeline.published()
 
 
 def posterior(
@@ -724,6 +714,15 @@ def new_session(  # noqa: PLR0913  it is the command `new`, of which a user give
     else:
         new_from_files(Path(folder), films, own, robot, fps, commands_hz, fit, rename)
     return Path(folder)
+
+
+def _fit(pipeline: Pipeline, objective: ObjectiveName) -> None:
+    if pipeline.only_dry:
+        pipeline.structured()
+        return
+    pipeline.fit()
+    if objective == "published":
+        pipeline.published()
 
 
 def _check_fps(fps: float | None, faults: FaultCollector) -> None:

@@ -22,7 +22,6 @@ from calib import PACKAGES
 if TYPE_CHECKING:
     from calib.pipeline import Pipeline
 
-
 OUTPUT = ".output.json"
 _HOME = Path(__file__).resolve().parents[1]
 _ENGINES = ("swimcal", "mujoco", "opencv-contrib-python-headless")

@@ -1,4 +1,8 @@
-"""New sessions from one's own files, with names for their trials."""
+"""New sessions from one's own files, with names for their trials.
+
+`new_from_files` writes a commented `session.toml` whose first lines list what is missing. `trial_names` makes the names
+of trials from those of files: each its own, fit for a file on any system.
+"""
 
 import json
 import os
@@ -26,126 +30,18 @@ from tracking.foreign import ForeignTracks, check_names
 from tracking.formats import from_movement, read_foreign
 from tracking.video import Video
 
-COPIES = (".lrv", ".lrf", ".thm")
-"""Suffixes of files that a camera keeps next to a video: a small copy of it (GoPro, Insta360, DJI), a picture."""
-DEEPEST = 3
-"""Largest number of folders that are put before a name."""
-LONGEST = 80
-
-
-def without_copies(videos: Sequence[Path]) -> tuple[list[Path], list[str]]:
-    """Drop a camera's small copies of other videos, and write a note for each that is left out.
-
-    A copy has the name of its video, or another beginning before the same number: GL010001.LRV of GX010001.MP4.
-    """
-    whole = [path for path in videos if path.suffix.lower() not in COPIES]
-    kept, notes = [], []
-    for path in videos:
-        own = next((each for each in whole if path not in whole and _is_copy(path, each)), None)
-        if own is None:
-            kept.append(path)
-        else:
-            notes.append(f"left out: {path.name}, the camera's small copy of {own.name}")
-    return kept, notes
-
-
-def _is_copy(copy: Path, video: Path) -> bool:
-    number = re.search(r"\d{4,}", copy.stem)
-    same = copy.stem.lower() == video.stem.lower() or (number is not None and copy.stem[2:] == video.stem[2:])
-    return copy.parent == video.parent and same
-
-
-def trial_names(videos: Sequence[Path], tracks: Sequence[Path], are_names: bool) -> tuple[list[str], list[str]]:
-    """Name each video and each file of tracks; a video and tracks of one name are one trial.
-
-    Files of one name, letter case aside, get those of their folders before it, and a number where these are the same
-    too.
-
-    Args:
-        videos: paths of the videos.
-        tracks: paths of the tracks.
-        are_names: whether tracks are already given by name.
-
-    Raises:
-        InputError: a file is given twice.
-    """
-    faults = FaultCollector("the files")
-    for option, paths in (("--videos", videos), ("--tracks", () if are_names else tracks)):
-        seen: dict[Path, Path] = {}
-        for path in paths:
-            if (first := seen.setdefault(path.resolve(), path)) is not path:
-                faults.add(option, "a file is given twice", found=f"{first} and {path}", expected="each once")
-    faults.raise_if_any()
-    plain = [[_safe(_stem(path)) for path in videos], [_safe(str(p) if are_names else _stem(p)) for p in tracks]]
-    names = [list(kind) for kind in plain]
-    clashing = {key for kind in plain for key, same in groupby(sorted(map(str.casefold, kind))) if len([*same]) > 1}
-    for key in sorted(clashing):
-        places = [(k, i) for k, kind in enumerate(plain) for i, name in enumerate(kind) if name.casefold() == key]
-        for k, i in places:
-            names[k][i] = plain[k][i]
-        for depth in range(1, DEEPEST + 1):
-            longer = {(k, i): _add_folders((videos, tracks)[k][i], plain[k][i], depth) for k, i in places}
-            if all(_differ([name for (k, _), name in longer.items() if k == kind]) for kind in (0, 1)):
-                for (k, i), name in longer.items():
-                    names[k][i] = name
-                break
-    return _number_names(names[0]), _number_names(names[1])
-
-
-def _stem(path: Path) -> str:
-    name = path.name.removesuffix(".gz")
-    return name[: name.rfind(".")] if "." in name else name
-
-
-def _safe(name: str) -> str:
-    """Spell a name in letters, digits, _ and -, without accents."""
-    plain = unicodedata.normalize("NFKD", name.replace("ß", "ss")).encode("ascii", "ignore").decode()
-    return re.sub(r"[^A-Za-z0-9_-]+", "_", plain).strip("_-")[:LONGEST].rstrip("_-") or "trial"
-
-
-def _add_folders(path: Path, name: str, depth: int) -> str:
-    folders = [_safe(part) for part in path.absolute().parent.parts[-depth:] if part != path.anchor]
-    return "_".join([*folders, name])[-LONGEST:].lstrip("_-")
-
-
-def _differ(names: Sequence[str]) -> bool:
-    return len({name.casefold() for name in names}) == len(names)
-
-
-def _number_names(names: Sequence[str]) -> list[str]:
-    """Add numbers to names that occurred before: a, a_2, a_3."""
-    taken: set[str] = set()
-    found = []
-    for name in names:
-        free, number = name, 2
-        while free.casefold() in taken or (number > 2 and free in names):
-            free, number = f"{name}_{number}", number + 1
-        taken.add(free.casefold())
-        found.append(free)
-    return found
-
-
+# The session.
 FEWEST_FRAMES = 2
 UNIT_OFF = 0.01
 """Places may not be pixels if nose to neck is as many as it is millimetres or centimetres, to this relative error."""
 _HZ = (r"(?:^|_)f(\d+)[_.p](\d+)(?:_|$)", r"(\d+)[_.p](\d+) ?_?hz")  # commands in names: f1_25, 1.25hz
 
-
-@dataclass
-class _Trial:
-    name: str
-    video: Path | None = None
-    tracks: xr.Dataset | None = None
-    commanded_hz: float | None = None
-    comments: list[str] = field(default_factory=list)
-    notes: list[str] = field(default_factory=list)
-    questions: list[str] = field(default_factory=list)
-    time_s: np.ndarray | None = None  # times of the frames; None where the file has none
-
-    @property
-    def kind(self) -> str:
-        """The kind of the trial, by its name."""
-        return "free_decay" if "decay" in self.name else "dry" if "dry" in self.name else "swim"
+# Names of trials.
+COPIES = (".lrv", ".lrf", ".thm")
+"""Suffixes of files that a camera keeps next to a video: a small copy of it (GoPro, Insta360, DJI), a picture."""
+DEEPEST = 3
+"""Largest number of folders that are put before a name."""
+LONGEST = 80
 
 
 def new_from_files(
@@ -187,6 +83,23 @@ def new_from_files(
             shutil.copyfile(robot, part / "robot.toml")
         notes = [*notes, *of_markers]
         write_whole(part / SESSION_FILE, _text(folder.absolute().name, ordered, rate, markers, spec, robot, fit, notes))
+
+
+@dataclass
+class _Trial:
+    name: str
+    video: Path | None = None
+    tracks: xr.Dataset | None = None
+    commanded_hz: float | None = None
+    comments: list[str] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
+    questions: list[str] = field(default_factory=list)
+    time_s: np.ndarray | None = None  # times of the frames; None where the file has none
+
+    @property
+    def kind(self) -> str:
+        """The kind of the trial, by its name."""
+        return "free_decay" if "decay" in self.name else "dry" if "dry" in self.name else "swim"
 
 
 def _rate(time_s: np.ndarray) -> float:
@@ -380,3 +293,95 @@ def _text(
         robot_file=robot_file,
         held_out=[swim for swim in swims if swim not in fit] if fit else swims[1::2],
     )
+
+
+def without_copies(videos: Sequence[Path]) -> tuple[list[Path], list[str]]:
+    """Drop a camera's small copies of other videos, and write a note for each that is left out.
+
+    A copy has the name of its video, or another beginning before the same number: GL010001.LRV of GX010001.MP4.
+    """
+    whole = [path for path in videos if path.suffix.lower() not in COPIES]
+    kept, notes = [], []
+    for path in videos:
+        own = next((each for each in whole if path not in whole and _is_copy(path, each)), None)
+        if own is None:
+            kept.append(path)
+        else:
+            notes.append(f"left out: {path.name}, the camera's small copy of {own.name}")
+    return kept, notes
+
+
+def trial_names(videos: Sequence[Path], tracks: Sequence[Path], are_names: bool) -> tuple[list[str], list[str]]:
+    """Name each video and each file of tracks; a video and tracks of one name are one trial.
+
+    Files of one name, letter case aside, get those of their folders before it, and a number where these are the same
+    too.
+
+    Args:
+        videos: paths of the videos.
+        tracks: paths of the tracks.
+        are_names: whether tracks are already given by name.
+
+    Raises:
+        InputError: a file is given twice.
+    """
+    faults = FaultCollector("the files")
+    for option, paths in (("--videos", videos), ("--tracks", () if are_names else tracks)):
+        seen: dict[Path, Path] = {}
+        for path in paths:
+            if (first := seen.setdefault(path.resolve(), path)) is not path:
+                faults.add(option, "a file is given twice", found=f"{first} and {path}", expected="each once")
+    faults.raise_if_any()
+    plain = [[_safe(_stem(path)) for path in videos], [_safe(str(p) if are_names else _stem(p)) for p in tracks]]
+    names = [list(kind) for kind in plain]
+    clashing = {key for kind in plain for key, same in groupby(sorted(map(str.casefold, kind))) if len([*same]) > 1}
+    for key in sorted(clashing):
+        places = [(k, i) for k, kind in enumerate(plain) for i, name in enumerate(kind) if name.casefold() == key]
+        for k, i in places:
+            names[k][i] = plain[k][i]
+        for depth in range(1, DEEPEST + 1):
+            longer = {(k, i): _add_folders((videos, tracks)[k][i], plain[k][i], depth) for k, i in places}
+            if all(_differ([name for (k, _), name in longer.items() if k == kind]) for kind in (0, 1)):
+                for (k, i), name in longer.items():
+                    names[k][i] = name
+                break
+    return _number_names(names[0]), _number_names(names[1])
+
+
+def _is_copy(copy: Path, video: Path) -> bool:
+    number = re.search(r"\d{4,}", copy.stem)
+    same = copy.stem.lower() == video.stem.lower() or (number is not None and copy.stem[2:] == video.stem[2:])
+    return copy.parent == video.parent and same
+
+
+def _stem(path: Path) -> str:
+    name = path.name.removesuffix(".gz")
+    return name[: name.rfind(".")] if "." in name else name
+
+
+def _safe(name: str) -> str:
+    """Spell a name in letters, digits, _ and -, without accents."""
+    plain = unicodedata.normalize("NFKD", name.replace("ß", "ss")).encode("ascii", "ignore").decode()
+    return re.sub(r"[^A-Za-z0-9_-]+", "_", plain).strip("_-")[:LONGEST].rstrip("_-") or "trial"
+
+
+def _add_folders(path: Path, name: str, depth: int) -> str:
+    folders = [_safe(part) for part in path.absolute().parent.parts[-depth:] if part != path.anchor]
+    return "_".join([*folders, name])[-LONGEST:].lstrip("_-")
+
+
+def _differ(names: Sequence[str]) -> bool:
+    return len({name.casefold() for name in names}) == len(names)
+
+
+def _number_names(names: Sequence[str]) -> list[str]:
+    """Add numbers to names that occurred before: a, a_2, a_3."""
+    taken: set[str] = set()
+    found = []
+    for name in names:
+        free, number = name, 2
+        while free.casefold() in taken or (number > 2 and free in names):
+            free, number = f"{name}_{number}", number + 1
+        taken.add(free.casefold())
+        found.append(free)
+    return found

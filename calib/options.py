@@ -1,4 +1,8 @@
-"""Options that every command shares, and progress with the time left."""
+"""The options of the work on one session, and the progress that it reports.
+
+`Options` are shared by every command; `Job` is what every stage has to know and reports. `progress_bar` reports
+progress with the time left: a bar on a terminal and in a notebook, elsewhere lines ten seconds apart.
+"""
 
 import sys
 import threading
@@ -23,9 +27,87 @@ from swimcal.runs import ENGINE, model_sha256
 from swimcal.session import Session, file_hashes
 from tracking.follow_video import TrackerName
 
+# Options.
+EffortName = Literal["quick", "full"]
+LastStepName = Literal["fit", "posterior", "diagnosis"]
+"""The last step of a run before its report."""
+ObjectiveName = Literal["likelihood", "published"]
+STARTS = {"quick": 2, "full": 4}
+"""Number of starts of the search for the coefficients, by effort."""
+PUBLISHED_S = {"quick": 3_000.0, "full": 18_000.0}
+"""Seconds that the published search may simulate, by effort."""
+
+# Progress.
 EVERY_S = 10.0
 _SETTLED_S = 3.0  # no time left is shown before this, because a stage's first steps are slower than the others
 _NEWS = 0.3  # smallest relative change of the time left that is worth a line
+
+
+@dataclass(frozen=True)
+class Options:
+    """The options of the work on a session.
+
+    Attributes:
+        effort: None for that of the current results, full where there are none.
+        workers: threads, 0 for all cores.
+        tracker: None for that of the existing tracks.
+        progress: called with what is going on.
+    """
+
+    effort: EffortName | None = None
+    workers: int = 0
+    tracker: TrackerName | None = None
+    progress: Progress = lambda _message, _share: None
+
+    def __post_init__(self) -> None:
+        """Refuse an effort that does not exist, before anything is compared with it."""
+        if self.effort is not None and self.effort not in get_args(EffortName):
+            raise InputError([Fault("effort", "", "no such effort", repr(self.effort), "", get_args(EffortName))])
+
+
+def check_last_step(until: str) -> None:
+    """Refuse a last step that no run has.
+
+    Raises:
+        InputError: there is no such step.
+    """
+    if until not in get_args(LastStepName):
+        raise InputError([Fault("until", "", "no such step", repr(until), "", get_args(LastStepName))])
+
+
+@dataclass(frozen=True, eq=False)
+class Job:
+    """The work on one session: the files made, in their order, and notes, sentences for the user."""
+
+    session: Session
+    options: Options
+    made: list[Path] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
+
+    @property
+    def results(self) -> Path:
+        """The folder of the results."""
+        return self.session.results
+
+    @cached_property
+    def robot(self) -> RobotSpec:
+        """The session's robot, as described."""
+        return load_robot(self.session.robot_file)
+
+    @cached_property
+    def provenance(self) -> Provenance:
+        """The provenance with which every result of this work is stamped."""
+        inputs, sha256 = file_hashes(self.session), model_sha256(self.robot)
+        return Provenance(ENGINE, sha256, inputs, self.session.seed, self.options.effort or "full")
+
+    def note_incomplete(self, file: Path | None) -> None:
+        """Note that results are made again because the end of a file was missing; do nothing where none was."""
+        if file is not None:
+            self.notes.append(f"{file.name} was incomplete: its end was missing or damaged. It was made again.")
+
+    def progress(self, message: str, share: float | None = None) -> None:
+        """Report what is going on, and the share done where it is known."""
+        self.options.progress(message, share)
 
 
 @contextmanager
@@ -155,6 +237,15 @@ class Lines:
         self._write(f"calib: {self._message}{taken}{self._done}{left}")
 
 
+def is_kernel() -> bool:
+    """Return whether this process is the kernel of a notebook; other processes may have loaded the module, too."""
+    if "ipykernel" not in sys.modules:
+        return False
+    from IPython.core.getipython import get_ipython
+
+    return getattr(get_ipython(), "kernel", None) is not None
+
+
 def _format_duration(seconds: float) -> str:
     return f"{seconds:.0f} s" if seconds < 90 else f"{seconds / 60:.{1 if seconds < 600 else 0}f} min"
 
@@ -177,15 +268,6 @@ def _ticking(lines: Lines) -> Iterator[Lines]:
         clock.join()
 
 
-def is_kernel() -> bool:
-    """Return whether this process is the kernel of a notebook; other processes may have loaded the module, too."""
-    if "ipykernel" not in sys.modules:
-        return False
-    from IPython.core.getipython import get_ipython
-
-    return getattr(get_ipython(), "kernel", None) is not None
-
-
 @contextmanager
 def _in_notebook() -> Iterator[Progress]:
     """Show one line below the cell, which goes away at the end."""
@@ -197,80 +279,3 @@ def _in_notebook() -> Iterator[Progress]:
         yield lines
     finally:
         handle.update(HTML(""))
-
-
-EffortName = Literal["quick", "full"]
-LastStepName = Literal["fit", "posterior", "diagnosis"]
-"""The last step of a run before its report."""
-ObjectiveName = Literal["likelihood", "published"]
-STARTS = {"quick": 2, "full": 4}
-"""Number of starts of the search for the coefficients, by effort."""
-PUBLISHED_S = {"quick": 3_000.0, "full": 18_000.0}
-"""Seconds that the published search may simulate, by effort."""
-
-
-@dataclass(frozen=True)
-class Options:
-    """The options of the work on a session.
-
-    Attributes:
-        effort: None for that of the current results, full where there are none.
-        workers: threads, 0 for all cores.
-        tracker: None for that of the existing tracks.
-        progress: called with what is going on.
-    """
-
-    effort: EffortName | None = None
-    workers: int = 0
-    tracker: TrackerName | None = None
-    progress: Progress = lambda _message, _share: None
-
-    def __post_init__(self) -> None:
-        """Refuse an effort that does not exist, before anything is compared with it."""
-        if self.effort is not None and self.effort not in get_args(EffortName):
-            raise InputError([Fault("effort", "", "no such effort", repr(self.effort), "", get_args(EffortName))])
-
-
-def check_last_step(until: str) -> None:
-    """Refuse a last step that no run has.
-
-    Raises:
-        InputError: there is no such step.
-    """
-    if until not in get_args(LastStepName):
-        raise InputError([Fault("until", "", "no such step", repr(until), "", get_args(LastStepName))])
-
-
-@dataclass(frozen=True, eq=False)
-class Job:
-    """The work on one session: the files made, in their order, and notes, sentences for the user."""
-
-    session: Session
-    options: Options
-    made: list[Path] = field(default_factory=list)
-    notes: list[str] = field(default_factory=list)
-
-    @property
-    def results(self) -> Path:
-        """The folder of the results."""
-        return self.session.results
-
-    @cached_property
-    def robot(self) -> RobotSpec:
-        """The session's robot, as described."""
-        return load_robot(self.session.robot_file)
-
-    @cached_property
-    def provenance(self) -> Provenance:
-        """The provenance with which every result of this work is stamped."""
-        inputs, sha256 = file_hashes(self.session), model_sha256(self.robot)
-        return Provenance(ENGINE, sha256, inputs, self.session.seed, self.options.effort or "full")
-
-    def note_incomplete(self, file: Path | None) -> None:
-        """Note that results are made again because the end of a file was missing; do nothing where none was."""
-        if file is not None:
-            self.notes.append(f"{file.name} was incomplete: its end was missing or damaged. It was made again.")
-
-    def progress(self, message: str, share: float | None = None) -> None:
-        """Report what is going on, and the share done where it is known."""
-        self.options.progress(message, share)

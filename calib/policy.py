@@ -29,7 +29,6 @@ if TYPE_CHECKING:
     from swimgym.policy import Policy, Swum
     from swimgym.swimmers import Fish
 
-
 __all__ = ["PolicyScores", "aquarium", "evaluate", "play", "train"]
 
 TaskName = Literal["target", "circle"]

@@ -1,9 +1,7 @@
-"""The terminal: arguments that commands share, and the lines they print.
+"""The terminal: arguments that several commands share, and the lines they print.
 
-The arguments that several commands share.
-
-Each command imports what it works with itself, so that one that only prints its help, or drives the motor, waits for
-none of it.
+`print_result` prints the output of a command when it is done: a few lines, all of it with -v, or JSON. Each command
+imports what it works with itself, so that one that only prints its help, or drives the motor, waits for none of it.
 """
 
 from __future__ import annotations
@@ -18,6 +16,28 @@ import typer
 
 if TYPE_CHECKING:
     from calib.results.result import Export, Result
+
+EffortOption = Literal["quick", "full"]
+LastStep = Literal["fit", "posterior", "diagnosis"]
+ObjectiveOption = Literal["likelihood", "published"]
+TrackerOption = Literal["hybrid", "spots", "csrt"]
+FORMS = ("swimcal", "deeplabcut", "movement", "fishsim")
+"""Forms of tracks, for help; what is given is compared with `tracking.formats.FORMATS`."""
+
+SessionFolder = Annotated[Path, typer.Argument(metavar="SESSION", help="a session folder, with its session.toml")]
+SessionFolders = Annotated[list[Path], typer.Argument(metavar="SESSION...", help="one or more session folders")]
+Effort = Annotated[
+    EffortOption | None,
+    typer.Option(help="how hard to search; default: that of the current results, else full", show_default=False),
+]
+PolicyEffort = Annotated[EffortOption, typer.Option(help="how hard to search, and on how many targets it is scored")]
+Rename = Annotated[
+    str, typer.Option(help="names of the file, and which markers they are, comma-separated: snout=nose,…")
+]
+Workers = Annotated[int, typer.Option(min=0, help="threads; 0: all cores, or SWIMCAL_WORKERS")]
+Scheduler = Annotated[str | None, typer.Option(help="address of a dask scheduler, whose workers do it; default: here")]
+Verbose = Annotated[bool, typer.Option("--verbose", "-v", help="every number and every flag, not the summary alone")]
+AsJson = Annotated[bool, typer.Option("--json", help="print the outcome as JSON on standard output")]
 
 
 def print_result(result: Result, as_json: bool, verbose: bool, main: Path | None = None) -> None:
@@ -51,11 +71,6 @@ def result_lines(result: Result, verbose: bool, main: Path | None = None) -> lis
     return [*notes, *lines, str(main or result.file)]
 
 
-def _sort(notes: Iterable[str]) -> list[str]:
-    """Sort notes so that warnings come first."""
-    return sorted(notes, key=lambda note: not note.startswith("!"))
-
-
 def export_lines(notes: Iterable[str], files: Iterable[Path]) -> list[str]:
     """Return the lines of files that were written: what they are, then where they are."""
     return [*notes, *map(str, files)]
@@ -78,27 +93,9 @@ def print_export(made: Export, as_json: bool = False) -> None:
         raise typer.Exit(2)
 
 
-EffortOption = Literal["quick", "full"]
-LastStep = Literal["fit", "posterior", "diagnosis"]
-ObjectiveOption = Literal["likelihood", "published"]
-TrackerOption = Literal["hybrid", "spots", "csrt"]
-FORMS = ("swimcal", "deeplabcut", "movement", "fishsim")
-"""Forms of tracks, for help; what is given is compared with `tracking.formats.FORMATS`."""
-
-SessionFolder = Annotated[Path, typer.Argument(metavar="SESSION", help="a session folder, with its session.toml")]
-SessionFolders = Annotated[list[Path], typer.Argument(metavar="SESSION...", help="one or more session folders")]
-Effort = Annotated[
-    EffortOption | None,
-    typer.Option(help="how hard to search; default: that of the current results, else full", show_default=False),
-]
-PolicyEffort = Annotated[EffortOption, typer.Option(help="how hard to search, and on how many targets it is scored")]
-Rename = Annotated[
-    str, typer.Option(help="names of the file, and which markers they are, comma-separated: snout=nose,…")
-]
-Workers = Annotated[int, typer.Option(min=0, help="threads; 0: all cores, or SWIMCAL_WORKERS")]
-Scheduler = Annotated[str | None, typer.Option(help="address of a dask scheduler, whose workers do it; default: here")]
-Verbose = Annotated[bool, typer.Option("--verbose", "-v", help="every number and every flag, not the summary alone")]
-AsJson = Annotated[bool, typer.Option("--json", help="print the outcome as JSON on standard output")]
+def _sort(notes: Iterable[str]) -> list[str]:
+    """Sort notes so that warnings come first."""
+    return sorted(notes, key=lambda note: not note.startswith("!"))
 
 
 def renaming(text: str) -> dict[str, str]:

@@ -25,27 +25,6 @@ from tracking.lens import lens_flags
 from tracking.tracked import counting
 from tracking.video import Video
 
-
-def camera_flags(found: Iterable[xr.Dataset], camera: CameraSpec, robot: RobotSpec) -> tuple[Flag, ...]:
-    """Collect the flags of lens, size and height, of each kind the first: the videos share one camera."""
-    flags: dict[str, Flag] = {}
-    for tracks in found:
-        scale = _metres_per_px(tracks, camera, robot)
-        for flag in lens_flags(camera, picture_px=tracks.picture_px, metres_per_px=scale):
-            flags.setdefault(flag.kind, flag)
-    return tuple(flags.values())
-
-
-def _metres_per_px(found: xr.Dataset, camera: CameraSpec, robot: RobotSpec) -> float | None:
-    """Measure the scale by the nose-neck distance; None where nose and neck are never seen."""
-    tracks = counting(found)
-    heights_m = robot.marker_positions_m(markers_of(tracks))[:, 2]
-    try:
-        return to_pool(tracks, camera, tracks.confidence.values, heights_m)[1]
-    except NotEnoughData:
-        return None
-
-
 _SUFFIX = {"swimcal": ".csv", "deeplabcut": ".dlc.csv", "fishsim": ".fishsim.csv"}
 
 
@@ -154,3 +133,23 @@ def _log(session: Session, spec: TrialSpec) -> EditLog:
         raise InputError([Fault(file, f"trial {spec.name}", what, "", expected, choices)])
     with Video(spec.video) as video:
         return EditLog.load(spec.edits, session.markers, video.info.frames)
+
+
+def camera_flags(found: Iterable[xr.Dataset], camera: CameraSpec, robot: RobotSpec) -> tuple[Flag, ...]:
+    """Collect the flags of lens, size and height, of each kind the first: the videos share one camera."""
+    flags: dict[str, Flag] = {}
+    for tracks in found:
+        scale = _metres_per_px(tracks, camera, robot)
+        for flag in lens_flags(camera, picture_px=tracks.picture_px, metres_per_px=scale):
+            flags.setdefault(flag.kind, flag)
+    return tuple(flags.values())
+
+
+def _metres_per_px(found: xr.Dataset, camera: CameraSpec, robot: RobotSpec) -> float | None:
+    """Measure the scale by the nose-neck distance; None where nose and neck are never seen."""
+    tracks = counting(found)
+    heights_m = robot.marker_positions_m(markers_of(tracks))[:, 2]
+    try:
+        return to_pool(tracks, camera, tracks.confidence.values, heights_m)[1]
+    except NotEnoughData:
+        return None

@@ -62,6 +62,37 @@ def make_recording(pipeline: Pipeline) -> Path:
     return path
 
 
+def open_viewer(recording: Path) -> None:
+    """Start the viewer that was installed with this program, else the one on the path, without waiting for it.
+
+    Raises:
+        SwimcalError: there is none, or it cannot be started.
+    """
+    scripts = str(Path(sys.executable).parent)
+    viewer = shutil.which("rerun", path=scripts) or shutil.which("rerun")
+    if viewer is None:
+        raise _not_opened(recording, f"no command `rerun` in {scripts} or on the path")
+    try:
+        subprocess.Popen([viewer, str(recording)], start_new_session=True)
+    except OSError as error:
+        raise _not_opened(recording, f"{viewer}: {error.strerror or error}") from error
+
+
+def show_inline(recording: Path) -> str:
+    """Show a recording in the output of a notebook's cell; return a sentence that says why where it cannot, else ""."""
+    from rerun import RecordingStream
+    from rerun.notebook import HAS_NOTEBOOK, Viewer
+
+    if not (HAS_NOTEBOOK and is_kernel()):
+        needs = "a notebook" if HAS_NOTEBOOK else "the package rerun-notebook (`pip install 'rerun-sdk[notebook]'`)"
+        return f"Not shown inline, which needs {needs}; open {recording} in the Rerun viewer."
+    stream = RecordingStream(APPLICATION)
+    Viewer(recording=stream, width="auto").display()
+    stream.log_file_from_path(recording)
+    stream.flush()
+    return ""
+
+
 def _record_trial(
     pipeline: Pipeline, spec: TrialSpec, fitted: CalibratedTrial | None, forces: MissingForces | None = None
 ) -> RecordedTrial:
@@ -125,37 +156,6 @@ def _place_twin(fitted: CalibratedTrial, tracked: xr.Dataset, first: int) -> tup
     counts = trial.weight[trial.kept] > 0
     residual_mm[kept] = np.where(counts, 1000 * np.linalg.norm(difference_m, axis=-1), np.nan)
     return twin_px, residual_mm
-
-
-def open_viewer(recording: Path) -> None:
-    """Start the viewer that was installed with this program, else the one on the path, without waiting for it.
-
-    Raises:
-        SwimcalError: there is none, or it cannot be started.
-    """
-    scripts = str(Path(sys.executable).parent)
-    viewer = shutil.which("rerun", path=scripts) or shutil.which("rerun")
-    if viewer is None:
-        raise _not_opened(recording, f"no command `rerun` in {scripts} or on the path")
-    try:
-        subprocess.Popen([viewer, str(recording)], start_new_session=True)
-    except OSError as error:
-        raise _not_opened(recording, f"{viewer}: {error.strerror or error}") from error
-
-
-def show_inline(recording: Path) -> str:
-    """Show a recording in the output of a notebook's cell; return a sentence that says why where it cannot, else ""."""
-    from rerun import RecordingStream
-    from rerun.notebook import HAS_NOTEBOOK, Viewer
-
-    if not (HAS_NOTEBOOK and is_kernel()):
-        needs = "a notebook" if HAS_NOTEBOOK else "the package rerun-notebook (`pip install 'rerun-sdk[notebook]'`)"
-        return f"Not shown inline, which needs {needs}; open {recording} in the Rerun viewer."
-    stream = RecordingStream(APPLICATION)
-    Viewer(recording=stream, width="auto").display()
-    stream.log_file_from_path(recording)
-    stream.flush()
-    return ""
 
 
 def _not_opened(recording: Path, found: str) -> SwimcalError:

@@ -1,10 +1,11 @@
-"""Elongated body theory in the published steady form, and in its large-amplitude form.
+"""Elongated body theory: the steady speed and thrust of a swimmer from the motion of its tail.
 
-Lighthill, "Note on the swimming of slender fish", J. Fluid Mech. 9 (1960); as printed in "Simple Models, Real
-Swimming" (2026), whose thrust omits the factor 1/2 that momentum minus wake energy leaves and that belongs there.
+`steady_speed` and `thrust_polynomial` are the published steady form: Lighthill, "Note on the swimming of slender fish",
+J. Fluid Mech. 9 (1960); as printed in "Simple Models, Real Swimming" (2026), whose thrust omits the factor 1/2 that
+momentum minus wake energy leaves and that belongs there.
 
-Lighthill, "Large-amplitude elongated-body theory of fish locomotion", Proc. R. Soc. B 179 (1971), eq. 8: averaged over
-whole beats the reactive thrust is that of the tail tip alone,
+`steady_speed_large` is the large-amplitude form: Lighthill, "Large-amplitude elongated-body theory of fish locomotion",
+Proc. R. Soc. B 179 (1971), eq. 8. Averaged over whole beats the reactive thrust is that of the tail tip alone,
 
     T = m < w dz/dt - 1/2 w^2 cos(theta) >,    w = dz/dt cos(theta) - dx/dt sin(theta),
 

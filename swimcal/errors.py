@@ -1,6 +1,6 @@
-"""Errors with one message for a user, and the flags a sample or trial can carry.
+"""Errors with one message for a user, and the flags that a sample, a trial or an estimate can carry.
 
-The error tree, drawn once.
+The tree of errors:
 
     SwimcalError                 anything the user can mend; the command ends with `exit_code`
     ├── InputError               faults in files that were read, all of them at once
@@ -11,7 +11,8 @@ The error tree, drawn once.
     ├── NotEnoughData            the recordings cannot carry the estimate that was asked for
     └── NotConverged             an estimate that must not be relied on, and therefore was not reported
 
-Readers collect every `Fault` of a file in a `FaultCollector` and raise one `InputError`.
+Readers collect every `Fault` of a file in a `FaultCollector` and raise one `InputError`. A `Flag` is no error: it says
+what is doubtful about a recording or a fit, with the number that it concerns; `FLAG_KINDS` lists them.
 """
 
 from __future__ import annotations

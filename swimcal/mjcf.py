@@ -1,21 +1,17 @@
 """The robot as an MJCF model: bodies, hinges, tendons, fluid coefficients and scenery.
 
-The five coefficients of MuJoCo's ellipsoid fluid model, and the water that an ellipsoid carries.
+`build_mjcf` builds the model with `MjSpec`, in the names of the public contract. It is planar: `surge`, `sway` and
+`yaw` of the head, the `crank`, and one hinge a tail segment. Every rigid link carries one fluid ellipsoid (the caudal
+fin a second one on the last link), so a step costs a fraction of the published model's. Guide plates and flexible
+strips weigh on it; the water does not feel them. Two spatial tendons run from the crank's arms through the guides of
+the segments.
 
-The model is that of MuJoCo's documentation, chapter Computation, section "Ellipsoid model" (after Andersen, Pesavento
-and Wang, J. Fluid Mech. 541 (2005)), as restated in "Simple Models, Real Swimming" (2026).
+`FluidCoefficients` are those of MuJoCo's ellipsoid fluid model, and `added_volumes` gives the water that an ellipsoid
+carries: MuJoCo's documentation, chapter Computation, section "Ellipsoid model" (after Andersen, Pesavento and Wang, J.
+Fluid Mech. 541 (2005)), as restated in "Simple Models, Real Swimming" (2026).
 
-Additions that make an exported MJCF pleasant to look at and ready to use: light, floor, cameras, sensors, a limited
-control.
-
-Nothing of it touches the dynamics: the model swims the same trajectory to the last digit.
-
-The robot's MJCF, built with `MjSpec` in the names of the public contract.
-
-The model is planar: `surge`, `sway` and `yaw` of the head, the `crank`, and one hinge a tail segment. Every rigid
-link carries one fluid ellipsoid (the caudal fin a second one on the last link), so a step costs a fraction of the
-published model's. Guide plates and flexible strips weigh on it; the water does not feel them. Two spatial tendons run
-from the crank's arms through the guides of the segments.
+`add_scenery` makes an exported MJCF pleasant to look at and ready to use: light, floor, cameras, sensors, a limited
+control. Nothing of it touches the dynamics: the model swims the same trajectory to the last digit.
 """
 
 from dataclasses import dataclass
@@ -26,6 +22,32 @@ import numpy as np
 from scipy.special import elliprd
 
 from swimcal.robot import Point, RobotSpec, Segment
+
+COEFFICIENT_BOUNDS = (0.0, 10.0)
+"""Bounds within which each coefficient is fitted, as published."""
+
+# The robot.
+TIMESTEP_S = 0.0045
+SIDES = (("left", -1.0), ("right", +1.0))  # heading is -x and z is up, so left is -y
+
+_PLASTIC = (0.33, 0.55, 0.78, 1.0)
+_FRAME = (0.62, 0.65, 0.70, 1.0)
+_FIN = (0.90, 0.45, 0.25, 1.0)
+_MARKER = (0.95, 0.60, 0.10, 1.0)
+_SPECK_M = 1e-4
+_SPECK_KG = 1e-3
+_ARM_HALF_WIDTH_M = 0.005  # only seen, without mass
+_STRIP_HALF_THICKNESS_M = 0.0005
+
+# Scenery, and the control of the crank.
+FASTEST_TURNS_PER_S = 15.0
+"""Range of the crank's control; as fast as tails are driven (Zhu et al., Sci. Robot. 4, 2019)."""
+
+_FLOOR_M = -0.4
+_WATER = (0.80, 0.91, 0.95)
+_DEEP = (0.28, 0.52, 0.62)
+_TILE = (0.30, 0.52, 0.60)
+_JOINT = (0.45, 0.66, 0.72)
 
 
 class FluidCoefficients(NamedTuple):
@@ -38,8 +60,6 @@ class FluidCoefficients(NamedTuple):
     magnus_lift: float
 
 
-COEFFICIENT_BOUNDS = (0.0, 10.0)
-"""Bounds within which each coefficient is fitted, as published."""
 PUBLISHED_COEFFICIENTS = FluidCoefficients(0.40, 7.79, 2.81, 3.84, 0.27)
 
 
@@ -52,99 +72,6 @@ def added_volumes(semi_axes_m: np.ndarray) -> np.ndarray:
     r = semi_axes_m
     alpha = np.array([2 / 3 * np.prod(r) * elliprd(r[i - 2] ** 2, r[i - 1] ** 2, r[i] ** 2) for i in range(3)])
     return np.asarray(float(4 / 3 * np.pi * np.prod(r)) * alpha / (2 - alpha))
-
-
-FASTEST_TURNS_PER_S = 15.0
-"""Range of the crank's control; as fast as tails are driven (Zhu et al., Sci. Robot. 4, 2019)."""
-
-_FLOOR_M = -0.4
-_WATER = (0.80, 0.91, 0.95)
-_DEEP = (0.28, 0.52, 0.62)
-_TILE = (0.30, 0.52, 0.60)
-_JOINT = (0.45, 0.66, 0.72)
-
-
-def add_scenery(spec: mujoco.MjSpec, robot: RobotSpec) -> mujoco.MjSpec:
-    """Put a robot into a pool to look at, with sensors, and return it.
-
-    Cameras: `follow` goes along next to the robot, `above` looks straight down as over a pool. Sensors: `head_position`
-    (m), `head_orientation` (quaternion), `head_velocity` (m/s), `crank_angle` (rad), `crank_speed` (rad/s) and
-    `<hinge>_angle` (rad).
-
-    Args:
-        spec: the model, as `build_mjcf` made it.
-        robot: the robot.
-    """
-    _add_pool(spec)
-    head = spec.body("head")
-    along = mujoco.mjtCamLight.mjCAMLIGHT_TRACK
-    middle = robot.fin_root_x_m / 2
-    length = robot.fin_root_x_m
-    place = np.array([middle - 0.6 * length, -1.6 * length, 1.1 * length])
-    head.add_camera(name="follow", mode=along, pos=place, xyaxes=_look_at(place, np.array([middle, 0.0, 0.0])))
-    head.add_camera(name="above", mode=along, pos=(middle, 0.0, 1.2), xyaxes=(1, 0, 0, 0, 1, 0))
-    motor = spec.actuator("motor")
-    motor.ctrlrange = (-2 * np.pi * FASTEST_TURNS_PER_S, 2 * np.pi * FASTEST_TURNS_PER_S)
-    motor.ctrllimited = True
-    _add_sensors(spec, robot)
-    return spec
-
-
-def _look_at(place_m: np.ndarray, at_m: np.ndarray) -> np.ndarray:
-    """Return the x and y axis (6,) of a camera that looks at a point, upright."""
-    ahead = (at_m - place_m) / np.linalg.norm(at_m - place_m)
-    right = np.cross(ahead, [0.0, 0.0, 1.0])
-    right /= np.linalg.norm(right)
-    return np.concatenate([right, np.cross(right, ahead)])
-
-
-def _add_pool(spec: mujoco.MjSpec) -> None:
-    texture = mujoco.mjtTexture
-    sky = spec.add_texture(name="sky", type=texture.mjTEXTURE_SKYBOX, width=256, height=256, rgb1=_WATER, rgb2=_DEEP)
-    sky.builtin = mujoco.mjtBuiltin.mjBUILTIN_GRADIENT
-    tiles = spec.add_texture(name="tiles", type=texture.mjTEXTURE_2D, width=256, height=256, rgb1=_TILE, rgb2=_TILE)
-    tiles.builtin, tiles.mark, tiles.markrgb = mujoco.mjtBuiltin.mjBUILTIN_FLAT, mujoco.mjtMark.mjMARK_EDGE, _JOINT
-    material = spec.add_material(name="tiles", texrepeat=(5, 5), texuniform=True, reflectance=0.05)
-    material.textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = "tiles"
-    spec.worldbody.add_geom(
-        name="floor",
-        type=mujoco.mjtGeom.mjGEOM_PLANE,
-        pos=(0.0, 0.0, _FLOOR_M),
-        size=(0.0, 0.0, 0.05),
-        material="tiles",
-        contype=0,
-        conaffinity=0,
-    )
-    sun = spec.worldbody.add_light(name="sun", pos=(0.0, 0.0, 3.0), dir=(0.3, 0.2, -1.0), diffuse=(0.75, 0.75, 0.75))
-    sun.type, sun.castshadow = mujoco.mjtLightType.mjLIGHT_DIRECTIONAL, False
-    spec.visual.headlight.ambient, spec.visual.headlight.diffuse = (0.35, 0.35, 0.35), (0.25, 0.25, 0.25)
-
-
-def _add_sensors(spec: mujoco.MjSpec, robot: RobotSpec) -> None:
-    kind, body, joint = mujoco.mjtSensor, mujoco.mjtObj.mjOBJ_XBODY, mujoco.mjtObj.mjOBJ_JOINT
-    sensors = [
-        ("head_position", kind.mjSENS_FRAMEPOS, body, "head"),
-        ("head_orientation", kind.mjSENS_FRAMEQUAT, body, "head"),
-        ("head_velocity", kind.mjSENS_FRAMELINVEL, body, "head"),
-        ("crank_angle", kind.mjSENS_JOINTPOS, joint, "crank"),
-        ("crank_speed", kind.mjSENS_JOINTVEL, joint, "crank"),
-        *((f"{hinge}_angle", kind.mjSENS_JOINTPOS, joint, hinge) for hinge in robot.hinges),
-    ]
-    for name, type_, object_type, object_name in sensors:
-        spec.add_sensor(name=name, type=type_, objtype=object_type, objname=object_name)
-
-
-TIMESTEP_S = 0.0045
-SIDES = (("left", -1.0), ("right", +1.0))  # heading is -x and z is up, so left is -y
-
-_PLASTIC = (0.33, 0.55, 0.78, 1.0)
-_FRAME = (0.62, 0.65, 0.70, 1.0)
-_FIN = (0.90, 0.45, 0.25, 1.0)
-_MARKER = (0.95, 0.60, 0.10, 1.0)
-_SPECK_M = 1e-4
-_SPECK_KG = 1e-3
-_ARM_HALF_WIDTH_M = 0.005  # only seen, without mass
-_STRIP_HALF_THICKNESS_M = 0.0005
 
 
 @dataclass(frozen=True)
@@ -378,3 +305,73 @@ def _add_tendon(spec: mujoco.MjSpec, robot: RobotSpec, side: str, sign: float) -
 def _add_motor(spec: mujoco.MjSpec, robot: RobotSpec) -> None:
     motor = spec.add_actuator(name="motor", target="crank", trntype=mujoco.mjtTrn.mjTRN_JOINT)
     motor.set_to_velocity(kv=robot.crank.speed_gain_n_m_s)
+
+
+def add_scenery(spec: mujoco.MjSpec, robot: RobotSpec) -> mujoco.MjSpec:
+    """Put a robot into a pool to look at, with sensors, and return it.
+
+    Cameras: `follow` goes along next to the robot, `above` looks straight down as over a pool. Sensors: `head_position`
+    (m), `head_orientation` (quaternion), `head_velocity` (m/s), `crank_angle` (rad), `crank_speed` (rad/s) and
+    `<hinge>_angle` (rad).
+
+    Args:
+        spec: the model, as `build_mjcf` made it.
+        robot: the robot.
+    """
+    _add_pool(spec)
+    head = spec.body("head")
+    along = mujoco.mjtCamLight.mjCAMLIGHT_TRACK
+    middle = robot.fin_root_x_m / 2
+    length = robot.fin_root_x_m
+    place = np.array([middle - 0.6 * length, -1.6 * length, 1.1 * length])
+    head.add_camera(name="follow", mode=along, pos=place, xyaxes=_look_at(place, np.array([middle, 0.0, 0.0])))
+    head.add_camera(name="above", mode=along, pos=(middle, 0.0, 1.2), xyaxes=(1, 0, 0, 0, 1, 0))
+    motor = spec.actuator("motor")
+    motor.ctrlrange = (-2 * np.pi * FASTEST_TURNS_PER_S, 2 * np.pi * FASTEST_TURNS_PER_S)
+    motor.ctrllimited = True
+    _add_sensors(spec, robot)
+    return spec
+
+
+def _look_at(place_m: np.ndarray, at_m: np.ndarray) -> np.ndarray:
+    """Return the x and y axis (6,) of a camera that looks at a point, upright."""
+    ahead = (at_m - place_m) / np.linalg.norm(at_m - place_m)
+    right = np.cross(ahead, [0.0, 0.0, 1.0])
+    right /= np.linalg.norm(right)
+    return np.concatenate([right, np.cross(right, ahead)])
+
+
+def _add_pool(spec: mujoco.MjSpec) -> None:
+    texture = mujoco.mjtTexture
+    sky = spec.add_texture(name="sky", type=texture.mjTEXTURE_SKYBOX, width=256, height=256, rgb1=_WATER, rgb2=_DEEP)
+    sky.builtin = mujoco.mjtBuiltin.mjBUILTIN_GRADIENT
+    tiles = spec.add_texture(name="tiles", type=texture.mjTEXTURE_2D, width=256, height=256, rgb1=_TILE, rgb2=_TILE)
+    tiles.builtin, tiles.mark, tiles.markrgb = mujoco.mjtBuiltin.mjBUILTIN_FLAT, mujoco.mjtMark.mjMARK_EDGE, _JOINT
+    material = spec.add_material(name="tiles", texrepeat=(5, 5), texuniform=True, reflectance=0.05)
+    material.textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = "tiles"
+    spec.worldbody.add_geom(
+        name="floor",
+        type=mujoco.mjtGeom.mjGEOM_PLANE,
+        pos=(0.0, 0.0, _FLOOR_M),
+        size=(0.0, 0.0, 0.05),
+        material="tiles",
+        contype=0,
+        conaffinity=0,
+    )
+    sun = spec.worldbody.add_light(name="sun", pos=(0.0, 0.0, 3.0), dir=(0.3, 0.2, -1.0), diffuse=(0.75, 0.75, 0.75))
+    sun.type, sun.castshadow = mujoco.mjtLightType.mjLIGHT_DIRECTIONAL, False
+    spec.visual.headlight.ambient, spec.visual.headlight.diffuse = (0.35, 0.35, 0.35), (0.25, 0.25, 0.25)
+
+
+def _add_sensors(spec: mujoco.MjSpec, robot: RobotSpec) -> None:
+    kind, body, joint = mujoco.mjtSensor, mujoco.mjtObj.mjOBJ_XBODY, mujoco.mjtObj.mjOBJ_JOINT
+    sensors = [
+        ("head_position", kind.mjSENS_FRAMEPOS, body, "head"),
+        ("head_orientation", kind.mjSENS_FRAMEQUAT, body, "head"),
+        ("head_velocity", kind.mjSENS_FRAMELINVEL, body, "head"),
+        ("crank_angle", kind.mjSENS_JOINTPOS, joint, "crank"),
+        ("crank_speed", kind.mjSENS_JOINTVEL, joint, "crank"),
+        *((f"{hinge}_angle", kind.mjSENS_JOINTPOS, joint, hinge) for hinge in robot.hinges),
+    ]
+    for name, type_, object_type, object_name in sensors:
+        spec.add_sensor(name=name, type=type_, objtype=object_type, objname=object_name)

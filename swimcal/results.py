@@ -1,8 +1,10 @@
 """Result files: how records become JSON and back, written whole or not at all.
 
-Results as plain data and back; the types of a record's fields say how it is written and read.
-
 A record is a frozen dataclass or a named tuple of numbers, texts, arrays, flags, mappings, tuples and further records.
+The types of its fields say how `to_plain` writes and `from_plain` reads it.
+
+A `ResultFile` is a record on disk with its `Provenance`: the versions and inputs that it was made from. `writing_whole`
+and `write_whole` leave either the whole file or nothing.
 """
 
 from __future__ import annotations
@@ -37,6 +39,16 @@ of which only names are written, by name.
 """
 
 Arrays = dict[str, np.ndarray]
+T = TypeVar("T")
+
+SCHEMA = 1
+"""The version of the JSON results' form."""
+
+PROVENANCE = ("schema", "program", "mujoco", "model_sha256", "inputs", "seed", "effort")
+"""Keys of every JSON result, in this order, which come before its own."""
+
+PARTS = ".*.part.*"
+"""Pattern of the temporary files of `writing_whole`."""
 
 
 def to_plain(record: Any, named: tuple[type, ...] = (), arrays: Arrays | None = None, key: str = "") -> Any:
@@ -156,10 +168,7 @@ def _plain(kind: Any, data: Any) -> Any:
     return data
 
 
-T = TypeVar("T")
-
-SCHEMA = 1
-"""The version of the JSON results' form."""
+# Result files.
 
 
 def program_version() -> str:
@@ -188,14 +197,6 @@ class Provenance:
     def to_json(self) -> dict[str, Any]:
         """Return the provenance in the order of the public contract."""
         return {key: getattr(self, key) for key in PROVENANCE}
-
-
-PROVENANCE = ("schema", "program", "mujoco", "model_sha256", "inputs", "seed", "effort")
-"""Keys of every JSON result, in this order, which come before its own."""
-
-
-PARTS = ".*.part.*"
-"""Pattern of the temporary files of `writing_whole`."""
 
 
 @contextmanager
@@ -316,18 +317,6 @@ def read_provenance(path: Path) -> Provenance:
         raise _unreadable(path, "not a result of this version", str(error), "what `calib run` writes") from error
 
 
-def _read_json(path: Path) -> dict[str, Any]:
-    check_whole(path)
-    try:
-        data = json.loads(path.read_bytes())
-    except (OSError, RecursionError) as error:
-        raise _unreadable(path, "the result cannot be read", str(error), "a JSON object") from error
-    if not isinstance(data, dict) or data.get("schema") != SCHEMA:
-        found = f"schema {data.get('schema')!r}" if isinstance(data, dict) else type(data).__name__
-        raise _unreadable(path, "not a result of this version", found, f"schema {SCHEMA}")
-    return data
-
-
 def is_incomplete(path: Path) -> bool:
     """Return whether a file is cut short or damaged otherwise: JSON, ``.npz`` or netCDF of HDF5."""
     try:
@@ -361,10 +350,6 @@ def check_whole(path: Path, command: str = "calib run") -> None:
         raise _unreadable(path, "the result is incomplete", found, "the whole file as it was written", command)
 
 
-def _unreadable(path: Path, what: str, found: str, expected: str, command: str = "calib run") -> InputError:
-    return InputError([Fault(str(path), "", what, found, expected, (), f"Make it again with `{command}`.")])
-
-
 def plain_json(value: Any) -> Any:
     """Convert a value to JSON's own types: arrays to lists, nan and infinity to None, flags to their contract form.
 
@@ -390,3 +375,19 @@ def sha256_of(path: Path) -> str:
     """Compute the sha256 of a file's content, in hexadecimal digits."""
     with path.open("rb") as stream:
         return hashlib.file_digest(stream, "sha256").hexdigest()
+
+
+def _read_json(path: Path) -> dict[str, Any]:
+    check_whole(path)
+    try:
+        data = json.loads(path.read_bytes())
+    except (OSError, RecursionError) as error:
+        raise _unreadable(path, "the result cannot be read", str(error), "a JSON object") from error
+    if not isinstance(data, dict) or data.get("schema") != SCHEMA:
+        found = f"schema {data.get('schema')!r}" if isinstance(data, dict) else type(data).__name__
+        raise _unreadable(path, "not a result of this version", found, f"schema {SCHEMA}")
+    return data
+
+
+def _unreadable(path: Path, what: str, found: str, expected: str, command: str = "calib run") -> InputError:
+    return InputError([Fault(str(path), "", what, found, expected, (), f"Make it again with `{command}`.")])

@@ -1,12 +1,12 @@
-"""Batched runs of the engine on all cores, and the trajectories they return.
+"""Batched runs of the engine: their inputs, the trajectories they return, and the engine's threads, log and version.
 
-The engine's own log, kept quiet, and the check of which engine and model a calibration was made with.
+`Runs` are the inputs that differ between simulations, `Trajectories` their results. `MarkerKinematics` are the planar
+forward kinematics of the chain, from joint positions to marker positions: faster than asking the engine for its sites
+at every frame, and exact at interpolated times.
 
-Where we look for divergence we report it in our own words. Coefficients fitted with one engine are void with another.
-
-Planar forward kinematics of the chain, vectorised: joint positions -> marker positions.
-
-Faster than asking the engine for its sites at every frame, and exact at interpolated times.
+`quiet_engine` keeps the engine's own log quiet: where we look for divergence we report it in our own words.
+`check_engine` refuses a calibration of another engine or model: coefficients fitted with one engine are void with
+another.
 """
 
 import hashlib
@@ -27,109 +27,7 @@ from swimcal.robot import RobotSpec
 
 VARIABLE = "SWIMCAL_WORKERS"
 
-
-def workers_of(wanted: int) -> int:
-    """Return the number of threads: `wanted`, or if that is 0 the value of ``SWIMCAL_WORKERS``; 0 means all cores.
-
-    Several processes with a thread each do more than several processes with threads on all cores each.
-
-    Raises:
-        ValueError: the variable is no number.
-    """
-    setting = os.environ.get(VARIABLE, "0")
-    if not setting.isdecimal():
-        raise ValueError(f"{VARIABLE}: found {setting!r}, expected a number of threads, or 0 for all cores")
-    return wanted or int(setting)
-
-
 ENGINE = mujoco.__version__
-
-
-@contextmanager
-def quiet_engine() -> Iterator[None]:
-    """Keep the engine from printing warnings and from writing MUJOCO_LOG.TXT into the user's folder."""
-    before, quiet = mujoco.MjLogConfig.get(), mujoco.MjLogConfig.get()
-    quiet.logto_console = quiet.logto_file = False
-    quiet.set()
-    try:
-        yield
-    finally:
-        before.set()
-
-
-def model_sha256(robot: RobotSpec) -> str:
-    """Return a hash of everything in the robot's swimming model but the fluid coefficients."""
-    spec = build_mjcf(robot, FluidCoefficients(0.0, 0.0, 0.0, 0.0, 0.0), SWIM)
-    spec.compile()
-    return hashlib.sha256(spec.to_xml().encode()).hexdigest()
-
-
-def check_engine(made_with: Provenance, robot: RobotSpec, file: str) -> None:
-    """Refuse a calibration made with another engine or another model.
-
-    The fluid model is not the same in every release: with 3.12 the published coefficients swim forward, from 3.14 on
-    the same file swims backward.
-
-    Args:
-        made_with: engine and model of the calibration.
-        robot: the robot.
-        file: name of the calibration in messages.
-
-    Raises:
-        ModelMismatch: either differs.
-    """
-    pairs = {"MuJoCo": (made_with.mujoco, ENGINE), "model": (made_with.model_sha256, model_sha256(robot))}
-    differ = [f"{what}: made with {then[:16]}, here {now[:16]}" for what, (then, now) in pairs.items() if then != now]
-    if differ:
-        raise ModelMismatch(
-            f"{file}: this calibration was made with another engine or model ({'; '.join(differ)}). Its coefficients "
-            "mean nothing here, because releases of the engine compute different fluid forces. Fit again with "
-            "`calib fit`."
-        )
-
-
-class MarkerKinematics:
-    """Positions of m chosen markers, in the order given, as a function of the planar pose of the chain."""
-
-    def __init__(self, robot: RobotSpec, names: tuple[str, ...]) -> None:
-        origins = np.concatenate([[0.0], robot.hinge_x_m])  # (l,) of each link on the straight robot
-        self._steps = np.diff(origins)  # (h,) from each link's origin to the next
-        self._link = np.array([robot.links.index(robot.markers[n].body) for n in names])  # (m,)
-        local = robot.marker_positions_m(names)[:, :2]
-        local[:, 0] -= origins[self._link]
-        self._local = local  # (m, 2)
-
-    def __call__(self, head: np.ndarray, hinges_rad: np.ndarray) -> np.ndarray:
-        """Return the marker positions in the pool.
-
-        Args:
-            head: (..., 3) x, y (m) and yaw (rad) of the head's frame.
-            hinges_rad: (..., h) hinge angles.
-
-        Returns:
-            (..., m, 2) m.
-        """
-        heading = np.concatenate([head[..., 2:], head[..., 2:] + np.cumsum(hinges_rad, axis=-1)], axis=-1)
-        cos, sin = np.cos(heading), np.sin(heading)  # (..., l)
-        steps = np.stack([self._steps * cos[..., :-1], self._steps * sin[..., :-1]], axis=-1)  # (..., h, 2)
-        origin = np.concatenate([head[..., None, :2], head[..., None, :2] + np.cumsum(steps, axis=-2)], axis=-2)
-        cos, sin = cos[..., self._link], sin[..., self._link]  # (..., m)
-        x, y = self._local.T
-        return origin[..., self._link, :] + np.stack([x * cos - y * sin, x * sin + y * cos], axis=-1)
-
-    def axes(self, head: np.ndarray, hinges_rad: np.ndarray) -> np.ndarray:
-        """Return the axes of the link that carries each marker.
-
-        Args:
-            head: (..., 3) x, y (m) and yaw (rad) of the head's frame.
-            hinges_rad: (..., h) hinge angles.
-
-        Returns:
-            (..., m, 2, 2) unit vectors in the pool along x and y of the link.
-        """
-        heading = np.concatenate([head[..., 2:], head[..., 2:] + np.cumsum(hinges_rad, axis=-1)], axis=-1)
-        cos, sin = np.cos(heading)[..., self._link], np.sin(heading)[..., self._link]
-        return np.stack([np.stack([cos, sin], axis=-1), np.stack([-sin, cos], axis=-1)], axis=-2)
 
 
 @dataclass(frozen=True, eq=False)
@@ -263,4 +161,105 @@ class Trajectories:
             self.hinges_rad[rows, :frames],
             self.crank_rad[rows, :frames],
             self.diverged[rows],
+        )
+
+
+class MarkerKinematics:
+    """Positions of m chosen markers, in the order given, as a function of the planar pose of the chain."""
+
+    def __init__(self, robot: RobotSpec, names: tuple[str, ...]) -> None:
+        origins = np.concatenate([[0.0], robot.hinge_x_m])  # (l,) of each link on the straight robot
+        self._steps = np.diff(origins)  # (h,) from each link's origin to the next
+        self._link = np.array([robot.links.index(robot.markers[n].body) for n in names])  # (m,)
+        local = robot.marker_positions_m(names)[:, :2]
+        local[:, 0] -= origins[self._link]
+        self._local = local  # (m, 2)
+
+    def __call__(self, head: np.ndarray, hinges_rad: np.ndarray) -> np.ndarray:
+        """Return the marker positions in the pool.
+
+        Args:
+            head: (..., 3) x, y (m) and yaw (rad) of the head's frame.
+            hinges_rad: (..., h) hinge angles.
+
+        Returns:
+            (..., m, 2) m.
+        """
+        heading = np.concatenate([head[..., 2:], head[..., 2:] + np.cumsum(hinges_rad, axis=-1)], axis=-1)
+        cos, sin = np.cos(heading), np.sin(heading)  # (..., l)
+        steps = np.stack([self._steps * cos[..., :-1], self._steps * sin[..., :-1]], axis=-1)  # (..., h, 2)
+        origin = np.concatenate([head[..., None, :2], head[..., None, :2] + np.cumsum(steps, axis=-2)], axis=-2)
+        cos, sin = cos[..., self._link], sin[..., self._link]  # (..., m)
+        x, y = self._local.T
+        return origin[..., self._link, :] + np.stack([x * cos - y * sin, x * sin + y * cos], axis=-1)
+
+    def axes(self, head: np.ndarray, hinges_rad: np.ndarray) -> np.ndarray:
+        """Return the axes of the link that carries each marker.
+
+        Args:
+            head: (..., 3) x, y (m) and yaw (rad) of the head's frame.
+            hinges_rad: (..., h) hinge angles.
+
+        Returns:
+            (..., m, 2, 2) unit vectors in the pool along x and y of the link.
+        """
+        heading = np.concatenate([head[..., 2:], head[..., 2:] + np.cumsum(hinges_rad, axis=-1)], axis=-1)
+        cos, sin = np.cos(heading)[..., self._link], np.sin(heading)[..., self._link]
+        return np.stack([np.stack([cos, sin], axis=-1), np.stack([-sin, cos], axis=-1)], axis=-2)
+
+
+def workers_of(wanted: int) -> int:
+    """Return the number of threads: `wanted`, or if that is 0 the value of ``SWIMCAL_WORKERS``; 0 means all cores.
+
+    Several processes with a thread each do more than several processes with threads on all cores each.
+
+    Raises:
+        ValueError: the variable is no number.
+    """
+    setting = os.environ.get(VARIABLE, "0")
+    if not setting.isdecimal():
+        raise ValueError(f"{VARIABLE}: found {setting!r}, expected a number of threads, or 0 for all cores")
+    return wanted or int(setting)
+
+
+@contextmanager
+def quiet_engine() -> Iterator[None]:
+    """Keep the engine from printing warnings and from writing MUJOCO_LOG.TXT into the user's folder."""
+    before, quiet = mujoco.MjLogConfig.get(), mujoco.MjLogConfig.get()
+    quiet.logto_console = quiet.logto_file = False
+    quiet.set()
+    try:
+        yield
+    finally:
+        before.set()
+
+
+def model_sha256(robot: RobotSpec) -> str:
+    """Return a hash of everything in the robot's swimming model but the fluid coefficients."""
+    spec = build_mjcf(robot, FluidCoefficients(0.0, 0.0, 0.0, 0.0, 0.0), SWIM)
+    spec.compile()
+    return hashlib.sha256(spec.to_xml().encode()).hexdigest()
+
+
+def check_engine(made_with: Provenance, robot: RobotSpec, file: str) -> None:
+    """Refuse a calibration made with another engine or another model.
+
+    The fluid model is not the same in every release: with 3.12 the published coefficients swim forward, from 3.14 on
+    the same file swims backward.
+
+    Args:
+        made_with: engine and model of the calibration.
+        robot: the robot.
+        file: name of the calibration in messages.
+
+    Raises:
+        ModelMismatch: either differs.
+    """
+    pairs = {"MuJoCo": (made_with.mujoco, ENGINE), "model": (made_with.model_sha256, model_sha256(robot))}
+    differ = [f"{what}: made with {then[:16]}, here {now[:16]}" for what, (then, now) in pairs.items() if then != now]
+    if differ:
+        raise ModelMismatch(
+            f"{file}: this calibration was made with another engine or model ({'; '.join(differ)}). Its coefficients "
+            "mean nothing here, because releases of the engine compute different fluid forces. Fit again with "
+            "`calib fit`."
         )

@@ -1,7 +1,9 @@
 """The session folder: its trials, recordings and camera as `session.toml` describes them.
 
-The check whether nose and neck were exchanged: the other markers then lie on the wrong side of the head.
+`load_session` reads and checks `session.toml` and the recordings that it names; the folder ``results`` next to them
+belongs to the program.
 
+`is_exchanged` tells whether nose and neck were exchanged: the other markers then lie on the wrong side of the head.
 Only distances are compared, so that neither a mirrored image nor a bent tail plays a part.
 """
 
@@ -43,48 +45,17 @@ from swimcal.session_file import (
 from swimcal.toml import Key, TomlSource, read_toml
 from swimcal.tracks import NO_NAMES, load_tracks, markers_of, pixels_of
 
-# A marker counts if it is nearer to one of nose and neck than to the other by this share of the distance between them.
-_CLEAR = 0.5
-# Nose and neck count as exchanged from this share of samples on the wrong side.
-_MOSTLY = 0.8
-
-
-def wrong_side_share(tracks: xr.Dataset, place_m: np.ndarray) -> float | None:
-    """Compute the share of samples that are nearer to the wrong end of the head, nose or neck.
-
-    None where no marker tells, or none is seen together with nose and neck.
-
-    Args:
-        tracks: n frames of m markers.
-        place_m: (m, 2 or 3) places of the markers on the straight robot, m.
-    """
-    markers = markers_of(tracks)
-    nose, neck = (markers.index(name) for name in HEAD_MARKERS)
-    belongs = _nearer_nose(place_m[None, :, :2], nose, neck)[0]  # (m,) m
-    tells = np.abs(belongs) > _CLEAR * np.linalg.norm(place_m[nose, :2] - place_m[neck, :2])
-    tells[[nose, neck]] = False
-    found = _nearer_nose(pixels_of(tracks), nose, neck)[:, tells]
-    wrong = (found * belongs[tells] < 0)[np.isfinite(found)]
-    return float(wrong.mean()) if wrong.size else None
-
-
-def is_exchanged(tracks: xr.Dataset, place_m: np.ndarray) -> bool:
-    """Return whether nose and neck are exchanged in most frames; arguments as for `wrong_side_share`."""
-    return (wrong_side_share(tracks, place_m) or 0.0) > _MOSTLY
-
-
-def _nearer_nose(place: np.ndarray, nose: int, neck: int) -> np.ndarray:
-    """Compute (n, m) by how much each marker at (n, m, 2) is nearer to the nose than to the neck."""
-    from_nose, from_neck = (np.linalg.norm(place - place[:, [head]], axis=2) for head in (nose, neck))
-    return from_neck - from_nose
-
-
 SESSION_FILE = "session.toml"
 MOTOR_SUFFIX = ".motor.csv"
 COMMANDS_SUFFIX = ".commands.csv"
 
 RobotOf = Callable[[Path | None], DescribedRobot]
 """A function that reads the robot in a file, or the built-in robot for None; it may raise `InputError`."""
+
+# A marker counts if it is nearer to one of nose and neck than to the other by this share of the distance between them.
+_CLEAR = 0.5
+# Nose and neck count as exchanged from this share of samples on the wrong side.
+_MOSTLY = 0.8
 
 
 @dataclass(frozen=True)
@@ -135,13 +106,13 @@ def commands_of(motor: Path) -> Path | None:
     return path if motor.name.endswith(MOTOR_SUFFIX) and is_file(path) else None
 
 
-def _commands_beside(motor: Path) -> Path:
-    return motor.with_name(motor.name.removesuffix(MOTOR_SUFFIX) + COMMANDS_SUFFIX)
-
-
 def usual_boxes(video: Path, trial: str) -> Path:
     """Return the path of the start boxes of a trial that names none; the file need not be there."""
     return video.with_name(f"{trial}.boxes.json")
+
+
+def _commands_beside(motor: Path) -> Path:
+    return motor.with_name(motor.name.removesuffix(MOTOR_SUFFIX) + COMMANDS_SUFFIX)
 
 
 @dataclass(frozen=True)
@@ -360,3 +331,36 @@ def _trial(trial: TrialTable, folder: Path) -> TrialSpec:
         usual = usual_boxes(paths["video"], trial.name)
         paths["boxes"] = usual if is_file(usual) else None
     return TrialSpec(**{**trial.model_dump(), **paths})
+
+
+# The check whether nose and neck were exchanged.
+
+
+def wrong_side_share(tracks: xr.Dataset, place_m: np.ndarray) -> float | None:
+    """Compute the share of samples that are nearer to the wrong end of the head, nose or neck.
+
+    None where no marker tells, or none is seen together with nose and neck.
+
+    Args:
+        tracks: n frames of m markers.
+        place_m: (m, 2 or 3) places of the markers on the straight robot, m.
+    """
+    markers = markers_of(tracks)
+    nose, neck = (markers.index(name) for name in HEAD_MARKERS)
+    belongs = _nearer_nose(place_m[None, :, :2], nose, neck)[0]  # (m,) m
+    tells = np.abs(belongs) > _CLEAR * np.linalg.norm(place_m[nose, :2] - place_m[neck, :2])
+    tells[[nose, neck]] = False
+    found = _nearer_nose(pixels_of(tracks), nose, neck)[:, tells]
+    wrong = (found * belongs[tells] < 0)[np.isfinite(found)]
+    return float(wrong.mean()) if wrong.size else None
+
+
+def is_exchanged(tracks: xr.Dataset, place_m: np.ndarray) -> bool:
+    """Return whether nose and neck are exchanged in most frames; arguments as for `wrong_side_share`."""
+    return (wrong_side_share(tracks, place_m) or 0.0) > _MOSTLY
+
+
+def _nearer_nose(place: np.ndarray, nose: int, neck: int) -> np.ndarray:
+    """Compute (n, m) by how much each marker at (n, m, 2) is nearer to the nose than to the neck."""
+    from_nose, from_neck = (np.linalg.norm(place - place[:, [head]], axis=2) for head in (nose, neck))
+    return from_neck - from_nose

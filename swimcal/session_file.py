@@ -1,9 +1,10 @@
-"""The file `session.toml`: its model, with the camera, and its checks.
+"""The file `session.toml`: its tables and keys, with the camera, and its checks.
 
-What `session.toml` must fulfil beyond the range of each value: names, files and what belongs together.
+`SessionFile` and the tables in it give every key with the range of its value. The camera is a `CameraSpec`, its clock
+and scale, with the `CameraCalibration` of its lens where there is one.
 
-Each check works on the values as read and passes over values of the wrong type, so that these faults are reported
-together with those of `session_file`.
+The functions `check_…` are about more than one value: names, files and what belongs together. Each works on the values
+as read and passes over values of the wrong type, so that all faults of the file are reported together.
 """
 
 from __future__ import annotations
@@ -20,8 +21,33 @@ from pydantic import AfterValidator, Field, StringConstraints
 from swimcal.errors import FaultCollector, did_you_mean, shown
 from swimcal.toml import Key, Table, TomlSource, key_error, load_toml
 
+# The camera.
 Positive = Annotated[float, Field(gt=0)]
 Distortion = tuple[float, float, float, float, float]
+
+# The tables of `session.toml`.
+TrialKind = Literal["free_decay", "dry", "swim"]
+TrialRole = Literal["fit", "holdout"]
+
+HEAD_MARKERS = ("nose", "neck")
+"""The markers that make the head frame; every session needs them."""
+
+FEWEST_MARKERS = 3
+FASTEST_HZ = 15.0
+"""Fastest crank, turns a second, as fast as Tunabot beats (Zhu et al., Sci. Robot. 4, 2019).
+
+Larger numbers are taken for turns a minute.
+"""
+
+FileName = Annotated[str, StringConstraints(min_length=1)]
+
+# The checks.
+RECORDINGS = ("tracks", "video", "motor")
+TRIAL_FILES = (*RECORDINGS, "boxes")
+# A scale that is off by this factor is a mistake of unit.
+OTHER_UNIT = 2.5
+# Largest relative difference of frame rates. Missing frames move the mean spacing alone, a coarse clock the median.
+RATE_OFF = 0.05
 
 
 class CameraCalibration(Table):
@@ -58,10 +84,6 @@ class CameraSpec:
     file: Path | None = None
 
 
-class _CameraFile(Table):
-    camera: CameraCalibration
-
-
 def load_camera(path: Path) -> CameraCalibration:
     """Read a camera file: one table ``[camera]`` with the keys of `CameraCalibration`.
 
@@ -71,18 +93,11 @@ def load_camera(path: Path) -> CameraCalibration:
     return load_toml(path, _CameraFile).camera
 
 
-TrialKind = Literal["free_decay", "dry", "swim"]
-TrialRole = Literal["fit", "holdout"]
+class _CameraFile(Table):
+    camera: CameraCalibration
 
-HEAD_MARKERS = ("nose", "neck")
-"""The markers that make the head frame; every session needs them."""
 
-FEWEST_MARKERS = 3
-FASTEST_HZ = 15.0
-"""Fastest crank, turns a second, as fast as Tunabot beats (Zhu et al., Sci. Robot. 4, 2019).
-
-Larger numbers are taken for turns a minute.
-"""
+# The tables.
 
 
 def _safe_name(name: str) -> str:
@@ -100,7 +115,6 @@ def _turns_a_second(hz: float) -> float:
     return hz
 
 
-FileName = Annotated[str, StringConstraints(min_length=1)]
 Name = Annotated[str, AfterValidator(_safe_name)]
 
 
@@ -163,12 +177,7 @@ class SessionFile(Table):
     trial: Annotated[tuple[TrialTable, ...], Field(min_length=1)]
 
 
-RECORDINGS = ("tracks", "video", "motor")
-TRIAL_FILES = (*RECORDINGS, "boxes")
-# A scale that is off by this factor is a mistake of unit.
-OTHER_UNIT = 2.5
-# Largest relative difference of frame rates. Missing frames move the mean spacing alone, a coarse clock the median.
-RATE_OFF = 0.05
+# The checks.
 
 
 class DescribedRobot(Protocol):

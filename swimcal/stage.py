@@ -1,9 +1,10 @@
-"""Stages of the work on a session: what stands, what is out of date, who holds the lock.
+"""Stages of the work on a session: what is current, what is out of date, and who holds the lock.
 
-Stages: results stamped with what they were made from, so that what has not changed is not made again.
-
+A `Stage` stamps its results with what they were made from, so that what has not changed is not made again.
 ``results/.stages.json`` holds, for each main result, the fingerprint of what it was made from and the hash of what was
 written. A result that was edited, deleted or made from something else is not current.
+
+`session_lock` keeps two runs from writing the same results.
 """
 
 from __future__ import annotations
@@ -29,6 +30,9 @@ STAMPS = ".stages.json"
 KEPT = "kept"
 """Folder of results that were replaced by others."""
 _SHORT = 8  # characters of a fingerprint that name the folder of results kept aside
+
+LOCK = ".swimcal.lock"
+HOLDER = ".holder.json"
 
 
 class HasFingerprint(Protocol):
@@ -165,10 +169,6 @@ def _read(results: Path) -> dict[str, Any]:
     except (OSError, ValueError, RecursionError):
         return {}
     return stamps if isinstance(stamps, dict) else {}
-
-
-LOCK = ".swimcal.lock"
-HOLDER = ".holder.json"
 
 
 @contextmanager

@@ -1,4 +1,8 @@
-"""TOML files read with the place of every value, so that all faults are told at once."""
+"""TOML files read with the place of every value, so that all faults are reported at once.
+
+`load_toml` validates a file by a pydantic model; every fault has its key, its line and the choices. The lines come from
+`lines_of_keys`, because TOML parsers do not give them; what is expected at a place, from the annotations of the model.
+"""
 
 from __future__ import annotations
 
@@ -18,6 +22,8 @@ from swimcal.tables import read_text
 
 Key = tuple[str | int, ...]
 """The place of a value: table names, keys and positions, counted from 0, in arrays."""
+
+NAMES_OF_TYPES = {float: "a number", int: "a whole number", str: "a text", bool: "true or false", tuple: "a list"}
 
 
 def lines_of_keys(text: str) -> dict[Key, int]:
@@ -133,9 +139,6 @@ def choices_of(annotation: Any) -> tuple[str, ...]:
     """Return the values that a `Literal` allows; empty for every other annotation."""
     literals = (get_args(option) for option in _options(annotation) if get_origin(option) is Literal)
     return tuple(str(choice) for choices in literals for choice in choices)
-
-
-NAMES_OF_TYPES = {float: "a number", int: "a whole number", str: "a text", bool: "true or false", tuple: "a list"}
 
 
 def expectation_of(annotation: Any) -> str:

@@ -26,7 +26,6 @@ from swimcal.tables import EMPTY, FILL, RawTable, check_time, read_table, to_num
 if TYPE_CHECKING:
     import xarray as xr
 
-
 TIME = "time_s"
 FARTHEST_PX = 1e6
 SUFFIXES = ("_x", "_y", "_confidence")
@@ -182,14 +181,6 @@ def check_pixels(position_px: np.ndarray, faults: FaultCollector) -> None:
         faults.add("", what, found=f"a robot {body:.3g} px long", expected=expected, next_step=step)
 
 
-def _rename(column: str, rename: Mapping[str, str]) -> str:
-    """Return the name of a column with the marker's own name for that of the file."""
-    for suffix in SUFFIXES:
-        if column.endswith(suffix) and (marker := column.removesuffix(suffix)) in rename:
-            return f"{rename[marker]}{suffix}"
-    return column
-
-
 def save_tracks(path: Path, tracks: xr.Dataset) -> None:
     """Write tracks with a header, whole or not at all; `load_tracks` reads the same numbers back.
 
@@ -201,6 +192,14 @@ def save_tracks(path: Path, tracks: xr.Dataset) -> None:
     table = np.column_stack([tracks.time.values, samples.reshape(len(samples), -1)])  # (n, 1 + 3 m)
     rows = [",".join("" if cell != cell else repr(cell) for cell in row) for row in table.tolist()]
     write_whole(path, "\n".join([",".join(names), *rows, ""]))
+
+
+def _rename(column: str, rename: Mapping[str, str]) -> str:
+    """Return the name of a column with the marker's own name for that of the file."""
+    for suffix in SUFFIXES:
+        if column.endswith(suffix) and (marker := column.removesuffix(suffix)) in rename:
+            return f"{rename[marker]}{suffix}"
+    return column
 
 
 def _check_columns(table: RawTable, columns: tuple[str, ...], markers: tuple[str, ...], faults: FaultCollector) -> None:

@@ -1,10 +1,10 @@
 """Courses: targets and circles, how a fish is steered, and what it is asked.
 
-The tasks of swimmers, targets and a circle: what they see of them and what their actions are worth.
+Everything is an array over n swimmers; the environments of gymnasium are thin shells around it.
 
-Everything is an array over n swimmers; the environments of gymnasium are thin shells around it. Following "Simple
-Models, Real Swimming" (2026): what is seen, the action (an acceleration of the motor), the reward, the area of the
-targets and the distance that counts as reached. What the paper leaves open, or what is decided otherwise here:
+A `Task` (`Targets` or `Circle`) decides what swimmers see and what their actions are worth. Following "Simple Models,
+Real Swimming" (2026): what is seen, the action (an acceleration of the motor), the reward, the area of the targets and
+the distance that counts as reached. What the paper leaves open, or what is decided otherwise here:
 
 - The steered point is the centre of mass of the straight robot, fixed in the head's frame.
 - The interval between commands is 20 ms and an episode ends after 80 s.
@@ -16,17 +16,17 @@ targets and the distance that counts as reached. What the paper leaves open, or 
   the distance of the steered point from the circle.
 - A simulation that diverges ends its episode; it has no reward of its own.
 
-A beat of the tail with one motor from two numbers: how fast it is, and how much to one side.
+`beat_action` makes a beat of the tail with one motor from two numbers: how fast it is, and how much to one side. The
+crank's angle is the clock: it turns at 2 pi f (1 - s sin(angle)), so the tail lingers on one side and hurries through
+the other, which turns the robot. Nothing is remembered between actions.
 
-The crank's angle is the clock: it turns at 2 pi f (1 - s sin(angle)), so the tail lingers on one side and hurries
-through the other, which turns the robot. Nothing is remembered between actions.
-
-A steering law of a few numbers, which a search can find in minutes: towards the target, in tune with the beat.
-
-How much the beat is to one side is tanh of a weighted sum of the bearing of the target and of numbers that follow the
-swing of the head within a beat. No side is preferred: left and right mirror each other. A target within the turning
+`steered` is a steering law of a few numbers, which a search can find in minutes: towards the target, in tune with the
+beat. How much the beat is to one side is tanh of a weighted sum of the bearing of the target and of numbers that follow
+the swing of the head within a beat. No side is preferred: left and right mirror each other. A target within the turning
 circle cannot be reached by turning towards it; there the swimmer turns away until it can (as paths of bounded curvature
 have to: Dubins, Am. J. Math. 79, 1957).
+
+The functions `checked_…` check what a caller gives to an environment: actions, targets and seeds.
 """
 
 from collections.abc import Sequence
@@ -39,6 +39,11 @@ from swimgym.swimmers import Swimmers, turned
 
 SEEN = ("crank_cos", "crank_sin", "crank_speed", "roll_rate", "pitch_rate", "yaw_rate")
 AHEAD = ("distance", "target_x", "target_y", "target_x_rate", "target_y_rate", "last_action")
+
+MOST_ASIDE = 0.95
+
+GAINS = ("bearing", "bearing_sign", "yaw_rate", "crank_cos", "crank_sin", "drift")
+_SIGN_RAD = 0.1  # width of the soft sign of the bearing
 
 
 @dataclass(frozen=True)
@@ -254,7 +259,7 @@ class Course:
         return Moment(np.where(diverged[:, None], 0.0, seen), reward, reached, diverged, timed_out, distance, off_path)
 
 
-MOST_ASIDE = 0.95
+# A beat of the tail.
 
 
 def beat_action(rules: Rules, seen: np.ndarray, hz: np.ndarray, aside: np.ndarray) -> np.ndarray:
@@ -269,6 +274,9 @@ def beat_action(rules: Rules, seen: np.ndarray, hz: np.ndarray, aside: np.ndarra
     sine, speed = seen[:, 1], seen[:, 2]
     wanted = 2 * np.pi * np.minimum(hz, rules.fastest_hz) * (1 - MOST_ASIDE * np.clip(aside, -1.0, 1.0) * sine)
     return np.clip((wanted - speed) / (rules.acceleration_rad_s2 * rules.interval_s), -1.0, 1.0)
+
+
+# Checks of what a caller gives.
 
 
 def checked_action(action: Any, shape: tuple[int, ...]) -> np.ndarray:
@@ -335,8 +343,7 @@ def _numbers(name: str, value: Any, expected: str) -> np.ndarray:
         raise ValueError(f"{name}: found {value!r}, expected {expected}") from None
 
 
-GAINS = ("bearing", "bearing_sign", "yaw_rate", "crank_cos", "crank_sin", "drift")
-_SIGN_RAD = 0.1  # width of the soft sign of the bearing
+# A steering law.
 
 
 def numbers_of(hinges: int) -> tuple[str, ...]:

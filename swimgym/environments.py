@@ -1,4 +1,9 @@
-"""Gymnasium environments of one swimmer and of many."""
+"""Gymnasium environments of one swimmer and of many.
+
+`SwimEnv` is one swimmer, `swimgym/Target-v0` or `swimgym/Circle-v0`; `SwimVectorEnv` is many of them, all stepped at
+once on all cores. `make_course` makes the course of either from what a user names: a session, an MJCF or the built-in
+robot, a task and its options.
+"""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -17,6 +22,8 @@ from swimgym.course import Circle, Course, Moment, Rules, Targets, checked_actio
 from swimgym.swimmers import Fish, Swimmers, load_fish
 
 TASKS: dict[str, Any] = {"target": Targets, "circle": Circle}
+
+RULES = tuple(Rules.__dataclass_fields__)
 
 
 def make_course(
@@ -51,9 +58,6 @@ def make_course(
     fish = fish or load_fish(session, mjcf=mjcf)
     swimmers = Swimmers(fish.models, count, interval_s=rules.interval_s, workers=workers)
     return Course(swimmers, TASKS[task](count, **options), rules)
-
-
-RULES = tuple(Rules.__dataclass_fields__)
 
 
 def spaces_of(course: Course) -> tuple[Box, Box]:

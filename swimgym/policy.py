@@ -1,4 +1,10 @@
-"""A policy: a small network on disk, and its evaluation."""
+"""A policy: a small network on disk, and its evaluation.
+
+A `Policy` is a file of plain arrays (npz) with a `Card` (json). It needs neither torch nor gymnasium.
+
+`swim` lets a controller swim one episode of a course for every swimmer; `Swum` holds the scores: targets reached, with
+an interval (`share`), and distances from a path.
+"""
 
 import json
 from collections.abc import Callable, Mapping
@@ -18,6 +24,12 @@ from swimgym.swimmers import Fish
 SCHEMA = 1
 SHIPPED = Path(__file__).parent / "policies"
 """Policies `target` and `circle` that were trained on `datasets/sample`, fitted at quick effort."""
+
+FARTHEST_M = 50.0
+_DRAWN = 48  # episodes whose paths are kept
+_EVERY = 5  # actions from one point of a kept path to the next
+Controller = Callable[[np.ndarray], np.ndarray]
+"""A function from what n swimmers see (n, o) to what they do (n,)."""
 
 
 @dataclass(frozen=True)
@@ -151,13 +163,6 @@ def load_policy(file: Path) -> Policy:
     except (OSError, ValueError, KeyError, TypeError) as error:
         expected = f"a policy with a card of schema {SCHEMA}"
         raise InputError([Fault(str(file), "", "it cannot be read", str(error), expected, (), step)]) from error
-
-
-FARTHEST_M = 50.0
-_DRAWN = 48  # episodes whose paths are kept
-_EVERY = 5  # actions from one point of a kept path to the next
-Controller = Callable[[np.ndarray], np.ndarray]
-"""A function from what n swimmers see (n, o) to what they do (n,)."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -105,16 +105,6 @@ def train_sac(
     return Policy(replace(card, training=training), _arrays(model))
 
 
-def _arrays(model: SAC) -> dict[str, np.ndarray]:
-    actor = model.policy.actor
-    layers = [layer for layer in (*actor.latent_pi, actor.mu) if hasattr(layer, "weight")]
-    arrays = {}
-    for number, layer in enumerate(layers):
-        arrays[f"weight_{number}"] = layer.weight.detach().numpy().copy()
-        arrays[f"bias_{number}"] = layer.bias.detach().numpy().copy()
-    return arrays
-
-
 class BeatPool(VecEnv):
     """A course as stable-baselines3 needs it, with beats for actions, each kept for some intervals.
 
@@ -185,6 +175,16 @@ class BeatPool(VecEnv):
     def env_is_wrapped(self, wrapper_class: Any, indices: Any = None) -> list[bool]:  # noqa: ARG002
         """Return False for each swimmer."""
         return [False] * len(list(self._get_indices(indices)))
+
+
+def _arrays(model: SAC) -> dict[str, np.ndarray]:
+    actor = model.policy.actor
+    layers = [layer for layer in (*actor.latent_pi, actor.mu) if hasattr(layer, "weight")]
+    arrays = {}
+    for number, layer in enumerate(layers):
+        arrays[f"weight_{number}"] = layer.weight.detach().numpy().copy()
+        arrays[f"bias_{number}"] = layer.bias.detach().numpy().copy()
+    return arrays
 
 
 class _Reporter(BaseCallback):

@@ -37,15 +37,6 @@ class SearchPlan:
     seed: int = 0
 
 
-@dataclass
-class _State:
-    generation: int
-    middle: np.ndarray
-    width: np.ndarray
-    seconds: float
-    cost: float
-
-
 def search(
     fish: Fish,
     task: str,
@@ -98,6 +89,15 @@ def search(
     training = {**asdict(plan), "trained_s": state.seconds, "cost": state.cost}
     rules = replace(course.rules, seconds=options.get("seconds", Rules.seconds))
     return Policy(replace(card, training=training, rules=rules), {"law": state.middle})
+
+
+@dataclass
+class _State:
+    generation: int
+    middle: np.ndarray
+    width: np.ndarray
+    seconds: float
+    cost: float
 
 
 def _cost(swum: Swum, plan: SearchPlan) -> np.ndarray:

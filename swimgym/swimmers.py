@@ -1,9 +1,10 @@
 """Swimmers: fish drawn from the posterior of a session, simulated side by side.
 
-Many swimmers in the water at once, advanced by one control interval at a time, with their state kept.
+`Swimmers` are advanced by one control interval at a time, with their state kept. All of them are one
+`mujoco.batch.Batch`: its threads persist, the engine steps in C, and positions and velocities are live views of its
+state. Each swimmer can have a model of its own (posterior draws, effects).
 
-All of them are one `mujoco.batch.Batch`: its threads persist, the engine steps in C, and positions and velocities are
-live views of its state. Each swimmer can have a model of its own (posterior draws, effects).
+`load_fish` takes the fish that swims from a calibrated session, from an MJCF or from the built-in robot.
 """
 
 import hashlib

@@ -1,8 +1,12 @@
-"""What disturbs a synthetic recording: tracking noise, motor and random streams.
+"""The disturbances of a synthetic recording: tracking noise, the motor's errors, and the random streams of both.
 
-The motor of a synthetic trial: from the speeds it is commanded, late and ramped, to the turn of its shaft.
+A `Stream` belongs to one trial and to what draws in it, so that changing one trial leaves the others as they are.
 
-Everything here is on the motor's clock, that of the computer which drives and logs it.
+`TrackingNoise` is what a tracker adds to the place of a marker: lasting errors, boxes placed by hand, a half-pixel
+grid.
+
+`drive` takes the motor of a trial from the speeds it is commanded, late and ramped, to the turn of its shaft. All times
+of the motor are on its own clock, that of the computer which drives and logs it.
 """
 
 from dataclasses import dataclass
@@ -19,6 +23,18 @@ from swimcal.crank import CrankTurn
 from swimcal.motor_log import MotorCommands
 from swimcal.robot import NonNegative, Positive
 from swimcal.toml import Table
+
+START_CODE = (1, 1, 1, -1, 1, -1, 1, -1, -1, 1, -1, -1, 1, 1, -1, -1)
+CHIP_S = 0.25
+CHIP_TURNS_PER_S = 0.25
+REST_S = 0.5
+RUN_OUT_S = 1.0
+
+COMMAND_DELAY_S = 0.0015  # mean time from when a speed is due until the motor has it
+RISE_S = 1.0  # time after the drive's command before its speed counts as steady; as in `calib capture`
+_GRID_S = 0.002
+
+Share = Annotated[float, Field(ge=0, lt=0.3)]
 
 
 class Stream(Enum):
@@ -105,11 +121,7 @@ def on_grid(position_px: np.ndarray, noise: TrackingNoise) -> np.ndarray:
     return np.round(2.0 * position_px) / 2.0 if noise.half_pixel_grid else position_px
 
 
-START_CODE = (1, 1, 1, -1, 1, -1, 1, -1, -1, 1, -1, -1, 1, 1, -1, -1)
-CHIP_S = 0.25
-CHIP_TURNS_PER_S = 0.25
-REST_S = 0.5
-RUN_OUT_S = 1.0
+# The motor.
 
 
 class Step(NamedTuple):
@@ -133,13 +145,6 @@ def schedule(hz: float, seconds: float) -> tuple[Step, ...]:
         for part, chips in (("start_code", START_CODE), ("end_code", START_CODE[::-1]))
     )
     return (rest, *start, rest, Step("drive", hz, seconds), Step("rest", 0.0, RUN_OUT_S), *end, rest)
-
-
-COMMAND_DELAY_S = 0.0015  # mean time from when a speed is due until the motor has it
-RISE_S = 1.0  # time after the drive's command before its speed counts as steady; as in `calib capture`
-_GRID_S = 0.002
-
-Share = Annotated[float, Field(ge=0, lt=0.3)]
 
 
 class SyntheticMotor(Table):

@@ -1,4 +1,11 @@
-"""The plan of a synthetic session: robot, trials, camera and truth."""
+"""The plan of a synthetic session: everything that decides its numbers, validated when it is made.
+
+A `SyntheticPlan` holds the robot, the coefficients, the noise, the `SyntheticCamera` and the trials, driven by the
+motor (`SyntheticTrial`) or let go (`SyntheticDecay`). `in_image` gives the place of a trial in the image: placed,
+turned and scaled as planned, and all of it in sight.
+
+`default_plan` is behind `calib new --synthetic` and `datasets/sample`: swim trials, dry runs, free decays.
+"""
 
 from collections.abc import Iterable, Iterator
 from typing import Annotated, Literal
@@ -15,6 +22,26 @@ from swimcal.toml import Table
 from synthetic.disturbances import RISE_S, SyntheticMotor, TrackingNoise
 
 Pixels = tuple[float, float]  # x to the right, y down
+
+PLAUSIBLE_COEFFICIENTS = FluidCoefficients(0.4, 2.0, 6.0, 4.0, 1.0)
+"""Coefficients with which the fish swims forward, 0.06 to 0.20 m/s from 0.4 to 1.3 Hz.
+
+None is at a bound or near the published ones.
+"""
+
+SPEEDS_HZ = (0.4, 0.6, 0.8, 1.0, 1.3)
+"""Commanded crank turns a second: the range of the published swim trials."""
+FIT_HZ = (0.6, 1.3)
+SLIP_S = 0.02
+"""The motor is slower than commanded by this share for each turn a second; as published, more so if fast."""
+FEWEST_S = 5.0  # shortest swim
+FEWEST_BEATS = 3.2  # in any swim
+
+DRY_HZ = (0.6, 0.9)
+BENT_RAD = ((0.18, 0.21, 0.21, 0.17, 0.08), (-0.2, -0.22, -0.18, -0.12, -0.05), (0.12, 0.17, 0.22, 0.2, 0.12))
+"""Angles of five hinges before each free decay. The tail rings for little over one period: one decay is too few."""
+BETWEEN_VIDEOS_S = 96.0
+"""Time from the start of one dry run's video to that of the next."""
 
 
 def trial_name(prefix: str, hz: float) -> str:
@@ -126,13 +153,6 @@ class SyntheticDecay(Table):
 
 PlannedTrial = SyntheticTrial | SyntheticDecay
 """Any trial of a plan."""
-
-
-PLAUSIBLE_COEFFICIENTS = FluidCoefficients(0.4, 2.0, 6.0, 4.0, 1.0)
-"""Coefficients with which the fish swims forward, 0.06 to 0.20 m/s from 0.4 to 1.3 Hz.
-
-None is at a bound or near the published ones.
-"""
 
 
 class SyntheticPlan(Table):
@@ -247,21 +267,6 @@ def check_in_image(trials: Iterable[tuple[str, np.ndarray]], camera: SyntheticCa
             where, what = f"trial {name}", "the fish leaves the image"
             faults.add(where, what, found=found, expected=expected, next_step=step)
     faults.raise_if_any()
-
-
-SPEEDS_HZ = (0.4, 0.6, 0.8, 1.0, 1.3)
-"""Commanded crank turns a second: the range of the published swim trials."""
-FIT_HZ = (0.6, 1.3)
-SLIP_S = 0.02
-"""The motor is slower than commanded by this share for each turn a second; as published, more so if fast."""
-FEWEST_S = 5.0  # shortest swim
-FEWEST_BEATS = 3.2  # in any swim
-
-DRY_HZ = (0.6, 0.9)
-BENT_RAD = ((0.18, 0.21, 0.21, 0.17, 0.08), (-0.2, -0.22, -0.18, -0.12, -0.05), (0.12, 0.17, 0.22, 0.2, 0.12))
-"""Angles of five hinges before each free decay. The tail rings for little over one period: one decay is too few."""
-BETWEEN_VIDEOS_S = 96.0
-"""Time from the start of one dry run's video to that of the next."""
 
 
 def default_plan(seed: int = 0, robot: RobotSpec | None = None) -> SyntheticPlan:

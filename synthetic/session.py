@@ -1,9 +1,11 @@
 """A synthetic session on disk: tracks as a camera sees them, and the truth behind them.
 
-The file `truth.json`: what a synthetic session was made with, next to its `session.toml`.
+`make_session` makes it: the twin moves, a camera and a faulty tracker look on, and the `Recorder` writes what camera,
+tracker and motor record of each trial.
 
-The program never reads it: it is there for whoever judges a result. It holds the plan whole, so that the session can be
-made again from it, and what came of the plan in the simulation.
+The `Truth` is kept in `truth.json`, next to `session.toml`. The program never reads it: it is there for whoever judges
+a result. It holds the plan whole, so that the session can be made again from it, and what came of the plan in the
+simulation.
 """
 
 import gzip
@@ -37,6 +39,13 @@ from synthetic.simulate import (
 )
 
 TRUTH_FILE = "truth.json"
+
+Progress = Callable[[str, int, int], None]
+"""A function that is called with a trial's name, the number of frames done, and the number of all."""
+_DECIMALS_PX = 2
+_DECIMALS_S = 6
+
+ROBOT_FILE = "robot.toml"
 
 
 class DryTruth(Table):
@@ -132,10 +141,7 @@ def _natural_hz(robot: RobotSpec) -> float:
     return float(np.sqrt(squared[0]) / (2 * np.pi))
 
 
-Progress = Callable[[str, int, int], None]
-"""A function that is called with a trial's name, the number of frames done, and the number of all."""
-_DECIMALS_PX = 2
-_DECIMALS_S = 6
+# The recorder.
 
 
 class Filming(Protocol):
@@ -252,9 +258,6 @@ def save_packed_tracks(path: Path, tracks: xr.Dataset) -> None:
     plain.unlink()
 
 
-ROBOT_FILE = "robot.toml"
-
-
 def make_session(
     folder: Path, plan: SyntheticPlan, video: Filming | None = None, progress: Progress = lambda *_: None
 ) -> Path:
@@ -278,8 +281,8 @@ def make_session(
 
     Raises:
         swimcal.errors.InputError: the folder is not empty, or a trial leaves the image.
-        session.ResultsNotWritable: the folder cannot be written.
-        session.SimulationDiverged: the planned motion is unstable.
+        ResultsNotWritable: the folder cannot be written.
+        SimulationDiverged: the planned motion is unstable.
     """
     if video is not None:
         plan = _remove_tracker(plan, video)

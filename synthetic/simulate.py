@@ -1,8 +1,8 @@
-"""Swims and decays of the twin with their motor logs.
+"""Swims, dry runs and free decays of the twin, with their motor logs.
 
-The motor log of a trial, as `calib capture` writes it: encoder steps, speed steps, uneven times.
-
-Units of the motor: ROBOTIS e-Manual, XW540-T140-R.
+`simulate_swims` and `simulate_dry_runs` start before the first frame; in `simulate_decays` the tail is held bent by a
+hand, then let go. `read_motor` reads a motor as `calib capture` does: encoder steps, speed steps, uneven times. Units
+of the motor: ROBOTIS e-Manual, XW540-T140-R.
 """
 
 from dataclasses import dataclass, replace
@@ -167,7 +167,7 @@ def simulate_decays(plan: SyntheticPlan) -> tuple[TrueDecay, ...]:
 
     Raises:
         swimcal.errors.InputError: the fish does not fit into the image.
-        session.SimulationDiverged: the planned motion is unstable.
+        SimulationDiverged: the planned motion is unstable.
     """
     twin = DecayTwin(plan.swimmer, plan.markers, replace(FREE_DECAY, timestep_s=plan.air_timestep_s))
     true = tuple(_true_decay(plan, trial, twin) for trial in plan.free_decays)
@@ -221,7 +221,7 @@ def simulate_swims(plan: SyntheticPlan) -> tuple[TrueRun, ...]:
 
     Raises:
         swimcal.errors.InputError: a swim leaves the image.
-        session.SimulationDiverged: the planned motion is unstable.
+        SimulationDiverged: the planned motion is unstable.
     """
     planned = _plan(plan, plan.trials, Stream.SWIM_MOTOR)
     return _simulate(plan, planned, replace(SWIM, timestep_s=plan.timestep_s))
@@ -232,7 +232,7 @@ def simulate_dry_runs(plan: SyntheticPlan) -> tuple[TrueRun, ...]:
 
     Raises:
         swimcal.errors.InputError: the fish does not fit into the image.
-        session.SimulationDiverged: the planned motion is unstable.
+        SimulationDiverged: the planned motion is unstable.
     """
     planned = _plan(plan, plan.dry_runs, Stream.DRY_MOTOR)
     return _simulate(plan, planned, replace(DRY, timestep_s=plan.air_timestep_s))

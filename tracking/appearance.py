@@ -1,4 +1,9 @@
-"""How a marker looks: the grey that separates it from its surroundings, and its look over time."""
+"""How a marker looks: the grey that separates it from its surroundings, and its look over time.
+
+`window` and `windows` cut square windows out of a picture; beyond its border the last pixels are repeated. `Grey` is
+the grey that markers are sought in: brightness, or how far a colour is from those around the markers. `Appearance` is
+the look of the markers in it: bright or dark, how wide, how much they stand out.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -10,26 +15,6 @@ import numpy as np
 from tracking.boxes import StartBoxes
 from tracking.video import Frame
 
-
-def window(luma: np.ndarray, column: int, row: int, reach: int) -> np.ndarray:
-    """(2 reach + 1, 2 reach + 1) uint8 of the (h, w) picture, centred on one of its pixels."""
-    height, width = luma.shape
-    left, top, right, bottom = column - reach, row - reach, column + reach + 1, row + reach + 1
-    if left >= 0 and top >= 0 and right <= width and bottom <= height:
-        return luma[top:bottom, left:right]
-    columns = np.clip(np.arange(left, right), 0, width - 1)
-    rows = np.clip(np.arange(top, bottom), 0, height - 1)
-    return luma[np.ix_(rows, columns)]
-
-
-def windows(luma: np.ndarray, centre_px: np.ndarray, reach: int) -> tuple[np.ndarray, np.ndarray]:
-    """(k, 2 reach + 1, 2 reach + 1) float32 windows around places (k, 2), and (k, 2) the pixels they are centred on."""
-    middle = np.rint(centre_px).astype(int)
-    cut = [window(luma, column, row, reach) for column, row in middle.tolist()]
-    side = 2 * reach + 1
-    return np.array(cut, dtype=np.float32).reshape(-1, side, side), middle
-
-
 ENOUGH = 15.0
 """Grey levels by which each marker must stand out from most of what is around it for brightness to be used as it is."""
 _BETTER = 1.5  # times that the colours must separate the worst marker more than brightness does
@@ -40,6 +25,31 @@ _COVERED = 1.1  # half sides of a box within which its own marker is seen
 _SPAN = 10.0, 90.0  # percentiles of the colours around the markers that count as these
 _MOST = 15.0, 85.0  # percentiles of what is around a marker: it may touch others
 _FULL = 180.0  # grey levels of a pixel as far off in colour as the markers are in the median
+
+_KEEP_SIZE, _KEEP_CONTRAST = 0.9, 0.8  # weight that the known look keeps with every frame
+_SIZES, _CONTRASTS = (0.4, 3.0), (0.1, 5.0)  # how far the look may wander from that in the start boxes
+_SURROUND = (0.85, 1.2)  # of the box' half side: the ring at its rim
+_WIDER, _CLEARER = 1.7, 2.0  # sides of a box that may be too small, and times the contrast that then tells
+_SMALLEST_PX = 4.0
+
+
+def window(luma: np.ndarray, column: int, row: int, reach: int) -> np.ndarray:
+    """Cut (2 reach + 1, 2 reach + 1) uint8 out of the (h, w) picture, centred on one of its pixels."""
+    height, width = luma.shape
+    left, top, right, bottom = column - reach, row - reach, column + reach + 1, row + reach + 1
+    if left >= 0 and top >= 0 and right <= width and bottom <= height:
+        return luma[top:bottom, left:right]
+    columns = np.clip(np.arange(left, right), 0, width - 1)
+    rows = np.clip(np.arange(top, bottom), 0, height - 1)
+    return luma[np.ix_(rows, columns)]
+
+
+def windows(luma: np.ndarray, centre_px: np.ndarray, reach: int) -> tuple[np.ndarray, np.ndarray]:
+    """Cut windows (k, 2 reach + 1, 2 reach + 1) float32 around places (k, 2); return them and their middles (k, 2)."""
+    middle = np.rint(centre_px).astype(int)
+    cut = [window(luma, column, row, reach) for column, row in middle.tolist()]
+    side = 2 * reach + 1
+    return np.array(cut, dtype=np.float32).reshape(-1, side, side), middle
 
 
 @dataclass(frozen=True)
@@ -163,13 +173,6 @@ def _separation(grey: np.ndarray, centre_px: np.ndarray, side_px: np.ndarray) ->
     return _Separation(min(margins), min(shares))
 
 
-_KEEP_SIZE, _KEEP_CONTRAST = 0.9, 0.8  # weight that the known look keeps with every frame
-_SIZES, _CONTRASTS = (0.4, 3.0), (0.1, 5.0)  # how far the look may wander from that in the start boxes
-_SURROUND = (0.85, 1.2)  # of the box' half side: the ring at its rim
-_WIDER, _CLEARER = 1.7, 2.0  # sides of a box that may be too small, and times the contrast that then tells
-_SMALLEST_PX = 4.0
-
-
 @dataclass(frozen=True, eq=False)
 class Appearance:
     """The look of m markers."""
@@ -181,7 +184,7 @@ class Appearance:
     answer: np.ndarray
 
     def as_array(self) -> np.ndarray:
-        """(4, m): sign, diameter, contrast and answer."""
+        """Return (4, m): sign, diameter, contrast and answer."""
         return np.stack([self.sign, self.diameter_px, self.contrast, self.answer])
 
     def of(self, which: np.ndarray) -> "Appearance":
@@ -209,7 +212,7 @@ def _moved(old: np.ndarray, new: np.ndarray, keep: float) -> np.ndarray:
 
 
 def measure_appearance(luma: np.ndarray, centre_px: np.ndarray, box_px: np.ndarray) -> Appearance:
-    """Measures the look of markers in a picture (h, w), in start boxes of (m,) mean sides around (m, 2).
+    """Measure the look of markers in a picture (h, w), in start boxes of (m,) mean sides around (m, 2).
 
     Whether a marker is bright or dark is found from the middle of its box against the darkest and the brightest quarter
     of a ring at the box' rim, since water and body may both be there; its area by how much light the box holds over

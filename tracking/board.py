@@ -1,4 +1,10 @@
-"""The calibration board: printed, found in pictures, and its scale."""
+"""The calibration board: printed, found in pictures, and its scale.
+
+A `BoardSpec` describes it: a chessboard, bare or with ArUco markers in its white squares (ChArUco). `draw_board` prints
+it at its true size. `each_picture` and `video_pictures` read pictures of it, from files or a video, and `find_corners`
+finds its inner corners in a picture. `scale_from_board` takes the scale from a board that lies level in the pool: an
+alternative to the nose-neck distance.
+"""
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
@@ -17,9 +23,32 @@ from swimcal.session_file import CameraCalibration
 from swimcal.toml import Table, key_error, load_toml
 from tracking.camera import camera_matrix, to_rays, true_over_apparent
 
+# The board.
 SquareSize = Annotated[float, Field(ge=1e-3, le=2.0)]
 MARKER_SHARE = 0.7
 """Side of a marker over that of its square, where nothing else is given."""
+
+# Corners.
+CLEAR_SHARE = 0.7
+"""Half width of the window in which a corner is refined, over its distance to the nearest edge that is not its own:
+that of a marker, or of the next square. Windows that reach such an edge move corners by whole pixels."""
+WINDOW_PX = (3, 12)
+"""Bounds of that half width: less holds too few pixels, more gains nothing and bends with the lens."""
+
+SEARCHED_PX = 1600
+"""Longest side of the picture that a chessboard is searched in: larger ones take ten seconds, and are full of false
+boards. The corners are then refined in the whole picture."""
+
+# The scale.
+HIGHEST_M = 100.0
+"""Largest height of a camera above a pool."""
+
+# The drawn board.
+SUFFIXES = (".pdf", ".svg", ".png")
+PNG_DPI = 300
+MM = 1000.0
+MM_PER_INCH = 25.4
+RULER_MM = 100.0
 
 
 class BoardSpec(Table):
@@ -89,10 +118,6 @@ class BoardSpec(Table):
         return np.stack([column, row, 0 * row], axis=-1).reshape(-1, 3) * self.square_m
 
 
-class _BoardFile(Table):
-    board: BoardSpec
-
-
 def load_board(path: Path) -> BoardSpec:
     """Read a TOML file with one table ``[board]`` of the keys of `BoardSpec`.
 
@@ -100,6 +125,10 @@ def load_board(path: Path) -> BoardSpec:
         InputError: every fault of the file at once.
     """
     return load_toml(path, _BoardFile).board
+
+
+class _BoardFile(Table):
+    board: BoardSpec
 
 
 def _dictionary(name: str) -> cv2.aruco.Dictionary:
@@ -174,22 +203,14 @@ def video_pictures(path: Path, count: int = 40) -> Iterator[np.ndarray]:
             yield np.ascontiguousarray(video.frame(number).luma)
 
 
-CLEAR_SHARE = 0.7
-"""Half width of the window in which a corner is refined, over its distance to the nearest edge that is not its own:
-that of a marker, or of the next square. Windows that reach such an edge move corners by whole pixels."""
-WINDOW_PX = (3, 12)
-"""Bounds of that half width: less holds too few pixels, more gains nothing and bends with the lens."""
-
-SEARCHED_PX = 1600
-"""Longest side of the picture that a chessboard is searched in: larger ones take ten seconds, and are full of false
-boards. The corners are then refined in the whole picture."""
-
-
 class Corners(NamedTuple):
     """Corners of one board in one picture."""
 
     place_m: np.ndarray  # (k, 3) on the board, board frame, z = 0
     image_px: np.ndarray  # (k, 2) in the picture, the centre of the top left pixel at (0, 0)
+
+
+_NONE = Corners(np.zeros((0, 3)), np.zeros((0, 2)))
 
 
 def find_corners(picture: np.ndarray, board: BoardSpec) -> Corners:
@@ -241,13 +262,6 @@ def _refine(gray: np.ndarray, image_px: np.ndarray, clear: float) -> np.ndarray:
     stop = (cv2.TERM_CRITERIA_EPS + cv2.TERM_CRITERIA_COUNT, 50, 1e-3)
     start = np.array(image_px, dtype=np.float32).reshape(-1, 1, 2)
     return cv2.cornerSubPix(gray, start, (window, window), (-1, -1), stop).reshape(-1, 2).astype(float)
-
-
-_NONE = Corners(np.zeros((0, 3)), np.zeros((0, 2)))
-
-
-HIGHEST_M = 100.0
-"""Largest height of a camera above a pool."""
 
 
 @dataclass(frozen=True)
@@ -365,11 +379,7 @@ def _similarity(source: np.ndarray, target: np.ndarray) -> _Similarity:
     return _Similarity(float(np.abs(turn)), float(np.sqrt(variance / size)), float(np.sqrt(squares / len(a))))
 
 
-SUFFIXES = (".pdf", ".svg", ".png")
-PNG_DPI = 300
-MM = 1000.0
-MM_PER_INCH = 25.4
-RULER_MM = 100.0
+# The board, drawn.
 
 
 class Rectangle(NamedTuple):

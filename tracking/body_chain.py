@@ -1,19 +1,16 @@
 """Blobs in a picture, and the chain of markers among them.
 
-Blobs that could be markers: round, of one brightness, and set off from what surrounds them.
-
+`find_blobs` finds what could be a marker: round, of one brightness, and set off from what surrounds it.
 Difference-of-Gaussians peaks (Lowe, Distinctive image features, IJCV 60, 2004, section 3) by scikit-image, octave by
 octave on ever smaller pictures, are only the places to look; each is then measured at full resolution.
 
-Assignment of blobs to markers: the layout laid over the blobs, from the head to the tail.
-
-Every ordered pair of blobs is tried as the head's two front markers, which gives scale, heading and place. The other
-markers follow one after another: those off the axis and the first behind the head are held by the head, the tail may
-bend at every marker. Each step costs what it departs from the layout, in squared standard deviations; all partial
-bodies are carried on together and the best are kept (a beam search). The spreads are those of the public tracks, whose
-tail root is up to 78 mm from the dorsal fin where the layout has 20, and whose last step is up to 1.6 times as long.
-
-Positions are complex numbers x - iy: the layout's y points up where the image's points down.
+`complete_bodies` assigns blobs to markers: the layout is laid over the blobs, from the head to the tail. Every ordered
+pair of blobs is tried as the head's two front markers, which gives scale, heading and place. The other markers follow
+one after another: those off the axis and the first behind the head are held by the head, the tail may bend at every
+marker. Each step costs what it departs from the layout, in squared standard deviations; all partial bodies are carried
+on together and the best are kept (a beam search). The spreads are those of the public tracks, whose tail root is up to
+78 mm from the dorsal fin where the layout has 20, and whose last step is up to 1.6 times as long. Positions are complex
+numbers x - iy: the layout's y points up where the image's points down.
 """
 
 from __future__ import annotations
@@ -29,6 +26,7 @@ from scipy.spatial import cKDTree
 from skimage.feature import blob_dog
 from skimage.measure import label, regionprops
 
+# Blobs: scales, and what a marker looks like.
 Polarity = Literal["bright", "dark"]
 
 LARGE_PX = 2000
@@ -53,6 +51,24 @@ SOFTEST_SHRINK = 0.75
 """Ratio of the diameters at 0.15 above a level and 0.1 below it: about 0.8 to 0.95 for a marker, 0.65 for a swell."""
 LEVELS = (0.5, 0.65, 0.8)
 """Thresholds between surroundings (0) and middle (1); the higher ones part neighbours that touch."""
+
+# The chain: what takes part, and how far a body may depart from the layout.
+CANDIDATES = 110
+"""Largest number of blobs that take part, those of the most contrast."""
+BEAM = 4000
+"""Largest number of partial bodies that are carried on."""
+LATERAL_M = 0.01
+"""Distance from the axis beyond which the head holds a marker."""
+DIAMETERS_APART = (3.0, 40.0)
+"""Bounds of the distance between the head's two front markers, in marker diameters."""
+SIZE_SD = 0.25
+"""Spread of the logarithm of a marker's diameter about that of the one before it: a robot's markers may differ."""
+LEVEL_SD = 0.12
+"""Spread of the logarithm of a marker's grey level about that of the head's two; its contrast depends on the water."""
+ELONGATION_SD = 0.15
+"""Spread of the logarithm of a marker's elongation about that of the head's two: motion blur of a few pixels."""
+GATE = 3.0
+"""Largest departure from the layout, in standard deviations."""
 
 
 class Blob(NamedTuple):
@@ -178,22 +194,7 @@ def _each_once(blobs: list[Blob]) -> list[Blob]:
     return [blob for number, blob in enumerate(blobs) if number not in covered]
 
 
-CANDIDATES = 110
-"""Largest number of blobs that take part, those of the most contrast."""
-BEAM = 4000
-"""Largest number of partial bodies that are carried on."""
-LATERAL_M = 0.01
-"""Distance from the axis beyond which the head holds a marker."""
-DIAMETERS_APART = (3.0, 40.0)
-"""Bounds of the distance between the head's two front markers, in marker diameters."""
-SIZE_SD = 0.25
-"""Spread of the logarithm of a marker's diameter about that of the one before it: a robot's markers may differ."""
-LEVEL_SD = 0.12
-"""Spread of the logarithm of a marker's grey level about that of the head's two; its contrast depends on the water."""
-ELONGATION_SD = 0.15
-"""Spread of the logarithm of a marker's elongation about that of the head's two: motion blur of a few pixels."""
-GATE = 3.0
-"""Largest departure from the layout, in standard deviations."""
+# The chain.
 
 
 @dataclass(frozen=True)

@@ -44,7 +44,7 @@ class JointGaussian:
     _given: _Conditionals = field(default_factory=dict, init=False, repr=False)
 
     def given(self, active: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """(2m, 2m) precision, zero where not active; (m, 2, 2) variance of active ones given the others."""
+        """Return (2m, 2m) precision, zero where not active; (m, 2, 2) variance of active ones given the others."""
         key = active.tobytes()
         if key not in self._given:
             m, on = len(active), np.flatnonzero(np.repeat(active, 2))
@@ -57,7 +57,7 @@ class JointGaussian:
         return self._given[key]
 
     def leave_one_out(self, deviation: np.ndarray, active: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """How far each active marker is from where the other active ones (m,) put it.
+        """Return how far each active marker is from where the other active ones (m,) put it.
 
         If one marker of a frame is shifted, this is the maximum-likelihood estimate of its shift (Baarda's
         data snooping; Cook and Weisberg, Residuals and Influence in Regression, 1982, section 2.2).
@@ -69,16 +69,16 @@ class JointGaussian:
         return (weighted @ spread)[..., 0, :], np.sqrt((spread[:, 0, 0] + spread[:, 1, 1]) / 2)
 
     def expected(self, deviation: np.ndarray, active: np.ndarray) -> np.ndarray:
-        """(..., 2m) what the active markers let expect of all; active markers themselves unchanged."""
+        """Return (..., 2m) what the active markers let expect of all; active markers themselves unchanged."""
         return deviation @ self.given(active)[0] @ self.covariance
 
     def spread_given(self, active: np.ndarray) -> np.ndarray:
-        """(m,) standard deviation of each marker in each coordinate once the active markers are known."""
+        """Return (m,) standard deviation of each marker in each coordinate once the active markers are known."""
         variance = np.diag(self.remaining(active)).reshape(-1, 2).mean(axis=1)
         return np.sqrt(np.maximum(variance, 1e-12))
 
     def remaining(self, active: np.ndarray) -> np.ndarray:
-        """(2m, 2m) covariance that remains once the active markers are known."""
+        """Return (2m, 2m) covariance that remains once the active markers are known."""
         return self.covariance - self.covariance @ self.given(active)[0] @ self.covariance
 
 
@@ -108,7 +108,7 @@ class BodyModel:
         return JointGaussian(self.covariance_px2 + FREE_PX2 * self.moves @ self.moves.T)
 
     def pose(self, position_px: np.ndarray, active: np.ndarray) -> np.ndarray:
-        """(n, 4) the combination of `moves` that fits best, by generalised least squares, on active samples (n, m)."""
+        """Return the combination (n, 4) of `moves` that fits active samples (n, m), by generalised least squares."""
         flat = np.nan_to_num(position_px).reshape(len(position_px), -1)
         pose = np.zeros((len(flat), 4))
         for mask, frames in rows_alike(active):
@@ -116,22 +116,22 @@ class BodyModel:
         return pose
 
     def pose_from(self, active: np.ndarray) -> np.ndarray:
-        """(4, 2m) takes the positions of a frame to its pose."""
+        """Return the (4, 2m) matrix that takes the positions of a frame to its pose."""
         weights = self.moves.T @ self.shape.given(active)[0]  # (4, 2m)
         return np.linalg.solve(weights @ self.moves + 1e-9 * np.eye(4), weights)
 
     def to_body(self, position_px: np.ndarray, pose: np.ndarray) -> np.ndarray:
-        """(n, 2m) deviations from the mean; 0 where a sample is missing."""
+        """Return (n, 2m) deviations from the mean; 0 where a sample is missing."""
         offset = position_px - (pose @ self.moves.T).reshape(position_px.shape)
         return np.nan_to_num((offset @ _heading(pose)).reshape(len(pose), -1) - self.mean_px)
 
     def to_image(self, deviation: np.ndarray, pose: np.ndarray) -> np.ndarray:
-        """(n, m, 2) positions; the inverse of `to_body`."""
+        """Return (n, m, 2) positions; the inverse of `to_body`."""
         offset = (deviation + self.mean_px).reshape(len(pose), -1, 2) @ _heading(pose).transpose(0, 2, 1)
         return offset + (pose @ self.moves.T).reshape(offset.shape)
 
     def put_by_others(self, position_px: np.ndarray, active: np.ndarray) -> np.ndarray:
-        """(n, m, 2) where the active markers of a frame put each marker, itself left out."""
+        """Return (n, m, 2) where the active markers of a frame put each marker, itself left out."""
         pose = self.pose(position_px, active)
         deviation = self.to_body(position_px, pose)  # (n, 2m)
         put = np.empty_like(deviation)
@@ -166,7 +166,7 @@ def layout_model(place_m: np.ndarray, root_x_m: float, px_per_m: float, unit_m: 
 
 
 def spacing_spread(place_m: np.ndarray, unit_m: float) -> np.ndarray:
-    """(m, m) how far the distance between two neighbours may stray from the layout, standard deviation, m."""
+    """Return (m, m) how far the distance between two neighbours may stray from the layout, standard deviation, m."""
     height = place_m[:, None, 2] - place_m[None, :, 2]
     return np.sqrt(2 * (JITTER * unit_m) ** 2 + (PARALLAX * height) ** 2)
 
@@ -192,7 +192,7 @@ def centred(model: BodyModel, position_px: np.ndarray, active: np.ndarray) -> Bo
 
 
 def mode(points: np.ndarray, width: float, steps: int = 10) -> np.ndarray:
-    """(2,) the densest place among (n, 2) points: mean shift from their median (Comaniciu and Meer, 2002)."""
+    """Return (2,) the densest place among (n, 2) points: mean shift from their median (Comaniciu and Meer, 2002)."""
     centre = np.median(points, axis=0)
     for _ in range(steps):
         near = np.exp(-((points - centre) ** 2).sum(axis=1) / (2 * width**2))  # (n,)
@@ -218,7 +218,7 @@ def learned(prior: BodyModel, position_px: np.ndarray, active: np.ndarray, steps
 
 
 def _heading(pose: np.ndarray) -> np.ndarray:
-    """(n, 2, 2) rotations R: a row vector in the image times R is in the axes of the body."""
+    """Return (n, 2, 2) rotations R: a row vector in the image times R is in the axes of the body."""
     size = np.maximum(np.hypot(pose[:, 2], pose[:, 3]), 1e-9)
     cos, sin = pose[:, 2] / size, pose[:, 3] / size
     return np.array([[cos, -sin], [sin, cos]]).transpose(2, 0, 1)

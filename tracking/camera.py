@@ -1,10 +1,12 @@
-"""From pixels to the pool: undistortion, parallax and scale.
+"""The camera's way from pixels to metres on the pool: lens, parallax and scale.
 
-Parallax: markers above or below the reference plane, seen by a camera that looks straight down.
+`to_pool` undoes the lens (`to_rays`) and the parallax (`true_over_apparent`) where they are known, scales, and changes
+to a right-handed frame seen from above.
 
-The reference plane is the plane of the nose and neck markers, which give the picture its scale; it is taken to be the
-surface of the water, for the robot swims at it (the built-in robot's nose and neck are 2.5 mm below the top of its
-submerged part). The camera is H above it, its axis vertical, the robot level.
+Parallax is that of markers above or below the reference plane, seen by a camera that looks straight down. The reference
+plane is the plane of the nose and neck markers, which give the picture its scale; it is taken to be the surface of the
+water, for the robot swims at it (the built-in robot's nose and neck are 2.5 mm below the top of its submerged part).
+The camera is H above it, its axis vertical, the robot level.
 
 A marker z above the plane is in air. It is (H - z) t from the camera's foot, t being the slope of its ray, where on
 the plane one would read H t: it appears too far out by H / (H - z). A marker d below is seen through the surface:
@@ -25,6 +27,9 @@ from swimcal.tracks import markers_of, pixels_of
 
 STOP = (cv2.TERM_CRITERIA_COUNT + cv2.TERM_CRITERIA_EPS, 100, 1e-12)
 """Stop of the iterations: OpenCV's own five leave whole pixels at the edge of a wide-angle picture."""
+
+WATER_INDEX = 1.333
+"""Refractive index of water for visible light, 20 degrees Celsius (CRC Handbook of Chemistry and Physics)."""
 
 
 def camera_matrix(lens: CameraCalibration) -> np.ndarray:
@@ -66,10 +71,6 @@ def folds(lens: CameraCalibration) -> bool:
     return bool(r * (1 + k1 * r**2 + k2 * r**4 + k3 * r**6) < farthest)
 
 
-WATER_INDEX = 1.333
-"""Refractive index of water for visible light, 20 degrees Celsius (CRC Handbook of Chemistry and Physics)."""
-
-
 def true_over_apparent(ray: np.ndarray, height_m: np.ndarray, camera_height_m: float) -> np.ndarray:
     """Return the ratio of a place's true distance from the camera's foot to its apparent one on the reference plane.
 
@@ -99,7 +100,7 @@ def to_pool(
     weight: np.ndarray | None = None,
     marker_height_m: np.ndarray | None = None,
 ) -> tuple[np.ndarray, float]:
-    """Scales tracks by the median nose-neck distance, after undoing the lens and the parallax where they are known.
+    """Scale tracks by the median nose-neck distance, after undoing the lens and the parallax where they are known.
 
     "Simple Models, Real Swimming" (2026): pixels become metres by the nose-neck distance.
 
@@ -136,7 +137,7 @@ def to_pool(
 
 
 def _on_plane(tracks: xr.Dataset, camera: CameraSpec, marker_height_m: np.ndarray | None) -> np.ndarray:
-    """(n, m, 2) where an ideal camera with square pixels would see each marker's foot on the reference plane, px."""
+    """Return px (n, m, 2) where an ideal camera with square pixels sees each marker's foot on the reference plane."""
     lens = camera.calibration
     if lens is None:
         return pixels_of(tracks)

@@ -1,17 +1,16 @@
-"""CSRT of OpenCV, the second opinion where no spot answers.
-
-CSRT, OpenCV's correlation tracker, in a crop around a marker.
+"""CSRT, OpenCV's correlation tracker, as the second opinion where no spot answers.
 
 Lukežič et al., "Discriminative Correlation Filter with Channel and Spatial Reliability", CVPR 2017. Its boxes hold
-whole pixels and it reports neither how sure it is nor when it has lost its marker. `SecondOpinion`
-asks it where no spot answers, and checks its answer; `FaintMarkers` follows with it what no spot ever answers
-for. With every update it converts the whole image, so a crop costs half.
+whole pixels and it reports neither how sure it is nor when it has lost its marker. With every update it converts the
+whole image, so that a crop around the marker (`CropTracker`) costs half.
 
-Markers too faint for the spots: CSRT follows each of them all along, in a crop that moves with it.
+`SecondOpinion` asks CSRT about markers that no spot answers for, because they are faint, half covered or out of shape,
+and checks its answer.
 
-Started anew, CSRT often takes up something else. So it is started once, on the box as it was drawn, and its crop moves
-by no more than the marker does: to CSRT the marker then hardly moves at all. OpenCV cannot write down what CSRT has
-learned, so a video with faint markers that is interrupted is tracked from its beginning again.
+`FaintMarkers` follows with it what no spot ever answers for, each marker in a crop that moves with it. Started anew,
+CSRT often takes up something else. So it is started once, on the box as it was drawn, and its crop moves by no more
+than the marker does: to CSRT the marker then hardly moves at all. OpenCV cannot write down what CSRT has learned, so a
+video with faint markers that is interrupted is tracked from its beginning again.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -26,6 +25,12 @@ from tracking.appearance import window
 
 CROP = 80  # half the side of the crop, pixels
 _FASTEST_PX = CROP // 4  # by which a crop that moves does so in a frame at most
+
+_FRAMES = 4  # after a loss in which CSRT is asked; then the marker counts as hidden
+_LIKENESS = 0.6  # normalised correlation with the marker's last good look that an answer must reach
+_CLEAR = 0.6  # diameters around another marker in which an answer is not believed
+_TEMPLATE = 0.75  # half side of what is compared, in diameters
+_BOX, _SMALLEST_BOX_PX = 1.5, 21  # side of the box that CSRT starts on, in diameters; smaller boxes cost double
 
 
 class Crop(NamedTuple):
@@ -54,7 +59,7 @@ class CropTracker:
         self._tracker.init(_colour(start.picture), (*corner.tolist(), side_px, side_px))
 
     def step(self, luma: np.ndarray) -> np.ndarray:
-        """(2,) where it believes the marker to be in the next picture (h, w); nan when it gives up."""
+        """Return (2,) where it believes the marker to be in the next picture (h, w); nan when it gives up."""
         column, row = (self._corner + CROP).tolist()
         found, (x, y, width, height) = self._tracker.update(_colour(window(luma, column, row, CROP)))
         if not found:
@@ -68,7 +73,7 @@ class CropTracker:
 
 @contextmanager
 def opencv_on_one_thread() -> Iterator[None]:
-    """OpenCV uses no threads of its own within, which would double those on which trackers run side by side.
+    """Keep OpenCV from threads of its own, which would double those on which trackers run side by side.
 
     The setting is the whole process's, and is put back afterwards.
     """
@@ -78,10 +83,6 @@ def opencv_on_one_thread() -> Iterator[None]:
         yield
     finally:
         cv2.setNumThreads(before)
-
-
-def _colour(picture: np.ndarray) -> np.ndarray:
-    return cv2.cvtColor(np.ascontiguousarray(picture), cv2.COLOR_GRAY2BGR)
 
 
 class FaintMarkers:
@@ -96,18 +97,11 @@ class FaintMarkers:
         self._trackers = [CropTracker(start, side, moves=True) for start, side in zip(starts, sides, strict=True)]
 
     def step(self, luma: np.ndarray) -> dict[int, np.ndarray]:
-        """Where CSRT sees each of them in the next frame."""
+        """Return where CSRT sees each of them in the next frame."""
         with ThreadPoolExecutor(self._threads or None) as pool:
             places = list(pool.map(lambda tracker: tracker.step(luma), self._trackers))
         seen = zip(np.flatnonzero(self.which).tolist(), places, strict=True)
         return {marker: place for marker, place in seen if np.isfinite(place).all()}
-
-
-_FRAMES = 4  # after a loss in which CSRT is asked; then the marker counts as hidden
-_LIKENESS = 0.6  # normalised correlation with the marker's last good look that an answer must reach
-_CLEAR = 0.6  # diameters around another marker in which an answer is not believed
-_TEMPLATE = 0.75  # half side of what is compared, in diameters
-_BOX, _SMALLEST_BOX_PX = 1.5, 21  # side of the box that CSRT starts on, in diameters; smaller boxes cost double
 
 
 class SecondOpinion:
@@ -162,7 +156,7 @@ class SecondOpinion:
         position_px: np.ndarray,
         taken_px: np.ndarray | None = None,
     ) -> dict[int, np.ndarray]:
-        """Where CSRT sees the lost markers (m,), as far as its answer looks like them and lies on no other marker.
+        """Ask where the lost markers (m,) are, as far as the answer looks like them and lies on no other marker.
 
         Of two answers in one place the one nearer to where its marker was expected, (m, 2), counts; (o, 2) are places
         of further markers.
@@ -182,7 +176,7 @@ class SecondOpinion:
         return found
 
     def _started(self, marker: int, diameter_px: float) -> bool:
-        """Whether CSRT runs on the marker, started now if need be; no longer once it was asked a few times."""
+        """Tell whether CSRT runs on the marker, started now if need be; no longer once it was asked a few times."""
         asked = self._asked[marker] = self._asked.get(marker, 0) + 1
         if asked > _FRAMES:
             self._trackers.pop(marker, None)
@@ -199,3 +193,7 @@ class SecondOpinion:
         column, row = np.rint(answer).astype(int).tolist()
         found = window(luma, column, row, reach)
         return float(cv2.matchTemplate(found.copy(), template.copy(), cv2.TM_CCOEFF_NORMED)[0, 0]) >= _LIKENESS
+
+
+def _colour(picture: np.ndarray) -> np.ndarray:
+    return cv2.cvtColor(np.ascontiguousarray(picture), cv2.COLOR_GRAY2BGR)

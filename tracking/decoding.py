@@ -1,4 +1,9 @@
-"""Frames decoded from a video file, in order, at random, and backward."""
+"""Frames decoded from a video file, in order, at random, and backward.
+
+`FrameIndex` says which frames a video has, when each is shown and where decoding can start: from the packets, without
+decoding. `open_video` opens a file, with one clear error for whatever is not a video, and a `Decoder` decodes from its
+start or from a key frame.
+"""
 
 import sys
 from collections.abc import Iterator, Sequence
@@ -25,6 +30,14 @@ NO_TIME_OF_PRESENTATION = (AVI,)
 """Containers that store the order of decoding only; what FFmpeg gives as times of presentation is then a guess."""
 STEPS_BACK = (1, 2, 4, 8)
 """Which key frames before a frame to start decoding from, should the nearest one not lead to it."""
+
+EXPECTED = "a video file (MP4, MOV, MKV, AVI, WebM, ...)"
+MP4_BOXES = (b"ftyp", b"moov", b"mdat", b"wide", b"free", b"skip")
+"""Names of boxes an MP4 or MOV file begins with (ISO/IEC 14496-12, table 1)."""
+REPAIR = (
+    "If the recording was cut short, put the card back into the camera, which may repair it (GoPro: SOS), or copy the "
+    "file again; a repair tool with an intact video of the same camera can rebuild the index."
+)
 
 
 class TimeSource(StrEnum):
@@ -69,7 +82,7 @@ class FrameIndex:
     broke_off: bool  # reading the packets ended with an error
 
     def starts(self, number: int) -> list[int | None]:
-        """Stamps of key frames to start from to reach a frame, best first; None is the start of the file."""
+        """Yield stamps of key frames to start from to reach a frame, best first; None is the start of the file."""
         if self.pts is None or number == 0:
             return [None]
         before = int(np.searchsorted(self.keys, self.pts[number], side="right"))
@@ -87,7 +100,7 @@ class FrameIndex:
 
 
 def read_packets(container: av.container.InputContainer, stream: av.VideoStream) -> Packets:
-    """Goes through the file once, up to an error of the container, and decodes no more than one picture."""
+    """Go through the file once, up to an error of the container, and decode no more than one picture."""
     packets: list[Packet] = []
     total, broke_off, picture = -1, True, None  # PyAV adds a packet of its own for the end of the stream
     with suppress(av.FFmpegError):
@@ -118,13 +131,6 @@ def stamped_packets(container: av.container.InputContainer, stream: av.VideoStre
         yield packet
 
 
-def _decoded(stream: av.VideoStream, packet: av.Packet | None) -> av.VideoFrame | None:
-    """Return the first sound picture that the decoder gives for a packet, or for None what it still holds."""
-    with suppress(av.FFmpegError):
-        return next((picture for picture in stream.decode(packet) if not picture.is_corrupt), None)
-    return None
-
-
 def index_frames(
     read: Packets, container: av.container.InputContainer, stream: av.VideoStream, fps: float | None = None
 ) -> FrameIndex:
@@ -141,6 +147,13 @@ def has_no_times(container: av.container.InputContainer) -> bool:
     second, or by a rate that is stated somewhere in the pictures.
     """
     return bool(container.format.flags & NO_TIMESTAMPS)
+
+
+def _decoded(stream: av.VideoStream, packet: av.Packet | None) -> av.VideoFrame | None:
+    """Return the first sound picture that the decoder gives for a packet, or for None what it still holds."""
+    with suppress(av.FFmpegError):
+        return next((picture for picture in stream.decode(packet) if not picture.is_corrupt), None)
+    return None
 
 
 def _index_frames(read: Packets, container: av.container.InputContainer, stream: av.VideoStream) -> FrameIndex:
@@ -183,15 +196,6 @@ def _by_order(read: Packets, shown: Sequence[Packet], stream: av.VideoStream) ->
     return FrameIndex(time_s, source, None, {}, no_keys, frozenset(), True, read.total, read.broke_off)
 
 
-EXPECTED = "a video file (MP4, MOV, MKV, AVI, WebM, ...)"
-MP4_BOXES = (b"ftyp", b"moov", b"mdat", b"wide", b"free", b"skip")
-"""Names of boxes an MP4 or MOV file begins with (ISO/IEC 14496-12, table 1)."""
-REPAIR = (
-    "If the recording was cut short, put the card back into the camera, which may repair it (GoPro: SOS), or copy the "
-    "file again; a repair tool with an intact video of the same camera can rebuild the index."
-)
-
-
 class NumberedPicture(NamedTuple):
     """A decoded picture and its place in order of presentation."""
 
@@ -219,7 +223,7 @@ class Decoder:
         self.container.close()
 
     def decode(self, index: FrameIndex, start: int | None) -> Iterator[NumberedPicture]:
-        """Readable pictures in order of presentation, from the key frame with stamp `start` or from the file's start.
+        """Yield readable pictures in order of presentation, from the key frame with stamp `start` or the file's start.
 
         A seek may land somewhere else; what comes is numbered by its own stamp. Pictures shown before the key frame
         at which decoding began are left out (they may lean on pictures before it), and so are damaged ones.
@@ -233,7 +237,7 @@ class Decoder:
                 yield NumberedPicture(number, picture)
 
     def _pictures_from_start(self) -> Iterator[av.VideoFrame]:
-        """All pictures; a file already read from is opened anew, as not every container can go back to its start."""
+        """Yield all pictures; a file already read from is opened anew: not every container can go back to its start."""
         if not self._at_start:
             self.close()
             self._open()
@@ -313,6 +317,11 @@ def is_without_times(file: Path) -> bool:
         return has_no_times(container)
 
 
+def fault(file: Path, what: str, found: str, expected: str, next_step: str = "") -> InputError:
+    """Make an `InputError` with one fault of the whole file."""
+    return InputError([Fault(str(file), "", what, found, expected, next_step=next_step)])
+
+
 def _check_file(file: Path) -> None:
     if not file.exists():
         raise fault(file, "no such file", "", EXPECTED)
@@ -346,8 +355,3 @@ def _picture_stream(file: Path, container: av.container.InputContainer) -> av.Vi
         raise fault(file, "no decoder for this video", "an unknown codec", "H.264, HEVC, VP9, FFV1, ...", next_step)
     assert isinstance(stream, av.VideoStream)
     return stream
-
-
-def fault(file: Path, what: str, found: str, expected: str, next_step: str = "") -> InputError:
-    """Make an `InputError` with one fault of the whole file."""
-    return InputError([Fault(str(file), "", what, found, expected, next_step=next_step)])

@@ -1,6 +1,6 @@
-"""Corrections by hand: one edit, the log of all, and how they are applied.
+"""Corrections by hand: the kinds of edit, the log of all, and how they are applied.
 
-The edit log: what a person corrected, one JSON object a line, only ever added to.
+The `EditLog` is a file of what a person corrected, one JSON object a line, only ever added to:
 
     # lines that start with # and blank lines are for the reader
     {"op": "swap", "markers": ["tail_3", "tail_4"], "frames": [120, null]}
@@ -11,6 +11,8 @@ The edit log: what a person corrected, one JSON object a line, only ever added t
 
 Frames are the first and the last one, both included; null for the last means to the end. An edit is undone by a
 further line that names its line in the file; an undo can be undone too. Nothing is removed or changed.
+
+`apply_edits` replays the log on a tracked trial: it makes a copy, and never changes the tracker's own samples.
 """
 
 from __future__ import annotations
@@ -36,6 +38,8 @@ from tracking.tracked import NO_SAMPLE, ONLY_CSRT, SampleState, only_csrt_flags,
 FrameNumber = Annotated[int, Field(ge=0)]
 Side = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 Coordinate = Annotated[float, Field(allow_inf_nan=False)]
+
+EXAMPLE = 'one edit, as {"op": "drop", "markers": ["nose"], "frames": [50, 61]}'
 
 
 class _Edit(BaseModel):
@@ -139,9 +143,6 @@ class Undo(_Edit):
 Edit = Swap | Drop | Relabel | SetBox | Undo
 EDITS: dict[str, type[Edit]] = {"swap": Swap, "drop": Drop, "relabel": Relabel, "box": SetBox, "undo": Undo}
 """The kinds of edit by the name of their operation."""
-
-
-EXAMPLE = 'one edit, as {"op": "drop", "markers": ["nose"], "frames": [50, 61]}'
 
 
 class LoggedEdit(NamedTuple):

@@ -1,4 +1,9 @@
-"""Start boxes found in a picture, drawn as a preview, or clicked by a person."""
+"""Start boxes found in a picture, drawn as a preview, or clicked by a person.
+
+`find_boxes` finds them without a click, or reports why they are not certain. `write_preview` draws them before the
+tracking: the robot with names, its crowded tail, its place. `ClickBoxes` is a page on which a person clicks the
+markers: one file that asks for nothing from the network.
+"""
 
 from __future__ import annotations
 
@@ -24,6 +29,7 @@ from swimcal.results import writing_whole
 from tracking.body_chain import Blob, Bodies, Polarity, body_steps, complete_bodies, find_blobs
 from tracking.boxes import Box, StartBoxes
 
+# The search.
 CERTAIN = 0.95
 """Least probability of the body that was found."""
 NO_BODY_COST = 1.75
@@ -35,12 +41,21 @@ SMALLEST_BOX_PX = 9.0
 LONGER = 1.12
 """A marker longer than wide by this factor more than those before and behind it runs into what is next to it."""
 
+# The preview.
+SIZE_IN = (14.0, 7.875)
+DPI = 110
+PAPER = "#10151a"
+INK = "#e4ebf1"
+CROWDED = 3.5
+"""Markers whose nearest neighbour is within so many times the least distance make up the crowded part."""
+OFF_LINE = 0.12
+"""A marker farther off the line through all of them, in lengths of the robot, is named on its own side."""
+SHOWN_PX = 1600
+"""The whole frame is shown with at most about so many columns."""
 
-@dataclass(frozen=True)
-class _PolarityBlobs:
-    polarity: Polarity
-    blobs: tuple[Blob, ...]
-    bodies: Bodies
+# The page to click.
+JPEG_QUALITY = 92
+USUAL_SIDE_PX = 25.0
 
 
 def find_boxes(
@@ -77,6 +92,13 @@ def find_boxes(
         raise _refusal(file, frame, "a marker runs into something next to it", found, "a disc, set off all around")
     boxes = {name: _box(blob, chosen, luma.shape) for name, blob in zip(markers, chosen, strict=True)}
     return StartBoxes(frame, boxes)
+
+
+@dataclass(frozen=True)
+class _PolarityBlobs:
+    polarity: Polarity
+    blobs: tuple[Blob, ...]
+    bodies: Bodies
 
 
 def _probabilities(seen: Sequence[_PolarityBlobs], count: int) -> tuple[float, float]:
@@ -136,16 +158,7 @@ def _refusal(file: str, frame: int, what: str, found: str, expected: str) -> Inp
     return InputError([Fault(file, f"frame {frame}", what, found, expected, next_step=step)])
 
 
-SIZE_IN = (14.0, 7.875)
-DPI = 110
-PAPER = "#10151a"
-INK = "#e4ebf1"
-CROWDED = 3.5
-"""Markers whose nearest neighbour is within so many times the least distance make up the crowded part."""
-OFF_LINE = 0.12
-"""A marker farther off the line through all of them, in lengths of the robot, is named on its own side."""
-SHOWN_PX = 1600
-"""The whole frame is shown with at most about so many columns."""
+# The preview.
 
 
 class View(NamedTuple):
@@ -193,6 +206,34 @@ def write_preview(path: Path, rgb: np.ndarray, boxes: StartBoxes) -> None:
 def marker_colour(number: int) -> tuple[float, float, float]:
     """Return a bright colour for each marker, as on the click page (hues a golden angle apart)."""
     return colorsys.hls_to_rgb((number * 0.381966 + 190 / 360) % 1.0, 0.72, 0.95)
+
+
+def label_spots(centre_px: np.ndarray, view: View) -> np.ndarray:
+    """Place the labels (m, 2) in two rows or columns next to the body, so that they overlap neither it nor each other.
+
+    Markers well off the line through the others are named on their own side, the rest take turns; on each side the
+    labels keep the markers' order, as near to them as their width allows (isotonic regression: the least squares
+    solution under the order).
+
+    Args:
+        centre_px: (m, 2) centres of the markers, px.
+        view: the part of the picture that is shown.
+    """
+    size = np.array(view.size)
+    along = int(np.ptp(centre_px[:, 1]) > np.ptp(centre_px[:, 0]))  # 0: the body lies across the view, 1: upright
+    width, start = size[along], (view.left, view.top)[along]
+    gap = width * (0.155 if along == 0 else 0.06)
+    order = np.argsort(centre_px[:, along], kind="stable")
+    sides = _sides(centre_px[order], along)
+    spots = np.empty_like(centre_px)
+    for side in (0, 1):
+        mine = order[sides == side]
+        room = np.arange(len(mine)) * gap
+        low, high = start + 0.09 * width, start + 0.91 * width - room[-1:].sum()
+        wanted = isotonic_regression(centre_px[mine, along] - room).x if len(mine) else room
+        spots[mine, along] = np.clip(wanted, low, max(low, high)) + room
+        spots[mine, 1 - along] = _beside(centre_px, view, along, side)
+    return spots
 
 
 def _find_crowded(centre_px: np.ndarray) -> np.ndarray:
@@ -250,34 +291,6 @@ def _rim(box: Box, towards: np.ndarray) -> np.ndarray:
     return np.array(box.centre_px) + towards / max(np.max(np.abs(towards) / half), 1.0)
 
 
-def label_spots(centre_px: np.ndarray, view: View) -> np.ndarray:
-    """Place the labels (m, 2) in two rows or columns next to the body, so that they overlap neither it nor each other.
-
-    Markers well off the line through the others are named on their own side, the rest take turns; on each side the
-    labels keep the markers' order, as near to them as their width allows (isotonic regression: the least squares
-    solution under the order).
-
-    Args:
-        centre_px: (m, 2) centres of the markers, px.
-        view: the part of the picture that is shown.
-    """
-    size = np.array(view.size)
-    along = int(np.ptp(centre_px[:, 1]) > np.ptp(centre_px[:, 0]))  # 0: the body lies across the view, 1: upright
-    width, start = size[along], (view.left, view.top)[along]
-    gap = width * (0.155 if along == 0 else 0.06)
-    order = np.argsort(centre_px[:, along], kind="stable")
-    sides = _sides(centre_px[order], along)
-    spots = np.empty_like(centre_px)
-    for side in (0, 1):
-        mine = order[sides == side]
-        room = np.arange(len(mine)) * gap
-        low, high = start + 0.09 * width, start + 0.91 * width - room[-1:].sum()
-        wanted = isotonic_regression(centre_px[mine, along] - room).x if len(mine) else room
-        spots[mine, along] = np.clip(wanted, low, max(low, high)) + room
-        spots[mine, 1 - along] = _beside(centre_px, view, along, side)
-    return spots
-
-
 def _sides(centre_px: np.ndarray, along: int) -> np.ndarray:
     """Return the side of each marker's label, (m,) 0 or 1: above or below, left or right."""
     place, across = centre_px[:, along], centre_px[:, 1 - along]
@@ -298,10 +311,6 @@ def _beside(centre_px: np.ndarray, view: View, along: int, side: int) -> float:
     body = (across.min(), across.max())[side]
     wanted = body + (0.45 * (edge - body))
     return float(max(wanted, edge + inset) if side == 0 else min(wanted, edge - inset))
-
-
-JPEG_QUALITY = 92
-USUAL_SIDE_PX = 25.0
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,8 +1,13 @@
 """All markers of a video followed: forward and backward, resumed after an interruption, tracked again after an edit.
 
-Plain CSRT, the baseline: one tracker a marker on the whole picture, each for itself.
+`follow_video` makes tracks from a video and its start boxes in one pass over the frames; `Partial` keeps on disk what
+was tracked so far. `retracker` tracks one marker on from a box that a person set.
 
-It believes every box it gives, and two boxes may sit on one marker; docs/tracking.md shows the cost.
+`PlainCsrt` is the baseline: one CSRT tracker a marker on the whole picture, each for itself. It believes every box it
+gives, and two boxes may sit on one marker; docs/tracking.md shows the cost.
+
+`doubtful_boxes` finds boxes that hold no marker: what is in them does not stand out, or no more than the water
+elsewhere does.
 """
 
 from __future__ import annotations
@@ -32,65 +37,26 @@ from tracking.tracked import NO_SAMPLE, REPEATED, SampleState, as_tracked, only_
 from tracking.tracker import MarkerTracker, Sighting
 from tracking.video import Frame, Video, VideoInfo, backward
 
+# Following.
+TrackerName = Literal["hybrid", "spots", "csrt"]
+TRACKERS: tuple[TrackerName, ...] = get_args(TrackerName)
+"""hybrid: spots, and CSRT where none answers; spots: without CSRT; csrt: plain CSRT, the baseline."""
 
-@dataclass(frozen=True)
-class Partial:
-    """A file for what was tracked so far.
+ANEW, _TRY_EVERY = 30, 3
+"""Frames behind damage in which tracking starts anew where the markers are found; of these every third is tried."""
+_IN_VIEW, _GONE_FOR = 0.5, 5  # going back, the robot is out of view where so few markers are seen for so many frames
+PREDICTED_FOR = 12
+"""Frames for which the position of an unseen marker is carried on; after that it is missing."""
+_SNAPSHOT_EVERY = 30  # frames at least; from the last of these interrupted work goes on
+_KEEP_EVERY = 600  # frames at least; the snapshot is written then, and when the work is interrupted
+_REPORT_EVERY_S = 0.2
 
-    Attributes:
-        path: of the file, an ``.npz``; it is removed once the work is done.
-        fingerprint: of all that the tracks depend on; what was kept under another one is not used.
-    """
+Progress = Callable[[int, int, float], None]
+"""Called with frames done, frames in all, and frames a second."""
+Find = Callable[[Frame], StartBoxes | None]
+"""Finds the boxes in a frame; None where they are not certain."""
 
-    path: Path
-    fingerprint: str
-
-    def read(self) -> dict[str, np.ndarray] | None:
-        """Read what was kept; None when there is nothing, or nothing that can be used."""
-        try:
-            with self.path.open("rb") as raw, np.load(raw, allow_pickle=False) as file:
-                kept = {name: file[name] for name in file.files}
-        except (OSError, ValueError, EOFError, KeyError, RuntimeError, BadZipFile):  # what NumPy and zipfile raise
-            return None
-        return kept if str(kept.pop("fingerprint", "")) == self.fingerprint else None
-
-    def write(self, kept: Mapping[str, np.ndarray]) -> None:
-        """Write what was tracked so far over what was kept before."""
-        with writing_whole(self.path) as part:
-            np.savez(part, allow_pickle=False, fingerprint=np.array(self.fingerprint), **kept)
-
-    def remove(self) -> None:
-        """Forgets it."""
-        self.path.unlink(missing_ok=True)
-
-
-class PlainCsrt:
-    """OpenCV's CSRT on m markers, begun on boxes with top left corners (m, 2), of widths and heights (m, 2)."""
-
-    def __init__(self, luma: np.ndarray, corner_px: np.ndarray, side_px: np.ndarray, threads: int = 0) -> None:
-        self._threads = threads
-        picture = cv2.cvtColor(np.ascontiguousarray(luma), cv2.COLOR_GRAY2BGR)
-        self._trackers = [cv2.TrackerCSRT.create() for _ in corner_px]
-        boxes = np.rint(np.hstack([corner_px, side_px])).astype(int)
-        for tracker, box in zip(self._trackers, boxes.tolist(), strict=True):
-            tracker.init(picture, tuple(box))
-        self.first = self._sighting([(True, box) for box in boxes.tolist()])
-
-    def step(self, luma: np.ndarray, *, frames: float = 1.0) -> Sighting:  # noqa: ARG002  it has no motion model
-        """Follow the markers into the next frame (h, w) uint8."""
-        picture = cv2.cvtColor(np.ascontiguousarray(luma), cv2.COLOR_GRAY2BGR)
-        with ThreadPoolExecutor(self._threads or None) as pool:
-            return self._sighting(list(pool.map(lambda tracker: tracker.update(picture), self._trackers)))
-
-    @staticmethod
-    def _sighting(answers: list[tuple[bool, tuple[int, int, int, int]]]) -> Sighting:
-        seen = np.array([found for found, _ in answers])
-        box = np.array([box for _, box in answers], float)  # (m, 4)
-        unknown = np.full(len(seen), np.nan)
-        centre = box[:, :2] + (box[:, 2:] - 1) / 2
-        return Sighting(centre, seen, seen.astype(float), unknown, unknown, np.zeros_like(seen))
-
-
+# Doubtful boxes.
 PLACES = 400
 """Places of the picture, drawn at random, that a box is compared with."""
 FEWEST = 100
@@ -107,68 +73,6 @@ LEAST_CONTRAST_FAINT = 25.0
 """The same where the detector hardly answers, so that only CSRT can follow it."""
 
 
-def without_marker(tracker: MarkerTracker, first: Sighting) -> np.ndarray:
-    """(m,) bool, the boxes without a marker, of a tracker that was just begun, and what it saw first."""
-    faint = tracker.faint.which if tracker.faint is not None else ~first.seen
-    empty: np.ndarray = tracker.start.contrast < np.where(faint, LEAST_CONTRAST_FAINT, LEAST_CONTRAST)
-    return empty | ~first.seen
-
-
-def doubtful_boxes(grey: np.ndarray, boxes: StartBoxes, markers: Sequence[str]) -> tuple[Flag, ...]:
-    """Flag as ``doubtful_box`` each box in which the detector answers no more than on the water elsewhere.
-
-    The picture (h, w) uint8 is that of the boxes, in the grey that they are tracked in.
-    """
-    centre_px = boxes.centres_px(markers)
-    side_px = np.array([(boxes.boxes[name].width + boxes.boxes[name].height) / 2 for name in markers])
-    places_px = _elsewhere(grey, centre_px, CLEAR * float(np.median(side_px)))
-    if len(places_px) < FEWEST:
-        return ()
-    look = measure_appearance(grey, centre_px, side_px)
-    diameter_px, reach_px = float(np.median(np.minimum(look.diameter_px, side_px))), int(np.median(side_px) / 2)
-    flags = []
-    for sign in sorted(set(look.sign.tolist())):
-        usual = strongest_answer(grey, places_px, reach_px, sign, diameter_px)  # (p,)
-        of_sign = np.flatnonzero(look.sign == sign)
-        answers = strongest_answer(grey, centre_px[of_sign], reach_px, sign, diameter_px)
-        common = (usual[None] >= answers[:, None]).mean(axis=1)
-        for k, share in zip(of_sign.tolist(), common.tolist(), strict=True):
-            if share > COMMON:
-                message = (
-                    f"in its start box {markers[k]} stands out no more than {share:.0%} of the picture elsewhere does: "
-                    "is it the marker? Look at the picture of the boxes"
-                )
-                flags.append(Flag("doubtful_box", (markers[k],), (boxes.frame, boxes.frame), message))
-    return tuple(flags)
-
-
-def _elsewhere(luma: np.ndarray, centre_px: np.ndarray, clear_px: float) -> np.ndarray:
-    """(p, 2) places in the picture, away from all boxes."""
-    height, width = luma.shape
-    drawn = np.random.default_rng(0).uniform(0, [width - 1, height - 1], (PLACES, 2))
-    return drawn[np.linalg.norm(drawn[:, None] - centre_px[None], axis=2).min(axis=1) > clear_px]
-
-
-TrackerName = Literal["hybrid", "spots", "csrt"]
-TRACKERS: tuple[TrackerName, ...] = get_args(TrackerName)
-"""hybrid: spots, and CSRT where none answers; spots: without CSRT; csrt: plain CSRT, the baseline."""
-
-ANEW, _TRY_EVERY = 30, 3
-"""Frames behind damage in which tracking starts anew where the markers are found; of these every third is tried."""
-_IN_VIEW, _GONE_FOR = 0.5, 5  # going back, the robot is out of view where so few markers are seen for so many frames
-PREDICTED_FOR = 12
-"""Frames for which the position of an unseen marker is carried on; after that it is missing."""
-_SNAPSHOT_EVERY = 30  # frames at least; from the last of these interrupted work goes on
-_KEEP_EVERY = 600  # frames at least; the snapshot is written then, and when the work is interrupted
-_REPORT_EVERY_S = 0.2
-
-
-Progress = Callable[[int, int, float], None]
-"""Called with frames done, frames in all, and frames a second."""
-Find = Callable[[Frame], StartBoxes | None]
-"""Finds the boxes in a frame; None where they are not certain."""
-
-
 def follow_video(
     video: Video,
     boxes: StartBoxes,
@@ -178,7 +82,7 @@ def follow_video(
     progress: Progress | None = None,
     find: Find | None = None,
 ) -> xr.Dataset:
-    """Tracks the markers from the frame of their boxes to the end of the video, and back to where they come into view.
+    """Track the markers from the frame of their boxes to the end of the video, and back to where they come into view.
 
     Row k is frame k; frames that cannot be read, or repeat the one before, hold no samples. Interrupted, it leaves what
     was tracked so far in `partial` and goes on from there the next time, with the same result. Behind damage it starts
@@ -217,7 +121,7 @@ class _Pass:
         self._onwards: Iterable[Frame] = ()
 
     def taken_up(self) -> bool:
-        """Whether there is interrupted work, which then goes on."""
+        """Tell whether there is interrupted work, which then goes on."""
         kept = self._partial.read() if self._partial is not None else None
         if kept is None or "samples" not in kept:
             return False
@@ -276,7 +180,7 @@ class _Pass:
             raise InputError([Fault(file, f"frame {frame}", what, names, expected, next_step=step)])
 
     def go_back(self, boxes: StartBoxes, method: TrackerName) -> None:
-        """Backward from the frame of the boxes, to where most markers are out of sight: the robot came into view."""
+        """Go back from the frame of the boxes, to where most markers are out of sight: the robot came into view."""
         if boxes.frame == 0:
             return
         self._begun(self._video.frame(boxes.frame), boxes, method == "hybrid")
@@ -318,7 +222,7 @@ class _Pass:
         return True
 
     def follow(self, progress: Progress | None, find: Find | None = None) -> None:
-        """To the end; what was tracked is kept now and then, and when it is interrupted."""
+        """Follow to the end; what was tracked is kept now and then, and when it is interrupted."""
         began, first, reported = time.perf_counter(), self._end, -np.inf
         info = self._video.info
         since = np.diff(info.time_s, prepend=np.nan) * info.fps  # frames of the usual rate
@@ -361,7 +265,7 @@ class _Pass:
         self._end = number + 1
 
     def result(self) -> xr.Dataset:
-        """Of all frames."""
+        """Return the tracks of all frames."""
         info = self._video.info
         repeats = self._repeats.frames if self._repeats.are_many(info.frames) else []
         for number in sorted(self._repeats.skipped - set(repeats)):  # of a robot that rests: the picture is the same
@@ -428,3 +332,109 @@ def _tracked_on(
             sample = sighting.position_px, sighting.confidence, SampleState.MEASURED, sighting.diameter_px
             samples[frame.number - after] = (*(np.squeeze(part) for part in sample), sighting.by_csrt[0])
     return samples, ()
+
+
+# Work that was interrupted, and the baseline.
+
+
+@dataclass(frozen=True)
+class Partial:
+    """A file for what was tracked so far.
+
+    Attributes:
+        path: of the file, an ``.npz``; it is removed once the work is done.
+        fingerprint: of all that the tracks depend on; what was kept under another one is not used.
+    """
+
+    path: Path
+    fingerprint: str
+
+    def read(self) -> dict[str, np.ndarray] | None:
+        """Read what was kept; None when there is nothing, or nothing that can be used."""
+        try:
+            with self.path.open("rb") as raw, np.load(raw, allow_pickle=False) as file:
+                kept = {name: file[name] for name in file.files}
+        except (OSError, ValueError, EOFError, KeyError, RuntimeError, BadZipFile):  # what NumPy and zipfile raise
+            return None
+        return kept if str(kept.pop("fingerprint", "")) == self.fingerprint else None
+
+    def write(self, kept: Mapping[str, np.ndarray]) -> None:
+        """Write what was tracked so far over what was kept before."""
+        with writing_whole(self.path) as part:
+            np.savez(part, allow_pickle=False, fingerprint=np.array(self.fingerprint), **kept)
+
+    def remove(self) -> None:
+        """Forget it."""
+        self.path.unlink(missing_ok=True)
+
+
+class PlainCsrt:
+    """OpenCV's CSRT on m markers, begun on boxes with top left corners (m, 2), of widths and heights (m, 2)."""
+
+    def __init__(self, luma: np.ndarray, corner_px: np.ndarray, side_px: np.ndarray, threads: int = 0) -> None:
+        self._threads = threads
+        picture = cv2.cvtColor(np.ascontiguousarray(luma), cv2.COLOR_GRAY2BGR)
+        self._trackers = [cv2.TrackerCSRT.create() for _ in corner_px]
+        boxes = np.rint(np.hstack([corner_px, side_px])).astype(int)
+        for tracker, box in zip(self._trackers, boxes.tolist(), strict=True):
+            tracker.init(picture, tuple(box))
+        self.first = self._sighting([(True, box) for box in boxes.tolist()])
+
+    def step(self, luma: np.ndarray, *, frames: float = 1.0) -> Sighting:  # noqa: ARG002  it has no motion model
+        """Follow the markers into the next frame (h, w) uint8."""
+        picture = cv2.cvtColor(np.ascontiguousarray(luma), cv2.COLOR_GRAY2BGR)
+        with ThreadPoolExecutor(self._threads or None) as pool:
+            return self._sighting(list(pool.map(lambda tracker: tracker.update(picture), self._trackers)))
+
+    @staticmethod
+    def _sighting(answers: list[tuple[bool, tuple[int, int, int, int]]]) -> Sighting:
+        seen = np.array([found for found, _ in answers])
+        box = np.array([box for _, box in answers], float)  # (m, 4)
+        unknown = np.full(len(seen), np.nan)
+        centre = box[:, :2] + (box[:, 2:] - 1) / 2
+        return Sighting(centre, seen, seen.astype(float), unknown, unknown, np.zeros_like(seen))
+
+
+# Boxes that hold no marker.
+
+
+def without_marker(tracker: MarkerTracker, first: Sighting) -> np.ndarray:
+    """Return (m,) bool, the boxes without a marker, of a tracker that was just begun, and what it saw first."""
+    faint = tracker.faint.which if tracker.faint is not None else ~first.seen
+    empty: np.ndarray = tracker.start.contrast < np.where(faint, LEAST_CONTRAST_FAINT, LEAST_CONTRAST)
+    return empty | ~first.seen
+
+
+def doubtful_boxes(grey: np.ndarray, boxes: StartBoxes, markers: Sequence[str]) -> tuple[Flag, ...]:
+    """Flag as ``doubtful_box`` each box in which the detector answers no more than on the water elsewhere.
+
+    The picture (h, w) uint8 is that of the boxes, in the grey that they are tracked in.
+    """
+    centre_px = boxes.centres_px(markers)
+    side_px = np.array([(boxes.boxes[name].width + boxes.boxes[name].height) / 2 for name in markers])
+    places_px = _elsewhere(grey, centre_px, CLEAR * float(np.median(side_px)))
+    if len(places_px) < FEWEST:
+        return ()
+    look = measure_appearance(grey, centre_px, side_px)
+    diameter_px, reach_px = float(np.median(np.minimum(look.diameter_px, side_px))), int(np.median(side_px) / 2)
+    flags = []
+    for sign in sorted(set(look.sign.tolist())):
+        usual = strongest_answer(grey, places_px, reach_px, sign, diameter_px)  # (p,)
+        of_sign = np.flatnonzero(look.sign == sign)
+        answers = strongest_answer(grey, centre_px[of_sign], reach_px, sign, diameter_px)
+        common = (usual[None] >= answers[:, None]).mean(axis=1)
+        for k, share in zip(of_sign.tolist(), common.tolist(), strict=True):
+            if share > COMMON:
+                message = (
+                    f"in its start box {markers[k]} stands out no more than {share:.0%} of the picture elsewhere does: "
+                    "is it the marker? Look at the picture of the boxes"
+                )
+                flags.append(Flag("doubtful_box", (markers[k],), (boxes.frame, boxes.frame), message))
+    return tuple(flags)
+
+
+def _elsewhere(luma: np.ndarray, centre_px: np.ndarray, clear_px: float) -> np.ndarray:
+    """Return (p, 2) places in the picture, away from all boxes."""
+    height, width = luma.shape
+    drawn = np.random.default_rng(0).uniform(0, [width - 1, height - 1], (PLACES, 2))
+    return drawn[np.linalg.norm(drawn[:, None] - centre_px[None], axis=2).min(axis=1) > clear_px]

@@ -1,18 +1,17 @@
 """Markers that follow another dot, rest, lie off their place, or jump with the whole body.
 
-Following the markers from frame to frame: each sample against the body's shape and against its own motion.
+`follow` holds each sample against the body's shape and against its own motion, from frame to frame: the prediction and
+the gate of a Kalman filter in their plainest form. A marker is expected where its last two places carry on to and where
+the other markers put it, combined by their precisions; of the samples of a frame the worst is left out until the rest
+agree. The place of one that is left out is carried on from the others, so that a fault that lasts stays apart. Motion
+decides what shape alone cannot: which of three markers on a rigid line has moved. `misplaced` lists the samples that
+following in both directions of time agrees on.
 
-The prediction and the gate of a Kalman filter in their plainest form. A marker is expected where its last two
-places carry on to and where the other markers put it, combined by their precisions; of the samples of a
-frame the worst is left out until the rest agree. The place of one that is left out is carried on from the
-others, so that a fault that lasts stays apart. Motion decides what shape alone cannot: which of three markers
-on a rigid line has moved.
-
-Jumps of the whole body: a bumped camera, spliced clips, frames that are gone without a trace in the time stamps.
-
-No single marker gives it away, since all of them jump together and keep the body's shape. Smooth motion does: the step
-between two frames is about the mean of the steps before and after it (the difference is of third order in time). A few
-missing frames change less than that; they show where the motion is smooth again once their time is put between.
+`body_jumps` finds jumps of the whole body: a bumped camera, spliced clips, frames that are gone without a trace in the
+time stamps. No single marker gives them away, since all of them jump together and keep the body's shape. Smooth motion
+does: the step between two frames is about the mean of the steps before and after it (the difference is of third order
+in time). A few missing frames change less than that; they show where the motion is smooth again once their time is put
+between.
 """
 
 from __future__ import annotations
@@ -26,6 +25,7 @@ from swimcal.errors import Flag
 from tracking.body_model import BodyModel, JointGaussian, rows_alike
 from tracking.harmed_frames import stretches
 
+# `follow`: each sample against shape and motion.
 FADE = 0.97
 """What a frame leaves of a left-out marker's last known distance from where the others put it."""
 RAYLEIGH_MEDIAN = np.sqrt(2 * np.log(2))
@@ -34,6 +34,39 @@ AT_MOST_AHEAD = 2.5
 """Motion carries on over a time step no longer than this many times the one before."""
 BOX_SD_PX = 1.0
 """Spread of a box about its marker in each coordinate (boxes are whole pixels, their centres half ones)."""
+
+# `misplaced`: what both directions of time agree on.
+CLEARLY = 1.5
+"""One of two is clearly misplaced if it is this many times as far from its place, in its own spread."""
+
+LEAST_SEEN = 0.2
+"""A jump and its way back belong together if the marker is seen apart in this share of the frames between."""
+LASTING = 3
+"""Frames that a marker is apart at least after a jump, before the model gives in. Where a fast tail turns round it is
+apart for a frame, followed in either direction, before and after the turn: that is no jump, nor a way back."""
+
+# `body_jumps`: steps of the whole body off the smooth motion.
+LEAST_PX = 6.0
+"""Half of the markers or more are off the smooth motion by this, …"""
+LEAST_LENGTH = 0.01
+"""… and by this share of the body's length in the picture, …"""
+TIMES_USUAL = 4.0
+"""… and by so many times what is usual in the trial, noise and hard beats included."""
+AROUND, STANDS_OUT = 10, 2.0
+"""No step of so many frames before and after is half as large, or the robot was shaken."""
+LONG_STEP = 2.5
+"""A time step this many times the usual one is a gap that the stamps tell of."""
+FEWEST_MARKERS = 3
+EVEN = 0.25
+"""Time steps that differ from the usual one by less than this share of it are even."""
+MOST_MISSING = 12
+"""Frames that are looked for between two; more are a jump."""
+BESIDE, DEGREE = 5, 4
+"""Frames on either side through which smooth motion is laid, and the degree of its polynomial in time."""
+BETTER = 0.5
+"""Frames are missing where the motion is off by this share, at most, of what it is off without them, …"""
+STANDS_OUT_MISSING, LEAST_OFF_PX = 2.5, 0.3
+"""… and without them by so many times what is usual in the trial, and by so many px, rms."""
 
 
 @dataclass(frozen=True)
@@ -44,13 +77,13 @@ class Gate:
     deviations: float
 
     def score(self, gaussian: JointGaussian, deviation: np.ndarray, active: np.ndarray) -> np.ndarray:
-        """(..., m) distance over what is allowed, 0 where not active; above 1 a sample does not fit."""
+        """Return (..., m) distance over what is allowed, 0 where not active; above 1 a sample does not fit."""
         distance, spread = gaussian.leave_one_out(deviation, active)
         allowed = np.maximum(self.floor_px, self.deviations * spread)
         return np.hypot(distance[..., 0], distance[..., 1]) / allowed
 
     def allowed_px(self, gaussian: JointGaussian, active: np.ndarray) -> np.ndarray:
-        """(n, m) how far each marker may be from where the active ones (n, m) of its frame put it, itself left out."""
+        """Return (n, m) how far each marker may be from where the other active ones (n, m) of its frame put it."""
         allowed = np.empty(active.shape)
         for mask, frames in rows_alike(active):
             _, spread = gaussian.leave_one_out(np.zeros(2 * len(mask)), mask)
@@ -69,7 +102,7 @@ class MotionTrack:
 def fitting_shape(
     model: BodyModel, position_px: np.ndarray, present: np.ndarray, believed: np.ndarray, gate: Gate
 ) -> np.ndarray:
-    """(n, m) the samples that fit the body's shape, of those present, each frame on its own.
+    """Return (n, m) the samples that fit the body's shape, of those present, each frame on its own.
 
     Its heading is taken from the believed ones (n, m).
     """
@@ -87,7 +120,7 @@ def fitting_shape(
 
 
 def motion_spread(position_px: np.ndarray, active: np.ndarray, least_px: float = 1.0) -> np.ndarray:
-    """(m,) how far a marker usually is from where its last two places carry on to, in each coordinate, px."""
+    """Return (m,) how far a marker usually is from where its last two places carry on to, in each coordinate, px."""
     change = np.linalg.norm(np.diff(position_px, n=2, axis=0), axis=2)  # (n - 2, m)
     usable = active[2:] & active[1:-1] & active[:-2]
     spread = np.full(active.shape[1], 3.0 * least_px)
@@ -104,7 +137,7 @@ def follow(
     start: np.ndarray,
     gate: Gate,
 ) -> MotionTrack:
-    """Follows the markers at (n, m, 2) through a trial in the order given; times (n,) may run in either direction.
+    """Follow the markers at (n, m, 2) through a trial in the order given; times (n,) may run in either direction.
 
     Only samples that are present (n, m) are judged; from those in `start` (n, m), which fit the body's shape, it begins
     where there is no motion to go by yet.
@@ -148,7 +181,7 @@ class _Follower:
     def step(
         self, position_px: np.ndarray, carried_px: np.ndarray, present: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        """(m,) the samples that fit and (m, 2) the places of all markers.
+        """Return (m,) the samples that fit and (m, 2) the places of all markers.
 
         `carried_px` (m, 2) is where the places of the last two frames carry on to; those present (m,) are judged.
         """
@@ -177,14 +210,7 @@ class _Follower:
         return active
 
 
-CLEARLY = 1.5
-"""One of two is clearly misplaced if it is this many times as far from its place, in its own spread."""
-
-LEAST_SEEN = 0.2
-"""A jump and its way back belong together if the marker is seen apart in this share of the frames between."""
-LASTING = 3
-"""Frames that a marker is apart at least after a jump, before the model gives in. Where a fast tail turns round it is
-apart for a frame, followed in either direction, before and after the turn: that is no jump, nor a way back."""
+# What both directions of time agree on.
 
 
 def misplaced(
@@ -195,7 +221,7 @@ def misplaced(
     start: np.ndarray,
     gate: Gate,
 ) -> np.ndarray:
-    """(n, m) the samples that fit in neither direction of time, and stretches that both enclose; as for `follow`."""
+    """Find samples (n, m) that fit in neither direction of time, and stretches that both enclose; as for `follow`."""
     ahead = follow(model, time_s, position_px, present, start, gate)
     back = follow(model, -time_s[::-1], position_px[::-1], present[::-1], start[::-1], gate)
     back = MotionTrack(back.active[::-1], back.place_px[::-1])
@@ -207,7 +233,7 @@ def misplaced(
 
 
 def clashing(model: BodyModel, position_px: np.ndarray, active: np.ndarray, least_px: np.ndarray) -> np.ndarray:
-    """(n, m) of two active markers on one spot the one that is further from its place; both if that is not clear.
+    """Find (n, m) of two active markers on one spot the one that is further from its place; both if that is not clear.
 
     Markers never come closer than (m, m) `least_px`.
     """
@@ -225,7 +251,7 @@ def clashing(model: BodyModel, position_px: np.ndarray, active: np.ndarray, leas
 
 
 def widened(wrong: np.ndarray, off: np.ndarray, join: int) -> np.ndarray:
-    """(n, m) `wrong`, extended along the frames that are `off` and across gaps of up to `join` frames."""
+    """Return (n, m) `wrong`, extended along the frames that are `off` and across gaps of up to `join` frames."""
     wide = wrong.copy()
     for k in range(wrong.shape[1]):
         for first, last in stretches(off[:, k] | wrong[:, k]):
@@ -235,10 +261,19 @@ def widened(wrong: np.ndarray, off: np.ndarray, join: int) -> np.ndarray:
     return wide
 
 
+def reaching(mask: np.ndarray, off_px: np.ndarray, least_px: float) -> np.ndarray:
+    """Return (n, m) the stretches of `mask` in which a marker gets this far from where the others put it."""
+    reach = np.zeros_like(mask)
+    for k in range(mask.shape[1]):
+        for first, last in stretches(mask[:, k]):
+            reach[first : last + 1, k] = off_px[first : last + 1, k].max() >= least_px
+    return reach
+
+
 def _enclosed(
     k: int, position_px: np.ndarray, present: np.ndarray, ahead: MotionTrack, back: MotionTrack
 ) -> list[tuple[int, int]]:
-    """Stretches of marker k that it enters by one jump and leaves by the opposite one.
+    """Find the stretches of marker k that it enters by one jump and leaves by the opposite one.
 
     Followed forwards it is apart from the first frame on until the model gives in, backwards from the last.
     A step without a way back can be wrong on either side; boxes lag and then snap back to their marker, so it
@@ -264,38 +299,6 @@ def _enclosed(
     return found
 
 
-def reaching(mask: np.ndarray, off_px: np.ndarray, least_px: float) -> np.ndarray:
-    """(n, m) the stretches of `mask` in which a marker gets this far from where the others put it."""
-    reach = np.zeros_like(mask)
-    for k in range(mask.shape[1]):
-        for first, last in stretches(mask[:, k]):
-            reach[first : last + 1, k] = off_px[first : last + 1, k].max() >= least_px
-    return reach
-
-
-LEAST_PX = 6.0
-"""Half of the markers or more are off the smooth motion by this, …"""
-LEAST_LENGTH = 0.01
-"""… and by this share of the body's length in the picture, …"""
-TIMES_USUAL = 4.0
-"""… and by so many times what is usual in the trial, noise and hard beats included."""
-AROUND, STANDS_OUT = 10, 2.0
-"""No step of so many frames before and after is half as large, or the robot was shaken."""
-LONG_STEP = 2.5
-"""A time step this many times the usual one is a gap that the stamps tell of."""
-FEWEST_MARKERS = 3
-EVEN = 0.25
-"""Time steps that differ from the usual one by less than this share of it are even."""
-MOST_MISSING = 12
-"""Frames that are looked for between two; more are a jump."""
-BESIDE, DEGREE = 5, 4
-"""Frames on either side through which smooth motion is laid, and the degree of its polynomial in time."""
-BETTER = 0.5
-"""Frames are missing where the motion is off by this share, at most, of what it is off without them, …"""
-STANDS_OUT_MISSING, LEAST_OFF_PX = 2.5, 0.3
-"""… and without them by so many times what is usual in the trial, and by so many px, rms."""
-
-
 def body_jumps(time_s: np.ndarray, position_px: np.ndarray) -> list[tuple[int, float]]:
     """Find the frames to which the whole body of markers (n, m, 2) jumps, with its distance from its motion, px.
 
@@ -317,8 +320,29 @@ def body_jumps(time_s: np.ndarray, position_px: np.ndarray) -> list[tuple[int, f
     return [(k, float(np.nan_to_num(off[k]))) for k in sorted(jumps)]
 
 
+def longest_part(frames: int, jumps: list[int]) -> slice:
+    """Return the longest part between jumps: what is compared of a trial goes on without a break."""
+    edges = [0, *jumps, frames]
+    first, last = max(pairwise(edges), key=lambda part: part[1] - part[0])
+    return slice(first, last)
+
+
+def jump_flags(jumps: list[tuple[int, float]], part: slice, markers: tuple[str, ...]) -> list[Flag]:
+    """Make a flag for each jump of the whole body."""
+    return [
+        Flag(
+            "jump",
+            markers,
+            (frame, frame),
+            f"the whole body jumps by {off_px:.0f} px between frames {frame - 1} and {frame}: the camera was moved, or "
+            f"frames are missing; only frames {part.start} to {part.stop - 1} count",
+        )
+        for frame, off_px in jumps
+    ]
+
+
 def _follows_missing(time_s: np.ndarray, position_px: np.ndarray) -> np.ndarray:
-    """(n,) bool, the frames before which others are missing: as much later, the motion would go on smoothly."""
+    """Return (n,) bool, the frames before which others are missing: as much later, the motion would go on smoothly."""
     found, count = np.zeros(len(time_s), bool), len(time_s) - 2 * BESIDE + 1
     if count < 1:
         return found
@@ -356,7 +380,7 @@ def _largest_around_px(position_px: np.ndarray, frame: int) -> float:
 
 
 def _off_motion_px(time_s: np.ndarray, position_px: np.ndarray) -> np.ndarray:
-    """(n,) how far the step to each frame is off the mean of those around it, the median marker; nan where unknown."""
+    """Return how far (n,) each step is off the mean of those around it, of the median marker; nan where unknown."""
     step_s = np.diff(time_s)
     velocity = np.diff(position_px, axis=0) / step_s[:, None, None]  # (n - 1, m, 2)
     around = 0.5 * (velocity[:-2] + velocity[2:])
@@ -369,24 +393,3 @@ def _off_motion_px(time_s: np.ndarray, position_px: np.ndarray) -> np.ndarray:
     good = enough & steady
     off[2:-1][good] = np.nanmedian(apart[good], axis=1)
     return off
-
-
-def longest_part(frames: int, jumps: list[int]) -> slice:
-    """Return the longest part between jumps: what is compared of a trial goes on without a break."""
-    edges = [0, *jumps, frames]
-    first, last = max(pairwise(edges), key=lambda part: part[1] - part[0])
-    return slice(first, last)
-
-
-def jump_flags(jumps: list[tuple[int, float]], part: slice, markers: tuple[str, ...]) -> list[Flag]:
-    """Make a flag for each jump of the whole body."""
-    return [
-        Flag(
-            "jump",
-            markers,
-            (frame, frame),
-            f"the whole body jumps by {off_px:.0f} px between frames {frame - 1} and {frame}: the camera was moved, or "
-            f"frames are missing; only frames {part.start} to {part.stop - 1} count",
-        )
-        for frame, off_px in jumps
-    ]

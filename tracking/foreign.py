@@ -1,4 +1,10 @@
-"""Tracks of other programs: recognised by their content, read with one clock."""
+"""Tracks of other programs: files recognised by their content, read as tables, and checked with an even clock.
+
+`check_readable` names files that hold tracks but cannot be read here, with the way that works. `read_foreign_table`
+reads tables as other programs write them: other separators, comments, an index, words for a missing number.
+`even_times` makes times that were rounded when they were written even again, where that is certain. `checked_tracks`
+checks and converts the samples (`ForeignTracks`); each fault names its place in the file.
+"""
 
 from __future__ import annotations
 
@@ -25,9 +31,30 @@ from swimcal.tracks import (
     pixels_of,
 )
 
+# Files of other programs.
 HDF5 = b"\x89HDF\r\n\x1a\n"
 NETCDF_3 = b"CDF"
 OWN_CSV = "a CSV with the columns time_s,nose_x,nose_y,… in pixels"
+
+_SLEAP = "Export the tracks: in SLEAP File > Export Analysis CSV; or load them with `movement` and save netCDF."
+_SHEET = f"Save the sheet as CSV: {OWN_CSV}."
+
+# Times.
+COARSE = 0.25
+"""Share of a frame beyond which rounded times no longer give the distance of single frames."""
+SPAN = 60
+"""Frames over which the frame rate is first measured."""
+
+# Tables.
+COMMENTS = ("#", "%", "//")
+MISSING = frozenset({"na", "n/a", "#n/a", "<na>", "nan", "null", "none", "nil", "-", ".", "?"})
+"""Words for a missing number, lower case."""
+INDEX = frozenset({"", "unnamed: 0", "index", "row"})
+"""Names of a column that only counts the rows, lower case."""
+
+# Samples.
+SURE = 1.5
+"""Scores of networks go a little beyond 1, which is taken as 1; percent are beyond this."""
 
 
 class _Program(NamedTuple):
@@ -37,8 +64,6 @@ class _Program(NamedTuple):
     step: str
 
 
-_SLEAP = "Export the tracks: in SLEAP File > Export Analysis CSV; or load them with `movement` and save netCDF."
-_SHEET = f"Save the sheet as CSV: {OWN_CSV}."
 SLEAP_PROJECT = _Program("this is a project of SLEAP (.slp)", _SLEAP)
 SLEAP_ANALYSIS = _Program("this is SLEAP's analysis in HDF5", _SLEAP)
 DEEPLABCUT_H5 = _Program(
@@ -127,12 +152,6 @@ def _hdf5(path: Path) -> _Program | None:
     return DEEPLABCUT_H5 if tables else None
 
 
-COARSE = 0.25
-"""Share of a frame beyond which rounded times no longer give the distance of single frames."""
-SPAN = 60
-"""Frames over which the frame rate is first measured."""
-
-
 def even_times(time_s: np.ndarray, fps: float | None, faults: FaultCollector) -> np.ndarray:
     """Return the frame times (n,), made even where they are coarsely rounded times of an even clock.
 
@@ -178,13 +197,6 @@ def _rounding(time_s: np.ndarray) -> float:
         if np.abs(scaled - np.rint(scaled)).max() < 1e-6 * 10 ** max(digits - 3, 0):
             return float(10.0**-digits)
     return 0.0
-
-
-COMMENTS = ("#", "%", "//")
-MISSING = frozenset({"na", "n/a", "#n/a", "<na>", "nan", "null", "none", "nil", "-", ".", "?"})
-"""Words for a missing number, lower case."""
-INDEX = frozenset({"", "unnamed: 0", "index", "row"})
-"""Names of a column that only counts the rows, lower case."""
 
 
 def read_foreign_table(path: Path) -> RawTable:
@@ -235,10 +247,6 @@ def _without_index(table: RawTable) -> RawTable:
         return table
     rows = [Row(row.line, row.cells[1:]) for row in table.rows]
     return RawTable(table.file, header[1:], rows, table.ends_whole)
-
-
-SURE = 1.5
-"""Scores of networks go a little beyond 1, which is taken as 1; percent are beyond this."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,6 +1,8 @@
 """Formats of other programs: DeepLabCut, movement, plain CSV.
 
-DeepLabCut's CSV: three or four header rows, then one row a frame; single-animal as written, both as read.
+`import_tracks` recognises a file by its content, `export_tracks` writes the format that is named.
+
+DeepLabCut's CSV has three or four header rows, then one row a frame; single-animal as written, both as read.
 
     scorer,swimcal,swimcal,swimcal,…
     individuals,fish,fish,fish,…            only in files of multi-animal projects
@@ -9,17 +11,16 @@ DeepLabCut's CSV: three or four header rows, then one row a frame; single-animal
     0,310.5,95.0,0.98,…
 
 The first column is the number of the frame; there is no time in the file. Of several individuals one is read, with the
-body parts of their own ("single"). Labels of single pictures, whose first column is a file, are no tracks. https://deeplabcut.github.io/DeepLabCut/docs/standardDeepLabCut_UserGuide.html
+body parts of their own ("single"). Labels of single pictures, whose first column is a file, are no tracks.
+https://deeplabcut.github.io/DeepLabCut/docs/standardDeepLabCut_UserGuide.html
 
-netCDF in the layout of the `movement` package, its "poses" dataset.
-
-Dimensions time, space, keypoint, individual; variables ``position`` (time, space, keypoint, individual) and
-``confidence`` (time, keypoint, individual); attributes ds_type, source_software, source_file, time_unit, fps.
-Before version 0.17 the last two dimensions were called keypoints and individuals: both names are read. States
-and sizes of samples are further variables, which `movement` keeps.
+The `movement` package's netCDF is its "poses" dataset: dimensions time, space, keypoint, individual; variables
+``position`` (time, space, keypoint, individual) and ``confidence`` (time, keypoint, individual); attributes ds_type,
+source_software, source_file, time_unit, fps. Before version 0.17 the last two dimensions were called keypoints and
+individuals: both names are read. States and sizes of samples are further variables, which `movement` keeps.
 https://movement.neuroinformatics.dev/user_guide/movement_dataset.html
 
-Tables of tracks with a header of names: this program's, SLEAP's, and others with x and y of each marker.
+Plain tables have a header of names: this program's, SLEAP's, and others with x and y of each marker.
 
     time_s,nose_x,nose_y,nose_confidence,…
     track,frame_idx,instance.score,nose.x,nose.y,nose.score,…           SLEAP, File > Export Analysis CSV
@@ -45,11 +46,33 @@ from swimcal.tables import RawTable, Row, to_numbers
 from swimcal.tracks import NO_NAMES, TIME, markers_of, pixels_of, save_tracks
 from tracking.foreign import HDF5, NETCDF_3, ForeignTracks, check_readable, read_foreign_table, save_fishsim
 
+# DeepLabCut.
 SCORER = "swimcal"
 COORDS = ("x", "y", "likelihood")
 UNIQUE = "single"
 """The individual under which projects with several animals keep the body parts that are there once."""
 LABELS = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff")
+
+# movement.
+Engine = Literal["h5netcdf", "scipy"]
+"""Engines of xarray: for netCDF 4, which is HDF5, and for netCDF 3."""
+INDIVIDUAL = "fish"
+SINGULAR = {"keypoints": "keypoint", "individuals": "individual"}
+"""The names of dimensions before version 0.17, and since."""
+DIMENSIONS = ("time", "space", "keypoint", "individual")
+
+# Plain tables: columns by their names.
+IN_SECONDS = frozenset({TIME, "time", "t", "time (s)", "time(s)", "time [s]", "t_s", "t (s)", "seconds", "timestamp"})
+IN_MILLISECONDS = frozenset({"time_ms", "t_ms", "time (ms)", "time(ms)", "time [ms]", "t (ms)", "milliseconds"})
+FRAMES = frozenset({"frame", "frames", "frame_idx", "frame_index", "frame_number", "frame_no", "frame_id", "fnum", ""})
+"""Names of the columns that tell when, lower case; without one the rows are the frames."""
+TRACK = "track"
+"""SLEAP's column of the animal's name."""
+
+ANIMAL_SCORE = "instance.score"
+"""SLEAP's column of the animal's score."""
+COORD_PLACES = {"x": 0, "y": 1, "confidence": 2, "likelihood": 2, "score": 2, "conf": 2, "prob": 2}
+"""The place of a column among a marker's numbers, by the end of its name."""
 
 
 def save_deeplabcut(path: Path, tracks: xr.Dataset) -> None:
@@ -87,6 +110,11 @@ def read_deeplabcut(table: RawTable) -> ForeignTracks:
     return ForeignTracks(table.file, "body part", parts, samples[..., :2], samples[..., 2], lines, frame=values[:, 0])
 
 
+def is_deeplabcut(table: RawTable) -> bool:
+    """Tell whether a table starts as DeepLabCut's files do."""
+    return table.header is not None and table.header[0].lower() == "scorer"
+
+
 def _check_tracks(rows: RawTable, faults: FaultCollector) -> None:
     """Check that the rows are frames of a video."""
     first = rows.rows[0].cells if rows.rows else []
@@ -99,11 +127,6 @@ def _check_tracks(rows: RawTable, faults: FaultCollector) -> None:
             expected="a row for every frame",
             next_step="Give the CSV that `deeplabcut.analyze_videos(…, save_as_csv=True)` writes beside the video.",
         )
-
-
-def is_deeplabcut(table: RawTable) -> bool:
-    """Tell whether a table starts as DeepLabCut's files do."""
-    return table.header is not None and table.header[0].lower() == "scorer"
 
 
 def _head(table: RawTable, faults: FaultCollector) -> dict[str, list[str]]:
@@ -136,14 +159,6 @@ def _samples(values: np.ndarray, columns: list[tuple[str, str]], marker: str, fa
         elif coord != "likelihood":
             faults.add("", f"body part {marker!r} has no {coord}", expected="x and y, and likelihood if there is one")
     return samples
-
-
-Engine = Literal["h5netcdf", "scipy"]
-"""Engines of xarray: for netCDF 4, which is HDF5, and for netCDF 3."""
-INDIVIDUAL = "fish"
-SINGULAR = {"keypoints": "keypoint", "individuals": "individual"}
-"""The names of dimensions before version 0.17, and since."""
-DIMENSIONS = ("time", "space", "keypoint", "individual")
 
 
 def to_movement(tracked: xr.Dataset) -> xr.Dataset:
@@ -249,19 +264,6 @@ def _check_layout(data: xr.Dataset, faults: FaultCollector) -> None:
         faults.add("", "unknown time_unit", found=shown(data.attrs["time_unit"]), choices=("seconds", "frames"))
 
 
-IN_SECONDS = frozenset({TIME, "time", "t", "time (s)", "time(s)", "time [s]", "t_s", "t (s)", "seconds", "timestamp"})
-IN_MILLISECONDS = frozenset({"time_ms", "t_ms", "time (ms)", "time(ms)", "time [ms]", "t (ms)", "milliseconds"})
-FRAMES = frozenset({"frame", "frames", "frame_idx", "frame_index", "frame_number", "frame_no", "frame_id", "fnum", ""})
-"""Names of the columns that tell when, lower case; without one the rows are the frames."""
-TRACK = "track"
-"""SLEAP's column of the animal's name."""
-
-ANIMAL_SCORE = "instance.score"
-"""SLEAP's column of the animal's score."""
-COORD_PLACES = {"x": 0, "y": 1, "confidence": 2, "likelihood": 2, "score": 2, "conf": 2, "prob": 2}
-"""The place of a column among a marker's numbers, by the end of its name."""
-
-
 def read_plain(table: RawTable) -> ForeignTracks:
     """Read a table with a header of names.
 
@@ -291,6 +293,34 @@ def read_plain(table: RawTable) -> ForeignTracks:
         else:
             time_s = values[:, when] * (1e-3 if name in IN_MILLISECONDS else 1.0)
     return ForeignTracks(table.file, "marker", tuple(markers), samples[..., :2], samples[..., 2], lines, time_s, frame)
+
+
+def read_headerless(table: RawTable, markers: tuple[str, ...]) -> ForeignTracks:
+    """Read rows of x and y of the markers, in their order.
+
+    Args:
+        table: the rows.
+        markers: names of the markers.
+
+    Raises:
+        InputError: every fault of the file at once.
+    """
+    faults = FaultCollector(table.file)
+    widths = {len(row.cells) for row in table.rows}
+    if len(widths) == 1 and widths != {2 * len(markers)}:
+        step = "Give the file a header: time_s,nose_x,nose_y,…"
+        found, wanted = (
+            f"{widths.pop()} in every row",
+            f"{2 * len(markers)}: x and y of the {len(markers)} markers {', '.join(markers)}",
+        )
+        faults.add("", "wrong number of columns", found=found, expected=wanted, next_step=step)
+        faults.raise_if_any()
+    columns = tuple(f"{marker}_{axis}" for marker in markers for axis in "xy")
+    values = to_numbers(table, columns, faults)
+    faults.raise_if_any()
+    position, lines = values.reshape(len(values), len(markers), 2), [f"line {row.line}" for row in table.rows]
+    unknown = np.full(position.shape[:2], np.nan)
+    return ForeignTracks(table.file, "marker", markers, position, unknown, lines, None, np.arange(len(values)))
 
 
 def _markers(header: list[str], faults: FaultCollector) -> dict[str, dict[int, int]]:
@@ -358,34 +388,6 @@ def _whole_frames(
     for row, line in zip(rows.tolist(), lines, strict=True):
         places[row] = line
     return whole, frame[0] + np.arange(span), places
-
-
-def read_headerless(table: RawTable, markers: tuple[str, ...]) -> ForeignTracks:
-    """Read rows of x and y of the markers, in their order.
-
-    Args:
-        table: the rows.
-        markers: names of the markers.
-
-    Raises:
-        InputError: every fault of the file at once.
-    """
-    faults = FaultCollector(table.file)
-    widths = {len(row.cells) for row in table.rows}
-    if len(widths) == 1 and widths != {2 * len(markers)}:
-        step = "Give the file a header: time_s,nose_x,nose_y,…"
-        found, wanted = (
-            f"{widths.pop()} in every row",
-            f"{2 * len(markers)}: x and y of the {len(markers)} markers {', '.join(markers)}",
-        )
-        faults.add("", "wrong number of columns", found=found, expected=wanted, next_step=step)
-        faults.raise_if_any()
-    columns = tuple(f"{marker}_{axis}" for marker in markers for axis in "xy")
-    values = to_numbers(table, columns, faults)
-    faults.raise_if_any()
-    position, lines = values.reshape(len(values), len(markers), 2), [f"line {row.line}" for row in table.rows]
-    unknown = np.full(position.shape[:2], np.nan)
-    return ForeignTracks(table.file, "marker", markers, position, unknown, lines, None, np.arange(len(values)))
 
 
 FORMATS: dict[str, Callable[[Path, xr.Dataset], None]] = {

@@ -1,4 +1,9 @@
-"""Frames that the film itself spoils: damaged and repeated ones."""
+"""Frames that the film itself spoils: damaged and repeated ones.
+
+`missing_at_the_end`, `lost_frames` and `suspect_frames` report what of a damaged file is lost. `Repeats` finds pictures
+that repeat the one before: a film stored at a higher frame rate than it was taken at. `stretches` splits such frames
+into runs.
+"""
 
 from __future__ import annotations
 
@@ -11,13 +16,7 @@ import numpy as np
 
 from tracking.decoding import AVI, FrameIndex
 
-
-def stretches(mask: np.ndarray, least: int = 1) -> list[tuple[int, int]]:
-    """First and last frame, both included, of each run of at least so many True in (n,)."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], mask, [False]]).astype(int)))
-    return [(int(first), int(last) - 1) for first, last in edges.reshape(-1, 2) if last - first >= least]
-
-
+# Damaged files.
 MP4 = "mov,mp4,m4a,3gp,3g2,mj2"
 MATROSKA = "matroska,webm"
 """Names FFmpeg gives its readers of these containers."""
@@ -29,6 +28,34 @@ TICKS = 1.5
 """From so many ticks a frame on, an AVI's clock is finer than its frames."""
 SHORT_WITH_SOUND_S = 1.0
 """The first in seconds where sound or other streams may be longer than the picture."""
+
+# `Repeats`: pictures that repeat the one before.
+REPEATS = 0.05
+"""A picture that differs from the one before by less than this share of what is usual repeats it."""
+MOVING = 4.0
+"""Steps of luma by which the usual difference must stand out, or nothing moves and nothing can be told."""
+GOES_ON = 0.3
+"""After repeats a picture differs by this share of what is usual, or it was the robot that stood still."""
+LONGEST = 4
+"""More repeats on end are a picture that stands still, or a robot."""
+USUAL_OVER = 24
+"""Pictures over which the usual difference is taken."""
+ROWS = 360
+"""Rows of a picture that are compared, about."""
+MARGIN_PX = 24.0
+"""Around each marker within which pictures are compared; the one that differs most counts."""
+EDGES = 0.99
+"""Quantile of the differences that is compared: a dot that moves by a pixel differs at its rim alone."""
+OFTEN = 0.1
+"""A film repeats pictures where this share of them does, …"""
+AT_LEAST = 3
+"""… and so many."""
+
+
+def stretches(mask: np.ndarray, least: int = 1) -> list[tuple[int, int]]:
+    """List the first and last frame, both included, of each run of at least so many True in (n,)."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], mask, [False]]).astype(int)))
+    return [(int(first), int(last) - 1) for first, last in edges.reshape(-1, 2) if last - first >= least]
 
 
 def missing_at_the_end(index: FrameIndex, container: av.container.InputContainer, stream: av.VideoStream) -> str | None:
@@ -56,7 +83,7 @@ def missing_at_the_end(index: FrameIndex, container: av.container.InputContainer
 
 
 def lost_frames(lost: Iterable[int], index: FrameIndex) -> str | None:
-    """Which frames could not be decoded, and how many others that may have harmed; None if none."""
+    """Report which frames could not be decoded, and how many others that may have harmed; None if none."""
     numbers = sorted(lost)
     if not numbers:
         return None
@@ -69,7 +96,7 @@ def lost_frames(lost: Iterable[int], index: FrameIndex) -> str | None:
 
 
 def suspect_frames(lost: Iterable[int], index: FrameIndex) -> np.ndarray:
-    """(n,) bool, the frames that lean on a lost one, directly or not, and the lost ones themselves.
+    """Return (n,) bool, the frames that lean on a lost one, directly or not, and the lost ones themselves.
 
     Frames lean on each other between two key frames only, except that those shown shortly before a key frame may
     lean on it as well (an open group of pictures).
@@ -86,28 +113,6 @@ def suspect_frames(lost: Iterable[int], index: FrameIndex) -> np.ndarray:
 def _named(first: int, last: int, index: FrameIndex) -> str:
     name = f"{first}" if first == last else f"{first} to {last}"
     return f"{name} ({index.time_s[first]:.3f} s)"
-
-
-REPEATS = 0.05
-"""A picture that differs from the one before by less than this share of what is usual repeats it."""
-MOVING = 4.0
-"""Steps of luma by which the usual difference must stand out, or nothing moves and nothing can be told."""
-GOES_ON = 0.3
-"""After repeats a picture differs by this share of what is usual, or it was the robot that stood still."""
-LONGEST = 4
-"""More repeats on end are a picture that stands still, or a robot."""
-USUAL_OVER = 24
-"""Pictures over which the usual difference is taken."""
-ROWS = 360
-"""Rows of a picture that are compared, about."""
-MARGIN_PX = 24.0
-"""Around each marker within which pictures are compared; the one that differs most counts."""
-EDGES = 0.99
-"""Quantile of the differences that is compared: a dot that moves by a pixel differs at its rim alone."""
-OFTEN = 0.1
-"""A film repeats pictures where this share of them does, …"""
-AT_LEAST = 3
-"""… and so many."""
 
 
 class Repeats:

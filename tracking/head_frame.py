@@ -65,12 +65,6 @@ def to_head_frame(position_m: np.ndarray, nose: int, neck: int, seen: np.ndarray
     )
 
 
-def _unit(vector: np.ndarray) -> np.ndarray:
-    """(..., 2) of length 1; nan where there is no direction."""
-    length = np.linalg.norm(vector, axis=-1, keepdims=True)
-    return vector / np.where(length > 0, length, np.nan)
-
-
 def one_of(heads: HeadFrame, index: int) -> HeadFrame:
     """Return one of several trajectories (s, n, m, 2)."""
     return HeadFrame(*(getattr(heads, part.name)[index] for part in fields(heads)))
@@ -85,21 +79,27 @@ def from_head_frame(head: HeadFrame) -> np.ndarray:
     return _turn(head.shape_m, back[..., None, :]) + place[..., None, :]
 
 
+def _unit(vector: np.ndarray) -> np.ndarray:
+    """Return (..., 2) of length 1; nan where there is no direction."""
+    length = np.linalg.norm(vector, axis=-1, keepdims=True)
+    return vector / np.where(length > 0, length, np.nan)
+
+
 def _between(heading_rad: np.ndarray) -> np.ndarray:
-    """(..., n - 1, 2) unit vectors half-way between the headings (..., n) of neighbouring frames."""
+    """Return (..., n - 1, 2) unit vectors half-way between the headings (..., n) of neighbouring frames."""
     middle = 0.5 * (heading_rad[..., 1:] + heading_rad[..., :-1])
     return np.stack([np.cos(middle), np.sin(middle)], axis=-1)
 
 
 def _turn(vector: np.ndarray, axis: np.ndarray) -> np.ndarray:
-    """(..., 2) components of a vector along the unit `axis` and along the axis a quarter turn to its left."""
+    """Return (..., 2) components of a vector along the unit `axis` and along the axis a quarter turn to its left."""
     along = vector[..., 0] * axis[..., 0] + vector[..., 1] * axis[..., 1]
     across = vector[..., 1] * axis[..., 0] - vector[..., 0] * axis[..., 1]
     return np.stack([along, across], axis=-1)
 
 
 def _bridged(series: np.ndarray) -> np.ndarray:
-    """(..., n, c) with missing samples interpolated linearly in time, held constant at the ends."""
+    """Return (..., n, c) with missing samples interpolated linearly in time, held constant at the ends."""
     if np.isfinite(series).all():
         return series
     flat = series.reshape(-1, *series.shape[-2:]).copy()
@@ -113,7 +113,7 @@ def _bridged(series: np.ndarray) -> np.ndarray:
 
 
 def _unwrapped(angle: np.ndarray) -> np.ndarray:
-    """(..., n) without jumps of a whole turn; missing samples are interpolated between the others."""
+    """Return (..., n) without jumps of a whole turn; missing samples are interpolated between the others."""
     if np.isfinite(angle).all():
         return np.unwrap(angle, axis=-1)
     flat = angle.reshape(-1, angle.shape[-1]).copy()

@@ -1,7 +1,8 @@
-"""Which spot is which marker: distances along the body, and all markers of a frame solved together.
+"""Identities of spots: which spot is which marker, by distances along the body and all markers of a frame together.
 
-Assign the spots of a frame to all markers at once, where the nearest spot need not be the right one.
+`Spacing` knows what a body hardly changes: the distance of a marker to its neighbours, and where they put it.
 
+`assemble` assigns the spots of a frame to all markers at once, where the nearest spot need not be the right one.
 Markers are joined to a tree, each to its nearest. A choice of spots costs the departure of each marker from its
 expected place, the departure of each link of the tree from its length and direction so far, and a price for each marker
 without a spot. The least cost over a tree is found exactly by dynamic programming from its leaves (Felzenszwalb and
@@ -22,11 +23,26 @@ from scipy.sparse.csgraph import minimum_spanning_tree
 from tracking.motion import Prediction
 from tracking.spots import Spots
 
+# `Spacing`.
 _RELATIVE = 0.15  # by which a distance may differ from that in the start boxes: tails bend, heights are in perspective
 _LEAST = 0.6  # diameters that it may differ in any case
 _MOVES, _ALIKE = 0.1, 0.25  # both markers swim: one moves so many diameters a frame, the other that share of it
 _FEWEST, _ZOOM = 3, 1.02  # distances that tell of a common scale, and by how much it may change in a frame
 _KEEP = 0.9  # of where two neighbours put a marker, frame by frame
+
+# `assemble`: prices and standard deviations.
+MISSED = 2.0
+"""The price of leaving a marker without a spot."""
+FAINTER = 1.0
+"""The price of a spot of no strength."""
+_STIFF, _STIFF_PX = 0.06, 1.5  # standard deviation of a link's length: a share of it, and px of the start boxes
+_TURN_RAD = 0.6  # standard deviation of a link's direction about the one predicted
+_LINK = 2.5  # the most that one link can cost: bodies bend more than they did so far
+_UNSEEN = 0.4  # weight of a link to a marker without a spot
+_SHIFT = 0.3  # the price of a shift of the body by the usual distance of its markers
+_SHIFTS = 12  # tried at most, the shortest first
+_SOLVED = 40  # solutions tried at most until no spot is used twice
+_NEVER = 1e6
 
 
 @dataclass(eq=False)
@@ -57,7 +73,7 @@ class Spacing:
         strength: np.ndarray,
         diameter_px: np.ndarray,
     ) -> np.ndarray:
-        """(m,) bool, the markers, of those seen at (m, 2), that broke away from a neighbour.
+        """Return (m,) bool, the markers, of those seen at (m, 2), that broke away from a neighbour.
 
         Of two that are too close or too far apart it is the one without another neighbour to speak for it; if neither
         has one, that of less strength (m,). If both have, it is the body that moved. Two that both swim may be as far
@@ -80,7 +96,7 @@ class Spacing:
         return misplaced
 
     def _rescale(self, length_px: np.ndarray, both: np.ndarray) -> None:
-        """All distances grow or shrink with most of those (e,) that are seen: the robot comes nearer, or dives."""
+        """Scale all distances with most of those (e,) that are seen: the robot comes nearer, or dives."""
         if np.count_nonzero(both) >= _FEWEST:
             beyond = length_px[both] / np.clip(length_px[both], *self.lengths[:, both])
             self.lengths = self.lengths * np.clip(np.median(beyond), 1 / _ZOOM, _ZOOM)
@@ -94,7 +110,7 @@ class Spacing:
         diameter_px: np.ndarray,
         seen: np.ndarray,
     ) -> np.ndarray:
-        """(e,) bool, the pairs too close or too far apart; learns how far those may be that both (e,) are seen."""
+        """Return (e,) bool, the pairs too close or too far apart; learn from those of which both are seen (e,)."""
         larger, (least, most) = diameter_px[self.pairs].max(axis=1), self.lengths
         swim = self._swimming(np.linalg.norm(moved_px, axis=1), larger, both, seen)
         length, foreseen = _lengths(position_px, self.pairs), _lengths(predicted_px, self.pairs)
@@ -106,8 +122,9 @@ class Spacing:
         return off
 
     def _swimming(self, moved_px: np.ndarray, larger_px: np.ndarray, both: np.ndarray, seen: np.ndarray) -> np.ndarray:
-        """(e,) bool, the pairs whose distance may change: both move; one does and the other rests with a third; or one
-        alone moves of all that are seen (m,).
+        """Return (e,) bool, the pairs whose distance may change.
+
+        Both move; one does and the other rests with a third; or one alone moves of all that are seen (m,).
         """
         speeds = moved_px[self.pairs]
         slow, fast = speeds.min(axis=1), speeds.max(axis=1)
@@ -123,7 +140,7 @@ class Spacing:
         return swim
 
     def expected(self, position_px: np.ndarray) -> np.ndarray:
-        """(m, 2) where its two guides put each marker, moved and turned with them since it was last seen well."""
+        """Return (m, 2) where two guides put each marker, moved and turned with them since it was last seen well."""
         if not len(self.guides):
             return position_px.copy()
         plane = position_px @ np.array([1, 1j])
@@ -140,29 +157,15 @@ class Spacing:
 
 
 def _lengths(position_px: np.ndarray, pairs: np.ndarray) -> np.ndarray:
-    """(e,) distances of pairs (e, 2) of markers at (m, 2)."""
+    """Return (e,) distances of pairs (e, 2) of markers at (m, 2)."""
     return np.linalg.norm(position_px[pairs[:, 0]] - position_px[pairs[:, 1]], axis=1)
 
 
 def _between(position_px: np.ndarray, guides: np.ndarray) -> np.ndarray:
-    """(m,) complex place of each marker between its two guides (m, 2)."""
+    """Return (m,) complex place of each marker between its two guides (m, 2)."""
     plane = position_px[: len(guides)] @ np.array([1, 1j])
     a, b = plane[guides.T] if len(guides) else (plane, plane)
     return (plane - a) / np.where(a == b, 1, b - a)
-
-
-MISSED = 2.0
-"""The price of leaving a marker without a spot."""
-FAINTER = 1.0
-"""The price of a spot of no strength."""
-_STIFF, _STIFF_PX = 0.06, 1.5  # standard deviation of a link's length: a share of it, and px of the start boxes
-_TURN_RAD = 0.6  # standard deviation of a link's direction about the one predicted
-_LINK = 2.5  # the most that one link can cost: bodies bend more than they did so far
-_UNSEEN = 0.4  # weight of a link to a marker without a spot
-_SHIFT = 0.3  # the price of a shift of the body by the usual distance of its markers
-_SHIFTS = 12  # tried at most, the shortest first
-_SOLVED = 40  # solutions tried at most until no spot is used twice
-_NEVER = 1e6
 
 
 class Assembly(NamedTuple):

@@ -1,4 +1,8 @@
-"""The lens of a camera: calibrated, and flagged where its file does not fit the film."""
+"""The lens of a camera: calibrated, and flagged where its file does not fit the film.
+
+`calibrate_lens` calibrates it from pictures of a board: the lens, how good it is, and which pictures it rests on.
+`lens_flags` lists doubts about a session's camera, for the results and the report.
+"""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -22,6 +26,7 @@ from tracking.lens_fit import (
     lens_uncertainty,
 )
 
+# The calibration.
 LEAST_CORNERS = 8
 """Least number of corners: fewer determine little more than the pose of the board."""
 LEAST_VIEWS = 3
@@ -30,6 +35,16 @@ OUTLYING_VIEW = 3.0
 """A view is left out whose corners are off by this many times the usual."""
 OUTLYING_PX = 0.3
 """A view whose corners are off by less than this is never left out."""
+
+# Flags of a session's camera.
+LINEAR_K1 = 0.02
+"""Radial distortion k1 that the "linear" mode of an action camera may leave: our assumption for the size in the
+message, not a measurement of any camera."""
+HALF_WIDTH = 18 / 19
+"""Half the picture's width over the focal length: that of a 19 mm lens on film 36 mm wide, the widest linear field of
+view of the camera that the swim trials were filmed with (87 degrees)."""
+HEIGHT_OFF = 0.05
+"""Relative difference between two ways to the camera's height that is worth a flag."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,6 +112,15 @@ def calibrate_lens(pictures: Iterable[Path | np.ndarray], board: BoardSpec) -> L
     )
 
 
+def save_camera(path: Path, calibration: CameraCalibration) -> None:
+    """Write a camera file, whole or not at all; `swimcal.session_file.load_camera` reads the same numbers back.
+
+    Raises:
+        ResultsNotWritable: the file cannot be written.
+    """
+    write_whole(path, tomlkit.dumps({"camera": calibration.model_dump(mode="json", exclude_none=True)}))
+
+
 def _unusable(corners: Corners, board: BoardSpec) -> str:
     """Return why a picture cannot be used; an empty text where it can."""
     if len(corners.image_px) == 0:
@@ -131,16 +155,6 @@ def _as_camera(fit: LensFit, width_px: int, height_px: int) -> CameraCalibration
     fx, fy, cx, cy, k1, k2, p1, p2, k3 = fit.bundle.lens.tolist()
     pinhole = {"fx_px": fx, "fy_px": fy, "cx_px": cx, "cy_px": cy}
     return CameraCalibration(width_px=width_px, height_px=height_px, **pinhole, distortion=(k1, k2, p1, p2, k3))
-
-
-LINEAR_K1 = 0.02
-"""Radial distortion k1 that the "linear" mode of an action camera may leave: our assumption for the size in the
-message, not a measurement of any camera."""
-HALF_WIDTH = 18 / 19
-"""Half the picture's width over the focal length: that of a 19 mm lens on film 36 mm wide, the widest linear field of
-view of the camera that the swim trials were filmed with (87 degrees)."""
-HEIGHT_OFF = 0.05
-"""Relative difference between two ways to the camera's height that is worth a flag."""
 
 
 def lens_flags(
@@ -195,12 +209,3 @@ def _uncalibrated_flag() -> Flag:
         "with a ChArUco board, or swim near the middle"
     )
     return Flag("no_lens", message=message)
-
-
-def save_camera(path: Path, calibration: CameraCalibration) -> None:
-    """Write a camera file, whole or not at all; `swimcal.session_file.load_camera` reads the same numbers back.
-
-    Raises:
-        ResultsNotWritable: the file cannot be written.
-    """
-    write_whole(path, tomlkit.dumps({"camera": calibration.model_dump(mode="json", exclude_none=True)}))

@@ -1,10 +1,11 @@
 """The fit of a lens to pictures of the board, with its covariance and how far it can be believed.
 
-Bundle adjustment of one camera and a flat board in v poses, by Levenberg and Marquardt with the poses eliminated.
+`fit_lens` fits with as many distortion coefficients as the corners support, by bundle adjustment of one camera and a
+flat board in v poses: Levenberg and Marquardt with the poses eliminated. What of a lens parameter's effect a change of
+pose can mimic is not information; the rest, over all views, gives the reduced normal equations (Triggs and others,
+"Bundle Adjustment: A Modern Synthesis", 2000, section 6.1). They serve the fit and its covariance.
 
-What of a lens parameter's effect a change of pose can mimic is not information; the rest, over all views, gives the
-reduced normal equations (Triggs and others, "Bundle Adjustment: A Modern Synthesis", 2000, section 6.1). They serve the
-fit and its covariance.
+`lens_uncertainty` and `calibration_flags` say whether the result can be believed.
 """
 
 from collections.abc import Iterable, Sequence
@@ -20,9 +21,42 @@ from swimcal.session_file import CameraCalibration
 from tracking.board import Corners
 from tracking.camera import camera_matrix, folds, to_rays
 
+# The bundle adjustment.
 STEPS = 50
 ENOUGH = 1e-10
 """Relative decrease of the sum of squares at which the fit has arrived."""
+
+# The models of a lens.
+MODELS = {
+    "k1": (True, False, False, False, False),
+    "k1 k2": (True, True, False, False, False),
+    "k1 k2 p1 p2": (True, True, True, True, False),
+    "k1 k2 p1 p2 k3": (True, True, True, True, True),
+}
+"""Which of OpenCV's coefficients k1, k2, p1, p2, k3 are free, from the plainest lens on."""
+
+WIDTHS = (0.2, 20.0)
+"""Focal lengths that a start may have, in widths of the picture."""
+
+# The uncertainty, and what of a calibration is good enough.
+GRID = (13, 9)
+"""Places across and down the picture at which the shape is judged."""
+
+TILES = (8, 6)
+"""Tiles across and down the picture in which corners are looked for."""
+GOOD_VIEWS = 8
+GOOD_COVERAGE = 0.5
+TILTED_DEG = 15.0
+"""Least angle between two views: errors grow steeply below it (Zhang 2000, section 4 and figure 4)."""
+FOCAL_SD = 0.01
+"""Largest relative standard deviation of the focal length: the lens's height, and so parallax, is known no better."""
+RMS_SHARE = 3e-4
+"""Largest RMS of the corners, as a share of the picture's width.
+
+Good corners of a 3840 px wide picture are off by about 1 px, of a 1920 px one by 0.5 px.
+"""
+BEND_SHARE = 5e-4
+"""Largest uncertainty of the shape, as a share of the picture's width: 1 mm of a pool 2 m wide."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,6 +145,12 @@ def polished(bundle: Bundle, free: np.ndarray) -> Bundle:
     return bundle
 
 
+def inverse(normal: np.ndarray) -> np.ndarray:
+    """Return the inverse of a normal matrix whose unknowns have very different units."""
+    scale = 1 / np.sqrt(np.maximum(np.diag(normal), 1e-30))
+    return scale[:, None] * np.linalg.pinv(scale[:, None] * normal * scale, rcond=1e-14, hermitian=True) * scale
+
+
 def _step(bundle: Bundle, free: np.ndarray, damping: float) -> Bundle:
     normal = normal_equations(bundle, free)
     change = inverse(normal.matrix + damping * np.diag(np.diag(normal.matrix))) @ normal.gradient  # (p,)
@@ -119,24 +159,6 @@ def _step(bundle: Bundle, free: np.ndarray, damping: float) -> Bundle:
     for n, (pose, own) in enumerate(bundle.jacobians(free)):
         poses[n] += np.linalg.lstsq(pose, bundle.residuals_px[n].ravel() - own @ change, rcond=None)[0]
     return replace(bundle, lens=lens, poses=poses)
-
-
-def inverse(normal: np.ndarray) -> np.ndarray:
-    """Return the inverse of a normal matrix whose unknowns have very different units."""
-    scale = 1 / np.sqrt(np.maximum(np.diag(normal), 1e-30))
-    return scale[:, None] * np.linalg.pinv(scale[:, None] * normal * scale, rcond=1e-14, hermitian=True) * scale
-
-
-MODELS = {
-    "k1": (True, False, False, False, False),
-    "k1 k2": (True, True, False, False, False),
-    "k1 k2 p1 p2": (True, True, True, True, False),
-    "k1 k2 p1 p2 k3": (True, True, True, True, True),
-}
-"""Which of OpenCV's coefficients k1, k2, p1, p2, k3 are free, from the plainest lens on."""
-
-WIDTHS = (0.2, 20.0)
-"""Focal lengths that a start may have, in widths of the picture."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -224,10 +246,6 @@ def _first_matrix(places: list[np.ndarray], images: list[np.ndarray], size: tupl
     return np.array([[focal, 0.0, (size[0] - 1) / 2], [0.0, focal, (size[1] - 1) / 2], [0.0, 0.0, 1.0]])
 
 
-GRID = (13, 9)
-"""Places across and down the picture at which the shape is judged."""
-
-
 @dataclass(frozen=True, eq=False)
 class LensUncertainty:
     """Standard deviations from independent corner errors of equal size, estimated from the residuals.
@@ -279,23 +297,6 @@ def _bend(covariance: np.ndarray, lens: CameraCalibration) -> float:
     modes = lens_modes - basis @ (basis.T @ lens_modes)
     variance = np.einsum("ij,jk,ik->i", modes, covariance, modes).reshape(-1, 2).mean(axis=1)
     return float(np.sqrt(variance.max()))
-
-
-TILES = (8, 6)
-"""Tiles across and down the picture in which corners are looked for."""
-GOOD_VIEWS = 8
-GOOD_COVERAGE = 0.5
-TILTED_DEG = 15.0
-"""Least angle between two views: errors grow steeply below it (Zhang 2000, section 4 and figure 4)."""
-FOCAL_SD = 0.01
-"""Largest relative standard deviation of the focal length: the lens's height, and so parallax, is known no better."""
-RMS_SHARE = 3e-4
-"""Largest RMS of the corners, as a share of the picture's width.
-
-Good corners of a 3840 px wide picture are off by about 1 px, of a 1920 px one by 0.5 px.
-"""
-BEND_SHARE = 5e-4
-"""Largest uncertainty of the shape, as a share of the picture's width: 1 mm of a pool 2 m wide."""
 
 
 def coverage_of(corners: Iterable[Corners], width_px: int, height_px: int) -> float:

@@ -1,7 +1,4 @@
-"""Where a marker is expected in the next frame.
-
-Where each marker should be in the next frame, and how far off that may be.
-"""
+"""The motion of each marker: where it is expected in the next frame, and how far off that may be."""
 
 from dataclasses import dataclass
 
@@ -52,7 +49,7 @@ class Motion:
         return cls(past, np.array([0.0, -1.0, -2.0]), np.zeros(m, int), np.ones(m, int), 0.5 * diameter_px, np.zeros(2))
 
     def predict(self, diameter_px: np.ndarray, frames: float = 1.0) -> Prediction:
-        """Where to look after so many frames; the gate grows with the errors so far and while a marker is unseen."""
+        """Predict where to look after so many frames; the gate grows with the errors and while a marker is unseen."""
         weights = _extrapolated(self.times, frames, self._beat_rad)
         steady = (weights @ self.past.reshape(_MEMORY, -1)).reshape(-1, 2)
         position = np.where((self.seen >= _MEMORY)[:, None], steady, self.past[0])
@@ -68,7 +65,7 @@ class Motion:
         return Prediction(position, np.minimum(gate, _WIDEST * diameter_px), self.velocity(position, frames))
 
     def velocity(self, position_px: np.ndarray, frames: float) -> np.ndarray:
-        """(m, 2) px a frame, of markers that are at (m, 2) after so many frames."""
+        """Return (m, 2) px a frame, of markers that are at (m, 2) after so many frames."""
         step = (position_px - self.past[0]) / frames
         before = (self.past[0] - self.past[1]) / (self.times[0] - self.times[1])
         return step + np.where((self.seen >= 2)[:, None], (step - before) / 2, 0.0)
@@ -91,21 +88,21 @@ class Motion:
         return float(np.arccos(np.clip(twice_cos, *slow_fast[::-1]) / 2)) if self.beat[1] > 0 else _BEAT[0]
 
     def _learn_beat(self, position_px: np.ndarray, frames: float, which: np.ndarray) -> None:
-        """From markers (m, 2) that were seen now and in the last three frames, in about equal steps."""
+        """Learn the beat from markers (m, 2) that were seen now and in the last three frames, in about equal steps."""
         steps = -np.diff(self.times, prepend=frames)  # (3,)
         if which.any() and np.ptp(steps) < 0.1:
             now, last, before = -np.diff(np.concatenate([position_px[None], self.past])[:, which], axis=0)  # (3, k, 2)
             self.beat = _KEEP_BEAT * self.beat + [np.sum(last * (now + before)), np.sum(last * last)]
 
     def _first_gate(self, diameter_px: np.ndarray) -> np.ndarray:
-        """(m,) for markers whose acceleration is not known: nearer to them than to others they may be anywhere."""
+        """Return (m,) gates of markers of unknown acceleration: nearer to them than to others they may be anywhere."""
         apart = np.linalg.norm(self.past[0][:, None] - self.past[0][None], axis=2)
         nearest = np.sort(apart, axis=1)[:, 1] if len(apart) > 1 else 0.0
         least, share = _FIRST
         return np.maximum(least * diameter_px, share * nearest)
 
     def _with_neighbours(self, position: np.ndarray, lost: np.ndarray, velocity: np.ndarray) -> np.ndarray:
-        """(m, 2) positions, the lost ones carried along by the two nearest markers that are seen."""
+        """Return (m, 2) positions, the lost ones carried along by the two nearest markers that are seen."""
         result = position.copy()
         there = np.flatnonzero(~lost)
         for marker in np.flatnonzero(lost):
@@ -119,7 +116,7 @@ class Motion:
 
 
 def _carried(point: np.ndarray, before: np.ndarray, after: np.ndarray) -> np.ndarray:
-    """(2,) a point moved as rigidly as two others (2, 2) moved."""
+    """Return (2,) a point moved as rigidly as two others (2, 2) moved."""
     old, new = before[1] - before[0], after[1] - after[0]
     turn = np.arctan2(new[1], new[0]) - np.arctan2(old[1], old[0])
     cos, sin = np.cos(turn), np.sin(turn)
@@ -128,6 +125,6 @@ def _carried(point: np.ndarray, before: np.ndarray, after: np.ndarray) -> np.nda
 
 
 def _extrapolated(times: np.ndarray, ahead: float, beat_rad: float) -> np.ndarray:
-    """(3,) weights of the values at three times, for the constant and sine through them at a later time."""
+    """Return (3,) weights of the values at three times, for the constant and sine through them at a later time."""
     past, then = (np.array([np.ones_like(t), np.cos(t), np.sin(t)]) for t in (beat_rad * times, beat_rad * ahead))
     return np.linalg.solve(past, then)

@@ -1,11 +1,13 @@
 """The quality of tracks: which samples can be believed, and a flag for every one that cannot.
 
-Track quality: which samples of a trial to believe, and what is wrong with the others.
-
-The judgement is made before any fit. Every sample is held against the shape of the body, learned from the
+The judgement is made before any fit. `check_tracks` holds every sample against the shape of the body, learned from the
 trial itself (`body_model`), and against its own motion (`following`), in both directions of time. The reference is
 where the boxes sit in this trial; the layout of the robot speaks only where the trial cannot: two boxes never come as
-close as on one spot. What is wrong is flagged in stretches with a name (`naming`), and weighed out.
+close as on one spot (`touching`), and none stands still while the body moves (`standing_still`). What is wrong is
+flagged in stretches with a name (`flags_of`), and weighed out.
+
+`trusted` judges a trial that was tracked here by all there is: markers lost, drifting, of the wrong size or exchanged
+do not count either.
 """
 
 from __future__ import annotations
@@ -36,6 +38,7 @@ from tracking.following import (
 from tracking.harmed_frames import stretches
 from tracking.tracked import but_repeats, counting, repeated_frames, seen_in
 
+# Frozen boxes.
 STILL_FRAMES = 5
 """A box is frozen if it stands still for at least this many frames …"""
 STILL_PX = 1.0
@@ -43,145 +46,13 @@ STILL_PX = 1.0
 STILL_MOTION_PX = 6.0
 """… while both its neighbours move by at least this, and four times as much as it, and leave it behind by as much."""
 
-
-def touching(position_px: np.ndarray, least_px: np.ndarray) -> np.ndarray:
-    """(n, m, m) whether two markers are closer than (m, m) `least_px`; a marker never touches itself."""
-    between = np.linalg.norm(position_px[:, :, None] - position_px[:, None], axis=-1)  # (n, m, m)
-    return (between < least_px) & ~np.eye(position_px.shape[1], dtype=bool)
-
-
-def standing_still(position_px: np.ndarray, order: np.ndarray) -> np.ndarray:
-    """(n, m) whether a marker at (n, m, 2) stands still while its two nearest in body order (m,) both move."""
-    n, m, _ = position_px.shape
-    still = np.zeros((n, m), dtype=bool)
-    if n < STILL_FRAMES or m < 3:
-        return still
-    windows = np.lib.stride_tricks.sliding_window_view(position_px, STILL_FRAMES, axis=0)  # (…, m, 2, f)
-    quiet = (np.ptp(windows, axis=-1) <= STILL_PX).all(axis=-1)  # (n - f + 1, m)
-    rank = np.argsort(order)
-    for k in range(m):
-        nearest = np.argsort(np.abs(rank - rank[k]), kind="stable")[:3]  # itself first
-        for first, last in stretches(quiet[:, k]):
-            span = slice(first, last + STILL_FRAMES)
-            own, *others = np.linalg.norm(np.ptp(position_px[span][:, nearest], axis=0), axis=1)
-            if min(others) >= max(STILL_MOTION_PX, 4 * own):  # False where a sample is missing
-                still[span, k] = True
-    return still
-
-
+# Names of flagged stretches.
 JUMP_FRAMES = 6
 """A stretch no longer than this is called a jump."""
 FROZEN_FRAMES = 6
 """The picture is frozen if no marker at all moves for so many frames …"""
 FROZEN_MOTION_PX = 2.0
 """… and just before or after one moves by this in a frame."""
-
-
-@dataclass(frozen=True, eq=False)
-class Findings:
-    """What was found about each sample."""
-
-    present: np.ndarray  # (n, m) not missing
-    wrong: np.ndarray  # (n, m) present but misplaced
-    still: np.ndarray  # (n, m) standing still while the neighbours move
-    touch: np.ndarray  # (n, m, m) two markers on one spot
-    position_px: np.ndarray  # (n, m, 2)
-    put_px: np.ndarray  # (n, m, 2) where the other markers put it
-    order: np.ndarray  # (m,) the markers from nose to tail
-
-    @classmethod
-    def none(cls, present: np.ndarray, position_px: np.ndarray) -> Findings:
-        """Nothing wrong but what is missing."""
-        n, m = present.shape
-        nothing, touch = np.zeros((n, m), dtype=bool), np.zeros((n, m, m), dtype=bool)
-        return cls(present, nothing, nothing, touch, position_px, position_px, np.arange(m))
-
-
-def flags_of(findings: Findings, markers: tuple[str, ...]) -> tuple[Flag, ...]:
-    """One flag for each stretch of each marker, by first frame."""
-    flags: list[Flag] = []
-    for k, name in enumerate(markers):
-        for first, last in stretches(~findings.present[:, k]):
-            flags.append(Flag("gap", (name,), (first, last), f"{name} is missing in {_frames(first, last)}"))
-        for first, last in stretches(findings.wrong[:, k]):
-            flag = _named(findings, markers, k, first, last)
-            if not any(_says_the_same(flag, other) for other in flags):
-                flags.append(flag)
-    return tuple(sorted(flags, key=lambda flag: (flag.frames or (0, 0), flag.markers)))
-
-
-def _named(findings: Findings, markers: tuple[str, ...], k: int, first: int, last: int) -> Flag:
-    span, long, concerned = slice(first, last + 1), last - first + 1, markers[k : k + 1]
-    off_px = np.linalg.norm(findings.position_px[span, k] - findings.put_px[span, k], axis=1).max()
-    touched = findings.touch[span, k].sum(axis=0)  # (m,) frames
-    other = int(touched.argmax())
-    if 2 * touched[other] >= long:
-        concerned = (markers[k], markers[other])
-        kind, text = "merged_markers", f"{markers[k]} sits on {markers[other]}: {_apart(findings, k, other, span)}"
-        if 2 * findings.wrong[span, other].sum() >= long:
-            text += "; both are left out"
-    elif 2 * findings.still[span, k].sum() >= long:
-        kind, text = "frozen_marker", f"{markers[k]} stands still while the body moves, {off_px:.0f} px away at most"
-    elif long <= JUMP_FRAMES:
-        kind, text = "jump", f"{markers[k]} jumps, {off_px:.0f} px from where the others put it at most"
-    else:
-        other = _neighbour(findings, k, span)
-        kind = "segment_length"
-        text = f"{markers[k]} is {off_px:.0f} px out of place at most; "
-        text += f"from {markers[other]} {_apart(findings, k, other, span)}"
-    return Flag(kind, concerned, (first, last), f"{text} ({_frames(first, last)})")
-
-
-def _says_the_same(flag: Flag, other: Flag) -> bool:
-    """Whether another flag names the same merge from its other side."""
-    merge = flag.kind == other.kind == "merged_markers"
-    return merge and flag.markers == other.markers[::-1] and flag.frames == other.frames
-
-
-def _apart(findings: Findings, k: int, other: int, span: slice) -> str:
-    """Median distance between two markers over a stretch: found, and expected."""
-    found = np.linalg.norm(findings.position_px[span, k] - findings.position_px[span, other], axis=1)
-    expected = np.linalg.norm(findings.put_px[span, k] - findings.put_px[span, other], axis=1)
-    if np.isnan(found).all():
-        return f"expected {np.median(expected):.0f} px"
-    return f"{np.nanmedian(found):.0f} px, expected {np.median(expected):.0f} px"
-
-
-def _neighbour(findings: Findings, k: int, span: slice) -> int:
-    """Return the nearest marker in body order that is in place for most of the stretch, else the nearest."""
-    rank = np.argsort(findings.order)
-    near = [int(j) for j in np.argsort(np.abs(rank - rank[k]), kind="stable") if j != k]
-    bad = (findings.wrong | ~findings.present)[span].mean(axis=0)
-    return next((j for j in near if bad[j] < 0.5), near[0])
-
-
-def _frames(first: int, last: int) -> str:
-    return f"frame {first}" if first == last else f"{last - first + 1} frames"
-
-
-def frozen_picture(position_px: np.ndarray) -> np.ndarray:
-    """(n,) frames within a long enough stretch in which the markers (n, m, 2) all stay where they are.
-
-    A robot that comes to rest slows down; a picture that freezes does so from one frame to the next. The first frame of
-    a stretch is a true picture and stays out. A marker that is missing counts as unmoved.
-    """
-    step = np.nan_to_num(np.abs(np.diff(position_px, axis=0)))
-    moved_px = step.max(axis=(1, 2), initial=0.0)  # (n - 1,)
-    seen = np.isfinite(position_px).all(axis=2).any(axis=1)  # (n,)
-    same = np.concatenate([[False], (step == 0).all(axis=(1, 2)) & seen[1:]])
-    result = np.zeros(len(same), bool)
-    for first, last in stretches(same):
-        around = np.concatenate([moved_px[max(first - 3, 0) : first - 1], moved_px[last : last + 2]])
-        abrupt = around.max(initial=0.0) >= FROZEN_MOTION_PX
-        result[first : last + 1] = abrupt and last - first + 2 >= FROZEN_FRAMES
-    return result
-
-
-def frozen_flags(frozen: np.ndarray, markers: tuple[str, ...]) -> list[Flag]:
-    """Make a flag for each stretch in which a marker is frozen."""
-    what = "no marker moves for {} frames: the video stands still or repeats itself"
-    return [Flag("frozen_marker", markers, span, what.format(span[1] - span[0] + 1)) for span in stretches(frozen)]
-
 
 # When a sample is not believed; the numbers come from five public trials (4K, about 950 px a metre).
 FLOOR_PX = 5.0
@@ -197,6 +68,54 @@ WIDEN = 0.7
 """A flagged stretch reaches as far as the marker is off by this share of what is allowed."""
 JOIN_FRAMES = 5
 """Flagged stretches that are no further apart are one."""
+
+# The judgement of tracks made here: look, size and order of the markers.
+SIZE_OFF = 0.3
+"""Relative departure of the apparent diameter from its median."""
+SIZE_FRAMES = 5
+"""Over which the median of that departure is taken, so that one blurred frame is not flagged."""
+LEAST_CONFIDENCE = 0.35
+"""A marker below it …"""
+DRIFT_FRAMES = 10
+"""… for so many frames on end may have drifted onto something else."""
+EXCHANGE = 0.5
+"""Two neighbours are taken for exchanged when exchanging them shortens the line through the markers by this share of
+their own distance."""
+EXCHANGE_FRAMES = 2
+"""The shortest exchange that is flagged."""
+FAST, FAST_FRAMES = 0.5, 3
+"""A marker that moves between two frames by this share of the distance to its nearest neighbour, once in so many
+frames, is named by the body's distances alone: no motion can be carried on."""
+
+# Exchanges.
+APART, LEAST_FRAMES = 0.5, 3
+"""In tracks from elsewhere two markers count as exchanged while further apart than this share of what is usual, for so
+many frames: what is nearer is merged."""
+
+
+def touching(position_px: np.ndarray, least_px: np.ndarray) -> np.ndarray:
+    """Tell for each pair (n, m, m) whether it is closer than (m, m) `least_px`; a marker never touches itself."""
+    between = np.linalg.norm(position_px[:, :, None] - position_px[:, None], axis=-1)  # (n, m, m)
+    return (between < least_px) & ~np.eye(position_px.shape[1], dtype=bool)
+
+
+def standing_still(position_px: np.ndarray, order: np.ndarray) -> np.ndarray:
+    """Tell (n, m) whether a marker at (n, m, 2) stands still while its two nearest in body order (m,) both move."""
+    n, m, _ = position_px.shape
+    still = np.zeros((n, m), dtype=bool)
+    if n < STILL_FRAMES or m < 3:
+        return still
+    windows = np.lib.stride_tricks.sliding_window_view(position_px, STILL_FRAMES, axis=0)  # (…, m, 2, f)
+    quiet = (np.ptp(windows, axis=-1) <= STILL_PX).all(axis=-1)  # (n - f + 1, m)
+    rank = np.argsort(order)
+    for k in range(m):
+        nearest = np.argsort(np.abs(rank - rank[k]), kind="stable")[:3]  # itself first
+        for first, last in stretches(quiet[:, k]):
+            span = slice(first, last + STILL_FRAMES)
+            own, *others = np.linalg.norm(np.ptp(position_px[span][:, nearest], axis=0), axis=1)
+            if min(others) >= max(STILL_MOTION_PX, 4 * own):  # False where a sample is missing
+                still[span, k] = True
+    return still
 
 
 @dataclass(frozen=True, eq=False)
@@ -218,7 +137,7 @@ class TrackQuality:
 
 
 def check_tracks(tracks: xr.Dataset, layout: RobotSpec, floor_px: float = FLOOR_PX) -> TrackQuality:
-    """Judges every sample of a trial.
+    """Judge every sample of a trial.
 
     Of the layout only the markers are used; a marker may always be `floor_px` from where the others put it.
 
@@ -238,7 +157,7 @@ def check_tracks(tracks: xr.Dataset, layout: RobotSpec, floor_px: float = FLOOR_
 
 
 def _body_jumps(tracks: xr.Dataset, frozen: np.ndarray) -> list[tuple[int, float]]:
-    """Jumps of the whole body, but for those out of a picture that stood still, which is flagged already."""
+    """List jumps of the whole body, but for those out of a picture that stood still, which is flagged already."""
     seen = np.where(tracks.confidence.values[..., None] > 0, pixels_of(tracks), np.nan)
     found = body_jumps(tracks.time.values, seen)
     return [(frame, off_px) for frame, off_px in found if not frozen[max(frame - 2, 0) : frame + 2].any()]
@@ -286,7 +205,7 @@ def _findings(tracks: xr.Dataset, layout: RobotSpec, floor_px: float) -> Finding
 
 
 def _on_one_spot(place_m: np.ndarray, unit_m: float) -> tuple[np.ndarray, np.ndarray]:
-    """(m, m) distance below which two markers are on one spot, m; the same with 0 for pairs that may be.
+    """Return (m, m) distance below which two markers are on one spot, m; the same with 0 for pairs that may be.
 
     They are those whose spacing is hardly beyond it, as boxes are placed by hand and seen in perspective.
     """
@@ -297,7 +216,7 @@ def _on_one_spot(place_m: np.ndarray, unit_m: float) -> tuple[np.ndarray, np.nda
 
 
 def _size(position_px: np.ndarray, place_m: np.ndarray) -> float | None:
-    """Pixels a metre, the median over all pairs and frames; None with fewer than three markers."""
+    """Return the pixels a metre, the median over all pairs and frames; None with fewer than three markers."""
     one, other = np.triu_indices(len(place_m), 1)
     apart_px = np.linalg.norm(position_px[:, one] - position_px[:, other], axis=-1)  # (n, pairs)
     ratio = apart_px / np.linalg.norm(place_m[one, :2] - place_m[other, :2], axis=-1)
@@ -322,29 +241,120 @@ def _first_look(
     return prior, fitting, clash
 
 
-SIZE_OFF = 0.3
-"""Relative departure of the apparent diameter from its median."""
-SIZE_FRAMES = 5
-"""Over which the median of that departure is taken, so that one blurred frame is not flagged."""
-LEAST_CONFIDENCE = 0.35
-"""A marker below it …"""
-DRIFT_FRAMES = 10
-"""… for so many frames on end may have drifted onto something else."""
-EXCHANGE = 0.5
-"""Two neighbours are taken for exchanged when exchanging them shortens the line through the markers by this share of
-their own distance."""
-EXCHANGE_FRAMES = 2
-"""The shortest exchange that is flagged."""
-FAST, FAST_FRAMES = 0.5, 3
-"""A marker that moves between two frames by this share of the distance to its nearest neighbour, once in so many
-frames, is named by the body's distances alone: no motion can be carried on."""
-APART, LEAST_FRAMES = 0.5, 3
-"""In tracks from elsewhere two markers count as exchanged while further apart than this share of what is usual, for so
-many frames: what is nearer is merged."""
+# Names for what is wrong.
+
+
+@dataclass(frozen=True, eq=False)
+class Findings:
+    """What was found about each sample."""
+
+    present: np.ndarray  # (n, m) not missing
+    wrong: np.ndarray  # (n, m) present but misplaced
+    still: np.ndarray  # (n, m) standing still while the neighbours move
+    touch: np.ndarray  # (n, m, m) two markers on one spot
+    position_px: np.ndarray  # (n, m, 2)
+    put_px: np.ndarray  # (n, m, 2) where the other markers put it
+    order: np.ndarray  # (m,) the markers from nose to tail
+
+    @classmethod
+    def none(cls, present: np.ndarray, position_px: np.ndarray) -> Findings:
+        """Make findings of nothing wrong but what is missing."""
+        n, m = present.shape
+        nothing, touch = np.zeros((n, m), dtype=bool), np.zeros((n, m, m), dtype=bool)
+        return cls(present, nothing, nothing, touch, position_px, position_px, np.arange(m))
+
+
+def flags_of(findings: Findings, markers: tuple[str, ...]) -> tuple[Flag, ...]:
+    """Make one flag for each stretch of each marker, by first frame."""
+    flags: list[Flag] = []
+    for k, name in enumerate(markers):
+        for first, last in stretches(~findings.present[:, k]):
+            flags.append(Flag("gap", (name,), (first, last), f"{name} is missing in {_frames(first, last)}"))
+        for first, last in stretches(findings.wrong[:, k]):
+            flag = _named(findings, markers, k, first, last)
+            if not any(_says_the_same(flag, other) for other in flags):
+                flags.append(flag)
+    return tuple(sorted(flags, key=lambda flag: (flag.frames or (0, 0), flag.markers)))
+
+
+def frozen_picture(position_px: np.ndarray) -> np.ndarray:
+    """Return (n,) frames within a long enough stretch in which the markers (n, m, 2) all stay where they are.
+
+    A robot that comes to rest slows down; a picture that freezes does so from one frame to the next. The first frame of
+    a stretch is a true picture and stays out. A marker that is missing counts as unmoved.
+    """
+    step = np.nan_to_num(np.abs(np.diff(position_px, axis=0)))
+    moved_px = step.max(axis=(1, 2), initial=0.0)  # (n - 1,)
+    seen = np.isfinite(position_px).all(axis=2).any(axis=1)  # (n,)
+    same = np.concatenate([[False], (step == 0).all(axis=(1, 2)) & seen[1:]])
+    result = np.zeros(len(same), bool)
+    for first, last in stretches(same):
+        around = np.concatenate([moved_px[max(first - 3, 0) : first - 1], moved_px[last : last + 2]])
+        abrupt = around.max(initial=0.0) >= FROZEN_MOTION_PX
+        result[first : last + 1] = abrupt and last - first + 2 >= FROZEN_FRAMES
+    return result
+
+
+def frozen_flags(frozen: np.ndarray, markers: tuple[str, ...]) -> list[Flag]:
+    """Make a flag for each stretch in which a marker is frozen."""
+    what = "no marker moves for {} frames: the video stands still or repeats itself"
+    return [Flag("frozen_marker", markers, span, what.format(span[1] - span[0] + 1)) for span in stretches(frozen)]
+
+
+def _named(findings: Findings, markers: tuple[str, ...], k: int, first: int, last: int) -> Flag:
+    span, long, concerned = slice(first, last + 1), last - first + 1, markers[k : k + 1]
+    off_px = np.linalg.norm(findings.position_px[span, k] - findings.put_px[span, k], axis=1).max()
+    touched = findings.touch[span, k].sum(axis=0)  # (m,) frames
+    other = int(touched.argmax())
+    if 2 * touched[other] >= long:
+        concerned = (markers[k], markers[other])
+        kind, text = "merged_markers", f"{markers[k]} sits on {markers[other]}: {_apart(findings, k, other, span)}"
+        if 2 * findings.wrong[span, other].sum() >= long:
+            text += "; both are left out"
+    elif 2 * findings.still[span, k].sum() >= long:
+        kind, text = "frozen_marker", f"{markers[k]} stands still while the body moves, {off_px:.0f} px away at most"
+    elif long <= JUMP_FRAMES:
+        kind, text = "jump", f"{markers[k]} jumps, {off_px:.0f} px from where the others put it at most"
+    else:
+        other = _neighbour(findings, k, span)
+        kind = "segment_length"
+        text = f"{markers[k]} is {off_px:.0f} px out of place at most; "
+        text += f"from {markers[other]} {_apart(findings, k, other, span)}"
+    return Flag(kind, concerned, (first, last), f"{text} ({_frames(first, last)})")
+
+
+def _says_the_same(flag: Flag, other: Flag) -> bool:
+    """Tell whether another flag names the same merge from its other side."""
+    merge = flag.kind == other.kind == "merged_markers"
+    return merge and flag.markers == other.markers[::-1] and flag.frames == other.frames
+
+
+def _apart(findings: Findings, k: int, other: int, span: slice) -> str:
+    """Describe the median distance between two markers over a stretch: found, and expected."""
+    found = np.linalg.norm(findings.position_px[span, k] - findings.position_px[span, other], axis=1)
+    expected = np.linalg.norm(findings.put_px[span, k] - findings.put_px[span, other], axis=1)
+    if np.isnan(found).all():
+        return f"expected {np.median(expected):.0f} px"
+    return f"{np.nanmedian(found):.0f} px, expected {np.median(expected):.0f} px"
+
+
+def _neighbour(findings: Findings, k: int, span: slice) -> int:
+    """Return the nearest marker in body order that is in place for most of the stretch, else the nearest."""
+    rank = np.argsort(findings.order)
+    near = [int(j) for j in np.argsort(np.abs(rank - rank[k]), kind="stable") if j != k]
+    bad = (findings.wrong | ~findings.present)[span].mean(axis=0)
+    return next((j for j in near if bad[j] < 0.5), near[0])
+
+
+def _frames(first: int, last: int) -> str:
+    return f"frame {first}" if first == last else f"{last - first + 1} frames"
+
+
+# Trials that were tracked here.
 
 
 def trusted(tracked: xr.Dataset, layout: RobotSpec) -> xr.Dataset:
-    """Judges a tracked trial by all there is: states, look, order along the body, shape and motion.
+    """Judge a tracked trial by all there is: states, look, order along the body, shape and motion.
 
     It comes after edits and filled gaps; of the layout only the markers are used. It gets the flags of the tracker, of
     `judge` and of `check_tracks`, each once, and its weights: 0 where a sample does not count, or is not believed.
@@ -382,35 +392,8 @@ def judge(tracked: xr.Dataset, layout: RobotSpec) -> tuple[Flag, ...]:
     return tuple(sorted(flags, key=lambda flag: flag.frames or (-1, -1)))
 
 
-def _wrong_size(tracked: xr.Dataset) -> np.ndarray:
-    size = pd.DataFrame(tracked["size"].values)
-    off = (size / size.median() - 1).abs().fillna(0.0)
-    return median_filter(off, size=(SIZE_FRAMES, 1)) > SIZE_OFF
-
-
-def _few_frames(tracked: xr.Dataset) -> list[Flag]:
-    """Flag each stretch in which markers move too far between frames for their motion to be carried on."""
-    position = np.where(seen_in(tracked)[..., None], pixels_of(tracked), np.nan)
-    apart = np.linalg.norm(position[:, :, None] - position[:, None], axis=3)  # (n, m, m)
-    apart[:, np.arange(apart.shape[1]), np.arange(apart.shape[1])] = np.inf
-    nearest = np.nan_to_num(apart, nan=np.inf).min(axis=2)[1:]
-    share = np.nan_to_num(np.linalg.norm(np.diff(position, axis=0), axis=2) / nearest)  # (n - 1, m)
-    fast = maximum_filter1d(np.concatenate([[0.0], share.max(axis=1)]), FAST_FRAMES) > FAST
-    flags = []
-    for first, last in stretches(fast, 2 * FAST_FRAMES):
-        inside = share[max(first - 1, 0) : last]
-        names = tuple(np.array(markers_of(tracked), dtype=object)[(inside > FAST).any(axis=0)].tolist())
-        message = (
-            f"moves by up to {inside.max():.0%} of the distance to its nearest neighbour from one frame to the next: "
-            "too few frames a beat to carry motion on; its name rests on the distances along the body. Film with more "
-            "frames a second"
-        )
-        flags.append(Flag("few_frames", names, (first, last), message))
-    return flags
-
-
 def exchange_flags(tracked: xr.Dataset, layout: RobotSpec) -> list[Flag]:
-    """Pairs of neighbours on the mid line that are the wrong way round, and of left and right markers.
+    """Flag pairs of neighbours on the mid line that are the wrong way round, and of left and right markers.
 
     The markers of the mid line are in one order along the body, however it bends: exchanging two of them back makes
     the line through all of them shorter. A left marker is to the left of the line through the first two of them.
@@ -440,8 +423,35 @@ def exchanged_apart(tracked: xr.Dataset, layout: RobotSpec) -> tuple[Flag, ...]:
     return tuple(found)
 
 
+def _wrong_size(tracked: xr.Dataset) -> np.ndarray:
+    size = pd.DataFrame(tracked["size"].values)
+    off = (size / size.median() - 1).abs().fillna(0.0)
+    return median_filter(off, size=(SIZE_FRAMES, 1)) > SIZE_OFF
+
+
+def _few_frames(tracked: xr.Dataset) -> list[Flag]:
+    """Flag each stretch in which markers move too far between frames for their motion to be carried on."""
+    position = np.where(seen_in(tracked)[..., None], pixels_of(tracked), np.nan)
+    apart = np.linalg.norm(position[:, :, None] - position[:, None], axis=3)  # (n, m, m)
+    apart[:, np.arange(apart.shape[1]), np.arange(apart.shape[1])] = np.inf
+    nearest = np.nan_to_num(apart, nan=np.inf).min(axis=2)[1:]
+    share = np.nan_to_num(np.linalg.norm(np.diff(position, axis=0), axis=2) / nearest)  # (n - 1, m)
+    fast = maximum_filter1d(np.concatenate([[0.0], share.max(axis=1)]), FAST_FRAMES) > FAST
+    flags = []
+    for first, last in stretches(fast, 2 * FAST_FRAMES):
+        inside = share[max(first - 1, 0) : last]
+        names = tuple(np.array(markers_of(tracked), dtype=object)[(inside > FAST).any(axis=0)].tolist())
+        message = (
+            f"moves by up to {inside.max():.0%} of the distance to its nearest neighbour from one frame to the next: "
+            "too few frames a beat to carry motion on; its name rests on the distances along the body. Film with more "
+            "frames a second"
+        )
+        flags.append(Flag("few_frames", names, (first, last), message))
+    return flags
+
+
 def _shorter_exchanged(position: np.ndarray, order: list[int], a: int, b: int) -> np.ndarray:
-    """(n,) whether exchanging a and b shortens the line through the markers around them by `EXCHANGE` of |a b|."""
+    """Tell (n,) whether exchanging a and b shortens the line through the markers around by `EXCHANGE` of |a b|."""
     at = order.index(a)
     around = order[max(at - 1, 0) : at + 3]
     exchanged = [b if k == a else a if k == b else k for k in around]
@@ -455,7 +465,7 @@ def _shorter_exchanged(position: np.ndarray, order: list[int], a: int, b: int) -
 
 
 def _sides(place: np.ndarray) -> list[tuple[int, int]]:
-    """Pairs of markers that mirror each other."""
+    """List pairs of markers that mirror each other."""
     return [
         (a, b)
         for a in range(len(place))
@@ -465,7 +475,7 @@ def _sides(place: np.ndarray) -> list[tuple[int, int]]:
 
 
 def _mirrored(position: np.ndarray, order: list[int], left: int, right: int) -> np.ndarray:
-    """(n,) whether a left marker is to the right, seen along the first two of the mid line; image y runs down."""
+    """Tell (n,) whether a left marker is to the right, seen along the first two of the mid line; image y runs down."""
     axis = position[:, order[1]] - position[:, order[0]]
     across = position[:, right] - position[:, left]
     return axis[:, 0] * across[:, 1] - axis[:, 1] * across[:, 0] > 0

@@ -41,7 +41,7 @@ class Spots:
     strength: np.ndarray  # (c,) of the response, 1 where it is that of the marker looked for
 
     def away_from(self, taken_px: np.ndarray, apart_px: float) -> "Spots":
-        """Those at least that far from some places (o, 2)."""
+        """Return the spots at least that far from some places (o, 2)."""
         distance = np.linalg.norm(self.position_px[:, None] - taken_px[None], axis=2)  # (c, o)
         free = distance.min(axis=1, initial=np.inf) >= apart_px
         return Spots(self.position_px[free], self.strength[free])
@@ -57,14 +57,14 @@ class Streaks:
 
     @classmethod
     def of(cls, velocity_px: np.ndarray, diameter_px: np.ndarray, shutter: float) -> "Streaks":
-        """Those of markers of (k,) diameters and (k, 2) px a frame, for a shutter open for that share of a frame."""
+        """Make those of markers of (k,) diameters and (k, 2) px a frame, for a shutter open that share of a frame."""
         speed = np.linalg.norm(velocity_px, axis=1)
         drawn = np.minimum(shutter * speed / diameter_px, _LONGEST)
         drawn[speed < _FAST * diameter_px] = 0.0
         return cls(velocity_px / np.maximum(speed, 1e-9)[:, None], _CORE * drawn * diameter_px, drawn)
 
     def some(self, which: np.ndarray) -> "Streaks":
-        """Those of some of the markers, by (k,) bool or by number."""
+        """Return those of some of the markers, by (k,) bool or by number."""
         return Streaks(self.along[which], self.core_px[which], self.diameters[which])
 
     @property
@@ -76,7 +76,7 @@ class Streaks:
 def find_spots(
     luma: np.ndarray, centre_px: np.ndarray, reach_px: np.ndarray, look: Appearance, streaks: Streaks | None = None
 ) -> Spots:
-    """All spots within reach (k,) of the places (k, 2) where k markers of that look are expected, each once.
+    """Find all spots within reach (k,) of the places (k, 2) where k markers of that look are expected, each once.
 
     A difference of two Gaussians as wide as the marker answers to a disc of its size and not to a slope of the
     brightness; its local maxima are the spots. To a streak of up to 1.5 diameters it answers in the middle, but less.
@@ -92,10 +92,33 @@ def find_spots(
     return _each_once(position[inside], strength[inside], float(np.min(look.diameter_px, initial=np.inf)) / 2)
 
 
+def strongest_answer(
+    luma: np.ndarray, centre_px: np.ndarray, reach_px: int, sign: float, diameter_px: float
+) -> np.ndarray:
+    """Return (k,) the strongest answer to a marker of that look within reach of each place (k, 2), in luma."""
+    margin = int(np.ceil(diameter_px)) + 1
+    inner = slice(margin, -margin)
+    places = np.rint(centre_px).astype(int).tolist()
+    patches = (window(luma, column, row, reach_px + margin) for column, row in places)
+    return np.array([float(_response(patch, sign, diameter_px)[inner, inner].max()) for patch in patches])
+
+
+def with_answer(luma: np.ndarray, centre_px: np.ndarray, look: Appearance) -> Appearance:
+    """Return the look with the answer of each marker at its place (k, 2), at least a part that noise cannot give."""
+    answers = []
+    for (column, row), sign, diameter in zip(
+        np.rint(centre_px).astype(int).tolist(), look.sign, look.diameter_px, strict=True
+    ):
+        half = int(np.ceil(diameter)) + 1
+        response = _response(window(luma, column, row, half), sign, diameter)
+        answers.append(response[half - 1 : half + 2, half - 1 : half + 2].max())
+    return replace(look, answer=np.clip(np.array(answers) / look.contrast, *_ANSWERS))
+
+
 def _in_window(
     luma: np.ndarray, place: tuple[int, int], reach: float, sign: float, diameter: float, contrast: float
 ) -> np.ndarray:
-    """(c, 3) x, y and strength of the spots around a pixel, the strongest at most."""
+    """Return (c, 3) x, y and strength of the spots around a pixel, the strongest at most."""
     step = 2 if diameter > _LARGE_PX else 1  # large markers are sought at half the resolution
     margin = ceil(diameter / step)
     half = ceil(reach / step) + margin
@@ -131,36 +154,13 @@ def _response(patch: np.ndarray, gain: float, diameter: float) -> np.ndarray:
     return cv2.subtract(inner, outer, dst=inner) * np.float32(gain / _DISC_RESPONSE)
 
 
-def strongest_answer(
-    luma: np.ndarray, centre_px: np.ndarray, reach_px: int, sign: float, diameter_px: float
-) -> np.ndarray:
-    """(k,) the detector's strongest answer to a marker of that look within reach of each place (k, 2), in luma."""
-    margin = int(np.ceil(diameter_px)) + 1
-    inner = slice(margin, -margin)
-    places = np.rint(centre_px).astype(int).tolist()
-    patches = (window(luma, column, row, reach_px + margin) for column, row in places)
-    return np.array([float(_response(patch, sign, diameter_px)[inner, inner].max()) for patch in patches])
-
-
 def _kernel(sigma: float) -> tuple[int, int]:
     side = 2 * ceil(_SIGMAS * sigma) + 1
     return side, side
 
 
-def with_answer(luma: np.ndarray, centre_px: np.ndarray, look: Appearance) -> Appearance:
-    """Return the look with the answer of each marker at its place (k, 2), at least a part that noise cannot give."""
-    answers = []
-    for (column, row), sign, diameter in zip(
-        np.rint(centre_px).astype(int).tolist(), look.sign, look.diameter_px, strict=True
-    ):
-        half = int(np.ceil(diameter)) + 1
-        response = _response(window(luma, column, row, half), sign, diameter)
-        answers.append(response[half - 1 : half + 2, half - 1 : half + 2].max())
-    return replace(look, answer=np.clip(np.array(answers) / look.contrast, *_ANSWERS))
-
-
 def _each_once(position: np.ndarray, strength: np.ndarray, apart_px: float) -> Spots:
-    """Of spots closer than that only the strongest: windows overlap."""
+    """Keep of spots closer than that only the strongest: windows overlap."""
     order = np.argsort(-strength)
     position, strength = position[order], strength[order]
     distance = np.linalg.norm(position[:, None] - position[None], axis=2)
@@ -188,7 +188,7 @@ def measure_centres(
     look: Appearance,
     streaks: Streaks | None = None,
 ) -> Centres:
-    """Centroids of light over the background, in a disc hardly wider than each marker, on its side of its neighbours.
+    """Take centroids of light over the background, in a disc hardly wider than each marker, on its side of neighbours.
 
     The disc is shifted onto the centroid a few times, from places (k, 2) right to a pixel or two; a marker in a disc of
     its own width draws it to its middle. A glint on the rim then hardly counts, nor does light beyond what the marker
@@ -212,7 +212,7 @@ def measure_centres(
 def _centres_of(
     luma: np.ndarray, position_px: np.ndarray, others_px: np.ndarray, look: Appearance, streaks: Streaks | None
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray | None]:
-    """`measure_centres` for markers of about one size; the fields of `Centres`."""
+    """Measure centres as `measure_centres`, of markers of about one size; return the fields of `Centres`."""
     radius = (look.diameter_px / 2).astype(np.float32)[:, None, None]
     thinner = 1.0 if streaks is None else streaks.thinner
     known = (look.contrast / thinner).astype(np.float32)[:, None, None]
@@ -255,21 +255,21 @@ def _fill_holes(light: np.ndarray, known: np.ndarray, inner: np.ndarray) -> None
 
 
 def _centroid(weight: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    """(k, 2) of windows (k, s, s)."""
+    """Return (k, 2) of windows (k, s, s)."""
     columns, rows = weight.sum(axis=1), weight.sum(axis=2)
     moment = np.stack([(columns * x[:, 0]).sum(axis=1), (rows * y[:, :, 0]).sum(axis=1)], axis=1)
     return moment / np.maximum(columns.sum(axis=1), 1e-9)[:, None]
 
 
 def _streak_px2(weight: np.ndarray, x: np.ndarray, y: np.ndarray, along: np.ndarray) -> np.ndarray:
-    """(k,) squared length over which a round thing is drawn out: 12 times its variance along less that across."""
+    """Return (k,) the squared length of the streak of a round thing: 12 times its variance along less that across."""
     ahead, aside = along[:, 0, None, None], along[:, 1, None, None]
     far, wide = x * ahead + y * aside, y * ahead - x * aside
     return 12 * (weight * (far**2 - wide**2)).sum(axis=(1, 2)) / np.maximum(weight.sum(axis=(1, 2)), 1e-9)
 
 
 def _from(offset: np.ndarray, away: np.ndarray, streaks: Streaks | None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """(k, 1, s), (k, s, 1) and (k, s, s) x, y and distance of a window's pixels from a place (k, 2) off its middle.
+    """Return x (k, 1, s), y (k, s, 1) and distance (k, s, s) of a window's pixels from a place (k, 2) off its middle.
 
     From a streak it is that from the core of the line along which its middle moved.
     """
@@ -284,7 +284,7 @@ def _from(offset: np.ndarray, away: np.ndarray, streaks: Streaks | None) -> tupl
 
 
 def _own_side(centre: np.ndarray, others: np.ndarray, x: np.ndarray, y: np.ndarray, reach: int) -> np.ndarray:
-    """(k, s, s) pixels nearer to each centre than to any other marker, as far as they are within reach."""
+    """Return (k, s, s) pixels nearer to each centre than to any other marker, as far as they are within reach."""
     mine = np.ones(np.broadcast_shapes(x.shape, y.shape), bool)
     between = (others[None] - centre[:, None]).astype(np.float32)  # (k, o, 2)
     gap = np.sqrt((between**2).sum(axis=2))
@@ -295,7 +295,7 @@ def _own_side(centre: np.ndarray, others: np.ndarray, x: np.ndarray, y: np.ndarr
 
 
 def _background(patch: np.ndarray, ring: np.ndarray) -> np.ndarray:
-    """(k,) the darkest quarter of each patch over its ring."""
+    """Return (k,) the darkest quarter of each patch over its ring."""
     values = np.where(ring, patch, np.nan)
     values = np.sort(values.reshape(len(patch), -1), axis=1)  # nan last
     count = np.maximum(ring.reshape(len(patch), -1).sum(axis=1), 1)

@@ -1,4 +1,8 @@
-"""Tracked markers of one video, kept on disk, and their stretches."""
+"""Tracked markers of one video: how each sample came about, what of them counts, and the files on disk.
+
+`with_states` adds states and sizes to tracks. `save_tracked` writes them with their flags: the tracks in the form that
+the documentation promises, the states and the flags beside them.
+"""
 
 from __future__ import annotations
 
@@ -17,6 +21,19 @@ from swimcal.results import writing_whole
 from swimcal.tables import RawTable, read_table, read_text
 from swimcal.tracks import as_tracks, load_tracks, markers_of, pixels_of, save_tracks
 from tracking.harmed_frames import LONGEST, stretches
+
+UNTRUSTED = ("lost_marker", "drift", "size", "swap", "damaged_video")
+"""Flags of the tracker's own judgement, and of the reader's, whose samples count nowhere."""
+REPEATED = "repeated_frames"
+"""The flag of a film in which pictures repeat the one before."""
+ONLY_CSRT = "only_csrt"
+
+SAMPLE = np.dtype(
+    [("position_px", float, 2), ("confidence", float), ("state", np.int8), ("size_px", float), ("by_csrt", bool)]
+)
+"""All that is known of one sample, as in `with_states`; `by_csrt`: only CSRT saw it."""
+
+AGAIN = "Make it again with `calib track`."
 
 
 class SampleState(IntEnum):
@@ -47,16 +64,6 @@ STATE_MEANINGS = {  # what the states' numbers mean, in the form of the CF conve
 }
 SEEN = (SampleState.MEASURED, SampleState.BY_HAND)
 """The states of samples that somebody or something saw; the others are guesses."""
-UNTRUSTED = ("lost_marker", "drift", "size", "swap", "damaged_video")
-"""Flags of the tracker's own judgement, and of the reader's, whose samples count nowhere."""
-REPEATED = "repeated_frames"
-"""The flag of a film in which pictures repeat the one before."""
-ONLY_CSRT = "only_csrt"
-
-SAMPLE = np.dtype(
-    [("position_px", float, 2), ("confidence", float), ("state", np.int8), ("size_px", float), ("by_csrt", bool)]
-)
-"""All that is known of one sample, as in `with_states`; `by_csrt`: only CSRT saw it."""
 NO_SAMPLE = np.array(((np.nan, np.nan), 0.0, SampleState.MISSING, np.nan, False), SAMPLE)
 
 
@@ -180,9 +187,6 @@ def only_csrt_flags(by_csrt: np.ndarray, markers: Sequence[str]) -> tuple[Flag, 
         for k, name in enumerate(markers)
         for span in stretches(by_csrt[:, k])
     )
-
-
-AGAIN = "Make it again with `calib track`."
 
 
 class TrackedFiles(NamedTuple):

@@ -131,7 +131,7 @@ class MarkerTracker:
         return self._see(luma, self.motion.predict(self.look.diameter_px, frames), taken_px, frames)
 
     def state(self) -> dict[str, np.ndarray]:
-        """All it knows, as arrays; `restored` makes a tracker of them that goes on the same."""
+        """Return all it knows, as arrays; `restored` makes a tracker of them that goes on the same."""
         state = {
             "start": self.start.as_array(),
             "look": self.look.as_array(),
@@ -183,12 +183,12 @@ class MarkerTracker:
         return sighting
 
     def _streaks(self, velocity_px: np.ndarray) -> Streaks:
-        """Of the markers at that velocity (m, 2), a frame."""
+        """Return the streaks of the markers at that velocity (m, 2), a frame."""
         open_for = np.sqrt(np.clip(self.shutter[0] / self.shutter[1], _SHUTTERS[0] ** 2, _SHUTTERS[1] ** 2))
         return Streaks.of(velocity_px, self.look.diameter_px, float(open_for))
 
     def _learn_shutter(self, streak_px2: np.ndarray, velocity_px: np.ndarray) -> None:
-        """Of the fast markers: their lengths, squared (k,), over their velocities (k, 2)."""
+        """Learn the shutter from the fast markers: their lengths, squared (k,), over their velocities (k, 2)."""
         fast = np.isfinite(streak_px2)
         if fast.any():
             self.shutter = _KEEP_SHUTTER * self.shutter + [streak_px2[fast].sum(), (velocity_px[fast] ** 2).sum()]
@@ -244,7 +244,7 @@ class MarkerTracker:
         return spots, best.chosen
 
     def _doubtful(self, spots: Spots, chosen: np.ndarray, predicted: Prediction) -> np.ndarray:
-        """(m,) bool, the markers that have no spot, share one within reach, or whose motion is not known yet."""
+        """Return (m,) bool, the markers that have no spot, share one within reach, or whose motion is not known yet."""
         if not len(self.spacing.pairs):
             return np.zeros(len(chosen), bool)
         distance = np.linalg.norm(predicted.position_px[:, None] - spots.position_px[None], axis=2)
@@ -267,7 +267,7 @@ class MarkerTracker:
         return replace(predicted, gate_px=gate), spread
 
     def _nearest_px(self) -> np.ndarray:
-        """(m,) distance of each marker to the nearest other one, as they were last."""
+        """Return (m,) distance of each marker to the nearest other one, as they were last."""
         apart = np.linalg.norm(self.motion.past[0][:, None] - self.motion.past[0][None], axis=2)
         return np.sort(apart, axis=1)[:, 1]
 
@@ -307,7 +307,7 @@ class MarkerTracker:
         return Sighting(place, seen, confidence, diameter, contrast, by_csrt)
 
     def _remember(self, luma: np.ndarray, sighting: Sighting, doubtful: np.ndarray) -> None:
-        """Learns the look of what was seen well, and keeps its picture for CSRT."""
+        """Learn the look of what was seen well, and keep its picture for CSRT."""
         sure = sighting.confidence > _CONFIDENT
         self.settled = np.where(sighting.seen & ~sighting.by_csrt & ~doubtful, self.settled + 1, 0)
         itself = sure | (self.settled > _SETTLED)  # whatever it looks like, it is where it should be
@@ -329,8 +329,25 @@ class MarkerTracker:
         return held
 
 
+def assign(spots: Spots, predicted: Prediction) -> np.ndarray:
+    """Return (m,) the number of each marker's spot, -1 for none, at the least total cost.
+
+    The cost of a pair is the squared distance in gates plus a price for a spot fainter than the marker; a pair beyond
+    the gate is never made, and a marker may go without.
+    """
+    m, c = len(predicted.gate_px), len(spots.strength)
+    distance = np.linalg.norm(predicted.position_px[:, None] - spots.position_px[None], axis=2)  # (m, c)
+    cost = (distance / predicted.gate_px[:, None]) ** 2 + FAINTER * np.clip(1 - spots.strength, 0, 1)[None]
+    cost = np.where(distance <= predicted.gate_px[:, None], cost, 1e6)
+    alone = np.where(np.eye(m, dtype=bool), MISSED, 1e6)  # each marker's own way out
+    rows, columns = linear_sum_assignment(np.hstack([cost, alone]))
+    chosen = np.full(m, -1)
+    chosen[rows] = np.where(columns < c, columns, -1)
+    return chosen
+
+
 def _open(predicted: Prediction) -> np.ndarray:
-    """(m,) bool, the markers that spots are sought for."""
+    """Return (m,) bool, the markers that spots are sought for."""
     return predicted.gate_px > _NOWHERE_PX
 
 
@@ -350,25 +367,8 @@ def _followed(sighting: Sighting, places: Mapping[int, np.ndarray]) -> Sighting:
     )
 
 
-def assign(spots: Spots, predicted: Prediction) -> np.ndarray:
-    """(m,) the number of each marker's spot, -1 for none, at the least total cost.
-
-    The cost of a pair is the squared distance in gates plus a price for a spot fainter than the marker; a pair beyond
-    the gate is never made, and a marker may go without.
-    """
-    m, c = len(predicted.gate_px), len(spots.strength)
-    distance = np.linalg.norm(predicted.position_px[:, None] - spots.position_px[None], axis=2)  # (m, c)
-    cost = (distance / predicted.gate_px[:, None]) ** 2 + FAINTER * np.clip(1 - spots.strength, 0, 1)[None]
-    cost = np.where(distance <= predicted.gate_px[:, None], cost, 1e6)
-    alone = np.where(np.eye(m, dtype=bool), MISSED, 1e6)  # each marker's own way out
-    rows, columns = linear_sum_assignment(np.hstack([cost, alone]))
-    chosen = np.full(m, -1)
-    chosen[rows] = np.where(columns < c, columns, -1)
-    return chosen
-
-
 def _placed(spots: Spots, chosen: np.ndarray, predicted: Prediction) -> tuple[np.ndarray, np.ndarray]:
-    """(m, 2) where each marker's spot is, predicted where it has none, and (m,) bool whether it has one."""
+    """Return (m, 2) where each marker's spot is, predicted where it has none, and (m,) bool whether it has one."""
     seen = chosen >= 0
     position = predicted.position_px.copy()
     position[seen] = spots.position_px[chosen[seen]]
@@ -376,7 +376,7 @@ def _placed(spots: Spots, chosen: np.ndarray, predicted: Prediction) -> tuple[np
 
 
 def _others(position: np.ndarray, spots: Spots, chosen: np.ndarray, taken_px: np.ndarray | None) -> np.ndarray:
-    """(o, 2) all that holds light of its own: the markers, those of others, and strong spots that nobody took."""
+    """List (o, 2) all that holds light of its own: the markers, those of others, and strong spots that nobody took."""
     unassigned = spots.strength >= _UNASSIGNED
     unassigned[chosen[chosen >= 0]] = False
     return np.vstack([position, spots.position_px[unassigned], np.empty((0, 2)) if taken_px is None else taken_px])

@@ -1,4 +1,9 @@
-"""A video: its frames with their times, its size and rate, and what its file says of itself."""
+"""A video: its frames with their times, its size and rate, and what its file says of itself.
+
+A `Frame` is one decoded picture: its brightness as the codec stored it, its colours only when asked for, in square
+pixels. `VideoInfo` is what is known before the frames are read. `Video` reads them in order or by number, and
+`backward` in the opposite order.
+"""
 
 from __future__ import annotations
 
@@ -19,6 +24,7 @@ from swimcal.errors import Fault, InputError
 from tracking.decoding import Decoder, NumberedPicture, TimeSource, fault, index_frames, read_packets
 from tracking.harmed_frames import lost_frames, missing_at_the_end, suspect_frames
 
+# Frames.
 BRIGHTNESS_FIRST = re.compile(r"(yuvj?4\d\dp|nv\d\d|gray)")
 """Pixel formats whose first plane is 8-bit brightness, one byte a pixel."""
 DEEP_BRIGHTNESS_FIRST = re.compile(r"(?:yuv4\d\dp|gray)(9|10|12|14|16)(le|be)")
@@ -28,6 +34,25 @@ GRAY_16 = ("gray16le", "gray16be")
 
 HALF_COLOUR = re.compile(r"yuvj?42\dp|nv\d\d|p01[026]")
 """Pixel formats that store colours for every second pixel."""
+
+# Frame rate, size and steps in time.
+LONGEST_SPAN = 60
+"""Frames a span for the frame rate has at most: stamps rounded to 1 ms then leave it within 0.1 %."""
+
+SQUARE_WITHIN = 1e-3
+"""Pixels whose sides differ by no more are square."""
+LONG_STEP_S, LONG_STEP = 1.0, 10
+"""A step in time is reported from this length on, if it is also this many times the median one …"""
+STEADY, STEADY_WITHIN, STEADY_STEP = 0.95, 0.25, 2.5
+"""… or, where this share of the steps is the median one to within that, from so many times the median on: part of a
+Matroska file that cannot be read is passed over without a word, and shows in the time stamps only."""
+
+# The reader.
+LOOKS = 8
+"""Frames that are looked at for the depth of gray."""
+
+HELD_BYTES = 2e8
+"""Pictures that are held at a time, about."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,7 +88,7 @@ class Frame:
         return luma
 
     def rgb(self) -> np.ndarray:
-        """(h, w, 3) uint8 colours, upright, a copy; costs several times what decoding costs."""
+        """Return (h, w, 3) uint8 colours, upright, a copy; costs several times what decoding costs."""
         if self._picture.format.name in GRAY_16:
             return np.ascontiguousarray(np.repeat(self.luma[..., None], 3, axis=2))
         stored = self._square(self._picture.to_ndarray(format="rgb24"))
@@ -74,7 +99,7 @@ class Frame:
         return stored if self._square_px is None else cv2.resize(np.ascontiguousarray(stored), self._square_px)
 
     def yuv(self) -> np.ndarray:
-        """(h, w, 3) uint8 brightness and the two differences of colour, upright, a copy; a gray video has none: 128.
+        """Return (h, w, 3) uint8 brightness and the two differences of colour, upright, a copy; a gray video has 128.
 
         Colours stored for every second pixel are taken to lie in the middle of those that share them.
         """
@@ -112,7 +137,7 @@ def bits_used(picture: av.VideoFrame) -> int:
 
 
 def brightness(picture: av.VideoFrame, bits: int = 16) -> np.ndarray:
-    """(h, w) uint8 brightness of a picture as it is stored; gray in 16 bits uses so many of them."""
+    """Return (h, w) uint8 brightness of a picture as it is stored; gray in 16 bits uses so many of them."""
     name = picture.format.name
     if BRIGHTNESS_FIRST.fullmatch(name):
         return _first_plane(picture, np.uint8)
@@ -129,12 +154,12 @@ def _two_bytes(name: str) -> np.dtype:
 
 
 def _first_plane(picture: av.VideoFrame, dtype: np.typing.DTypeLike) -> np.ndarray:
-    """(h, w) view of the first plane without the padding of its rows."""
+    """Return (h, w) view of the first plane without the padding of its rows."""
     return _plane(picture, 0, dtype)
 
 
 def _plane(picture: av.VideoFrame, number: int, dtype: np.typing.DTypeLike) -> np.ndarray:
-    """(h, w) view of a plane without the padding of its rows."""
+    """Return (h, w) view of a plane without the padding of its rows."""
     plane = picture.planes[number]
     pixel = np.dtype(dtype)
     shape, row = (plane.height, plane.width), abs(plane.line_size)
@@ -143,22 +168,10 @@ def _plane(picture: av.VideoFrame, number: int, dtype: np.typing.DTypeLike) -> n
 
 
 def _upper_bits(deep: np.ndarray, shift: int) -> np.ndarray:
-    """(h, w) uint8 of the values without their lowest bits; what is beyond 8 bits then is as bright as can be."""
+    """Return (h, w) uint8 values without their lowest bits; what is beyond 8 bits then is as bright as can be."""
     if shift < 8:
         return np.minimum(np.right_shift(deep, shift), 255).astype(np.uint8)
     return np.right_shift(deep, shift, out=np.empty(deep.shape, np.uint8), casting="unsafe")
-
-
-LONGEST_SPAN = 60
-"""Frames a span for the frame rate has at most: stamps rounded to 1 ms then leave it within 0.1 %."""
-
-SQUARE_WITHIN = 1e-3
-"""Pixels whose sides differ by no more are square."""
-LONG_STEP_S, LONG_STEP = 1.0, 10
-"""A step in time is reported from this length on, if it is also this many times the median one …"""
-STEADY, STEADY_WITHIN, STEADY_STEP = 0.95, 0.25, 2.5
-"""… or, where this share of the steps is the median one to within that, from so many times the median on: part of a
-Matroska file that cannot be read is passed over without a word, and shows in the time stamps only."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -227,10 +240,6 @@ class VideoInfo:
         if steps_s.max() <= reported_from_s:
             return None
         return f"time jumps by {steps_s.max():.3f} s after frame {steps_s.argmax()}"
-
-
-LOOKS = 8
-"""Frames that are looked at for the depth of gray."""
 
 
 class Video:
@@ -347,7 +356,7 @@ class Video:
         self._lost.update(range(wanted, stop))
 
     def _onwards(self, decoder: Decoder, number: int) -> Iterator[NumberedPicture]:
-        """Frame `number`, or the next readable one after it, and all readable ones that follow.
+        """Yield frame `number`, or the next readable one after it, and all readable ones that follow.
 
         A start that overshoots (the container's seek landed too late, or the frame only becomes clean from further
         back) is tried again from earlier key frames. Pictures of another size come from damaged headers.
@@ -367,7 +376,7 @@ class Video:
         return (numbered.picture.width, numbered.picture.height) == self._stored_size_px
 
     def _survey(self, container: av.container.InputContainer, stream: av.VideoStream) -> None:
-        """Goes through the packets and decodes one frame."""
+        """Go through the packets and decode one frame."""
         read = read_packets(container, stream)
         picture = read.picture
         if picture is None:
@@ -414,10 +423,6 @@ class Video:
     def _no_such_frame(self, found: str) -> InputError:
         last = self.info.frames - 1
         return InputError([Fault(str(self._file), "", "no such frame in this video", found, f"frames 0 to {last}")])
-
-
-HELD_BYTES = 2e8
-"""Pictures that are held at a time, about."""
 
 
 def backward(video: Video, stop: int) -> Iterator[Frame]:

@@ -1,14 +1,17 @@
-"""The bus of the motor: its faults, and the serial port of the host.
+"""The bus of the motor: its faults, the host's clock, signals and terminal, and its serial port.
 
-The errors that end a capture before its time, drawn once.
+The errors that end a capture before its time:
 
-CaptureError          one message for the user; the command ends with `exit_code`
-├── UserError         2: an option, a port or a folder that the user can mend; nothing was driven for it
-├── MotorFault        3: the motor, its bus or its supply; the motor was commanded to stop
-│   └── NoAnswer      3: the motor did not answer, however often it was asked
-└── Interrupted       128 + signal: Ctrl-C 130, SIGTERM 143, SIGHUP 129
+    CaptureError          one message for the user; the command ends with `exit_code`
+    ├── UserError         2: an option, a port or a folder that the user can mend; nothing was driven for it
+    ├── MotorFault        3: the motor, its bus or its supply; the motor was commanded to stop
+    │   └── NoAnswer      3: the motor did not answer, however often it was asked
+    └── Interrupted       128 + signal: Ctrl-C 130, SIGTERM 143, SIGHUP 129
 
-The questions to one motor and its answers, over `dynamixel_sdk`, whose known faults are worked around here.
+`Clock`, `Signals` and the two functions after them are the time, the signals and the terminal of the computer that
+drives the motor.
+
+`Bus` asks one motor and reads its answers, over `dynamixel_sdk`, whose known faults are worked around here.
 
 - After an exception in the middle of an answer, `port.is_using` stays True and every later packet, a torque-off among
   them, is silently not sent: it is reset before every packet.
@@ -31,7 +34,6 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Sequence
-from termios import error as TerminalError
 from types import FrameType
 from typing import Any, NamedTuple
 
@@ -39,6 +41,46 @@ from dynamixel_sdk import COMM_RX_CORRUPT, COMM_RX_TIMEOUT, COMM_SUCCESS, Packet
 from dynamixel_sdk.robotis_def import INST_PING, INST_READ, INST_WRITE
 
 from calib.capture.registers import Register
+
+try:
+    from termios import error as TerminalError
+except ImportError:  # Windows
+    TerminalError = OSError  # type: ignore[misc, assignment]
+
+INTERRUPTED = 130
+"""The exit code after Ctrl-C, 128 + SIGINT, as shells and typer have it."""
+
+_IN_ASCII = {
+    "\N{MINUS SIGN}": "-",
+    "\N{EN DASH}": "-",
+    "\N{PLUS-MINUS SIGN}": "+/-",
+    "\N{MULTIPLICATION SIGN}": "x",
+    "\N{HORIZONTAL ELLIPSIS}": "...",
+    "\N{RIGHTWARDS ARROW}": "->",
+    "\N{GREEK SMALL LETTER BETA}": "beta",
+}
+
+BAUD_RATES = (9600, 57600, 115200, 1_000_000, 2_000_000, 3_000_000, 4_000_000)
+"""Baud rates that both the motor and the SDK support."""
+
+TRIES = 9  # each takes 34 ms with the SDK's time-outs, so that all fit into the watchdog's time
+SETTLE_S = 0.01  # pause after a disturbance, in which late answers come in and are thrown away
+ALERT = 0x80  # bit of a status packet's error byte that refers to the hardware error status
+PORT_ERRORS = (OSError, TerminalError)
+BROKEN_ANSWER = (IndexError, TypeError)  # errors that the SDK raises for some damaged packets
+POLL_S = 0.001
+WRITE_TIMEOUT_S = 0.1
+
+REFUSALS = {
+    1: "could not do it",
+    2: "does not know the instruction",
+    3: "got a damaged packet",
+    4: "reports that the value is out of range",
+    5: "reports that the value has the wrong length",
+    6: "reports that the value is beyond a limit",
+    7: "does not allow access",
+}
+"""The error numbers of a status packet (ROBOTIS e-Manual, Protocol 2.0, section 4.3.6)."""
 
 
 class CaptureError(Exception):
@@ -99,8 +141,7 @@ class Interrupted(CaptureError):
         )
 
 
-INTERRUPTED = 130
-"""The exit code after Ctrl-C, 128 + SIGINT, as shells and typer have it."""
+# Time, signals and terminal of the host.
 
 
 class Clock(NamedTuple):
@@ -142,25 +183,6 @@ class Signals:
             self.caught = number
 
 
-_IN_ASCII = {
-    "\N{MINUS SIGN}": "-",
-    "\N{EN DASH}": "-",
-    "\N{PLUS-MINUS SIGN}": "+/-",
-    "\N{MULTIPLICATION SIGN}": "x",
-    "\N{HORIZONTAL ELLIPSIS}": "...",
-    "\N{RIGHTWARDS ARROW}": "->",
-    "\N{GREEK SMALL LETTER BETA}": "beta",
-}
-
-
-def _in_ascii(error: UnicodeError) -> tuple[str, int]:
-    """Handle characters that a terminal's encoding does not have: use another spelling, or the number of each."""
-    if not isinstance(error, UnicodeEncodeError):
-        raise error
-    missing = error.object[error.start : error.end]
-    return "".join(_IN_ASCII.get(each) or ascii(each)[1:-1] for each in missing), error.end
-
-
 def print_in_any_encoding() -> None:
     """Spell output in what the encoding of a terminal or file has, so that it no longer ends the program."""
     codecs.register_error("in_ascii", _in_ascii)
@@ -178,32 +200,15 @@ def let_go_of_a_lost_terminal() -> None:
             os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
 
 
-try:
-    from termios import error as TerminalError
-except ImportError:  # Windows
-    TerminalError = OSError  # type: ignore[misc, assignment]
+def _in_ascii(error: UnicodeError) -> tuple[str, int]:
+    """Handle characters that a terminal's encoding does not have: use another spelling, or the number of each."""
+    if not isinstance(error, UnicodeEncodeError):
+        raise error
+    missing = error.object[error.start : error.end]
+    return "".join(_IN_ASCII.get(each) or ascii(each)[1:-1] for each in missing), error.end
 
-BAUD_RATES = (9600, 57600, 115200, 1_000_000, 2_000_000, 3_000_000, 4_000_000)
-"""Baud rates that both the motor and the SDK support."""
 
-TRIES = 9  # each takes 34 ms with the SDK's time-outs, so that all fit into the watchdog's time
-SETTLE_S = 0.01  # pause after a disturbance, in which late answers come in and are thrown away
-ALERT = 0x80  # bit of a status packet's error byte that refers to the hardware error status
-PORT_ERRORS = (OSError, TerminalError)
-BROKEN_ANSWER = (IndexError, TypeError)  # errors that the SDK raises for some damaged packets
-POLL_S = 0.001
-WRITE_TIMEOUT_S = 0.1
-
-REFUSALS = {
-    1: "could not do it",
-    2: "does not know the instruction",
-    3: "got a damaged packet",
-    4: "reports that the value is out of range",
-    5: "reports that the value has the wrong length",
-    6: "reports that the value is beyond a limit",
-    7: "does not allow access",
-}
-"""The error numbers of a status packet (ROBOTIS e-Manual, Protocol 2.0, section 4.3.6)."""
+# The bus.
 
 
 class Answer(NamedTuple):

@@ -1,35 +1,37 @@
-"""An emulator of the robot's motor, byte for byte, for trying `calib capture` without one.
+"""An emulator of the robot's motor, a DYNAMIXEL XW540-T140-R, for trying `calib capture` without one.
 
-An emulator of the robot's motor, a DYNAMIXEL XW540-T140-R, for trying `calib capture` without one.
+It is written from ROBOTIS' e-manuals without their SDK, so that the two can be tested against each other; it needs the
+standard library only.
 
-It speaks Protocol 2.0 byte for byte, from the manuals and without ROBOTIS' SDK; it needs the standard library only.
+`Packet`, `encode` and `PacketReader` are the packets of DYNAMIXEL Protocol 2.0: header, byte stuffing, CRC-16. Source:
+"Protocol 2.0" (packet fields, processing order, error numbers) and "CRC calculation".
 
-The packets of DYNAMIXEL Protocol 2.0: header, byte stuffing, CRC-16.
+`Emulator` is the motor in velocity mode, as far as `calib capture` meets it: bytes in, bytes out. Source: "Protocol
+2.0" and "XW540-T140-R" (addresses, sizes, units, watchdog, 72 rpm, 6.9 N m and 4.9 A at 12 V). It follows the ramp of
+the profile up to the speed that the speed-torque line leaves it under its load; inertia, supply and temperature are not
+emulated.
 
-Source: ROBOTIS e-manual, "Protocol 2.0" (packet fields, processing order, error numbers) and "CRC calculation". Written
-from that text, without ROBOTIS' SDK, so that the two can be tested against each other.
-
-An emulated XW540-T140-R in velocity mode, as far as `calib capture` meets it: bytes in, bytes out.
-
-Source: ROBOTIS e-manual, "Protocol 2.0" and "XW540-T140-R" (addresses, sizes, units, watchdog, 72 rpm, 6.9 N m and
-4.9 A at 12 V). It follows the ramp of the profile up to the speed that the speed-torque line leaves it under its load;
-inertia, supply and temperature are not emulated.
+`pseudo_terminal` puts it behind a pseudo-terminal: any program that opens a serial port can talk to it (Linux, macOS).
 """
 
 import math
 import os
 import select
 import signal
-import termios
+import sys
 import threading
 import time
-import tty
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from enum import IntEnum
 from random import Random
 from typing import NamedTuple
 
+if sys.platform != "win32":
+    import termios
+    import tty
+
+# Packets.
 HEADER = b"\xff\xff\xfd\x00"
 BROADCAST_ID = 0xFE
 ALERT = 0x80
@@ -37,6 +39,38 @@ ALERT = 0x80
 
 STUFFED = b"\xff\xff\xfd\xfd"
 PLAIN = b"\xff\xff\xfd"
+
+# The motor: its speed-torque line and its units.
+RPM = 2 * math.pi / 60
+NO_LOAD_RAD_S = 72 * RPM
+STALL_NM = 6.9
+STALL_A = 4.9
+UNLIMITED_RAD_S2 = 700.0
+"""Acceleration without a profile (assumed: that of the stall torque on 0.01 kg m^2)."""
+
+VELOCITY_UNIT = 0.229 * RPM
+ACCELERATION_UNIT = 214.577 * 2 * math.pi / 3600
+CURRENT_UNIT = 2.69e-3
+PULSES = 4096
+TICK_WRAP = 32_768
+WATCHDOG_UNIT_S = 0.02
+
+# The control table.
+VELOCITY_MODE = 1
+EEPROM_END = 64
+SIZE = 147
+
+FACTORY = {
+    "model_number": 1180,
+    "firmware_version": 46,
+    "operating_mode": 3,
+    "velocity_limit": 304,
+    "present_input_voltage": 120,
+    "present_temperature": 25,
+}
+
+TICK_S = 0.05
+"""Time after which the server lets the motor's own clock act, even if no bytes came."""
 
 
 class Instruction(IntEnum):
@@ -112,23 +146,7 @@ def _decode(raw: bytes) -> Packet:
     return Packet(raw[4], body[0], body[1:], intact=crc16(raw[:-2]) == int.from_bytes(raw[-2:], "little"))
 
 
-RPM = 2 * math.pi / 60
-NO_LOAD_RAD_S = 72 * RPM
-STALL_NM = 6.9
-STALL_A = 4.9
-UNLIMITED_RAD_S2 = 700.0
-"""Acceleration without a profile (assumed: that of the stall torque on 0.01 kg m^2)."""
-
-VELOCITY_UNIT = 0.229 * RPM
-ACCELERATION_UNIT = 214.577 * 2 * math.pi / 3600
-CURRENT_UNIT = 2.69e-3
-PULSES = 4096
-TICK_WRAP = 32_768
-WATCHDOG_UNIT_S = 0.02
-
-VELOCITY_MODE = 1
-EEPROM_END = 64
-SIZE = 147
+# The motor.
 
 
 class Item(NamedTuple):
@@ -159,14 +177,6 @@ ITEMS = {
     "present_temperature": Item(146, 1, writable=False),
 }
 WRITABLE = {(item.address, item.size): name for name, item in ITEMS.items() if item.writable}
-FACTORY = {
-    "model_number": 1180,
-    "firmware_version": 46,
-    "operating_mode": 3,
-    "velocity_limit": 304,
-    "present_input_voltage": 120,
-    "present_temperature": 25,
-}
 
 
 class Emulator:
@@ -304,10 +314,6 @@ class Emulator:
         self._memory[at : at + size] = (value % 256**size).to_bytes(size, "little")
 
 
-TICK_S = 0.05
-"""Time after which the server lets the motor's own clock act, even if no bytes came."""
-
-
 @contextmanager
 def pseudo_terminal(motor: Emulator, baud: int) -> Iterator[str]:
     """Serve a motor in real time while its `with` block lasts, or until it is no longer `connected`.
@@ -324,20 +330,6 @@ def pseudo_terminal(motor: Emulator, baud: int) -> Iterator[str]:
     finally:
         motor.connected = False
         server.join()
-
-
-def _serve(motor: Emulator, baud: int, master: int, slave: int) -> None:
-    speed = getattr(termios, f"B{baud}", baud)
-    while motor.connected:
-        ready, _, _ = select.select([master], [], [], TICK_S)
-        data = os.read(master, 4096) if ready else b""
-        reply = motor.feed(data if termios.tcgetattr(slave)[5] == speed else b"")
-        if reply:
-            time.sleep(motor.reply_delay_s)
-            with suppress(BlockingIOError):  # answers to a client that never reads are lost
-                os.write(master, reply)
-    os.close(slave)
-    os.close(master)
 
 
 def run_emulator(motor: Emulator, baud: int, report: Callable[[str], None]) -> None:
@@ -360,3 +352,17 @@ def run_emulator(motor: Emulator, baud: int, report: Callable[[str], None]) -> N
         except KeyboardInterrupt:
             report("")
     report(f"Ended. The motor is {'not driven' if motor.stopped else 'STILL DRIVEN'}.")
+
+
+def _serve(motor: Emulator, baud: int, master: int, slave: int) -> None:
+    speed = getattr(termios, f"B{baud}", baud)
+    while motor.connected:
+        ready, _, _ = select.select([master], [], [], TICK_S)
+        data = os.read(master, 4096) if ready else b""
+        reply = motor.feed(data if termios.tcgetattr(slave)[5] == speed else b"")
+        if reply:
+            time.sleep(motor.reply_delay_s)
+            with suppress(BlockingIOError):  # answers to a client that never reads are lost
+                os.write(master, reply)
+    os.close(slave)
+    os.close(master)

@@ -1,4 +1,7 @@
-"""Functions and commands that drive the motor."""
+"""The functions `calib.capture.scan`, `run` and `emulate`, and the commands of the same names that call them.
+
+`main` is the commands' parser: ``calib capture scan | run | emulate``, also ``python -m calib.capture``.
+"""
 
 from __future__ import annotations
 
@@ -12,7 +15,7 @@ from pathlib import Path
 from typing import Any, TextIO
 
 from calib.capture.bus import BAUD_RATES, INTERRUPTED, CaptureError, Interrupted, UserError, open_port
-from calib.capture.emulator import STALL_NM, Emulator
+from calib.capture.emulator import STALL_NM, Emulator, run_emulator
 from calib.capture.motor import Limits
 from calib.capture.registers import RATED_TURNS_PER_S, reach_turns_per_s
 from calib.capture.trials import (
@@ -159,10 +162,8 @@ def emulate(motor_id: int = 1, baud: int = 57600, load_nm: float = 0.0, seed: in
         faults.append(f"--load: found {load_nm:g}; expected: 0 to {STALL_NM:g} N m, the motor's stall torque")
     if faults:
         raise UserError(faults)
-    try:
-        from calib.capture.emulator import run_emulator
-    except ImportError as error:
-        raise UserError("the emulator needs pseudo-terminals, which this system does not have: use Linux") from error
+    if sys.platform == "win32":
+        raise UserError("the emulator needs pseudo-terminals, which this system does not have: use Linux")
     run_emulator(Emulator(motor_id, load_nm=load_nm, seed=seed), baud, report)
 
 

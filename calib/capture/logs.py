@@ -1,4 +1,8 @@
-"""Logs of captured trials, and the text of their session."""
+"""Logs of captured trials, and the text of their session.
+
+A `TrialLog` is written row by row while the motor runs. `SessionText` is the text of `session.toml`: made where there
+is none, and trials appended, all else left as the user wrote it.
+"""
 
 from __future__ import annotations
 
@@ -21,6 +25,29 @@ MOTOR_HEADER = "time_s,position_rad,velocity_rad_s,current_a,voltage_v,temperatu
 COMMANDS_HEADER = "time_s,part,velocity_rad_s"
 FEWEST_ROWS = 2
 """Number of rows that a log must have: a session takes none with fewer."""
+
+SESSION_FILE = "session.toml"
+
+NEW_SESSION = """\
+[session]
+name = {name}
+
+[camera]
+fps = 60.0               # nominal: set your camera's
+scale_length_m = 0.142   # nose to neck
+
+[markers]
+names = ["nose", "neck", "dorsal_fin", "tail_1", "tail_2", "tail_3", "tail_4", "tail_5", "caudal_fin"]
+"""
+
+TRIAL = """
+[[trial]]
+name = {name}
+kind = {kind}
+motor = {motor}
+commanded_hz = {hz}
+role = {role}
+"""
 
 
 class TrialLog:
@@ -132,30 +159,6 @@ def _close(file: TextIO) -> None:
         os.fsync(file.fileno())
     with contextlib.suppress(OSError):
         file.close()
-
-
-SESSION_FILE = "session.toml"
-
-NEW_SESSION = """\
-[session]
-name = {name}
-
-[camera]
-fps = 60.0               # nominal: set your camera's
-scale_length_m = 0.142   # nose to neck
-
-[markers]
-names = ["nose", "neck", "dorsal_fin", "tail_1", "tail_2", "tail_3", "tail_4", "tail_5", "caudal_fin"]
-"""
-
-TRIAL = """
-[[trial]]
-name = {name}
-kind = {kind}
-motor = {motor}
-commanded_hz = {hz}
-role = {role}
-"""
 
 
 @dataclass(frozen=True)

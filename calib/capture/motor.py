@@ -1,4 +1,8 @@
-"""The motor on the bus, and the guard that always stops it."""
+"""The motor on the bus, and the guard that always stops it.
+
+`Motor` is made ready, driven, read and, above all, stopped. `Guard` has it stopped before it harms itself, the robot or
+the measurement.
+"""
 
 import math
 import struct
@@ -10,6 +14,7 @@ from calib.capture import registers
 from calib.capture.bus import Bus, Clock, MotorFault, NoAnswer, UserError
 from calib.capture.registers import Telemetry, TurnCounter
 
+# `Motor`.
 WATCHDOG = 20
 SILENCE_S = WATCHDOG * registers.WATCHDOG_S
 """Time without a packet from the host after which the motor stops by itself."""
@@ -18,10 +23,16 @@ ACCELERATION_TURNS_PER_S2 = 4.0
 STOP_TRIES = 8
 BETWEEN_TRIES_S = 0.02
 
-
+# `Freshness`: the clocks of motor and host.
 TICK_S = 0.001
 SLOW_S = 0.01  # an exchange that takes this much longer than the shortest one has an unsure time
 DRIFT = 0.02  # largest drift between the two clocks, s/s
+
+# `Guard`.
+PATIENCE_S = 0.5  # how long a current too high, or a speed of less than half the command, is tolerated
+CLOCK_TOLERANCE_S = 0.02  # largest jump of the motor's clock, in addition to the duration of two exchanges
+RISE_S = 1.0  # time after a new command before the speed counts
+SLOWEST_WATCHED_TURNS_PER_S = 0.05
 
 
 class Reading(NamedTuple):
@@ -226,12 +237,6 @@ class Limits:
 
     current_a: float = 3.5
     temperature_c: float = 70.0
-
-
-PATIENCE_S = 0.5  # how long a current too high, or a speed of less than half the command, is tolerated
-CLOCK_TOLERANCE_S = 0.02  # largest jump of the motor's clock, in addition to the duration of two exchanges
-RISE_S = 1.0  # time after a new command before the speed counts
-SLOWEST_WATCHED_TURNS_PER_S = 0.05
 
 
 class Guard:

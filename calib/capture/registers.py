@@ -10,6 +10,30 @@ from typing import NamedTuple
 MODEL = 1180
 """The model number that the XW540-T140-R answers a ping with."""
 
+VELOCITY_MODE = 1
+REVERSED = 0x01  # bit of the drive mode; other bits base the profile on time, or switch torque on with every goal
+TRIPPED = 0xFF  # value of the watchdog after a trip, -1
+
+RPM = 0.229  # unit of velocity
+RPM_PER_MIN = 214.577  # unit of profile acceleration, rev/min^2
+PULSES = 4096  # pulses of the encoder in a turn
+AMPERE = 2.69e-3  # unit of current
+VOLT = 0.1  # unit of voltage
+WATCHDOG_S = 0.020  # unit of the bus watchdog
+TICKS = 32768  # the realtime tick counts milliseconds up to 32767
+
+RATED_TURNS_PER_S = 72 / 60  # speed without load at RATED_V
+RATED_V = 12.0
+
+HARDWARE_ERRORS = {
+    0x01: "input voltage out of range",
+    0x04: "overheated",
+    0x08: "encoder fault",
+    0x10: "electrical shock or not enough power",
+    0x20: "overload",
+}
+"""The bits of the hardware error status."""
+
 
 class Register(NamedTuple):
     """One entry of the control table: its address, size in bytes and name in messages."""
@@ -35,30 +59,6 @@ MEASURED = Register(120, 27, "measured values")
 """Blocks of entries without gaps. Everything read has a length of its own (a ping's answer has 3), so that no late
 answer passes for that to another question; only torque and watchdog share one, and a watchdog that was set never reads
 as torque off."""
-
-VELOCITY_MODE = 1
-REVERSED = 0x01  # bit of the drive mode; other bits base the profile on time, or switch torque on with every goal
-TRIPPED = 0xFF  # value of the watchdog after a trip, -1
-
-RPM = 0.229  # unit of velocity
-RPM_PER_MIN = 214.577  # unit of profile acceleration, rev/min^2
-PULSES = 4096  # pulses of the encoder in a turn
-AMPERE = 2.69e-3  # unit of current
-VOLT = 0.1  # unit of voltage
-WATCHDOG_S = 0.020  # unit of the bus watchdog
-TICKS = 32768  # the realtime tick counts milliseconds up to 32767
-
-RATED_TURNS_PER_S = 72 / 60  # speed without load at RATED_V
-RATED_V = 12.0
-
-HARDWARE_ERRORS = {
-    0x01: "input voltage out of range",
-    0x04: "overheated",
-    0x08: "encoder fault",
-    0x10: "electrical shock or not enough power",
-    0x20: "overload",
-}
-"""The bits of the hardware error status."""
 
 
 class Telemetry(NamedTuple):

@@ -1,4 +1,9 @@
-"""Trials driven by the motor: their plan, the search for a motor, and the run."""
+"""Trials driven by the motor: their plan, the search for a motor, and the run.
+
+A `TrialPlan` is a list of steps, each a speed held for a time. `search` finds which motors answer, on which port, at
+which baud rate, under which id. `capture` drives and logs every speed and adds it to the session; the motor is stopped
+on every way out.
+"""
 
 import glob
 import math
@@ -26,15 +31,33 @@ from calib.capture.logs import FEWEST_ROWS, SessionText, TrialLog
 from calib.capture.motor import RISE_S, SILENCE_S, Guard, Limits, Motor, Reading
 from calib.capture.registers import MODEL
 
+# The plan of a trial.
 START_CODE = (1, 1, 1, -1, 1, -1, 1, -1, -1, 1, -1, -1, 1, 1, -1, -1)
 END_CODE = START_CODE[::-1]
 
 CHIP_S = 0.25
 CHIP_TURNS_PER_S = 0.25
 
-
 REST_S = 0.5
 RUN_OUT_S = 1.0  # the crank comes to rest before the end code
+
+# The search for a motor.
+PORT_PATTERNS = ("/dev/ttyUSB*", "/dev/ttyACM*", "/dev/tty.usbserial*", "/dev/tty.usbmodem*")
+BAUD_ORDER = (57600, 1_000_000, *(baud for baud in BAUD_RATES if baud not in (57600, 1_000_000)))
+"""Baud rates in the order of the search: the factory's first, then the SDK's, then the rest."""
+
+# The run.
+PERIOD_S = 0.01
+SLOWEST_LOG_HZ = 50.0
+RENEWAL_S = 0.2  # time after which the goal is written again, so that a trip of the watchdog is noticed
+NEAR_REACH = 0.9
+
+UNCONFIRMED = (
+    "the motor did not confirm that it stopped. Its own bus watchdog stops it within "
+    f"{SILENCE_S:g} s of the last packet it got; take its power away to be sure."
+)
+
+Report = Callable[[str], None]
 
 
 class Step(NamedTuple):
@@ -91,9 +114,7 @@ def _code(part: str, chips: Sequence[int]) -> Iterator[Step]:
     return (Step(part, chip * CHIP_TURNS_PER_S, CHIP_S) for chip in chips)
 
 
-PORT_PATTERNS = ("/dev/ttyUSB*", "/dev/ttyACM*", "/dev/tty.usbserial*", "/dev/tty.usbmodem*")
-BAUD_ORDER = (57600, 1_000_000, *(baud for baud in BAUD_RATES if baud not in (57600, 1_000_000)))
-"""Baud rates in the order of the search: the factory's first, then the SDK's, then the rest."""
+# The search for a motor.
 
 
 class Found(NamedTuple):
@@ -165,17 +186,7 @@ def _motors(port: Any) -> Iterator[tuple[int, int]]:
             continue
 
 
-PERIOD_S = 0.01
-SLOWEST_LOG_HZ = 50.0
-RENEWAL_S = 0.2  # time after which the goal is written again, so that a trip of the watchdog is noticed
-NEAR_REACH = 0.9
-
-UNCONFIRMED = (
-    "the motor did not confirm that it stopped. Its own bus watchdog stops it within "
-    f"{SILENCE_S:g} s of the last packet it got; take its power away to be sure."
-)
-
-Report = Callable[[str], None]
+# The run.
 
 
 @dataclass(frozen=True)

@@ -1,3 +1,1 @@
-"""The results that functions of `calib` return: frozen, read from finished files, with tables, figures and
-a summary.
-"""
+"""The results that functions of `calib` return: frozen, read from finished files, with tables, figures, a summary."""

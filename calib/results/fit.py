@@ -1,4 +1,8 @@
-"""The results of a fit and of dry experiments."""
+"""The results of a fit and of dry experiments.
+
+`FitResult` is `results/calibration.json` as attributes, frames, figures and sentences; `StructureResult` is
+`results/structure.json`, that of dry experiments, in which the robot does not swim.
+"""
 
 from __future__ import annotations
 
@@ -28,6 +32,8 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from fitting.posterior.summary import PosteriorSummary
+
+_HIDDEN = ("flags", "from_command")  # fields of a trial that have no column of their own
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -80,9 +86,6 @@ class StructureResult(Result):
             for each in self.data.sources
         ]
         return pd.DataFrame(rows).set_index("quantity")
-
-
-_HIDDEN = ("flags", "from_command")  # fields of a trial that have no column of their own
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -1,4 +1,4 @@
-"""The making of results from a pipeline whose stages are up to date."""
+"""Results made from a pipeline whose stages are up to date."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -86,17 +86,6 @@ def gap_result(pipeline: Pipeline, stage: DiagnosisStage) -> GapResult:
     return GapResult(name=name, file=stage.file, data=found, plot=figures, next_step=step, **_common(pipeline))
 
 
-def _next_step(pipeline: Pipeline) -> str:
-    """Name the next step after a posterior or a diagnosis: what is out of date first, then that of the answers."""
-    session = pipeline.session
-    if pipeline.current_diagnosis() is None:
-        return f"calib diagnose {session.in_shell}"
-    if pipeline.current_report() is None:
-        old = (session.results / "report.html").is_file()
-        return f"{'the report is out of date: ' if old else ''}calib report {session.in_shell}"
-    return fit_result(pipeline).answers.next_step
-
-
 def test_result(pipeline: Pipeline, found: EffectTestResult) -> EffectTest:
     """Make the result of a test of effects."""
     name = f"test of {listed([in_words(effect) for effect in found.effects])}"
@@ -125,6 +114,17 @@ def track_result(pipeline: Pipeline, filmed: FilmedTracks) -> TrackResult:
     flags |= {name: left_out_flags({name: why}) for name, why in filmed.left_out.items()}
     notes = (*_common(pipeline)["notes"], *problems)
     return TrackResult(pipeline.session, tracked, measured, flags, filmed, notes)
+
+
+def _next_step(pipeline: Pipeline) -> str:
+    """Name the next step after a posterior or a diagnosis: what is out of date first, then that of the answers."""
+    session = pipeline.session
+    if pipeline.current_diagnosis() is None:
+        return f"calib diagnose {session.in_shell}"
+    if pipeline.current_report() is None:
+        old = (session.results / "report.html").is_file()
+        return f"{'the report is out of date: ' if old else ''}calib report {session.in_shell}"
+    return fit_result(pipeline).answers.next_step
 
 
 def _context(pipeline: Pipeline) -> ReportContext:

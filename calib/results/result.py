@@ -1,4 +1,8 @@
-"""What every result of `calib` has: frames, figures, a summary."""
+"""What every result of `calib` has: tables by name, figures, a summary and the files made.
+
+`Result` is the base class of all results, with its view in a notebook. `Figures` are the figures of the report as
+methods of a result: ``fit.plot.envelope("f1_00")``.
+"""
 
 from __future__ import annotations
 
@@ -19,6 +23,9 @@ from swimcal.stage import Stage
 
 if TYPE_CHECKING:
     from fitting.forecast import SessionForecast
+
+_MOTIONS = ("envelope", "path", "lateral")
+"""Figures of a trial that need no other trial."""
 
 
 def check_current(stage: Stage) -> None:
@@ -76,10 +83,6 @@ def _numbered_figure(name: str, about: str) -> Callable[..., Plot]:
 
     fetch.__doc__ = about
     return fetch
-
-
-_MOTIONS = ("envelope", "path", "lateral")
-"""Figures of a trial that need no other trial."""
 
 
 class StructureFigures(Figures):

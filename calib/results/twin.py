@@ -22,7 +22,6 @@ from tracking.head_frame import one_of
 if TYPE_CHECKING:
     import xarray as xr
 
-
 _LEAST_S = 6.0  # shortest swim from rest, where no duration is given
 _SETTLED_BEATS = 12.0  # beats in which the speed of a swim from rest settles
 

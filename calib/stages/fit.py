@@ -1,4 +1,8 @@
-"""The stages of the structure, of the calibrated twin (``calibration.json``) and of the published fit."""
+"""The stages of the structure, of the calibrated twin (``calibration.json``) and of the published fit.
+
+`StructureStage` evaluates the dry experiments, `FitStage` fits the twin, `PublishedStage` repeats the published
+search. `calibrated_mjcf` and `nominal_mjcf` are the twin as MJCF, fitted and as described.
+"""
 
 from __future__ import annotations
 
@@ -35,50 +39,8 @@ from swimcal.twin import Twin
 if TYPE_CHECKING:
     from fitting.calibration import Marginal
 
-
 _FORM = 14  # version of calibration.json, and of the search that fills it
 _UPON = ("posterior.nc", "diagnosis.json", "report.html")  # results that rest on a fit
-
-
-def calibrated_mjcf(calibration: Calibration) -> str:
-    """Write the text of `results/calibrated.xml`.
-
-    One keyframe a fit trial, named like it, starts the twin as that trial started: swimming, with the crank turning
-    at the measured frequency (its control is part of the keyframe).
-    """
-    robot = calibration.robot
-    spec = add_scenery(build_mjcf(robot, calibration.coefficients), robot)
-    made_with = f"{program_version()}, MuJoCo {ENGINE}, model {model_sha256(robot)}"
-    spec.add_text(name="calibrated_with", data=made_with)
-    for trial in calibration.trials:
-        if trial.measured.role == "fit":
-            start = (trial.simulated_hz, trial.phase_rad, trial.measured.start_velocity)
-            _add_keyframe(spec, robot, trial.measured.name, *start)
-    return mjcf_text(spec)
-
-
-def nominal_mjcf(robot: RobotSpec) -> str:
-    """Write the MJCF of a robot with the published coefficients; its keyframe `swim` turns the crank at 1 Hz."""
-    spec = add_scenery(build_mjcf(robot), robot)
-    _add_keyframe(spec, robot, "swim", 1.0, 0.0, np.zeros(3))
-    return mjcf_text(spec)
-
-
-def _add_keyframe(
-    spec: mujoco.MjSpec, robot: RobotSpec, name: str, hz: float, phase_rad: float, velocity: np.ndarray
-) -> None:
-    coefficients = np.array([PUBLISHED_COEFFICIENTS], float)  # they have no influence on the start
-    runs = Runs(coefficients, np.array([hz]), np.array([phase_rad]), velocity=velocity[None])
-    qpos, qvel = Twin(robot, markers=("nose", "neck")).start(runs)
-    spec.add_key(name=name, qpos=qpos[0], qvel=qvel[0], ctrl=[2 * np.pi * hz])
-
-
-def mjcf_text(spec: mujoco.MjSpec) -> str:
-    """Convert a model to text, and check that it loads."""
-    spec.compile()
-    text: str = spec.to_xml()
-    mujoco.MjModel.from_xml_string(text)  # raises if the text does not load
-    return text
 
 
 class StructureStage(Stage):
@@ -279,3 +241,47 @@ def _describe_difference(key: str, then: object, now: object) -> str:
         names = [name for name in sorted({*then, *now}) if then.get(name) != now.get(name)]
         return f"was made with other {key} ({', '.join(names[:3])}{' and others' if len(names) > 3 else ''})"
     return f"was made with other {key} ({str(then)[:12]}, now {str(now)[:12]})"
+
+
+# The twin as MJCF.
+
+
+def calibrated_mjcf(calibration: Calibration) -> str:
+    """Write the text of `results/calibrated.xml`.
+
+    One keyframe a fit trial, named like it, starts the twin as that trial started: swimming, with the crank turning
+    at the measured frequency (its control is part of the keyframe).
+    """
+    robot = calibration.robot
+    spec = add_scenery(build_mjcf(robot, calibration.coefficients), robot)
+    made_with = f"{program_version()}, MuJoCo {ENGINE}, model {model_sha256(robot)}"
+    spec.add_text(name="calibrated_with", data=made_with)
+    for trial in calibration.trials:
+        if trial.measured.role == "fit":
+            start = (trial.simulated_hz, trial.phase_rad, trial.measured.start_velocity)
+            _add_keyframe(spec, robot, trial.measured.name, *start)
+    return mjcf_text(spec)
+
+
+def nominal_mjcf(robot: RobotSpec) -> str:
+    """Write the MJCF of a robot with the published coefficients; its keyframe `swim` turns the crank at 1 Hz."""
+    spec = add_scenery(build_mjcf(robot), robot)
+    _add_keyframe(spec, robot, "swim", 1.0, 0.0, np.zeros(3))
+    return mjcf_text(spec)
+
+
+def mjcf_text(spec: mujoco.MjSpec) -> str:
+    """Convert a model to text, and check that it loads."""
+    spec.compile()
+    text: str = spec.to_xml()
+    mujoco.MjModel.from_xml_string(text)  # raises if the text does not load
+    return text
+
+
+def _add_keyframe(
+    spec: mujoco.MjSpec, robot: RobotSpec, name: str, hz: float, phase_rad: float, velocity: np.ndarray
+) -> None:
+    coefficients = np.array([PUBLISHED_COEFFICIENTS], float)  # they have no influence on the start
+    runs = Runs(coefficients, np.array([hz]), np.array([phase_rad]), velocity=velocity[None])
+    qpos, qvel = Twin(robot, markers=("nose", "neck")).start(runs)
+    spec.add_key(name=name, qpos=qpos[0], qvel=qvel[0], ctrl=[2 * np.pi * hz])

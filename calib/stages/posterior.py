@@ -29,7 +29,6 @@ from swimcal.twin import Twin
 if TYPE_CHECKING:
     from fitting.posterior.summary import PosteriorSummary
 
-
 EFFECTIVE = {"quick": 100, "full": 400}
 """Number of effective draws of every coefficient, by effort."""
 

@@ -27,9 +27,11 @@ from tracking.quality import check_tracks, exchanged_apart
 from tracking.tracked import as_tracked, but_repeats, counting
 
 AnyTrial = MeasuredTrial | DryTrial | DecayTrial
-T = TypeVar("T", bound=AnyTrial)
 
 HELD_OUT = 'its role in session.toml is "holdout"'
+
+
+T = TypeVar("T", bound=AnyTrial)
 
 
 class Recordings:
@@ -76,7 +78,7 @@ class Recordings:
         return [trial for trial in self._measured if isinstance(trial, MeasuredTrial)]
 
     def swim(self, name: str) -> MeasuredTrial:
-        """One swim, measured without the others; so it lacks the flags that come of comparing them.
+        """Measure one swim without the others; so it lacks the flags that come of comparing them.
 
         Raises:
             InputError, NotEnoughData: as `swims`, of this trial.
@@ -153,7 +155,7 @@ class Recordings:
         return found
 
     def tracks(self) -> tuple[Path, ...]:
-        """``results/tracks/<trial>.csv`` of every usable trial, up to date."""
+        """Bring ``results/tracks/<trial>.csv`` of every usable trial up to date."""
         filmed = self._filmed()  # raises what is wrong with any of them, before the first is tracked
         for spec in filmed:
             if not self.videos.are_current(spec):
@@ -228,7 +230,7 @@ class Recordings:
         return tracked.assign_attrs(flags=exchanged_apart(tracked, self._robot))
 
     def _measure(self, spec: TrialSpec, recorded: xr.Dataset) -> AnyTrial:
-        """One trial by its kind; tracks that are not our own are saved as they are used."""
+        """Measure one trial by its kind; tracks that are not our own are saved as they are used."""
         tracks = counting(recorded).isel(time=slice(recorded.first_frame, None))
         camera, robot = self._session.camera, self._robot
         if spec.kind == "free_decay":

@@ -30,10 +30,11 @@ from tracking.quality import trusted
 from tracking.tracked import TrackedFiles, load_tracked, save_tracked, seen_in
 from tracking.video import Frame, Video, VideoInfo
 
-T = TypeVar("T")
-
 _SEARCHED = (0, 10, 30, 60)  # frames in which the boxes are sought first, …
 _LOOKS = 40  # … and then in so many all over the film, or fewer where these are less than a second apart: a late robot
+
+
+T = TypeVar("T")
 
 
 class Videos:
@@ -146,14 +147,14 @@ class Videos:
         return page
 
     def _boxes_file(self, spec: TrialSpec) -> Path:
-        """Where a person's boxes belong: as the session names them, else next to the video, where they are found."""
+        """Return where a person's boxes belong: as the session names them, else next to the video."""
         return spec.boxes or usual_boxes(self._video(spec), spec.name)
 
     def _layout_m(self, names: tuple[str, ...]) -> np.ndarray:
         return self._job.robot.marker_positions_m(names)[:, :2]
 
     def _found(self, spec: TrialSpec, video: Video, with_page: bool = True) -> StartBoxes:
-        """Boxes found in one of the first frames, kept from one run to the next."""
+        """Find the boxes in one of the first frames; they are kept from one run to the next."""
         names = self._job.session.markers
         layout_m, stage = self._layout_m(names), self._found_stage(spec, names)
         if stage.is_current:
@@ -243,7 +244,7 @@ class Videos:
         return Stage(TrackedFiles.of(self.folder, spec.name).tracks, edits, {}, [tracker])
 
     def are_current(self, spec: TrialSpec) -> bool:
-        """Whether the existing tracks are of this video, its boxes and its edits."""
+        """Tell whether the existing tracks are of this video, its boxes and its edits."""
         boxes = self._checked_before(spec)
         if boxes is None:
             return False
@@ -274,7 +275,7 @@ class Videos:
         return Stage(self.folder / file, {"video": self.sha256(video)}, {**settings, **clock})
 
     def sha256(self, path: Path) -> str:
-        """Of a file, read once only: videos are long."""
+        """Return the hash of a file, which is read once only: videos are long."""
         if path not in self._hashes:
             self._hashes[path] = sha256_of(path)
         return self._hashes[path]

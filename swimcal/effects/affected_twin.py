@@ -28,11 +28,13 @@ from swimcal.robot import RobotSpec
 from swimcal.runs import Runs, Trajectories, quiet_engine
 from swimcal.twin import FOLLOWING_N_M_S, Twin
 
-T = TypeVar("T")
 # A slow turn of the crank brings a tail into its pose: lead before the pose, offsets for its slope, and speed.
 _LEAD_RAD = 0.8
 _ASIDE_RAD = 0.05
 _SLOW_RAD_S = 1.6
+
+
+T = TypeVar("T")
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,13 +54,6 @@ class AffectedRuns(Runs):
 
     def _numbers(self) -> list[np.ndarray]:
         return [*super()._numbers(), self.values]
-
-
-class _EffectColumns(NamedTuple):
-    """An effect and the columns of its parameters among all values."""
-
-    effect: Effect
-    columns: slice
 
 
 class AffectedTwin(Twin):
@@ -342,6 +337,13 @@ class AffectedTwin(Twin):
         if values.shape != (len(runs), self.size):
             raise ValueError(f"values: found shape {values.shape}, expected {(len(runs), self.size)}")
         return values
+
+
+class _EffectColumns(NamedTuple):
+    """An effect and the columns of its parameters among all values."""
+
+    effect: Effect
+    columns: slice
 
 
 def _add(fields: Sequence[np.ndarray], base: np.ndarray, added: Sequence[np.ndarray | float]) -> None:

@@ -1,6 +1,7 @@
-"""All known effects: the built-in ones, and those that users add through the entry point group.
+"""The catalogue of all known effects: the built-in ones, and those that users add.
 
-Each of the latter is checked against the form of an effect.
+Users add theirs through the entry point group `swimcal.effects`; each is checked against the form of an effect when the
+catalogue is made.
 """
 
 import math
@@ -24,32 +25,15 @@ _Line = Annotated[str, StringConstraints(pattern=r"^.*\S.*$")]
 FAMILIES = (measurement, drive, tendons, structure, water)
 
 
-class _Form(BaseModel):
-    """The class attributes that describe every effect."""
+@lru_cache(maxsize=1)
+def catalogue() -> Mapping[str, Effect]:
+    """Return every effect by its name, built-in ones first.
 
-    model_config = ConfigDict(from_attributes=True)
-
-    name: _Line
-    family: Family
-    stage: Stage
-    physics: _Line
-    source: Annotated[str, StringConstraints(min_length=1)]
-    seen_in: Annotated[frozenset[TrialKind], Field(min_length=1)]
-    parameters: Annotated[tuple[Parameter, ...], Field(min_length=1)]
-
-    @field_validator("parameters")
-    @classmethod
-    def _in_order(cls, parameters: tuple[Parameter, ...]) -> tuple[Parameter, ...]:
-        for name, _, low, high, sd in parameters:
-            if not (-math.inf < low <= 0 < high < math.inf and 0 < sd < math.inf):
-                raise key_error(
-                    f"{name}: bounds or prior out of order",
-                    found=f"low {low}, high {high}, sd {sd}",
-                    expected="numbers with low <= 0 < high, and sd above 0",
-                )
-        if len({parameter.name for parameter in parameters}) < len(parameters):
-            raise key_error("two parameters of one name", expected="a name of its own for each")
-        return parameters
+    Raises:
+        InputError: the faults in the effects of users, all of them at once.
+    """
+    found = {effect.name: effect for family in FAMILIES for effect in family.EFFECTS}
+    return MappingProxyType(found | added_effects(entry_points(group=GROUP), found))
 
 
 def added_effects(points: Iterable[EntryPoint], taken: Container[str]) -> dict[str, Effect]:
@@ -79,6 +63,34 @@ def added_effects(points: Iterable[EntryPoint], taken: Container[str]) -> dict[s
             found[effect.name] = effect
     faults.raise_if_any()
     return found
+
+
+class _Form(BaseModel):
+    """The class attributes that describe every effect."""
+
+    model_config = ConfigDict(from_attributes=True)
+
+    name: _Line
+    family: Family
+    stage: Stage
+    physics: _Line
+    source: Annotated[str, StringConstraints(min_length=1)]
+    seen_in: Annotated[frozenset[TrialKind], Field(min_length=1)]
+    parameters: Annotated[tuple[Parameter, ...], Field(min_length=1)]
+
+    @field_validator("parameters")
+    @classmethod
+    def _in_order(cls, parameters: tuple[Parameter, ...]) -> tuple[Parameter, ...]:
+        for name, _, low, high, sd in parameters:
+            if not (-math.inf < low <= 0 < high < math.inf and 0 < sd < math.inf):
+                raise key_error(
+                    f"{name}: bounds or prior out of order",
+                    found=f"low {low}, high {high}, sd {sd}",
+                    expected="numbers with low <= 0 < high, and sd above 0",
+                )
+        if len({parameter.name for parameter in parameters}) < len(parameters):
+            raise key_error("two parameters of one name", expected="a name of its own for each")
+        return parameters
 
 
 def _load(point: EntryPoint) -> Effect:
@@ -125,14 +137,3 @@ def _file(point: EntryPoint) -> str:
     """Return the entry point as messages name it, with its package where that is known."""
     package = f", package {point.dist.name}" if point.dist is not None else ""
     return f'entry point {point.name} = "{point.value}" ({GROUP}{package})'
-
-
-@lru_cache(maxsize=1)
-def catalogue() -> Mapping[str, Effect]:
-    """Return every effect by its name, built-in ones first.
-
-    Raises:
-        InputError: the faults in the effects of users, all of them at once.
-    """
-    found = {effect.name: effect for family in FAMILIES for effect in family.EFFECTS}
-    return MappingProxyType(found | added_effects(entry_points(group=GROUP), found))

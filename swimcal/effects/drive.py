@@ -1,4 +1,8 @@
-"""Effects of the motor."""
+"""Effects of the motor: its mean speed, its pace within a trial and within a turn, and its start.
+
+Those that change the pace turn the crank by another `Turn`: `WarpedTurn` passes through the same angles at other times,
+`RippledTurn` speeds up and slows down twice in every turn.
+"""
 
 from dataclasses import dataclass
 
@@ -7,6 +11,10 @@ from numpy.typing import ArrayLike
 
 from swimcal.crank import Turn
 from swimcal.effects.effect import Drive, Effect, Parameter
+
+WARMING_S = 5.0
+"""Time constant of the winding; over as long from the start the mean speed is the measured one."""
+_MEAN = 1 - np.exp(-1.0)  # mean of exp(-t / WARMING_S) over that time
 
 
 @dataclass(frozen=True)
@@ -80,11 +88,6 @@ class DriveRatioError(DriveEffect):
     def turned_hz(self, commanded_hz: float, values: np.ndarray) -> float:
         """Return the frequency at the wrong ratio, Hz."""
         return float(commanded_hz * (1 + values[0]))
-
-
-WARMING_S = 5.0
-"""Time constant of the winding; over as long from the start the mean speed is the measured one."""
-_MEAN = 1 - np.exp(-1.0)  # mean of exp(-t / WARMING_S) over that time
 
 
 @dataclass(frozen=True)

@@ -1,9 +1,12 @@
-"""An effect: its parameters and the hooks by which it changes model, drive, forces and view.
+"""An effect: its parameters and the methods by which it changes model, drive, forces and view.
 
-The robot's plates in the water, for forces that the engine does not know: planar motion and generalised forces.
+`Effect` is the base class of all that the plain twin leaves out; at zero strength the twin with it is the plain twin.
+A subclass overrides one or more of the methods named in `WAYS`. What these receive is defined before it: `View` and
+`Observation` for camera and tracker, `Drive` for the motor, `StepState` for forces at a time step.
 
-Places, velocities and forces in the plane of the pool are complex numbers, x + i y; every plate is that of a fluid
-geom of the model.
+`Plates` are the robot's plates in the water, one for each fluid geom of the model, for forces that the engine does not
+know: their planar `Motion`, and the generalised forces of forces on them. Places, velocities and forces in the plane of
+the pool are complex numbers, x + i y.
 """
 
 from abc import ABC
@@ -21,6 +24,82 @@ from swimcal.robot import RobotSpec
 from swimcal.session_file import TrialKind
 
 _HEAD_JOINTS = 3  # surge, sway, yaw: those of a head that is free
+
+Family = Literal["measurement", "drive", "tendons", "structure", "fluid"]
+Stage = Literal["camera", "drive", "body", "tail"]
+"""Place on the way from command to picture where an effect makes its gap, as in `where.by_stage` of a diagnosis."""
+WAYS = ("in_trial", "robot", "mjcf", "force", "damping", "drive", "turned_hz", "measured_hz", "clock", "observe")
+MODEL_WAYS = ("robot", "mjcf")
+"""Ways that make another model."""
+MOVING_WAYS = (*MODEL_WAYS, "force", "damping")
+"""Ways that move the fish otherwise, whatever its crank does."""
+
+
+@dataclass(frozen=True, eq=False)
+class View:
+    """A camera that looks straight down, in the frame of the pool in which the simulated head starts at the origin.
+
+    Attributes:
+        axis_m: (2,) the point under the camera, m.
+        down: (2,) unit vector in the pool that points down in the picture.
+        half_height_m: from the picture's middle to its lower edge, at the height of the head's markers, m.
+    """
+
+    axis_m: np.ndarray
+    down: np.ndarray
+    half_height_m: float
+
+
+@dataclass(frozen=True, eq=False)
+class Observation:
+    """The markers of one simulation before camera and tracker err.
+
+    Attributes:
+        time_s: (f,) times of the frames.
+        marker_m: (f, m, 2) in the pool, m.
+        axes: (f, m, 2, 2) unit vectors in the pool along x (backward) and y of the link that carries each marker.
+        crank_rad: (f,) angle of the crank.
+        names: names of the m markers.
+        above_m: (m,) height of each over the markers of nose and neck, m.
+        view: the camera.
+    """
+
+    time_s: np.ndarray
+    marker_m: np.ndarray
+    axes: np.ndarray
+    crank_rad: np.ndarray
+    names: tuple[str, ...]
+    above_m: np.ndarray
+    view: View
+
+
+class Parameter(NamedTuple):
+    """One number of an effect; zero is the plain twin.
+
+    Attributes:
+        name: unique within its effect.
+        unit: SI, "1" for a ratio.
+        low, high: bounds; an effect of one sign starts at 0.
+        sd: standard deviation of its prior, normal about 0 and cut off at the bounds: how large it is on built robots.
+
+    Example:
+        >>> calib.Parameter("length", "m", low=0.0, high=0.01, sd=0.001).unit
+        'm'
+    """
+
+    name: str
+    unit: str
+    low: float
+    high: float
+    sd: float
+
+
+class Drive(NamedTuple):
+    """Drive of a crank: frequency if it turns evenly, phase at time 0, and its turn from then on if it does not."""
+
+    frequency_hz: float
+    phase_rad: float
+    turn: Turn | None
 
 
 class Motion(NamedTuple):
@@ -114,83 +193,6 @@ class Plates:
             return np.zeros((len(joints), 1), complex), np.cumsum(bends, axis=1)
         bends[:, 0] = joints[:, 2]
         return joints[:, :1] + 1j * joints[:, 1:2], np.cumsum(bends, axis=1)
-
-
-Family = Literal["measurement", "drive", "tendons", "structure", "fluid"]
-Stage = Literal["camera", "drive", "body", "tail"]
-"""Place on the way from command to picture where an effect makes its gap, as in `where.by_stage` of a diagnosis."""
-WAYS = ("in_trial", "robot", "mjcf", "force", "damping", "drive", "turned_hz", "measured_hz", "clock", "observe")
-MODEL_WAYS = ("robot", "mjcf")
-"""Ways that make another model."""
-MOVING_WAYS = (*MODEL_WAYS, "force", "damping")
-"""Ways that move the fish otherwise, whatever its crank does."""
-
-
-@dataclass(frozen=True, eq=False)
-class View:
-    """A camera that looks straight down, in the frame of the pool in which the simulated head starts at the origin.
-
-    Attributes:
-        axis_m: (2,) the point under the camera, m.
-        down: (2,) unit vector in the pool that points down in the picture.
-        half_height_m: from the picture's middle to its lower edge, at the height of the head's markers, m.
-    """
-
-    axis_m: np.ndarray
-    down: np.ndarray
-    half_height_m: float
-
-
-@dataclass(frozen=True, eq=False)
-class Observation:
-    """The markers of one simulation before camera and tracker err.
-
-    Attributes:
-        time_s: (f,) times of the frames.
-        marker_m: (f, m, 2) in the pool, m.
-        axes: (f, m, 2, 2) unit vectors in the pool along x (backward) and y of the link that carries each marker.
-        crank_rad: (f,) angle of the crank.
-        names: names of the m markers.
-        above_m: (m,) height of each over the markers of nose and neck, m.
-        view: the camera.
-    """
-
-    time_s: np.ndarray
-    marker_m: np.ndarray
-    axes: np.ndarray
-    crank_rad: np.ndarray
-    names: tuple[str, ...]
-    above_m: np.ndarray
-    view: View
-
-
-class Parameter(NamedTuple):
-    """One number of an effect; zero is the plain twin.
-
-    Attributes:
-        name: unique within its effect.
-        unit: SI, "1" for a ratio.
-        low, high: bounds; an effect of one sign starts at 0.
-        sd: standard deviation of its prior, normal about 0 and cut off at the bounds: how large it is on built robots.
-
-    Example:
-        >>> calib.Parameter("length", "m", low=0.0, high=0.01, sd=0.001).unit
-        'm'
-    """
-
-    name: str
-    unit: str
-    low: float
-    high: float
-    sd: float
-
-
-class Drive(NamedTuple):
-    """Drive of a crank: frequency if it turns evenly, phase at time 0, and its turn from then on if it does not."""
-
-    frequency_hz: float
-    phase_rad: float
-    turn: Turn | None
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,4 +1,4 @@
-"""Effects of camera, markers and tracker."""
+"""Effects of camera, markers and tracker: they change what is seen of a swim, not the swim."""
 
 from itertools import pairwise
 
@@ -7,8 +7,17 @@ import numpy as np
 from swimcal.effects.effect import Drive, Effect, Observation, Parameter
 from swimcal.robot import RobotSpec, load_robot
 
+# `HeadFrameMisalignment`.
 _MAX_HEAD_OFFSET_M = 0.03
 _HEAD_OFFSET_SD_M = 0.003
+
+# `CameraParallax`.
+_MAX_NEARER = 0.1
+_NEARER_SD = 0.01
+
+# `MarkerOffset`.
+_MAX_MARKER_OFFSET_M = 0.05
+_MARKER_OFFSET_SD_M = 0.004
 
 
 class CameraEffect(Effect):
@@ -63,10 +72,6 @@ class ScaleError(CameraEffect):
         line = seen.marker_m[:, neck] - seen.marker_m[:, nose]
         found[:, neck] += values[0] * line + values[1] * line[0]
         return found
-
-
-_MAX_NEARER = 0.1
-_NEARER_SD = 0.01
 
 
 class CameraParallax(CameraEffect):
@@ -149,10 +154,6 @@ class RollingShutter(CameraEffect):
         lines = (seen.marker_m - seen.view.axis_m) @ seen.view.down / (2 * seen.view.half_height_m)  # (f, m)
         velocity = np.gradient(seen.marker_m, seen.time_s, axis=0)
         return np.asarray(seen.marker_m + values[0] * lines[..., None] * velocity)
-
-
-_MAX_MARKER_OFFSET_M = 0.05
-_MARKER_OFFSET_SD_M = 0.004
 
 
 class MarkerOffset(CameraEffect):

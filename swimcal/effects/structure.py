@@ -1,4 +1,4 @@
-"""Effects of the tail's hinges and masses."""
+"""Effects of the tail's hinges and masses: stiffness, damping, friction, a bend at rest, mass and entrained water."""
 
 from collections.abc import Sequence
 
@@ -9,6 +9,9 @@ from swimcal.effects.effect import Effect, Parameter, StepDamper, StepDamping, S
 from swimcal.effects.tendons import rest_lengths, set_rest_lengths
 from swimcal.mjcf import Scene
 from swimcal.robot import RobotSpec
+
+CREEP_RAD_S = 0.02
+"""Speed at which friction has 0.7 of its full torque: a beat reaches some radians a second."""
 
 
 class TailEffect(Effect):
@@ -80,10 +83,6 @@ class JointDamping(TailEffect):
         """Return the robot with more damping in its hinges."""
         damping = float(robot.tail.hinge_damping_n_m_s * (1 + values[0]))
         return robot.changed(tail={"hinge_damping_n_m_s": damping})
-
-
-CREEP_RAD_S = 0.02
-"""Speed at which friction has 0.7 of its full torque: a beat reaches some radians a second."""
 
 
 class DryFriction:

@@ -1,4 +1,8 @@
-"""Effects of crank and tendons, and the path of the tendons from the crank through the guides."""
+"""Effects of crank and tendons: arm, compliance, slack, friction and asymmetry.
+
+`TendonPath` is the path of both tendons from the crank through the guides, on which the forces of `LooseTendons` and of
+friction in the guides act.
+"""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -166,6 +170,28 @@ class TendonSlack(TendonEffect):
         return LooseTendons(robot, models) if values.any() and scene.with_tendons else None
 
 
+class TendonFriction(TendonEffect):
+    """Each line loses `force` of its pull at each guide that it slides through; it ends in the last one.
+
+    There is no guide before the first hinge.
+    """
+
+    name = "tendon_friction"
+    physics = "Coulomb friction in the guides: the pull falls from guide to guide, and the rear of the tail lags."
+    source = "Coulomb (1785), of constant force where Euler's capstan has one in proportion to the pull."
+    parameters = (Parameter("force", "N", 0.0, 5.0, 0.5),)
+
+    def force(self, robot: RobotSpec, scene: Scene, values: np.ndarray) -> StepForce | None:
+        """Return the force that gives back the excess of the damping."""
+        return _Guides(robot, values).given_back if values.any() and scene.with_tendons else None
+
+    def damping(
+        self, robot: RobotSpec, scene: Scene, models: Sequence[mujoco.MjModel], values: np.ndarray
+    ) -> StepDamper | None:
+        """Return damping that is at least the friction."""
+        return _Guides(robot, values).damping if values.any() and scene.with_tendons else None
+
+
 class _Guides:
     """Friction F u / sqrt(u^2 + `CREEP_M_S`^2) of both lines at every guide that they slide through at speed u.
 
@@ -202,28 +228,6 @@ class _Guides:
     def _bound(self, k: np.ndarray) -> np.ndarray:
         sizes = np.abs(self._arms_m)
         return np.asarray(k @ (sizes * sizes.sum(axis=1, keepdims=True)))
-
-
-class TendonFriction(TendonEffect):
-    """Each line loses `force` of its pull at each guide that it slides through; it ends in the last one.
-
-    There is no guide before the first hinge.
-    """
-
-    name = "tendon_friction"
-    physics = "Coulomb friction in the guides: the pull falls from guide to guide, and the rear of the tail lags."
-    source = "Coulomb (1785), of constant force where Euler's capstan has one in proportion to the pull."
-    parameters = (Parameter("force", "N", 0.0, 5.0, 0.5),)
-
-    def force(self, robot: RobotSpec, scene: Scene, values: np.ndarray) -> StepForce | None:
-        """Return the force that gives back the excess of the damping."""
-        return _Guides(robot, values).given_back if values.any() and scene.with_tendons else None
-
-    def damping(
-        self, robot: RobotSpec, scene: Scene, models: Sequence[mujoco.MjModel], values: np.ndarray
-    ) -> StepDamper | None:
-        """Return damping that is at least the friction."""
-        return _Guides(robot, values).damping if values.any() and scene.with_tendons else None
 
 
 class TendonAsymmetry(TendonEffect):

@@ -1,4 +1,8 @@
-"""Effects of the water: added mass, wakes, currents, walls, buoyancy."""
+"""Effects of the water: floating, added mass, wakes, currents, walls, waves and drag.
+
+Effects of a body that floats (`SurfaceMotion`, `HullRoll`) come first: it rolls and pitches, and raised markers swing
+with it. All others are forces of the water on the robot's plates.
+"""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -10,6 +14,7 @@ from swimcal.effects.effect import Effect, Observation, Parameter, Plates, StepF
 from swimcal.mjcf import Scene, added_volumes
 from swimcal.robot import RobotSpec
 
+# `SurfaceMotion`: a small float.
 ROLL_HZ = 2.0
 """Natural frequency of a small float in roll."""
 
@@ -19,6 +24,39 @@ PITCH_HZ = 1.6
 DAMPING = 0.2
 """Damping ratio of a small float in roll and pitch."""
 _HARMONICS = np.arange(1, 4)
+
+# `HullRoll`: a hull that rolls about a long axis.
+NATURAL_ROLL_HZ = 0.6
+"""Natural roll frequency of a hull with little righting moment; `natural` is the logarithm of the ratio to it."""
+
+# `SegmentCoefficients`.
+_PLATES = ("head_fluid", "caudal_fin")
+
+# `FluidMemory`: the wake that is left behind.
+AT_ONCE = 0.5
+"""Share of the force that follows the motion at once: Wagner's function at time 0."""
+SLOW_M_S = 0.02
+"""Speed at which a wake is left behind by a fish at rest."""
+
+# `BackgroundCurrent`.
+_MAX_CURRENT_M_S = 0.15
+_CURRENT_SD_M_S = 0.02
+
+# `WallProximity`: forces of a wall on the plates.
+DRAG = 1.2
+"""Drag coefficient of a plate that moves broadside: Hoerner, Fluid-Dynamic Drag (1965), chapter 3.
+
+The wall adds a share of it.
+"""
+LIFT = 1.0
+"""Lift coefficient towards the wall of a plate that moves along it; of order one (Quinn, Lauder and Smits 2014)."""
+COURSE_S = 1.0
+"""Time over which a heading that swings from beat to beat is averaged to a course."""
+
+# `WaveDrag`.
+GRAVITY_M_S2 = 9.81
+HUMP_FROUDE = 0.5
+"""Froude number at which the bow's waves are twice as long as the hull, and their drag is greatest."""
 
 
 def swing(driven: np.ndarray, beat_rad: np.ndarray, time_s: np.ndarray, natural_hz: float) -> np.ndarray:
@@ -84,10 +122,6 @@ class SurfaceMotion(FloatingEffect):
         nearer = -values[2] * pitch[:, None] * behind  # relative to the camera's height
         swung = seen.marker_m + seen.above_m[:, None] * lean[:, None]
         return np.asarray(swung + nearer[..., None] * (seen.marker_m - seen.view.axis_m))
-
-
-NATURAL_ROLL_HZ = 0.6
-"""Natural roll frequency of a hull with little righting moment; `natural` is the logarithm of the ratio to it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -170,6 +204,9 @@ class HullRoll(FloatingEffect):
         return np.asarray(seen.marker_m + values[0] * swung)
 
 
+# Forces of the water on the plates.
+
+
 def water_behind_kg(robot: RobotSpec, plates: Plates) -> np.ndarray:
     """Return the mass of the water (p,) that each plate carries when it moves across itself, spread evenly along it.
 
@@ -182,6 +219,44 @@ def water_behind_kg(robot: RobotSpec, plates: Plates) -> np.ndarray:
     """
     half_length, _, half_height = plates.half_m.T
     return np.asarray(robot.water.density_kg_m3 * np.pi * half_height**2 * 2 * half_length)
+
+
+class WaterEffect(Effect):
+    """Effect of the water."""
+
+    family = "fluid"
+    stage = "body"
+    seen_in = frozenset({"swim"})
+
+
+class AddedMassReaction(WaterEffect):
+    """Water that must be accelerated with the body, and is left behind with what it has gained.
+
+    Without what is left behind the kinetic energy would be the body's plus 1/2 scale m_A v_y^2, and stay; the wake
+    takes 1/2 m' v_t^2 of it a length of way. At scale 1 all is as in elongated body theory, which makes too much of a
+    fin that is higher than it is long: by itself in the water it would carry an eighth as much.
+    """
+
+    name = "added_mass_reaction"
+    physics = "Reaction -d(m_A v_y)/dt to the acceleration of a plate across itself; its momentum is shed at the tail."
+    source = (
+        "Lighthill, Proc. R. Soc. B 179 (1971), m_A = pi/4 rho d^2 a length; Candelier, Boyer and Leroyer, J. Fluid "
+        "Mech. 673 (2011); Kirchhoff's equations (Lamb, article 124), of which MuJoCo has all but the acceleration."
+    )
+    parameters = (Parameter("scale", "1", 0.0, 1.0, 0.2),)
+
+    def mjcf(self, spec: mujoco.MjSpec, robot: RobotSpec, scene: Scene, values: np.ndarray) -> None:
+        """Add the mass to the plates, so that the engine solves for it together with all other inertia."""
+        if values[0] > 0 and scene.in_water:
+            plates = Plates(robot, scene)
+            for name, mass in zip(plates.names, water_behind_kg(robot, plates), strict=True):
+                spec.geom(name).mass += float(values[0] * mass)
+
+    def force(self, robot: RobotSpec, scene: Scene, values: np.ndarray) -> StepForce | None:
+        """Return the force that frees the plates of that mass along themselves, and sheds momentum at the tail."""
+        if not scene.in_water or not values.any():
+            return None
+        return _Reactive(robot, Plates(robot, scene), values, scene.timestep_s)
 
 
 class _Reactive:
@@ -225,47 +300,6 @@ class _Reactive:
         return self.plates.generalised(force * motion.along, motion, torque)
 
 
-class WaterEffect(Effect):
-    """Effect of the water."""
-
-    family = "fluid"
-    stage = "body"
-    seen_in = frozenset({"swim"})
-
-
-class AddedMassReaction(WaterEffect):
-    """Water that must be accelerated with the body, and is left behind with what it has gained.
-
-    Without what is left behind the kinetic energy would be the body's plus 1/2 scale m_A v_y^2, and stay; the wake
-    takes 1/2 m' v_t^2 of it a length of way. At scale 1 all is as in elongated body theory, which makes too much of a
-    fin that is higher than it is long: by itself in the water it would carry an eighth as much.
-    """
-
-    name = "added_mass_reaction"
-    physics = "Reaction -d(m_A v_y)/dt to the acceleration of a plate across itself; its momentum is shed at the tail."
-    source = (
-        "Lighthill, Proc. R. Soc. B 179 (1971), m_A = pi/4 rho d^2 a length; Candelier, Boyer and Leroyer, J. Fluid "
-        "Mech. 673 (2011); Kirchhoff's equations (Lamb, article 124), of which MuJoCo has all but the acceleration."
-    )
-    parameters = (Parameter("scale", "1", 0.0, 1.0, 0.2),)
-
-    def mjcf(self, spec: mujoco.MjSpec, robot: RobotSpec, scene: Scene, values: np.ndarray) -> None:
-        """Add the mass to the plates, so that the engine solves for it together with all other inertia."""
-        if values[0] > 0 and scene.in_water:
-            plates = Plates(robot, scene)
-            for name, mass in zip(plates.names, water_behind_kg(robot, plates), strict=True):
-                spec.geom(name).mass += float(values[0] * mass)
-
-    def force(self, robot: RobotSpec, scene: Scene, values: np.ndarray) -> StepForce | None:
-        """Return the force that frees the plates of that mass along themselves, and sheds momentum at the tail."""
-        if not scene.in_water or not values.any():
-            return None
-        return _Reactive(robot, Plates(robot, scene), values, scene.timestep_s)
-
-
-_PLATES = ("head_fluid", "caudal_fin")
-
-
 class SegmentCoefficients(WaterEffect):
     """All five coefficients of the head, and of the fin, are those of the tail times exp(parameter)."""
 
@@ -280,10 +314,20 @@ class SegmentCoefficients(WaterEffect):
             spec.geom(name).fluid_coefs = np.exp(value) * spec.geom(name).fluid_coefs
 
 
-AT_ONCE = 0.5
-"""Share of the force that follows the motion at once: Wagner's function at time 0."""
-SLOW_M_S = 0.02
-"""Speed at which a wake is left behind by a fish at rest."""
+class FluidMemory(WaterEffect):
+    """Half of the water's force comes at once, the rest as the wake that it must build up is left behind.
+
+    The lag is that of the whole force on each joint; the engine does not separate drag from lift.
+    """
+
+    name = "fluid_memory"
+    physics = "The vortex shed at a change of circulation holds half of it back until it has been left behind."
+    source = "Wagner (1925); Jones, NACA report 681 (1940), here with one exponential; Theodorsen, report 496 (1935)."
+    parameters = (Parameter("way", "m", 0.0, 0.1, 0.004),)
+
+    def force(self, robot: RobotSpec, scene: Scene, values: np.ndarray) -> StepForce | None:
+        """Return the force of the wake, with a state of its own."""
+        return _Wake(Plates(robot, scene), values, scene.timestep_s) if scene.in_water and values.any() else None
 
 
 class _Wake:
@@ -308,26 +352,6 @@ class _Wake:
         late = kept * self.late + (1 - kept) / steps * (state.fluid - self.before)
         self.late, self.before = late, state.fluid.copy()
         return np.asarray(-(1 - AT_ONCE) * late)
-
-
-class FluidMemory(WaterEffect):
-    """Half of the water's force comes at once, the rest as the wake that it must build up is left behind.
-
-    The lag is that of the whole force on each joint; the engine does not separate drag from lift.
-    """
-
-    name = "fluid_memory"
-    physics = "The vortex shed at a change of circulation holds half of it back until it has been left behind."
-    source = "Wagner (1925); Jones, NACA report 681 (1940), here with one exponential; Theodorsen, report 496 (1935)."
-    parameters = (Parameter("way", "m", 0.0, 0.1, 0.004),)
-
-    def force(self, robot: RobotSpec, scene: Scene, values: np.ndarray) -> StepForce | None:
-        """Return the force of the wake, with a state of its own."""
-        return _Wake(Plates(robot, scene), values, scene.timestep_s) if scene.in_water and values.any() else None
-
-
-_MAX_CURRENT_M_S = 0.15
-_CURRENT_SD_M_S = 0.02
 
 
 class BackgroundCurrent(WaterEffect):
@@ -357,15 +381,26 @@ class BackgroundCurrent(WaterEffect):
             spec.option.wind = (*values, 0.0)
 
 
-DRAG = 1.2
-"""Drag coefficient of a plate that moves broadside: Hoerner, Fluid-Dynamic Drag (1965), chapter 3.
+class WallProximity(WaterEffect):
+    """A wall parallel to the course, given by its distance from the start, to the power -2: left +, right -.
 
-The wall adds a share of it.
-"""
-LIFT = 1.0
-"""Lift coefficient towards the wall of a plate that moves along it; of order one (Quinn, Lauder and Smits 2014)."""
-COURSE_S = 1.0
-"""Time over which a heading that swings from beat to beat is averaged to a course."""
+    In proportion to it is what a distant wall does.
+    """
+
+    name = "wall_proximity"
+    physics = (
+        "A wall at clearance c adds a share (h / c)^2 to the drag across it and draws a passing body of half depth h "
+        "towards it."
+    )
+    source = "Images in a plane (Lamb, Hydrodynamics, article 137); Quinn, Lauder and Smits, J. Fluid Mech. 742 (2014)."
+    parameters = (Parameter("inverse_square", "1/m^2", -64.0, 64.0, 8.0),)
+
+    def force(self, robot: RobotSpec, scene: Scene, values: np.ndarray) -> StepForce | None:
+        """Return the force of the wall."""
+        nearness = np.sign(values) * np.sqrt(np.abs(values))
+        return (
+            _Wall(robot, Plates(robot, scene), nearness, scene.timestep_s) if scene.in_water and values.any() else None
+        )
 
 
 class _Wall:
@@ -398,33 +433,6 @@ class _Wall:
         return self.plates.generalised(1j * self.pressed * (drag + lift) * course, motion)
 
 
-class WallProximity(WaterEffect):
-    """A wall parallel to the course, given by its distance from the start, to the power -2: left +, right -.
-
-    In proportion to it is what a distant wall does.
-    """
-
-    name = "wall_proximity"
-    physics = (
-        "A wall at clearance c adds a share (h / c)^2 to the drag across it and draws a passing body of half depth h "
-        "towards it."
-    )
-    source = "Images in a plane (Lamb, Hydrodynamics, article 137); Quinn, Lauder and Smits, J. Fluid Mech. 742 (2014)."
-    parameters = (Parameter("inverse_square", "1/m^2", -64.0, 64.0, 8.0),)
-
-    def force(self, robot: RobotSpec, scene: Scene, values: np.ndarray) -> StepForce | None:
-        """Return the force of the wall."""
-        nearness = np.sign(values) * np.sqrt(np.abs(values))
-        return (
-            _Wall(robot, Plates(robot, scene), nearness, scene.timestep_s) if scene.in_water and values.any() else None
-        )
-
-
-GRAVITY_M_S2 = 9.81
-HUMP_FROUDE = 0.5
-"""Froude number at which the bow's waves are twice as long as the hull, and their drag is greatest."""
-
-
 def hump(froude: np.ndarray) -> np.ndarray:
     """Return the wave drag coefficient relative to that on the hump: 2 x^4 / (1 + x^8) with x = Fr / 0.5.
 
@@ -432,22 +440,6 @@ def hump(froude: np.ndarray) -> np.ndarray:
     """
     x4 = (froude / HUMP_FROUDE) ** 4
     return np.asarray(2 * x4 / (1 + x4**2))
-
-
-class _AlongTheHead:
-    """A resistance along the head's axis: a force in N by the speed there in m/s, of all simulations (n,)."""
-
-    def __init__(self, plates: Plates, resistance: Callable[[np.ndarray], np.ndarray]) -> None:
-        self.plates, self.resistance = plates, resistance
-
-    @np.errstate(over="ignore", invalid="ignore")  # a simulation that blows up is marked later
-    def __call__(self, state: StepState) -> np.ndarray:
-        motion = state.motion
-        head = motion.along[:, 0]
-        speed = np.real(head.conj() * motion.velocity[:, 0])
-        force = np.zeros_like(motion.place)
-        force[:, 0] = -np.sign(speed) * self.resistance(np.abs(speed)) * head
-        return self.plates.generalised(force, motion)
 
 
 class WaveDrag(WaterEffect):
@@ -507,6 +499,22 @@ class SkinFriction(WaterEffect):
         kinematic = water.viscosity_pa_s / water.density_kg_m3
         factor = 0.5 * water.density_kg_m3 * wetted_m2 * 1.328 * np.sqrt(kinematic / length_m)
         return _AlongTheHead(plates, lambda speed: factor * values[:, 0] * speed**1.5)
+
+
+class _AlongTheHead:
+    """A resistance along the head's axis: a force in N by the speed there in m/s, of all simulations (n,)."""
+
+    def __init__(self, plates: Plates, resistance: Callable[[np.ndarray], np.ndarray]) -> None:
+        self.plates, self.resistance = plates, resistance
+
+    @np.errstate(over="ignore", invalid="ignore")  # a simulation that blows up is marked later
+    def __call__(self, state: StepState) -> np.ndarray:
+        motion = state.motion
+        head = motion.along[:, 0]
+        speed = np.real(head.conj() * motion.velocity[:, 0])
+        force = np.zeros_like(motion.place)
+        force[:, 0] = -np.sign(speed) * self.resistance(np.abs(speed)) * head
+        return self.plates.generalised(force, motion)
 
 
 EFFECTS: tuple[Effect, ...] = (
