@@ -12,7 +12,8 @@ from calib.pipeline import Pipeline, working
 from calib.results.tracks import FilmedTracks, TrackResult, shares_of
 from calib.stages.videos import of_each
 from reports.words import listed
-from swimcal.errors import Fault, Flag, InputError, NotEnoughData
+from swimcal.errors import Fault, InputError, NotEnoughData
+from swimcal.flags import Flag
 from swimcal.results import plain_json
 from swimcal.robot import RobotSpec
 from swimcal.session import Session, TrialSpec

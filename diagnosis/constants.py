@@ -10,8 +10,8 @@ import numpy as np
 from scipy.optimize import minimize
 
 from fitting.features import of_markers
+from fitting.session_model import NuisanceModel, PlacementUncertainty
 from fitting.structure import ParameterUncertainty, PerturbedTwin, Source, assumed, perturbed_twins
-from fitting.trial_model import NuisanceModel, PlacementUncertainty
 from swimcal.robot import RobotSpec
 from swimcal.twin import Twin
 

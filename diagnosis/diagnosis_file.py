@@ -27,7 +27,7 @@ from diagnosis.result import (
     Place,
     Strength,
 )
-from fitting.forecast import TWIN, SessionForecast
+from fitting.session_forecast import TWIN, SessionForecast
 from swimcal.effects.effect import Parameter
 from swimcal.mjcf import FluidCoefficients
 

@@ -29,11 +29,12 @@ from diagnosis.hypotheses import Probabilities
 from diagnosis.linear_model import LinearModel
 from diagnosis.result import Experiment, ProposedTrial
 from diagnosis.verdict import Verdict
-from fitting.decay_fit import Ring, ring_changes, shows_in_decays
+from fitting.affected_trials import imagined, picture_px
 from fitting.noise import FeatureNoise
-from fitting.signatures import imagined, picture_px, signature_of
+from fitting.ring import Ring, ring_changes, shows_in_decays
+from fitting.session_model import SessionModel
+from fitting.signatures import signature_of
 from fitting.trial import MeasuredTrial
-from fitting.trial_model import SessionModel
 from swimcal.effects.affected_twin import AffectedTwin
 from swimcal.effects.effect import Effect
 from swimcal.errors import NotEnoughData, SimulationDiverged

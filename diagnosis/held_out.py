@@ -23,9 +23,10 @@ from diagnosis.constants import CLEAR, FLOOR_SD, LEAST_GAP
 from diagnosis.linear_model import LinearModel
 from diagnosis.refit import Refit, residual_drawn, residual_with
 from diagnosis.result import GapSize, HeldOutSwim
+from fitting.affected_trials import view_of
+from fitting.baselines import BASELINES
 from fitting.phase import fit_phase, forecast, score
-from fitting.pool import BASELINES, forward_speed
-from fitting.signatures import view_of
+from fitting.pool import forward_speed
 from fitting.trial import MeasuredTrial
 from fitting.trial_model import START_PHASE_RAD, TrialModel
 from swimcal.effects.affected_twin import AffectedRuns, AffectedTwin

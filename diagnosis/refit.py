@@ -23,8 +23,9 @@ from scipy.special import logsumexp
 from diagnosis.constants import CALLED_FOR, SHARES, WIDER
 from diagnosis.evidence import Hypotheses
 from diagnosis.linear_model import LinearModel
+from fitting.affected_trials import AffectedSession
 from fitting.mode import broyden
-from fitting.signatures import LONG, PRIOR_SD, AffectedSession, Signature, little
+from fitting.signatures import LONG, PRIOR_SD, Signature, little
 from swimcal.effects.effect import Effect, Parameter
 from swimcal.mjcf import COEFFICIENT_BOUNDS
 

@@ -1,7 +1,8 @@
-"""Law of the speed over frequency, and the sweep on which it is shown.
+"""Baselines of the speed over frequency, the law of the speed, and the sweep on which all are shown.
 
-`speed_law` fits a power of the frequency to the measured speeds of a session and to those of every model. `sweep_speed`
-simulates the calibrated twin at evenly spaced frequencies, settled, beside elongated body theory.
+`BASELINES` are the simple rules, in frequency alone, that a forecast has to beat. `speed_law` fits a power of the
+frequency to the measured speeds of a session and to those of every model. `sweep_speed` simulates the calibrated twin
+at evenly spaced frequencies, settled, beside elongated body theory.
 """
 
 from collections.abc import Mapping, Sequence
@@ -184,3 +185,62 @@ def sweep_frequencies(measured_hz: list[float], count: int = 25) -> np.ndarray:
         count: number of frequencies.
     """
     return np.linspace(0.85 * min(measured_hz), 1.15 * max(measured_hz), count)
+
+
+def speed_line(fitted_hz: Sequence[float], fitted_speed: Sequence[float], hz: Sequence[float]) -> list[float]:
+    """Return the speeds by a straight line in frequency through the fitted trials, m/s; nan without any.
+
+    If all trials have one frequency the line goes through the origin, so that the stride is constant. A held-out trial
+    is forecast at the frequency of its first two beats, as by the twin.
+
+    Args:
+        fitted_hz: (n,) measured beat frequencies, Hz.
+        fitted_speed: (n,) forward speeds, m/s.
+        hz: (k,) frequencies of the forecasts.
+    """
+    x, y, at = (np.array(values, float) for values in (fitted_hz, fitted_speed, hz))
+    if len(x) == 0:
+        return [float("nan")] * len(at)
+    if np.ptp(x) > 0:
+        slope, constant = np.polyfit(x, y, 1)
+        return list(map(float, constant + slope * at))
+    return list(map(float, np.mean(y / x) * at))
+
+
+def speed_power_law(fitted_hz: Sequence[float], fitted_speed: Sequence[float], hz: Sequence[float]) -> list[float]:
+    """Return the speeds by a power of the frequency through the fitted trials, m/s.
+
+    They are nan where a fitted trial did not swim forward. If all trials have one frequency the stride is constant.
+
+    Args:
+        fitted_hz: (n,) measured beat frequencies, Hz.
+        fitted_speed: (n,) forward speeds, m/s.
+        hz: (k,) frequencies of the forecasts.
+    """
+    x, y, at = (np.array(values, float) for values in (fitted_hz, fitted_speed, hz))
+    if len(x) == 0 or (y <= 0).any():
+        return [float("nan")] * len(at)
+    if np.ptp(x) == 0:
+        return speed_constant_stride(fitted_hz, fitted_speed, hz)
+    power, constant = np.polyfit(np.log(x), np.log(y), 1)
+    return list(map(float, np.exp(constant) * at**power))
+
+
+def speed_constant_stride(
+    fitted_hz: Sequence[float], fitted_speed: Sequence[float], hz: Sequence[float]
+) -> list[float]:
+    """Return the speeds in proportion to the frequency, by the mean distance a beat, m/s.
+
+    Args:
+        fitted_hz: (n,) measured beat frequencies, Hz.
+        fitted_speed: (n,) forward speeds, m/s.
+        hz: (k,) frequencies of the forecasts.
+    """
+    if not len(fitted_hz):
+        return [float("nan")] * len(hz)
+    stride = float(np.mean(np.array(fitted_speed) / np.array(fitted_hz)))
+    return [stride * each for each in hz]
+
+
+BASELINES = {"line": speed_line, "power_law": speed_power_law, "constant_stride": speed_constant_stride}
+"""Simple rules that every forecast of a speed has to beat, by name."""

@@ -1,184 +1,41 @@
-"""Calibration of a session: the fit of the coefficients, every trial beside the calibrated twin, and their scores.
+"""Calibration of a session: every trial beside the calibrated twin, and their scores.
 
-`fit_coefficients` finds the posterior mode of the coefficients (`fitting.mode`) and says which of them the trials
-determine. `calibrate` does so on the fit trials, fits elongated body theory to the same trials, compares every trial
-with the twin and forecasts it; `assemble` makes a `Calibration` from coefficients that are known.
-`calibrate_as_published` runs the published search instead (`fitting.published`), for comparison.
+`calibrate` fits the coefficients to the fit trials (`fitting.coefficient_fit`), fits elongated body theory to the same
+trials, compares every trial with the twin and forecasts it; `assemble` makes a `Calibration` from coefficients that are
+known. `calibrate_as_published` runs the published search instead (`fitting.published`), for comparison.
 """
 
-import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import NamedTuple
 
 import numpy as np
-from threadpoolctl import threadpool_limits
 
-from fitting.baselines import SpeedLaw, SpeedSweep, speed_law, sweep_frequencies, sweep_speed
+from fitting.baselines import (
+    SpeedLaw,
+    SpeedSweep,
+    speed_law,
+    speed_line,
+    speed_power_law,
+    sweep_frequencies,
+    sweep_speed,
+)
+from fitting.coefficient_fit import CoefficientFit, fit_coefficients
 from fitting.ebt import FORMS, EbtFit, Sway, fit_every_form, model_speeds, sways
-from fitting.forecast import NORMAL_90, NOTHING_FORECAST, TWIN, Forecast, SessionForecast, forecast_session
 from fitting.left_out import beyond, diverges, followed, left_out_flags, suspicion
-from fitting.mode import Mode, SearchEnd, find_mode
 from fitting.phase import Scores, fit_phase, forecast, score
-from fitting.pool import speed_line, speed_power_law
 from fitting.progress import Progress, part_of
 from fitting.published import PublishedFit, Swims, published_search
-from fitting.structure import ParameterUncertainty, Structure, uncertainties_of
+from fitting.session_forecast import NOTHING_FORECAST, TWIN, Forecast, SessionForecast, forecast_session
+from fitting.structure import Structure, uncertainties_of
 from fitting.trial import MeasuredTrial
-from fitting.trial_model import Roll, SessionModel
-from swimcal.errors import Flag, NotEnoughData, SimulationDiverged
-from swimcal.mjcf import COEFFICIENT_BOUNDS, FluidCoefficients
+from swimcal.errors import NotEnoughData, SimulationDiverged
+from swimcal.flags import Flag
+from swimcal.mjcf import FluidCoefficients
 from swimcal.robot import RobotSpec
 from swimcal.twin import Twin
 from tracking.head_frame import HeadFrame
 
-# A coefficient is not determined if the ends of its 90 % interval exceed this ratio and this difference.
-_WIDE = 2.5
-_WIDE_BY = 0.5
-_NEAR_BOUND = 0.02  # share of the range from a bound within which an interval reaches it
-NAMES = FluidCoefficients._fields
-_AT_BOUND = 1e-3  # share of the range from a bound within which a coefficient is at it
-
-
 # The coefficients.
-
-
-class Marginal(NamedTuple):
-    """The marginal posterior of one coefficient.
-
-    Attributes:
-        mean, sd: mean and standard deviation.
-        q05, q95: ends of the 90 % interval.
-        ess_bulk: effective number of draws.
-        r_hat: convergence of the chains; 1 is best.
-        determined: whether the trials determine it; one that is cut off at a bound is not, however narrow.
-    """
-
-    mean: float
-    sd: float
-    q05: float
-    q95: float
-    ess_bulk: float
-    r_hat: float
-    determined: bool
-
-    @property
-    def narrow(self) -> bool:
-        """Whether the 90 % interval is narrow, by the trials or by a bound."""
-        return self.q95 <= _WIDE * self.q05 or self.q95 - self.q05 <= _WIDE_BY
-
-    @property
-    def at_bounds(self) -> tuple[float, ...]:
-        """The bounds of the prior that cut it off: its interval reaches them, and would reach further."""
-        reach = _NEAR_BOUND * (COEFFICIENT_BOUNDS[1] - COEFFICIENT_BOUNDS[0])
-        near = zip(COEFFICIENT_BOUNDS, (self.q05, self.q95), strict=True)
-        return tuple(float(bound) for bound, end in near if abs(end - bound) < reach < self.sd)
-
-
-@dataclass(frozen=True, eq=False)
-class CoefficientFit:
-    """The coefficients and how they were found.
-
-    Attributes:
-        coefficients: the five fluid coefficients at the mode.
-        interval: (5, 2) 90 % interval of each by the curvature at the mode, and about other ends of the search that are
-            as likely; within the bounds.
-        components: standard deviation of each variance component, by name (see `fitting.covariance`).
-        roll: roll of the hull, by which simulated markers swing in the fit; it does not move the calibrated twin.
-        ends: where every start of the search ended, the best first.
-        simulations: how often the fit trials were simulated.
-        seconds: wall time of the search.
-        flags: bounds hit, not converged, starts that disagree, coefficients that the data do not determine.
-    """
-
-    coefficients: FluidCoefficients
-    interval: np.ndarray
-    components: Mapping[str, float]
-    roll: Roll
-    ends: tuple[SearchEnd, ...]
-    simulations: int
-    seconds: float
-    flags: tuple[Flag, ...]
-
-
-@threadpool_limits.wrap(limits=1, user_api="blas")  # the matrices are small: threads cost more than they save
-def fit_coefficients(
-    trials: Sequence[MeasuredTrial],
-    twin: Twin,
-    doubts: Sequence[ParameterUncertainty],
-    starts: int = 3,
-    seed: int = 0,
-    progress: Progress = lambda _message, _share: None,
-) -> tuple[CoefficientFit, Mode]:
-    """Find the posterior mode of the coefficients of fit trials; their order does not matter.
-
-    Args:
-        trials: the fit trials.
-        twin: the twin.
-        doubts: uncertain numbers of the robot.
-        starts: number of starts of the search.
-        seed: seed of the search.
-        progress: takes messages with the share of the work that is done.
-
-    Raises:
-        SimulationDiverged: the twin diverged from every start.
-    """
-    began = time.perf_counter()
-    ordered = sorted(trials, key=lambda trial: trial.name)
-    mode = find_mode(SessionModel.of(twin, ordered, doubts, with_course=True), starts, seed, progress)
-    reach = NORMAL_90 * np.sqrt(np.diag(mode.coefficient_covariance))
-    likely = np.array([mode.coefficients, *(end.coefficients for end in mode.disagree)])
-    ends = np.column_stack([likely.min(axis=0) - reach, likely.max(axis=0) + reach])
-    interval = np.clip(ends, *COEFFICIENT_BOUNDS)
-    fit = CoefficientFit(
-        coefficients=FluidCoefficients(*map(float, mode.coefficients)),
-        interval=interval,
-        components=mode.sizes,
-        roll=mode.roll,
-        ends=mode.ends,
-        simulations=mode.simulations,
-        seconds=time.perf_counter() - began,
-        flags=_flags(mode, interval),
-    )
-    return fit, mode
-
-
-def is_no_drag(name: str, bound: float) -> bool:
-    """Tell whether a coefficient at this bound is a drag that is absent: below 0 it would push."""
-    return bound == 0.0 and name.endswith("_drag")
-
-
-def _at_bound(name: str, value: float, bound: float) -> str:
-    if is_no_drag(name, bound):
-        return f"{name} = {value:.3g} is at its physical limit 0: the trials show no such drag, and none is below 0"
-    return f"{name} = {value:.3g} is at its bound {bound:g}: the data favour a value beyond it"
-
-
-def _flags(mode: Mode, interval: np.ndarray) -> tuple[Flag, ...]:
-    best, (low, high) = mode.ends[0], COEFFICIENT_BOUNDS
-    flags = [
-        Flag("at_bound", message=_at_bound(name, value, bound))
-        for name, value in zip(NAMES, mode.coefficients, strict=True)
-        for bound in (low, high)
-        if abs(value - bound) < _AT_BOUND * (high - low)
-    ]
-    if not best.converged:
-        flags.append(Flag("not_converged", message="the best start had not converged: a better fit may be near"))
-    if not best.forward:
-        message = "started from rest, the fitted twin swims backward at some frequencies"
-        flags.append(Flag("swims_backward", message=message))
-    elif any(not end.forward and end.log_density > best.log_density for end in mode.ends[1:]):
-        message = "likelier coefficients were rejected: started from rest, that twin swims backward"
-        flags.append(Flag("rejected_restart", message=message))
-    if others := mode.disagree:
-        message = f"{len(others)} other starts are as likely and end elsewhere: these trials allow several fits"
-        flags.append(Flag("restarts_disagree", message=message))
-    flags += [
-        Flag("unidentifiable", message=f"{name} = {value:.3g} is not determined: 90 % interval {a:.2g} to {b:.2g}")
-        for name, value, (a, b) in zip(NAMES, mode.coefficients, interval, strict=True)
-        if b > _WIDE * a and b - a > _WIDE_BY
-    ]
-    return tuple(flags)
 
 
 # The trials beside the calibrated twin.

@@ -13,14 +13,15 @@ from typing import NamedTuple
 import numpy as np
 
 from fitting.baselines import SpeedLaw
-from fitting.calibration import CalibratedTrial, Calibration, CoefficientFit, Marginal, Summary, summarise
+from fitting.calibration import CalibratedTrial, Calibration, Summary, summarise
+from fitting.coefficient_fit import CoefficientFit, Marginal
 from fitting.ebt import FROM_TWIN, Sway
-from fitting.forecast import SessionForecast
 from fitting.left_out import FAR
 from fitting.published import PublishedFit
+from fitting.session_forecast import SessionForecast
 from fitting.structure import Source, Structure
 from fitting.trial_checks import TAIL_FIRST
-from swimcal.errors import Flag
+from swimcal.flags import Flag
 from swimcal.mjcf import FluidCoefficients
 from swimcal.results import ResultFile
 

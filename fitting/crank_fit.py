@@ -26,7 +26,8 @@ from fitting.crank_surface import (
 from fitting.dry_run import PUBLISHED_STRETCH, DryResponse, DryTrial, TendonUse, simulate_response, tendon_use, with_arm
 from fitting.trial import SCORED_S
 from fitting.trial_checks import SCALE_OFF
-from swimcal.errors import Flag, NotEnoughData
+from swimcal.errors import NotEnoughData
+from swimcal.flags import Flag
 from swimcal.robot import RobotSpec
 
 FEWEST_TURNS = 2.0  # least turns in which speed and phase are told apart

@@ -25,7 +25,8 @@ from fitting.frequency import SwimFrequency, estimate_frequency
 from fitting.motor_clock import MotorRecord
 from fitting.pool import head_frame, head_is_trusted, in_pool
 from fitting.trial import SCORED_S
-from swimcal.errors import Flag, NotEnoughData, SimulationDiverged
+from swimcal.errors import NotEnoughData, SimulationDiverged
+from swimcal.flags import Flag
 from swimcal.mjcf import DRY
 from swimcal.robot import RobotSpec
 from swimcal.runs import Runs

@@ -24,7 +24,7 @@ from fitting.pool import bridged, design, forward_speed, weighted_fit, whole_bea
 from fitting.trial import MeasuredTrial
 from fitting.trial_model import NO_ROLL
 from swimcal.ebt import BETA_BOUNDS, DRAG_BOUNDS, TailMotion, TipMotion, steady_speed, steady_speed_large
-from swimcal.errors import Flag
+from swimcal.flags import Flag
 from swimcal.robot import RobotSpec
 from tracking.head_frame import HeadFrame, from_head_frame
 

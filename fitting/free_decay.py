@@ -14,7 +14,8 @@ from scipy.signal import find_peaks
 from scipy.signal.windows import hann
 
 from fitting.pool import bridged, in_pool
-from swimcal.errors import Flag, NotEnoughData
+from swimcal.errors import NotEnoughData
+from swimcal.flags import Flag
 from swimcal.robot import RobotSpec
 from swimcal.session_file import CameraSpec
 from swimcal.tracks import markers_of

@@ -14,7 +14,8 @@ from scipy.special import softmax
 from scipy.stats import median_abs_deviation
 
 from fitting.pool import design, weighted_fit
-from swimcal.errors import Flag, NotEnoughData
+from swimcal.errors import NotEnoughData
+from swimcal.flags import Flag
 
 # The frequency
 BLOCKS_PER_BEAT = 16.0  # blocks over which residuals are summed

@@ -16,7 +16,8 @@ from scipy.stats import chi2
 
 from fitting.free_decay import DecaySpectrum, DecayTrial
 from fitting.lasting_noise import LastingNoise
-from swimcal.errors import Flag, NotEnoughData
+from swimcal.errors import NotEnoughData
+from swimcal.flags import Flag
 from swimcal.mjcf import FREE_DECAY, Scene, build_mjcf
 from swimcal.robot import RobotSpec
 from swimcal.runs import MarkerKinematics, quiet_engine, workers_of

@@ -16,7 +16,8 @@ import numpy as np
 
 from fitting.trial import MeasuredTrial
 from fitting.trial_model import START_PHASE_RAD, TrialModel, trajectories_together
-from swimcal.errors import Flag, NotEnoughData
+from swimcal.errors import NotEnoughData
+from swimcal.flags import Flag
 from swimcal.mjcf import COEFFICIENT_BOUNDS, PUBLISHED_COEFFICIENTS
 from swimcal.robot import RobotSpec
 from swimcal.session_file import HEAD_MARKERS

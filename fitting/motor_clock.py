@@ -17,7 +17,8 @@ import xarray as xr
 from fitting.frequency import SwimFrequency
 from fitting.motor_code import CodeDelay, TailMotion, code_delay, search, tail_motion
 from swimcal.crank import CrankTurn
-from swimcal.errors import Flag, NotEnoughData
+from swimcal.errors import NotEnoughData
+from swimcal.flags import Flag
 from swimcal.motor_log import MotorCommands, MotorLog, load_commands, load_motor
 from swimcal.robot import RobotSpec
 from swimcal.session import TrialSpec

@@ -2,11 +2,8 @@
 
 `in_pool` checks the tracks of any trial and lays them on the pool; `head_frame` turns them, or a simulation, into the
 frame of the head. `smooth_swim` and `design` give the regressors of a swim, and `determined` tells which series have
-the samples for them. `forward_speed` is the speed that every forecast is compared with; `BASELINES` are the simple
-rules, in frequency alone, that a forecast has to beat.
+the samples for them. `forward_speed` is the speed that every forecast is compared with.
 """
-
-from collections.abc import Sequence
 
 import numpy as np
 import xarray as xr
@@ -261,62 +258,3 @@ def forward_speed(time_s: np.ndarray, head: HeadFrame, kept: np.ndarray, frequen
 
 
 # Simple rules for the speed.
-
-
-def speed_line(fitted_hz: Sequence[float], fitted_speed: Sequence[float], hz: Sequence[float]) -> list[float]:
-    """Return the speeds by a straight line in frequency through the fitted trials, m/s; nan without any.
-
-    If all trials have one frequency the line goes through the origin, so that the stride is constant. A held-out trial
-    is forecast at the frequency of its first two beats, as by the twin.
-
-    Args:
-        fitted_hz: (n,) measured beat frequencies, Hz.
-        fitted_speed: (n,) forward speeds, m/s.
-        hz: (k,) frequencies of the forecasts.
-    """
-    x, y, at = (np.array(values, float) for values in (fitted_hz, fitted_speed, hz))
-    if len(x) == 0:
-        return [float("nan")] * len(at)
-    if np.ptp(x) > 0:
-        slope, constant = np.polyfit(x, y, 1)
-        return list(map(float, constant + slope * at))
-    return list(map(float, np.mean(y / x) * at))
-
-
-def speed_power_law(fitted_hz: Sequence[float], fitted_speed: Sequence[float], hz: Sequence[float]) -> list[float]:
-    """Return the speeds by a power of the frequency through the fitted trials, m/s.
-
-    They are nan where a fitted trial did not swim forward. If all trials have one frequency the stride is constant.
-
-    Args:
-        fitted_hz: (n,) measured beat frequencies, Hz.
-        fitted_speed: (n,) forward speeds, m/s.
-        hz: (k,) frequencies of the forecasts.
-    """
-    x, y, at = (np.array(values, float) for values in (fitted_hz, fitted_speed, hz))
-    if len(x) == 0 or (y <= 0).any():
-        return [float("nan")] * len(at)
-    if np.ptp(x) == 0:
-        return speed_constant_stride(fitted_hz, fitted_speed, hz)
-    power, constant = np.polyfit(np.log(x), np.log(y), 1)
-    return list(map(float, np.exp(constant) * at**power))
-
-
-def speed_constant_stride(
-    fitted_hz: Sequence[float], fitted_speed: Sequence[float], hz: Sequence[float]
-) -> list[float]:
-    """Return the speeds in proportion to the frequency, by the mean distance a beat, m/s.
-
-    Args:
-        fitted_hz: (n,) measured beat frequencies, Hz.
-        fitted_speed: (n,) forward speeds, m/s.
-        hz: (k,) frequencies of the forecasts.
-    """
-    if not len(fitted_hz):
-        return [float("nan")] * len(hz)
-    stride = float(np.mean(np.array(fitted_speed) / np.array(fitted_hz)))
-    return [stride * each for each in hz]
-
-
-BASELINES = {"line": speed_line, "power_law": speed_power_law, "constant_stride": speed_constant_stride}
-"""Simple rules that every forecast of a speed has to beat, by name."""

@@ -20,7 +20,8 @@ from fitting.decay_fit import fit_decay
 from fitting.dry_run import DryTrial, with_arm
 from fitting.free_decay import DecayTrial
 from fitting.hinges import DecayFit, HingeEstimate, combine_decays, fault_of_decay, with_hinges
-from swimcal.errors import Flag, SimulationDiverged
+from swimcal.errors import SimulationDiverged
+from swimcal.flags import Flag
 from swimcal.results import KEPT_ELSEWHERE, ResultFile
 from swimcal.robot import RobotSpec
 from swimcal.twin import Twin

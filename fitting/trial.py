@@ -40,7 +40,8 @@ from fitting.trial_checks import (
     unread_flags,
 )
 from swimcal.crank import CrankTurn
-from swimcal.errors import Flag, NotEnoughData
+from swimcal.errors import NotEnoughData
+from swimcal.flags import Flag
 from swimcal.robot import RobotSpec
 from swimcal.session import TrialSpec
 from swimcal.session_file import CameraSpec

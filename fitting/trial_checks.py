@@ -10,7 +10,8 @@ import numpy as np
 
 from fitting.frequency import LEAST_EXPLAINED, SwimFrequency
 from fitting.pool import design
-from swimcal.errors import Flag, NotEnoughData
+from swimcal.errors import NotEnoughData
+from swimcal.flags import Flag
 from swimcal.robot import RobotSpec
 from swimcal.session_file import OTHER_UNIT, CameraSpec, rate_is_off, usual_spacing_s
 from tracking.head_frame import HeadFrame

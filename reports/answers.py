@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from diagnosis.result import DiagnosisResult
 from fitting.calibration_file import CalibrationResult
-from fitting.forecast import TWIN, SessionForecast
+from fitting.session_forecast import TWIN, SessionForecast
 from reports.caveats import fit_caveats, gap_caveats, posterior_caveats
 from reports.words import (
     MODELS,

@@ -13,7 +13,7 @@ from fitting.calibration_file import CalibrationResult
 from fitting.ebt import EBT_RATIO_ONLY
 from fitting.trial import SCORED_S, MeasuredTrial
 from reports.words import MORE_THAN_NOISE, in_words, listed, percent, sentence, shown
-from swimcal.errors import FLAG_KINDS, Flag
+from swimcal.flags import FLAG_KINDS, Flag
 
 if TYPE_CHECKING:
     from fitting.posterior.summary import PosteriorSummary

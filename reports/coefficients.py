@@ -9,8 +9,8 @@ from collections.abc import Mapping
 import numpy as np
 from matplotlib.figure import Figure
 
-from fitting.calibration import CoefficientFit
 from fitting.calibration_file import PublishedResult
+from fitting.coefficient_fit import CoefficientFit
 from fitting.covariance import COMPONENTS
 from fitting.ebt import Sway
 from reports.context import ReportContext

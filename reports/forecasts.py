@@ -9,11 +9,11 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from fitting.baselines import BASELINES
 from fitting.calibration import CalibratedTrial, Calibration
 from fitting.calibration_file import CommandForecast, forecast_from_command
 from fitting.ebt import EbtFit
-from fitting.forecast import BEATS, GIVEN, SessionForecast
-from fitting.pool import BASELINES
+from fitting.session_forecast import BEATS, GIVEN, SessionForecast
 from reports.caveats import speed_caveats, trial_caveats
 from reports.context import ReportContext
 from reports.page import Block, Plot, Plots, Prose, Section, Table, Terms, table_head

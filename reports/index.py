@@ -15,7 +15,7 @@ from markupsafe import Markup
 from diagnosis.result import DiagnosisResult
 from fitting.calibration_file import CalibrationResult
 from fitting.ebt import EBT_RATIO_ONLY
-from fitting.forecast import GIVEN
+from fitting.session_forecast import GIVEN
 from reports.page import render_page
 from reports.words import MISSING, MODELS, counted, in_mm, in_words, of_its_size, shown, spanned
 from swimcal.mjcf import FluidCoefficients

@@ -20,7 +20,7 @@ from diagnosis.result import MissingForces
 from fitting.calibration import CalibratedTrial
 from reports.gap_figures import FORCES
 from reports.style import INKS
-from swimcal.errors import Flag
+from swimcal.flags import Flag
 from swimcal.tracks import markers_of, pixels_of
 from tracking.tracked import SampleState
 

@@ -14,7 +14,7 @@ from reports.context import ReportContext
 from reports.page import Block, Plot, Plots, Prose, Section, Table, table_head
 from reports.style import HALF_WIDTH_IN, INKS, SHADE, Margins, panel, styled
 from reports.words import counted, in_words, listed, percent, sentence, shortened, shown, spanned
-from swimcal.errors import FLAG_KINDS
+from swimcal.flags import FLAG_KINDS
 from tracking.harmed_frames import stretches
 
 # Kinds of flags

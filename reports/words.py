@@ -10,9 +10,9 @@ from math import floor, isfinite, isnan, log10, nan
 from typing import NamedTuple
 
 from diagnosis.result import DiagnosisResult, EffectParameters, FittedParameter, GapSize, parameters_of
+from fitting.baselines import BASELINES
 from fitting.ebt import FORMS
-from fitting.forecast import BEATS, CONTINUED, DRAWN, GIVEN, TWIN, SessionForecast
-from fitting.pool import BASELINES
+from fitting.session_forecast import BEATS, CONTINUED, DRAWN, GIVEN, TWIN, SessionForecast
 
 # Numbers
 MISSING = "–"  # printed where a number is not known

@@ -16,7 +16,8 @@ from typing import NamedTuple
 import numpy as np
 from scipy.ndimage import median_filter
 
-from swimcal.errors import Fault, FaultCollector, Flag, did_you_mean, shown
+from swimcal.errors import Fault, FaultCollector, did_you_mean, shown
+from swimcal.flags import Flag
 from swimcal.tables import RawTable, Row, check_time, read_log, to_numbers
 
 # Commands.

@@ -26,7 +26,8 @@ from zipfile import BadZipFile, ZipFile
 
 import numpy as np
 
-from swimcal.errors import Fault, Flag, InputError, ResultsNotWritable
+from swimcal.errors import Fault, InputError, ResultsNotWritable
+from swimcal.flags import Flag
 
 KEPT_ELSEWHERE = {"kept_elsewhere": True}
 """Metadata of a dataclass field that is not written with its record; the reader of the record provides it."""

@@ -12,7 +12,8 @@ from types import MappingProxyType
 
 import numpy as np
 
-from swimcal.errors import Fault, FaultCollector, Flag, did_you_mean, shown
+from swimcal.errors import Fault, FaultCollector, did_you_mean, shown
+from swimcal.flags import Flag
 
 GZIP_MAGIC = b"\x1f\x8b"
 EMPTY = "the file is empty"

@@ -27,7 +27,8 @@ import numpy as np
 import xarray as xr
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
-from swimcal.errors import FaultCollector, Flag, did_you_mean, shown
+from swimcal.errors import FaultCollector, did_you_mean, shown
+from swimcal.flags import Flag
 from swimcal.results import writing_whole
 from swimcal.tables import read_text
 from swimcal.toml import fault_of, key_error

@@ -24,7 +24,8 @@ import cv2
 import numpy as np
 import xarray as xr
 
-from swimcal.errors import Fault, Flag, InputError
+from swimcal.errors import Fault, InputError
+from swimcal.flags import Flag
 from swimcal.results import writing_whole
 from swimcal.tracks import as_tracks
 from tracking.appearance import Grey, measure_appearance

@@ -21,7 +21,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from swimcal.errors import Flag
+from swimcal.flags import Flag
 from tracking.body_model import BodyModel, JointGaussian, rows_alike
 from tracking.harmed_frames import stretches
 

@@ -38,7 +38,7 @@ import xarray as xr
 from scipy.interpolate import CubicSpline
 from threadpoolctl import threadpool_limits
 
-from swimcal.errors import Flag
+from swimcal.flags import Flag
 from swimcal.tracks import markers_of, pixels_of
 from tracking.harmed_frames import stretches
 from tracking.tracked import SampleState, but_repeats, samples_of, seen_in, with_samples

@@ -11,7 +11,8 @@ from pathlib import Path
 import numpy as np
 import tomlkit
 
-from swimcal.errors import Flag, NotEnoughData
+from swimcal.errors import NotEnoughData
+from swimcal.flags import Flag
 from swimcal.results import write_whole
 from swimcal.session_file import CameraCalibration, CameraSpec
 from tracking.board import BoardSpec, Corners, each_picture, find_corners

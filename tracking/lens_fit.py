@@ -16,7 +16,7 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
-from swimcal.errors import Flag
+from swimcal.flags import Flag
 from swimcal.session_file import CameraCalibration
 from tracking.board import Corners
 from tracking.camera import camera_matrix, folds, to_rays

@@ -20,7 +20,7 @@ import pandas as pd
 import xarray as xr
 from scipy.ndimage import maximum_filter1d, median_filter
 
-from swimcal.errors import Flag
+from swimcal.flags import Flag
 from swimcal.robot import RobotSpec
 from swimcal.tracks import markers_of, pixels_of
 from tracking.body_model import BodyModel, centred, layout_model, learned, spacing_spread

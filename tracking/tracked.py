@@ -16,7 +16,8 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from swimcal.errors import Fault, FaultCollector, Flag, InputError, shown
+from swimcal.errors import Fault, FaultCollector, InputError, shown
+from swimcal.flags import Flag
 from swimcal.results import writing_whole
 from swimcal.tables import RawTable, read_table, read_text
 from swimcal.tracks import as_tracks, load_tracks, markers_of, pixels_of, save_tracks

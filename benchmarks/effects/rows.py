@@ -20,6 +20,7 @@ from diagnosis.linear_model import LinearModel
 from fitting.features import advanced, phase_between
 from fitting.mode import broyden
 from fitting.noise import FeatureNoise
+from fitting.session_model import PlacementUncertainty, SessionModel
 from fitting.signatures import (
     LONG,
     PRIOR_SD,
@@ -31,7 +32,7 @@ from fitting.signatures import (
     signature_of,
 )
 from fitting.trial import MeasuredTrial, measure_trial
-from fitting.trial_model import START_PHASE_RAD, PlacementUncertainty, SessionModel, TrialModel
+from fitting.trial_model import START_PHASE_RAD, TrialModel
 from swimcal.create_session import FISHSIM_MARKERS
 from swimcal.effects.catalogue import catalogue
 from swimcal.effects.effect import Effect

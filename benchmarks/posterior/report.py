@@ -19,7 +19,7 @@ import synthetic
 from benchmarks.cases import Failure, Records, Run, code_of, read_lines, run_cases
 from benchmarks.posterior.score import PosteriorScore, score_session
 from benchmarks.scores import Estimate, Measure, Scores, Share, Table, median, resampled
-from fitting.calibration import NAMES
+from fitting.coefficient_fit import NAMES
 
 FAR_SD = 4.0  # A truth that is further off is no chance.
 _FEWEST = 50  # The test for uniformity needs at least this many sessions.

@@ -11,10 +11,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from benchmarks.posterior.truth import DrawnSession, draw_session
-from fitting.mode import find_mode
 from fitting.posterior.posterior import MISFIT_P, Posterior, sample_posterior
-from fitting.trial_model import SessionModel
-from swimcal.errors import Flag
+from fitting.search import find_mode
+from fitting.session_model import SessionModel
+from swimcal.flags import Flag
 
 EFFECTIVE = 100  # effective sample size asked for
 STARTS = 3  # number of starts of the search for the mode

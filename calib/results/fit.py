@@ -21,11 +21,12 @@ from calib.results.result import FitFigures, Result, StructureFigures, flag_fram
 from diagnosis.result import DiagnosisResult
 from fitting.calibration import CalibratedTrial, Calibration
 from fitting.calibration_file import CalibrationResult, PublishedResult, TrialResult
-from fitting.forecast import SessionForecast
+from fitting.session_forecast import SessionForecast
 from fitting.structure import Structure
 from reports.answers import Answers, answers_of
 from reports.words import beaten, counted, in_mm, in_words, misses, shown
-from swimcal.errors import Fault, Flag, InputError
+from swimcal.errors import Fault, InputError
+from swimcal.flags import Flag
 from swimcal.mjcf import FluidCoefficients
 
 if TYPE_CHECKING:

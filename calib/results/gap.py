@@ -27,7 +27,7 @@ from diagnosis.result import (
     parameters_of,
 )
 from diagnosis.sentences import plain
-from fitting.calibration import Marginal
+from fitting.coefficient_fit import Marginal
 from reports.caveats import gap_caveats
 from reports.words import (
     SEPARATES,
@@ -43,11 +43,11 @@ from reports.words import (
     shown,
     spanned,
 )
-from swimcal.errors import Flag
+from swimcal.flags import Flag
 
 if TYPE_CHECKING:
-    from fitting.forecast import SessionForecast
     from fitting.posterior.summary import PosteriorSummary
+    from fitting.session_forecast import SessionForecast
 
 _ROWS = 6  # smallest number of effects that are shown
 _NEXT = 3  # number of experiments that are shown

@@ -17,12 +17,13 @@ from typing import TYPE_CHECKING, ClassVar
 import pandas as pd
 
 from reports.page import Plot
-from swimcal.errors import Fault, Flag, InputError
+from swimcal.errors import Fault, InputError
+from swimcal.flags import Flag
 from swimcal.session import Session
 from swimcal.stage import Stage
 
 if TYPE_CHECKING:
-    from fitting.forecast import SessionForecast
+    from fitting.session_forecast import SessionForecast
 
 _MOTIONS = ("envelope", "path", "lateral")
 """Figures of a trial that need no other trial."""

@@ -14,7 +14,7 @@ import pandas as pd
 from calib.results.result import Tables, flag_frame
 from fitting.trial import MeasuredTrial
 from reports.words import counted
-from swimcal.errors import Flag
+from swimcal.flags import Flag
 from swimcal.session import Session
 from tracking.boxes import StartBoxes
 from tracking.formats import to_movement

@@ -23,9 +23,9 @@ from calib.stages.recordings import Recordings
 from diagnosis.held_out import SettledTwin
 from diagnosis.linear_model import LinearModel
 from diagnosis.refit import Refit
+from fitting.affected_trials import views_of
 from fitting.calibration_file import doubted_trials
 from fitting.phase import fit_phase
-from fitting.signatures import views_of
 from reports.page import environment
 from swimcal.effects.affected_twin import AffectedRuns, AffectedTwin
 from swimcal.effects.catalogue import catalogue

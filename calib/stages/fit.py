@@ -37,7 +37,7 @@ from swimcal.stage import Stage
 from swimcal.twin import Twin
 
 if TYPE_CHECKING:
-    from fitting.calibration import Marginal
+    from fitting.coefficient_fit import Marginal
 
 _FORM = 14  # version of calibration.json, and of the search that fills it
 _UPON = ("posterior.nc", "diagnosis.json", "report.html")  # results that rest on a fit

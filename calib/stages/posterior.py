@@ -18,9 +18,9 @@ from calib.stages.fit import FitStage
 from fitting.calibration import Calibration
 from fitting.mode import Mode, mode_at
 from fitting.progress import part_of
+from fitting.session_model import SessionModel
 from fitting.structure import uncertainties_of
 from fitting.trial import MeasuredTrial
-from fitting.trial_model import SessionModel
 from swimcal.errors import NotConverged
 from swimcal.results import writing_whole
 from swimcal.stage import Stage

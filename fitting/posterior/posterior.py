@@ -15,7 +15,7 @@ import xarray
 from scipy.stats import chi2
 from threadpoolctl import threadpool_limits
 
-from fitting.calibration import NAMES, Marginal, is_no_drag
+from fitting.coefficient_fit import NAMES, Marginal, is_no_drag
 from fitting.features import SPEED, of_markers
 from fitting.forecast import NORMAL_90
 from fitting.mode import Mode
@@ -23,7 +23,7 @@ from fitting.posterior.quiet_arviz import arviz
 from fitting.posterior.sampling import VARIABLES, Draws, Surrogate, fit_surrogate, sample
 from fitting.progress import Progress, part_of
 from fitting.trial import HARMONICS
-from swimcal.errors import Flag
+from swimcal.flags import Flag
 from swimcal.mjcf import COEFFICIENT_BOUNDS, FluidCoefficients
 from swimcal.results import check_whole
 

@@ -13,12 +13,12 @@ import emcee
 import numpy as np
 import xarray
 
-from fitting.calibration import NAMES
+from fitting.coefficient_fit import NAMES
 from fitting.mode import Mode
 from fitting.posterior.emulator import SPEEDS, WAVE, ForwardSwimming, Likelihood, fit_emulator, size_of
 from fitting.posterior.quiet_arviz import arviz
 from fitting.progress import Progress
-from swimcal.errors import Flag
+from swimcal.flags import Flag
 from swimcal.mjcf import COEFFICIENT_BOUNDS
 
 # The ensemble

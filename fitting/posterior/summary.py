@@ -11,8 +11,8 @@ from pathlib import Path
 import numpy as np
 
 from fitting.baselines import sweep_frequencies
-from fitting.calibration import Marginal
-from fitting.forecast import DRAWN, ForecastTrial, SessionForecast, scatter_of, simple_rules
+from fitting.coefficient_fit import Marginal
+from fitting.forecast import scatter_of
 from fitting.posterior.posterior import (
     Identifiability,
     Posterior,
@@ -22,19 +22,13 @@ from fitting.posterior.posterior import (
     robot_flags,
     robot_parts,
 )
-from fitting.posterior.prediction import (
-    PredictedSweep,
-    PredictedTrial,
-    Whiteness,
-    noise_flags,
-    predict_sweep,
-    predict_trials,
-    whiteness,
-)
+from fitting.posterior.prediction import PredictedSweep, PredictedTrial, predict_sweep, predict_trials
+from fitting.posterior.whiteness import Whiteness, noise_flags, whiteness
 from fitting.progress import Progress, part_of
+from fitting.session_forecast import DRAWN, ForecastTrial, SessionForecast, simple_rules
 from fitting.trial import MeasuredTrial
 from fitting.trial_checks import BEARING
-from swimcal.errors import Flag
+from swimcal.flags import Flag
 from swimcal.results import KEPT_ELSEWHERE, ResultFile
 
 SWEPT = 7  # frequencies

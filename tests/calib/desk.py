@@ -19,7 +19,7 @@ from calib.capture.emulator import Emulator
 from calib.capture.trials import capture
 from calib.pipeline import Pipeline
 from diagnosis.result import EffectTestResult, GapSize
-from swimcal.errors import Flag
+from swimcal.flags import Flag
 from swimcal.results import write_whole
 from swimcal.session_file import CameraCalibration
 from swimgym.policy import SHIPPED, load_policy

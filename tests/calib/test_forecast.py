@@ -10,9 +10,10 @@ import numpy as np
 import pytest
 
 import calib as front
-from fitting.forecast import Forecast, ForecastTrial, Scatter, SessionForecast
+from fitting.forecast import Scatter
+from fitting.session_forecast import Forecast, ForecastTrial, SessionForecast
 from reports.words import compared_with_best, misses
-from swimcal.errors import Flag
+from swimcal.flags import Flag
 from tests.calib.door import Front, calibration_of, files_in
 from tests.reports.diagnoses import made_diagnosed
 from tests.reports.posteriors import made_summary

@@ -3,7 +3,8 @@
 import pytest
 
 from diagnosis.diagnosis_file import beside_exported_twin
-from fitting.forecast import EVEN, TWIN, Forecast, ForecastTrial, SessionForecast
+from fitting.forecast import EVEN
+from fitting.session_forecast import TWIN, Forecast, ForecastTrial, SessionForecast
 from tests.reports.diagnoses import made_diagnosed
 
 SPEED, TWIN_SPEED, TWIN_MM = 0.05, 0.056, 11.0

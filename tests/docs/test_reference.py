@@ -12,7 +12,8 @@ import typer
 from calib import interface
 from calib.capture.bus import CaptureError
 from calib.cli import app
-from swimcal.errors import FLAG_KINDS, SwimcalError
+from swimcal.errors import SwimcalError
+from swimcal.flags import FLAG_KINDS
 from swimcal.session_file import CameraCalibration, SessionFile
 from tests.test_documents import ROOT, anchors, on_the_site
 

@@ -13,9 +13,9 @@ from fitting import mode as search
 from fitting.baselines import sweep_frequencies, sweep_speed
 from fitting.calibration import Calibration, calibrate, summarise
 from fitting.ebt import FORMS, fit_ebt, measured_tail
-from fitting.forecast import Forecast
 from fitting.left_out import FAR, MISSED
 from fitting.published import Swims
+from fitting.session_forecast import Forecast
 from fitting.structure import assumed
 from fitting.trial import MeasuredTrial
 from swimcal.errors import NotEnoughData

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from fitting import mode as search
-from fitting.calibration import _flags, fit_coefficients
+from fitting.coefficient_fit import _flags, fit_coefficients
 from fitting.mode import SearchEnd
 from swimcal.mjcf import FluidCoefficients
 from tests.fitting.exact_swims import exact_swims, exact_twin

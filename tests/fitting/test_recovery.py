@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from fitting.calibration import fit_coefficients
+from fitting.coefficient_fit import fit_coefficients
 from fitting.published import Swims
 from fitting.trial import MeasuredTrial, measure_trial
 from swimcal.create_session import FISHSIM_MARKERS

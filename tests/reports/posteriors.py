@@ -5,12 +5,14 @@ from typing import Any
 
 import numpy as np
 
-from fitting.calibration import Marginal
-from fitting.forecast import Forecast, ForecastTrial, Scatter, SessionForecast
+from fitting.coefficient_fit import Marginal
+from fitting.forecast import Scatter
 from fitting.posterior.posterior import Identifiability, RobotPart
-from fitting.posterior.prediction import PredictedSweep, PredictedTrial, Whiteness
+from fitting.posterior.prediction import PredictedSweep, PredictedTrial
 from fitting.posterior.summary import PosteriorSummary
-from swimcal.errors import Flag
+from fitting.posterior.whiteness import Whiteness
+from fitting.session_forecast import Forecast, ForecastTrial, SessionForecast
+from swimcal.flags import Flag
 from swimcal.mjcf import FluidCoefficients
 from tests.reports.sample import BEST, MARKERS, ROLES
 

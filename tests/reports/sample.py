@@ -7,21 +7,23 @@ from typing import Any
 import numpy as np
 
 from fitting.baselines import SpeedSweep
-from fitting.calibration import CalibratedTrial, Calibration, CoefficientFit
+from fitting.calibration import CalibratedTrial, Calibration
 from fitting.calibration_file import PublishedResult, published_result
+from fitting.coefficient_fit import CoefficientFit
 from fitting.covariance import MEDIANS
 from fitting.ebt import FORMS, EbtFit
-from fitting.forecast import Forecast, ForecastTrial, Scatter, SessionForecast
+from fitting.forecast import Scatter
 from fitting.frequency import SwimFrequency
 from fitting.mode import SearchEnd
 from fitting.phase import score
 from fitting.pool import tail_markers
 from fitting.published import PublishedFit
+from fitting.session_forecast import Forecast, ForecastTrial, SessionForecast
 from fitting.structure import assumed
 from fitting.trial import MeasuredTrial
 from fitting.trial_model import NO_ROLL
 from reports.context import ReportContext
-from swimcal.errors import Flag
+from swimcal.flags import Flag
 from swimcal.mjcf import FluidCoefficients
 from swimcal.results import Provenance
 from swimcal.robot import RobotSpec, load_robot

@@ -11,7 +11,7 @@ from fitting.dry_run import DryTrial, TendonUse
 from fitting.frequency import SwimFrequency
 from reports.dry_experiments import crank_surface_figure, dry_run_section
 from reports.page import Prose, Table
-from swimcal.errors import Flag
+from swimcal.flags import Flag
 
 SLACK = Flag("tendon_pushes", message="for 83 % of the turn a tendon is shorter than at rest")
 

@@ -10,7 +10,7 @@ from fitting.calibration import Calibration
 from reports.context import ReportContext
 from reports.report import render_report
 from reports.words import in_mm, shown
-from swimcal.errors import Flag
+from swimcal.flags import Flag
 from swimcal.session import Session
 from tests.reports.page import Page
 from tests.reports.sample import (

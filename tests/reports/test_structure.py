@@ -4,7 +4,7 @@ from dataclasses import replace
 
 from fitting.structure import Source, Structure, assumed
 from reports.robot import build_structure
-from swimcal.errors import Flag
+from swimcal.flags import Flag
 from tests.reports.sample import made_calibration, made_context
 
 MEASURED = (

@@ -12,7 +12,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from swimcal.errors import Flag
+from swimcal.flags import Flag
 from swimcal.results import KEPT_ELSEWHERE, from_plain, plain_json, to_plain
 
 

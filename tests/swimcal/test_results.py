@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from swimcal.errors import Flag, InputError, ResultsNotWritable
+from swimcal.errors import InputError, ResultsNotWritable
+from swimcal.flags import Flag
 from swimcal.results import (
     Provenance,
     ResultFile,

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from swimcal.errors import Flag
+from swimcal.flags import Flag
 from swimcal.robot import Marker
 from swimcal.tracks import load_tracks, pixels_of
 from tests.cases import later

@@ -18,7 +18,8 @@ from benchmarks.effects.suite import Recorded, SessionPlan
 from benchmarks.reality import Recording
 from benchmarks.reality.mechanisms import CATALOGUED
 from diagnosis.discrepancy import discrepancy_for
-from fitting.signatures import PRIOR_SD, AffectedSession
+from fitting.affected_trials import AffectedSession
+from fitting.signatures import PRIOR_SD
 from swimcal.create_session import FISHSIM_MARKERS
 from swimcal.effects.catalogue import catalogue
 from swimcal.effects.effect import Effect

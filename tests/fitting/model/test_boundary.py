@@ -10,7 +10,7 @@ import pytest
 from scipy.optimize import minimize
 
 from fitting import mode as search
-from fitting.mode import _Descent
+from fitting.search import _Descent
 
 SLOPES = np.linalg.qr(np.random.default_rng(5).standard_normal((12, 5)))[0] * [9.0, 7.0, 5.0, 4.0, 3.0]
 BEST = np.array([3.0, 4.0, 5.0, 2.0, 3.0])  # of all coefficients; with these the twin swims backward

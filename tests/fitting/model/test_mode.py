@@ -7,13 +7,15 @@ import pytest
 
 from benchmarks.posterior.truth import DrawnSession, draw_session
 from benchmarks.reality.mechanisms.fluid import SurfaceMotion
+from fitting.baselines import BASELINES
 from fitting.covariance import COMPONENTS, MEDIANS, Covariance
 from fitting.features import SPEED
 from fitting.forecast import NewWindow, Windows, forecast_of, repeated, scatter_of, tracks_of
-from fitting.mode import Mode, find_mode, mode_at
-from fitting.pool import BASELINES
+from fitting.mode import Mode, mode_at
+from fitting.search import find_mode
+from fitting.session_model import SessionModel
 from fitting.structure import assumed, perturbed_twins, uncertainties_of
-from fitting.trial_model import START_PHASE_RAD, START_SD, SessionModel, TrialModel, sensitivities_together
+from fitting.trial_model import START_PHASE_RAD, START_SD, TrialModel, sensitivities_together
 
 HELD_OUT_HZ = 1.1
 FAR_SD = 3.5

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from fitting.calibration import Marginal
+from fitting.coefficient_fit import Marginal
 from fitting.posterior.posterior import _flags
 
 

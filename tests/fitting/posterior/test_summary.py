@@ -10,11 +10,11 @@ from typing import cast
 import numpy as np
 import pytest
 
-from fitting.calibration import Marginal
+from fitting.coefficient_fit import Marginal
 from fitting.posterior.posterior import Posterior, _flags, identifiability
 from fitting.posterior.sampling import VARIABLES
 from fitting.posterior.summary import SUMMARY, read_summary
-from swimcal.errors import Flag
+from swimcal.flags import Flag
 from swimcal.results import Provenance
 from tests.reports.posteriors import made_summary
 

@@ -7,8 +7,9 @@ from functools import cache
 import numpy as np
 import pytest
 
-from fitting.signatures import AffectedSession
-from fitting.trial_model import START_PHASE_RAD, SessionModel, TrialModel
+from fitting.affected_trials import AffectedSession
+from fitting.session_model import SessionModel
+from fitting.trial_model import START_PHASE_RAD, TrialModel
 from swimcal.effects.affected_twin import AffectedTwin
 from swimcal.effects.catalogue import catalogue
 from swimcal.mjcf import DRY

@@ -5,8 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fitting.signatures import signature_of, strengths, view_of
-from fitting.trial_model import START_PHASE_RAD, SessionModel, TrialModel, sensitivities_together
+from fitting.affected_trials import view_of
+from fitting.session_model import SessionModel
+from fitting.signatures import signature_of, strengths
+from fitting.trial_model import START_PHASE_RAD, TrialModel, sensitivities_together
 from swimcal.create_session import FISHSIM_MARKERS
 from swimcal.effects.measurement import MarkerOffset, MarkerSwap, RollingShutter, TimeBaseError
 from swimcal.session_file import CameraCalibration, CameraSpec

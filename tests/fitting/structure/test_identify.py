@@ -12,7 +12,7 @@ import pytest
 
 from fitting.free_decay import DecayTrial
 from fitting.structure import STRUCTURE, DryExperiments, Source, Structure, identify_structure, read_structure
-from swimcal.errors import Flag
+from swimcal.flags import Flag
 from swimcal.results import Provenance
 from tests.cases import later
 from tests.fitting.structure.experiments import DESCRIBED, TRUE, measured, robot_with, with_few_points

@@ -9,7 +9,7 @@ import numpy as np
 from benchmarks.video.writer import VideoWriter
 from reports.recorded_trial import RecordedTrial
 from reports.recording import make_proxy
-from swimcal.errors import Flag
+from swimcal.flags import Flag
 from swimcal.tracks import as_tracks
 from tracking.tracked import SampleState, with_states
 

@@ -4,7 +4,7 @@ import xarray as xr
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from swimcal.errors import Flag
+from swimcal.flags import Flag
 from swimcal.tracks import pixels_of
 from tests.tracking.records.test_edit_log import FRAMES, MARKERS, edits
 from tests.tracking.records.trials import mixed_trial, same

@@ -5,7 +5,7 @@ from functools import cache
 import numpy as np
 import xarray as xr
 
-from swimcal.errors import Flag
+from swimcal.flags import Flag
 from swimcal.robot import load_robot
 from swimcal.runs import Runs
 from swimcal.tracks import as_tracks, markers_of, pixels_of

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from swimcal.errors import Flag
+from swimcal.flags import Flag
 from swimcal.robot import load_robot
 from swimcal.tracks import as_tracks
 from tests.tracking.fish import swimming_fish
