@@ -35,11 +35,7 @@ COMMON_PX = (
     (5312, 2988),
 )
 """Sizes of the pictures of common cameras, width and height; the smallest comes first."""
-
-
 _RUN_IN_BEATS = 4.0  # beats of an imagined trial in which the speed settles
-
-
 TO_PX = np.array([1.0, -1.0])  # the pool's y points up in the picture
 
 

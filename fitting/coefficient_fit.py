@@ -26,17 +26,9 @@ from swimcal.twin import Twin
 
 # A coefficient is not determined if the ends of its 90 % interval exceed this ratio and this difference.
 _WIDE = 2.5
-
-
 _WIDE_BY = 0.5
-
-
 _NEAR_BOUND = 0.02  # share of the range from a bound within which an interval reaches it
-
-
 NAMES = FluidCoefficients._fields
-
-
 _AT_BOUND = 1e-3  # share of the range from a bound within which a coefficient is at it
 
 

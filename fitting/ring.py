@@ -23,33 +23,15 @@ from swimcal.runs import Runs
 from swimcal.twin import Twin
 
 _MOVES = frozenset({"robot", "mjcf", "force", "damping", "clock"})  # ways in which an effect can change a decay
-
-
 _NO_FLUID = 5  # number of fluid coefficients, on which nothing in air depends
-
-
 # All in logarithms of the numbers.
 _DIFFERENCE = 0.01  # finite difference
-
-
 _LONGEST = 0.7  # longest step
-
-
 _SETTLED = 2e-3  # length of the last step
-
-
 _ROUNDS = 6  # largest number of steps
-
-
 _SLOPES = _DIFFERENCE * np.vstack([np.zeros(NUMBERS), np.eye(NUMBERS)])
-
-
 _MOST = 2.0  # largest difference that hinges can make
-
-
 _LASTS_S = 1.5  # length of a decay to come
-
-
 _BENT_RAD = 0.2  # first angle of its hinges
 
 

@@ -27,66 +27,26 @@ from swimcal.runs import Trajectories
 
 # The search
 _SCREENED = 128  # points that are simulated to begin with
-
-
 _SCREENING = 0.3  # share of the time of a search until its descents begin
-
-
 _TRIED = 4  # candidates for each start whose twins are simulated from rest
-
-
 _ROUNDS = 14  # largest number of rounds of a descent
-
-
 _RACES = ((2, 1.0), (6, 0.5))
 """Rounds after which descents are dropped, and how many for each start then go on."""
-
-
 _BEGUN = 2  # descents at first, for each start
-
-
 _STARTS_APART = 0.25  # least distance of two starts in the root of one coefficient, as a share of the box
-
-
 _HOPS = 2  # hops from the end of the best descent
-
-
 _HOPPED = 32  # points of each hop
-
-
 _WIDE = (1.5, 3.0)  # scatter of either half of these points, in standard deviations
-
-
 _RENEWED = (2, 5)  # rounds in which nuisances are simulated anew at the present coefficients
-
-
 _NATURALS = tuple(np.linspace(-0.8, 0.8, 9))  # natural frequencies of the first rolls, see `Roll.natural`
-
-
 _SHARES = (1.0, 0.5, 0.25, 0.1)  # shares of a step that are tried
-
-
 _ALONG = 8  # rounds along the boundary of twins that swim forward from rest
-
-
 _CLEARLY = 0.5  # least gain in log density that is not the twin's roughness
-
-
 _REACHES = (1.0, 0.3)  # shares of a step and of the coefficients' scatter within which points are drawn
-
-
 _DRAWN = 64  # points drawn along the boundary
-
-
 _ASKED = 16  # points of these that are simulated from rest
-
-
 _LOOKED_AT = 4  # points of these that are simulated in the trials
-
-
 _STILL = 0.2  # a step shorter than this, in standard deviations of the coefficients, is the last
-
-
 _SHORT = 1.0  # after a step shorter than this the Jacobian is updated instead of simulated anew
 
 

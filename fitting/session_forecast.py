@@ -32,27 +32,13 @@ from fitting.trial import MeasuredTrial
 from tracking.head_frame import HeadFrame
 
 _MM = 1000.0  # mm in a metre
-
-
 _FEWEST_TRIALS = 2  # trials that an interval over trials needs
-
-
 # Models that forecast a session, by the name in results
 TWIN = "twin"
-
-
 GIVEN = "given_frequency"
-
-
 BEATS = "after_two_beats"
-
-
 REPEAT = "repeat"
-
-
 CONTINUED = "continued"
-
-
 DRAWN = "posterior"
 
 

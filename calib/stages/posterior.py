@@ -48,6 +48,7 @@ class PosteriorStage(Stage):
         """The path of ``results/posterior.json``, the summary."""
         return self.file.with_suffix(".json")
 
+    @threadpool_limits.wrap(limits=1, user_api="blas")  # several threads round sums differently, and so the bands
     def make(self, calibration: Calibration, trials: list[MeasuredTrial], twin: Twin) -> None:
         """Sample the posterior about a calibration and write it.
 

@@ -18,26 +18,12 @@ from swimcal.flags import Flag
 
 # The test of the noise
 _LAGS = 20  # largest number of lags
-
-
 _ENOUGH = 40  # least frames in which a marker, or two neighbours, must be seen
-
-
 _OUTSIDE = 0.2  # share of the lags that may lie outside their 95 % band
-
-
 _BY_CHANCE = 0.99  # share of trials with white noise that stay below the limit of neighbours
-
-
 _SAMPLES = 2400  # samples that are freed of correlation at once
-
-
 _DIFFUSE = 1e10  # variance of each number of the smooth swim, against that of a sample
-
-
 _DETERMINED = 1e3  # standard deviation of a forecast, against that of a sample, below which the swim is determined
-
-
 _RATES = ("", ", up to the third harmonic")  # the two rows of correlations between neighbours, in words
 
 
