@@ -15,7 +15,7 @@ from swimcal.mjcf import PUBLISHED_COEFFICIENTS, SWIM, FluidCoefficients, build_
 from swimcal.robot import load_robot
 from swimcal.runs import Runs
 from swimcal.twin import Twin
-from tracking.head_frame import HeadFrame, one_of, to_head_frame
+from tracking.head_frame import HeadFrame, select_head, to_head_frame
 
 FREQUENCIES_HZ = np.round(np.arange(0.3, 2.01, 0.1), 1)
 SECONDS = 8.0  # duration of each swim
@@ -171,7 +171,7 @@ def _measure_step_error(name: str, coefficients: FluidCoefficients) -> StepError
     kept = TIME_S >= WARMUP_S
     distance = 1000 * np.linalg.norm(coarse.shape_m - fine.shape_m, axis=-1)[:, kept]  # (f, k, m)
     speeds = [
-        np.array([forward_speed(TIME_S, one_of(head, i), kept, hz) for i, hz in enumerate(FREQUENCIES_HZ)])
+        np.array([forward_speed(TIME_S, select_head(head, i), kept, hz) for i, hz in enumerate(FREQUENCIES_HZ)])
         for head in (coarse, fine)
     ]
     difference = np.abs(speeds[0] / speeds[1] - 1)

@@ -229,7 +229,7 @@ def run_all(
     return failures
 
 
-def indexed(folders: Sequence[Path], index: str | Path | None, failures: Mapping[Path, str]) -> Export:
+def index_sessions(folders: Sequence[Path], index: str | Path | None, failures: Mapping[Path, str]) -> Export:
     """Write the reports of several sessions and their index; those that failed are listed with the reason.
 
     Args:
@@ -241,7 +241,7 @@ def indexed(folders: Sequence[Path], index: str | Path | None, failures: Mapping
     for folder in folders:
         if folder not in failed:
             try:
-                entry, note = reported(folder)
+                entry, note = report_session(folder)
                 entries.append(entry)
                 notes.append(note)
                 continue
@@ -254,7 +254,7 @@ def indexed(folders: Sequence[Path], index: str | Path | None, failures: Mapping
     return Export((*reports, table, page), tuple(notes), {folder.name: why for folder, why in failed.items()})
 
 
-def reported(folder: Path) -> tuple[IndexEntry, str]:
+def report_session(folder: Path) -> tuple[IndexEntry, str]:
     """Bring the report of a session up to date; return its entry in the index, and what the report shows."""
     with working(folder, True) as pipeline:
         page, fit, diagnosis = pipeline.report(), fit_result(pipeline), pipeline.current_diagnosis()

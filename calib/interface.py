@@ -26,7 +26,7 @@ from typing import TYPE_CHECKING, Any
 import pandas as pd
 
 from calib import camera, capture, policy
-from calib.batch import Work, indexed, reported, run_all, run_pipeline
+from calib.batch import Work, index_sessions, report_session, run_all, run_pipeline
 from calib.kept_output import keep_output
 from calib.options import EffortName, LastStepName, ObjectiveName, Options, check_last_step, progress_bar
 from calib.pipeline import Pipeline, working
@@ -462,7 +462,7 @@ def run(
                 return structure_result(pipeline) if pipeline.only_dry else fit_result(pipeline)
         sessions = [sessions]
     folders = [_folder(each) for each in sessions]
-    return indexed(
+    return index_sessions(
         folders, None, run_all(folders, effort, jobs, workers, progress, scheduler, partial(run_pipeline, until=until))
     )
 
@@ -487,11 +487,11 @@ def report(sessions: AnySession | Sequence[AnySession], index: str | Path | None
         {'filmed': 'filmed/results/calibration.json: ... Run `calib fit filmed`.'}
     """
     if isinstance(sessions, Session | str | Path) and index is None:
-        entry, note = reported(_folder(sessions))
+        entry, note = report_session(_folder(sessions))
         assert entry.report is not None
         return Export((entry.report,), (note,))
     several = [sessions] if isinstance(sessions, Session | str | Path) else sessions
-    return indexed([_folder(each) for each in several], index, {})
+    return index_sessions([_folder(each) for each in several], index, {})
 
 
 def view(session: AnySession, *, open_viewer: bool = False, inline: bool = False) -> Export:

@@ -23,7 +23,7 @@ from tracking.camera import to_pool
 from tracking.edits import EditLog
 from tracking.formats import FORMATS, export_tracks
 from tracking.lens import lens_flags
-from tracking.tracked import counting
+from tracking.tracked import mask_untrusted
 from tracking.video import Video
 
 _SUFFIX = {"swimcal": ".csv", "deeplabcut": ".dlc.csv", "fishsim": ".fishsim.csv"}
@@ -148,7 +148,7 @@ def camera_flags(found: Iterable[xr.Dataset], camera: CameraSpec, robot: RobotSp
 
 def _metres_per_px(found: xr.Dataset, camera: CameraSpec, robot: RobotSpec) -> float | None:
     """Measure the scale by the nose-neck distance; None where nose and neck are never seen."""
-    tracks = counting(found)
+    tracks = mask_untrusted(found)
     heights_m = robot.marker_positions_m(markers_of(tracks))[:, 2]
     try:
         return to_pool(tracks, camera, tracks.confidence.values, heights_m)[1]

@@ -9,7 +9,7 @@ gives the twins of robots that are still as described.
 import numpy as np
 from scipy.optimize import minimize
 
-from fitting.features import of_markers
+from fitting.features import marker_part
 from fitting.session_model import NuisanceModel, PlacementUncertainty
 from fitting.structure import ParameterUncertainty, PerturbedTwin, Source, assumed, perturbed_twins
 from swimcal.robot import RobotSpec
@@ -157,7 +157,7 @@ def mean_places(length: int, trials: int) -> np.ndarray:
         length: number of features in the row, k.
         trials: number of trials, t.
     """
-    return of_markers(np.arange(length).reshape(trials, -1))[..., 0].ravel()
+    return marker_part(np.arange(length).reshape(trials, -1))[..., 0].ravel()
 
 
 def perturbed_robots(twin: Twin) -> tuple[PerturbedTwin, ...]:

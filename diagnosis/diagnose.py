@@ -22,10 +22,10 @@ from diagnosis.constants import MOST_LEFT
 from diagnosis.evidence import Hypotheses, Priors
 from diagnosis.experiments import next_experiments
 from diagnosis.held_out import HeldOut, errors_of, forecast_scores
-from diagnosis.hypotheses import Probabilities, explained
+from diagnosis.hypotheses import Probabilities, average_hypotheses
 from diagnosis.linear_model import LinearModel, SessionData
 from diagnosis.places import ForceResponses, LocalDiscrepancy, likely_of, local_discrepancies, responses
-from diagnosis.refit import Refit, RidgeFit, refit, refitted, ridge_fit
+from diagnosis.refit import Refit, RidgeFit, refit_effects, refit_from, ridge_fit
 from diagnosis.result import Experiment, GapSize, Remainder
 from diagnosis.verdict import Validated, Verdict, backward_elimination, log_evidence, validated, verdict_of
 from diagnosis.where import VarianceDecomposition, decompose
@@ -57,7 +57,7 @@ class Settings:
 DEFAULT = Settings()
 
 
-class Weighed(NamedTuple):
+class WeighedEvidence(NamedTuple):
     """Hypotheses about the fitted swims, with their evidence.
 
     Attributes:
@@ -100,7 +100,7 @@ class Diagnosis:
         doubted: names of fitted swims that their own twin does not follow, for which nothing is named.
     """
 
-    weighed: Weighed
+    weighed: WeighedEvidence
     said: Validated
     where: VarianceDecomposition
     remainder: Remainder | None
@@ -135,7 +135,7 @@ def diagnose(
     def refitting(names: Sequence[str]) -> Refit:
         chosen = [effects[name] for name in names]
         tell_refit(f"refitting with {' and '.join(names).replace('_', ' ')}", 1 - 0.75 ** next(refits))
-        return refitted(weighed.linear, weighed.hypotheses, chosen, _ROUNDS[settings.effort])
+        return refit_effects(weighed.linear, weighed.hypotheses, chosen, _ROUNDS[settings.effort])
 
     said = _name_effects(weighed, refitting, settings, len(effects))
     if data.doubted and said.verdict.effects:
@@ -158,7 +158,7 @@ def diagnose(
     )
 
 
-def _weigh(data: SessionData, effects: Mapping[str, Effect], priors: Priors, tell: Progress) -> Weighed:
+def _weigh(data: SessionData, effects: Mapping[str, Effect], priors: Priors, tell: Progress) -> WeighedEvidence:
     tell("the plain twin", 0.0)
     linear = data.linear
     signatures = []
@@ -169,8 +169,8 @@ def _weigh(data: SessionData, effects: Mapping[str, Effect], priors: Priors, tel
     forces = responses(linear)
     tell("weighing hypotheses", 0.66)
     elsewhere = local_discrepancies(linear, forces)
-    found = explained(linear, signatures, priors, elsewhere)
-    return Weighed(
+    found = average_hypotheses(linear, signatures, priors, elsewhere)
+    return WeighedEvidence(
         found.linear,
         tuple(signatures),
         forces,
@@ -181,7 +181,7 @@ def _weigh(data: SessionData, effects: Mapping[str, Effect], priors: Priors, tel
     )
 
 
-def _name_effects(weighed: Weighed, refitting: Refitting, settings: Settings, effects: int) -> Validated:
+def _name_effects(weighed: WeighedEvidence, refitting: Refitting, settings: Settings, effects: int) -> Validated:
     """Return the verdict that the fitted trials alone support."""
     probabilities, verdict = weighed.probabilities, verdict_of(weighed.probabilities)
     if not verdict.first:
@@ -201,7 +201,7 @@ def _name_effects(weighed: Weighed, refitting: Refitting, settings: Settings, ef
 
 
 def _everything(
-    weighed: Weighed, effects: Mapping[str, Effect], said: Validated, swims: HeldOut, effort: str
+    weighed: WeighedEvidence, effects: Mapping[str, Effect], said: Validated, swims: HeldOut, effort: str
 ) -> tuple[RidgeFit, GapSize] | None:
     """Fit the twin with all effects and score it on held-out swims, just as it was fitted; None if not asked for."""
     if effort not in ALL_AT_ONCE or said.verdict.name == "no_gap":
@@ -213,7 +213,7 @@ def _everything(
     return every, swims.gap(every.refit, as_fitted=True)
 
 
-def _remainder(weighed: Weighed, best: Refit) -> Remainder:
+def _remainder(weighed: WeighedEvidence, best: Refit) -> Remainder:
     linear = weighed.linear
     rest = replace(linear)
     rest.__dict__["residual"] = best.residual
@@ -273,17 +273,17 @@ def weigh_effects(
     linear = data.linear
     tell("what the tested effects would do", 0.4)
     signatures = [signature_of(effect, linear.model, linear.camera, linear.at) for effect in effects]
-    weighed = explained(linear, signatures, settings.priors)
+    weighed = average_hypotheses(linear, signatures, settings.priors)
     linear, hypotheses = weighed.linear, weighed.hypotheses
     _refuse_idle(signatures, hypotheses)
     rounds = _ROUNDS_OF_TEST[settings.effort]
     tell("refitting with them", 0.5)
-    best, plain = refitted(linear, hypotheses, effects, rounds), refit(linear, (), np.zeros(0), rounds)
+    best, plain = refit_effects(linear, hypotheses, effects, rounds), refit_from(linear, (), np.zeros(0), rounds)
     evidence, of_each = log_evidence(linear, best), {}
     for number, effect in enumerate(effects):
         tell(f"refitting without {effect.name.replace('_', ' ')}", 0.6 + 0.3 * number / len(effects))
         others = [other for other in effects if other is not effect]
-        without = refitted(linear, hypotheses, others, rounds) if others else plain
+        without = refit_effects(linear, hypotheses, others, rounds) if others else plain
         of_each[effect.name] = evidence - log_evidence(linear, without)
     tell("held-out swims", 0.9)
     pair = [forecast_scores(linear, linear.swims, fit.effects, fit.at, fit.values) for fit in (plain, best)]

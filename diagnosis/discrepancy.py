@@ -35,7 +35,7 @@ from diagnosis.constants import (
     SPEED_PER_M,
 )
 from fitting.covariance import along_body, harmonic_decay
-from fitting.features import COURSE, OF_A_MARKER, SLIDES, SPEED, advanced
+from fitting.features import COURSE, OF_A_MARKER, SLIDES, SPEED, advance_phase
 from fitting.pool import tail_markers
 from fitting.session_model import SessionModel
 from fitting.signatures import Signature, little
@@ -218,7 +218,7 @@ class Discrepancy:
             hertz: (t,) frequencies of the swims, Hz.
             phase_rad: (t,) phases at which their tails begin.
         """
-        turned = advanced(np.repeat(self.directions.T[:, None], len(hertz), axis=1), phase_rad)  # (q, t, g)
+        turned = advance_phase(np.repeat(self.directions.T[:, None], len(hertz), axis=1), phase_rad)  # (q, t, g)
         shared = self.shared(hertz)
         size = turned[0].size
         return np.einsum("qia,ijq,qjb->iajb", turned, shared, turned, optimize=True).reshape(size, size)
@@ -275,7 +275,7 @@ def _of_markers(known: Discrepancy, markers: tuple[str, ...], robot: RobotSpec) 
         nearest = [round(i) for i in np.linspace(0, len(FISHSIM_MARKERS) - 1, len(markers))]
     parts = [np.arange(1 + _OF_A_MARKER * i, 1 + _OF_A_MARKER * (i + 1)) for i in nearest]
     ahead = float(np.angle(known.beat[[nearest[i] for i in tail_markers(robot, markers)]].sum()))
-    rows = advanced(known.directions[np.concatenate([[SPEED], *parts])].T, -ahead).T
+    rows = advance_phase(known.directions[np.concatenate([[SPEED], *parts])].T, -ahead).T
     whose = np.concatenate([[-1], np.repeat(np.arange(len(markers)), _OF_A_MARKER)])
     strange = [i for i, name in enumerate(markers) if name not in published]
     together = np.where(np.isin(whose, strange)[:, None], 0.0, rows)

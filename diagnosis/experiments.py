@@ -7,10 +7,10 @@ log or a clock in view one. The result (`error_residual`) is the probability tha
 other, if one of the two is present: of choosing the likelier of two normal hypotheses at distance d, at the odds that
 the session leaves (at even odds Phi(-d/2)).
 
-For further swim trials the distance counts only as far as the existing trials bear it out (`borne_out`): two effects
-that these should separate by a distance a and do not will hardly be separated by one more. It counts by the ratio of
-the log odds of the two to those expected, a^2 / 2, within one standard deviation a (of a log likelihood ratio between
-two normal hypotheses).
+For further swim trials the distance counts only as far as the existing trials bear it out (`odds_over_expected`): two
+effects that these should separate by a distance a and do not will hardly be separated by one more. It counts by the
+ratio of the log odds of the two to those expected, a^2 / 2, within one standard deviation a (of a log likelihood ratio
+between two normal hypotheses).
 """
 
 from collections.abc import Mapping
@@ -80,7 +80,7 @@ def next_experiments(
     if not pairs:
         return ()
     found = [experiment for pair in pairs for experiment in _with_a_number_more(linear, pair)]
-    borne = [np.sqrt(borne_out(pair.apart(linear), pair.log_odds)) for pair in pairs]
+    borne = [np.sqrt(odds_over_expected(pair.apart(linear), pair.log_odds)) for pair in pairs]
     for describe, proposed, twin in _menu(linear):
         with suppress(NotEnoughData, SimulationDiverged, np.linalg.LinAlgError, ValueError):  # nan where one diverged
             alone = linear.other_trials([_simulate(linear, twin, proposed, seed)], twin)
@@ -92,7 +92,7 @@ def next_experiments(
     return tuple(sorted(found, key=lambda experiment: experiment.expected_error))
 
 
-def borne_out(apart: float, log_odds: float) -> float:
+def odds_over_expected(apart: float, log_odds: float) -> float:
     """Return the ratio of the log odds of two effects to those expected from their distance; 1 at most.
 
     Args:

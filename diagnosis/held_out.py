@@ -295,7 +295,7 @@ class HeldOut:
         """Speeds (t,) by simple rules in frequency through the fitted trials, m/s, by the rule's name."""
         fitted, asked = self.linear.swims, [trial.start_frequency.hz for trial in self.swims]
         hz, speed = [trial.frequency.hz for trial in fitted], [trial.speed for trial in fitted]
-        return {name: baseline(hz, speed, asked) for name, baseline in BASELINES.items()}
+        return {name: baseline.rule(hz, speed, asked) for name, baseline in BASELINES.items()}
 
     @cached_property
     def held_out(self) -> LinearModel:

@@ -1,7 +1,7 @@
 """Probabilities by Bayes' rule: of no gap, of sets of effects, and of an unknown effect.
 
-`explained` weighs every hypothesis by its evidence (`diagnosis.evidence`) and prior. The probabilities are averaged
-over the size of the fitted twin's own discrepancy in this session.
+`average_hypotheses` weighs every hypothesis by its evidence (`diagnosis.evidence`) and prior. The probabilities are
+averaged over the size of the fitted twin's own discrepancy in this session.
 """
 
 from collections.abc import Collection, Sequence
@@ -126,14 +126,14 @@ class Probabilities:
         return float(np.prod([1 - self._unknown(each, i) for i in each.present]))
 
 
-class Weighed(NamedTuple):
+class HypothesisWeights(NamedTuple):
     """Log of evidence times prior of hypotheses, and of an unknown effect at each of n places."""
 
     logs: dict[Hypothesis, float]
     places: np.ndarray
 
     @classmethod
-    def of(cls, hypotheses: Hypotheses) -> "Weighed":
+    def of(cls, hypotheses: Hypotheses) -> "HypothesisWeights":
         """Weigh all single effects, pairs of the likeliest, and larger sets where they are likelier still."""
         logs: dict[Hypothesis, float] = {}
         shows = [i for i, each in enumerate(hypotheses.effects) if each.linear]
@@ -147,7 +147,7 @@ class Weighed(NamedTuple):
         return cls(logs, _weigh_places(hypotheses, logs))
 
 
-def posterior(parts: Sequence[tuple[float, Weighed]], hypotheses: Hypotheses) -> Probabilities:
+def posterior(parts: Sequence[tuple[float, HypothesisWeights]], hypotheses: Hypotheses) -> Probabilities:
     """Combine the weights under several assumptions into probabilities.
 
     Args:
@@ -214,7 +214,7 @@ def _pairs(logs: dict[Hypothesis, float], shows: list[int]) -> set[tuple[int, in
     return found | {(min(first, i), max(first, i)) for first in order[:2] for i in order[PAIRED:]}
 
 
-class Explained(NamedTuple):
+class AveragedHypotheses(NamedTuple):
     """Hypotheses with their probabilities, averaged over the size of the twin's own discrepancy.
 
     The linearised model and the hypotheses are those at the likeliest size.
@@ -225,12 +225,12 @@ class Explained(NamedTuple):
     probabilities: Probabilities
 
 
-def explained(
+def average_hypotheses(
     linear: LinearModel,
     signatures: Sequence[Signature],
     priors: Priors,
     places: Sequence[LocalDiscrepancy] = (),
-) -> Explained:
+) -> AveragedHypotheses:
     """Weigh all hypotheses, for every size that the twin's own discrepancy may have.
 
     Args:
@@ -243,14 +243,14 @@ def explained(
     for scale, chance in SCALES.items():
         here = linear.with_error(scale, common)
         hypotheses = _hypotheses(here, signatures, priors, places)
-        weighed = Weighed.of(hypotheses)
+        weighed = HypothesisWeights.of(hypotheses)
         assumed = float(np.log(chance)) + here.space.log_volume
         found.append((assumed + logsumexp(list(weighed.logs.values())), assumed, here, hypotheses, weighed))
     _, _, likeliest, hypotheses, _ = max(found, key=lambda each: each[0])
     probabilities = posterior([(each[1], each[4]) for each in found], hypotheses)
     most = max(probabilities.of, key=lambda key: probabilities.of[key])
     needed = needed_in_mixture(likeliest, hypotheses, most.present) if most.other else ()
-    return Explained(likeliest, hypotheses, probabilities.with_needed(needed))
+    return AveragedHypotheses(likeliest, hypotheses, probabilities.with_needed(needed))
 
 
 def needed_in_mixture(linear: LinearModel, hypotheses: Hypotheses, present: Sequence[int]) -> tuple[int, ...]:

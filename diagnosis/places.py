@@ -14,7 +14,7 @@ import numpy as np
 from diagnosis.constants import OF_WATER, PLACED, SLIDE_PER_M
 from diagnosis.linear_model import LinearModel
 from fitting.covariance import harmonic_decay
-from fitting.features import OF_A_MARKER, SPEED, advanced, places_of_slides
+from fitting.features import OF_A_MARKER, SPEED, advance_phase, places_of_slides
 from fitting.pool import waves
 from fitting.signatures import signature_of
 from fitting.trial import HARMONICS
@@ -190,7 +190,7 @@ def _at_markers(linear: LinearModel) -> Iterator[tuple[str, np.ndarray]]:
         features[-1, slides[number : number + 1]] = SLIDE_PER_M
         columns = np.zeros((len(linear.residual), len(phases), len(features)))
         for trial, phase in enumerate(phases):
-            columns[own * trial : own * (trial + 1), trial] = advanced(features, float(phase)).T
+            columns[own * trial : own * (trial + 1), trial] = advance_phase(features, float(phase)).T
         yield f"marker {marker}", columns
 
 

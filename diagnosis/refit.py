@@ -1,7 +1,7 @@
 """Refit of the twin with effects: with named ones by Gauss-Newton, with all at once by ridge regression.
 
-`refitted` starts from the strengths at which the linear responses of named effects fit the residual, and `refit` steps
-on from there.
+`refit_effects` starts from the strengths at which the linear responses of named effects fit the residual, and
+`refit_from` steps on from there.
 
 `ridge_fit` is for the twin of a robot with many small effects at once. Two swims seldom say which of many small effects
 there are; their sum may be determined all the same, and it is this that moves the fish. So no effect is named here:
@@ -89,7 +89,7 @@ class Refit:
         return {e.name: part for e, part in zip(self.effects, parts, strict=True)}
 
 
-def refitted(linear: LinearModel, hypotheses: Hypotheses, effects: Sequence[Effect], rounds: int) -> Refit:
+def refit_effects(linear: LinearModel, hypotheses: Hypotheses, effects: Sequence[Effect], rounds: int) -> Refit:
     """Refit the twin with effects, from the strengths at which their linear responses fit the residual.
 
     Args:
@@ -111,10 +111,10 @@ def refitted(linear: LinearModel, hypotheses: Hypotheses, effects: Sequence[Effe
         values = np.zeros(len(effect.suited(linear.twin.robot, linear.trials[0].markers).parameters))
         values[list(form.parameters)] = np.clip(own, form.low, form.high) * form.sd
         start.append(values)
-    return refit(linear, effects, np.concatenate(start), rounds)
+    return refit_from(linear, effects, np.concatenate(start), rounds)
 
 
-def refit(
+def refit_from(
     linear: LinearModel,
     effects: Sequence[Effect],
     start: np.ndarray,
@@ -323,7 +323,7 @@ def ridge_fit(
     start = np.concatenate([by_name.get(e.name, np.zeros(len(e.parameters))) for e in suited])
     width = _widths(suited, named, share)
     slopes = _columns(linear, standing)
-    return RidgeFit(share, gained, refit(linear, [effects[e.name] for e in suited], start, rounds, width, slopes))
+    return RidgeFit(share, gained, refit_from(linear, [effects[e.name] for e in suited], start, rounds, width, slopes))
 
 
 def likeliest_share(linear: LinearModel, signatures: Sequence[Signature], named: Refit) -> tuple[float, float]:

@@ -22,7 +22,7 @@ from diagnosis.places import HEAD, PER_JOINT, ForceResponses, LocalDiscrepancy
 from diagnosis.result import GapShares, MissingForces
 from fitting.covariance import harmonic_decay
 from fitting.decay_fit import NUMBERS as RING_NUMBERS
-from fitting.features import COURSE, SPEED, advanced, harmonics_of, of_markers, places_of_markers, places_of_slides
+from fitting.features import COURSE, SPEED, advance_phase, harmonics_of, marker_part, marker_slice, places_of_slides
 from fitting.signatures import Signature, pieces
 from fitting.trial import HARMONICS
 
@@ -97,7 +97,7 @@ class Component(NamedTuple):
     what: str
 
 
-def rippled(features: np.ndarray) -> np.ndarray:
+def ripple_features(features: np.ndarray) -> np.ndarray:
     """Return the changes (g, 4) of features (g,), per rad, if the crank runs ahead.
 
     It runs ahead by a cosine or sine of one or two turns.
@@ -125,7 +125,9 @@ def _components(
     found[Component("camera", "beating")] = _in_each_trial(linear, _beats)
     found[Component("camera", "sliding")] = _in_each_trial(linear, _slides)
     found[Component("camera", "scale")] = _in_each_trial(linear, lambda features: _SCALE * features[:, None])
-    found[Component("drive", "ripple")] = _in_each_trial(linear, lambda features: _RIPPLE_RAD * rippled(features))
+    found[Component("drive", "ripple")] = _in_each_trial(
+        linear, lambda features: _RIPPLE_RAD * ripple_features(features)
+    )
     found[Component("drive", "frequency")] = _other_frequencies(linear)
     found[Component("tail", "free decays")] = _RINGING * np.eye(len(linear.residual))[:, linear.model.places_of_rings]
     of_drives = [_of_each_parameter(signature) for signature in signatures if signature.effect.stage == "drive"]
@@ -168,9 +170,9 @@ def _of_features(linear: LinearModel, columns: np.ndarray) -> np.ndarray:
 
 def _beats(features: np.ndarray) -> np.ndarray:
     """Return columns (g, 12 m) that change the harmonics of each marker."""
-    markers = of_markers(features)
+    markers = marker_part(features)
     sizes = np.zeros(len(features))
-    sizes[places_of_markers(len(features))] = np.broadcast_to(np.append(0.0, harmonic_decay()), markers.shape).ravel()
+    sizes[marker_slice(len(features))] = np.broadcast_to(np.append(0.0, harmonic_decay()), markers.shape).ravel()
     return _SEEN_M * np.diag(sizes)[:, sizes > 0]
 
 
@@ -195,11 +197,11 @@ def _other_frequencies(linear: LinearModel) -> np.ndarray:
 def _ahead(features: np.ndarray, order: int, sine: bool) -> np.ndarray:
     """Return the change (g,) of features, per rad, if the crank runs ahead by a cosine, or sine, of `order` turns."""
     step = 1e-4
-    slope = (advanced(features, step) - advanced(features, -step)) / (2 * step)
+    slope = (advance_phase(features, step) - advance_phase(features, -step)) / (2 * step)
     rates = harmonics_of(slope)  # (m, 2, 3) complex, Re(rate exp(i h turn))
     ahead = -1j if sine else 1.0 + 0j
     result = np.zeros_like(features)
-    beats = of_markers(result)
+    beats = marker_part(result)
     for h in range(1, HARMONICS + 1):
         rate = rates[..., h - 1]
         for other, product in ((h + order, ahead * rate / 2), (h - order, np.conj(ahead) * rate / 2)):
@@ -286,7 +288,7 @@ def _split(linear: LinearModel, residual: np.ndarray) -> dict[str, dict[str, flo
     features = features.reshape(len(trials), -1)
     of_trial = np.array(hertz[: len(trials)])
     of_trial[list(linear.model.logged)] += hertz[len(trials) :]
-    speed, beats, course = features[:, SPEED], of_markers(features), features[:, -len(COURSE) :]
+    speed, beats, course = features[:, SPEED], marker_part(features), features[:, -len(COURSE) :]
     slides = features[:, places_of_slides(features.shape[1])].sum(axis=0)  # (s,)
     bands = {"mean": beats[..., 0].sum(), "drift": slides.sum()}
     bands |= {f"harmonic_{h}": beats[..., 2 * h - 1 : 2 * h + 1].sum() for h in range(1, HARMONICS + 1)}

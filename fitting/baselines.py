@@ -5,7 +5,7 @@ frequency to the measured speeds of a session and to those of every model. `swee
 at evenly spaced frequencies, settled, beside elongated body theory.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -18,7 +18,7 @@ from fitting.trial import MeasuredTrial
 from swimcal.mjcf import FluidCoefficients
 from swimcal.runs import Runs
 from swimcal.twin import Twin
-from tracking.head_frame import one_of
+from tracking.head_frame import select_head
 
 # The law of the speed
 LEVEL = 0.9  # level of the interval of a slope
@@ -169,9 +169,9 @@ def sweep_speed(
     speeds = {name: np.full(count, np.nan) for name in ebts}
     for i, hz in enumerate(frequency_hz):
         kept = (time_s >= SETTLING_BEATS / hz) & (time_s < seconds[i])
-        speed_twin[i] = forward_speed(time_s, one_of(head, i), kept, hz)
+        speed_twin[i] = forward_speed(time_s, select_head(head, i), kept, hz)
         if np.isfinite(speed_twin[i]):
-            swim = simulated_tail(time_s, one_of(head, i), tail, kept, hz)
+            swim = simulated_tail(time_s, select_head(head, i), tail, kept, hz)
             for name, ebt in ebts.items():
                 speeds[name][i] = ebt.speed(swim, twin.robot)
     return SpeedSweep(frequency_hz, speed_twin, speeds, fitted_hz)
@@ -242,5 +242,16 @@ def speed_constant_stride(
     return [stride * each for each in hz]
 
 
-BASELINES = {"line": speed_line, "power_law": speed_power_law, "constant_stride": speed_constant_stride}
+class Baseline(NamedTuple):
+    """Simple rule of the speed over frequency, with the words by which a reader knows it."""
+
+    rule: Callable[[Sequence[float], Sequence[float], Sequence[float]], list[float]]
+    label: str
+
+
+BASELINES = {
+    "line": Baseline(speed_line, "line in frequency"),
+    "power_law": Baseline(speed_power_law, "power law in frequency"),
+    "constant_stride": Baseline(speed_constant_stride, "constant stride"),
+}
 """Simple rules that every forecast of a speed has to beat, by name."""

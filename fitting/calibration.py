@@ -1,8 +1,8 @@
 """Calibration of a session: every trial beside the calibrated twin, and their scores.
 
 `calibrate` fits the coefficients to the fit trials (`fitting.coefficient_fit`), fits elongated body theory to the same
-trials, compares every trial with the twin and forecasts it; `assemble` makes a `Calibration` from coefficients that are
-known. `calibrate_as_published` runs the published search instead (`fitting.published`), for comparison.
+trials, compares every trial with the twin and forecasts it; `calibrate_at` makes a `Calibration` from coefficients that
+are known. `calibrate_as_published` runs the published search instead (`fitting.published`), for comparison.
 """
 
 from collections.abc import Mapping, Sequence
@@ -21,7 +21,13 @@ from fitting.baselines import (
 )
 from fitting.coefficient_fit import CoefficientFit, fit_coefficients
 from fitting.ebt import FORMS, EbtFit, Sway, fit_every_form, model_speeds, sways
-from fitting.left_out import beyond, diverges, followed, left_out_flags, suspicion
+from fitting.left_out import (
+    divergence_reason,
+    extrapolation_reason,
+    far_from_twin_flags,
+    followed_trials,
+    left_out_flags,
+)
 from fitting.phase import Scores, fit_phase, forecast, score
 from fitting.progress import Progress, part_of
 from fitting.published import PublishedFit, Swims, published_search
@@ -34,11 +40,6 @@ from swimcal.mjcf import FluidCoefficients
 from swimcal.robot import RobotSpec
 from swimcal.twin import Twin
 from tracking.head_frame import HeadFrame
-
-# The coefficients.
-
-
-# The trials beside the calibrated twin.
 
 
 @dataclass(frozen=True, eq=False)
@@ -193,13 +194,13 @@ def calibrate(
     """
     _check_fit_trials(trials)
     twin = Twin(structure.robot, trials[0].markers, workers=workers)
-    fitted, lost = followed([trial for trial in trials if trial.role == "fit"], twin)
+    fitted, lost = followed_trials([trial for trial in trials if trial.role == "fit"], twin)
     fit, mode = fit_coefficients(
         fitted, twin, uncertainties_of(structure.sources), starts, seed, part_of(progress, 0.0, 0.8)
     )
     progress("simulating the trials", 0.8)
     able = [trial for trial in trials if trial.name not in lost]
-    found = assemble(able, twin, fit, {}, structure, left_out={**(left_out or {}), **lost})
+    found = calibrate_at(able, twin, fit, {}, structure, left_out={**(left_out or {}), **lost})
     compared = [trial.measured for trial in found.trials]
     progress("forecasting the trials", 0.9)
     forecasts = forecast_session(mode, compared, seed)
@@ -241,7 +242,7 @@ def calibrate_as_published(
     return fit, compare_trials(trials, twin, fit.coefficients, phases, fit_every_form(fitted, structure.robot))[0]
 
 
-def assemble(
+def calibrate_at(
     trials: Sequence[MeasuredTrial],
     twin: Twin,
     fit: CoefficientFit,
@@ -305,7 +306,7 @@ def compare_trials(
     fitted_hz = _fitted_hz([trial for trial in trials if trial.role == "fit"])
     compared, lost = [], {}
     for trial in trials:
-        if trial.role != "fit" and (why := beyond(trial.start_frequency.hz, fitted_hz)):
+        if trial.role != "fit" and (why := extrapolation_reason(trial.start_frequency.hz, fitted_hz)):
             lost[trial.name] = why
             continue
         try:
@@ -315,7 +316,7 @@ def compare_trials(
         except SimulationDiverged:
             if trial.role == "fit":
                 raise
-            lost[trial.name] = diverges(trial.start_frequency.hz)
+            lost[trial.name] = divergence_reason(trial.start_frequency.hz)
     return _flag_suspicious(compared), lost
 
 
@@ -371,7 +372,7 @@ def _flag_suspicious(trials: Sequence[CalibratedTrial]) -> tuple[CalibratedTrial
     """Flag each trial whose own twin is far from it."""
     errors_m = [trial.scores.marker_error_m for trial in trials]
     others = [[*errors_m[:number], *errors_m[number + 1 :]] for number in range(len(trials))]
-    flags = [suspicion(trial, fellows) for trial, fellows in zip(trials, others, strict=True)]
+    flags = [far_from_twin_flags(trial, fellows) for trial, fellows in zip(trials, others, strict=True)]
     return tuple(replace(t, flags=(*t.flags, *own)) for t, own in zip(trials, flags, strict=True))
 
 

@@ -17,11 +17,11 @@ from scipy.optimize import minimize
 from fitting.features import (
     COURSE,
     SPEED,
-    advanced,
+    advance_phase,
     beat_phase,
     harmonics_of,
-    of_markers,
-    places_of_markers,
+    marker_part,
+    marker_slice,
     places_of_slides,
 )
 from fitting.trial import HARMONICS
@@ -288,8 +288,8 @@ def _turn_slope(features: np.ndarray) -> np.ndarray:
     It moves every marker's place and the course.
     """
     found = np.zeros(len(features))
-    along, across = np.moveaxis(of_markers(features), 1, 0)  # (m, 7) each
-    found[places_of_markers(len(features))] = np.stack([-across, along], axis=1).ravel()
+    along, across = np.moveaxis(marker_part(features), 1, 0)  # (m, 7) each
+    found[marker_slice(len(features))] = np.stack([-across, along], axis=1).ravel()
     found[_course_places(len(features))[0]] = -features[SPEED]
     return found
 
@@ -297,7 +297,7 @@ def _turn_slope(features: np.ndarray) -> np.ndarray:
 def _wave_roots(blocks: Sequence[Block]) -> list[np.ndarray]:
     """Return the root (k, q) of a wave error of 100 % for each block, in phase where their tails are farthest left."""
     length, first = len(blocks[0].features), blocks[0].model
-    markers = slice(places_of_markers(length).stop)
+    markers = slice(marker_slice(length).stop)
     along_m = first.twin.robot.marker_positions_m(first.trial.markers)[:, 0]
     observed = np.array([block.model.reader.observed[markers] for block in blocks], float)  # (b, k)
     both = np.einsum("bi,bj->ij", observed, observed)
@@ -307,7 +307,7 @@ def _wave_roots(blocks: Sequence[Block]) -> list[np.ndarray]:
     root = np.zeros((length, markers.stop))
     root[markers] = vectors * np.sqrt(np.maximum(values, 0.0))
     phases = [float(beat_phase(block.features, list(block.model.trial.tail))) for block in blocks]
-    return [advanced(root.T, np.full(root.shape[1], phase)).T for phase in phases]
+    return [advance_phase(root.T, np.full(root.shape[1], phase)).T for phase in phases]
 
 
 def _nearness(blocks: Sequence[Block]) -> np.ndarray:

@@ -17,11 +17,9 @@ from threadpoolctl import threadpool_limits
 
 from fitting.free_decay import DecaySpectrum, DecayTrial, measure_decay, spectrum_of
 from fitting.hinges import DecayFit, DecayTwin, decay_flags, stable_scene, start_pose
-from fitting.lasting_noise import LastingNoise, LinearModel, Regression, descend, regress, whitened
+from fitting.lasting_noise import LastingNoise, Regression, RegressionProblem, descend, regress, whitened
 from swimcal.errors import SimulationDiverged
 from swimcal.robot import RobotSpec
-
-# The fit
 
 # Prior standard deviations. Those of tilt and scale come from boxes of nose and neck that sit 2 px off.
 ANGLE_SD_RAD = 1.0  # angle of a hinge in the first frame
@@ -138,7 +136,7 @@ class _Problem:
         tilt, scale, offset = x[:, None, -k - 2, None], x[:, None, -k - 1, None], x[:, None, -k:]
         return self._straight[:, 1] + (1 + scale) * moved[..., 1] + tilt * moved[..., 0] + offset, moved
 
-    def linearise(self, x: np.ndarray) -> LinearModel:
+    def linearise(self, x: np.ndarray) -> RegressionProblem:
         """Linearise the model near x, from one batch of 3 + 2 h decays.
 
         Raises:
@@ -156,7 +154,7 @@ class _Problem:
         simulated = (lateral[1:] - lateral[0]) / steps[:, None, None]  # (2 + 2 h, n, k)
         offsets = np.broadcast_to(np.eye(k), (len(self.trial.time_s), k, k))
         jacobian = np.concatenate([np.moveaxis(simulated, 0, -1), moved[0], offsets], axis=-1)
-        return LinearModel(
+        return RegressionProblem(
             self.trial.time_s,
             self.used,
             np.where(self.seen, self.lateral - lateral[0], 0.0),
@@ -257,6 +255,3 @@ def _assemble(problem: _Problem, descent: _Descent, matched_stiffness_n_m: float
     )
     flags = decay_flags(trial, found, problem.seen & ~problem.used)
     return replace(found, flags=(*found.flags, *flags))
-
-
-# The decay as two numbers.

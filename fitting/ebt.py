@@ -18,7 +18,7 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 from scipy.signal import savgol_filter
 
-from fitting.features import FeatureReader, harmonics_of, of_markers
+from fitting.features import FeatureReader, harmonics_of, marker_part
 from fitting.mode import Mode
 from fitting.pool import bridged, design, forward_speed, weighted_fit, whole_beats
 from fitting.trial import MeasuredTrial
@@ -180,7 +180,7 @@ def sways(mode: Mode, trials: Sequence[MeasuredTrial]) -> dict[str, Sway]:
         model = type(first)(first.twin, trial, first.phase_rad, with_course=True, roll=mode.roll)
         swum = model.trajectories(mode.coefficients[None])
         rows = [model.measured, *(each.features_of(swum)[0] for each in (model.rolling(NO_ROLL), model))]
-        harmonics = [of_markers(row)[:, 1, 1] + 1j * of_markers(row)[:, 1, 2] for row in rows]  # (m,) each
+        harmonics = [marker_part(row)[:, 1, 1] + 1j * marker_part(row)[:, 1, 2] for row in rows]  # (m,) each
         roll = abs(harmonics[2][neck] - harmonics[1][neck]) / first.twin.robot.marker_positions_m(("neck",))[0, 2]
         measured, rigid, rolling = (_wave(each[neck], each[hindmost]) for each in harmonics)
         found[trial.name] = Sway(trial.frequency.hz, measured, rigid, rolling, float(np.degrees(roll)))

@@ -269,28 +269,28 @@ class FeatureReader:
         return drift, read[: drift.shape[1]]
 
 
-def of_markers(features: np.ndarray) -> np.ndarray:
+def marker_part(features: np.ndarray) -> np.ndarray:
     """Return the part of features (..., k) that describes their markers, along and across, (..., m, 2, 7)."""
-    return features[..., places_of_markers(features.shape[-1])].reshape(*features.shape[:-1], -1, 2, OF_A_MARKER)
+    return features[..., marker_slice(features.shape[-1])].reshape(*features.shape[:-1], -1, 2, OF_A_MARKER)
 
 
-def places_of_markers(length: int) -> slice:
+def marker_slice(length: int) -> slice:
     """Return the place of the markers in features of k numbers: between the speed and the course."""
     return slice(SPEED + 1, length - (length - 1) % (2 * OF_A_MARKER))
 
 
 def places_of_slides(length: int) -> slice:
     """Return the place of the markers' slides in features of k numbers with a course."""
-    return slice(places_of_markers(length).stop, length - len(COURSE))
+    return slice(marker_slice(length).stop, length - len(COURSE))
 
 
 def harmonics_of(features: np.ndarray) -> np.ndarray:
     """Return the complex harmonics a - i b (..., m, 2, 3) of features (..., k): place = Re(harmonic exp(i h turn))."""
-    beats = of_markers(features)
+    beats = marker_part(features)
     return beats[..., 1::2] - 1j * beats[..., 2::2]
 
 
-def advanced(features: np.ndarray, phase_rad: ArrayLike) -> np.ndarray:
+def advance_phase(features: np.ndarray, phase_rad: ArrayLike) -> np.ndarray:
     """Return the features (..., k) of the same swim with the crank ahead by an angle (...,).
 
     Args:
@@ -301,9 +301,9 @@ def advanced(features: np.ndarray, phase_rad: ArrayLike) -> np.ndarray:
         harmonics_of(features)
         * np.exp(1j * np.multiply.outer(phase_rad, np.arange(1, HARMONICS + 1)))[..., None, None, :]
     )
-    result, beats = np.array(features), np.array(of_markers(features))
+    result, beats = np.array(features), np.array(marker_part(features))
     beats[..., 1::2], beats[..., 2::2] = turned.real, -turned.imag
-    result[..., places_of_markers(features.shape[-1])] = beats.reshape(*features.shape[:-1], -1)
+    result[..., marker_slice(features.shape[-1])] = beats.reshape(*features.shape[:-1], -1)
     return result
 
 

@@ -2,7 +2,7 @@
 
 Fitted trials tell of a new one what all trials share: coefficients, marker places, the common discrepancy. Its own
 first beats tell what is its own: trim, registration of the head frame, boxes. `forecast_of` conditions on both
-(Rasmussen and Williams 2006, A.6); `repeated` forecasts another trial like a fitted one.
+(Rasmussen and Williams 2006, A.6); `forecast_repeat` forecasts another trial like a fitted one.
 """
 
 from dataclasses import dataclass, replace
@@ -13,7 +13,7 @@ import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 
 from fitting.covariance import Block, Covariance
-from fitting.features import COURSE, SPEED, FeatureReader, advanced, of_markers, phase_between
+from fitting.features import COURSE, SPEED, FeatureReader, advance_phase, marker_part, phase_between
 from fitting.mode import Mode, jacobian_at, time_step_errors
 from fitting.noise import FeatureNoise
 from fitting.phase import SETTLED_S
@@ -83,7 +83,7 @@ class FeatureForecast:
         drawn = draws_about(self.mean, noise @ root_of(self.covariance))
         if not self.in_step:
             return drawn
-        return advanced(drawn, phase_between(drawn, self.window.measured, list(self.window.trial.tail)))
+        return advance_phase(drawn, phase_between(drawn, self.window.measured, list(self.window.trial.tail)))
 
     def _head_of(self, features: np.ndarray, one: bool = False) -> HeadFrame:
         position_m = tracks_of(features, self.window)
@@ -107,7 +107,7 @@ def draws_about(mean: np.ndarray, deviations: np.ndarray) -> np.ndarray:
     """
     tangent = slope_of_phase(mean)
     phase = (deviations * tangent).sum(axis=-1) / np.maximum((tangent**2).sum(axis=-1), 1e-300)
-    return advanced(mean + deviations - phase[..., None] * tangent, phase)
+    return advance_phase(mean + deviations - phase[..., None] * tangent, phase)
 
 
 def tracks_of(features: np.ndarray, window: TrialModel) -> np.ndarray:
@@ -122,7 +122,7 @@ def tracks_of(features: np.ndarray, window: TrialModel) -> np.ndarray:
     trial = window.trial
     turn_rad = trial.crank_rad(trial.time_s, trial.frequency.hz)
     columns = np.column_stack([np.ones(len(turn_rad)), waves(turn_rad, HARMONICS)])  # (n, 7)
-    beats = np.einsum("nc,dmac->dnma", columns, of_markers(features))
+    beats = np.einsum("nc,dmac->dnma", columns, marker_part(features))
     place = beats[..., 0] + 1j * beats[..., 1]
     sideways, turning = features[:, -len(COURSE) :].T
     heading = np.exp(1j * np.multiply.outer(turning, trial.time_s))  # (d, n)
@@ -182,7 +182,7 @@ EVEN = Scatter()
 """Scatter of a fish of which nothing is known."""
 
 
-def repeated(mode: Mode, number: int) -> FeatureForecast:
+def forecast_repeat(mode: Mode, number: int) -> FeatureForecast:
     """Forecast a repeat of a fitted trial: all that is a trial's own is drawn anew."""
     again = mode.blocks[number]._replace(trial=len(mode.blocks), features=mode.simulated(number))
     rows = len(again.features)
@@ -272,7 +272,7 @@ def _early_block(mode: Mode, window: TrialModel, late: Block, scatter: Scatter) 
 
 def _ahead(columns: np.ndarray, phase: float) -> np.ndarray:
     """Return columns (k, q) of features with the crank ahead by a phase, rad."""
-    return advanced(columns.T, np.full(columns.shape[1], phase)).T
+    return advance_phase(columns.T, np.full(columns.shape[1], phase)).T
 
 
 def _noise(mode: Mode, window: TrialModel, scatter: Scatter, simulated: np.ndarray) -> np.ndarray:
@@ -315,6 +315,3 @@ def _align(head: HeadFrame, frames: np.ndarray) -> np.ndarray:
     first = int(np.flatnonzero(frames)[0])
     path = head.path_m[..., frames, :] - head.path_m[..., first : first + 1, :]
     return np.asarray(head.shape_m[..., frames, :, :] + path[..., None, :])
-
-
-# Forecasts of a session, and their scores.

@@ -36,7 +36,7 @@ class Regression:
 
 
 @dataclass(frozen=True, eq=False)
-class LinearModel:
+class RegressionProblem:
     """A model near its parameters.
 
     Attributes:
@@ -61,7 +61,7 @@ class LinearModel:
         return np.concatenate([self.jacobian, self.residual[..., None]], axis=2)
 
 
-def regress(model: LinearModel) -> Regression:
+def regress(model: RegressionProblem) -> Regression:
     """Return the step towards the best parameters, averaged over the noise that may be there."""
     choices = [(d, s) for d in DURATIONS_S for s in (WHITE_SHARES if d else (0.0,))]
     solved, deviances = zip(*(_solve(model, *choice) for choice in choices), strict=True)
@@ -73,7 +73,7 @@ def regress(model: LinearModel) -> Regression:
     return Regression(step, covariance, solved[int(np.argmax(chance))].noise)
 
 
-def descend(model: LinearModel, noise: LastingNoise) -> Regression:
+def descend(model: RegressionProblem, noise: LastingNoise) -> Regression:
     """Return the Gauss-Newton step for noise that is known."""
     white = whitened(model.time_s, model.used, model.stacked, noise)[0] / noise.sd_m
     jacobian, residual = white[..., :-1], white[..., -1]
@@ -110,7 +110,7 @@ def whitened(time_s: np.ndarray, used: np.ndarray, series: np.ndarray, noise: La
     return white, log_volume
 
 
-def _solve(model: LinearModel, duration_s: float, white_share: float) -> tuple[Regression, float]:
+def _solve(model: RegressionProblem, duration_s: float, white_share: float) -> tuple[Regression, float]:
     """Fit the regression under noise of one duration and white share, and its size; also return the deviance."""
     unit = LastingNoise(duration_s, white_share, 1.0)
     white, log_volume = whitened(model.time_s, model.used, model.stacked, unit)
@@ -133,7 +133,7 @@ def _solve(model: LinearModel, duration_s: float, white_share: float) -> tuple[R
     return Regression(step, inverse @ meat @ inverse, noise), deviance
 
 
-def _variance(model: LinearModel, curvature: np.ndarray, moment: np.ndarray, total: float, free: int) -> float:
+def _variance(model: RegressionProblem, curvature: np.ndarray, moment: np.ndarray, total: float, free: int) -> float:
     """Return the variance of the innovations, around the regression that its own size lets the prior bend."""
     variance = 1e-6  # (1 mm)^2
     for _ in range(3):

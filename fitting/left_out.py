@@ -1,8 +1,8 @@
 """Trials and markers that a fit leaves out, or should not trust, and why.
 
-One unusable trial never stops the others: it is left out, and a flag says why (`left_out_flags`). `followed`, `beyond`
-and `diverges` tell before a fit which trials take no part; `suspicion` flags after it a trial that its own twin does
-not follow.
+One unusable trial never stops the others: it is left out, and a flag says why (`left_out_flags`). Before a fit
+`followed_trials`, `extrapolation_reason` and `divergence_reason` tell which trials take no part; after it
+`far_from_twin_flags` flags a trial that its own twin does not follow.
 
 `odd_markers` flags markers that sit elsewhere in one swim than in the others: a box on a wrong spot, a marker that
 slipped. No description places a marker to better than some centimetres on a robot as built, and what is off in every
@@ -22,7 +22,7 @@ from swimcal.mjcf import COEFFICIENT_BOUNDS, PUBLISHED_COEFFICIENTS
 from swimcal.robot import RobotSpec
 from swimcal.session_file import HEAD_MARKERS
 from swimcal.twin import Twin
-from tracking.body_model import FREE_PX2, JointGaussian, layout_model, learned
+from tracking.body_model import FREE_PX2, JointGaussian, fit_body_model, layout_model
 
 if TYPE_CHECKING:
     from fitting.calibration import CalibratedTrial
@@ -67,7 +67,7 @@ def left_out_flags(left_out: Mapping[str, str]) -> tuple[Flag, ...]:
     return tuple(Flag("left_out", message=f"{name} is left out: {why}") for name, why in left_out.items())
 
 
-def followed(trials: Sequence[MeasuredTrial], twin: Twin) -> tuple[list[MeasuredTrial], dict[str, str]]:
+def followed_trials(trials: Sequence[MeasuredTrial], twin: Twin) -> tuple[list[MeasuredTrial], dict[str, str]]:
     """Separate the fit trials that some twin can swim from the others.
 
     Args:
@@ -85,13 +85,15 @@ def followed(trials: Sequence[MeasuredTrial], twin: Twin) -> tuple[list[Measured
     swum = trajectories_together(models, points)
     stands = [bool(np.isfinite(each.marker_m).all(axis=(1, 2, 3)).any()) for each in swum]
     good = [trial for trial, stands_up in zip(trials, stands, strict=True) if stands_up]
-    why = {t.name: diverges(t.frequency.hz) for t, stands_up in zip(trials, stands, strict=True) if not stands_up}
+    why = {
+        t.name: divergence_reason(t.frequency.hz) for t, stands_up in zip(trials, stands, strict=True) if not stands_up
+    }
     if not good:
         raise NotEnoughData("\n".join(f"trial {name}: {reason}" for name, reason in why.items()))
     return good, why
 
 
-def beyond(hz: float, fitted_hz: tuple[float, float]) -> str:
+def extrapolation_reason(hz: float, fitted_hz: tuple[float, float]) -> str:
     """Say that a held-out trial beats far outside the fitted frequencies; an empty text where it does not.
 
     This is known before anything is compared, so that no score decides what is scored.
@@ -109,12 +111,12 @@ def beyond(hz: float, fitted_hz: tuple[float, float]) -> str:
     )
 
 
-def diverges(hz: float) -> str:
+def divergence_reason(hz: float) -> str:
     """Say that the twin cannot be simulated at this frequency."""
     return f"its simulation diverges at {hz:.3g} Hz: the tendons' springs and this time step do not stand such a beat"
 
 
-def suspicion(trial: "CalibratedTrial", fellows_m: Sequence[float]) -> tuple[Flag, ...]:
+def far_from_twin_flags(trial: "CalibratedTrial", fellows_m: Sequence[float]) -> tuple[Flag, ...]:
     """Flag a trial whose own twin is far from it.
 
     Args:
@@ -179,7 +181,7 @@ def odd_markers(trials: Sequence[MeasuredTrial], robot: RobotSpec) -> dict[str, 
 def _mean_shape(trial: MeasuredTrial, robot: RobotSpec) -> np.ndarray:
     """Return the deviations (2 m,) of the mean shape from the described one, in the axes of the body, m."""
     prior = layout_model(*_layout(trial.markers, robot))
-    return learned(prior, trial.position_m, trial.weight > 0).mean_px  # px of 1 m
+    return fit_body_model(prior, trial.position_m, trial.weight > 0).mean_px  # px of 1 m
 
 
 def _gauge(markers: tuple[str, ...], robot: RobotSpec) -> JointGaussian:

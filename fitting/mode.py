@@ -203,6 +203,3 @@ def broyden(slopes: np.ndarray, step: np.ndarray, change: np.ndarray, along: np.
         along: (p,) the step times the matrix by which lengths of steps are measured.
     """
     return np.asarray(slopes + np.outer(change - slopes @ step, along) / (along @ step))
-
-
-# The search.

@@ -15,7 +15,7 @@ import numpy as np
 import xarray as xr
 from numpy.lib.stride_tricks import sliding_window_view
 
-from fitting.lasting_noise import LastingNoise, LinearModel, descend, regress
+from fitting.lasting_noise import LastingNoise, RegressionProblem, descend, regress
 from fitting.pool import bridged, head_frame, head_is_trusted, in_pool
 from swimcal.crank import CrankTurn
 from swimcal.robot import RobotSpec
@@ -107,14 +107,14 @@ def search(tail: TailMotion, turn: CrankTurn, codes: list[tuple[float, float]]) 
     gain = np.zeros(len(grid))
     for code, offsets in zip(codes, first, strict=True):
         if len(offsets):
-            share = explained(motion, frame_s, turn, code)
+            share = explain_motion(motion, frame_s, turn, code)
             gain += np.interp(grid, offsets[::-1], -np.log1p(-share)[::-1], left=0.0, right=0.0)
     best = int(np.argmax(gain))
     others = gain[np.abs(grid - grid[best]) > APART_S]
     return Found(float(grid[best]), float(gain[best]), float(others.max(initial=0.0)))
 
 
-def explained(motion_m: np.ndarray, frame_s: float, turn: CrankTurn, code: tuple[float, float]) -> np.ndarray:
+def explain_motion(motion_m: np.ndarray, frame_s: float, turn: CrankTurn, code: tuple[float, float]) -> np.ndarray:
     """Return the share of the tail's motion that the crank's explains, where the code begins at each of w frames, (w,).
 
     Args:
@@ -213,7 +213,7 @@ def _residual(columns: np.ndarray, series: np.ndarray) -> np.ndarray:
     return series - columns @ np.linalg.lstsq(columns, series, rcond=None)[0]
 
 
-def _linearise(time_s: np.ndarray, lateral_m: np.ndarray, turn: CrankTurn, offset_s: float) -> LinearModel:
+def _linearise(time_s: np.ndarray, lateral_m: np.ndarray, turn: CrankTurn, offset_s: float) -> RegressionProblem:
     """Linearise the motion about an offset and its best maps: derivatives by the offset (first) and by the maps."""
     columns, slopes = _crank(time_s, turn, offset_s)
     maps = np.linalg.lstsq(columns, lateral_m, rcond=None)[0]  # (4, k)
@@ -224,4 +224,4 @@ def _linearise(time_s: np.ndarray, lateral_m: np.ndarray, turn: CrankTurn, offse
         jacobian[:, k, 1 + _MAP * k : 1 + _MAP * (k + 1)] = columns
     none = np.zeros(1 + _MAP * markers)
     used = np.ones(lateral_m.shape, bool)
-    return LinearModel(time_s, used, lateral_m - columns @ maps, jacobian, none, none)
+    return RegressionProblem(time_s, used, lateral_m - columns @ maps, jacobian, none, none)

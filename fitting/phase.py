@@ -14,7 +14,7 @@ from swimcal.errors import SimulationDiverged
 from swimcal.mjcf import FluidCoefficients
 from swimcal.runs import Runs
 from swimcal.twin import Twin, simulate_together
-from tracking.head_frame import HeadFrame, one_of
+from tracking.head_frame import HeadFrame, select_head
 
 SETTLED_S = 0.25  # time in which the tail forgets its start
 BEATS_IN_STEP = 3.0  # beats that set the crank's phase
@@ -128,7 +128,7 @@ def forecast(twin: Twin, trial: MeasuredTrial, coefficients: FluidCoefficients, 
         phase_rad: angle of the crank at time 0.
     """
     values = np.array([coefficients], float)
-    return one_of(swim(twin, trial, values, np.array([phase_rad]), trial.start_frequency.hz), 0)
+    return select_head(swim(twin, trial, values, np.array([phase_rad]), trial.start_frequency.hz), 0)
 
 
 def _lowest(tries: np.ndarray, misfit: np.ndarray) -> float:

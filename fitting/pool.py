@@ -17,8 +17,7 @@ from tracking.camera import to_pool
 from tracking.head_frame import HeadFrame, to_head_frame
 from tracking.quality import FLOOR_PX, TrackQuality, check_tracks
 
-# Samples that a regression needs
-
+# Samples that a regression needs.
 # Largest variance inflation: that of a marker seen in 1 frame of 100 over all phases, or on 2/3 of each beat.
 _LARGEST_INFLATION = 100.0
 _FRAMES_A_COLUMN = 2  # least frames for each regressor
@@ -255,6 +254,3 @@ def forward_speed(time_s: np.ndarray, head: HeadFrame, kept: np.ndarray, frequen
     direction = heading[standing][:, used] @ read[0]
     found[standing] = -(velocity[:, 0] * np.cos(direction) + velocity[:, 1] * np.sin(direction))
     return found.reshape(head.heading_rad.shape[:-1])
-
-
-# Simple rules for the speed.

@@ -21,7 +21,7 @@ from fitting.forecast import (
     Scatter,
     Windows,
     forecast_of,
-    repeated,
+    forecast_repeat,
     scatter_of,
     tracks_of,
 )
@@ -194,10 +194,10 @@ def forecast_session(mode: Mode, trials: Sequence[MeasuredTrial], seed: int = 0)
 def simple_rules(fitted: Sequence[MeasuredTrial], hz: float) -> dict[str, Forecast]:
     """Return the baselines in frequency through fitted trials, for a trial at `hz`."""
     known = [trial.frequency.hz for trial in fitted], [trial.speed for trial in fitted]
-    return {name: Forecast(baseline(*known, [hz])[0]) for name, baseline in BASELINES.items()}
+    return {name: Forecast(baseline.rule(*known, [hz])[0]) for name, baseline in BASELINES.items()}
 
 
-def scored(trial: MeasuredTrial, forecast: FeatureForecast, seed: int) -> Forecast:
+def score_forecast(trial: MeasuredTrial, forecast: FeatureForecast, seed: int) -> Forecast:
     """Score a trial within a forecast of it.
 
     Args:
@@ -219,16 +219,19 @@ def scored(trial: MeasuredTrial, forecast: FeatureForecast, seed: int) -> Foreca
 def _forecast_fitted(mode: Mode, number: int, seed: int) -> ForecastTrial:
     trial = mode.blocks[number].model.trial
     return ForecastTrial(
-        trial.role, trial.frequency.hz, trial.speed, {REPEAT: scored(trial, repeated(mode, number), seed)}
+        trial.role,
+        trial.frequency.hz,
+        trial.speed,
+        {REPEAT: score_forecast(trial, forecast_repeat(mode, number), seed)},
     )
 
 
 def _forecast_held_out(mode: Mode, trial: MeasuredTrial, scatter: Scatter, seed: int) -> ForecastTrial:
     windows, fitted = Windows.of(mode, trial), [block.model.trial for block in mode.blocks]
     late = NewWindow.of(mode, windows.late, scatter)
-    found = {GIVEN: scored(trial, forecast_of(mode, late), seed)}
+    found = {GIVEN: score_forecast(trial, forecast_of(mode, late), seed)}
     if windows.early is not None:
-        found[BEATS] = scored(trial, forecast_of(mode, late, windows.early), seed)
+        found[BEATS] = score_forecast(trial, forecast_of(mode, late, windows.early), seed)
         goes_on = _score_distances(trial, trial.seen_head(tracks_of(windows.early.measured[None], windows.late)[0]))
         shown = windows.early.reader.read | ~windows.late.reader.read
         found[CONTINUED] = goes_on if shown.all() else Forecast(goes_on.speed)

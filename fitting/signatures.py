@@ -40,12 +40,6 @@ STRENGTHS = (-3.0, -1.0, 1.0, 3.0)  # standard deviations of a parameter's prior
 _LITTLE = 0.3  # share of the least strength tried at which the slope of small strengths is taken
 
 
-# The camera that films the twin.
-
-
-# Trials swum by a twin with effects.
-
-
 # The row, and the space in which its disturbances have unit size.
 
 

@@ -210,6 +210,13 @@ class MeasuredTrial:
         """Beats a second of the tail on the camera's clock, whatever a motor's log says, Hz."""
         return (self.beat or self.frequency).hz
 
+    def rows_of(self, flag: Flag) -> slice:
+        """Return the rows of this trial's arrays that a flag concerns; its frames count from the recording's first."""
+        if flag.frames is None:
+            return slice(0, len(self.weight))
+        first, last = flag.frames
+        return slice(max(first - self.first_frame, 0), max(last + 1 - self.first_frame, 0))
+
     def weight_of(self, frames: int) -> np.ndarray:
         """Return the weights (frames, m) in the tracks it was measured from; 0 before and after its own n frames."""
         return np.pad(self.weight, ((self.first_frame, frames - self.first_frame - len(self.weight)), (0, 0)))

@@ -18,7 +18,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fitting.features import OF_A_MARKER, SPEED, FeatureReader, advanced, phase_between, places_of_markers
+from fitting.features import OF_A_MARKER, SPEED, FeatureReader, advance_phase, marker_slice, phase_between
 from fitting.noise import FeatureNoise, noise_of
 from fitting.structure import PerturbedTwin
 from fitting.trial import MeasuredTrial
@@ -231,7 +231,7 @@ class TrialModel:
 
     def in_step(self, features: np.ndarray) -> np.ndarray:
         """Return features (..., k) with their tails in step with the measured one."""
-        return advanced(features, phase_between(features, self.measured, list(self.trial.tail)))
+        return advance_phase(features, phase_between(features, self.measured, list(self.trial.tail)))
 
     def positions(
         self, coefficients: np.ndarray, faster: np.ndarray | None = None, shift: np.ndarray | None = None
@@ -388,7 +388,7 @@ def difference(up: np.ndarray, down: np.ndarray, middle: np.ndarray) -> np.ndarr
 def slope_of_phase(features: np.ndarray) -> np.ndarray:
     """Return the derivative of features (..., k) by the phase of the crank, 1/rad."""
     step = 1e-4
-    return (advanced(features, step) - advanced(features, -step)) / (2 * step)
+    return (advance_phase(features, step) - advance_phase(features, -step)) / (2 * step)
 
 
 def _of_place(length: int) -> list[np.ndarray]:
@@ -396,9 +396,6 @@ def _of_place(length: int) -> list[np.ndarray]:
     columns = []
     for axis in range(2):
         column = np.zeros(length)
-        column[places_of_markers(length)].reshape(-1, 2, OF_A_MARKER)[:, axis, 0] = PLACE_SD_M
+        column[marker_slice(length)].reshape(-1, 2, OF_A_MARKER)[:, axis, 0] = PLACE_SD_M
         columns.append(column)
     return columns
-
-
-# All trials.

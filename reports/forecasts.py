@@ -143,7 +143,7 @@ def _draw(axes: Axes, calibration: Calibration, minus: np.ndarray, predicted: Pr
         axes.fill_between(predicted.frequency_hz, *ends, color=TWIN, alpha=0.16, linewidth=0, label="90 % band")
     known = [trial.frequency.hz for trial in trials], [trial.speed for trial in trials]
     for name, look in _RULES.items():
-        rule = np.array(BASELINES[name](*known, list(hz)), float)
+        rule = np.array(BASELINES[name].rule(*known, list(hz)), float)
         axes.plot(hz, (rule - minus) * MM, color=MUTED, linewidth=1.1, label=MODELS[name], **look)
     theory: Look = {"color": EBT, "linewidth": 1.3, "linestyle": (0, (5, 2)), "label": MODELS["ebt_published"]}
     axes.plot(hz, (sweep.speed_ebt - minus) * MM, **theory)

@@ -64,10 +64,9 @@ def flagged_kinds(trial: MeasuredTrial) -> np.ndarray:
     """Say (n, m) why each sample is left out: the kind of its flag, the head, another; empty where it counts."""
     kinds = np.full(trial.weight.shape, "", dtype=object)
     for flag in trial.flags:
-        first, last = flag.frames or (0, len(kinds) - 1)
         for name in flag.markers:
             if name in trial.markers:
-                kinds[first : last + 1, trial.markers.index(name)] = flag.kind
+                kinds[trial.rows_of(flag), trial.markers.index(name)] = flag.kind
     left_out = trial.weight <= 0
     reason = np.where(left_out.all(axis=1, keepdims=True), _HEAD, _OTHER)
     return np.where(left_out, np.where(kinds == "", reason, kinds), "")
@@ -107,10 +106,13 @@ def picture_of_tracks(trial: MeasuredTrial) -> Plot:
 
 
 def _stretches(trial: MeasuredTrial) -> Iterator[tuple[str, ...]]:
-    last_frame = len(trial.time_s) - 1
+    own = trial.first_frame, trial.first_frame + len(trial.time_s) - 1
     for flag in track_flags(trial):
-        first, last = (min(frame, last_frame) for frame in flag.frames or (0, last_frame))
-        when = spanned(float(trial.time_s[first]), float(trial.time_s[last]), lambda time_s: shown(time_s, 2))
+        first, last = flag.frames or own
+        seen = trial.time_s[trial.rows_of(flag)]
+        when = "outside the trial"
+        if len(seen):
+            when = spanned(float(seen[0]), float(seen[-1]), lambda time_s: shown(time_s, 2))
         yield trial.name, flag.kind.replace("_", " "), f"{first} to {last}", when, sentence(flag.message)
 
 

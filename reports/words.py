@@ -143,9 +143,7 @@ MODELS = {
     DRAWN: "corrected twin, averaged over the posterior",
     BEATS: "corrected twin, after two beats",
     CONTINUED: "continuation of two beats",
-    "line": "line in frequency",
-    "power_law": "power law in frequency",
-    "constant_stride": "constant stride",
+    **{name: baseline.label for name, baseline in BASELINES.items()},
     **{f"ebt_{form.name}": model_label(form.name) for form in FORMS},
     "ebt_published": "elongated body theory",
 }
@@ -172,7 +170,7 @@ def misses(forecasts: SessionForecast) -> str:
     )
 
 
-def beaten(forecasts: SessionForecast, model: str = TWIN) -> bool:
+def is_beaten(forecasts: SessionForecast, model: str = TWIN) -> bool:
     """Return whether a model, by default the exported twin, forecasts speeds better than every simple rule
     on average.
     """

@@ -20,7 +20,7 @@ the distance that counts as reached. What the paper leaves open, or what is deci
 crank's angle is the clock: it turns at 2 pi f (1 - s sin(angle)), so the tail lingers on one side and hurries through
 the other, which turns the robot. Nothing is remembered between actions.
 
-`steered` is a steering law of a few numbers, which a search can find in minutes: towards the target, in tune with the
+`steer` is a steering law of a few numbers, which a search can find in minutes: towards the target, in tune with the
 beat. How much the beat is to one side is tanh of a weighted sum of the bearing of the target and of numbers that follow
 the swing of the head within a beat. No side is preferred: left and right mirror each other. A target within the turning
 circle cannot be reached by turning towards it; there the swimmer turns away until it can (as paths of bounded curvature
@@ -360,7 +360,7 @@ def start_of(task: str, hinges: int) -> tuple[np.ndarray, np.ndarray]:
     return middle, width
 
 
-def steered(numbers: np.ndarray, rules: Rules, seen: np.ndarray) -> np.ndarray:
+def steer(numbers: np.ndarray, rules: Rules, seen: np.ndarray) -> np.ndarray:
     """Compute the (n,) actions of swimmers that steer by laws (p,) or (n, p), given what they see (n, o).
 
     Args:

@@ -66,7 +66,7 @@ def spaces_of(course: Course) -> tuple[Box, Box]:
     return seen, Box(-1.0, 1.0, (1,), np.float32)
 
 
-def told(moment: Moment) -> dict[str, np.ndarray]:
+def step_info(moment: Moment) -> dict[str, np.ndarray]:
     """Collect the infos (n,) of n swimmers: `distance_m`, `is_success`, `diverged` and, with a path, `off_path_m`."""
     infos = {"distance_m": moment.distance_m, "is_success": moment.reached, "diverged": moment.diverged}
     return infos if np.isnan(moment.off_path_m).all() else {**infos, "off_path_m": moment.off_path_m}
@@ -104,14 +104,14 @@ class SwimEnv(gymnasium.Env[np.ndarray, np.ndarray]):
         return seen[0].astype(np.float32), {}
 
     def step(self, action: np.ndarray) -> tuple[np.ndarray, float, bool, bool, dict[str, Any]]:
-        """Take one action, (1,); see `told` for the last entry of the result.
+        """Take one action, (1,); see `step_info` for the last entry of the result.
 
         Raises:
             ValueError: an action of another shape, or not finite.
         """
         moment = self.course.act(checked_action(action, (1,)))
         ended = bool(moment.reached[0] or moment.diverged[0])
-        seen, infos = moment.seen[0].astype(np.float32), {name: value[0] for name, value in told(moment).items()}
+        seen, infos = moment.seen[0].astype(np.float32), {name: value[0] for name, value in step_info(moment).items()}
         return seen, float(moment.reward[0]), ended, bool(moment.timed_out[0]), infos
 
     def render(self) -> np.ndarray | None:
@@ -122,7 +122,7 @@ class SwimEnv(gymnasium.Env[np.ndarray, np.ndarray]):
 class SwimVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
     """A batch of n fish. Where an episode ends, the next begins in the same step (gymnasium's same-step mode).
 
-    `infos` holds the arrays of `told`; where episodes ended also `final_obs` (n, o), what was seen last, and
+    `infos` holds the arrays of `step_info`; where episodes ended also `final_obs` (n, o), what was seen last, and
     `_final_obs` (n,), where. Fish with several models (posterior draws) deal them out to the swimmers.
 
     Args:
@@ -181,7 +181,7 @@ class SwimVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
             ValueError: actions of another shape, or not finite.
         """
         moment = self.course.act(checked_action(actions, (self.num_envs, 1)))
-        infos: dict[str, Any] = dict(told(moment))
+        infos: dict[str, Any] = dict(step_info(moment))
         seen = moment.seen.astype(np.float32)
         if (ended := np.flatnonzero(moment.over)).size:
             infos |= {"final_obs": seen, "_final_obs": moment.over}

@@ -18,7 +18,7 @@ from scipy.stats import binomtest
 from swimcal.errors import Fault, InputError, ModelMismatch
 from swimcal.results import is_incomplete, plain_json, program_version, write_whole, writing_whole
 from swimcal.runs import ENGINE
-from swimgym.course import Course, Rules, Targets, beat_action, steered
+from swimgym.course import Course, Rules, Targets, beat_action, steer
 from swimgym.swimmers import Fish
 
 SCHEMA = 1
@@ -82,7 +82,7 @@ class Policy:
         """Compute the (n,) accelerations in [-1, 1], given what n swimmers see (n, o)."""
         rules = self.card.rules
         if "law" in self.arrays:
-            return steered(self.arrays["law"], rules, seen)
+            return steer(self.arrays["law"], rules, seen)
         beat = np.tanh(self._through(features(seen)))
         return beat_action(rules, seen, rules.fastest_hz * (1 + beat[:, 0]) / 2, beat[:, 1])
 

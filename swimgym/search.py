@@ -15,7 +15,7 @@ import numpy as np
 
 from swimcal.errors import Fault, InputError
 from swimcal.results import write_whole
-from swimgym.course import Rules, start_of, steered
+from swimgym.course import Rules, start_of, steer
 from swimgym.environments import make_course
 from swimgym.policy import Card, Policy, Swum, card_of, swim
 from swimgym.swimmers import Fish
@@ -74,7 +74,7 @@ def search(
         laws[0] = state.middle
         each = np.tile(laws, (plan.episodes, 1))  # episode by episode, so that models are dealt out evenly
         goals = 1000 * plan.seed + state.generation
-        swum = swim(course, lambda seen, each=each: steered(each, course.rules, seen), goals)  # type: ignore[misc]
+        swum = swim(course, lambda seen, each=each: steer(each, course.rules, seen), goals)  # type: ignore[misc]
         costs = _cost(swum, plan).reshape(plan.episodes, plan.candidates).mean(axis=0)
         best = np.argsort(costs)[: max(2, round(_ELITE * plan.candidates))]
         state = _State(

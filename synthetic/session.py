@@ -207,14 +207,14 @@ class Recorder:
         )
 
     def _track(self, trial: PlannedTrial, position_px: np.ndarray, random: np.random.Generator) -> dict[str, Pixels]:
-        tracks, offsets_px = tracked(trial, position_px, self._plan, random)
+        tracks, offsets_px = track_as_filmed(trial, position_px, self._plan, random)
         file = f"trials/{trial.name}.csv.gz"
         save_packed_tracks(self._folder / file, tracks)
         self.recordings[trial.name] = {"tracks": file}
         return _by_marker(self._plan, offsets_px)
 
 
-def tracked(
+def track_as_filmed(
     trial: PlannedTrial, position_px: np.ndarray, plan: SyntheticPlan, random: np.random.Generator
 ) -> tuple[xr.Dataset, np.ndarray]:
     """Track a trial as a faulty tracker would.

@@ -200,7 +200,7 @@ def mode(points: np.ndarray, width: float, steps: int = 10) -> np.ndarray:
     return centre
 
 
-def learned(prior: BodyModel, position_px: np.ndarray, active: np.ndarray, steps: int = 4) -> BodyModel:
+def fit_body_model(prior: BodyModel, position_px: np.ndarray, active: np.ndarray, steps: int = 4) -> BodyModel:
     """Fit the prior to the active samples (n, m) at (n, m, 2), by expectation maximisation."""
     deviation = prior.to_body(position_px, prior.pose(position_px, active))  # (n, 2m)
     mean, covariance = np.zeros_like(prior.mean_px), prior.covariance_px2

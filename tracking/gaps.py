@@ -41,7 +41,7 @@ from threadpoolctl import threadpool_limits
 from swimcal.flags import Flag
 from swimcal.tracks import markers_of, pixels_of
 from tracking.harmed_frames import stretches
-from tracking.tracked import SampleState, but_repeats, samples_of, seen_in, with_samples
+from tracking.tracked import SampleState, drop_repeat_flags, samples_of, seen_in, with_samples
 
 REACH_FRAMES = 300
 """Frames before and after a gap that it is filled from: some beats, the slowest included."""
@@ -97,7 +97,7 @@ def fill_gaps(tracked: xr.Dataset) -> xr.Dataset:
         filled["position_px"] = np.stack([filling.place.real, filling.place.imag], axis=1)
         filled["confidence"] = _confidence(time_s, tracked.confidence.values[:, k], span)
         filled["state"], filled["size_px"] = SampleState.INTERPOLATED, np.nan
-    return with_samples(tracked, samples, but_repeats(tracked, flags))
+    return with_samples(tracked, samples, drop_repeat_flags(tracked, flags))
 
 
 def _flag(marker: str, span: slice, why: str) -> Flag:

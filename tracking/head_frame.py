@@ -65,7 +65,7 @@ def to_head_frame(position_m: np.ndarray, nose: int, neck: int, seen: np.ndarray
     )
 
 
-def one_of(heads: HeadFrame, index: int) -> HeadFrame:
+def select_head(heads: HeadFrame, index: int) -> HeadFrame:
     """Return one of several trajectories (s, n, m, 2)."""
     return HeadFrame(*(getattr(heads, part.name)[index] for part in fields(heads)))
 

@@ -2,8 +2,8 @@
 
 `Spacing` knows what a body hardly changes: the distance of a marker to its neighbours, and where they put it.
 
-`assemble` assigns the spots of a frame to all markers at once, where the nearest spot need not be the right one.
-Markers are joined to a tree, each to its nearest. A choice of spots costs the departure of each marker from its
+`assemble_markers` assigns the spots of a frame to all markers at once, where the nearest spot need not be the right
+one. Markers are joined to a tree, each to its nearest. A choice of spots costs the departure of each marker from its
 expected place, the departure of each link of the tree from its length and direction so far, and a price for each marker
 without a spot. The least cost over a tree is found exactly by dynamic programming from its leaves (Felzenszwalb and
 Huttenlocher, Pictorial structures for object recognition, IJCV 61, 2005, section 3). Where two markers would share a
@@ -30,7 +30,7 @@ _MOVES, _ALIKE = 0.1, 0.25  # both markers swim: one moves so many diameters a f
 _FEWEST, _ZOOM = 3, 1.02  # distances that tell of a common scale, and by how much it may change in a frame
 _KEEP = 0.9  # of where two neighbours put a marker, frame by frame
 
-# `assemble`: prices and standard deviations.
+# `assemble_markers`: prices and standard deviations.
 MISSED = 2.0
 """The price of leaving a marker without a spot."""
 FAINTER = 1.0
@@ -180,7 +180,9 @@ class Assembly(NamedTuple):
     chosen: np.ndarray
 
 
-def assemble(spots: Spots, predicted: Prediction, spread_px: np.ndarray, spacing: Spacing, whole: bool) -> Assembly:
+def assemble_markers(
+    spots: Spots, predicted: Prediction, spread_px: np.ndarray, spacing: Spacing, whole: bool
+) -> Assembly:
     """Assign spots to all markers at the least cost over motion and distances.
 
     Args:

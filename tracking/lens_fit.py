@@ -124,7 +124,7 @@ def normal_equations(bundle: Bundle, free: np.ndarray) -> NormalEquations:
     return NormalEquations(matrix, gradient)
 
 
-def polished(bundle: Bundle, free: np.ndarray) -> Bundle:
+def refine_bundle(bundle: Bundle, free: np.ndarray) -> Bundle:
     """Return the bundle at the nearest optimum.
 
     Args:
@@ -209,7 +209,7 @@ def fit_lens(corners: Sequence[Corners], width_px: int, height_px: int) -> LensF
     bundle = _start(corners, (width_px, height_px))
     fits = []
     for model in MODELS:
-        bundle = polished(bundle, _free(model))
+        bundle = refine_bundle(bundle, _free(model))
         fits.append(LensFit(model, bundle))
     return min(fits, key=lambda fit: fit.information_criterion)
 

@@ -23,7 +23,7 @@ from scipy.ndimage import maximum_filter1d, median_filter
 from swimcal.flags import Flag
 from swimcal.robot import RobotSpec
 from swimcal.tracks import markers_of, pixels_of
-from tracking.body_model import BodyModel, centred, layout_model, learned, spacing_spread
+from tracking.body_model import BodyModel, centred, fit_body_model, layout_model, spacing_spread
 from tracking.following import (
     Gate,
     body_jumps,
@@ -36,7 +36,7 @@ from tracking.following import (
     widened,
 )
 from tracking.harmed_frames import stretches
-from tracking.tracked import but_repeats, counting, repeated_frames, seen_in
+from tracking.tracked import drop_repeat_flags, mask_untrusted, repeated_frames, seen_in
 
 # Frozen boxes.
 STILL_FRAMES = 5
@@ -185,12 +185,12 @@ def _findings(tracks: xr.Dataset, layout: RobotSpec, floor_px: float) -> Finding
 
     gate = Gate(floor_px, DEVIATIONS)
     judged = present & ~still & ~clash
-    model = learned(prior, position_px, fitting)
+    model = fit_body_model(prior, position_px, fitting)
     for _ in range(2):  # the second time without the faults in the model
         fitting = fitting_shape(model, position_px, judged, fitting, gate)
         wrong = clash | misplaced(model, tracks.time.values, position_px, judged, fitting, gate)
         fitting = judged & ~wrong
-        model = learned(prior, position_px, fitting)
+        model = fit_body_model(prior, position_px, fitting)
         if not wrong.any():
             break
     believed = judged & ~wrong
@@ -361,10 +361,10 @@ def trusted(tracked: xr.Dataset, layout: RobotSpec) -> xr.Dataset:
     """
     own = [flag for flag in (*tracked.flags, *judge(tracked, layout)) if flag.kind != "gap"]
     first = int(np.argmax(seen_in(tracked).any(axis=1)))
-    quality = check_tracks(counting(tracked.assign_attrs(flags=tuple(own))).isel(time=slice(first, None)), layout)
+    quality = check_tracks(mask_untrusted(tracked.assign_attrs(flags=tuple(own))).isel(time=slice(first, None)), layout)
     weight = np.zeros(tracked.state.shape)
     weight[first:] = quality.weight
-    flags = (*own, *but_repeats(tracked, (flag.later(first) for flag in quality.flags)))
+    flags = (*own, *drop_repeat_flags(tracked, (flag.later(first) for flag in quality.flags)))
     found = tracked.assign(weight=(("time", "keypoint"), weight))
     return found.assign_attrs(flags=tuple(dict.fromkeys(flags)))
 

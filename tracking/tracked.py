@@ -130,7 +130,7 @@ def repeated_frames(tracked: xr.Dataset) -> np.ndarray:
     return left_out
 
 
-def but_repeats(tracked: xr.Dataset, flags: Iterable[Flag]) -> tuple[Flag, ...]:
+def drop_repeat_flags(tracked: xr.Dataset, flags: Iterable[Flag]) -> tuple[Flag, ...]:
     """Drop the flags for samples missing in frames that repeat the one before: one flag tells of all of them."""
     left_out = repeated_frames(tracked)
     return tuple(
@@ -140,7 +140,7 @@ def but_repeats(tracked: xr.Dataset, flags: Iterable[Flag]) -> tuple[Flag, ...]:
     )
 
 
-def counting(tracked: xr.Dataset) -> xr.Dataset:
+def mask_untrusted(tracked: xr.Dataset) -> xr.Dataset:
     """Return the tracks alone, with confidence 0 where a sample was not seen or is flagged by the tracker."""
     counts, names = seen_in(tracked), markers_of(tracked)
     for flag in tracked.flags:

@@ -9,7 +9,7 @@ from scipy.optimize import linear_sum_assignment
 
 from tracking.appearance import Appearance, measure_appearance
 from tracking.csrt import Crop, FaintMarkers, SecondOpinion
-from tracking.identities import FAINTER, MISSED, Spacing, assemble
+from tracking.identities import FAINTER, MISSED, Spacing, assemble_markers
 from tracking.motion import Motion, Prediction
 from tracking.spots import Centres, Spots, Streaks, find_spots, measure_centres, with_answer
 
@@ -239,7 +239,7 @@ class MarkerTracker:
         for anchor in anchors:
             wide, spread = self._widened(anchor, doubtful, farther)
             spots = search.spots(wide)
-            found.append((spots, assemble(spots, wide, spread, self.spacing, whole)))
+            found.append((spots, assemble_markers(spots, wide, spread, self.spacing, whole)))
         spots, best = min(found, key=lambda each: each[1].cost)
         return spots, best.chosen
 

@@ -23,7 +23,7 @@ from benchmarks.effects.suite import SessionPlan, recorded_by
 from benchmarks.reality import Nuisances
 from diagnosis.constants import SCALES
 from diagnosis.discrepancy import Discrepancy, nearness
-from fitting.features import advanced, beat_phase, harmonics_of
+from fitting.features import advance_phase, beat_phase, harmonics_of
 from fitting.pool import tail_markers
 from fitting.signatures import PRIOR_SD, little, row_slopes
 from swimcal.create_session import FISHSIM_MARKERS
@@ -77,13 +77,13 @@ class BaseSession:
     @property
     def in_phase(self) -> np.ndarray:
         """(t, 127) residual when all tails begin at phase 0."""
-        return advanced(self.residual, -self.phase_rad)
+        return advance_phase(self.residual, -self.phase_rad)
 
     @property
     def noise_in_phase(self) -> np.ndarray:
         """(127, 127) mean noise covariance of the features of a trial, at that phase."""
         own = [slice(LENGTH * i, LENGTH * (i + 1)) for i in range(len(self.residual))]
-        turns = [advanced(np.eye(LENGTH), -phase) for phase in self.phase_rad]
+        turns = [advance_phase(np.eye(LENGTH), -phase) for phase in self.phase_rad]
         return np.mean([turn.T @ self.noise[i, i] @ turn for turn, i in zip(turns, own, strict=True)], axis=0)
 
 
@@ -157,7 +157,7 @@ def in_common(sessions: Sequence[BaseSession], covariance: np.ndarray) -> Discre
     design = np.vstack([np.column_stack([np.ones(len(near)), near]), np.sqrt(_PRIOR_PAIRS) * np.eye(2)])
     common = np.array([nnls(design, np.append(own, [0.0, 0.0]))[0] for own in np.transpose(products / variance)])
     common *= np.minimum(1.0, _MAX_COMMON_SHARE / np.maximum(common.sum(axis=1), _MAX_COMMON_SHARE))[:, None]
-    beats = [advanced(session.measured, -session.phase_rad) for session in sessions]
+    beats = [advance_phase(session.measured, -session.phase_rad) for session in sessions]
     beat = np.mean(np.concatenate([harmonics_of(features)[:, :, 1, 0] for features in beats]), axis=0)
     return Discrepancy(directions * np.sqrt(variance), common, beat=beat)
 

@@ -20,7 +20,7 @@ from benchmarks.effects.suite import WARMUP_S, SessionPlan
 from benchmarks.reality import Mechanism, Recording
 from benchmarks.reality.record import Drive
 from diagnosis.discrepancy import Discrepancy
-from diagnosis.refit import refit, residual_with
+from diagnosis.refit import refit_from, residual_with
 from swimcal.create_session import FISHSIM_MARKERS, new_folder, write_session_toml
 from swimcal.effects.effect import Effect
 from swimcal.motor_log import MotorLog
@@ -114,7 +114,7 @@ def oracle_shrinkage(
         _, start = closest_fit(
             fitted.changes(recordings), fitted.signatures({effect.name: effect for effect in effects})
         )
-        best = refit(fitted.linear(recordings, at), effects, np.concatenate(start.values), _ROUNDS)
+        best = refit_from(fitted.linear(recordings, at), effects, np.concatenate(start.values), _ROUNDS)
         held = held_out.linear(recordings, at)
         plain, rest = (
             float((held.whitened_swims(row) ** 2).sum()) for row in (held.residual, residual_with(held, best))

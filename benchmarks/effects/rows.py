@@ -17,7 +17,7 @@ from benchmarks.reality.noise import PixelNoise
 from diagnosis.constants import perturbed_robots
 from diagnosis.discrepancy import Discrepancy
 from diagnosis.linear_model import LinearModel
-from fitting.features import advanced, phase_between
+from fitting.features import advance_phase, phase_between
 from fitting.mode import broyden
 from fitting.noise import FeatureNoise
 from fitting.session_model import PlacementUncertainty, SessionModel
@@ -212,7 +212,7 @@ class SessionRows:
     def _subtract_base(self, others: SessionModel, *, with_course: bool) -> SessionModel:
         """Return other recordings without the residual of the base state, at their own phases of the beat."""
         residual = self._residual_with_course if with_course else self.residual_features
-        base = [advanced(own, ahead) for own, ahead in zip(residual, self._compute_leads(others), strict=True)]
+        base = [advance_phase(own, ahead) for own, ahead in zip(residual, self._compute_leads(others), strict=True)]
         trials = (
             _Changed(each.twin, each.trial, each.phase_rad, each.doubted, with_course=with_course, base=own)
             for each, own in zip(others.trials, base, strict=True)
@@ -245,7 +245,7 @@ class SessionRows:
     def _compute_turns(self, others: SessionModel) -> np.ndarray:
         """Return the (k, k) matrix that brings features of other recordings to the phase of the base state."""
         pairs = zip(self.model.trials, self._compute_leads(others), strict=True)
-        turns = [advanced(np.eye(len(base.measured)), -ahead).T for base, ahead in pairs]
+        turns = [advance_phase(np.eye(len(base.measured)), -ahead).T for base, ahead in pairs]
         return np.asarray(block_diag(*turns, np.eye(len(turns))))
 
     def _compute_leads(self, others: SessionModel) -> list[float]:

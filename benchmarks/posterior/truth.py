@@ -19,7 +19,7 @@ from swimcal.session_file import CameraSpec
 from swimcal.twin import Twin
 from synthetic.disturbances import Stream, TrackingNoise
 from synthetic.plan import SyntheticCamera, SyntheticPlan, SyntheticTrial, trial_name
-from synthetic.session import tracked
+from synthetic.session import track_as_filmed
 from synthetic.simulate import simulate_swims
 
 SLOWEST_HZ = 0.5
@@ -170,7 +170,7 @@ def _measure(plan: SyntheticPlan, camera: CameraSpec, nominal: RobotSpec, varied
         if varied:
             random = np.random.default_rng([plan.seed, 11, number])
             position_px = _vary(position_px, swim.time_s, plan.camera.px_per_m, random)
-        tracks, _ = tracked(swim.trial, position_px, plan, Stream.SWIM_TRACKER.of(plan.seed, number))
+        tracks, _ = track_as_filmed(swim.trial, position_px, plan, Stream.SWIM_TRACKER.of(plan.seed, number))
         trial = TrialSpec(name=swim.trial.name, kind="swim", commanded_hz=swim.trial.commanded_hz)
         trials.append(measure_trial(trial, tracks, camera, nominal, plan.warmup_s))
     return trials

@@ -20,7 +20,7 @@ from synthetic.disturbances import NOISELESS
 from synthetic.plan import PLAUSIBLE_COEFFICIENTS, SyntheticCamera, SyntheticPlan, SyntheticTrial, trial_name
 from synthetic.session import make_session
 from tracking.follow_video import TrackerName
-from tracking.tracked import counting
+from tracking.tracked import mask_untrusted
 
 SPEEDS_HZ = (0.6, 1.0, 1.4)
 SECONDS = 5.5  # duration of each swim
@@ -82,6 +82,6 @@ def _measure_rms(pipeline: Pipeline) -> float:
         seen = pipeline.recordings.videos.tracks(spec)
         truth = np.loadtxt(session.folder / "truth" / f"{spec.name}.csv", delimiter=",", skiprows=1)[:, 1:]
         true_px = truth.reshape(len(truth), -1, 3)[..., :2]
-        counts = counting(seen).confidence.values > 0
+        counts = mask_untrusted(seen).confidence.values > 0
         squares.append(((pixels_of(seen) - true_px) ** 2)[counts].ravel())
     return float(np.sqrt(np.concatenate(squares).mean()))

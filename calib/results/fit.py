@@ -24,7 +24,7 @@ from fitting.calibration_file import CalibrationResult, PublishedResult, TrialRe
 from fitting.session_forecast import SessionForecast
 from fitting.structure import Structure
 from reports.answers import Answers, answers_of
-from reports.words import beaten, counted, in_mm, in_words, misses, shown
+from reports.words import counted, in_mm, in_words, is_beaten, misses, shown
 from swimcal.errors import Fault, InputError
 from swimcal.flags import Flag
 from swimcal.mjcf import FluidCoefficients
@@ -200,7 +200,7 @@ class FitResult(Result):
             return "off"
         if not self.forecasts.held_out:
             return "unchecked"
-        if not beaten(self.forecasts):
+        if not is_beaten(self.forecasts):
             return "worse_than_baseline"
         return "doubtful" if self.answers.caveats else "good"
 

@@ -17,7 +17,7 @@ from swimcal.mjcf import FluidCoefficients, add_scenery, build_mjcf
 from swimcal.robot import RobotSpec
 from swimcal.runs import Runs
 from swimcal.twin import Twin
-from tracking.head_frame import one_of
+from tracking.head_frame import select_head
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -108,7 +108,7 @@ class SwimTwin:
             runs = AffectedRuns(water, hz, np.full(count, phase_rad), values=values)
         found = self.engine.simulate(runs, time_s)
         late, heads = time_s >= time_s[-1] / 2, head_frame(self.engine.markers, found.marker_m)
-        speed = [float(forward_speed(time_s, one_of(heads, run), late, hz[run])) for run in range(count)]
+        speed = [float(forward_speed(time_s, select_head(heads, run), late, hz[run])) for run in range(count)]
         return xr.Dataset(
             {
                 "position": (("run", "time", "space", "keypoint"), np.swapaxes(found.marker_m, 2, 3), {"units": "m"}),

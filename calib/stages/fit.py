@@ -16,7 +16,14 @@ import numpy as np
 
 from calib.options import PUBLISHED_S, STARTS, EffortName, Job
 from calib.stages.recordings import Recordings
-from fitting.calibration import CalibratedTrial, Calibration, assemble, calibrate, calibrate_as_published, compare_trial
+from fitting.calibration import (
+    CalibratedTrial,
+    Calibration,
+    calibrate,
+    calibrate_as_published,
+    calibrate_at,
+    compare_trial,
+)
 from fitting.calibration_file import (
     CALIBRATION,
     PUBLISHED,
@@ -115,7 +122,7 @@ class FitStage(Stage):
         trials = self.trials
         twin = Twin(structure.robot, trials[0].markers, workers=job.options.workers)
         others = result.forecasts, result.sways, result.left_out
-        return assemble(trials, twin, result.fit, phases, structure, *others)
+        return calibrate_at(trials, twin, result.fit, phases, structure, *others)
 
     def read_trial(self, name: str) -> CalibratedTrial:
         """Simulate one swim of this fit with its twin again; no other trial is measured.

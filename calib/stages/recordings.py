@@ -24,7 +24,7 @@ from swimcal.stage import Stage, fingerprint_of
 from swimcal.tracks import load_tracks, save_tracks
 from tracking.lens import lens_flags
 from tracking.quality import check_tracks, exchanged_apart
-from tracking.tracked import as_tracked, but_repeats, counting
+from tracking.tracked import as_tracked, drop_repeat_flags, mask_untrusted
 
 AnyTrial = MeasuredTrial | DryTrial | DecayTrial
 
@@ -125,7 +125,7 @@ class Recordings:
                 camera = self._session.camera
                 with suppress(NotEnoughData):  # one that cannot be measured is left out
                     recorded = self._recorded(spec)
-                    tracks = counting(recorded).isel(time=slice(recorded.first_frame, None))
+                    tracks = mask_untrusted(recorded).isel(time=slice(recorded.first_frame, None))
                     motor = read_motor(spec, tracks, camera, robot)
                     run = measure_trial(spec, tracks, camera, robot, self._session.warmup_s, motor)
                     runs.append(self._flagged(run, recorded, run.metres_per_px))
@@ -215,7 +215,7 @@ class Recordings:
             raise NotEnoughData("\n".join(f"trial {spec.name}: {why}" for spec, why in problems))
         self._unmeasured = tuple(problems)
         for spec in (spec for spec, _ in problems if spec.tracks is not None):
-            tracks = counting(self._recorded(spec))
+            tracks = mask_untrusted(self._recorded(spec))
             self._save(spec, tracks, partial(np.ones, tracks.confidence.shape))
         odd = odd_markers([trial for trial in measured if isinstance(trial, MeasuredTrial)], self._robot)
         return [
@@ -231,7 +231,7 @@ class Recordings:
 
     def _measure(self, spec: TrialSpec, recorded: xr.Dataset) -> AnyTrial:
         """Measure one trial by its kind; tracks that are not our own are saved as they are used."""
-        tracks = counting(recorded).isel(time=slice(recorded.first_frame, None))
+        tracks = mask_untrusted(recorded).isel(time=slice(recorded.first_frame, None))
         camera, robot = self._session.camera, self._robot
         if spec.kind == "free_decay":
             decay = measure_decay_trial(spec.name, tracks, camera, robot)
@@ -252,7 +252,7 @@ class Recordings:
         if recorded.picture_px is None:
             return replace(trial, flags=(*recorded.flags, *trial.flags)) if recorded.flags else trial
         of_lens = lens_flags(self._session.camera, picture_px=recorded.picture_px, metres_per_px=metres_per_px)
-        own = but_repeats(recorded, (flag.later(recorded.first_frame) for flag in trial.flags))
+        own = drop_repeat_flags(recorded, (flag.later(recorded.first_frame) for flag in trial.flags))
         flags = (*recorded.flags, *own, *of_lens)
         return replace(trial, flags=tuple(dict.fromkeys(flags)))
 

@@ -16,7 +16,7 @@ from scipy.stats import chi2
 from threadpoolctl import threadpool_limits
 
 from fitting.coefficient_fit import NAMES, Marginal, is_no_drag
-from fitting.features import SPEED, of_markers
+from fitting.features import SPEED, marker_part
 from fitting.forecast import NORMAL_90
 from fitting.mode import Mode
 from fitting.posterior.quiet_arviz import arviz
@@ -255,7 +255,7 @@ def _observed_data(posterior: Posterior) -> xarray.Dataset:
     return xarray.Dataset(
         {
             "forward_speed_m_s": ("trial", features[:, SPEED]),
-            "beat_m": (("trial", "marker", "axis", "term"), of_markers(features)),
+            "beat_m": (("trial", "marker", "axis", "term"), marker_part(features)),
             "frequency_hz": ("trial", np.array([model.trial.frequency.hz for model in models])),
             "noise_lasts_s": ("trial", np.array([model.noise.lasts_s for model in models])),
             "noise_sd_m": (("trial", "marker"), np.array([model.noise.sd_m for model in models])),

@@ -20,23 +20,16 @@ from fitting.forecast import FeatureForecast, Windows, block_of, draws_about, ro
 from fitting.mode import Mode, coefficient_covariance, jacobian_at
 from fitting.posterior.posterior import Posterior
 from fitting.progress import Progress
-from fitting.session_forecast import Forecast, scored
+from fitting.session_forecast import Forecast, score_forecast
 from fitting.trial import MeasuredTrial
 from swimcal.flags import Flag
 
-# Predictions
 QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)  # those of every band
 DRAWS = 40  # draws of the coefficients for a trial
 _SWEEP_DRAWS = 24  # draws of the coefficients for the sweep
 SECONDS = 5.0  # length of a further trial
 _NOISES = 20  # draws of everything else for each draw of the coefficients
 _FEWEST_INSIDE = 0.8  # share of marker coordinates within 90 % bands: chance leaves 0.83 and more in 19 of 20 trials
-
-
-# The test of the noise model.
-
-
-# Predictions.
 
 
 @dataclass(frozen=True, eq=False)
@@ -203,7 +196,7 @@ def _of_trial(
     outer = np.concatenate([draws_about(mean, random.standard_normal(mean.shape) @ root) for _ in range(_NOISES)])
     together = FeatureForecast(model, mean.mean(axis=0), covariance + np.cov(mean.T))
     place_m = model.twin.robot.marker_positions_m(model.trial.markers)[:, 0]
-    forecast, read = scored(trial, together, seed), model.reader.read
+    forecast, read = score_forecast(trial, together, seed), model.reader.read
     chord = forecast.speed - together.speed  # features hold the speed along the path
     return PredictedTrial(
         name=trial.name,

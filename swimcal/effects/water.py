@@ -59,7 +59,7 @@ HUMP_FROUDE = 0.5
 """Froude number at which the bow's waves are twice as long as the hull, and their drag is greatest."""
 
 
-def swing(driven: np.ndarray, beat_rad: np.ndarray, time_s: np.ndarray, natural_hz: float) -> np.ndarray:
+def roll_response(driven: np.ndarray, beat_rad: np.ndarray, time_s: np.ndarray, natural_hz: float) -> np.ndarray:
     """Return the lasting answer x (f,) of x'' + 2 z w x' + w^2 x = w^2 d to a drive d (f,); w = 2 pi natural_hz.
 
     Args:
@@ -114,7 +114,7 @@ class SurfaceMotion(FloatingEffect):
         velocity = np.gradient(seen.marker_m[:, nose], seen.time_s, axis=0)
         shaken = np.einsum("fkd,fd->fk", axes, np.gradient(velocity, seen.time_s, axis=0))  # m/s^2
         pitch, roll = (
-            swing(value * shaken[:, k], seen.crank_rad, seen.time_s, hz)
+            roll_response(value * shaken[:, k], seen.crank_rad, seen.time_s, hz)
             for k, (value, hz) in enumerate(((1.0, PITCH_HZ), (values[0], ROLL_HZ)))
         )
         lean = values[1] * pitch[:, None] * axes[:, 0] - roll[:, None] * axes[:, 1]
@@ -165,7 +165,7 @@ class RollingHull:
         centre_m = marker_m[:, self.neck] + self.behind_neck_m * backward
         acceleration = np.gradient(np.gradient(centre_m, time_s, axis=0), time_s, axis=0)
         driven = (acceleration * right).sum(axis=1) / (2 * np.pi * natural_hz) ** 2
-        roll_rad = swing(driven, crank_rad, time_s, natural_hz)
+        roll_rad = roll_response(driven, crank_rad, time_s, natural_hz)
         return np.asarray((roll_rad[:, None] * self.height_m)[..., None] * right[:, None])
 
 
@@ -433,7 +433,7 @@ class _Wall:
         return self.plates.generalised(1j * self.pressed * (drag + lift) * course, motion)
 
 
-def hump(froude: np.ndarray) -> np.ndarray:
+def wave_drag_ratio(froude: np.ndarray) -> np.ndarray:
     """Return the wave drag coefficient relative to that on the hump: 2 x^4 / (1 + x^8) with x = Fr / 0.5.
 
     Rises as Fr^4 (a resistance with the sixth power of speed) and falls as fast behind the hump, where a hull planes.
@@ -457,7 +457,7 @@ class WaveDrag(WaterEffect):
         plates = Plates(robot, scene)
         hull_speed = np.sqrt(GRAVITY_M_S2 * 2 * plates.half_m[0, 0])  # Fr = 1
         scale = 0.5 * robot.water.density_kg_m3 * robot.elongated_body.reference_area_m2 * values[:, 0]
-        return _AlongTheHead(plates, lambda speed: scale * hump(speed / hull_speed) * speed**2)
+        return _AlongTheHead(plates, lambda speed: scale * wave_drag_ratio(speed / hull_speed) * speed**2)
 
 
 class LinearDrag(WaterEffect):

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from diagnosis.evidence import Hypotheses, Priors, Residual, effect_responses
-from diagnosis.hypotheses import Probabilities, Weighed, posterior
+from diagnosis.hypotheses import HypothesisWeights, Probabilities, posterior
 from fitting.signatures import Signature, Whitened
 from tests.fitting.signatures.made import Made
 
@@ -41,4 +41,4 @@ def hypotheses(left: np.ndarray, signatures: list[Signature] | None = None, **mo
 
 
 def after(found: Hypotheses) -> Probabilities:
-    return posterior([(0.0, Weighed.of(found))], found)
+    return posterior([(0.0, HypothesisWeights.of(found))], found)

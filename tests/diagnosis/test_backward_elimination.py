@@ -12,7 +12,7 @@ from scipy.linalg import block_diag
 
 from diagnosis.constants import WIDER
 from diagnosis.evidence import Priors
-from diagnosis.refit import Refit, refit
+from diagnosis.refit import Refit, refit_from
 from diagnosis.verdict import backward_elimination, log_evidence
 from swimcal.effects.catalogue import catalogue
 from tests.diagnosis.linear_models import ARM, linear
@@ -22,7 +22,7 @@ from tests.diagnosis.rows import made
 @lru_cache(maxsize=4)
 def with_effects(*names: str) -> Refit:
     effects = [catalogue()[name] for name in names]
-    return refit(linear("shorter"), effects, np.zeros(len(effects)), rounds=4)
+    return refit_from(linear("shorter"), effects, np.zeros(len(effects)), rounds=4)
 
 
 def refitting(names: Sequence[str]) -> Refit:

@@ -11,7 +11,7 @@ from diagnosis.evidence import Hypotheses
 from diagnosis.held_out import SkillScore
 from diagnosis.hypotheses import Hypothesis, Probabilities
 from diagnosis.linear_model import LinearModel
-from diagnosis.refit import Refit, refit
+from diagnosis.refit import Refit, refit_from
 from diagnosis.verdict import Validated, Verdict, left_out, refutable, validated
 from swimcal.effects.catalogue import catalogue
 from tests.diagnosis.linear_models import linear
@@ -58,7 +58,7 @@ def test_two_fitted_trials_say_nothing(weighed: Hypotheses) -> None:
 
 def test_a_trial_left_out_has_no_part_in_its_own_forecast() -> None:
     """Where its own residual changes, that of its forecast changes by just as much, and no less."""
-    found = refit(linear(), [catalogue()["bend_offset"]], np.zeros(1), rounds=1)
+    found = refit_from(linear(), [catalogue()["bend_offset"]], np.zeros(1), rounds=1)
     row = np.array(found.residual)
     first = linear().trial_of == 0
     row[first] += np.sqrt(np.diag(linear().covariance))[first]

@@ -15,7 +15,7 @@ from diagnosis.diagnose import Diagnosis, EffectTest, Settings, diagnose, weigh_
 from diagnosis.diagnosis_file import _parameters, diagnosis_result
 from diagnosis.discrepancy import discrepancy_for
 from diagnosis.linear_model import SessionData
-from diagnosis.refit import Refit, refit
+from diagnosis.refit import Refit, refit_from
 from diagnosis.result import DIAGNOSIS, parameters_of
 from diagnosis.sentences import which
 from fitting.trial import MeasuredTrial
@@ -83,7 +83,7 @@ def test_cranks_turn_as_logged_and_threads_are_not_looked_at(monkeypatch: pytest
 
 @pytest.mark.long
 def test_a_known_strength_is_recovered_from_a_wrong_start() -> None:
-    arm = refit(linear("shorter"), [catalogue()["crank_arm_error"]], np.array([-0.02]), rounds=6)
+    arm = refit_from(linear("shorter"), [catalogue()["crank_arm_error"]], np.array([-0.02]), rounds=6)
     sd = np.sqrt(arm.covariance[5, 5])
     assert abs(arm.values[0] - ARM) < 4 * sd
     assert sd < ARM / 4

@@ -11,7 +11,7 @@ import pytest
 from benchmarks.effects.discrepancy import save
 from diagnosis.constants import COURSE_SD, SLIDE_SD_M_S
 from diagnosis.discrepancy import Discrepancy, discrepancy_for
-from fitting.features import SPEED, advanced
+from fitting.features import SPEED, advance_phase
 from fitting.session_model import SessionModel
 from fitting.trial_model import START_PHASE_RAD, TrialModel
 from swimcal.create_session import FISHSIM_MARKERS
@@ -34,7 +34,7 @@ def test_each_swim_varies_at_the_phase_at_which_its_tail_begins() -> None:
     known = drawn(0.5, 0.3)
     found = known.of_features(HERTZ, PHASE_RAD).reshape(3, LENGTH, 3, LENGTH)
     for i, phase in enumerate(PHASE_RAD):
-        turned = advanced(known.directions.T, phase)
+        turned = advance_phase(known.directions.T, phase)
         assert found[i, :, i] == pytest.approx(turned.T @ turned, rel=1e-9)
 
 

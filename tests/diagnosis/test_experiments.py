@@ -10,8 +10,8 @@ from scipy.stats import norm
 
 from diagnosis import experiments
 from diagnosis.evidence import Priors
-from diagnosis.experiments import _odds, _Pair, borne_out, error_residual, next_experiments
-from diagnosis.hypotheses import Hypothesis, Probabilities, explained
+from diagnosis.experiments import _odds, _Pair, error_residual, next_experiments, odds_over_expected
+from diagnosis.hypotheses import Hypothesis, Probabilities, average_hypotheses
 from diagnosis.result import Experiment
 from diagnosis.verdict import Verdict
 from fitting.signatures import signature_of
@@ -39,7 +39,7 @@ def recommended(group: tuple[str, ...]) -> tuple[Experiment, ...]:
     told = replace(plain, model=type(plain.model)(beside))
     effects = {name: catalogue()[name] for name in (CLOCK, RATIO, DAMPING)}
     signatures = [signature_of(effect, told.model, CAMERA, told.at) for effect in effects.values()]
-    found, verdict = explained(told, signatures, Priors()), Verdict("inseparable", (group,))
+    found, verdict = average_hypotheses(told, signatures, Priors()), Verdict("inseparable", (group,))
     return next_experiments(found.linear, found.hypotheses, verdict, found.probabilities, effects)
 
 
@@ -62,9 +62,9 @@ def test_a_log_or_a_clock_in_view_tells_clock_from_gear_and_no_swim(found: tuple
 
 
 def test_swims_that_told_what_they_should_are_believed() -> None:
-    assert [borne_out(*seen) for seen in ((9.0, 40.0), (9.0, -32.0), (1.5, 0.0), (0.0, 0.0))] == [1.0] * 4
-    assert borne_out(9.0, 0.0) == pytest.approx(2 / 9)
-    assert borne_out(9.0, 0.0) < borne_out(9.0, 10.0) < borne_out(9.0, 20.0) < 1.0
+    assert [odds_over_expected(*seen) for seen in ((9.0, 40.0), (9.0, -32.0), (1.5, 0.0), (0.0, 0.0))] == [1.0] * 4
+    assert odds_over_expected(9.0, 0.0) == pytest.approx(2 / 9)
+    assert odds_over_expected(9.0, 0.0) < odds_over_expected(9.0, 10.0) < odds_over_expected(9.0, 20.0) < 1.0
 
 
 def test_only_what_a_trial_adds_and_swims_bear_out_counts() -> None:

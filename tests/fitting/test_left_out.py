@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 
 from fitting.calibration import CalibratedTrial
-from fitting.left_out import FAR, MISSED, beyond, followed, suspicion
+from fitting.left_out import FAR, MISSED, extrapolation_reason, far_from_twin_flags, followed_trials
 from fitting.published import Swims
 from fitting.trial import MeasuredTrial
 from swimcal.errors import NotEnoughData
@@ -27,18 +27,18 @@ def twin_that(trial: CalibratedTrial, speed: float, error_m: float = 0.005) -> C
 def test_a_fit_trial_that_no_twin_can_swim_is_left_out(swims: Swims, trials: dict[str, MeasuredTrial]) -> None:
     slow, fast = trials["slow"], at(trials["fast"], 60.0)
 
-    good, lost = followed([slow, fast], swims.twin)
+    good, lost = followed_trials([slow, fast], swims.twin)
     assert good == [slow]
     assert "diverges at 60 Hz" in lost[fast.name]
     with pytest.raises(NotEnoughData, match=f"trial {fast.name}: its simulation diverges"):
-        followed([fast], swims.twin)
+        followed_trials([fast], swims.twin)
 
 
 def test_how_far_outside_the_fitted_beats_nothing_is_compared() -> None:
-    assert beyond(1.2, (0.6, 1.2)) == ""
-    assert beyond(0.21, (0.6, 1.2)) == ""
-    assert "3 times beyond the fitted 0.6 to 1.2 Hz" in beyond(5.0, (0.6, 1.2))
-    assert beyond(0.1, (0.6, 1.2))
+    assert extrapolation_reason(1.2, (0.6, 1.2)) == ""
+    assert extrapolation_reason(0.21, (0.6, 1.2)) == ""
+    assert "3 times beyond the fitted 0.6 to 1.2 Hz" in extrapolation_reason(5.0, (0.6, 1.2))
+    assert extrapolation_reason(0.1, (0.6, 1.2))
 
 
 @pytest.mark.parametrize(
@@ -57,6 +57,6 @@ def test_a_trial_far_from_its_own_twin_is_flagged(twin: float, error_m: float, k
     trial = next(each for each in made_calibration().trials if each.measured.role == "fit")
     changed = twin_that(trial, twin * trial.measured.speed, error_m)
 
-    assert [flag.kind for flag in suspicion(changed, [0.005, 0.006, 0.007])] == kinds
+    assert [flag.kind for flag in far_from_twin_flags(changed, [0.005, 0.006, 0.007])] == kinds
     held_out = replace(changed, measured=replace(changed.measured, role="holdout"))
-    assert MISSED not in [flag.kind for flag in suspicion(held_out, [0.005])]
+    assert MISSED not in [flag.kind for flag in far_from_twin_flags(held_out, [0.005])]

@@ -113,6 +113,15 @@ def test_each_sample_left_out_has_a_reason_and_no_other_has() -> None:
     assert set(kinds[20:25, MARKERS.index("tail_1")]) == {"head not trusted"}
 
 
+def test_flags_count_from_the_recording_and_samples_from_the_trials_first_frame() -> None:
+    trial = made_trial(ROBOT, "slow", flagged=True).measured
+    kinds = flagged_kinds(trial)
+    later = replace(trial, first_frame=70, flags=tuple(flag.later(70) for flag in trial.flags))
+
+    assert (flagged_kinds(later) == kinds).all()
+    assert set(kinds[100:140, MARKERS.index("tail_3")]) == {"merged_markers"}
+
+
 def test_speeds_are_drawn_beside_simple_rules_and_below_as_differences_from_the_twin() -> None:
     above, below = speed_sweep_figure(made_calibration(), made_summary().sweep).axes
     curves = {line.get_label(): line for line in above.lines}

@@ -9,7 +9,7 @@ import pytest
 
 from swimcal.errors import InputError, ModelMismatch
 from swimgym import Rules
-from swimgym.course import numbers_of, start_of, steered
+from swimgym.course import numbers_of, start_of, steer
 from swimgym.environments import make_course
 from swimgym.policy import Policy, card_of, features, load_policy, reach, swim
 from swimgym.search import SearchPlan, search
@@ -37,14 +37,14 @@ def test_left_and_right_mirror_each_other() -> None:
     mirrored = seen.copy()
     # the crank half a turn on pulls to the other side; so turn all odd numbers of the mirror image
     mirrored[:, [0, 1, 3, 5, *range(6, 16), 18, 20]] *= -1
-    np.testing.assert_allclose(steered(LAW, Rules(), seen), steered(LAW, Rules(), mirrored))
+    np.testing.assert_allclose(steer(LAW, Rules(), seen), steer(LAW, Rules(), mirrored))
 
 
 def test_a_law_for_each_swimmer_is_its_own() -> None:
     seen, quick = np.random.default_rng(0).normal(size=(2, 22)), Rules(acceleration_rad_s2=1e5)
     other = LAW + 0.3
-    both = steered(np.array([LAW, other]), quick, seen)
-    assert both[1] == steered(other, quick, seen)[1] != steered(LAW, quick, seen)[1]
+    both = steer(np.array([LAW, other]), quick, seen)
+    assert both[1] == steer(other, quick, seen)[1] != steer(LAW, quick, seen)[1]
     assert len(numbers_of(5)) == len(start_of("target", 5)[0]) == len(LAW)
 
 

@@ -4,7 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.tracking.fish import MARKERS, PX_PER_M, ROBOT
-from tracking.body_model import BodyModel, JointGaussian, centred, layout_model, learned
+from tracking.body_model import BodyModel, JointGaussian, centred, fit_body_model, layout_model
 
 PLACE_M = ROBOT.marker_positions_m(MARKERS)
 M = len(MARKERS)
@@ -49,7 +49,7 @@ def test_a_learned_model_predicts_better_than_the_layout() -> None:
     tight = BodyModel(layout.place_px, np.full(2 * M, 4.0), layout.covariance_px2 / 9)
     position = layout.place_px + (tight.mean_px + drawn(tight, 400, seed=3)).reshape(-1, M, 2)
     active = np.random.default_rng(4).random((400, M)) < 0.9
-    model = learned(layout, position, active)
+    model = fit_body_model(layout, position, active)
     everyone = np.ones(M, dtype=bool)
     _, spread = model.shape_and_pose.leave_one_out(np.zeros(2 * M), everyone)
     _, true = tight.shape_and_pose.leave_one_out(np.zeros(2 * M), everyone)

@@ -21,7 +21,7 @@ from benchmarks.effects.discrepancy import (
     robust_covariance,
 )
 from diagnosis.discrepancy import Discrepancy, nearness
-from fitting.features import advanced, of_markers
+from fitting.features import advance_phase, marker_part
 
 TRIALS, SESSIONS = 3, 60
 HERTZ = np.array([0.6, 0.7, 1.3])
@@ -38,7 +38,7 @@ def session(
     phase = random.uniform(-np.pi, np.pi, TRIALS)
     between = everywhere + near * nearness(HERTZ) + (1 - everywhere - near) * np.eye(TRIALS)
     roots = np.linalg.cholesky(covariance()), np.linalg.cholesky(between)
-    own = advanced(roots[1] @ random.standard_normal((TRIALS, LENGTH)) @ roots[0].T, phase)
+    own = advance_phase(roots[1] @ random.standard_normal((TRIALS, LENGTH)) @ roots[0].T, phase)
     columns = {key: (6 * np.tile(SCALE, TRIALS) * random.standard_normal(TRIALS * LENGTH)) for key in PARAMETERS}
     alike: np.ndarray = sum(strength * random.standard_normal() * columns[key] for key, strength in STRENGTHS.items())
     noise = block_diag(*[np.diag((0.3 * SCALE) ** 2)] * TRIALS)
@@ -49,8 +49,8 @@ def session(
 def beating(phase: np.ndarray) -> np.ndarray:
     """Features whose markers are farthest left at a phase."""
     features = np.zeros(LENGTH)
-    of_markers(features)[:, 1, 1] = 0.02
-    return advanced(np.tile(features, (len(phase), 1)), phase)
+    marker_part(features)[:, 1, 1] = 0.02
+    return advance_phase(np.tile(features, (len(phase), 1)), phase)
 
 
 def covariance() -> np.ndarray:

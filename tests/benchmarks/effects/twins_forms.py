@@ -38,7 +38,17 @@ from benchmarks.reality.tendons import Turn
 from swimcal.effects.drive import LatePace, WarmingPace
 from swimcal.effects.structure import CREEP_RAD_S
 from swimcal.effects.tendons import CREEP_M_S
-from swimcal.effects.water import AT_ONCE, DAMPING, DRAG, LIFT, NATURAL_ROLL_HZ, PITCH_HZ, ROLL_HZ, SLOW_M_S, hump
+from swimcal.effects.water import (
+    AT_ONCE,
+    DAMPING,
+    DRAG,
+    LIFT,
+    NATURAL_ROLL_HZ,
+    PITCH_HZ,
+    ROLL_HZ,
+    SLOW_M_S,
+    wave_drag_ratio,
+)
 
 _BENT_RAD = 0.5  # up to which a hardening hinge is taken implicitly
 
@@ -256,7 +266,7 @@ class Waves(Mechanism):
         speed = ((now.pose.velocity_m_s[:, :1] - now.parameters.current_m_s) * direction.conj()).real
         froude = np.abs(speed) / np.sqrt(9.81 * 2 * robot.head.fluid_half_size_m[0])
         pressed = 0.5 * now.parameters.density_kg_m3 * robot.elongated_body.reference_area_m2
-        drag = -pressed * self.on_hump * hump(froude) * np.abs(speed) * speed
+        drag = -pressed * self.on_hump * wave_drag_ratio(froude) * np.abs(speed) * speed
         return now.push(0, 0.0, drag * direction)
 
 

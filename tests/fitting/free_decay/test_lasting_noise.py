@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fitting.lasting_noise import LastingNoise, LinearModel, regress, whitened
+from fitting.lasting_noise import LastingNoise, RegressionProblem, regress, whitened
 from synthetic.disturbances import TrackingNoise, lasting_errors
 from tests.cases import later
 
@@ -13,13 +13,15 @@ TIME_S = np.arange(80) / 60.0
 TRUTH = np.array([2.0, -1.0])
 
 
-def problem(seed: int, correlation_s: float = 0.1, shared: float = 0.0) -> LinearModel:
+def problem(seed: int, correlation_s: float = 0.1, shared: float = 0.0) -> RegressionProblem:
     random = np.random.default_rng(seed)
     jacobian = np.stack([np.sin(8 * TIME_S), TIME_S], axis=-1)[:, None] * np.array([1.0, 0.7, 0.4])[:, None] * 1e-2
     noise = TrackingNoise(sd_px=0.5e-3, correlation_s=correlation_s)
     error = lasting_errors((80, 3), 1 / 60, noise, random)
     error = (1 - shared) * error + shared * lasting_errors((80, 1), 1 / 60, noise, random)
-    return LinearModel(TIME_S, np.ones((80, 3), bool), jacobian @ TRUTH + error, jacobian, np.zeros(2), np.zeros(2))
+    return RegressionProblem(
+        TIME_S, np.ones((80, 3), bool), jacobian @ TRUTH + error, jacobian, np.zeros(2), np.zeros(2)
+    )
 
 
 def test_errors_that_last_are_reported_from_white_ones() -> None:

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fitting.features import COURSE, SPEED, FeatureReader, advanced, harmonics_of, phase_between, places_of_slides
+from fitting.features import COURSE, SPEED, FeatureReader, advance_phase, harmonics_of, phase_between, places_of_slides
 from fitting.trial import measure_trial
 from swimcal.create_session import FISHSIM_MARKERS
 from swimcal.robot import load_robot
@@ -65,9 +65,9 @@ def test_the_course_is_how_fast_it_slips_and_turns() -> None:
     assert features[: len(plain)] == pytest.approx(plain)
     assert (slides.start, slides.stop) == (len(plain), len(plain) + len(ALONG_M))
     assert features[slides] == pytest.approx(0.0, abs=2e-4)
-    assert advanced(features, 0.7)[len(plain) :] == pytest.approx(features[len(plain) :])
-    assert advanced(features, 0.7)[: len(plain)] == pytest.approx(advanced(plain, 0.7))
-    assert phase_between(features, advanced(features, 0.7), [4, 5, 6]) == pytest.approx(0.7)
+    assert advance_phase(features, 0.7)[len(plain) :] == pytest.approx(features[len(plain) :])
+    assert advance_phase(features, 0.7)[: len(plain)] == pytest.approx(advance_phase(plain, 0.7))
+    assert phase_between(features, advance_phase(features, 0.7), [4, 5, 6]) == pytest.approx(0.7)
 
 
 def test_an_advanced_features_is_that_of_a_simulation_with_another_phase() -> None:
@@ -80,7 +80,7 @@ def test_an_advanced_features_is_that_of_a_simulation_with_another_phase() -> No
         time_s[late], 2 * np.pi * hz * time_s[late], np.ones((int(late.sum()), len(twin.markers)), bool), nose, neck
     )
     features = read(twin.simulate(runs, time_s).marker_m[:, late])
-    expected = advanced(np.tile(features[0], (2, 1)), ahead[1:])
+    expected = advance_phase(np.tile(features[0], (2, 1)), ahead[1:])
     assert harmonics_of(features[1:]) == pytest.approx(harmonics_of(expected), abs=2e-4)
     assert np.abs(harmonics_of(features[1:]) - harmonics_of(features[0])).max() > 5e-3
     tail = list(range(3, len(twin.markers)))

@@ -10,7 +10,7 @@ from benchmarks.reality.mechanisms.fluid import SurfaceMotion
 from fitting.baselines import BASELINES
 from fitting.covariance import COMPONENTS, MEDIANS, Covariance
 from fitting.features import SPEED
-from fitting.forecast import NewWindow, Windows, forecast_of, repeated, scatter_of, tracks_of
+from fitting.forecast import NewWindow, Windows, forecast_of, forecast_repeat, scatter_of, tracks_of
 from fitting.mode import Mode, mode_at
 from fitting.search import find_mode
 from fitting.session_model import SessionModel
@@ -114,7 +114,7 @@ def test_a_marker_that_is_never_seen_leaves_the_scatter_within_trials_finite(mod
 def test_a_fitted_trial_lies_within_the_bands_of_its_repeat(mode: Mode) -> None:
     inside = []
     for number, block in enumerate(mode.blocks):
-        again = repeated(mode, number)
+        again = forecast_repeat(mode, number)
         assert abs(again.speed - block.model.measured[SPEED]) < FAR_SD * again.speed_sd
         inside.append(again.inside(block.model.trial.scored))
     assert np.mean(inside) > HOLD
@@ -154,11 +154,11 @@ def test_windows_of_one_trial_share_its_own_draws_and_no_others(mode: Mode) -> N
 
 def test_baselines_go_through_what_they_are_fitted_to() -> None:
     hz, speed = [0.75, 1.3], [0.08, 0.16]
-    assert BASELINES["line"](hz, speed, hz) == pytest.approx(speed)
-    assert BASELINES["power_law"](hz, speed, hz) == pytest.approx(speed)
-    assert BASELINES["power_law"]([1.0], [0.1], [2.0]) == pytest.approx([0.2])
-    assert BASELINES["constant_stride"](hz, [0.075, 0.13], [1.0]) == pytest.approx([0.1])
-    assert np.isnan(BASELINES["power_law"](hz, [0.1, -0.1], [1.0])).all()
+    assert BASELINES["line"].rule(hz, speed, hz) == pytest.approx(speed)
+    assert BASELINES["power_law"].rule(hz, speed, hz) == pytest.approx(speed)
+    assert BASELINES["power_law"].rule([1.0], [0.1], [2.0]) == pytest.approx([0.2])
+    assert BASELINES["constant_stride"].rule(hz, [0.075, 0.13], [1.0]) == pytest.approx([0.1])
+    assert np.isnan(BASELINES["power_law"].rule(hz, [0.1, -0.1], [1.0])).all()
 
 
 def test_a_block_of_another_speed_has_a_discrepancy_in_proportion(mode: Mode) -> None:

@@ -9,7 +9,7 @@ import pytest
 from scipy.stats import multivariate_normal
 
 from fitting.covariance import apart
-from fitting.features import OF_A_MARKER, FeatureReader, advanced, harmonics_of, of_markers
+from fitting.features import OF_A_MARKER, FeatureReader, advance_phase, harmonics_of, marker_part
 from fitting.forecast import draws_about, root_of
 from fitting.noise import FeatureNoise
 from fitting.trial_model import difference, slope_of_phase
@@ -32,10 +32,10 @@ def test_a_marker_that_is_hardly_seen_leaves_all_others_as_they_are() -> None:
 
     assert not read.read[MARKER]
     assert read.read.sum() == len(read.read) - 1
-    assert not of_markers(features)[MARKER].any()
-    first = of_markers(whole)
+    assert not marker_part(features)[MARKER].any()
+    first = marker_part(whole)
     others = np.delete(np.arange(len(first)), MARKER)
-    assert of_markers(features)[others][..., 1:] == pytest.approx(first[others][..., 1:], abs=1e-9)
+    assert marker_part(features)[others][..., 1:] == pytest.approx(first[others][..., 1:], abs=1e-9)
     assert features[0] == pytest.approx(whole[0], abs=1e-9)
     assert read.observed.sum() == len(features) - 2 * OF_A_MARKER
 
@@ -69,7 +69,7 @@ def test_an_uncertain_phase_makes_no_amplitude_larger() -> None:
 
     amplitude = np.abs(harmonics_of(drawn)[..., 1, 0])
     assert amplitude == pytest.approx(np.broadcast_to(np.abs(harmonics_of(mean)[..., 1, 0]), amplitude.shape))
-    assert drawn[0] == pytest.approx(advanced(mean, noise[0, 0]))
+    assert drawn[0] == pytest.approx(advance_phase(mean, noise[0, 0]))
 
 
 def test_draws_have_the_covariance_they_are_drawn_from() -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fitting.features import advanced, phase_between
+from fitting.features import advance_phase, phase_between
 from fitting.trial_model import START_SD, Sensitivities, TrialModel, sensitivities_together
 from swimcal.create_session import FISHSIM_MARKERS
 from swimcal.robot import RobotSpec
@@ -38,7 +38,7 @@ def simulated(model: TrialModel, velocity: np.ndarray, hz: float = 1.0, robot: R
 def read(model: TrialModel, marker_m: np.ndarray) -> np.ndarray:
     """(k,) in step with what was measured."""
     features = model.reader(marker_m)
-    return advanced(features, phase_between(features, model.measured, list(model.trial.tail)))
+    return advance_phase(features, phase_between(features, model.measured, list(model.trial.tail)))
 
 
 def rescaled(marker_m: np.ndarray, like_m: np.ndarray) -> np.ndarray:

@@ -10,7 +10,7 @@ import pytest
 from benchmarks.tracking.fast_starts import FastStart, draw_clips, follow_clips
 from tests.cases import later
 from tests.tracking.tracker.pool import Pool
-from tracking.identities import Spacing, assemble
+from tracking.identities import Spacing, assemble_markers
 from tracking.motion import Prediction
 from tracking.spots import Spots
 
@@ -68,7 +68,7 @@ def test_of_two_names_that_want_one_dot_each_gets_one_where_the_distances_hold()
     order = np.array([2, 0, 3, 1])
     spots = Spots(now[order], np.ones(4))
 
-    found = assemble(spots, predicted, np.full(4, 7.5), Spacing.begin(was), whole=True)
+    found = assemble_markers(spots, predicted, np.full(4, 7.5), Spacing.begin(was), whole=True)
     assert found.chosen[order].tolist() != order.tolist()
     assert now[order][found.chosen].tolist() == now.tolist()
     assert found.cost < 1
@@ -78,7 +78,7 @@ def test_a_dot_that_is_hidden_leaves_its_marker_without_one_and_the_others_as_th
     was = row_of(0, 10, 20, 30)
     spots = Spots(row_of(0, 10, 30), np.ones(3))
 
-    found = assemble(
+    found = assemble_markers(
         spots, Prediction(was, np.full(4, 12.5), np.zeros((4, 2))), np.full(4, 7.5), Spacing.begin(was), False
     )
     assert found.chosen.tolist() == [0, 1, -1, 2]
