@@ -16,8 +16,7 @@ from calib.stages import diagnosis as diagnosis_stage
 from calib.stages import fit as fit_stage
 from calib.stages import posterior as posterior_stage
 from calib.stages import report as report_stage
-from fitting import calibration
-from fitting import mode as search
+from fitting import calibration, search
 from fitting.baselines import sweep_frequencies
 from fitting.posterior import prediction, sampling, summary
 from swimcal.effects.catalogue import catalogue

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from fitting import calibration as of_calibration
-from fitting import mode as search
+from fitting import search
 from fitting.baselines import sweep_frequencies, sweep_speed
 from fitting.calibration import Calibration, calibrate, summarise
 from fitting.ebt import FORMS, fit_ebt, measured_tail

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from fitting import mode as search
+from fitting import search
 from fitting.coefficient_fit import _flags, fit_coefficients
 from fitting.mode import SearchEnd
 from swimcal.mjcf import FluidCoefficients

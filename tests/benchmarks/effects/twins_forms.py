@@ -1,7 +1,7 @@
 """The twin's formulas as mechanisms of reality: what its own forms are held against, in one and the same simulator.
 
 For each effect but those of camera and tracker, mechanisms by the twin's parameters and typical values of these. An
-effect that is new in the catalogue needs an entry here: what its form in `swimmer/effects` says, on reality's bodies.
+effect that is new in the catalogue needs an entry here: what its form in `swimcal/effects` says, on reality's bodies.
 """
 
 from collections.abc import Callable, Mapping
@@ -21,17 +21,17 @@ from benchmarks.reality.mechanisms.fluid import (
     SegmentCoefficients,
     SurfaceMotion,
     WallProximity,
-    _stacked,
+    _stack,
 )
 from benchmarks.reality.mechanisms.structure import EntrainedWater, StiffnessError
 from benchmarks.reality.mechanisms.tendons import (
     CrankArmError,
     TendonAsymmetry,
     TendonCompliance,
-    _arms_m,
-    _behind,
-    _straight_arms_m,
-    _strung,
+    _mark_behind,
+    _mark_strung,
+    _measure_arms_m,
+    _measure_straight_arms_m,
 )
 from benchmarks.reality.parameters import Parameters
 from benchmarks.reality.tendons import Turn
@@ -125,15 +125,17 @@ class GuideFriction(Mechanism):
     force_n: float
 
     def prepare(self, parameters: Parameters, layout: Layout) -> Parameters:
-        arms = np.abs(_straight_arms_m(layout))
-        bound = sum(2 * arms * behind * (arms @ behind) for behind in _behind(layout))
-        more = self.force_n / CREEP_M_S * bound * _strung(parameters)
+        arms = np.abs(_measure_straight_arms_m(layout))
+        bound = sum(2 * arms * behind * (arms @ behind) for behind in _mark_behind(layout))
+        more = self.force_n / CREEP_M_S * bound * _mark_strung(parameters)
         return parameters.taken_implicitly(damping=more)
 
     def force(self, now: Instant, state: np.ndarray) -> np.ndarray:  # noqa: ARG002
-        arms, behind = _arms_m(now), _behind(now.layout)
+        arms, behind = _measure_arms_m(now), _mark_behind(now.layout)
         speed = (arms * now.pose.hinge_rate_rad_s[:, None]) @ behind.T  # (n, 2, g)
-        friction = np.reshape(self.force_n * _strung(now.parameters), (-1, 1, 1)) * speed / np.hypot(speed, CREEP_M_S)
+        friction = (
+            np.reshape(self.force_n * _mark_strung(now.parameters), (-1, 1, 1)) * speed / np.hypot(speed, CREEP_M_S)
+        )
         return now.bend(-((friction @ behind) * arms).sum(axis=1))
 
 
@@ -203,17 +205,17 @@ class OneWake(Mechanism):
     way_m: float
 
     def start(self, now: Instant) -> np.ndarray:
-        return _stacked(now.water)
+        return _stack(now.water)
 
     def advance(self, now: Instant, state: np.ndarray, step_s: float) -> np.ndarray:
         area = now.layout.strips.half_height_m * now.layout.strips.length_m
         speed = np.hypot(now.flow.along_m_s, now.flow.across_m_s) @ area / area.sum()
         left = np.exp(-np.hypot(speed, SLOW_M_S)[:, None] * step_s / self.way_m)
-        water = _stacked(now.water)
+        water = _stack(now.water)
         return np.asarray(water + left * (state - water))
 
     def water(self, now: Instant, forces: StripForces, state: np.ndarray) -> StripForces:
-        return forces.plus(*np.split((AT_ONCE - 1) * (_stacked(now.water) - state), 3, axis=1))
+        return forces.plus(*np.split((AT_ONCE - 1) * (_stack(now.water) - state), 3, axis=1))
 
 
 class Wall(WallProximity):

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 
-from fitting import mode as search
+from fitting import search
 from fitting.search import _Descent
 
 SLOPES = np.linalg.qr(np.random.default_rng(5).standard_normal((12, 5)))[0] * [9.0, 7.0, 5.0, 4.0, 3.0]
