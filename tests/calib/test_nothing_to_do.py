@@ -34,7 +34,7 @@ def idle(monkeypatch: pytest.MonkeyPatch) -> None:
         (recordings, "read_motor"),
         (recordings, "load_tracks"),
         (videos, "follow_video"),
-        (calibration, "assemble"),
+        (calibration, "calibrate_at"),
         (Twin, "simulate"),
     ):
         monkeypatch.setattr(place, name, never)
