@@ -65,7 +65,7 @@ class Pipeline:
 
     @property
     def only_dry(self) -> bool:
-        """Whether the session has dry experiments and no swims."""
+        """Return whether the session has dry experiments and no swims."""
         return self.recordings.has_experiments and not self.recordings.has_swims
 
     @property

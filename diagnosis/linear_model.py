@@ -168,7 +168,7 @@ class LinearModel:
 
     @cached_property
     def observed(self) -> np.ndarray:
-        """Whether each number of the row is measured, (k,): all but the features of markers that are not read."""
+        """Return whether each number of the row is measured, (k,): all but features of markers that are not read."""
         return np.concatenate([self.model.observed, np.ones(self.model.beside, bool)])
 
     @cached_property
@@ -187,7 +187,7 @@ class LinearModel:
 
     @property
     def has_dry(self) -> bool:
-        """Whether there is a dry run."""
+        """Return whether there is a dry run."""
         return len(self.swims) < len(self.trials)
 
     @property

@@ -113,7 +113,7 @@ class GapSize:
 
     @property
     def improves(self) -> bool:
-        """Whether the effects surely improve forecasts of trials that nothing was fitted to."""
+        """Return whether the effects surely improve forecasts of trials that nothing was fitted to."""
         return self.shrinkage_ci95 is not None and self.shrinkage_ci95[0] > 0
 
 
@@ -248,7 +248,7 @@ class MissingForces:
 
 @dataclass(frozen=True)
 class FreeDecay:
-    """What a free decay determines, relative to the robot as described.
+    """Numbers that a free decay determines, relative to the robot as described.
 
     Attributes:
         trial: name of the trial.

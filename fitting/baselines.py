@@ -40,7 +40,7 @@ class Slope(NamedTuple):
 
     @property
     def differs_from_zero(self) -> bool:
-        """Whether the interval leaves out 0."""
+        """Return whether the interval leaves out 0."""
         return self.interval is not None and (self.interval[0] > 0 or self.interval[1] < 0)
 
 

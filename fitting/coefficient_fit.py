@@ -53,7 +53,7 @@ class Marginal(NamedTuple):
 
     @property
     def narrow(self) -> bool:
-        """Whether the 90 % interval is narrow, by the trials or by a bound."""
+        """Return whether the 90 % interval is narrow, by the trials or by a bound."""
         return self.q95 <= _WIDE * self.q05 or self.q95 - self.q05 <= _WIDE_BY
 
     @property

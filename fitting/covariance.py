@@ -32,7 +32,7 @@ _OF_ITS_OWN = 0.2  # share of a discrepancy's variance that each marker has to i
 _OF_HARMONIC = 0.5  # discrepancy of each harmonic over that of the one before
 LN_LENGTH = 0.7
 """Length scale of the common discrepancy of the wave in the logarithm of frequency: a factor of two."""
-COEFFICIENT_SD = 2.9  # of a uniform coefficient over [0, 10], integrated out of the restricted likelihood
+COEFFICIENT_SD = 2.9  # sd of a uniform coefficient over [0, 10], integrated out of the likelihood
 # Nose and neck define the scale, and a ruler lays them out.
 _HEAD_MARKER_M = 0.0015
 """Standard deviation of nose and neck from their places on the body."""

@@ -110,13 +110,13 @@ class FeatureReader:
 
     @property
     def can_read(self) -> bool:
-        """Whether the frames that show nose and neck determine heading and path."""
+        """Return whether the frames that show nose and neck determine heading and path."""
         head = self._head_seen[:, None]
         return bool(determined(self._columns, head)[0]) and bool(self._determined[[self.nose, self.neck]].all())
 
     @property
     def _determined(self) -> np.ndarray:
-        """Whether each marker's samples determine its mean, harmonics and drift, (m,)."""
+        """Return whether each marker's samples determine its mean, harmonics and drift, (m,)."""
         return determined(self._columns, self.usable)
 
     @property
@@ -126,12 +126,12 @@ class FeatureReader:
 
     @property
     def read(self) -> np.ndarray:
-        """Whether each marker is read, (m,)."""
+        """Return whether each marker is read, (m,)."""
         return np.asarray(self.usable.any(axis=0))
 
     @property
     def observed(self) -> np.ndarray:
-        """Whether these frames tell each number, (k,); the others are 0."""
+        """Return whether these frames tell each number, (k,); the others are 0."""
         slides = [] if self.span_m is None else [self.read[:SLIDES], np.ones(len(COURSE), bool)]
         return np.concatenate([[True], np.repeat(self.read, 2 * OF_A_MARKER), *slides])
 
@@ -258,7 +258,7 @@ class FeatureReader:
 
     @property
     def _head_seen(self) -> np.ndarray:
-        """Whether each frame shows nose and neck, (n,)."""
+        """Return whether each frame shows nose and neck, (n,)."""
         return np.asarray(self.usable[:, self.nose] & self.usable[:, self.neck])
 
     @cached_property

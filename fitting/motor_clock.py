@@ -268,7 +268,7 @@ class MotorRecord:
 
     @property
     def laid(self) -> bool:
-        """Whether it is known when in the video the motor drove: of an unusable log, too, whose code was seen."""
+        """Return whether it is known when in the video the motor drove: also of an unusable log whose code was seen."""
         return self.usable or self.clock.found_by != "given"
 
     @property

@@ -118,7 +118,7 @@ class _Descent:
 
     @property
     def done(self) -> bool:
-        """Whether further steps change nothing."""
+        """Return whether further steps change nothing."""
         return self._converged or self._round >= _ROUNDS
 
     def run(self, rounds: int) -> None:

@@ -48,7 +48,7 @@ class NuisanceModel(NamedTuple):
 
     @property
     def finite(self) -> bool:
-        """Whether no twin diverged."""
+        """Return whether no twin diverged."""
         return all(bool(np.isfinite(part).all()) for part in self)
 
     @property
@@ -158,7 +158,7 @@ class SessionModel:
 
     @property
     def observed(self) -> np.ndarray:
-        """Whether the tracks tell each number of the row, (k,); the others are 0, measured and simulated."""
+        """Return whether the tracks tell each number of the row, (k,); the others are 0, measured and simulated."""
         return np.concatenate([model.reader.observed for model in self.trials])
 
     @cached_property

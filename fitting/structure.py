@@ -56,13 +56,13 @@ class Source(NamedTuple):
 
     @property
     def assumed(self) -> bool:
-        """Whether the number was taken over from the robot's description."""
+        """Return whether the number was taken over from the robot's description."""
         return not self.trials
 
 
 @dataclass(frozen=True, eq=False)
 class Structure:
-    """What the dry experiments say about the robot, each building on the one before: hinges, then crank.
+    """Structure of the robot by its dry experiments, each building on the one before: hinges, then crank.
 
     Attributes:
         robot: as described, with what was measured in the place of what was assumed.

@@ -142,7 +142,7 @@ class MeasuredTrial:
 
     @cached_property
     def head_seen(self) -> np.ndarray:
-        """Whether nose and neck are trusted in each frame, (n,)."""
+        """Return whether nose and neck are trusted in each frame, (n,)."""
         return np.isfinite(self.tracks.heading.values)
 
     def seen_head(self, position_m: np.ndarray) -> HeadFrame:

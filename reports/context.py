@@ -1,4 +1,4 @@
-"""What the sections of a report are built from: results of a session, motor logs, and swims of its policies.
+"""Data that the sections of a report are built from: results of a session, motor logs, and swims of its policies.
 
 `ReportContext` holds all of it; the motor log of a trial is a `LoggedTrial`, the episodes of a policy are
 `PolicySwims`.

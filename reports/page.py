@@ -116,7 +116,7 @@ class Plot:
 
     @property
     def wide(self) -> bool:
-        """Whether it takes the whole width instead of half of it.
+        """Return whether it takes the whole width instead of half of it.
 
         On a narrow screen it scrolls instead of shrinking.
         """
@@ -124,7 +124,7 @@ class Plot:
 
     @property
     def tall(self) -> bool:
-        """Whether it may take most of a page on paper."""
+        """Return whether it may take most of a page on paper."""
         return len(self.figure.axes) > 2 or bool(self.figure.get_figheight() > HIGHEST_IN)
 
     def png(self, dots_per_inch: float) -> bytes:

@@ -1,1 +1,1 @@
-"""What every part shares: errors, files, sessions, results, the robot and its twin."""
+"""Common ground of all parts: errors, files, sessions, results, the robot and its twin."""

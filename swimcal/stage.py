@@ -65,7 +65,7 @@ class Stage:
 
     @property
     def is_current(self) -> bool:
-        """Whether the results were made from these inputs, and every file of the stage is as it was written."""
+        """Return whether the results were made from these inputs, and every file of the stage is as it was written."""
         stamp = _read(self._results).get(_name(self.file, self._results))
         if not isinstance(stamp, dict) or stamp.get("fingerprint") != self.fingerprint:
             return False

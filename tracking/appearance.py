@@ -1,4 +1,4 @@
-"""How a marker looks: the grey that separates it from its surroundings, and its look over time.
+"""Look of a marker: the grey that separates it from its surroundings, and its look over time.
 
 `window` and `windows` cut square windows out of a picture; beyond its border the last pixels are repeated. `Grey` is
 the grey that markers are sought in: brightness, or how far a colour is from those around the markers. `Appearance` is
@@ -28,7 +28,7 @@ _FULL = 180.0  # grey levels of a pixel as far off in colour as the markers are 
 
 _KEEP_SIZE, _KEEP_CONTRAST = 0.9, 0.8  # weight that the known look keeps with every frame
 _SIZES, _CONTRASTS = (0.4, 3.0), (0.1, 5.0)  # how far the look may wander from that in the start boxes
-_SURROUND = (0.85, 1.2)  # of the box' half side: the ring at its rim
+_SURROUND = (0.85, 1.2)  # ring at the rim of a box, in half sides
 _WIDER, _CLEARER = 1.7, 2.0  # sides of a box that may be too small, and times the contrast that then tells
 _SMALLEST_PX = 4.0
 

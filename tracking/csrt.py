@@ -24,7 +24,7 @@ import numpy as np
 from tracking.appearance import window
 
 CROP = 80  # half the side of the crop, pixels
-_FASTEST_PX = CROP // 4  # by which a crop that moves does so in a frame at most
+_FASTEST_PX = CROP // 4  # largest step of a moving crop in a frame
 
 _FRAMES = 4  # after a loss in which CSRT is asked; then the marker counts as hidden
 _LIKENESS = 0.6  # normalised correlation with the marker's last good look that an answer must reach
@@ -115,7 +115,7 @@ class SecondOpinion:
 
     @property
     def running(self) -> bool:
-        """Whether CSRT runs on a marker."""
+        """Return whether CSRT runs on a marker."""
         return any(0 < asked <= _FRAMES for asked in self._asked.values())
 
     def state(self) -> dict[str, np.ndarray]:

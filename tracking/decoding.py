@@ -49,7 +49,7 @@ class TimeSource(StrEnum):
 
 
 class Packet(NamedTuple):
-    """What is kept of a packet: its stamps in units of the stream's time base, and its flags."""
+    """Index entry of a packet: its stamps in units of the stream's time base, and its flags."""
 
     pts: int | None
     dts: int | None

@@ -93,7 +93,7 @@ class Gate:
 
 @dataclass(frozen=True, eq=False)
 class MotionTrack:
-    """What following found."""
+    """Result of following the markers."""
 
     active: np.ndarray  # (n, m) the samples that fit
     place_px: np.ndarray  # (n, m, 2) where the markers are; carried on where a sample does not fit

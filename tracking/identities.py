@@ -24,11 +24,11 @@ from tracking.motion import Prediction
 from tracking.spots import Spots
 
 # `Spacing`.
-_RELATIVE = 0.15  # by which a distance may differ from that in the start boxes: tails bend, heights are in perspective
+_RELATIVE = 0.15  # relative change of a distance since the start boxes: tails bend, heights differ
 _LEAST = 0.6  # diameters that it may differ in any case
 _MOVES, _ALIKE = 0.1, 0.25  # both markers swim: one moves so many diameters a frame, the other that share of it
 _FEWEST, _ZOOM = 3, 1.02  # distances that tell of a common scale, and by how much it may change in a frame
-_KEEP = 0.9  # of where two neighbours put a marker, frame by frame
+_KEEP = 0.9  # share kept, frame by frame, of where two neighbours put a marker
 
 # `assemble_markers`: prices and standard deviations.
 MISSED = 2.0

@@ -6,12 +6,12 @@ import numpy as np
 
 _MEMORY = 3  # frames that the motion is carried on from
 _PAST_SPREAD = 3.0  # the gate holds this many typical errors of the predictions so far
-_FORGET = 0.95  # of a typical error, frame by frame
-_GROWTH = 0.35  # of the gate with every frame a marker was not seen
-_FADE = 0.7  # of the velocity with every frame a marker was not seen
+_FORGET = 0.95  # share of a typical error that is kept, frame by frame
+_GROWTH = 0.35  # relative growth of the gate with every frame a marker was not seen
+_FADE = 0.7  # share of the velocity kept with every frame a marker was not seen
 _WIDEST = 5.0  # the gate never exceeds this many diameters
 _FIRST = 1.5, 0.5  # the first gates: diameters at least, and the share of the way to the nearest marker
-_KEEP_BEAT = 0.98  # of what is known of the beat, frame by frame
+_KEEP_BEAT = 0.98  # share of the known beat that is kept, frame by frame
 _BEAT = 0.002, 2 * np.pi / 8  # slowest and fastest, rad a frame; slower ones are parabolas
 
 

@@ -120,7 +120,7 @@ def standing_still(position_px: np.ndarray, order: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True, eq=False)
 class TrackQuality:
-    """How far each sample of a trial can be believed.
+    """Belief in each sample of a trial.
 
     Attributes:
         weight: (n, m) in [0, 1]: the tracker's confidence, 0 where the sample is flagged or missing.
@@ -246,7 +246,7 @@ def _first_look(
 
 @dataclass(frozen=True, eq=False)
 class Findings:
-    """What was found about each sample."""
+    """Findings about each sample."""
 
     present: np.ndarray  # (n, m) not missing
     wrong: np.ndarray  # (n, m) present but misplaced

@@ -10,24 +10,24 @@ from scipy.ndimage import binary_dilation, binary_fill_holes
 
 from tracking.appearance import Appearance, window, windows
 
-_WIDTHS = (0.25, 0.42)  # of the two Gaussians, in diameters
-_FAINTEST = 0.3  # of the response a marker of known contrast would give
-_ANSWERS = (0.15, 1.2)  # what an answer to a marker can be, in parts of that to a disc
+_WIDTHS = (0.25, 0.42)  # widths of the two Gaussians, in diameters
+_FAINTEST = 0.3  # share of the response that a marker of known contrast gives
+_ANSWERS = (0.15, 1.2)  # smallest and largest answer to a marker, in parts of that to a disc
 _LARGE_PX = 22.0  # wider markers are handled apart from narrower ones
 _SIGMAS = 2.5  # a Gaussian's kernel reaches so far
 _RIVALS = 12  # spots in one window at most, the strongest
-_ROUNDS = 3, 5  # of the centroid, each centred on the one before; the second number is for streaks
-_MARGIN_PX = 1.0  # by which the centroid's disc is wider than the marker
+_ROUNDS = 3, 5  # rounds of the centroid, each centred on the one before; the second number is for streaks
+_MARGIN_PX = 1.0  # excess width of the centroid's disc over the marker
 _FLOOR, _CEILING = 0.1, 0.9  # shares of the known contrast: fainter light does not count, brighter no more than this
 _RING = (1.5, 1.4)  # the background is a ring from this many px beyond the rim to this many radii and as many px
 _QUARTER = 0.25  # the darkest part of it, for a bright marker: the rest may be water next to a dark body
 _REACH = 1.25  # radii and the px of the ring: within them light counts for the size
-_SLACK_PX = 4  # by which a window is larger than it need be
+_SLACK_PX = 4  # excess size of a window
 _FAST = 0.5  # diameters a frame, from which on a marker is drawn out
 _LONGEST = 2.0  # diameters of a streak
 _HOLE, _SOFT_PX = 0.6, 2  # share of the known contrast below which a place is dark, and the soft rim of such a hole
 _INNER = 0.7  # radii within which holes are looked for
-_CORE = 0.5  # of a streak that is measured: its ends are faint, and lie on the blurred rim of the body
+_CORE = 0.5  # share of a streak that is measured: its ends are faint, and lie on the blurred rim of the body
 _PALER = 3.2  # a disc smeared over q diameters is answered exp(-q^2 / 3.2) as strongly, to 5 % up to q = 1.5
 # In the middle of a disc of contrast 1:
 _DISC_RESPONSE = float(np.exp(-1 / (8 * _WIDTHS[1] ** 2)) - np.exp(-1 / (8 * _WIDTHS[0] ** 2)))
@@ -49,7 +49,7 @@ class Spots:
 
 @dataclass(frozen=True, eq=False)
 class Streaks:
-    """How k markers are drawn out by their motion while the shutter is open."""
+    """Streaks of k markers, drawn out by their motion while the shutter is open."""
 
     along: np.ndarray  # (k, 2) unit vectors
     core_px: np.ndarray  # (k,) length of the line to measure around

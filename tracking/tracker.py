@@ -13,14 +13,14 @@ from tracking.identities import FAINTER, MISSED, Spacing, assemble_markers
 from tracking.motion import Motion, Prediction
 from tracking.spots import Centres, Spots, Streaks, find_spots, measure_centres, with_answer
 
-_SIZE_SPREAD = 0.25  # of the logarithm of the size, that lowers the confidence by a factor exp(-1/2)
-_CONTRAST_SPREAD = 0.35  # of the contrast, likewise
+_SIZE_SPREAD = 0.25  # change of ln(size) that lowers the confidence by a factor exp(-1/2)
+_CONTRAST_SPREAD = 0.35  # relative change of the contrast that does the same
 _CSRT_CONFIDENCE = 0.5  # at most, where only CSRT saw the marker
 _NOWHERE_PX = 1e-3  # a gate that no spot passes
 _FAINT, _FAINT_CONFIDENCE = 15.0, 0.4  # answers under so many steps of luma are faint; the confidence CSRT then has
 _CONFIDENT = 0.6  # from here on a sample teaches the look of the marker …
 _SETTLED = 5  # … and from so many frames on without a doubt which spot is its own
-_SLACK_PX = 2.0  # by which a box may be off its marker, beyond half of it
+_SLACK_PX = 2.0  # distance of a box from its marker, beyond half the marker
 _UNASSIGNED = 0.5  # strength from which a spot of no marker keeps its own light
 _BORDER = 0.25  # diameters from the border of the picture within which a marker counts as gone
 # A search in doubt reaches so many times the distance to the nearest marker, but no more than so many diameters.
@@ -28,14 +28,14 @@ _REACH, _FARTHEST = 1.25, 5.0
 _ANEW = 10  # frames of a loss after which all markers are assembled as if the body had been moved
 _WHOLE = 2.5  # times that such a search reaches farther
 _SPREAD = 0.6  # share of that reach by which a doubtful marker usually is off its expected place
-_SHUTTER = 0.25  # of a frame for which the shutter is thought to be open at first, …
-_SHUTTERS = 0.01, 1.0  # of a frame, at least and at most
+_SHUTTER = 0.25  # share of a frame with an open shutter, as assumed at first, …
+_SHUTTERS = 0.01, 1.0  # … and its least and largest value
 _KEEP_SHUTTER = 0.95  # … and what a frame leaves of what is known of that
 
 
 @dataclass(frozen=True, eq=False)
 class Sighting:
-    """What one frame shows of m markers.
+    """View of m markers in one frame.
 
     Attributes:
         position_px: (m, 2) measured; where a marker is not seen, predicted.
@@ -154,7 +154,7 @@ class MarkerTracker:
 
     @property
     def can_be_kept(self) -> bool:
-        """Whether `state` says it all: not while CSRT runs, on a marker that was lost or on faint ones."""
+        """Return whether `state` says it all: not while CSRT runs, on a marker that was lost or on faint ones."""
         return self.faint is None and (self.csrt is None or not self.csrt.running)
 
     def _see(

@@ -71,7 +71,7 @@ class Frame:
     _picture: av.VideoFrame = field(repr=False)
     _quarter_turns: int = field(default=0, repr=False)
     _square_px: tuple[int, int] | None = field(default=None, repr=False)  # stored width and height in square pixels
-    _bits: int = field(default=16, repr=False)  # that are used of gray in 16
+    _bits: int = field(default=16, repr=False)  # bits in use of gray in 16
 
     @cached_property
     def luma(self) -> np.ndarray:
@@ -210,7 +210,7 @@ class VideoInfo:
 
     @property
     def frames(self) -> int:
-        """How many frames the file has; `Video.frames` may give fewer if some cannot be decoded."""
+        """Number of frames in the file; `Video.frames` may give fewer if some cannot be decoded."""
         return len(self.time_s)
 
     @property
@@ -221,7 +221,7 @@ class VideoInfo:
 
     @property
     def caveats(self) -> tuple[str, ...]:
-        """What a reader of results from this video must know, in sentences without a full stop."""
+        """Caveats of results from this video, in sentences without a full stop."""
         caveats = [self.damage] if self.damage else []
         if jump := self._jump():
             caveats.append(jump)
@@ -268,7 +268,10 @@ class Video:
         with Decoder(self._file, threads=1) as decoder:  # one thread: nothing beyond the first picture is decoded
             self._survey(decoder.container, decoder.stream)
         self._lost: set[int] = set()
-        self._suspect = 0, np.zeros(self.info.frames, bool)  # by how many are lost
+        self._suspect = (
+            0,
+            np.zeros(self.info.frames, bool),
+        )  # number of lost frames, and their mask
         self._decoders: dict[int, Decoder] = {}  # for `frame`, by their threads
 
     def __enter__(self) -> Self:
@@ -284,7 +287,7 @@ class Video:
 
     @property
     def damage(self) -> str | None:
-        """What is missing from the file, and what of it could not be decoded so far; None if nothing."""
+        """Parts missing from the file, and what of it could not be decoded so far; None if nothing."""
         messages = [part for part in (self.info.damage, lost_frames(self._lost, self._index)) if part]
         return "; ".join(messages) or None
 

@@ -211,7 +211,7 @@ class Emulator:
 
     @property
     def stopped(self) -> bool:
-        """Whether it is not being driven: torque off, or held at a speed of zero."""
+        """Return whether it is not being driven: torque off, or held at a speed of zero."""
         return self["torque_enable"] == 0 or self["goal_velocity"] == 0
 
     def __getitem__(self, name: str) -> int:

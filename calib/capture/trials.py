@@ -133,7 +133,7 @@ class Found(NamedTuple):
 
     @property
     def is_ours(self) -> bool:
-        """Whether it is an XW540-T140-R."""
+        """Return whether it is an XW540-T140-R."""
         return self.model == MODEL
 
     def describe(self) -> str:

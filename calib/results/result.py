@@ -1,4 +1,4 @@
-"""What every result of `calib` has: tables by name, figures, a summary and the files made.
+"""Common parts of every result of `calib`: tables by name, figures, a summary and the files made.
 
 `Result` is the base class of all results, with its view in a notebook. `Figures` are the figures of the report as
 methods of a result: ``fit.plot.envelope("f1_00")``.

@@ -71,7 +71,7 @@ class StructureStage(Stage):
 
     @property
     def is_up_to_date(self) -> bool:
-        """Whether the files are current, or there is no dry experiment to write about."""
+        """Return whether the files are current, or there is no dry experiment to write about."""
         return self.is_current or not self._recordings.has_experiments
 
     @property

@@ -97,7 +97,6 @@ class PosteriorStage(Stage):
         return read_summary(self._job.results, draws) if self.is_current else None
 
 
-@threadpool_limits.wrap(limits=1, user_api="blas")  # several threads round sums differently, which changes the draws
 def mode_of(calibration: Calibration, trials: Iterable[MeasuredTrial], twin: Twin) -> Mode:
     """Rebuild the mode that a calibration keeps, where it lies, without a search.
 

@@ -44,7 +44,7 @@ class Recordings:
 
     @cached_property
     def fingerprint(self) -> str:
-        """Of the recordings and how their videos are tracked, the robot, the engine and the program.
+        """Fingerprint of the recordings and how their videos are tracked, the robot, the engine and the program.
 
         Raises:
             InputError: what is wrong with the boxes of all trials.
@@ -57,7 +57,7 @@ class Recordings:
 
     @cached_property
     def notes(self) -> tuple[str, ...]:
-        """What the reader should know about the trials that were left out."""
+        """Notes for the reader on the trials that were left out."""
         left_out = [spec for spec in self._session.trials if spec not in self._usable]
         return tuple(f"Trial {spec.name} was left out: it has neither tracks nor a video." for spec in left_out)
 
@@ -133,17 +133,17 @@ class Recordings:
 
     @property
     def has_swims(self) -> bool:
-        """Whether there is a usable swim."""
+        """Return whether there is a usable swim."""
         return any(spec.kind == "swim" for spec in self._usable)
 
     @property
     def has_experiments(self) -> bool:
-        """Whether there is a usable free decay or dry run."""
+        """Return whether there is a usable free decay or dry run."""
         return any(spec.kind != "swim" for spec in self._usable)
 
     @property
     def recorded(self) -> dict[str, xr.Dataset]:
-        """What a camera saw, by trial; videos are tracked, unless their tracks are current, or they cannot be read.
+        """Tracks of a camera, by trial; videos are tracked, unless their tracks are current, or they cannot be read.
 
         Raises:
             InputError: what is wrong with any of them.
@@ -176,7 +176,7 @@ class Recordings:
 
     @property
     def are_current(self) -> bool:
-        """Whether the tracks in ``results/tracks`` are of these recordings, which were checked when they were written.
+        """Return whether the tracks in ``results/tracks`` are of these recordings, which were checked on writing.
 
         Raises:
             InputError: as `fingerprint`.

@@ -339,7 +339,7 @@ def _spoiled(spec: TrialSpec, problem: InputError) -> NotEnoughData:
 
 
 class OfEach(NamedTuple, Generic[T]):
-    """What was made of each trial, and why it was not of those that cannot be used; by name."""
+    """Result of each trial, and why it was not of those that cannot be used; by name."""
 
     made: dict[str, T]
     left_out: dict[str, str]

@@ -274,7 +274,7 @@ def _observed_data(posterior: Posterior) -> xarray.Dataset:
 
 @dataclass(frozen=True, eq=False)
 class Identifiability:
-    """What the trials determine of the coefficients and of their combinations.
+    """Identifiability of the coefficients and of their combinations.
 
     Attributes:
         determined: (5,) whether each coefficient is determined; none is that presses against a bound.

@@ -63,7 +63,7 @@ class PredictedTrial:
 
     @property
     def speed_inside(self) -> bool:
-        """Whether the measured speed lies within the outer 90 % band."""
+        """Return whether the measured speed lies within the outer 90 % band."""
         return bool(self.outer[0] <= self.speed <= self.outer[-1])
 
     @property

@@ -79,17 +79,17 @@ class Whiteness:
 
     @property
     def in_time(self) -> bool:
-        """Whether at most a fifth of the lags lie outside the limit."""
+        """Return whether at most a fifth of the lags lie outside the limit."""
         return self.outside <= _OUTSIDE
 
     @property
     def across(self) -> bool:
-        """Whether neighbours are no more correlated after the model than by chance."""
+        """Return whether neighbours are no more correlated after the model than by chance."""
         return not (self.neighbour_correlation > self.neighbours_limit).any()
 
     @property
     def is_white(self) -> bool:
-        """Whether the residual is white in time and across markers."""
+        """Return whether the residual is white in time and across markers."""
         return self.in_time and self.across
 
     @property

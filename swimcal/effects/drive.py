@@ -56,7 +56,7 @@ class WarpedTurn:
 
     @property
     def logged(self) -> bool:
-        """Whether a log shows the turn that is warped."""
+        """Return whether a log shows the turn that is warped."""
         return self.turn.logged
 
     def angle(self, time_s: ArrayLike) -> np.ndarray:
@@ -144,7 +144,7 @@ class RippledTurn:
 
     @property
     def logged(self) -> bool:
-        """Whether a log shows the turn that is rippled."""
+        """Return whether a log shows the turn that is rippled."""
         return self.turn.logged
 
     def angle(self, time_s: ArrayLike) -> np.ndarray:
