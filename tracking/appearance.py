@@ -162,15 +162,32 @@ class _Separation(NamedTuple):
 
 
 def _separation(grey: np.ndarray, centre_px: np.ndarray, side_px: np.ndarray) -> _Separation:
-    """Measure how markers stand out in a picture (h, w); below 0 where one lies within the levels around it."""
+    """Measure how the worst of the markers stands out in a picture (h, w)."""
+    margin, share = _margins(grey, centre_px, side_px)
+    return _Separation(float(margin.min()), float(share.min()))
+
+
+def lies_within(grey: np.ndarray, centre_px: np.ndarray, side_px: np.ndarray) -> np.ndarray:
+    """Return (m,) bool, the markers whose grey lies within the levels around them.
+
+    Args:
+        grey: (h, w) uint8 picture in the grey that markers are sought in.
+        centre_px: (m, 2) centres of their boxes, px.
+        side_px: (m,) mean sides of the boxes, px.
+    """
+    return _margins(grey, centre_px, side_px)[0] < 0
+
+
+def _margins(grey: np.ndarray, centre_px: np.ndarray, side_px: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Measure the contrast (m,) of each marker, below 0 within the levels around it, and as a share of the largest."""
     found = []
     for core, ring in _parts(grey, centre_px, side_px):
         low, high = np.percentile(ring, _MOST)
         middle = float(np.median(core))
         margin = max(middle - high, low - middle)
         found.append((margin, margin / max(abs(middle - high), abs(low - middle), 1.0)))
-    margins, shares = zip(*found, strict=True)
-    return _Separation(min(margins), min(shares))
+    margin, share = np.array(found).T
+    return margin, share
 
 
 @dataclass(frozen=True, eq=False)

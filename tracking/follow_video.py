@@ -7,7 +7,7 @@ was tracked so far. `retracker` tracks one marker on from a box that a person se
 gives, and two boxes may sit on one marker; docs/tracking.md shows the cost.
 
 `doubtful_boxes` finds boxes that hold no marker: what is in them does not stand out, or no more than the water
-elsewhere does.
+elsewhere does. `hidden_in_surroundings` finds markers that no grey can tell from what is around them.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from swimcal.errors import Fault, InputError
 from swimcal.flags import Flag
 from swimcal.results import writing_whole
 from swimcal.tracks import as_tracks
-from tracking.appearance import Grey, measure_appearance
+from tracking.appearance import Grey, lies_within, measure_appearance
 from tracking.boxes import Box, StartBoxes
 from tracking.csrt import opencv_on_one_thread
 from tracking.edits import Retracker, SetBox
@@ -152,33 +152,38 @@ class _Pass:
             first = self._tracker.first
         else:
             tracker, first = self._begun(frame, boxes, method == "hybrid")
-            self._check_markers(without_marker(tracker, first), boxes.frame)
+            self._check_markers(tracker, first, frame, boxes)
         self._add(boxes.frame, first)
         self._last = boxes.frame
         self._repeats.repeats(boxes.frame, frame.luma, first.position_px)
 
     def _begun(self, frame: Frame, boxes: StartBoxes, use_csrt: bool) -> tuple[MarkerTracker, Sighting]:
         """Begin a tracker in a frame in which every marker has a box; return it and what it saw there."""
-        centre = boxes.centres_px(self._markers)
-        side = np.array([(boxes.boxes[name].width + boxes.boxes[name].height) / 2 for name in self._markers])
+        centre, side = boxes.centres_px(self._markers), _sides_px(boxes, self._markers)
         self._grey = Grey.of_boxes(frame, boxes, self._markers)
         self._tracker, first = MarkerTracker.begin(
             self._grey.of(frame), centre, side, use_csrt, threads=self._video.threads
         )
         return self._tracker, first
 
-    def _check_markers(self, empty: np.ndarray, frame: int) -> None:
+    def _check_markers(self, tracker: MarkerTracker, first: Sighting, frame: Frame, boxes: StartBoxes) -> None:
+        empty = without_marker(tracker, first)
+        expected = f"a disc that differs from what is around it by {LEAST_CONTRAST:g} of 255, in brightness or colour"
+        what = "boxes without a marker"
+        if not empty.any():
+            empty = hidden_in_surroundings(self._grey.of(frame), boxes, self._markers)
+            expected = "a disc brighter or darker than all that is around it, or of another colour"
+            what = "boxes whose marker looks like what is around it and elsewhere in the picture"
         if empty.any():
             names = ", ".join(np.array(self._markers)[empty].tolist())
-            expected = (
-                f"a disc that differs from what is around it by {LEAST_CONTRAST:g} of 255, in brightness or colour"
-            )
             step = (
                 "Look at the preview of the boxes, or click them: `calib track SESSION --click`. Dots that look like "
-                "their body cannot be tracked: paint them white on a dark body, black or red on a bright one."
+                "their body cannot be tracked: paint them white on a dark body, black or red on a bright one, "
+                "all in one colour."
             )
-            file, what = str(self._video.info.file), "boxes without a marker"
-            raise InputError([Fault(file, f"frame {frame}", what, names, expected, next_step=step)])
+            raise InputError(
+                [Fault(str(self._video.info.file), f"frame {boxes.frame}", what, names, expected, next_step=step)]
+            )
 
     def go_back(self, boxes: StartBoxes, method: TrackerName) -> None:
         """Go back from the frame of the boxes, to where most markers are out of sight: the robot came into view."""
@@ -411,27 +416,49 @@ def doubtful_boxes(grey: np.ndarray, boxes: StartBoxes, markers: Sequence[str]) 
 
     The picture (h, w) uint8 is that of the boxes, in the grey that they are tracked in.
     """
-    centre_px = boxes.centres_px(markers)
-    side_px = np.array([(boxes.boxes[name].width + boxes.boxes[name].height) / 2 for name in markers])
+    flags = []
+    for name, share in zip(markers, _common(grey, boxes, markers).tolist(), strict=True):
+        if share > COMMON:
+            message = (
+                f"in its start box {name} stands out no more than {share:.0%} of the picture elsewhere does: "
+                "is it the marker? Look at the picture of the boxes"
+            )
+            flags.append(Flag("doubtful_box", (name,), (boxes.frame, boxes.frame), message))
+    return tuple(flags)
+
+
+def hidden_in_surroundings(grey: np.ndarray, boxes: StartBoxes, markers: Sequence[str]) -> np.ndarray:
+    """Return (m,) bool, the markers that neither brightness nor colour tells from what is around and elsewhere.
+
+    Args:
+        grey: (h, w) uint8 picture of the boxes, in the grey that they are tracked in.
+        boxes: the boxes.
+        markers: names of the m markers.
+    """
+    within = lies_within(grey, boxes.centres_px(markers), _sides_px(boxes, markers))
+    return within & (_common(grey, boxes, markers) > COMMON) if within.any() else within
+
+
+def _common(grey: np.ndarray, boxes: StartBoxes, markers: Sequence[str]) -> np.ndarray:
+    """Return (m,) the share of places elsewhere where the detector answers as in the box; 0 without places."""
+    centre_px, side_px = boxes.centres_px(markers), _sides_px(boxes, markers)
     places_px = _elsewhere(grey, centre_px, CLEAR * float(np.median(side_px)))
+    common = np.zeros(len(markers))
     if len(places_px) < FEWEST:
-        return ()
+        return common
     look = measure_appearance(grey, centre_px, side_px)
     diameter_px, reach_px = float(np.median(np.minimum(look.diameter_px, side_px))), int(np.median(side_px) / 2)
-    flags = []
-    for sign in sorted(set(look.sign.tolist())):
+    for sign in np.unique(look.sign).tolist():
         usual = strongest_answer(grey, places_px, reach_px, sign, diameter_px)  # (p,)
         of_sign = np.flatnonzero(look.sign == sign)
         answers = strongest_answer(grey, centre_px[of_sign], reach_px, sign, diameter_px)
-        common = (usual[None] >= answers[:, None]).mean(axis=1)
-        for k, share in zip(of_sign.tolist(), common.tolist(), strict=True):
-            if share > COMMON:
-                message = (
-                    f"in its start box {markers[k]} stands out no more than {share:.0%} of the picture elsewhere does: "
-                    "is it the marker? Look at the picture of the boxes"
-                )
-                flags.append(Flag("doubtful_box", (markers[k],), (boxes.frame, boxes.frame), message))
-    return tuple(flags)
+        common[of_sign] = (usual[None] >= answers[:, None]).mean(axis=1)
+    return common
+
+
+def _sides_px(boxes: StartBoxes, markers: Sequence[str]) -> np.ndarray:
+    """Return (m,) mean sides of the boxes, px."""
+    return np.array([(boxes.boxes[name].width + boxes.boxes[name].height) / 2 for name in markers])
 
 
 def _elsewhere(luma: np.ndarray, centre_px: np.ndarray, clear_px: float) -> np.ndarray:

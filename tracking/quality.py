@@ -45,6 +45,8 @@ STILL_PX = 1.0
 """… moving by no more than this over so many frames, in each coordinate …"""
 STILL_MOTION_PX = 6.0
 """… while both its neighbours move by at least this, and four times as much as it, and leave it behind by as much."""
+CLAMPED_SPREAD = 0.1
+"""A marker that rests through the trial is clamped, not frozen, if its distances vary by no more than this share."""
 
 # Names of flagged stretches.
 JUMP_FRAMES = 6
@@ -110,12 +112,29 @@ def standing_still(position_px: np.ndarray, order: np.ndarray) -> np.ndarray:
     rank = np.argsort(order)
     for k in range(m):
         nearest = np.argsort(np.abs(rank - rank[k]), kind="stable")[:3]  # itself first
+        if _clamped(position_px[:, nearest]):
+            continue
         for first, last in stretches(quiet[:, k]):
             span = slice(first, last + STILL_FRAMES)
             own, *others = np.linalg.norm(np.ptp(position_px[span][:, nearest], axis=0), axis=1)
             if min(others) >= max(STILL_MOTION_PX, 4 * own):  # False where a sample is missing
                 still[span, k] = True
     return still
+
+
+def _clamped(position_px: np.ndarray) -> bool:
+    """Tell whether the first of three markers (n, 3, 2) rests through the trial while the others stay as far from it.
+
+    So does the only marker of a head that is held. A box on the background does not: the robot leaves it, or turns
+    round it with a bend that no robot has.
+    """
+    seen_px = position_px[np.isfinite(position_px).all(axis=(1, 2))]
+    if len(seen_px) < STILL_FRAMES:
+        return False
+    low_px, high_px = np.quantile(seen_px[:, 0], (0.05, 0.95), axis=0)
+    away_px = np.linalg.norm(seen_px[:, 1:] - seen_px[:, :1], axis=2)  # (n, 2)
+    low, middle, high = np.quantile(away_px, (0.05, 0.5, 0.95), axis=0)
+    return bool(max(high_px - low_px) <= STILL_MOTION_PX and (high - low <= CLAMPED_SPREAD * middle).all())
 
 
 @dataclass(frozen=True, eq=False)

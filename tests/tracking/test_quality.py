@@ -137,6 +137,33 @@ def test_a_fish_at_rest_has_no_frozen_boxes() -> None:
     assert checked(still).flags == ()
 
 
+def held_by_its_head(markers: Sequence[str], seed: int) -> np.ndarray:
+    """(n, m, 2) a fish whose head is clamped: the swimming one, turned and moved back frame by frame."""
+    position = swimming_fish(1.0, seed=seed)
+    nose, neck = position[:, 0], position[:, 1]
+    away = np.arctan2(*(neck - nose)[:, ::-1].T)
+    cos, sin = np.cos(-away)[:, None], np.sin(-away)[:, None]
+    x, y = np.moveaxis(position - nose[:, None], 2, 0)
+    still = np.stack([cos * x - sin * y + 900.0, sin * x + cos * y + 700.0], axis=2)
+    return still[:, [MARKERS.index(name) for name in markers]]
+
+
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("head", ["nose", "neck"])
+@pytest.mark.parametrize("tail", [("tail_2", "tail_4"), ("tail_1", "tail_3", "caudal_fin"), MARKERS[3:]])
+def test_the_only_marker_of_a_clamped_head_is_not_frozen(head: str, tail: tuple[str, ...], seed: int) -> None:
+    markers = (head, *tail)
+    assert not flags_of_marker(checked(held_by_its_head(markers, seed), markers), head)
+
+
+def test_a_box_on_the_background_is_frozen_though_it_rests_through_the_trial() -> None:
+    markers = ("nose", *MARKERS[3:])
+    position = swimming_fish(1.0, seed=6)[:, [MARKERS.index(name) for name in markers]]
+    position[:, 0] = position[0, 0]
+    weight = checked(position, markers).weight[:, 0]
+    assert np.mean(weight[60:] == 0) > 0.9
+
+
 def test_a_short_leap_is_a_jump() -> None:
     position = swimming_fish(1.0, seed=6)
     position[150:152, 4] += [14.0, -9.0]

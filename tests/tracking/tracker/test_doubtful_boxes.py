@@ -1,11 +1,12 @@
 """Boxes on the water are doubted, boxes on markers are not."""
 
+import cv2
 import numpy as np
 import pytest
 
 from tests.tracking.tracker.pool import Pool, tail
 from tracking.boxes import Box, StartBoxes
-from tracking.follow_video import doubtful_boxes
+from tracking.follow_video import doubtful_boxes, hidden_in_surroundings
 
 NAMES = tuple(f"tail_{k}" for k in range(9))
 POOL = Pool(tail(), (480, 400))
@@ -38,6 +39,23 @@ def test_on_rippled_water_the_box_without_a_marker_is_flagged_and_no_other(seed:
     flags = doubtful_boxes(luma, StartBoxes(7, boxes), NAMES)
     assert [(flag.kind, flag.markers, flag.frames) for flag in flags] == [("doubtful_box", ("tail_4",), (7, 7))]
     assert "is it the marker?" in flags[0].message
+
+
+def test_a_marker_like_its_surroundings_and_much_else_is_hidden() -> None:
+    rng = np.random.default_rng(5)
+    luma = cv2.GaussianBlur(rng.integers(0, 256, (400, 480)).astype(np.float32), (0, 0), 6.0)
+    luma = np.clip(128 + 12 * (luma - luma.mean()), 0, 255).astype(np.uint8)
+    boxes = {name: Box.around((60.0 + 42 * k, 200.0), 18.0) for k, name in enumerate(NAMES)}
+    luma[192:209, 52:69] = 255  # one marker brighter than all
+    hidden = hidden_in_surroundings(luma, StartBoxes(0, boxes), NAMES)
+    assert not hidden[0]
+    assert hidden.sum() >= 2
+
+
+@pytest.mark.parametrize("contrast", [110.0, -80.0, 20.0])
+def test_no_marker_that_stands_out_is_hidden(contrast: float) -> None:
+    pool = POOL.but(contrast=contrast)
+    assert not hidden_in_surroundings(pool.frame(0), pool.boxes(NAMES), NAMES).any()
 
 
 def test_in_a_picture_full_of_boxes_nothing_is_reported() -> None:
