@@ -76,17 +76,22 @@ format: $(VENV)/.installed
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
 
-# The lock is complete, so pip resolves nothing; bytecode is compiled when first imported, which halves the time.
+# The lock is complete, so nothing is resolved; bytecode is compiled when first imported, which halves the time. uv takes
+# an eighth of pip's time; where it cannot be had, or not reach the packages, pip does the same.
+LOCKED := --require-hashes --no-deps --only-binary :all:
 $(VENV)/.installed: requirements.lock pyproject.toml
 	@test -n "$(PYTHON)" || { \
 		echo "swimcal needs Python 3.11 or newer; looked for: $(PYTHONS). Name yours: make PYTHON=/path/to/python" >&2; exit 1; }
 	$(PYTHON) -m venv $(VENV)
-	$(BIN)/python -m pip install --require-hashes --no-deps --only-binary :all: --no-compile -r requirements.lock
-	$(BIN)/python -m pip install --no-deps --no-build-isolation --editable .
+	@{ $(BIN)/python -m pip install --quiet --no-compile uv && \
+		$(BIN)/uv pip install --quiet --system-certs --python $(BIN)/python $(LOCKED) -r requirements.lock; } || \
+		$(BIN)/python -m pip install $(LOCKED) --no-compile -r requirements.lock
+	$(BIN)/python -m pip install --quiet --no-deps --no-build-isolation --editable .
 	@touch $@
 
 $(VENV)/.docs-installed: $(VENV)/.installed docs/requirements.lock
-	$(BIN)/python -m pip install --require-hashes --no-deps --only-binary :all: --no-compile -r docs/requirements.lock
+	@$(BIN)/uv pip install --quiet --system-certs --python $(BIN)/python $(LOCKED) -r docs/requirements.lock || \
+		$(BIN)/python -m pip install $(LOCKED) --no-compile -r docs/requirements.lock
 	@touch $@
 
 # Of the extra `docs` its own lock has what is not in the main one.

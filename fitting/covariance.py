@@ -26,13 +26,15 @@ from fitting.features import (
 )
 from fitting.trial import HARMONICS
 from fitting.trial_model import Sensitivities, TrialModel
+from swimcal.mjcf import COEFFICIENT_BOUNDS
 
 _LENGTH_M = 0.12  # length scale of discrepancies along the body
 _OF_ITS_OWN = 0.2  # share of a discrepancy's variance that each marker has to itself
 _OF_HARMONIC = 0.5  # discrepancy of each harmonic over that of the one before
 LN_LENGTH = 0.7
 """Length scale of the common discrepancy of the wave in the logarithm of frequency: a factor of two."""
-COEFFICIENT_SD = 2.9  # sd of a uniform coefficient over [0, 10], integrated out of the likelihood
+COEFFICIENT_SD = (COEFFICIENT_BOUNDS[1] - COEFFICIENT_BOUNDS[0]) / np.sqrt(12.0)
+"""Standard deviation of a coefficient that is uniform between its bounds; the only prior that it has."""
 # Nose and neck define the scale, and a ruler lays them out.
 _HEAD_MARKER_M = 0.0015
 """Standard deviation of nose and neck from their places on the body."""

@@ -19,7 +19,7 @@ import numpy as np
 from scipy.linalg import block_diag, solve_triangular
 
 from fitting.affected_trials import AffectedSession, plain_features
-from fitting.covariance import apart
+from fitting.covariance import COEFFICIENT_SD, apart
 from fitting.session_model import SessionModel
 from fitting.trial import MeasuredTrial
 from swimcal.effects.effect import Effect
@@ -27,7 +27,7 @@ from swimcal.mjcf import COEFFICIENT_BOUNDS
 from swimcal.session_file import CameraSpec
 
 # Rows
-PRIOR_SD = np.full(5, (COEFFICIENT_BOUNDS[1] - COEFFICIENT_BOUNDS[0]) / np.sqrt(12.0))
+PRIOR_SD = np.full(5, COEFFICIENT_SD)
 TOLD_TO = 0.002  # relative standard deviation of a measured frequency about the commanded one
 _ALIKE = 0.8  # correlation of the errors of tail and motor's log: both do what the motor does
 _LEAST = 0.01  # least coefficient for the Jacobian: nearer to 0 steps are lost in the twin's roughness

@@ -11,7 +11,7 @@ carries: MuJoCo's documentation, chapter Computation, section "Ellipsoid model" 
 Fluid Mech. 541 (2005)), as restated in "Simple Models, Real Swimming" (2026).
 
 `add_scenery` makes an exported MJCF pleasant to look at and ready to use: light, floor, cameras, sensors, a limited
-control. Nothing of it touches the dynamics: the model swims the same trajectory to the last digit.
+control. Nothing of it touches the dynamics: the model swims the same trajectory to the last digit, unless it blows up.
 """
 
 from dataclasses import dataclass
@@ -329,6 +329,8 @@ def add_scenery(spec: mujoco.MjSpec, robot: RobotSpec) -> mujoco.MjSpec:
     motor = spec.actuator("motor")
     motor.ctrlrange = (-2 * np.pi * FASTEST_TURNS_PER_S, 2 * np.pi * FASTEST_TURNS_PER_S)
     motor.ctrllimited = True
+    # The engine's default, the only one that MuJoCo Warp takes: here a simulation that blows up may be reset.
+    spec.option.disableflags &= ~int(mujoco.mjtDisableBit.mjDSBL_AUTORESET)
     _add_sensors(spec, robot)
     return spec
 

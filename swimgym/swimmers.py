@@ -269,6 +269,7 @@ def _load_mjcf(file: Path, origin: str) -> Fish:
         spec = mujoco.MjSpec.from_file(str(file))
         for part in (*spec.sensors, *spec.lights, *spec.cameras, *spec.worldbody.geoms):  # they move nothing
             spec.delete(part)
+        spec.option.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_AUTORESET)  # what blows up is to be seen
         model = spec.compile()
     except (ValueError, mujoco.FatalError) as error:
         raise _fault(str(file), "it is no MJCF", str(error), "a model of the robot", step) from error

@@ -47,6 +47,14 @@ if TYPE_CHECKING:
     from fitting.coefficient_fit import Marginal
 
 _FORM = 14  # version of calibration.json, and of the search that fills it
+_STEADY_BEATS = 20  # after which a swim is steady
+_HOW_TO_USE = f"""
+Made for MuJoCo {ENGINE}. Releases compute different fluid forces: in MuJoCo 3 this file loads, but swims another way.
+The robot swims towards -x. The control is the speed of the crank, rad/s: 2 pi for one beat a second. Start from a
+keyframe. Contacts are switched off, as no wall belongs to the robot. To switch them on, delete constraint="disable"
+and contact="disable" below; give the robot's geoms contype="1" conaffinity="2", and walls contype="2" conaffinity="1",
+so that the robot does not touch itself.
+"""
 _UPON = ("posterior.nc", "diagnosis.json", "report.html")  # results that rest on a fit
 
 
@@ -257,7 +265,8 @@ def calibrated_mjcf(calibration: Calibration) -> str:
     """Write the text of `results/calibrated.xml`.
 
     One keyframe a fit trial, named like it, starts the twin as that trial started: swimming, with the crank turning
-    at the measured frequency (its control is part of the keyframe).
+    at the measured frequency (its control is part of the keyframe). The keyframe `steady_swim` starts it in the steady
+    swim at the frequency of the first of them.
     """
     robot = calibration.robot
     spec = add_scenery(build_mjcf(robot, calibration.coefficients), robot)
@@ -267,6 +276,7 @@ def calibrated_mjcf(calibration: Calibration) -> str:
         if trial.measured.role == "fit":
             start = (trial.simulated_hz, trial.phase_rad, trial.measured.start_velocity)
             _add_keyframe(spec, robot, trial.measured.name, *start)
+    _add_steady_swim(spec)
     return mjcf_text(spec)
 
 
@@ -278,7 +288,8 @@ def nominal_mjcf(robot: RobotSpec) -> str:
 
 
 def mjcf_text(spec: mujoco.MjSpec) -> str:
-    """Convert a model to text, and check that it loads."""
+    """Convert a model to text, with how to use it on top, and check that it loads."""
+    spec.comment = _HOW_TO_USE
     spec.compile()
     text: str = spec.to_xml()
     mujoco.MjModel.from_xml_string(text)  # raises if the text does not load
@@ -292,3 +303,24 @@ def _add_keyframe(
     runs = Runs(coefficients, np.array([hz]), np.array([phase_rad]), velocity=velocity[None])
     qpos, qvel = Twin(robot, markers=("nose", "neck")).start(runs)
     spec.add_key(name=name, qpos=qpos[0], qvel=qvel[0], ctrl=[2 * np.pi * hz])
+
+
+def _add_steady_swim(spec: mujoco.MjSpec) -> None:
+    """Add a keyframe with the state after some beats from the first keyframe, moved back to the origin, along -x."""
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    mujoco.mj_resetDataKeyframe(model, data, 0)
+    beat_s = 2 * np.pi / data.ctrl[0]
+    mujoco.mj_step(model, data, nstep=round(_STEADY_BEATS * beat_s / model.opt.timestep))
+    if not np.isfinite(data.qpos).all() or data.time < beat_s:  # it blew up, and was reset
+        return
+    qpos, qvel, yaw = data.qpos.copy(), data.qvel.copy(), float(data.joint("yaw").qpos[0])
+    head = [model.joint(name).qposadr[0] for name in ("surge", "sway", "yaw")]
+    moving = [model.joint(name).dofadr[0] for name in ("surge", "sway")]
+    qpos[head] = 0.0
+    qpos[model.joint("crank").qposadr[0]] %= 2 * np.pi
+    qvel[moving] = [
+        np.cos(yaw) * qvel[moving[0]] + np.sin(yaw) * qvel[moving[1]],
+        np.cos(yaw) * qvel[moving[1]] - np.sin(yaw) * qvel[moving[0]],
+    ]
+    spec.add_key(name="steady_swim", qpos=qpos, qvel=qvel, ctrl=data.ctrl.copy())

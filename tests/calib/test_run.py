@@ -97,8 +97,7 @@ def test_the_calibrated_file_swims_in_plain_mujoco(finished: Path) -> None:
     coefficients = list(data["coefficients"].values())
     fluid = model.geom_fluid[model.geom_fluid[:, 0] > 0, 1:6]
 
-    assert model.nkey == 1
-    assert model.key("slow").id == 0
+    assert [model.key(i).name for i in range(model.nkey)] == ["slow", "steady_swim"]
     np.testing.assert_allclose(fluid, np.tile(coefficients, (len(fluid), 1)), rtol=1e-5)
     mujoco.mj_resetDataKeyframe(model, state, 0)
     hz = data["trials"]["slow"]["frequency_hz"]
@@ -109,6 +108,31 @@ def test_the_calibrated_file_swims_in_plain_mujoco(finished: Path) -> None:
     assert state.time == pytest.approx(3.0, abs=model.opt.timestep)
     assert state.joint("surge").qpos[0] < -0.05
     assert state.joint("crank").qvel[0] == pytest.approx(2 * np.pi * hz, rel=0.02)
+
+
+def test_from_its_last_keyframe_the_calibrated_file_swims_steadily_along_x_and_can_touch_a_wall(finished: Path) -> None:
+    spec = mujoco.MjSpec.from_file(str(finished / "results" / "calibrated.xml"))
+    assert "MuJoCo 3" in spec.comment
+    spec.option.disableflags = 0
+    for geom in spec.geoms:
+        geom.contype, geom.conaffinity = 1, 2
+    wall = {"pos": (-1.2, 0.0, 0.0), "size": (0.05, 3.0, 1.0), "contype": 2, "conaffinity": 1}
+    spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_BOX, **wall)
+    model = spec.compile()
+    state = mujoco.MjData(model)
+    mujoco.mj_resetDataKeyframe(model, state, model.key("steady_swim").id)
+    beat = round(2 * np.pi / state.ctrl[0] / model.opt.timestep)
+    places = []
+    for _ in range(4):
+        mujoco.mj_step(model, state, beat)
+        places.append(state.qpos[:3].copy())
+    strides = np.diff(places, axis=0)[:, 0]
+    assert (strides < 0).all()
+    assert np.ptp(strides) < 0.05 * np.abs(strides).mean()
+    assert abs(places[0][1]) < abs(places[0][0])  # it sets out along -x
+    mujoco.mj_step(model, state, round(60.0 / model.opt.timestep))
+    assert np.isfinite(state.qpos).all()
+    assert state.qpos[0] > -1.2  # it would have been far beyond
 
 
 def test_from_a_straight_tail_at_any_phase_the_calibrated_file_does_not_diverge(finished: Path) -> None:
