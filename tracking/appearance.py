@@ -60,28 +60,31 @@ class Grey:
         by_colour: how far the colour is from those around the markers, else brightness.
         around: two pairs of colour differences (U, V), between which those around the markers lie.
         gain: grey levels for one level of distance.
+        lightness: the brightness between which that around the markers lies, where a marker may also be told by it.
     """
 
     by_colour: bool = False
     around: tuple[tuple[float, float], tuple[float, float]] = ((128.0, 128.0), (128.0, 128.0))
     gain: float = 1.0
+    lightness: tuple[float, float] = (0.0, 255.0)
 
     def of(self, frame: Frame) -> np.ndarray:
         """Return the grey levels (h, w), uint8, of a frame."""
-        if not self.by_colour:
-            return frame.luma
-        yuv = frame.yuv()
-        return self._levels[yuv[..., 1], yuv[..., 2]]
+        return self._of_yuv(frame.yuv()) if self.by_colour else frame.luma
+
+    def _of_yuv(self, yuv: np.ndarray) -> np.ndarray:
+        levels = self._levels[yuv[..., 1], yuv[..., 2]]
+        return levels if self.lightness == (0.0, 255.0) else np.maximum(levels, self._by_lightness[yuv[..., 0]])
 
     def as_array(self) -> np.ndarray:
-        """Return it as numbers (6,), which `restored` takes back."""
-        return np.array([self.by_colour, *self.around[0], *self.around[1], self.gain])
+        """Return it as numbers (8,), which `restored` takes back."""
+        return np.array([self.by_colour, *self.around[0], *self.around[1], self.gain, *self.lightness])
 
     @classmethod
     def restored(cls, kept: np.ndarray) -> "Grey":
         """Make it again of what `as_array` gave."""
-        by_colour, *around, gain = kept.tolist()
-        return cls(bool(by_colour), ((around[0], around[1]), (around[2], around[3])), gain)
+        by_colour, u, v, other_u, other_v, gain, dark, light = kept.tolist()
+        return cls(bool(by_colour), ((u, v), (other_u, other_v)), gain, (dark, light))
 
     @classmethod
     def of_boxes(cls, frame: Frame, boxes: StartBoxes, markers: Sequence[str]) -> "Grey":
@@ -93,7 +96,8 @@ class Grey:
     def chosen(cls, frame: Frame, centre_px: np.ndarray, side_px: np.ndarray) -> "Grey":
         """Choose the grey in which markers at (m, 2), px, in boxes of (m,) sides, px, stand out from what is around.
 
-        Brightness is chosen if it separates them all: it is sharper, and costs nothing.
+        Brightness is chosen if it separates them all: it is sharper, and costs nothing. Where neither it nor colour
+        does, a marker may stand out by either.
         """
         by_luma = _separation(frame.luma, centre_px, side_px)
         large = float(np.min(side_px)) >= _LARGE_PX
@@ -107,10 +111,17 @@ class Grey:
         off = _off_segment(cores, *np.array(around))
         gain = float(np.clip(_FULL / max(float(np.median(off)), 1.0), 1.0, 6.0))
         coloured = cls(True, around, gain)
-        by_colour = _separation(coloured._levels[yuv[..., 1], yuv[..., 2]], centre_px, side_px)
+        by_colour = _separation(coloured._of_yuv(yuv), centre_px, side_px)
         better = by_colour.margin >= max(ENOUGH, _BETTER * by_luma.margin)
         if by_luma.margin >= ENOUGH:  # good enough, if colour is not much better
             better = by_colour.margin >= ENOUGH and by_colour.share >= max(_CLEAR, _BETTER * by_luma.share)
+        if not better and by_luma.margin < ENOUGH:
+            dark, light = np.percentile(
+                np.concatenate([ring for _, ring in _parts(yuv[..., 0], centre_px, side_px)]), _SPAN
+            )
+            either = replace(coloured, lightness=(float(dark), float(light)))
+            if _separation(either._of_yuv(yuv), centre_px, side_px).margin >= ENOUGH:
+                return either
         return coloured if better else cls()
 
     @cached_property
@@ -118,6 +129,12 @@ class Grey:
         """Tabulate the grey levels (256, 256), uint8, of each pair of colour differences."""
         grid = np.stack(np.meshgrid(np.arange(256.0), np.arange(256.0), indexing="ij"), axis=2)
         return np.clip(self.gain * _off_segment(grid, *np.array(self.around)), 0, 255).astype(np.uint8)
+
+    @cached_property
+    def _by_lightness(self) -> np.ndarray:
+        """Tabulate the grey levels (256,), uint8, of each brightness."""
+        (dark, light), level = self.lightness, np.arange(256.0)
+        return np.clip(self.gain * np.maximum(dark - level, level - light), 0, 255).astype(np.uint8)
 
 
 def _ends(colours: np.ndarray) -> tuple[tuple[float, float], tuple[float, float]]:

@@ -32,7 +32,7 @@ from tracking.appearance import Grey, lies_within, measure_appearance
 from tracking.boxes import Box, StartBoxes
 from tracking.csrt import opencv_on_one_thread
 from tracking.edits import Retracker, SetBox
-from tracking.harmed_frames import Repeats, stretches
+from tracking.harmed_frames import Repeats, stretches, unmoved_frames
 from tracking.spots import strongest_answer
 from tracking.tracked import NO_SAMPLE, REPEATED, SampleState, as_tracked, only_csrt_flags, with_samples
 from tracking.tracker import MarkerTracker, Sighting
@@ -45,7 +45,8 @@ TRACKERS: tuple[TrackerName, ...] = get_args(TrackerName)
 
 ANEW, _TRY_EVERY = 30, 3
 """Frames behind damage in which tracking starts anew where the markers are found; of these every third is tried."""
-_IN_VIEW, _GONE_FOR = 0.5, 5  # going back, the robot is out of view where so few markers are seen for so many frames
+_IN_VIEW, _GONE_FOR = 0.5, 5
+"""Going back, the robot is gone where so few markers that lie in the picture are seen, for so many frames."""
 PREDICTED_FOR = 12
 """Frames for which the position of an unseen marker is carried on; after that it is missing."""
 _SNAPSHOT_EVERY = 30  # frames at least; from the last of these interrupted work goes on
@@ -196,7 +197,11 @@ class _Pass:
             sighting = self._tracker.step(self._grey.of(earlier), frames=float(since - earlier.number))
             since = earlier.number
             self._add(earlier.number, sighting)
-            gone = 0 if sighting.seen.mean() > _IN_VIEW else gone + 1
+            height, width = earlier.luma.shape
+            inside = ((sighting.position_px >= 0) & (sighting.position_px < [width, height])).all(
+                axis=1
+            ) | sighting.seen
+            gone = 0 if inside.any() and sighting.seen[inside].mean() > _IN_VIEW else gone + 1
             if gone == _GONE_FOR:
                 self._samples[earlier.number : earlier.number + gone] = NO_SAMPLE
                 break
@@ -270,10 +275,19 @@ class _Pass:
         row["size_px"], row["by_csrt"] = sighting.diameter_px, sighting.by_csrt
         self._end = number + 1
 
+    def _repeated(self) -> list[int]:
+        """List the frames that repeat the one before, of a film taken at another rate, and drop their samples."""
+        if not self._repeats.are_many(self._video.info.frames):
+            return []
+        repeats = [*self._repeats.frames, *self._repeats.pending]
+        further = unmoved_frames(self._samples["position_px"], repeats)
+        self._samples[further] = NO_SAMPLE
+        return sorted({*repeats, *further})
+
     def result(self) -> xr.Dataset:
         """Return the tracks of all frames."""
         info = self._video.info
-        repeats = self._repeats.frames if self._repeats.are_many(info.frames) else []
+        repeats = self._repeated()
         for number in sorted(self._repeats.skipped - set(repeats)):  # of a robot that rests: the picture is the same
             self._samples[number] = self._samples[number - 1]
         flags = list(only_csrt_flags(self._samples["by_csrt"], self._markers))

@@ -16,6 +16,7 @@ between.
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -59,6 +60,8 @@ LONG_STEP = 2.5
 FEWEST_MARKERS = 3
 EVEN = 0.25
 """Time steps that differ from the usual one by less than this share of it are even."""
+MOVING_PX, FEWEST_MOVING = 6.0, 2
+"""Frames that are missing show in markers whose places range over so much, if so many do."""
 MOST_MISSING = 12
 """Frames that are looked for between two; more are a jump."""
 BESIDE, DEGREE = 5, 4
@@ -316,7 +319,7 @@ def body_jumps(time_s: np.ndarray, position_px: np.ndarray) -> list[tuple[int, f
     far = np.nan_to_num(off) > least
     peaks = [k for k in np.flatnonzero(far).tolist() if off[k] >= np.nanmax(off[max(k - 2, 0) : k + 3])]
     jumps = {k for k in peaks if off[k] > STANDS_OUT * _largest_around_px(position_px, k)}
-    jumps.update(np.flatnonzero(_follows_missing(time_s, position_px)).tolist())
+    jumps.update(np.flatnonzero(_follows_missing(time_s, position_px[:, _moving(position_px)])).tolist())
     return [(k, float(np.nan_to_num(off[k]))) for k in sorted(jumps)]
 
 
@@ -341,6 +344,15 @@ def jump_flags(jumps: list[tuple[int, float]], part: slice, markers: tuple[str, 
     ]
 
 
+def _moving(position_px: np.ndarray) -> np.ndarray:
+    """Return (m,) bool, the markers that move in the trial, if there are some: of a clamped robot the tail."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RuntimeWarning)  # a marker that is never seen
+        low_px, high_px = np.nanquantile(position_px, (0.05, 0.95), axis=0)
+    moving = np.nan_to_num((high_px - low_px).max(axis=1)) > MOVING_PX
+    return moving if moving.sum() >= FEWEST_MOVING else np.ones(len(moving), bool)
+
+
 def _follows_missing(time_s: np.ndarray, position_px: np.ndarray) -> np.ndarray:
     """Return (n,) bool, the frames before which others are missing: as much later, the motion would go on smoothly."""
     found, count = np.zeros(len(time_s), bool), len(time_s) - 2 * BESIDE + 1
@@ -351,7 +363,10 @@ def _follows_missing(time_s: np.ndarray, position_px: np.ndarray) -> np.ndarray:
     step_s = np.diff(time_s)
     even = np.abs(step_s / np.median(step_s) - 1) < EVEN
     good = np.lib.stride_tricks.sliding_window_view(even, 2 * BESIDE - 1).all(axis=1)
-    good &= seen.sum(axis=1) >= max(FEWEST_MARKERS, (position_px.shape[1] + 1) // 2)
+    before, after = (np.isfinite(half).all(axis=(2, 3)) for half in (parts[..., :BESIDE], parts[..., BESIDE:]))
+    lost = before & ~after  # over so long a gap a tracker may lose the fastest
+    told, most = seen.sum(axis=1), max(FEWEST_MOVING, (position_px.shape[1] + 1) // 2)
+    good &= (told >= most) | ((told > 0) & (seen | lost).all(axis=1) & (told + lost.sum(axis=1) >= most))
     if not good.any():
         return found
     moment = np.arange(2 * BESIDE) - BESIDE

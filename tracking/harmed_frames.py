@@ -50,6 +50,9 @@ OFTEN = 0.1
 """A film repeats pictures where this share of them does, …"""
 AT_LEAST = 3
 """… and so many."""
+UNMOVED, NEARBY = 0.2, 6
+"""In such a film a frame repeats the one before, too, where all markers move less than this share of what they usually
+do within so many frames."""
 
 
 def stretches(mask: np.ndarray, least: int = 1) -> list[tuple[int, int]]:
@@ -176,9 +179,31 @@ class Repeats:
         self._usual.append(difference)
         return False
 
+    @property
+    def pending(self) -> tuple[int, ...]:
+        """Return the last repeats so far, of which no later picture says whether the motion went on."""
+        return tuple(self._run) if self._moved else ()
+
     def are_many(self, frames: int) -> bool:
         """Tell whether so many of the frames repeat the one before that the film was taken at another rate."""
         return len(self.frames) >= max(AT_LEAST, OFTEN * frames)
+
+
+def unmoved_frames(position_px: np.ndarray, repeats: list[int]) -> list[int]:
+    """List further frames that repeat the one before, of a film with `repeats`, by its markers (n, m, 2), px.
+
+    Pictures that were compressed anew differ, and of the first one nothing is known to compare it with.
+    """
+    own = np.delete(np.arange(len(position_px)), repeats)
+    with np.errstate(invalid="ignore"):
+        steps = np.linalg.norm(np.diff(position_px[own], axis=0), axis=2)  # (k - 1, m)
+    step_px = np.nanmax(np.nan_to_num(steps), axis=1, initial=0.0)
+    found = []
+    for k, step in enumerate(step_px):
+        near = np.delete(step_px, k)[max(k - NEARBY, 0) : k + NEARBY]
+        if len(near) and step < UNMOVED * np.median(near):
+            found.append(int(own[k + 1]))
+    return found
 
 
 def _difference(now: np.ndarray, before: np.ndarray, at: np.ndarray, margin: float) -> float:

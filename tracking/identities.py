@@ -53,6 +53,7 @@ class Spacing:
     lengths: np.ndarray  # (2, e) the least and the most that they were apart, px
     guides: np.ndarray  # (m, 2) two markers near each; (0, 2) where none is joined to another
     ratios: np.ndarray  # (m,) complex place of each marker between its guides: 0 on the first, 1 on the second
+    doubted: np.ndarray  # (m,) bool, in the last frame unlike itself: no distance may change on its account
 
     @classmethod
     def begin(cls, position_px: np.ndarray, one_body: bool = True) -> "Spacing":
@@ -62,7 +63,7 @@ class Spacing:
         joined = slice(None if one_body and len(position_px) > 2 else 0)
         pairs, lengths = np.column_stack([tree.row, tree.col])[joined], np.tile(tree.data[joined], (2, 1))
         guides = np.argsort(distance, axis=1, kind="stable")[:, 1:3][: len(position_px) if len(pairs) else 0]
-        return cls(pairs, lengths, guides, _between(position_px, guides))
+        return cls(pairs, lengths, guides, _between(position_px, guides), np.zeros(len(position_px), bool))
 
     def misplaced(
         self,
@@ -113,6 +114,7 @@ class Spacing:
         """Return (e,) bool, the pairs too close or too far apart; learn from those of which both are seen (e,)."""
         larger, (least, most) = diameter_px[self.pairs].max(axis=1), self.lengths
         swim = self._swimming(np.linalg.norm(moved_px, axis=1), larger, both, seen)
+        swim &= ~self.doubted[self.pairs].any(axis=1)
         length, foreseen = _lengths(position_px, self.pairs), _lengths(predicted_px, self.pairs)
         low, high = np.where(swim, [np.minimum(least, foreseen), np.maximum(most, foreseen)], self.lengths)
         off: np.ndarray = length < low - np.maximum(_LEAST * larger, _RELATIVE * low)
@@ -148,8 +150,9 @@ class Spacing:
         place = a + self.ratios * (b - a)
         return np.stack([place.real, place.imag], axis=1)
 
-    def learn(self, position_px: np.ndarray, sure: np.ndarray) -> None:
-        """Learn from a frame: (m, 2) positions, and (m,) bool which of them were seen well."""
+    def learn(self, position_px: np.ndarray, sure: np.ndarray, doubted: np.ndarray) -> None:
+        """Learn from a frame: (m, 2) positions, and (m,) bool which were seen well, and which look like another."""
+        self.doubted = doubted
         if len(self.guides):
             known = sure & sure[self.guides].all(axis=1)
             mixed = _KEEP * self.ratios + (1 - _KEEP) * _between(position_px, self.guides)

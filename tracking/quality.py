@@ -13,7 +13,6 @@ do not count either.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from itertools import pairwise
 
 import numpy as np
 import pandas as pd
@@ -24,6 +23,7 @@ from swimcal.flags import Flag
 from swimcal.robot import RobotSpec
 from swimcal.tracks import markers_of, pixels_of
 from tracking.body_model import BodyModel, centred, fit_body_model, layout_model, spacing_spread
+from tracking.exchanges import exchange_flags
 from tracking.following import (
     Gate,
     body_jumps,
@@ -80,19 +80,9 @@ LEAST_CONFIDENCE = 0.35
 """A marker below it …"""
 DRIFT_FRAMES = 10
 """… for so many frames on end may have drifted onto something else."""
-EXCHANGE = 0.5
-"""Two neighbours are taken for exchanged when exchanging them shortens the line through the markers by this share of
-their own distance."""
-EXCHANGE_FRAMES = 2
-"""The shortest exchange that is flagged."""
 FAST, FAST_FRAMES = 0.5, 3
 """A marker that moves between two frames by this share of the distance to its nearest neighbour, once in so many
 frames, is named by the body's distances alone: no motion can be carried on."""
-
-# Exchanges.
-APART, LEAST_FRAMES = 0.5, 3
-"""In tracks from elsewhere two markers count as exchanged while further apart than this share of what is usual, for so
-many frames: what is nearer is merged."""
 
 
 def touching(position_px: np.ndarray, least_px: np.ndarray) -> np.ndarray:
@@ -411,37 +401,6 @@ def judge(tracked: xr.Dataset, layout: RobotSpec) -> tuple[Flag, ...]:
     return tuple(sorted(flags, key=lambda flag: flag.frames or (-1, -1)))
 
 
-def exchange_flags(tracked: xr.Dataset, layout: RobotSpec) -> list[Flag]:
-    """Flag pairs of neighbours on the mid line that are the wrong way round, and of left and right markers.
-
-    The markers of the mid line are in one order along the body, however it bends: exchanging two of them back makes
-    the line through all of them shorter. A left marker is to the left of the line through the first two of them.
-    """
-    names = markers_of(tracked)
-    place = layout.marker_positions_m(names)  # (m, 3)
-    middle = [k for k in np.argsort(place[:, 0], kind="stable") if abs(place[k, 1]) < 1e-6]
-    pairs = [(pair, _shorter_exchanged(pixels_of(tracked), middle, *pair)) for pair in pairwise(middle)]
-    if len(middle) > 1:
-        pairs += [(pair, _mirrored(pixels_of(tracked), middle, *pair)) for pair in _sides(place)]
-    return [
-        Flag("swap", (names[a], names[b]), span, f"{names[a]} and {names[b]} seem to be exchanged")
-        for (a, b), wrong in pairs
-        for span in stretches(wrong, EXCHANGE_FRAMES)
-    ]
-
-
-def exchanged_apart(tracked: xr.Dataset, layout: RobotSpec) -> tuple[Flag, ...]:
-    """Flag exchanges in imported tracks, of two markers that are as far apart as usual, not on one spot."""
-    names, position = markers_of(tracked), pixels_of(tracked)
-    found = []
-    for flag in exchange_flags(tracked, layout):
-        one, other = (names.index(marker) for marker in flag.markers)
-        apart, (first, last) = np.linalg.norm(position[:, one] - position[:, other], axis=1), flag.frames or (0, -1)
-        if last - first + 1 >= LEAST_FRAMES and np.nanmedian(apart[first : last + 1]) > APART * np.nanmedian(apart):
-            found.append(flag)
-    return tuple(found)
-
-
 def _wrong_size(tracked: xr.Dataset) -> np.ndarray:
     size = pd.DataFrame(tracked["size"].values)
     off = (size / size.median() - 1).abs().fillna(0.0)
@@ -467,34 +426,3 @@ def _few_frames(tracked: xr.Dataset) -> list[Flag]:
         )
         flags.append(Flag("few_frames", names, (first, last), message))
     return flags
-
-
-def _shorter_exchanged(position: np.ndarray, order: list[int], a: int, b: int) -> np.ndarray:
-    """Tell (n,) whether exchanging a and b shortens the line through the markers around by `EXCHANGE` of |a b|."""
-    at = order.index(a)
-    around = order[max(at - 1, 0) : at + 3]
-    exchanged = [b if k == a else a if k == b else k for k in around]
-
-    def length(line: list[int]) -> np.ndarray:
-        return np.linalg.norm(np.diff(position[:, line], axis=1), axis=2).sum(axis=1)
-
-    apart = np.linalg.norm(position[:, a] - position[:, b], axis=1)
-    with np.errstate(invalid="ignore"):
-        return length(around) - length(exchanged) > EXCHANGE * apart
-
-
-def _sides(place: np.ndarray) -> list[tuple[int, int]]:
-    """List pairs of markers that mirror each other."""
-    return [
-        (a, b)
-        for a in range(len(place))
-        for b in range(len(place))
-        if place[a, 1] < -1e-6 and np.allclose(place[a] * [1, -1, 1], place[b])
-    ]
-
-
-def _mirrored(position: np.ndarray, order: list[int], left: int, right: int) -> np.ndarray:
-    """Tell (n,) whether a left marker is to the right, seen along the first two of the mid line; image y runs down."""
-    axis = position[:, order[1]] - position[:, order[0]]
-    across = position[:, right] - position[:, left]
-    return axis[:, 0] * across[:, 1] - axis[:, 1] * across[:, 0] > 0

@@ -19,6 +19,7 @@ _CSRT_CONFIDENCE = 0.5  # at most, where only CSRT saw the marker
 _NOWHERE_PX = 1e-3  # a gate that no spot passes
 _FAINT, _FAINT_CONFIDENCE = 15.0, 0.4  # answers under so many steps of luma are faint; the confidence CSRT then has
 _CONFIDENT = 0.6  # from here on a sample teaches the look of the marker …
+_DOUBTED = 0.3  # below it a marker may be another thing: distances do not follow it
 _SETTLED = 5  # … and from so many frames on without a doubt which spot is its own
 _SLACK_PX = 2.0  # distance of a box from its marker, beyond half the marker
 _UNASSIGNED = 0.5  # strength from which a spot of no marker keeps its own light
@@ -312,7 +313,7 @@ class MarkerTracker:
         self.settled = np.where(sighting.seen & ~sighting.by_csrt & ~doubtful, self.settled + 1, 0)
         itself = sure | (self.settled > _SETTLED)  # whatever it looks like, it is where it should be
         self.look = self.look.seen(itself, sighting.diameter_px, sighting.contrast, self.start)
-        self.spacing.learn(sighting.position_px, sure)
+        self.spacing.learn(sighting.position_px, sure, sighting.seen & (sighting.confidence < _DOUBTED))
         if self.csrt is not None:
             self.csrt.forget(sighting.seen & ~sighting.by_csrt)
             self.csrt.remember(luma, sighting.position_px, sure)

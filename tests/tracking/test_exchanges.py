@@ -1,0 +1,53 @@
+"""Names that change places in imported tracks are told, whichever they are and whenever they do."""
+
+import numpy as np
+import pytest
+
+from swimcal.flags import Flag
+from tests.tracking.fish import MARKERS, ROBOT, swimming_fish, tracks_of
+from tracking.exchanges import exchanged_apart
+
+FRAMES = 200
+
+
+def samples_of(flags: tuple[Flag, ...]) -> np.ndarray:
+    """(n, m) the samples that flags concern."""
+    found = np.zeros((FRAMES, len(MARKERS)), bool)
+    for flag in flags:
+        first, last = flag.frames or (0, FRAMES - 1)
+        found[first : last + 1, [MARKERS.index(name) for name in flag.markers]] = True
+    return found
+
+
+def other_names(rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+    """Some markers, and the same in another order."""
+    some = rng.choice(len(MARKERS), int(rng.integers(2, 6)), replace=False)
+    return some, np.roll(some, 1) if rng.random() < 0.5 else some[::-1]
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_names_that_change_places_are_told_with_their_frames(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    clean = swimming_fish(rng.uniform(0.3, 2.25), seed=seed, frames=FRAMES)
+    already = samples_of(exchanged_apart(tracks_of(clean), ROBOT))
+    some, named = other_names(rng)
+    first = int(rng.integers(FRAMES // 2 + 10, FRAMES - 20))
+    end = FRAMES if rng.random() < 0.5 else first + int(rng.integers(5, 20))
+    wrong = np.zeros_like(already)
+    wrong[first:end, some[some != named]] = True
+    renamed = clean.copy()
+    renamed[first:end, some] = clean[first:end, named]
+
+    found = samples_of(exchanged_apart(tracks_of(renamed), ROBOT))
+    assert (found | ~wrong).all()
+    assert not (found & ~wrong & ~already).any()
+
+
+def test_a_tail_that_is_named_from_its_tip_is_told() -> None:
+    clean = swimming_fish(1.0, seed=3, frames=FRAMES)
+    renamed = clean.copy()
+    renamed[120:, 3:8] = clean[120:, 7:2:-1]
+    (flag,) = exchanged_apart(tracks_of(renamed), ROBOT)
+    assert flag.kind == "swap"
+    assert set(flag.markers) == {"tail_1", "tail_2", "tail_4", "tail_5"}
+    assert flag.frames == (120, FRAMES - 1)

@@ -1,0 +1,148 @@
+"""Names that were exchanged: which markers carry the name of another, and from which frame on.
+
+`exchange_flags` finds neighbours on the middle line, and left and right markers, that are the wrong way round.
+`exchanged_apart` judges tracks from elsewhere: it also finds any names that change places from one frame to the next.
+"""
+
+from itertools import pairwise
+
+import numpy as np
+import xarray as xr
+from scipy.optimize import linear_sum_assignment
+
+from swimcal.flags import Flag
+from swimcal.robot import RobotSpec
+from swimcal.tracks import markers_of, pixels_of
+from tracking.harmed_frames import stretches
+
+EXCHANGE = 0.5
+"""Two neighbours are taken for exchanged when exchanging them shortens the line through the markers by this share of
+their own distance."""
+EXCHANGE_FRAMES = 2
+"""The shortest exchange that is flagged."""
+APART, LEAST_FRAMES = 0.5, 3
+"""In tracks from elsewhere two markers count as exchanged while further apart than this share of what is usual, for so
+many frames: what is nearer is merged."""
+MIDDLE_M = 1e-6
+"""Farthest distance of a marker from the middle line that counts as on it."""
+RENAMED = 0.25
+"""Names changed places where others make the markers move by this share, at most, of what they moved as named."""
+
+
+def exchange_flags(tracked: xr.Dataset, layout: RobotSpec) -> list[Flag]:
+    """Flag pairs of neighbours on the mid line that are the wrong way round, and of left and right markers.
+
+    The markers of the mid line are in one order along the body, however it bends: exchanging two of them back makes
+    the line through all of them shorter. A left marker is to the left of the line through the first two of them.
+    """
+    names = markers_of(tracked)
+    place = layout.marker_positions_m(names)  # (m, 3)
+    middle = [k for k in np.argsort(place[:, 0], kind="stable") if abs(place[k, 1]) < MIDDLE_M]
+    pairs = [(pair, _shorter_exchanged(pixels_of(tracked), middle, *pair)) for pair in pairwise(middle)]
+    if len(middle) > 1:
+        pairs += [(pair, _mirrored(pixels_of(tracked), middle, *pair)) for pair in _sides(place)]
+    return [
+        Flag("swap", (names[a], names[b]), span, f"{names[a]} and {names[b]} seem to be exchanged")
+        for (a, b), wrong in pairs
+        for span in stretches(wrong, EXCHANGE_FRAMES)
+    ]
+
+
+def exchanged_apart(tracked: xr.Dataset, layout: RobotSpec) -> tuple[Flag, ...]:
+    """Flag exchanges in imported tracks, of markers that are as far apart as usual, not on one spot."""
+    names, position = markers_of(tracked), pixels_of(tracked)
+    found = _renamed(tracked, layout)
+    for flag in exchange_flags(tracked, layout):
+        one, other = (names.index(marker) for marker in flag.markers)
+        apart, (first, last) = np.linalg.norm(position[:, one] - position[:, other], axis=1), flag.frames or (0, -1)
+        as_usual = np.nanmedian(apart[first : last + 1]) > APART * np.nanmedian(apart)
+        if last - first + 1 >= LEAST_FRAMES and as_usual and not any(_spans(each, flag) for each in found):
+            found.append(flag)
+    return tuple(sorted(found, key=lambda flag: flag.frames or (-1, -1)))
+
+
+def _spans(flag: Flag, other: Flag) -> bool:
+    """Tell whether most of the frames of another flag are among those of a flag: with wrong names it says nothing."""
+    (first, last), (begin, end) = flag.frames or (0, -1), other.frames or (0, -1)
+    return 2 * (min(last, end) - max(first, begin) + 1) > end - begin + 1
+
+
+def _renamed(tracked: xr.Dataset, layout: RobotSpec) -> list[Flag]:
+    """Flag each stretch in which names sit on one another's markers.
+
+    Where names change places, the markers jump as they are named, and hardly move if they are named otherwise. Of the
+    namings that follow one another that is right whose line along the body is the shortest.
+    """
+    names, position = markers_of(tracked), pixels_of(tracked)
+    namings, since = [np.arange(len(names))], [0]  # of the dots of the first frame, by marker
+    for frame, moved in _moves(position):
+        naming = namings[-1].copy()
+        naming[moved] = namings[-1]
+        namings.append(naming)
+        since.append(frame)
+    if len(namings) == 1:
+        return []
+    which = np.searchsorted(since, np.arange(len(position)), side="right") - 1  # (n,) the naming of each frame
+    dots = np.take_along_axis(position, np.argsort(namings, axis=1)[which][..., None], axis=1)
+    place = layout.marker_positions_m(names)
+    middle = [k for k in np.argsort(place[:, 0], kind="stable") if abs(place[k, 1]) < MIDDLE_M]
+    length = [np.nansum(np.linalg.norm(np.diff(dots[:, naming[middle]], axis=1), axis=2)) for naming in namings]
+    right = namings[int(np.argmin(np.round(length, 3)))]
+    flags = []
+    for naming, first, end in zip(namings, since, [*since[1:], len(position)], strict=True):
+        if (wrong := naming != right).any():
+            concerned = tuple(np.array(names, dtype=object)[wrong].tolist())
+            message = f"{', '.join(concerned[:-1])} and {concerned[-1]} seem to be exchanged"
+            flags.append(Flag("swap", concerned, (first, end - 1), message))
+    return flags
+
+
+def _moves(position: np.ndarray) -> list[tuple[int, np.ndarray]]:
+    """List the frames at which markers (n, m, 2) change names, and (m,) the name that each then has."""
+    step = np.nan_to_num(np.linalg.norm(np.diff(position, axis=0), axis=2))  # (n - 1, m)
+    apart = np.linalg.norm(position[:, :, None] - position[:, None], axis=3)
+    nearest = np.where(apart > 0, np.nan_to_num(apart, nan=np.inf), np.inf).min(axis=2)
+    found = []
+    for before in np.flatnonzero((step > APART * nearest[:-1]).sum(axis=1) > 1).tolist():
+        known = np.flatnonzero(np.isfinite(position[before : before + 2]).all(axis=(0, 2)))
+        here = position[before, known]
+        ahead = here + np.nan_to_num(here - position[max(before - 1, 0), known])  # as if they moved on evenly
+        away = np.linalg.norm(ahead[:, None] - position[before + 1, known], axis=2)
+        chosen = linear_sum_assignment(away)[1]
+        changed = chosen != np.arange(len(known))
+        if changed.any() and away[changed, chosen[changed]].sum() < RENAMED * np.diagonal(away)[changed].sum():
+            moved = np.arange(position.shape[1])
+            moved[known] = known[chosen]
+            found.append((before + 1, moved))
+    return found
+
+
+def _shorter_exchanged(position: np.ndarray, order: list[int], a: int, b: int) -> np.ndarray:
+    """Tell (n,) whether exchanging a and b shortens the line through the markers around by `EXCHANGE` of |a b|."""
+    at = order.index(a)
+    around = order[max(at - 1, 0) : at + 3]
+    exchanged = [b if k == a else a if k == b else k for k in around]
+
+    def length(line: list[int]) -> np.ndarray:
+        return np.linalg.norm(np.diff(position[:, line], axis=1), axis=2).sum(axis=1)
+
+    apart = np.linalg.norm(position[:, a] - position[:, b], axis=1)
+    with np.errstate(invalid="ignore"):
+        return length(around) - length(exchanged) > EXCHANGE * apart
+
+
+def _sides(place: np.ndarray) -> list[tuple[int, int]]:
+    """List pairs of markers that mirror each other."""
+    return [
+        (a, b)
+        for a in range(len(place))
+        for b in range(len(place))
+        if place[a, 1] < -1e-6 and np.allclose(place[a] * [1, -1, 1], place[b])
+    ]
+
+
+def _mirrored(position: np.ndarray, order: list[int], left: int, right: int) -> np.ndarray:
+    """Tell (n,) whether a left marker is to the right, seen along the first two of the mid line; image y runs down."""
+    axis = position[:, order[1]] - position[:, order[0]]
+    across = position[:, right] - position[:, left]
+    return axis[:, 0] * across[:, 1] - axis[:, 1] * across[:, 0] > 0
