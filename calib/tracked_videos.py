@@ -69,9 +69,9 @@ def print_tracks(found: TrackResult, as_json: bool) -> None:
     if not filmed.boxes and not as_json:
         given = list(found.tracked) or [spec.name for spec in filmed_trials(found.session)]
         print(f"No video to track: the tracks of {listed(given, 4)} are given.\n{found.summary()}")
+        print("".join(f"! {flag.message}\n" for flag in found.left_out), end="")
         return
     tracks = {name: found.tracked[name] for name in filmed.boxes}
-    left_out = [flag for name in filmed.left_out for flag in found.flags[name]]
     if as_json:
         report = {
             name: shares_of(own)
@@ -91,7 +91,7 @@ def print_tracks(found: TrackResult, as_json: bool) -> None:
     for name, own in tracks.items():
         whole = [flag for flag in own.flags if flag.frames is None and flag.message]
         print("".join(f"! {name}: {flag.message}\n" for flag in whole), end="")
-    print("".join(f"! {flag.message}\n" for flag in (*left_out, *filmed.flags)), end="")
+    print("".join(f"! {flag.message}\n" for flag in (*found.left_out, *filmed.flags)), end="")
     print("".join(f"{path}\n" for path in filmed.exported), end="")
     print(filmed.folder)
 

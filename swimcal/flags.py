@@ -73,7 +73,7 @@ FLAG_KINDS: dict[str, str] = {
     "unread_marker": "a marker is seen too little to take part",
     "tail_first": "the robot swims tail first",
     "turns": "the course bends so much that the net displacement is shorter than the path",
-    "left_out": "a swim trial takes no part",
+    "left_out": "a trial takes no part",
     "far_from_twin": "the trial's own twin is far from it",
     "speed_missed": "the twin misses the speed of a trial it was fitted to",
     "no_ebt": "the tail does not show what elongated body theory needs",

@@ -1,6 +1,7 @@
 """Results made from a pipeline whose stages are up to date."""
 
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import replace
 from typing import Any, cast
 
@@ -101,18 +102,17 @@ def structure_result(pipeline: Pipeline) -> StructureResult:
 
 
 def track_result(pipeline: Pipeline, filmed: FilmedTracks) -> TrackResult:
-    """Make the result of the tracks of all trials that a camera saw; swims that cannot be measured are in the notes."""
+    """Make the result of the tracks of all trials that a camera saw; trials that cannot be measured are flagged."""
     recordings = pipeline.recordings
+    left_out = {**recordings.left_out, **filmed.left_out}
     measured: dict[str, MeasuredTrial] = {}
-    problems: tuple[str, ...] = ()
-    try:
-        measured = {trial.name: trial for trial in recordings.swims} if recordings.has_swims else {}
-    except NotEnoughData as problem:
-        problems = tuple(str(problem).splitlines())
+    with suppress(NotEnoughData):
+        measured = {trial.name: trial for trial in recordings.swims}
     tracked = recordings.recorded
     flags = {name: measured[name].flags if name in measured else found.flags for name, found in tracked.items()}
-    flags |= {name: left_out_flags({name: why}) for name, why in filmed.left_out.items()}
-    notes = (*_common(pipeline)["notes"], *problems)
+    for name, why in left_out.items():
+        flags[name] = (*flags.get(name, ()), *left_out_flags({name: why}))
+    notes = (*_common(pipeline)["notes"], *(f"trial {name}: {why}" for name, why in left_out.items()))
     return TrackResult(pipeline.session, tracked, measured, flags, filmed, notes)
 
 

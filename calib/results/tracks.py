@@ -94,6 +94,11 @@ class TrackResult(Tables, Mapping[str, "xr.Dataset"]):
     def __len__(self) -> int:
         return len(self.tracked)
 
+    @property
+    def left_out(self) -> tuple[Flag, ...]:
+        """Return the flags of the trials that cannot be used, which say why."""
+        return tuple(flag for own in self.flags.values() for flag in own if flag.kind == "left_out")
+
     def summary(self) -> str:
         """Summarise how much was seen, and the flags, in three lines."""
         frame = self.to_frame()

@@ -97,6 +97,13 @@ class Recordings:
         return {spec.name: why for spec, why in self._unmeasured if spec.kind == "swim"}
 
     @property
+    def left_out(self) -> dict[str, str]:
+        """Why, by name, of all usable trials that cannot be measured, whether others can or not."""
+        with suppress(NotEnoughData):
+            _ = self._measured
+        return {spec.name: str(why) for spec, why in self._unmeasured}
+
+    @property
     def experiments(self) -> DryExperiments:
         """All usable free decays and dry runs of the session that may be fitted, measured, and why others are not used.
 
@@ -210,11 +217,11 @@ class Recordings:
             except NotEnoughData as problem:
                 problems.append((spec, without_trial(spec.name, problem)))
         faults.raise_if_any()
+        self._unmeasured = tuple(problems)
         fitted = any(isinstance(trial, MeasuredTrial) and trial.role == "fit" for trial in measured)
         lacking = not fitted and any(spec.kind == "swim" and spec.role == "fit" for spec, _ in problems)
         if problems and (lacking or not measured):
             raise NotEnoughData("\n".join(f"trial {spec.name}: {why}" for spec, why in problems))
-        self._unmeasured = tuple(problems)
         for spec in (spec for spec, _ in problems if spec.tracks is not None):
             tracks = mask_untrusted(self._recorded(spec))
             self._save(spec, tracks, partial(np.ones, tracks.confidence.shape))

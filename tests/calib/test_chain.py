@@ -57,6 +57,15 @@ def stand_still(position_px: np.ndarray) -> None:
     position_px[:] = position_px[:1]
 
 
+def test_a_trial_that_cannot_be_measured_is_told_when_the_tracks_are_read(calib: Front, unfitted: Path) -> None:
+    change_tracks(only(unfitted, "slow", "fast"), "fast", stand_still)
+    outcome = calib("track", unfitted)
+    assert outcome.code == 0
+    (told,) = [line for line in outcome.out.splitlines() if line.startswith("!")]
+    assert told.startswith("! fast is left out: ")
+    assert "left out (1)" in outcome.out
+
+
 def test_the_swims_are_fitted_with_what_was_measured(fitted: Path) -> None:
     data = calibration_of(fitted)
     model = mujoco.MjModel.from_xml_path(str(fitted / "results" / "calibrated.xml"))
