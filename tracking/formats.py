@@ -63,6 +63,8 @@ DIMENSIONS = ("time", "space", "keypoint", "individual")
 
 # Plain tables: columns by their names.
 IN_SECONDS = frozenset({TIME, "time", "t", "time (s)", "time(s)", "time [s]", "t_s", "t (s)", "seconds", "timestamp"})
+SECONDS = {"milliseconds": 1e-3, "microseconds": 1e-6, "nanoseconds": 1e-9, "minutes": 60.0, "ms": 1e-3, "us": 1e-6}
+"""Seconds in the units that netCDF gives to times that were durations in memory."""
 IN_MILLISECONDS = frozenset({"time_ms", "t_ms", "time (ms)", "time(ms)", "time [ms]", "t (ms)", "milliseconds"})
 FRAMES = frozenset({"frame", "frames", "frame_idx", "frame_index", "frame_number", "frame_no", "frame_id", "fnum", ""})
 """Names of the columns that tell when, lower case; without one the rows are the frames."""
@@ -232,7 +234,8 @@ def from_movement(data: xr.Dataset, file: str) -> ForeignTracks:
     time, names = data["time"].values, tuple(data["keypoint"].values.astype(str).tolist())
     if np.issubdtype(time.dtype, np.timedelta64):
         time = time / np.timedelta64(1, "s")
-    where, time = [f"time[{row}]" for row in range(len(time))], time.astype(float)
+    time = time.astype(float) * SECONDS.get(data["time"].attrs.get("units", ""), 1.0)
+    where = [f"time[{row}]" for row in range(len(time))]
     in_frames = data.attrs.get("time_unit", "seconds") == "frames"
     fps = float(data.attrs.get("fps") or np.nan)
     if in_frames and fps > 0:

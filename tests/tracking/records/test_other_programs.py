@@ -136,6 +136,14 @@ def test_movement_is_read_in_any_order_spelling_and_version(tmp_path: Path) -> N
         np.testing.assert_array_equal(pixels_of(found), pixels_of(mixed_trial(1)))
 
 
+@pytest.mark.parametrize("unit", ["ms", "ns"])
+def test_movement_is_read_with_durations_as_times(tmp_path: Path, unit: str) -> None:
+    data = to_movement(mixed_trial(1)).drop_vars(["state", "size"])
+    ticks = np.round(data.time.values * 1e9).astype("timedelta64[ns]").astype(f"timedelta64[{unit}]")
+    data.assign_coords(time=ticks).to_netcdf(tmp_path / "t.nc", engine="h5netcdf")
+    np.testing.assert_allclose(import_tracks(tmp_path / "t.nc", MARKERS).time, mixed_trial(1).time, atol=1e-3)
+
+
 def write_hdf5(path: Path, *names: str) -> None:
     with h5py.File(path, "w") as file:
         for name in names:
