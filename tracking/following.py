@@ -378,9 +378,10 @@ def _follows_missing(time_s: np.ndarray, position_px: np.ndarray) -> np.ndarray:
     usual = float(np.median(off[:, good].min(axis=0)))
     least = max(LEAST_OFF_PX, STANDS_OUT_MISSING * usual)
     off = np.nan_to_num(off)
+    gained = off[0] - off[1:].min(axis=0)
     worse = good & (off[0] > least) & (off[1:].min(axis=0) < BETTER * off[0])
-    around = np.pad(off[0], BESIDE)
-    worse &= off[0] >= np.lib.stride_tricks.sliding_window_view(around, 2 * BESIDE + 1).max(axis=1)
+    around = np.pad(gained, BESIDE)
+    worse &= gained >= np.lib.stride_tricks.sliding_window_view(around, 2 * BESIDE + 1).max(axis=1)
     found[BESIDE : BESIDE + count] = worse
     return found
 

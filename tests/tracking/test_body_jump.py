@@ -51,6 +51,20 @@ def test_single_frames_that_are_gone_are_found_where_the_robot_moves(missing: in
     assert body_jumps(np.arange(len(position)) / 60, repeated) == []
 
 
+@pytest.mark.parametrize("missing", [4, 12])
+@pytest.mark.parametrize("lost", [(), (3,)])
+def test_frames_that_are_gone_are_found_though_the_head_is_clamped(missing: int, lost: tuple[int, ...]) -> None:
+    time_s, rng = np.arange(200) / 60, np.random.default_rng(missing)
+    reach = np.array([0.0, 0.0, 8.0, 60.0, 90.0])
+    sway = reach * np.sin(2 * np.pi * 1.4 * time_s[:, None] - 0.3 * np.arange(5))
+    position = np.stack([np.broadcast_to(80.0 * np.arange(5), sway.shape), 200 + sway], axis=2)
+    position += rng.normal(0, 0.1, position.shape)
+    assert body_jumps(time_s, position) == []
+    gone = np.delete(position, slice(104, 104 + missing), axis=0)
+    gone[104:112, list(lost)] = np.nan
+    assert [frame for frame, _ in body_jumps(time_s[: len(gone)], gone)] == [104]
+
+
 def test_a_gap_that_the_times_tell_of_is_no_jump() -> None:
     kept = np.delete(np.arange(len(swimming())), slice(100, 130))
     assert body_jumps(kept / 60, swimming()[kept]) == []

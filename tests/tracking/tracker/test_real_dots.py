@@ -9,6 +9,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+import xarray as xr
 
 from benchmarks.video.writer import VideoWriter
 from tracking.appearance import Grey
@@ -34,13 +35,17 @@ class Clip:
     highlight: float = 0.0  # of a ball's diameter
     light: Callable[[int], np.ndarray | float] = lambda _frame: 1.0  # over the picture's columns
     box: float = 1.0  # of the dot's diameter
+    start_px: float = 90.0  # of the first dot, from the left
+    speed_px: float = 0.4  # a frame
+    bar_px: tuple[int, int] = (0, 0)  # columns that a pale bar covers
+    boxes_in: int = 0  # number of the frame of the boxes
 
     def places(self, frame: int) -> np.ndarray:
         """(5, 2) px."""
         scale = self.diameter_px(frame) / self.diameter_px(0)
-        along = np.arange(5)[:, None] * [55.0 * scale, 0.0] + [90.0, 0.0]
+        along = np.arange(5)[:, None] * [55.0 * scale, 0.0] + [self.start_px, 0.0]
         sway = 18 * np.linspace(0, 1, 5) * np.sin(2 * np.pi * frame / 30)
-        return along + np.stack([np.full(5, 0.4 * frame), 150 + sway], axis=1)
+        return along + np.stack([np.full(5, self.speed_px * frame), 150 + sway], axis=1)
 
     def frame(self, number: int) -> np.ndarray:
         """(h, w, 3) uint8, drawn four times finer than it is kept."""
@@ -61,21 +66,26 @@ class Clip:
                 shine = place - 0.2 * diameter
                 cv2.circle(picture, pixel(shine), round(fine * self.highlight * diameter / 2), (245, 240, 245), -1)
         small = cv2.resize(picture, SIZE, interpolation=cv2.INTER_AREA).astype(float)
+        small[:, slice(*self.bar_px)] = 220.0
         light = np.broadcast_to(self.light(number), SIZE[0])[None, :, None]
         noisy = light * small + np.random.default_rng(number).normal(0, 1.5, small.shape)
         return np.clip(np.rint(noisy), 0, 255).astype(np.uint8)
 
     def boxes(self) -> StartBoxes:
-        side = self.box * self.diameter_px(0)
-        return StartBoxes(0, {k: Box.around(at, side) for k, at in zip(NAMES, self.places(0), strict=True)})
+        frame = self.boxes_in
+        side = self.box * self.diameter_px(frame)
+        return StartBoxes(frame, {k: Box.around(at, side) for k, at in zip(NAMES, self.places(frame), strict=True)})
 
-    def off(self, folder: Path, frames: int = 45) -> np.ndarray:
-        """(n, 5) px between the tracks and the truth; nan where a marker is lost."""
+    def tracked(self, folder: Path, frames: int = 45) -> xr.Dataset:
         with VideoWriter(folder / "clip.mp4", *SIZE, fps=30, crf=18) as writer:
             for number in range(frames):
                 writer.write(self.frame(number))
         with Video(folder / "clip.mp4") as video:
-            tracked = follow_video(video, self.boxes(), NAMES)
+            return follow_video(video, self.boxes(), NAMES)
+
+    def off(self, folder: Path, frames: int = 45) -> np.ndarray:
+        """(n, 5) px between the tracks and the truth; nan where a marker is lost."""
+        tracked = self.tracked(folder, frames)
         place = tracked.position.transpose("time", "keypoint", "space").values
         seen = tracked.state.values == 1
         return np.where(seen, np.linalg.norm(place - [self.places(k) for k in range(frames)], axis=2), np.nan)
@@ -121,3 +131,31 @@ def test_brightness_is_used_where_it_separates_the_dots(tmp_path: Path) -> None:
             grey = Grey.chosen(video.frame(0), clip.places(0), np.full(5, 16.0))
         assert grey.by_colour is by_colour
         assert Grey.restored(grey.as_array()) == grey
+
+
+def test_one_dot_of_another_colour_is_told_by_its_brightness(tmp_path: Path) -> None:
+    purple, pale = (210, 90, 210), (205, 205, 205)  # the former as bright as the wall, the latter as grey
+    clip = Clip(dots=(purple, purple, pale, purple, purple), body=WALL, off_px=0.0)
+
+    assert clip.off(tmp_path).max() < 0.6
+
+
+def test_a_pale_bar_over_a_white_dot_is_not_taken_for_it(tmp_path: Path) -> None:
+    clip = Clip(dots=((235, 235, 235),) * 5, off_px=0.0, diameter_px=lambda _: 12.0, speed_px=1.5, bar_px=(215, 239))
+    tracked = clip.tracked(tmp_path, 60)
+    place = tracked.position.transpose("time", "keypoint", "space").values
+    off = np.linalg.norm(place - [clip.places(k) for k in range(60)], axis=2)
+
+    assert not ((off > 12) & (tracked.confidence.values > 0.35)).any()
+    x = np.array([clip.places(k)[:, 0] for k in range(60)])
+    clear = (x < 200) | (x > 275)  # a second behind the bar at the latest
+    assert (off[clear] < 1.0).mean() > 0.97
+
+
+def test_a_robot_that_comes_into_view_is_tracked_from_where_each_marker_does(tmp_path: Path) -> None:
+    clip = Clip(dots=((235, 235, 235),) * 5, off_px=0.0, start_px=-180.0, speed_px=5.0, boxes_in=40)
+    off = clip.off(tmp_path, 60)
+    x = np.array([clip.places(k)[:, 0] for k in range(60)])
+
+    assert np.nanmax(off[(x > 8) & (x < SIZE[0] - 8)]) < 1.0
+    assert np.isfinite(off[(x > 14) & (x < SIZE[0] - 14)]).mean() > 0.99

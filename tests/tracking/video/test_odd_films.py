@@ -9,7 +9,7 @@ import pytest
 
 from tests.tracking.video.clips import HEIGHT, WIDTH, Clip, number_in
 from tracking.decoding import TimeSource, is_without_times
-from tracking.harmed_frames import Repeats
+from tracking.harmed_frames import Repeats, unmoved_frames
 from tracking.video import Video, backward
 
 
@@ -104,3 +104,16 @@ def test_pictures_that_repeat_are_told_from_a_robot_at_rest(shown, repeats) -> N
         found.repeats(k, moving(shown(k)), np.array([[30.0 + 3 * shown(k), 60.0]]))
     assert found.frames == repeats
     assert found.are_many(40) == bool(repeats)
+
+
+@pytest.mark.parametrize("every", [2, 6])
+def test_repeats_that_the_pictures_hide_show_in_the_markers(every: int) -> None:
+    shown = np.array([k - (k % every == every - 1) for k in range(72)])
+    rng = np.random.default_rng(every)
+    sway = 40 * np.sin(0.13 * shown[:, None] - 0.5 * np.arange(4))
+    position = np.stack([np.broadcast_to(50.0 * np.arange(4), sway.shape), sway], axis=2) + rng.normal(
+        0, 0.1, (72, 4, 2)
+    )
+    repeats = np.flatnonzero(np.diff(shown, prepend=-1) == 0)
+    hidden = rng.choice(repeats, 3, replace=False)
+    assert unmoved_frames(position, sorted({*repeats} - {*hidden})) == sorted(hidden)
