@@ -87,7 +87,7 @@ class OddFile:
         container, random = CONTAINERS[self.container], np.random.default_rng(self.seed)
         path = folder / f"film{container.suffix}"
         shown = self._list_shown(len(pictures), random)
-        with av.open(str(path), "w", format=container.format) as out:
+        with av.open(str(path), "w", format=container.format, options={"fflags": "+bitexact"}) as out:
             added = out.add_stream(container.codec, rate=round(PLAN.optics.fps), options={"g": "12"})
             stream = cast(av.VideoStream, added)
             turned = "turned" in self.faults

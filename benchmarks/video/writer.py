@@ -93,7 +93,7 @@ class VideoWriter:
             self._container.mux(self._stream.encode(None))
 
     def _open(self, pixels: str) -> av.VideoStream:
-        self._container = self._undo.enter_context(av.open(str(self._part), "w"))
+        self._container = self._undo.enter_context(av.open(str(self._part), "w", options={"fflags": "+bitexact"}))
         added = self._container.add_stream(_ENCODERS[self._codec], rate=self._fps, options=self._options)
         stream = cast(av.VideoStream, added)
         stream.width, stream.height = self._size
