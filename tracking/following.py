@@ -62,6 +62,8 @@ EVEN = 0.25
 """Time steps that differ from the usual one by less than this share of it are even."""
 MOVING_PX, FEWEST_MOVING = 6.0, 2
 """Frames that are missing show in markers whose places range over so much, if so many do."""
+ON_BOTH_SIDES = 0.2
+"""They move on both sides of the gap, on one by this share of the other at least: a start from rest is no gap."""
 MOST_MISSING = 12
 """Frames that are looked for between two; more are a jump."""
 BESIDE, DEGREE = 5, 4
@@ -367,6 +369,9 @@ def _follows_missing(time_s: np.ndarray, position_px: np.ndarray) -> np.ndarray:
     lost = before & ~after  # over so long a gap a tracker may lose the fastest
     told, most = seen.sum(axis=1), max(FEWEST_MOVING, (position_px.shape[1] + 1) // 2)
     good &= (told >= most) | ((told > 0) & (seen | lost).all(axis=1) & (told + lost.sum(axis=1) >= most))
+    paths = np.linalg.norm(np.diff(parts, axis=3), axis=2)  # (k, m, 9)
+    ways = np.nan_to_num(np.stack([paths[..., : BESIDE - 1], paths[..., BESIDE:]]).sum(axis=3))  # (2, k, m)
+    good &= ways.min(axis=0).sum(axis=1) > ON_BOTH_SIDES * ways.max(axis=0).sum(axis=1)  # nothing starts or stops here
     if not good.any():
         return found
     moment = np.arange(2 * BESIDE) - BESIDE

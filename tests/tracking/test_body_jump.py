@@ -65,6 +65,18 @@ def test_frames_that_are_gone_are_found_though_the_head_is_clamped(missing: int,
     assert [frame for frame, _ in body_jumps(time_s[: len(gone)], gone)] == [104]
 
 
+@pytest.mark.parametrize("hz", [0.5, 1.3, 2.4])
+@pytest.mark.parametrize("softly", [False, True])
+def test_a_start_from_rest_is_no_gap(hz: float, softly: bool) -> None:
+    time_s = np.arange(200) / 60
+    since = np.clip(time_s - 1.2, 0, None)[:, None]
+    grown = 1 - np.exp(-3 * since) if softly else np.ones_like(since)
+    sway = np.array([0.0, 0.0, 60.0, 90.0]) * grown * np.sin(2 * np.pi * hz * since)
+    position = np.stack([np.broadcast_to(80.0 * np.arange(4), sway.shape), 200 + sway], axis=2)
+    position += np.random.default_rng(0).normal(0, 0.1, position.shape)
+    assert body_jumps(time_s, position) == []
+
+
 def test_a_gap_that_the_times_tell_of_is_no_jump() -> None:
     kept = np.delete(np.arange(len(swimming())), slice(100, 130))
     assert body_jumps(kept / 60, swimming()[kept]) == []
