@@ -352,6 +352,14 @@ def mjcf(
     print_export(calib.export_mjcf(source, out))
 
 
+def robot(
+    file: Annotated[Path | None, typer.Argument(metavar="[ROBOT]", help="robot TOML; default: the 0.57 m fish")] = None,
+    out: Annotated[Path, typer.Option(help="the picture to write: .png, .svg or .pdf")] = Path("robot.png"),
+) -> None:
+    """Draw a robot's description, with its mass, length, natural frequency in air and speed at 1 Hz."""
+    print_export(calib.draw_robot(file, out))
+
+
 def doctor(
     session: Annotated[Path | None, typer.Argument(metavar="[SESSION]", help="a session folder to check, too")] = None,
     motor: Annotated[bool, typer.Option("--motor", help="also look for the motor on every serial port")] = False,

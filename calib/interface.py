@@ -37,6 +37,7 @@ from calib.results.made import fit_result, gap_result, posterior_result, structu
 from calib.results.result import Export
 from calib.results.tracks import TrackResult
 from calib.results.twin import SwimTwin
+from calib.robot_sheet import draw_robot
 from calib.stages.diagnosis import check_names
 from calib.stages.fit import nominal_mjcf
 from calib.tracked_videos import check_form, click_pages, correct_track, track_videos
@@ -92,6 +93,7 @@ __all__ = [
     "correct",
     "diagnose",
     "doctor",
+    "draw_robot",
     "effect_test",
     "effects",
     "export_mjcf",

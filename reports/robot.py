@@ -143,8 +143,10 @@ def _draw_markers(axes: Axes, markers: tuple[str, ...], places: np.ndarray, half
         axes.plot(x, y, "o", color=INK, markerfacecolor=SURFACE, markersize=5.5, markeredgewidth=1.4, zorder=4)
         if middle:
             axes.plot([x, x, at], [0, low, high], color=FAINT, linewidth=0.7, zorder=1)
-        height = high + 0.02 * half_width if middle else y + 6
-        axes.text(at, height, name.replace("_", " "), rotation=45, fontsize=9, ha="left", va="bottom", zorder=5)
+        below = not middle and y < 0  # where no tendon runs through its name
+        height = high + 0.02 * half_width if middle else y + (-6 if below else 6)
+        turn, side = (-45, "top") if below else (45, "bottom")
+        axes.text(at, height, name.replace("_", " "), rotation=turn, fontsize=9, ha="left", va=side, zorder=5)
 
 
 def _move_apart(x: np.ndarray) -> np.ndarray:

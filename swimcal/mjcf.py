@@ -116,6 +116,19 @@ def build_mjcf(
     return spec
 
 
+def natural_hz(robot: RobotSpec) -> float:
+    """Return the lowest natural frequency of the tail in air, without tendons, its head clamped, undamped, Hz."""
+    model = build_mjcf(robot, scene=FREE_DECAY).compile()
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    inertia = np.zeros((model.nv, model.nv))
+    mujoco.mj_fullM(model, data, inertia)
+    hinges = [model.joint(name).dofadr[0] for name in robot.hinges]
+    stiffness = np.array([model.joint(name).stiffness[0] for name in robot.hinges])
+    squares = np.linalg.eigvals(np.linalg.solve(inertia[np.ix_(hinges, hinges)], np.diag(stiffness)))
+    return float(np.sqrt(squares.real.min()) / (2 * np.pi))
+
+
 def _set_options(spec: mujoco.MjSpec, robot: RobotSpec, scene: Scene) -> None:
     option = spec.option
     option.timestep = scene.timestep_s

@@ -42,8 +42,13 @@ PUBLIC = {name: getattr(interface, name) for name in FUNCTIONS} | {
     if inspect.isfunction(getattr(getattr(interface, module), name))
 }
 """Every public function by its name after `calib.`."""
-OF_COMMAND = {"edit": "correct", "convert": "convert_tracks", "mjcf": "export_mjcf", "new": "new_session"} | {
-    "aquarium": "policy.aquarium"
+OF_COMMAND = {
+    "aquarium": "policy.aquarium",
+    "convert": "convert_tracks",
+    "edit": "correct",
+    "mjcf": "export_mjcf",
+    "new": "new_session",
+    "robot": "draw_robot",
 }
 """The functions that are not called as their commands."""
 PRINTING = {"as_json", "verbose", "help"}
@@ -54,7 +59,7 @@ OF_OPTION = {
     "test": None,
 }
 """The parameters that are not called as their options; `--test` of `calib diagnose` is the function `effect_test`."""
-OF_ARGUMENT = {"session": "folder", "tracks": "path"}
+OF_ARGUMENT = {"session": "folder", "tracks": "path", "file": "robot"}
 """Of `calib new` and `calib convert`, where the function says more plainly what it takes."""
 
 
