@@ -31,9 +31,9 @@ from swimcal.create_session import FISHSIM_MARKERS, new_folder, write_session_to
 from swimcal.results import sha256_of, write_whole
 from swimcal.robot import load_robot
 from swimcal.session import load_session
-from synthetic.plan import SyntheticCamera, SyntheticPlan, SyntheticTrial, default_plan, trial_name
-from synthetic.session import motor_file, save_packed_tracks
-from synthetic.simulate import DrivenMotor, TrueRun, save_commands, save_motor_log
+from swimsynth.plan import SyntheticCamera, SyntheticPlan, SyntheticTrial, default_plan, trial_name
+from swimsynth.session import motor_file, save_packed_tracks
+from swimsynth.simulate import DrivenMotor, TrueRun, save_commands, save_motor_log
 from tracking.head_frame import to_head_frame
 
 SAMPLE_SEED = 0

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from calib.interface import *  # noqa: F403
 
 
-PACKAGES = ("swimcal", "tracking", "fitting", "synthetic", "diagnosis", "reports")
+PACKAGES = ("swimcal", "tracking", "fitting", "swimsynth", "diagnosis", "reports")
 """Packages that the program is made of, beside this one."""
 _MODULES = ("camera", "capture", "policy")
 """Public modules, each with the functions of a command that has subcommands."""

@@ -694,8 +694,8 @@ def new_session(  # noqa: PLR0913  it is the command `new`, of which a user give
         [('f0_75', 0.75, 'fit'), ('f1_25', 1.25, 'holdout')]
     """
     from calib.new import new_from_files
-    from synthetic.plan import default_plan
-    from synthetic.session import make_session
+    from swimsynth.plan import default_plan
+    from swimsynth.session import make_session
 
     films, own = _list_paths(videos), tracks if isinstance(tracks, Mapping) else _list_paths(tracks)
     _check_options(

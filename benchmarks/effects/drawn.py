@@ -11,7 +11,7 @@ from benchmarks.reality import Mechanism, Nuisances, Recording, Trial, World
 from benchmarks.reality.mechanism import worn
 from swimcal.create_session import FISHSIM_MARKERS
 from swimcal.robot import load_robot
-from synthetic.plan import trial_name
+from swimsynth.plan import trial_name
 
 KNOWN_TO = {"hinge_stiffness": 0.02, "hinge_damping": 0.05, "mass": 0.02}
 """Relative standard deviation of a robot from its description: that of dry experiments."""

@@ -27,7 +27,7 @@ from swimcal.motor_log import MotorLog
 from swimcal.results import write_whole
 from swimcal.session import load_session
 from swimcal.tracks import save_tracks
-from synthetic.simulate import CURRENT_A, in_steps, save_motor_log
+from swimsynth.simulate import CURRENT_A, in_steps, save_motor_log
 
 _READING_S = 0.02  # The motor is read at this interval.
 _CLOCK_S = 1000.0  # The clock of the motor starts at most this late.

@@ -12,9 +12,9 @@ from benchmarks.reality import World, simulate
 from swimcal.errors import InputError, SimulationDiverged
 from swimcal.robot import RobotSpec, load_robot
 from swimcal.twin import Twin
-from synthetic.disturbances import SyntheticMotor, TrackingNoise
-from synthetic.plan import PLAUSIBLE_COEFFICIENTS, SyntheticCamera, SyntheticPlan, SyntheticTrial, default_plan
-from synthetic.simulate import simulate_decays, simulate_dry_runs, simulate_swims
+from swimsynth.disturbances import SyntheticMotor, TrackingNoise
+from swimsynth.plan import PLAUSIBLE_COEFFICIENTS, SyntheticCamera, SyntheticPlan, SyntheticTrial, default_plan
+from swimsynth.simulate import simulate_decays, simulate_dry_runs, simulate_swims
 
 FPS = (20.0, 24.0, 25.0, 29.97, 30.0, 50.0, 59.94, 60.0, 90.0, 100.0, 120.0, 240.0)
 SLOWEST_HZ = 0.3

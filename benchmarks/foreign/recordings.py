@@ -11,8 +11,8 @@ from scipy.interpolate import CubicSpline
 
 from swimcal.motor_log import MotorCommands, MotorLog
 from swimcal.robot import RobotSpec
-from synthetic.disturbances import TrackingNoise, lasting_errors, on_grid, placement_offsets
-from synthetic.simulate import save_commands, save_motor_log
+from swimsynth.disturbances import TrackingNoise, lasting_errors, on_grid, placement_offsets
+from swimsynth.simulate import save_commands, save_motor_log
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,6 @@ from scipy.stats import kstest
 
 import fitting
 import swimcal
-import synthetic
 from benchmarks.cases import Failure, Records, Run, code_of, read_lines, run_cases
 from benchmarks.posterior.score import PosteriorScore, score_session
 from benchmarks.scores import Estimate, Measure, Scores, Share, Table, median, resampled
@@ -105,7 +104,7 @@ def measure_posterior(folder: Path, seeds: Sequence[int], run: Run) -> Posterior
 def _compute_code() -> str:
     """Return the fingerprint of what a score depends on: twin, inference, drawing and scoring of sessions, MuJoCo."""
     libraries = {"mujoco": mujoco.__version__, "emcee": emcee.__version__, "arviz": version("arviz")}
-    packages = [Path(str(package.__file__)).parent for package in (fitting, swimcal, synthetic)]
+    packages = [Path(str(package.__file__)).parent for package in (fitting, swimcal, swimsynth)]
     scoring = [path for path in Path(__file__).parent.glob("*.py") if path != Path(__file__)]
     return code_of(*packages, *scoring, libraries=libraries)
 

@@ -17,10 +17,10 @@ from swimcal.robot import RobotSpec, load_robot
 from swimcal.session import TrialSpec
 from swimcal.session_file import CameraSpec
 from swimcal.twin import Twin
-from synthetic.disturbances import Stream, TrackingNoise
-from synthetic.plan import SyntheticCamera, SyntheticPlan, SyntheticTrial, trial_name
-from synthetic.session import track_as_filmed
-from synthetic.simulate import simulate_swims
+from swimsynth.disturbances import Stream, TrackingNoise
+from swimsynth.plan import SyntheticCamera, SyntheticPlan, SyntheticTrial, trial_name
+from swimsynth.session import track_as_filmed
+from swimsynth.simulate import simulate_swims
 
 SLOWEST_HZ = 0.5
 FASTEST_HZ = 1.4

@@ -16,9 +16,9 @@ from calib.options import Options
 from calib.pipeline import Pipeline, open_session
 from swimcal.mjcf import FluidCoefficients
 from swimcal.tracks import pixels_of
-from synthetic.disturbances import NOISELESS
-from synthetic.plan import PLAUSIBLE_COEFFICIENTS, SyntheticCamera, SyntheticPlan, SyntheticTrial, trial_name
-from synthetic.session import make_session
+from swimsynth.disturbances import NOISELESS
+from swimsynth.plan import PLAUSIBLE_COEFFICIENTS, SyntheticCamera, SyntheticPlan, SyntheticTrial, trial_name
+from swimsynth.session import make_session
 from tracking.follow_video import TrackerName
 from tracking.tracked import mask_untrusted
 

@@ -18,9 +18,9 @@ from benchmarks.video.truth import boxes_file
 from swimcal.robot import RobotSpec
 from swimcal.toml import Table
 from swimcal.tracks import as_tracks, save_tracks
-from synthetic.plan import SyntheticPlan
-from synthetic.session import Progress
-from synthetic.simulate import TrueRun
+from swimsynth.plan import SyntheticPlan
+from swimsynth.session import Progress
+from swimsynth.simulate import TrueRun
 from tracking.boxes import save_boxes
 
 

@@ -14,7 +14,7 @@ from swimcal.mjcf import Scene
 from swimcal.robot import Marker, RobotSpec
 from swimcal.runs import MarkerKinematics, Runs
 from swimcal.twin import Twin
-from synthetic.plan import PLAUSIBLE_COEFFICIENTS
+from swimsynth.plan import PLAUSIBLE_COEFFICIENTS
 
 WATER_LINE_M = 0.05
 """Height of the water in the robot's frame: where nose and neck are, whose distance gives the scale."""

@@ -10,7 +10,7 @@ from benchmarks.effects.suite import WARMUP_S, Present, Recorded, SessionPlan, S
 from benchmarks.reality import Recording
 from benchmarks.wake.mechanisms import CATALOGUED
 from benchmarks.wake.world import SharedNoise, TiltedCamera, TrimmedTrial, WakeWorld
-from synthetic.plan import trial_name
+from swimsynth.plan import trial_name
 
 DETECTABILITIES = (2.0, 5.0, 10.0)
 """Fewer levels than of a large suite, so that there are some sessions of each."""

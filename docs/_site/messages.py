@@ -29,7 +29,7 @@ TOPICS = {
     ),
     "Tracks of other programs": ("tracking/foreign", "tracking/formats", "tracking/tracked", "tracking/gaps"),
     "Videos, camera and lens": ("tracking/", "reports/record"),
-    "Trials and fits": ("fitting/", "diagnosis/", "synthetic/"),
+    "Trials and fits": ("fitting/", "diagnosis/", "swimsynth/"),
     "Policies": ("swimgym/",),
     "Clusters": ("calib/batch.py",),
     "The motor": ("calib/capture/",),

@@ -6,7 +6,7 @@ import pytest
 from benchmarks.video.filmed import SessionVideo
 from calib.options import Options
 from calib.pipeline import Pipeline, open_session
-from synthetic.session import make_session
+from swimsynth.session import make_session
 from tests.calib import filmed as of_video
 from tests.calib.door import PLAN, Front, front_door, little_posterior, with_little_effort
 from tests.once import copied, made_once

@@ -23,8 +23,8 @@ from swimcal.flags import Flag
 from swimcal.results import write_whole
 from swimcal.session_file import CameraCalibration
 from swimgym.policy import SHIPPED, load_policy
-from synthetic.plan import SyntheticDecay, SyntheticPlan
-from synthetic.session import make_session
+from swimsynth.plan import SyntheticDecay, SyntheticPlan
+from swimsynth.session import make_session
 from tests.calib.motor.virtual_port import VirtualClock, VirtualPort
 from tests.tracking.lens.render import Scene, poses
 from tracking.board import BoardSpec

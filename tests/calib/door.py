@@ -21,8 +21,8 @@ from fitting.baselines import sweep_frequencies
 from fitting.posterior import prediction, sampling, summary
 from swimcal.effects.catalogue import catalogue
 from swimcal.results import write_whole
-from synthetic.disturbances import TrackingNoise
-from synthetic.plan import SyntheticPlan, SyntheticTrial
+from swimsynth.disturbances import TrackingNoise
+from swimsynth.plan import SyntheticPlan, SyntheticTrial
 
 ROOT = Path(__file__).resolve().parents[2]
 

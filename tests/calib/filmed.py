@@ -10,7 +10,7 @@ import xarray as xr
 
 from swimcal.create_session import FISHSIM_MARKERS
 from swimcal.tracks import load_tracks, pixels_of
-from synthetic.plan import SyntheticCamera, SyntheticPlan
+from swimsynth.plan import SyntheticCamera, SyntheticPlan
 from tests.calib.door import PLAN as TRACKED
 from tests.calib.door import edit
 

@@ -13,8 +13,8 @@ from calib.pipeline import Pipeline, open_session
 from calib.viewer import _record_trial
 from swimcal.robot import load_robot
 from swimcal.runs import model_sha256
-from synthetic.disturbances import SyntheticMotor
-from synthetic.session import make_session
+from swimsynth.disturbances import SyntheticMotor
+from swimsynth.session import make_session
 from tests.calib.door import Front, assert_public_form, assert_reports, calibration_of, edit, with_little_effort
 from tests.calib.test_left_out import change_tracks, lose_the_tail, only
 from tests.calib.test_run import remade, results_of

@@ -6,7 +6,7 @@ import pytest
 
 from calib.pipeline import open_session
 from swimcal.robot import load_robot
-from synthetic.session import read_truth
+from swimsynth.session import read_truth
 from tests.calib.door import PLAN, ROOT, Front, assert_reports
 from tests.swimcal.sample import FISHSIM, needs_fishsim
 
@@ -46,7 +46,7 @@ def test_a_synthetic_session_comes_with_its_truth_and_its_seed(
     calib: Front, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(
-        "synthetic.plan.default_plan", lambda seed, robot: PLAN.model_copy(update={"seed": seed, "robot": robot})
+        "swimsynth.plan.default_plan", lambda seed, robot: PLAN.model_copy(update={"seed": seed, "robot": robot})
     )
     assert calib("new", tmp_path / "s", "--synthetic", "--seed", "5").code == 0
 

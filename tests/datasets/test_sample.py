@@ -12,8 +12,8 @@ from swimcal.motor_log import load_motor
 from swimcal.robot import load_robot
 from swimcal.session import Session, load_session
 from swimcal.tracks import load_tracks, pixels_of
-from synthetic.simulate import PULSE_RAD
-from tests.synthetic.plans import measured
+from swimsynth.simulate import PULSE_RAD
+from tests.swimsynth.plans import measured
 from tracking.boxes import load_boxes
 from tracking.follow_video import follow_video
 from tracking.video import Video

@@ -14,7 +14,7 @@ from swimcal.create_session import FISHSIM_MARKERS
 from swimcal.robot import RobotSpec
 from swimcal.session_file import CameraSpec
 from swimcal.twin import Twin
-from synthetic.plan import PLAUSIBLE_COEFFICIENTS
+from swimsynth.plan import PLAUSIBLE_COEFFICIENTS
 from tests.fitting.exact_swims import ROBOT, exact_dry_run, exact_swims
 
 CAMERA = CameraSpec(fps=60.0, scale_length_m=ROBOT.scale_length_m)

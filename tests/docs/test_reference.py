@@ -18,7 +18,7 @@ from swimcal.session_file import CameraCalibration, SessionFile
 from tests.test_documents import ROOT, anchors, on_the_site
 
 REFERENCE = ROOT / "docs" / "reference"
-PACKAGES = ("swimcal", "tracking", "fitting", "synthetic", "diagnosis", "reports", "swimgym", "calib")
+PACKAGES = ("swimcal", "tracking", "fitting", "swimsynth", "diagnosis", "reports", "swimgym", "calib")
 
 
 @cache

@@ -6,7 +6,7 @@ from fitting.published import Swims
 from fitting.trial import MeasuredTrial
 from swimcal.robot import load_robot
 from swimcal.twin import Twin
-from synthetic.session import Truth
+from swimsynth.session import Truth
 from tests.fitting.swims import noise_free
 
 

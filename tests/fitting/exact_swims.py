@@ -15,7 +15,7 @@ from swimcal.mjcf import DRY, FluidCoefficients
 from swimcal.robot import load_robot
 from swimcal.runs import Runs
 from swimcal.twin import Twin
-from synthetic.plan import PLAUSIBLE_COEFFICIENTS
+from swimsynth.plan import PLAUSIBLE_COEFFICIENTS
 from tests.fitting.swims import by_hand
 
 FPS, WARMUP_S = 60.0, 1.0

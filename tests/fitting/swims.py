@@ -14,9 +14,9 @@ from fitting.trial import MeasuredTrial, laid_on_pool, measure_trial
 from swimcal.robot import load_robot
 from swimcal.session import load_session
 from swimcal.tracks import as_tracks, load_tracks
-from synthetic.disturbances import NOISELESS
-from synthetic.plan import SyntheticPlan, SyntheticTrial
-from synthetic.session import Truth, make_session, read_truth
+from swimsynth.disturbances import NOISELESS
+from swimsynth.plan import SyntheticPlan, SyntheticTrial
+from swimsynth.session import Truth, make_session, read_truth
 from tracking.head_frame import HeadFrame, to_head_frame
 
 PLAN = SyntheticPlan(

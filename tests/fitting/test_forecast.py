@@ -13,7 +13,7 @@ from fitting.phase import _lowest as lowest
 from fitting.phase import fit_phase, forecast, score
 from fitting.published import Swims
 from fitting.trial import MeasuredTrial
-from synthetic.session import Truth
+from swimsynth.session import Truth
 from tests.reports.sample import made_calibration
 
 

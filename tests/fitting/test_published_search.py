@@ -9,7 +9,7 @@ import pytest
 
 from fitting.published import _PENALTY, PublishedFit, Swims, _Search, published_search
 from swimcal.errors import SimulationDiverged
-from synthetic.plan import PLAUSIBLE_COEFFICIENTS
+from swimsynth.plan import PLAUSIBLE_COEFFICIENTS
 from tests.fitting.exact_swims import PHASES, exact_swims, exact_twin
 
 BUDGET_S, CUT_S, LONG_S = 300.0, 50.0, 5000.0

@@ -14,7 +14,7 @@ from swimcal.create_session import FISHSIM_MARKERS
 from swimcal.session import TrialSpec
 from swimcal.session_file import CameraSpec
 from swimcal.tracks import as_tracks
-from synthetic.plan import PLAUSIBLE_COEFFICIENTS
+from swimsynth.plan import PLAUSIBLE_COEFFICIENTS
 from tests.cases import later
 from tests.fitting.exact_swims import ROBOT, exact_swims, exact_twin
 

@@ -17,7 +17,7 @@ from swimcal.robot import load_robot
 from swimcal.session import Session, load_session
 from swimcal.session_file import CameraSpec
 from swimcal.tracks import load_tracks, markers_of, pixels_of
-from synthetic.session import Truth, make_session
+from swimsynth.session import Truth, make_session
 from tests.cases import changed
 from tests.fitting.swims import PLAN
 from tests.tracking.lens.render import lens_of, to_pixels

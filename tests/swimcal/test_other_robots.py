@@ -10,8 +10,8 @@ from swimcal.robot import RobotSpec, load_robot
 from swimcal.session import load_session
 from swimcal.tracks import load_tracks
 from swimcal.twin import Twin
-from synthetic.plan import PLAUSIBLE_COEFFICIENTS, SyntheticPlan, SyntheticTrial
-from synthetic.session import make_session, read_truth
+from swimsynth.plan import PLAUSIBLE_COEFFICIENTS, SyntheticPlan, SyntheticTrial
+from swimsynth.session import make_session, read_truth
 from tests.swimcal.robots import SEVEN_LINK, THREE_LINK, every_robot
 from tests.swimcal.swims import runs
 

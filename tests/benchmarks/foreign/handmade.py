@@ -4,7 +4,7 @@ import numpy as np
 
 from benchmarks.foreign.recordings import Recording, Recordings, Tracker
 from swimcal.robot import load_robot
-from synthetic.disturbances import NOISELESS
+from swimsynth.disturbances import NOISELESS
 
 FISH = load_robot()
 MARKERS = ("nose", "neck", "tail_2", "tail_4", "caudal_fin")

@@ -9,11 +9,11 @@ import numpy as np
 from benchmarks.video.filmed import SessionVideo
 from swimcal.session import load_session
 from swimcal.tracks import load_tracks, pixels_of
-from synthetic.disturbances import NOISELESS
-from synthetic.plan import Merge, SyntheticCamera
-from synthetic.session import make_session, read_truth
+from swimsynth.disturbances import NOISELESS
+from swimsynth.plan import Merge, SyntheticCamera
+from swimsynth.session import make_session, read_truth
 from tests.benchmarks.video.test_writer import decoded
-from tests.synthetic.plans import files_of, small_plan, tracks_of
+from tests.swimsynth.plans import files_of, small_plan, tracks_of
 
 CAMERA = SyntheticCamera(fps=12.0, px_per_m=480.0, width_px=640, height_px=480)
 SHORT: dict[str, Any] = {"seconds": 1.5}

@@ -17,7 +17,7 @@ from swimcal.session import TrialSpec
 from swimcal.session_file import CameraSpec
 from swimcal.tracks import as_tracks
 from swimcal.twin import Twin
-from synthetic.disturbances import NOISELESS, TrackingNoise, lasting_errors, on_grid, placement_offsets
+from swimsynth.disturbances import NOISELESS, TrackingNoise, lasting_errors, on_grid, placement_offsets
 
 CAMERA = CameraSpec(fps=60.0, scale_length_m=0.142, calibration=None, file=None)
 FINE_S = 0.0005  # a third of the step that the tables are made with

@@ -13,7 +13,7 @@ from swimcal.mjcf import FREE_DECAY
 from swimcal.robot import RobotSpec, load_robot
 from swimcal.session_file import CameraSpec
 from swimcal.tracks import as_tracks
-from synthetic.disturbances import TrackingNoise, lasting_errors, on_grid, placement_offsets
+from swimsynth.disturbances import TrackingNoise, lasting_errors, on_grid, placement_offsets
 
 ROBOT = load_robot()
 CAMERA = CameraSpec(fps=60.0, scale_length_m=0.142)

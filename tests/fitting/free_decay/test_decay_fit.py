@@ -13,7 +13,7 @@ from fitting.free_decay import DecayTrial, measure_decay_trial
 from fitting.hinges import DecayFit, combine_decays
 from swimcal.errors import NotEnoughData
 from swimcal.tracks import pixels_of
-from synthetic.disturbances import NOISELESS
+from swimsynth.disturbances import NOISELESS
 from tests.cases import later
 from tests.fitting.free_decay.chain import linear_decay, natural_hz
 from tests.fitting.free_decay.decays import CAMERA, MARKERS, ROBOT, Truth, decay_tracks, filmed, swings

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fitting.lasting_noise import LastingNoise, RegressionProblem, regress, whitened
-from synthetic.disturbances import TrackingNoise, lasting_errors
+from swimsynth.disturbances import TrackingNoise, lasting_errors
 from tests.cases import later
 
 TIME_S = np.arange(80) / 60.0

@@ -15,7 +15,7 @@ from swimcal.runs import Runs
 from swimcal.session import TrialSpec
 from swimcal.session_file import CameraSpec
 from swimcal.tracks import load_tracks
-from synthetic.plan import PLAUSIBLE_COEFFICIENTS
+from swimsynth.plan import PLAUSIBLE_COEFFICIENTS
 from tests.fitting.exact_swims import exact_twin
 from tests.fitting.posterior.waves import (
     ALONG_M,

@@ -14,7 +14,7 @@ from fitting.noise import FeatureNoise, NoisePart, noise_of
 from fitting.posterior.whiteness import noise_flags, whiteness
 from swimcal.create_session import FISHSIM_MARKERS
 from swimcal.robot import load_robot
-from synthetic.disturbances import TrackingNoise, lasting_errors
+from swimsynth.disturbances import TrackingNoise, lasting_errors
 from tests.cases import later
 from tests.fitting.posterior.waves import ALONG_M, FPS, SPEED_M_S, TIME_S, TURN_RAD, cruising, reader
 

@@ -8,7 +8,7 @@ import pytest
 from fitting.session_model import SessionModel
 from fitting.structure import UNMEASURED_SD, Source, assumed, uncertainties_of
 from fitting.trial_model import sensitivities_together
-from synthetic.plan import PLAUSIBLE_COEFFICIENTS
+from swimsynth.plan import PLAUSIBLE_COEFFICIENTS
 from tests.fitting.exact_swims import ROBOT, exact_swims, exact_twin
 
 TRUTH = np.array(PLAUSIBLE_COEFFICIENTS, float)

@@ -18,9 +18,9 @@ from swimcal.robot import load_robot
 from swimcal.runs import Runs
 from swimcal.session import TrialSpec
 from swimcal.twin import Twin
-from synthetic.disturbances import SyntheticMotor, TrackingNoise, drive, lasting_errors
-from synthetic.plan import PLAUSIBLE_COEFFICIENTS
-from synthetic.simulate import read_motor, reading_times
+from swimsynth.disturbances import SyntheticMotor, TrackingNoise, drive, lasting_errors
+from swimsynth.plan import PLAUSIBLE_COEFFICIENTS
+from swimsynth.simulate import read_motor, reading_times
 from tracking.head_frame import to_head_frame
 
 FPS, HZ, PX_PER_M = 60.0, 0.9, 965.0

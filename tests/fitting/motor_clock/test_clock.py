@@ -11,7 +11,7 @@ from fitting.frequency import SwimFrequency
 from fitting.motor_clock import QUARTZ, MotorClock
 from swimcal.errors import NotEnoughData
 from swimcal.flags import Flag
-from synthetic.disturbances import TrackingNoise
+from swimsynth.disturbances import TrackingNoise
 from tests.cases import later
 from tests.fitting.motor_clock.drives import FPS, HZ, SPEC, Filmed, between, filmed, recorded, tail_of
 

@@ -21,8 +21,8 @@ from swimcal.motor_log import load_motor
 from swimcal.session_file import CameraSpec
 from swimcal.tracks import as_tracks
 from swimcal.twin import Twin
-from synthetic.plan import PLAUSIBLE_COEFFICIENTS
-from synthetic.simulate import save_motor_log
+from swimsynth.plan import PLAUSIBLE_COEFFICIENTS
+from swimsynth.simulate import save_motor_log
 from tests.fitting.motor_clock.drives import FPS, PX_PER_M, ROBOT, SPEC, SWIM_SPEC, Filmed, filmed, recorded
 
 CAMERA = CameraSpec(FPS, ROBOT.scale_length_m)

@@ -11,7 +11,7 @@ from swimcal.create_session import FISHSIM_MARKERS
 from swimcal.robot import RobotSpec
 from swimcal.runs import Runs
 from swimcal.twin import Twin
-from synthetic.plan import PLAUSIBLE_COEFFICIENTS
+from swimsynth.plan import PLAUSIBLE_COEFFICIENTS
 from tests.fitting.exact_swims import ROBOT, exact_swims, exact_twin
 
 TRUTH = np.array(PLAUSIBLE_COEFFICIENTS, float)

@@ -12,7 +12,7 @@ from fitting.trial_model import START_PHASE_RAD, TrialModel, sensitivities_toget
 from swimcal.create_session import FISHSIM_MARKERS
 from swimcal.effects.measurement import MarkerOffset, MarkerSwap, RollingShutter, TimeBaseError
 from swimcal.session_file import CameraCalibration, CameraSpec
-from synthetic.plan import PLAUSIBLE_COEFFICIENTS
+from swimsynth.plan import PLAUSIBLE_COEFFICIENTS
 from tests.fitting.exact_swims import ROBOT, exact_swims, exact_twin
 
 TRUTH = np.array(PLAUSIBLE_COEFFICIENTS, float)

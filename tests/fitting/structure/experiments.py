@@ -17,8 +17,8 @@ from fitting.structure import DryExperiments
 from swimcal.robot import RobotSpec, load_robot
 from swimcal.session import TrialSpec, load_session
 from swimcal.tracks import load_tracks
-from synthetic.plan import SyntheticDecay, SyntheticPlan, SyntheticTrial
-from synthetic.session import make_session
+from swimsynth.plan import SyntheticDecay, SyntheticPlan, SyntheticTrial
+from swimsynth.session import make_session
 
 DESCRIBED = load_robot()
 FEW_POINTS = CrankGrid(arms=13, speeds=21, phases=30)

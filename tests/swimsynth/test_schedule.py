@@ -1,7 +1,7 @@
 import pytest
 
 from calib.capture.trials import TrialPlan
-from synthetic.disturbances import schedule
+from swimsynth.disturbances import schedule
 
 
 @pytest.mark.parametrize(("hz", "seconds"), [(0.6, 6.0), (1.1, 20.0)])

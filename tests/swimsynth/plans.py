@@ -11,8 +11,8 @@ from fitting.trial import MeasuredTrial, measure_trial
 from swimcal.robot import load_robot
 from swimcal.session import Session, load_session
 from swimcal.tracks import load_tracks
-from synthetic.disturbances import SyntheticMotor
-from synthetic.plan import SyntheticDecay, SyntheticPlan, SyntheticTrial
+from swimsynth.disturbances import SyntheticMotor
+from swimsynth.plan import SyntheticDecay, SyntheticPlan, SyntheticTrial
 
 SLOW: dict[str, Any] = {
     "name": "slow",

@@ -11,10 +11,10 @@ from swimcal.motor_log import load_motor
 from swimcal.runs import Runs
 from swimcal.session import load_session
 from swimcal.twin import Twin
-from synthetic.plan import SyntheticPlan, SyntheticTrial, in_image
-from synthetic.session import make_session, read_truth
-from synthetic.simulate import TrueRun, simulate_dry_runs, simulate_swims
-from tests.synthetic.plans import DRY, MOTOR, SLOW, dry_plan, files_of, small_plan
+from swimsynth.plan import SyntheticPlan, SyntheticTrial, in_image
+from swimsynth.session import make_session, read_truth
+from swimsynth.simulate import TrueRun, simulate_dry_runs, simulate_swims
+from tests.swimsynth.plans import DRY, MOTOR, SLOW, dry_plan, files_of, small_plan
 
 FRAMES_PER_S = 60.0
 

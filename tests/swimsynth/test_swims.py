@@ -7,9 +7,9 @@ from swimcal.runs import Runs
 from swimcal.session_file import CameraSpec
 from swimcal.tracks import as_tracks
 from swimcal.twin import Twin
-from synthetic.plan import SyntheticPlan
-from synthetic.simulate import TrueRun, simulate_swims
-from tests.synthetic.plans import small_plan
+from swimsynth.plan import SyntheticPlan
+from swimsynth.simulate import TrueRun, simulate_swims
+from tests.swimsynth.plans import small_plan
 from tracking.camera import to_pool
 from tracking.head_frame import HeadFrame, to_head_frame
 

@@ -5,9 +5,9 @@ import pytest
 
 from calib.capture.logs import COMMANDS_HEADER, MOTOR_HEADER
 from swimcal.motor_log import MotorLog, load_commands, load_motor
-from synthetic.disturbances import Drive, drive
-from synthetic.simulate import PULSE_RAD, SPEED_RAD_S, read_motor, reading_times, save_commands, save_motor_log
-from tests.synthetic.plans import MOTOR
+from swimsynth.disturbances import Drive, drive
+from swimsynth.simulate import PULSE_RAD, SPEED_RAD_S, read_motor, reading_times, save_commands, save_motor_log
+from tests.swimsynth.plans import MOTOR
 
 
 @pytest.fixture(scope="module")

@@ -19,8 +19,8 @@ from swimcal.motor_log import COMMAND_COLUMNS, MOTOR_COLUMNS, MotorCommands, Mot
 from swimcal.results import write_whole
 from swimcal.runs import Runs, Trajectories
 from swimcal.twin import Twin
-from synthetic.disturbances import Drive, Stream, SyntheticMotor, drive
-from synthetic.plan import SyntheticDecay, SyntheticPlan, SyntheticTrial, check_in_image, in_image
+from swimsynth.disturbances import Drive, Stream, SyntheticMotor, drive
+from swimsynth.plan import SyntheticDecay, SyntheticPlan, SyntheticTrial, check_in_image, in_image
 from tracking.head_frame import to_head_frame
 
 PULSE_RAD = 2 * np.pi / 4096

@@ -7,11 +7,11 @@ from swimcal.errors import InputError
 from swimcal.robot import RobotSpec, load_robot
 from swimcal.session import load_session
 from swimcal.tracks import pixels_of
-from synthetic.disturbances import NOISELESS
-from synthetic.plan import SyntheticPlan, default_plan
-from synthetic.session import make_session, read_truth
+from swimsynth.disturbances import NOISELESS
+from swimsynth.plan import SyntheticPlan, default_plan
+from swimsynth.session import make_session, read_truth
 from tests.cases import later
-from tests.synthetic.plans import FAST, files_of, measured, small_plan, tracks_of
+from tests.swimsynth.plans import FAST, files_of, measured, small_plan, tracks_of
 
 
 def short_tailed_robot() -> RobotSpec:

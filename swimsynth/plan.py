@@ -19,7 +19,7 @@ from swimcal.mjcf import FluidCoefficients
 from swimcal.robot import NonNegative, Positive, RobotSpec, load_robot
 from swimcal.session_file import Name, TrialRole
 from swimcal.toml import Table
-from synthetic.disturbances import RISE_S, SyntheticMotor, TrackingNoise
+from swimsynth.disturbances import RISE_S, SyntheticMotor, TrackingNoise
 
 Pixels = tuple[float, float]  # x to the right, y down
 

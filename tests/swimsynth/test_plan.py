@@ -2,8 +2,8 @@ from typing import Any
 
 import pytest
 
-from synthetic.plan import Merge, SyntheticTrial
-from tests.synthetic.plans import MOTOR, SLOW, dry_plan, small_plan
+from swimsynth.plan import Merge, SyntheticTrial
+from tests.swimsynth.plans import MOTOR, SLOW, dry_plan, small_plan
 
 LATE = Merge(marker="tail_4", onto="tail_5", first=230, frames=20)
 STRANGE = Merge(marker="tail_4", onto="tail_9", first=3, frames=20)

@@ -3,8 +3,8 @@ from pathlib import Path
 
 import mujoco
 
-from synthetic.session import make_session, read_truth
-from tests.synthetic.plans import files_of, small_plan
+from swimsynth.session import make_session, read_truth
+from tests.swimsynth.plans import files_of, small_plan
 
 
 def test_the_truth_holds_the_plan_and_what_came_of_it(tmp_path: Path) -> None:

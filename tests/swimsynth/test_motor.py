@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from synthetic.disturbances import COMMAND_DELAY_S, Drive, SyntheticMotor, drive, schedule
-from tests.synthetic.plans import MOTOR
+from swimsynth.disturbances import COMMAND_DELAY_S, Drive, SyntheticMotor, drive, schedule
+from tests.swimsynth.plans import MOTOR
 
 COMMANDED_HZ, REACHED_HZ, PHASE_RAD = 0.9, 0.88, 2.0
 SMOOTH = MOTOR.model_copy(update={"ripple": (0.0, 0.0)})

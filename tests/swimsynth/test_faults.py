@@ -6,9 +6,9 @@ from pydantic import ValidationError
 
 from swimcal.robot import load_robot
 from swimcal.session import load_session
-from synthetic.plan import Merge
-from synthetic.session import make_session
-from tests.synthetic.plans import small_plan, tracks_of
+from swimsynth.plan import Merge
+from swimsynth.session import make_session
+from tests.swimsynth.plans import small_plan, tracks_of
 from tracking.quality import check_tracks
 
 

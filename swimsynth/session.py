@@ -26,9 +26,9 @@ from swimcal.robot import RobotSpec
 from swimcal.session import load_session
 from swimcal.toml import Table
 from swimcal.tracks import as_tracks, save_tracks
-from synthetic.disturbances import NOISELESS, Stream, lasting_errors, on_grid, placement_offsets
-from synthetic.plan import Pixels, PlannedTrial, SyntheticPlan, SyntheticTrial
-from synthetic.simulate import (
+from swimsynth.disturbances import NOISELESS, Stream, lasting_errors, on_grid, placement_offsets
+from swimsynth.plan import Pixels, PlannedTrial, SyntheticPlan, SyntheticTrial
+from swimsynth.simulate import (
     TrueDecay,
     TrueRun,
     save_commands,

@@ -5,8 +5,8 @@ import pytest
 
 from swimcal.errors import SimulationDiverged
 from swimcal.robot import load_robot
-from synthetic.simulate import TrueDecay, simulate_decays
-from tests.synthetic.plans import dry_plan
+from swimsynth.simulate import TrueDecay, simulate_decays
+from tests.swimsynth.plans import dry_plan
 
 RELEASE_S = 0.507
 

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from synthetic.disturbances import NOISELESS, TrackingNoise, lasting_errors, on_grid, placement_offsets
+from swimsynth.disturbances import NOISELESS, TrackingNoise, lasting_errors, on_grid, placement_offsets
 
 STEP_S = 1 / 60
 
