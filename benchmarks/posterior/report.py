@@ -15,6 +15,7 @@ from scipy.stats import kstest
 
 import fitting
 import swimcal
+import swimsynth
 from benchmarks.cases import Failure, Records, Run, code_of, read_lines, run_cases
 from benchmarks.posterior.score import PosteriorScore, score_session
 from benchmarks.scores import Estimate, Measure, Scores, Share, Table, median, resampled
