@@ -23,7 +23,7 @@ from tracking.body_chain import find_blobs
 from tracking.boxes import StartBoxes, load_boxes, save_boxes
 from tracking.decoding import is_without_times
 from tracking.edits import EditLog, apply_edits
-from tracking.find_boxes import ClickBoxes, find_boxes, write_preview
+from tracking.find_boxes import ClickBoxes, find_boxes
 from tracking.follow_video import TRACKERS, Find, Partial, TrackerName, doubtful_boxes, follow_video, retracker
 from tracking.gaps import fill_gaps
 from tracking.quality import trusted
@@ -111,6 +111,8 @@ class Videos:
             return self._boxes[spec.name]
         boxes = self._given(spec, video) or self._found(spec, video)
         picture = self._picture(spec, boxes)
+        from tracking.box_preview import write_preview  # it loads Matplotlib
+
         if picture.ensure(lambda: write_preview(picture.file, _frame(spec, video, boxes.frame).rgb(), boxes)):
             self._job.made.append(picture.file)
         return boxes

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from tests.tracking.boxes.drawn import ELEVEN, Scene, draw, places_px
+from tracking.box_preview import marker_colour, write_preview
 from tracking.boxes import Box, StartBoxes
-from tracking.find_boxes import marker_colour, write_preview
 
 
 def boxes_of(scene: Scene) -> StartBoxes:
