@@ -762,8 +762,10 @@ def _folder(session: AnySession) -> Path:
     return path.parent if path.name == SESSION_FILE else path
 
 
-def _list_paths(paths: str | Path | Iterable[str | Path]) -> list[Path]:
-    return [Path(path) for path in ([paths] if isinstance(paths, str | Path) else paths)]
+def _list_paths(paths: Any) -> list[Any]:
+    """List the paths of one or several files; what is no path is left to those who look into it."""
+    listed = [paths] if isinstance(paths, str | Path) or hasattr(paths, "data_vars") else paths
+    return [Path(path) if isinstance(path, str | Path) else path for path in listed]
 
 
 def _working(session: AnySession, options: Options, progress: bool) -> Any:

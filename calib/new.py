@@ -137,7 +137,13 @@ def _trials(
     """Collect the trials by name, with notes for the reader; a video and tracks of one name are one trial."""
     found: dict[str, _Trial] = {}
     films, notes = without_copies(videos)
-    given = [*tracks.items()] if isinstance(tracks, Mapping) else [(Path(path), path) for path in tracks]
+    given = [*tracks.items()] if isinstance(tracks, Mapping) else [(str(path), path) for path in tracks]
+    if odd := [type(path).__name__ for _, path in given if not (isinstance(path, str | Path) or is_dataset(path))]:
+        expected = "paths of files, or datasets of movement by the names of their trials: tracks={'slow': dataset}"
+        raise InputError([Fault("tracks", "", "neither files nor datasets", ", ".join(odd), expected)])
+    if not isinstance(tracks, Mapping) and any(is_dataset(path) for _, path in given):
+        expected = "a name of a trial for each: tracks={'slow': dataset}"
+        raise InputError([Fault("tracks", "", "datasets have no names", f"{len(given)} in a list", expected)])
     film_names, track_names = trial_names(films, [Path(str(name)) for name, _ in given], isinstance(tracks, Mapping))
     faults = FaultCollector("the files")
     for name, path in zip(film_names, films, strict=True):
@@ -176,9 +182,14 @@ def _look_at(trial: _Trial, path: Path, fps: float | None) -> None:
         trial.comments.append(f"stored with pixels {info.pixel_aspect:.3f} times as wide as high, made square")
 
 
+def is_dataset(given: object) -> bool:
+    """Tell whether this is a dataset of xarray."""
+    return hasattr(given, "data_vars")
+
+
 def _read_tracks(trial: _Trial, given: Any, robot: RobotSpec, fps: float | None, rename: Mapping[str, str]) -> None:
     """Take in the tracks of a file or a dataset with the robot's markers in it."""
-    is_data = hasattr(given, "data_vars")
+    is_data = is_dataset(given)
     if not is_data and not fps and trial.time_s is not None:
         fps = _rate(trial.time_s)  # tracks without time take the clock of their own video
     file = f"tracks {trial.name}" if is_data else str(given)

@@ -58,6 +58,7 @@ HARMONICS = 3
 _DEGREES = (3, 2)  # degrees of the smooth path and heading
 _OF_SHORT = (1, 1)  # the same in a short window
 _SHORT_BEATS = 1.5  # beats below which a window is short
+_WELL_SEEN = 0.9  # share of the compared frames from which on it is not the markers that are lacking
 _LEAST_FRAMES = 29  # least compared frames: twice what a path, its harmonics and noise need, and one
 _FRAMES_A_BEAT = 2 * HARMONICS + 1  # least frames of a beat
 SCORED_S = 4.0  # time of each trial after warm-up over which the published distance is taken
@@ -438,9 +439,15 @@ def _drop_unread(trial: MeasuredTrial) -> MeasuredTrial:
     head = [trial.markers.index(name) for name in ("nose", "neck")]
     for needed, whose in ((read[head].all(), "nose and neck"), (read[list(trial.tail)].any(), "the tail")):
         if not needed:
+            concerned = head if whose != "the tail" else list(trial.tail)
+            usable = (trial.weight[frames][:, concerned] > 0).sum(axis=0)
+            if usable.min() > _WELL_SEEN * frames.sum():
+                raise NotEnoughData(
+                    f"trial {trial.name}: too short: {int(frames.sum())} frames are left after {trial.warmup_s:g} s of "
+                    "warm-up, too few for the harmonics of a beat. Record longer, or shorten [fit] warmup_s"
+                )
             counts = ", ".join(
-                f"{trial.markers[marker]} {int((trial.weight[frames, marker] > 0).sum())}"
-                for marker in (head if whose != "the tail" else trial.tail)
+                f"{trial.markers[marker]} {count}" for marker, count in zip(concerned, usable.tolist(), strict=True)
             )
             raise NotEnoughData(
                 f"trial {trial.name}: {whose} cannot be read: of {int(frames.sum())} compared frames usable are "

@@ -28,7 +28,7 @@ from swimcal.errors import Fault, InputError
 from swimcal.flags import Flag
 from swimcal.results import writing_whole
 from swimcal.tracks import as_tracks
-from tracking.appearance import Grey, lies_within, measure_appearance
+from tracking.appearance import Appearance, Grey, lies_within, measure_appearance
 from tracking.boxes import Box, StartBoxes
 from tracking.csrt import opencv_on_one_thread
 from tracking.edits import Retracker, SetBox
@@ -67,6 +67,8 @@ COMMON = 0.01
 """Share of the places that may answer as strongly as a marker does. In rendered pools with ripple and glints no marker
 had one such place, markers as bright as the water up to 4 %; of 864 boxes put on the water, 10 had 1 % or less.
 """
+FEWEST_ALIKE, FAINTER = 3, 0.7
+"""Where so many markers look alike, one of the other kind is doubted if its contrast is below this share of theirs."""
 CLEAR = 1.5
 """Boxes' sides from any box within which nothing is compared."""
 LEAST_CONTRAST = 6.0
@@ -438,7 +440,25 @@ def doubtful_boxes(grey: np.ndarray, boxes: StartBoxes, markers: Sequence[str]) 
                 "is it the marker? Look at the picture of the boxes"
             )
             flags.append(Flag("doubtful_box", (name,), (boxes.frame, boxes.frame), message))
+    centre_px, side_px = boxes.centres_px(markers), _sides_px(boxes, markers)
+    odd = odd_one_out(measure_appearance(grey, centre_px, side_px))
+    if odd is not None and not any(markers[odd] in flag.markers for flag in flags):
+        message = (
+            f"what is in the start box of {markers[odd]} is fainter than all other markers, and dark where they are "
+            "bright or bright where they are dark: is it the body between two of them? Look at the picture of the boxes"
+        )
+        flags.append(Flag("doubtful_box", (markers[odd],), None, message))
     return tuple(flags)
+
+
+def odd_one_out(look: Appearance) -> int | None:
+    """Return the number of the one marker that is bright where all others are dark, and fainter; None without one."""
+    for sign in (-1.0, 1.0):
+        alone = np.flatnonzero(look.sign == sign)
+        others = look.contrast[look.sign != sign]
+        if len(alone) == 1 and len(others) >= FEWEST_ALIKE and look.contrast[alone[0]] < FAINTER * others.min():
+            return int(alone[0])
+    return None
 
 
 def hidden_in_surroundings(grey: np.ndarray, boxes: StartBoxes, markers: Sequence[str]) -> np.ndarray:

@@ -274,8 +274,21 @@ class ForeignTracks:
     frame: np.ndarray | None = None
 
     def renamed(self, rename: Mapping[str, str]) -> tuple[str, ...]:
-        """Return the markers' names in our terms; `rename` maps theirs to ours."""
-        return tuple(rename.get(name, name) for name in self.names)
+        """Return the markers' names in our terms; `rename` maps theirs to ours.
+
+        Raises:
+            InputError: two of theirs would have one name.
+        """
+        names = tuple(rename.get(name, name) for name in self.names)
+        if twice := [name for name in dict.fromkeys(names) if names.count(name) > 1]:
+            theirs = [f"{own} and {other}" for own, other in (self._named(name, names) for name in twice)]
+            what, expected = f"two {self.word}s have one name", "a name of its own for each"
+            found = ", ".join(f"{both} as {name}" for both, name in zip(theirs, twice, strict=True))
+            raise InputError([Fault(self.file, "", what, found, expected, next_step="Look into --rename.")])
+        return names
+
+    def _named(self, name: str, names: tuple[str, ...]) -> list[str]:
+        return [own for own, other in zip(self.names, names, strict=True) if other == name][:2]
 
     def tracks(
         self, markers: Sequence[str], fps: float | None, faults: FaultCollector, rename: Mapping[str, str] = NO_NAMES

@@ -2,9 +2,11 @@
 
 import shutil
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
+import xarray as xr
 
 import calib as front
 from calib.new import trial_names, without_copies
@@ -81,3 +83,29 @@ def test_markers_are_renamed_and_left_out_ones_are_named(calib: Front, tmp_path:
     again = front.track(tmp_path / "s", progress=False)["f0_60"]
     np.testing.assert_array_equal(again.position, data.position)
     assert calib("new", tmp_path / "t", *given, "--rename", "snout").code == 2
+
+
+def dataset(names: list[str]) -> xr.Dataset:
+    """Tracks as the package movement has them in memory."""
+    place = np.random.default_rng(0).uniform(100, 400, (60, 2, len(names), 1))
+    dimensions = ("time", "space", "keypoint", "individual")
+    certain = (("time", "keypoint", "individual"), np.ones((60, len(names), 1)))
+    where = {"time": np.arange(60) / 60, "space": ["x", "y"], "keypoint": names, "individual": ["fish"]}
+    return xr.Dataset({"position": (dimensions, place), "confidence": certain}, where, {"fps": 60})
+
+
+@pytest.mark.parametrize(
+    ("tracks", "rename", "what"),
+    [
+        ({"swim": dataset(["nose", "neck", "tail_1", "t1"])}, {"t1": "tail_1"}, "found tail_1 and t1 as tail_1"),
+        ([dataset(["nose", "neck", "tail_1"])], {}, "datasets have no names"),
+        ({"swim": dataset(["nose", "neck", "tail_1"]).position}, {}, "found DataArray; expected paths"),
+        ({"swim": np.zeros((60, 3, 2))}, {}, "found ndarray; expected paths"),
+    ],
+)
+def test_tracks_in_memory_that_cannot_be_used_are_named(
+    tracks: Any, rename: dict[str, str], what: str, tmp_path: Path
+) -> None:
+    with pytest.raises(front.InputError, match=what):
+        front.new_session(tmp_path / "s", tracks=tracks, rename=rename)
+    assert not (tmp_path / "s").exists()

@@ -5,8 +5,9 @@ import numpy as np
 import pytest
 
 from tests.tracking.tracker.pool import Pool, tail
+from tracking.appearance import Appearance
 from tracking.boxes import Box, StartBoxes
-from tracking.follow_video import doubtful_boxes, hidden_in_surroundings
+from tracking.follow_video import doubtful_boxes, hidden_in_surroundings, odd_one_out
 
 NAMES = tuple(f"tail_{k}" for k in range(9))
 POOL = Pool(tail(), (480, 400))
@@ -56,6 +57,17 @@ def test_a_marker_like_its_surroundings_and_much_else_is_hidden() -> None:
 def test_no_marker_that_stands_out_is_hidden(contrast: float) -> None:
     pool = POOL.but(contrast=contrast)
     assert not hidden_in_surroundings(pool.frame(0), pool.boxes(NAMES), NAMES).any()
+
+
+def test_the_look_of_one_marker_is_odd_if_it_is_fainter_and_of_the_other_kind() -> None:
+    def odd(*contrast: float) -> int | None:
+        shown = np.array(contrast)
+        return odd_one_out(Appearance(np.sign(shown), np.full(len(shown), 12.0), np.abs(shown), np.ones(len(shown))))
+
+    assert odd(-170.0, -176.0, 80.0, -175.0) == 2
+    assert odd(-170.0, -176.0, 160.0, -175.0) is None  # a white dot among black ones
+    assert odd(-170.0, -176.0, 80.0, 90.0, -175.0) is None
+    assert odd(-170.0, 80.0) is None
 
 
 def test_in_a_picture_full_of_boxes_nothing_is_reported() -> None:
