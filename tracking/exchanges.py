@@ -106,7 +106,9 @@ def _moves(position: np.ndarray) -> list[tuple[int, np.ndarray]]:
     for before in np.flatnonzero((step > APART * nearest[:-1]).sum(axis=1) > 1).tolist():
         known = np.flatnonzero(np.isfinite(position[before : before + 2]).all(axis=(0, 2)))
         here = position[before, known]
-        ahead = here + np.nan_to_num(here - position[max(before - 1, 0), known])  # as if they moved on evenly
+        ahead = here  # as if they moved on evenly, where the names are those of the frame before
+        if not (found and found[-1][0] == before):
+            ahead = here + np.nan_to_num(here - position[max(before - 1, 0), known])
         away = np.linalg.norm(ahead[:, None] - position[before + 1, known], axis=2)
         chosen = linear_sum_assignment(away)[1]
         changed = chosen != np.arange(len(known))
