@@ -102,7 +102,7 @@ def _moves(position: np.ndarray) -> list[tuple[int, np.ndarray]]:
     step = np.nan_to_num(np.linalg.norm(np.diff(position, axis=0), axis=2))  # (n - 1, m)
     apart = np.linalg.norm(position[:, :, None] - position[:, None], axis=3)
     nearest = np.where(apart > 0, np.nan_to_num(apart, nan=np.inf), np.inf).min(axis=2)
-    found = []
+    found: list[tuple[int, np.ndarray]] = []
     for before in np.flatnonzero((step > APART * nearest[:-1]).sum(axis=1) > 1).tolist():
         known = np.flatnonzero(np.isfinite(position[before : before + 2]).all(axis=(0, 2)))
         here = position[before, known]
