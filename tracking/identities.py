@@ -35,7 +35,7 @@ MISSED = 2.0
 """The price of leaving a marker without a spot."""
 FAINTER = 1.0
 """The price of a spot of no strength."""
-_STIFF, _STIFF_PX = 0.1, 1.5  # standard deviation of a link's length: a share of it, and px of the start boxes
+_STIFF, _STIFF_PX = 0.15, 1.5  # standard deviation of a link's length: a share of it, and px of the start boxes
 _TURN_RAD = 0.6  # standard deviation of a link's direction about the one predicted
 _LINK = 2.5  # the most that one link can cost: bodies bend more than they did so far
 _UNSEEN = 0.4  # weight of a link to a marker without a spot
