@@ -161,8 +161,10 @@ class MarkerTracker:
     def _see(
         self, luma: np.ndarray, predicted: Prediction, taken_px: np.ndarray | None = None, frames: float = 1.0
     ) -> Sighting:
-        if self.faint is not None:  # no spot is theirs
+        if self.faint is not None:  # no spot is theirs, and where they are is no other's
             predicted = replace(predicted, gate_px=np.where(self.faint.which, _NOWHERE_PX, predicted.gate_px))
+            faint_px = self.motion.past[0][self.faint.which]
+            taken_px = faint_px if taken_px is None else np.vstack([taken_px, faint_px])
         streaks = self._streaks(predicted.velocity_px)
         search = _Search(luma, self.look, streaks, taken_px)
         spots, chosen, predicted, doubtful = self._assigned(search, predicted)
