@@ -185,14 +185,14 @@ def _separation(grey: np.ndarray, centre_px: np.ndarray, side_px: np.ndarray) ->
 
 
 def lies_within(grey: np.ndarray, centre_px: np.ndarray, side_px: np.ndarray) -> np.ndarray:
-    """Return (m,) bool, the markers whose grey lies within the levels around them.
+    """Return (m,) bool, the markers whose grey lies well within the levels around them, not just hardly beyond.
 
     Args:
         grey: (h, w) uint8 picture in the grey that markers are sought in.
         centre_px: (m, 2) centres of their boxes, px.
         side_px: (m,) mean sides of the boxes, px.
     """
-    return _margins(grey, centre_px, side_px)[0] < 0
+    return _margins(grey, centre_px, side_px)[0] < -ENOUGH
 
 
 def _margins(grey: np.ndarray, centre_px: np.ndarray, side_px: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
