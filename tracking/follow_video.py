@@ -67,6 +67,7 @@ COMMON = 0.01
 """Share of the places that may answer as strongly as a marker does. In rendered pools with ripple and glints no marker
 had one such place, markers as bright as the water up to 4 %; of 864 boxes put on the water, 10 had 1 % or less.
 """
+PAINT = "paint them white on a dark body, black or red on a bright one, all in one colour"
 FEWEST_ALIKE, FAINTER = 3, 0.7
 """Where so many markers look alike, one of the other kind is doubted if its contrast is below this share of theirs."""
 CLEAR = 1.5
@@ -155,7 +156,7 @@ class _Pass:
             first = self._tracker.first
         else:
             tracker, first = self._begun(frame, boxes, method == "hybrid")
-            self._check_markers(tracker, first, frame, boxes)
+            self._check_markers(without_marker(tracker, first), boxes.frame)
         self._add(boxes.frame, first)
         self._last = boxes.frame
         self._repeats.repeats(boxes.frame, frame.luma, first.position_px)
@@ -169,24 +170,18 @@ class _Pass:
         )
         return self._tracker, first
 
-    def _check_markers(self, tracker: MarkerTracker, first: Sighting, frame: Frame, boxes: StartBoxes) -> None:
-        empty = without_marker(tracker, first)
-        expected = f"a disc that differs from what is around it by {LEAST_CONTRAST:g} of 255, in brightness or colour"
-        what = "boxes without a marker"
-        if not empty.any():
-            empty = hidden_in_surroundings(self._grey.of(frame), boxes, self._markers)
-            expected = "a disc brighter or darker than all that is around it, or of another colour"
-            what = "boxes whose marker looks like what is around it and elsewhere in the picture"
+    def _check_markers(self, empty: np.ndarray, frame: int) -> None:
         if empty.any():
             names = ", ".join(np.array(self._markers)[empty].tolist())
+            expected = (
+                f"a disc that differs from what is around it by {LEAST_CONTRAST:g} of 255, in brightness or colour"
+            )
             step = (
                 "Look at the preview of the boxes, or click them: `calib track SESSION --click`. Dots that look like "
-                "their body cannot be tracked: paint them white on a dark body, black or red on a bright one, "
-                "all in one colour."
+                f"their body cannot be tracked: {PAINT}."
             )
-            raise InputError(
-                [Fault(str(self._video.info.file), f"frame {boxes.frame}", what, names, expected, next_step=step)]
-            )
+            file, what = str(self._video.info.file), "boxes without a marker"
+            raise InputError([Fault(file, f"frame {frame}", what, names, expected, next_step=step)])
 
     def go_back(self, boxes: StartBoxes, method: TrackerName) -> None:
         """Go back from the frame of the boxes, to where most markers are out of sight: the robot came into view."""
@@ -433,8 +428,15 @@ def doubtful_boxes(grey: np.ndarray, boxes: StartBoxes, markers: Sequence[str]) 
     The picture (h, w) uint8 is that of the boxes, in the grey that they are tracked in.
     """
     flags = []
-    for name, share in zip(markers, _common(grey, boxes, markers).tolist(), strict=True):
-        if share > COMMON:
+    hidden = hidden_in_surroundings(grey, boxes, markers).tolist()
+    for name, share, unlike in zip(markers, _common(grey, boxes, markers).tolist(), hidden, strict=True):
+        if unlike:
+            message = (
+                f"neither brightness nor colour tells {name} from what is around it and elsewhere: its track may be of "
+                f"something else. For the next film {PAINT}"
+            )
+            flags.append(Flag("doubtful_box", (name,), None, message))
+        elif share > COMMON:
             message = (
                 f"in its start box {name} stands out no more than {share:.0%} of the picture elsewhere does: "
                 "is it the marker? Look at the picture of the boxes"
