@@ -19,6 +19,7 @@ from typing import NamedTuple
 
 import mujoco
 import numpy as np
+from scipy.linalg import eigh
 from scipy.special import elliprd
 
 from swimcal.robot import Point, RobotSpec, Segment
@@ -117,7 +118,10 @@ def build_mjcf(
 
 
 def natural_hz(robot: RobotSpec) -> float:
-    """Return the lowest natural frequency of the tail in air, without tendons, its head clamped, undamped, Hz."""
+    """Return the lowest natural frequency of the straight tail in air, without tendons, its head clamped, Hz.
+
+    It follows from the engine's mass matrix and the stiffness of the hinges, undamped.
+    """
     model = build_mjcf(robot, scene=FREE_DECAY).compile()
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
@@ -125,8 +129,8 @@ def natural_hz(robot: RobotSpec) -> float:
     mujoco.mj_fullM(model, data, inertia)
     hinges = [model.joint(name).dofadr[0] for name in robot.hinges]
     stiffness = np.array([model.joint(name).stiffness[0] for name in robot.hinges])
-    squares = np.linalg.eigvals(np.linalg.solve(inertia[np.ix_(hinges, hinges)], np.diag(stiffness)))
-    return float(np.sqrt(squares.real.min()) / (2 * np.pi))
+    squares = eigh(np.diag(stiffness), inertia[np.ix_(hinges, hinges)], eigvals_only=True)
+    return float(np.sqrt(squares[0]) / (2 * np.pi))
 
 
 def _set_options(spec: mujoco.MjSpec, robot: RobotSpec, scene: Scene) -> None:

@@ -17,10 +17,9 @@ import mujoco
 import numpy as np
 import tomlkit
 import xarray as xr
-from scipy.linalg import eigh
 
 from swimcal.create_session import new_folder, write_session_toml
-from swimcal.mjcf import FREE_DECAY, build_mjcf
+from swimcal.mjcf import natural_hz
 from swimcal.results import write_whole
 from swimcal.robot import RobotSpec
 from swimcal.session import load_session
@@ -113,7 +112,7 @@ def structure_of(robot: RobotSpec) -> StructureTruth:
     return StructureTruth(
         hinge_stiffness_n_m=robot.tail.hinge_stiffness_n_m,
         hinge_damping_n_m_s=robot.tail.hinge_damping_n_m_s,
-        natural_hz=_natural_hz(robot),
+        natural_hz=natural_hz(robot),
         crank_arm_m=robot.crank.arm_m,
     )
 
@@ -126,19 +125,6 @@ def write_truth(folder: Path, truth: Truth) -> None:
 def read_truth(folder: Path) -> Truth:
     """Read the `truth.json` of a synthetic session."""
     return Truth.model_validate_json((folder / TRUTH_FILE).read_bytes())
-
-
-def _natural_hz(robot: RobotSpec) -> float:
-    """Compute the lowest natural frequency of the straight tail from the engine's mass matrix."""
-    model = build_mjcf(robot, scene=FREE_DECAY).compile()
-    data = mujoco.MjData(model)
-    mujoco.mj_forward(model, data)
-    mass = np.zeros((model.nv, model.nv))
-    mujoco.mj_fullM(model, data, mass)
-    tail = [int(model.joint(name).dofadr[0]) for name in robot.hinges]
-    stiffness = robot.tail.hinge_stiffness_n_m * np.eye(len(tail))
-    squared = eigh(stiffness, mass[np.ix_(tail, tail)], eigvals_only=True)
-    return float(np.sqrt(squared[0]) / (2 * np.pi))
 
 
 # The recorder.

@@ -89,8 +89,7 @@ class Grey:
     @classmethod
     def of_boxes(cls, frame: Frame, boxes: StartBoxes, markers: Sequence[str]) -> "Grey":
         """Choose the grey for the markers in their start boxes, in the frame of these."""
-        sides = [(boxes.boxes[name].width + boxes.boxes[name].height) / 2 for name in markers]
-        return cls.chosen(frame, boxes.centres_px(markers), np.array(sides))
+        return cls.chosen(frame, boxes.centres_px(markers), boxes.sides_px(markers))
 
     @classmethod
     def chosen(cls, frame: Frame, centre_px: np.ndarray, side_px: np.ndarray) -> "Grey":

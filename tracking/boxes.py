@@ -82,6 +82,10 @@ class StartBoxes:
         """Return the (m, 2) box centres of the named markers, px."""
         return np.array([self.boxes[name].centre_px for name in markers]).reshape(-1, 2)
 
+    def sides_px(self, markers: Sequence[str]) -> np.ndarray:
+        """Return the (m,) mean sides of the boxes of the named markers, px."""
+        return np.array([(self.boxes[name].width + self.boxes[name].height) / 2 for name in markers])
+
     def to_json(self) -> dict[str, Any]:
         """Return the boxes in the form of the file, rounded to a hundredth of a pixel."""
         boxes = {name: [round(value, 2) for value in box] for name, box in self.boxes.items()}

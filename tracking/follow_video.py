@@ -5,9 +5,6 @@ was tracked so far. `retracker` tracks one marker on from a box that a person se
 
 `PlainCsrt` is the baseline: one CSRT tracker a marker on the whole picture, each for itself. It believes every box it
 gives, and two boxes may sit on one marker; docs/tracking.md shows the cost.
-
-`doubtful_boxes` finds boxes that hold no marker: what is in them does not stand out, or no more than the water
-elsewhere does. `hidden_in_surroundings` finds markers that no grey can tell from what is around them.
 """
 
 from __future__ import annotations
@@ -28,12 +25,12 @@ from swimcal.errors import Fault, InputError
 from swimcal.flags import Flag
 from swimcal.results import writing_whole
 from swimcal.tracks import as_tracks
-from tracking.appearance import Appearance, Grey, lies_within, measure_appearance
+from tracking.appearance import Grey
 from tracking.boxes import Box, StartBoxes
 from tracking.csrt import opencv_on_one_thread
+from tracking.doubtful_boxes import LEAST_CONTRAST, PAINT, without_marker
 from tracking.edits import Retracker, SetBox
 from tracking.harmed_frames import Repeats, stretches, unmoved_frames
-from tracking.spots import strongest_answer
 from tracking.tracked import NO_SAMPLE, REPEATED, SampleState, as_tracked, only_csrt_flags, with_samples
 from tracking.tracker import MarkerTracker, Sighting
 from tracking.video import Frame, Video, VideoInfo, backward
@@ -57,25 +54,6 @@ Progress = Callable[[int, int, float], None]
 """Called with frames done, frames in all, and frames a second."""
 Find = Callable[[Frame], StartBoxes | None]
 """Finds the boxes in a frame; None where they are not certain."""
-
-# Doubtful boxes.
-PLACES = 400
-"""Places of the picture, drawn at random, that a box is compared with."""
-FEWEST = 100
-"""With fewer, in a picture full of boxes, nothing is reported."""
-COMMON = 0.01
-"""Share of the places that may answer as strongly as a marker does. In rendered pools with ripple and glints no marker
-had one such place, markers as bright as the water up to 4 %; of 864 boxes put on the water, 10 had 1 % or less.
-"""
-PAINT = "paint them white on a dark body, black or red on a bright one, all in one colour"
-FEWEST_ALIKE, FAINTER = 3, 0.7
-"""Where so many markers look alike, one of the other kind is doubted if its contrast is below this share of theirs."""
-CLEAR = 1.5
-"""Boxes' sides from any box within which nothing is compared."""
-LEAST_CONTRAST = 6.0
-"""Steps of brightness by which a marker must stand out in its start box."""
-LEAST_CONTRAST_FAINT = 25.0
-"""The same where the detector hardly answers, so that only CSRT can follow it."""
 
 
 def follow_video(
@@ -163,7 +141,7 @@ class _Pass:
 
     def _begun(self, frame: Frame, boxes: StartBoxes, use_csrt: bool) -> tuple[MarkerTracker, Sighting]:
         """Begin a tracker in a frame in which every marker has a box; return it and what it saw there."""
-        centre, side = boxes.centres_px(self._markers), _sides_px(boxes, self._markers)
+        centre, side = boxes.centres_px(self._markers), boxes.sides_px(self._markers)
         self._grey = Grey.of_boxes(frame, boxes, self._markers)
         self._tracker, first = MarkerTracker.begin(
             self._grey.of(frame), centre, side, use_csrt, threads=self._video.threads
@@ -285,7 +263,7 @@ class _Pass:
         """Return the tracks of all frames."""
         info = self._video.info
         repeats = self._repeated()
-        for number in sorted(self._repeats.skipped - set(repeats)):  # of a robot that rests: the picture is the same
+        for number in sorted(self._repeats.skipped - set(repeats)):  # the robot rests
             self._samples[number] = self._samples[number - 1]
         flags = list(only_csrt_flags(self._samples["by_csrt"], self._markers))
         damaged = stretches(self._video.suspect)
@@ -410,95 +388,3 @@ class PlainCsrt:
         unknown = np.full(len(seen), np.nan)
         centre = box[:, :2] + (box[:, 2:] - 1) / 2
         return Sighting(centre, seen, seen.astype(float), unknown, unknown, np.zeros_like(seen))
-
-
-# Boxes that hold no marker.
-
-
-def without_marker(tracker: MarkerTracker, first: Sighting) -> np.ndarray:
-    """Return (m,) bool, the boxes without a marker, of a tracker that was just begun, and what it saw first."""
-    faint = tracker.faint.which if tracker.faint is not None else ~first.seen
-    empty: np.ndarray = tracker.start.contrast < np.where(faint, LEAST_CONTRAST_FAINT, LEAST_CONTRAST)
-    return empty | ~first.seen
-
-
-def doubtful_boxes(grey: np.ndarray, boxes: StartBoxes, markers: Sequence[str]) -> tuple[Flag, ...]:
-    """Flag as ``doubtful_box`` each box in which the detector answers no more than on the water elsewhere.
-
-    The picture (h, w) uint8 is that of the boxes, in the grey that they are tracked in.
-    """
-    flags = []
-    hidden = hidden_in_surroundings(grey, boxes, markers).tolist()
-    for name, share, unlike in zip(markers, _common(grey, boxes, markers).tolist(), hidden, strict=True):
-        if unlike:
-            message = (
-                f"neither brightness nor colour tells {name} from what is around it and elsewhere: its track may be of "
-                f"something else. For the next film {PAINT}"
-            )
-            flags.append(Flag("doubtful_box", (name,), None, message))
-        elif share > COMMON:
-            message = (
-                f"in its start box {name} stands out no more than {share:.0%} of the picture elsewhere does: "
-                "is it the marker? Look at the picture of the boxes"
-            )
-            flags.append(Flag("doubtful_box", (name,), (boxes.frame, boxes.frame), message))
-    centre_px, side_px = boxes.centres_px(markers), _sides_px(boxes, markers)
-    odd = odd_one_out(measure_appearance(grey, centre_px, side_px))
-    if odd is not None and not any(markers[odd] in flag.markers for flag in flags):
-        message = (
-            f"what is in the start box of {markers[odd]} is fainter than all other markers, and dark where they are "
-            "bright or bright where they are dark: is it the body between two of them? Look at the picture of the boxes"
-        )
-        flags.append(Flag("doubtful_box", (markers[odd],), None, message))
-    return tuple(flags)
-
-
-def odd_one_out(look: Appearance) -> int | None:
-    """Return the number of the one marker that is bright where all others are dark, and fainter; None without one."""
-    for sign in (-1.0, 1.0):
-        alone = np.flatnonzero(look.sign == sign)
-        others = look.contrast[look.sign != sign]
-        if len(alone) == 1 and len(others) >= FEWEST_ALIKE and look.contrast[alone[0]] < FAINTER * others.min():
-            return int(alone[0])
-    return None
-
-
-def hidden_in_surroundings(grey: np.ndarray, boxes: StartBoxes, markers: Sequence[str]) -> np.ndarray:
-    """Return (m,) bool, the markers that neither brightness nor colour tells from what is around and elsewhere.
-
-    Args:
-        grey: (h, w) uint8 picture of the boxes, in the grey that they are tracked in.
-        boxes: the boxes.
-        markers: names of the m markers.
-    """
-    within = lies_within(grey, boxes.centres_px(markers), _sides_px(boxes, markers))
-    return within & (_common(grey, boxes, markers) > COMMON) if within.any() else within
-
-
-def _common(grey: np.ndarray, boxes: StartBoxes, markers: Sequence[str]) -> np.ndarray:
-    """Return (m,) the share of places elsewhere where the detector answers as in the box; 0 without places."""
-    centre_px, side_px = boxes.centres_px(markers), _sides_px(boxes, markers)
-    places_px = _elsewhere(grey, centre_px, CLEAR * float(np.median(side_px)))
-    common = np.zeros(len(markers))
-    if len(places_px) < FEWEST:
-        return common
-    look = measure_appearance(grey, centre_px, side_px)
-    diameter_px, reach_px = float(np.median(np.minimum(look.diameter_px, side_px))), int(np.median(side_px) / 2)
-    for sign in np.unique(look.sign).tolist():
-        usual = strongest_answer(grey, places_px, reach_px, sign, diameter_px)  # (p,)
-        of_sign = np.flatnonzero(look.sign == sign)
-        answers = strongest_answer(grey, centre_px[of_sign], reach_px, sign, diameter_px)
-        common[of_sign] = (usual[None] >= answers[:, None]).mean(axis=1)
-    return common
-
-
-def _sides_px(boxes: StartBoxes, markers: Sequence[str]) -> np.ndarray:
-    """Return (m,) mean sides of the boxes, px."""
-    return np.array([(boxes.boxes[name].width + boxes.boxes[name].height) / 2 for name in markers])
-
-
-def _elsewhere(luma: np.ndarray, centre_px: np.ndarray, clear_px: float) -> np.ndarray:
-    """Return (p, 2) places in the picture, away from all boxes."""
-    height, width = luma.shape
-    drawn = np.random.default_rng(0).uniform(0, [width - 1, height - 1], (PLACES, 2))
-    return drawn[np.linalg.norm(drawn[:, None] - centre_px[None], axis=2).min(axis=1) > clear_px]

@@ -28,7 +28,7 @@ from tracking.harmed_frames import stretches
 
 # `follow`: each sample against shape and motion.
 FADE = 0.97
-"""What a frame leaves of a left-out marker's last known distance from where the others put it."""
+"""Keep this share, frame by frame, of a left-out marker's last known distance from where the others put it."""
 RAYLEIGH_MEDIAN = np.sqrt(2 * np.log(2))
 """Median length of a vector whose two coordinates are normal with standard deviation 1."""
 AT_MOST_AHEAD = 2.5

@@ -48,7 +48,7 @@ REACH_FRAMES = 300
 NEAR_FRAMES = 12
 """Samples on each side of a gap that a spline in time goes through."""
 LAG_S = 0.05
-"""How long before and after a frame the other markers count."""
+"""Let the other markers count for so long before and after a frame."""
 END_FRAMES = 3
 """Samples on each side of a gap whose mean is what the other markers are off by there."""
 NOISE_PX = 0.2

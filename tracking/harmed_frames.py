@@ -21,7 +21,7 @@ MP4 = "mov,mp4,m4a,3gp,3g2,mj2"
 MATROSKA = "matroska,webm"
 """Names FFmpeg gives its readers of these containers."""
 RANGES_SHOWN = 5
-"""How many stretches of lost frames are spelled out before the rest is only counted."""
+"""Spell out so many stretches of lost frames, and count the rest."""
 SHORT_BY_FRAMES = 2.5
 """A file may end this many frames before the duration in its header (rounding, the last frame's own duration)."""
 TICKS = 1.5
